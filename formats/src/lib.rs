@@ -1,0 +1,17 @@
+//! Data model and files of flexible-body superelements: components as FE codes export them, and the
+//! `.dcb.h5` superelements made from them.
+//!
+//! No numerics beyond shape, range and symmetry checks: the reduction is in `dcb-reducer`, the dynamics in `dcb-runtime`,
+//! and the two meet only through the types and files here.
+
+pub mod component;
+pub mod error;
+pub mod mesh;
+pub mod superelement;
+
+pub use component::Component;
+pub use error::Error;
+pub use superelement::{RecoveryBasis, Superelement};
+
+/// Sparse matrix, compressed by columns, 32-bit indices (up to 4.29e9 dofs or stored entries).
+pub type SparseMatrix = faer::sparse::SparseColMat<u32, f64>;

@@ -1,0 +1,205 @@
+//! The reduced component: what a `.dcb.h5` file holds, as plain data.
+//!
+//! Symbols and shapes are those of `docs/notation.md`; n_b counts the rows of the boundary localization,
+//! n_k the kept modes, n_x further columns, n = n_k + n_b + n_x. Dense arrays are faer matrices in the shape
+//! that the file documents; small fixed-size blocks are plain arrays.
+
+use faer::Mat;
+
+use crate::component::{InterfaceKind, Role, Source, Units};
+use crate::mesh::{Dimension, Dof};
+
+/// How the body frame follows the body.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum FrameKind {
+    /// Tisserand axes: L1 and I3 vanish.
+    MeanAxis,
+    /// Some other frame: L1 and I3 are not zero and must be carried.
+    Given,
+}
+
+impl FrameKind {
+    /// Name as files write it.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::MeanAxis => "mean-axis",
+            Self::Given => "given",
+        }
+    }
+}
+
+/// One named interface, body frame.
+#[derive(Clone, Debug, PartialEq)]
+pub struct InterfaceFrame {
+    /// Unique name.
+    pub name: String,
+    /// Kind of coupling.
+    pub kind: InterfaceKind,
+    /// Attachment or output.
+    pub role: Role,
+    /// Reference position, body frame, component's length unit (planar: z = 0).
+    pub position: [f64; 3],
+    /// Rest rotation matrix, frame axes to body axes; its columns are the frame's axes (planar: about z).
+    pub orientation: [[f64; 3]; 3],
+}
+
+/// One row of the boundary localization.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct BoundaryRow {
+    /// Index of the interface it belongs to.
+    pub interface: usize,
+    /// Index in `ux uy uz rx ry rz`, or -1 for a row of an explicit boundary.
+    pub direction: i64,
+    /// Node of the row, or -1 for a frame or an explicit row.
+    pub node: i64,
+    /// Reference position, body frame.
+    pub position: [f64; 3],
+}
+
+/// Kept free-free elastic modes as the interfaces see them.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Modes {
+    /// ω², ascending, (n_k), 1/time².
+    pub eigenvalues: Vec<f64>,
+    /// Ratio to critical, (n_k).
+    pub damping: Vec<f64>,
+    /// The attachments' ratio to critical.
+    pub residual_damping: f64,
+    /// L_b Φ, (n_b, n_k).
+    pub interface_shapes: Mat<f64>,
+    /// The lowest ω² left out; infinite if nothing was.
+    pub first_omitted_eigenvalue: f64,
+}
+
+/// Residual flexibility as the interfaces see it. Rows and columns of output interfaces are zero.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Residual {
+    /// F_res = L_b G_res L_bᵀ, (n_b, n_b), symmetric positive semi-definite.
+    pub flexibility: Mat<f64>,
+    /// M_res = (G_res L_bᵀ)ᵀ M (G_res L_bᵀ), (n_b, n_b), symmetric positive semi-definite.
+    pub mass: Mat<f64>,
+    /// diag(M_res) with no mode kept, (n_b): the filter's unit-free scaling.
+    pub mass_diagonal0: Vec<f64>,
+    /// T_r, (n_b, rank): T_rᵀ M_res T_r = I, T_rᵀ F_res T_r = diag(sigma_squared).
+    pub transform: Mat<f64>,
+    /// σ², ascending, (rank).
+    pub sigma_squared: Vec<f64>,
+    /// Relative tolerance below which a scaled direction of M_res was left out of `transform`.
+    pub tolerance: f64,
+    /// L_b G_res L_bᵀ with the rows of output interfaces, (n_b, n_b); `None` where there is no output interface.
+    pub output_shapes: Option<Mat<f64>>,
+}
+
+/// Inertia about the centre of mass and its dependence on the reduced coordinates, body frame.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Inertia {
+    /// Total mass.
+    pub mass: f64,
+    /// Inertia tensor (planar: only the (z, z) entry is meaningful).
+    pub tensor: [[f64; 3]; 3],
+    /// L1 over the basis, (d, n).
+    pub l1: Mat<f64>,
+    /// First-order change of inertia: planar (n) blocks of which only entry (z, z) is used and holds I1; spatial J1, n blocks 3x3.
+    pub i1: Vec<[[f64; 3]; 3]>,
+    /// I3 over the basis: planar (1, n), spatial (3, n).
+    pub i3: Mat<f64>,
+    /// Antisymmetric coupling, planar one, spatial three matrices (n, n).
+    pub l3: Vec<Mat<f64>>,
+    /// Second-order change of inertia J2, spatial: six matrices (n, n) in the order xx, yy, zz, xy, yz, zx; planar empty.
+    pub i2: Vec<Mat<f64>>,
+}
+
+/// Geometric stiffening matrices, optional.
+#[derive(Clone, Debug, PartialEq, Default)]
+pub struct Stiffening {
+    /// Per spin product, (6, n, n) or planar (1, n, n); empty where absent.
+    pub centrifugal: Vec<Mat<f64>>,
+    /// Per unit interface force, (n_b, n, n); empty where absent.
+    pub interface: Vec<Mat<f64>>,
+}
+
+/// Further columns of the reduced basis, optional.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Enrichment {
+    /// (n_b, n_x).
+    pub interface_shapes: Mat<f64>,
+    /// Reduced mass over the whole basis, (n, n).
+    pub reduced_mass: Mat<f64>,
+    /// Reduced stiffness over the whole basis, (n, n).
+    pub reduced_stiffness: Mat<f64>,
+}
+
+/// What was done, from what, with which results: for people and for `verify`.
+#[derive(Clone, Debug, PartialEq, Default)]
+pub struct Provenance {
+    /// Program and version that wrote the superelement.
+    pub generator: String,
+    /// Input files.
+    pub inputs: Vec<Source>,
+    /// Options of the reduction, JSON.
+    pub options: serde_json::Value,
+    /// Quality report, JSON.
+    pub quality: serde_json::Value,
+    /// Warnings, most important first.
+    pub warnings: Vec<String>,
+}
+
+/// Everything the dynamics needs of a reduced component: small, whatever the size of its mesh.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Superelement {
+    /// Name.
+    pub name: String,
+    /// Planar or spatial.
+    pub dimension: Dimension,
+    /// Unit system.
+    pub units: Units,
+    /// Centre of mass in component coordinates; the body frame is parallel to the component's axes.
+    pub origin: [f64; 3],
+    /// How the frame follows the body.
+    pub frame_kind: FrameKind,
+    /// Interfaces in row order.
+    pub interfaces: Vec<InterfaceFrame>,
+    /// Rows of the boundary localization, n_b of them.
+    pub rows: Vec<BoundaryRow>,
+    /// Kept modes.
+    pub modes: Modes,
+    /// Residual flexibility.
+    pub residual: Residual,
+    /// Inertia invariants.
+    pub inertia: Inertia,
+    /// Geometric stiffening, if the file has it.
+    pub stiffening: Stiffening,
+    /// Further basis columns, if the file has them.
+    pub enrichment: Option<Enrichment>,
+    /// Where it came from.
+    pub provenance: Provenance,
+}
+
+impl Superelement {
+    /// n_b, the number of boundary rows.
+    pub fn boundary_row_count(&self) -> usize {
+        self.rows.len()
+    }
+
+    /// n_k, the number of kept modes.
+    pub fn mode_count(&self) -> usize {
+        self.modes.eigenvalues.len()
+    }
+
+    /// n = n_k + n_b + n_x, the number of columns of the stored basis.
+    pub fn basis_count(&self) -> usize {
+        let enrichment = self.enrichment.as_ref().map_or(0, |e| e.interface_shapes.ncols());
+        self.mode_count() + self.boundary_row_count() + enrichment
+    }
+}
+
+/// Nodal fields of the reduced basis: large, opened only when a displacement inside the body is wanted.
+#[derive(Clone, Debug, PartialEq)]
+pub struct RecoveryBasis {
+    /// The dof of each field row, n_f of them.
+    pub dofs: Vec<Dof>,
+    /// Φ, (n_f, n_k).
+    pub modes: Mat<f64>,
+    /// G_res L_bᵀ, (n_f, n_b).
+    pub residual: Mat<f64>,
+}
