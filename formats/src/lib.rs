@@ -6,6 +6,7 @@
 
 pub mod component;
 pub mod error;
+pub mod matrix;
 pub mod mesh;
 pub mod superelement;
 
