@@ -5,12 +5,14 @@
 //! and the two meet only through the types and files here.
 
 pub mod component;
+pub mod description;
 pub mod error;
 pub mod matrix;
 pub mod mesh;
 pub mod superelement;
 
 pub use component::Component;
+pub use description::{Description, component_schema, read_description};
 pub use error::Error;
 pub use superelement::{RecoveryBasis, Superelement};
 
