@@ -23,16 +23,24 @@ pub fn symmetric_product(matrix: &SparseMatrix, x: MatRef<'_, f64>) -> Mat<f64> 
 
 /// `Aᵀ x` for a square sparse matrix, (n, k): each output row is one dot product over the column of the same index.
 pub fn transposed_product(matrix: &SparseMatrix, x: MatRef<'_, f64>) -> Mat<f64> {
+    product(matrix, x, |value| value)
+}
+
+/// `|A| |x|` for a symmetric sparse matrix, (n, k): times machine precision, a bound of the rounding in `A x`.
+pub fn absolute_product(matrix: &SparseMatrix, x: MatRef<'_, f64>) -> Mat<f64> {
+    product(matrix, x, f64::abs)
+}
+
+fn product(matrix: &SparseMatrix, x: MatRef<'_, f64>, of: impl Fn(f64) -> f64 + Copy + Sync) -> Mat<f64> {
     let mut y = Mat::zeros(x.nrows(), x.ncols());
     let mut packed = vec![[0.0; SPARSE_COLUMNS]; x.nrows()];
     for first in (0..x.ncols()).step_by(SPARSE_COLUMNS) {
         let count = SPARSE_COLUMNS.min(x.ncols() - first);
-        let columns = x.subcols(first, count);
-        pack_rows(columns, &mut packed);
+        pack_rows(x.subcols(first, count), &mut packed, of);
         let out = y.as_mut().subcols_mut(first, count);
         out.par_row_chunks_mut(SPARSE_CHUNK_ROWS).enumerate().for_each(|(chunk, mut rows)| {
             for local in 0..rows.nrows() {
-                let sums = row_times_packed(matrix, chunk * SPARSE_CHUNK_ROWS + local, &packed);
+                let sums = row_times_packed(matrix, chunk * SPARSE_CHUNK_ROWS + local, &packed, of);
                 for (column, sum) in sums.iter().take(rows.ncols()).enumerate() {
                     rows[(local, column)] = *sum;
                 }
@@ -42,22 +50,28 @@ pub fn transposed_product(matrix: &SparseMatrix, x: MatRef<'_, f64>) -> Mat<f64>
     y
 }
 
-fn pack_rows(x: MatRef<'_, f64>, packed: &mut [[f64; SPARSE_COLUMNS]]) {
+fn pack_rows(x: MatRef<'_, f64>, packed: &mut [[f64; SPARSE_COLUMNS]], of: impl Fn(f64) -> f64 + Sync) {
     packed.par_chunks_mut(SPARSE_CHUNK_ROWS).enumerate().for_each(|(chunk, rows)| {
         let first = chunk * SPARSE_CHUNK_ROWS;
         for (local, row) in rows.iter_mut().enumerate() {
             for (column, value) in row.iter_mut().enumerate() {
-                *value = if column < x.ncols() { x[(first + local, column)] } else { 0.0 };
+                *value = if column < x.ncols() { of(x[(first + local, column)]) } else { 0.0 };
             }
         }
     });
 }
 
-fn row_times_packed(matrix: &SparseMatrix, row: usize, packed: &[[f64; SPARSE_COLUMNS]]) -> [f64; SPARSE_COLUMNS] {
+fn row_times_packed(
+    matrix: &SparseMatrix,
+    row: usize,
+    packed: &[[f64; SPARSE_COLUMNS]],
+    of: impl Fn(f64) -> f64,
+) -> [f64; SPARSE_COLUMNS] {
     let mut sums = [0.0; SPARSE_COLUMNS];
     let indices = matrix.row_idx_of_col_raw(row);
     for (index, value) in indices.iter().zip(matrix.val_of_col(row)) {
         let x = &packed[*index as usize];
+        let value = of(*value);
         for (sum, entry) in sums.iter_mut().zip(x) {
             *sum += value * entry;
         }

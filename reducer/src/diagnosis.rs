@@ -10,7 +10,7 @@ use crate::error::Error;
 use crate::factorization::{NotPositive, SymmetricFactor};
 use crate::lanczos::Lanczos;
 use crate::rigid_body::{RigidBodyModes, StiffnessDefects};
-use crate::shift::{SpectrumScale, absolute_energy};
+use crate::shift::{SpectrumScale, absolute_energies};
 
 /// Largest max|K r| / (max row sum |K| · max|r|) of a rigid motion that counts as free. Double-precision exports give 1e-16
 /// to 1e-12.
@@ -210,12 +210,13 @@ fn nullity(
     let pairs = lanczos.ritz_pairs()?;
     let candidates = pairs.eigenvalues.len().min(3 * block);
     let vectors = lanczos.polish(lanczos.ritz_vectors(&pairs, candidates).as_ref());
-    let zero = |j: usize| {
-        let x = vectors.as_ref().subcols(j, 1);
-        let energy = crate::block_algebra::gram(x, crate::block_algebra::symmetric_product(&model.stiffness, x).as_ref());
-        energy[(0, 0)] < ZERO_OVER_ROUNDING * f64::EPSILON * absolute_energy(&model.stiffness, x)
+    let forces = crate::block_algebra::symmetric_product(&model.stiffness, vectors.as_ref());
+    let absolute = absolute_energies(&model.stiffness, vectors.as_ref());
+    let is_zero = |j: usize| {
+        let energy: f64 = vectors.col(j).transpose() * forces.col(j);
+        energy < ZERO_OVER_ROUNDING * f64::EPSILON * absolute[j]
     };
-    Ok((0..candidates).filter(|j| zero(*j)).count())
+    Ok((0..candidates).filter(|j| is_zero(*j)).count())
 }
 
 /// The message for motions without energy beyond the rigid ones; `shapes` are such motions where they are known.

@@ -25,14 +25,14 @@ const SOLVE_COLUMNS: usize = 8;
 
 /// The pattern of `K + σ M` analysed once, with room for one factor.
 pub struct SymmetricFactor {
-    symbolic: SymbolicCholesky<u32>,
+    symbolic: SymbolicCholesky<usize>,
     ordering: Ordering,
     values: Vec<f64>,
 }
 
 /// `K + σ M = L Lᵀ`, ready to solve.
 pub struct PositiveFactor<'a> {
-    factor: LltRef<'a, u32, f64>,
+    factor: LltRef<'a, usize, f64>,
 }
 
 /// Signs of the pivots of a symmetric matrix; by Sylvester's law those of its eigenvalues.
@@ -51,11 +51,12 @@ impl Inertia {
     pub const LISTED: usize = 8;
 }
 
-/// `K + shift · M`, lower triangle, on the union of both patterns.
-fn shifted_lower(stiffness: &SparseMatrix, mass: &SparseMatrix, shift: f64) -> SparseMatrix {
+/// `K + shift · M`, lower triangle, on the union of both patterns; 64-bit indices, because a factor may have more entries
+/// than 32 bits count.
+fn shifted_lower(stiffness: &SparseMatrix, mass: &SparseMatrix, shift: f64) -> SparseColMat<usize, f64> {
     let n = stiffness.ncols();
     let mut starts = Vec::with_capacity(n + 1);
-    starts.push(0_u32);
+    starts.push(0_usize);
     let capacity = (stiffness.compute_nnz() + n) / 2;
     let (mut rows, mut values) = (Vec::with_capacity(capacity), Vec::with_capacity(capacity));
     for column in 0..n {
@@ -75,10 +76,10 @@ fn shifted_lower(stiffness: &SparseMatrix, mass: &SparseMatrix, shift: f64) -> S
                 value += shift * m_values[m];
                 m += 1;
             }
-            rows.push(k_row.min(m_row));
+            rows.push(k_row.min(m_row) as usize);
             values.push(value);
         }
-        starts.push(rows.len() as u32);
+        starts.push(rows.len());
     }
     let symbolic = SymbolicSparseColMat::new_checked(n, n, starts, None, rows);
     SparseColMat::new(symbolic, values)
@@ -94,7 +95,9 @@ impl SymmetricFactor {
         let ordering = nested_dissection(&[stiffness, mass], groups);
         let pattern = shifted_lower(stiffness, mass, 0.0);
         let n = pattern.ncols();
-        let permutation = faer::perm::PermRef::new_checked(&ordering.forward, &ordering.inverse, n);
+        let wide = |order: &[u32]| -> Vec<usize> { order.iter().map(|i| *i as usize).collect() };
+        let (forward, inverse) = (wide(&ordering.forward), wide(&ordering.inverse));
+        let permutation = faer::perm::PermRef::new_checked(&forward, &inverse, n);
         let parameters = CholeskySymbolicParams {
             supernodal_flop_ratio_threshold: SupernodalThreshold::FORCE_SUPERNODAL,
             ..Default::default()
@@ -155,7 +158,7 @@ impl SymmetricFactor {
         let scratch = self.symbolic.factorize_numeric_intranode_lblt_scratch::<f64>(Par::Seq, Default::default());
         let mut memory = MemBuffer::new(scratch);
         let mut subdiagonal = vec![0.0; n];
-        let (mut forward, mut inverse) = (vec![0_u32; n], vec![0_u32; n]);
+        let (mut forward, mut inverse) = (vec![0_usize; n], vec![0_usize; n]);
         self.symbolic.factorize_numeric_intranode_lblt(
             &mut self.values,
             &mut subdiagonal,
@@ -172,7 +175,7 @@ impl SymmetricFactor {
             if pivot < 0.0 {
                 inertia.negative += 1;
                 if inertia.negative_dofs.len() < Inertia::LISTED {
-                    inertia.negative_dofs.push(self.ordering.forward[forward[position] as usize] as usize);
+                    inertia.negative_dofs.push(self.ordering.forward[forward[position]] as usize);
                 }
             } else if pivot.is_nan() || pivot == 0.0 {
                 inertia.zero += 1;
@@ -183,10 +186,10 @@ impl SymmetricFactor {
             return Inertia { negative: 0, zero: n, negative_dofs: Vec::new() };
         };
         for s in 0..supernodes.n_supernodes() {
-            let begin = supernodes.supernode_begin()[s] as usize;
-            let columns = supernodes.supernode_end()[s] as usize - begin;
-            let first_value = supernodes.col_ptr_for_val()[s] as usize;
-            let rows = (supernodes.col_ptr_for_val()[s + 1] as usize - first_value) / columns.max(1);
+            let begin = supernodes.supernode_begin()[s];
+            let columns = supernodes.supernode_end()[s] - begin;
+            let first_value = supernodes.col_ptr_for_val()[s];
+            let rows = (supernodes.col_ptr_for_val()[s + 1] - first_value) / columns.max(1);
             let diagonal = |j: usize| self.values[first_value + j * rows + j];
             let mut j = 0;
             while j < columns {

@@ -7,7 +7,7 @@
 use dcb_formats::SparseMatrix;
 use faer::{Mat, MatRef};
 
-use crate::block_algebra::{column_norms, combination, gram, symmetric_eigen, symmetric_product, symmetrized};
+use crate::block_algebra::{absolute_product, column_norms, combination, gram, symmetric_eigen, symmetric_product, symmetrized};
 use crate::condensation::Model;
 use crate::error::Error;
 use crate::factorization::PositiveFactor;
@@ -15,12 +15,15 @@ use crate::lanczos::{Lanczos, RitzPairs};
 use crate::multiplet::{canonical_basis, clusters};
 use crate::observer::Observer;
 use crate::rigid_body::RigidBodyModes;
+use crate::shift::absolute_energies;
 
 /// Two eigenvalues closer than this, relatively, are one multiple root that is never cut. Meshes of symmetric parts
 /// split a double root by rounding only (1e-9 and less), nearly double roots of slightly unsymmetric meshes by 1e-4 and more.
 pub const CLUSTER_TOLERANCE: f64 = 1e-5;
-/// Largest ‖K φ - ω² M φ‖ / ‖K φ‖ of an accepted mode.
+/// Largest ‖K φ - ω² M φ‖ / ‖K φ‖ of an accepted mode, where double precision can tell that much.
 pub const RESIDUAL_TOLERANCE: f64 = 1e-8;
+/// Otherwise the residual may be this many times the rounding in K φ itself, ε ‖|K| |φ|‖ / ‖K φ‖ (slender and thin parts).
+pub const RESIDUAL_OVER_ROUNDING: f64 = 10.0;
 /// An eigenvalue below this many times the rounding in its own Rayleigh quotient is a zero: a mechanism or a loose piece.
 const ZERO_OVER_ROUNDING: f64 = 1e3;
 /// Columns of a Lanczos block: finds roots up to this multiplicity at once, and one cache line of a packed row.
@@ -48,6 +51,10 @@ pub struct FreeModes {
     pub eigenvalues: Vec<f64>,
     /// ‖K φ - ω² M φ‖ / ‖K φ‖ per mode; 0 for mechanism modes.
     pub residuals: Vec<f64>,
+    /// ε ‖|K| |φ|‖ / ‖K φ‖ per mode: what rounding alone does to the residual; 0 for mechanism modes.
+    pub residual_roundings: Vec<f64>,
+    /// ε |φ|ᵀ |K| |φ| / ω² per mode: what rounding in K can do to the eigenvalue, relatively; 0 for mechanism modes.
+    pub eigenvalue_roundings: Vec<f64>,
     /// How many of the first modes are mechanism or loose-piece modes without stiffness.
     pub zero_count: usize,
     /// The lowest eigenvalue left out; infinite if every finite mode is kept.
@@ -108,16 +115,16 @@ impl FreeModes {
                 continue;
             }
             let modes = Self::sharpened(model, rigid, &lanczos, &pairs, kept, search.wanted, iterations)?;
-            let worst = modes.residuals.iter().copied().fold(0.0, f64::max);
-            if worst <= RESIDUAL_TOLERANCE || lanczos.is_exhausted() {
+            let unconverged = modes.unconverged().count();
+            if unconverged == 0 || lanczos.is_exhausted() {
                 return Ok(modes);
             }
             if iterations >= step_limit {
                 return Err(Error::ModesNotConverged {
-                    converged: modes.residuals.iter().filter(|r| **r <= RESIDUAL_TOLERANCE).count(),
+                    converged: modes.count() - unconverged,
                     wanted: kept,
                     iterations,
-                    residual: worst,
+                    residual: modes.unconverged().map(|j| modes.residuals[j]).fold(0.0, f64::max),
                     tolerance: RESIDUAL_TOLERANCE,
                 });
             }
@@ -144,9 +151,8 @@ impl FreeModes {
             x.as_mut().col_mut(j).iter_mut().for_each(|entry| *entry /= norm);
         }
         let (eigenvalues, x) = rayleigh_ritz(model, x.as_ref())?;
-        let rounding: Vec<f64> = (0..subspace)
-            .map(|j| f64::EPSILON * crate::shift::absolute_energy(&model.stiffness, x.as_ref().subcols(j, 1)))
-            .collect();
+        let rounding: Vec<f64> =
+            absolute_energies(&model.stiffness, x.as_ref()).into_iter().map(|e| f64::EPSILON * e).collect();
         if let Some(j) = (0..kept).find(|j| eigenvalues[*j] < -ZERO_OVER_ROUNDING * rounding[*j]) {
             return Err(Error::Component(format!(
                 "the stiffness matrix is indefinite: an elastic eigenvalue of {:.6e} (rad/time)² is negative beyond rounding; its shape is largest at {}",
@@ -164,12 +170,17 @@ impl FreeModes {
         }
         rigid.project_out(&mut shapes);
         let mass_shapes = symmetric_product(&model.mass, shapes.as_ref());
-        let residuals = residuals(&model.stiffness, shapes.as_ref(), mass_shapes.as_ref(), &eigenvalues, zero_count);
+        let (residuals, residual_roundings) =
+            residuals(&model.stiffness, shapes.as_ref(), mass_shapes.as_ref(), &eigenvalues, zero_count);
+        let eigenvalue_roundings =
+            (0..kept).map(|j| if j < zero_count { 0.0 } else { rounding[j] / eigenvalues[j] }).collect();
         Ok(Self {
             shapes,
             mass_shapes,
             eigenvalues,
             residuals,
+            residual_roundings,
+            eigenvalue_roundings,
             zero_count,
             first_omitted,
             iterations,
@@ -180,6 +191,11 @@ impl FreeModes {
     /// n_k.
     pub fn count(&self) -> usize {
         self.eigenvalues.len()
+    }
+
+    /// Modes whose residual is above both limits.
+    fn unconverged(&self) -> impl Iterator<Item = usize> {
+        (0..self.count()).filter(|j| !residual_is_accepted(self.residuals[*j], self.residual_roundings[*j]))
     }
 
     /// Where an eigenvalue count certifies the kept modes: in the gap above the highest one. `None` if nothing is left out.
@@ -228,22 +244,34 @@ fn mass_norms(mass: &SparseMatrix, x: MatRef<'_, f64>) -> Vec<f64> {
         .collect()
 }
 
-/// ‖K φ - ω² M φ‖ / ‖K φ‖ per column.
+/// Whether a mode's residual is as small as it should be, or as rounding allows.
+pub fn residual_is_accepted(residual: f64, rounding: f64) -> bool {
+    residual <= RESIDUAL_TOLERANCE.max(RESIDUAL_OVER_ROUNDING * rounding)
+}
+
+/// ‖K φ - ω² M φ‖ / ‖K φ‖ per column, and the part of it that rounding explains, ε ‖|K| |φ|‖ / ‖K φ‖.
 pub fn residuals(
     stiffness: &SparseMatrix,
     shapes: MatRef<'_, f64>,
     mass_shapes: MatRef<'_, f64>,
     eigenvalues: &[f64],
     zero_count: usize,
-) -> Vec<f64> {
+) -> (Vec<f64>, Vec<f64>) {
     let forces = symmetric_product(stiffness, shapes);
     let norms = column_norms(forces.as_ref());
     let difference =
         Mat::from_fn(forces.nrows(), forces.ncols(), |i, j| forces[(i, j)] - eigenvalues[j] * mass_shapes[(i, j)]);
-    let mut relative: Vec<f64> =
-        column_norms(difference.as_ref()).iter().zip(&norms).map(|(r, k)| r / k.max(f64::MIN_POSITIVE)).collect();
-    relative[..zero_count].fill(0.0);
-    relative
+    let absolute = absolute_product(stiffness, shapes);
+    let relative = |block: &Mat<f64>, factor: f64| {
+        let mut ratios: Vec<f64> = column_norms(block.as_ref())
+            .iter()
+            .zip(&norms)
+            .map(|(value, norm)| factor * value / norm.max(f64::MIN_POSITIVE))
+            .collect();
+        ratios[..zero_count].fill(0.0);
+        ratios
+    };
+    (relative(&difference, 1.0), relative(&absolute, f64::EPSILON))
 }
 
 fn largest_dof(model: &Model, x: MatRef<'_, f64>) -> String {

@@ -9,7 +9,7 @@ use dcb_formats::SparseMatrix;
 use dcb_formats::mesh::Dimension;
 use faer::{Mat, MatRef};
 
-use crate::block_algebra::{combination, gram, symmetric_eigen, symmetric_product};
+use crate::block_algebra::{absolute_product, combination, gram, symmetric_eigen, symmetric_product};
 use crate::condensation::Model;
 use crate::rigid_body::RigidBodyModes;
 
@@ -34,9 +34,8 @@ impl SpectrumScale {
         let mut fields = quadratic_fields(model, dimension, centre, rigid.length);
         rigid.project_out(&mut fields);
         let first_elastic = lowest_ritz_value(model, fields.as_ref()).unwrap_or(0.0);
-        let rounding = (0..rigid.count())
-            .map(|j| f64::EPSILON * absolute_energy(&model.stiffness, rigid.shapes.as_ref().subcols(j, 1)))
-            .fold(0.0, f64::max);
+        let energies = absolute_energies(&model.stiffness, rigid.shapes.as_ref());
+        let rounding = f64::EPSILON * energies.into_iter().fold(0.0, f64::max);
         Self { first_elastic, rounding }
     }
 
@@ -46,19 +45,10 @@ impl SpectrumScale {
     }
 }
 
-/// `|x|ᵀ |K| |x|` summed over the columns: times machine precision, the rounding in `xᵀ K x`.
-pub fn absolute_energy(stiffness: &SparseMatrix, x: MatRef<'_, f64>) -> f64 {
-    (0..x.ncols())
-        .map(|j| {
-            (0..stiffness.ncols())
-                .map(|column| {
-                    let rows = stiffness.row_idx_of_col_raw(column).iter().zip(stiffness.val_of_col(column));
-                    let sum: f64 = rows.map(|(row, value)| (value * x[(*row as usize, j)]).abs()).sum();
-                    sum * x[(column, j)].abs()
-                })
-                .sum::<f64>()
-        })
-        .sum()
+/// `|x|ᵀ |K| |x|` of each column: times machine precision, the rounding in `xᵀ K x`.
+pub fn absolute_energies(stiffness: &SparseMatrix, x: MatRef<'_, f64>) -> Vec<f64> {
+    let forces = absolute_product(stiffness, x);
+    (0..x.ncols()).map(|j| x.col(j).iter().zip(forces.col(j).iter()).map(|(x, f)| x.abs() * f).sum()).collect()
 }
 
 /// All displacement fields with one quadratic or linear monomial in one component, with half their curl as rotations.
