@@ -7,6 +7,7 @@
 //! Left out: `point_data`, `cell_data`, `field_data` and `cell_sets` are skipped; whether the nodes of an interface
 //! determine its frame is known only to the reduction.
 
+mod axes;
 mod diagnosis;
 mod file;
 mod geometry;
