@@ -203,7 +203,7 @@ fn cell_offsets(element: SolidElement) -> Vec<[usize; 3]> {
     }
 }
 
-/// A point of a circle, exact on the axes through its centre.
+/// A point of a circle.
 pub(crate) fn on_circle(center: [f64; 2], radius: f64, angle: f64) -> [f64; 2] {
     let (sine, cosine) = angle.sin_cos();
     [center[0] + radius * cosine, center[1] + radius * sine]
