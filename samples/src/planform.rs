@@ -109,8 +109,7 @@ impl Planform {
         ring
     }
 
-    /// Extrudes through the planes at `heights`, one layer between two of them. Second value: the nodes above given
-    /// planform points, ascending.
+    /// Extrudes through the planes at `heights`, one layer between two of them.
     pub(crate) fn extrude(&self, heights: &[f64], element: SolidElement) -> Extrusion {
         let levels = 2 * heights.len() - 1;
         let z = |level: usize| match level % 2 {
