@@ -62,7 +62,7 @@ impl RodShape {
     }
 }
 
-/// The default rod. Refinement 0 has about 7 000 dofs, 1 about 25 000, 2 about 100 000, 3 about 400 000.
+/// The default rod. Refinement 0 has 9 918 dofs, 1 (the usual one) 28 176, 2 98 388, 3 372 738.
 pub fn connecting_rod(refinement: u32) -> Component {
     let shape = RodShape::default();
     let element_size = shape.element_size * 4.0_f64.powf((1.0 - f64::from(refinement)) / 3.0);

@@ -56,14 +56,14 @@ pub fn square_block() -> Component {
 /// with one and more nodal diameters come as double roots wherever the symmetry allows. Interface `bore`.
 pub fn symmetric_ring(fold: usize) -> Component {
     let fold = fold.max(3);
-    let cells_around = fold * 24_usize.div_ceil(fold);
+    let cells_around = fold * 16_usize.div_ceil(fold);
     let mut planform = Planform::default();
     let annulus = Annulus {
         center: [0.0, 0.0],
         inner: 0.05,
         outer: 0.1,
     };
-    let ring = planform.add_ring(annulus, &full_circle(cells_around), 3, 0..1);
+    let ring = planform.add_ring(annulus, &full_circle(cells_around), 2, 0..1);
     let extrusion = planform.extrude(&[-0.005, 0.005], SolidElement::Hexahedron20);
     let bore = extrusion.nodes_over(&ring.inner());
     let mut mesh = extrusion.mesh;

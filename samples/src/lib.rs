@@ -3,7 +3,7 @@
 //!
 //! Every function returns a complete [`dcb_formats::Component`]: stiffness and mass (exactly symmetric, full storage,
 //! columns sorted), mesh, dof table and interfaces. Units are SI; [`in_units`] gives the same part in other units and
-//! [`write`] puts it on disk as the files `reduce` reads. Nothing here solves anything.
+//! [`write()`] puts it on disk as the files `reduce` reads. Nothing here solves anything.
 
 pub mod catalogue;
 mod component;

@@ -1,10 +1,11 @@
 //! Writes samples as the files `reduce` reads.
 
+use std::io::{self, Write};
 use std::path::PathBuf;
 use std::process::ExitCode;
 
 use clap::{Parser, Subcommand, ValueEnum};
-use dcb_samples::catalogue::{CATALOGUE, find};
+use dcb_samples::catalogue::{CATALOGUE, Sample, find};
 use dcb_samples::{UnitScale, in_units, write};
 
 /// Small flexible components to try the reducer with.
@@ -49,18 +50,23 @@ enum UnitSystem {
 }
 
 fn main() -> ExitCode {
-    match Cli::parse().command {
-        Command::List => {
-            for sample in CATALOGUE {
-                let refinement = sample
-                    .refinement
-                    .map_or(String::new(), |(meaning, default)| {
-                        format!(" [--refinement: {meaning}; default {default}]")
-                    });
-                println!("{:<22} {}{refinement}", sample.name, sample.description);
-            }
+    match run(Cli::parse().command) {
+        Ok(text) => {
+            // A reader that closed the pipe early has what it wanted.
+            let _ = io::stdout().write_all(text.as_bytes());
             ExitCode::SUCCESS
         }
+        Err(message) => {
+            eprintln!("{message}");
+            ExitCode::from(2)
+        }
+    }
+}
+
+/// What to print, or why not.
+fn run(command: Command) -> Result<String, String> {
+    match command {
+        Command::List => Ok(CATALOGUE.iter().map(describe).collect()),
         Command::Write {
             name,
             out,
@@ -68,36 +74,37 @@ fn main() -> ExitCode {
             refinement,
             units,
         } => {
-            let Some(sample) = find(&name) else {
-                eprintln!("no sample is called {name}; `samples list` names them all");
-                return ExitCode::from(2);
-            };
+            let sample = find(&name).ok_or_else(|| {
+                format!("no sample is called {name}; `samples list` names them all")
+            })?;
             if refinement.is_some() && sample.refinement.is_none() {
-                eprintln!("{name} has no refinement; leave --refinement out");
-                return ExitCode::from(2);
+                return Err(format!("{name} has no refinement; leave --refinement out"));
             }
             let component = sample.make(refinement);
             let component = match units {
                 UnitSystem::MKgS => component,
                 UnitSystem::MmTS => in_units(&component, &UnitScale::mm_t_s()),
             };
-            match write(&component, &out, stem.as_deref().unwrap_or(&name)) {
-                Ok(paths) => {
-                    println!(
-                        "{} nodes, {} dofs",
-                        component.mesh.node_count(),
-                        component.dofs.len()
-                    );
-                    for path in paths {
-                        println!("{}", path.display());
-                    }
-                    ExitCode::SUCCESS
-                }
-                Err(error) => {
-                    eprintln!("{error}");
-                    ExitCode::from(2)
-                }
-            }
+            let stem = stem.as_deref().unwrap_or(&name);
+            let paths = write(&component, &out, stem).map_err(|error| error.to_string())?;
+            let files: String = paths
+                .iter()
+                .map(|path| format!("{}\n", path.display()))
+                .collect();
+            Ok(format!(
+                "{} nodes, {} dofs\n{files}",
+                component.mesh.node_count(),
+                component.dofs.len()
+            ))
         }
     }
+}
+
+fn describe(sample: &Sample) -> String {
+    let refinement = sample
+        .refinement
+        .map_or(String::new(), |(meaning, default)| {
+            format!(" [--refinement: {meaning}; default {default}]")
+        });
+    format!("{:<22} {}{refinement}\n", sample.name, sample.description)
 }

@@ -109,8 +109,7 @@ impl Planform {
         ring
     }
 
-    /// Extrudes through the planes at `heights`, one layer between two of them. Second value: the nodes above given
-    /// planform points, ascending.
+    /// Extrudes through the planes at `heights`, one layer between two of them.
     pub(crate) fn extrude(&self, heights: &[f64], element: SolidElement) -> Extrusion {
         let levels = 2 * heights.len() - 1;
         let z = |level: usize| match level % 2 {
@@ -203,7 +202,7 @@ fn cell_offsets(element: SolidElement) -> Vec<[usize; 3]> {
     }
 }
 
-/// A point of a circle, exact on the axes through its centre.
+/// A point of a circle.
 pub(crate) fn on_circle(center: [f64; 2], radius: f64, angle: f64) -> [f64; 2] {
     let (sine, cosine) = angle.sin_cos();
     [center[0] + radius * cosine, center[1] + radius * sine]

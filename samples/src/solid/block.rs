@@ -36,7 +36,7 @@ const TETRAHEDRA: [[usize; 4]; 6] = [
 ];
 
 /// A block from the origin to `size` with `cells` hexahedra along each axis (tetrahedra: six to each). Interfaces
-/// `left` and `right` average the faces x = 0 and x = size[0]; all six faces are point sets.
+/// `left` and `right` average the faces at both ends of x; all six faces are point sets.
 pub fn box_block(
     cells: [usize; 3],
     size: [f64; 3],
