@@ -39,6 +39,8 @@ pub struct RigidFrame {
     pub wanted: Vec<Direction>,
     /// Directions that the nodes determine, with their model dofs.
     pub dofs: Vec<(Direction, u32)>,
+    /// Each of those directions as a combination of the component's dofs: (row, coefficient).
+    pub from_nodes: Vec<Vec<(u32, f64)>>,
 }
 
 impl RigidFrame {
@@ -157,6 +159,28 @@ impl<'a> Model<'a> {
         }
     }
 
+    /// `T⁺ x`, (n_c, k): columns over all dofs of the component seen by the model, rigid interfaces by their frames.
+    pub fn contract(&self, x: MatRef<'_, f64>) -> Mat<f64> {
+        let Some(expansion) = &self.expansion else { return x.to_owned() };
+        let mut contracted = Mat::zeros(self.len(), x.ncols());
+        let frame_start = self.frames.iter().flat_map(|frame| &frame.dofs).map(|(_, dof)| *dof).min().unwrap_or(u32::MAX);
+        for (row, entries) in expansion.iter().enumerate() {
+            if let [(dof, _)] = entries[..]
+                && dof < frame_start
+            {
+                contracted.as_mut().row_mut(dof as usize).copy_from(x.row(row));
+            }
+        }
+        for frame in &self.frames {
+            for ((_, dof), row) in frame.dofs.iter().zip(&frame.from_nodes) {
+                for column in 0..x.ncols() {
+                    contracted[(*dof as usize, column)] = row.iter().map(|(i, c)| c * x[(*i as usize, column)]).sum();
+                }
+            }
+        }
+        contracted
+    }
+
     /// The point that each dof belongs to, for orderings and graphs.
     pub fn points(&self) -> Vec<u32> {
         self.dofs.iter().map(|dof| dof.point).collect()
@@ -213,7 +237,8 @@ fn place_frame(
         frame_dofs.push((direction, dofs.len() as u32));
         dofs.push(ModelDof { point, direction, position });
     }
-    Ok(RigidFrame { interface: index, position, wanted, dofs: frame_dofs })
+    let from_nodes = frame_dofs.iter().map(|(direction, _)| fit.row(*direction)).collect();
+    Ok(RigidFrame { interface: index, position, wanted, dofs: frame_dofs, from_nodes })
 }
 
 /// `Tᵀ A T` for symmetric A, exactly symmetric.

@@ -82,7 +82,29 @@ struct Complement<'a> {
     mass_shapes: [MatRef<'a, f64>; 2],
 }
 
-impl Complement<'_> {
+impl<'a> Complement<'a> {
+    fn of(rigid: &'a RigidBodyModes, modes: &'a FreeModes) -> Self {
+        Self {
+            shapes: [rigid.shapes.as_ref(), modes.shapes.as_ref()],
+            mass_shapes: [rigid.mass_shapes.as_ref(), modes.mass_shapes.as_ref()],
+        }
+    }
+
+    /// P' L_bᵀ
+    fn forces(&self, model: &Model, localization: &Localization) -> Mat<f64> {
+        let mut forces = localization.attachment_columns(model.len());
+        self.project_force(&mut forces);
+        self.project_force(&mut forces);
+        forces
+    }
+
+    /// P' (f - K x)
+    fn residual(&self, model: &Model, forces: &Mat<f64>, columns: &Mat<f64>) -> Mat<f64> {
+        let mut residual = forces - symmetric_product(&model.stiffness, columns.as_ref());
+        self.project_force(&mut residual);
+        residual
+    }
+
     /// x -= Φₐ (M Φₐ)ᵀ x
     fn project_motion(&self, x: &mut Mat<f64>) {
         for (shapes, mass_shapes) in self.shapes.iter().zip(&self.mass_shapes) {
@@ -113,15 +135,9 @@ impl ResidualFlexibility {
         factor: &PositiveFactor,
         observer: &mut dyn Observer,
     ) -> Result<Self, Error> {
-        let complement = Complement {
-            shapes: [rigid.shapes.as_ref(), modes.shapes.as_ref()],
-            mass_shapes: [rigid.mass_shapes.as_ref(), modes.mass_shapes.as_ref()],
-        };
-        let mut forces = localization.attachment_columns(model.len());
-        complement.project_force(&mut forces);
-        complement.project_force(&mut forces);
-        let weights: Vec<f64> =
-            model.dofs.iter().map(|dof| if dof.direction.is_rotation() { 1.0 / rigid.length } else { 1.0 }).collect();
+        let complement = Complement::of(rigid, modes);
+        let weights = row_weights(model, rigid.length);
+        let forces = complement.forces(model, localization);
         let solved = solve_columns(model, &complement, factor, forces, &weights, observer);
         if let Some((row, residual)) = solved.worst().filter(|(_, residual)| *residual > RESIDUAL_LIMIT) {
             return Err(Error::AttachmentsNotConverged {
@@ -132,6 +148,25 @@ impl ResidualFlexibility {
             });
         }
         Self::from_columns(model, localization, modes, solved)
+    }
+
+    /// What given columns X = G_res L_bᵀ amount to, with the residual that they leave in K X = P' L_bᵀ.
+    ///
+    /// # Errors
+    /// [`Error::NotPositive`] if F_res has a negative eigenvalue beyond rounding.
+    pub fn from_shapes(
+        model: &Model,
+        localization: &Localization,
+        rigid: &RigidBodyModes,
+        modes: &FreeModes,
+        columns: Mat<f64>,
+    ) -> Result<Self, Error> {
+        let complement = Complement::of(rigid, modes);
+        let weights = row_weights(model, rigid.length);
+        let forces = complement.forces(model, localization);
+        let relative_residuals =
+            relative_norms(complement.residual(model, &forces, &columns).as_ref(), forces.as_ref(), &weights);
+        Self::from_columns(model, localization, modes, SolvedColumns { columns, relative_residuals, iterations: 0 })
     }
 
     fn from_columns(
@@ -209,6 +244,17 @@ fn weighted_norms(x: MatRef<'_, f64>, weights: &[f64]) -> Vec<f64> {
         .collect()
 }
 
+/// Norm of each column of `r` over that of `f`; 0 where there is no force.
+fn relative_norms(r: MatRef<'_, f64>, f: MatRef<'_, f64>, weights: &[f64]) -> Vec<f64> {
+    let pairs = weighted_norms(r, weights).into_iter().zip(weighted_norms(f, weights));
+    pairs.map(|(r, f)| if f > 0.0 { r / f } else { 0.0 }).collect()
+}
+
+/// Moments over the part's size, so that norms over forces and moments have one unit.
+fn row_weights(model: &Model, length: f64) -> Vec<f64> {
+    model.dofs.iter().map(|dof| if dof.direction.is_rotation() { 1.0 / length } else { 1.0 }).collect()
+}
+
 fn dots(a: MatRef<'_, f64>, b: MatRef<'_, f64>) -> Vec<f64> {
     (0..a.ncols()).map(|j| a.col(j).transpose() * b.col(j)).collect()
 }
@@ -222,20 +268,14 @@ fn solve_columns(
     weights: &[f64],
     observer: &mut dyn Observer,
 ) -> SolvedColumns {
-    let norms = weighted_norms(forces.as_ref(), weights);
-    let relative = |r: MatRef<'_, f64>| -> Vec<f64> {
-        let scaled = weighted_norms(r, weights).into_iter().zip(&norms);
-        scaled.map(|(r, f)| if *f > 0.0 { r / f } else { 0.0 }).collect()
-    };
     let mut columns = Mat::zeros(forces.nrows(), forces.ncols());
     let mut best = columns.clone();
-    let mut best_residuals = relative(forces.as_ref());
+    let mut best_residuals = vec![1.0; forces.ncols()];
     let mut iterations = 0;
     for sweep in 0..SWEEPS {
         observer.progress(sweep as f64 / SWEEPS as f64);
-        let mut residual = &forces - symmetric_product(&model.stiffness, columns.as_ref());
-        complement.project_force(&mut residual);
-        let now = relative(residual.as_ref());
+        let residual = complement.residual(model, &forces, &columns);
+        let now = relative_norms(residual.as_ref(), forces.as_ref(), weights);
         let worst = |r: &[f64]| r.iter().copied().fold(0.0, f64::max);
         let stagnates = sweep > 0 && worst(&now) > 0.5 * worst(&best_residuals);
         if sweep == 0 || worst(&now) < worst(&best_residuals) {
