@@ -179,7 +179,7 @@ struct Reader<'a> {
 
 impl Reader<'_> {
     /// Skips blanks, line ends and comment lines; false at the end.
-    #[inline]
+    #[inline(always)]
     fn advance_to_entry(&mut self) -> bool {
         while let Some(&byte) = self.text.get(self.at) {
             match byte {
@@ -191,7 +191,7 @@ impl Reader<'_> {
         false
     }
 
-    #[inline]
+    #[inline(always)]
     fn entry(&mut self, header: &Header) -> Result<Triplet, BadEntry> {
         let (mut row, mut column) = (0, 0);
         if header.layout == Layout::Coordinate {
@@ -224,7 +224,7 @@ impl Reader<'_> {
     }
 
     /// A 1-based index, returned 0-based.
-    #[inline]
+    #[inline(always)]
     fn index(&mut self, name: &str, count: usize) -> Result<u32, BadEntry> {
         match number::unsigned(&self.text[self.at..]) {
             Ok((index, length)) if index >= 1 && index <= count as u64 => {
@@ -246,7 +246,7 @@ impl Reader<'_> {
         }
     }
 
-    #[inline]
+    #[inline(always)]
     fn value(
         &mut self,
         read: impl Fn(&[u8]) -> Result<(f64, usize), NotANumber>,
@@ -269,7 +269,7 @@ impl Reader<'_> {
     }
 
     /// Blanks, then something on the same line.
-    #[inline]
+    #[inline(always)]
     fn gap(&mut self, expected: &str) -> Result<(), BadEntry> {
         let before = self.at;
         self.skip_blanks();
@@ -283,7 +283,7 @@ impl Reader<'_> {
         }
     }
 
-    #[inline]
+    #[inline(always)]
     fn end_of_entry(&mut self) -> Result<(), BadEntry> {
         self.skip_blanks();
         match self.text.get(self.at) {
@@ -295,14 +295,14 @@ impl Reader<'_> {
         }
     }
 
-    #[inline]
+    #[inline(always)]
     fn skip_blanks(&mut self) {
         while matches!(self.text.get(self.at), Some(b' ' | b'\t' | b'\r')) {
             self.at += 1;
         }
     }
 
-    #[inline]
+    #[inline(always)]
     fn is_word_end(&self, at: usize) -> bool {
         matches!(self.text.get(at), None | Some(b' ' | b'\t' | b'\r' | b'\n'))
     }

@@ -15,11 +15,11 @@ pub(super) enum NotANumber {
 }
 
 /// Unsigned decimal integer.
-#[inline]
+#[inline(always)]
 pub(super) fn unsigned(text: &[u8]) -> Result<(u64, usize), NotANumber> {
     let mut value = 0u64;
     let mut length = 0;
-    while let Some(&byte) = text.get(length) {
+    for &byte in text {
         let digit = byte.wrapping_sub(b'0');
         if digit > 9 {
             break;
