@@ -11,7 +11,13 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         let start = Instant::now();
         let (matrix, report) = dcb_formats::matrix::read_symmetric_operator(Path::new(&file))?;
         let seconds = start.elapsed().as_secs_f64();
-        println!("{seconds:.6} s, {} x {}, {} entries, {}", report.rows, report.columns, matrix.compute_nnz(), report.sha256);
+        println!(
+            "{seconds:.6} s, {} x {}, {} entries, {}",
+            report.rows,
+            report.columns,
+            matrix.compute_nnz(),
+            report.sha256
+        );
     }
     Ok(())
 }

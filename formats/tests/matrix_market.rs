@@ -15,9 +15,18 @@ fn conformance_folder() -> PathBuf {
 
 /// Files of `cpp/` and `py/` that fast_matrix_market reads and we refuse on purpose.
 const REFUSED_THOUGH_READ_ELSEWHERE: [(&str, &str); 3] = [
-    ("py/matrix_coordinate_real_general.mtx.bz2", "bzip2 is refused by name; gzip is the compressed form"),
-    ("py/matrix_coordinate_real_skew-symmetric.mtx", "a skew-symmetric matrix with (3, 3) = 30 contradicts its banner"),
-    ("py/scipy_crashes/dim_over_32_bit.mtx", "2^40 rows in a file of 120 bytes: beyond 32-bit indices, 8 TiB of column pointers"),
+    (
+        "py/matrix_coordinate_real_general.mtx.bz2",
+        "bzip2 is refused by name; gzip is the compressed form",
+    ),
+    (
+        "py/matrix_coordinate_real_skew-symmetric.mtx",
+        "a skew-symmetric matrix with (3, 3) = 30 contradicts its banner",
+    ),
+    (
+        "py/scipy_crashes/dim_over_32_bit.mtx",
+        "2^40 rows in a file of 120 bytes: beyond 32-bit indices, 8 TiB of column pointers",
+    ),
 ];
 
 struct Scratch(tempfile::TempDir);
@@ -43,7 +52,7 @@ fn gzip(bytes: &[u8]) -> Vec<u8> {
 fn dense(matrix: &SparseMatrix) -> Vec<Vec<f64>> {
     let mut rows = vec![vec![0.0; matrix.ncols()]; matrix.nrows()];
     for entry in matrix.triplet_iter() {
-        rows[entry.row as usize][entry.col as usize] = *entry.val;
+        rows[entry.row][entry.col] = *entry.val;
     }
     rows
 }
@@ -51,7 +60,11 @@ fn dense(matrix: &SparseMatrix) -> Vec<Vec<f64>> {
 /// Pattern and values, values as bits.
 fn bits(matrix: &SparseMatrix) -> (Vec<u32>, Vec<u32>, Vec<u64>) {
     let values = matrix.val().iter().map(|value| value.to_bits()).collect();
-    (matrix.symbolic().col_ptr().to_vec(), matrix.symbolic().row_idx().to_vec(), values)
+    (
+        matrix.symbolic().col_ptr().to_vec(),
+        matrix.symbolic().row_idx().to_vec(),
+        values,
+    )
 }
 
 fn assert_exactly_symmetric(matrix: &SparseMatrix) {
@@ -63,7 +76,9 @@ fn refusal_of(text: impl AsRef<[u8]>) -> String {
     let scratch = Scratch::new();
     let path = scratch.file("k.mtx", text);
     let error = read_symmetric_operator(&path).expect_err("expected a refusal");
-    error.to_string().replace(&path.display().to_string(), "k.mtx")
+    error
+        .to_string()
+        .replace(&path.display().to_string(), "k.mtx")
 }
 
 fn read_text(text: impl AsRef<[u8]>) -> (SparseMatrix, MatrixReport) {
@@ -90,15 +105,22 @@ fn complaint_by_policy(name: &str, path: &Path, expectation: &Value) -> Option<S
         _ => false,
     };
     let wanted = finite_real(&expectation["dense"]);
-    let same = [&read, &operator].into_iter().flatten().all(|(matrix, _)| wanted.as_ref().is_none_or(|w| *w == dense(matrix)));
+    let same = [&read, &operator]
+        .into_iter()
+        .flatten()
+        .all(|(matrix, _)| wanted.as_ref().is_none_or(|w| *w == dense(matrix)));
     (!fits || !same).then(|| format!("{name}: policy {policy}, {read:?}"))
 }
 
 /// What is wrong with our reading of a file of `cpp/` or `py/`, if anything.
 fn complaint_by_comparison(name: &str, path: &Path, expectation: &Value) -> Option<String> {
-    let is_exception = REFUSED_THOUGH_READ_ELSEWHERE.iter().any(|(exception, _)| *exception == name);
+    let is_exception = REFUSED_THOUGH_READ_ELSEWHERE
+        .iter()
+        .any(|(exception, _)| *exception == name);
     // Without a dense listing the matrix is large, but real.
-    let is_real_and_finite = expectation.get("dense").is_none_or(|values| finite_real(values).is_some());
+    let is_real_and_finite = expectation
+        .get("dense")
+        .is_none_or(|values| finite_real(values).is_some());
     let should_read = expectation["fmm"] == "ok" && is_real_and_finite && !is_exception;
     match read_matrix(path) {
         Err(error) => should_read.then(|| format!("{name}: refused: {error}")),
@@ -120,7 +142,10 @@ fn conformance_set() {
     let expected: BTreeMap<String, Value> = serde_json::from_str(&text).unwrap();
     assert!(expected.len() > 140, "{} files", expected.len());
     for (exception, _) in REFUSED_THOUGH_READ_ELSEWHERE {
-        assert_eq!(expected[exception]["fmm"], "ok", "{exception} is no exception");
+        assert_eq!(
+            expected[exception]["fmm"], "ok",
+            "{exception} is no exception"
+        );
     }
     let complaints: Vec<String> = expected
         .iter()
@@ -139,13 +164,21 @@ fn conformance_set() {
 
 #[test]
 fn what_the_policy_leaves_open_is_read() {
-    for name in ["upper_triangle_symmetric", "comment_in_body", "lower_case_banner", "fortran_d_exponent", "bom_utf8", "gz_named_mtx"] {
+    for name in [
+        "upper_triangle_symmetric",
+        "comment_in_body",
+        "lower_case_banner",
+        "fortran_d_exponent",
+        "bom_utf8",
+        "gz_named_mtx",
+    ] {
         let read = read_matrix(&conformance_folder().join("own").join(format!("{name}.mtx")));
         assert!(read.is_ok(), "{name}: {read:?}");
     }
 }
 
-const LOWER: &str = "%%MatrixMarket matrix coordinate real symmetric\n3 3 5\n1 1 4\n2 1 -1\n2 2 4\n3 2 -2\n3 3 5\n";
+const LOWER: &str =
+    "%%MatrixMarket matrix coordinate real symmetric\n3 3 5\n1 1 4\n2 1 -1\n2 2 4\n3 2 -2\n3 3 5\n";
 
 #[test]
 fn same_matrix_through_every_variant() {
@@ -155,28 +188,56 @@ fn same_matrix_through_every_variant() {
     let lower_array = "%%MatrixMarket matrix array real symmetric\n3 3\n4\n-1\n0\n4\n-2\n5\n";
     let (first, second) = LOWER.split_at(60);
     let variants: [(&str, Vec<u8>); 13] = [
-        ("upper", LOWER.replace("2 1 -1", "1 2 -1").replace("3 2 -2", "2 3 -2").into()),
+        (
+            "upper",
+            LOWER
+                .replace("2 1 -1", "1 2 -1")
+                .replace("3 2 -2", "2 3 -2")
+                .into(),
+        ),
         ("mixed_triangles", LOWER.replace("2 1 -1", "1 2 -1").into()),
         ("general", general.into()),
         ("integer", LOWER.replace("real", "integer").into()),
         ("array", array.into()),
         ("lower_array", lower_array.into()),
         ("crlf", LOWER.replace('\n', "\r\n").into()),
-        ("blanks", LOWER.replace("2 1 -1", "\n  \n% remark\n  2\t 1  -1.0D+00  ").into()),
+        (
+            "blanks",
+            LOWER
+                .replace("2 1 -1", "\n  \n% remark\n  2\t 1  -1.0D+00  ")
+                .into(),
+        ),
         ("no_final_newline", LOWER.trim_end().into()),
         ("byte_order_mark", format!("\u{feff}{LOWER}").into()),
         ("gz", gzip(LOWER.as_bytes())),
-        ("gz_two_members", [gzip(first.as_bytes()), gzip(second.as_bytes())].concat()),
-        ("duplicates", LOWER.replace("3 3 5\n1 1 4", "3 3 7\n1 1 3\n2 1 0\n1 1 1").into()),
+        (
+            "gz_two_members",
+            [gzip(first.as_bytes()), gzip(second.as_bytes())].concat(),
+        ),
+        (
+            "duplicates",
+            LOWER
+                .replace("3 3 5\n1 1 4", "3 3 7\n1 1 3\n2 1 0\n1 1 1")
+                .into(),
+        ),
     ];
     let (reference, report) = read_symmetric_operator(&scratch.file("lower.mtx", LOWER)).unwrap();
-    assert_eq!((report.rows, report.columns, report.stored_entries), (3, 3, 5));
+    assert_eq!(
+        (report.rows, report.columns, report.stored_entries),
+        (3, 3, 5)
+    );
     assert_eq!(report.file_name, "lower.mtx");
-    assert_eq!(report.sha256, "7cc38ced4945ab872a5d2eeb473b23826007e593a8ef03fc897d492b4339e4c4", "sha256sum of the same bytes");
+    assert_eq!(
+        report.sha256, "7cc38ced4945ab872a5d2eeb473b23826007e593a8ef03fc897d492b4339e4c4",
+        "sha256sum of the same bytes"
+    );
     assert_exactly_symmetric(&reference);
     for (name, bytes) in variants {
         let path = scratch.file(name, bytes);
-        for (matrix, _) in [read_symmetric_operator(&path).unwrap(), read_matrix(&path).unwrap()] {
+        for (matrix, _) in [
+            read_symmetric_operator(&path).unwrap(),
+            read_matrix(&path).unwrap(),
+        ] {
             assert_eq!(bits(&matrix), bits(&reference), "{name}");
         }
     }
@@ -186,7 +247,10 @@ fn same_matrix_through_every_variant() {
 fn skew_files_are_expanded_with_the_opposite_sign() {
     let text = "%%MatrixMarket matrix coordinate real skew-symmetric\n3 3 2\n2 1 -1\n2 3 4\n";
     let (matrix, _) = read_matrix(&Scratch::new().file("skew.mtx", text)).unwrap();
-    assert_eq!(dense(&matrix), [[0.0, 1.0, 0.0], [-1.0, 0.0, 4.0], [0.0, -4.0, 0.0]]);
+    assert_eq!(
+        dense(&matrix),
+        [[0.0, 1.0, 0.0], [-1.0, 0.0, 4.0], [0.0, -4.0, 0.0]]
+    );
 }
 
 #[test]
@@ -194,10 +258,21 @@ fn duplicates_and_zeros_are_counted() {
     let text = "%%MatrixMarket matrix coordinate real symmetric\n2 2 6\n1 1 1\n2 1 .5\n1 1 2\n2 1 .5\n2 2 0\n2 1 1e-1\n";
     let (matrix, report) = read_text(text);
     assert_eq!(dense(&matrix), [[3.0, 1.1], [1.1, 0.0]]);
-    assert_eq!((report.stored_entries, report.duplicates_summed, report.explicit_zeros), (6, 3, 1));
+    assert_eq!(
+        (
+            report.stored_entries,
+            report.duplicates_summed,
+            report.explicit_zeros
+        ),
+        (6, 3, 1)
+    );
     assert_eq!(matrix.compute_nnz(), 4, "the zero stays in the pattern");
-    let infinite = "%%MatrixMarket matrix coordinate real general\n2 2 2\n2 1 1.7e308\n2 1 1.7e308\n";
-    assert_eq!(refusal_of(infinite), "k.mtx: the duplicates of (2, 1) add up to something infinite");
+    let infinite =
+        "%%MatrixMarket matrix coordinate real general\n2 2 2\n2 1 1.7e308\n2 1 1.7e308\n";
+    assert_eq!(
+        refusal_of(infinite),
+        "k.mtx: the duplicates of (2, 1) add up to something infinite"
+    );
 }
 
 /// A linear congruential generator: the same numbers in every run.
@@ -205,7 +280,10 @@ struct Random(u64);
 
 impl Random {
     fn below(&mut self, limit: u64) -> u64 {
-        self.0 = self.0.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+        self.0 = self
+            .0
+            .wrapping_mul(6_364_136_223_846_793_005)
+            .wrapping_add(1_442_695_040_888_963_407);
         (self.0 >> 33) % limit
     }
 }
@@ -213,7 +291,8 @@ impl Random {
 /// Unsorted entries below the diagonal, most of them duplicates whose sum depends on the order.
 fn disorderly(entry_count: usize, size: u64) -> String {
     let mut random = Random(7);
-    let mut text = format!("%%MatrixMarket matrix coordinate real symmetric\n{size} {size} {entry_count}\n");
+    let mut text =
+        format!("%%MatrixMarket matrix coordinate real symmetric\n{size} {size} {entry_count}\n");
     for _ in 0..entry_count {
         let column = random.below(size - 1) + 1;
         let row = column + 1 + random.below(size - column);
@@ -228,7 +307,10 @@ fn result_does_not_depend_on_the_number_of_threads() {
     let scratch = Scratch::new();
     let path = scratch.file("k.mtx", disorderly(200_000, 300));
     let read_with = |thread_count| {
-        let pool = rayon::ThreadPoolBuilder::new().num_threads(thread_count).build().unwrap();
+        let pool = rayon::ThreadPoolBuilder::new()
+            .num_threads(thread_count)
+            .build()
+            .unwrap();
         pool.install(|| read_symmetric_operator(&path)).unwrap()
     };
     let (reference, report) = read_with(1);
@@ -240,12 +322,14 @@ fn result_does_not_depend_on_the_number_of_threads() {
         assert_eq!(other_report, report);
     }
     // Independent of the assembly: sums in file order.
-    let mut sums = BTreeMap::<(u32, u32), f64>::new();
+    let mut sums = BTreeMap::<(usize, usize), f64>::new();
     for line in std::fs::read_to_string(&path).unwrap().lines().skip(2) {
         let words: Vec<&str> = line.split(' ').collect();
-        let index = |word: &str| word.parse::<u32>().unwrap() - 1;
+        let index = |word: &str| word.parse::<usize>().unwrap() - 1;
         let value: f64 = words[2].parse().unwrap();
-        sums.entry((index(words[0]), index(words[1]))).and_modify(|sum| *sum += value).or_insert(value);
+        sums.entry((index(words[0]), index(words[1])))
+            .and_modify(|sum| *sum += value)
+            .or_insert(value);
     }
     assert_eq!(report.stored_entries - report.duplicates_summed, sums.len());
     assert_eq!(reference.compute_nnz(), 2 * sums.len());
@@ -257,23 +341,46 @@ fn result_does_not_depend_on_the_number_of_threads() {
 
 #[test]
 fn lines_are_right_far_into_a_large_file() {
-    let mut lines: Vec<String> = disorderly(200_000, 300).lines().map(str::to_owned).collect();
+    let mut lines: Vec<String> = disorderly(200_000, 300)
+        .lines()
+        .map(str::to_owned)
+        .collect();
     lines.insert(1000, "% a remark".into());
     lines.insert(2000, String::new());
-    assert!(lines.iter().map(String::len).sum::<usize>() > 3 << 20, "several chunks");
+    assert!(
+        lines.iter().map(String::len).sum::<usize>() > 3 << 20,
+        "several chunks"
+    );
     let with = |number: usize, line: &str| {
         let mut lines = lines.clone();
         lines[number - 1] = line.into();
         refusal_of(lines.join("\n"))
     };
-    assert_eq!(with(180_001, "301 7 1.0"), "k.mtx:180001: row 301 exceeds the announced 300 rows");
-    assert_eq!(with(150_002, "30 7 1.0x"), "k.mtx:150002: `1.0x`; expected a number");
-    let extra = [lines.clone(), vec!["1 1 1".into(), "junk".into()]].concat().join("\n");
-    assert_eq!(refusal_of(extra), "k.mtx:200005: one entry more than the 200000 announced in line 2");
+    assert_eq!(
+        with(180_001, "301 7 1.0"),
+        "k.mtx:180001: row 301 exceeds the announced 300 rows"
+    );
+    assert_eq!(
+        with(150_002, "30 7 1.0x"),
+        "k.mtx:150002: `1.0x`; expected a number"
+    );
+    let extra = [lines.clone(), vec!["1 1 1".into(), "junk".into()]]
+        .concat()
+        .join("\n");
+    assert_eq!(
+        refusal_of(extra),
+        "k.mtx:200005: one entry more than the 200000 announced in line 2"
+    );
     let missing = lines[..190_000].join("\n") + "\n\n";
-    assert_eq!(refusal_of(missing), "k.mtx:190000: the file ends after 189996 entries; line 2 announces 200000");
-    // (300, 1) twice: once mirrored. Only its lower half is far in; rows beyond 300 are free of other entries.
-    let mut both: Vec<String> = lines.iter().map(|line| line.replace("300 300 ", "302 302 ")).collect();
+    assert_eq!(
+        refusal_of(missing),
+        "k.mtx:190000: the file ends after 189996 entries; line 2 announces 200000"
+    );
+    // Rows beyond 300 hold nothing but this pair, its halves far apart.
+    let mut both: Vec<String> = lines
+        .iter()
+        .map(|line| line.replace("300 300 ", "302 302 "))
+        .collect();
     both[5] = "301 302 1".into();
     both[170_000] = "302 301 1".into();
     assert_eq!(
@@ -285,13 +392,23 @@ fn lines_are_right_far_into_a_large_file() {
 
 #[test]
 fn bad_lines_name_found_and_expected() {
-    let body = |line: &str| refusal_of(format!("%%MatrixMarket matrix coordinate real general\n% c\n3 3 1\n{line}\n"));
+    let body = |line: &str| {
+        refusal_of(format!(
+            "%%MatrixMarket matrix coordinate real general\n% c\n3 3 1\n{line}\n"
+        ))
+    };
     for (line, message) in [
         ("0 1 1", "row 0; rows are counted from 1"),
         ("1 4 1", "column 4 exceeds the announced 3 columns"),
         ("-1 1 1", "`-1`; expected a row from 1 to 3"),
-        ("1.0 1 1", "`.0` after an index; expected a blank, then a column"),
-        ("99999999999999999999 1 1", "row `99999999999999999999` exceeds the announced 3 rows"),
+        (
+            "1.0 1 1",
+            "`.0` after an index; expected a blank, then a column",
+        ),
+        (
+            "99999999999999999999 1 1",
+            "row `99999999999999999999` exceeds the announced 3 rows",
+        ),
         ("1 1", "the line ends; expected a value"),
         ("1", "the line ends; expected a column"),
         ("1 1 nan", "value `nan`; expected a finite number"),
@@ -299,7 +416,10 @@ fn bad_lines_name_found_and_expected() {
         ("1 1 1e999", "value `1e999`; expected a finite number"),
         ("1 1 1.5+100", "`1.5+100`; expected a number"),
         ("1 1 0x10", "`0x10`; expected a number"),
-        ("1 1 1 7", "`7` after the entry; expected the end of the line"),
+        (
+            "1 1 1 7",
+            "`7` after the entry; expected the end of the line",
+        ),
     ] {
         assert_eq!(body(line), format!("k.mtx:4: {message}"));
     }
@@ -309,19 +429,46 @@ fn bad_lines_name_found_and_expected() {
 fn what_cannot_be_stiffness_or_mass_is_refused() {
     let expected = "a stiffness or mass matrix has to be real and symmetric";
     for (words, sizes, message) in [
-        ("matrix coordinate pattern symmetric", "3 3 0", format!("1: a pattern without values; {expected}")),
-        ("matrix coordinate real skew-symmetric", "3 3 0", format!("1: a skew-symmetric matrix; {expected}")),
-        ("matrix coordinate real hermitian", "3 3 0", format!("1: a hermitian matrix; {expected}")),
-        ("matrix coordinate real general", "3 4 0", format!("2: 3 rows and 4 columns; {expected}")),
-        ("vector coordinate real general", "3 0", format!("2: a vector; {expected}")),
-        ("matrix coordinate real symmetric", "3 4 0", "2: 3 rows and 4 columns in a symmetric matrix".into()),
+        (
+            "matrix coordinate pattern symmetric",
+            "3 3 0",
+            format!("1: a pattern without values; {expected}"),
+        ),
+        (
+            "matrix coordinate real skew-symmetric",
+            "3 3 0",
+            format!("1: a skew-symmetric matrix; {expected}"),
+        ),
+        (
+            "matrix coordinate real hermitian",
+            "3 3 0",
+            format!("1: a hermitian matrix; {expected}"),
+        ),
+        (
+            "matrix coordinate real general",
+            "3 4 0",
+            format!("2: 3 rows and 4 columns; {expected}"),
+        ),
+        (
+            "vector coordinate real general",
+            "3 0",
+            format!("2: a vector; {expected}"),
+        ),
+        (
+            "matrix coordinate real symmetric",
+            "3 4 0",
+            "2: 3 rows and 4 columns in a symmetric matrix".into(),
+        ),
         (
             "matrix coordinate complex symmetric",
             "3 3 0",
             "1: complex values; expected real ones (`real`, `integer` or `pattern`)".into(),
         ),
     ] {
-        assert_eq!(refusal_of(format!("%%MatrixMarket {words}\n{sizes}\n")), format!("k.mtx:{message}"));
+        assert_eq!(
+            refusal_of(format!("%%MatrixMarket {words}\n{sizes}\n")),
+            format!("k.mtx:{message}")
+        );
     }
 }
 
@@ -333,10 +480,14 @@ fn rounding_asymmetry_is_averaged_and_reported() {
     assert_exactly_symmetric(&matrix);
     let dense = dense(&matrix);
     assert_eq!(dense[0], [8e9, 0.5 * 1.1e-7, 0.5 * 3e-7]);
-    assert_eq!(dense[1][2], 0.5 * -1.0 + 0.5 * -1.000000001);
+    assert_eq!(dense[1][2], -0.5 * (1.0 + 1.000000001));
     // (3, 2): 1e-9 over √(2e9 · 1); (3, 1): 3e-7 against nothing, over √(8e9 · 1).
     let expected = (1e-9 / 2e9f64.sqrt()).max(3e-7 / 8e9f64.sqrt());
-    assert!((report.largest_asymmetry / expected - 1.0).abs() < 1e-12, "{:e}", report.largest_asymmetry);
+    assert!(
+        (report.largest_asymmetry / expected - 1.0).abs() < 1e-12,
+        "{:e}",
+        report.largest_asymmetry
+    );
 }
 
 #[test]
@@ -348,19 +499,41 @@ fn real_asymmetry_is_refused_with_the_worst_pair() {
          relative difference 1.2e-1, expected at most 1e-8"
     );
     let (matrix, report) = read_matrix(&Scratch::new().file("l_b.mtx", text)).unwrap();
-    assert_eq!((dense(&matrix)[2][0], report.largest_asymmetry), (1.5, 0.0), "as any matrix it is read as it is");
+    assert_eq!(
+        (dense(&matrix)[2][0], report.largest_asymmetry),
+        (1.5, 0.0),
+        "as any matrix it is read as it is"
+    );
 }
 
 #[test]
 fn announced_sizes_do_not_allocate() {
-    let entries = refusal_of("%%MatrixMarket matrix coordinate real general\n3 3 9000000000000000000\n1 1 1\n");
-    assert_eq!(entries, "k.mtx:3: the file ends after 1 entries; line 2 announces 9000000000000000000");
-    let sizes = refusal_of("%%MatrixMarket matrix coordinate real general\n2000000000 2000000000 1\n1 1 1\n");
-    assert!(sizes.contains("announced by a file of 76 bytes; at most 16777216 are plausible"), "{sizes}");
-    let beyond = refusal_of("%%MatrixMarket matrix coordinate real general\n4000000000 4000000000 1\n1 1 1\n");
-    assert!(beyond.contains("at most 2147483647 are supported"), "{beyond}");
+    let entries = refusal_of(
+        "%%MatrixMarket matrix coordinate real general\n3 3 9000000000000000000\n1 1 1\n",
+    );
+    assert_eq!(
+        entries,
+        "k.mtx:3: the file ends after 1 entries; line 2 announces 9000000000000000000"
+    );
+    let sizes = refusal_of(
+        "%%MatrixMarket matrix coordinate real general\n2000000000 2000000000 1\n1 1 1\n",
+    );
+    assert!(
+        sizes.contains("announced by a file of 76 bytes; at most 16777216 are plausible"),
+        "{sizes}"
+    );
+    let beyond = refusal_of(
+        "%%MatrixMarket matrix coordinate real general\n4000000000 4000000000 1\n1 1 1\n",
+    );
+    assert!(
+        beyond.contains("at most 2147483647 are supported"),
+        "{beyond}"
+    );
     let array = refusal_of("%%MatrixMarket matrix array real general\n16000000 16000000\n1\n");
-    assert!(array.contains("the file ends after 1 entries; line 2 announces 256000000000000"), "{array}");
+    assert!(
+        array.contains("the file ends after 1 entries; line 2 announces 256000000000000"),
+        "{array}"
+    );
 }
 
 #[test]
@@ -370,11 +543,20 @@ fn files_that_are_something_else_are_named() {
             "1 1  8.2e+09\n1 2  1.1e-07\n",
             "k.mtx:1: no banner and no size line: this looks like Abaqus *MATRIX OUTPUT, FORMAT=COORDINATE",
         ),
-        ("1,1, 1,1,  8.2e+09\n", "k.mtx:1: no banner: this looks like Abaqus *MATRIX OUTPUT, FORMAT=MATRIX INPUT"),
-        ("BZh91AY", "k.mtx: compressed with bzip2; expected plain text or gzip"),
+        (
+            "1,1, 1,1,  8.2e+09\n",
+            "k.mtx:1: no banner: this looks like Abaqus *MATRIX OUTPUT, FORMAT=MATRIX INPUT",
+        ),
+        (
+            "BZh91AY",
+            "k.mtx: compressed with bzip2; expected plain text or gzip",
+        ),
         ("", "k.mtx:1: empty file; expected a Matrix Market banner"),
         ("*HEADING\n", "k.mtx:1: `*HEADING`; expected the banner"),
-        ("%%MatrixMarket matrix coordinate real general\r3 3 0\r", "k.mtx:1: lines end with a bare carriage return"),
+        (
+            "%%MatrixMarket matrix coordinate real general\r3 3 0\r",
+            "k.mtx:1: lines end with a bare carriage return",
+        ),
     ] {
         let message = refusal_of(text);
         assert!(message.starts_with(start), "{message}");
@@ -386,13 +568,26 @@ fn damaged_gzip_and_unreadable_paths_are_errors() {
     let packed = gzip(disorderly(20_000, 100).as_bytes());
     let mut corrupt = packed.clone();
     corrupt[packed.len() / 2] ^= 0x55;
-    for bytes in [&packed[..packed.len() / 2], &corrupt, &[&packed[..], b"trailing"].concat()] {
+    for bytes in [
+        &packed[..packed.len() / 2],
+        &corrupt,
+        &[&packed[..], b"trailing"].concat(),
+    ] {
         let message = refusal_of(bytes);
-        assert!(message.starts_with("k.mtx: gzip data damaged or cut off after"), "{message}");
+        assert!(
+            message.starts_with("k.mtx: gzip data damaged or cut off after"),
+            "{message}"
+        );
     }
     let scratch = Scratch::new();
-    assert!(matches!(read_matrix(scratch.0.path()), Err(Error::Io { .. })));
-    assert!(matches!(read_matrix(&scratch.0.path().join("absent.mtx")), Err(Error::Io { .. })));
+    assert!(matches!(
+        read_matrix(scratch.0.path()),
+        Err(Error::Io { .. })
+    ));
+    assert!(matches!(
+        read_matrix(&scratch.0.path().join("absent.mtx")),
+        Err(Error::Io { .. })
+    ));
 }
 
 #[test]

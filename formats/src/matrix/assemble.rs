@@ -78,7 +78,13 @@ impl Columns {
             return Err(CannotAssemble::NotFinite { row, column });
         }
         let duplicates_summed = settled.iter().map(|part| part.duplicates_summed).sum();
-        let mut columns = Self { row_count, starts, rows, values, duplicates_summed };
+        let mut columns = Self {
+            row_count,
+            starts,
+            rows,
+            values,
+            duplicates_summed,
+        };
         if settled.iter().any(|part| !part.lengths.is_empty()) {
             columns.close_gaps(&ranges, &settled);
         }
@@ -98,7 +104,13 @@ impl Columns {
     /// As the matrix that the other crates use.
     pub(super) fn into_matrix(self) -> SparseMatrix {
         let column_count = self.column_count();
-        let symbolic = SymbolicSparseColMat::new_checked(self.row_count, column_count, self.starts, None, self.rows);
+        let symbolic = SymbolicSparseColMat::new_checked(
+            self.row_count,
+            column_count,
+            self.starts,
+            None,
+            self.rows,
+        );
         SparseMatrix::new(symbolic, self.values)
     }
 
@@ -108,9 +120,13 @@ impl Columns {
         for (range, part) in ranges.iter().zip(settled) {
             for column in range.clone() {
                 let from = self.column(column);
-                let length = part.lengths.get(column - range.start).map_or(from.len(), |&length| length as usize);
+                let length = part
+                    .lengths
+                    .get(column - range.start)
+                    .map_or(from.len(), |&length| length as usize);
                 self.rows.copy_within(from.start..from.start + length, end);
-                self.values.copy_within(from.start..from.start + length, end);
+                self.values
+                    .copy_within(from.start..from.start + length, end);
                 // Column starts behind this one are still needed, so write the one just used.
                 self.starts[column] = end as u32;
                 end += length;
@@ -125,7 +141,12 @@ impl Columns {
 
 /// Hands out (column, row, value) of every place an entry goes to, within a range of columns, in file order.
 #[inline]
-fn for_each_place(chunks: &[Chunk], expansion: Expansion, range: &Range<usize>, mut place: impl FnMut(usize, u32, f64)) {
+fn for_each_place(
+    chunks: &[Chunk],
+    expansion: Expansion,
+    range: &Range<usize>,
+    mut place: impl FnMut(usize, u32, f64),
+) {
     let width = range.len();
     let mut place_if_within = |column: u32, row: u32, value: f64| {
         let local = (column as usize).wrapping_sub(range.start);
@@ -145,7 +166,11 @@ fn for_each_place(chunks: &[Chunk], expansion: Expansion, range: &Range<usize>, 
                 Expansion::Mirrored | Expansion::MirroredNegated => {
                     place_if_within(column, row, value);
                     if row != column {
-                        let mirrored = if expansion == Expansion::Mirrored { value } else { -value };
+                        let mirrored = if expansion == Expansion::Mirrored {
+                            value
+                        } else {
+                            -value
+                        };
                         place_if_within(row, column, mirrored);
                     }
                 }
@@ -162,7 +187,10 @@ fn column_starts(
     range_count: usize,
 ) -> Result<Vec<u32>, CannotAssemble> {
     let stored: usize = chunks.iter().map(|chunk| chunk.entries.len()).sum();
-    let off_diagonal: usize = chunks.iter().map(|chunk| chunk.upper_count + chunk.lower_count).sum();
+    let off_diagonal: usize = chunks
+        .iter()
+        .map(|chunk| chunk.upper_count + chunk.lower_count)
+        .sum();
     let is_mirrored = matches!(expansion, Expansion::Mirrored | Expansion::MirroredNegated);
     let entries = (stored + if is_mirrored { off_diagonal } else { 0 }) as u64;
     if entries > u64::from(u32::MAX) {
@@ -170,10 +198,18 @@ fn column_starts(
     }
     let mut starts = vec![0u32; column_count + 1];
     let width = column_count.div_ceil(range_count).max(1);
-    starts[1..].par_chunks_mut(width).enumerate().for_each(|(number, counts)| {
-        let first = number * width;
-        for_each_place(chunks, expansion, &(first..first + counts.len()), |column, _, _| counts[column] += 1);
-    });
+    starts[1..]
+        .par_chunks_mut(width)
+        .enumerate()
+        .for_each(|(number, counts)| {
+            let first = number * width;
+            for_each_place(
+                chunks,
+                expansion,
+                &(first..first + counts.len()),
+                |column, _, _| counts[column] += 1,
+            );
+        });
     let mut total = 0;
     for start in &mut starts {
         total += *start;
@@ -190,8 +226,14 @@ fn balanced_ranges(starts: &[u32], range_count: usize) -> Vec<Range<usize>> {
     (1..=range_count as u64)
         .map(|number| {
             let goal = total * number / range_count as u64;
-            let end = starts.partition_point(|&start| u64::from(start) < goal).clamp(first, column_count);
-            let end = if number == range_count as u64 { column_count } else { end };
+            let end = starts
+                .partition_point(|&start| u64::from(start) < goal)
+                .clamp(first, column_count);
+            let end = if number == range_count as u64 {
+                column_count
+            } else {
+                end
+            };
             let range = first..end;
             first = end;
             range
@@ -226,7 +268,10 @@ fn scatter(
     values: &mut [f64],
 ) {
     let base = starts[0];
-    let mut next: Vec<u32> = starts[..range.len()].iter().map(|start| start - base).collect();
+    let mut next: Vec<u32> = starts[..range.len()]
+        .iter()
+        .map(|start| start - base)
+        .collect();
     for_each_place(chunks, expansion, &range, |column, row, value| {
         let at = next[column] as usize;
         next[column] += 1;
@@ -245,7 +290,13 @@ struct Settled {
 }
 
 /// Sorts each column by row and sums duplicates in file order.
-fn settle(expansion: Expansion, first_column: usize, starts: &[u32], rows: &mut [u32], values: &mut [f64]) -> Settled {
+fn settle(
+    expansion: Expansion,
+    first_column: usize,
+    starts: &[u32],
+    rows: &mut [u32],
+    values: &mut [f64],
+) -> Settled {
     let mut settled = Settled::default();
     let mut scratch: Vec<(u32, f64)> = Vec::new();
     let base = starts[0];
@@ -261,12 +312,16 @@ fn settle(expansion: Expansion, first_column: usize, starts: &[u32], rows: &mut 
             length = 0;
             for group in scratch.chunk_by(|a, b| a.0 == b.0) {
                 let row = group[0].0;
-                let sum = group[1..].iter().fold(group[0].1, |sum, entry| sum + entry.1);
+                let sum = group[1..]
+                    .iter()
+                    .fold(group[0].1, |sum, entry| sum + entry.1);
                 rows[length] = row;
                 values[length] = sum;
                 length += 1;
                 // Of an entry and its mirror image, only the lower one is counted: one line of the file.
-                let is_image = matches!(expansion, Expansion::Mirrored | Expansion::MirroredNegated) && row < column;
+                let is_image =
+                    matches!(expansion, Expansion::Mirrored | Expansion::MirroredNegated)
+                        && row < column;
                 if !is_image {
                     settled.duplicates_summed += group.len() - 1;
                 }
@@ -276,7 +331,10 @@ fn settle(expansion: Expansion, first_column: usize, starts: &[u32], rows: &mut 
             }
         }
         if length < end - start && settled.lengths.is_empty() {
-            settled.lengths = starts.windows(2).map(|bounds| bounds[1] - bounds[0]).collect();
+            settled.lengths = starts
+                .windows(2)
+                .map(|bounds| bounds[1] - bounds[0])
+                .collect();
         }
         if let Some(known) = settled.lengths.get_mut(local) {
             *known = length as u32;

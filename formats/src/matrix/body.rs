@@ -47,10 +47,16 @@ struct BadEntry {
 /// # Errors
 /// [`Error::Line`] for the first line in file order that is not an entry, or where entries are missing or left over.
 pub(super) fn read_entries(path: &Path, text: &[u8], header: &Header) -> Result<Vec<Chunk>, Error> {
-    let bad = |line, message| Error::Line { path: path.into(), line, message };
+    let bad = |line, message| Error::Line {
+        path: path.into(),
+        line,
+        message,
+    };
     let limits = chunk_limits(text, header.body_start);
-    let results: Vec<(Chunk, Option<BadEntry>)> =
-        limits.par_iter().map(|&[start, end]| read_chunk(text, start, end, header)).collect();
+    let results: Vec<(Chunk, Option<BadEntry>)> = limits
+        .par_iter()
+        .map(|&[start, end]| read_chunk(text, start, end, header))
+        .collect();
     let mut chunks = Vec::with_capacity(results.len());
     let mut found = 0u64;
     for (chunk, refusal) in results {
@@ -59,7 +65,13 @@ pub(super) fn read_entries(path: &Path, text: &[u8], header: &Header) -> Result<
         if found > header.entries {
             let start = limits[chunks.len()][0];
             let line = line_of_entry(text, start, (header.entries - before) as usize);
-            return Err(bad(line, format!("one entry more than the {} announced in line {}", header.entries, header.size_line)));
+            return Err(bad(
+                line,
+                format!(
+                    "one entry more than the {} announced in line {}",
+                    header.entries, header.size_line
+                ),
+            ));
         }
         if let Some(BadEntry { offset, message }) = refusal {
             return Err(bad(line_at(text, offset), message));
@@ -68,7 +80,13 @@ pub(super) fn read_entries(path: &Path, text: &[u8], header: &Header) -> Result<
     }
     if found < header.entries {
         let line = line_at(text, text.trim_ascii_end().len());
-        return Err(bad(line, format!("the file ends after {found} entries; line {} announces {}", header.size_line, header.entries)));
+        return Err(bad(
+            line,
+            format!(
+                "the file ends after {found} entries; line {} announces {}",
+                header.size_line, header.entries
+            ),
+        ));
     }
     if header.layout == Layout::Array {
         place_array_values(&mut chunks, header);
@@ -96,7 +114,10 @@ fn chunk_limits(text: &[u8], body_start: usize) -> Vec<[usize; 2]> {
 
 /// 1-based line of a byte.
 fn line_at(text: &[u8], offset: usize) -> u64 {
-    1 + text[..offset.min(text.len())].par_iter().filter(|&&byte| byte == b'\n').count() as u64
+    1 + text[..offset.min(text.len())]
+        .par_iter()
+        .filter(|&&byte| byte == b'\n')
+        .count() as u64
 }
 
 fn line_of_entry(text: &[u8], start: usize, nth: usize) -> u64 {
@@ -118,14 +139,18 @@ fn line_of_entry(text: &[u8], start: usize, nth: usize) -> u64 {
 /// Reads the lines of one stretch; an error ends it and keeps what was read before.
 fn read_chunk(text: &[u8], start: usize, end: usize, header: &Header) -> (Chunk, Option<BadEntry>) {
     // The stretch's share of the announced entries, but never more than its bytes can hold (two bytes an entry).
-    let share = header.entries as f64 * (end - start) as f64 / (text.len() - header.body_start) as f64;
+    let share =
+        header.entries as f64 * (end - start) as f64 / (text.len() - header.body_start) as f64;
     let mut chunk = Chunk {
         entries: Vec::with_capacity((share as usize + 64).min((end - start) / 2 + 1)),
         index_range: [u32::MAX, 0],
         ..Chunk::default()
     };
-    let mut reader = Reader { text: &text[..end], at: start };
-    while reader.to_next_entry() {
+    let mut reader = Reader {
+        text: &text[..end],
+        at: start,
+    };
+    while reader.advance_to_entry() {
         match reader.entry(header) {
             Ok(triplet) => chunk.push(triplet),
             Err(refusal) => return (chunk, Some(refusal)),
@@ -154,8 +179,8 @@ struct Reader<'a> {
 
 impl Reader<'_> {
     /// Skips blanks, line ends and comment lines; false at the end.
-    #[inline]
-    fn to_next_entry(&mut self) -> bool {
+    #[inline(always)]
+    fn advance_to_entry(&mut self) -> bool {
         while let Some(&byte) = self.text.get(self.at) {
             match byte {
                 b' ' | b'\t' | b'\r' | b'\n' => self.at += 1,
@@ -166,7 +191,7 @@ impl Reader<'_> {
         false
     }
 
-    #[inline]
+    #[inline(always)]
     fn entry(&mut self, header: &Header) -> Result<Triplet, BadEntry> {
         let (mut row, mut column) = (0, 0);
         if header.layout == Layout::Coordinate {
@@ -185,15 +210,21 @@ impl Reader<'_> {
             Field::Integer => self.value(number::integer)?,
         };
         self.end_of_entry()?;
-        if header.symmetry == Symmetry::Skew && header.layout == Layout::Coordinate && row == column && value != 0.0 {
+        if header.symmetry == Symmetry::Skew
+            && header.layout == Layout::Coordinate
+            && row == column
+            && value != 0.0
+        {
             let place = row + 1;
-            return Err(self.refuse(format!("({place}, {place}) = {value:e} in a skew-symmetric matrix; its diagonal is zero")));
+            return Err(self.refuse(format!(
+                "({place}, {place}) = {value:e} in a skew-symmetric matrix; its diagonal is zero"
+            )));
         }
         Ok(Triplet { row, column, value })
     }
 
     /// A 1-based index, returned 0-based.
-    #[inline]
+    #[inline(always)]
     fn index(&mut self, name: &str, count: usize) -> Result<u32, BadEntry> {
         match number::unsigned(&self.text[self.at..]) {
             Ok((index, length)) if index >= 1 && index <= count as u64 => {
@@ -201,75 +232,103 @@ impl Reader<'_> {
                 Ok((index - 1) as u32)
             }
             Ok((0, _)) => Err(self.refuse(format!("{name} 0; {name}s are counted from 1"))),
-            Ok((index, _)) => Err(self.refuse(format!("{name} {index} exceeds the announced {count} {name}s"))),
-            Err(NotANumber::OutOfRange) => {
-                Err(self.refuse(format!("{name} `{}` exceeds the announced {count} {name}s", shown(self.word()))))
-            }
-            Err(_) => Err(self.refuse(format!("`{}`; expected a {name} from 1 to {count}", shown(self.word())))),
+            Ok((index, _)) => Err(self.refuse(format!(
+                "{name} {index} exceeds the announced {count} {name}s"
+            ))),
+            Err(NotANumber::OutOfRange) => Err(self.refuse(format!(
+                "{name} `{}` exceeds the announced {count} {name}s",
+                shown(self.word())
+            ))),
+            Err(_) => Err(self.refuse(format!(
+                "`{}`; expected a {name} from 1 to {count}",
+                shown(self.word())
+            ))),
         }
     }
 
-    #[inline]
-    fn value(&mut self, read: impl Fn(&[u8]) -> Result<(f64, usize), NotANumber>) -> Result<f64, BadEntry> {
+    #[inline(always)]
+    fn value(
+        &mut self,
+        read: impl Fn(&[u8]) -> Result<(f64, usize), NotANumber>,
+    ) -> Result<f64, BadEntry> {
         match read(&self.text[self.at..]) {
             Ok((value, length)) if self.is_word_end(self.at + length) => {
                 self.at += length;
                 Ok(value)
             }
-            Err(NotANumber::NotFinite) => Err(self.refuse(format!("value `{}`; expected a finite number", shown(self.word())))),
-            Err(NotANumber::OutOfRange) => Err(self.refuse(format!("integer `{}` is beyond 64 bits", shown(self.word())))),
+            Err(NotANumber::NotFinite) => Err(self.refuse(format!(
+                "value `{}`; expected a finite number",
+                shown(self.word())
+            ))),
+            Err(NotANumber::OutOfRange) => Err(self.refuse(format!(
+                "integer `{}` is beyond 64 bits",
+                shown(self.word())
+            ))),
             _ => Err(self.refuse(format!("`{}`; expected a number", shown(self.word())))),
         }
     }
 
     /// Blanks, then something on the same line.
-    #[inline]
+    #[inline(always)]
     fn gap(&mut self, expected: &str) -> Result<(), BadEntry> {
         let before = self.at;
         self.skip_blanks();
         match self.text.get(self.at) {
             None | Some(b'\n') => Err(self.refuse(format!("the line ends; expected {expected}"))),
-            Some(_) if self.at == before => {
-                Err(self.refuse(format!("`{}` after an index; expected a blank, then {expected}", shown(self.word()))))
-            }
+            Some(_) if self.at == before => Err(self.refuse(format!(
+                "`{}` after an index; expected a blank, then {expected}",
+                shown(self.word())
+            ))),
             Some(_) => Ok(()),
         }
     }
 
-    #[inline]
+    #[inline(always)]
     fn end_of_entry(&mut self) -> Result<(), BadEntry> {
         self.skip_blanks();
         match self.text.get(self.at) {
             None | Some(b'\n') => Ok(()),
-            Some(_) => Err(self.refuse(format!("`{}` after the entry; expected the end of the line", shown(self.word())))),
+            Some(_) => Err(self.refuse(format!(
+                "`{}` after the entry; expected the end of the line",
+                shown(self.word())
+            ))),
         }
     }
 
-    #[inline]
+    #[inline(always)]
     fn skip_blanks(&mut self) {
         while matches!(self.text.get(self.at), Some(b' ' | b'\t' | b'\r')) {
             self.at += 1;
         }
     }
 
-    #[inline]
+    #[inline(always)]
     fn is_word_end(&self, at: usize) -> bool {
         matches!(self.text.get(at), None | Some(b' ' | b'\t' | b'\r' | b'\n'))
     }
 
     fn rest_of_line(&self) -> &[u8] {
         let rest = &self.text[self.at..];
-        &rest[..rest.iter().position(|&byte| byte == b'\n').unwrap_or(rest.len())]
+        &rest[..rest
+            .iter()
+            .position(|&byte| byte == b'\n')
+            .unwrap_or(rest.len())]
     }
 
     fn word(&self) -> &[u8] {
         let rest = self.rest_of_line();
-        &rest[..rest.iter().position(u8::is_ascii_whitespace).unwrap_or(rest.len())]
+        &rest[..rest
+            .iter()
+            .position(u8::is_ascii_whitespace)
+            .unwrap_or(rest.len())]
     }
 
     #[cold]
     fn refuse(&self, message: String) -> BadEntry {
-        BadEntry { offset: self.at, message }
+        BadEntry {
+            offset: self.at,
+            message,
+        }
     }
 }
 
@@ -285,14 +344,21 @@ fn place_array_values(chunks: &mut [Chunk], header: &Header) {
     let mut row = first_row(0);
     for chunk in chunks {
         let values = std::mem::take(&mut chunk.entries);
-        *chunk = Chunk { index_range: [u32::MAX, 0], ..Chunk::default() };
+        *chunk = Chunk {
+            index_range: [u32::MAX, 0],
+            ..Chunk::default()
+        };
         for Triplet { value, .. } in values {
             while row >= header.rows && column < header.columns {
                 column += 1;
                 row = first_row(column);
             }
             if value != 0.0 {
-                chunk.push(Triplet { row: row as u32, column: column as u32, value });
+                chunk.push(Triplet {
+                    row: row as u32,
+                    column: column as u32,
+                    value,
+                });
             }
             row += 1;
         }

@@ -29,7 +29,11 @@ impl FileBytes {
     /// # Errors
     /// [`Error::Io`] for a missing or unreadable file and for a folder.
     pub(super) fn open(path: &Path) -> Result<Self, Error> {
-        let refused = |source| Error::Io { path: path.into(), action: "cannot read", source };
+        let refused = |source| Error::Io {
+            path: path.into(),
+            action: "cannot read",
+            source,
+        };
         let mut file = File::open(path).map_err(refused)?;
         let metadata = file.metadata().map_err(refused)?;
         if metadata.is_dir() {
@@ -37,7 +41,9 @@ impl FileBytes {
         }
         if metadata.is_file() && metadata.len() > 0 {
             // SAFETY: the map is private and read-only; only another process cutting the file off could disturb it.
-            return unsafe { Mmap::map(&file) }.map(Self::Mapped).map_err(refused);
+            return unsafe { Mmap::map(&file) }
+                .map(Self::Mapped)
+                .map_err(refused);
         }
         let mut bytes = Vec::new();
         file.read_to_end(&mut bytes).map_err(refused)?;
@@ -53,15 +59,20 @@ impl FileBytes {
     }
 }
 
-/// The text of the file, without a UTF-8 byte-order mark. gzip is known by its first bytes, whatever the file's name;
+/// The text of the file. gzip is known by its first bytes, whatever the file's name;
 /// every member is read, and memory grows with the data that come out, not with a size the file states.
 ///
 /// # Errors
 /// [`Error::File`] for damaged or truncated gzip data and for bzip2.
 pub(super) fn text_of<'a>(path: &Path, stored: &'a [u8]) -> Result<Cow<'a, [u8]>, Error> {
-    let unusable = |message| Error::File { path: path.into(), message };
+    let unusable = |message| Error::File {
+        path: path.into(),
+        message,
+    };
     if stored.starts_with(BZIP2_MAGIC) {
-        return Err(unusable("compressed with bzip2; expected plain text or gzip (bunzip2 it first)".into()));
+        return Err(unusable(
+            "compressed with bzip2; expected plain text or gzip (bunzip2 it first)".into(),
+        ));
     }
     if !stored.starts_with(GZIP_MAGIC) {
         return Ok(Cow::Borrowed(stored));

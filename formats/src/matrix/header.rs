@@ -68,20 +68,35 @@ impl Header {
     /// # Errors
     /// [`Error::Line`] with what was found and what is expected.
     pub(super) fn read(path: &Path, text: &[u8]) -> Result<Self, Error> {
-        let mut lines = Lines { text, start: 0, number: 0 };
+        let mut lines = Lines {
+            text,
+            start: 0,
+            number: 0,
+        };
         let banner = lines.next_filled().unwrap_or_default();
-        let bad = |line, message: String| Error::Line { path: path.into(), line, message };
+        let bad = |line, message: String| Error::Line {
+            path: path.into(),
+            line,
+            message,
+        };
         let at_banner = |message| bad(lines.number.max(1), message);
-        let words: Vec<String> =
-            banner.split(u8::is_ascii_whitespace).filter(|word| !word.is_empty()).map(shown).collect();
-        let is_banner = ["%%matrixmarket", "%matrixmarket"]
-            .iter()
-            .any(|known| words.first().is_some_and(|word| word.eq_ignore_ascii_case(known)));
+        let words: Vec<String> = banner
+            .split(u8::is_ascii_whitespace)
+            .filter(|word| !word.is_empty())
+            .map(shown)
+            .collect();
+        let is_banner = ["%%matrixmarket", "%matrixmarket"].iter().any(|known| {
+            words
+                .first()
+                .is_some_and(|word| word.eq_ignore_ascii_case(known))
+        });
         if !is_banner {
             return Err(at_banner(no_banner(banner)));
         }
         if banner.contains(&b'\r') {
-            return Err(at_banner("lines end with a bare carriage return; expected LF or CRLF".into()));
+            return Err(at_banner(
+                "lines end with a bare carriage return; expected LF or CRLF".into(),
+            ));
         }
         let [_, object, layout, field, symmetry] = words.as_slice() else {
             return Err(at_banner(format!(
@@ -92,21 +107,35 @@ impl Header {
         let is_vector = match object.to_ascii_lowercase().as_str() {
             "matrix" => false,
             "vector" => true,
-            _ => return Err(at_banner(format!("object `{object}`; expected `matrix` or `vector`"))),
+            _ => {
+                return Err(at_banner(format!(
+                    "object `{object}`; expected `matrix` or `vector`"
+                )));
+            }
         };
         let layout = match layout.to_ascii_lowercase().as_str() {
             "coordinate" => Layout::Coordinate,
             "array" => Layout::Array,
-            _ => return Err(at_banner(format!("format `{layout}`; expected `coordinate` or `array`"))),
+            _ => {
+                return Err(at_banner(format!(
+                    "format `{layout}`; expected `coordinate` or `array`"
+                )));
+            }
         };
         let field = match field.to_ascii_lowercase().as_str() {
             "real" | "double" => Field::Real,
             "integer" | "unsigned-integer" => Field::Integer,
             "pattern" => Field::Pattern,
             "complex" => {
-                return Err(at_banner("complex values; expected real ones (`real`, `integer` or `pattern`)".into()));
+                return Err(at_banner(
+                    "complex values; expected real ones (`real`, `integer` or `pattern`)".into(),
+                ));
             }
-            _ => return Err(at_banner(format!("field `{field}`; expected `real`, `integer` or `pattern`"))),
+            _ => {
+                return Err(at_banner(format!(
+                    "field `{field}`; expected `real`, `integer` or `pattern`"
+                )));
+            }
         };
         let symmetry = match symmetry.to_ascii_lowercase().as_str() {
             "general" => Symmetry::General,
@@ -115,19 +144,31 @@ impl Header {
             "hermitian" => Symmetry::Hermitian,
             _ => {
                 let expected = "`general`, `symmetric` or `skew-symmetric`";
-                return Err(at_banner(format!("symmetry `{symmetry}`; expected {expected}")));
+                return Err(at_banner(format!(
+                    "symmetry `{symmetry}`; expected {expected}"
+                )));
             }
         };
         if layout == Layout::Array && field == Field::Pattern {
-            return Err(at_banner("`array pattern` has neither places nor values; expected `coordinate pattern`".into()));
+            return Err(at_banner(
+                "`array pattern` has neither places nor values; expected `coordinate pattern`"
+                    .into(),
+            ));
         }
         if is_vector && symmetry != Symmetry::General {
-            return Err(at_banner("a vector with a symmetry; expected `general`".into()));
+            return Err(at_banner(
+                "a vector with a symmetry; expected `general`".into(),
+            ));
         }
 
         let sizes = loop {
             match lines.next_filled() {
-                None => return Err(bad(lines.number.max(1), "the file ends before its size line".into())),
+                None => {
+                    return Err(bad(
+                        lines.number.max(1),
+                        "the file ends before its size line".into(),
+                    ));
+                }
                 Some(line) if line.starts_with(b"%") => {}
                 Some(line) => break line,
             }
@@ -140,10 +181,17 @@ impl Header {
             (true, Layout::Array) => &["rows"],
         };
         let numbers = size_numbers(sizes, names).map_err(|message| bad(size_line, message))?;
-        let (rows, columns) = if is_vector { (numbers[0], 1) } else { (numbers[0], numbers[1]) };
+        let (rows, columns) = if is_vector {
+            (numbers[0], 1)
+        } else {
+            (numbers[0], numbers[1])
+        };
         check_dimensions(rows, columns, text.len()).map_err(|message| bad(size_line, message))?;
         if symmetry != Symmetry::General && rows != columns {
-            return Err(bad(size_line, format!("{rows} rows and {columns} columns in a {} matrix", words[4])));
+            return Err(bad(
+                size_line,
+                format!("{rows} rows and {columns} columns in a {} matrix", words[4]),
+            ));
         }
         let entries = match (layout, symmetry) {
             (Layout::Coordinate, _) => numbers[names.len() - 1],
@@ -182,7 +230,10 @@ impl<'a> Lines<'a> {
     fn next_filled(&mut self) -> Option<&'a [u8]> {
         while self.start < self.text.len() {
             let rest = &self.text[self.start..];
-            let length = rest.iter().position(|&byte| byte == b'\n').unwrap_or(rest.len());
+            let length = rest
+                .iter()
+                .position(|&byte| byte == b'\n')
+                .unwrap_or(rest.len());
             self.start = (self.start + length + 1).min(self.text.len());
             self.number += 1;
             let line = rest[..length].trim_ascii();
@@ -206,14 +257,24 @@ pub(super) fn shown(text: &[u8]) -> String {
 
 /// Reads the numbers of the size line.
 fn size_numbers(line: &[u8], names: &[&str]) -> Result<Vec<u64>, String> {
-    let words: Vec<&[u8]> = line.split(u8::is_ascii_whitespace).filter(|word| !word.is_empty()).collect();
+    let words: Vec<&[u8]> = line
+        .split(u8::is_ascii_whitespace)
+        .filter(|word| !word.is_empty())
+        .collect();
     if words.len() != names.len() {
-        return Err(format!("size line `{}`; expected `{}`", shown(line), names.join(" ")));
+        return Err(format!(
+            "size line `{}`; expected `{}`",
+            shown(line),
+            names.join(" ")
+        ));
     }
     let number = |(word, name): (&&[u8], &&str)| match unsigned(word) {
         Ok((value, length)) if length == word.len() => Ok(value),
         Err(NotANumber::OutOfRange) => Err(format!("`{}` {name} is beyond 64 bits", shown(word))),
-        _ => Err(format!("`{}` as the number of {name}; expected a whole number, not negative", shown(word))),
+        _ => Err(format!(
+            "`{}` as the number of {name}; expected a whole number, not negative",
+            shown(word)
+        )),
     };
     words.iter().zip(names).map(number).collect()
 }
@@ -222,9 +283,12 @@ fn size_numbers(line: &[u8], names: &[&str]) -> Result<Vec<u64>, String> {
 fn check_dimensions(rows: u64, columns: u64, text_length: usize) -> Result<(), String> {
     let largest = rows.max(columns);
     if largest > LARGEST_DIMENSION {
-        return Err(format!("{rows} rows and {columns} columns; at most {LARGEST_DIMENSION} are supported"));
+        return Err(format!(
+            "{rows} rows and {columns} columns; at most {LARGEST_DIMENSION} are supported"
+        ));
     }
-    let plausible = UNQUESTIONED_DIMENSION.max((text_length as u64).saturating_mul(DIMENSION_PER_BYTE));
+    let plausible =
+        UNQUESTIONED_DIMENSION.max((text_length as u64).saturating_mul(DIMENSION_PER_BYTE));
     if largest > plausible {
         return Err(format!(
             "{rows} rows and {columns} columns announced by a file of {text_length} bytes; at most {plausible} are plausible"
@@ -236,9 +300,16 @@ fn check_dimensions(rows: u64, columns: u64, text_length: usize) -> Result<(), S
 /// Names what a file without a banner seems to be.
 fn no_banner(first: &[u8]) -> String {
     let is_index = |word: &[u8]| matches!(unsigned(word), Ok((_, length)) if length == word.len());
-    let is_real = |word: &[u8]| matches!(super::number::real(word), Ok((_, length)) if length == word.len());
-    let blanks: Vec<&[u8]> = first.split(u8::is_ascii_whitespace).filter(|word| !word.is_empty()).collect();
-    let commas: Vec<&[u8]> = first.split(|&byte| byte == b',').map(<[u8]>::trim_ascii).collect();
+    let is_real =
+        |word: &[u8]| matches!(super::number::real(word), Ok((_, length)) if length == word.len());
+    let blanks: Vec<&[u8]> = first
+        .split(u8::is_ascii_whitespace)
+        .filter(|word| !word.is_empty())
+        .collect();
+    let commas: Vec<&[u8]> = first
+        .split(|&byte| byte == b',')
+        .map(<[u8]>::trim_ascii)
+        .collect();
     if let [row, column, value] = blanks[..]
         && is_index(row)
         && is_index(column)
@@ -259,5 +330,8 @@ fn no_banner(first: &[u8]) -> String {
     if first.is_empty() {
         return "empty file; expected a Matrix Market banner".into();
     }
-    format!("`{}`; expected the banner `%%MatrixMarket matrix coordinate real symmetric` or the like", shown(first))
+    format!(
+        "`{}`; expected the banner `%%MatrixMarket matrix coordinate real symmetric` or the like",
+        shown(first)
+    )
 }

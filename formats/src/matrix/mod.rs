@@ -79,10 +79,22 @@ struct Counted {
 fn read(path: &Path, purpose: Purpose) -> Result<(SparseMatrix, MatrixReport), Error> {
     let file = FileBytes::open(path)?;
     let stored = file.as_slice();
-    let (counted, sha256) = rayon::join(|| parse(path, stored, purpose), || bytes::sha256_hex(stored));
-    let Counted { columns, stored_entries, explicit_zeros, largest_asymmetry } = counted?;
+    let (counted, sha256) = rayon::join(
+        || parse(path, stored, purpose),
+        || bytes::sha256_hex(stored),
+    );
+    let Counted {
+        columns,
+        stored_entries,
+        explicit_zeros,
+        largest_asymmetry,
+    } = counted?;
     let report = MatrixReport {
-        file_name: path.file_name().unwrap_or_default().to_string_lossy().into_owned(),
+        file_name: path
+            .file_name()
+            .unwrap_or_default()
+            .to_string_lossy()
+            .into_owned(),
         sha256,
         rows: columns.row_count,
         columns: columns.column_count(),
@@ -94,27 +106,37 @@ fn read(path: &Path, purpose: Purpose) -> Result<(SparseMatrix, MatrixReport), E
     Ok((columns.into_matrix(), report))
 }
 
+/// UTF-8's, which some editors put in front.
+const BYTE_ORDER_MARK: &[u8] = b"\xef\xbb\xbf";
+
 fn parse(path: &Path, stored: &[u8], purpose: Purpose) -> Result<Counted, Error> {
     let text = bytes::text_of(path, stored)?;
-    let header = Header::read(path, &text)?;
+    let text = text.strip_prefix(BYTE_ORDER_MARK).unwrap_or(&text);
+    let header = Header::read(path, text)?;
     if purpose == Purpose::SymmetricOperator {
         refuse_as_operator(path, &header)?;
     }
-    let chunks = body::read_entries(path, &text, &header)?;
+    let chunks = body::read_entries(path, text, &header)?;
     if header.is_mirrored() && header.layout == Layout::Coordinate {
-        symmetry::refuse_pairs_in_both_triangles(path, &text, &header, &chunks)?;
+        symmetry::refuse_pairs_in_both_triangles(path, text, &header, &chunks)?;
     }
     let assemble = |expansion| {
-        Columns::assemble(&chunks, header.rows, header.columns, expansion)
-            .map_err(|refusal| Error::File { path: path.into(), message: cannot_assemble(refusal) })
+        Columns::assemble(&chunks, header.rows, header.columns, expansion).map_err(|refusal| {
+            Error::File {
+                path: path.into(),
+                message: cannot_assemble(refusal),
+            }
+        })
     };
     let (columns, largest_asymmetry) = match header.symmetry {
         Symmetry::Symmetric | Symmetry::Hermitian => (assemble(Expansion::Mirrored)?, 0.0),
         Symmetry::Skew => (assemble(Expansion::MirroredNegated)?, 0.0),
         Symmetry::General if purpose == Purpose::AnyMatrix => (assemble(Expansion::AsStored)?, 0.0),
-        Symmetry::General => {
-            symmetry::averaged(path, assemble(Expansion::AsStored)?, assemble(Expansion::Transposed)?)?
-        }
+        Symmetry::General => symmetry::averaged(
+            path,
+            assemble(Expansion::AsStored)?,
+            assemble(Expansion::Transposed)?,
+        )?,
     };
     Ok(Counted {
         columns,
@@ -127,7 +149,11 @@ fn parse(path: &Path, stored: &[u8], purpose: Purpose) -> Result<Counted, Error>
 fn refuse_as_operator(path: &Path, header: &Header) -> Result<(), Error> {
     let expected = "a stiffness or mass matrix has to be real and symmetric";
     let refuse = |line, found: &str| {
-        Err(Error::Line { path: path.into(), line, message: format!("{found}; {expected}") })
+        Err(Error::Line {
+            path: path.into(),
+            line,
+            message: format!("{found}; {expected}"),
+        })
     };
     if header.is_vector {
         return refuse(header.size_line, "a vector");
@@ -141,7 +167,10 @@ fn refuse_as_operator(path: &Path, header: &Header) -> Result<(), Error> {
         Symmetry::General | Symmetry::Symmetric => {}
     }
     if header.rows != header.columns {
-        return refuse(header.size_line, &format!("{} rows and {} columns", header.rows, header.columns));
+        return refuse(
+            header.size_line,
+            &format!("{} rows and {} columns", header.rows, header.columns),
+        );
     }
     Ok(())
 }
@@ -149,10 +178,17 @@ fn refuse_as_operator(path: &Path, header: &Header) -> Result<(), Error> {
 fn cannot_assemble(refusal: CannotAssemble) -> String {
     match refusal {
         CannotAssemble::TooMany { entries } => {
-            format!("{entries} entries in full storage; at most {} are supported", u32::MAX)
+            format!(
+                "{entries} entries in full storage; at most {} are supported",
+                u32::MAX
+            )
         }
         CannotAssemble::NotFinite { row, column } => {
-            format!("the duplicates of ({}, {}) add up to something infinite", row + 1, column + 1)
+            format!(
+                "the duplicates of ({}, {}) add up to something infinite",
+                row + 1,
+                column + 1
+            )
         }
     }
 }

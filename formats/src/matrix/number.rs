@@ -15,11 +15,11 @@ pub(super) enum NotANumber {
 }
 
 /// Unsigned decimal integer.
-#[inline]
+#[inline(always)]
 pub(super) fn unsigned(text: &[u8]) -> Result<(u64, usize), NotANumber> {
     let mut value = 0u64;
     let mut length = 0;
-    while let Some(&byte) = text.get(length) {
+    for &byte in text {
         let digit = byte.wrapping_sub(b'0');
         if digit > 9 {
             break;
@@ -35,14 +35,22 @@ pub(super) fn unsigned(text: &[u8]) -> Result<(u64, usize), NotANumber> {
         };
         length += 1;
     }
-    if length == 0 { Err(NotANumber::Unreadable) } else { Ok((value, length)) }
+    if length == 0 {
+        Err(NotANumber::Unreadable)
+    } else {
+        Ok((value, length))
+    }
 }
 
 /// Decimal integer with an optional sign, within 64 bits, rounded to f64.
 pub(super) fn integer(text: &[u8]) -> Result<(f64, usize), NotANumber> {
     let sign_length = usize::from(matches!(text.first(), Some(b'+' | b'-')));
     let (magnitude, length) = unsigned(&text[sign_length..])?;
-    let value = if text.first() == Some(&b'-') { -(magnitude as f64) } else { magnitude as f64 };
+    let value = if text.first() == Some(&b'-') {
+        -(magnitude as f64)
+    } else {
+        magnitude as f64
+    };
     Ok((value, sign_length + length))
 }
 
@@ -52,11 +60,16 @@ const D_EXPONENT_LENGTH: usize = 80;
 /// Finite decimal number; the exponent letter may be `e`, `E`, and Fortran's `d`, `D`.
 #[inline]
 pub(super) fn real(text: &[u8]) -> Result<(f64, usize), NotANumber> {
-    let (value, length) = fast_float2::parse_partial::<f64, _>(text).map_err(|_| NotANumber::Unreadable)?;
+    let (value, length) =
+        fast_float2::parse_partial::<f64, _>(text).map_err(|_| NotANumber::Unreadable)?;
     if matches!(text.get(length), Some(b'd' | b'D')) {
         return real_with_d_exponent(text, length);
     }
-    if value.is_finite() { Ok((value, length)) } else { Err(NotANumber::NotFinite) }
+    if value.is_finite() {
+        Ok((value, length))
+    } else {
+        Err(NotANumber::NotFinite)
+    }
 }
 
 #[cold]
@@ -65,12 +78,16 @@ fn real_with_d_exponent(text: &[u8], letter_at: usize) -> Result<(f64, usize), N
     let length = text.len().min(D_EXPONENT_LENGTH);
     spelling[..length].copy_from_slice(&text[..length]);
     *spelling.get_mut(letter_at).ok_or(NotANumber::Unreadable)? = b'E';
-    let (value, length) =
-        fast_float2::parse_partial::<f64, _>(&spelling[..length]).map_err(|_| NotANumber::Unreadable)?;
+    let (value, length) = fast_float2::parse_partial::<f64, _>(&spelling[..length])
+        .map_err(|_| NotANumber::Unreadable)?;
     if length <= letter_at + 1 || length == D_EXPONENT_LENGTH {
         return Err(NotANumber::Unreadable);
     }
-    if value.is_finite() { Ok((value, length)) } else { Err(NotANumber::NotFinite) }
+    if value.is_finite() {
+        Ok((value, length))
+    } else {
+        Err(NotANumber::NotFinite)
+    }
 }
 
 #[cfg(test)]
@@ -98,9 +115,15 @@ mod tests {
 
     #[test]
     fn what_is_not_a_real_is_left_over_or_refused() {
-        for text in ["1.5+103", "0x10", "1.5e", "1,5", "1.5F3", "1.5D", "1.5D+", "1.5Dx", "e5", "", "-", ".", "+-1"] {
+        for text in [
+            "1.5+103", "0x10", "1.5e", "1,5", "1.5F3", "1.5D", "1.5D+", "1.5Dx", "e5", "", "-",
+            ".", "+-1",
+        ] {
             let read = real(text.as_bytes());
-            assert!(!matches!(read, Ok((_, length)) if length == text.len()), "{text}: {read:?}");
+            assert!(
+                !matches!(read, Ok((_, length)) if length == text.len()),
+                "{text}: {read:?}"
+            );
         }
         for text in ["nan", "inf", "-Infinity", "1e310", "1d999"] {
             assert_eq!(real(text.as_bytes()), Err(NotANumber::NotFinite), "{text}");
@@ -110,7 +133,10 @@ mod tests {
     #[test]
     fn integers_stop_at_64_bits() {
         assert_eq!(unsigned(b"18446744073709551615 "), Ok((u64::MAX, 20)));
-        assert_eq!(unsigned(b"18446744073709551616"), Err(NotANumber::OutOfRange));
+        assert_eq!(
+            unsigned(b"18446744073709551616"),
+            Err(NotANumber::OutOfRange)
+        );
         assert_eq!(integer(b"-12 "), Ok((-12.0, 3)));
         assert_eq!(integer(b"+x"), Err(NotANumber::Unreadable));
     }

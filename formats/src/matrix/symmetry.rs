@@ -31,12 +31,17 @@ pub(super) fn refuse_pairs_in_both_triangles(
         return Ok(());
     }
     let pair = |entry: &Triplet| (entry.row.min(entry.column), entry.row.max(entry.column));
-    let mut upper: Vec<(u32, u32)> =
-        chunks.iter().flat_map(|chunk| &chunk.entries).filter(|entry| entry.row < entry.column).map(pair).collect();
+    let mut upper: Vec<(u32, u32)> = chunks
+        .iter()
+        .flat_map(|chunk| &chunk.entries)
+        .filter(|entry| entry.row < entry.column)
+        .map(pair)
+        .collect();
     upper.par_sort_unstable();
     let mut before = 0;
     for chunk in chunks {
-        let is_repeated = |entry: &Triplet| entry.row > entry.column && upper.binary_search(&pair(entry)).is_ok();
+        let is_repeated =
+            |entry: &Triplet| entry.row > entry.column && upper.binary_search(&pair(entry)).is_ok();
         if let Some(at) = chunk.entries.par_iter().position_first(is_repeated) {
             let Triplet { row, column, .. } = chunk.entries[at];
             let (row, column) = (row + 1, column + 1);
@@ -68,7 +73,11 @@ struct Asymmetry {
 ///
 /// # Errors
 /// [`Error::File`] with the worst pair if it is beyond rounding.
-pub(super) fn averaged(path: &Path, stored: Columns, transposed: Columns) -> Result<(Columns, f64), Error> {
+pub(super) fn averaged(
+    path: &Path,
+    stored: Columns,
+    transposed: Columns,
+) -> Result<(Columns, f64), Error> {
     let diagonal: Vec<f64> = (0..stored.column_count())
         .into_par_iter()
         .map(|column| {
@@ -84,19 +93,36 @@ pub(super) fn averaged(path: &Path, stored: Columns, transposed: Columns) -> Res
             let mut worst = Asymmetry::default();
             for_each_pair(&stored, &transposed, column, |row, a, b| {
                 let (row, difference) = (row as usize, (a - b).abs());
-                let scale = a.abs().max(b.abs()).max(diagonal[row].sqrt() * diagonal[column].sqrt());
+                let scale = a
+                    .abs()
+                    .max(b.abs())
+                    .max(diagonal[row].sqrt() * diagonal[column].sqrt());
                 if row > column && difference > worst.relative * scale {
-                    worst = Asymmetry { relative: difference / scale, row, column, values: [a, b] };
+                    worst = Asymmetry {
+                        relative: difference / scale,
+                        row,
+                        column,
+                        values: [a, b],
+                    };
                 }
             });
             worst
         })
         .reduce(Asymmetry::default, |a, b| {
             let b_is_first = (b.column, b.row) < (a.column, a.row);
-            if b.relative > a.relative || (b.relative == a.relative && b_is_first) { b } else { a }
+            if b.relative > a.relative || (b.relative == a.relative && b_is_first) {
+                b
+            } else {
+                a
+            }
         });
     if worst.relative > ROUNDING_ASYMMETRY {
-        let Asymmetry { relative, row, column, values: [a, b] } = worst;
+        let Asymmetry {
+            relative,
+            row,
+            column,
+            values: [a, b],
+        } = worst;
         let (row, column) = (row + 1, column + 1);
         return Err(Error::File {
             path: path.into(),
@@ -106,14 +132,20 @@ pub(super) fn averaged(path: &Path, stored: Columns, transposed: Columns) -> Res
             ),
         });
     }
-    if worst.relative == 0.0 && stored.rows == transposed.rows && stored.starts == transposed.starts {
+    if worst.relative == 0.0 && stored.rows == transposed.rows && stored.starts == transposed.starts
+    {
         return Ok((stored, 0.0));
     }
     Ok((mean(&stored, &transposed)?, worst.relative))
 }
 
 /// Walks over the union of two columns: (row, value of the first, value of the second).
-fn for_each_pair(first: &Columns, second: &Columns, column: usize, mut pair: impl FnMut(u32, f64, f64)) {
+fn for_each_pair(
+    first: &Columns,
+    second: &Columns,
+    column: usize,
+    mut pair: impl FnMut(u32, f64, f64),
+) {
     let (mut a, mut b) = (first.column(column), second.column(column));
     loop {
         let row_a = first.rows[a.clone()].first().copied();
@@ -149,8 +181,15 @@ fn mean(stored: &Columns, transposed: &Columns) -> Result<Columns, Error> {
             values.push(if a == b { a } else { 0.5 * a + 0.5 * b });
         });
         starts.push(u32::try_from(rows.len()).map_err(|_| Error::Mismatch {
-            message: "more than 4294967295 entries after completing the pattern symmetrically".into(),
+            message:
+                "more than 4294967295 entries after completing the pattern symmetrically".into(),
         })?);
     }
-    Ok(Columns { row_count: stored.row_count, starts, rows, values, duplicates_summed: stored.duplicates_summed })
+    Ok(Columns {
+        row_count: stored.row_count,
+        starts,
+        rows,
+        values,
+        duplicates_summed: stored.duplicates_summed,
+    })
 }
