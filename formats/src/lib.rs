@@ -5,6 +5,7 @@
 //! and the two meet only through the types and files here.
 
 pub mod component;
+pub mod dcb;
 pub mod error;
 pub mod mesh;
 pub mod superelement;
