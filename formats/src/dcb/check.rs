@@ -12,21 +12,38 @@ use crate::superelement::{BoundaryRow, InterfaceFrame, RecoveryBasis, Supereleme
 pub(super) const SYMMETRY_TOLERANCE: f64 = 1e-9;
 /// Rotation matrices may differ from orthonormal by this much.
 const ROTATION_TOLERANCE: f64 = 1e-9;
+/// Columns of the basis, at most: L3 of so many is 384 MB, and the lists of their units just fit an HDF5 header.
+const MOST_COLUMNS: usize = 4000;
 /// Names longer than this are a mistake.
 const LONGEST_NAME: usize = 4096;
 
 type Checked = Result<(), Finding>;
 
 fn wrong<T>(path: &str, message: impl Into<String>) -> Result<T, Finding> {
-    Err(Finding { path: path.to_owned(), message: message.into() })
+    Err(Finding {
+        path: path.to_owned(),
+        message: message.into(),
+    })
 }
 
 /// Checks a superelement.
 pub(super) fn superelement(of: &Superelement) -> Checked {
     let d = of.dimension.coordinate_count();
     let (n_b, n_k, n) = (of.boundary_row_count(), of.mode_count(), of.basis_count());
+    if n > MOST_COLUMNS {
+        return wrong(
+            "/inertia",
+            format!(
+                "has {n_k} modes, {n_b} boundary rows, {n} columns in all; the format holds at most {MOST_COLUMNS}"
+            ),
+        );
+    }
     name("/", "name", &of.name)?;
-    for (attribute, text) in [("length", &of.units.length), ("mass", &of.units.mass), ("time", &of.units.time)] {
+    for (attribute, text) in [
+        ("length", &of.units.length),
+        ("mass", &of.units.mass),
+        ("time", &of.units.time),
+    ] {
         name("/", attribute, text)?;
     }
     finite("/frame/origin", &of.origin[..d])?;
@@ -41,22 +58,34 @@ pub(super) fn superelement(of: &Superelement) -> Checked {
     matrix("/modes/interface_shapes", &modes.interface_shapes, n_b, n_k)?;
     let first_omitted = modes.first_omitted_eigenvalue;
     if first_omitted.is_nan() || first_omitted < 0.0 {
-        return wrong("/modes", format!("first_omitted_eigenvalue is {first_omitted}; it must be positive or infinite"));
+        return wrong(
+            "/modes",
+            format!("first_omitted_eigenvalue is {first_omitted}; it must be positive or infinite"),
+        );
     }
 
     residual(of)?;
 
     let inertia = &of.inertia;
     if !(inertia.mass.is_finite() && inertia.mass > 0.0) {
-        return wrong("/inertia/mass", format!("is {}; it must be positive", inertia.mass));
+        return wrong(
+            "/inertia/mass",
+            format!("is {}; it must be positive", inertia.mass),
+        );
     }
     match of.dimension {
         Dimension::Planar => not_negative("/inertia/tensor", &[inertia.tensor[2][2]])?,
-        Dimension::Spatial => symmetric_tensor("/inertia/tensor", &inertia.tensor, trace(&inertia.tensor))?,
+        Dimension::Spatial => {
+            symmetric_tensor("/inertia/tensor", &inertia.tensor, trace(&inertia.tensor))?
+        }
     }
     matrix("/inertia/L1", &inertia.l1, d, n)?;
     length("/inertia/I1", inertia.i1.len(), n)?;
-    let axes = if of.dimension == Dimension::Planar { 1 } else { 3 };
+    let axes = if of.dimension == Dimension::Planar {
+        1
+    } else {
+        3
+    };
     matrix("/inertia/I3", &inertia.i3, axes, n)?;
     layers("/inertia/L3", &inertia.l3, axes, n)?;
     layers("/inertia/I2", &inertia.i2, if axes == 1 { 0 } else { 6 }, n)?;
@@ -65,16 +94,31 @@ pub(super) fn superelement(of: &Superelement) -> Checked {
     for (block, norm) in inertia.i1.iter().zip(&norms) {
         match of.dimension {
             Dimension::Planar => finite("/inertia/I1", &[block[2][2]])?,
-            Dimension::Spatial => symmetric_tensor("/inertia/I1", block, norm * trace(&inertia.tensor).max(0.0).sqrt())?,
+            Dimension::Spatial => symmetric_tensor(
+                "/inertia/I1",
+                block,
+                norm * trace(&inertia.tensor).max(0.0).sqrt(),
+            )?,
         }
     }
     let scale = |i: usize, j: usize| norms[i] * norms[j];
-    inertia.l3.iter().try_for_each(|layer| mirrored("/inertia/L3", layer.as_ref(), -1.0, scale))?;
-    inertia.i2.iter().try_for_each(|layer| mirrored("/inertia/I2", layer.as_ref(), 1.0, scale))?;
+    inertia
+        .l3
+        .iter()
+        .try_for_each(|layer| mirrored("/inertia/L3", layer.as_ref(), -1.0, scale))?;
+    inertia
+        .i2
+        .iter()
+        .try_for_each(|layer| mirrored("/inertia/I2", layer.as_ref(), 1.0, scale))?;
 
     stiffening(of)?;
     if let Some(enrichment) = &of.enrichment {
-        matrix("/enrichment/interface_shapes", &enrichment.interface_shapes, n_b, n - n_k - n_b)?;
+        matrix(
+            "/enrichment/interface_shapes",
+            &enrichment.interface_shapes,
+            n_b,
+            n - n_k - n_b,
+        )?;
         matrix("/reduced/mass", &enrichment.reduced_mass, n, n)?;
         matrix("/reduced/stiffness", &enrichment.reduced_stiffness, n, n)?;
         symmetric("/reduced/mass", enrichment.reduced_mass.as_ref())?;
@@ -86,9 +130,16 @@ pub(super) fn superelement(of: &Superelement) -> Checked {
 fn interfaces(of: &Superelement) -> Checked {
     let mut names = std::collections::HashSet::new();
     for (index, interface) in of.interfaces.iter().enumerate() {
-        name("/interfaces/names", &format!("name {index}"), &interface.name)?;
+        name(
+            "/interfaces/names",
+            &format!("name {index}"),
+            &interface.name,
+        )?;
         if !names.insert(interface.name.as_str()) {
-            return wrong("/interfaces/names", format!("{:?} stands there twice", interface.name));
+            return wrong(
+                "/interfaces/names",
+                format!("{:?} stands there twice", interface.name),
+            );
         }
         finite("/interfaces/positions", &interface.position)?;
         rotation(of.dimension, interface)?;
@@ -101,7 +152,8 @@ fn rotation(dimension: Dimension, interface: &InterfaceFrame) -> Checked {
     let path = "/interfaces/orientations";
     let dot = |a: usize, b: usize| -> f64 { (0..3).map(|k| axes[k][a] * axes[k][b]).sum() };
     let minor = |a: usize, b: usize| axes[1][a] * axes[2][b] - axes[1][b] * axes[2][a];
-    let determinant = axes[0][0] * minor(1, 2) - axes[0][1] * minor(0, 2) + axes[0][2] * minor(0, 1);
+    let determinant =
+        axes[0][0] * minor(1, 2) - axes[0][1] * minor(0, 2) + axes[0][2] * minor(0, 1);
     let mut defect = (determinant - 1.0).abs();
     for a in 0..3 {
         for b in 0..3 {
@@ -110,10 +162,19 @@ fn rotation(dimension: Dimension, interface: &InterfaceFrame) -> Checked {
         }
     }
     if defect.is_nan() || defect > ROTATION_TOLERANCE {
-        return wrong(path, format!("the axes of {:?} aren't a rotation matrix: defect {defect:.1e}", interface.name));
+        return wrong(
+            path,
+            format!(
+                "the axes of {:?} aren't a rotation matrix: defect {defect:.1e}",
+                interface.name
+            ),
+        );
     }
     if dimension == Dimension::Planar && (axes[2][2] - 1.0).abs() > ROTATION_TOLERANCE {
-        return wrong(path, format!("the axes of {:?} turn out of the plane", interface.name));
+        return wrong(
+            path,
+            format!("the axes of {:?} turn out of the plane", interface.name),
+        );
     }
     Ok(())
 }
@@ -128,14 +189,29 @@ fn rows(of: &Superelement) -> Checked {
     for (index, row) in of.rows.iter().enumerate() {
         let path = "/interfaces/dofs";
         let Some(interface) = of.interfaces.get(row.interface) else {
-            return wrong(path, format!("row {index} names interface {} of {}", row.interface, of.interfaces.len()));
+            return wrong(
+                path,
+                format!(
+                    "row {index} names interface {} of {}",
+                    row.interface,
+                    of.interfaces.len()
+                ),
+            );
         };
         if row.interface < previous {
-            return wrong(path, format!("row {index} goes back to interface {}; rows go interface by interface", row.interface));
+            return wrong(
+                path,
+                format!(
+                    "row {index} goes back to interface {}; rows go interface by interface",
+                    row.interface
+                ),
+            );
         }
         previous = row.interface;
         let explicit = interface.kind == InterfaceKind::Boundary;
-        let direction = usize::try_from(row.direction).ok().and_then(Direction::from_index);
+        let direction = usize::try_from(row.direction)
+            .ok()
+            .and_then(Direction::from_index);
         let fits = match direction {
             None => explicit && row.direction == -1,
             Some(direction) => !explicit && has_direction(of.dimension, direction),
@@ -143,15 +219,27 @@ fn rows(of: &Superelement) -> Checked {
         if !fits {
             return wrong(
                 path,
-                format!("row {index} has dof index {}, which {:?} interfaces of this dimension don't have", row.direction, interface.kind.name()),
+                format!(
+                    "row {index} has dof index {}, which {:?} interfaces of this dimension don't have",
+                    row.direction,
+                    interface.kind.name()
+                ),
             );
         }
         if direction.is_some() && !seen.insert((row.interface, row.node, row.direction)) {
             return wrong(path, format!("row {index} repeats an earlier row"));
         }
         let of_node = interface.kind == InterfaceKind::Nodes;
-        if of_node != (0..=i64::from(u32::MAX)).contains(&row.node) || (!of_node && row.node != -1) {
-            return wrong("/interfaces/row_nodes", format!("row {index} has node {}, of a {:?} interface", row.node, interface.kind.name()));
+        if of_node != (0..=i64::from(u32::MAX)).contains(&row.node) || (!of_node && row.node != -1)
+        {
+            return wrong(
+                "/interfaces/row_nodes",
+                format!(
+                    "row {index} has node {}, of a {:?} interface",
+                    row.node,
+                    interface.kind.name()
+                ),
+            );
         }
         finite("/interfaces/row_positions", &row.position)?;
     }
@@ -170,43 +258,98 @@ fn residual(of: &Superelement) -> Checked {
     matrix("/residual/transform", &residual.transform, n_b, rank)?;
     symmetric("/residual/flexibility", residual.flexibility.as_ref())?;
     symmetric("/residual/mass", residual.mass.as_ref())?;
-    length("/residual/mass_diagonal0", residual.mass_diagonal0.len(), n_b)?;
+    length(
+        "/residual/mass_diagonal0",
+        residual.mass_diagonal0.len(),
+        n_b,
+    )?;
     not_negative("/residual/mass_diagonal0", &residual.mass_diagonal0)?;
     ascending("/residual/sigma2", &residual.sigma_squared)?;
     if rank > n_b {
-        return wrong("/residual/transform", format!("has rank {rank} over {n_b} rows"));
+        return wrong(
+            "/residual/transform",
+            format!("has rank {rank} over {n_b} rows"),
+        );
     }
     if !(residual.tolerance.is_finite() && residual.tolerance >= 0.0) {
-        return wrong("/residual/transform", format!("tolerance is {}; it must not be negative", residual.tolerance));
+        return wrong(
+            "/residual/transform",
+            format!(
+                "tolerance is {}; it must not be negative",
+                residual.tolerance
+            ),
+        );
     }
     if let Some(shapes) = &residual.output_shapes {
         matrix("/residual/output_shapes", shapes, n_b, n_b)?;
     }
-    for (b, row) in of.rows.iter().enumerate().filter(|(_, row)| is_output(of, row)) {
-        let zero = |path: &str, mut values: Box<dyn Iterator<Item = f64> + '_>| match values.all(|value| value == 0.0) {
+    for (b, row) in of
+        .rows
+        .iter()
+        .enumerate()
+        .filter(|(_, row)| is_output(of, row))
+    {
+        let zero = |path: &str, mut values: Box<dyn Iterator<Item = f64> + '_>| match values
+            .all(|value| value == 0.0)
+        {
             true => Ok(()),
-            false => wrong(path, format!("row {b} belongs to the output interface {:?} and must be zero", of.interfaces[row.interface].name)),
+            false => wrong(
+                path,
+                format!(
+                    "row {b} belongs to the output interface {:?} and must be zero",
+                    of.interfaces[row.interface].name
+                ),
+            ),
         };
-        zero("/residual/flexibility", Box::new((0..n_b).map(|c| residual.flexibility[(b, c)])))?;
-        zero("/residual/mass", Box::new((0..n_b).map(|c| residual.mass[(b, c)])))?;
-        zero("/residual/transform", Box::new((0..rank).map(|c| residual.transform[(b, c)])))?;
-        zero("/residual/mass_diagonal0", Box::new(std::iter::once(residual.mass_diagonal0[b])))?;
+        zero(
+            "/residual/flexibility",
+            Box::new((0..n_b).map(|c| residual.flexibility[(b, c)])),
+        )?;
+        zero(
+            "/residual/mass",
+            Box::new((0..n_b).map(|c| residual.mass[(b, c)])),
+        )?;
+        zero(
+            "/residual/transform",
+            Box::new((0..rank).map(|c| residual.transform[(b, c)])),
+        )?;
+        zero(
+            "/residual/mass_diagonal0",
+            Box::new(std::iter::once(residual.mass_diagonal0[b])),
+        )?;
         if let Some(shapes) = &residual.output_shapes {
-            zero("/residual/output_shapes", Box::new((0..n_b).map(|c| shapes[(c, b)])))?;
+            zero(
+                "/residual/output_shapes",
+                Box::new((0..n_b).map(|c| shapes[(c, b)])),
+            )?;
         }
     }
     Ok(())
 }
 
 fn is_output(of: &Superelement, row: &BoundaryRow) -> bool {
-    of.interfaces.get(row.interface).is_some_and(|interface| interface.role == Role::Output)
+    of.interfaces
+        .get(row.interface)
+        .is_some_and(|interface| interface.role == Role::Output)
 }
 
 fn stiffening(of: &Superelement) -> Checked {
     let n = of.basis_count();
     let parts = [
-        ("/stiffening/centrifugal", &of.stiffening.centrifugal, if of.dimension == Dimension::Planar { 1 } else { 6 }),
-        ("/stiffening/interface", &of.stiffening.interface, of.boundary_row_count()),
+        (
+            "/stiffening/centrifugal",
+            &of.stiffening.centrifugal,
+            if of.dimension == Dimension::Planar {
+                1
+            } else {
+                6
+            },
+        ),
+        (
+            "/stiffening/interface",
+            &of.stiffening.interface,
+            of.boundary_row_count(),
+        ),
     ];
     for (path, matrices, count) in parts {
         if matrices.is_empty() {
@@ -214,7 +357,9 @@ fn stiffening(of: &Superelement) -> Checked {
         }
         layers(path, matrices, count, n)?;
         for layer in matrices {
-            let largest: Vec<f64> = (0..n).map(|i| (0..n).fold(0.0, |most: f64, j| most.max(layer[(i, j)].abs()))).collect();
+            let largest: Vec<f64> = (0..n)
+                .map(|i| (0..n).fold(0.0, |most: f64, j| most.max(layer[(i, j)].abs())))
+                .collect();
             mirrored(path, layer.as_ref(), 1.0, |i, j| largest[i].min(largest[j]))?;
         }
     }
@@ -224,24 +369,46 @@ fn stiffening(of: &Superelement) -> Checked {
 /// √ of the reduced mass's diagonal: 1 for modes.
 fn mass_norms(of: &Superelement) -> Vec<f64> {
     match &of.enrichment {
-        Some(enrichment) => (0..of.basis_count()).map(|j| enrichment.reduced_mass[(j, j)].max(0.0).sqrt()).collect(),
+        Some(enrichment) => (0..of.basis_count())
+            .map(|j| enrichment.reduced_mass[(j, j)].max(0.0).sqrt())
+            .collect(),
         None => {
-            let residual = (0..of.boundary_row_count()).map(|b| of.residual.mass[(b, b)].max(0.0).sqrt());
-            std::iter::repeat_n(1.0, of.mode_count()).chain(residual).collect()
+            let residual =
+                (0..of.boundary_row_count()).map(|b| of.residual.mass[(b, b)].max(0.0).sqrt());
+            std::iter::repeat_n(1.0, of.mode_count())
+                .chain(residual)
+                .collect()
         }
     }
 }
 
 /// Checks nodal fields against their superelement, and against the mesh if there is one.
 /// `columns` are n_k and n_b.
-pub(super) fn recovery(basis: &RecoveryBasis, dimension: Dimension, columns: (usize, usize), mesh: Option<&Mesh>) -> Checked {
+pub(super) fn recovery(
+    basis: &RecoveryBasis,
+    dimension: Dimension,
+    columns: (usize, usize),
+    mesh: Option<&Mesh>,
+) -> Checked {
     let n_f = basis.dofs.len();
     for (column, dof) in basis.dofs.iter().enumerate() {
         if !has_direction(dimension, dof.direction) {
-            return wrong("/fields/dofs", format!("column {column} is {}, which a planar body doesn't have", dof.direction.name()));
+            return wrong(
+                "/fields/dofs",
+                format!(
+                    "column {column} is {}, which a planar body doesn't have",
+                    dof.direction.name()
+                ),
+            );
         }
         if mesh.is_some_and(|mesh| dof.node as usize >= mesh.node_count()) {
-            return wrong("/fields/dofs", format!("column {column} is of node {}, which the mesh doesn't have", dof.node));
+            return wrong(
+                "/fields/dofs",
+                format!(
+                    "column {column} is of node {}, which the mesh doesn't have",
+                    dof.node
+                ),
+            );
         }
     }
     matrix("/modes/shapes", &basis.modes, n_f, columns.0)?;
@@ -252,38 +419,81 @@ pub(super) fn recovery(basis: &RecoveryBasis, dimension: Dimension, columns: (us
 pub(super) fn mesh(mesh: &Mesh, dimension: Dimension) -> Checked {
     let d = dimension.coordinate_count();
     if mesh.dimension != dimension || !mesh.coordinates.len().is_multiple_of(d) {
-        return wrong("/mesh/points", format!("isn't made of points with {d} coordinates"));
+        return wrong(
+            "/mesh/points",
+            format!("isn't made of points with {d} coordinates"),
+        );
     }
     finite("/mesh/points", &mesh.coordinates)?;
-    let nodes = |path: &str, ids: &[u32]| match ids.iter().find(|node| **node as usize >= mesh.node_count()) {
-        Some(node) => wrong(path, format!("names node {node}, but the mesh has {} (0-based ids)", mesh.node_count())),
+    let nodes = |path: &str, ids: &[u32]| match ids
+        .iter()
+        .find(|node| **node as usize >= mesh.node_count())
+    {
+        Some(node) => wrong(
+            path,
+            format!(
+                "names node {node}, but the mesh has {} (0-based ids)",
+                mesh.node_count()
+            ),
+        ),
         None => Ok(()),
     };
     for (index, block) in mesh.cells.iter().enumerate() {
-        name(&format!("/mesh/cells/{index}/type"), "cell type", &block.cell_type)?;
+        name(
+            &format!("/mesh/cells/{index}/type"),
+            "cell type",
+            &block.cell_type,
+        )?;
         let path = format!("/mesh/cells/{index}/data");
         if block.nodes_per_cell == 0 || !block.nodes.len().is_multiple_of(block.nodes_per_cell) {
-            return wrong(&path, format!("{} nodes aren't cells of {}", block.nodes.len(), block.nodes_per_cell));
+            return wrong(
+                &path,
+                format!(
+                    "{} nodes aren't cells of {}",
+                    block.nodes.len(),
+                    block.nodes_per_cell
+                ),
+            );
         }
         nodes(&path, &block.nodes)?;
     }
-    mesh.point_sets.iter().try_for_each(|(name, ids)| nodes(&format!("/mesh/point_sets/{}", super::names::encode(name)), ids))
+    mesh.point_sets.iter().try_for_each(|(name, ids)| {
+        nodes(
+            &format!("/mesh/point_sets/{}", super::names::encode(name)),
+            ids,
+        )
+    })
 }
 
 fn name(path: &str, what: &str, text: &str) -> Checked {
     if text.is_empty() || text.len() > LONGEST_NAME || text.contains(['\0', '\n']) {
-        return wrong(path, format!("{what} is {text:.40?}; it must have 1 to {LONGEST_NAME} bytes and no line feed or zero byte"));
+        return wrong(
+            path,
+            format!(
+                "{what} is {text:.40?}; it must have 1 to {LONGEST_NAME} bytes and no line feed or zero byte"
+            ),
+        );
     }
     Ok(())
 }
 
 fn length(path: &str, found: usize, right: usize) -> Checked {
-    if found == right { Ok(()) } else { wrong(path, format!("has {found} entries; {right} are needed")) }
+    if found == right {
+        Ok(())
+    } else {
+        wrong(path, format!("has {found} entries; {right} are needed"))
+    }
 }
 
 fn finite(path: &str, values: &[f64]) -> Checked {
     match values.iter().position(|value| !value.is_finite()) {
-        Some(index) => wrong(path, format!("entry {index} is {}; every entry must be finite", values[index])),
+        Some(index) => wrong(
+            path,
+            format!(
+                "entry {index} is {}; every entry must be finite",
+                values[index]
+            ),
+        ),
         None => Ok(()),
     }
 }
@@ -291,7 +501,10 @@ fn finite(path: &str, values: &[f64]) -> Checked {
 fn not_negative(path: &str, values: &[f64]) -> Checked {
     finite(path, values)?;
     match values.iter().position(|value| *value < 0.0) {
-        Some(index) => wrong(path, format!("entry {index} is {}; none may be negative", values[index])),
+        Some(index) => wrong(
+            path,
+            format!("entry {index} is {}; none may be negative", values[index]),
+        ),
         None => Ok(()),
     }
 }
@@ -299,29 +512,49 @@ fn not_negative(path: &str, values: &[f64]) -> Checked {
 fn ascending(path: &str, values: &[f64]) -> Checked {
     not_negative(path, values)?;
     match values.windows(2).position(|pair| pair[1] < pair[0]) {
-        Some(index) => wrong(path, format!("entry {} is below entry {index}; they must ascend", index + 1)),
+        Some(index) => wrong(
+            path,
+            format!(
+                "entry {} is below entry {index}; they must ascend",
+                index + 1
+            ),
+        ),
         None => Ok(()),
     }
 }
 
 fn matrix(path: &str, matrix: &Mat<f64>, rows: usize, columns: usize) -> Checked {
     if (matrix.nrows(), matrix.ncols()) != (rows, columns) {
-        return wrong(path, format!("is {}x{}; {rows}x{columns} is needed", matrix.nrows(), matrix.ncols()));
+        return wrong(
+            path,
+            format!(
+                "is {}x{}; {rows}x{columns} is needed",
+                matrix.nrows(),
+                matrix.ncols()
+            ),
+        );
     }
     (0..columns).try_for_each(|j| finite(path, matrix.col_as_slice(j)))
 }
 
 fn layers(path: &str, matrices: &[Mat<f64>], count: usize, n: usize) -> Checked {
     length(path, matrices.len(), count)?;
-    matrices.iter().try_for_each(|layer| matrix(path, layer, n, n))
+    matrices
+        .iter()
+        .try_for_each(|layer| matrix(path, layer, n, n))
 }
 
 /// Symmetric on the scale of its diagonal; where that is zero, of its largest entry.
 fn symmetric(path: &str, matrix: MatRef<'_, f64>) -> Checked {
     let n = matrix.nrows();
     let diagonal: Vec<f64> = (0..n).map(|i| matrix[(i, i)].abs().sqrt()).collect();
-    let least = diagonal.iter().fold(0.0_f64, |most, &value| most.max(value)) * f64::EPSILON.sqrt();
-    mirrored(path, matrix, 1.0, |i, j| diagonal[i].max(least) * diagonal[j].max(least))
+    let least = diagonal
+        .iter()
+        .fold(0.0_f64, |most, &value| most.max(value))
+        * f64::EPSILON.sqrt();
+    mirrored(path, matrix, 1.0, |i, j| {
+        diagonal[i].max(least) * diagonal[j].max(least)
+    })
 }
 
 fn trace(tensor: &[[f64; 3]; 3]) -> f64 {
@@ -335,14 +568,28 @@ fn symmetric_tensor(path: &str, tensor: &[[f64; 3]; 3], scale: f64) -> Checked {
 }
 
 /// `a_ij = sign a_ji` within the tolerance times `scale`.
-fn mirrored(path: &str, matrix: MatRef<'_, f64>, sign: f64, scale: impl Fn(usize, usize) -> f64) -> Checked {
+fn mirrored(
+    path: &str,
+    matrix: MatRef<'_, f64>,
+    sign: f64,
+    scale: impl Fn(usize, usize) -> f64,
+) -> Checked {
     for j in 0..matrix.ncols() {
         for i in 0..=j {
             let (upper, lower) = (matrix[(i, j)], matrix[(j, i)]);
             let allowed = SYMMETRY_TOLERANCE * scale(i, j).max(0.0);
             if (upper - sign * lower).abs() > allowed {
-                let kind = if sign > 0.0 { "symmetric" } else { "antisymmetric" };
-                return wrong(path, format!("isn't {kind}: entry ({i}, {j}) is {upper:e}, entry ({j}, {i}) is {lower:e}"));
+                let kind = if sign > 0.0 {
+                    "symmetric"
+                } else {
+                    "antisymmetric"
+                };
+                return wrong(
+                    path,
+                    format!(
+                        "isn't {kind}: entry ({i}, {j}) is {upper:e}, entry ({j}, {i}) is {lower:e}"
+                    ),
+                );
             }
         }
     }

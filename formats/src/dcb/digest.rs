@@ -23,7 +23,8 @@ impl Hash {
         let mut block = Vec::with_capacity(8 * values.len().min(4096));
         for part in values.chunks(4096) {
             block.clear();
-            part.iter().for_each(|value| block.extend_from_slice(&value.to_le_bytes()));
+            part.iter()
+                .for_each(|value| block.extend_from_slice(&value.to_le_bytes()));
             self.update(&block);
         }
     }
@@ -35,10 +36,12 @@ impl Hash {
 }
 
 fn hexadecimal(bytes: &[u8]) -> String {
-    bytes.iter().fold(String::with_capacity(2 * bytes.len()), |mut text, byte| {
-        let _ = write!(text, "{byte:02x}");
-        text
-    })
+    bytes
+        .iter()
+        .fold(String::with_capacity(2 * bytes.len()), |mut text, byte| {
+            let _ = write!(text, "{byte:02x}");
+            text
+        })
 }
 
 /// Hash of reals, little-endian.
@@ -51,7 +54,9 @@ pub(super) fn of_reals(values: &[f64]) -> String {
 /// Hash of integers, little-endian.
 pub(super) fn of_integers(values: &[i64]) -> String {
     let mut hash = Hash::default();
-    values.iter().for_each(|value| hash.update(&value.to_le_bytes()));
+    values
+        .iter()
+        .for_each(|value| hash.update(&value.to_le_bytes()));
     hash.finish()
 }
 
@@ -94,13 +99,23 @@ pub(super) fn of_file(datasets: &BTreeMap<String, Line>, attributes: &Attributes
     let covered: BTreeMap<&str, BTreeMap<&str, serde_json::Value>> = attributes
         .iter()
         .map(|(path, values)| {
-            let kept = values.iter().filter(|(name, _)| covers(path, datasets.contains_key(path), name));
-            (path.as_str(), kept.map(|(name, value)| (name.as_str(), value.canonical())).collect())
+            let kept = values
+                .iter()
+                .filter(|(name, _)| covers(path, datasets.contains_key(path), name));
+            (
+                path.as_str(),
+                kept.map(|(name, value)| (name.as_str(), value.canonical()))
+                    .collect(),
+            )
         })
         .filter(|(_, values): &(_, BTreeMap<_, _>)| !values.is_empty())
         .collect();
     // Maps with string keys and values without floats always serialise.
-    hash.update(serde_json::to_string(&covered).unwrap_or_default().as_bytes());
+    hash.update(
+        serde_json::to_string(&covered)
+            .unwrap_or_default()
+            .as_bytes(),
+    );
     hash.finish()
 }
 
@@ -112,6 +127,9 @@ mod tests {
     fn hash_is_sha256() {
         let mut hash = Hash::default();
         hash.update(b"abc");
-        assert_eq!(hash.finish(), "ba7816bf8f01cfea414140de5dae2223b00361a396177a9cb410ff61f20015ad");
+        assert_eq!(
+            hash.finish(),
+            "ba7816bf8f01cfea414140de5dae2223b00361a396177a9cb410ff61f20015ad"
+        );
     }
 }

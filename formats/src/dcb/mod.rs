@@ -7,15 +7,17 @@
 
 mod assemble;
 mod attributes;
+mod bytes;
 mod check;
 mod contract;
 mod digest;
 mod inventory;
+mod messages;
 mod names;
+mod object_header;
 mod output;
 mod read;
 mod sink;
-mod storage;
 mod text;
 mod units;
 mod write;

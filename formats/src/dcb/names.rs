@@ -16,18 +16,24 @@ pub(super) fn role(role: Role) -> &'static str {
 
 /// The role of a word.
 pub(super) fn role_of(word: &str) -> Option<Role> {
-    [Role::Attachment, Role::Output].into_iter().find(|&known| role(known) == word)
+    [Role::Attachment, Role::Output]
+        .into_iter()
+        .find(|&known| role(known) == word)
 }
 
 /// The interface kind of a word.
 pub(super) fn interface_kind_of(word: &str) -> Option<InterfaceKind> {
     use InterfaceKind::{Average, Boundary, Nodes, Rigid};
-    [Nodes, Average, Rigid, Boundary].into_iter().find(|known| known.name() == word)
+    [Nodes, Average, Rigid, Boundary]
+        .into_iter()
+        .find(|known| known.name() == word)
 }
 
 /// The frame kind of a word.
 pub(super) fn frame_kind_of(word: &str) -> Option<FrameKind> {
-    [FrameKind::MeanAxis, FrameKind::Given].into_iter().find(|known| known.name() == word)
+    [FrameKind::MeanAxis, FrameKind::Given]
+        .into_iter()
+        .find(|known| known.name() == word)
 }
 
 /// The link name of a node set.
@@ -56,7 +62,9 @@ pub(super) fn decode(link: &str) -> Option<String> {
     let mut parts = link.split('%');
     let mut name = parts.next()?.to_owned();
     for part in parts {
-        let byte = u8::from_str_radix(part.get(..2)?, 16).ok().filter(u8::is_ascii)?;
+        let byte = u8::from_str_radix(part.get(..2)?, 16)
+            .ok()
+            .filter(u8::is_ascii)?;
         name.push(char::from(byte));
         name.push_str(part.get(2..)?);
     }
@@ -69,9 +77,14 @@ mod tests {
 
     #[test]
     fn every_name_comes_back() {
-        for name in ["", ".", "..", "a/b", "50 %", "über", "x\ny", "%", "a.b", "\u{7f}"] {
+        for name in [
+            "", ".", "..", "a/b", "50 %", "über", "x\ny", "%", "a.b", "\u{7f}",
+        ] {
             let link = encode(name);
-            assert!(!link.is_empty() && !link.contains(['/', ' ', '\n']) && link != ".", "{name:?} {link:?}");
+            assert!(
+                !link.is_empty() && !link.contains(['/', ' ', '\n']) && link != ".",
+                "{name:?} {link:?}"
+            );
             assert_eq!(decode(&link).as_deref(), Some(name), "{link:?}");
         }
     }

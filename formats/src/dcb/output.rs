@@ -27,12 +27,19 @@ pub fn check_output(target: &Path, replace: Replace) -> Result<(), Error> {
         .prefix(".writable")
         .tempfile_in(folder)
         .map(drop)
-        .map_err(|source| Error::Io { path: folder.to_owned(), action: "cannot write in this folder", source })
+        .map_err(|source| Error::Io {
+            path: folder.to_owned(),
+            action: "cannot write in this folder",
+            source,
+        })
 }
 
 /// Checks everything that needs no writing; returns the target's folder.
 fn check_path(target: &Path, replace: Replace) -> Result<&Path, Error> {
-    let file = |message: &str| Error::File { path: target.to_owned(), message: message.to_owned() };
+    let file = |message: &str| Error::File {
+        path: target.to_owned(),
+        message: message.to_owned(),
+    };
     if target.is_dir() {
         return Err(file("is a folder; name a file in it as the output"));
     }
@@ -44,10 +51,15 @@ fn check_path(target: &Path, replace: Replace) -> Result<&Path, Error> {
         _ => Path::new("."),
     };
     if !folder.is_dir() {
-        return Err(file(&format!("the folder {} doesn't exist; make it first", folder.display())));
+        return Err(file(&format!(
+            "the folder {} doesn't exist; make it first",
+            folder.display()
+        )));
     }
     match (fs::symlink_metadata(target), replace) {
-        (Ok(_), Replace::Refuse) => Err(Error::OutputExists { path: target.to_owned() }),
+        (Ok(_), Replace::Refuse) => Err(Error::OutputExists {
+            path: target.to_owned(),
+        }),
         _ => Ok(folder),
     }
 }
@@ -61,20 +73,38 @@ pub(super) fn write_whole(
 ) -> Result<(), Error> {
     let folder = check_path(target, replace)?;
     let partial = partial_path(target);
-    let told = |action| move |source| Error::Io { path: target.to_owned(), action, source };
+    let told = |action| {
+        move |source| Error::Io {
+            path: target.to_owned(),
+            action,
+            source,
+        }
+    };
     match fs::remove_file(&partial) {
-        Err(error) if error.kind() != io::ErrorKind::NotFound => return Err(told("cannot write beside it")(error)),
+        Err(error) if error.kind() != io::ErrorKind::NotFound => {
+            return Err(told("cannot write beside it")(error));
+        }
         _ => {}
     }
     let partial = TempPath::try_from_path(partial).map_err(told("cannot write beside it"))?; // removed when dropped
     fill(&partial)?;
-    File::open(&partial).and_then(|file| file.sync_all()).map_err(told("cannot write"))?;
+    File::open(&partial)
+        .and_then(|file| file.sync_all())
+        .map_err(told("cannot write"))?;
     match replace {
-        Replace::Overwrite => partial.persist(target).map_err(|failed| told("cannot replace")(failed.error))?,
-        Replace::Refuse => partial.persist_noclobber(target).map_err(|failed| match failed.error.kind() {
-            io::ErrorKind::AlreadyExists => Error::OutputExists { path: target.to_owned() },
-            _ => told("cannot write")(failed.error),
-        })?,
+        Replace::Overwrite => partial
+            .persist(target)
+            .map_err(|failed| told("cannot replace")(failed.error))?,
+        Replace::Refuse => {
+            partial
+                .persist_noclobber(target)
+                .map_err(|failed| match failed.error.kind() {
+                    io::ErrorKind::AlreadyExists => Error::OutputExists {
+                        path: target.to_owned(),
+                    },
+                    _ => told("cannot write")(failed.error),
+                })?
+        }
     }
     // The rename itself is durable once the folder is; not every system can open folders.
     if let Ok(folder) = File::open(folder) {

@@ -2,36 +2,34 @@
 
 use std::collections::BTreeMap;
 use std::fs::File;
-use std::io::Read;
 use std::path::{Path, PathBuf};
 
 use faer::Mat;
 use ndarray::s;
 
-use super::attributes::{self, Value};
+use super::attributes::Value;
+use super::bytes::{Cursor, FileBytes};
 use super::contract::{Axis, Counts, DATASETS, Dataset, Element, Presence};
 use super::digest::{self, Hash};
-use super::inventory::{Entry, Finding, Inventory};
-use super::storage::{self, Storage};
-use super::{FORMAT, FORMAT_VERSION, FormatVersion, assemble, check, names, text};
+use super::inventory::{self, Entry, Finding, Inventory};
+use super::messages::Storage;
+use super::object_header;
+use super::text::{DESCRIPTOR_BYTES, Texts};
+use super::{FORMAT, FORMAT_VERSION, FormatVersion, assemble, check, names};
 use crate::Error;
 use crate::mesh::{CellBlock, Dimension, Mesh};
 use crate::superelement::{RecoveryBasis, Superelement};
-
-const SIGNATURE: [u8; 8] = *b"\x89HDF\r\n\x1a\n";
 
 /// An open `.dcb.h5` file. Opening checks its version, its digest and all shapes; data are read, and checked
 /// against their hashes, when asked for. A large file opens at once.
 #[derive(Debug)]
 pub struct SuperelementFile {
     path: PathBuf,
-    bytes: File,
-    byte_count: u64,
+    bytes: FileBytes,
     inventory: Inventory,
     counts: Counts,
     version: FormatVersion,
     digest: String,
-    _file: hdf5::File,
 }
 
 /// Reads a superelement without its nodal fields.
@@ -52,34 +50,56 @@ impl SuperelementFile {
         let path = path.as_ref().to_owned();
         let io = |action| {
             let path = path.clone();
-            move |source| Error::Io { path, action, source }
+            move |source| Error::Io {
+                path,
+                action,
+                source,
+            }
         };
-        let unusable = |message: String| Error::File { path: path.clone(), message };
-        let at = |finding: Finding| Error::Location { path: path.clone(), location: finding.path, message: finding.message };
+        let unusable = |message: String| Error::File {
+            path: path.clone(),
+            message,
+        };
+        let at = |finding: Finding| Error::Location {
+            path: path.clone(),
+            location: finding.path,
+            message: finding.message,
+        };
 
         let status = std::fs::metadata(&path).map_err(io("cannot read"))?;
         if !status.is_file() {
-            return Err(unusable("isn't a file; a superelement is a file NAME.dcb.h5".to_owned()));
+            return Err(unusable(
+                "isn't a file; a superelement is a file NAME.dcb.h5".to_owned(),
+            ));
         }
-        let mut bytes = File::open(&path).map_err(io("cannot read"))?;
-        let mut signature = [0; 8];
-        let is_hdf5 = bytes.read_exact(&mut signature).is_ok() && signature == SIGNATURE;
-        if !is_hdf5 {
-            return Err(unusable("isn't an HDF5 file; a superelement is what `reduce` writes".to_owned()));
-        }
-        let file = hdf5::File::open(&path)
-            .map_err(|error| unusable(format!("isn't a complete HDF5 file (truncated or damaged): {error}")))?;
-        let version = read_version(&file).map_err(at)?;
-        let inventory = Inventory::take(&file, status.len()).map_err(at)?;
-        let digest = text_attribute(&inventory, "/", "digest").map_err(at)?.to_owned();
+        let bytes = FileBytes::new(File::open(&path).map_err(io("cannot read"))?, status.len());
+        let root = object_header::root(&bytes).map_err(unusable)?;
+        let version =
+            read_version(&inventory::root_attributes(&bytes, root).map_err(at)?).map_err(at)?;
+        let inventory = Inventory::take(&bytes, root).map_err(at)?;
+        let digest = text_attribute(&inventory, "/", "digest")
+            .map_err(at)?
+            .to_owned();
         let found = inventory.digest();
         if digest != found {
-            let message = format!("digest is {digest}, but the file's contents give {found}: they were changed or damaged");
-            return Err(at(Finding { path: "/".to_owned(), message }));
+            let message = format!(
+                "digest is {digest}, but the file's contents give {found}: they were changed or damaged"
+            );
+            return Err(at(Finding {
+                path: "/".to_owned(),
+                message,
+            }));
         }
         let counts = count(&inventory).map_err(at)?;
         check_shapes(&inventory, &counts).map_err(at)?;
-        Ok(Self { path, bytes, byte_count: status.len(), inventory, counts, version, digest, _file: file })
+        Ok(Self {
+            path,
+            bytes,
+            inventory,
+            counts,
+            version,
+            digest,
+        })
     }
 
     /// The version that the file says it is.
@@ -157,7 +177,11 @@ impl SuperelementFile {
     }
 
     fn told(&self, finding: Finding) -> Error {
-        Error::Location { path: self.path.clone(), location: finding.path, message: finding.message }
+        Error::Location {
+            path: self.path.clone(),
+            location: finding.path,
+            message: finding.message,
+        }
     }
 
     pub(super) fn counts(&self) -> &Counts {
@@ -173,7 +197,10 @@ impl SuperelementFile {
     }
 
     fn entry(&self, path: &str) -> Result<&Entry, Finding> {
-        self.inventory.entries.get(path).ok_or_else(|| missing(path))
+        self.inventory
+            .entries
+            .get(path)
+            .ok_or_else(|| missing(path))
     }
 
     /// Reals, row-major.
@@ -182,10 +209,15 @@ impl SuperelementFile {
         let mut values = vec![0.0; entry.line.shape.iter().product()];
         match entry.storage {
             Storage::Contiguous(offset) => {
-                storage::read_reals(&self.bytes, offset, &mut values).map_err(|message| wrong(path, message))?;
+                self.bytes
+                    .read_reals(offset, &mut values)
+                    .map_err(|message| wrong(path, message))?;
             }
-            Storage::Compressed => {
-                entry.dataset.read_into_raw(&mut values).map_err(|error| wrong(path, format!("cannot be read: {error}")))?;
+            Storage::Chunked => {
+                let read = |error: hdf5::Error| wrong(path, format!("cannot be read: {error}"));
+                self.chunked(path, entry)?
+                    .read_into_raw(&mut values)
+                    .map_err(read)?;
             }
         }
         self.check_hash(path, entry, digest::of_reals(&values))?;
@@ -208,8 +240,15 @@ impl SuperelementFile {
         let Storage::Contiguous(offset) = entry.storage else {
             return Err(wrong(path, "is compressed".to_owned()));
         };
-        let count = entry.line.shape.iter().product();
-        let texts = text::read_texts(&self.bytes, self.byte_count, offset, count).map_err(|message| wrong(path, message))?;
+        let count: usize = entry.line.shape.iter().product();
+        let read = || {
+            let bytes = self.bytes.read(offset, count as u64 * DESCRIPTOR_BYTES)?;
+            let (mut at, mut texts) = (Cursor::new(&bytes), Texts::new(&self.bytes));
+            (0..count)
+                .map(|_| texts.next(&mut at))
+                .collect::<Result<Vec<_>, String>>()
+        };
+        let texts = read().map_err(|message| wrong(path, message))?;
         self.check_hash(path, entry, digest::of_texts(&texts))?;
         Ok(texts)
     }
@@ -220,7 +259,9 @@ impl SuperelementFile {
             return Err(wrong(path, "isn't a matrix".to_owned()));
         };
         let mut fields = Mat::zeros(n_f, columns);
-        self.each_row(path, |row, values| fields.col_as_slice_mut(row).copy_from_slice(values))?;
+        self.each_row(path, |row, values| {
+            fields.col_as_slice_mut(row).copy_from_slice(values)
+        })?;
         Ok(fields)
     }
 
@@ -230,18 +271,30 @@ impl SuperelementFile {
         let [rows, columns] = entry.line.shape[..] else {
             return Err(wrong(path, "isn't a matrix".to_owned()));
         };
+        let chunked = if entry.storage == Storage::Chunked {
+            Some(self.chunked(path, entry)?)
+        } else {
+            None
+        };
         let mut hash = Hash::default();
         let mut values = vec![0.0; columns];
         for row in 0..if columns == 0 { 0 } else { rows } {
             match entry.storage {
                 Storage::Contiguous(offset) => {
                     let offset = offset + 8 * (row * columns) as u64;
-                    storage::read_reals(&self.bytes, offset, &mut values).map_err(|message| wrong(path, message))?;
+                    self.bytes
+                        .read_reals(offset, &mut values)
+                        .map_err(|message| wrong(path, message))?;
                 }
-                Storage::Compressed => {
-                    let read = entry.dataset.read_slice_1d::<f64, _>(s![row, ..]);
-                    let read = read.map_err(|error| wrong(path, format!("cannot be read: {error}")))?;
-                    values.iter_mut().zip(read).for_each(|(value, read)| *value = read);
+                Storage::Chunked => {
+                    let chunked = chunked.as_ref().ok_or_else(|| missing(path))?;
+                    let read = chunked.read_slice_1d::<f64, _>(s![row, ..]);
+                    let read =
+                        read.map_err(|error| wrong(path, format!("cannot be read: {error}")))?;
+                    values
+                        .iter_mut()
+                        .zip(read)
+                        .for_each(|(value, read)| *value = read);
                 }
             }
             hash.update_reals(&values);
@@ -250,12 +303,32 @@ impl SuperelementFile {
         self.check_hash(path, entry, hash.finish())
     }
 
+    /// A compressed field array: the only thing that libhdf5 reads.
+    fn chunked(&self, path: &str, entry: &Entry) -> Result<hdf5::Dataset, Finding> {
+        let open = || -> hdf5::Result<_> {
+            let dataset = hdf5::File::open(&self.path)?.dataset(path)?;
+            let is_real = dataset.dtype()?.is::<f64>();
+            Ok((dataset, is_real))
+        };
+        let (dataset, is_real) =
+            open().map_err(|error| wrong(path, format!("cannot be read: {error}")))?;
+        if !is_real || dataset.shape() != entry.line.shape {
+            return Err(wrong(
+                path,
+                "isn't what its header said when the file was opened".to_owned(),
+            ));
+        }
+        Ok(dataset)
+    }
+
     fn raw(&self, path: &str, entry: &Entry, element_bytes: u64) -> Result<Vec<u8>, Finding> {
         let Storage::Contiguous(offset) = entry.storage else {
             return Err(wrong(path, "is compressed".to_owned()));
         };
         let count = entry.line.shape.iter().product::<usize>() as u64 * element_bytes;
-        storage::read_bytes(&self.bytes, self.byte_count, offset, count).map_err(|message| wrong(path, message))
+        self.bytes
+            .read(offset, count)
+            .map_err(|message| wrong(path, message))
     }
 
     fn check_hash(&self, path: &str, entry: &Entry, found: String) -> Result<(), Finding> {
@@ -263,7 +336,12 @@ impl SuperelementFile {
             return Ok(());
         }
         let claimed = &entry.line.sha256;
-        Err(wrong(path, format!("its sha256 is {claimed}, but its data give {found}: they were changed or damaged")))
+        Err(wrong(
+            path,
+            format!(
+                "its sha256 is {claimed}, but its data give {found}: they were changed or damaged"
+            ),
+        ))
     }
 
     fn read_mesh(&self) -> Result<Mesh, Finding> {
@@ -274,28 +352,54 @@ impl SuperelementFile {
             if !self.has(&data) {
                 break;
             }
-            let cell_type = self.texts(&format!("{path}/type"))?.pop().unwrap_or_default();
+            let cell_type = self
+                .texts(&format!("{path}/type"))?
+                .pop()
+                .unwrap_or_default();
             let nodes_per_cell = self.entry(&data)?.line.shape.get(1).copied().unwrap_or(0);
-            cells.push(CellBlock { cell_type, nodes_per_cell, nodes: self.nodes(&data)? });
+            cells.push(CellBlock {
+                cell_type,
+                nodes_per_cell,
+                nodes: self.nodes(&data)?,
+            });
         }
         let mut point_sets = BTreeMap::new();
         for path in self.inventory.entries.keys() {
             if let Some(link) = path.strip_prefix("/mesh/point_sets/") {
-                let name = names::decode(link).ok_or_else(|| wrong(path, "isn't a name as the format writes it".to_owned()))?;
+                let name = names::decode(link).ok_or_else(|| {
+                    wrong(path, "isn't a name as the format writes it".to_owned())
+                })?;
                 point_sets.insert(name, self.nodes(path)?);
             }
         }
-        Ok(Mesh { dimension: self.counts.dimension, coordinates: self.reals("/mesh/points")?, cells, point_sets })
+        Ok(Mesh {
+            dimension: self.counts.dimension,
+            coordinates: self.reals("/mesh/points")?,
+            cells,
+            point_sets,
+        })
     }
 
     fn nodes(&self, path: &str) -> Result<Vec<u32>, Finding> {
-        let ids = self.integers(path)?.into_iter().map(u32::try_from).collect::<Result<Vec<_>, _>>();
-        ids.map_err(|_| wrong(path, format!("names a node that isn't from 0 to {}", u32::MAX)))
+        let ids = self
+            .integers(path)?
+            .into_iter()
+            .map(u32::try_from)
+            .collect::<Result<Vec<_>, _>>();
+        ids.map_err(|_| {
+            wrong(
+                path,
+                format!("names a node that isn't from 0 to {}", u32::MAX),
+            )
+        })
     }
 }
 
 pub(super) fn wrong(path: &str, message: String) -> Finding {
-    Finding { path: path.to_owned(), message }
+    Finding {
+        path: path.to_owned(),
+        message,
+    }
 }
 
 fn missing(path: &str) -> Finding {
@@ -303,19 +407,32 @@ fn missing(path: &str) -> Finding {
 }
 
 /// Format and version, before anything else is believed.
-fn read_version(file: &hdf5::File) -> Result<FormatVersion, Finding> {
+fn read_version(attributes: &BTreeMap<String, Value>) -> Result<FormatVersion, Finding> {
     let root = |message: String| wrong("/", message);
-    let read = |name: &str| match attributes::read(file, name, 1).map_err(root)? {
-        Value::Text(text) => Ok(text),
-        other => Err(root(format!("attribute {name} is {other:?}; it must be a string"))),
+    let read = |name: &str| match attributes.get(name) {
+        Some(Value::Text(text)) => Ok(text),
+        Some(other) => Err(root(format!(
+            "attribute {name} is {other:?}; it must be a string"
+        ))),
+        None => Err(root(format!(
+            "attribute {name} is missing: this isn't a superelement"
+        ))),
     };
     let format = read("format")?;
     if format != FORMAT {
-        return Err(root(format!("format is {format:.40?}; a superelement's is {FORMAT:?}")));
+        return Err(root(format!(
+            "format is {format:.40?}; a superelement's is {FORMAT:?}"
+        )));
     }
     let text = read("format_version")?;
-    let parts = text.split_once('.').and_then(|(major, minor)| Some((major.parse().ok()?, minor.parse().ok()?)));
-    let (major, minor) = parts.ok_or_else(|| root(format!("format_version is {text:.40?}; it must be like \"{FORMAT_VERSION}\"")))?;
+    let parts = text
+        .split_once('.')
+        .and_then(|(major, minor)| Some((major.parse().ok()?, minor.parse().ok()?)));
+    let (major, minor) = parts.ok_or_else(|| {
+        root(format!(
+            "format_version is {text:.40?}; it must be like \"{FORMAT_VERSION}\""
+        ))
+    })?;
     if major != FORMAT_VERSION.major {
         return Err(root(format!(
             "format_version is {major}.{minor}, and this program reads versions {}.x; use a program that reads {major}.x",
@@ -326,10 +443,17 @@ fn read_version(file: &hdf5::File) -> Result<FormatVersion, Finding> {
 }
 
 /// A text attribute that must be there.
-pub(super) fn text_attribute<'i>(inventory: &'i Inventory, path: &str, name: &str) -> Result<&'i str, Finding> {
+pub(super) fn text_attribute<'i>(
+    inventory: &'i Inventory,
+    path: &str,
+    name: &str,
+) -> Result<&'i str, Finding> {
     match inventory.attribute(path, name) {
         Some(Value::Text(text)) => Ok(text),
-        Some(other) => Err(wrong(path, format!("attribute {name} is {other:?}; it must be a string"))),
+        Some(other) => Err(wrong(
+            path,
+            format!("attribute {name} is {other:?}; it must be a string"),
+        )),
         None => Err(wrong(path, format!("attribute {name} is missing"))),
     }
 }
@@ -339,13 +463,29 @@ fn count(inventory: &Inventory) -> Result<Counts, Finding> {
     let dimension = match inventory.attribute("/", "dimension") {
         Some(Value::Integer(2)) => Dimension::Planar,
         Some(Value::Integer(3)) => Dimension::Spatial,
-        other => return Err(wrong("/", format!("attribute dimension is {other:?}; it must be the integer 2 or 3"))),
+        other => {
+            return Err(wrong(
+                "/",
+                format!("attribute dimension is {other:?}; it must be the integer 2 or 3"),
+            ));
+        }
     };
     let size = |path: &str, axis: usize| {
         let entry = inventory.entries.get(path).ok_or_else(|| missing(path))?;
-        entry.line.shape.get(axis).copied().ok_or_else(|| wrong(path, format!("has no axis {axis}")))
+        entry
+            .line
+            .shape
+            .get(axis)
+            .copied()
+            .ok_or_else(|| wrong(path, format!("has no axis {axis}")))
     };
-    let optional = |path: &str, axis: usize| if inventory.entries.contains_key(path) { size(path, axis) } else { Ok(0) };
+    let optional = |path: &str, axis: usize| {
+        if inventory.entries.contains_key(path) {
+            size(path, axis)
+        } else {
+            Ok(0)
+        }
+    };
     Ok(Counts {
         dimension,
         interfaces: size("/interfaces/names", 0)?,
@@ -373,18 +513,31 @@ fn check_shapes(inventory: &Inventory, counts: &Counts) -> Result<(), Finding> {
             check_mesh_shape(inventory, path, counts)?;
         }
     }
-    if !inventory.entries.contains_key("/mesh/points") && inventory.entries.keys().any(|path| path.starts_with("/mesh/")) {
+    if !inventory.entries.contains_key("/mesh/points")
+        && inventory
+            .entries
+            .keys()
+            .any(|path| path.starts_with("/mesh/"))
+    {
         return Err(missing("/mesh/points"));
     }
     match inventory.attribute("/residual/transform", "rank") {
         Some(Value::Integer(rank)) if usize::try_from(*rank) == Ok(counts.rank) => Ok(()),
-        other => Err(wrong("/residual/transform", format!("attribute rank is {other:?}; its columns are {}", counts.rank))),
+        other => Err(wrong(
+            "/residual/transform",
+            format!(
+                "attribute rank is {other:?}; its columns are {}",
+                counts.rank
+            ),
+        )),
     }
 }
 
 fn is_required(dataset: &Dataset, inventory: &Inventory, counts: &Counts) -> bool {
     let any = |presence: Presence| {
-        DATASETS.iter().any(|other| other.presence == presence && inventory.entries.contains_key(other.path))
+        DATASETS
+            .iter()
+            .any(|other| other.presence == presence && inventory.entries.contains_key(other.path))
     };
     match dataset.presence {
         Presence::Required => true,
@@ -397,7 +550,10 @@ fn is_required(dataset: &Dataset, inventory: &Inventory, counts: &Counts) -> boo
 fn check_shape(dataset: &Dataset, entry: &Entry, counts: &Counts) -> Result<(), Finding> {
     let shape = counts.shape(dataset);
     if dataset.presence == Presence::Spatial && counts.dimension == Dimension::Planar {
-        return Err(wrong(dataset.path, "doesn't belong in a planar superelement".to_owned()));
+        return Err(wrong(
+            dataset.path,
+            "doesn't belong in a planar superelement".to_owned(),
+        ));
     }
     if entry.line.element != dataset.element || entry.line.shape != shape {
         return Err(wrong(
@@ -419,20 +575,48 @@ fn check_mesh_shape(inventory: &Inventory, path: &str, counts: &Counts) -> Resul
     };
     let line = &entry.line;
     let d = counts.length(Axis::Coordinates);
-    let right = match path.strip_prefix("/mesh/").unwrap_or(path).split('/').collect::<Vec<_>>()[..] {
+    let right = match path
+        .strip_prefix("/mesh/")
+        .unwrap_or(path)
+        .split('/')
+        .collect::<Vec<_>>()[..]
+    {
         ["points"] => line.element == Element::Real && line.shape.len() == 2 && line.shape[1] == d,
         ["cells", block, "data"] => {
             let index = block.parse::<usize>();
-            let preceded = |index: usize| index == 0 || inventory.entries.contains_key(&format!("/mesh/cells/{}/data", index - 1));
-            let named = inventory.entries.contains_key(&format!("/mesh/cells/{block}/type"));
-            line.element == Element::Integer && line.shape.len() == 2 && named && index.is_ok_and(preceded)
+            let preceded = |index: usize| {
+                index == 0
+                    || inventory
+                        .entries
+                        .contains_key(&format!("/mesh/cells/{}/data", index - 1))
+            };
+            let named = inventory
+                .entries
+                .contains_key(&format!("/mesh/cells/{block}/type"));
+            line.element == Element::Integer
+                && line.shape.len() == 2
+                && named
+                && index.is_ok_and(preceded)
         }
         ["cells", block, "type"] => {
-            let has_data = inventory.entries.contains_key(&format!("/mesh/cells/{block}/data"));
+            let has_data = inventory
+                .entries
+                .contains_key(&format!("/mesh/cells/{block}/data"));
             line.element == Element::Text && line.shape.is_empty() && has_data
         }
         ["point_sets", _] => line.element == Element::Integer && line.shape.len() == 1,
         _ => true,
     };
-    if right { Ok(()) } else { Err(wrong(path, format!("{} of shape {:?} doesn't fit there", line.element.name(), line.shape))) }
+    if right {
+        Ok(())
+    } else {
+        Err(wrong(
+            path,
+            format!(
+                "{} of shape {:?} doesn't fit there",
+                line.element.name(),
+                line.shape
+            ),
+        ))
+    }
 }

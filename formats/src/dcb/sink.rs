@@ -3,6 +3,7 @@
 use std::collections::BTreeMap;
 
 use faer::Mat;
+use hdf5::plist::group_create::LinkPhaseChange;
 use hdf5::types::VarLenUnicode;
 use hdf5::{Dataset, H5Type};
 use ndarray::s;
@@ -17,6 +18,9 @@ use super::units::{Rule, UnitSystem};
 const CHUNK_VALUES: usize = 1 << 17;
 /// zlib's own default.
 const DEFLATE_LEVEL: u8 = 6;
+
+/// HDF5 keeps up to this many links and attributes of an object in its header, where the reader looks for them.
+pub(super) const MOST_COMPACT: u32 = 65_535;
 
 /// What is said about a dataset beside its data.
 pub(super) struct About<'p> {
@@ -39,8 +43,20 @@ pub(super) struct Sink<'a> {
 
 impl<'a> Sink<'a> {
     /// An empty file; `counts` and `units` give shapes and units of all that follows.
-    pub(super) fn new(file: &'a hdf5::File, counts: Counts, units: UnitSystem<'a>, compression: Compression) -> Self {
-        Self { file, counts, units, compression, lines: BTreeMap::new(), attributes: BTreeMap::new() }
+    pub(super) fn new(
+        file: &'a hdf5::File,
+        counts: Counts,
+        units: UnitSystem<'a>,
+        compression: Compression,
+    ) -> Self {
+        Self {
+            file,
+            counts,
+            units,
+            compression,
+            lines: BTreeMap::new(),
+            attributes: BTreeMap::new(),
+        }
     }
 
     /// Writes the digest of all that went before.
@@ -51,7 +67,15 @@ impl<'a> Sink<'a> {
 
     /// Makes a group.
     pub(super) fn group(&self, path: &str) -> hdf5::Result<()> {
-        self.file.create_group_builder().obj_track_times(false).create(path).map(drop)
+        let builder = self.file.create_group_builder().obj_track_times(false);
+        let compact = LinkPhaseChange {
+            max_compact: MOST_COMPACT,
+            min_dense: 0,
+        };
+        builder
+            .with_create_plist(|creation| creation.link_phase_change(compact))
+            .create(path)
+            .map(drop)
     }
 
     /// Writes an attribute of a group or dataset that is there already.
@@ -61,7 +85,10 @@ impl<'a> Sink<'a> {
         } else {
             attributes::write(&*self.file.group(path)?, name, &value)?;
         }
-        self.attributes.entry(path.to_owned()).or_default().insert(name.to_owned(), value);
+        self.attributes
+            .entry(path.to_owned())
+            .or_default()
+            .insert(name.to_owned(), value);
         Ok(())
     }
 
@@ -88,9 +115,15 @@ impl<'a> Sink<'a> {
         let about = self.about(path)?;
         let n_f = fields.nrows();
         let empty = n_f == 0 || fields.ncols() == 0;
-        let builder = self.file.new_dataset::<f64>();
+        let builder = self
+            .file
+            .new_dataset::<f64>()
+            .attr_phase_change(MOST_COMPACT, 0);
         let builder = match self.compression {
-            Compression::Deflate if !empty => builder.chunk([1, n_f.min(CHUNK_VALUES)]).shuffle().deflate(DEFLATE_LEVEL),
+            Compression::Deflate if !empty => builder
+                .chunk([1, n_f.min(CHUNK_VALUES)])
+                .shuffle()
+                .deflate(DEFLATE_LEVEL),
             _ => builder.no_chunk(),
         };
         let dataset = builder.shape(about.shape.clone()).create(path)?;
@@ -114,28 +147,48 @@ impl<'a> Sink<'a> {
     /// Writes integers, row-major.
     pub(super) fn put_integers(&mut self, about: &About, values: &[i64]) -> hdf5::Result<()> {
         let dataset = self.put(about, values)?;
-        self.annotate(&dataset, about, Element::Integer, digest::of_integers(values))
+        self.annotate(
+            &dataset,
+            about,
+            Element::Integer,
+            digest::of_integers(values),
+        )
     }
 
     /// Writes strings.
     pub(super) fn put_texts(&mut self, about: &About, values: &[String]) -> hdf5::Result<()> {
-        let texts = values.iter().map(|text| attributes::hdf5_text(text)).collect::<hdf5::Result<Vec<VarLenUnicode>>>()?;
+        let texts = values
+            .iter()
+            .map(|text| attributes::hdf5_text(text))
+            .collect::<hdf5::Result<Vec<VarLenUnicode>>>()?;
         let dataset = self.put(about, &texts)?;
         self.annotate(&dataset, about, Element::Text, digest::of_texts(values))
     }
 
     fn put<T: H5Type>(&self, about: &About, values: &[T]) -> hdf5::Result<Dataset> {
-        let builder = self.file.new_dataset::<T>().no_chunk();
+        let builder = self
+            .file
+            .new_dataset::<T>()
+            .attr_phase_change(MOST_COMPACT, 0)
+            .no_chunk();
         let dataset = builder.shape(about.shape.clone()).create(about.path)?;
         match about.shape.is_empty() {
-            true => values.first().map_or(Ok(()), |value| dataset.write_scalar(value))?,
+            true => values
+                .first()
+                .map_or(Ok(()), |value| dataset.write_scalar(value))?,
             false if values.is_empty() => {}
             false => dataset.write_raw(values)?,
         }
         Ok(dataset)
     }
 
-    fn annotate(&mut self, dataset: &Dataset, about: &About, element: Element, sha256: String) -> hdf5::Result<()> {
+    fn annotate(
+        &mut self,
+        dataset: &Dataset,
+        about: &About,
+        element: Element,
+        sha256: String,
+    ) -> hdf5::Result<()> {
         let units = self.units.attributes(about.units, &about.shape);
         let mut values = vec![
             ("symbol", Value::Text(about.symbol.to_owned())),
@@ -143,19 +196,43 @@ impl<'a> Sink<'a> {
             ("description", Value::Text(about.description.to_owned())),
             ("sha256", Value::Text(sha256.clone())),
         ];
-        values.extend(units.axes.into_iter().map(|(name, texts)| (name, Value::Texts(texts))));
+        values.extend(
+            units
+                .axes
+                .into_iter()
+                .map(|(name, texts)| (name, Value::Texts(texts))),
+        );
         for (name, value) in &values {
             attributes::write(dataset, name, value)?;
         }
-        let values = values.into_iter().map(|(name, value)| (name.to_owned(), value));
-        self.attributes.entry(about.path.to_owned()).or_default().extend(values);
-        self.lines.insert(about.path.to_owned(), Line { element, shape: about.shape.clone(), sha256 });
+        let values = values
+            .into_iter()
+            .map(|(name, value)| (name.to_owned(), value));
+        self.attributes
+            .entry(about.path.to_owned())
+            .or_default()
+            .extend(values);
+        self.lines.insert(
+            about.path.to_owned(),
+            Line {
+                element,
+                shape: about.shape.clone(),
+                sha256,
+            },
+        );
         Ok(())
     }
 
     fn about<'p>(&self, path: &'p str) -> hdf5::Result<About<'p>> {
-        let dataset = contract::dataset(path).ok_or_else(|| hdf5::Error::from(format!("{path} isn't in the contract")))?;
+        let dataset = contract::dataset(path)
+            .ok_or_else(|| hdf5::Error::from(format!("{path} isn't in the contract")))?;
         let units = dataset.units(self.counts.dimension);
-        Ok(About { path, shape: self.counts.shape(dataset), symbol: dataset.symbol, units, description: dataset.description })
+        Ok(About {
+            path,
+            shape: self.counts.shape(dataset),
+            symbol: dataset.symbol,
+            units,
+            description: dataset.description,
+        })
     }
 }

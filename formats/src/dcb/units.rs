@@ -15,14 +15,38 @@ pub(super) struct Unit {
     time: i32,
 }
 
-pub(super) const ONE: Unit = Unit { mass: 0, length: 0, time: 0 };
-pub(super) const LENGTH: Unit = Unit { mass: 0, length: 2, time: 0 };
-pub(super) const MASS: Unit = Unit { mass: 2, length: 0, time: 0 };
-pub(super) const TIME: Unit = Unit { mass: 0, length: 0, time: 2 };
+pub(super) const ONE: Unit = Unit {
+    mass: 0,
+    length: 0,
+    time: 0,
+};
+pub(super) const LENGTH: Unit = Unit {
+    mass: 0,
+    length: 2,
+    time: 0,
+};
+pub(super) const MASS: Unit = Unit {
+    mass: 2,
+    length: 0,
+    time: 0,
+};
+pub(super) const TIME: Unit = Unit {
+    mass: 0,
+    length: 0,
+    time: 2,
+};
 pub(super) const FIRST_MOMENT: Unit = MASS.times(LENGTH);
 pub(super) const INERTIA: Unit = FIRST_MOMENT.times(LENGTH);
-const MODAL: Unit = Unit { mass: 1, length: 2, time: 0 };
-const FORCE: Unit = Unit { mass: 2, length: 2, time: -4 };
+const MODAL: Unit = Unit {
+    mass: 1,
+    length: 2,
+    time: 0,
+};
+const FORCE: Unit = Unit {
+    mass: 2,
+    length: 2,
+    time: -4,
+};
 const MOMENT: Unit = FORCE.times(LENGTH);
 /// Displacements `ux uy uz rx ry rz`.
 const FIELD_DIRECTIONS: [Unit; 6] = [LENGTH, LENGTH, LENGTH, ONE, ONE, ONE];
@@ -30,17 +54,29 @@ const FIELD_DIRECTIONS: [Unit; 6] = [LENGTH, LENGTH, LENGTH, ONE, ONE, ONE];
 impl Unit {
     /// Product of two units.
     pub(super) const fn times(self, other: Self) -> Self {
-        Self { mass: self.mass + other.mass, length: self.length + other.length, time: self.time + other.time }
+        Self {
+            mass: self.mass + other.mass,
+            length: self.length + other.length,
+            time: self.time + other.time,
+        }
     }
 
     /// Quotient of two units.
     pub(super) const fn over(self, other: Self) -> Self {
-        Self { mass: self.mass - other.mass, length: self.length - other.length, time: self.time - other.time }
+        Self {
+            mass: self.mass - other.mass,
+            length: self.length - other.length,
+            time: self.time - other.time,
+        }
     }
 
     /// As text in the component's units: `kg*m/s^2`, `1/(sqrt(kg)*m)`, `1`.
     pub(super) fn text(self, units: &Units) -> String {
-        let bases = [(&units.mass, self.mass), (&units.length, self.length), (&units.time, self.time)];
+        let bases = [
+            (&units.mass, self.mass),
+            (&units.length, self.length),
+            (&units.time, self.time),
+        ];
         let factors = |sign: i32| -> Vec<String> {
             bases
                 .iter()
@@ -50,7 +86,11 @@ impl Unit {
         };
         let above = factors(1);
         let below = factors(-1);
-        let numerator = if above.is_empty() { "1".to_owned() } else { above.join("*") };
+        let numerator = if above.is_empty() {
+            "1".to_owned()
+        } else {
+            above.join("*")
+        };
         match below.as_slice() {
             [] => numerator,
             [single] => format!("{numerator}/{single}"),
@@ -62,7 +102,11 @@ impl Unit {
 /// `name` to the power `halves`/2, `halves` > 0.
 fn power(name: &str, halves: i32) -> String {
     let plain = !name.is_empty() && name.chars().all(char::is_alphabetic);
-    let base = if plain { name.to_owned() } else { format!("({name})") };
+    let base = if plain {
+        name.to_owned()
+    } else {
+        format!("({name})")
+    };
     match (halves / 2, halves % 2) {
         (1, 0) => base,
         (whole, 0) => format!("{base}^{whole}"),
@@ -134,7 +178,10 @@ pub(super) struct UnitAttributes {
 impl UnitSystem<'_> {
     /// The unit attributes that a rule gives a dataset of this shape.
     pub(super) fn attributes(&self, rule: Rule, shape: &[usize]) -> UnitAttributes {
-        let uniform = |units: String| UnitAttributes { units, axes: Vec::new() };
+        let uniform = |units: String| UnitAttributes {
+            units,
+            axes: Vec::new(),
+        };
         match rule {
             Rule::Text(text) => uniform(text.to_owned()),
             Rule::AngularFrequencySquared => {
@@ -149,8 +196,14 @@ impl UnitSystem<'_> {
         let axes: Vec<Vec<Unit>> = factors.iter().map(|&factor| self.along(factor)).collect();
         let is_uniform = |axis: &[Unit]| axis.windows(2).all(|pair| pair[0] == pair[1]);
         if axes.iter().all(|axis| is_uniform(axis)) {
-            let unit = axes.iter().filter_map(|axis| axis.first()).fold(ONE, |product, &unit| product.times(unit));
-            return UnitAttributes { units: unit.text(self.units), axes: Vec::new() };
+            let unit = axes
+                .iter()
+                .filter_map(|axis| axis.first())
+                .fold(ONE, |product, &unit| product.times(unit));
+            return UnitAttributes {
+                units: unit.text(self.units),
+                axes: Vec::new(),
+            };
         }
         let names: &[&'static str] = match factors.len() {
             3 => &["layer_units", "row_units", "column_units"],
@@ -162,17 +215,28 @@ impl UnitSystem<'_> {
             match factor {
                 Factor::Uniform(_) if name == "layer_units" => {}
                 Factor::Uniform(unit) => named.push((name, vec![text(&unit); length])),
-                Factor::Field => named.push(("direction_units", FIELD_DIRECTIONS.iter().map(text).collect())),
+                Factor::Field => named.push((
+                    "direction_units",
+                    FIELD_DIRECTIONS.iter().map(text).collect(),
+                )),
                 _ => named.push((name, axis.iter().map(text).collect())),
             }
         }
-        UnitAttributes { units: "mixed".to_owned(), axes: named }
+        UnitAttributes {
+            units: "mixed".to_owned(),
+            axes: named,
+        }
     }
 
     /// The units along an axis; one, whatever its length, where the axis is uniform.
     fn along(&self, factor: Factor) -> Vec<Unit> {
         let rows = |unit: fn(&BoundaryRow) -> Unit| self.rows.iter().map(unit).collect();
-        let columns = |top: Unit| self.coordinates().into_iter().map(|coordinate| top.over(coordinate)).collect();
+        let columns = |top: Unit| {
+            self.coordinates()
+                .into_iter()
+                .map(|coordinate| top.over(coordinate))
+                .collect()
+        };
         match factor {
             Factor::Uniform(unit) => vec![unit],
             Factor::Displacement => rows(displacement),
@@ -192,7 +256,10 @@ impl UnitSystem<'_> {
     fn coordinates(&self) -> Vec<Unit> {
         let modes = std::iter::repeat_n(MODAL, self.mode_count);
         let further = std::iter::repeat_n(ONE, self.enrichment_count);
-        modes.chain(self.rows.iter().map(force)).chain(further).collect()
+        modes
+            .chain(self.rows.iter().map(force))
+            .chain(further)
+            .collect()
     }
 }
 
@@ -215,8 +282,16 @@ mod tests {
 
     #[test]
     fn units_read_as_an_engineer_writes_them() {
-        let si = Units { length: "m".into(), mass: "kg".into(), time: "s".into() };
-        let odd = Units { length: "m".into(), mass: "10^3 kg".into(), time: "s".into() };
+        let si = Units {
+            length: "m".into(),
+            mass: "kg".into(),
+            time: "s".into(),
+        };
+        let odd = Units {
+            length: "m".into(),
+            mass: "10^3 kg".into(),
+            time: "s".into(),
+        };
         assert_eq!(FORCE.text(&si), "kg*m/s^2");
         assert_eq!(ONE.over(MODAL).text(&si), "1/(sqrt(kg)*m)");
         assert_eq!(LENGTH.over(FORCE).text(&si), "s^2/kg");

@@ -1,14 +1,18 @@
 //! A superelement to a file.
 
+use std::ffi::CString;
+use std::os::unix::ffi::OsStrExt;
 use std::path::Path;
 
 use faer::Mat;
-use hdf5::file::LibraryVersion;
+use hdf5::file::{FileAccess, FileCreate, LibraryVersion};
+use hdf5_sys::h5f::{H5F_ACC_EXCL, H5Fcreate};
+use hdf5_sys::h5p::H5Pset_link_phase_change;
 
 use super::attributes::Value;
 use super::contract::Counts;
 use super::inventory::Finding;
-use super::sink::{About, Sink};
+use super::sink::{About, MOST_COMPACT, Sink};
 use super::units::{Factor, LENGTH, Rule, UnitSystem};
 use super::{Compression, Contents, FORMAT, FORMAT_VERSION, WriteOptions, check, names, output};
 use crate::Error;
@@ -20,15 +24,29 @@ use crate::superelement::{RecoveryBasis, Superelement};
 /// # Errors
 /// [`Error::OutputExists`]; [`Error::Location`] where the contents break the contract; [`Error::Io`] where the
 /// system refuses, a full disk included.
-pub fn write_superelement(target: &Path, contents: &Contents, options: &WriteOptions) -> Result<(), Error> {
-    let broken = |finding: Finding| Error::Location { path: target.to_owned(), location: finding.path, message: finding.message };
+pub fn write_superelement(
+    target: &Path,
+    contents: &Contents,
+    options: &WriteOptions,
+) -> Result<(), Error> {
+    let broken = |finding: Finding| Error::Location {
+        path: target.to_owned(),
+        location: finding.path,
+        message: finding.message,
+    };
     let of = contents.superelement;
     check::superelement(of).map_err(broken)?;
     if let Some(mesh) = contents.mesh {
         check::mesh(mesh, of.dimension).map_err(broken)?;
     }
     if let Some(recovery) = contents.recovery {
-        check::recovery(recovery, of.dimension, (of.mode_count(), of.boundary_row_count()), contents.mesh).map_err(broken)?;
+        check::recovery(
+            recovery,
+            of.dimension,
+            (of.mode_count(), of.boundary_row_count()),
+            contents.mesh,
+        )
+        .map_err(broken)?;
     }
     output::write_whole(target, options.replace_existing, |partial| {
         fill(partial, contents, options.compression).map_err(|error| told(target, &error))
@@ -38,29 +56,72 @@ pub fn write_superelement(target: &Path, contents: &Contents, options: &WriteOpt
 /// HDF5 tells the system's answer only as text in its error stack.
 fn told(target: &Path, error: &hdf5::Error) -> Error {
     let path = target.to_owned();
-    let frames = error.stack().map(|stack| stack.iter().map(|frame| frame.desc().to_owned()).collect::<Vec<_>>());
+    let frames = error.stack().map(|stack| {
+        stack
+            .iter()
+            .map(|frame| frame.desc().to_owned())
+            .collect::<Vec<_>>()
+    });
     let errno = frames.into_iter().flatten().find_map(|text| {
         let (_, after) = text.split_once("errno = ")?;
-        after.split(|c: char| !c.is_ascii_digit()).next()?.parse().ok()
+        after
+            .split(|c: char| !c.is_ascii_digit())
+            .next()?
+            .parse()
+            .ok()
     });
     match errno {
-        Some(errno) => Error::Io { path, action: "cannot write", source: std::io::Error::from_raw_os_error(errno) },
-        None => Error::File { path, message: format!("cannot write: {error}") },
+        Some(errno) => Error::Io {
+            path,
+            action: "cannot write",
+            source: std::io::Error::from_raw_os_error(errno),
+        },
+        None => Error::File {
+            path,
+            message: format!("cannot write: {error}"),
+        },
     }
 }
 
 fn fill(partial: &Path, contents: &Contents, compression: Compression) -> hdf5::Result<()> {
-    // Version 1.10 of the library's format has a checksum on every piece of metadata; the earlier ones don't.
-    let file = hdf5::File::with_options()
-        .with_fapl(|access| access.libver_bounds(LibraryVersion::V110, LibraryVersion::V110))
-        .with_fcpl(|creation| creation.obj_track_times(false))
-        .create_excl(partial)?;
-    let written = Writer::new(&file, contents, compression).write().and_then(|()| file.flush());
+    let file = create(partial)?;
+    let written = Writer::new(&file, contents, compression)
+        .write()
+        .and_then(|()| file.flush());
     if written.is_err() {
         abandon(partial);
     }
     let closed = file.close();
     written.and(closed)
+}
+
+/// A new file whose metadata are as the reader wants them: format of HDF5 1.10 (the earlier ones have no checksums
+/// on metadata), and all links in the headers of their groups, the root's included.
+fn create(path: &Path) -> hdf5::Result<hdf5::File> {
+    let access = FileAccess::build()
+        .libver_bounds(LibraryVersion::V110, LibraryVersion::V110)
+        .finish()?;
+    let creation = FileCreate::build().obj_track_times(false).finish()?;
+    let name = CString::new(path.as_os_str().as_bytes())
+        .map_err(|_| hdf5::Error::from("the path contains a zero byte"))?;
+    // The safe builder has no way to say this of the root group.
+    hdf5::sync::sync(|| {
+        // SAFETY: both property lists and the name outlive the calls, the lock is held, and the new id is handed
+        // to its only owner.
+        unsafe {
+            let set = H5Pset_link_phase_change(creation.id(), MOST_COMPACT, 0);
+            let id = if set < 0 {
+                -1
+            } else {
+                H5Fcreate(name.as_ptr(), H5F_ACC_EXCL, creation.id(), access.id())
+            };
+            if id < 0 {
+                Err(hdf5::Error::query().unwrap_or_else(|error| error))
+            } else {
+                hdf5::from_id(id)
+            }
+        }
+    })
 }
 
 /// Gives the disk space of a failed write back before HDF5 closes the file, which has to write once more.
@@ -79,8 +140,14 @@ struct Writer<'a> {
 impl<'a> Writer<'a> {
     fn new(file: &'a hdf5::File, contents: &'a Contents<'a>, compression: Compression) -> Self {
         let of = contents.superelement;
-        let fields = contents.recovery.map(|recovery| recovery.dofs.as_slice()).unwrap_or_default();
-        let enrichment = of.enrichment.as_ref().map_or(0, |enrichment| enrichment.interface_shapes.ncols());
+        let fields = contents
+            .recovery
+            .map(|recovery| recovery.dofs.as_slice())
+            .unwrap_or_default();
+        let enrichment = of
+            .enrichment
+            .as_ref()
+            .map_or(0, |enrichment| enrichment.interface_shapes.ncols());
         let counts = Counts {
             dimension: of.dimension,
             interfaces: of.interfaces.len(),
@@ -97,7 +164,10 @@ impl<'a> Writer<'a> {
             enrichment_count: enrichment,
             fields_have_rotations: fields.iter().any(|dof| dof.direction.is_rotation()),
         };
-        Self { contents, sink: Sink::new(file, counts, units, compression) }
+        Self {
+            contents,
+            sink: Sink::new(file, counts, units, compression),
+        }
     }
 
     fn write(mut self) -> hdf5::Result<()> {
@@ -121,56 +191,130 @@ impl<'a> Writer<'a> {
     fn root(&mut self, of: &Superelement) -> hdf5::Result<()> {
         let units = serde_json::json!({ "length": of.units.length, "mass": of.units.mass, "time": of.units.time });
         self.sink.attribute("/", "format", text(FORMAT))?;
-        self.sink.attribute("/", "format_version", text(&FORMAT_VERSION.to_string()))?;
+        self.sink
+            .attribute("/", "format_version", text(&FORMAT_VERSION.to_string()))?;
         self.sink.attribute("/", "name", text(&of.name))?;
-        self.sink.attribute("/", "dimension", Value::Integer(of.dimension.coordinate_count() as i64))?;
-        self.sink.attribute("/", "units", text(&units.to_string()))?;
-        self.sink.attribute("/", "generator", text(&of.provenance.generator))?;
+        self.sink.attribute(
+            "/",
+            "dimension",
+            Value::Integer(of.dimension.coordinate_count() as i64),
+        )?;
+        self.sink
+            .attribute("/", "units", text(&units.to_string()))?;
+        self.sink
+            .attribute("/", "generator", text(&of.provenance.generator))?;
         for group in ["frame", "interfaces", "modes", "residual", "inertia"] {
             self.sink.group(group)?;
         }
-        self.sink.attribute("/frame", "kind", text(of.frame_kind.name()))?;
-        self.sink.reals("/frame/origin", &of.origin[..of.dimension.coordinate_count()])
+        self.sink
+            .attribute("/frame", "kind", text(of.frame_kind.name()))?;
+        self.sink.reals(
+            "/frame/origin",
+            &of.origin[..of.dimension.coordinate_count()],
+        )
     }
 
     fn interfaces(&mut self, of: &Superelement) -> hdf5::Result<()> {
         let d = of.dimension.coordinate_count();
         let all = &of.interfaces;
-        self.sink.texts("/interfaces/names", &all.iter().map(|one| one.name.clone()).collect::<Vec<_>>())?;
-        self.sink.texts("/interfaces/kinds", &all.iter().map(|one| one.kind.name().to_owned()).collect::<Vec<_>>())?;
-        self.sink.texts("/interfaces/roles", &all.iter().map(|one| names::role(one.role).to_owned()).collect::<Vec<_>>())?;
-        self.sink.reals("/interfaces/positions", &all.iter().flat_map(|one| one.position[..d].to_vec()).collect::<Vec<_>>())?;
+        self.sink.texts(
+            "/interfaces/names",
+            &all.iter().map(|one| one.name.clone()).collect::<Vec<_>>(),
+        )?;
+        self.sink.texts(
+            "/interfaces/kinds",
+            &all.iter()
+                .map(|one| one.kind.name().to_owned())
+                .collect::<Vec<_>>(),
+        )?;
+        self.sink.texts(
+            "/interfaces/roles",
+            &all.iter()
+                .map(|one| names::role(one.role).to_owned())
+                .collect::<Vec<_>>(),
+        )?;
+        self.sink.reals(
+            "/interfaces/positions",
+            &all.iter()
+                .flat_map(|one| one.position[..d].to_vec())
+                .collect::<Vec<_>>(),
+        )?;
         let orientations: Vec<f64> = match of.dimension {
-            Dimension::Planar => all.iter().map(|one| one.orientation[1][0].atan2(one.orientation[0][0])).collect(),
-            Dimension::Spatial => all.iter().flat_map(|one| one.orientation.as_flattened().to_vec()).collect(),
+            Dimension::Planar => all
+                .iter()
+                .map(|one| one.orientation[1][0].atan2(one.orientation[0][0]))
+                .collect(),
+            Dimension::Spatial => all
+                .iter()
+                .flat_map(|one| one.orientation.as_flattened().to_vec())
+                .collect(),
         };
         self.sink.reals("/interfaces/orientations", &orientations)?;
-        let dofs: Vec<i64> = of.rows.iter().flat_map(|row| [row.interface as i64, row.direction]).collect();
+        let dofs: Vec<i64> = of
+            .rows
+            .iter()
+            .flat_map(|row| [row.interface as i64, row.direction])
+            .collect();
         self.sink.integers("/interfaces/dofs", &dofs)?;
-        self.sink.integers("/interfaces/row_nodes", &of.rows.iter().map(|row| row.node).collect::<Vec<_>>())?;
-        self.sink.reals("/interfaces/row_positions", &of.rows.iter().flat_map(|row| row.position[..d].to_vec()).collect::<Vec<_>>())
+        self.sink.integers(
+            "/interfaces/row_nodes",
+            &of.rows.iter().map(|row| row.node).collect::<Vec<_>>(),
+        )?;
+        self.sink.reals(
+            "/interfaces/row_positions",
+            &of.rows
+                .iter()
+                .flat_map(|row| row.position[..d].to_vec())
+                .collect::<Vec<_>>(),
+        )
     }
 
     fn modes(&mut self, of: &Superelement) -> hdf5::Result<()> {
         let modes = &of.modes;
-        self.sink.attribute("/modes", "first_omitted_eigenvalue", Value::Real(modes.first_omitted_eigenvalue))?;
+        self.sink.attribute(
+            "/modes",
+            "first_omitted_eigenvalue",
+            Value::Real(modes.first_omitted_eigenvalue),
+        )?;
         self.sink.reals("/modes/eigenvalues", &modes.eigenvalues)?;
         self.sink.reals("/modes/damping", &modes.damping)?;
-        self.sink.attribute("/modes/damping", "residual", Value::Real(modes.residual_damping))?;
-        self.sink.reals("/modes/interface_shapes", &row_major(&modes.interface_shapes))
+        self.sink.attribute(
+            "/modes/damping",
+            "residual",
+            Value::Real(modes.residual_damping),
+        )?;
+        self.sink.reals(
+            "/modes/interface_shapes",
+            &row_major(&modes.interface_shapes),
+        )
     }
 
     fn residual(&mut self, of: &Superelement) -> hdf5::Result<()> {
         let residual = &of.residual;
-        self.sink.reals("/residual/flexibility", &row_major(&residual.flexibility))?;
-        self.sink.reals("/residual/mass", &row_major(&residual.mass))?;
-        self.sink.reals("/residual/mass_diagonal0", &residual.mass_diagonal0)?;
-        self.sink.reals("/residual/transform", &row_major(&residual.transform))?;
-        self.sink.attribute("/residual/transform", "rank", Value::Integer(of.residual.sigma_squared.len() as i64))?;
-        self.sink.attribute("/residual/transform", "tolerance", Value::Real(residual.tolerance))?;
-        self.sink.reals("/residual/sigma2", &residual.sigma_squared)?;
+        self.sink
+            .reals("/residual/flexibility", &row_major(&residual.flexibility))?;
+        self.sink
+            .reals("/residual/mass", &row_major(&residual.mass))?;
+        self.sink
+            .reals("/residual/mass_diagonal0", &residual.mass_diagonal0)?;
+        self.sink
+            .reals("/residual/transform", &row_major(&residual.transform))?;
+        self.sink.attribute(
+            "/residual/transform",
+            "rank",
+            Value::Integer(of.residual.sigma_squared.len() as i64),
+        )?;
+        self.sink.attribute(
+            "/residual/transform",
+            "tolerance",
+            Value::Real(residual.tolerance),
+        )?;
+        self.sink
+            .reals("/residual/sigma2", &residual.sigma_squared)?;
         match &residual.output_shapes {
-            Some(shapes) => self.sink.reals("/residual/output_shapes", &row_major(shapes)),
+            Some(shapes) => self
+                .sink
+                .reals("/residual/output_shapes", &row_major(shapes)),
             None => Ok(()),
         }
     }
@@ -183,40 +327,65 @@ impl<'a> Writer<'a> {
         self.sink.reals("/inertia/L3", &stacked(&inertia.l3))?;
         match of.dimension {
             Dimension::Planar => {
-                self.sink.reals("/inertia/tensor", &[inertia.tensor[2][2]])?;
-                self.sink.reals("/inertia/I1", &inertia.i1.iter().map(|block| block[2][2]).collect::<Vec<_>>())
+                self.sink
+                    .reals("/inertia/tensor", &[inertia.tensor[2][2]])?;
+                self.sink.reals(
+                    "/inertia/I1",
+                    &inertia
+                        .i1
+                        .iter()
+                        .map(|block| block[2][2])
+                        .collect::<Vec<_>>(),
+                )
             }
             Dimension::Spatial => {
-                self.sink.reals("/inertia/tensor", inertia.tensor.as_flattened())?;
-                self.sink.reals("/inertia/I1", inertia.i1.as_flattened().as_flattened())?;
+                self.sink
+                    .reals("/inertia/tensor", inertia.tensor.as_flattened())?;
+                self.sink
+                    .reals("/inertia/I1", inertia.i1.as_flattened().as_flattened())?;
                 self.sink.reals("/inertia/I2", &second_order(&inertia.i2))
             }
         }
     }
 
     fn optional(&mut self, of: &Superelement) -> hdf5::Result<()> {
-        let stiffening = [("centrifugal", &of.stiffening.centrifugal), ("interface", &of.stiffening.interface)];
+        let stiffening = [
+            ("centrifugal", &of.stiffening.centrifugal),
+            ("interface", &of.stiffening.interface),
+        ];
         if stiffening.iter().any(|(_, matrices)| !matrices.is_empty()) {
             self.sink.group("stiffening")?;
         }
         for (name, matrices) in stiffening {
             if !matrices.is_empty() {
-                self.sink.reals(&format!("/stiffening/{name}"), &stacked(matrices))?;
+                self.sink
+                    .reals(&format!("/stiffening/{name}"), &stacked(matrices))?;
             }
         }
         if let Some(enrichment) = &of.enrichment {
             self.sink.group("enrichment")?;
             self.sink.group("reduced")?;
-            self.sink.reals("/enrichment/interface_shapes", &row_major(&enrichment.interface_shapes))?;
-            self.sink.reals("/reduced/mass", &row_major(&enrichment.reduced_mass))?;
-            self.sink.reals("/reduced/stiffness", &row_major(&enrichment.reduced_stiffness))?;
+            self.sink.reals(
+                "/enrichment/interface_shapes",
+                &row_major(&enrichment.interface_shapes),
+            )?;
+            self.sink
+                .reals("/reduced/mass", &row_major(&enrichment.reduced_mass))?;
+            self.sink.reals(
+                "/reduced/stiffness",
+                &row_major(&enrichment.reduced_stiffness),
+            )?;
         }
         Ok(())
     }
 
     fn recovery(&mut self, recovery: &RecoveryBasis) -> hdf5::Result<()> {
         self.sink.group("fields")?;
-        let dofs: Vec<i64> = recovery.dofs.iter().flat_map(|dof| [i64::from(dof.node), dof.direction.index() as i64]).collect();
+        let dofs: Vec<i64> = recovery
+            .dofs
+            .iter()
+            .flat_map(|dof| [i64::from(dof.node), dof.direction.index() as i64])
+            .collect();
         self.sink.integers("/fields/dofs", &dofs)?;
         self.sink.field("/modes/shapes", &recovery.modes)?;
         self.sink.field("/residual/shapes", &recovery.residual)
@@ -239,17 +408,49 @@ impl<'a> Writer<'a> {
         for (index, block) in mesh.cells.iter().enumerate() {
             self.sink.group(&format!("mesh/cells/{index}"))?;
             let path = format!("/mesh/cells/{index}/type");
-            let about = About { path: &path, shape: vec![], symbol: "", units: plain, description: "meshio cell name" };
-            self.sink.put_texts(&about, std::slice::from_ref(&block.cell_type))?;
+            let about = About {
+                path: &path,
+                shape: vec![],
+                symbol: "",
+                units: plain,
+                description: "meshio cell name",
+            };
+            self.sink
+                .put_texts(&about, std::slice::from_ref(&block.cell_type))?;
             let path = format!("/mesh/cells/{index}/data");
             let shape = vec![block.cell_count(), block.nodes_per_cell];
-            let about = About { path: &path, shape, symbol: "", units: plain, description: "0-based nodes of each cell, meshio order" };
-            self.sink.put_integers(&about, &block.nodes.iter().map(|&node| i64::from(node)).collect::<Vec<_>>())?;
+            let about = About {
+                path: &path,
+                shape,
+                symbol: "",
+                units: plain,
+                description: "0-based nodes of each cell, meshio order",
+            };
+            self.sink.put_integers(
+                &about,
+                &block
+                    .nodes
+                    .iter()
+                    .map(|&node| i64::from(node))
+                    .collect::<Vec<_>>(),
+            )?;
         }
         for (name, nodes) in &mesh.point_sets {
             let path = format!("/mesh/point_sets/{}", names::encode(name));
-            let about = About { path: &path, shape: vec![nodes.len()], symbol: "", units: plain, description: "0-based nodes of the set" };
-            self.sink.put_integers(&about, &nodes.iter().map(|&node| i64::from(node)).collect::<Vec<_>>())?;
+            let about = About {
+                path: &path,
+                shape: vec![nodes.len()],
+                symbol: "",
+                units: plain,
+                description: "0-based nodes of the set",
+            };
+            self.sink.put_integers(
+                &about,
+                &nodes
+                    .iter()
+                    .map(|&node| i64::from(node))
+                    .collect::<Vec<_>>(),
+            )?;
         }
         Ok(())
     }
@@ -262,12 +463,26 @@ impl<'a> Writer<'a> {
             .iter()
             .map(|source| serde_json::json!({ "role": source.role, "file_name": source.file_name, "sha256": source.sha256 }))
             .collect();
-        self.sink.attribute("/provenance", "tool_version", text(&provenance.generator))?;
-        self.sink.attribute("/provenance", "inputs", text(&serde_json::Value::from(inputs).to_string()))?;
-        self.sink.attribute("/provenance", "options", text(&provenance.options.to_string()))?;
-        self.sink.attribute("/provenance", "quality", text(&provenance.quality.to_string()))?;
+        self.sink
+            .attribute("/provenance", "tool_version", text(&provenance.generator))?;
+        self.sink.attribute(
+            "/provenance",
+            "inputs",
+            text(&serde_json::Value::from(inputs).to_string()),
+        )?;
+        self.sink.attribute(
+            "/provenance",
+            "options",
+            text(&provenance.options.to_string()),
+        )?;
+        self.sink.attribute(
+            "/provenance",
+            "quality",
+            text(&provenance.quality.to_string()),
+        )?;
         let warnings = serde_json::Value::from(provenance.warnings.as_slice());
-        self.sink.attribute("/provenance", "warnings", text(&warnings.to_string()))
+        self.sink
+            .attribute("/provenance", "warnings", text(&warnings.to_string()))
     }
 }
 
@@ -276,7 +491,9 @@ fn text(text: &str) -> Value {
 }
 
 fn row_major(matrix: &Mat<f64>) -> Vec<f64> {
-    (0..matrix.nrows()).flat_map(|i| (0..matrix.ncols()).map(move |j| matrix[(i, j)])).collect()
+    (0..matrix.nrows())
+        .flat_map(|i| (0..matrix.ncols()).map(move |j| matrix[(i, j)]))
+        .collect()
 }
 
 fn stacked(matrices: &[Mat<f64>]) -> Vec<f64> {
@@ -289,7 +506,12 @@ fn second_order(components: &[Mat<f64>]) -> Vec<f64> {
     let mut values = Vec::with_capacity(9 * n * n);
     for k in 0..n {
         for l in 0..n {
-            values.extend(SECOND_ORDER_COMPONENTS.as_flattened().iter().map(|&component| components[component][(k, l)]));
+            values.extend(
+                SECOND_ORDER_COMPONENTS
+                    .as_flattened()
+                    .iter()
+                    .map(|&component| components[component][(k, l)]),
+            );
         }
     }
     values
