@@ -3,10 +3,11 @@
 use faer::Mat;
 
 use super::attributes::Value;
-use super::check;
 use super::inventory::Finding;
 use super::names;
-use super::read::{SuperelementFile, text_attribute, wrong};
+use super::read::SuperelementFile;
+use super::rules;
+use super::shapes::text_attribute;
 use super::write::SECOND_ORDER_COMPONENTS;
 use crate::component::{Source, Units};
 use crate::mesh::{Dimension, Direction, Dof};
@@ -21,7 +22,7 @@ pub(super) fn superelement(file: &SuperelementFile) -> Result<Superelement, Find
     let text = |path, name| text_attribute(inventory, path, name);
     let kind = text("/frame", "kind")?;
     let frame_kind = names::frame_kind_of(kind).ok_or_else(|| {
-        wrong(
+        Finding::at(
             "/frame",
             format!("kind is {kind:.40?}; it must be \"mean-axis\" or \"given\""),
         )
@@ -60,7 +61,7 @@ pub(super) fn field_dofs(file: &SuperelementFile) -> Result<Vec<Dof>, Finding> {
                 .and_then(Direction::from_index);
             match (u32::try_from(node), direction) {
                 (Ok(node), Some(direction)) => Ok(Dof { node, direction }),
-                _ => Err(wrong(
+                _ => Err(Finding::at(
                     path,
                     format!("column {column} isn't a node and a dof index from 0 to 5"),
                 )),
@@ -71,11 +72,11 @@ pub(super) fn field_dofs(file: &SuperelementFile) -> Result<Vec<Dof>, Finding> {
 
 fn units(text: &str) -> Result<Units, Finding> {
     let json: serde_json::Value = serde_json::from_str(text)
-        .map_err(|error| wrong("/", format!("attribute units isn't JSON: {error}")))?;
+        .map_err(|error| Finding::at("/", format!("attribute units isn't JSON: {error}")))?;
     let unit = |name: &str| {
         let unit = json.get(name).and_then(serde_json::Value::as_str);
         unit.map(str::to_owned)
-            .ok_or_else(|| wrong("/", format!("attribute units names no {name}")))
+            .ok_or_else(|| Finding::at("/", format!("attribute units names no {name}")))
     };
     Ok(Units {
         length: unit("length")?,
@@ -104,7 +105,7 @@ fn interfaces(file: &SuperelementFile) -> Result<Vec<InterfaceFrame>, Finding> {
     let mut interfaces = Vec::with_capacity(names.len());
     for (index, name) in names.into_iter().enumerate() {
         let unknown = |path: &str, word: &str| {
-            wrong(
+            Finding::at(
                 path,
                 format!("entry {index} is {word:.40?}, which this version doesn't know"),
             )
@@ -154,7 +155,7 @@ fn rows(file: &SuperelementFile) -> Result<Vec<BoundaryRow>, Finding> {
         .enumerate();
     rows.map(|(row, ((&[interface, direction], node), position))| {
         let interface = usize::try_from(interface).map_err(|_| {
-            wrong(
+            Finding::at(
                 "/interfaces/dofs",
                 format!("row {row} names interface {interface}"),
             )
@@ -242,12 +243,12 @@ fn second_order(values: &[f64], n: usize) -> Result<Vec<Mat<f64>>, Finding> {
     };
     for (entry, block) in values.chunks_exact(9).enumerate() {
         let (k, l) = (entry / n, entry % n);
-        let allowed = check::SYMMETRY_TOLERANCE * (trace(k) * trace(l)).sqrt();
+        let allowed = rules::SYMMETRY_TOLERANCE * (trace(k) * trace(l)).sqrt();
         let skew = [(1, 3), (2, 6), (5, 7)]
             .iter()
             .any(|&(ab, ba)| (block[ab] - block[ba]).abs() > allowed);
         if skew {
-            return Err(wrong(
+            return Err(Finding::at(
                 "/inertia/I2",
                 format!("isn't symmetric in (a, b) at (k, l) = ({k}, {l})"),
             ));
@@ -324,11 +325,11 @@ fn optional_layers(file: &SuperelementFile, path: &str) -> Result<Vec<Mat<f64>>,
 fn real(file: &SuperelementFile, path: &str, name: &str) -> Result<f64, Finding> {
     match file.inventory().attribute(path, name) {
         Some(Value::Real(real)) => Ok(*real),
-        Some(other) => Err(wrong(
+        Some(other) => Err(Finding::at(
             path,
             format!("attribute {name} is {other:?}; it must be a 64-bit float"),
         )),
-        None => Err(wrong(path, format!("attribute {name} is missing"))),
+        None => Err(Finding::at(path, format!("attribute {name} is missing"))),
     }
 }
 
@@ -336,7 +337,7 @@ fn real(file: &SuperelementFile, path: &str, name: &str) -> Result<f64, Finding>
 fn provenance(file: &SuperelementFile) -> Result<Provenance, Finding> {
     let text = |path: &str, name: &str| match file.inventory().attribute(path, name) {
         Some(Value::Text(text)) => Ok(text.as_str()),
-        Some(other) => Err(wrong(
+        Some(other) => Err(Finding::at(
             path,
             format!("attribute {name} is {other:?}; it must be a string"),
         )),
@@ -348,7 +349,7 @@ fn provenance(file: &SuperelementFile) -> Result<Provenance, Finding> {
             return Ok(serde_json::Value::Null);
         }
         serde_json::from_str(text).map_err(|error| {
-            wrong(
+            Finding::at(
                 "/provenance",
                 format!("attribute {name} isn't JSON: {error}"),
             )

@@ -1,30 +1,18 @@
 //! What must hold of the numbers, whoever made them: the writer refuses to write anything else, the reader to
 //! hand it on.
 
-use faer::{Mat, MatRef};
-
-use super::inventory::Finding;
+use super::rules::{
+    Checked, ascending, finite, layers, length, matrix, mirrored, name, not_negative, symmetric,
+    symmetric_tensor, trace, wrong,
+};
 use crate::component::{InterfaceKind, Role};
-use crate::mesh::{Dimension, Direction, Mesh};
-use crate::superelement::{BoundaryRow, InterfaceFrame, RecoveryBasis, Superelement};
+use crate::mesh::{Dimension, Direction};
+use crate::superelement::{BoundaryRow, InterfaceFrame, Superelement};
 
-/// Entries that should be equal may differ by this much of their scale: rounding of a long sum, not more.
-pub(super) const SYMMETRY_TOLERANCE: f64 = 1e-9;
 /// Rotation matrices may differ from orthonormal by this much.
 const ROTATION_TOLERANCE: f64 = 1e-9;
 /// Columns of the basis, at most: L3 of so many is 384 MB, and the lists of their units just fit an HDF5 header.
 const MOST_COLUMNS: usize = 4000;
-/// Names longer than this are a mistake.
-const LONGEST_NAME: usize = 4096;
-
-type Checked = Result<(), Finding>;
-
-fn wrong<T>(path: &str, message: impl Into<String>) -> Result<T, Finding> {
-    Err(Finding {
-        path: path.to_owned(),
-        message: message.into(),
-    })
-}
 
 /// Checks a superelement.
 pub(super) fn superelement(of: &Superelement) -> Checked {
@@ -246,7 +234,7 @@ fn rows(of: &Superelement) -> Checked {
     Ok(())
 }
 
-fn has_direction(dimension: Dimension, direction: Direction) -> bool {
+pub(super) fn has_direction(dimension: Dimension, direction: Direction) -> bool {
     dimension.frame_directions().contains(&direction)
 }
 
@@ -380,218 +368,4 @@ fn mass_norms(of: &Superelement) -> Vec<f64> {
                 .collect()
         }
     }
-}
-
-/// Checks nodal fields against their superelement, and against the mesh if there is one.
-/// `columns` are n_k and n_b.
-pub(super) fn recovery(
-    basis: &RecoveryBasis,
-    dimension: Dimension,
-    columns: (usize, usize),
-    mesh: Option<&Mesh>,
-) -> Checked {
-    let n_f = basis.dofs.len();
-    for (column, dof) in basis.dofs.iter().enumerate() {
-        if !has_direction(dimension, dof.direction) {
-            return wrong(
-                "/fields/dofs",
-                format!(
-                    "column {column} is {}, which a planar body doesn't have",
-                    dof.direction.name()
-                ),
-            );
-        }
-        if mesh.is_some_and(|mesh| dof.node as usize >= mesh.node_count()) {
-            return wrong(
-                "/fields/dofs",
-                format!(
-                    "column {column} is of node {}, which the mesh doesn't have",
-                    dof.node
-                ),
-            );
-        }
-    }
-    matrix("/modes/shapes", &basis.modes, n_f, columns.0)?;
-    matrix("/residual/shapes", &basis.residual, n_f, columns.1)
-}
-
-/// Checks a mesh.
-pub(super) fn mesh(mesh: &Mesh, dimension: Dimension) -> Checked {
-    let d = dimension.coordinate_count();
-    if mesh.dimension != dimension || !mesh.coordinates.len().is_multiple_of(d) {
-        return wrong(
-            "/mesh/points",
-            format!("isn't made of points with {d} coordinates"),
-        );
-    }
-    finite("/mesh/points", &mesh.coordinates)?;
-    let nodes = |path: &str, ids: &[u32]| match ids
-        .iter()
-        .find(|node| **node as usize >= mesh.node_count())
-    {
-        Some(node) => wrong(
-            path,
-            format!(
-                "names node {node}, but the mesh has {} (0-based ids)",
-                mesh.node_count()
-            ),
-        ),
-        None => Ok(()),
-    };
-    for (index, block) in mesh.cells.iter().enumerate() {
-        name(
-            &format!("/mesh/cells/{index}/type"),
-            "cell type",
-            &block.cell_type,
-        )?;
-        let path = format!("/mesh/cells/{index}/data");
-        if block.nodes_per_cell == 0 || !block.nodes.len().is_multiple_of(block.nodes_per_cell) {
-            return wrong(
-                &path,
-                format!(
-                    "{} nodes aren't cells of {}",
-                    block.nodes.len(),
-                    block.nodes_per_cell
-                ),
-            );
-        }
-        nodes(&path, &block.nodes)?;
-    }
-    mesh.point_sets.iter().try_for_each(|(name, ids)| {
-        nodes(
-            &format!("/mesh/point_sets/{}", super::names::encode(name)),
-            ids,
-        )
-    })
-}
-
-fn name(path: &str, what: &str, text: &str) -> Checked {
-    if text.is_empty() || text.len() > LONGEST_NAME || text.contains(['\0', '\n']) {
-        return wrong(
-            path,
-            format!(
-                "{what} is {text:.40?}; it must have 1 to {LONGEST_NAME} bytes and no line feed or zero byte"
-            ),
-        );
-    }
-    Ok(())
-}
-
-fn length(path: &str, found: usize, right: usize) -> Checked {
-    if found == right {
-        Ok(())
-    } else {
-        wrong(path, format!("has {found} entries; {right} are needed"))
-    }
-}
-
-fn finite(path: &str, values: &[f64]) -> Checked {
-    match values.iter().position(|value| !value.is_finite()) {
-        Some(index) => wrong(
-            path,
-            format!(
-                "entry {index} is {}; every entry must be finite",
-                values[index]
-            ),
-        ),
-        None => Ok(()),
-    }
-}
-
-fn not_negative(path: &str, values: &[f64]) -> Checked {
-    finite(path, values)?;
-    match values.iter().position(|value| *value < 0.0) {
-        Some(index) => wrong(
-            path,
-            format!("entry {index} is {}; none may be negative", values[index]),
-        ),
-        None => Ok(()),
-    }
-}
-
-fn ascending(path: &str, values: &[f64]) -> Checked {
-    not_negative(path, values)?;
-    match values.windows(2).position(|pair| pair[1] < pair[0]) {
-        Some(index) => wrong(
-            path,
-            format!(
-                "entry {} is below entry {index}; they must ascend",
-                index + 1
-            ),
-        ),
-        None => Ok(()),
-    }
-}
-
-fn matrix(path: &str, matrix: &Mat<f64>, rows: usize, columns: usize) -> Checked {
-    if (matrix.nrows(), matrix.ncols()) != (rows, columns) {
-        return wrong(
-            path,
-            format!(
-                "is {}x{}; {rows}x{columns} is needed",
-                matrix.nrows(),
-                matrix.ncols()
-            ),
-        );
-    }
-    (0..columns).try_for_each(|j| finite(path, matrix.col_as_slice(j)))
-}
-
-fn layers(path: &str, matrices: &[Mat<f64>], count: usize, n: usize) -> Checked {
-    length(path, matrices.len(), count)?;
-    matrices
-        .iter()
-        .try_for_each(|layer| matrix(path, layer, n, n))
-}
-
-/// Symmetric on the scale of its diagonal; where that is zero, of its largest entry.
-fn symmetric(path: &str, matrix: MatRef<'_, f64>) -> Checked {
-    let n = matrix.nrows();
-    let diagonal: Vec<f64> = (0..n).map(|i| matrix[(i, i)].abs().sqrt()).collect();
-    let least = diagonal
-        .iter()
-        .fold(0.0_f64, |most, &value| most.max(value))
-        * f64::EPSILON.sqrt();
-    mirrored(path, matrix, 1.0, |i, j| {
-        diagonal[i].max(least) * diagonal[j].max(least)
-    })
-}
-
-fn trace(tensor: &[[f64; 3]; 3]) -> f64 {
-    (0..3).map(|a| tensor[a][a]).sum()
-}
-
-fn symmetric_tensor(path: &str, tensor: &[[f64; 3]; 3], scale: f64) -> Checked {
-    let matrix = Mat::from_fn(3, 3, |a, b| tensor[a][b]);
-    (0..3).try_for_each(|j| finite(path, matrix.col_as_slice(j)))?;
-    mirrored(path, matrix.as_ref(), 1.0, |_, _| scale)
-}
-
-/// `a_ij = sign a_ji` within the tolerance times `scale`.
-fn mirrored(
-    path: &str,
-    matrix: MatRef<'_, f64>,
-    sign: f64,
-    scale: impl Fn(usize, usize) -> f64,
-) -> Checked {
-    for j in 0..matrix.ncols() {
-        for i in 0..=j {
-            let (upper, lower) = (matrix[(i, j)], matrix[(j, i)]);
-            let allowed = SYMMETRY_TOLERANCE * scale(i, j).max(0.0);
-            if (upper - sign * lower).abs() > allowed {
-                let kind = if sign > 0.0 {
-                    "symmetric"
-                } else {
-                    "antisymmetric"
-                };
-                return wrong(
-                    path,
-                    format!(
-                        "isn't {kind}: entry ({i}, {j}) is {upper:e}, entry ({j}, {i}) is {lower:e}"
-                    ),
-                );
-            }
-        }
-    }
-    Ok(())
 }

@@ -38,11 +38,19 @@ pub(super) struct Finding {
     pub(super) message: String,
 }
 
-fn finding(path: &str) -> impl Fn(String) -> Finding + '_ {
-    move |message| Finding {
-        path: path.to_owned(),
-        message,
+impl Finding {
+    /// What is wrong at a path.
+    pub(super) fn at(path: &str, message: impl Into<String>) -> Self {
+        Self {
+            path: path.to_owned(),
+            message: message.into(),
+        }
     }
+}
+
+/// Adds the path to a message.
+fn finding(path: &str) -> impl Fn(String) -> Finding + '_ {
+    move |message| Finding::at(path, message)
 }
 
 /// The attributes of the root group alone.

@@ -1,7 +1,7 @@
 //! `.dcb.h5`: the file of a superelement, as `docs/format.md` publishes it.
 //!
 //! [`write_superelement`] writes one, whole or not at all; [`SuperelementFile`] opens one and believes nothing it
-//! hasn't checked. The table of every path, shape, symbol and unit is in `contract.rs`; reading, writing, and the
+//! hasn't checked. The table of every path, shape, symbol and unit is in `datasets.rs`; reading, writing, and the
 //! checks of shapes all go by it. What a number means mechanically, beyond range, symmetry and agreement of
 //! sizes, is left to the reducer and the runtime.
 
@@ -9,7 +9,10 @@ mod assemble;
 mod attributes;
 mod bytes;
 mod check;
+mod check_fields;
 mod contract;
+mod create;
+mod datasets;
 mod digest;
 mod inventory;
 mod messages;
@@ -17,6 +20,8 @@ mod names;
 mod object_header;
 mod output;
 mod read;
+mod rules;
+mod shapes;
 mod sink;
 mod text;
 mod units;

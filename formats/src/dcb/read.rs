@@ -7,17 +7,17 @@ use std::path::{Path, PathBuf};
 use faer::Mat;
 use ndarray::s;
 
-use super::attributes::Value;
 use super::bytes::{Cursor, FileBytes};
-use super::contract::{Axis, Counts, DATASETS, Dataset, Element, Presence};
+use super::contract::{Counts, Element};
 use super::digest::{self, Hash};
 use super::inventory::{self, Entry, Finding, Inventory};
 use super::messages::Storage;
 use super::object_header;
+use super::shapes::{check_shapes, count, missing, read_version, text_attribute};
 use super::text::{DESCRIPTOR_BYTES, Texts};
-use super::{FORMAT, FORMAT_VERSION, FormatVersion, assemble, check, names};
+use super::{FormatVersion, assemble, check, check_fields, names};
 use crate::Error;
-use crate::mesh::{CellBlock, Dimension, Mesh};
+use crate::mesh::{CellBlock, Mesh};
 use crate::superelement::{RecoveryBasis, Superelement};
 
 /// An open `.dcb.h5` file. Opening checks its version, its digest and all shapes; data are read, and checked
@@ -137,7 +137,9 @@ impl SuperelementFile {
                 residual: self.field("/residual/shapes")?,
             };
             let columns = (self.counts.modes, self.counts.rows);
-            check::recovery(&basis, self.counts.dimension, columns, None)?;
+            let points = self.inventory.entries.get("/mesh/points");
+            let node_count = points.and_then(|entry| entry.line.shape.first().copied());
+            check_fields::recovery(&basis, self.counts.dimension, columns, node_count)?;
             Ok(basis)
         };
         read().map(Some).map_err(|finding| self.told(finding))
@@ -153,7 +155,7 @@ impl SuperelementFile {
         }
         let read = || {
             let mesh = self.read_mesh()?;
-            check::mesh(&mesh, self.counts.dimension)?;
+            check_fields::mesh(&mesh, self.counts.dimension)?;
             Ok(mesh)
         };
         read().map(Some).map_err(|finding| self.told(finding))
@@ -211,10 +213,11 @@ impl SuperelementFile {
             Storage::Contiguous(offset) => {
                 self.bytes
                     .read_reals(offset, &mut values)
-                    .map_err(|message| wrong(path, message))?;
+                    .map_err(|message| Finding::at(path, message))?;
             }
             Storage::Chunked => {
-                let read = |error: hdf5::Error| wrong(path, format!("cannot be read: {error}"));
+                let read =
+                    |error: hdf5::Error| Finding::at(path, format!("cannot be read: {error}"));
                 self.chunked(path, entry)?
                     .read_into_raw(&mut values)
                     .map_err(read)?;
@@ -238,7 +241,7 @@ impl SuperelementFile {
     pub(super) fn texts(&self, path: &str) -> Result<Vec<String>, Finding> {
         let entry = self.entry(path)?;
         let Storage::Contiguous(offset) = entry.storage else {
-            return Err(wrong(path, "is compressed".to_owned()));
+            return Err(Finding::at(path, "is compressed".to_owned()));
         };
         let count: usize = entry.line.shape.iter().product();
         let read = || {
@@ -248,7 +251,7 @@ impl SuperelementFile {
                 .map(|_| texts.next(&mut at))
                 .collect::<Result<Vec<_>, String>>()
         };
-        let texts = read().map_err(|message| wrong(path, message))?;
+        let texts = read().map_err(|message| Finding::at(path, message))?;
         self.check_hash(path, entry, digest::of_texts(&texts))?;
         Ok(texts)
     }
@@ -256,7 +259,7 @@ impl SuperelementFile {
     /// The transpose of a field array: its rows become columns.
     fn field(&self, path: &str) -> Result<Mat<f64>, Finding> {
         let [columns, n_f] = self.entry(path)?.line.shape[..] else {
-            return Err(wrong(path, "isn't a matrix".to_owned()));
+            return Err(Finding::at(path, "isn't a matrix".to_owned()));
         };
         let mut fields = Mat::zeros(n_f, columns);
         self.each_row(path, |row, values| {
@@ -269,7 +272,7 @@ impl SuperelementFile {
     fn each_row(&self, path: &str, mut take: impl FnMut(usize, &[f64])) -> Result<(), Finding> {
         let entry = self.entry(path)?;
         let [rows, columns] = entry.line.shape[..] else {
-            return Err(wrong(path, "isn't a matrix".to_owned()));
+            return Err(Finding::at(path, "isn't a matrix".to_owned()));
         };
         let chunked = if entry.storage == Storage::Chunked {
             Some(self.chunked(path, entry)?)
@@ -284,13 +287,13 @@ impl SuperelementFile {
                     let offset = offset + 8 * (row * columns) as u64;
                     self.bytes
                         .read_reals(offset, &mut values)
-                        .map_err(|message| wrong(path, message))?;
+                        .map_err(|message| Finding::at(path, message))?;
                 }
                 Storage::Chunked => {
                     let chunked = chunked.as_ref().ok_or_else(|| missing(path))?;
                     let read = chunked.read_slice_1d::<f64, _>(s![row, ..]);
-                    let read =
-                        read.map_err(|error| wrong(path, format!("cannot be read: {error}")))?;
+                    let read = read
+                        .map_err(|error| Finding::at(path, format!("cannot be read: {error}")))?;
                     values
                         .iter_mut()
                         .zip(read)
@@ -311,9 +314,9 @@ impl SuperelementFile {
             Ok((dataset, is_real))
         };
         let (dataset, is_real) =
-            open().map_err(|error| wrong(path, format!("cannot be read: {error}")))?;
+            open().map_err(|error| Finding::at(path, format!("cannot be read: {error}")))?;
         if !is_real || dataset.shape() != entry.line.shape {
-            return Err(wrong(
+            return Err(Finding::at(
                 path,
                 "isn't what its header said when the file was opened".to_owned(),
             ));
@@ -323,12 +326,12 @@ impl SuperelementFile {
 
     fn raw(&self, path: &str, entry: &Entry, element_bytes: u64) -> Result<Vec<u8>, Finding> {
         let Storage::Contiguous(offset) = entry.storage else {
-            return Err(wrong(path, "is compressed".to_owned()));
+            return Err(Finding::at(path, "is compressed".to_owned()));
         };
         let count = entry.line.shape.iter().product::<usize>() as u64 * element_bytes;
         self.bytes
             .read(offset, count)
-            .map_err(|message| wrong(path, message))
+            .map_err(|message| Finding::at(path, message))
     }
 
     fn check_hash(&self, path: &str, entry: &Entry, found: String) -> Result<(), Finding> {
@@ -336,7 +339,7 @@ impl SuperelementFile {
             return Ok(());
         }
         let claimed = &entry.line.sha256;
-        Err(wrong(
+        Err(Finding::at(
             path,
             format!(
                 "its sha256 is {claimed}, but its data give {found}: they were changed or damaged"
@@ -367,7 +370,7 @@ impl SuperelementFile {
         for path in self.inventory.entries.keys() {
             if let Some(link) = path.strip_prefix("/mesh/point_sets/") {
                 let name = names::decode(link).ok_or_else(|| {
-                    wrong(path, "isn't a name as the format writes it".to_owned())
+                    Finding::at(path, "isn't a name as the format writes it".to_owned())
                 })?;
                 point_sets.insert(name, self.nodes(path)?);
             }
@@ -387,236 +390,10 @@ impl SuperelementFile {
             .map(u32::try_from)
             .collect::<Result<Vec<_>, _>>();
         ids.map_err(|_| {
-            wrong(
+            Finding::at(
                 path,
                 format!("names a node that isn't from 0 to {}", u32::MAX),
             )
         })
-    }
-}
-
-pub(super) fn wrong(path: &str, message: String) -> Finding {
-    Finding {
-        path: path.to_owned(),
-        message,
-    }
-}
-
-fn missing(path: &str) -> Finding {
-    wrong(path, "is missing".to_owned())
-}
-
-/// Format and version, before anything else is believed.
-fn read_version(attributes: &BTreeMap<String, Value>) -> Result<FormatVersion, Finding> {
-    let root = |message: String| wrong("/", message);
-    let read = |name: &str| match attributes.get(name) {
-        Some(Value::Text(text)) => Ok(text),
-        Some(other) => Err(root(format!(
-            "attribute {name} is {other:?}; it must be a string"
-        ))),
-        None => Err(root(format!(
-            "attribute {name} is missing: this isn't a superelement"
-        ))),
-    };
-    let format = read("format")?;
-    if format != FORMAT {
-        return Err(root(format!(
-            "format is {format:.40?}; a superelement's is {FORMAT:?}"
-        )));
-    }
-    let text = read("format_version")?;
-    let parts = text
-        .split_once('.')
-        .and_then(|(major, minor)| Some((major.parse().ok()?, minor.parse().ok()?)));
-    let (major, minor) = parts.ok_or_else(|| {
-        root(format!(
-            "format_version is {text:.40?}; it must be like \"{FORMAT_VERSION}\""
-        ))
-    })?;
-    if major != FORMAT_VERSION.major {
-        return Err(root(format!(
-            "format_version is {major}.{minor}, and this program reads versions {}.x; use a program that reads {major}.x",
-            FORMAT_VERSION.major
-        )));
-    }
-    Ok(FormatVersion { major, minor })
-}
-
-/// A text attribute that must be there.
-pub(super) fn text_attribute<'i>(
-    inventory: &'i Inventory,
-    path: &str,
-    name: &str,
-) -> Result<&'i str, Finding> {
-    match inventory.attribute(path, name) {
-        Some(Value::Text(text)) => Ok(text),
-        Some(other) => Err(wrong(
-            path,
-            format!("attribute {name} is {other:?}; it must be a string"),
-        )),
-        None => Err(wrong(path, format!("attribute {name} is missing"))),
-    }
-}
-
-/// The numbers that all shapes must agree with.
-fn count(inventory: &Inventory) -> Result<Counts, Finding> {
-    let dimension = match inventory.attribute("/", "dimension") {
-        Some(Value::Integer(2)) => Dimension::Planar,
-        Some(Value::Integer(3)) => Dimension::Spatial,
-        other => {
-            return Err(wrong(
-                "/",
-                format!("attribute dimension is {other:?}; it must be the integer 2 or 3"),
-            ));
-        }
-    };
-    let size = |path: &str, axis: usize| {
-        let entry = inventory.entries.get(path).ok_or_else(|| missing(path))?;
-        entry
-            .line
-            .shape
-            .get(axis)
-            .copied()
-            .ok_or_else(|| wrong(path, format!("has no axis {axis}")))
-    };
-    let optional = |path: &str, axis: usize| {
-        if inventory.entries.contains_key(path) {
-            size(path, axis)
-        } else {
-            Ok(0)
-        }
-    };
-    Ok(Counts {
-        dimension,
-        interfaces: size("/interfaces/names", 0)?,
-        rows: size("/interfaces/dofs", 0)?,
-        modes: size("/modes/eigenvalues", 0)?,
-        enrichment: optional("/enrichment/interface_shapes", 1)?,
-        rank: size("/residual/sigma2", 0)?,
-        field_dofs: optional("/fields/dofs", 0)?,
-    })
-}
-
-/// Everything that must be there is there, in type and shape.
-fn check_shapes(inventory: &Inventory, counts: &Counts) -> Result<(), Finding> {
-    for dataset in DATASETS {
-        match inventory.entries.get(dataset.path) {
-            Some(entry) => check_shape(dataset, entry, counts)?,
-            None if is_required(dataset, inventory, counts) => return Err(missing(dataset.path)),
-            None => {}
-        }
-    }
-    for path in inventory.entries.keys() {
-        text_attribute(inventory, path, "symbol")?;
-        text_attribute(inventory, path, "units")?;
-        if path.starts_with("/mesh/") {
-            check_mesh_shape(inventory, path, counts)?;
-        }
-    }
-    if !inventory.entries.contains_key("/mesh/points")
-        && inventory
-            .entries
-            .keys()
-            .any(|path| path.starts_with("/mesh/"))
-    {
-        return Err(missing("/mesh/points"));
-    }
-    match inventory.attribute("/residual/transform", "rank") {
-        Some(Value::Integer(rank)) if usize::try_from(*rank) == Ok(counts.rank) => Ok(()),
-        other => Err(wrong(
-            "/residual/transform",
-            format!(
-                "attribute rank is {other:?}; its columns are {}",
-                counts.rank
-            ),
-        )),
-    }
-}
-
-fn is_required(dataset: &Dataset, inventory: &Inventory, counts: &Counts) -> bool {
-    let any = |presence: Presence| {
-        DATASETS
-            .iter()
-            .any(|other| other.presence == presence && inventory.entries.contains_key(other.path))
-    };
-    match dataset.presence {
-        Presence::Required => true,
-        Presence::Spatial => counts.dimension == Dimension::Spatial,
-        Presence::Optional => false,
-        group => any(group),
-    }
-}
-
-fn check_shape(dataset: &Dataset, entry: &Entry, counts: &Counts) -> Result<(), Finding> {
-    let shape = counts.shape(dataset);
-    if dataset.presence == Presence::Spatial && counts.dimension == Dimension::Planar {
-        return Err(wrong(
-            dataset.path,
-            "doesn't belong in a planar superelement".to_owned(),
-        ));
-    }
-    if entry.line.element != dataset.element || entry.line.shape != shape {
-        return Err(wrong(
-            dataset.path,
-            format!(
-                "is {} of shape {:?}; the other parts need {} of shape {shape:?}",
-                entry.line.element.name(),
-                entry.line.shape,
-                dataset.element.name()
-            ),
-        ));
-    }
-    Ok(())
-}
-
-fn check_mesh_shape(inventory: &Inventory, path: &str, counts: &Counts) -> Result<(), Finding> {
-    let Some(entry) = inventory.entries.get(path) else {
-        return Err(missing(path));
-    };
-    let line = &entry.line;
-    let d = counts.length(Axis::Coordinates);
-    let right = match path
-        .strip_prefix("/mesh/")
-        .unwrap_or(path)
-        .split('/')
-        .collect::<Vec<_>>()[..]
-    {
-        ["points"] => line.element == Element::Real && line.shape.len() == 2 && line.shape[1] == d,
-        ["cells", block, "data"] => {
-            let index = block.parse::<usize>();
-            let preceded = |index: usize| {
-                index == 0
-                    || inventory
-                        .entries
-                        .contains_key(&format!("/mesh/cells/{}/data", index - 1))
-            };
-            let named = inventory
-                .entries
-                .contains_key(&format!("/mesh/cells/{block}/type"));
-            line.element == Element::Integer
-                && line.shape.len() == 2
-                && named
-                && index.is_ok_and(preceded)
-        }
-        ["cells", block, "type"] => {
-            let has_data = inventory
-                .entries
-                .contains_key(&format!("/mesh/cells/{block}/data"));
-            line.element == Element::Text && line.shape.is_empty() && has_data
-        }
-        ["point_sets", _] => line.element == Element::Integer && line.shape.len() == 1,
-        _ => true,
-    };
-    if right {
-        Ok(())
-    } else {
-        Err(wrong(
-            path,
-            format!(
-                "{} of shape {:?} doesn't fit there",
-                line.element.name(),
-                line.shape
-            ),
-        ))
     }
 }

@@ -10,7 +10,8 @@ use ndarray::s;
 
 use super::Compression;
 use super::attributes::{self, Value};
-use super::contract::{self, Counts, Element};
+use super::contract::{Counts, Element};
+use super::datasets;
 use super::digest::{self, Attributes, Hash, Line};
 use super::units::{Rule, UnitSystem};
 
@@ -224,7 +225,7 @@ impl<'a> Sink<'a> {
     }
 
     fn about<'p>(&self, path: &'p str) -> hdf5::Result<About<'p>> {
-        let dataset = contract::dataset(path)
+        let dataset = datasets::dataset(path)
             .ok_or_else(|| hdf5::Error::from(format!("{path} isn't in the contract")))?;
         let units = dataset.units(self.counts.dimension);
         Ok(About {

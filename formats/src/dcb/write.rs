@@ -1,20 +1,18 @@
 //! A superelement to a file.
 
-use std::ffi::CString;
-use std::os::unix::ffi::OsStrExt;
 use std::path::Path;
 
 use faer::Mat;
-use hdf5::file::{FileAccess, FileCreate, LibraryVersion};
-use hdf5_sys::h5f::{H5F_ACC_EXCL, H5Fcreate};
-use hdf5_sys::h5p::H5Pset_link_phase_change;
 
 use super::attributes::Value;
 use super::contract::Counts;
+use super::create::{abandon, create, told};
 use super::inventory::Finding;
-use super::sink::{About, MOST_COMPACT, Sink};
+use super::sink::{About, Sink};
 use super::units::{Factor, LENGTH, Rule, UnitSystem};
-use super::{Compression, Contents, FORMAT, FORMAT_VERSION, WriteOptions, check, names, output};
+use super::{
+    Compression, Contents, FORMAT, FORMAT_VERSION, WriteOptions, check, check_fields, names, output,
+};
 use crate::Error;
 use crate::mesh::{Dimension, Mesh};
 use crate::superelement::{RecoveryBasis, Superelement};
@@ -37,50 +35,20 @@ pub fn write_superelement(
     let of = contents.superelement;
     check::superelement(of).map_err(broken)?;
     if let Some(mesh) = contents.mesh {
-        check::mesh(mesh, of.dimension).map_err(broken)?;
+        check_fields::mesh(mesh, of.dimension).map_err(broken)?;
     }
     if let Some(recovery) = contents.recovery {
-        check::recovery(
+        check_fields::recovery(
             recovery,
             of.dimension,
             (of.mode_count(), of.boundary_row_count()),
-            contents.mesh,
+            contents.mesh.map(Mesh::node_count),
         )
         .map_err(broken)?;
     }
     output::write_whole(target, options.replace_existing, |partial| {
         fill(partial, contents, options.compression).map_err(|error| told(target, &error))
     })
-}
-
-/// HDF5 tells the system's answer only as text in its error stack.
-fn told(target: &Path, error: &hdf5::Error) -> Error {
-    let path = target.to_owned();
-    let frames = error.stack().map(|stack| {
-        stack
-            .iter()
-            .map(|frame| frame.desc().to_owned())
-            .collect::<Vec<_>>()
-    });
-    let errno = frames.into_iter().flatten().find_map(|text| {
-        let (_, after) = text.split_once("errno = ")?;
-        after
-            .split(|c: char| !c.is_ascii_digit())
-            .next()?
-            .parse()
-            .ok()
-    });
-    match errno {
-        Some(errno) => Error::Io {
-            path,
-            action: "cannot write",
-            source: std::io::Error::from_raw_os_error(errno),
-        },
-        None => Error::File {
-            path,
-            message: format!("cannot write: {error}"),
-        },
-    }
 }
 
 fn fill(partial: &Path, contents: &Contents, compression: Compression) -> hdf5::Result<()> {
@@ -93,42 +61,6 @@ fn fill(partial: &Path, contents: &Contents, compression: Compression) -> hdf5::
     }
     let closed = file.close();
     written.and(closed)
-}
-
-/// A new file whose metadata are as the reader wants them: format of HDF5 1.10 (the earlier ones have no checksums
-/// on metadata), and all links in the headers of their groups, the root's included.
-fn create(path: &Path) -> hdf5::Result<hdf5::File> {
-    let access = FileAccess::build()
-        .libver_bounds(LibraryVersion::V110, LibraryVersion::V110)
-        .finish()?;
-    let creation = FileCreate::build().obj_track_times(false).finish()?;
-    let name = CString::new(path.as_os_str().as_bytes())
-        .map_err(|_| hdf5::Error::from("the path contains a zero byte"))?;
-    // The safe builder has no way to say this of the root group.
-    hdf5::sync::sync(|| {
-        // SAFETY: both property lists and the name outlive the calls, the lock is held, and the new id is handed
-        // to its only owner.
-        unsafe {
-            let set = H5Pset_link_phase_change(creation.id(), MOST_COMPACT, 0);
-            let id = if set < 0 {
-                -1
-            } else {
-                H5Fcreate(name.as_ptr(), H5F_ACC_EXCL, creation.id(), access.id())
-            };
-            if id < 0 {
-                Err(hdf5::Error::query().unwrap_or_else(|error| error))
-            } else {
-                hdf5::from_id(id)
-            }
-        }
-    })
-}
-
-/// Gives the disk space of a failed write back before HDF5 closes the file, which has to write once more.
-fn abandon(partial: &Path) {
-    if let Ok(file) = std::fs::OpenOptions::new().write(true).open(partial) {
-        let _ = file.set_len(0);
-    }
 }
 
 /// Puts each part of the contents where the contract has it.
