@@ -1,0 +1,40 @@
+//! Writes the frozen sample files of the current format version: `cargo run --release -p dcb-formats --example freeze`.
+//!
+//! A frozen file is written once per format version and then kept as it is: the test `frozen` reads it forever.
+//! This program therefore refuses to replace one.
+
+#[path = "../tests/support/mod.rs"]
+mod support;
+
+use std::path::Path;
+
+use dcb_formats::dcb::{
+    Contents, FORMAT_VERSION, SuperelementFile, WriteOptions, write_superelement,
+};
+use dcb_formats::mesh::Dimension;
+
+fn main() -> Result<(), Box<dyn std::error::Error>> {
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../tests/data/frozen");
+    for (name, dimension) in [
+        ("planar", Dimension::Planar),
+        ("spatial", Dimension::Spatial),
+    ] {
+        let superelement = support::enriched(dimension);
+        let (recovery, mesh) = (support::recovery(&superelement), support::mesh(dimension));
+        let contents = Contents {
+            superelement: &superelement,
+            recovery: Some(&recovery),
+            mesh: Some(&mesh),
+        };
+        let path = folder.join(format!("{name}-{FORMAT_VERSION}.dcb.h5"));
+        write_superelement(&path, &contents, &WriteOptions::default())?;
+        let file = SuperelementFile::open(&path)?;
+        let expected = support::summary(&file)?;
+        std::fs::write(
+            path.with_extension("").with_extension("json"),
+            format!("{expected:#}\n"),
+        )?;
+        println!("{}: {}", path.display(), file.digest());
+    }
+    Ok(())
+}

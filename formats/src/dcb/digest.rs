@@ -1,0 +1,135 @@
+//! SHA-256 of datasets and the digest of a whole file, as `docs/format.md` defines them.
+
+use std::collections::BTreeMap;
+use std::fmt::Write as _;
+
+use sha2::{Digest as _, Sha256};
+
+use super::attributes::Value;
+use super::contract::Element;
+
+/// Hash of bytes that come in pieces.
+#[derive(Clone, Default)]
+pub(super) struct Hash(Sha256);
+
+impl Hash {
+    /// More bytes.
+    pub(super) fn update(&mut self, bytes: &[u8]) {
+        self.0.update(bytes);
+    }
+
+    /// More reals, little-endian.
+    pub(super) fn update_reals(&mut self, values: &[f64]) {
+        let mut block = Vec::with_capacity(8 * values.len().min(4096));
+        for part in values.chunks(4096) {
+            block.clear();
+            part.iter()
+                .for_each(|value| block.extend_from_slice(&value.to_le_bytes()));
+            self.update(&block);
+        }
+    }
+
+    /// Lower-case hexadecimal digits.
+    pub(super) fn finish(self) -> String {
+        hexadecimal(&self.0.finalize())
+    }
+}
+
+fn hexadecimal(bytes: &[u8]) -> String {
+    bytes
+        .iter()
+        .fold(String::with_capacity(2 * bytes.len()), |mut text, byte| {
+            let _ = write!(text, "{byte:02x}");
+            text
+        })
+}
+
+/// Hash of reals, little-endian.
+pub(super) fn of_reals(values: &[f64]) -> String {
+    let mut hash = Hash::default();
+    hash.update_reals(values);
+    hash.finish()
+}
+
+/// Hash of integers, little-endian.
+pub(super) fn of_integers(values: &[i64]) -> String {
+    let mut hash = Hash::default();
+    values
+        .iter()
+        .for_each(|value| hash.update(&value.to_le_bytes()));
+    hash.finish()
+}
+
+/// Hash of strings, joined by line feeds.
+pub(super) fn of_texts(values: &[String]) -> String {
+    let mut hash = Hash::default();
+    hash.update(values.join("\n").as_bytes());
+    hash.finish()
+}
+
+/// A dataset as the digest sees it.
+#[derive(Clone, Debug)]
+pub(super) struct Line {
+    pub(super) element: Element,
+    pub(super) shape: Vec<usize>,
+    pub(super) sha256: String,
+}
+
+/// Attributes by the path of their object, then by name.
+pub(super) type Attributes = BTreeMap<String, BTreeMap<String, Value>>;
+
+/// Whether the digest covers an attribute: what is only said to people stays outside.
+pub(super) fn covers(path: &str, is_dataset: bool, name: &str) -> bool {
+    match path {
+        "/" => name != "digest" && name != "generator",
+        "/provenance" => false,
+        _ if is_dataset => name != "description" && name != "sha256",
+        _ => true,
+    }
+}
+
+/// The digest of a file: its datasets by path, and the attributes that [`covers`] keeps.
+pub(super) fn of_file(datasets: &BTreeMap<String, Line>, attributes: &Attributes) -> String {
+    let mut hash = Hash::default();
+    for (path, line) in datasets {
+        let sizes: Vec<String> = line.shape.iter().map(ToString::to_string).collect();
+        let shape = format!("({})", sizes.join(","));
+        hash.update(format!("{path} {} {shape} {}\n", line.element.name(), line.sha256).as_bytes());
+    }
+    let covered: BTreeMap<&str, BTreeMap<&str, serde_json::Value>> = attributes
+        .iter()
+        .map(|(path, values)| {
+            let kept = values
+                .iter()
+                .filter(|(name, _)| covers(path, datasets.contains_key(path), name));
+            (
+                path.as_str(),
+                kept.map(|(name, value)| (name.as_str(), value.canonical()))
+                    .collect(),
+            )
+        })
+        .filter(|(_, values): &(_, BTreeMap<_, _>)| !values.is_empty())
+        .collect();
+    // Maps with string keys and values without floats always serialise.
+    hash.update(
+        serde_json::to_string(&covered)
+            .unwrap_or_default()
+            .as_bytes(),
+    );
+    hash.finish()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn hash_is_sha256() {
+        let mut hash = Hash::default();
+        hash.update(b"abc");
+        assert_eq!(
+            hash.finish(),
+            "ba7816bf8f01cfea414140de5dae2223b00361a396177a9cb410ff61f20015ad"
+        );
+    }
+}

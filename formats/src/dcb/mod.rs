@@ -1,0 +1,100 @@
+//! `.dcb.h5`: the file of a superelement, as `docs/format.md` publishes it.
+//!
+//! [`write_superelement`] writes one, whole or not at all; [`SuperelementFile`] opens one and believes nothing it
+//! hasn't checked. The table of every path, shape, symbol and unit is in `datasets.rs`; reading, writing, and the
+//! checks of shapes all go by it. What a number means mechanically, beyond range, symmetry and agreement of
+//! sizes, is left to the reducer and the runtime.
+
+mod assemble;
+mod attributes;
+mod bytes;
+mod check;
+mod check_fields;
+mod contract;
+mod create;
+mod datasets;
+mod digest;
+mod inventory;
+mod messages;
+mod names;
+mod object_header;
+mod output;
+mod read;
+mod rules;
+mod shapes;
+mod sink;
+mod text;
+mod units;
+mod write;
+
+pub use output::{check_output, partial_path};
+pub use read::{SuperelementFile, read_superelement};
+pub use write::write_superelement;
+
+use crate::mesh::Mesh;
+use crate::superelement::{RecoveryBasis, Superelement};
+
+#[cfg(target_endian = "big")]
+compile_error!("`.dcb.h5` data are little-endian and are read and written without swapping bytes");
+
+/// What the attribute `format` of every file says.
+pub const FORMAT: &str = "dcb-superelement";
+
+/// The version this program writes; it reads every minor version of the same major version.
+pub const FORMAT_VERSION: FormatVersion = FormatVersion { major: 1, minor: 0 };
+
+/// Version of the format: the major one changes what old readers rely on, the minor one only adds.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub struct FormatVersion {
+    /// Changes what old readers rely on.
+    pub major: u32,
+    /// Adds what old readers may ignore.
+    pub minor: u32,
+}
+
+impl std::fmt::Display for FormatVersion {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        write!(f, "{}.{}", self.major, self.minor)
+    }
+}
+
+/// How the field arrays (and only they) are stored.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
+pub enum Compression {
+    /// Contiguous.
+    #[default]
+    None,
+    /// In chunks, shuffled and deflated.
+    Deflate,
+}
+
+/// What to do where the output exists already.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
+pub enum Replace {
+    /// Leave it and say so.
+    #[default]
+    Refuse,
+    /// Put the new file in its place, once that is complete.
+    Overwrite,
+}
+
+/// How a superelement is written.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
+pub struct WriteOptions {
+    /// What to do where the output exists already.
+    pub replace_existing: Replace,
+    /// How the field arrays are stored.
+    pub compression: Compression,
+}
+
+/// What a file is to hold. Without `recovery` and `mesh` it says nothing about the inside of the component:
+/// what a supplier hands over to protect a design.
+#[derive(Clone, Copy, Debug)]
+pub struct Contents<'a> {
+    /// What the dynamics needs.
+    pub superelement: &'a Superelement,
+    /// Nodal shapes.
+    pub recovery: Option<&'a RecoveryBasis>,
+    /// Geometry.
+    pub mesh: Option<&'a Mesh>,
+}
