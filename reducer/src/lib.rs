@@ -6,12 +6,16 @@
 
 pub mod assemble;
 pub mod block_algebra;
+pub mod cli;
+pub mod cli_reduce;
+pub mod compare;
 pub mod condensation;
 pub mod diagnosis;
 pub mod error;
 pub mod factorization;
 pub mod frame;
 pub mod free_modes;
+pub mod inspect;
 pub mod invariants;
 pub mod lanczos;
 pub mod localization;
@@ -24,6 +28,8 @@ pub mod residual;
 pub mod rigid_body;
 pub mod shift;
 pub mod surface;
+pub mod timing;
+pub mod verify;
 
 use dcb_formats::component::Component;
 use dcb_formats::{RecoveryBasis, Superelement};

@@ -70,7 +70,10 @@ impl StageClock {
             match self.finished.iter_mut().find(|known| known.stage == time.stage) {
                 Some(known) => {
                     known.seconds += time.seconds;
-                    known.peak_megabytes = known.peak_megabytes.max(time.peak_megabytes);
+                    known.peak_megabytes = match (known.peak_megabytes, time.peak_megabytes) {
+                        (Some(a), Some(b)) => Some(a.max(b)),
+                        (a, b) => a.or(b),
+                    };
                 }
                 None => self.finished.push(time),
             }
