@@ -5,14 +5,18 @@
 //! and the two meet only through the types and files here.
 
 pub mod component;
+pub mod component_files;
 pub mod dcb;
+pub mod description;
 pub mod error;
+pub mod matrix;
 pub mod mesh;
 pub mod superelement;
 
 pub use component::Component;
+pub use description::{Description, component_schema, read_description};
 pub use error::Error;
 pub use superelement::{RecoveryBasis, Superelement};
 
-/// Sparse matrix, compressed by columns, 32-bit indices (up to 4.29e9 dofs or stored entries).
+/// Sparse matrix, compressed by columns, 32-bit indices: up to 2³¹ - 1 dofs and 2³² - 1 stored entries.
 pub type SparseMatrix = faer::sparse::SparseColMat<u32, f64>;

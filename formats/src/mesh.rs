@@ -122,7 +122,10 @@ pub struct CellBlock {
 impl CellBlock {
     /// Number of cells in the block.
     pub fn cell_count(&self) -> usize {
-        self.nodes.len().checked_div(self.nodes_per_cell).unwrap_or(0)
+        self.nodes
+            .len()
+            .checked_div(self.nodes_per_cell)
+            .unwrap_or(0)
     }
 
     /// The cells, each as its node ids.
@@ -178,11 +181,19 @@ impl DofMap {
         let mut rows = vec![[NO_ROW; 6]; node_count];
         for (row, dof) in dofs.iter().enumerate() {
             let Some(of_node) = rows.get_mut(dof.node as usize) else {
-                return Err(DofMapError::NoSuchNode { row, node: dof.node, node_count });
+                return Err(DofMapError::NoSuchNode {
+                    row,
+                    node: dof.node,
+                    node_count,
+                });
             };
             let slot = &mut of_node[dof.direction.index()];
             if *slot != NO_ROW {
-                return Err(DofMapError::Repeated { row, first_row: *slot as usize, dof: *dof });
+                return Err(DofMapError::Repeated {
+                    row,
+                    first_row: *slot as usize,
+                    dof: *dof,
+                });
             }
             *slot = row as u32;
         }
@@ -195,7 +206,11 @@ impl DofMap {
     /// As [`DofMap::new`]: a direction named twice.
     pub fn uniform(node_count: usize, pattern: &[Direction]) -> Result<Self, DofMapError> {
         let dofs = (0..node_count as u32)
-            .flat_map(|node| pattern.iter().map(move |&direction| Dof { node, direction }))
+            .flat_map(|node| {
+                pattern
+                    .iter()
+                    .map(move |&direction| Dof { node, direction })
+            })
             .collect();
         Self::new(dofs, node_count)
     }

@@ -188,7 +188,10 @@ impl Superelement {
 
     /// n = n_k + n_b + n_x, the number of columns of the stored basis.
     pub fn basis_count(&self) -> usize {
-        let enrichment = self.enrichment.as_ref().map_or(0, |e| e.interface_shapes.ncols());
+        let enrichment = self
+            .enrichment
+            .as_ref()
+            .map_or(0, |e| e.interface_shapes.ncols());
         self.mode_count() + self.boundary_row_count() + enrichment
     }
 }

@@ -1,1 +1,210 @@
-//! Placeholder.
+//! Component → superelement: the offline half of the dual Craig–Bampton method for co-rotated bodies.
+//!
+//! [`reduce`] is the whole pipeline: rigid motions from geometry, one factorization of K + σ M that serves the free-free
+//! modes and the residual flexibility, inertia invariants, an eigenvalue count as certificate, and a quality report. Everything
+//! works on sparse matrices; nothing here reads clocks, prints or opens files ([`cli`] does).
+
+pub mod assemble;
+pub mod block_algebra;
+pub mod condensation;
+pub mod diagnosis;
+pub mod error;
+pub mod factorization;
+pub mod frame;
+pub mod free_modes;
+pub mod invariants;
+pub mod lanczos;
+pub mod localization;
+pub mod multiplet;
+pub mod observer;
+pub mod ordering;
+pub mod plausibility;
+pub mod quality;
+pub mod residual;
+pub mod rigid_body;
+pub mod shift;
+pub mod surface;
+
+use dcb_formats::component::Component;
+use dcb_formats::{RecoveryBasis, Superelement};
+use faer::Mat;
+
+pub use crate::diagnosis::{Grounding, LoosePieces};
+pub use crate::error::Error;
+use crate::condensation::Model;
+use crate::diagnosis::Support;
+use crate::factorization::SymmetricFactor;
+use crate::free_modes::{FreeModes, Search};
+use crate::invariants::inertia_invariants;
+use crate::localization::Localization;
+use crate::observer::{Observer, Stage};
+use crate::quality::{Quality, Sturm};
+use crate::residual::ResidualFlexibility;
+use crate::rigid_body::{MassProperties, RigidBodyModes};
+use crate::shift::SpectrumScale;
+
+/// Searches made, each wider than the one before, until the eigenvalue count agrees.
+const ATTEMPTS: usize = 3;
+
+/// Which modes to keep.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum ModeSelection {
+    /// This many lowest elastic modes (a multiple root is never cut, so it may be more).
+    Lowest(usize),
+    /// Every elastic mode below this ω², (rad/time)².
+    Below {
+        /// The limit.
+        eigenvalue: f64,
+    },
+}
+
+/// What to do.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Reduction {
+    /// Modes to keep.
+    pub modes: ModeSelection,
+    /// What to do with a part that is held.
+    pub grounding: Grounding,
+    /// What to do with loose pieces and mechanisms.
+    pub loose_pieces: LoosePieces,
+}
+
+impl Reduction {
+    /// The `count` lowest modes of a free part in one piece.
+    pub fn lowest(count: usize) -> Self {
+        Self {
+            modes: ModeSelection::Lowest(count),
+            grounding: Grounding::Refuse,
+            loose_pieces: LoosePieces::Refuse,
+        }
+    }
+}
+
+/// A reduced component.
+#[derive(Clone, Debug)]
+pub struct Reduced {
+    /// What the dynamics needs.
+    pub superelement: Superelement,
+    /// Nodal shapes over all n_e dofs.
+    pub recovery: RecoveryBasis,
+    /// How good it is.
+    pub quality: Quality,
+}
+
+/// Reduces a component.
+///
+/// # Errors
+/// [`Error::Component`] where the component can't be reduced as it is; the others are numerical failures.
+pub fn reduce(component: &Component, options: &Reduction, observer: &mut dyn Observer) -> Result<Reduced, Error> {
+    observer.begin(Stage::Model);
+    diagnosis::check_rows(component)?;
+    let properties = MassProperties::of(component)?;
+    let model = Model::of(component)?;
+    let localization = Localization::of(component, &model)?;
+    let geometric = RigidBodyModes::of(component, &model, &properties)?;
+    let defects = geometric.stiffness_defects(&model);
+    let scale = SpectrumScale::of(&model, &geometric, component.dimension(), properties.centre);
+
+    observer.begin(Stage::Order);
+    let mut factor = SymmetricFactor::analyse(&model.stiffness, &model.mass, &model.points())?;
+    let (support, few_digits) =
+        diagnosis::support(component, &model, &geometric, &defects, &scale, &mut factor, options.grounding)?;
+    let rigid = match support {
+        Support::Free => geometric,
+        Support::Grounded => geometric.none(),
+    };
+    if options.loose_pieces == LoosePieces::Refuse && diagnosis::pieces(&model).len() > 1 {
+        return Err(diagnosis::loose(component, &model, 0, None));
+    }
+    let (modes, residual, sturm) =
+        modes_and_residual(component, &model, &localization, &rigid, &scale, &mut factor, options, observer)?;
+    drop(factor);
+
+    observer.begin(Stage::Invariants);
+    let basis = joined(&model, &modes, &residual);
+    let inertia = inertia_invariants(component, &properties, basis.as_ref());
+
+    observer.begin(Stage::Quality);
+    let defects = &defects.per_column;
+    let quality = Quality::of(&model, &properties, &rigid, defects, &modes, &residual, &inertia, sturm);
+    let mut warnings: Vec<String> = few_digits.into_iter().collect();
+    warnings.extend(assemble::warnings(component, &properties, support, &modes, &quality));
+    let parts = assemble::Parts { component, properties, localization, modes, residual, inertia, support };
+    Ok(parts.into_reduced(basis, quality, warnings))
+}
+
+/// Steps that share the factorization, repeated more widely if the eigenvalue count finds modes missing.
+#[allow(clippy::too_many_arguments)] // everything that was made before
+fn modes_and_residual(
+    component: &Component,
+    model: &Model,
+    localization: &Localization,
+    rigid: &RigidBodyModes,
+    scale: &SpectrumScale,
+    factor: &mut SymmetricFactor,
+    options: &Reduction,
+    observer: &mut dyn Observer,
+) -> Result<(FreeModes, ResidualFlexibility, Sturm), Error> {
+    let wanted = match options.modes {
+        ModeSelection::Lowest(count) => count,
+        ModeSelection::Below { eigenvalue } => {
+            observer.begin(Stage::Certificate);
+            factor.inertia(&model.stiffness, &model.mass, eigenvalue).negative.saturating_sub(rigid.count())
+        }
+    };
+    let shift = scale.shift();
+    let mut last_count = None;
+    for attempt in 0..ATTEMPTS {
+        observer.begin(Stage::Factor);
+        let positive = match factor.factorize(&model.stiffness, &model.mass, shift) {
+            Ok(positive) => positive,
+            Err(_) => return Err(diagnosis::indefinite(model, scale, factor)),
+        };
+        observer.begin(Stage::Modes);
+        let modes = FreeModes::compute(model, rigid, &positive, shift, Search { wanted, attempt }, observer)?;
+        if modes.zero_count > 0 && options.loose_pieces == LoosePieces::Refuse {
+            let shapes = modes.shapes.as_ref().subcols(0, modes.zero_count).to_owned();
+            return Err(diagnosis::loose(component, model, modes.zero_count, Some(&shapes)));
+        }
+        observer.begin(Stage::Attachments);
+        let residual = ResidualFlexibility::compute(model, localization, rigid, &modes, &positive, observer)?;
+        observer.begin(Stage::Certificate);
+        let sturm = certificate(model, rigid, &modes, factor);
+        if sturm.counted == sturm.found {
+            return Ok((modes, residual, sturm));
+        }
+        last_count = Some(sturm);
+    }
+    let sturm = last_count.unwrap_or(Sturm { limit: None, counted: 0, found: 0 });
+    Err(Error::ModesMissed { found: sturm.found, counted: sturm.counted, limit: sturm.limit.unwrap_or(0.0) })
+}
+
+/// Counts the eigenvalues below the first omitted one and compares with those found.
+fn certificate(model: &Model, rigid: &RigidBodyModes, modes: &FreeModes, factor: &mut SymmetricFactor) -> Sturm {
+    let found = rigid.count() + modes.count();
+    let Some(limit) = modes.certificate_shift() else {
+        return Sturm { limit: None, counted: found, found };
+    };
+    // A zero pivot means that μ met an eigenvalue of some leading block; a slightly different μ in the same gap does not.
+    let gap = modes.first_omitted - limit;
+    let mut inertia = factor.inertia(&model.stiffness, &model.mass, limit);
+    let mut used = limit;
+    for fraction in [0.1, -0.1, 0.37] {
+        if inertia.zero == 0 {
+            break;
+        }
+        used = limit + fraction * gap;
+        inertia = factor.inertia(&model.stiffness, &model.mass, used);
+    }
+    Sturm { limit: Some(used), counted: inertia.negative, found }
+}
+
+/// Ψ = [Φ, G_res L_bᵀ] over all dofs of the component, (n_e, n_k + n_b).
+fn joined(model: &Model, modes: &FreeModes, residual: &ResidualFlexibility) -> Mat<f64> {
+    let (n_k, n_b) = (modes.count(), residual.shapes.ncols());
+    let (phi, x) = (model.expand(modes.shapes.as_ref()), model.expand(residual.shapes.as_ref()));
+    let mut basis = Mat::zeros(phi.as_ref().nrows(), n_k + n_b);
+    basis.as_mut().subcols_mut(0, n_k).copy_from(phi.as_ref());
+    basis.as_mut().subcols_mut(n_k, n_b).copy_from(x.as_ref());
+    basis
+}

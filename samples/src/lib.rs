@@ -1,1 +1,29 @@
-//! Placeholder.
+//! Small flexible components made from a few numbers, for the README, the tests and the benches: beams, solid blocks,
+//! a connecting rod, and the awkward cases a reducer has to recognise.
+//!
+//! Every function returns a complete [`dcb_formats::Component`]: stiffness and mass (exactly symmetric, full storage,
+//! columns sorted), mesh, dof table and interfaces. Units are SI; [`in_units`] gives the same part in other units and
+//! [`write()`] puts it on disk as the files `reduce` reads. Nothing here solves anything.
+
+pub mod catalogue;
+mod component;
+pub mod connecting_rod;
+pub mod hard;
+pub mod material;
+pub mod planar_rod;
+mod planform;
+pub mod solid;
+mod sparse;
+pub mod spatial_beam;
+pub mod units;
+pub mod write;
+
+pub use connecting_rod::connecting_rod;
+pub use material::Material;
+pub use planar_rod::{RodSection, planar_rod};
+pub use solid::{
+    SolidElement, assemble_solid, box_block, reference_hexahedra, reference_tetrahedra,
+};
+pub use spatial_beam::{SpatialBeam, spatial_beam};
+pub use units::{UnitScale, in_units};
+pub use write::write;

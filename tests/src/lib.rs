@@ -1,1 +1,1 @@
-//! Placeholder.
+//! Cross-crate tests by question.

@@ -1,0 +1,256 @@
+//! A component from its files: the stiffness matrix, and beside it the mass matrix, the description and what else there is.
+//!
+//! `part.mtx` (or `part.mtx.gz`) is the stiffness; `part.mass.mtx`, `part.json` and the optional `part.boundary.mtx` and
+//! `part.mass.xx.mtx` … are found beside it, with or without `.gz`, unless named otherwise.
+
+use std::path::{Path, PathBuf};
+
+use crate::component::{Component, ComponentMasses, Source};
+use crate::description::read_description;
+use crate::error::Error;
+use crate::matrix::{MatrixReport, read_matrix, read_symmetric_operator};
+use crate::mesh::Dimension;
+use crate::SparseMatrix;
+
+/// Component masses in stored order.
+const SPATIAL_MASSES: [&str; 6] = ["xx", "yy", "zz", "xy", "yz", "zx"];
+const PLANAR_MASSES: [&str; 3] = ["xx", "yy", "xy"];
+/// The component masses of the three axes must add up to the mass matrix this closely, relative to its largest entry.
+const MASS_SUM_TOLERANCE: f64 = 1e-8;
+
+/// Where a component's parts are.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct ComponentFiles {
+    /// K_ee.
+    pub stiffness: PathBuf,
+    /// M_ee.
+    pub mass: PathBuf,
+    /// Description.
+    pub description: PathBuf,
+    /// L_b, if given or found.
+    pub boundary: Option<PathBuf>,
+}
+
+/// Locations that override the siblings of the stiffness file.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct Overrides {
+    /// Mass matrix.
+    pub mass: Option<PathBuf>,
+    /// Description.
+    pub description: Option<PathBuf>,
+    /// Boundary localization.
+    pub boundary: Option<PathBuf>,
+}
+
+/// `part` of `PATH/part.mtx` and `PATH/part.mtx.gz`, with its folder.
+pub fn stem(stiffness: &Path) -> PathBuf {
+    let name = stiffness.file_name().map(|name| name.to_string_lossy().into_owned()).unwrap_or_default();
+    let name = name.strip_suffix(".gz").unwrap_or(&name);
+    stiffness.with_file_name(name.strip_suffix(".mtx").unwrap_or(name))
+}
+
+/// `stem` + `ending`, or that + `.gz`, whichever exists; the plain one if neither does.
+fn sibling(stem: &Path, ending: &str) -> PathBuf {
+    let with = |ending: &str| {
+        let mut name = stem.as_os_str().to_owned();
+        name.push(ending);
+        PathBuf::from(name)
+    };
+    let (plain, packed) = (with(ending), with(&format!("{ending}.gz")));
+    if !plain.exists() && packed.exists() { packed } else { plain }
+}
+
+impl ComponentFiles {
+    /// Finds the parts beside the stiffness matrix.
+    ///
+    /// # Errors
+    /// [`Error::File`] naming a missing part and the option that points elsewhere.
+    pub fn beside(stiffness: &Path, overrides: &Overrides) -> Result<Self, Error> {
+        let stem = stem(stiffness);
+        if !stiffness.exists() {
+            return Err(missing(stiffness, "the stiffness matrix", ""));
+        }
+        let required = |given: &Option<PathBuf>, ending: &str, what: &str, option: &str| {
+            let path = given.clone().unwrap_or_else(|| sibling(&stem, ending));
+            let hint = if given.is_some() { String::new() } else { format!(", or name another file with {option}") };
+            if path.exists() { Ok(path) } else { Err(missing(&path, what, &hint)) }
+        };
+        let mass = required(&overrides.mass, ".mass.mtx", "the mass matrix", "--mass")?;
+        let description = required(&overrides.description, ".json", "the component description", "--mesh")?;
+        let boundary = match &overrides.boundary {
+            Some(path) if !path.exists() => return Err(missing(path, "the boundary localization", "")),
+            Some(path) => Some(path.clone()),
+            None => Some(sibling(&stem, ".boundary.mtx")).filter(|path| path.exists()),
+        };
+        Ok(Self { stiffness: stiffness.to_path_buf(), mass, description, boundary })
+    }
+}
+
+fn missing(path: &Path, what: &str, hint: &str) -> Error {
+    Error::File { path: path.to_path_buf(), message: format!("{what} is not there; put it beside the stiffness matrix{hint}") }
+}
+
+/// Reads and cross-checks a component.
+///
+/// # Errors
+/// The first thing that is wrong, with the file and the place in it.
+pub fn read_component(files: &ComponentFiles) -> Result<Component, Error> {
+    // The description first: it is small, and most mistakes are in it.
+    let description = read_description(&files.description)?;
+    let (stiffness, stiffness_report) = read_symmetric_operator(&files.stiffness)?;
+    let (mass, mass_report) = read_symmetric_operator(&files.mass)?;
+    if mass.nrows() != stiffness.nrows() {
+        return Err(Error::Mismatch {
+            message: format!(
+                "{} is {} x {} but {} is {} x {}: stiffness and mass must be of one model",
+                files.stiffness.display(),
+                stiffness.nrows(),
+                stiffness.ncols(),
+                files.mass.display(),
+                mass.nrows(),
+                mass.ncols()
+            ),
+        });
+    }
+    let n_e = stiffness.nrows();
+    let dofs = description.dof_map(n_e, &files.description)?;
+    let mut sources = vec![
+        source("stiffness", &stiffness_report),
+        source("mass", &mass_report),
+        Source {
+            role: "mesh".into(),
+            file_name: file_name(&files.description),
+            sha256: description.sha256.clone(),
+        },
+    ];
+    let mut notes = description.notes.clone();
+    note_repairs(&stiffness_report, &mut notes);
+    note_repairs(&mass_report, &mut notes);
+
+    let component_masses = read_component_masses(files, description.mesh.dimension, n_e, &mass, &mut sources)?;
+    let explicit_boundary = match &files.boundary {
+        None => None,
+        Some(path) => {
+            let (matrix, report) = read_matrix(path)?;
+            if matrix.ncols() != n_e {
+                return Err(Error::File {
+                    path: path.clone(),
+                    message: format!("{} columns, but the component has {n_e} dofs; a boundary localization is n_b x n_e", matrix.ncols()),
+                });
+            }
+            if let Some(row) = matrix.as_ref().val().iter().position(|value| !value.is_finite()) {
+                return Err(Error::File { path: path.clone(), message: format!("entry {row} is not finite") });
+            }
+            sources.push(source("boundary", &report));
+            note_repairs(&report, &mut notes);
+            Some(matrix)
+        }
+    };
+    Ok(Component {
+        name: description.name,
+        units: description.units,
+        mesh: description.mesh,
+        dofs,
+        stiffness,
+        mass,
+        component_masses,
+        interfaces: description.interfaces,
+        explicit_boundary,
+        damping: description.damping,
+        sources,
+        notes,
+    })
+}
+
+fn file_name(path: &Path) -> String {
+    path.file_name().map(|name| name.to_string_lossy().into_owned()).unwrap_or_default()
+}
+
+fn source(role: &str, report: &MatrixReport) -> Source {
+    Source { role: role.into(), file_name: report.file_name.clone(), sha256: report.sha256.clone() }
+}
+
+fn note_repairs(report: &MatrixReport, notes: &mut Vec<String>) {
+    let name = &report.file_name;
+    if report.duplicates_summed > 0 {
+        notes.push(format!("{name}: {} repeated entries were summed", report.duplicates_summed));
+    }
+    if report.largest_asymmetry > 0.0 {
+        notes.push(format!("{name}: asymmetry of up to {:.1e} was averaged away", report.largest_asymmetry));
+    }
+}
+
+fn read_component_masses(
+    files: &ComponentFiles,
+    dimension: Dimension,
+    n_e: usize,
+    mass: &SparseMatrix,
+    sources: &mut Vec<Source>,
+) -> Result<Option<ComponentMasses>, Error> {
+    let names: &[&str] = match dimension {
+        Dimension::Planar => &PLANAR_MASSES,
+        Dimension::Spatial => &SPATIAL_MASSES,
+    };
+    let stem = stem(&files.stiffness);
+    let paths: Vec<PathBuf> = names.iter().map(|name| sibling(&stem, &format!(".mass.{name}.mtx"))).collect();
+    if !paths.iter().any(|path| path.exists()) {
+        return Ok(None);
+    }
+    if let Some(absent) = paths.iter().find(|path| !path.exists()) {
+        let present = paths.iter().filter(|path| path.exists()).count();
+        return Err(Error::File {
+            path: absent.clone(),
+            message: format!(
+                "missing, while {present} of the {} component masses ({}) are there; give all of them or none",
+                names.len(),
+                names.join(" ")
+            ),
+        });
+    }
+    let mut matrices = Vec::with_capacity(paths.len());
+    for (path, name) in paths.iter().zip(names) {
+        let (matrix, report) = read_matrix(path)?;
+        if matrix.nrows() != n_e || matrix.ncols() != n_e {
+            return Err(Error::File {
+                path: path.clone(),
+                message: format!("{} x {}, but the component has {n_e} dofs", matrix.nrows(), matrix.ncols()),
+            });
+        }
+        if matrix.as_ref().val().iter().any(|value| !value.is_finite()) {
+            return Err(Error::File { path: path.clone(), message: "has an entry that is not finite".into() });
+        }
+        sources.push(source(&format!("mass.{name}"), &report));
+        matrices.push(matrix);
+    }
+    check_sum(files, &matrices[..dimension.coordinate_count()], mass)?;
+    Ok(Some(ComponentMasses { matrices }))
+}
+
+/// M_xx + M_yy (+ M_zz) = M, or the component masses are not of this model.
+fn check_sum(files: &ComponentFiles, axes: &[SparseMatrix], mass: &SparseMatrix) -> Result<(), Error> {
+    let largest = mass.as_ref().val().iter().fold(0.0_f64, |largest, value| largest.max(value.abs()));
+    let mut column_sum = vec![0.0; mass.nrows()];
+    for column in 0..mass.ncols() {
+        let mut touched = Vec::new();
+        for (matrix, sign) in axes.iter().map(|axis| (axis, 1.0)).chain([(mass, -1.0)]) {
+            for (row, value) in matrix.row_idx_of_col_raw(column).iter().zip(matrix.val_of_col(column)) {
+                column_sum[*row as usize] += sign * value;
+                touched.push(*row as usize);
+            }
+        }
+        for row in touched {
+            let defect = std::mem::take(&mut column_sum[row]);
+            if defect.abs() > MASS_SUM_TOLERANCE * largest {
+                return Err(Error::Mismatch {
+                    message: format!(
+                        "{}: the component masses of the axes don't add up to it: at row {}, column {} they differ by {defect:.3e}",
+                        files.mass.display(),
+                        row + 1,
+                        column + 1
+                    ),
+                });
+            }
+        }
+    }
+    Ok(())
+}

@@ -1,0 +1,366 @@
+//! The component file: a meshio-compatible JSON mesh with one extra key, `component`.
+//!
+//! [`read_description`] checks everything that can be known before the matrices are: names, ids, sizes, axes, and that
+//! points and dofs are both planar or both spatial. [`Description::dof_map`] then ties the matrix rows to the nodes.
+//! `docs/component.md` describes the file, [`component_schema`] is its JSON schema.
+//!
+//! Left out: `point_data`, `cell_data`, `field_data` and `cell_sets` are skipped; whether the nodes of an interface
+//! determine its frame is known only to the reduction.
+
+mod axes;
+mod diagnosis;
+mod file;
+mod geometry;
+mod interfaces;
+mod lists;
+mod values;
+
+use std::path::Path;
+
+use sha2::{Digest, Sha256};
+
+use crate::Error;
+use crate::component::{Damping, Interface, Units};
+use crate::mesh::{Direction, Dof, DofMap, Mesh};
+use file::{ComponentPart, DampingPart, FilePart, UnitsPart};
+use values::{ModalDamping, Number, Object};
+
+pub use diagnosis::{json_error, nearest_name};
+
+/// The component file before the matrices are known.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Description {
+    /// Name of the component.
+    pub name: String,
+    /// Unit system.
+    pub units: Units,
+    /// Geometry.
+    pub mesh: Mesh,
+    /// Which dofs the nodes have.
+    pub dofs: DofLayout,
+    /// Requested interfaces, in row order.
+    pub interfaces: Vec<Interface>,
+    /// Damping.
+    pub damping: Damping,
+    /// SHA-256 of the file's bytes, hex.
+    pub sha256: String,
+    /// What the reader of the file should be told.
+    pub notes: Vec<String>,
+}
+
+/// How the file says which matrix row is which dof.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum DofLayout {
+    /// Every node has these directions, node after node.
+    Pattern(Vec<Direction>),
+    /// The dof of every matrix row.
+    Table(Vec<Dof>),
+}
+
+/// A place in the file and what is wrong there.
+struct Fault {
+    location: String,
+    message: String,
+}
+
+fn fault(location: impl Into<String>, message: impl Into<String>) -> Fault {
+    Fault {
+        location: location.into(),
+        message: message.into(),
+    }
+}
+
+/// Reads and checks a component file.
+///
+/// # Errors
+/// [`Error::Io`] if it can't be read, [`Error::File`] if it is empty, not UTF-8 or without `component`,
+/// [`Error::Line`] with line and column where the JSON or a key is wrong,
+/// [`Error::Location`] with the JSON path where a value doesn't fit the others.
+pub fn read_description(path: &Path) -> Result<Description, Error> {
+    let bytes = read_file(path)?;
+    let sha256 = Sha256::digest(&bytes)
+        .iter()
+        .map(|byte| format!("{byte:02x}"))
+        .collect();
+    let text = json_text(path, &bytes)?;
+    let Object(file) = serde_json::from_slice::<Object<FilePart>>(text)
+        .map_err(|error| json_error(path, text, &error, example_of))?;
+    drop(bytes);
+    checked(file, sha256).map_err(|Fault { location, message }| Error::Location {
+        path: path.to_owned(),
+        location,
+        message,
+    })
+}
+
+impl Description {
+    /// The dof of each of the `matrix_rows` rows; `path` is the component file, for the error.
+    ///
+    /// # Errors
+    /// [`Error::Location`] with both numbers if the dofs of the file are not as many as the rows.
+    pub fn dof_map(&self, matrix_rows: usize, path: &Path) -> Result<DofMap, Error> {
+        let located = |message| Error::Location {
+            path: path.to_owned(),
+            location: "component.dofs".into(),
+            message,
+        };
+        let node_count = self.mesh.node_count();
+        let (dof_count, map) = match &self.dofs {
+            DofLayout::Pattern(pattern) => (
+                node_count * pattern.len(),
+                DofMap::uniform(node_count, pattern),
+            ),
+            DofLayout::Table(table) => (table.len(), DofMap::new(table.clone(), node_count)),
+        };
+        if dof_count != matrix_rows {
+            return Err(located(self.dof_count_mismatch(matrix_rows)));
+        }
+        map.map_err(|error| located(error.to_string()))
+    }
+
+    fn dof_count_mismatch(&self, rows: usize) -> String {
+        let nodes = self.mesh.node_count();
+        let pattern = match &self.dofs {
+            DofLayout::Table(table) => {
+                return format!(
+                    "the matrix has {rows} rows, but the table lists {} dofs; it needs one entry [node, name] per row",
+                    table.len()
+                );
+            }
+            DofLayout::Pattern(pattern) => pattern,
+        };
+        let names: Vec<&str> = pattern.iter().map(|direction| direction.name()).collect();
+        let remedy = match rows / nodes {
+            fits @ (2 | 3 | 6) if rows.is_multiple_of(nodes) => {
+                format!("{rows} = {nodes} nodes x {fits}, so another pattern may be meant, or another mesh")
+            }
+            _ => "if dofs were removed or nodes differ, give component.dofs as a table [[node, \"ux\"], ...] \
+                  with one entry per row"
+                .to_owned(),
+        };
+        format!(
+            "the matrix has {rows} rows, but {nodes} nodes x {} dofs ({}) make {}; {remedy}",
+            pattern.len(),
+            names.join(" "),
+            nodes * pattern.len()
+        )
+    }
+}
+
+/// JSON schema of the whole component file, mesh included.
+pub fn component_schema() -> serde_json::Value {
+    let mut schema = schemars::schema_for!(FilePart);
+    schema.insert("title".into(), "Component description".into());
+    schema.to_value()
+}
+
+const UNITS_EXAMPLE: &str = r#""units": {"length": "m", "mass": "kg", "time": "s"}"#;
+
+fn example_of(field: &str) -> Option<&'static str> {
+    Some(match field {
+        "points" => r#""points": [[0, 0, 0], [1, 0, 0]]"#,
+        "name" => r#""name": "connecting-rod""#,
+        "units" => UNITS_EXAMPLE,
+        "dofs" => r#""dofs": ["ux", "uy", "uz"]"#,
+        "kind" => r#""kind": "average" (or "nodes", "rigid")"#,
+        _ => return None,
+    })
+}
+
+fn read_file(path: &Path) -> Result<Vec<u8>, Error> {
+    if path.is_dir() {
+        return Err(Error::File {
+            path: path.to_owned(),
+            message: "is a folder; expected a component file (JSON)".into(),
+        });
+    }
+    std::fs::read(path).map_err(|source| Error::Io {
+        path: path.to_owned(),
+        action: "cannot read",
+        source,
+    })
+}
+
+/// The JSON text without a byte order mark.
+fn json_text<'a>(path: &Path, bytes: &'a [u8]) -> Result<&'a [u8], Error> {
+    let refuse = |message: &str| {
+        Err(Error::File {
+            path: path.to_owned(),
+            message: message.to_owned(),
+        })
+    };
+    let text = bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(bytes);
+    if text.starts_with(b"\xff\xfe") || text.starts_with(b"\xfe\xff") {
+        return refuse("is UTF-16; save it as UTF-8");
+    }
+    if text.starts_with(b"\x1f\x8b") {
+        return refuse("is gzip-compressed; expected plain JSON");
+    }
+    if text.iter().all(u8::is_ascii_whitespace) {
+        return refuse("is empty; expected a JSON object with `points`, `cells` and `component`");
+    }
+    Ok(text)
+}
+
+fn checked(file: FilePart, sha256: String) -> Result<Description, Fault> {
+    check_format(file.format.as_deref(), file.version)?;
+    let Some(Object(component)) = file.component else {
+        return Err(fault(
+            "component",
+            format!(
+                "is missing; a mesh alone doesn't say its units and dofs. Add for example \"component\": {{\"name\": \"part\", \
+                 {UNITS_EXAMPLE}, \"dofs\": [\"ux\", \"uy\", \"uz\"], \
+                 \"interfaces\": [{{\"name\": \"hub\", \"nodes\": [0], \"kind\": \"nodes\"}}]}}"
+            ),
+        ));
+    };
+    let ComponentPart {
+        name,
+        units: Object(units),
+        dofs,
+        interfaces,
+        damping,
+    } = component;
+    let mut notes = Vec::new();
+    check_label("component.name", &name)?;
+    let units = checked_units(units)?;
+    let mesh = geometry::mesh(
+        file.points,
+        file.cells,
+        file.point_sets,
+        &dofs.0,
+        &mut notes,
+    )?;
+    let interfaces =
+        interfaces::interfaces(interfaces, &mesh, &dofs.0, &file.cell_sets.0, &mut notes)?;
+    let damping = match damping {
+        Some(Object(damping)) => checked_damping(damping, &mut notes)?,
+        None => Damping::None,
+    };
+    Ok(Description {
+        name,
+        units,
+        mesh,
+        dofs: dofs.0,
+        interfaces,
+        damping,
+        sha256,
+        notes,
+    })
+}
+
+fn check_format(format: Option<&str>, version: Option<Number>) -> Result<(), Fault> {
+    match format {
+        None | Some("meshio-json") => {}
+        Some(other) => {
+            return Err(fault(
+                "format",
+                format!("found \"{other}\", expected \"meshio-json\" or no format"),
+            ));
+        }
+    }
+    match version {
+        None | Some(Number(1.0)) => Ok(()),
+        Some(Number(other)) => Err(fault(
+            "version",
+            format!("found {other}, but only version 1 is known"),
+        )),
+    }
+}
+
+/// A name that people and other files refer to: not blank, and nothing that can't be printed.
+fn check_label(location: &str, label: &str) -> Result<(), Fault> {
+    if label.trim().is_empty() {
+        return Err(fault(location, "is empty; expected a name"));
+    }
+    if label.contains(char::is_control) {
+        return Err(fault(
+            location,
+            format!("{label:?} contains a control character; expected printable text"),
+        ));
+    }
+    Ok(())
+}
+
+fn checked_units(UnitsPart { length, mass, time }: UnitsPart) -> Result<Units, Fault> {
+    for (key, unit) in [("length", &length), ("mass", &mass), ("time", &time)] {
+        check_label(&format!("component.units.{key}"), unit)?;
+    }
+    Ok(Units { length, mass, time })
+}
+
+fn checked_damping(damping: DampingPart, notes: &mut Vec<String>) -> Result<Damping, Fault> {
+    match damping {
+        DampingPart {
+            modal: Some(ModalDamping::Uniform(ratio)),
+            rayleigh: None,
+        } => {
+            check_ratio("component.damping.modal", ratio, notes)?;
+            Ok(Damping::Uniform(ratio))
+        }
+        DampingPart {
+            modal: Some(ModalDamping::PerMode(ratios)),
+            rayleigh: None,
+        } => {
+            if ratios.is_empty() {
+                return Err(fault(
+                    "component.damping.modal",
+                    "is an empty list; expected at least one ratio",
+                ));
+            }
+            for (mode, &ratio) in ratios.iter().enumerate() {
+                check_ratio(&format!("component.damping.modal[{mode}]"), ratio, notes)?;
+            }
+            Ok(Damping::PerMode(ratios))
+        }
+        DampingPart {
+            modal: None,
+            rayleigh: Some(factors),
+        } => {
+            let [Number(alpha), Number(beta)] = factors[..] else {
+                let found = factors.len();
+                return Err(fault(
+                    "component.damping.rayleigh",
+                    format!("has {found} numbers, expected 2: [alpha, beta]"),
+                ));
+            };
+            for (index, factor) in [alpha, beta].into_iter().enumerate() {
+                if factor < 0.0 {
+                    return Err(fault(
+                        format!("component.damping.rayleigh[{index}]"),
+                        format!("is {factor}, expected a factor >= 0"),
+                    ));
+                }
+            }
+            Ok(Damping::Rayleigh { alpha, beta })
+        }
+        DampingPart { modal, .. } => {
+            let found = if modal.is_some() {
+                "has both `modal` and `rayleigh`"
+            } else {
+                "is empty"
+            };
+            Err(fault(
+                "component.damping",
+                format!(
+                    "{found}; expected one of {{\"modal\": 0.01}} and {{\"rayleigh\": [alpha, beta]}}"
+                ),
+            ))
+        }
+    }
+}
+
+fn check_ratio(location: &str, ratio: f64, notes: &mut Vec<String>) -> Result<(), Fault> {
+    if ratio < 0.0 {
+        return Err(fault(
+            location,
+            format!("is {ratio}, expected a ratio to critical damping >= 0 (0.01 is 1 %)"),
+        ));
+    }
+    if ratio > 1.0 {
+        notes.push(format!(
+            "{location} is {ratio}, more than critical damping: a ratio is meant, not percent"
+        ));
+    }
+    Ok(())
+}

@@ -1,0 +1,131 @@
+//! What is wrong with a JSON text, in words that name the place, what stands there and what would be right.
+
+use std::path::Path;
+
+use crate::Error;
+
+/// The valid name that a misspelt one most likely means: at most half of its characters differ, case aside.
+pub fn nearest_name<'a>(found: &str, valid: impl IntoIterator<Item = &'a str>) -> Option<&'a str> {
+    let wanted = found.to_lowercase();
+    let (distance, name) = valid
+        .into_iter()
+        .map(|name| {
+            (
+                strsim::damerau_levenshtein(&wanted, &name.to_lowercase()),
+                name,
+            )
+        })
+        .min()?;
+    let length = wanted.chars().count().max(name.chars().count());
+    (2 * distance <= length).then_some(name)
+}
+
+/// `; did you mean `x`?` for the nearest valid name, or nothing where none is near.
+pub fn suggestion<'a>(found: &str, valid: impl IntoIterator<Item = &'a str>) -> String {
+    match nearest_name(found, valid) {
+        Some(name) => format!("; did you mean `{name}`?"),
+        None => String::new(),
+    }
+}
+
+/// The names of a list, shortened where it is long.
+pub fn listed<'a>(names: impl IntoIterator<Item = &'a str>) -> String {
+    const SHOWN: usize = 12;
+    let names: Vec<&str> = names.into_iter().collect();
+    let mut text = names[..names.len().min(SHOWN)].join(", ");
+    if names.len() > SHOWN {
+        text += &format!(" and {} more", names.len() - SHOWN);
+    }
+    text
+}
+
+/// A failed `serde_json` parse of `text` as an [`Error::Line`] that starts with the column.
+///
+/// An unknown field or value comes with the nearest valid name, a missing field with an example where `example`
+/// has one, and the numbers that JSON doesn't have (`NaN`, `Infinity`) are called by their name.
+pub fn json_error(
+    path: &Path,
+    text: &[u8],
+    error: &serde_json::Error,
+    example: fn(&str) -> Option<&'static str>,
+) -> Error {
+    let (line, column) = (error.line(), error.column());
+    let whole = error.to_string();
+    let place = format!(" at line {line} column {column}");
+    let said = whole.strip_suffix(&place).unwrap_or(&whole);
+    let message = if let Some(literal) = non_finite_literal(text, line, column) {
+        format!(
+            "`{literal}` is not a number JSON can hold; every number must be finite \
+             (in Python, json.dump(..., allow_nan=False) stops at the culprit)"
+        )
+    } else {
+        explained(said, example)
+    };
+    Error::Line {
+        path: path.to_owned(),
+        line: line as u64,
+        message: format!("column {column}: {message}"),
+    }
+}
+
+/// `NaN`, `Infinity` or `-Infinity` if one of them is what the parser stopped at.
+fn non_finite_literal(text: &[u8], line: usize, column: usize) -> Option<&'static str> {
+    let line = text
+        .split(|&byte| byte == b'\n')
+        .nth(line.checked_sub(1)?)?;
+    // The parser has taken the offending character already, and perhaps the sign before it.
+    (column.saturating_sub(2)..=column)
+        .filter_map(|start| line.get(start..))
+        .find_map(|rest| {
+            ["NaN", "Infinity", "-Infinity"]
+                .into_iter()
+                .find(|literal| rest.starts_with(literal.as_bytes()))
+        })
+}
+
+fn explained(said: &str, example: fn(&str) -> Option<&'static str>) -> String {
+    let quoted: Vec<&str> = said.split('`').skip(1).step_by(2).collect();
+    let Some((found, valid)) = quoted.split_first() else {
+        return said.to_owned();
+    };
+    if said.contains("missing field `") {
+        return match example(found) {
+            Some(example) => format!("{said}; add for example {example}"),
+            None => said.to_owned(),
+        };
+    }
+    for (serde_says, we_say) in [
+        ("unknown field `", "unknown field"),
+        ("unknown variant `", "unknown value"),
+    ] {
+        if let Some(at) = said.find(serde_says) {
+            let before = &said[..at];
+            let hint = suggestion(found, valid.iter().copied());
+            let valid = listed(valid.iter().copied());
+            return format!("{before}{we_say} `{found}`{hint} (known here: {valid})");
+        }
+    }
+    said.to_owned()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_near_name_is_suggested_and_a_far_one_is_not() {
+        assert_eq!(
+            nearest_name("avrage", ["nodes", "average", "rigid"]),
+            Some("average")
+        );
+        assert_eq!(nearest_name("UX", ["ux", "uy"]), Some("ux"));
+        assert_eq!(nearest_name("temperature", ["ux", "uy"]), None);
+        assert_eq!(nearest_name("a", []), None);
+    }
+
+    #[test]
+    fn long_lists_are_shortened() {
+        assert_eq!(listed(["a", "b"]), "a, b");
+        assert!(listed(vec!["x"; 20]).ends_with("and 8 more"));
+    }
+}

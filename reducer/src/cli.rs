@@ -1,0 +1,156 @@
+//! The command line of `reduce`. Results go to standard output, everything else to standard error.
+
+use std::path::PathBuf;
+use std::process::ExitCode;
+
+use clap::{Args, Parser, Subcommand};
+
+use crate::cli_reduce::{self, Outcome};
+use crate::error::Error;
+use crate::{compare, inspect, verify};
+
+/// Turns a component's finite-element stiffness and mass into a superelement for flexible multibody dynamics.
+///
+/// PART.mtx is the stiffness; PART.mass.mtx and PART.json are found beside it.
+#[derive(Debug, Parser)]
+#[command(name = "reduce", version, args_conflicts_with_subcommands = true, subcommand_negates_reqs = true)]
+#[command(after_help = "Exit status: 0 done, 1 numerical failure or broken quality limit, 2 unusable input, 130 interrupted.")]
+struct Cli {
+    #[command(subcommand)]
+    command: Option<Command>,
+    #[command(flatten)]
+    reduce: ReduceArguments,
+    #[command(flatten)]
+    common: CommonArguments,
+}
+
+/// Options of every command.
+#[derive(Debug, Args)]
+pub struct CommonArguments {
+    /// Print nothing but errors.
+    #[arg(long, short, global = true)]
+    pub quiet: bool,
+    /// Print more: every mode, every stage.
+    #[arg(long, short, global = true)]
+    pub verbose: bool,
+    /// Worker threads (default: one per processor). Results do not depend on it.
+    #[arg(long, global = true, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=1024))]
+    pub threads: Option<u16>,
+}
+
+/// Options of a reduction.
+#[derive(Debug, Args)]
+pub struct ReduceArguments {
+    /// Stiffness matrix, Matrix Market (.mtx or .mtx.gz).
+    #[arg(value_name = "PART.mtx", required = true)]
+    pub stiffness: Option<PathBuf>,
+    /// Output [default: PART.dcb.h5].
+    #[arg(long, short, value_name = "FILE")]
+    pub output: Option<PathBuf>,
+    /// Keep this many of the lowest elastic modes [default: 20] (more where that would cut a multiple root).
+    #[arg(long, value_name = "N", conflicts_with = "max_frequency")]
+    pub modes: Option<usize>,
+    /// Keep every elastic mode below this frequency.
+    #[arg(long, value_name = "HZ")]
+    pub max_frequency: Option<f64>,
+    /// Mass matrix [default: PART.mass.mtx].
+    #[arg(long, value_name = "FILE")]
+    pub mass: Option<PathBuf>,
+    /// Component description [default: PART.json].
+    #[arg(long, value_name = "FILE")]
+    pub mesh: Option<PathBuf>,
+    /// Boundary localization, n_b x n_e [default: PART.boundary.mtx if there].
+    #[arg(long, value_name = "FILE")]
+    pub boundary: Option<PathBuf>,
+    /// Replace an existing output.
+    #[arg(long)]
+    pub force: bool,
+    /// Leave out mesh and nodal shapes: nothing of the inside of the part is handed over.
+    #[arg(long)]
+    pub without_fields: bool,
+    /// Compress the nodal shapes (slower, a little smaller).
+    #[arg(long)]
+    pub compress: bool,
+    /// Write wall time and memory of each stage as JSON.
+    #[arg(long, value_name = "F.json")]
+    pub timings: Option<PathBuf>,
+    /// Accept a part that is held; its frame is then not on mean axes.
+    #[arg(long)]
+    pub allow_grounded: bool,
+    /// Accept loose pieces and mechanisms; their motions become modes of frequency zero.
+    #[arg(long)]
+    pub allow_loose: bool,
+}
+
+#[derive(Debug, Subcommand)]
+enum Command {
+    /// Show what a superelement holds.
+    Inspect {
+        /// Superelement.
+        file: PathBuf,
+        /// As JSON.
+        #[arg(long)]
+        json: bool,
+    },
+    /// Recompute what can be recomputed: from the file alone, or everything from the component.
+    Verify {
+        /// Superelement.
+        file: PathBuf,
+        /// Stiffness matrix of the component that it was made from.
+        #[arg(long, value_name = "PART.mtx")]
+        component: Option<PathBuf>,
+    },
+    /// Compare two superelements: frequencies, shapes, flexibility, mass.
+    Compare {
+        /// First superelement.
+        a: PathBuf,
+        /// Second superelement.
+        b: PathBuf,
+    },
+    /// Print the JSON schema of the component description.
+    Schema,
+}
+
+/// Runs the program.
+pub fn main() -> ExitCode {
+    let cli = Cli::parse();
+    if let Some(threads) = cli.common.threads {
+        // Fails only if a pool exists already, which then serves as well.
+        let _ = rayon::ThreadPoolBuilder::new().num_threads(threads.into()).build_global();
+    }
+    let outcome = match &cli.command {
+        None => cli_reduce::run(&cli.reduce, &cli.common),
+        Some(Command::Inspect { file, json }) => inspect::run(file, if *json { inspect::Form::Json } else { inspect::Form::Text }),
+        Some(Command::Verify { file, component }) => verify::run(file, component.as_deref()),
+        Some(Command::Compare { a, b }) => compare::run(a, b),
+        Some(Command::Schema) => schema(),
+    };
+    match outcome {
+        Ok(Outcome { output, broken_limits }) => {
+            if !cli.common.quiet {
+                print_to_stdout(&output);
+            }
+            for limit in &broken_limits {
+                eprintln!("error: {limit}");
+            }
+            ExitCode::from(u8::from(!broken_limits.is_empty()))
+        }
+        Err(error) => {
+            eprintln!("error: {error}");
+            ExitCode::from(if error.is_unusable_input() { 2 } else { 1 })
+        }
+    }
+}
+
+/// A reader that closes the pipe early (`| head`) is not an error.
+fn print_to_stdout(text: &str) {
+    use std::io::Write;
+    let mut out = std::io::stdout().lock();
+    let _ = out.write_all(text.as_bytes()).and_then(|()| out.flush());
+}
+
+fn schema() -> Result<Outcome, Error> {
+    let schema = dcb_formats::component_schema();
+    let text = serde_json::to_string_pretty(&schema).map_err(|_| Error::NotFinite { what: "the schema" })?;
+    Ok(Outcome { output: text + "\n", broken_limits: Vec::new() })
+}

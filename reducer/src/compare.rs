@@ -1,0 +1,164 @@
+//! `reduce compare A B`: how far two superelements agree, in SI units where their unit names are known.
+
+use std::fmt::Write as _;
+use std::path::Path;
+
+use dcb_formats::dcb::SuperelementFile;
+use dcb_formats::{RecoveryBasis, Superelement};
+use faer::{Mat, MatRef};
+
+use crate::block_algebra::{gram, largest_entry};
+use crate::cli_reduce::Outcome;
+use crate::error::Error;
+use crate::inspect::hertz;
+use crate::plausibility::si_factor;
+
+/// Runs the command.
+///
+/// # Errors
+/// If a file can't be read, or a planar part is compared with a spatial one.
+pub fn run(a: &Path, b: &Path) -> Result<Outcome, Error> {
+    let (file_a, file_b) = (SuperelementFile::open(a)?, SuperelementFile::open(b)?);
+    let (first, second) = (file_a.superelement()?, file_b.superelement()?);
+    if first.dimension != second.dimension {
+        return Err(Error::Component(format!("{} and {}: one is planar, the other spatial", a.display(), b.display())));
+    }
+    let mut text = format!("A {} ({})\nB {} ({})\n", a.display(), first.name, b.display(), second.name);
+    mass_table(&mut text, &first, &second);
+    let shapes = matching_shapes(&first, &second, file_a.recovery()?, file_b.recovery()?);
+    frequency_table(&mut text, &first, &second, shapes.as_ref());
+    flexibility_table(&mut text, &first, &second);
+    Ok(Outcome { output: text, broken_limits: Vec::new() })
+}
+
+/// Size of the element's length, mass and time units in SI, 1 where a name is not known.
+fn si(element: &Superelement) -> [f64; 3] {
+    let units = &element.units;
+    [&units.length, &units.mass, &units.time].map(|unit| si_factor(unit).unwrap_or(1.0))
+}
+
+fn relative(a: f64, b: f64) -> f64 {
+    let scale = a.abs().max(b.abs());
+    if scale > 0.0 { (a - b).abs() / scale } else { 0.0 }
+}
+
+fn mass_table(text: &mut String, a: &Superelement, b: &Superelement) {
+    let ([la, ma, _], [lb, mb, _]) = (si(a), si(b));
+    let mut line = |what: &str, x: f64, y: f64| {
+        let _ = writeln!(text, "{what:<22} {x:18.9e} {y:18.9e}   {:.1e}", relative(x, y));
+    };
+    line("mass", a.inertia.mass * ma, b.inertia.mass * mb);
+    for (axis, name) in ["centre x", "centre y", "centre z"].iter().enumerate().take(a.dimension.coordinate_count()) {
+        line(name, a.origin[axis] * la, b.origin[axis] * lb);
+    }
+    for (axis, name) in ["inertia xx", "inertia yy", "inertia zz"].iter().enumerate() {
+        let (x, y) = (a.inertia.tensor[axis][axis] * ma * la * la, b.inertia.tensor[axis][axis] * mb * lb * lb);
+        if x != 0.0 || y != 0.0 {
+            line(name, x, y);
+        }
+    }
+}
+
+/// Shapes of both at the same places: the full fields where both have the same dofs, else the interface rows.
+fn matching_shapes(
+    a: &Superelement,
+    b: &Superelement,
+    fields_a: Option<RecoveryBasis>,
+    fields_b: Option<RecoveryBasis>,
+) -> Option<(Mat<f64>, Mat<f64>)> {
+    if let (Some(x), Some(y)) = (fields_a, fields_b)
+        && x.dofs == y.dofs
+    {
+        return Some((x.modes, y.modes));
+    }
+    let same_rows = a.rows.len() == b.rows.len()
+        && a.rows.iter().zip(&b.rows).all(|(x, y)| (x.interface, x.direction) == (y.interface, y.direction));
+    (same_rows && !a.rows.is_empty()).then(|| (a.modes.interface_shapes.clone(), b.modes.interface_shapes.clone()))
+}
+
+/// Modal assurance criterion (x·y)² / (x·x)(y·y).
+fn modal_assurance(x: MatRef<'_, f64>, y: MatRef<'_, f64>) -> Mat<f64> {
+    let (xy, xx, yy) = (gram(x, y), gram(x, x), gram(y, y));
+    Mat::from_fn(x.ncols(), y.ncols(), |i, j| {
+        let scale = xx[(i, i)] * yy[(j, j)];
+        if scale > 0.0 { xy[(i, j)] * xy[(i, j)] / scale } else { 0.0 }
+    })
+}
+
+fn frequency_table(text: &mut String, a: &Superelement, b: &Superelement, shapes: Option<&(Mat<f64>, Mat<f64>)>) {
+    let assurance = shapes.map(|(x, y)| modal_assurance(x.as_ref(), y.as_ref()));
+    let _ = writeln!(text, "mode        A [Hz]            B [Hz]        difference   best MAC of A in B");
+    let rows = a.mode_count().max(b.mode_count());
+    for i in 0..rows {
+        let of = |element: &Superelement| {
+            element.modes.eigenvalues.get(i).map(|eigenvalue| hertz(*eigenvalue, &element.units.time))
+        };
+        let (x, y) = (of(a), of(b));
+        let show = |value: Option<f64>| value.map_or("–".to_owned(), |hz| format!("{hz:.9}"));
+        let difference = match (x, y) {
+            (Some(x), Some(y)) => format!("{:.1e}", relative(x, y)),
+            _ => String::new(),
+        };
+        let best = assurance.as_ref().filter(|mac| i < mac.nrows() && mac.ncols() > 0).map_or(String::new(), |mac| {
+            let best = (0..mac.ncols()).max_by(|j, k| mac[(i, *j)].total_cmp(&mac[(i, *k)])).unwrap_or(0);
+            format!("{:.6} with {}", mac[(i, best)], best + 1)
+        });
+        let _ = writeln!(text, "{:4} {:>17} {:>17}   {difference:>10}   {best}", i + 1, show(x), show(y));
+    }
+    if a.mode_count() != b.mode_count() {
+        let _ = writeln!(text, "A keeps {} modes, B {}", a.mode_count(), b.mode_count());
+    }
+}
+
+/// What the kept modes contribute to a flexibility.
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum ModalPart {
+    Added,
+    LeftOut,
+}
+
+/// F_res in SI units, with the kept modes' static part added back or not.
+fn flexibility(element: &Superelement, modal_part: ModalPart) -> Mat<f64> {
+    let [length, mass, time] = si(element);
+    let force = mass * length / (time * time);
+    let shapes = &element.modes.interface_shapes;
+    let n_b = element.rows.len();
+    let is_rotation = |i: usize| element.rows[i].direction >= 3;
+    Mat::from_fn(n_b, n_b, |i, j| {
+        let modal: f64 = match modal_part {
+            ModalPart::LeftOut => 0.0,
+            ModalPart::Added => (0..element.mode_count())
+                .filter(|k| element.modes.eigenvalues[*k] > 0.0)
+                .map(|k| shapes[(i, k)] * shapes[(j, k)] / element.modes.eigenvalues[k])
+                .sum(),
+        };
+        let displacement = if is_rotation(i) { 1.0 } else { length };
+        let load = if is_rotation(j) { force * length } else { force };
+        (element.residual.flexibility[(i, j)] + modal) * displacement / load
+    })
+}
+
+fn flexibility_table(text: &mut String, a: &Superelement, b: &Superelement) {
+    let same = a.rows.len() == b.rows.len() && a.rows.iter().zip(&b.rows).all(|(x, y)| x.direction == y.direction);
+    if !same {
+        let _ = writeln!(
+            text,
+            "flexibility not compared: A has {} boundary rows, B {} (or other directions)",
+            a.rows.len(),
+            b.rows.len()
+        );
+        return;
+    }
+    // Both differences are scaled by the static flexibility, which does not depend on the modes kept.
+    let whole = [flexibility(a, ModalPart::Added), flexibility(b, ModalPart::Added)];
+    let scale = |i: usize| whole[0][(i, i)].abs().max(whole[1][(i, i)].abs()).max(f64::MIN_POSITIVE).sqrt();
+    let difference = |x: &Mat<f64>, y: &Mat<f64>| {
+        let scaled = Mat::from_fn(x.nrows(), x.ncols(), |i, j| (x[(i, j)] - y[(i, j)]) / (scale(i) * scale(j)));
+        largest_entry(scaled.as_ref())
+    };
+    let _ = writeln!(text, "F_res + kept modes, largest scaled difference  {:.1e}", difference(&whole[0], &whole[1]));
+    if a.mode_count() == b.mode_count() {
+        let residual = [flexibility(a, ModalPart::LeftOut), flexibility(b, ModalPart::LeftOut)];
+        let _ = writeln!(text, "F_res, largest scaled difference               {:.1e}", difference(&residual[0], &residual[1]));
+    }
+}

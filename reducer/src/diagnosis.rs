@@ -1,0 +1,258 @@
+//! What is wrong with a component that can't be reduced as a free body, said in the order in which an analyst would look:
+//! dofs that nothing holds, a part that is still held, pieces and mechanisms, and last a mesh that doesn't belong to the
+//! matrices.
+
+use dcb_formats::component::Component;
+use faer::Mat;
+
+use crate::condensation::Model;
+use crate::error::Error;
+use crate::factorization::{NotPositive, SymmetricFactor};
+use crate::lanczos::Lanczos;
+use crate::rigid_body::{RigidBodyModes, StiffnessDefects};
+use crate::shift::{SpectrumScale, absolute_energies};
+
+/// Largest max|K r| / (max row sum |K| · max|r|) of a rigid motion that counts as free. Double-precision exports give 1e-16
+/// to 1e-12.
+pub const RIGID_TOLERANCE: f64 = 1e-9;
+/// Up to here the defect may come from few printed digits, if it is soft against the first elastic mode too.
+const PRINTED_TOLERANCE: f64 = 1e-5;
+/// A rigid motion's eigenvalue from such a defect, as a fraction of the first elastic one, that is still harmless.
+const SOFT_DEFECT: f64 = 1e-6;
+/// Eigenvalues below this many times the rounding in their Rayleigh quotient count as zero.
+const ZERO_OVER_ROUNDING: f64 = 1e3;
+/// Longest list in a message.
+const LISTED: usize = 6;
+
+/// Whether a part may be held by something outside it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
+pub enum Grounding {
+    /// Refuse: a superelement is a free body.
+    #[default]
+    Refuse,
+    /// Reduce it as it is, without rigid motions; the file's frame is `given`.
+    Allow,
+}
+
+/// Whether a part may have motions without stiffness other than the rigid ones.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
+pub enum LoosePieces {
+    /// Refuse.
+    #[default]
+    Refuse,
+    /// Keep them as modes of eigenvalue zero.
+    Allow,
+}
+
+/// How a part stands.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Support {
+    /// Free: every rigid motion costs nothing.
+    Free,
+    /// Held.
+    Grounded,
+}
+
+/// Refuses what shows in single rows: dofs without stiffness, negative diagonals.
+///
+/// # Errors
+/// [`Error::Component`] with the dofs listed.
+pub fn check_rows(component: &Component) -> Result<(), Error> {
+    let name = |row: usize| {
+        let dof = component.dofs.dofs()[row];
+        format!("node {} {}", dof.node, dof.direction.name())
+    };
+    for (matrix, what) in [(&component.stiffness, "stiffness"), (&component.mass, "mass")] {
+        let negative: Vec<usize> = (0..matrix.ncols())
+            .filter(|row| matrix.as_ref().get(*row, *row).is_some_and(|value| *value < 0.0))
+            .collect();
+        if let Some(first) = negative.first() {
+            let value = matrix.as_ref().get(*first, *first).copied().unwrap_or(0.0);
+            return Err(Error::Component(format!(
+                "the {what} matrix has {} negative diagonal entries, the first {value:e} at {}; a {what} matrix is positive semi-definite: check the sign convention and the export",
+                negative.len(),
+                name(*first)
+            )));
+        }
+    }
+    let orphans: Vec<usize> = (0..component.dofs.len())
+        .filter(|row| component.stiffness.val_of_col(*row).iter().all(|value| *value == 0.0))
+        .collect();
+    if !orphans.is_empty() {
+        return Err(Error::Component(format!(
+            "{} dof(s) have no stiffness at all: {}; remove them from the matrices and the dof table (unused nodes, rotations of solid elements), or connect them",
+            orphans.len(),
+            listed(orphans.iter().map(|row| name(*row)))
+        )));
+    }
+    Ok(())
+}
+
+/// First few names, and how many more there are.
+fn listed(names: impl Iterator<Item = String>) -> String {
+    let all: Vec<String> = names.collect();
+    let more = all.len().saturating_sub(LISTED);
+    let shown = all[..all.len().min(LISTED)].join(", ");
+    if more > 0 { format!("{shown} and {more} more") } else { shown }
+}
+
+/// Sets of model points that the stiffness matrix connects, largest first.
+pub fn pieces(model: &Model) -> Vec<Vec<u32>> {
+    let points = model.points();
+    let count = points.iter().map(|point| *point as usize + 1).max().unwrap_or(0);
+    let mut parent: Vec<u32> = (0..count as u32).collect();
+    fn root(parent: &mut [u32], mut i: u32) -> u32 {
+        while parent[i as usize] != i {
+            parent[i as usize] = parent[parent[i as usize] as usize];
+            i = parent[i as usize];
+        }
+        i
+    }
+    for column in 0..model.len() {
+        let rows = model.stiffness.row_idx_of_col_raw(column).iter().zip(model.stiffness.val_of_col(column));
+        for (row, _) in rows.filter(|(_, value)| **value != 0.0) {
+            let (a, b) = (root(&mut parent, points[*row as usize]), root(&mut parent, points[column]));
+            parent[a.max(b) as usize] = a.min(b);
+        }
+    }
+    let mut by_root: std::collections::BTreeMap<u32, Vec<u32>> = Default::default();
+    let mut distinct = points;
+    distinct.sort_unstable();
+    distinct.dedup();
+    for point in distinct {
+        by_root.entry(root(&mut parent, point)).or_default().push(point);
+    }
+    let mut pieces: Vec<Vec<u32>> = by_root.into_values().collect();
+    pieces.sort_by_key(|piece| std::cmp::Reverse(piece.len()));
+    pieces
+}
+
+/// What a part stands on, judged by K r for the geometric rigid motions, and what to say otherwise. Also returns a warning
+/// where the defect is larger than rounding but harmless.
+///
+/// # Errors
+/// [`Error::Component`]: held, in pieces, or the mesh does not belong to the matrices.
+pub fn support(
+    component: &Component,
+    model: &Model,
+    rigid: &RigidBodyModes,
+    defects: &StiffnessDefects,
+    scale: &SpectrumScale,
+    factor: &mut SymmetricFactor,
+    grounding: Grounding,
+) -> Result<(Support, Option<String>), Error> {
+    let largest = defects.largest();
+    if largest <= RIGID_TOLERANCE {
+        return Ok((Support::Free, None));
+    }
+    let energies = crate::block_algebra::gram(
+        rigid.shapes.as_ref(),
+        crate::block_algebra::symmetric_product(&model.stiffness, rigid.shapes.as_ref()).as_ref(),
+    );
+    let stiffest = (0..rigid.count()).map(|j| energies[(j, j)]).fold(0.0, f64::max);
+    if largest <= PRINTED_TOLERANCE && stiffest <= SOFT_DEFECT * scale.first_elastic {
+        let warning = format!(
+            "K times a rigid motion is {largest:.1e} of K's row sum (rounding would be below 1e-12): the matrices were probably printed with few digits; export at least 12"
+        );
+        return Ok((Support::Free, Some(warning)));
+    }
+    let nullity = nullity(model, rigid, scale, factor)?;
+    let names = |count: usize| listed(resisting_dofs(defects).into_iter().take(count).map(|dof| model.dof_name(component, dof)));
+    let expected = rigid.count();
+    if nullity < expected {
+        if grounding == Grounding::Allow {
+            return Ok((Support::Grounded, None));
+        }
+        return Err(Error::Component(format!(
+            "the part is held: only {nullity} of {expected} rigid motions are free; K times a rigid motion is largest at {} ({} dofs above a thousandth of that). Export the free part without supports and hold it by a joint in the scene (or allow it with --allow-grounded)",
+            names(LISTED),
+            resisting_dofs(defects).len()
+        )));
+    }
+    if nullity > expected {
+        return Err(loose(component, model, nullity - expected, None));
+    }
+    Err(Error::Component(format!(
+        "the mesh and the matrices don't belong together: the stiffness has {nullity} motions without energy, as a free part should, but they are not the rigid motions of these node positions (max|K r| is {largest:.1e} of K's row sum, expected below {RIGID_TOLERANCE:.0e}). Usually the dof table is in another node order than the matrices; worst at {}",
+        names(LISTED)
+    )))
+}
+
+/// Dofs at which rigid motions are resisted, strongest first, down to a thousandth of the strongest.
+fn resisting_dofs(defects: &StiffnessDefects) -> Vec<usize> {
+    let strength = |i: usize| (0..defects.forces.ncols()).map(|j| defects.forces[(i, j)].abs()).fold(0.0, f64::max);
+    let mut dofs: Vec<(usize, f64)> = (0..defects.forces.nrows()).map(|i| (i, strength(i))).collect();
+    dofs.sort_by(|a, b| b.1.total_cmp(&a.1));
+    let strongest = dofs.first().map_or(0.0, |(_, s)| *s);
+    dofs.into_iter().take_while(|(_, s)| *s > 1e-3 * strongest).map(|(dof, _)| dof).collect()
+}
+
+/// Number of motions without energy, found numerically and without the geometry's help.
+fn nullity(
+    model: &Model,
+    rigid: &RigidBodyModes,
+    scale: &SpectrumScale,
+    factor: &mut SymmetricFactor,
+) -> Result<usize, Error> {
+    let shift = scale.shift();
+    let free = rigid.none();
+    let positive = match factor.factorize(&model.stiffness, &model.mass, shift) {
+        Ok(positive) => positive,
+        Err(NotPositive { .. }) => return Err(indefinite(model, scale, factor)),
+    };
+    let block = 16.min(model.len());
+    let mut lanczos = Lanczos::start(model, &free, &positive, shift, block, 6 * block, 0x5eed)?;
+    for _ in 0..5 {
+        if !lanczos.is_exhausted() && !lanczos.is_full() {
+            lanczos.step()?;
+        }
+    }
+    let pairs = lanczos.ritz_pairs()?;
+    let candidates = pairs.eigenvalues.len().min(3 * block);
+    let vectors = lanczos.polish(lanczos.ritz_vectors(&pairs, candidates).as_ref());
+    let forces = crate::block_algebra::symmetric_product(&model.stiffness, vectors.as_ref());
+    let absolute = absolute_energies(&model.stiffness, vectors.as_ref());
+    let is_zero = |j: usize| {
+        let energy: f64 = vectors.col(j).transpose() * forces.col(j);
+        energy < ZERO_OVER_ROUNDING * f64::EPSILON * absolute[j]
+    };
+    Ok((0..candidates).filter(|j| is_zero(*j)).count())
+}
+
+/// The message for motions without energy beyond the rigid ones; `shapes` are such motions where they are known.
+pub fn loose(component: &Component, model: &Model, extra: usize, shapes: Option<&Mat<f64>>) -> Error {
+    let pieces = pieces(model);
+    if pieces.len() > 1 {
+        let described = pieces.iter().enumerate().map(|(i, piece)| {
+            format!("piece {} of {} node(s), from node {}", i + 1, piece.len(), piece.first().copied().unwrap_or(0))
+        });
+        return Error::Component(format!(
+            "the part is in {} pieces that no stiffness connects: {}; reduce them one by one, or connect them (or allow it with --allow-loose)",
+            pieces.len(),
+            listed(described)
+        ));
+    }
+    let moving = shapes.map_or(String::new(), |shapes| {
+        let strength = |i: usize| (0..shapes.ncols()).map(|j| shapes[(i, j)].abs()).fold(0.0, f64::max);
+        let mut dofs: Vec<usize> = (0..shapes.nrows()).collect();
+        dofs.sort_by(|a, b| strength(*b).total_cmp(&strength(*a)));
+        format!("; they move most at {}", listed(dofs.into_iter().take(LISTED).map(|dof| model.dof_name(component, dof))))
+    });
+    Error::Component(format!(
+        "the part is a mechanism: {extra} motion(s) beyond the rigid ones cost no energy{moving}; look for hinges, cells joined at an edge or a node only, and missing rotational stiffness (or allow it with --allow-loose)"
+    ))
+}
+
+/// The message for a stiffness matrix that K + σ M can't make positive.
+pub fn indefinite(model: &Model, scale: &SpectrumScale, factor: &mut SymmetricFactor) -> Error {
+    let shift = scale.shift();
+    let inertia = factor.inertia(&model.stiffness, &model.mass, -shift);
+    let places = listed(inertia.negative_dofs.iter().map(|dof| {
+        let dof = model.dofs[*dof];
+        format!("node {} {}", dof.point, dof.direction.name())
+    }));
+    Error::Component(format!(
+        "the stiffness matrix is indefinite: K + {shift:.3e}·M has {} negative pivot(s), at {places}; a stiffness matrix is positive semi-definite: check the element orientation, the material constants and the export",
+        inertia.negative.max(1)
+    ))
+}

@@ -1,0 +1,86 @@
+//! Why a reduction could not be made. Unusable input and numerical failure are told apart, because a caller reacts to
+//! them differently.
+
+/// A reduction that ended without a superelement.
+#[derive(Debug, thiserror::Error)]
+pub enum Error {
+    /// The component can't be reduced as it is; the message says what was found and what would be right.
+    #[error("{0}")]
+    Component(String),
+    /// A file can't be used or written.
+    #[error(transparent)]
+    File(#[from] dcb_formats::Error),
+    /// Memory ran out.
+    #[error("out of memory for {what}: use a machine with more memory, or a coarser mesh")]
+    OutOfMemory {
+        /// What it was wanted for.
+        what: &'static str,
+    },
+    /// The eigenvalue iteration stopped short.
+    #[error(
+        "modes: {converged} of {wanted} converged after {iterations} block steps (largest residual {residual:.1e}, wanted {tolerance:.0e}); ask for fewer modes, or check the part for extreme stiffness contrasts"
+    )]
+    ModesNotConverged {
+        /// Converged so far.
+        converged: usize,
+        /// Wanted.
+        wanted: usize,
+        /// Block steps made.
+        iterations: usize,
+        /// Largest relative residual among those wanted.
+        residual: f64,
+        /// Tolerance.
+        tolerance: f64,
+    },
+    /// The inertia count disagrees with the modes found.
+    #[error(
+        "modes: {found} eigenvalues found below {limit:.6e} rad²/time², but the factorization of K - μM counts {counted}; the reduction would be incomplete"
+    )]
+    ModesMissed {
+        /// Found by the iteration, rigid ones included.
+        found: usize,
+        /// Counted by the factorization.
+        counted: usize,
+        /// The μ of the count.
+        limit: f64,
+    },
+    /// Attachment columns don't converge.
+    #[error(
+        "attachments: relative residual {residual:.1e} after {iterations} refinements (wanted {tolerance:.0e}) at row {row}; the stiffness matrix may be nearly singular beyond its rigid motions"
+    )]
+    AttachmentsNotConverged {
+        /// Largest relative residual.
+        residual: f64,
+        /// Refinements made.
+        iterations: usize,
+        /// Tolerance.
+        tolerance: f64,
+        /// Name of the worst row.
+        row: String,
+    },
+    /// A matrix that must be positive semi-definite is not.
+    #[error("{what}: smallest eigenvalue {smallest:.3e} is below -{tolerance:.0e} times the largest, {largest:.3e}")]
+    NotPositive {
+        /// Which matrix.
+        what: &'static str,
+        /// Its smallest eigenvalue.
+        smallest: f64,
+        /// Its largest eigenvalue.
+        largest: f64,
+        /// Relative tolerance.
+        tolerance: f64,
+    },
+    /// A dense eigenvalue problem failed, which only non-finite numbers cause.
+    #[error("{what}: numbers overflowed; check the units of the matrices")]
+    NotFinite {
+        /// What was being computed.
+        what: &'static str,
+    },
+}
+
+impl Error {
+    /// Whether the input is to blame (exit status 2) rather than the numerics (exit status 1).
+    pub fn is_unusable_input(&self) -> bool {
+        matches!(self, Self::Component(_) | Self::File(_))
+    }
+}

@@ -1,0 +1,281 @@
+//! Free-free elastic modes: the lowest eigenpairs of K φ = ω² M φ that are M-orthogonal to the rigid motions.
+//!
+//! Lanczos ([`crate::lanczos`]) finds the subspace, one step of inverse iteration and a Rayleigh–Ritz step on K and M
+//! themselves sharpen it, and the true residuals decide. A multiple root's copies stay together: the number of
+//! modes is raised to the next gap. Signs, and the basis inside a multiple root, follow a fixed rule ([`crate::multiplet`]).
+
+use dcb_formats::SparseMatrix;
+use faer::{Mat, MatRef};
+
+use crate::block_algebra::{absolute_product, column_norms, combination, gram, symmetric_eigen, symmetric_product, symmetrized};
+use crate::condensation::Model;
+use crate::error::Error;
+use crate::factorization::PositiveFactor;
+use crate::lanczos::{Lanczos, RitzPairs};
+use crate::multiplet::{canonical_basis, clusters};
+use crate::observer::Observer;
+use crate::rigid_body::RigidBodyModes;
+use crate::shift::absolute_energies;
+
+/// Two eigenvalues closer than this, relatively, are one multiple root that is never cut. Meshes of symmetric parts
+/// split a double root by rounding only (1e-9 and less), nearly double roots of slightly unsymmetric meshes by 1e-4 and more.
+pub const CLUSTER_TOLERANCE: f64 = 1e-5;
+/// Largest ‖K φ - ω² M φ‖ / ‖K φ‖ of an accepted mode, where double precision can tell that much.
+pub const RESIDUAL_TOLERANCE: f64 = 1e-8;
+/// Otherwise the residual may be this many times the rounding in K φ itself, ε ‖|K| |φ|‖ / ‖K φ‖ (slender and thin parts).
+pub const RESIDUAL_OVER_ROUNDING: f64 = 10.0;
+/// An eigenvalue below this many times the rounding in its own Rayleigh quotient is a zero: a mechanism or a loose piece.
+const ZERO_OVER_ROUNDING: f64 = 1e3;
+/// Columns of a Lanczos block: finds roots up to this multiplicity at once, and one cache line of a packed row.
+const BLOCK_WIDTH: usize = 8;
+/// Wanted accuracy of a Ritz vector under S before it is polished.
+const RITZ_TOLERANCE: f64 = 1e-8;
+
+/// Which search a factorization serves.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Search {
+    /// Number of lowest modes wanted (more are returned where that would cut a multiple root).
+    pub wanted: usize,
+    /// How often the search was made before and missed modes: widens the block and changes the start.
+    pub attempt: usize,
+}
+
+/// Kept modes of the model, mass-normalised.
+#[derive(Clone, Debug)]
+pub struct FreeModes {
+    /// Φ over the model's dofs, (n_c, n_k).
+    pub shapes: Mat<f64>,
+    /// M Φ, (n_c, n_k).
+    pub mass_shapes: Mat<f64>,
+    /// ω², ascending; exact zeros for mechanism modes.
+    pub eigenvalues: Vec<f64>,
+    /// ‖K φ - ω² M φ‖ / ‖K φ‖ per mode; 0 for mechanism modes.
+    pub residuals: Vec<f64>,
+    /// ε ‖|K| |φ|‖ / ‖K φ‖ per mode: what rounding alone does to the residual; 0 for mechanism modes.
+    pub residual_roundings: Vec<f64>,
+    /// ε |φ|ᵀ |K| |φ| / ω² per mode: what rounding in K can do to the eigenvalue, relatively; 0 for mechanism modes.
+    pub eigenvalue_roundings: Vec<f64>,
+    /// How many of the first modes are mechanism or loose-piece modes without stiffness.
+    pub zero_count: usize,
+    /// The lowest eigenvalue left out; infinite if every finite mode is kept.
+    pub first_omitted: f64,
+    /// Block steps made.
+    pub iterations: usize,
+    /// Modes added because the wanted number would have cut a multiple root.
+    pub added_for_cluster: usize,
+}
+
+impl FreeModes {
+    /// Finds the lowest modes.
+    ///
+    /// # Errors
+    /// [`Error::ModesNotConverged`], or those of [`Lanczos`]; [`Error::Component`] if a negative eigenvalue shows the stiffness to be indefinite.
+    pub fn compute(
+        model: &Model,
+        rigid: &RigidBodyModes,
+        factor: &PositiveFactor,
+        shift: f64,
+        search: Search,
+        observer: &mut dyn Observer,
+    ) -> Result<Self, Error> {
+        let n = model.len();
+        let block = (BLOCK_WIDTH << search.attempt).min(n);
+        let mut guarded = search.wanted + block.max(BLOCK_WIDTH);
+        let capacity = |guarded: usize| (3 * guarded).max(guarded + 6 * block).min(n + block);
+        let seed = 0x5eed + search.attempt as u64;
+        let mut lanczos = Lanczos::start(model, rigid, factor, shift, block, capacity(guarded), seed)?;
+        let step_limit = 200 + 20 * guarded / block;
+        let mut iterations = 0;
+        let mut tolerance = RITZ_TOLERANCE;
+        loop {
+            // Without room for another block the best vectors restart the basis.
+            if lanczos.is_full() {
+                let pairs = lanczos.ritz_pairs()?;
+                let keep = (guarded + block).min(pairs.eigenvalues.len()).min(capacity(guarded).saturating_sub(2 * block));
+                lanczos.restart(&pairs, keep);
+            }
+            if !lanczos.is_exhausted() {
+                lanczos.step()?;
+                iterations += 1;
+            }
+            let pairs = lanczos.ritz_pairs()?;
+            let available = pairs.eigenvalues.len();
+            let needed = (search.wanted + 2).min(available);
+            let converged = pairs.residuals.iter().take(needed).take_while(|r| **r < tolerance).count();
+            observer.progress(converged as f64 / (search.wanted + 2) as f64);
+            let complete = lanczos.is_exhausted() || (available >= search.wanted + 2 && converged == needed);
+            if !complete && iterations < step_limit {
+                continue;
+            }
+            let kept = extended_to_gap(&pairs, search.wanted);
+            if kept + 2 > guarded && !lanczos.is_exhausted() && complete {
+                // The multiple root reaches beyond the guard vectors: look further before deciding where it ends.
+                guarded = kept + 2 * block;
+                lanczos = Lanczos::start(model, rigid, factor, shift, block, capacity(guarded), seed)?;
+                continue;
+            }
+            let modes = Self::sharpened(model, rigid, &lanczos, &pairs, kept, search.wanted, iterations)?;
+            let unconverged = modes.unconverged().count();
+            if unconverged == 0 || lanczos.is_exhausted() {
+                return Ok(modes);
+            }
+            if iterations >= step_limit {
+                return Err(Error::ModesNotConverged {
+                    converged: modes.count() - unconverged,
+                    wanted: kept,
+                    iterations,
+                    residual: modes.unconverged().map(|j| modes.residuals[j]).fold(0.0, f64::max),
+                    tolerance: RESIDUAL_TOLERANCE,
+                });
+            }
+            tolerance *= 1e-2;
+        }
+    }
+
+    /// Inverse iteration, Rayleigh–Ritz and the fixed basis rule on the `kept` lowest Ritz vectors.
+    fn sharpened(
+        model: &Model,
+        rigid: &RigidBodyModes,
+        lanczos: &Lanczos,
+        pairs: &RitzPairs,
+        kept: usize,
+        wanted: usize,
+        iterations: usize,
+    ) -> Result<Self, Error> {
+        // A few further vectors keep the last wanted ones clean and tell where the spectrum goes on.
+        let subspace = (kept + 2).min(pairs.eigenvalues.len());
+        let first_guess = lanczos.ritz_vectors(pairs, subspace);
+        let mut x = lanczos.polish(first_guess.as_ref());
+        // Columns brought to comparable size before the small eigenproblem.
+        for (j, norm) in mass_norms(&model.mass, x.as_ref()).into_iter().enumerate() {
+            x.as_mut().col_mut(j).iter_mut().for_each(|entry| *entry /= norm);
+        }
+        let (eigenvalues, x) = rayleigh_ritz(model, x.as_ref())?;
+        let rounding: Vec<f64> =
+            absolute_energies(&model.stiffness, x.as_ref()).into_iter().map(|e| f64::EPSILON * e).collect();
+        if let Some(j) = (0..kept).find(|j| eigenvalues[*j] < -ZERO_OVER_ROUNDING * rounding[*j]) {
+            return Err(Error::Component(format!(
+                "the stiffness matrix is indefinite: an elastic eigenvalue of {:.6e} (rad/time)² is negative beyond rounding; its shape is largest at {}",
+                eigenvalues[j],
+                largest_dof(model, x.as_ref().subcols(j, 1))
+            )));
+        }
+        let zero_count = (0..kept).take_while(|j| eigenvalues[*j] < ZERO_OVER_ROUNDING * rounding[*j]).count();
+        let first_omitted = eigenvalues.get(kept).copied().unwrap_or(f64::INFINITY);
+        let mut eigenvalues = eigenvalues[..kept].to_vec();
+        eigenvalues[..zero_count].fill(0.0);
+        let mut shapes = x.as_ref().subcols(0, kept).to_owned();
+        for (first, count) in clusters(&eigenvalues) {
+            canonical_basis(shapes.as_mut().subcols_mut(first, count));
+        }
+        rigid.project_out(&mut shapes);
+        let mass_shapes = symmetric_product(&model.mass, shapes.as_ref());
+        let (residuals, residual_roundings) =
+            residuals(&model.stiffness, shapes.as_ref(), mass_shapes.as_ref(), &eigenvalues, zero_count);
+        let eigenvalue_roundings =
+            (0..kept).map(|j| if j < zero_count { 0.0 } else { rounding[j] / eigenvalues[j] }).collect();
+        Ok(Self {
+            shapes,
+            mass_shapes,
+            eigenvalues,
+            residuals,
+            residual_roundings,
+            eigenvalue_roundings,
+            zero_count,
+            first_omitted,
+            iterations,
+            added_for_cluster: kept.saturating_sub(wanted),
+        })
+    }
+
+    /// n_k.
+    pub fn count(&self) -> usize {
+        self.eigenvalues.len()
+    }
+
+    /// Modes whose residual is above both limits.
+    fn unconverged(&self) -> impl Iterator<Item = usize> {
+        (0..self.count()).filter(|j| !residual_is_accepted(self.residuals[*j], self.residual_roundings[*j]))
+    }
+
+    /// Where an eigenvalue count certifies the kept modes: in the gap above the highest one. `None` if nothing is left out.
+    pub fn certificate_shift(&self) -> Option<f64> {
+        let last = self.eigenvalues.last().copied().unwrap_or(0.0);
+        self.first_omitted.is_finite().then(|| 0.5 * (last + self.first_omitted))
+    }
+}
+
+/// `wanted`, raised until the next eigenvalue is separated by more than [`CLUSTER_TOLERANCE`].
+fn extended_to_gap(pairs: &RitzPairs, wanted: usize) -> usize {
+    let lambda = &pairs.eigenvalues;
+    let mut kept = wanted.min(lambda.len());
+    while kept > 0 && kept < lambda.len() && lambda[kept] - lambda[kept - 1] <= CLUSTER_TOLERANCE * lambda[kept].abs() {
+        kept += 1;
+    }
+    kept
+}
+
+/// Eigenpairs of (XᵀKX, XᵀMX), ascending, M-orthonormal.
+fn rayleigh_ritz(model: &Model, x: MatRef<'_, f64>) -> Result<(Vec<f64>, Mat<f64>), Error> {
+    let failed = || Error::NotFinite { what: "the Rayleigh–Ritz step" };
+    let mut x = x.to_owned();
+    // Orthonormalised twice: the second time removes what rounding left of the first.
+    for _ in 0..2 {
+        let mass = symmetrized(gram(x.as_ref(), symmetric_product(&model.mass, x.as_ref()).as_ref()).as_ref());
+        let (values, vectors) = symmetric_eigen(mass.as_ref()).ok_or_else(failed)?;
+        if values.first().is_some_and(|value| *value <= 0.0) {
+            return Err(failed());
+        }
+        let scaled = Mat::from_fn(vectors.nrows(), vectors.ncols(), |i, j| vectors[(i, j)] / values[j].sqrt());
+        x = combination(x.as_ref(), scaled.as_ref());
+    }
+    let stiffness = symmetrized(gram(x.as_ref(), symmetric_product(&model.stiffness, x.as_ref()).as_ref()).as_ref());
+    let (values, vectors) = symmetric_eigen(stiffness.as_ref()).ok_or_else(failed)?;
+    Ok((values, combination(x.as_ref(), vectors.as_ref())))
+}
+
+fn mass_norms(mass: &SparseMatrix, x: MatRef<'_, f64>) -> Vec<f64> {
+    let mass_x = symmetric_product(mass, x);
+    (0..x.ncols())
+        .map(|j| {
+            let square: f64 = x.col(j).transpose() * mass_x.col(j);
+            if square > 0.0 { square.sqrt() } else { 1.0 }
+        })
+        .collect()
+}
+
+/// Whether a mode's residual is as small as it should be, or as rounding allows.
+pub fn residual_is_accepted(residual: f64, rounding: f64) -> bool {
+    residual <= RESIDUAL_TOLERANCE.max(RESIDUAL_OVER_ROUNDING * rounding)
+}
+
+/// ‖K φ - ω² M φ‖ / ‖K φ‖ per column, and the part of it that rounding explains, ε ‖|K| |φ|‖ / ‖K φ‖.
+pub fn residuals(
+    stiffness: &SparseMatrix,
+    shapes: MatRef<'_, f64>,
+    mass_shapes: MatRef<'_, f64>,
+    eigenvalues: &[f64],
+    zero_count: usize,
+) -> (Vec<f64>, Vec<f64>) {
+    let forces = symmetric_product(stiffness, shapes);
+    let norms = column_norms(forces.as_ref());
+    let difference =
+        Mat::from_fn(forces.nrows(), forces.ncols(), |i, j| forces[(i, j)] - eigenvalues[j] * mass_shapes[(i, j)]);
+    let absolute = absolute_product(stiffness, shapes);
+    let relative = |block: &Mat<f64>, factor: f64| {
+        let mut ratios: Vec<f64> = column_norms(block.as_ref())
+            .iter()
+            .zip(&norms)
+            .map(|(value, norm)| factor * value / norm.max(f64::MIN_POSITIVE))
+            .collect();
+        ratios[..zero_count].fill(0.0);
+        ratios
+    };
+    (relative(&difference, 1.0), relative(&absolute, f64::EPSILON))
+}
+
+fn largest_dof(model: &Model, x: MatRef<'_, f64>) -> String {
+    let worst = (0..x.nrows()).max_by(|a, b| x[(*a, 0)].abs().total_cmp(&x[(*b, 0)].abs())).unwrap_or(0);
+    let dof = model.dofs[worst];
+    format!("node {} {}", dof.point, dof.direction.name())
+}

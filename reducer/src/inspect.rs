@@ -1,0 +1,228 @@
+//! `reduce inspect`: what a superelement holds, for people and as JSON.
+
+use std::fmt::Write as _;
+use std::path::Path;
+
+use dcb_formats::dcb::SuperelementFile;
+use dcb_formats::mesh::{Dimension, Direction};
+use dcb_formats::Superelement;
+use serde_json::json;
+
+use crate::cli_reduce::{Outcome, quality_lines};
+use crate::error::Error;
+use crate::plausibility::si_factor;
+use crate::quality::Quality;
+
+/// How to show it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Form {
+    /// Tables.
+    Text,
+    /// One JSON object.
+    Json,
+}
+
+/// Runs the command.
+///
+/// # Errors
+/// If the file is not a superelement, or not an intact one.
+pub fn run(path: &Path, form: Form) -> Result<Outcome, Error> {
+    let file = SuperelementFile::open(path)?;
+    let element = file.superelement()?;
+    let output = match form {
+        Form::Text => text(&file, &element)?,
+        Form::Json => as_json(&file, &element)?,
+    };
+    Ok(Outcome { output, broken_limits: Vec::new() })
+}
+
+/// Cycles per second of an eigenvalue, or per time unit where the unit's length is not known.
+pub fn hertz(eigenvalue: f64, time_unit: &str) -> f64 {
+    eigenvalue.max(0.0).sqrt() / (2.0 * std::f64::consts::PI * si_factor(time_unit).unwrap_or(1.0))
+}
+
+fn frequency_unit(time_unit: &str) -> String {
+    if si_factor(time_unit).is_some() { "Hz".into() } else { format!("1/{time_unit}") }
+}
+
+/// Mass, centre and inertia.
+pub fn mass_lines(element: &Superelement) -> String {
+    let (units, inertia, origin) = (&element.units, &element.inertia, element.origin);
+    let mut text = String::new();
+    let _ = writeln!(text, "mass      {:.9e} {}", inertia.mass, units.mass);
+    let d = element.dimension.coordinate_count();
+    let centre: Vec<String> = origin[..d].iter().map(|x| format!("{x:.9e}")).collect();
+    let _ = writeln!(text, "centre    {} {}", centre.join("  "), units.length);
+    let unit = format!("{}·{}²", units.mass, units.length);
+    match element.dimension {
+        Dimension::Planar => {
+            let _ = writeln!(text, "inertia   {:.9e} {unit} about the centre", inertia.tensor[2][2]);
+        }
+        Dimension::Spatial => {
+            for (row, label) in inertia.tensor.iter().zip(["inertia", "", ""]) {
+                let entries: Vec<String> = row.iter().map(|x| format!("{x:16.9e}")).collect();
+                let _ = writeln!(text, "{label:<9} {}", entries.join(" "));
+            }
+            let _ = writeln!(text, "          {unit} about the centre, component axes");
+        }
+    }
+    text
+}
+
+/// The kept modes; residuals where a report is at hand.
+pub fn frequency_table(element: &Superelement, quality: Option<&Quality>, listed: usize) -> String {
+    let time = &element.units.time;
+    let mut text = format!("mode   frequency [{}]      damping   residual\n", frequency_unit(time));
+    for (i, eigenvalue) in element.modes.eigenvalues.iter().enumerate().take(listed) {
+        let residual = quality.and_then(|q| q.mode_residuals.get(i)).map_or(String::new(), |r| format!("{r:.1e}"));
+        let damping = element.modes.damping.get(i).copied().unwrap_or(0.0);
+        let _ = writeln!(text, "{:4}   {:18.9}   {damping:8.5}   {residual}", i + 1, hertz(*eigenvalue, time));
+    }
+    let hidden = element.mode_count().saturating_sub(listed);
+    if hidden > 0 {
+        let last = element.modes.eigenvalues.last().copied().unwrap_or(0.0);
+        let _ = writeln!(text, "       … {hidden} more, up to {:.9}", hertz(last, time));
+    }
+    if element.modes.first_omitted_eigenvalue.is_finite() {
+        let _ = writeln!(text, "first left out {:.6}", hertz(element.modes.first_omitted_eigenvalue, time));
+    } else {
+        let _ = writeln!(text, "every finite mode is kept");
+    }
+    text
+}
+
+/// The interfaces with their rows.
+pub fn interface_table(element: &Superelement) -> String {
+    let mut text = String::from("interface             kind      role        rows  at (from the centre)\n");
+    for (index, interface) in element.interfaces.iter().enumerate() {
+        let rows: Vec<_> = element.rows.iter().filter(|row| row.interface == index).collect();
+        let d = element.dimension.coordinate_count();
+        let at: Vec<String> = interface.position[..d].iter().map(|x| format!("{x:.6e}")).collect();
+        let role = match interface.role {
+            dcb_formats::component::Role::Attachment => "attachment",
+            dcb_formats::component::Role::Output => "output",
+        };
+        let _ = writeln!(
+            text,
+            "{:<21} {:<9} {role:<10} {:5}  {}",
+            interface.name,
+            interface.kind.name(),
+            rows.len(),
+            at.join("  ")
+        );
+    }
+    let sigma: Vec<String> = element
+        .residual
+        .sigma_squared
+        .iter()
+        .take(6)
+        .map(|s| format!("{:.4}", hertz(*s, &element.units.time)))
+        .collect();
+    let _ = writeln!(
+        text,
+        "attachment coordinates {} of {} rows; their frequencies start at {} {}",
+        element.residual.sigma_squared.len(),
+        element.rows.len(),
+        if sigma.is_empty() { "–".into() } else { sigma.join(", ") },
+        frequency_unit(&element.units.time)
+    );
+    text
+}
+
+/// The quality report stored with a superelement, if this program can read it.
+pub fn stored_quality(element: &Superelement) -> Option<Quality> {
+    serde_json::from_value(element.provenance.quality.clone()).ok()
+}
+
+fn text(file: &SuperelementFile, element: &Superelement) -> Result<String, Error> {
+    let mut text = String::new();
+    let _ = writeln!(
+        text,
+        "{}: {} superelement, format {}, units {} {} {}, frame {}",
+        element.name,
+        match element.dimension {
+            Dimension::Planar => "planar",
+            Dimension::Spatial => "spatial",
+        },
+        file.format_version(),
+        element.units.length,
+        element.units.mass,
+        element.units.time,
+        element.frame_kind.name()
+    );
+    let _ = writeln!(text, "digest    {}", file.digest());
+    let quality = stored_quality(element);
+    text += &mass_lines(element);
+    text += &frequency_table(element, quality.as_ref(), usize::MAX);
+    text += &interface_table(element);
+    let fields = file.recovery()?.map_or("none".to_owned(), |basis| format!("{} dofs", basis.dofs.len()));
+    let mesh = file.mesh()?.map_or("none".to_owned(), |mesh| format!("{} nodes", mesh.node_count()));
+    let _ = writeln!(text, "fields    {fields}; mesh {mesh}");
+    if let Some(quality) = &quality {
+        text += &quality_lines(quality);
+    }
+    for input in &element.provenance.inputs {
+        let _ = writeln!(text, "made from {} ({}, sha256 {})", input.file_name, input.role, input.sha256);
+    }
+    let _ = writeln!(text, "made by   {}", element.provenance.generator);
+    for warning in &element.provenance.warnings {
+        let _ = writeln!(text, "warning   {warning}");
+    }
+    Ok(text)
+}
+
+fn as_json(file: &SuperelementFile, element: &Superelement) -> Result<String, Error> {
+    let time = &element.units.time;
+    let interfaces: Vec<_> = element
+        .interfaces
+        .iter()
+        .enumerate()
+        .map(|(index, interface)| {
+            let rows = element.rows.iter().filter(|row| row.interface == index);
+            let directions: Vec<_> =
+                rows.map(|row| usize::try_from(row.direction).ok().and_then(|d| Direction::NAMES.get(d))).collect();
+            json!({
+                "name": interface.name,
+                "kind": interface.kind.name(),
+                "role": match interface.role {
+                    dcb_formats::component::Role::Attachment => "attachment",
+                    dcb_formats::component::Role::Output => "output",
+                },
+                "position": &interface.position[..element.dimension.coordinate_count()],
+                "rows": directions,
+            })
+        })
+        .collect();
+    let value = json!({
+        "name": element.name,
+        "format_version": file.format_version().to_string(),
+        "digest": file.digest(),
+        "dimension": element.dimension.coordinate_count(),
+        "units": { "length": element.units.length, "mass": element.units.mass, "time": time },
+        "frame": { "kind": element.frame_kind.name(), "origin": &element.origin[..element.dimension.coordinate_count()] },
+        "mass": element.inertia.mass,
+        "inertia": match element.dimension {
+            Dimension::Planar => json!(element.inertia.tensor[2][2]),
+            Dimension::Spatial => json!(element.inertia.tensor),
+        },
+        "eigenvalues": element.modes.eigenvalues,
+        "frequencies_hz": si_factor(time).map(|_| {
+            element.modes.eigenvalues.iter().map(|value| hertz(*value, time)).collect::<Vec<_>>()
+        }),
+        "first_omitted_eigenvalue": Some(element.modes.first_omitted_eigenvalue).filter(|value| value.is_finite()),
+        "damping": element.modes.damping,
+        "interfaces": interfaces,
+        "residual_rank": element.residual.sigma_squared.len(),
+        "residual_sigma_squared": element.residual.sigma_squared,
+        "has_fields": file.recovery()?.is_some(),
+        "quality": element.provenance.quality,
+        "options": element.provenance.options,
+        "generator": element.provenance.generator,
+        "inputs": element.provenance.inputs.iter().map(|input| json!({
+            "role": input.role, "file": input.file_name, "sha256": input.sha256,
+        })).collect::<Vec<_>>(),
+        "warnings": element.provenance.warnings,
+    });
+    let text = serde_json::to_string_pretty(&value).map_err(|_| Error::NotFinite { what: "the JSON output" })?;
+    Ok(text + "\n")
+}

@@ -1,0 +1,91 @@
+//! A fixed basis inside a multiple root, and a fixed sign for a simple one, so that a reduction is repeatable.
+//!
+//! Inside an eigenspace any rotation is as good as any other. The rule here depends only on the space: the dof that moves
+//! most (the first of those that tie) is given to the first vector alone, then the same among what is left. Every
+//! vector's sign makes its own such dof positive.
+
+use faer::MatMut;
+use faer::reborrow::Reborrow;
+
+/// Eigenvalues closer than this, relatively, are treated as one root: rotating among them costs no more residual than
+/// this, and computed copies of one root differ by less.
+const SAME_ROOT: f64 = 1e-9;
+/// Rows whose size is within this of the largest tie, and the first of them is taken.
+const TIE: f64 = 1e-6;
+
+/// Runs (first, count) of eigenvalues that are one root each; ascending input.
+pub fn clusters(eigenvalues: &[f64]) -> Vec<(usize, usize)> {
+    let mut runs: Vec<(usize, usize)> = Vec::new();
+    for (i, value) in eigenvalues.iter().enumerate() {
+        match runs.last_mut() {
+            Some((_, count)) if value - eigenvalues[i - 1] <= SAME_ROOT * value.abs() => *count += 1,
+            _ => runs.push((i, 1)),
+        }
+    }
+    runs
+}
+
+/// Rotates the columns of an orthonormal basis of an eigenspace into the fixed basis, and fixes their signs.
+pub fn canonical_basis(mut x: MatMut<'_, f64>) {
+    let count = x.ncols();
+    for first in 0..count {
+        let row = leading_row(x.rb(), first);
+        // A Householder reflection of the remaining columns turns this row into (length, 0, …, 0).
+        let entries: Vec<f64> = (first..count).map(|j| x[(row, j)]).collect();
+        let length = entries.iter().map(|e| e * e).sum::<f64>().sqrt();
+        if length == 0.0 {
+            return;
+        }
+        let mut v = entries.clone();
+        v[0] += if entries[0] >= 0.0 { length } else { -length };
+        let v_squared: f64 = v.iter().map(|e| e * e).sum();
+        for i in 0..x.nrows() {
+            let along: f64 = v.iter().enumerate().map(|(j, e)| e * x[(i, first + j)]).sum();
+            for (j, e) in v.iter().enumerate() {
+                x[(i, first + j)] -= 2.0 * along / v_squared * e;
+            }
+        }
+        if x[(row, first)] < 0.0 {
+            for i in 0..x.nrows() {
+                x[(i, first)] = -x[(i, first)];
+            }
+        }
+    }
+}
+
+/// First row whose length over the columns from `first` on ties with the longest.
+fn leading_row(x: faer::MatRef<'_, f64>, first: usize) -> usize {
+    let length = |i: usize| (first..x.ncols()).map(|j| x[(i, j)] * x[(i, j)]).sum::<f64>();
+    let longest = (0..x.nrows()).map(length).fold(0.0, f64::max);
+    (0..x.nrows()).find(|i| length(*i) >= (1.0 - TIE) * longest).unwrap_or(0)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use faer::Mat;
+
+    #[test]
+    fn the_basis_depends_only_on_the_space() {
+        let a = Mat::from_fn(9, 1, |i, _| ((i as f64) * 0.7).sin());
+        let b = Mat::from_fn(9, 1, |i, _| ((i as f64) * 1.3 + 0.4).cos());
+        let basis = |angle: f64, flip: f64| {
+            let mut x = Mat::from_fn(9, 2, |i, j| match j {
+                0 => angle.cos() * a[(i, 0)] + angle.sin() * b[(i, 0)],
+                _ => flip * (angle.cos() * b[(i, 0)] - angle.sin() * a[(i, 0)]),
+            });
+            canonical_basis(x.as_mut());
+            x
+        };
+        let reference = basis(0.0, 1.0);
+        for (angle, flip) in [(0.3, 1.0), (2.0, -1.0), (-1.1, 1.0)] {
+            let other = basis(angle, flip);
+            assert!(crate::block_algebra::largest_entry((&other - &reference).as_ref()) < 1e-14);
+        }
+    }
+
+    #[test]
+    fn runs_of_equal_eigenvalues() {
+        assert_eq!(clusters(&[1.0, 1.0 + 1e-12, 2.0, 3.0, 3.0, 3.0]), vec![(0, 2), (2, 1), (3, 3)]);
+    }
+}

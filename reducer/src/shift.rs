@@ -1,0 +1,106 @@
+//! The scale of the spectrum before anything is factorized: how low the first elastic eigenvalue lies, and how far
+//! rounding in the stiffness matrix reaches.
+//!
+//! The estimate is the lowest Ritz value over all displacement fields that are quadratic in the coordinates. They contain
+//! uniform strain and the pure bending of a straight part (with its anticlastic curvature), so for parts that are not
+//! strongly curved the value lies within a factor of two above the first eigenvalue; it is always an upper bound.
+
+use dcb_formats::SparseMatrix;
+use dcb_formats::mesh::Dimension;
+use faer::{Mat, MatRef};
+
+use crate::block_algebra::{absolute_product, combination, gram, symmetric_eigen, symmetric_product};
+use crate::condensation::Model;
+use crate::rigid_body::RigidBodyModes;
+
+/// Shift σ of the factorized K + σ M as a fraction of the estimated first elastic eigenvalue: small enough that the
+/// first modes dominate, large enough that K + σ M is far from singular.
+const SHIFT_FRACTION: f64 = 0.05;
+/// The shift stays this many times above the rounding of the stiffness matrix.
+const SHIFT_OVER_ROUNDING: f64 = 1e4;
+
+/// What the spectrum looks like, ω² in 1/time².
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct SpectrumScale {
+    /// Upper bound of the first elastic eigenvalue; 0 for a part without elastic motion.
+    pub first_elastic: f64,
+    /// What rounding in K can do to a rigid motion's eigenvalue.
+    pub rounding: f64,
+}
+
+impl SpectrumScale {
+    /// Estimates the scale.
+    pub fn of(model: &Model, rigid: &RigidBodyModes, dimension: Dimension, centre: [f64; 3]) -> Self {
+        let mut fields = quadratic_fields(model, dimension, centre, rigid.length);
+        rigid.project_out(&mut fields);
+        let first_elastic = lowest_ritz_value(model, fields.as_ref()).unwrap_or(0.0);
+        let energies = absolute_energies(&model.stiffness, rigid.shapes.as_ref());
+        let rounding = f64::EPSILON * energies.into_iter().fold(0.0, f64::max);
+        Self { first_elastic, rounding }
+    }
+
+    /// σ for the factorization of K + σ M.
+    pub fn shift(&self) -> f64 {
+        (SHIFT_FRACTION * self.first_elastic).max(SHIFT_OVER_ROUNDING * self.rounding)
+    }
+}
+
+/// `|x|ᵀ |K| |x|` of each column: times machine precision, the rounding in `xᵀ K x`.
+pub fn absolute_energies(stiffness: &SparseMatrix, x: MatRef<'_, f64>) -> Vec<f64> {
+    let forces = absolute_product(stiffness, x);
+    (0..x.ncols()).map(|j| x.col(j).iter().zip(forces.col(j).iter()).map(|(x, f)| x.abs() * f).sum()).collect()
+}
+
+/// All displacement fields with one quadratic or linear monomial in one component, with half their curl as rotations.
+fn quadratic_fields(model: &Model, dimension: Dimension, centre: [f64; 3], length: f64) -> Mat<f64> {
+    let d = dimension.coordinate_count();
+    let mut monomials: Vec<Vec<usize>> = (0..d).map(|a| vec![a]).collect();
+    for a in 0..d {
+        for b in a..d {
+            monomials.push(vec![a, b]);
+        }
+    }
+    let mut fields = Mat::zeros(model.len(), d * monomials.len());
+    for (row, dof) in model.dofs.iter().enumerate() {
+        let xi: [f64; 3] = std::array::from_fn(|axis| (dof.position[axis] - centre[axis]) / length);
+        for component in 0..d {
+            for (m, monomial) in monomials.iter().enumerate() {
+                fields[(row, component * monomials.len() + m)] = match dof.direction.is_rotation() {
+                    false if dof.direction.axis() == component => monomial.iter().map(|a| xi[*a]).product(),
+                    false => 0.0,
+                    true => half_curl(monomial, component, dof.direction.axis(), &xi) / length,
+                };
+            }
+        }
+    }
+    fields
+}
+
+/// Component `about` of half the curl of the field `monomial · e_component`, derivatives in scaled coordinates.
+fn half_curl(monomial: &[usize], component: usize, about: usize, xi: &[f64; 3]) -> f64 {
+    // (curl u)_about = ∂u_{about+2}/∂x_{about+1} - ∂u_{about+1}/∂x_{about+2}
+    let (next, after) = ((about + 1) % 3, (about + 2) % 3);
+    let (along, sign) = match component {
+        c if c == after => (next, 0.5),
+        c if c == next => (after, -0.5),
+        _ => return 0.0,
+    };
+    let derivative: f64 = (0..monomial.len())
+        .filter(|i| monomial[*i] == along)
+        .map(|i| monomial.iter().enumerate().filter(|(j, _)| *j != i).map(|(_, a)| xi[*a]).product::<f64>())
+        .sum();
+    sign * derivative
+}
+
+fn lowest_ritz_value(model: &Model, fields: MatRef<'_, f64>) -> Option<f64> {
+    let mass = gram(fields, symmetric_product(&model.mass, fields).as_ref());
+    let (values, vectors) = symmetric_eigen(mass.as_ref())?;
+    let largest = values.last().copied()?;
+    // Fields that a flat or straight part cannot tell apart, and those that were rigid, have no mass left.
+    let kept: Vec<usize> = (0..values.len()).filter(|i| values[*i] > 1e-9 * largest).collect();
+    let scaled = Mat::from_fn(values.len(), kept.len(), |i, j| vectors[(i, kept[j])] / values[kept[j]].sqrt());
+    let fields = combination(fields, scaled.as_ref());
+    let stiffness = gram(fields.as_ref(), symmetric_product(&model.stiffness, fields.as_ref()).as_ref());
+    let (values, _) = symmetric_eigen(stiffness.as_ref())?;
+    values.first().map(|value| value.max(0.0))
+}

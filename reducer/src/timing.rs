@@ -1,0 +1,113 @@
+//! Wall time and peak memory of each stage, and the progress bars of a terminal.
+
+use std::time::Instant;
+
+use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
+use serde::Serialize;
+
+use crate::observer::{Observer, Stage};
+
+/// What one stage took.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct StageTime {
+    /// Name of the stage.
+    pub stage: String,
+    /// Wall time, s.
+    pub seconds: f64,
+    /// Largest resident memory while it ran, MB; absent where the system doesn't tell.
+    pub peak_megabytes: Option<f64>,
+}
+
+/// Where progress goes.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Display {
+    /// Bars on standard error.
+    Bars,
+    /// Nowhere.
+    Silent,
+}
+
+/// Times the stages of a reduction and of the reading and writing around it.
+pub struct StageClock {
+    finished: Vec<StageTime>,
+    running: Option<(String, Instant)>,
+    bar: ProgressBar,
+}
+
+/// Steps of a bar.
+const BAR_STEPS: u64 = 1000;
+
+impl StageClock {
+    /// A clock with nothing running.
+    pub fn new(display: Display) -> Self {
+        let bar = ProgressBar::new(BAR_STEPS);
+        bar.set_draw_target(match display {
+            Display::Bars => ProgressDrawTarget::stderr(),
+            Display::Silent => ProgressDrawTarget::hidden(),
+        });
+        if let Ok(style) = ProgressStyle::with_template("{msg:12} {bar:40} {percent:>3} %  {elapsed}") {
+            bar.set_style(style);
+        }
+        Self { finished: Vec::new(), running: None, bar }
+    }
+
+    /// Ends the running stage and starts one by name.
+    pub fn start(&mut self, name: &str) {
+        self.stop();
+        forget_peak_memory();
+        self.bar.reset();
+        self.bar.set_message(name.to_owned());
+        self.bar.enable_steady_tick(std::time::Duration::from_millis(200));
+        self.running = Some((name.to_owned(), Instant::now()));
+    }
+
+    /// Ends the running stage.
+    pub fn stop(&mut self) {
+        if let Some((stage, start)) = self.running.take() {
+            let time =
+                StageTime { stage, seconds: start.elapsed().as_secs_f64(), peak_megabytes: peak_memory_megabytes() };
+            // A stage that runs again (a second factorization) adds to its row.
+            match self.finished.iter_mut().find(|known| known.stage == time.stage) {
+                Some(known) => {
+                    known.seconds += time.seconds;
+                    known.peak_megabytes = known.peak_megabytes.max(time.peak_megabytes);
+                }
+                None => self.finished.push(time),
+            }
+        }
+    }
+
+    /// The stages so far.
+    pub fn stages(&self) -> &[StageTime] {
+        &self.finished
+    }
+
+    /// Removes the bar.
+    pub fn clear(&mut self) {
+        self.stop();
+        self.bar.finish_and_clear();
+    }
+}
+
+impl Observer for StageClock {
+    fn begin(&mut self, stage: Stage) {
+        self.start(stage.name());
+    }
+
+    fn progress(&mut self, share: f64) {
+        self.bar.set_position((share.clamp(0.0, 1.0) * BAR_STEPS as f64) as u64);
+    }
+}
+
+/// Largest resident memory since it was last forgotten, MB (Linux).
+fn peak_memory_megabytes() -> Option<f64> {
+    let status = std::fs::read_to_string("/proc/self/status").ok()?;
+    let line = status.lines().find_map(|line| line.strip_prefix("VmHWM:"))?;
+    let kilobytes: f64 = line.trim().strip_suffix("kB")?.trim().parse().ok()?;
+    Some(kilobytes / 1024.0)
+}
+
+/// Starts the peak anew (Linux; elsewhere, and where not permitted, the peak stays that of the whole run).
+fn forget_peak_memory() {
+    let _ = std::fs::write("/proc/self/clear_refs", "5");
+}

@@ -1,0 +1,91 @@
+//! The same part in another unit system.
+
+use dcb_formats::component::{Damping, Units};
+use dcb_formats::{Component, SparseMatrix};
+
+use crate::sparse::map_entries;
+
+/// A unit system and how many of its units make one of the old ones.
+#[derive(Clone, Debug, PartialEq)]
+pub struct UnitScale {
+    /// Names of the new units.
+    pub units: Units,
+    /// New length units in one old one.
+    pub length: f64,
+    /// New mass units in one old one.
+    pub mass: f64,
+    /// New time units in one old one.
+    pub time: f64,
+}
+
+impl UnitScale {
+    /// From SI to millimetre, tonne, second (force in newton, stress in megapascal).
+    pub fn mm_t_s() -> Self {
+        let units = Units {
+            length: "mm".into(),
+            mass: "t".into(),
+            time: "s".into(),
+        };
+        Self {
+            units,
+            length: 1e3,
+            mass: 1e-3,
+            time: 1.0,
+        }
+    }
+}
+
+/// Scales coordinates, stiffness, mass, component masses and damping; rows and columns of rotations gain one length
+/// each. Rows given as `explicit_boundary` are taken to be translations.
+pub fn in_units(component: &Component, scale: &UnitScale) -> Component {
+    let rotation: Vec<i32> = component
+        .dofs
+        .dofs()
+        .iter()
+        .map(|dof| i32::from(dof.direction.is_rotation()))
+        .collect();
+    let scaled = |matrix: &SparseMatrix, factor: f64| {
+        map_entries(matrix, |row, column, value| {
+            value * (factor * scale.length.powi(rotation[row] + rotation[column]))
+        })
+    };
+    let mut result = component.clone();
+    result.units = scale.units.clone();
+    result.stiffness = scaled(&component.stiffness, scale.mass / (scale.time * scale.time));
+    result.mass = scaled(&component.mass, scale.mass);
+    for matrix in result
+        .component_masses
+        .iter_mut()
+        .flat_map(|masses| &mut masses.matrices)
+    {
+        *matrix = scaled(matrix, scale.mass);
+    }
+    if let Some(boundary) = &mut result.explicit_boundary {
+        let factors: Vec<f64> = rotation
+            .iter()
+            .map(|&power| scale.length.powi(power))
+            .collect();
+        let starts = boundary.col_ptr().to_vec();
+        let values = boundary.val_mut();
+        for (column, factor) in factors.iter().enumerate() {
+            for value in &mut values[starts[column] as usize..starts[column + 1] as usize] {
+                *value *= factor;
+            }
+        }
+    }
+    for coordinate in &mut result.mesh.coordinates {
+        *coordinate *= scale.length;
+    }
+    for position in result
+        .interfaces
+        .iter_mut()
+        .filter_map(|interface| interface.position.as_mut())
+    {
+        *position = position.map(|coordinate| coordinate * scale.length);
+    }
+    if let Damping::Rayleigh { alpha, beta } = &mut result.damping {
+        *alpha /= scale.time;
+        *beta *= scale.time;
+    }
+    result
+}
