@@ -10,7 +10,13 @@ use dcb_formats::dcb::{Compression, Contents, WriteOptions, write_superelement};
 use dcb_formats::mesh::Dimension::{Planar, Spatial};
 
 fn check(file: &Path) -> Result<(), String> {
-    let script = Path::new(env!("CARGO_MANIFEST_DIR")).join("../tests/h5py/check_superelement.py");
+    run(
+        &Path::new(env!("CARGO_MANIFEST_DIR")).join("../tests/h5py/check_superelement.py"),
+        file,
+    )
+}
+
+fn run(script: &Path, file: &Path) -> Result<(), String> {
     let python = std::env::var_os("PYTHON").map_or_else(|| PathBuf::from("python3"), PathBuf::from);
     let has_h5py = Command::new(&python)
         .args(["-c", "import h5py, numpy"])
@@ -70,6 +76,30 @@ fn h5py_reads_every_dataset_and_recomputes_every_digest() {
         write_superelement(&path, &contents, &WriteOptions::default()).unwrap();
         check(&path).unwrap();
     }
+}
+
+/// The program that the format's documentation gives its readers.
+#[test]
+fn the_documented_program_verifies_a_file() {
+    let docs = Path::new(env!("CARGO_MANIFEST_DIR")).join("../docs/format.md");
+    let docs = std::fs::read_to_string(docs).unwrap();
+    let (_, program) = docs.split_once("```python\n").unwrap();
+    let (program, _) = program.split_once("```").unwrap();
+    let folder = tempfile::tempdir().unwrap();
+    let (script, path) = (
+        folder.path().join("verify.py"),
+        folder.path().join("rod.dcb.h5"),
+    );
+    std::fs::write(&script, program).unwrap();
+    let superelement = support::enriched(Spatial);
+    let mesh = support::mesh(Spatial);
+    let contents = Contents {
+        superelement: &superelement,
+        recovery: None,
+        mesh: Some(&mesh),
+    };
+    write_superelement(&path, &contents, &WriteOptions::default()).unwrap();
+    run(&script, &path).unwrap();
 }
 
 #[test]

@@ -1,6 +1,7 @@
 //! What must hold of the numbers, whoever made them: the writer refuses to write anything else, the reader to
 //! hand it on.
 
+use super::contract::MOST_COLUMNS;
 use super::rules::{
     Checked, ascending, finite, layers, length, matrix, mirrored, name, not_negative, symmetric,
     symmetric_tensor, trace, wrong,
@@ -11,8 +12,6 @@ use crate::superelement::{BoundaryRow, InterfaceFrame, Superelement};
 
 /// Rotation matrices may differ from orthonormal by this much.
 const ROTATION_TOLERANCE: f64 = 1e-9;
-/// Columns of the basis, at most: L3 of so many is 384 MB, and the lists of their units just fit an HDF5 header.
-const MOST_COLUMNS: usize = 4000;
 
 /// Checks a superelement.
 pub(super) fn superelement(of: &Superelement) -> Checked {

@@ -6,6 +6,9 @@
 use super::units::Rule;
 use crate::mesh::Dimension;
 
+/// Columns of the basis, at most: L3 of so many is 384 MB, and the lists of their units just fit an HDF5 header.
+pub(super) const MOST_COLUMNS: usize = 4000;
+
 /// The three element types.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Element {
