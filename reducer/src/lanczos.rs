@@ -16,6 +16,9 @@ use crate::rigid_body::RigidBodyModes;
 /// A new direction whose M norm has fallen below this fraction of the block's before orthogonalisation is dropped.
 const DEPENDENT: f64 = 1e-12;
 
+/// Below this fraction a direction is kept, but orthogonalised and normalised once more.
+const NEARLY_DEPENDENT: f64 = 1e-3;
+
 /// Approximate eigenpairs of S.
 pub struct RitzPairs {
     /// λ = 1/θ - σ, ascending.
@@ -124,7 +127,8 @@ impl<'a> Lanczos<'a> {
             }
         }
         self.coupled_at = first;
-        self.accept_block(next.vectors, next.coupling);
+        let coupling = next.coupling.clone();
+        self.accept_block(next, coupling);
         if self.width == 0 {
             self.inject_random_block()?;
         }
@@ -147,14 +151,14 @@ impl<'a> Lanczos<'a> {
         let (next, _) = self.orthogonalized(image)?;
         let columns = next.vectors.ncols();
         self.exhausted = columns == 0;
-        self.accept_block(next.vectors, Mat::zeros(columns, 0));
+        self.accept_block(next, Mat::zeros(columns, 0));
         Ok(())
     }
 
-    fn accept_block(&mut self, vectors: Mat<f64>, coupling: Mat<f64>) {
-        self.width = vectors.ncols();
-        self.basis.as_mut().subcols_mut(self.filled, self.width).copy_from(&vectors);
-        self.mass_block = symmetric_product(&self.model.mass, vectors.as_ref());
+    fn accept_block(&mut self, next: NextBlock, coupling: Mat<f64>) {
+        self.width = next.vectors.ncols();
+        self.basis.as_mut().subcols_mut(self.filled, self.width).copy_from(&next.vectors);
+        self.mass_block = next.mass_vectors;
         self.coupling = coupling;
     }
 
@@ -162,58 +166,29 @@ impl<'a> Lanczos<'a> {
     /// to the old one and the amounts removed.
     fn orthogonalized(&self, mut block: Mat<f64>) -> Result<(NextBlock, Mat<f64>), Error> {
         let known = self.basis.as_ref().subcols(0, self.filled);
-        let before = self.mass_norms_squared(&block);
+        let mut mass_block = symmetric_product(&self.model.mass, block.as_ref());
+        let before: Vec<f64> = (0..block.ncols()).map(|j| block.col(j).transpose() * mass_block.col(j)).collect();
         let mut amounts = Mat::zeros(self.filled, block.ncols());
         for _ in 0..2 {
-            amounts += self.remove(known, &mut block);
+            let removed = gram(known, mass_block.as_ref());
+            add_combination(block.as_mut(), known, removed.as_ref(), -1.0);
+            mass_block = symmetric_product(&self.model.mass, block.as_ref());
+            amounts += removed;
         }
-        let (first, first_coupling) = self.orthonormalized(block, &before)?;
+        let next = orthonormalized(&block, &mass_block, &before)?;
+        if next.smallest > NEARLY_DEPENDENT {
+            return Ok((next, amounts));
+        }
         // Directions that were nearly dependent carry the rounding of what was removed: clean and normalise once more.
-        let mut cleaned = first;
-        self.remove(known, &mut cleaned);
+        let mut cleaned = next.vectors;
+        let mass_vectors = symmetric_product(&self.model.mass, cleaned.as_ref());
+        let removed = gram(known, mass_vectors.as_ref());
+        add_combination(cleaned.as_mut(), known, removed.as_ref(), -1.0);
         self.rigid.project_out(&mut cleaned);
-        let ones = vec![1.0; cleaned.ncols()];
-        let (vectors, second_coupling) = self.orthonormalized(cleaned, &ones)?;
-        let coupling = &second_coupling * &first_coupling;
-        Ok((NextBlock { vectors, coupling }, amounts))
-    }
-
-    fn remove(&self, known: MatRef<'_, f64>, block: &mut Mat<f64>) -> Mat<f64> {
-        let mass_block = symmetric_product(&self.model.mass, block.as_ref());
-        let amounts = gram(known, mass_block.as_ref());
-        add_combination(block.as_mut(), known, amounts.as_ref(), -1.0);
-        amounts
-    }
-
-    fn mass_norms_squared(&self, block: &Mat<f64>) -> Vec<f64> {
-        let mass_block = symmetric_product(&self.model.mass, block.as_ref());
-        (0..block.ncols()).map(|j| block.col(j).transpose() * mass_block.col(j)).collect()
-    }
-
-    /// `block = vectors · coupling` with M-orthonormal vectors; directions below [`DEPENDENT`] of `reference` are dropped.
-    fn orthonormalized(&self, block: Mat<f64>, reference: &[f64]) -> Result<(Mat<f64>, Mat<f64>), Error> {
-        // Columns scaled to their size before orthogonalisation, so that none is dropped for its own smallness.
-        let scale: Vec<f64> = reference.iter().map(|r| if *r > 0.0 { r.sqrt() } else { f64::INFINITY }).collect();
-        let mass_block = symmetric_product(&self.model.mass, block.as_ref());
-        let plain = gram(block.as_ref(), mass_block.as_ref());
-        let scaled = Mat::from_fn(plain.nrows(), plain.ncols(), |i, j| {
-            0.5 * (plain[(i, j)] + plain[(j, i)]) / (scale[i] * scale[j])
-        });
-        let (values, vectors) =
-            symmetric_eigen(scaled.as_ref()).ok_or(Error::NotFinite { what: "orthonormalising a Lanczos block" })?;
-        let largest = values.last().copied().unwrap_or(0.0);
-        if let Some(smallest) = values.first().copied().filter(|value| *value < -1e-8 * largest.max(1e-8)) {
-            return Err(Error::NotPositive { what: "the mass matrix", smallest, largest, tolerance: 1e-8 });
-        }
-        let kept: Vec<usize> = (0..values.len()).filter(|i| values[*i] > DEPENDENT * DEPENDENT).rev().collect();
-        let forward = Mat::from_fn(values.len(), kept.len(), |i, j| {
-            vectors[(i, kept[j])] / (values[kept[j]].sqrt() * scale[i])
-        });
-        let backward = Mat::from_fn(kept.len(), values.len(), |i, j| {
-            let s = if scale[j].is_finite() { scale[j] } else { 0.0 };
-            vectors[(j, kept[i])] * values[kept[i]].sqrt() * s
-        });
-        Ok((combination(block.as_ref(), forward.as_ref()), backward))
+        let mass_cleaned = symmetric_product(&self.model.mass, cleaned.as_ref());
+        let again = orthonormalized(&cleaned, &mass_cleaned, &vec![1.0; cleaned.ncols()])?;
+        let coupling = &again.coupling * &next.coupling;
+        Ok((NextBlock { coupling, ..again }, amounts))
     }
 
     /// Eigenpairs of the projected matrix, best first.
@@ -265,7 +240,41 @@ impl<'a> Lanczos<'a> {
     }
 }
 
+/// An M-orthonormal block, `old = vectors · coupling`.
 struct NextBlock {
     vectors: Mat<f64>,
+    mass_vectors: Mat<f64>,
     coupling: Mat<f64>,
+    /// M norm of the smallest kept direction as a fraction of what it was before orthogonalisation.
+    smallest: f64,
+}
+
+/// Orthonormalises a block; directions below [`DEPENDENT`] of their size before, `reference` (squared), are dropped.
+fn orthonormalized(block: &Mat<f64>, mass_block: &Mat<f64>, reference: &[f64]) -> Result<NextBlock, Error> {
+    // Columns scaled to their size before orthogonalisation, so that none is dropped for its own smallness.
+    let scale: Vec<f64> = reference.iter().map(|r| if *r > 0.0 { r.sqrt() } else { f64::INFINITY }).collect();
+    let plain = gram(block.as_ref(), mass_block.as_ref());
+    let scaled = Mat::from_fn(plain.nrows(), plain.ncols(), |i, j| {
+        0.5 * (plain[(i, j)] + plain[(j, i)]) / (scale[i] * scale[j])
+    });
+    let (values, vectors) =
+        symmetric_eigen(scaled.as_ref()).ok_or(Error::NotFinite { what: "orthonormalising a Lanczos block" })?;
+    let largest = values.last().copied().unwrap_or(0.0);
+    if let Some(smallest) = values.first().copied().filter(|value| *value < -1e-8 * largest.max(1e-8)) {
+        return Err(Error::NotPositive { what: "the mass matrix", smallest, largest, tolerance: 1e-8 });
+    }
+    let kept: Vec<usize> = (0..values.len()).filter(|i| values[*i] > DEPENDENT * DEPENDENT).rev().collect();
+    let forward = Mat::from_fn(values.len(), kept.len(), |i, j| {
+        vectors[(i, kept[j])] / (values[kept[j]].sqrt() * scale[i])
+    });
+    let coupling = Mat::from_fn(kept.len(), values.len(), |i, j| {
+        let s = if scale[j].is_finite() { scale[j] } else { 0.0 };
+        vectors[(j, kept[i])] * values[kept[i]].sqrt() * s
+    });
+    Ok(NextBlock {
+        vectors: combination(block.as_ref(), forward.as_ref()),
+        mass_vectors: combination(mass_block.as_ref(), forward.as_ref()),
+        coupling,
+        smallest: kept.last().map_or(0.0, |i| values[*i].sqrt()),
+    })
 }
