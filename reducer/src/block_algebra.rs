@@ -38,16 +38,44 @@ fn product(matrix: &SparseMatrix, x: MatRef<'_, f64>, of: impl Fn(f64) -> f64 + 
         let count = SPARSE_COLUMNS.min(x.ncols() - first);
         pack_rows(x.subcols(first, count), &mut packed, of);
         let out = y.as_mut().subcols_mut(first, count);
-        out.par_row_chunks_mut(SPARSE_CHUNK_ROWS).enumerate().for_each(|(chunk, mut rows)| {
-            for local in 0..rows.nrows() {
-                let sums = row_times_packed(matrix, chunk * SPARSE_CHUNK_ROWS + local, &packed, of);
-                for (column, sum) in sums.iter().take(rows.ncols()).enumerate() {
-                    rows[(local, column)] = *sum;
-                }
-            }
+        out.par_row_chunks_mut(SPARSE_CHUNK_ROWS).enumerate().for_each(|(chunk, rows)| {
+            // The widest vector instructions of the machine that runs this.
+            let first_row = chunk * SPARSE_CHUNK_ROWS;
+            pulp::Arch::new().dispatch(RowChunk { matrix, packed: &packed, of, first_row, rows });
         });
     }
     y
+}
+
+/// Output rows of a sparse product, from `first_row` on.
+struct RowChunk<'a, F> {
+    matrix: &'a SparseMatrix,
+    packed: &'a [[f64; SPARSE_COLUMNS]],
+    of: F,
+    first_row: usize,
+    rows: MatMut<'a, f64>,
+}
+
+impl<F: Fn(f64) -> f64> pulp::WithSimd for RowChunk<'_, F> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: pulp::Simd>(self, _: S) {
+        let Self { matrix, packed, of, first_row, mut rows } = self;
+        for local in 0..rows.nrows() {
+            let row = first_row + local;
+            let mut sums = [0.0; SPARSE_COLUMNS];
+            for (index, value) in matrix.row_idx_of_col_raw(row).iter().zip(matrix.val_of_col(row)) {
+                let value = of(*value);
+                for (sum, x) in sums.iter_mut().zip(&packed[*index as usize]) {
+                    *sum += value * x;
+                }
+            }
+            for (column, sum) in sums.iter().take(rows.ncols()).enumerate() {
+                rows[(local, column)] = *sum;
+            }
+        }
+    }
 }
 
 fn pack_rows(x: MatRef<'_, f64>, packed: &mut [[f64; SPARSE_COLUMNS]], of: impl Fn(f64) -> f64 + Sync) {
@@ -59,24 +87,6 @@ fn pack_rows(x: MatRef<'_, f64>, packed: &mut [[f64; SPARSE_COLUMNS]], of: impl 
             }
         }
     });
-}
-
-fn row_times_packed(
-    matrix: &SparseMatrix,
-    row: usize,
-    packed: &[[f64; SPARSE_COLUMNS]],
-    of: impl Fn(f64) -> f64,
-) -> [f64; SPARSE_COLUMNS] {
-    let mut sums = [0.0; SPARSE_COLUMNS];
-    let indices = matrix.row_idx_of_col_raw(row);
-    for (index, value) in indices.iter().zip(matrix.val_of_col(row)) {
-        let x = &packed[*index as usize];
-        let value = of(*value);
-        for (sum, entry) in sums.iter_mut().zip(x) {
-            *sum += value * entry;
-        }
-    }
-    sums
 }
 
 /// `aᵀ b`, (k, l), for two blocks with the same number of rows.
