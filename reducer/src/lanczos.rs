@@ -15,6 +15,9 @@ use crate::rigid_body::RigidBodyModes;
 
 /// A new direction whose M norm has fallen below this fraction of the block's before orthogonalisation is dropped.
 const DEPENDENT: f64 = 1e-12;
+/// A normalised direction that cleaning shortens below this was made of rounding and is dropped: the inner products that
+/// normalised it can't tell directions below the square root of rounding from none.
+const ROUNDING: f64 = 0.5;
 
 /// Approximate eigenpairs of S.
 pub struct RitzPairs {
@@ -167,13 +170,13 @@ impl<'a> Lanczos<'a> {
         for _ in 0..2 {
             amounts += self.remove(known, &mut block);
         }
-        let (first, first_coupling) = self.orthonormalized(block, &before)?;
+        let (first, first_coupling) = self.orthonormalized(block, &before, DEPENDENT)?;
         // Directions that were nearly dependent carry the rounding of what was removed: clean and normalise once more.
         let mut cleaned = first;
         self.remove(known, &mut cleaned);
         self.rigid.project_out(&mut cleaned);
         let ones = vec![1.0; cleaned.ncols()];
-        let (vectors, second_coupling) = self.orthonormalized(cleaned, &ones)?;
+        let (vectors, second_coupling) = self.orthonormalized(cleaned, &ones, ROUNDING)?;
         let coupling = &second_coupling * &first_coupling;
         Ok((NextBlock { vectors, coupling }, amounts))
     }
@@ -190,8 +193,8 @@ impl<'a> Lanczos<'a> {
         (0..block.ncols()).map(|j| block.col(j).transpose() * mass_block.col(j)).collect()
     }
 
-    /// `block = vectors · coupling` with M-orthonormal vectors; directions below [`DEPENDENT`] of `reference` are dropped.
-    fn orthonormalized(&self, block: Mat<f64>, reference: &[f64]) -> Result<(Mat<f64>, Mat<f64>), Error> {
+    /// `block = vectors · coupling` with M-orthonormal vectors; directions below `shortest` of `reference` are dropped.
+    fn orthonormalized(&self, block: Mat<f64>, reference: &[f64], shortest: f64) -> Result<(Mat<f64>, Mat<f64>), Error> {
         // Columns scaled to their size before orthogonalisation, so that none is dropped for its own smallness.
         let scale: Vec<f64> = reference.iter().map(|r| if *r > 0.0 { r.sqrt() } else { f64::INFINITY }).collect();
         let mass_block = symmetric_product(&self.model.mass, block.as_ref());
@@ -205,7 +208,7 @@ impl<'a> Lanczos<'a> {
         if let Some(smallest) = values.first().copied().filter(|value| *value < -1e-8 * largest.max(1e-8)) {
             return Err(Error::NotPositive { what: "the mass matrix", smallest, largest, tolerance: 1e-8 });
         }
-        let kept: Vec<usize> = (0..values.len()).filter(|i| values[*i] > DEPENDENT * DEPENDENT).rev().collect();
+        let kept: Vec<usize> = (0..values.len()).filter(|i| values[*i] > shortest * shortest).rev().collect();
         let forward = Mat::from_fn(values.len(), kept.len(), |i, j| {
             vectors[(i, kept[j])] / (values[kept[j]].sqrt() * scale[i])
         });
