@@ -16,6 +16,9 @@ use crate::rigid_body::RigidBodyModes;
 /// A new direction whose M norm has fallen below this fraction of the block's before orthogonalisation is dropped.
 const DEPENDENT: f64 = 1e-12;
 
+/// A normalised direction that cleaning shortens below this was made of rounding and is dropped: the inner products that
+/// normalised it can't tell directions below the square root of rounding from none.
+const ROUNDING: f64 = 0.5;
 /// Below this fraction a direction is kept, but orthogonalised and normalised once more.
 const NEARLY_DEPENDENT: f64 = 1e-3;
 
@@ -175,7 +178,7 @@ impl<'a> Lanczos<'a> {
             mass_block = symmetric_product(&self.model.mass, block.as_ref());
             amounts += removed;
         }
-        let next = orthonormalized(&block, &mass_block, &before)?;
+        let next = orthonormalized(&block, &mass_block, &before, DEPENDENT)?;
         if next.smallest > NEARLY_DEPENDENT {
             return Ok((next, amounts));
         }
@@ -186,7 +189,7 @@ impl<'a> Lanczos<'a> {
         add_combination(cleaned.as_mut(), known, removed.as_ref(), -1.0);
         self.rigid.project_out(&mut cleaned);
         let mass_cleaned = symmetric_product(&self.model.mass, cleaned.as_ref());
-        let again = orthonormalized(&cleaned, &mass_cleaned, &vec![1.0; cleaned.ncols()])?;
+        let again = orthonormalized(&cleaned, &mass_cleaned, &vec![1.0; cleaned.ncols()], ROUNDING)?;
         let coupling = &again.coupling * &next.coupling;
         Ok((NextBlock { coupling, ..again }, amounts))
     }
@@ -249,8 +252,13 @@ struct NextBlock {
     smallest: f64,
 }
 
-/// Orthonormalises a block; directions below [`DEPENDENT`] of their size before, `reference` (squared), are dropped.
-fn orthonormalized(block: &Mat<f64>, mass_block: &Mat<f64>, reference: &[f64]) -> Result<NextBlock, Error> {
+/// Orthonormalises a block; directions below `shortest` of their size before, `reference` (squared), are dropped.
+fn orthonormalized(
+    block: &Mat<f64>,
+    mass_block: &Mat<f64>,
+    reference: &[f64],
+    shortest: f64,
+) -> Result<NextBlock, Error> {
     // Columns scaled to their size before orthogonalisation, so that none is dropped for its own smallness.
     let scale: Vec<f64> = reference.iter().map(|r| if *r > 0.0 { r.sqrt() } else { f64::INFINITY }).collect();
     let plain = gram(block.as_ref(), mass_block.as_ref());
@@ -263,7 +271,7 @@ fn orthonormalized(block: &Mat<f64>, mass_block: &Mat<f64>, reference: &[f64]) -
     if let Some(smallest) = values.first().copied().filter(|value| *value < -1e-8 * largest.max(1e-8)) {
         return Err(Error::NotPositive { what: "the mass matrix", smallest, largest, tolerance: 1e-8 });
     }
-    let kept: Vec<usize> = (0..values.len()).filter(|i| values[*i] > DEPENDENT * DEPENDENT).rev().collect();
+    let kept: Vec<usize> = (0..values.len()).filter(|i| values[*i] > shortest * shortest).rev().collect();
     let forward = Mat::from_fn(values.len(), kept.len(), |i, j| {
         vectors[(i, kept[j])] / (values[kept[j]].sqrt() * scale[i])
     });

@@ -9,7 +9,7 @@ use serde::{Deserialize, Serialize};
 use crate::block_algebra::{gram, symmetric_product};
 use crate::condensation::Model;
 use crate::free_modes::{FreeModes, RESIDUAL_TOLERANCE, residual_is_accepted};
-use crate::residual::{RESIDUAL_LIMIT, ResidualFlexibility};
+use crate::residual::{self, ResidualFlexibility};
 use crate::rigid_body::{MassProperties, RigidBodyModes};
 
 /// Limit of the orthogonality defects (Eq. 29–32, 39–40).
@@ -28,6 +28,8 @@ pub struct Quality {
     pub eigenvalue_roundings: Vec<f64>,
     /// Largest relative residual of an attachment column.
     pub attachment_residual: f64,
+    /// The part of it that rounding in K x explains, ε ‖|K| |x|‖ / ‖f‖.
+    pub attachment_residual_rounding: f64,
     /// Eq. 29: max |Φᵀ K G_res L_bᵀ|, scaled.
     pub stiffness_orthogonality: f64,
     /// Eq. 30: max |Φᵀ M G_res L_bᵀ|, scaled.
@@ -109,6 +111,7 @@ impl Quality {
             mode_residual_roundings: modes.residual_roundings.clone(),
             eigenvalue_roundings: modes.eigenvalue_roundings.clone(),
             attachment_residual: residual.residual,
+            attachment_residual_rounding: residual.residual_rounding,
             stiffness_orthogonality: identities.stiffness_orthogonality,
             mass_orthogonality: identities.mass_orthogonality,
             mass_orthonormality: identities.mass_orthonormality,
@@ -150,7 +153,8 @@ impl Quality {
                 broken.push(format!("{what} is {value:.1e}, above its limit {limit:.0e}"));
             }
         };
-        check("the attachment residual", self.attachment_residual, RESIDUAL_LIMIT);
+        let attachment_limit = residual::residual_limit(self.attachment_residual_rounding);
+        check("the attachment residual", self.attachment_residual, attachment_limit);
         check("Φᵀ K G_res (Eq. 29)", self.stiffness_orthogonality, ORTHOGONALITY_LIMIT);
         check("Φᵀ M G_res (Eq. 30)", self.mass_orthogonality, ORTHOGONALITY_LIMIT);
         check("Φᵀ M Φ - I (Eq. 31)", self.mass_orthonormality, ORTHONORMALITY_LIMIT);

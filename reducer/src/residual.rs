@@ -6,7 +6,7 @@
 
 use faer::{Mat, MatRef};
 
-use crate::block_algebra::{add_combination, gram, symmetric_eigen, symmetric_product, symmetrized};
+use crate::block_algebra::{absolute_product, add_combination, gram, symmetric_eigen, symmetric_product, symmetrized};
 use crate::condensation::Model;
 use crate::error::Error;
 use crate::factorization::PositiveFactor;
@@ -17,8 +17,10 @@ use crate::rigid_body::RigidBodyModes;
 
 /// Relative residual of the attachment columns that is aimed at.
 const RESIDUAL_AIM: f64 = 1e-13;
-/// Relative residual above which the columns are refused.
+/// Relative residual above which the columns are refused, where double precision can tell that much.
 pub const RESIDUAL_LIMIT: f64 = 1e-8;
+/// Otherwise the residual may be this many times the rounding in K x itself, ε ‖|K| |x|‖ / ‖f‖ (slender and thin parts).
+const RESIDUAL_OVER_ROUNDING: f64 = 10.0;
 /// Sweeps of refinement and iterations in each.
 const SWEEPS: usize = 6;
 const ITERATIONS_PER_SWEEP: usize = 60;
@@ -61,6 +63,8 @@ pub struct ResidualFlexibility {
     pub flexibility_rank: usize,
     /// Largest relative residual ‖K x - f‖ / ‖f‖ of the columns.
     pub residual: f64,
+    /// The part of it that rounding in K x explains, ε ‖|K| |x|‖ / ‖f‖.
+    pub residual_rounding: f64,
     /// Preconditioned iterations made.
     pub iterations: usize,
     /// Rows that depend on others, by name.
@@ -139,11 +143,11 @@ impl ResidualFlexibility {
         let weights = row_weights(model, rigid.length);
         let forces = complement.forces(model, localization);
         let solved = solve_columns(model, &complement, factor, forces, &weights, observer);
-        if let Some((row, residual)) = solved.worst().filter(|(_, residual)| *residual > RESIDUAL_LIMIT) {
+        if let Some((row, residual, rounding)) = solved.worst().filter(|(_, r, rounding)| *r > residual_limit(*rounding)) {
             return Err(Error::AttachmentsNotConverged {
                 residual,
                 iterations: solved.iterations,
-                tolerance: RESIDUAL_LIMIT,
+                tolerance: residual_limit(rounding),
                 row: localization.row_name(row),
             });
         }
@@ -176,7 +180,7 @@ impl ResidualFlexibility {
         solved: SolvedColumns,
     ) -> Result<Self, Error> {
         let n_b = localization.len();
-        let residual = solved.worst().map_or(0.0, |(_, residual)| residual);
+        let (residual, residual_rounding) = solved.worst().map_or((0.0, 0.0), |(_, residual, rounding)| (residual, rounding));
         let shapes = solved.columns;
         let mass_shapes = symmetric_product(&model.mass, shapes.as_ref());
         let at_interfaces = localization.apply(shapes.as_ref());
@@ -216,6 +220,7 @@ impl ResidualFlexibility {
             condition: filter.condition,
             flexibility_rank: filter.flexibility_rank,
             residual,
+            residual_rounding,
             iterations: solved.iterations,
         })
     }
@@ -229,13 +234,24 @@ impl ResidualFlexibility {
 struct SolvedColumns {
     columns: Mat<f64>,
     relative_residuals: Vec<f64>,
+    roundings: Vec<f64>,
     iterations: usize,
 }
 
 impl SolvedColumns {
-    fn worst(&self) -> Option<(usize, f64)> {
-        self.relative_residuals.iter().copied().enumerate().max_by(|a, b| a.1.total_cmp(&b.1))
+    /// The column whose residual exceeds its limit most: its number, residual and rounding.
+    fn worst(&self) -> Option<(usize, f64, f64)> {
+        let columns = self.relative_residuals.iter().zip(&self.roundings).enumerate();
+        columns.map(|(j, (residual, rounding))| (j, *residual, *rounding)).max_by(|a, b| {
+            let excess = |(_, residual, rounding): &(usize, f64, f64)| residual / residual_limit(*rounding);
+            excess(a).total_cmp(&excess(b))
+        })
     }
+}
+
+/// What the attachments' residual may be: as small as it should be, or as rounding allows.
+pub fn residual_limit(rounding: f64) -> f64 {
+    RESIDUAL_LIMIT.max(RESIDUAL_OVER_ROUNDING * rounding)
 }
 
 fn weighted_norms(x: MatRef<'_, f64>, weights: &[f64]) -> Vec<f64> {
@@ -289,7 +305,9 @@ fn solve_columns(
         complement.project_motion(&mut columns);
         complement.project_motion(&mut columns);
     }
-    SolvedColumns { columns: best, relative_residuals: best_residuals, iterations }
+    let roundings = relative(absolute_product(&model.stiffness, best.as_ref()).as_ref());
+    let roundings = roundings.into_iter().map(|r| f64::EPSILON * r).collect();
+    SolvedColumns { columns: best, relative_residuals: best_residuals, roundings, iterations }
 }
 
 /// Adds to `x` an approximate solution of K dx = r in the complement; returns the iterations made.

@@ -1,1 +1,43 @@
-//! Cross-crate tests by question.
+//! Oracles and helpers of the cross-crate tests. Nothing here shares code with what it checks: dense matrices, faer's and
+//! nalgebra's dense routines, explicit loops over nodes and over quadrature points.
+#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic)]
+
+pub mod accuracy;
+pub mod dense;
+pub mod fields;
+pub mod localization;
+pub mod nodal;
+pub mod oracle;
+pub mod parts;
+pub mod reference;
+
+use dcb_formats::Component;
+use dcb_reducer::{Reduced, Reduction, reduce};
+
+/// The `count` lowest modes of a part that can be reduced.
+pub fn lowest(component: &Component, count: usize) -> Reduced {
+    with(component, &Reduction::lowest(count))
+}
+
+/// A reduction that succeeds.
+pub fn with(component: &Component, options: &Reduction) -> Reduced {
+    match reduce(component, options, &mut ()) {
+        Ok(reduced) => reduced,
+        Err(error) => panic!("{}: {error}", component.name),
+    }
+}
+
+/// The message of a reduction that is refused.
+pub fn refusal(component: &Component) -> String {
+    match reduce(component, &Reduction::lowest(4), &mut ()) {
+        Ok(_) => panic!("{} was reduced", component.name),
+        Err(error) => error.to_string(),
+    }
+}
+
+/// Asserts that a message has all these parts.
+pub fn assert_says(message: &str, parts: &[&str]) {
+    for part in parts {
+        assert!(message.contains(part), "{part:?} is missing in {message:?}");
+    }
+}

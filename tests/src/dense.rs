@@ -1,0 +1,115 @@
+//! Dense matrices and what is computed with them.
+
+use dcb_formats::SparseMatrix;
+use faer::linalg::solvers::Solve;
+use faer::{Mat, MatRef, Side};
+
+/// Dense copy.
+pub fn dense(matrix: &SparseMatrix) -> Mat<f64> {
+    let mut full = Mat::zeros(matrix.nrows(), matrix.ncols());
+    for column in 0..matrix.ncols() {
+        for (row, value) in matrix.row_idx_of_col_raw(column).iter().zip(matrix.val_of_col(column)) {
+            full[(*row as usize, column)] += *value;
+        }
+    }
+    full
+}
+
+/// Sparse copy of the entries that are not zero.
+pub fn sparse(matrix: &Mat<f64>) -> SparseMatrix {
+    let mut entries = Vec::new();
+    for j in 0..matrix.ncols() {
+        for i in 0..matrix.nrows() {
+            if matrix[(i, j)] != 0.0 {
+                entries.push(faer::sparse::Triplet::new(i as u32, j as u32, matrix[(i, j)]));
+            }
+        }
+    }
+    SparseMatrix::try_new_from_triplets(matrix.nrows(), matrix.ncols(), &entries).expect("the entries are in range")
+}
+
+/// Ascending eigenvalues and eigenvectors of a symmetric matrix.
+pub fn eigen(a: &Mat<f64>) -> (Vec<f64>, Mat<f64>) {
+    if a.nrows() == 0 {
+        return (Vec::new(), Mat::zeros(0, 0));
+    }
+    let eigen = a.self_adjoint_eigen(Side::Lower).expect("finite numbers");
+    (eigen.S().column_vector().iter().copied().collect(), eigen.U().to_owned())
+}
+
+/// Solves `a x = b` by LU with partial pivoting and two steps of refinement.
+pub fn solve(a: &Mat<f64>, b: &Mat<f64>) -> Mat<f64> {
+    let lu = a.partial_piv_lu();
+    let mut x = lu.solve(b);
+    for _ in 0..2 {
+        let residual = b - a * &x;
+        x += lu.solve(&residual);
+    }
+    x
+}
+
+/// `(a + aᵀ)/2`.
+pub fn symmetric(a: &Mat<f64>) -> Mat<f64> {
+    Mat::from_fn(a.nrows(), a.ncols(), |i, j| 0.5 * (a[(i, j)] + a[(j, i)]))
+}
+
+/// Largest absolute entry.
+pub fn largest(a: MatRef<'_, f64>) -> f64 {
+    let mut largest = 0.0_f64;
+    for j in 0..a.ncols() {
+        for i in 0..a.nrows() {
+            assert!(a[(i, j)].is_finite(), "entry ({i}, {j}) is {}", a[(i, j)]);
+            largest = largest.max(a[(i, j)].abs());
+        }
+    }
+    largest
+}
+
+/// Largest |a - b| as a fraction of the largest |b|; absolute where b is zero.
+pub fn difference(a: &Mat<f64>, b: &Mat<f64>) -> f64 {
+    assert_eq!((a.nrows(), a.ncols()), (b.nrows(), b.ncols()));
+    let scale = largest(b.as_ref());
+    largest((a - b).as_ref()) / if scale > 0.0 { scale } else { 1.0 }
+}
+
+/// Largest |a - b|_ij / (s_i s_j), so that units of rows do not matter; rows with s = 0 are compared with zero.
+pub fn scaled_difference(a: &Mat<f64>, b: &Mat<f64>, scale: &[f64]) -> f64 {
+    let mut worst = 0.0_f64;
+    for j in 0..b.ncols() {
+        for i in 0..b.nrows() {
+            let s = scale[i] * scale[j];
+            worst = worst.max((a[(i, j)] - b[(i, j)]).abs() / if s > 0.0 { s } else { 1.0 });
+        }
+    }
+    worst
+}
+
+/// Square roots of the diagonal.
+pub fn diagonal_roots(a: &Mat<f64>) -> Vec<f64> {
+    (0..a.nrows()).map(|i| a[(i, i)].max(0.0).sqrt()).collect()
+}
+
+/// Largest relative difference of two lists.
+pub fn relative(a: &[f64], b: &[f64]) -> f64 {
+    assert_eq!(a.len(), b.len());
+    a.iter().zip(b).map(|(a, b)| (a - b).abs() / b.abs().max(f64::MIN_POSITIVE)).fold(0.0, f64::max)
+}
+
+/// Identity matrix of this size.
+pub fn identity(n: usize) -> Mat<f64> {
+    Mat::from_fn(n, n, |i, j| if i == j { 1.0 } else { 0.0 })
+}
+
+/// Diagonal matrix.
+pub fn diagonal(values: &[f64]) -> Mat<f64> {
+    Mat::from_fn(values.len(), values.len(), |i, j| if i == j { values[i] } else { 0.0 })
+}
+
+/// Pseudo-random numbers in (-1, 1), the same every time.
+pub fn pseudo_random(seed: u64) -> impl FnMut() -> f64 {
+    let mut state = seed.wrapping_mul(0x9e37_79b9_7f4a_7c15) | 1;
+    move || {
+        state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+        (state >> 11) as f64 / (1_u64 << 52) as f64 - 1.0
+    }
+}
