@@ -168,9 +168,11 @@ impl ResidualFlexibility {
         let complement = Complement::of(rigid, modes);
         let weights = row_weights(model, rigid.length);
         let forces = complement.forces(model, localization);
-        let relative_residuals =
-            relative_norms(complement.residual(model, &forces, &columns).as_ref(), forces.as_ref(), &weights);
-        Self::from_columns(model, localization, modes, SolvedColumns { columns, relative_residuals, iterations: 0 })
+        let residual = complement.residual(model, &forces, &columns);
+        let relative_residuals = relative_norms(residual.as_ref(), forces.as_ref(), &weights);
+        let roundings = roundings(model, columns.as_ref(), forces.as_ref(), &weights);
+        let solved = SolvedColumns { columns, relative_residuals, roundings, iterations: 0 };
+        Self::from_columns(model, localization, modes, solved)
     }
 
     fn from_columns(
@@ -266,6 +268,12 @@ fn relative_norms(r: MatRef<'_, f64>, f: MatRef<'_, f64>, weights: &[f64]) -> Ve
     pairs.map(|(r, f)| if f > 0.0 { r / f } else { 0.0 }).collect()
 }
 
+/// ε ‖|K| |x|‖ / ‖f‖ per column: what rounding does to the residual.
+fn roundings(model: &Model, x: MatRef<'_, f64>, f: MatRef<'_, f64>, weights: &[f64]) -> Vec<f64> {
+    let absolute = relative_norms(absolute_product(&model.stiffness, x).as_ref(), f, weights);
+    absolute.into_iter().map(|r| f64::EPSILON * r).collect()
+}
+
 /// Moments over the part's size, so that norms over forces and moments have one unit.
 fn row_weights(model: &Model, length: f64) -> Vec<f64> {
     model.dofs.iter().map(|dof| if dof.direction.is_rotation() { 1.0 / length } else { 1.0 }).collect()
@@ -305,8 +313,7 @@ fn solve_columns(
         complement.project_motion(&mut columns);
         complement.project_motion(&mut columns);
     }
-    let roundings = relative(absolute_product(&model.stiffness, best.as_ref()).as_ref());
-    let roundings = roundings.into_iter().map(|r| f64::EPSILON * r).collect();
+    let roundings = roundings(model, best.as_ref(), forces.as_ref(), weights);
     SolvedColumns { columns: best, relative_residuals: best_residuals, roundings, iterations }
 }
 
