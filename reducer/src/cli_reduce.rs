@@ -210,8 +210,13 @@ pub fn quality_lines(quality: &Quality) -> String {
             "{} eigenvalues counted below {limit:.6e}, {} found",
             quality.sturm.counted, quality.sturm.found
         ),
-        None => "every finite mode is kept; nothing above to count against".into(),
+        None => "no elastic motion to count".into(),
     };
     let _ = writeln!(text, "  {:<46} {sturm}", "Sturm count");
+    let _ = writeln!(
+        text,
+        "  {:<46} {} from geometry, {} by the count",
+        "motions without stiffness", quality.rigid_motions, quality.nullity
+    );
     text
 }

@@ -198,10 +198,16 @@ impl FreeModes {
         (0..self.count()).filter(|j| !residual_is_accepted(self.residuals[*j], self.residual_roundings[*j]))
     }
 
-    /// Where an eigenvalue count certifies the kept modes: in the gap above the highest one. `None` if nothing is left out.
-    pub fn certificate_shift(&self) -> Option<f64> {
+    /// Where an eigenvalue count certifies the kept modes, and how far it may be moved: in the gap above the highest one,
+    /// or above all if every finite mode is kept. `None` for a part without elastic motion.
+    pub fn certificate_shift(&self) -> Option<(f64, f64)> {
         let last = self.eigenvalues.last().copied().unwrap_or(0.0);
-        self.first_omitted.is_finite().then(|| 0.5 * (last + self.first_omitted))
+        if self.first_omitted.is_finite() {
+            let half_gap = 0.5 * (self.first_omitted - last);
+            Some((last + half_gap, half_gap))
+        } else {
+            (last > 0.0).then_some((2.0 * last, last))
+        }
     }
 }
 

@@ -156,6 +156,9 @@ fn from_mass(component: &Component, centre: [f64; 3], basis: MatRef<'_, f64>) ->
 }
 
 /// Invariants from S_cd = Ψᵀ M_cd Ψ and G_cd = ∫ ρ r_c ψ_d, which make up every one of them.
+///
+/// The position r inside the element, off the nodes' line or surface too, is what rigid rotations show: e_a × r = N X_a, so
+/// r_x = N_y X_z and so on round, and G_xd = X_zᵀ M_yd Ψ.
 fn from_component_masses(
     component: &Component,
     masses: &ComponentMasses,
@@ -163,25 +166,41 @@ fn from_component_masses(
     basis: MatRef<'_, f64>,
 ) -> Terms {
     let n = basis.ncols();
-    let stretch = positions(component, centre);
     // Position in the stored order of M_cd; M_dc is its transpose.
     let order: &[(usize, usize)] = match component.dimension() {
         Dimension::Planar => &[(0, 0), (1, 1), (0, 1)],
         Dimension::Spatial => &PAIRS,
     };
+    let x = component_columns(component, centre);
+    let first_rotation = component.dimension().coordinate_count();
+    let rotations = x.as_ref().subcols(first_rotation, x.ncols() - first_rotation);
     let mut s: [[Mat<f64>; 3]; 3] = std::array::from_fn(|_| std::array::from_fn(|_| Mat::zeros(n, n)));
-    let mut g: [[Vec<f64>; 3]; 3] = std::array::from_fn(|_| std::array::from_fn(|_| vec![0.0; n]));
+    // h[c][d] = X_rᵀ M_cd Ψ, one row per rotation.
+    let mut h: [[Mat<f64>; 3]; 3] =
+        std::array::from_fn(|_| std::array::from_fn(|_| Mat::zeros(rotations.ncols(), n)));
     for ((c, d), matrix) in order.iter().zip(&masses.matrices) {
-        // M_cdᵀ Ψ, so S_cd = (M_cdᵀ Ψ)ᵀ Ψ; and r_cᵀ M_cd Ψ = ((M_cdᵀ r)ᵀ Ψ).
-        s[*c][*d] = gram(transposed_product(matrix, basis).as_ref(), basis);
-        let forward = gram(transposed_product(matrix, stretch.as_ref()).as_ref(), basis);
-        g[*c][*d] = (0..n).map(|k| forward[(0, k)]).collect();
+        let transposed = transposed_product(matrix, basis);
+        s[*c][*d] = gram(transposed.as_ref(), basis);
+        h[*c][*d] = gram(transposed_product(matrix, rotations).as_ref(), basis);
         if c != d {
             s[*d][*c] = s[*c][*d].transpose().to_owned();
-            let backward = gram(transposed_product(matrix, basis).as_ref(), stretch.as_ref());
-            g[*d][*c] = (0..n).map(|k| backward[(k, 0)]).collect();
+            h[*d][*c] = gram(rotations, transposed.as_ref());
         }
     }
+    let g: [[Vec<f64>; 3]; 3] = match component.dimension() {
+        // r_x = N_y X_z, r_y = -N_x X_z.
+        Dimension::Planar => std::array::from_fn(|c| {
+            std::array::from_fn(|d| match c {
+                0 => (0..n).map(|k| h[1][d][(0, k)]).collect(),
+                1 => (0..n).map(|k| -h[0][d][(0, k)]).collect(),
+                _ => Vec::new(),
+            })
+        }),
+        // r_c = N_{c+1} X_{c+2}.
+        Dimension::Spatial => std::array::from_fn(|c| {
+            std::array::from_fn(|d| (0..n).map(|k| h[(c + 1) % 3][d][((c + 2) % 3, k)]).collect())
+        }),
+    };
     match component.dimension() {
         Dimension::Planar => Terms {
             i1: (0..n).map(|k| planar_i1(g[0][0][k] + g[1][1][k])).collect(),

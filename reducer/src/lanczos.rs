@@ -16,10 +16,10 @@ use crate::rigid_body::RigidBodyModes;
 /// A new direction whose M norm has fallen below this fraction of the block's before orthogonalisation is dropped.
 const DEPENDENT: f64 = 1e-12;
 
-/// A normalised direction that cleaning shortens below this was made of rounding and is dropped: the inner products that
-/// normalised it can't tell directions below the square root of rounding from none.
+/// A normalised direction that cleaning shortens below this was made of rounding and is dropped.
 const ROUNDING: f64 = 0.5;
-/// Below this fraction a direction is kept, but orthogonalised and normalised once more.
+/// Below this fraction of its size a direction is found by itself: the Gram matrix of a block resolves only the square root
+/// of machine precision.
 const NEARLY_DEPENDENT: f64 = 1e-3;
 
 /// Approximate eigenpairs of S.
@@ -170,28 +170,69 @@ impl<'a> Lanczos<'a> {
     fn orthogonalized(&self, mut block: Mat<f64>) -> Result<(NextBlock, Mat<f64>), Error> {
         let known = self.basis.as_ref().subcols(0, self.filled);
         let mut mass_block = symmetric_product(&self.model.mass, block.as_ref());
-        let before: Vec<f64> = (0..block.ncols()).map(|j| block.col(j).transpose() * mass_block.col(j)).collect();
+        let before = column_dots(&block, &mass_block);
         let mut amounts = Mat::zeros(self.filled, block.ncols());
         for _ in 0..2 {
             let removed = gram(known, mass_block.as_ref());
             add_combination(block.as_mut(), known, removed.as_ref(), -1.0);
+            // The basis carries rigid motion at rounding level, and every step would feed it back amplified.
+            self.rigid.project_out(&mut block);
             mass_block = symmetric_product(&self.model.mass, block.as_ref());
             amounts += removed;
         }
-        let next = orthonormalized(&block, &mass_block, &before, DEPENDENT)?;
-        if next.smallest > NEARLY_DEPENDENT {
+        if let Some(next) = orthonormalized(&block, &mass_block, &before)? {
             return Ok((next, amounts));
         }
-        // Directions that were nearly dependent carry the rounding of what was removed: clean and normalise once more.
-        let mut cleaned = next.vectors;
-        let mass_vectors = symmetric_product(&self.model.mass, cleaned.as_ref());
-        let removed = gram(known, mass_vectors.as_ref());
-        add_combination(cleaned.as_mut(), known, removed.as_ref(), -1.0);
-        self.rigid.project_out(&mut cleaned);
-        let mass_cleaned = symmetric_product(&self.model.mass, cleaned.as_ref());
-        let again = orthonormalized(&cleaned, &mass_cleaned, &vec![1.0; cleaned.ncols()], ROUNDING)?;
-        let coupling = &again.coupling * &next.coupling;
-        Ok((NextBlock { coupling, ..again }, amounts))
+        Ok((self.orthonormalized_one_by_one(block, &before), amounts))
+    }
+
+    /// Orthonormalises a block with nearly dependent columns: largest remainder first, each direction cleaned of the basis
+    /// and of the rigid motions before it is used, so that small genuine directions are told from rounding.
+    fn orthonormalized_one_by_one(&self, mut block: Mat<f64>, reference: &[f64]) -> NextBlock {
+        let (n, width) = (block.nrows(), block.ncols());
+        let scale: Vec<f64> = reference.iter().map(|r| r.max(0.0).sqrt()).collect();
+        for (j, s) in scale.iter().enumerate() {
+            let factor = if *s > 0.0 { 1.0 / s } else { 0.0 };
+            block.as_mut().col_mut(j).iter_mut().for_each(|x| *x *= factor);
+        }
+        let (mut vectors, mut mass_vectors) = (Mat::zeros(n, width), Mat::zeros(n, width));
+        let mut coupling = Mat::zeros(width, width);
+        let mut count = 0;
+        for _ in 0..width {
+            let mass_block = symmetric_product(&self.model.mass, block.as_ref());
+            let norms = column_dots(&block, &mass_block);
+            let largest = (0..width).max_by(|a, b| norms[*a].total_cmp(&norms[*b]).then(b.cmp(a)));
+            let Some(pivot) = largest.filter(|j| norms[*j] > DEPENDENT * DEPENDENT) else { break };
+            let mut v = block.as_ref().subcols(pivot, 1).to_owned();
+            v *= faer::Scale(1.0 / norms[pivot].sqrt());
+            let known = [self.basis.as_ref().subcols(0, self.filled), vectors.as_ref().subcols(0, count)];
+            for basis in known.into_iter().chain(known) {
+                let amounts = gram(basis, symmetric_product(&self.model.mass, v.as_ref()).as_ref());
+                add_combination(v.as_mut(), basis, amounts.as_ref(), -1.0);
+            }
+            self.rigid.project_out(&mut v);
+            let mut mass_v = symmetric_product(&self.model.mass, v.as_ref());
+            let norm = column_dots(&v, &mass_v)[0].max(0.0).sqrt();
+            if norm < ROUNDING {
+                block.as_mut().col_mut(pivot).fill(0.0);
+                continue;
+            }
+            v *= faer::Scale(1.0 / norm);
+            mass_v *= faer::Scale(1.0 / norm);
+            let row = gram(mass_v.as_ref(), block.as_ref());
+            add_combination(block.as_mut(), v.as_ref(), row.as_ref(), -1.0);
+            for (j, s) in scale.iter().enumerate() {
+                coupling[(count, j)] = row[(0, j)] * s;
+            }
+            vectors.as_mut().col_mut(count).copy_from(v.col(0));
+            mass_vectors.as_mut().col_mut(count).copy_from(mass_v.col(0));
+            count += 1;
+        }
+        NextBlock {
+            vectors: vectors.as_ref().subcols(0, count).to_owned(),
+            mass_vectors: mass_vectors.as_ref().subcols(0, count).to_owned(),
+            coupling: coupling.as_ref().subrows(0, count).to_owned(),
+        }
     }
 
     /// Eigenpairs of the projected matrix, best first.
@@ -248,41 +289,40 @@ struct NextBlock {
     vectors: Mat<f64>,
     mass_vectors: Mat<f64>,
     coupling: Mat<f64>,
-    /// M norm of the smallest kept direction as a fraction of what it was before orthogonalisation.
-    smallest: f64,
 }
 
-/// Orthonormalises a block; directions below `shortest` of their size before, `reference` (squared), are dropped.
-fn orthonormalized(
-    block: &Mat<f64>,
-    mass_block: &Mat<f64>,
-    reference: &[f64],
-    shortest: f64,
-) -> Result<NextBlock, Error> {
-    // Columns scaled to their size before orthogonalisation, so that none is dropped for its own smallness.
-    let scale: Vec<f64> = reference.iter().map(|r| if *r > 0.0 { r.sqrt() } else { f64::INFINITY }).collect();
+/// `aᵢ · bᵢ` for each column.
+fn column_dots(a: &Mat<f64>, b: &Mat<f64>) -> Vec<f64> {
+    (0..a.ncols()).map(|j| a.col(j).transpose() * b.col(j)).collect()
+}
+
+/// Orthonormalises a block by its Gram matrix; `None` where a direction has fallen below [`NEARLY_DEPENDENT`] of its size
+/// before, `reference` (squared), which a Gram matrix can't resolve.
+fn orthonormalized(block: &Mat<f64>, mass_block: &Mat<f64>, reference: &[f64]) -> Result<Option<NextBlock>, Error> {
+    if reference.iter().any(|r| *r <= 0.0) {
+        return Ok(None);
+    }
     let plain = gram(block.as_ref(), mass_block.as_ref());
+    let scale: Vec<f64> = reference.iter().map(|r| r.sqrt()).collect();
     let scaled = Mat::from_fn(plain.nrows(), plain.ncols(), |i, j| {
         0.5 * (plain[(i, j)] + plain[(j, i)]) / (scale[i] * scale[j])
     });
     let (values, vectors) =
         symmetric_eigen(scaled.as_ref()).ok_or(Error::NotFinite { what: "orthonormalising a Lanczos block" })?;
     let largest = values.last().copied().unwrap_or(0.0);
-    if let Some(smallest) = values.first().copied().filter(|value| *value < -1e-8 * largest.max(1e-8)) {
+    let smallest = values.first().copied().unwrap_or(0.0);
+    if smallest < -1e-8 * largest.max(1e-8) {
         return Err(Error::NotPositive { what: "the mass matrix", smallest, largest, tolerance: 1e-8 });
     }
-    let kept: Vec<usize> = (0..values.len()).filter(|i| values[*i] > shortest * shortest).rev().collect();
-    let forward = Mat::from_fn(values.len(), kept.len(), |i, j| {
-        vectors[(i, kept[j])] / (values[kept[j]].sqrt() * scale[i])
-    });
-    let coupling = Mat::from_fn(kept.len(), values.len(), |i, j| {
-        let s = if scale[j].is_finite() { scale[j] } else { 0.0 };
-        vectors[(j, kept[i])] * values[kept[i]].sqrt() * s
-    });
-    Ok(NextBlock {
+    if smallest < NEARLY_DEPENDENT * NEARLY_DEPENDENT {
+        return Ok(None);
+    }
+    let width = values.len();
+    let forward = Mat::from_fn(width, width, |i, j| vectors[(i, j)] / (values[j].sqrt() * scale[i]));
+    let coupling = Mat::from_fn(width, width, |i, j| vectors[(j, i)] * values[i].sqrt() * scale[j]);
+    Ok(Some(NextBlock {
         vectors: combination(block.as_ref(), forward.as_ref()),
         mass_vectors: combination(mass_block.as_ref(), forward.as_ref()),
         coupling,
-        smallest: kept.last().map_or(0.0, |i| values[*i].sqrt()),
-    })
+    }))
 }

@@ -188,18 +188,17 @@ fn modes_and_residual(
 /// Counts the eigenvalues below the first omitted one and compares with those found.
 fn certificate(model: &Model, rigid: &RigidBodyModes, modes: &FreeModes, factor: &mut SymmetricFactor) -> Sturm {
     let found = rigid.count() + modes.count();
-    let Some(limit) = modes.certificate_shift() else {
+    let Some((limit, room)) = modes.certificate_shift() else {
         return Sturm { limit: None, counted: found, found };
     };
     // A zero pivot means that μ met an eigenvalue of some leading block; a slightly different μ in the same gap does not.
-    let gap = modes.first_omitted - limit;
     let mut inertia = factor.inertia(&model.stiffness, &model.mass, limit);
     let mut used = limit;
     for fraction in [0.1, -0.1, 0.37] {
         if inertia.zero == 0 {
             break;
         }
-        used = limit + fraction * gap;
+        used = limit + fraction * room;
         inertia = factor.inertia(&model.stiffness, &model.mass, used);
     }
     Sturm { limit: Some(used), counted: inertia.negative, found }

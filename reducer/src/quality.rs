@@ -58,6 +58,10 @@ pub struct Quality {
     pub flexibility_rank: usize,
     /// Condition number of the scaled F_res over its rank.
     pub flexibility_condition: f64,
+    /// Rigid motions of the frame, from geometry.
+    pub rigid_motions: usize,
+    /// Motions without stiffness by the eigenvalue count: what it leaves after the elastic modes found.
+    pub nullity: usize,
     /// Motions without stiffness beyond the rigid ones, kept as modes.
     pub zero_modes: usize,
     /// Highest frequency kept and lowest left out, cycles per time unit; absent where there is none.
@@ -73,7 +77,7 @@ pub struct Quality {
 /// An eigenvalue count by the inertia of K - μ M.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Sturm {
-    /// μ, (rad/time)²; absent where every finite mode is kept and there is nothing above to count against.
+    /// μ, (rad/time)²; absent for a part without elastic motion.
     pub limit: Option<f64>,
     /// Eigenvalues counted below μ, rigid motions included.
     pub counted: usize,
@@ -127,6 +131,8 @@ impl Quality {
             static_directions: residual.static_directions,
             flexibility_rank: residual.flexibility_rank,
             flexibility_condition: residual.condition,
+            rigid_motions: rigid.count(),
+            nullity: sturm.counted.saturating_sub(modes.count() - modes.zero_count),
             zero_modes: modes.zero_count,
             highest_kept: modes.eigenvalues.last().map(|value| cycles(*value)),
             lowest_omitted: modes.first_omitted.is_finite().then(|| cycles(modes.first_omitted)),
