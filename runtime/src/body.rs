@@ -78,12 +78,22 @@ impl FlexibleBody {
         let to_dynamic = dynamic_columns(n_k, &residual.transform);
         check_mean_axes(&superelement.name, &superelement.inertia, &to_dynamic)?;
 
-        let attachments = residual.output_shapes.as_ref().unwrap_or(&residual.flexibility);
+        let attachments = residual
+            .output_shapes
+            .as_ref()
+            .unwrap_or(&residual.flexibility);
         let mut interface_shapes = Mat::zeros(superelement.rows.len(), n_k + rank);
-        interface_shapes.as_mut().subcols_mut(0, n_k).copy_from(&modes.interface_shapes);
-        interface_shapes.as_mut().subcols_mut(n_k, rank).copy_from(attachments * &residual.transform);
+        interface_shapes
+            .as_mut()
+            .subcols_mut(0, n_k)
+            .copy_from(&modes.interface_shapes);
+        interface_shapes
+            .as_mut()
+            .subcols_mut(n_k, rank)
+            .copy_from(attachments * &residual.transform);
 
-        let chained = |modal: &[f64], attached: &[f64]| modal.iter().chain(attached).copied().collect();
+        let chained =
+            |modal: &[f64], attached: &[f64]| modal.iter().chain(attached).copied().collect();
         Ok(Self {
             name: superelement.name.clone(),
             units: superelement.units.clone(),
@@ -96,7 +106,11 @@ impl FlexibleBody {
             first_omitted_eigenvalue: modes.first_omitted_eigenvalue,
             interface_shapes,
             attachment_transform: residual.transform.clone(),
-            inertia: over_dynamic_coordinates(&superelement.inertia, superelement.dimension, &to_dynamic),
+            inertia: over_dynamic_coordinates(
+                &superelement.inertia,
+                superelement.dimension,
+                &to_dynamic,
+            ),
         })
     }
 
@@ -115,12 +129,22 @@ impl FlexibleBody {
 
     /// `½ yᵀ diag(ω², σ²) y`
     pub fn strain_energy(&self, y: &[f64]) -> f64 {
-        0.5 * y.iter().zip(&self.stiffness).map(|(y, stiffness)| stiffness * y * y).sum::<f64>()
+        0.5 * y
+            .iter()
+            .zip(&self.stiffness)
+            .map(|(y, stiffness)| stiffness * y * y)
+            .sum::<f64>()
     }
 }
 
 fn refuse_unhandled(superelement: &Superelement) -> Result<(), Error> {
-    let refused = |what, remedy| Err(Error::NotHandled { body: superelement.name.clone(), what, remedy });
+    let refused = |what, remedy| {
+        Err(Error::NotHandled {
+            body: superelement.name.clone(),
+            what,
+            remedy,
+        })
+    };
     if superelement.frame_kind == FrameKind::Given {
         return refused(
             "its frame is of kind `given`, not on mean axes",
@@ -130,47 +154,75 @@ fn refuse_unhandled(superelement: &Superelement) -> Result<(), Error> {
     if superelement.enrichment.is_some() {
         return refused("it has enrichment columns", "reduce it without enrichment");
     }
-    if !superelement.stiffening.centrifugal.is_empty() || !superelement.stiffening.interface.is_empty() {
-        return refused("it has geometric stiffening matrices", "reduce it without them");
+    if !superelement.stiffening.centrifugal.is_empty()
+        || !superelement.stiffening.interface.is_empty()
+    {
+        return refused(
+            "it has geometric stiffening matrices",
+            "reduce it without them",
+        );
     }
     Ok(())
 }
 
 /// `blkdiag(I, T_r)`, (n_k + n_b, n_k + rank): the file's basis columns to the dynamic ones.
 fn dynamic_columns(n_k: usize, transform: &Mat<f64>) -> Mat<f64> {
-    Mat::from_fn(n_k + transform.nrows(), n_k + transform.ncols(), |i, j| match (i < n_k, j < n_k) {
-        (true, true) => f64::from(u8::from(i == j)),
-        (false, false) => transform[(i - n_k, j - n_k)],
-        _ => 0.0,
-    })
+    Mat::from_fn(
+        n_k + transform.nrows(),
+        n_k + transform.ncols(),
+        |i, j| match (i < n_k, j < n_k) {
+            (true, true) => f64::from(u8::from(i == j)),
+            (false, false) => transform[(i - n_k, j - n_k)],
+            _ => 0.0,
+        },
+    )
 }
 
 /// The columns of Ψ_r have unit M norm, so L1 Ψ_r / √m and I3 Ψ_r / √I are cosines.
 fn check_mean_axes(name: &str, inertia: &Inertia, to_dynamic: &Mat<f64>) -> Result<(), Error> {
     let largest_moment = (0..3).map(|a| inertia.tensor[a][a]).fold(0.0, f64::max);
-    for (quantity, rows, size) in [("L1", &inertia.l1, inertia.mass), ("I3", &inertia.i3, largest_moment)] {
+    for (quantity, rows, size) in [
+        ("L1", &inertia.l1, inertia.mass),
+        ("I3", &inertia.i3, largest_moment),
+    ] {
         let found = largest_entry((rows * to_dynamic).as_ref()) / size.sqrt();
         if found.is_nan() || found > MEAN_AXIS_LIMIT {
-            return Err(Error::NotMeanAxis { body: name.to_owned(), quantity, found, limit: MEAN_AXIS_LIMIT });
+            return Err(Error::NotMeanAxis {
+                body: name.to_owned(),
+                quantity,
+                found,
+                limit: MEAN_AXIS_LIMIT,
+            });
         }
     }
     Ok(())
 }
 
 fn largest_entry(matrix: MatRef<'_, f64>) -> f64 {
-    matrix.col_iter().flat_map(|column| column.iter()).fold(0.0, |most, entry| f64::max(most, entry.abs()))
+    matrix
+        .col_iter()
+        .flat_map(|column| column.iter())
+        .fold(0.0, |most, entry| f64::max(most, entry.abs()))
 }
 
 /// The invariants `Bᵀ · B` with B = `to_dynamic`.
-fn over_dynamic_coordinates(inertia: &Inertia, dimension: Dimension, to_dynamic: &Mat<f64>) -> FrameInertia {
+fn over_dynamic_coordinates(
+    inertia: &Inertia,
+    dimension: Dimension,
+    to_dynamic: &Mat<f64>,
+) -> FrameInertia {
     let congruent = |matrix: &Mat<f64>| to_dynamic.transpose() * matrix * to_dynamic;
     let symmetric = |matrix: &Mat<f64>| {
         let full = congruent(matrix);
-        Mat::from_fn(full.nrows(), full.ncols(), |i, j| 0.5 * (full[(i, j)] + full[(j, i)]))
+        Mat::from_fn(full.nrows(), full.ncols(), |i, j| {
+            0.5 * (full[(i, j)] + full[(j, i)])
+        })
     };
     let antisymmetric = |matrix: &Mat<f64>| {
         let full = congruent(matrix);
-        Mat::from_fn(full.nrows(), full.ncols(), |i, j| 0.5 * (full[(i, j)] - full[(j, i)]))
+        Mat::from_fn(full.nrows(), full.ncols(), |i, j| {
+            0.5 * (full[(i, j)] - full[(j, i)])
+        })
     };
     let first_order = |pairs: &[(usize, usize)]| {
         let stored = Mat::from_fn(inertia.i1.len(), pairs.len(), |k, pair| {

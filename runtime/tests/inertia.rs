@@ -9,15 +9,26 @@ use dcb_runtime::InertiaTerms;
 use faer::{Mat, Side};
 use nalgebra::Vector3;
 
-/// A motion with a deflection of a twentieth of the parts' size: the second-order terms show.
+/// A motion with a deflection of some hundredths of the parts' size: the second-order terms show.
 fn motion(part: &Part) -> (Vector3<f64>, Vector3<f64>, Vec<f64>, Vec<f64>) {
     let basis = part.basis();
     let velocity = part.velocity(Vector3::new(3.0, -1.0, 2.0));
-    let spin = part.spin(Vector3::new(7.0, -11.0, 5.0));
-    (velocity, spin, deflection(&basis, 0.02, 1), deflection(&basis, 0.5, 2))
+    let spin = part.spin(Vector3::new(70.0, -110.0, 50.0));
+    (
+        velocity,
+        spin,
+        deflection(&basis, 0.02, 1),
+        deflection(&basis, 0.5, 2),
+    )
 }
 
-fn kinetic_energy(part: &Part, terms: &mut InertiaTerms, spin: &Vector3<f64>, y: &[f64], rates: &[f64]) -> f64 {
+fn kinetic_energy(
+    part: &Part,
+    terms: &mut InertiaTerms,
+    spin: &Vector3<f64>,
+    y: &[f64],
+    rates: &[f64],
+) -> f64 {
     part.body.inertia.evaluate(y, spin, rates, terms);
     terms.kinetic_energy(0.0, &Vector3::zeros(), spin, rates)
 }
@@ -31,10 +42,16 @@ fn kinetic_energy_is_that_of_the_nodes() {
         let reduced = terms.kinetic_energy(part.body.inertia.mass(), &velocity, &spin, &rates);
         let nodal = nodal_energy(&part, &velocity, &spin, &y, &rates);
         let defect = (reduced - nodal).abs() / nodal;
-        assert!(defect < 1e-11, "{name}: {reduced} against {nodal}, {defect:e}");
+        assert!(
+            defect < 1e-11,
+            "{name}: {reduced} against {nodal}, {defect:e}"
+        );
         // The deflection matters in this comparison.
         let rigid = nodal_energy(&part, &velocity, &spin, &vec![0.0; y.len()], &rates);
-        assert!((rigid - nodal).abs() > 1e-3 * nodal, "{name}");
+        assert!(
+            (rigid - nodal).abs() > 1e-4 * nodal,
+            "{name}: {rigid} against {nodal}"
+        );
     }
 }
 
@@ -52,11 +69,20 @@ fn mass_matrix_is_positive_definite_and_gives_the_kinetic_energy() {
         assert_eq!(mass, mass.transpose().to_owned(), "{name}");
         assert!(mass.llt(Side::Lower).is_ok(), "{name}");
         let spins = spin.iter().skip(3 - axes);
-        let v: Vec<f64> = velocity.iter().take(d).chain(spins).chain(&rates).copied().collect();
+        let v: Vec<f64> = velocity
+            .iter()
+            .take(d)
+            .chain(spins)
+            .chain(&rates)
+            .copied()
+            .collect();
         let momentum = common::product(&mass, &v);
         let half: f64 = 0.5 * momentum.iter().zip(&v).map(|(p, v)| p * v).sum::<f64>();
         let energy = terms.kinetic_energy(part.body.inertia.mass(), &velocity, &spin, &rates);
-        assert!((half - energy).abs() < 1e-13 * energy, "{name}: {half} against {energy}");
+        assert!(
+            (half - energy).abs() < 1e-13 * energy,
+            "{name}: {half} against {energy}"
+        );
     }
 }
 
@@ -73,7 +99,9 @@ fn lagrange_forces(
     let at = |t: f64| -> (Vector3<f64>, Vec<f64>, Vec<f64>) {
         (
             spin0 + accelerations.0 * t,
-            (0..n).map(|i| y0[i] + rates0[i] * t + 0.5 * accelerations.1[i] * t * t).collect(),
+            (0..n)
+                .map(|i| y0[i] + rates0[i] * t + 0.5 * accelerations.1[i] * t * t)
+                .collect(),
             (0..n).map(|i| rates0[i] + accelerations.1[i] * t).collect(),
         )
     };
@@ -129,19 +157,28 @@ fn forces_are_those_of_the_energy() {
         let moment = terms.angular_momentum(&accelerations.0, &accelerations.1) - terms.moment;
         let forces: Vec<f64> = (0..y.len())
             .map(|l| {
-                let coupled: f64 = (0..3).map(|a| terms.coupling[(l, a)] * accelerations.0[a]).sum();
+                let coupled: f64 = (0..3)
+                    .map(|a| terms.coupling[(l, a)] * accelerations.0[a])
+                    .sum();
                 accelerations.1[l] + coupled - terms.force[l]
             })
             .collect();
         let size = moment.norm() + forces.iter().fold(0.0_f64, |most, f| most.max(f.abs()));
         let error = |h: f64| {
             let (m, f) = lagrange_forces(&part, &start, &accelerations, h);
-            let of_forces = f.iter().zip(&forces).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
+            let of_forces = f
+                .iter()
+                .zip(&forces)
+                .map(|(a, b)| (a - b).abs())
+                .fold(0.0, f64::max);
             ((m - moment).norm() + of_forces) / size
         };
         let (coarse, fine) = (error(2e-3), error(1e-3));
         let order = (coarse / fine).log2();
-        assert!((order - 2.0).abs() < 0.05, "{name}: order {order}, errors {coarse:e} {fine:e}");
+        assert!(
+            (order - 2.0).abs() < 0.05,
+            "{name}: order {order}, errors {coarse:e} {fine:e}"
+        );
         let finest = error(1e-5);
         assert!(finest < 1e-7, "{name}: {finest:e}");
     }
@@ -155,13 +192,20 @@ fn antisymmetric_coupling_carries_no_energy() {
         // A deflection that grows along itself has no momentum about the centre of mass: L(y) y = 0.
         part.body.inertia.evaluate(&y, &spin, &y, &mut terms);
         let along = terms.relative_momentum(&y).norm();
-        let across = terms.relative_momentum(&rates).norm() * (y.iter().map(|y| y * y).sum::<f64>() / rates.iter().map(|r| r * r).sum::<f64>()).sqrt();
-        assert!(along < 1e-12 * across, "{name}: {along:e} against {across:e}");
+        let across = terms.relative_momentum(&rates).norm()
+            * (y.iter().map(|y| y * y).sum::<f64>() / rates.iter().map(|r| r * r).sum::<f64>())
+                .sqrt();
+        assert!(
+            along < 1e-12 * across,
+            "{name}: {along:e} against {across:e}"
+        );
         // Without stiffness and loads nothing changes the kinetic energy: dT/dt = ∂T/∂v v' + ∂T/∂y y' = 0.
         let mut rates_rate = vec![0.0; y.len()];
         part.body.inertia.evaluate(&y, &spin, &rates, &mut terms);
         let dimension = part.component.dimension();
-        let spin_rate = terms.accelerations(dimension, &Vector3::zeros(), &mut rates_rate).unwrap();
+        let spin_rate = terms
+            .accelerations(dimension, &Vector3::zeros(), &mut rates_rate)
+            .unwrap();
         let mut energy = |t: f64| {
             let moved: Vec<f64> = (0..y.len()).map(|i| y[i] + t * rates[i]).collect();
             let faster: Vec<f64> = (0..y.len()).map(|i| rates[i] + t * rates_rate[i]).collect();

@@ -73,8 +73,15 @@ impl InertiaTerms {
     }
 
     /// Kinetic energy with the centre of mass moving at `velocity` (any axes).
-    pub fn kinetic_energy(&self, mass: f64, velocity: &Vector3<f64>, spin_body: &Vector3<f64>, rates: &[f64]) -> f64 {
-        let rotation = 0.5 * spin_body.dot(&(self.rotary * spin_body)) + spin_body.dot(&self.relative_momentum(rates));
+    pub fn kinetic_energy(
+        &self,
+        mass: f64,
+        velocity: &Vector3<f64>,
+        spin_body: &Vector3<f64>,
+        rates: &[f64],
+    ) -> f64 {
+        let rotation = 0.5 * spin_body.dot(&(self.rotary * spin_body))
+            + spin_body.dot(&self.relative_momentum(rates));
         0.5 * mass * velocity.norm_squared() + rotation + 0.5 * dot(rates, rates)
     }
 
@@ -107,7 +114,9 @@ impl InertiaTerms {
             inertia[(1, 1)] = 1.0;
             (moment.x, moment.y) = (0.0, 0.0);
         }
-        let factor = inertia.cholesky().ok_or(Error::InertiaNotPositive { inertia: inertia.diagonal().min() })?;
+        let factor = inertia.cholesky().ok_or(Error::InertiaNotPositive {
+            inertia: inertia.diagonal().min(),
+        })?;
         let spin_rate = factor.solve(&moment);
         for axis in 0..3 {
             add_scaled(forces, -spin_rate[axis], self.coupling.col_as_slice(axis));
@@ -135,7 +144,13 @@ impl FrameInertia {
 
     /// J, L and the velocity-dependent forces at the coordinates `y`, their `rates` and the spin in body axes
     /// (planar: only its z entry is used). All slices have the body's number of coordinates.
-    pub fn evaluate(&self, y: &[f64], spin_body: &Vector3<f64>, rates: &[f64], terms: &mut InertiaTerms) {
+    pub fn evaluate(
+        &self,
+        y: &[f64],
+        spin_body: &Vector3<f64>,
+        rates: &[f64],
+        terms: &mut InertiaTerms,
+    ) {
         match self {
             Self::Planar(inertia) => inertia.evaluate(y, spin_body.z, rates, terms),
             Self::Spatial(inertia) => inertia.evaluate(y, spin_body, rates, terms),

@@ -38,7 +38,8 @@ impl PlanarInertia {
         for l in 0..y.len() {
             let column = self.coupling.col_as_slice(l);
             coupling[l] = dot(y, column);
-            terms.force[l] = spin * spin * (self.first_order[l] + y[l]) - 2.0 * spin * dot(column, rates);
+            terms.force[l] =
+                spin * spin * (self.first_order[l] + y[l]) - 2.0 * spin * dot(column, rates);
         }
     }
 }

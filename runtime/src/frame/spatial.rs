@@ -33,7 +33,13 @@ pub struct SpatialInertia {
 
 impl SpatialInertia {
     /// See [`super::FrameInertia::evaluate`].
-    pub fn evaluate(&self, y: &[f64], spin_body: &Vector3<f64>, rates: &[f64], terms: &mut InertiaTerms) {
+    pub fn evaluate(
+        &self,
+        y: &[f64],
+        spin_body: &Vector3<f64>,
+        rates: &[f64],
+        terms: &mut InertiaTerms,
+    ) {
         let mut rotary_rate = Matrix3::zeros();
         terms.force.fill(0.0);
         for (pair, (a, b)) in PAIRS.into_iter().enumerate() {
