@@ -238,12 +238,12 @@ fn over_dynamic_coordinates(
             first_order: first_order(&[(2, 2)]).col_as_slice(0).to_vec(),
             coupling: antisymmetric(&inertia.l3[0]),
         }),
-        Dimension::Spatial => FrameInertia::Spatial(SpatialInertia {
+        Dimension::Spatial => FrameInertia::Spatial(Box::new(SpatialInertia {
             mass: inertia.mass,
             tensor: Matrix3::from_fn(|a, b| inertia.tensor[a][b]),
             first_order: first_order(&PAIRS),
             second_order: std::array::from_fn(|pair| symmetric(&inertia.i2[pair])),
             coupling: std::array::from_fn(|axis| antisymmetric(&inertia.l3[axis])),
-        }),
+        })),
     }
 }

@@ -32,7 +32,7 @@ pub enum FrameInertia {
     /// One axis of rotation.
     Planar(PlanarInertia),
     /// Three axes of rotation.
-    Spatial(SpatialInertia),
+    Spatial(Box<SpatialInertia>),
 }
 
 /// What the invariants amount to at one configuration and velocity; made once, overwritten by every evaluation.

@@ -35,9 +35,9 @@ impl PlanarInertia {
         terms.rotary[(Z, Z)] = self.moment + 2.0 * dot(&self.first_order, y) + dot(y, y);
         terms.moment[Z] = -2.0 * spin * (dot(&self.first_order, rates) + dot(y, rates));
         let coupling = terms.coupling.col_as_slice_mut(Z);
-        for l in 0..y.len() {
+        for (l, entry) in coupling.iter_mut().enumerate() {
             let column = self.coupling.col_as_slice(l);
-            coupling[l] = dot(y, column);
+            *entry = dot(y, column);
             terms.force[l] =
                 spin * spin * (self.first_order[l] + y[l]) - 2.0 * spin * dot(column, rates);
         }

@@ -62,9 +62,9 @@ impl SpatialInertia {
         }
         for (axis, l3) in self.coupling.iter().enumerate() {
             let coupling = terms.coupling.col_as_slice_mut(axis);
-            for l in 0..y.len() {
+            for (l, entry) in coupling.iter_mut().enumerate() {
                 let column = l3.col_as_slice(l);
-                coupling[l] = dot(y, column);
+                *entry = dot(y, column);
                 terms.force[l] -= 2.0 * spin_body[axis] * dot(column, rates);
             }
         }

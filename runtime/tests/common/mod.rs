@@ -225,10 +225,10 @@ pub fn nodal_energy(
     type Fields = Vec<Vec<Vec<f64>>>;
     let inner = |f: &Fields, g: &Fields| -> f64 {
         let mut sum = 0.0;
-        for c in 0..d {
-            for b in 0..d {
-                for e in 0..d {
-                    sum += pair(b, e, &f[c][b], &g[c][e]);
+        for (f, g) in f.iter().zip(g) {
+            for (b, of_b) in f.iter().enumerate() {
+                for (e, of_e) in g.iter().enumerate() {
+                    sum += pair(b, e, of_b, of_e);
                 }
             }
         }
