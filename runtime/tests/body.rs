@@ -82,15 +82,14 @@ fn internal_forces_are_the_gradient_of_the_strain_energy() {
     let y = common::numbers(n, 9);
     let mut forces = vec![0.0; n];
     part.body.internal_forces(&y, &vec![0.0; n], &mut forces);
-    for i in 0..n {
+    for (i, force) in forces.iter().enumerate() {
         let (mut more, mut less) = (y.clone(), y.clone());
         more[i] += 0.5;
         less[i] -= 0.5;
         let slope = part.body.strain_energy(&more) - part.body.strain_energy(&less);
         assert!(
-            (slope - forces[i]).abs() < 1e-9 * part.body.stiffness[n - 1],
-            "{i}: {slope} against {}",
-            forces[i]
+            (slope - force).abs() < 1e-9 * part.body.stiffness[n - 1],
+            "{i}: {slope} against {force}"
         );
     }
 }
@@ -104,8 +103,8 @@ fn damping_follows_the_ratios() {
     let mut forces = vec![0.0; n];
     part.body
         .internal_forces(&vec![0.0; n], &vec![1.0; n], &mut forces);
-    for i in 0..n {
-        assert!((forces[i] - 2.0 * 0.02 * part.body.stiffness[i].sqrt()).abs() < 1e-12 * forces[i]);
+    for (force, stiffness) in forces.iter().zip(&part.body.stiffness) {
+        assert!((force - 2.0 * 0.02 * stiffness.sqrt()).abs() < 1e-12 * force);
     }
 }
 

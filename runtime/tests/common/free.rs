@@ -78,7 +78,7 @@ pub fn free_motion(body: &FlexibleBody, terms: &mut InertiaTerms, x: &[f64], dx:
 }
 
 /// Dormand and Prince's pair of orders 5 and 4 with step control, from 0 to `end`; `scale` is each entry's absolute tolerance.
-pub fn integrate(mut f: impl FnMut(&[f64], &mut [f64]), x: &mut Vec<f64>, end: f64, scale: &[f64]) {
+pub fn integrate(mut f: impl FnMut(&[f64], &mut [f64]), x: &mut [f64], end: f64, scale: &[f64]) {
     const A: [[f64; 6]; 6] = [
         [1.0 / 5.0, 0.0, 0.0, 0.0, 0.0, 0.0],
         [3.0 / 40.0, 9.0 / 40.0, 0.0, 0.0, 0.0, 0.0],
