@@ -1,1 +1,25 @@
-//! Placeholder.
+//! Dynamics of co-rotated flexible bodies: superelements in large rigid motion.
+//!
+//! [`FlexibleBody`] is one superelement in dynamic coordinates, read from its `.dcb.h5` file; [`frame`] holds the inertia of its
+//! floating frame: the configuration-dependent mass matrix and the velocity-dependent forces. The reducer is not known
+//! here: the file is the contract.
+//!
+//! ```no_run
+//! use dcb_runtime::{FlexibleBody, InertiaTerms};
+//! use nalgebra::Vector3;
+//!
+//! let body = FlexibleBody::load("rod.dcb.h5".as_ref())?;
+//! let mut terms = InertiaTerms::for_coordinates(body.coordinate_count());
+//! let (y, rates) = (vec![0.0; body.coordinate_count()], vec![0.0; body.coordinate_count()]);
+//! body.inertia.evaluate(&y, &Vector3::new(0.0, 0.0, -75.0), &rates, &mut terms);
+//! println!("spin energy {} ", terms.kinetic_energy(0.0, &Vector3::zeros(), &Vector3::new(0.0, 0.0, -75.0), &rates));
+//! # Ok::<(), dcb_runtime::Error>(())
+//! ```
+
+pub mod body;
+pub mod error;
+pub mod frame;
+
+pub use body::FlexibleBody;
+pub use error::Error;
+pub use frame::{FrameInertia, InertiaTerms};
