@@ -362,17 +362,8 @@ impl Filter {
         let stiffness = symmetrized((normalised.transpose() * &flexibility * &normalised).as_ref());
         let (sigma_squared, rotation) = symmetric_eigen(stiffness.as_ref()).ok_or_else(failed)?;
         let transform = &normalised * &rotation;
-        // What the transform leaves of F_res: F - (F T) diag(σ²)⁻¹ (F T)ᵀ is the static remainder.
-        let image = &flexibility * &transform;
-        let remainder = Mat::from_fn(n_b, n_b, |i, j| {
-            let dynamic: f64 = (0..kept.len())
-                .filter(|k| sigma_squared[*k] > 0.0)
-                .map(|k| image[(i, k)] * image[(j, k)] / sigma_squared[k])
-                .sum();
-            flexibility[(i, j)] - dynamic
-        });
-        let (rest, _) = symmetric_eigen(symmetrized(scaled(&remainder, &e).as_ref()).as_ref()).ok_or_else(failed)?;
-        let static_directions = rest.iter().filter(|value| **value > MASS_TOLERANCE * flexibility_reference).count();
+        let static_directions = static_directions(&scaled(&flexibility, &e), &transform, &e, flexibility_reference)
+            .ok_or_else(failed)?;
         Ok(Self {
             flexibility,
             transform,
@@ -382,6 +373,29 @@ impl Filter {
             condition,
         })
     }
+}
+
+/// Number of directions of F_res that the transform leaves out: the rank of F - F T (Tᵀ F T)⁻¹ Tᵀ F, scaled.
+///
+/// With F = S S that is S (I - Q Qᵀ) S, Q an orthonormal basis of S T. Its accuracy does not depend on how far the σ² lie
+/// apart, where a sum over F t tᵀ F / σ² would.
+fn static_directions(flexibility: &Mat<f64>, transform: &Mat<f64>, e: &[f64], reference: f64) -> Option<usize> {
+    let (values, vectors) = symmetric_eigen(flexibility.as_ref())?;
+    let half = Mat::from_fn(values.len(), values.len(), |i, j| values[i].max(0.0).sqrt() * vectors[(j, i)]);
+    let unscaled = Mat::from_fn(transform.nrows(), transform.ncols(), |i, j| {
+        if e[i] > 0.0 { transform[(i, j)] / e[i] } else { 0.0 }
+    });
+    let mut image = &half * &unscaled;
+    for column in image.as_mut().col_iter_mut() {
+        let norm = column.norm_l2();
+        if norm > 0.0 {
+            column.iter_mut().for_each(|entry| *entry /= norm);
+        }
+    }
+    let basis = image.qr().compute_thin_Q();
+    let covered = half.transpose() * basis;
+    let (rest, _) = symmetric_eigen(symmetrized((flexibility - &covered * covered.transpose()).as_ref()).as_ref())?;
+    Some(rest.iter().filter(|value| **value > MASS_TOLERANCE * reference).count())
 }
 
 /// F_res with negative eigenvalues (of the scaled matrix) set to zero where they are rounding, and the scaled eigenvalues.

@@ -1,16 +1,26 @@
 #![allow(missing_docs, clippy::unwrap_used)]
 use dcb_tests::*;
+use dcb_samples::spatial_beam::*;
 fn main(){
-    let file = reference::reference("ref_spatial.json");
-    println!("{:?}", reference::numbers(&file["tet"]["sigma_residual"]));
-    for (a,b) in [(0u32,15u32),(1,14),(2,13),(3,12),(15,0),(12,3)] {
-        let mut c = dcb_samples::reference_tetrahedra();
-        c.interfaces[0].nodes=vec![a]; c.interfaces[1].nodes=vec![b];
-        let e = lowest(&c,6).superelement;
-        println!("{a} {b} {:?}", e.residual.sigma_squared.iter().map(|s|s.sqrt()).collect::<Vec<_>>());
+    let mut beam = parts::beam(6, BeamTheory::EulerBernoulli, BeamMass::LumpedTranslations);
+    let mut mass = dense::dense(&beam.mass);
+    mass[(3, 3)] = 1e-3;
+    beam.mass = dense::sparse(&mass);
+    beam.component_masses = None;
+    let o = oracle::Oracle::of(&beam);
+    println!("{:?}", o.eigenvalues);
+    for k in 0..17 {
+        match dcb_reducer::reduce(&beam, &dcb_reducer::Reduction::lowest(k), &mut ()) {
+            Ok(r)=>println!("{k} ok {:?} {:?} rank {} static {}", r.superelement.modes.eigenvalues, r.quality.sturm, r.quality.residual_rank, r.quality.static_directions),
+            Err(e)=>println!("{k} {e}"),
+        }
     }
-    let c = dcb_samples::hard::symmetric_ring(8);
-    let r = lowest(&c, 8);
-    println!("{} {:?} {:?}", r.superelement.mode_count(), r.superelement.residual.sigma_squared, r.quality);
-    println!("{:?}", dense::diagonal_roots(&r.superelement.residual.flexibility));
+    let c = dcb_samples::connecting_rod(0);
+    let run=|t:usize| rayon::ThreadPoolBuilder::new().num_threads(t).build().unwrap().install(||lowest(&c,10));
+    let one=run(1);
+    for t in [1,2,2,4] { let o=run(t); let (a,b)=(&one.superelement,&o.superelement);
+      println!("{t} modes {} resid {} inertia {} prov {} rec {}", a.modes==b.modes, a.residual==b.residual, a.inertia==b.inertia, a.provenance==b.provenance, one.recovery==o.recovery);
+      println!(" f {} m {} m0 {} t {} s {}", a.residual.flexibility==b.residual.flexibility,a.residual.mass==b.residual.mass,a.residual.mass_diagonal0==b.residual.mass_diagonal0,a.residual.transform==b.residual.transform,a.residual.sigma_squared==b.residual.sigma_squared);
+      if a.provenance!=b.provenance { println!("{}\n{}", a.provenance.quality, b.provenance.quality); }
+    }
 }
