@@ -38,6 +38,9 @@ pub struct Search {
     pub wanted: usize,
     /// How often the search was made before and missed modes: widens the block and changes the start.
     pub attempt: usize,
+    /// How many modes the searches before are known to have missed: copies of a root of at least that multiplicity, perhaps,
+    /// which only a block as wide finds together.
+    pub missed: usize,
 }
 
 /// Kept modes of the model, mass-normalised.
@@ -79,7 +82,7 @@ impl FreeModes {
         observer: &mut dyn Observer,
     ) -> Result<Self, Error> {
         let n = model.len();
-        let block = (BLOCK_WIDTH << search.attempt).min(n);
+        let block = (BLOCK_WIDTH << search.attempt).max(search.missed + BLOCK_WIDTH).min(n);
         let mut guarded = search.wanted + block.max(BLOCK_WIDTH);
         let capacity = |guarded: usize| (3 * guarded).max(guarded + 6 * block).min(n + block);
         let seed = 0x5eed + search.attempt as u64;
@@ -100,14 +103,15 @@ impl FreeModes {
             }
             let pairs = lanczos.ritz_pairs()?;
             let available = pairs.eigenvalues.len();
-            let needed = (search.wanted + 2).min(available);
+            // Where a multiple root ends shows only on converged values: two beyond the last kept one.
+            let kept = extended_to_gap(&pairs, search.wanted);
+            let needed = (kept + 2).min(available);
             let converged = pairs.residuals.iter().take(needed).take_while(|r| **r < tolerance).count();
-            observer.progress(converged as f64 / (search.wanted + 2) as f64);
-            let complete = lanczos.is_exhausted() || (available >= search.wanted + 2 && converged == needed);
+            observer.progress(converged as f64 / (kept + 2) as f64);
+            let complete = lanczos.is_exhausted() || (available >= kept + 2 && converged == needed);
             if !complete && iterations < step_limit {
                 continue;
             }
-            let kept = extended_to_gap(&pairs, search.wanted);
             if kept + 2 > guarded && !lanczos.is_exhausted() && complete {
                 // The multiple root reaches beyond the guard vectors: look further before deciding where it ends.
                 guarded = kept + 2 * block;
