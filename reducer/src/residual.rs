@@ -31,6 +31,8 @@ const SWEEP_REDUCTION: f64 = 1e-7;
 pub const MASS_TOLERANCE: f64 = 1e-10;
 /// Eigenvalues of F_res may be negative by rounding, up to this fraction of the largest with no mode kept.
 const NEGATIVE_FLEXIBILITY: f64 = 1e-11;
+/// A force of which less than this fraction is left after its rigid and kept parts are removed is rounding.
+const INERT_FORCE: f64 = 1e-12;
 /// A row depends on others when less than this fraction of its flexibility is left after they are taken out.
 const DEPENDENT_ROW: f64 = 1e-9;
 
@@ -121,11 +123,28 @@ impl ResidualFlexibility {
             shapes: [rigid.shapes.as_ref(), modes.shapes.as_ref()],
             mass_shapes: [rigid.mass_shapes.as_ref(), modes.mass_shapes.as_ref()],
         };
-        let mut forces = localization.attachment_columns(model.len());
-        complement.project_force(&mut forces);
-        complement.project_force(&mut forces);
         let weights: Vec<f64> =
             model.dofs.iter().map(|dof| if dof.direction.is_rotation() { 1.0 / rigid.length } else { 1.0 }).collect();
+        let mut forces = localization.attachment_columns(model.len());
+        // A force that only moves the rigid (or the rigid and kept) motions leaves rounding, which must not pass for a
+        // direction of its own.
+        let whole = weighted_norms(forces.as_ref(), &weights);
+        let is_rounding = |forces: &Mat<f64>| -> Vec<bool> {
+            weighted_norms(forces.as_ref(), &weights).iter().zip(&whole).map(|(left, whole)| *left <= INERT_FORCE * whole).collect()
+        };
+        let rigid_only = Complement {
+            shapes: [complement.shapes[0], complement.shapes[0].subcols(0, 0)],
+            mass_shapes: [complement.mass_shapes[0], complement.mass_shapes[0].subcols(0, 0)],
+        };
+        rigid_only.project_force(&mut forces);
+        rigid_only.project_force(&mut forces);
+        let inert = is_rounding(&forces);
+        complement.project_force(&mut forces);
+        complement.project_force(&mut forces);
+        let spent = is_rounding(&forces);
+        for (j, _) in spent.iter().enumerate().filter(|(_, spent)| **spent) {
+            forces.as_mut().col_mut(j).fill(0.0);
+        }
         let solved = solve_columns(model, &complement, factor, forces, &weights, observer);
         if let Some((row, residual, rounding)) = solved.worst().filter(|(_, r, rounding)| *r > residual_limit(*rounding)) {
             return Err(Error::AttachmentsNotConverged {
@@ -135,7 +154,7 @@ impl ResidualFlexibility {
                 row: localization.row_name(row),
             });
         }
-        Self::from_columns(model, localization, modes, solved)
+        Self::from_columns(model, localization, modes, solved, &inert, &spent)
     }
 
     fn from_columns(
@@ -143,14 +162,19 @@ impl ResidualFlexibility {
         localization: &Localization,
         modes: &FreeModes,
         solved: SolvedColumns,
+        inert: &[bool],
+        spent: &[bool],
     ) -> Result<Self, Error> {
         let n_b = localization.len();
         let (residual, residual_rounding) = solved.worst().map_or((0.0, 0.0), |(_, residual, rounding)| (residual, rounding));
         let shapes = solved.columns;
         let mass_shapes = symmetric_product(&model.mass, shapes.as_ref());
         let at_interfaces = localization.apply(shapes.as_ref());
-        let attached = |i: usize, j: usize| localization.is_attachment(i) && localization.is_attachment(j);
-        let raw = Mat::from_fn(n_b, n_b, |i, j| if attached(i, j) { at_interfaces[(i, j)] } else { 0.0 });
+        // Rows that feel elastic motion, and those among them that feel some beyond the kept modes.
+        let elastic = |i: usize| localization.is_attachment(i) && !inert[i];
+        let attached = |i: usize, j: usize| elastic(i) && elastic(j);
+        let open = |i: usize, j: usize| attached(i, j) && !spent[i] && !spent[j];
+        let raw = Mat::from_fn(n_b, n_b, |i, j| if open(i, j) { at_interfaces[(i, j)] } else { 0.0 });
         let has_outputs = (0..n_b).any(|row| !localization.is_attachment(row));
         let flexibility = symmetrized(raw.as_ref());
         let mass = symmetrized(gram(shapes.as_ref(), mass_shapes.as_ref()).as_ref());
