@@ -179,6 +179,19 @@ fn the_number_of_threads_changes_no_bit() {
 }
 
 #[test]
+fn reductions_at_the_same_time_do_not_disturb_each_other() {
+    let component = dcb_samples::connecting_rod(0);
+    let alone = lowest(&component, 4);
+    let together: Vec<Reduced> = std::thread::scope(|scope| {
+        let running: Vec<_> = (0..4).map(|_| scope.spawn(|| lowest(&component, 4))).collect();
+        running.into_iter().map(|thread| thread.join().unwrap()).collect()
+    });
+    for other in together {
+        assert!(alone.superelement == other.superelement && alone.recovery == other.recovery);
+    }
+}
+
+#[test]
 fn a_second_run_changes_no_bit() {
     for component in [parts::rod(8), dcb_samples::hard::symmetric_ring(8)] {
         let (one, two) = (lowest(&component, 9), lowest(&component, 9));

@@ -211,7 +211,10 @@ fn hundreds_of_interface_dofs() {
     assert!(scaled_difference(&reduced.superelement.residual.flexibility, &f, &diagonal_roots(&f)) < 1e-9);
     let m = oracle.residual_mass(10);
     assert!(scaled_difference(&reduced.superelement.residual.mass, &m, &diagonal_roots(&m)) < 1e-9);
-    assert_eq!(reduced.quality.residual_rank, 150);
+    // Stiff directions without mass worth integrating are kept statically; none is lost.
+    assert!(reduced.quality.residual_rank >= 140);
+    assert_eq!(reduced.quality.residual_rank + reduced.quality.static_directions, 150);
+    assert_eq!(reduced.quality.flexibility_rank, 150);
 }
 
 #[test]
