@@ -26,6 +26,8 @@ pub const RESIDUAL_TOLERANCE: f64 = 1e-8;
 pub const RESIDUAL_OVER_ROUNDING: f64 = 10.0;
 /// An eigenvalue below this many times the rounding in its own Rayleigh quotient is a zero: a mechanism or a loose piece.
 const ZERO_OVER_ROUNDING: f64 = 1e3;
+/// A Ritz value below this fraction of the shift may be a zero; the sharpened value decides.
+const ZERO_BESIDE_SHIFT: f64 = 1e-8;
 /// Columns of a Lanczos block: finds roots up to this multiplicity at once, and one cache line of a packed row.
 const BLOCK_WIDTH: usize = 8;
 /// Wanted accuracy of a Ritz vector under S before it is polished.
@@ -104,7 +106,7 @@ impl FreeModes {
             let pairs = lanczos.ritz_pairs()?;
             let available = pairs.eigenvalues.len();
             // Where a multiple root ends shows only on converged values: two beyond the last kept one.
-            let kept = extended_to_gap(&pairs, search.wanted);
+            let kept = extended_to_gap(&pairs, search.wanted.max(motions_without_energy(&pairs, shift)));
             let needed = (kept + 2).min(available);
             let converged = pairs.residuals.iter().take(needed).take_while(|r| **r < tolerance).count();
             observer.progress(converged as f64 / (kept + 2) as f64);
@@ -188,7 +190,7 @@ impl FreeModes {
             zero_count,
             first_omitted,
             iterations,
-            added_for_cluster: kept.saturating_sub(wanted),
+            added_for_cluster: kept.saturating_sub(wanted.max(zero_count)),
         })
     }
 
@@ -207,6 +209,12 @@ impl FreeModes {
         let last = self.eigenvalues.last().copied().unwrap_or(0.0);
         self.first_omitted.is_finite().then(|| 0.5 * (last + self.first_omitted))
     }
+}
+
+/// Values that can't be told from zero beside the shift. They are kept whatever is wanted: static flexibility exists only
+/// in the complement of every motion without energy.
+fn motions_without_energy(pairs: &RitzPairs, shift: f64) -> usize {
+    pairs.eigenvalues.iter().take_while(|lambda| **lambda < ZERO_BESIDE_SHIFT * shift).count()
 }
 
 /// `wanted`, raised until the next eigenvalue is separated by more than [`CLUSTER_TOLERANCE`].

@@ -62,6 +62,16 @@ fn pieces_and_mechanisms_are_told_apart() {
 }
 
 #[test]
+fn mechanisms_are_found_however_few_modes_are_wanted() {
+    for (hinge, expected) in [(Hinge::Edge, "1 motion(s)"), (Hinge::Node, "3 motion(s)")] {
+        for wanted in [0, 1, 2] {
+            let result = dcb_reducer::reduce(&hard::hinged_blocks(hinge), &Reduction::lowest(wanted), &mut ());
+            assert_says(&result.err().unwrap().to_string(), &["mechanism", expected]);
+        }
+    }
+}
+
+#[test]
 fn a_mesh_in_another_order_than_the_matrices_is_found() {
     let mut rotor = parts::rotor();
     // Two nodes of the disc change places in the mesh, not in the matrices.
@@ -170,8 +180,13 @@ fn loose_pieces_are_modes_of_zero_frequency_where_that_is_allowed() {
         let lower = m.llt(Side::Lower).unwrap().L().to_owned();
         let half = solve(&lower, &k);
         let (values, vectors) = eigen(&symmetric(&solve(&lower, &half.transpose().to_owned())));
-        assert!(values[5 + extra].abs() < 1e-9 * values[6 + extra], "{}", part.name);
-        let null = solve(&lower.transpose().to_owned(), &vectors.as_ref().subcols(0, 6 + extra).to_owned());
+        assert!(values[5 + extra].abs() < 1e-6 * values[6 + extra], "{}: {values:?}", part.name);
+        let mut null = solve(&lower.transpose().to_owned(), &vectors.as_ref().subcols(0, 6 + extra).to_owned());
+        // Inverse iteration cleans them: each step removes 99 % of what is elastic.
+        let shifted = &k + &m * faer::Scale(0.01 * values[6 + extra]);
+        for _ in 0..5 {
+            null = solve(&shifted, &(&m * &null)) * faer::Scale(0.01 * values[6 + extra]);
+        }
         let oracle = Oracle::from_parts(k, m, null, localization(&part));
         let reduced = with(&part, &loosely(extra + 5));
         let element = &reduced.superelement;
