@@ -244,3 +244,18 @@ fn kept_modes_stay_orthogonal_to_rigid_motion_inside_a_cluster() {
     let coupling = rigid_motions(&component, centre).transpose() * mass * &reduced.recovery.modes;
     assert!(dcb_tests::dense::largest(coupling.as_ref()) < 1e-12);
 }
+
+#[test]
+fn small_eigenproblems_are_solved_to_rounding_whatever_repeats() {
+    // M^(-1/2) K M^(-1/2) of two blocks hinged at an edge: 261 rows, seven zeros, many close pairs.
+    let part = hard::hinged_blocks(hard::Hinge::Edge);
+    let lower = dense(&part.mass).llt(Side::Lower).unwrap().L().to_owned();
+    let half = solve(&lower, &dense(&part.stiffness));
+    let matrix = symmetric(&solve(&lower, &half.transpose().to_owned()));
+    let (values, vectors) = dcb_reducer::block_algebra::symmetric_eigen(matrix.as_ref()).unwrap();
+    let defect = &matrix * &vectors - &vectors * dcb_tests::dense::diagonal(&values);
+    let size = values.last().unwrap();
+    assert!(dcb_tests::dense::largest(defect.as_ref()) < 1e-13 * size);
+    let zeros = values.iter().filter(|value| value.abs() < 1e-13 * size).count();
+    assert_eq!(zeros, 7, "{:?}", &values[..9]);
+}
