@@ -190,18 +190,20 @@ fn loose_pieces_are_modes_of_zero_frequency_where_that_is_allowed() {
         let oracle = Oracle::from_parts(k, m, null, localization(&part));
         let reduced = with(&part, &loosely(extra + 5));
         let element = &reduced.superelement;
-        assert_eq!(element.mode_count(), extra + 5, "{}", part.name);
+        // Two equal blocks of square section have fourfold roots, which are not cut.
+        let elastic = element.mode_count() - extra;
+        assert!(elastic == 5 || (extra == 6 && elastic == 6), "{}: {elastic}", part.name);
         assert!(element.modes.eigenvalues[..extra].iter().all(|value| *value == 0.0));
-        assert!(relative(&element.modes.eigenvalues[extra..], &oracle.eigenvalues[..5]) < 1e-9, "{}", part.name);
+        assert!(relative(&element.modes.eigenvalues[extra..], &oracle.eigenvalues[..elastic]) < 1e-9, "{}", part.name);
         let warning = format!("{extra} mode(s) without stiffness are kept");
         assert!(element.provenance.warnings.iter().any(|w| w.contains(&warning)), "{:?}", element.provenance.warnings);
-        let f = oracle.residual_flexibility(5);
+        let f = oracle.residual_flexibility(elastic);
         let error = scaled_difference(&element.residual.flexibility, &f, &diagonal_roots(&f));
         assert!(error < 1e-8, "{}: F_res {error:e}", part.name);
         // The zero modes cost nothing and are mass-orthonormal to the others.
         let phi = &reduced.recovery.modes;
         let product = phi.transpose() * &oracle.mass * phi;
-        assert!(difference(&product, &dcb_tests::dense::identity(extra + 5)) < 1e-11);
+        assert!(difference(&product, &dcb_tests::dense::identity(extra + elastic)) < 1e-11);
     }
 }
 
