@@ -6,7 +6,7 @@
 use dcb_formats::SparseMatrix;
 use faer::dyn_stack::{MemBuffer, MemStack};
 use faer::linalg::matmul::matmul;
-use faer::{Accum, Mat, MatMut, MatRef, Par};
+use faer::{Accum, Auto, Mat, MatMut, MatRef, Par};
 use rayon::prelude::*;
 
 /// Rows per task of a dense product: long enough to feed a kernel, short enough to share among threads.
@@ -146,7 +146,7 @@ pub fn symmetrized(a: MatRef<'_, f64>) -> Mat<f64> {
 ///
 /// `None` if the iteration does not converge, which only non-finite entries cause.
 pub fn symmetric_eigen(a: MatRef<'_, f64>) -> Option<(Vec<f64>, Mat<f64>)> {
-    use faer::linalg::evd::{ComputeEigenvectors, self_adjoint_evd, self_adjoint_evd_scratch};
+    use faer::linalg::evd::{ComputeEigenvectors, SelfAdjointEvdParams, self_adjoint_evd, self_adjoint_evd_scratch};
     let n = a.nrows();
     if n == 0 {
         return Some((Vec::new(), Mat::zeros(0, 0)));
@@ -159,7 +159,10 @@ pub fn symmetric_eigen(a: MatRef<'_, f64>) -> Option<(Vec<f64>, Mat<f64>)> {
     let scaled = Mat::from_fn(n, n, |i, j| a[(i, j)] / scale);
     let mut values = faer::Col::<f64>::zeros(n);
     let mut vectors = Mat::zeros(n, n);
-    let scratch = self_adjoint_evd_scratch::<f64>(n, ComputeEigenvectors::Yes, Par::Seq, Default::default());
+    // Always the QR iteration: faer 0.24's divide and conquer, its choice from 128 rows on, can return pairs with relative
+    // residuals of 1e-3 where eigenvalues repeat (`tests/reduction/spectra.rs` has such a matrix).
+    let params = SelfAdjointEvdParams { recursion_threshold: usize::MAX, ..Auto::<f64>::auto() };
+    let scratch = self_adjoint_evd_scratch::<f64>(n, ComputeEigenvectors::Yes, Par::Seq, params.into());
     let mut memory = MemBuffer::new(scratch);
     self_adjoint_evd(
         scaled.as_ref(),
@@ -167,7 +170,7 @@ pub fn symmetric_eigen(a: MatRef<'_, f64>) -> Option<(Vec<f64>, Mat<f64>)> {
         Some(vectors.as_mut()),
         Par::Seq,
         MemStack::new(&mut memory),
-        Default::default(),
+        params.into(),
     )
     .ok()?;
     Some((values.iter().map(|value| value * scale).collect(), vectors))

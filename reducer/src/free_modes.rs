@@ -26,6 +26,8 @@ pub const RESIDUAL_TOLERANCE: f64 = 1e-8;
 pub const RESIDUAL_OVER_ROUNDING: f64 = 10.0;
 /// An eigenvalue below this many times the rounding in its own Rayleigh quotient is a zero: a mechanism or a loose piece.
 const ZERO_OVER_ROUNDING: f64 = 1e3;
+/// A Ritz value below this fraction of the shift may be a zero; the sharpened value decides.
+const ZERO_BESIDE_SHIFT: f64 = 1e-8;
 /// Columns of a Lanczos block: finds roots up to this multiplicity at once, and one cache line of a packed row.
 const BLOCK_WIDTH: usize = 8;
 /// Wanted accuracy of a Ritz vector under S before it is polished.
@@ -38,6 +40,9 @@ pub struct Search {
     pub wanted: usize,
     /// How often the search was made before and missed modes: widens the block and changes the start.
     pub attempt: usize,
+    /// How many modes the searches before are known to have missed: copies of a root of at least that multiplicity, perhaps,
+    /// which only a block as wide finds together.
+    pub missed: usize,
 }
 
 /// Kept modes of the model, mass-normalised.
@@ -79,7 +84,7 @@ impl FreeModes {
         observer: &mut dyn Observer,
     ) -> Result<Self, Error> {
         let n = model.len();
-        let block = (BLOCK_WIDTH << search.attempt).min(n);
+        let block = (BLOCK_WIDTH << search.attempt).max(search.missed + BLOCK_WIDTH).min(n);
         let mut guarded = search.wanted + block.max(BLOCK_WIDTH);
         let capacity = |guarded: usize| (3 * guarded).max(guarded + 6 * block).min(n + block);
         let seed = 0x5eed + search.attempt as u64;
@@ -100,14 +105,15 @@ impl FreeModes {
             }
             let pairs = lanczos.ritz_pairs()?;
             let available = pairs.eigenvalues.len();
-            let needed = (search.wanted + 2).min(available);
+            // Where a multiple root ends shows only on converged values: two beyond the last kept one.
+            let kept = extended_to_gap(&pairs, search.wanted.max(motions_without_energy(&pairs, shift)));
+            let needed = (kept + 2).min(available);
             let converged = pairs.residuals.iter().take(needed).take_while(|r| **r < tolerance).count();
-            observer.progress(converged as f64 / (search.wanted + 2) as f64);
-            let complete = lanczos.is_exhausted() || (available >= search.wanted + 2 && converged == needed);
+            observer.progress(converged as f64 / (kept + 2) as f64);
+            let complete = lanczos.is_exhausted() || (available >= kept + 2 && converged == needed);
             if !complete && iterations < step_limit {
                 continue;
             }
-            let kept = extended_to_gap(&pairs, search.wanted);
             if kept + 2 > guarded && !lanczos.is_exhausted() && complete {
                 // The multiple root reaches beyond the guard vectors: look further before deciding where it ends.
                 guarded = kept + 2 * block;
@@ -184,7 +190,7 @@ impl FreeModes {
             zero_count,
             first_omitted,
             iterations,
-            added_for_cluster: kept.saturating_sub(wanted),
+            added_for_cluster: kept.saturating_sub(wanted.max(zero_count)),
         })
     }
 
@@ -209,6 +215,12 @@ impl FreeModes {
             (last > 0.0).then_some((2.0 * last, last))
         }
     }
+}
+
+/// Values that can't be told from zero beside the shift. They are kept whatever is wanted: static flexibility exists only
+/// in the complement of every motion without energy.
+fn motions_without_energy(pairs: &RitzPairs, shift: f64) -> usize {
+    pairs.eigenvalues.iter().take_while(|lambda| **lambda < ZERO_BESIDE_SHIFT * shift).count()
 }
 
 /// `wanted`, raised until the next eigenvalue is separated by more than [`CLUSTER_TOLERANCE`].

@@ -5,11 +5,13 @@
 //! works on sparse matrices; nothing here reads clocks, prints or opens files ([`cli`] does).
 
 pub mod assemble;
+pub mod attachment;
 pub mod block_algebra;
 pub mod cli;
 pub mod cli_reduce;
 pub mod compare;
 pub mod condensation;
+pub mod dependency;
 pub mod diagnosis;
 pub mod error;
 pub mod factorization;
@@ -25,6 +27,7 @@ pub mod ordering;
 pub mod plausibility;
 pub mod quality;
 pub mod residual;
+pub mod residual_filter;
 pub mod rigid_body;
 pub mod shift;
 pub mod surface;
@@ -159,7 +162,8 @@ fn modes_and_residual(
         }
     };
     let shift = scale.shift();
-    let mut last_count = None;
+    let mut last_count: Option<Sturm> = None;
+    let mut missed = 0;
     for attempt in 0..ATTEMPTS {
         observer.begin(Stage::Factor);
         let positive = match factor.factorize(&model.stiffness, &model.mass, shift) {
@@ -167,7 +171,8 @@ fn modes_and_residual(
             Err(_) => return Err(diagnosis::indefinite(model, scale, factor)),
         };
         observer.begin(Stage::Modes);
-        let modes = FreeModes::compute(model, rigid, &positive, shift, Search { wanted, attempt }, observer)?;
+        missed += last_count.map_or(0, |sturm| sturm.counted.saturating_sub(sturm.found));
+        let modes = FreeModes::compute(model, rigid, &positive, shift, Search { wanted, attempt, missed }, observer)?;
         if modes.zero_count > 0 && options.loose_pieces == LoosePieces::Refuse {
             let shapes = modes.shapes.as_ref().subcols(0, modes.zero_count).to_owned();
             return Err(diagnosis::loose(component, model, modes.zero_count, Some(&shapes)));

@@ -3,7 +3,12 @@
 //! The dofs of a node have nearly the same neighbours, so the graph of nodes has the same separators as the graph of
 //! dofs at a ninth of the size, and a node's dofs stay together in one supernode.
 
+use std::sync::{Mutex, PoisonError};
+
 use dcb_formats::SparseMatrix;
+
+/// Held while METIS runs.
+static METIS: Mutex<()> = Mutex::new(());
 
 /// An elimination order: `forward[new] = old`, `inverse[old] = new`.
 #[derive(Clone, Debug)]
@@ -86,6 +91,9 @@ impl Graph {
         let mut inverse = vec![0_i32; count];
         let mut vertex_count = count as i32;
         let mut options = [0_i32; metis_sys::METIS_NOPTIONS as usize];
+        // METIS draws from the C library's one random sequence: two calls at the same time would share it, and get orders
+        // that depend on timing.
+        let _alone = METIS.lock().unwrap_or_else(PoisonError::into_inner);
         // SAFETY: METIS reads `count + 1` starts, `starts[count]` neighbours and `count` weights, which is what the
         // vectors hold, and writes `count` entries of each permutation; it keeps no pointer.
         let status = unsafe {

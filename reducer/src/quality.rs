@@ -9,7 +9,8 @@ use serde::{Deserialize, Serialize};
 use crate::block_algebra::{gram, symmetric_product};
 use crate::condensation::Model;
 use crate::free_modes::{FreeModes, RESIDUAL_TOLERANCE, residual_is_accepted};
-use crate::residual::{self, ResidualFlexibility};
+use crate::attachment::residual_limit;
+use crate::residual::ResidualFlexibility;
 use crate::rigid_body::{MassProperties, RigidBodyModes};
 
 /// Limit of the orthogonality defects (Eq. 29–32, 39–40).
@@ -159,7 +160,7 @@ impl Quality {
                 broken.push(format!("{what} is {value:.1e}, above its limit {limit:.0e}"));
             }
         };
-        let attachment_limit = residual::residual_limit(self.attachment_residual_rounding);
+        let attachment_limit = residual_limit(self.attachment_residual_rounding);
         check("the attachment residual", self.attachment_residual, attachment_limit);
         check("Φᵀ K G_res (Eq. 29)", self.stiffness_orthogonality, ORTHOGONALITY_LIMIT);
         check("Φᵀ M G_res (Eq. 30)", self.mass_orthogonality, ORTHOGONALITY_LIMIT);

@@ -1,38 +1,22 @@
 //! Residual flexibility: the static response to unit interface forces that the kept modes leave out.
 //!
 //! The columns X = G_res L_bᵀ solve K X = P' L_bᵀ with P' = I - M Φₐ Φₐᵀ, Φₐ = [rigid, kept], and Φₐᵀ M X = 0
-//! (`docs/theory.md`, mean-axis generalized inverse). They come from the one factorization of K + σ M by conjugate gradients in the
-//! complement of Φₐ, where that factor is an almost exact preconditioner: the condition number is 1 + σ/ω²_{k+1}.
+//! (`docs/theory.md`, mean-axis generalized inverse); [`crate::attachment`] solves for them. Here they become F_res, M_res and
+//! the transform that says which of their directions are dynamic coordinates.
 
-use faer::{Mat, MatRef};
+use faer::Mat;
 
-use crate::block_algebra::{absolute_product, add_combination, gram, symmetric_eigen, symmetric_product, symmetrized};
+use crate::attachment::{AttachmentForces, Complement, SolvedColumns, residual_limit};
+use crate::block_algebra::{gram, symmetric_product, symmetrized};
 use crate::condensation::Model;
+use crate::dependency::{Dependency, dependencies};
 use crate::error::Error;
 use crate::factorization::PositiveFactor;
 use crate::free_modes::FreeModes;
 use crate::localization::Localization;
 use crate::observer::Observer;
+use crate::residual_filter::Filter;
 use crate::rigid_body::RigidBodyModes;
-
-/// Relative residual of the attachment columns that is aimed at.
-const RESIDUAL_AIM: f64 = 1e-13;
-/// Relative residual above which the columns are refused, where double precision can tell that much.
-pub const RESIDUAL_LIMIT: f64 = 1e-8;
-/// Otherwise the residual may be this many times the rounding in K x itself, ε ‖|K| |x|‖ / ‖f‖ (slender and thin parts).
-const RESIDUAL_OVER_ROUNDING: f64 = 10.0;
-/// Sweeps of refinement and iterations in each.
-const SWEEPS: usize = 6;
-const ITERATIONS_PER_SWEEP: usize = 60;
-/// Each sweep reduces the residual by this factor before the true residual is taken again.
-const SWEEP_REDUCTION: f64 = 1e-7;
-/// Directions of M_res below this fraction of the scaled M_res with no mode kept carry no usable mass: they stay out of the
-/// transform and are kept statically. The square of 1e-5, two digits above the square root of rounding.
-pub const MASS_TOLERANCE: f64 = 1e-10;
-/// Eigenvalues of F_res may be negative by rounding, up to this fraction of the largest with no mode kept.
-const NEGATIVE_FLEXIBILITY: f64 = 1e-11;
-/// A row depends on others when less than this fraction of its flexibility is left after they are taken out.
-const DEPENDENT_ROW: f64 = 1e-9;
 
 /// G_res L_bᵀ and what follows from it. Rows and columns of output interfaces are zero throughout.
 #[derive(Clone, Debug)]
@@ -71,61 +55,6 @@ pub struct ResidualFlexibility {
     pub dependencies: Vec<Dependency>,
 }
 
-/// A row of L_b that is a combination of others as far as elastic motion goes.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Dependency {
-    /// The row.
-    pub row: String,
-    /// The rows that it depends on; empty if it sees no elastic motion at all.
-    pub depends_on: Vec<String>,
-}
-
-/// Projectors onto the complement of the rigid and kept motions.
-struct Complement<'a> {
-    shapes: [MatRef<'a, f64>; 2],
-    mass_shapes: [MatRef<'a, f64>; 2],
-}
-
-impl<'a> Complement<'a> {
-    fn of(rigid: &'a RigidBodyModes, modes: &'a FreeModes) -> Self {
-        Self {
-            shapes: [rigid.shapes.as_ref(), modes.shapes.as_ref()],
-            mass_shapes: [rigid.mass_shapes.as_ref(), modes.mass_shapes.as_ref()],
-        }
-    }
-
-    /// P' L_bᵀ
-    fn forces(&self, model: &Model, localization: &Localization) -> Mat<f64> {
-        let mut forces = localization.attachment_columns(model.len());
-        self.project_force(&mut forces);
-        self.project_force(&mut forces);
-        forces
-    }
-
-    /// P' (f - K x)
-    fn residual(&self, model: &Model, forces: &Mat<f64>, columns: &Mat<f64>) -> Mat<f64> {
-        let mut residual = forces - symmetric_product(&model.stiffness, columns.as_ref());
-        self.project_force(&mut residual);
-        residual
-    }
-
-    /// x -= Φₐ (M Φₐ)ᵀ x
-    fn project_motion(&self, x: &mut Mat<f64>) {
-        for (shapes, mass_shapes) in self.shapes.iter().zip(&self.mass_shapes) {
-            let amounts = gram(*mass_shapes, x.as_ref());
-            add_combination(x.as_mut(), *shapes, amounts.as_ref(), -1.0);
-        }
-    }
-
-    /// f -= M Φₐ Φₐᵀ f
-    fn project_force(&self, f: &mut Mat<f64>) {
-        for (shapes, mass_shapes) in self.shapes.iter().zip(&self.mass_shapes) {
-            let amounts = gram(*shapes, f.as_ref());
-            add_combination(f.as_mut(), *mass_shapes, amounts.as_ref(), -1.0);
-        }
-    }
-}
-
 impl ResidualFlexibility {
     /// Solves for the attachment columns and forms F_res, M_res and the transform.
     ///
@@ -140,9 +69,8 @@ impl ResidualFlexibility {
         observer: &mut dyn Observer,
     ) -> Result<Self, Error> {
         let complement = Complement::of(rigid, modes);
-        let weights = row_weights(model, rigid.length);
-        let forces = complement.forces(model, localization);
-        let solved = solve_columns(model, &complement, factor, forces, &weights, observer);
+        let forces = AttachmentForces::of(model, localization, &complement, rigid.length);
+        let solved = forces.solve(model, &complement, factor, observer);
         if let Some((row, residual, rounding)) = solved.worst().filter(|(_, r, rounding)| *r > residual_limit(*rounding)) {
             return Err(Error::AttachmentsNotConverged {
                 residual,
@@ -151,7 +79,7 @@ impl ResidualFlexibility {
                 row: localization.row_name(row),
             });
         }
-        Self::from_columns(model, localization, modes, solved)
+        Self::from_columns(model, localization, modes, &forces, solved)
     }
 
     /// What given columns X = G_res L_bᵀ amount to, with the residual that they leave in K X = P' L_bᵀ.
@@ -166,19 +94,16 @@ impl ResidualFlexibility {
         columns: Mat<f64>,
     ) -> Result<Self, Error> {
         let complement = Complement::of(rigid, modes);
-        let weights = row_weights(model, rigid.length);
-        let forces = complement.forces(model, localization);
-        let residual = complement.residual(model, &forces, &columns);
-        let relative_residuals = relative_norms(residual.as_ref(), forces.as_ref(), &weights);
-        let roundings = roundings(model, columns.as_ref(), forces.as_ref(), &weights);
-        let solved = SolvedColumns { columns, relative_residuals, roundings, iterations: 0 };
-        Self::from_columns(model, localization, modes, solved)
+        let forces = AttachmentForces::of(model, localization, &complement, rigid.length);
+        let solved = forces.judge(model, &complement, columns);
+        Self::from_columns(model, localization, modes, &forces, solved)
     }
 
     fn from_columns(
         model: &Model,
         localization: &Localization,
         modes: &FreeModes,
+        forces: &AttachmentForces,
         solved: SolvedColumns,
     ) -> Result<Self, Error> {
         let n_b = localization.len();
@@ -186,8 +111,11 @@ impl ResidualFlexibility {
         let shapes = solved.columns;
         let mass_shapes = symmetric_product(&model.mass, shapes.as_ref());
         let at_interfaces = localization.apply(shapes.as_ref());
-        let attached = |i: usize, j: usize| localization.is_attachment(i) && localization.is_attachment(j);
-        let raw = Mat::from_fn(n_b, n_b, |i, j| if attached(i, j) { at_interfaces[(i, j)] } else { 0.0 });
+        // Rows that feel elastic motion, and those among them that feel some beyond the kept modes.
+        let elastic = |i: usize| localization.is_attachment(i) && !forces.inert[i];
+        let attached = |i: usize, j: usize| elastic(i) && elastic(j);
+        let open = |i: usize, j: usize| attached(i, j) && !forces.spent[i] && !forces.spent[j];
+        let raw = Mat::from_fn(n_b, n_b, |i, j| if open(i, j) { at_interfaces[(i, j)] } else { 0.0 });
         let has_outputs = (0..n_b).any(|row| !localization.is_attachment(row));
         let flexibility = symmetrized(raw.as_ref());
         let mass = symmetrized(gram(shapes.as_ref(), mass_shapes.as_ref()).as_ref());
@@ -233,280 +161,3 @@ impl ResidualFlexibility {
     }
 }
 
-struct SolvedColumns {
-    columns: Mat<f64>,
-    relative_residuals: Vec<f64>,
-    roundings: Vec<f64>,
-    iterations: usize,
-}
-
-impl SolvedColumns {
-    /// The column whose residual exceeds its limit most: its number, residual and rounding.
-    fn worst(&self) -> Option<(usize, f64, f64)> {
-        let columns = self.relative_residuals.iter().zip(&self.roundings).enumerate();
-        columns.map(|(j, (residual, rounding))| (j, *residual, *rounding)).max_by(|a, b| {
-            let excess = |(_, residual, rounding): &(usize, f64, f64)| residual / residual_limit(*rounding);
-            excess(a).total_cmp(&excess(b))
-        })
-    }
-}
-
-/// What the attachments' residual may be: as small as it should be, or as rounding allows.
-pub fn residual_limit(rounding: f64) -> f64 {
-    RESIDUAL_LIMIT.max(RESIDUAL_OVER_ROUNDING * rounding)
-}
-
-fn weighted_norms(x: MatRef<'_, f64>, weights: &[f64]) -> Vec<f64> {
-    x.col_iter()
-        .map(|column| column.iter().zip(weights).map(|(value, w)| (value * w) * (value * w)).sum::<f64>().sqrt())
-        .collect()
-}
-
-/// Norm of each column of `r` over that of `f`; 0 where there is no force.
-fn relative_norms(r: MatRef<'_, f64>, f: MatRef<'_, f64>, weights: &[f64]) -> Vec<f64> {
-    let pairs = weighted_norms(r, weights).into_iter().zip(weighted_norms(f, weights));
-    pairs.map(|(r, f)| if f > 0.0 { r / f } else { 0.0 }).collect()
-}
-
-/// ε ‖|K| |x|‖ / ‖f‖ per column: what rounding does to the residual.
-fn roundings(model: &Model, x: MatRef<'_, f64>, f: MatRef<'_, f64>, weights: &[f64]) -> Vec<f64> {
-    let absolute = relative_norms(absolute_product(&model.stiffness, x).as_ref(), f, weights);
-    absolute.into_iter().map(|r| f64::EPSILON * r).collect()
-}
-
-/// Moments over the part's size, so that norms over forces and moments have one unit.
-fn row_weights(model: &Model, length: f64) -> Vec<f64> {
-    model.dofs.iter().map(|dof| if dof.direction.is_rotation() { 1.0 / length } else { 1.0 }).collect()
-}
-
-fn dots(a: MatRef<'_, f64>, b: MatRef<'_, f64>) -> Vec<f64> {
-    (0..a.ncols()).map(|j| a.col(j).transpose() * b.col(j)).collect()
-}
-
-/// Refinement sweeps around preconditioned conjugate gradients, all columns at once.
-fn solve_columns(
-    model: &Model,
-    complement: &Complement,
-    factor: &PositiveFactor,
-    forces: Mat<f64>,
-    weights: &[f64],
-    observer: &mut dyn Observer,
-) -> SolvedColumns {
-    let mut columns = Mat::zeros(forces.nrows(), forces.ncols());
-    let mut best = columns.clone();
-    let mut best_residuals = vec![1.0; forces.ncols()];
-    let mut iterations = 0;
-    for sweep in 0..SWEEPS {
-        observer.progress(sweep as f64 / SWEEPS as f64);
-        let residual = complement.residual(model, &forces, &columns);
-        let now = relative_norms(residual.as_ref(), forces.as_ref(), weights);
-        let worst = |r: &[f64]| r.iter().copied().fold(0.0, f64::max);
-        let stagnates = sweep > 0 && worst(&now) > 0.5 * worst(&best_residuals);
-        if sweep == 0 || worst(&now) < worst(&best_residuals) {
-            best.copy_from(&columns);
-            best_residuals = now;
-        }
-        if worst(&best_residuals) <= RESIDUAL_AIM || stagnates {
-            break;
-        }
-        iterations += conjugate_gradients(model, complement, factor, residual, &mut columns);
-        complement.project_motion(&mut columns);
-        complement.project_motion(&mut columns);
-    }
-    let roundings = roundings(model, best.as_ref(), forces.as_ref(), weights);
-    SolvedColumns { columns: best, relative_residuals: best_residuals, roundings, iterations }
-}
-
-/// Adds to `x` an approximate solution of K dx = r in the complement; returns the iterations made.
-fn conjugate_gradients(
-    model: &Model,
-    complement: &Complement,
-    factor: &PositiveFactor,
-    mut r: Mat<f64>,
-    x: &mut Mat<f64>,
-) -> usize {
-    let precondition = |r: &Mat<f64>| {
-        let mut z = r.clone();
-        factor.solve_in_place(z.as_mut());
-        complement.project_motion(&mut z);
-        z
-    };
-    let add_scaled = |y: &mut Mat<f64>, factors: &[f64], p: &Mat<f64>, sign: f64| {
-        for (j, factor) in factors.iter().enumerate() {
-            let source = p.col(j);
-            y.as_mut().col_mut(j).iter_mut().zip(source.iter()).for_each(|(y, p)| *y += sign * factor * p);
-        }
-    };
-    let mut z = precondition(&r);
-    let mut p = z.clone();
-    let mut rz = dots(r.as_ref(), z.as_ref());
-    let start = rz.clone();
-    let target: f64 = SWEEP_REDUCTION * SWEEP_REDUCTION;
-    for iteration in 1..=ITERATIONS_PER_SWEEP {
-        let kp = symmetric_product(&model.stiffness, p.as_ref());
-        let curvature = dots(p.as_ref(), kp.as_ref());
-        // A finished column stands still: its step is zero.
-        let step: Vec<f64> = (0..rz.len())
-            .map(|j| if rz[j] > target * start[j] && curvature[j] > 0.0 { rz[j] / curvature[j] } else { 0.0 })
-            .collect();
-        if step.iter().all(|s| *s == 0.0) {
-            return iteration - 1;
-        }
-        add_scaled(x, &step, &p, 1.0);
-        add_scaled(&mut r, &step, &kp, -1.0);
-        complement.project_force(&mut r);
-        z = precondition(&r);
-        let next = dots(r.as_ref(), z.as_ref());
-        let momentum: Vec<f64> = (0..rz.len()).map(|j| if rz[j] > 0.0 { next[j] / rz[j] } else { 0.0 }).collect();
-        let mut direction = z.clone();
-        add_scaled(&mut direction, &momentum, &p, 1.0);
-        p = direction;
-        rz = next;
-    }
-    ITERATIONS_PER_SWEEP
-}
-
-/// The unit-free filter of `docs/theory.md`: which residual directions become dynamic coordinates.
-struct Filter {
-    flexibility: Mat<f64>,
-    transform: Mat<f64>,
-    sigma_squared: Vec<f64>,
-    static_directions: usize,
-    flexibility_rank: usize,
-    condition: f64,
-}
-
-impl Filter {
-    fn of(flexibility: &Mat<f64>, mass: &Mat<f64>, flexibility0: &Mat<f64>, mass0: &Mat<f64>) -> Result<Self, Error> {
-        let failed = || Error::NotFinite { what: "the residual filter" };
-        let n_b = flexibility.nrows();
-        // A zero diagonal drops the row: D has a zero there. Rows without any mass but with flexibility are scaled by that.
-        let scale = |matrix: &Mat<f64>| -> Vec<f64> {
-            (0..n_b).map(|i| if matrix[(i, i)] > 0.0 { 1.0 / matrix[(i, i)].sqrt() } else { 0.0 }).collect()
-        };
-        let scaled = |matrix: &Mat<f64>, d: &[f64]| Mat::from_fn(n_b, n_b, |i, j| d[i] * matrix[(i, j)] * d[j]);
-        let largest = |matrix: &Mat<f64>| -> Result<f64, Error> {
-            let (values, _) = symmetric_eigen(matrix.as_ref()).ok_or_else(failed)?;
-            Ok(values.last().copied().unwrap_or(0.0))
-        };
-        let d = scale(mass0);
-        let mass_reference = largest(&scaled(mass0, &d))?;
-        let (mass_values, mass_vectors) = symmetric_eigen(scaled(mass, &d).as_ref()).ok_or_else(failed)?;
-        let kept: Vec<usize> = (0..n_b).filter(|i| mass_values[*i] > MASS_TOLERANCE * mass_reference).collect();
-
-        let e = scale(flexibility0);
-        let flexibility_reference = largest(&scaled(flexibility0, &e))?;
-        let (flexibility, values) = clipped(flexibility, &e, flexibility_reference)?;
-        let present: Vec<f64> = values.into_iter().filter(|v| *v > MASS_TOLERANCE * flexibility_reference).collect();
-        let condition = match (present.first(), present.last()) {
-            (Some(smallest), Some(largest)) => largest / smallest,
-            _ => 1.0,
-        };
-
-        let normalised = Mat::from_fn(n_b, kept.len(), |i, j| {
-            d[i] * mass_vectors[(i, kept[j])] / mass_values[kept[j]].sqrt()
-        });
-        let stiffness = symmetrized((normalised.transpose() * &flexibility * &normalised).as_ref());
-        let (sigma_squared, rotation) = symmetric_eigen(stiffness.as_ref()).ok_or_else(failed)?;
-        let transform = &normalised * &rotation;
-        // What the transform leaves of F_res: F - (F T) diag(σ²)⁻¹ (F T)ᵀ is the static remainder.
-        let image = &flexibility * &transform;
-        let remainder = Mat::from_fn(n_b, n_b, |i, j| {
-            let dynamic: f64 = (0..kept.len())
-                .filter(|k| sigma_squared[*k] > 0.0)
-                .map(|k| image[(i, k)] * image[(j, k)] / sigma_squared[k])
-                .sum();
-            flexibility[(i, j)] - dynamic
-        });
-        let (rest, _) = symmetric_eigen(symmetrized(scaled(&remainder, &e).as_ref()).as_ref()).ok_or_else(failed)?;
-        let static_directions = rest.iter().filter(|value| **value > MASS_TOLERANCE * flexibility_reference).count();
-        Ok(Self {
-            flexibility,
-            transform,
-            sigma_squared: sigma_squared.iter().map(|s| s.max(0.0)).collect(),
-            static_directions,
-            flexibility_rank: present.len(),
-            condition,
-        })
-    }
-}
-
-/// F_res with negative eigenvalues (of the scaled matrix) set to zero where they are rounding, and the scaled eigenvalues.
-fn clipped(flexibility: &Mat<f64>, e: &[f64], reference: f64) -> Result<(Mat<f64>, Vec<f64>), Error> {
-    let n_b = flexibility.nrows();
-    let scaled = Mat::from_fn(n_b, n_b, |i, j| e[i] * flexibility[(i, j)] * e[j]);
-    let (values, vectors) =
-        symmetric_eigen(scaled.as_ref()).ok_or(Error::NotFinite { what: "the residual flexibility" })?;
-    let smallest = values.first().copied().unwrap_or(0.0);
-    if smallest < -NEGATIVE_FLEXIBILITY * reference {
-        return Err(Error::NotPositive {
-            what: "the residual flexibility",
-            smallest,
-            largest: reference,
-            tolerance: NEGATIVE_FLEXIBILITY,
-        });
-    }
-    if smallest >= 0.0 {
-        return Ok((flexibility.clone(), values));
-    }
-    let mut clipped = flexibility.clone();
-    for (k, value) in values.iter().enumerate().take_while(|(_, value)| **value < 0.0) {
-        for j in (0..n_b).filter(|j| e[*j] > 0.0) {
-            for i in (0..n_b).filter(|i| e[*i] > 0.0) {
-                clipped[(i, j)] -= value * vectors[(i, k)] * vectors[(j, k)] / (e[i] * e[j]);
-            }
-        }
-    }
-    Ok((symmetrized(clipped.as_ref()), values))
-}
-
-/// Rows that are combinations of others: Cholesky with pivoting on the scaled static flexibility, largest remainder first.
-fn dependencies(flexibility0: &Mat<f64>, localization: &Localization) -> Vec<Dependency> {
-    let n_b = flexibility0.nrows();
-    let attached: Vec<usize> = (0..n_b).filter(|row| localization.is_attachment(*row)).collect();
-    let largest = attached.iter().map(|i| flexibility0[(*i, *i)]).fold(0.0, f64::max);
-    let mut found = Vec::new();
-    let scale = |i: usize| flexibility0[(i, i)].max(0.0).sqrt();
-    let (mut open, inert): (Vec<usize>, Vec<usize>) =
-        attached.iter().partition(|i| flexibility0[(**i, **i)] > 1e-24 * largest && scale(**i) > 0.0);
-    for row in inert {
-        found.push(Dependency { row: localization.row_name(row), depends_on: Vec::new() });
-    }
-    // Remaining part of each row, as coefficients over the pivots' orthonormal directions.
-    let mut parts: Vec<Vec<f64>> = vec![Vec::new(); n_b];
-    let mut pivots: Vec<usize> = Vec::new();
-    let left = |parts: &[Vec<f64>], i: usize| 1.0 - parts[i].iter().map(|p| p * p).sum::<f64>();
-    while let Some(position) = (0..open.len()).max_by(|a, b| {
-        left(&parts, open[*a]).total_cmp(&left(&parts, open[*b])).then(open[*b].cmp(&open[*a]))
-    }) {
-        let pivot = open[position];
-        let remaining = left(&parts, pivot);
-        if remaining < DEPENDENT_ROW {
-            break;
-        }
-        open.remove(position);
-        for i in open.iter().copied() {
-            let cosine = flexibility0[(i, pivot)] / (scale(i) * scale(pivot));
-            let known: f64 = parts[i].iter().zip(&parts[pivot]).map(|(a, b)| a * b).sum();
-            parts[i].push((cosine - known) / remaining.sqrt());
-        }
-        parts[pivot].push(remaining.sqrt());
-        pivots.push(pivot);
-    }
-    open.sort_unstable();
-    for row in open {
-        // Back substitution: row = Σ c_p pivot_p in scaled terms.
-        let mut coefficients = vec![0.0; pivots.len()];
-        for k in (0..pivots.len()).rev() {
-            let later: f64 =
-                (k + 1..pivots.len()).map(|l| coefficients[l] * parts[pivots[l]].get(k).copied().unwrap_or(0.0)).sum();
-            coefficients[k] = (parts[row][k] - later) / parts[pivots[k]][k];
-        }
-        let involved = pivots.iter().zip(&coefficients).filter(|(_, c)| c.abs() > 1e-6);
-        found.push(Dependency {
-            row: localization.row_name(row),
-            depends_on: involved.map(|(pivot, _)| localization.row_name(*pivot)).collect(),
-        });
-    }
-    found
-}

@@ -1,8 +1,10 @@
 //! Dense matrices and what is computed with them.
 
 use dcb_formats::SparseMatrix;
+use faer::dyn_stack::{MemBuffer, MemStack};
+use faer::linalg::evd::{ComputeEigenvectors, SelfAdjointEvdParams, self_adjoint_evd, self_adjoint_evd_scratch};
 use faer::linalg::solvers::Solve;
-use faer::{Mat, MatRef, Side};
+use faer::{Auto, Mat, MatRef, Par};
 
 /// Dense copy.
 pub fn dense(matrix: &SparseMatrix) -> Mat<f64> {
@@ -33,8 +35,14 @@ pub fn eigen(a: &Mat<f64>) -> (Vec<f64>, Mat<f64>) {
     if a.nrows() == 0 {
         return (Vec::new(), Mat::zeros(0, 0));
     }
-    let eigen = a.self_adjoint_eigen(Side::Lower).expect("finite numbers");
-    (eigen.S().column_vector().iter().copied().collect(), eigen.U().to_owned())
+    let n = a.nrows();
+    // QR iteration: divide and conquer is wrong for repeated eigenvalues.
+    let params = SelfAdjointEvdParams { recursion_threshold: usize::MAX, ..Auto::<f64>::auto() };
+    let (mut values, mut vectors) = (faer::Col::<f64>::zeros(n), Mat::zeros(n, n));
+    let mut memory = MemBuffer::new(self_adjoint_evd_scratch::<f64>(n, ComputeEigenvectors::Yes, Par::Seq, params.into()));
+    let (diagonal, u) = (values.as_mut().as_diagonal_mut(), Some(vectors.as_mut()));
+    self_adjoint_evd(a.as_ref(), diagonal, u, Par::Seq, MemStack::new(&mut memory), params.into()).expect("finite numbers");
+    (values.iter().copied().collect(), vectors)
 }
 
 /// Solves `a x = b` by LU with partial pivoting and two steps of refinement.
