@@ -26,10 +26,12 @@ pub mod plausibility;
 pub mod quality;
 pub mod residual;
 pub mod rigid_body;
+pub mod scientific;
 pub mod shift;
 pub mod surface;
 pub mod timing;
 pub mod verify;
+pub mod verify_component;
 
 use dcb_formats::component::Component;
 use dcb_formats::{RecoveryBasis, Superelement};

@@ -139,10 +139,17 @@ impl Quality {
     /// The limits that are broken, as sentences; empty for a good reduction.
     pub fn broken_limits(&self) -> Vec<String> {
         let mut broken = Vec::new();
-        for (i, (residual, rounding)) in self.mode_residuals.iter().zip(&self.mode_residual_roundings).enumerate() {
-            if !residual_is_accepted(*residual, *rounding) {
-                broken.push(format!("the residual of mode {} is {residual:.1e}, above its limit {RESIDUAL_TOLERANCE:.0e}", i + 1));
-            }
+        let residuals = self.mode_residuals.iter().zip(&self.mode_residual_roundings).enumerate();
+        let refused: Vec<(usize, f64)> = residuals
+            .filter(|(_, (residual, rounding))| !residual_is_accepted(**residual, **rounding))
+            .map(|(i, (residual, _))| (i + 1, *residual))
+            .collect();
+        if let Some((mode, residual)) = refused.iter().max_by(|a, b| a.1.total_cmp(&b.1)) {
+            broken.push(format!(
+                "{} of {} modes have a residual above the limit {RESIDUAL_TOLERANCE:.0e}, the largest {residual:.1e} in mode {mode}",
+                refused.len(),
+                self.mode_residuals.len()
+            ));
         }
         let mut check = |what: &str, value: f64, limit: f64| {
             // Also true for NaN.
