@@ -28,7 +28,7 @@ struct Cli {
 /// Options of every command.
 #[derive(Debug, Args)]
 pub struct CommonArguments {
-    /// No summary, no warnings, no progress; what `inspect`, `compare` and `schema` show is printed all the same.
+    /// Print no summary, warnings or progress.
     #[arg(long, short, global = true)]
     pub quiet: bool,
     /// List every mode.
@@ -48,7 +48,7 @@ pub struct ReduceArguments {
     /// Output [default: PART.dcb.h5].
     #[arg(long, short, value_name = "FILE")]
     pub output: Option<PathBuf>,
-    /// Keep this many of the lowest elastic modes [default: 20] (more where that would cut a multiple root).
+    /// Keep this many elastic modes, or more where that would cut a multiple root [default: 20].
     #[arg(long, value_name = "N", conflicts_with = "max_frequency", allow_negative_numbers = true, value_parser = count)]
     pub modes: Option<usize>,
     /// Keep every elastic mode below this frequency.
@@ -145,6 +145,7 @@ pub fn main() -> ExitCode {
         }
         Ok(outcome.failure)
     });
+    cli_reduce::wait_if_interrupted();
     match outcome {
         Ok(None) => ExitCode::SUCCESS,
         Ok(Some(failure)) => {

@@ -52,6 +52,15 @@ impl Outcome {
 
 /// Whether the superelement is complete, so that an interruption comes too late.
 static WRITTEN: AtomicBool = AtomicBool::new(false);
+/// Whether the user has interrupted; whatever goes wrong from then on is a consequence.
+static INTERRUPTED: AtomicBool = AtomicBool::new(false);
+
+/// Leaves the last word to the interruption, which ends the program.
+pub fn wait_if_interrupted() {
+    while INTERRUPTED.load(Ordering::SeqCst) {
+        std::thread::park();
+    }
+}
 
 /// `PART.dcb.h5` beside `PART.mtx`.
 fn default_output(stiffness: &Path) -> PathBuf {
@@ -65,6 +74,7 @@ fn clean_up_on_interrupt(target: &Path) {
     let partial = partial_path(target);
     // A second handler can't be set (tests call the command twice in one process); the first one serves.
     let _ = ctrlc::set_handler(move || {
+        INTERRUPTED.store(true, Ordering::SeqCst);
         let _ = std::fs::remove_file(&partial);
         let so_far = if WRITTEN.load(Ordering::SeqCst) { "the superelement is complete" } else { "nothing was written" };
         print_to_stderr("interrupted", so_far);
@@ -218,7 +228,9 @@ fn write_timings(path: &Path, stages: &[StageTime]) -> Result<(), Error> {
     let total: f64 = stages.iter().map(|stage| stage.seconds).sum();
     let text = json!({ "stages": stages, "total_seconds": total }).to_string() + "\n";
     std::fs::write(path, text).map_err(|source| {
-        Error::File(dcb_formats::Error::Io { path: path.to_path_buf(), action: "cannot write", source })
+        let _ = std::fs::remove_file(path);
+        let action = "the superelement is complete, but the timings can't be written";
+        Error::File(dcb_formats::Error::Io { path: path.to_path_buf(), action, source })
     })
 }
 

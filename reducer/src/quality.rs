@@ -203,7 +203,10 @@ impl Identities {
         let k_phi = symmetric_product(&model.stiffness, phi);
         let k_x = symmetric_product(&model.stiffness, residual.shapes.as_ref());
         let highest = modes.eigenvalues.last().copied().unwrap_or(0.0).max(f64::MIN_POSITIVE);
-        let omega_squared = |i: usize| modes.eigenvalues[i].max(1e-12 * highest);
+        // A motion of a loose piece has no ω² of its own: it is measured against the first elastic one.
+        let elastic = modes.eigenvalues.iter().copied().find(|value| *value > 0.0).unwrap_or(modes.first_omitted);
+        let floor = if elastic.is_finite() { elastic.max(1e-12 * highest) } else { 1.0 };
+        let omega_squared = |i: usize| if modes.eigenvalues[i] > 0.0 { modes.eigenvalues[i] } else { floor };
         let f0 = |i: usize| residual.flexibility0[(i, i)].max(0.0);
         let m0 = |i: usize| residual.mass_diagonal0[i];
         let n_k = modes.count();

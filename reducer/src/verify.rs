@@ -42,7 +42,7 @@ impl Findings {
     pub fn check(&mut self, what: &str, value: f64, limit: f64) {
         let holds = value <= limit;
         let mark = if holds { "ok  " } else { "FAIL" };
-        let _ = writeln!(self.text, "  {mark} {what:<58} {}  (limit {})", scientific(value, 1), scientific(limit, 0));
+        let _ = writeln!(self.text, "  {mark} {what:<58} {}  (limit {limit:.0e})", scientific(value, 1));
         if !holds {
             self.broken.push(format!("{what}: {value:.1e}, above its limit {limit:.0e}"));
         }

@@ -26,6 +26,9 @@ use crate::shift::absolute_energies;
 use crate::verify::{AGREEMENT, Findings};
 use crate::{Grounding, LoosePieces, ModeSelection, Reduction, reduce};
 
+/// Modes found twice agree only as closely as their residuals allow, a pair of close ones less.
+const SHAPE_AGREEMENT: f64 = 1e-6;
+
 /// Checks everything that the component determines.
 ///
 /// # Errors
@@ -287,6 +290,14 @@ fn check_by_reduction(element: &Superelement, component: &Component, findings: &
     let eigenvalues = element.modes.eigenvalues.iter().zip(&again.modes.eigenvalues);
     let worst = eigenvalues.map(|(a, b)| (a - b).abs() / b.abs().max(f64::MIN_POSITIVE)).fold(0.0, f64::max);
     findings.check("eigenvalues", worst, AGREEMENT);
+    // The sum over modes is the same whatever the signs, and the axes of a multiple root.
+    let seen = |of: &Superelement| &of.modes.interface_shapes * of.modes.interface_shapes.transpose();
+    let (stored, computed) = (seen(element), seen(&again));
+    let scaled = Mat::from_fn(stored.nrows(), stored.ncols(), |i, j| {
+        let unit = (computed[(i, i)] * computed[(j, j)]).sqrt().max(f64::MIN_POSITIVE);
+        (stored[(i, j)] - computed[(i, j)]) / unit
+    });
+    findings.check("L_b Φ Φᵀ L_bᵀ", largest_entry(scaled.as_ref()), SHAPE_AGREEMENT);
     let mass = |i: usize| again.residual.mass_diagonal0[i].sqrt();
     for (what, x, y) in [
         ("M_res", &element.residual.mass, &again.residual.mass),

@@ -60,6 +60,10 @@ fn loose_pieces_are_listed_and_can_be_allowed() {
     let eigenvalues = folder.inspected("part.dcb.h5")["eigenvalues"].clone();
     let zeros = eigenvalues.as_array().unwrap().iter().filter(|value| **value == json!(0.0));
     assert_eq!(zeros.count(), 6, "{eigenvalues}");
+    folder.done("inspect part.dcb.h5");
+    folder.done("verify part.dcb.h5 --component part.mtx");
+    folder.run("part.mtx --modes 8 --allow-loose --without-fields --force");
+    folder.done("verify part.dcb.h5 --component part.mtx");
 }
 
 #[test]

@@ -11,7 +11,6 @@ mod inspect;
 mod interruption;
 mod options;
 mod output;
-mod pipes;
 mod support;
 mod unit_systems;
 mod verify;
