@@ -8,7 +8,7 @@ use std::path::{Path, PathBuf};
 use crate::component::{Component, ComponentMasses, Source};
 use crate::description::read_description;
 use crate::error::Error;
-use crate::matrix::{MatrixReport, read_matrix, read_symmetric_operator};
+use crate::matrix::{MatrixReport, check_operator_header, read_matrix, read_symmetric_operator};
 use crate::mesh::Dimension;
 use crate::SparseMatrix;
 
@@ -64,30 +64,55 @@ impl ComponentFiles {
     /// Finds the parts beside the stiffness matrix.
     ///
     /// # Errors
-    /// [`Error::File`] naming a missing part and the option that points elsewhere.
+    /// [`Error::File`] naming a missing part and the option that points elsewhere; before that, what shows at the beginning
+    /// of a file that can't be a stiffness matrix at all.
     pub fn beside(stiffness: &Path, overrides: &Overrides) -> Result<Self, Error> {
         let stem = stem(stiffness);
+        if stiffness.is_dir() {
+            let message = "is a folder; name the stiffness matrix in it, PART.mtx or PART.mtx.gz".into();
+            return Err(Error::File { path: stiffness.to_path_buf(), message });
+        }
         if !stiffness.exists() {
-            return Err(missing(stiffness, "the stiffness matrix", ""));
+            return Err(missing(stiffness, "the stiffness matrix", "expected PART.mtx or PART.mtx.gz"));
         }
         let required = |given: &Option<PathBuf>, ending: &str, what: &str, option: &str| {
             let path = given.clone().unwrap_or_else(|| sibling(&stem, ending));
-            let hint = if given.is_some() { String::new() } else { format!(", or name another file with {option}") };
-            if path.exists() { Ok(path) } else { Err(missing(&path, what, &hint)) }
+            let hint = match given {
+                Some(_) => format!("{option} must name an existing file"),
+                None => format!("put it beside the stiffness matrix, or name another file with {option}"),
+            };
+            if path.exists() {
+                return Ok(path);
+            }
+            check_operator_header(stiffness)?;
+            Err(missing(&path, what, &hint))
         };
         let mass = required(&overrides.mass, ".mass.mtx", "the mass matrix", "--mass")?;
         let description = required(&overrides.description, ".json", "the component description", "--mesh")?;
         let boundary = match &overrides.boundary {
-            Some(path) if !path.exists() => return Err(missing(path, "the boundary localization", "")),
+            Some(path) if !path.exists() => {
+                return Err(missing(path, "the boundary localization", "--boundary must name an existing file"));
+            }
             Some(path) => Some(path.clone()),
             None => Some(sibling(&stem, ".boundary.mtx")).filter(|path| path.exists()),
         };
         Ok(Self { stiffness: stiffness.to_path_buf(), mass, description, boundary })
     }
+
+    /// Every file that is read, the component masses where they are there.
+    pub fn all(&self) -> Vec<PathBuf> {
+        let named = [Some(&self.stiffness), Some(&self.mass), Some(&self.description), self.boundary.as_ref()];
+        named.into_iter().flatten().cloned().chain(self.component_masses(&SPATIAL_MASSES).into_iter().filter(|path| path.exists())).collect()
+    }
+
+    fn component_masses(&self, names: &[&str]) -> Vec<PathBuf> {
+        let stem = stem(&self.stiffness);
+        names.iter().map(|name| sibling(&stem, &format!(".mass.{name}.mtx"))).collect()
+    }
 }
 
 fn missing(path: &Path, what: &str, hint: &str) -> Error {
-    Error::File { path: path.to_path_buf(), message: format!("{what} is not there; put it beside the stiffness matrix{hint}") }
+    Error::File { path: path.to_path_buf(), message: format!("{what} is not there; {hint}") }
 }
 
 /// Reads and cross-checks a component.
@@ -191,8 +216,7 @@ fn read_component_masses(
         Dimension::Planar => &PLANAR_MASSES,
         Dimension::Spatial => &SPATIAL_MASSES,
     };
-    let stem = stem(&files.stiffness);
-    let paths: Vec<PathBuf> = names.iter().map(|name| sibling(&stem, &format!(".mass.{name}.mtx"))).collect();
+    let paths = files.component_masses(names);
     if !paths.iter().any(|path| path.exists()) {
         return Ok(None);
     }

@@ -5,6 +5,7 @@
 
 use dcb_formats::SparseMatrix;
 use faer::dyn_stack::{MemBuffer, MemStack};
+use faer::linalg::evd::{ComputeEigenvectors, SelfAdjointEvdParams, self_adjoint_evd, self_adjoint_evd_scratch};
 use faer::linalg::matmul::matmul;
 use faer::{Accum, Auto, Mat, MatMut, MatRef, Par};
 use rayon::prelude::*;
@@ -142,30 +143,36 @@ pub fn symmetrized(a: MatRef<'_, f64>) -> Mat<f64> {
     Mat::from_fn(a.nrows(), a.ncols(), |i, j| 0.5 * (a[(i, j)] + a[(j, i)]))
 }
 
+/// Largest relative residual of a dense eigensolution that is believed.
+const DENSE_RESIDUAL: f64 = 1e-12;
+
 /// Eigenvalues, ascending, and orthonormal eigenvectors (columns) of a small dense symmetric matrix.
 ///
 /// `None` if the iteration does not converge, which only non-finite entries cause.
 pub fn symmetric_eigen(a: MatRef<'_, f64>) -> Option<(Vec<f64>, Mat<f64>)> {
-    use faer::linalg::evd::{ComputeEigenvectors, SelfAdjointEvdParams, self_adjoint_evd, self_adjoint_evd_scratch};
-    let n = a.nrows();
-    if n == 0 {
-        return Some((Vec::new(), Mat::zeros(0, 0)));
-    }
     if !a.is_all_finite() {
         return None;
     }
-    // faer 0.24's divide-and-conquer step (from about 130 rows) loses up to nine digits on matrices of large norm.
     let scale = largest_entry(a).max(f64::MIN_POSITIVE);
-    let scaled = Mat::from_fn(n, n, |i, j| a[(i, j)] / scale);
-    let mut values = faer::Col::<f64>::zeros(n);
-    let mut vectors = Mat::zeros(n, n);
-    // Always the QR iteration: faer 0.24's divide and conquer, its choice from 128 rows on, can return pairs with relative
-    // residuals of 1e-3 where eigenvalues repeat (`tests/reduction/spectra.rs` has such a matrix).
-    let params = SelfAdjointEvdParams { recursion_threshold: usize::MAX, ..Auto::<f64>::auto() };
+    let scaled = Mat::from_fn(a.nrows(), a.nrows(), |i, j| a[(i, j)] / scale);
+    // faer 0.24's divide and conquer, its choice from 128 rows on, is fast, but its pairs can have relative residuals of
+    // 1e-3 where eigenvalues repeat (`tests/reduction/spectra.rs` has such a matrix): checked, and QR iteration otherwise.
+    let threshold = <SelfAdjointEvdParams as Auto<f64>>::auto().recursion_threshold;
+    let (values, vectors) = match dense_eigen(&scaled, threshold)? {
+        fast if a.nrows() < threshold || dense_residual(&scaled, &fast) <= DENSE_RESIDUAL => fast,
+        _ => dense_eigen(&scaled, usize::MAX)?,
+    };
+    Some((values.into_iter().map(|value| value * scale).collect(), vectors))
+}
+
+fn dense_eigen(a: &Mat<f64>, recursion_threshold: usize) -> Option<(Vec<f64>, Mat<f64>)> {
+    let n = a.nrows();
+    let params = SelfAdjointEvdParams { recursion_threshold, ..<SelfAdjointEvdParams as Auto<f64>>::auto() };
+    let (mut values, mut vectors) = (faer::Col::<f64>::zeros(n), Mat::zeros(n, n));
     let scratch = self_adjoint_evd_scratch::<f64>(n, ComputeEigenvectors::Yes, Par::Seq, params.into());
     let mut memory = MemBuffer::new(scratch);
     self_adjoint_evd(
-        scaled.as_ref(),
+        a.as_ref(),
         values.as_mut().as_diagonal_mut(),
         Some(vectors.as_mut()),
         Par::Seq,
@@ -173,7 +180,15 @@ pub fn symmetric_eigen(a: MatRef<'_, f64>) -> Option<(Vec<f64>, Mat<f64>)> {
         params.into(),
     )
     .ok()?;
-    Some((values.iter().map(|value| value * scale).collect(), vectors))
+    Some((values.iter().copied().collect(), vectors))
+}
+
+/// Largest entry of `A V - V Λ`, for a matrix with largest entry 1.
+fn dense_residual(a: &Mat<f64>, (values, vectors): &(Vec<f64>, Mat<f64>)) -> f64 {
+    let n = a.nrows();
+    let mut residual = Mat::from_fn(n, n, |i, j| -vectors[(i, j)] * values[j]);
+    matmul(residual.as_mut(), Accum::Add, a, vectors, 1.0, Par::Seq);
+    largest_entry(residual.as_ref())
 }
 
 #[cfg(test)]

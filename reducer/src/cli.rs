@@ -1,5 +1,6 @@
 //! The command line of `reduce`. Results go to standard output, everything else to standard error.
 
+use std::io::{ErrorKind, Write};
 use std::path::PathBuf;
 use std::process::ExitCode;
 
@@ -27,10 +28,10 @@ struct Cli {
 /// Options of every command.
 #[derive(Debug, Args)]
 pub struct CommonArguments {
-    /// Print nothing but errors.
+    /// Print no summary, warnings or progress.
     #[arg(long, short, global = true)]
     pub quiet: bool,
-    /// Print more: every mode, every stage.
+    /// List every mode.
     #[arg(long, short, global = true)]
     pub verbose: bool,
     /// Worker threads (default: one per processor). Results do not depend on it.
@@ -47,11 +48,11 @@ pub struct ReduceArguments {
     /// Output [default: PART.dcb.h5].
     #[arg(long, short, value_name = "FILE")]
     pub output: Option<PathBuf>,
-    /// Keep this many of the lowest elastic modes [default: 20] (more where that would cut a multiple root).
-    #[arg(long, value_name = "N", conflicts_with = "max_frequency")]
+    /// Keep this many elastic modes, or more where that would cut a multiple root [default: 20].
+    #[arg(long, value_name = "N", conflicts_with = "max_frequency", allow_negative_numbers = true, value_parser = count)]
     pub modes: Option<usize>,
     /// Keep every elastic mode below this frequency.
-    #[arg(long, value_name = "HZ")]
+    #[arg(long, value_name = "HZ", allow_negative_numbers = true, value_parser = frequency)]
     pub max_frequency: Option<f64>,
     /// Mass matrix [default: PART.mass.mtx].
     #[arg(long, value_name = "FILE")]
@@ -71,7 +72,7 @@ pub struct ReduceArguments {
     /// Compress the nodal shapes (slower, a little smaller).
     #[arg(long)]
     pub compress: bool,
-    /// Write wall time and memory of each stage as JSON.
+    /// Write wall time and memory of each stage as JSON (replaces an older one).
     #[arg(long, value_name = "F.json")]
     pub timings: Option<PathBuf>,
     /// Accept a part that is held; its frame is then not on mean axes.
@@ -111,6 +112,17 @@ enum Command {
     Schema,
 }
 
+fn count(text: &str) -> Result<usize, String> {
+    text.parse().map_err(|_| "a number of modes is wanted, 0 or more".into())
+}
+
+fn frequency(text: &str) -> Result<f64, String> {
+    match text.parse::<f64>() {
+        Ok(hertz) if hertz.is_finite() && hertz > 0.0 => Ok(hertz),
+        _ => Err("a positive number of Hz is wanted".into()),
+    }
+}
+
 /// Runs the program.
 pub fn main() -> ExitCode {
     let cli = Cli::parse();
@@ -125,32 +137,46 @@ pub fn main() -> ExitCode {
         Some(Command::Compare { a, b }) => compare::run(a, b),
         Some(Command::Schema) => schema(),
     };
+    // What was asked for is printed also with --quiet; what was done along the way is not.
+    let is_report = matches!(cli.command, None | Some(Command::Verify { .. }));
+    let outcome = outcome.and_then(|outcome| {
+        if !(is_report && cli.common.quiet) {
+            print_to_stdout(&outcome.output)?;
+        }
+        Ok(outcome.failure)
+    });
+    cli_reduce::wait_if_interrupted();
     match outcome {
-        Ok(Outcome { output, broken_limits }) => {
-            if !cli.common.quiet {
-                print_to_stdout(&output);
-            }
-            for limit in &broken_limits {
-                eprintln!("error: {limit}");
-            }
-            ExitCode::from(u8::from(!broken_limits.is_empty()))
+        Ok(None) => ExitCode::SUCCESS,
+        Ok(Some(failure)) => {
+            print_to_stderr("error", &failure);
+            ExitCode::from(1)
         }
         Err(error) => {
-            eprintln!("error: {error}");
+            print_to_stderr("error", &error.to_string());
             ExitCode::from(if error.is_unusable_input() { 2 } else { 1 })
         }
     }
 }
 
 /// A reader that closes the pipe early (`| head`) is not an error.
-fn print_to_stdout(text: &str) {
-    use std::io::Write;
+fn print_to_stdout(text: &str) -> Result<(), Error> {
     let mut out = std::io::stdout().lock();
-    let _ = out.write_all(text.as_bytes()).and_then(|()| out.flush());
+    match out.write_all(text.as_bytes()).and_then(|()| out.flush()) {
+        Err(error) if error.kind() != ErrorKind::BrokenPipe => {
+            Err(Error::Component(format!("standard output: cannot write: {error}")))
+        }
+        _ => Ok(()),
+    }
+}
+
+/// One line on standard error; where nobody can read it, nobody is told.
+pub fn print_to_stderr(kind: &str, message: &str) {
+    let _ = writeln!(std::io::stderr(), "{kind}: {message}");
 }
 
 fn schema() -> Result<Outcome, Error> {
     let schema = dcb_formats::component_schema();
     let text = serde_json::to_string_pretty(&schema).map_err(|_| Error::NotFinite { what: "the schema" })?;
-    Ok(Outcome { output: text + "\n", broken_limits: Vec::new() })
+    Ok(Outcome { output: text + "\n", failure: None })
 }

@@ -3,18 +3,21 @@
 use std::fmt::Write as _;
 use std::io::IsTerminal;
 use std::path::{Path, PathBuf};
+use std::sync::atomic::{AtomicBool, Ordering};
 
 use dcb_formats::component_files::{ComponentFiles, Overrides, read_component, stem};
+use dcb_formats::Superelement;
 use dcb_formats::dcb::{
     Compression, Contents, Replace, WriteOptions, check_output, partial_path, write_superelement,
 };
 use serde_json::json;
 
-use crate::cli::{CommonArguments, ReduceArguments};
+use crate::cli::{CommonArguments, ReduceArguments, print_to_stderr};
 use crate::error::Error;
-use crate::inspect::{frequency_table, interface_table, mass_lines};
+use crate::inspect::{frequency_table, hertz, interface_table, mass_lines};
 use crate::plausibility::si_factor;
 use crate::quality::Quality;
+use crate::scientific::scientific;
 use crate::timing::{Display, StageClock, StageTime};
 use crate::{Grounding, LoosePieces, ModeSelection, Reduced, Reduction, reduce};
 
@@ -23,13 +26,40 @@ const DEFAULT_MODES: usize = 20;
 /// Modes listed unless all are asked for.
 const LISTED_MODES: usize = 10;
 
-/// What a command has to say, and which quality limits broke.
+/// Reasons named in a failure.
+const NAMED_REASONS: usize = 5;
+
+/// What a command has to say.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Outcome {
     /// For standard output.
     pub output: String,
-    /// For standard error, and exit status 1.
-    pub broken_limits: Vec<String>,
+    /// For standard error, with exit status 1: what was checked and did not hold.
+    pub failure: Option<String>,
+}
+
+impl Outcome {
+    /// All is well if there is no reason why not.
+    pub fn unless(output: String, what: &str, reasons: &[String]) -> Self {
+        let named = reasons[..reasons.len().min(NAMED_REASONS)].join("; ");
+        let more = match reasons.len().saturating_sub(NAMED_REASONS) {
+            0 => String::new(),
+            more => format!("; and {more} more"),
+        };
+        Self { output, failure: (!reasons.is_empty()).then(|| format!("{what}: {named}{more}")) }
+    }
+}
+
+/// Whether the superelement is complete, so that an interruption comes too late.
+static WRITTEN: AtomicBool = AtomicBool::new(false);
+/// Whether the user has interrupted; whatever goes wrong from then on is a consequence.
+static INTERRUPTED: AtomicBool = AtomicBool::new(false);
+
+/// Leaves the last word to the interruption, which ends the program.
+pub fn wait_if_interrupted() {
+    while INTERRUPTED.load(Ordering::SeqCst) {
+        std::thread::park();
+    }
 }
 
 /// `PART.dcb.h5` beside `PART.mtx`.
@@ -44,8 +74,10 @@ fn clean_up_on_interrupt(target: &Path) {
     let partial = partial_path(target);
     // A second handler can't be set (tests call the command twice in one process); the first one serves.
     let _ = ctrlc::set_handler(move || {
+        INTERRUPTED.store(true, Ordering::SeqCst);
         let _ = std::fs::remove_file(&partial);
-        eprintln!("interrupted; nothing was written");
+        let so_far = if WRITTEN.load(Ordering::SeqCst) { "the superelement is complete" } else { "nothing was written" };
+        print_to_stderr("interrupted", so_far);
         std::process::exit(130);
     });
 }
@@ -68,6 +100,13 @@ pub fn run(arguments: &ReduceArguments, common: &CommonArguments) -> Result<Outc
     let files = ComponentFiles::beside(stiffness, &overrides)?;
     refuse_input_as_output(&files, &target)?;
     check_output(&target, replace)?;
+    if let Some(timings) = &arguments.timings {
+        refuse_input_as_output(&files, timings)?;
+        check_output(timings, Replace::Overwrite)?;
+        if is_same_place(timings, &target) {
+            return Err(Error::Component(format!("{}: is the output; the timings need another file", timings.display())));
+        }
+    }
     clean_up_on_interrupt(&target);
 
     let show = !common.quiet && std::io::stderr().is_terminal();
@@ -79,14 +118,17 @@ pub fn run(arguments: &ReduceArguments, common: &CommonArguments) -> Result<Outc
         grounding: if arguments.allow_grounded { Grounding::Allow } else { Grounding::Refuse },
         loose_pieces: if arguments.allow_loose { LoosePieces::Allow } else { LoosePieces::Refuse },
     };
-    let mut reduced = reduce(&component, &options, &mut clock)?;
+    let mut reduced = reduce(&component, &options, &mut clock).map_err(|error| naming_the_file(error, &files))?;
     let broken_limits = reduced.quality.broken_limits();
     if !broken_limits.is_empty() {
         clock.clear();
-        return Ok(Outcome { output: quality_lines(&reduced.quality), broken_limits });
+        let what = format!("{}: nothing was written, the reduction is not good enough", stiffness.display());
+        return Ok(Outcome::unless(quality_lines(&reduced.quality), &what, &broken_limits));
     }
     clock.stop();
+    let empty = no_mode_warning(arguments, &reduced.superelement);
     let provenance = &mut reduced.superelement.provenance;
+    provenance.warnings.extend(empty);
     provenance.options = options_as_json(arguments, &options);
     if let Some(quality) = provenance.quality.as_object_mut() {
         quality.insert("stages".into(), json!(clock.stages()));
@@ -99,38 +141,68 @@ pub fn run(arguments: &ReduceArguments, common: &CommonArguments) -> Result<Outc
     };
     let compression = if arguments.compress { Compression::Deflate } else { Compression::None };
     write_superelement(&target, &contents, &WriteOptions { replace_existing: replace, compression })?;
+    WRITTEN.store(true, Ordering::SeqCst);
     clock.clear();
     if let Some(path) = &arguments.timings {
         write_timings(path, clock.stages())?;
     }
     if !common.quiet {
         for warning in &reduced.superelement.provenance.warnings {
-            eprintln!("warning: {warning}");
+            print_to_stderr("warning", warning);
         }
     }
     let listed = if common.verbose { usize::MAX } else { LISTED_MODES };
-    Ok(Outcome { output: summary(&reduced, component.dofs.len(), &target, clock.stages(), listed), broken_limits })
+    Ok(Outcome { output: summary(&reduced, component.dofs.len(), &target, clock.stages(), listed), failure: None })
 }
 
 fn refuse_input_as_output(files: &ComponentFiles, target: &Path) -> Result<(), Error> {
-    let inputs = [Some(&files.stiffness), Some(&files.mass), Some(&files.description), files.boundary.as_ref()];
-    let real = |path: &Path| path.canonicalize().ok();
-    match inputs.into_iter().flatten().find(|input| real(input).is_some() && real(input) == real(target)) {
+    match files.all().into_iter().find(|input| is_same_place(input, target)) {
         None => Ok(()),
         Some(input) => Err(Error::Component(format!(
-            "{}: is an input of this reduction and can't be its output; name another with -o",
+            "{}: is an input of this reduction and can't be its output; name another file",
             input.display()
         ))),
     }
+}
+
+/// Whether both lead to one place: the same file, or the same name in the same folder.
+fn is_same_place(a: &Path, b: &Path) -> bool {
+    let real = |path: &Path| {
+        path.canonicalize().ok().or_else(|| {
+            let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."));
+            Some(folder.canonicalize().ok()?.join(path.file_name()?))
+        })
+    };
+    real(a).is_some() && real(a) == real(b)
+}
+
+/// The reduction knows no files; its message begins with what is wrong, and that tells which of them is meant.
+pub fn naming_the_file(error: Error, files: &ComponentFiles) -> Error {
+    let Error::Component(message) = error else { return error };
+    let meant = match &message {
+        m if m.starts_with("the mass matrix") => &files.mass,
+        m if m.starts_with("interface") || m.starts_with("an interface") => &files.description,
+        m if m.starts_with("boundary") => files.boundary.as_ref().unwrap_or(&files.stiffness),
+        _ => &files.stiffness,
+    };
+    Error::Component(format!("{}: {message}", meant.display()))
+}
+
+/// A frequency limit that leaves no mode is more often a slip than a wish.
+fn no_mode_warning(arguments: &ReduceArguments, element: &Superelement) -> Option<String> {
+    let limit = arguments.max_frequency.filter(|_| element.mode_count() == 0)?;
+    let first = Some(element.modes.first_omitted_eigenvalue)
+        .filter(|value| value.is_finite())
+        .map_or(String::new(), |value| format!(" (the first is at {:.6} Hz)", hertz(value, &element.units.time)));
+    Some(format!(
+        "no elastic mode lies below --max-frequency {limit} Hz{first}: none is kept, and the part deforms only as its attachments do; raise the limit, or use --modes"
+    ))
 }
 
 fn mode_selection(arguments: &ReduceArguments, time_unit: &str) -> Result<ModeSelection, Error> {
     let Some(hertz) = arguments.max_frequency else {
         return Ok(ModeSelection::Lowest(arguments.modes.unwrap_or(DEFAULT_MODES)));
     };
-    if !(hertz.is_finite() && hertz > 0.0) {
-        return Err(Error::Component(format!("--max-frequency {hertz}: a positive number of Hz is wanted")));
-    }
     let second = si_factor(time_unit).ok_or_else(|| {
         Error::Component(format!("--max-frequency is in Hz, but the time unit {time_unit:?} is not known; use --modes"))
     })?;
@@ -156,7 +228,9 @@ fn write_timings(path: &Path, stages: &[StageTime]) -> Result<(), Error> {
     let total: f64 = stages.iter().map(|stage| stage.seconds).sum();
     let text = json!({ "stages": stages, "total_seconds": total }).to_string() + "\n";
     std::fs::write(path, text).map_err(|source| {
-        Error::File(dcb_formats::Error::Io { path: path.to_path_buf(), action: "cannot write", source })
+        let _ = std::fs::remove_file(path);
+        let action = "the superelement is complete, but the timings can't be written";
+        Error::File(dcb_formats::Error::Io { path: path.to_path_buf(), action, source })
     })
 }
 
@@ -189,7 +263,7 @@ pub fn quality_lines(quality: &Quality) -> String {
     let largest = |values: &[f64]| values.iter().copied().fold(0.0, f64::max);
     let mut text = String::from("quality\n");
     let mut line = |what: &str, value: f64| {
-        let _ = writeln!(text, "  {what:<46} {value:.1e}");
+        let _ = writeln!(text, "  {what:<46} {}", scientific(value, 1));
     };
     line("largest mode residual |Kφ-ω²Mφ|/|Kφ|", largest(&quality.mode_residuals));
     line("  of which rounding explains up to", largest(&quality.mode_residual_roundings));
@@ -207,8 +281,8 @@ pub fn quality_lines(quality: &Quality) -> String {
     line("condition of F_res (scaled)", quality.flexibility_condition);
     let sturm = match quality.sturm.limit {
         Some(limit) => format!(
-            "{} eigenvalues counted below {limit:.6e}, {} found",
-            quality.sturm.counted, quality.sturm.found
+            "{} eigenvalues counted below {}, {} found",
+            quality.sturm.counted, scientific(limit, 6), quality.sturm.found
         ),
         None => "no elastic motion to count".into(),
     };

@@ -3,7 +3,9 @@
 use std::fmt::Write as _;
 use std::path::Path;
 
+use dcb_formats::component::Units;
 use dcb_formats::dcb::SuperelementFile;
+use dcb_formats::mesh::Dimension;
 use dcb_formats::{RecoveryBasis, Superelement};
 use faer::{Mat, MatRef};
 
@@ -12,6 +14,7 @@ use crate::cli_reduce::Outcome;
 use crate::error::Error;
 use crate::inspect::hertz;
 use crate::plausibility::si_factor;
+use crate::scientific::scientific;
 
 /// Runs the command.
 ///
@@ -23,12 +26,19 @@ pub fn run(a: &Path, b: &Path) -> Result<Outcome, Error> {
     if first.dimension != second.dimension {
         return Err(Error::Component(format!("{} and {}: one is planar, the other spatial", a.display(), b.display())));
     }
-    let mut text = format!("A {} ({})\nB {} ({})\n", a.display(), first.name, b.display(), second.name);
+    let mut text = heading('A', a, &first) + &heading('B', b, &second);
     mass_table(&mut text, &first, &second);
     let shapes = matching_shapes(&first, &second, file_a.recovery()?, file_b.recovery()?);
     frequency_table(&mut text, &first, &second, shapes.as_ref());
     flexibility_table(&mut text, &first, &second);
-    Ok(Outcome { output: text, broken_limits: Vec::new() })
+    Ok(Outcome { output: text, failure: None })
+}
+
+fn heading(letter: char, path: &Path, element: &Superelement) -> String {
+    let Units { length, mass, time } = &element.units;
+    let known = [length, mass, time].into_iter().all(|unit| si_factor(unit).is_some());
+    let unknown = if known { "" } else { "; a unit not known by name counts as 1 SI unit" };
+    format!("{letter} {} ({}; {length} {mass} {time}{unknown})\n", path.display(), element.name)
 }
 
 /// Size of the element's length, mass and time units in SI, 1 where a name is not known.
@@ -44,17 +54,26 @@ fn relative(a: f64, b: f64) -> f64 {
 
 fn mass_table(text: &mut String, a: &Superelement, b: &Superelement) {
     let ([la, ma, _], [lb, mb, _]) = (si(a), si(b));
-    let mut line = |what: &str, x: f64, y: f64| {
-        let _ = writeln!(text, "{what:<22} {x:18.9e} {y:18.9e}   {:.1e}", relative(x, y));
+    let _ = writeln!(text, "{:<22} {:>18} {:>18}   difference", "in SI units", "A", "B");
+    let mut line = |what: &str, x: f64, y: f64, scale: f64| {
+        let difference = if scale > 0.0 { (x - y).abs() / scale } else { 0.0 };
+        let (x, y, difference) = (scientific(x, 9), scientific(y, 9), scientific(difference, 1));
+        let _ = writeln!(text, "{what:<22} {x:>18} {y:>18}   {difference:>10}");
     };
-    line("mass", a.inertia.mass * ma, b.inertia.mass * mb);
-    for (axis, name) in ["centre x", "centre y", "centre z"].iter().enumerate().take(a.dimension.coordinate_count()) {
-        line(name, a.origin[axis] * la, b.origin[axis] * lb);
+    let (mass_a, mass_b) = (a.inertia.mass * ma, b.inertia.mass * mb);
+    line("mass [kg]", mass_a, mass_b, mass_a.max(mass_b));
+    // Coordinates of the centre and products of inertia may be zero: what they are small against is the part.
+    let moments = |element: &Superelement| (0..3).map(|axis| element.inertia.tensor[axis][axis]).fold(0.0, f64::max);
+    let moment = (moments(a) * ma * la * la).max(moments(b) * mb * lb * lb);
+    let gyration = (moment / mass_a.min(mass_b)).sqrt();
+    for (axis, name) in ["centre x [m]", "centre y [m]", "centre z [m]"].iter().enumerate().take(a.dimension.coordinate_count()) {
+        line(name, a.origin[axis] * la, b.origin[axis] * lb, gyration);
     }
-    for (axis, name) in ["inertia xx", "inertia yy", "inertia zz"].iter().enumerate() {
-        let (x, y) = (a.inertia.tensor[axis][axis] * ma * la * la, b.inertia.tensor[axis][axis] * mb * lb * lb);
-        if x != 0.0 || y != 0.0 {
-            line(name, x, y);
+    let entries = [("xx", 0, 0), ("yy", 1, 1), ("zz", 2, 2), ("xy", 0, 1), ("yz", 1, 2), ("zx", 2, 0)];
+    for (name, i, j) in entries {
+        if a.dimension == Dimension::Spatial || name == "zz" {
+            let (x, y) = (a.inertia.tensor[i][j] * ma * la * la, b.inertia.tensor[i][j] * mb * lb * lb);
+            line(&format!("inertia {name} [kg·m²]"), x, y, moment);
         }
     }
 }
@@ -69,11 +88,21 @@ fn matching_shapes(
     if let (Some(x), Some(y)) = (fields_a, fields_b)
         && x.dofs == y.dofs
     {
-        return Some((x.modes, y.modes));
+        let translates = |i: usize| x.dofs[i].direction.index() < 3;
+        return Some((in_si(&x.modes, a, translates), in_si(&y.modes, b, translates)));
     }
     let same_rows = a.rows.len() == b.rows.len()
         && a.rows.iter().zip(&b.rows).all(|(x, y)| (x.interface, x.direction) == (y.interface, y.direction));
-    (same_rows && !a.rows.is_empty()).then(|| (a.modes.interface_shapes.clone(), b.modes.interface_shapes.clone()))
+    let translates = |i: usize| a.rows[i].direction < 3;
+    (same_rows && !a.rows.is_empty()).then(|| {
+        (in_si(&a.modes.interface_shapes, a, translates), in_si(&b.modes.interface_shapes, b, translates))
+    })
+}
+
+/// Shapes with translations in metres beside rotations in radians, so that both weigh the same whatever the units.
+fn in_si(shapes: &Mat<f64>, element: &Superelement, translates: impl Fn(usize) -> bool) -> Mat<f64> {
+    let [length, ..] = si(element);
+    Mat::from_fn(shapes.nrows(), shapes.ncols(), |i, k| shapes[(i, k)] * if translates(i) { length } else { 1.0 })
 }
 
 /// Modal assurance criterion (x·y)² / (x·x)(y·y).
@@ -87,7 +116,7 @@ fn modal_assurance(x: MatRef<'_, f64>, y: MatRef<'_, f64>) -> Mat<f64> {
 
 fn frequency_table(text: &mut String, a: &Superelement, b: &Superelement, shapes: Option<&(Mat<f64>, Mat<f64>)>) {
     let assurance = shapes.map(|(x, y)| modal_assurance(x.as_ref(), y.as_ref()));
-    let _ = writeln!(text, "mode        A [Hz]            B [Hz]        difference   best MAC of A in B");
+    let _ = writeln!(text, "mode {:>17} {:>18}   difference   best MAC of A in B", "A [Hz]", "B [Hz]");
     let rows = a.mode_count().max(b.mode_count());
     for i in 0..rows {
         let of = |element: &Superelement| {
@@ -96,14 +125,14 @@ fn frequency_table(text: &mut String, a: &Superelement, b: &Superelement, shapes
         let (x, y) = (of(a), of(b));
         let show = |value: Option<f64>| value.map_or("–".to_owned(), |hz| format!("{hz:.9}"));
         let difference = match (x, y) {
-            (Some(x), Some(y)) => format!("{:.1e}", relative(x, y)),
+            (Some(x), Some(y)) => scientific(relative(x, y), 1),
             _ => String::new(),
         };
         let best = assurance.as_ref().filter(|mac| i < mac.nrows() && mac.ncols() > 0).map_or(String::new(), |mac| {
             let best = (0..mac.ncols()).max_by(|j, k| mac[(i, *j)].total_cmp(&mac[(i, *k)])).unwrap_or(0);
             format!("{:.6} with {}", mac[(i, best)], best + 1)
         });
-        let _ = writeln!(text, "{:4} {:>17} {:>17}   {difference:>10}   {best}", i + 1, show(x), show(y));
+        let _ = writeln!(text, "{:4} {:>17} {:>18}   {difference:>10}   {best}", i + 1, show(x), show(y));
     }
     if a.mode_count() != b.mode_count() {
         let _ = writeln!(text, "A keeps {} modes, B {}", a.mode_count(), b.mode_count());
@@ -156,9 +185,9 @@ fn flexibility_table(text: &mut String, a: &Superelement, b: &Superelement) {
         let scaled = Mat::from_fn(x.nrows(), x.ncols(), |i, j| (x[(i, j)] - y[(i, j)]) / (scale(i) * scale(j)));
         largest_entry(scaled.as_ref())
     };
-    let _ = writeln!(text, "F_res + kept modes, largest scaled difference  {:.1e}", difference(&whole[0], &whole[1]));
+    let _ = writeln!(text, "F_res + kept modes, largest scaled difference  {}", scientific(difference(&whole[0], &whole[1]), 1));
     if a.mode_count() == b.mode_count() {
         let residual = [flexibility(a, ModalPart::LeftOut), flexibility(b, ModalPart::LeftOut)];
-        let _ = writeln!(text, "F_res, largest scaled difference               {:.1e}", difference(&residual[0], &residual[1]));
+        let _ = writeln!(text, "F_res, largest scaled difference               {}", scientific(difference(&residual[0], &residual[1]), 1));
     }
 }

@@ -12,6 +12,7 @@ use crate::cli_reduce::{Outcome, quality_lines};
 use crate::error::Error;
 use crate::plausibility::si_factor;
 use crate::quality::Quality;
+use crate::scientific::{row, scientific};
 
 /// How to show it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -33,7 +34,7 @@ pub fn run(path: &Path, form: Form) -> Result<Outcome, Error> {
         Form::Text => text(&file, &element)?,
         Form::Json => as_json(&file, &element)?,
     };
-    Ok(Outcome { output, broken_limits: Vec::new() })
+    Ok(Outcome { output, failure: None })
 }
 
 /// Cycles per second of an eigenvalue, or per time unit where the unit's length is not known.
@@ -49,21 +50,21 @@ fn frequency_unit(time_unit: &str) -> String {
 pub fn mass_lines(element: &Superelement) -> String {
     let (units, inertia, origin) = (&element.units, &element.inertia, element.origin);
     let mut text = String::new();
-    let _ = writeln!(text, "mass      {:.9e} {}", inertia.mass, units.mass);
+    let mut line = |label: &str, values: &[f64], unit: &str| {
+        let _ = writeln!(text, "{label:<7} {} {unit}", row(values));
+    };
+    line("mass", &[inertia.mass], &units.mass);
     let d = element.dimension.coordinate_count();
-    let centre: Vec<String> = origin[..d].iter().map(|x| format!("{x:.9e}")).collect();
-    let _ = writeln!(text, "centre    {} {}", centre.join("  "), units.length);
+    line("centre", &origin[..d], &units.length);
     let unit = format!("{}·{}²", units.mass, units.length);
     match element.dimension {
         Dimension::Planar => {
-            let _ = writeln!(text, "inertia   {:.9e} {unit} about the centre", inertia.tensor[2][2]);
+            line("inertia", &[inertia.tensor[2][2]], &format!("{unit} about the centre"));
         }
         Dimension::Spatial => {
-            for (row, label) in inertia.tensor.iter().zip(["inertia", "", ""]) {
-                let entries: Vec<String> = row.iter().map(|x| format!("{x:16.9e}")).collect();
-                let _ = writeln!(text, "{label:<9} {}", entries.join(" "));
-            }
-            let _ = writeln!(text, "          {unit} about the centre, component axes");
+            line("inertia", &inertia.tensor[0], "");
+            line("", &inertia.tensor[1], &format!("{unit} about the centre, component axes"));
+            line("", &inertia.tensor[2], "");
         }
     }
     text
@@ -72,43 +73,58 @@ pub fn mass_lines(element: &Superelement) -> String {
 /// The kept modes; residuals where a report is at hand.
 pub fn frequency_table(element: &Superelement, quality: Option<&Quality>, listed: usize) -> String {
     let time = &element.units.time;
-    let mut text = format!("mode   frequency [{}]      damping   residual\n", frequency_unit(time));
+    let mut text = String::new();
+    if element.mode_count() == 0 {
+        text += "no mode is kept\n";
+    } else {
+        let heading = format!("frequency [{}]", frequency_unit(time));
+        let _ = writeln!(text, "mode   {heading:>20}    damping   residual");
+    }
     for (i, eigenvalue) in element.modes.eigenvalues.iter().enumerate().take(listed) {
-        let residual = quality.and_then(|q| q.mode_residuals.get(i)).map_or(String::new(), |r| format!("{r:.1e}"));
+        let residual = quality.and_then(|q| q.mode_residuals.get(i)).map_or(String::new(), |r| scientific(*r, 1));
         let damping = element.modes.damping.get(i).copied().unwrap_or(0.0);
-        let _ = writeln!(text, "{:4}   {:18.9}   {damping:8.5}   {residual}", i + 1, hertz(*eigenvalue, time));
+        let _ = writeln!(text, "{:4}   {:20.9}   {damping:8.5}   {residual}", i + 1, hertz(*eigenvalue, time));
     }
     let hidden = element.mode_count().saturating_sub(listed);
     if hidden > 0 {
         let last = element.modes.eigenvalues.last().copied().unwrap_or(0.0);
-        let _ = writeln!(text, "       … {hidden} more, up to {:.9}", hertz(last, time));
+        let _ = writeln!(text, "{:>4}   {:20.9}   the last of {hidden} more", "…", hertz(last, time));
     }
     if element.modes.first_omitted_eigenvalue.is_finite() {
-        let _ = writeln!(text, "first left out {:.6}", hertz(element.modes.first_omitted_eigenvalue, time));
+        let _ = writeln!(text, "       {:20.9}   the first left out", hertz(element.modes.first_omitted_eigenvalue, time));
     } else {
-        let _ = writeln!(text, "every finite mode is kept");
+        let _ = writeln!(text, "       every finite mode is kept");
     }
     text
 }
 
 /// The interfaces with their rows.
 pub fn interface_table(element: &Superelement) -> String {
-    let mut text = String::from("interface             kind      role        rows  at (from the centre)\n");
+    if element.interfaces.is_empty() {
+        return "no interface: nothing can be attached\n".into();
+    }
+    let width = element.interfaces.iter().map(|interface| interface.name.chars().count()).fold(9, usize::max);
+    let mut text = String::new();
+    let _ = writeln!(
+        text,
+        "{:<width$}  kind      role        rows   at, from the centre [{}]",
+        "interface", element.units.length
+    );
     for (index, interface) in element.interfaces.iter().enumerate() {
         let rows: Vec<_> = element.rows.iter().filter(|row| row.interface == index).collect();
         let d = element.dimension.coordinate_count();
-        let at: Vec<String> = interface.position[..d].iter().map(|x| format!("{x:.6e}")).collect();
+        let at: Vec<String> = interface.position[..d].iter().map(|x| format!("{:>14}", scientific(*x, 6))).collect();
         let role = match interface.role {
             dcb_formats::component::Role::Attachment => "attachment",
             dcb_formats::component::Role::Output => "output",
         };
         let _ = writeln!(
             text,
-            "{:<21} {:<9} {role:<10} {:5}  {}",
+            "{:<width$}  {:<9} {role:<10} {:5} {}",
             interface.name,
             interface.kind.name(),
             rows.len(),
-            at.join("  ")
+            at.concat()
         );
     }
     let sigma: Vec<String> = element
@@ -118,13 +134,15 @@ pub fn interface_table(element: &Superelement) -> String {
         .take(6)
         .map(|s| format!("{:.4}", hertz(*s, &element.units.time)))
         .collect();
+    let start = match sigma.is_empty() {
+        true => "; the modes say all there is".to_owned(),
+        false => format!("; their frequencies start at {} {}", sigma.join(", "), frequency_unit(&element.units.time)),
+    };
     let _ = writeln!(
         text,
-        "attachment coordinates {} of {} rows; their frequencies start at {} {}",
+        "attachment coordinates: {} for {} rows{start}",
         element.residual.sigma_squared.len(),
-        element.rows.len(),
-        if sigma.is_empty() { "–".into() } else { sigma.join(", ") },
-        frequency_unit(&element.units.time)
+        element.rows.len()
     );
     text
 }
@@ -150,23 +168,23 @@ fn text(file: &SuperelementFile, element: &Superelement) -> Result<String, Error
         element.units.time,
         element.frame_kind.name()
     );
-    let _ = writeln!(text, "digest    {}", file.digest());
+    let _ = writeln!(text, "digest   {}", file.digest());
     let quality = stored_quality(element);
     text += &mass_lines(element);
     text += &frequency_table(element, quality.as_ref(), usize::MAX);
     text += &interface_table(element);
     let fields = file.recovery()?.map_or("none".to_owned(), |basis| format!("{} dofs", basis.dofs.len()));
     let mesh = file.mesh()?.map_or("none".to_owned(), |mesh| format!("{} nodes", mesh.node_count()));
-    let _ = writeln!(text, "fields    {fields}; mesh {mesh}");
+    let _ = writeln!(text, "fields   {fields}; mesh {mesh}");
     if let Some(quality) = &quality {
         text += &quality_lines(quality);
     }
     for input in &element.provenance.inputs {
         let _ = writeln!(text, "made from {} ({}, sha256 {})", input.file_name, input.role, input.sha256);
     }
-    let _ = writeln!(text, "made by   {}", element.provenance.generator);
+    let _ = writeln!(text, "made by  {}", element.provenance.generator);
     for warning in &element.provenance.warnings {
-        let _ = writeln!(text, "warning   {warning}");
+        let _ = writeln!(text, "warning  {warning}");
     }
     Ok(text)
 }

@@ -29,10 +29,12 @@ pub mod quality;
 pub mod residual;
 pub mod residual_filter;
 pub mod rigid_body;
+pub mod scientific;
 pub mod shift;
 pub mod surface;
 pub mod timing;
 pub mod verify;
+pub mod verify_component;
 
 use dcb_formats::component::Component;
 use dcb_formats::{RecoveryBasis, Superelement};

@@ -57,7 +57,9 @@ impl StageClock {
         forget_peak_memory();
         self.bar.reset();
         self.bar.set_message(name.to_owned());
-        self.bar.enable_steady_tick(std::time::Duration::from_millis(200));
+        if !self.bar.is_hidden() {
+            self.bar.enable_steady_tick(std::time::Duration::from_millis(200));
+        }
         self.running = Some((name.to_owned(), Instant::now()));
     }
 

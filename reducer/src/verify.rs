@@ -1,58 +1,55 @@
 //! `reduce verify`: recomputes what can be recomputed, from the file alone or, given the component, everything.
 //!
 //! From the file: every digest, the identities of the residual transform, symmetry and sign of the matrices, the mean-axis
-//! condition, nodal rows against the stored fields, and the limits of the stored quality report. From the component: the
-//! inputs' digests, mass properties, every identity on the stored shapes with K and M, interface matrices, invariants and the
-//! eigenvalue count. Without stored fields the component is reduced anew and the results compared.
+//! condition, nodal rows against the stored fields, and the limits of the stored quality report. From the component: see
+//! [`crate::verify_component`].
 
 use std::fmt::Write as _;
 use std::path::Path;
 
-use dcb_formats::component::{Component, Role};
+use dcb_formats::component::Role;
 use dcb_formats::component_files::{ComponentFiles, Overrides, read_component};
 use dcb_formats::dcb::SuperelementFile;
-use dcb_formats::superelement::{FrameKind, Inertia};
+use dcb_formats::superelement::FrameKind;
 use dcb_formats::{RecoveryBasis, Superelement};
 use faer::{Mat, MatRef};
 
-use crate::block_algebra::{largest_entry, symmetric_eigen, symmetric_product, symmetrized};
-use crate::cli_reduce::{Outcome, quality_lines};
-use crate::condensation::Model;
+use crate::block_algebra::{largest_entry, symmetric_eigen, symmetrized};
+use crate::cli_reduce::{Outcome, naming_the_file};
 use crate::error::Error;
-use crate::factorization::SymmetricFactor;
-use crate::free_modes::{FreeModes, residuals};
 use crate::inspect::stored_quality;
-use crate::invariants::inertia_invariants;
-use crate::localization::Localization;
-use crate::quality::{ORTHOGONALITY_LIMIT, Quality, Sturm};
-use crate::residual::ResidualFlexibility;
+use crate::quality::ORTHOGONALITY_LIMIT;
 use crate::residual_filter::MASS_TOLERANCE;
-use crate::rigid_body::{MassProperties, RigidBodyModes};
-use crate::shift::absolute_energies;
-use crate::{Grounding, LoosePieces, ModeSelection, Reduction, reduce};
+use crate::rigid_body::MassProperties;
+use crate::scientific::scientific;
+use crate::verify_component;
 
 /// Stored and recomputed matrices may differ by this, relative to their scale.
-const AGREEMENT: f64 = 1e-8;
+pub const AGREEMENT: f64 = 1e-8;
 /// The transform's identities hold to rounding over the tolerance that it was cut at.
 const TRANSFORM_LIMIT: f64 = 1e-4;
 
 /// What was checked, line by line.
-struct Findings {
-    text: String,
-    broken: Vec<String>,
+pub struct Findings {
+    /// A line for each check.
+    pub text: String,
+    /// Those that failed.
+    pub broken: Vec<String>,
 }
 
 impl Findings {
-    fn check(&mut self, what: &str, value: f64, limit: f64) {
+    /// A number that must not exceed its limit.
+    pub fn check(&mut self, what: &str, value: f64, limit: f64) {
         let holds = value <= limit;
         let mark = if holds { "ok  " } else { "FAIL" };
-        let _ = writeln!(self.text, "  {mark} {what:<58} {value:.1e}  (limit {limit:.0e})");
+        let _ = writeln!(self.text, "  {mark} {what:<58} {}  (limit {limit:.0e})", scientific(value, 1));
         if !holds {
             self.broken.push(format!("{what}: {value:.1e}, above its limit {limit:.0e}"));
         }
     }
 
-    fn require(&mut self, what: &str, holds: bool, found: &str) {
+    /// A fact, with what was found.
+    pub fn require(&mut self, what: &str, holds: bool, found: &str) {
         let mark = if holds { "ok  " } else { "FAIL" };
         let _ = writeln!(self.text, "  {mark} {what:<58} {found}");
         if !holds {
@@ -60,7 +57,8 @@ impl Findings {
         }
     }
 
-    fn note(&mut self, line: &str) {
+    /// Something to know that can't fail.
+    pub fn note(&mut self, line: &str) {
         let _ = writeln!(self.text, "       {line}");
     }
 }
@@ -93,11 +91,12 @@ pub fn run(path: &Path, stiffness: Option<&Path>) -> Result<Outcome, Error> {
     if let Some(stiffness) = stiffness {
         let files = ComponentFiles::beside(stiffness, &Overrides::default())?;
         let component = read_component(&files)?;
-        check_sources(&element, &component, &mut findings);
-        check_against_component(&element, recovery.as_ref(), &component, &mut findings)?;
+        verify_component::check(&element, recovery.as_ref(), &component, &mut findings)
+            .map_err(|error| naming_the_file(error, &files))?;
     }
     let verdict = if findings.broken.is_empty() { "verified\n" } else { "NOT verified\n" };
-    Ok(Outcome { output: findings.text + verdict, broken_limits: findings.broken })
+    let what = format!("{}: not verified", path.display());
+    Ok(Outcome::unless(findings.text + verdict, &what, &findings.broken))
 }
 
 fn unit_defect(matrix: MatRef<'_, f64>, diagonal: impl Fn(usize) -> f64, scale: impl Fn(usize, usize) -> f64) -> f64 {
@@ -186,7 +185,7 @@ fn check_inertia(element: &Superelement, findings: &mut Findings) -> Result<(), 
     findings.require(
         "the inertia tensor is that of a body",
         largest > 0.0 && moments[0] >= -AGREEMENT * largest && possible,
-        &format!("principal moments {:.6e} {:.6e} {:.6e}", moments[0], moments[1], moments[2]),
+        &format!("principal moments{}", moments.iter().map(|m| format!("  {}", scientific(*m, 6))).collect::<String>()),
     );
     Ok(())
 }
@@ -227,183 +226,4 @@ fn report_drops(element: &Superelement, findings: &mut Findings) {
             findings.note(&format!("{} direction(s) without mass of their own are kept statically", quality.static_directions));
         }
     }
-}
-
-fn check_sources(element: &Superelement, component: &Component, findings: &mut Findings) {
-    for source in &component.sources {
-        let recorded = element.provenance.inputs.iter().find(|input| input.role == source.role);
-        let same = recorded.is_some_and(|input| input.sha256 == source.sha256);
-        let found = match recorded {
-            None => "was not an input of this superelement".to_owned(),
-            Some(_) if same => "same bytes".to_owned(),
-            Some(input) => format!("{} had other contents then", input.file_name),
-        };
-        findings.require(&format!("{} ({})", source.role, source.file_name), same, &found);
-    }
-}
-
-fn check_against_component(
-    element: &Superelement,
-    recovery: Option<&RecoveryBasis>,
-    component: &Component,
-    findings: &mut Findings,
-) -> Result<(), Error> {
-    let properties = MassProperties::of(component)?;
-    let mass_defect = (properties.mass - element.inertia.mass).abs() / properties.mass;
-    findings.check("mass", mass_defect, AGREEMENT);
-    match recovery.filter(|basis| basis.dofs.len() == component.dofs.len()) {
-        Some(basis) => check_fields(element, basis, component, &properties, findings),
-        None => {
-            findings.note("no complete nodal fields are stored: the component was reduced anew");
-            check_by_reduction(element, component, findings)
-        }
-    }
-}
-
-/// Every identity on the stored shapes.
-fn check_fields(
-    element: &Superelement,
-    basis: &RecoveryBasis,
-    component: &Component,
-    properties: &MassProperties,
-    findings: &mut Findings,
-) -> Result<(), Error> {
-    let same_dofs = basis.dofs == component.dofs.dofs();
-    findings.require("dofs of the fields are those of the component", same_dofs, if same_dofs { "yes" } else { "no" });
-    if !same_dofs {
-        return Ok(());
-    }
-    let model = Model::of(component)?;
-    let localization = Localization::of(component, &model)?;
-    let geometric = RigidBodyModes::of(component, &model, properties)?;
-    let defects = geometric.stiffness_defects(&model);
-    let rigid = match element.frame_kind {
-        FrameKind::MeanAxis => geometric,
-        FrameKind::Given => geometric.none(),
-    };
-    let shapes = model.contract(basis.modes.as_ref());
-    let attachments = model.contract(basis.residual.as_ref());
-    let rigidity = |full: &Mat<f64>, model_columns: &Mat<f64>| {
-        let expanded = model.expand(model_columns.as_ref());
-        largest_entry((expanded.as_ref() - full).as_ref()) / largest_entry(full.as_ref()).max(f64::MIN_POSITIVE)
-    };
-    findings.check("rigid interfaces move rigidly in the fields", rigidity(&basis.modes, &shapes).max(rigidity(&basis.residual, &attachments)), AGREEMENT);
-
-    let eigenvalues = element.modes.eigenvalues.clone();
-    let zero_count = eigenvalues.iter().take_while(|value| **value == 0.0).count();
-    let mass_shapes = symmetric_product(&model.mass, shapes.as_ref());
-    let (mode_residuals, residual_roundings) =
-        residuals(&model.stiffness, shapes.as_ref(), mass_shapes.as_ref(), &eigenvalues, zero_count);
-    let energies = absolute_energies(&model.stiffness, shapes.as_ref());
-    let eigenvalue_roundings = energies
-        .iter()
-        .zip(&eigenvalues)
-        .map(|(energy, value)| if *value > 0.0 { f64::EPSILON * energy / value } else { 0.0 })
-        .collect();
-    let modes = FreeModes {
-        shapes,
-        mass_shapes,
-        eigenvalues,
-        residuals: mode_residuals,
-        residual_roundings,
-        eigenvalue_roundings,
-        zero_count,
-        first_omitted: element.modes.first_omitted_eigenvalue,
-        iterations: 0,
-        added_for_cluster: 0,
-    };
-    let residual = ResidualFlexibility::from_shapes(&model, &localization, &rigid, &modes, attachments)?;
-    let inertia = inertia_invariants(component, properties, crate::joined(&model, &modes, &residual).as_ref());
-    let mut factor = SymmetricFactor::analyse(&model.stiffness, &model.mass, &model.points())?;
-    let sturm: Sturm = crate::certificate(&model, &rigid, &modes, &mut factor);
-    let quality =
-        Quality::of(&model, properties, &rigid, &defects.per_column, &modes, &residual, &inertia, sturm);
-    findings.text += &quality_lines(&quality);
-    let broken = quality.broken_limits();
-    findings.require("identities recomputed with K and M", broken.is_empty(), &format!("{} broken", broken.len()));
-    findings.broken.extend(broken);
-
-    let scale = |matrix: &Mat<f64>, i: usize| matrix[(i, i)].abs().max(f64::MIN_POSITIVE).sqrt();
-    let difference = |stored: &Mat<f64>, computed: &Mat<f64>, reference: &dyn Fn(usize) -> f64| {
-        let scaled = Mat::from_fn(stored.nrows(), stored.ncols(), |i, j| {
-            let unit = reference(i) * reference(j);
-            if unit > 0.0 { (stored[(i, j)] - computed[(i, j)]) / unit } else { stored[(i, j)] - computed[(i, j)] }
-        });
-        largest_entry(scaled.as_ref())
-    };
-    let mass_scale = |i: usize| residual.mass_diagonal0[i].sqrt();
-    let shapes_seen = localization.apply(modes.shapes.as_ref());
-    let seen_defect = (&shapes_seen - &element.modes.interface_shapes).norm_max()
-        / largest_entry(modes.shapes.as_ref()).max(f64::MIN_POSITIVE);
-    findings.check("L_b Φ", seen_defect, AGREEMENT);
-    findings.check(
-        "F_res",
-        difference(&element.residual.flexibility, &residual.flexibility, &|i| scale(&residual.flexibility0, i)),
-        AGREEMENT,
-    );
-    findings.check("M_res", difference(&element.residual.mass, &residual.mass, &mass_scale), AGREEMENT);
-    check_invariants(&element.inertia, &inertia, element.mode_count(), &residual.mass_diagonal0, findings);
-    Ok(())
-}
-
-/// I1, L3 and I2 against their recomputation, each column divided by the size of its basis vector.
-fn check_invariants(stored: &Inertia, computed: &Inertia, n_k: usize, mass_diagonal0: &[f64], findings: &mut Findings) {
-    let norm = |k: usize| if k < n_k { 1.0 } else { mass_diagonal0[k - n_k].sqrt() };
-    let n = computed.i1.len();
-    let largest_moment = (0..3).map(|a| computed.tensor[a][a]).fold(0.0, f64::max).sqrt();
-    let mut first = 0.0_f64;
-    for k in (0..n).filter(|k| norm(*k) > 0.0) {
-        for a in 0..3 {
-            for b in 0..3 {
-                first = first.max((stored.i1[k][a][b] - computed.i1[k][a][b]).abs() / (norm(k) * largest_moment));
-            }
-        }
-    }
-    findings.check("I1", first, AGREEMENT);
-    for (what, x, y) in [("L3", &stored.l3, &computed.l3), ("I2", &stored.i2, &computed.i2)] {
-        let mut worst = 0.0_f64;
-        for (x, y) in x.iter().zip(y) {
-            let scaled = Mat::from_fn(n, n, |k, l| {
-                let unit = norm(k) * norm(l);
-                if unit > 0.0 { (x[(k, l)] - y[(k, l)]) / unit } else { 0.0 }
-            });
-            worst = worst.max(largest_entry(scaled.as_ref()));
-        }
-        findings.check(what, worst, AGREEMENT);
-    }
-}
-
-/// The component reduced again with the same number of modes.
-fn check_by_reduction(element: &Superelement, component: &Component, findings: &mut Findings) -> Result<(), Error> {
-    let options = Reduction {
-        modes: ModeSelection::Lowest(element.mode_count()),
-        grounding: if element.frame_kind == FrameKind::Given { Grounding::Allow } else { Grounding::Refuse },
-        loose_pieces: if element.modes.eigenvalues.first() == Some(&0.0) { LoosePieces::Allow } else { LoosePieces::Refuse },
-    };
-    let again = reduce(component, &options, &mut ())?.superelement;
-    let same = again.mode_count() == element.mode_count() && again.rows.len() == element.rows.len();
-    findings.require(
-        "number of modes and rows",
-        same,
-        &format!("{} and {}, recomputed {} and {}", element.mode_count(), element.rows.len(), again.mode_count(), again.rows.len()),
-    );
-    if !same {
-        return Ok(());
-    }
-    let eigenvalues = element.modes.eigenvalues.iter().zip(&again.modes.eigenvalues);
-    let worst = eigenvalues.map(|(a, b)| (a - b).abs() / b.abs().max(f64::MIN_POSITIVE)).fold(0.0, f64::max);
-    findings.check("eigenvalues", worst, AGREEMENT);
-    let mass = |i: usize| again.residual.mass_diagonal0[i].sqrt();
-    for (what, x, y) in [
-        ("M_res", &element.residual.mass, &again.residual.mass),
-        ("F_res", &element.residual.flexibility, &again.residual.flexibility),
-    ] {
-        let largest = largest_entry(y.as_ref()).max(f64::MIN_POSITIVE);
-        let scaled = Mat::from_fn(x.nrows(), x.ncols(), |i, j| {
-            let unit = if what == "M_res" { (mass(i) * mass(j)).max(f64::MIN_POSITIVE) } else { largest };
-            (x[(i, j)] - y[(i, j)]) / unit
-        });
-        findings.check(what, largest_entry(scaled.as_ref()), AGREEMENT);
-    }
-    Ok(())
 }

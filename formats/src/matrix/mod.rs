@@ -62,6 +62,17 @@ pub fn read_symmetric_operator(path: &Path) -> Result<(SparseMatrix, MatrixRepor
     read(path, Purpose::SymmetricOperator)
 }
 
+/// Looks only at the beginning of a file: whether it could be a stiffness or mass matrix.
+///
+/// # Errors
+/// As [`read_symmetric_operator`], for what shows before the first entry.
+pub fn check_operator_header(path: &Path) -> Result<(), Error> {
+    let file = FileBytes::open(path)?;
+    let text = bytes::text_of(path, file.as_slice())?;
+    let text = text.strip_prefix(BYTE_ORDER_MARK).unwrap_or(&text);
+    refuse_as_operator(path, &Header::read(path, text)?)
+}
+
 #[derive(Clone, Copy, PartialEq, Eq)]
 enum Purpose {
     AnyMatrix,

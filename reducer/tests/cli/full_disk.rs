@@ -1,0 +1,86 @@
+//! A disk without room, where this machine lets the tests make one.
+
+use std::fs;
+use std::path::Path;
+use std::process::Command;
+
+use crate::support::{Folder, answer, skipped};
+
+/// A file system of so many KiB, unmounted when dropped.
+struct SmallDisk<'a> {
+    place: &'a Path,
+}
+
+impl<'a> SmallDisk<'a> {
+    fn mount(place: &'a Path, kilobytes: u32) -> Option<Self> {
+        fs::create_dir(place).unwrap();
+        let size = format!("size={kilobytes}k");
+        let mount = Command::new("mount").args(["-t", "tmpfs", "-o", &size, "tmpfs"]).arg(place).output();
+        mount.is_ok_and(|output| output.status.success()).then_some(Self { place })
+    }
+}
+
+impl Drop for SmallDisk<'_> {
+    fn drop(&mut self) {
+        let _ = Command::new("umount").arg("-l").arg(self.place).status();
+    }
+}
+
+#[test]
+fn a_full_disk_is_told_and_keeps_the_old_output() {
+    let folder = Folder::rotor();
+    let place = folder.path("disk");
+    let Some(_disk) = SmallDisk::mount(&place, 64) else {
+        return skipped("mounting a small file system needs root; the full disk wasn't tested");
+    };
+    folder.refused("rotor.mtx -o disk/rotor.dcb.h5", &["disk/rotor.dcb.h5", "No space left"]);
+    folder.write("disk/rotor.dcb.h5", "precious");
+    for options in ["", "--compress"] {
+        let arguments = format!("rotor.mtx -o disk/rotor.dcb.h5 --force {options}");
+        folder.refused(&arguments, &["disk/rotor.dcb.h5", "No space left"]);
+    }
+}
+
+#[test]
+fn a_full_standard_output_is_an_error() {
+    let folder = Folder::rotor();
+    folder.done("rotor.mtx");
+    let Ok(full) = fs::File::options().write(true).open("/dev/full") else {
+        return skipped("no /dev/full here");
+    };
+    let answer = answer_with_stdout(&folder, full);
+    answer.is_error(2, &["standard output", "No space left"]);
+}
+
+fn answer_with_stdout(folder: &Folder, stdout: fs::File) -> crate::support::Answer {
+    let mut command = folder.command("inspect rotor.dcb.h5 --json");
+    let child = command.stdout(stdout).stderr(std::process::Stdio::piped()).spawn().unwrap();
+    let output = child.wait_with_output().unwrap();
+    crate::support::Answer {
+        code: output.status.code(),
+        stdout: String::new(),
+        stderr: String::from_utf8(output.stderr).unwrap(),
+    }
+}
+
+#[test]
+fn a_reader_that_closes_the_pipe_early_is_no_error() {
+    let folder = Folder::rotor();
+    folder.done("rotor.mtx");
+    for arguments in ["inspect rotor.dcb.h5", "verify rotor.dcb.h5", "--help", "schema"] {
+        let script = format!("{} {arguments} | true; exit ${{PIPESTATUS[0]}}", crate::support::REDUCE);
+        let mut shell = Command::new("bash");
+        shell.args(["-c", &script]).current_dir(folder.path("."));
+        let answer = answer(&mut shell);
+        assert_eq!((answer.code, answer.stderr.as_str()), (Some(0), ""), "{arguments}");
+    }
+}
+
+#[test]
+fn nobody_listening_to_errors_is_no_crash() {
+    let folder = Folder::rotor();
+    let script = format!("{} nowhere.mtx 2>&-", crate::support::REDUCE);
+    let mut shell = Command::new("bash");
+    shell.args(["-c", &script]).current_dir(folder.path("."));
+    assert_eq!(answer(&mut shell).code, Some(2));
+}

@@ -1,0 +1,65 @@
+//! Help, version, schema and slips on the command line.
+
+use crate::support::{Folder, stored};
+
+#[test]
+fn every_command_has_help() {
+    let folder = Folder::empty();
+    for (arguments, says) in [
+        ("--help", "Usage: reduce [OPTIONS] <PART.mtx>"),
+        ("-h", "Usage: reduce [OPTIONS] <PART.mtx>"),
+        ("help", "Exit status: 0 done"),
+        ("inspect --help", "Usage: reduce inspect [OPTIONS] <FILE>"),
+        ("verify --help", "--component <PART.mtx>"),
+        ("compare --help", "Usage: reduce compare [OPTIONS] <A> <B>"),
+        ("schema --help", "JSON schema"),
+        ("--version", env!("CARGO_PKG_VERSION")),
+    ] {
+        let shown = folder.done(arguments);
+        assert!(shown.contains(says), "{arguments}: {shown}");
+        assert!(shown.lines().all(|line| line.chars().count() <= 120), "{arguments}: {shown}");
+    }
+    assert!(folder.names().is_empty());
+}
+
+#[test]
+fn help_names_every_option_of_a_reduction() {
+    let shown = Folder::empty().done("--help");
+    for option in [
+        "--output", "--modes", "--max-frequency", "--mass", "--mesh", "--boundary", "--force", "--without-fields",
+        "--compress", "--timings", "--quiet", "--verbose", "--threads", "--allow-grounded", "--allow-loose",
+    ] {
+        assert!(shown.contains(option), "{option} is missing");
+    }
+}
+
+#[test]
+fn the_schema_is_the_documented_one() {
+    let folder = Folder::empty();
+    let shown = folder.done("schema");
+    assert_eq!(shown, std::fs::read_to_string(stored("docs/component.schema.json")).unwrap());
+    let schema: serde_json::Value = serde_json::from_str(&shown).unwrap();
+    assert_eq!(schema["title"], "Component description");
+    assert_eq!(folder.done("schema --quiet"), shown);
+}
+
+#[test]
+fn slips_on_the_command_line_are_refused() {
+    let folder = Folder::rotor();
+    for (arguments, says) in [
+        ("", "<PART.mtx>"),
+        ("rotor.mtx --mode 3", "'--modes'"),
+        ("rotor.mtx --modes 3 --max-frequency 100", "cannot be used with"),
+        ("rotor.mtx --modes -1", "0 or more"),
+        ("rotor.mtx --modes many", "0 or more"),
+        ("rotor.mtx --max-frequency -5", "positive number of Hz"),
+        ("rotor.mtx --max-frequency nan", "positive number of Hz"),
+        ("rotor.mtx --max-frequency inf", "positive number of Hz"),
+        ("rotor.mtx --threads 0", "1..=1024"),
+        ("inspect", "<FILE>"),
+        ("compare rotor.dcb.h5", "<B>"),
+        ("verify rotor.dcb.h5 --json", "'--json'"),
+    ] {
+        folder.refused(arguments, &[says]);
+    }
+}

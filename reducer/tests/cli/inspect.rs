@@ -1,0 +1,87 @@
+//! `reduce inspect`.
+
+use serde_json::json;
+
+use crate::support::{Folder, stored};
+
+#[test]
+fn json_has_what_the_reduction_found() {
+    let folder = Folder::rotor();
+    folder.done("rotor.mtx --modes 4");
+    let found = folder.inspected("rotor.dcb.h5");
+    assert_eq!(found["name"], "rotor");
+    assert_eq!(found["dimension"], 3);
+    assert_eq!(found["units"], json!({"length": "m", "mass": "kg", "time": "s"}));
+    assert_eq!(found["frame"]["kind"], "mean-axis");
+    assert_eq!(found["interfaces"][0]["name"], "bearing-left");
+    assert_eq!(found["interfaces"][1]["rows"], json!(["ux", "uy", "uz", "rx", "ry", "rz"]));
+    // From the Ansys model's documentation, to its digits.
+    assert!((found["mass"].as_f64().unwrap() - 77.97).abs() < 0.005);
+    assert!((found["frequencies_hz"][0].as_f64().unwrap() - 104.637).abs() < 5e-4);
+    assert_eq!(found["inertia"].as_array().unwrap().len(), 3);
+    assert_eq!(found["residual_rank"], 12);
+    assert_eq!(found["has_fields"], true);
+    assert_eq!(found["warnings"], json!([]));
+    assert_eq!(found["quality"]["sturm"]["counted"], found["quality"]["sturm"]["found"]);
+}
+
+#[test]
+fn text_shows_the_same_in_columns() {
+    let folder = Folder::rotor();
+    folder.done("rotor.mtx --modes 4");
+    let shown = folder.done("inspect rotor.dcb.h5");
+    for words in [
+        "rotor: spatial superelement, format 1.0, units m kg s, frame mean-axis",
+        "mass      7.796604705e+01 kg",
+        "   1          104.637010551",
+        "bearing-left   average",
+        "made from rotor.mass.mtx (mass, sha256 ",
+    ] {
+        assert!(shown.contains(words), "`{words}` is missing:\n{shown}");
+    }
+    let lines: Vec<&str> = shown.lines().collect();
+    let tensor = lines.iter().position(|line| line.starts_with("inertia")).unwrap();
+    let ends: Vec<usize> = lines[tensor..tensor + 3].iter().map(|line| line.rfind('e').unwrap_or(0)).collect();
+    let numbers = |line: &str| line.split_whitespace().filter(|word| word.parse::<f64>().is_ok()).count();
+    assert!(lines[tensor..tensor + 3].iter().all(|line| numbers(line) == 3), "{shown}");
+    let columns = |line: &str| line.match_indices("e-").chain(line.match_indices("e+")).map(|(at, _)| at).max();
+    assert_eq!(columns(lines[tensor]), columns(lines[tensor + 2]), "{shown} {ends:?}");
+}
+
+#[test]
+fn a_planar_part_is_shown_in_its_plane() {
+    let folder = Folder::rod();
+    folder.done("rod.mtx");
+    let found = folder.inspected("rod.dcb.h5");
+    assert_eq!(found["dimension"], 2);
+    assert!(found["inertia"].is_f64());
+    assert_eq!(found["first_omitted_eigenvalue"], json!(null));
+    let shown = folder.done("inspect rod.dcb.h5");
+    assert!(shown.contains("planar superelement") && shown.contains("every finite mode is kept"), "{shown}");
+    assert!(shown.contains("attachment coordinates: 0 for 4 rows; the modes say all there is"), "{shown}");
+}
+
+#[test]
+fn a_frozen_file_of_the_first_version_is_shown() {
+    for name in ["planar-1.0.dcb.h5", "spatial-1.0.dcb.h5"] {
+        let path = stored("tests/data/frozen").join(name);
+        let folder = Folder::empty();
+        let shown = folder.done(&format!("inspect {}", path.display()));
+        assert!(shown.contains("format 1.0"), "{shown}");
+        folder.inspected(&path.display().to_string());
+    }
+}
+
+#[test]
+fn other_files_are_refused() {
+    let folder = Folder::rotor();
+    folder.refused("inspect nowhere.h5", &["nowhere.h5", "cannot read"]);
+    folder.refused("inspect rotor.mtx", &["rotor.mtx", "isn't an HDF5 file"]);
+    folder.refused("inspect .", &[".", "isn't a file"]);
+    folder.write("empty.h5", "");
+    folder.refused("inspect empty.h5", &["empty.h5"]);
+    folder.done("rotor.mtx");
+    let whole = std::fs::read(folder.path("rotor.dcb.h5")).unwrap();
+    folder.write("half.h5", &whole[..whole.len() / 2]);
+    folder.refused("inspect half.h5", &["half.h5"]);
+}

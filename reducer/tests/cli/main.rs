@@ -1,0 +1,16 @@
+//! The `reduce` program from outside: what it prints, how it exits, and what it leaves on the disk.
+#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic)]
+
+mod bad_components;
+mod bad_descriptions;
+mod bad_files;
+mod compare;
+mod full_disk;
+mod help;
+mod inspect;
+mod interruption;
+mod options;
+mod output;
+mod support;
+mod unit_systems;
+mod verify;
