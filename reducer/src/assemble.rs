@@ -13,7 +13,8 @@ use crate::free_modes::FreeModes;
 use crate::localization::Localization;
 use crate::plausibility::unit_warnings;
 use crate::quality::Quality;
-use crate::residual::{MASS_TOLERANCE, ResidualFlexibility};
+use crate::residual::ResidualFlexibility;
+use crate::residual_filter::MASS_TOLERANCE;
 use crate::rigid_body::MassProperties;
 
 /// A mass matrix whose directions disagree by more than this, relatively, does not move as a rigid body.

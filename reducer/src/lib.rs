@@ -21,6 +21,7 @@ pub mod ordering;
 pub mod plausibility;
 pub mod quality;
 pub mod residual;
+pub mod residual_filter;
 pub mod rigid_body;
 pub mod shift;
 pub mod surface;
