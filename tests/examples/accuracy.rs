@@ -1,6 +1,6 @@
 //! Measures reductions against dense algebra, one JSON line per quantity; with `--render`, turns such lines
 //! (`docs/data/accuracy.jsonl`) into the table of `docs/accuracy.md`.
-#![allow(clippy::unwrap_used, clippy::expect_used)]
+#![allow(clippy::unwrap_used, clippy::expect_used, clippy::type_complexity)]
 
 use std::collections::BTreeMap;
 

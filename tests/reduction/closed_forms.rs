@@ -1,5 +1,5 @@
 //! Does the reduction approach what mechanics gives in closed form, at the order that the elements promise?
-#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic)]
+#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, clippy::needless_range_loop)]
 
 use std::f64::consts::PI;
 

@@ -1,5 +1,5 @@
 //! Is a part that can't be reduced as it is refused with words that say what to fix, and reduced where that is allowed?
-#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic)]
+#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, clippy::needless_range_loop)]
 
 use dcb_formats::Component;
 use dcb_formats::superelement::FrameKind;

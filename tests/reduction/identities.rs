@@ -1,5 +1,5 @@
 //! Do the identities of the method hold, evaluated by other means than the reducer's own quality report?
-#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic)]
+#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, clippy::needless_range_loop)]
 
 use dcb_formats::{Component, SparseMatrix, Superelement};
 use dcb_samples::spatial_beam::SpatialBeam;

@@ -1,5 +1,5 @@
 //! Do interfaces do what their kinds say?
-#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic)]
+#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, clippy::needless_range_loop)]
 
 use dcb_formats::Component;
 use dcb_formats::component::{Interface, InterfaceKind, Role, Weights};

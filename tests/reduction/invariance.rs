@@ -1,5 +1,5 @@
 //! Does the result stay the same when only the description changes: units, origin, numbering, axes, threads?
-#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic)]
+#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, clippy::needless_range_loop)]
 
 use dcb_formats::Component;
 use dcb_reducer::Reduced;

@@ -1,5 +1,5 @@
 //! Does the reduction give the numbers that independent programs gave?
-#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic)]
+#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, clippy::needless_range_loop)]
 
 use dcb_samples::{reference_hexahedra, reference_tetrahedra};
 use dcb_tests::dense::{diagonal_roots, relative, scaled_difference};

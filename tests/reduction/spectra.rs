@@ -1,5 +1,5 @@
 //! Are multiple, clustered, missing and infinite eigenvalues treated as they should be?
-#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic)]
+#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, clippy::needless_range_loop)]
 
 use dcb_formats::Component;
 use dcb_formats::component::InterfaceKind;

@@ -46,6 +46,9 @@ impl Measurement {
     }
 }
 
+/// Exact invariants of a basis about a point.
+pub type Exact = dyn Fn([f64; 3], &Mat<f64>) -> Invariants;
+
 /// Collects measurements of one part.
 struct Sheet<'a> {
     component: &'a Component,
@@ -76,7 +79,7 @@ pub fn measure(
     part: &str,
     count: usize,
     oracle: &Oracle,
-    exact: Option<&dyn Fn([f64; 3], &Mat<f64>) -> Invariants>,
+    exact: Option<&Exact>,
 ) -> Vec<Measurement> {
     let reduced = crate::lowest(component, count);
     let kept = reduced.superelement.mode_count();
@@ -177,7 +180,7 @@ fn invariants(
     sheet: &mut Sheet,
     reduced: &Reduced,
     bound: f64,
-    exact: Option<&dyn Fn([f64; 3], &Mat<f64>) -> Invariants>,
+    exact: Option<&Exact>,
 ) {
     let element = &reduced.superelement;
     let psi = basis(reduced);
@@ -229,8 +232,7 @@ pub struct Case {
     /// Numbers of modes asked for.
     pub counts: Vec<usize>,
     /// Exact invariants.
-    #[allow(clippy::type_complexity)] // a function of centre and basis
-    pub exact: Option<Box<dyn Fn([f64; 3], &Mat<f64>) -> Invariants>>,
+    pub exact: Option<Box<Exact>>,
 }
 
 impl Case {
