@@ -7,23 +7,21 @@
 
 mod assemble;
 mod attributes;
-mod bytes;
 mod check;
 mod check_fields;
+mod container;
 mod contract;
 mod create;
+mod data;
 mod datasets;
 mod digest;
 mod inventory;
-mod messages;
 mod names;
-mod object_header;
 mod output;
 mod read;
 mod rules;
 mod shapes;
 mod sink;
-mod text;
 mod units;
 mod write;
 
