@@ -1,16 +1,19 @@
 //! The HDF5 file underneath: its bytes are read where and when they are needed, and never more of them than the
 //! file can have asked for honestly.
 
+use std::collections::HashMap;
 use std::fmt;
 use std::fs::File;
-use std::path::Path;
-use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering::Relaxed};
+use std::sync::{Arc, Mutex, PoisonError};
 
 use hdf5_pure::{FormatError, ReadSeekSource, Source};
 
 /// What one step may read beyond the file's own length: the small parts of a small file are read many times.
 const SPARE_BYTES: u64 = 1 << 24;
+/// The pages of the file that are kept, 1 MiB in all.
+const PAGE_BYTES: u64 = 1 << 12;
+const MOST_PAGES: usize = 256;
 /// Enough for the deepest element type that HDF5 can describe (64 KiB, 8 bytes a level), which the library
 /// follows by recursion.
 const STACK_BYTES: usize = 1 << 26;
@@ -43,6 +46,7 @@ impl Container {
         };
         let source = MeteredSource {
             bytes: ReadSeekSource::new(file).map_err(|error| told(error.into()))?,
+            pages: Mutex::default(),
             allowance: Arc::clone(&allowance),
         };
         let file = hdf5_pure::File::from_source(source).map_err(told)?;
@@ -77,25 +81,52 @@ impl Container {
     }
 }
 
-/// Runs the library on a stack that no file can exhaust: an overflow would end the whole program.
-pub(super) fn on_large_stack<T: Send>(
-    path: &Path,
-    work: impl FnOnce() -> T + Send,
-) -> std::io::Result<T> {
-    let gave_up = || std::io::Error::other(format!("reading {} failed", path.display()));
+/// Opens a file on a stack that no file can exhaust: an overflow would end the whole program. Should the library
+/// panic nevertheless, that is an error here.
+pub(super) fn on_large_stack<T: Send>(open: impl FnOnce() -> T + Send) -> std::io::Result<T> {
     std::thread::scope(|scope| {
         std::thread::Builder::new()
             .stack_size(STACK_BYTES)
-            .spawn_scoped(scope, work)?
+            .spawn_scoped(scope, open)?
             .join()
-            .map_err(|_| gave_up())
+            .map_err(|_| std::io::Error::other("the HDF5 library gave up on this file"))
     })
 }
 
-/// Bytes of a file, until the allowance is used up.
+/// Bytes of a file, until the allowance is used up. Small reads are many and close to each other: whole pages of
+/// the file are kept for them.
 struct MeteredSource {
     bytes: ReadSeekSource<File>,
+    pages: Mutex<HashMap<u64, Vec<u8>>>,
     allowance: Arc<AtomicU64>,
+}
+
+impl MeteredSource {
+    fn read_from_pages(&self, offset: u64, buffer: &mut [u8]) -> Result<(), FormatError> {
+        let mut pages = self.pages.lock().unwrap_or_else(PoisonError::into_inner);
+        let (mut offset, mut buffer) = (offset, buffer);
+        while !buffer.is_empty() {
+            let start = offset - offset % PAGE_BYTES;
+            if !pages.contains_key(&start) {
+                if pages.len() >= MOST_PAGES {
+                    pages.clear();
+                }
+                let count = self.len().saturating_sub(start).min(PAGE_BYTES);
+                let page = self.bytes.read_exact_at(start, count as usize)?;
+                pages.insert(start, page);
+            }
+            let page = pages
+                .get(&start)
+                .and_then(|page| page.get((offset - start) as usize..))
+                .filter(|rest| !rest.is_empty())
+                .ok_or_else(|| FormatError::Source("it ends too early".to_owned()))?;
+            let count = page.len().min(buffer.len());
+            let (now, later) = buffer.split_at_mut(count);
+            now.copy_from_slice(&page[..count]);
+            (offset, buffer) = (offset + count as u64, later);
+        }
+        Ok(())
+    }
 }
 
 impl Source for MeteredSource {
@@ -110,6 +141,10 @@ impl Source for MeteredSource {
             .map_err(|_| {
                 FormatError::Source("its parts refer to more than the file can hold".to_owned())
             })?;
-        self.bytes.read_at(offset, buffer)
+        if count < PAGE_BYTES {
+            self.read_from_pages(offset, buffer)
+        } else {
+            self.bytes.read_at(offset, buffer)
+        }
     }
 }

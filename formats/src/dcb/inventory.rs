@@ -2,7 +2,9 @@
 
 use std::collections::BTreeMap;
 
-use hdf5_pure::{Datatype, DatatypeByteOrder, FixedPointLayout, FloatingPointLayout, Group, Layout};
+use hdf5_pure::{
+    Datatype, DatatypeByteOrder, FixedPointLayout, FloatingPointLayout, Group, Layout,
+};
 
 use super::attributes::{self, Value};
 use super::container::Container;

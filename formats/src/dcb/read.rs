@@ -66,15 +66,15 @@ impl SuperelementFile {
             ));
         }
         let file = File::open(&path).map_err(io("cannot read"))?;
-        let container = Container::open(file, status.len()).map_err(unusable)?;
         let take = || {
-            let version = read_version(&inventory::root_attributes(&container)?)?;
-            Ok((version, Inventory::take(&container)?))
+            let container = Container::open(file, status.len()).map_err(unusable)?;
+            container.allow_reading();
+            let attributes = inventory::root_attributes(&container).map_err(at)?;
+            let version = read_version(&attributes).map_err(at)?;
+            let inventory = Inventory::take(&container).map_err(at)?;
+            Ok((container, version, inventory))
         };
-        container.allow_reading();
-        let (version, inventory) = on_large_stack(&path, take)
-            .map_err(io("cannot read"))?
-            .map_err(at)?;
+        let (container, version, inventory) = on_large_stack(take).map_err(io("cannot read"))??;
         let digest = text_attribute(&inventory, "/", "digest")
             .map_err(at)?
             .to_owned();
