@@ -19,8 +19,9 @@ const MOST_OBJECTS: usize = 100_000;
 const MOST_AXES: usize = 8;
 /// Deflate can't do better than 1:1032.
 const LARGEST_DEFLATE_RATIO: u64 = 1032;
-/// HDF5's numbers of the filters that may be used, and the only one that makes data smaller.
+/// HDF5's numbers of the filters that may be used.
 const FILTERS: [(u16, &str); 3] = [(DEFLATE, "deflate"), (2, "shuffle"), (3, "fletcher32")];
+/// The only one of them that makes data smaller.
 const DEFLATE: u16 = 1;
 
 /// One dataset of a file.

@@ -1,7 +1,8 @@
 //! `.dcb.h5`: the file of a superelement, as `docs/format.md` publishes it.
 //!
 //! [`write_superelement`] writes one, whole or not at all; [`SuperelementFile`] opens one and believes nothing it
-//! hasn't checked. The table of every path, shape, symbol and unit is in `datasets.rs`; reading, writing, and the
+//! hasn't checked. HDF5 itself is two libraries' work: libhdf5 writes; `hdf5-pure`, which is memory-safe, reads, in whatever
+//! HDF5 layout another team's tool chose (`container.rs` says what it is held to). The table of every path, shape, symbol and unit is in `datasets.rs`; reading, writing, and the
 //! checks of shapes all go by it. What a number means mechanically, beyond range, symmetry and agreement of
 //! sizes, is left to the reducer and the runtime.
 
@@ -20,10 +21,12 @@ mod names;
 mod output;
 mod read;
 mod rules;
+mod second_order;
 mod shapes;
 mod sink;
 mod units;
 mod write;
+mod write_fields;
 
 pub use output::{check_output, partial_path};
 pub use read::{SuperelementFile, read_superelement};
