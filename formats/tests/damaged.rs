@@ -33,7 +33,7 @@ fn samples(folder: &Path) -> Vec<PathBuf> {
     let mut samples = vec![plain.clone(), small];
     for variant in ["default", "v114", "fixed"] {
         let copy = folder.join(format!("{variant}.dcb.h5"));
-        support::recreate(&plain, &copy, variant);
+        support::recreate(&plain, &copy, variant).unwrap();
         samples.push(copy);
     }
     samples

@@ -1,10 +1,11 @@
 //! `.dcb.h5`: the file of a superelement, as `docs/format.md` publishes it.
 //!
 //! [`write_superelement`] writes one, whole or not at all; [`SuperelementFile`] opens one and believes nothing it
-//! hasn't checked. HDF5 itself is two libraries' work: libhdf5 writes; `hdf5-pure`, which is memory-safe, reads, in whatever
-//! HDF5 layout another team's tool chose (`container.rs` says what it is held to). The table of every path, shape, symbol and unit is in `datasets.rs`; reading, writing, and the
-//! checks of shapes all go by it. What a number means mechanically, beyond range, symmetry and agreement of
-//! sizes, is left to the reducer and the runtime.
+//! hasn't checked. HDF5 itself is the work of two libraries: libhdf5 writes; `hdf5-pure`, which is memory-safe,
+//! reads whatever HDF5 layout another team's tool chose, within the limits that `container.rs` and `inventory.rs`
+//! set. The table of every path, shape, symbol and unit is in `datasets.rs`; reading, writing, and the checks of
+//! shapes all go by it. What a number means mechanically, beyond range, symmetry and agreement of sizes, is left
+//! to the reducer and the runtime.
 
 mod assemble;
 mod attributes;
