@@ -3,42 +3,15 @@
 
 mod support;
 
-use std::path::{Path, PathBuf};
-use std::process::Command;
+use std::path::Path;
 
-use dcb_formats::dcb::{Compression, Contents, WriteOptions, write_superelement};
+use dcb_formats::dcb::{
+    Compression, Contents, FormatVersion, SuperelementFile, WriteOptions, write_superelement,
+};
 use dcb_formats::mesh::Dimension::{Planar, Spatial};
 
 fn check(file: &Path) -> Result<(), String> {
-    run(
-        &Path::new(env!("CARGO_MANIFEST_DIR")).join("../tests/h5py/check_superelement.py"),
-        file,
-    )
-}
-
-fn run(script: &Path, file: &Path) -> Result<(), String> {
-    let python = std::env::var_os("PYTHON").map_or_else(|| PathBuf::from("python3"), PathBuf::from);
-    let has_h5py = Command::new(&python)
-        .args(["-c", "import h5py, numpy"])
-        .output()
-        .is_ok_and(|output| output.status.success());
-    assert!(
-        has_h5py,
-        "{} with h5py and numpy is needed for this test: run .ci/setup",
-        python.display()
-    );
-    // Another test's child process may have inherited HDF5's lock on the file.
-    let output = Command::new(&python)
-        .env("HDF5_USE_FILE_LOCKING", "FALSE")
-        .arg(script)
-        .arg(file)
-        .output()
-        .unwrap();
-    if output.status.success() {
-        Ok(())
-    } else {
-        Err(String::from_utf8_lossy(&output.stderr).into_owned())
-    }
+    support::python("check_superelement.py", &[file.as_os_str()])
 }
 
 #[test]
@@ -99,7 +72,7 @@ fn the_documented_program_verifies_a_file() {
         mesh: Some(&mesh),
     };
     write_superelement(&path, &contents, &WriteOptions::default()).unwrap();
-    run(&script, &path).unwrap();
+    support::python(script, &[path.as_os_str()]).unwrap();
 }
 
 #[test]
@@ -127,4 +100,81 @@ fn h5py_sees_a_changed_number() {
         findings.contains("/inertia/mass: sha256 differs"),
         "{findings}"
     );
+}
+
+/// Old and new HDF5 formats, chunks, filters, strings of fixed length: the format is about contents.
+#[test]
+fn files_that_h5py_wrote_say_the_same() {
+    let folder = tempfile::tempdir().unwrap();
+    for dimension in [Planar, Spatial] {
+        let path = folder.path().join(format!("{dimension:?}.dcb.h5"));
+        let superelement = support::enriched(dimension);
+        let (recovery, mesh) = (support::recovery(&superelement), support::mesh(dimension));
+        let contents = Contents {
+            superelement: &superelement,
+            recovery: Some(&recovery),
+            mesh: Some(&mesh),
+        };
+        write_superelement(&path, &contents, &WriteOptions::default()).unwrap();
+        let right = SuperelementFile::open(&path).unwrap();
+        for variant in ["default", "v114", "fixed"] {
+            let copy = folder.path().join("copy.dcb.h5");
+            support::recreate(&path, &copy, variant).unwrap();
+            check(&copy).unwrap();
+            let file = SuperelementFile::open(&copy).unwrap();
+            assert_eq!(file.digest(), right.digest(), "{variant}");
+            assert_eq!(file.superelement().unwrap(), right.superelement().unwrap());
+            assert_eq!(file.recovery().unwrap(), Some(recovery.clone()));
+            assert_eq!(file.mesh().unwrap(), Some(mesh.clone()));
+            assert_eq!(
+                file.verify_digests().unwrap(),
+                right.verify_digests().unwrap()
+            );
+        }
+    }
+}
+
+#[test]
+fn what_a_later_minor_version_adds_is_ignored_but_verified() {
+    let folder = tempfile::tempdir().unwrap();
+    let (path, copy) = (
+        folder.path().join("rod.dcb.h5"),
+        folder.path().join("copy.dcb.h5"),
+    );
+    let superelement = support::superelement(Spatial);
+    let contents = Contents {
+        superelement: &superelement,
+        recovery: None,
+        mesh: None,
+    };
+    write_superelement(&path, &contents, &WriteOptions::default()).unwrap();
+    support::recreate(&path, &copy, "extended").unwrap();
+    check(&copy).unwrap();
+    let (old, new) = (
+        SuperelementFile::open(&path).unwrap(),
+        SuperelementFile::open(&copy).unwrap(),
+    );
+    assert_eq!(new.format_version(), FormatVersion { major: 1, minor: 7 });
+    assert_eq!(new.superelement().unwrap(), old.superelement().unwrap());
+    assert_eq!(
+        new.verify_digests().unwrap(),
+        old.verify_digests().unwrap() + 1
+    );
+}
+
+/// The lists of units of so many columns don't fit an HDF5 header.
+#[test]
+fn six_thousand_columns_are_fine() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("long.dcb.h5");
+    let superelement = support::with_modes(6000);
+    let contents = Contents {
+        superelement: &superelement,
+        recovery: None,
+        mesh: None,
+    };
+    write_superelement(&path, &contents, &WriteOptions::default()).unwrap();
+    let file = SuperelementFile::open(&path).unwrap();
+    assert_eq!(file.superelement().unwrap(), superelement);
+    check(&path).unwrap();
 }

@@ -54,6 +54,11 @@ def content(dataset):
     return values.dtype.str, values.tobytes()
 
 
+def text(value):
+    """An attribute's string: h5py gives those of fixed length as bytes."""
+    return value.decode() if isinstance(value, bytes) else value
+
+
 def canonical(value):
     if isinstance(value, numpy.ndarray):
         return [canonical(entry) for entry in value.tolist()]
@@ -61,7 +66,7 @@ def canonical(value):
         return struct.pack(">d", value).hex()
     if isinstance(value, (int, numpy.integer)):
         return int(value)
-    return str(value)
+    return str(text(value))
 
 
 def covered(path, item, name):
@@ -85,15 +90,15 @@ def digest(objects):
         kept = {name: canonical(value) for name, value in item.attrs.items() if covered(path, item, name)}
         if kept:
             attributes[path] = kept
-    text = json.dumps(attributes, sort_keys=True, separators=(",", ":"), ensure_ascii=False)
-    total.update(text.encode())
+    covered_json = json.dumps(attributes, sort_keys=True, separators=(",", ":"), ensure_ascii=False)
+    total.update(covered_json.encode())
     return total.hexdigest()
 
 
 def check(file):
     found = []
     objects = collect(file)
-    attrs = file.attrs
+    attrs = {name: text(value) for name, value in file.attrs.items()}
     for name in ("format", "format_version", "name", "dimension", "units", "generator", "digest"):
         if name not in attrs:
             found.append(f"/: attribute {name} is missing")
@@ -136,14 +141,14 @@ def check(file):
         for name in ("symbol", "units", "description", "sha256"):
             if name not in item.attrs:
                 found.append(f"{path}: attribute {name} is missing")
-        if item.attrs.get("units") == "mixed" and "row_units" not in item.attrs:
+        if text(item.attrs.get("units")) == "mixed" and "row_units" not in item.attrs:
             found.append(f"{path}: units are mixed, and row_units are missing")
         axes = ("layer_units", "row_units", "column_units") if path == "/stiffening/interface" else None
         for axis, name in enumerate(axes or ()):
             if name in item.attrs and len(item.attrs[name]) != item.shape[axis]:
                 found.append(f"{path}: {name} has {len(item.attrs[name])} entries")
         data = content(item)[1]
-        if hashlib.sha256(data).hexdigest() != item.attrs.get("sha256"):
+        if hashlib.sha256(data).hexdigest() != text(item.attrs.get("sha256")):
             found.append(f"{path}: sha256 differs")
     if digest(objects) != attrs["digest"]:
         found.append("/: digest differs")
@@ -162,4 +167,5 @@ def main():
     print(f"{sys.argv[1]}: {count} datasets, every sha256 and the digest are right")
 
 
-main()
+if __name__ == "__main__":
+    main()

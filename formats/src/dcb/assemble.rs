@@ -6,9 +6,8 @@ use super::attributes::Value;
 use super::inventory::Finding;
 use super::names;
 use super::read::SuperelementFile;
-use super::rules;
+use super::second_order;
 use super::shapes::text_attribute;
-use super::write::SECOND_ORDER_COMPONENTS;
 use crate::component::{Source, Units};
 use crate::mesh::{Dimension, Direction, Dof};
 use crate::superelement::{
@@ -226,47 +225,9 @@ fn inertia(file: &SuperelementFile) -> Result<Inertia, Finding> {
         i2: if planar {
             Vec::new()
         } else {
-            second_order(&file.reals("/inertia/I2")?, n)?
+            second_order::from_values(&file.reals("/inertia/I2")?, n)?
         },
     })
-}
-
-/// Six matrices xx, yy, zz, xy, yz, zx from (n, n, 3, 3).
-fn second_order(values: &[f64], n: usize) -> Result<Vec<Mat<f64>>, Finding> {
-    // Blocks (k, k) are sums of squares: their traces give the scale of all others.
-    let trace = |k: usize| {
-        [0, 4, 8]
-            .iter()
-            .map(|ab| values[9 * (k * n + k) + ab])
-            .sum::<f64>()
-            .max(0.0)
-    };
-    for (entry, block) in values.chunks_exact(9).enumerate() {
-        let (k, l) = (entry / n, entry % n);
-        let allowed = rules::SYMMETRY_TOLERANCE * (trace(k) * trace(l)).sqrt();
-        let skew = [(1, 3), (2, 6), (5, 7)]
-            .iter()
-            .any(|&(ab, ba)| (block[ab] - block[ba]).abs() > allowed);
-        if skew {
-            return Err(Finding::at(
-                "/inertia/I2",
-                format!("isn't symmetric in (a, b) at (k, l) = ({k}, {l})"),
-            ));
-        }
-    }
-    let mut first = [0; 6];
-    for (entry, &component) in SECOND_ORDER_COMPONENTS
-        .as_flattened()
-        .iter()
-        .enumerate()
-        .rev()
-    {
-        first[component] = entry;
-    }
-    Ok(first
-        .iter()
-        .map(|&entry| Mat::from_fn(n, n, |k, l| values[9 * (k * n + l) + entry]))
-        .collect())
 }
 
 fn enrichment(file: &SuperelementFile) -> Result<Option<Enrichment>, Finding> {

@@ -1,7 +1,6 @@
 //! What must hold of the numbers, whoever made them: the writer refuses to write anything else, the reader to
 //! hand it on.
 
-use super::contract::MOST_COLUMNS;
 use super::rules::{
     Checked, ascending, finite, layers, length, matrix, mirrored, name, not_negative, symmetric,
     symmetric_tensor, trace, wrong,
@@ -17,14 +16,6 @@ const ROTATION_TOLERANCE: f64 = 1e-9;
 pub(super) fn superelement(of: &Superelement) -> Checked {
     let d = of.dimension.coordinate_count();
     let (n_b, n_k, n) = (of.boundary_row_count(), of.mode_count(), of.basis_count());
-    if n > MOST_COLUMNS {
-        return wrong(
-            "/inertia",
-            format!(
-                "has {n_k} modes, {n_b} boundary rows, {n} columns in all; the format holds at most {MOST_COLUMNS}"
-            ),
-        );
-    }
     name("/", "name", &of.name)?;
     for (attribute, text) in [
         ("length", &of.units.length),

@@ -6,9 +6,6 @@
 use super::units::Rule;
 use crate::mesh::Dimension;
 
-/// Columns of the basis, at most: L3 of so many is 384 MB, and the lists of their units just fit an HDF5 header.
-pub(super) const MOST_COLUMNS: usize = 4000;
-
 /// The three element types.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Element {
@@ -16,7 +13,7 @@ pub(super) enum Element {
     Real,
     /// Two's complement, 64 bits, little-endian.
     Integer,
-    /// Variable-length UTF-8.
+    /// UTF-8.
     Text,
 }
 
@@ -76,7 +73,10 @@ impl Counts {
             Axis::Rows => self.rows,
             Axis::Modes => self.modes,
             Axis::Enrichment => self.enrichment,
-            Axis::Basis => self.modes + self.rows + self.enrichment,
+            Axis::Basis => self
+                .modes
+                .saturating_add(self.rows)
+                .saturating_add(self.enrichment),
             Axis::Rank => self.rank,
             Axis::FieldDofs => self.field_dofs,
         }

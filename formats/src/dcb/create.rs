@@ -1,14 +1,9 @@
 //! A new HDF5 file, and what HDF5 does when the disk is full.
 
-use std::ffi::CString;
-use std::os::unix::ffi::OsStrExt;
 use std::path::Path;
 
-use hdf5::file::{FileAccess, FileCreate, LibraryVersion};
-use hdf5_sys::h5f::{H5F_ACC_EXCL, H5Fcreate};
-use hdf5_sys::h5p::H5Pset_link_phase_change;
+use hdf5::file::LibraryVersion;
 
-use super::sink::MOST_COMPACT;
 use crate::Error;
 
 /// HDF5 tells the system's answer only as text in its error stack.
@@ -41,33 +36,13 @@ pub(super) fn told(target: &Path, error: &hdf5::Error) -> Error {
     }
 }
 
-/// A new file whose metadata are as the reader wants them: format of HDF5 1.10 (the earlier ones have no checksums
-/// on metadata), and all links in the headers of their groups, the root's included.
+/// A new HDF5 file that HDF5 1.8 and everything later reads. Nothing older will do: it limits an attribute to
+/// 64 KiB, and the lists of units may be longer. Without times the same contents give the same bytes.
 pub(super) fn create(path: &Path) -> hdf5::Result<hdf5::File> {
-    let access = FileAccess::build()
-        .libver_bounds(LibraryVersion::V110, LibraryVersion::V110)
-        .finish()?;
-    let creation = FileCreate::build().obj_track_times(false).finish()?;
-    let name = CString::new(path.as_os_str().as_bytes())
-        .map_err(|_| hdf5::Error::from("the path contains a zero byte"))?;
-    // The safe builder has no way to say this of the root group.
-    hdf5::sync::sync(|| {
-        // SAFETY: both property lists and the name outlive the calls, the lock is held, and the new id is handed
-        // to its only owner.
-        unsafe {
-            let set = H5Pset_link_phase_change(creation.id(), MOST_COMPACT, 0);
-            let id = if set < 0 {
-                -1
-            } else {
-                H5Fcreate(name.as_ptr(), H5F_ACC_EXCL, creation.id(), access.id())
-            };
-            if id < 0 {
-                Err(hdf5::Error::query().unwrap_or_else(|error| error))
-            } else {
-                hdf5::from_id(id)
-            }
-        }
-    })
+    hdf5::File::with_options()
+        .with_fapl(|access| access.libver_bounds(LibraryVersion::V18, LibraryVersion::V18))
+        .with_fcpl(|creation| creation.obj_track_times(false))
+        .create_excl(path)
 }
 
 /// Gives the disk space of a failed write back before HDF5 closes the file, which has to write once more.

@@ -1,28 +1,34 @@
-//! What a file holds: every dataset's type, shape, storage and claimed hash, and every attribute, without reading
-//! any data.
+//! What a file holds: every dataset's type, shape and claimed hash, and every attribute, without reading any data.
 
-use std::collections::{BTreeMap, HashSet};
+use std::collections::BTreeMap;
 
-use super::attributes::Value;
-use super::bytes::FileBytes;
+use hdf5_pure::{
+    Datatype, DatatypeByteOrder, FixedPointLayout, FloatingPointLayout, Group, Layout,
+};
+
+use super::attributes::{self, Value};
+use super::container::Container;
 use super::contract::Element;
 use super::digest::{self, Attributes, Line};
-use super::messages::{self, Storage};
-use super::object_header::{self, Message, kind};
-use super::text::{DESCRIPTOR_BYTES, Texts};
 
 /// Groups inside groups, at most: `/mesh/cells/0` has three.
 const DEEPEST: usize = 6;
 /// Objects of a file, at most.
 const MOST_OBJECTS: usize = 100_000;
-/// The only datasets that may be compressed.
-const FIELD_ARRAYS: [&str; 2] = ["/modes/shapes", "/residual/shapes"];
+/// Axes of a dataset, at most.
+const MOST_AXES: usize = 8;
+/// Deflate can't do better than 1:1032.
+const LARGEST_DEFLATE_RATIO: u64 = 1032;
+/// HDF5's numbers of the filters that may be used.
+const FILTERS: [(u16, &str); 3] = [(DEFLATE, "deflate"), (2, "shuffle"), (3, "fletcher32")];
+/// The only one of them that makes data smaller.
+const DEFLATE: u16 = 1;
 
 /// One dataset of a file.
 #[derive(Debug)]
 pub(super) struct Entry {
     pub(super) line: Line,
-    pub(super) storage: Storage,
+    pub(super) dataset: hdf5_pure::Dataset,
 }
 
 /// All of a file but the data.
@@ -48,30 +54,22 @@ impl Finding {
     }
 }
 
-/// Adds the path to a message.
-fn finding(path: &str) -> impl Fn(String) -> Finding + '_ {
-    move |message| Finding::at(path, message)
-}
-
 /// The attributes of the root group alone.
-pub(super) fn root_attributes(
-    file: &FileBytes,
-    root: u64,
-) -> Result<BTreeMap<String, Value>, Finding> {
-    let messages = object_header::messages(file, root).map_err(finding("/"))?;
-    attributes(&messages, &mut Texts::new(file)).map_err(finding("/"))
+pub(super) fn root_attributes(file: &Container) -> Result<BTreeMap<String, Value>, Finding> {
+    let root = file.root();
+    attributes::read(root.attrs(), root.attr_datatypes())
+        .map_err(|message| Finding::at("/", message))
 }
 
 impl Inventory {
-    /// Takes the inventory of a file whose root group is at `root`.
-    pub(super) fn take(file: &FileBytes, root: u64) -> Result<Self, Finding> {
+    /// Takes the inventory of a file. Soft and external links lead nowhere, as in h5py's `visititems`.
+    pub(super) fn take(file: &Container) -> Result<Self, Finding> {
         let mut walk = Walk {
-            file,
-            texts: Texts::new(file),
-            seen: HashSet::new(),
+            file_bytes: file.length(),
+            objects: 0,
             found: Self::default(),
         };
-        walk.visit(root, "", 0)?;
+        walk.visit(&file.root(), "", 0)?;
         Ok(walk.found)
     }
 
@@ -91,136 +89,147 @@ impl Inventory {
     }
 }
 
-struct Walk<'f> {
-    file: &'f FileBytes,
-    texts: Texts<'f>,
-    seen: HashSet<u64>,
+struct Walk {
+    file_bytes: u64,
+    objects: usize,
     found: Inventory,
 }
 
-impl Walk<'_> {
-    /// Visits the object at `address`; `path` is empty for the root.
-    fn visit(&mut self, address: u64, path: &str, depth: usize) -> Result<(), Finding> {
+impl Walk {
+    /// Visits a group; `path` is empty for the root.
+    fn visit(&mut self, group: &Group, path: &str, depth: usize) -> Result<(), Finding> {
         let here = if path.is_empty() { "/" } else { path };
-        let told = finding(here);
-        if !self.seen.insert(address) {
-            return Err(told(
-                "is linked twice; every object has one place".to_owned(),
-            ));
+        let told = |message: String| Finding::at(here, message);
+        let unreadable = |error: hdf5_pure::Error| told(format!("can't be read: {error}"));
+        if depth > DEEPEST {
+            return Err(told(format!("is more than {DEEPEST} groups deep")));
         }
-        if self.seen.len() > MOST_OBJECTS || depth > DEEPEST {
-            return Err(told(format!(
-                "is one of more than {MOST_OBJECTS} objects, or more than {DEEPEST} groups deep"
-            )));
-        }
-        let messages = object_header::messages(self.file, address).map_err(&told)?;
-        let attributes = attributes(&messages, &mut self.texts).map_err(&told)?;
-        let has = |wanted: u64| messages.iter().any(|message| message.kind == wanted);
-        if has(kind::LAYOUT) {
-            let entry = self.dataset(&messages, here, &attributes).map_err(&told)?;
-            self.found.entries.insert(here.to_owned(), entry);
-        } else if has(kind::LINK_INFO) {
-            let links = links(&messages).map_err(&told)?;
-            for (name, address) in links {
-                self.visit(address, &format!("{path}/{name}"), depth + 1)?;
-            }
-        } else {
-            return Err(told("is neither a dataset nor a group".to_owned()));
-        }
+        let attributes = attributes::read(group.attrs(), group.attr_datatypes()).map_err(told)?;
         self.found.attributes.insert(here.to_owned(), attributes);
+        for (name, dataset) in group.iter_datasets().map_err(unreadable)? {
+            let path = self.member(path, &name)?;
+            let told = |message| Finding::at(&path, message);
+            let attributes =
+                attributes::read(dataset.attrs(), dataset.attr_datatypes()).map_err(told)?;
+            let line = line(&dataset, &attributes, self.file_bytes).map_err(told)?;
+            self.found
+                .entries
+                .insert(path.clone(), Entry { line, dataset });
+            self.found.attributes.insert(path, attributes);
+        }
+        for (name, child) in group.iter_groups().map_err(unreadable)? {
+            let path = self.member(path, &name)?;
+            self.visit(&child, &path, depth + 1)?;
+        }
         Ok(())
     }
 
-    fn dataset(
-        &self,
-        messages: &[Message],
-        path: &str,
-        attributes: &BTreeMap<String, Value>,
-    ) -> Result<Entry, String> {
-        let body = |wanted: u64, name: &str| {
-            let found = messages.iter().find(|message| message.kind == wanted);
-            found
-                .map(|message| message.body.as_slice())
-                .ok_or_else(|| format!("has no {name}"))
-        };
-        let element = messages::element(body(kind::DATATYPE, "element type")?)?;
-        let shape = messages::shape(body(kind::DATASPACE, "shape")?)?;
-        let element_bytes = if element == Element::Text {
-            DESCRIPTOR_BYTES
-        } else {
-            8
-        };
-        let bytes = (messages::count(&shape)? as u64)
-            .checked_mul(element_bytes)
-            .ok_or_else(|| format!("has the impossible shape {shape:?}"))?;
-        if messages
+    /// The path of one more object.
+    fn member(&mut self, group: &str, name: &str) -> Result<String, Finding> {
+        let path = format!("{group}/{name}");
+        self.objects += 1;
+        if self.objects > MOST_OBJECTS {
+            let message = format!("is one of more than {MOST_OBJECTS} objects");
+            return Err(Finding::at(&path, message));
+        }
+        if name.is_empty() || name == "." || name.contains(['/', '\0', '\n']) {
+            let message = format!("has a member {name:.40?}, which can't be a name");
+            return Err(Finding::at(group, message));
+        }
+        Ok(path)
+    }
+}
+
+/// What the digest says of a dataset, if the file can hold what its shape claims.
+fn line(
+    dataset: &hdf5_pure::Dataset,
+    attributes: &BTreeMap<String, Value>,
+    file_bytes: u64,
+) -> Result<Line, String> {
+    let unreadable = |error: hdf5_pure::Error| format!("can't be read: {error}");
+    let element = element(&dataset.datatype().map_err(unreadable)?)?;
+    let shape = dataset.shape().map_err(unreadable)?;
+    let impossible = || format!("has the impossible shape {shape:?}");
+    let bytes_of = |shape: &[u64]| -> Result<u64, String> {
+        let element_bytes = dataset.element_size().map_err(unreadable)?;
+        let product = shape
             .iter()
-            .any(|message| message.kind == kind::EXTERNAL)
-        {
-            return Err("has its data in another file, which isn't allowed".to_owned());
-        }
-        let storage = messages::storage(
-            body(kind::LAYOUT, "layout")?,
-            bytes,
-            shape.len(),
-            self.file.length(),
-        )
-        .map_err(|message| format!("of shape {shape:?} {message}"))?;
-        if let Ok(filters) = body(kind::FILTERS, "filters") {
-            messages::check_filters(filters)?;
-        }
-        if storage == Storage::Chunked && !FIELD_ARRAYS.contains(&path) {
-            return Err("is stored in chunks; only field arrays may be".to_owned());
-        }
-        let Some(Value::Text(sha256)) = attributes
-            .get("sha256")
-            .filter(|value| matches!(value, Value::Text(text) if text.len() == 64))
-        else {
-            return Err("has no attribute sha256 with 64 hexadecimal digits".to_owned());
-        };
-        Ok(Entry {
-            line: Line {
-                element,
-                shape,
-                sha256: sha256.clone(),
-            },
-            storage,
-        })
+            .try_fold(element_bytes, |product, &size| product.checked_mul(size));
+        product.ok_or_else(impossible)
+    };
+    if shape.len() > MOST_AXES {
+        return Err(format!("has {} axes", shape.len()));
     }
+    let filters = dataset.filters();
+    let known = |filter: &u16| FILTERS.iter().any(|(known, _)| known == filter);
+    if let Some(unknown) = filters.iter().find(|filter| !known(filter)) {
+        return Err(format!(
+            "is stored with filter {unknown}; only {:?} may be used",
+            FILTERS.map(|(_, name)| name)
+        ));
+    }
+    let needed = bytes_of(&shape)?;
+    let ratio = if filters.contains(&DEFLATE) {
+        LARGEST_DEFLATE_RATIO
+    } else {
+        1
+    };
+    if needed / ratio > file_bytes {
+        return Err(format!(
+            "of shape {shape:?} needs {needed} bytes, which a file of {file_bytes} can't hold"
+        ));
+    }
+    match dataset.layout().map_err(unreadable)? {
+        Layout::Chunked { chunk_shape, .. } if bytes_of(&chunk_shape)? / ratio > file_bytes => {
+            return Err(format!(
+                "has chunks of shape {chunk_shape:?}, which a file of {file_bytes} bytes can't hold"
+            ));
+        }
+        Layout::Virtual => {
+            return Err("has its data in other files, which isn't allowed".to_owned());
+        }
+        _ => {}
+    }
+    let Some(Value::Text(sha256)) = attributes
+        .get("sha256")
+        .filter(|value| matches!(value, Value::Text(text) if text.len() == 64))
+    else {
+        return Err("has no attribute sha256 with 64 hexadecimal digits".to_owned());
+    };
+    Ok(Line {
+        element,
+        shape: shape
+            .iter()
+            .map(|&size| usize::try_from(size).map_err(|_| impossible()))
+            .collect::<Result<_, _>>()?,
+        sha256: sha256.clone(),
+    })
 }
 
-fn attributes(messages: &[Message], texts: &mut Texts) -> Result<BTreeMap<String, Value>, String> {
-    let mut attributes = BTreeMap::new();
-    for message in messages {
-        match message.kind {
-            kind::ATTRIBUTE_INFO => messages::check_compact(&message.body, 2)?,
-            kind::ATTRIBUTE => {
-                let (name, value) = messages::attribute(&message.body, texts)?;
-                if attributes.insert(name.clone(), value).is_some() {
-                    return Err(format!("has two attributes {name}"));
-                }
-            }
-            _ => {}
-        }
+/// Element type: one of three.
+fn element(datatype: &Datatype) -> Result<Element, String> {
+    let whole = FixedPointLayout {
+        signed: true,
+        bit_offset: 0,
+        bit_precision: 64,
+    };
+    match datatype {
+        Datatype::FloatingPoint {
+            size: 8,
+            byte_order: DatatypeByteOrder::LittleEndian,
+            layout,
+        } if *layout == FloatingPointLayout::IEEE754_BINARY64 => Ok(Element::Real),
+        Datatype::FixedPoint {
+            size: 8,
+            byte_order: DatatypeByteOrder::LittleEndian,
+            layout,
+        } if *layout == whole => Ok(Element::Integer),
+        Datatype::String { .. }
+        | Datatype::VariableLength {
+            is_string: true, ..
+        } => Ok(Element::Text),
+        _ => Err(
+            "holds something else than little-endian f64, little-endian i64 or strings".to_owned(),
+        ),
     }
-    Ok(attributes)
-}
-
-fn links(messages: &[Message]) -> Result<Vec<(String, u64)>, String> {
-    let mut links: Vec<(String, u64)> = Vec::new();
-    let mut names = HashSet::new();
-    for message in messages {
-        match message.kind {
-            kind::LINK_INFO => messages::check_compact(&message.body, 8)?,
-            kind::LINK => {
-                let (name, address) = messages::link(&message.body)?;
-                if !names.insert(name.clone()) {
-                    return Err(format!("has two members {name:.40?}"));
-                }
-                links.push((name, address));
-            }
-            _ => {}
-        }
-    }
-    Ok(links)
 }

@@ -1,31 +1,33 @@
 //! `.dcb.h5`: the file of a superelement, as `docs/format.md` publishes it.
 //!
 //! [`write_superelement`] writes one, whole or not at all; [`SuperelementFile`] opens one and believes nothing it
-//! hasn't checked. The table of every path, shape, symbol and unit is in `datasets.rs`; reading, writing, and the
-//! checks of shapes all go by it. What a number means mechanically, beyond range, symmetry and agreement of
-//! sizes, is left to the reducer and the runtime.
+//! hasn't checked. HDF5 itself is the work of two libraries: libhdf5 writes; `hdf5-pure`, which is memory-safe,
+//! reads whatever HDF5 layout another team's tool chose, within the limits that `container.rs` and `inventory.rs`
+//! set. The table of every path, shape, symbol and unit is in `datasets.rs`; reading, writing, and the checks of
+//! shapes all go by it. What a number means mechanically, beyond range, symmetry and agreement of sizes, is left
+//! to the reducer and the runtime.
 
 mod assemble;
 mod attributes;
-mod bytes;
 mod check;
 mod check_fields;
+mod container;
 mod contract;
 mod create;
+mod data;
 mod datasets;
 mod digest;
 mod inventory;
-mod messages;
 mod names;
-mod object_header;
 mod output;
 mod read;
 mod rules;
+mod second_order;
 mod shapes;
 mod sink;
-mod text;
 mod units;
 mod write;
+mod write_fields;
 
 pub use output::{check_output, partial_path};
 pub use read::{SuperelementFile, read_superelement};

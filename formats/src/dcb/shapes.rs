@@ -4,7 +4,7 @@
 use std::collections::BTreeMap;
 
 use super::attributes::Value;
-use super::contract::{Axis, Counts, Dataset, Element, MOST_COLUMNS, Presence};
+use super::contract::{Axis, Counts, Dataset, Element, Presence};
 use super::datasets::DATASETS;
 use super::inventory::{Entry, Finding, Inventory};
 use super::{FORMAT, FORMAT_VERSION, FormatVersion};
@@ -94,7 +94,7 @@ pub(super) fn count(inventory: &Inventory) -> Result<Counts, Finding> {
             Ok(0)
         }
     };
-    let counts = Counts {
+    Ok(Counts {
         dimension,
         interfaces: size("/interfaces/names", 0)?,
         rows: size("/interfaces/dofs", 0)?,
@@ -102,15 +102,7 @@ pub(super) fn count(inventory: &Inventory) -> Result<Counts, Finding> {
         enrichment: optional("/enrichment/interface_shapes", 1)?,
         rank: size("/residual/sigma2", 0)?,
         field_dofs: optional("/fields/dofs", 0)?,
-    };
-    let columns = [counts.modes, counts.rows, counts.enrichment];
-    if columns.iter().any(|&columns| columns > MOST_COLUMNS) {
-        let message = format!(
-            "has {columns:?} modes, boundary rows and further columns; the format holds at most {MOST_COLUMNS}"
-        );
-        return Err(Finding::at("/modes", message));
-    }
-    Ok(counts)
+    })
 }
 
 /// Everything that must be there is there, in type and shape.

@@ -3,7 +3,6 @@
 use std::collections::BTreeMap;
 
 use faer::Mat;
-use hdf5::plist::group_create::LinkPhaseChange;
 use hdf5::types::VarLenUnicode;
 use hdf5::{Dataset, H5Type};
 use ndarray::s;
@@ -19,9 +18,6 @@ use super::units::{Rule, UnitSystem};
 const CHUNK_VALUES: usize = 1 << 17;
 /// zlib's own default.
 const DEFLATE_LEVEL: u8 = 6;
-
-/// HDF5 keeps up to this many links and attributes of an object in its header, where the reader looks for them.
-pub(super) const MOST_COMPACT: u32 = 65_535;
 
 /// What is said about a dataset beside its data.
 pub(super) struct About<'p> {
@@ -68,15 +64,8 @@ impl<'a> Sink<'a> {
 
     /// Makes a group.
     pub(super) fn group(&self, path: &str) -> hdf5::Result<()> {
-        let builder = self.file.create_group_builder().obj_track_times(false);
-        let compact = LinkPhaseChange {
-            max_compact: MOST_COMPACT,
-            min_dense: 0,
-        };
-        builder
-            .with_create_plist(|creation| creation.link_phase_change(compact))
-            .create(path)
-            .map(drop)
+        let builder = self.file.create_group_builder();
+        builder.obj_track_times(false).create(path).map(drop)
     }
 
     /// Writes an attribute of a group or dataset that is there already.
@@ -116,10 +105,7 @@ impl<'a> Sink<'a> {
         let about = self.about(path)?;
         let n_f = fields.nrows();
         let empty = n_f == 0 || fields.ncols() == 0;
-        let builder = self
-            .file
-            .new_dataset::<f64>()
-            .attr_phase_change(MOST_COMPACT, 0);
+        let builder = self.file.new_dataset::<f64>();
         let builder = match self.compression {
             Compression::Deflate if !empty => builder
                 .chunk([1, n_f.min(CHUNK_VALUES)])
@@ -167,11 +153,7 @@ impl<'a> Sink<'a> {
     }
 
     fn put<T: H5Type>(&self, about: &About, values: &[T]) -> hdf5::Result<Dataset> {
-        let builder = self
-            .file
-            .new_dataset::<T>()
-            .attr_phase_change(MOST_COMPACT, 0)
-            .no_chunk();
+        let builder = self.file.new_dataset::<T>().no_chunk();
         let dataset = builder.shape(about.shape.clone()).create(about.path)?;
         match about.shape.is_empty() {
             true => values

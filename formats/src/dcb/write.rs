@@ -8,14 +8,15 @@ use super::attributes::Value;
 use super::contract::Counts;
 use super::create::{abandon, create, told};
 use super::inventory::Finding;
-use super::sink::{About, Sink};
-use super::units::{Factor, LENGTH, Rule, UnitSystem};
+use super::sink::Sink;
+use super::units::UnitSystem;
 use super::{
-    Compression, Contents, FORMAT, FORMAT_VERSION, WriteOptions, check, check_fields, names, output,
+    Compression, Contents, FORMAT, FORMAT_VERSION, WriteOptions, check, check_fields, names,
+    output, second_order,
 };
 use crate::Error;
 use crate::mesh::{Dimension, Mesh};
-use crate::superelement::{RecoveryBasis, Superelement};
+use crate::superelement::Superelement;
 
 /// Writes a superelement: complete and durable under its name, or not at all.
 ///
@@ -64,9 +65,9 @@ fn fill(partial: &Path, contents: &Contents, compression: Compression) -> hdf5::
 }
 
 /// Puts each part of the contents where the contract has it.
-struct Writer<'a> {
+pub(super) struct Writer<'a> {
     contents: &'a Contents<'a>,
-    sink: Sink<'a>,
+    pub(super) sink: Sink<'a>,
 }
 
 impl<'a> Writer<'a> {
@@ -275,7 +276,8 @@ impl<'a> Writer<'a> {
                     .reals("/inertia/tensor", inertia.tensor.as_flattened())?;
                 self.sink
                     .reals("/inertia/I1", inertia.i1.as_flattened().as_flattened())?;
-                self.sink.reals("/inertia/I2", &second_order(&inertia.i2))
+                self.sink
+                    .reals("/inertia/I2", &second_order::to_values(&inertia.i2))
             }
         }
     }
@@ -306,82 +308,6 @@ impl<'a> Writer<'a> {
             self.sink.reals(
                 "/reduced/stiffness",
                 &row_major(&enrichment.reduced_stiffness),
-            )?;
-        }
-        Ok(())
-    }
-
-    fn recovery(&mut self, recovery: &RecoveryBasis) -> hdf5::Result<()> {
-        self.sink.group("fields")?;
-        let dofs: Vec<i64> = recovery
-            .dofs
-            .iter()
-            .flat_map(|dof| [i64::from(dof.node), dof.direction.index() as i64])
-            .collect();
-        self.sink.integers("/fields/dofs", &dofs)?;
-        self.sink.field("/modes/shapes", &recovery.modes)?;
-        self.sink.field("/residual/shapes", &recovery.residual)
-    }
-
-    fn mesh(&mut self, mesh: &Mesh) -> hdf5::Result<()> {
-        for group in ["mesh", "mesh/cells", "mesh/point_sets"] {
-            self.sink.group(group)?;
-        }
-        let plain = Rule::Text("1");
-        let lengths = Rule::Product(&[Factor::Uniform(LENGTH)]);
-        let points = About {
-            path: "/mesh/points",
-            shape: vec![mesh.node_count(), mesh.dimension.coordinate_count()],
-            symbol: "x",
-            units: lengths,
-            description: "node coordinates, component axes",
-        };
-        self.sink.put_reals(&points, &mesh.coordinates)?;
-        for (index, block) in mesh.cells.iter().enumerate() {
-            self.sink.group(&format!("mesh/cells/{index}"))?;
-            let path = format!("/mesh/cells/{index}/type");
-            let about = About {
-                path: &path,
-                shape: vec![],
-                symbol: "",
-                units: plain,
-                description: "meshio cell name",
-            };
-            self.sink
-                .put_texts(&about, std::slice::from_ref(&block.cell_type))?;
-            let path = format!("/mesh/cells/{index}/data");
-            let shape = vec![block.cell_count(), block.nodes_per_cell];
-            let about = About {
-                path: &path,
-                shape,
-                symbol: "",
-                units: plain,
-                description: "0-based nodes of each cell, meshio order",
-            };
-            self.sink.put_integers(
-                &about,
-                &block
-                    .nodes
-                    .iter()
-                    .map(|&node| i64::from(node))
-                    .collect::<Vec<_>>(),
-            )?;
-        }
-        for (name, nodes) in &mesh.point_sets {
-            let path = format!("/mesh/point_sets/{}", names::encode(name));
-            let about = About {
-                path: &path,
-                shape: vec![nodes.len()],
-                symbol: "",
-                units: plain,
-                description: "0-based nodes of the set",
-            };
-            self.sink.put_integers(
-                &about,
-                &nodes
-                    .iter()
-                    .map(|&node| i64::from(node))
-                    .collect::<Vec<_>>(),
             )?;
         }
         Ok(())
@@ -431,23 +357,3 @@ fn row_major(matrix: &Mat<f64>) -> Vec<f64> {
 fn stacked(matrices: &[Mat<f64>]) -> Vec<f64> {
     matrices.iter().flat_map(row_major).collect()
 }
-
-/// (n, n, 3, 3) from the matrices xx, yy, zz, xy, yz, zx.
-fn second_order(components: &[Mat<f64>]) -> Vec<f64> {
-    let n = components.first().map_or(0, Mat::nrows);
-    let mut values = Vec::with_capacity(9 * n * n);
-    for k in 0..n {
-        for l in 0..n {
-            values.extend(
-                SECOND_ORDER_COMPONENTS
-                    .as_flattened()
-                    .iter()
-                    .map(|&component| components[component][(k, l)]),
-            );
-        }
-    }
-    values
-}
-
-/// Which of xx, yy, zz, xy, yz, zx entry (a, b) of a symmetric tensor is.
-pub(super) const SECOND_ORDER_COMPONENTS: [[usize; 3]; 3] = [[0, 3, 5], [3, 1, 4], [5, 4, 2]];

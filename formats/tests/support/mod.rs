@@ -2,6 +2,9 @@
 #![allow(dead_code)]
 
 use std::collections::BTreeMap;
+use std::ffi::OsStr;
+use std::path::Path;
+use std::process::Command;
 
 use dcb_formats::Error;
 use dcb_formats::component::{InterfaceKind, Role, Source, Units};
@@ -286,4 +289,56 @@ pub fn summary(file: &SuperelementFile) -> Result<serde_json::Value, Error> {
         "options": of.provenance.options,
         "warnings": of.provenance.warnings,
     }))
+}
+
+/// A planar superelement with so many modes and an L3 of zeros.
+pub fn with_modes(count: usize) -> Superelement {
+    let mut of = superelement(Dimension::Planar);
+    let n_b = of.boundary_row_count();
+    let n = count + n_b;
+    of.interfaces[0].orientation = turn(0.0);
+    of.modes.eigenvalues = (0..count).map(|k| k as f64).collect();
+    of.modes.damping = vec![0.01; count];
+    of.modes.interface_shapes = matrix(1, n_b, count);
+    of.inertia.l1 = Mat::zeros(2, n);
+    of.inertia.i1.resize(n, of.inertia.i1[0]);
+    of.inertia.i3 = Mat::zeros(1, n);
+    of.inertia.l3 = vec![Mat::zeros(n, n)];
+    of
+}
+
+/// Runs a Python script of `tests/h5py`, or one with a full path.
+pub fn python(script: impl AsRef<Path>, arguments: &[&OsStr]) -> Result<(), String> {
+    let python = std::env::var_os("PYTHON").unwrap_or_else(|| "python3".into());
+    let has_h5py = Command::new(&python)
+        .args(["-c", "import h5py, numpy"])
+        .output()
+        .is_ok_and(|output| output.status.success());
+    assert!(
+        has_h5py,
+        "{python:?} with h5py and numpy is needed for this test: run .ci/setup"
+    );
+    // Another test's child process may have inherited HDF5's lock on the file.
+    let output = Command::new(&python)
+        .env("HDF5_USE_FILE_LOCKING", "FALSE")
+        .env("PYTHONDONTWRITEBYTECODE", "1")
+        .arg(
+            Path::new(env!("CARGO_MANIFEST_DIR"))
+                .join("../tests/h5py")
+                .join(script),
+        )
+        .args(arguments)
+        .output()
+        .map_err(|error| error.to_string())?;
+    if output.status.success() {
+        Ok(())
+    } else {
+        Err(String::from_utf8_lossy(&output.stderr).into_owned())
+    }
+}
+
+/// Lets h5py copy a file into another HDF5 layout: see `tests/h5py/recreate.py`.
+pub fn recreate(file: &Path, copy: &Path, variant: &str) -> Result<(), String> {
+    let arguments = [file.as_os_str(), copy.as_os_str(), OsStr::new(variant)];
+    python("recreate.py", &arguments)
 }

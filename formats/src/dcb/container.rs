@@ -1,0 +1,150 @@
+//! The HDF5 file underneath: its bytes are read where and when they are needed, and never more of them than the
+//! file can have asked for honestly.
+
+use std::collections::HashMap;
+use std::fmt;
+use std::fs::File;
+use std::sync::atomic::{AtomicU64, Ordering::Relaxed};
+use std::sync::{Arc, Mutex, PoisonError};
+
+use hdf5_pure::{FormatError, ReadSeekSource, Source};
+
+/// What one step may read beyond the file's own length: the small parts of a small file are read many times.
+const SPARE_BYTES: u64 = 1 << 24;
+/// The pages of the file that are kept, 1 MiB in all.
+const PAGE_BYTES: u64 = 1 << 12;
+const MOST_PAGES: usize = 256;
+/// Enough for the deepest element type that HDF5 can describe (64 KiB, 8 bytes a level), which the library
+/// follows by recursion.
+const STACK_BYTES: usize = 1 << 26;
+
+/// An open HDF5 file.
+pub(super) struct Container {
+    file: hdf5_pure::File,
+    length: u64,
+    allowance: Arc<AtomicU64>,
+}
+
+impl fmt::Debug for Container {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "Container of {} bytes", self.length)
+    }
+}
+
+impl Container {
+    /// Opens a file whose length is known.
+    ///
+    /// # Errors
+    /// It isn't HDF5, or not all of it.
+    pub(super) fn open(file: File, length: u64) -> Result<Self, String> {
+        let allowance = Arc::new(AtomicU64::new(SPARE_BYTES));
+        let told = |error: hdf5_pure::Error| match error {
+            hdf5_pure::Error::Format(FormatError::SignatureNotFound) => {
+                "isn't an HDF5 file; a superelement is what `reduce` writes".to_owned()
+            }
+            other => format!("is an HDF5 file that can't be opened: {other}"),
+        };
+        let source = MeteredSource {
+            bytes: ReadSeekSource::new(file).map_err(|error| told(error.into()))?,
+            pages: Mutex::default(),
+            allowance: Arc::clone(&allowance),
+        };
+        let file = hdf5_pure::File::from_source(source).map_err(told)?;
+        let end = file.superblock().eof_address;
+        if end > length {
+            return Err(format!(
+                "has {length} bytes, but was written with {end}: it is truncated or damaged"
+            ));
+        }
+        Ok(Self {
+            file,
+            length,
+            allowance,
+        })
+    }
+
+    /// The root group.
+    pub(super) fn root(&self) -> hdf5_pure::Group {
+        self.file.root()
+    }
+
+    /// Number of bytes.
+    pub(super) fn length(&self) -> u64 {
+        self.length
+    }
+
+    /// Lets the next step read the whole file once, and a little more. A file whose parts refer to each other in
+    /// circles, or to the same bytes again and again, runs out of this.
+    pub(super) fn allow_reading(&self) {
+        let allowance = self.length.saturating_add(SPARE_BYTES);
+        self.allowance.store(allowance, Relaxed);
+    }
+}
+
+/// Opens a file on a stack that no file can exhaust: an overflow would end the whole program. Should the library
+/// panic nevertheless, that is an error here.
+pub(super) fn on_large_stack<T: Send>(open: impl FnOnce() -> T + Send) -> std::io::Result<T> {
+    std::thread::scope(|scope| {
+        std::thread::Builder::new()
+            .stack_size(STACK_BYTES)
+            .spawn_scoped(scope, open)?
+            .join()
+            .map_err(|_| std::io::Error::other("the HDF5 library gave up on this file"))
+    })
+}
+
+/// Bytes of a file, until the allowance is used up. Small reads are many and close to each other: whole pages of
+/// the file are kept for them.
+struct MeteredSource {
+    bytes: ReadSeekSource<File>,
+    pages: Mutex<HashMap<u64, Vec<u8>>>,
+    allowance: Arc<AtomicU64>,
+}
+
+impl MeteredSource {
+    fn read_from_pages(&self, offset: u64, buffer: &mut [u8]) -> Result<(), FormatError> {
+        let mut pages = self.pages.lock().unwrap_or_else(PoisonError::into_inner);
+        let (mut offset, mut buffer) = (offset, buffer);
+        while !buffer.is_empty() {
+            let start = offset - offset % PAGE_BYTES;
+            if !pages.contains_key(&start) {
+                if pages.len() >= MOST_PAGES {
+                    pages.clear();
+                }
+                let count = self.len().saturating_sub(start).min(PAGE_BYTES);
+                let page = self.bytes.read_exact_at(start, count as usize)?;
+                pages.insert(start, page);
+            }
+            let page = pages
+                .get(&start)
+                .and_then(|page| page.get((offset - start) as usize..))
+                .filter(|rest| !rest.is_empty())
+                .ok_or_else(|| FormatError::Source("it ends too early".to_owned()))?;
+            let count = page.len().min(buffer.len());
+            let (now, later) = buffer.split_at_mut(count);
+            now.copy_from_slice(&page[..count]);
+            (offset, buffer) = (offset + count as u64, later);
+        }
+        Ok(())
+    }
+}
+
+impl Source for MeteredSource {
+    fn len(&self) -> u64 {
+        self.bytes.len()
+    }
+
+    fn read_at(&self, offset: u64, buffer: &mut [u8]) -> Result<(), FormatError> {
+        let count = buffer.len() as u64;
+        self.allowance
+            .fetch_update(Relaxed, Relaxed, |left| left.checked_sub(count))
+            .map_err(|_| {
+                FormatError::Source("its parts refer to more than the file can hold".to_owned())
+            })?;
+        if count < PAGE_BYTES {
+            self.read_from_pages(offset, buffer)
+        } else {
+            self.bytes.read_at(offset, buffer)
+        }
+    }
+}

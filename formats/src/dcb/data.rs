@@ -1,0 +1,143 @@
+//! A file's data, read when they are asked for and checked against their hashes.
+
+use faer::Mat;
+use hdf5_pure::{DType, VlenStringReadOptions};
+
+use super::contract::Element;
+use super::digest::{self, Hash};
+use super::inventory::{Entry, Finding};
+use super::read::SuperelementFile;
+use super::shapes::missing;
+
+/// Rows of a field array are read together up to this many values: 1 MiB.
+const WINDOW_VALUES: usize = 1 << 17;
+
+impl SuperelementFile {
+    /// Checks the hash of every dataset and returns how many there are.
+    pub(super) fn check_hashes(&self) -> Result<usize, Finding> {
+        for (path, entry) in &self.inventory().entries {
+            match entry.line.element {
+                Element::Real if entry.line.shape.len() == 2 => self.each_row(path, |_, _| ())?,
+                Element::Real => drop(self.reals(path)?),
+                Element::Integer => drop(self.integers(path)?),
+                Element::Text => drop(self.texts(path)?),
+            }
+        }
+        Ok(self.inventory().entries.len())
+    }
+
+    /// What is known of a dataset that must be there.
+    pub(super) fn entry(&self, path: &str) -> Result<&Entry, Finding> {
+        let entry = self.inventory().entries.get(path);
+        entry.ok_or_else(|| missing(path))
+    }
+
+    /// Reals, row-major.
+    pub(super) fn reals(&self, path: &str) -> Result<Vec<f64>, Finding> {
+        let entry = self.entry(path)?;
+        let values = self.all(path, || entry.dataset.read_f64())?;
+        check_hash(path, entry, &digest::of_reals(&values))?;
+        Ok(values)
+    }
+
+    /// Integers, row-major.
+    pub(super) fn integers(&self, path: &str) -> Result<Vec<i64>, Finding> {
+        let entry = self.entry(path)?;
+        let values = self.all(path, || entry.dataset.read_i64())?;
+        check_hash(path, entry, &digest::of_integers(&values))?;
+        Ok(values)
+    }
+
+    /// Strings.
+    pub(super) fn texts(&self, path: &str) -> Result<Vec<String>, Finding> {
+        let entry = self.entry(path)?;
+        let dataset = &entry.dataset;
+        let is_variable = dataset
+            .dtype()
+            .is_ok_and(|kind| kind == DType::VariableLengthString);
+        let file_bytes = usize::try_from(self.container().length()).unwrap_or(usize::MAX);
+        let limits = VlenStringReadOptions::new().with_max_payload_bytes(file_bytes);
+        let texts = self.all(path, || match is_variable {
+            true => dataset.read_vlen_strings(limits),
+            false => dataset.read_string(),
+        })?;
+        if texts.iter().any(|text| text.contains('\0')) {
+            return Err(Finding::at(path, "has a string with a zero byte"));
+        }
+        check_hash(path, entry, &digest::of_texts(&texts))?;
+        Ok(texts)
+    }
+
+    /// The transpose of a field array: its rows become columns.
+    pub(super) fn field(&self, path: &str) -> Result<Mat<f64>, Finding> {
+        let [columns, n_f] = self.entry(path)?.line.shape[..] else {
+            return Err(Finding::at(path, "isn't a matrix"));
+        };
+        let mut fields = Mat::zeros(n_f, columns);
+        self.each_row(path, |row, values| {
+            fields.col_as_slice_mut(row).copy_from_slice(values)
+        })?;
+        Ok(fields)
+    }
+
+    /// Reads a matrix by and by, whole chunks at a time; the hash is checked at the end.
+    fn each_row(&self, path: &str, mut take: impl FnMut(usize, &[f64])) -> Result<(), Finding> {
+        let entry = self.entry(path)?;
+        let [rows, columns] = entry.line.shape[..] else {
+            return Err(Finding::at(path, "isn't a matrix"));
+        };
+        let chunk_shape = entry.dataset.chunk_shape().ok().flatten();
+        let chunk_rows = chunk_shape.and_then(|shape| usize::try_from(*shape.first()?).ok());
+        let window = (WINDOW_VALUES / columns.max(1)).max(1);
+        let window = window.next_multiple_of(chunk_rows.unwrap_or(1).clamp(1, rows.max(1)));
+        let mut hash = Hash::default();
+        for start in (0..if columns == 0 { 0 } else { rows }).step_by(window) {
+            let count = window.min(rows - start);
+            let values = self.read(path, count * columns, || {
+                entry.dataset.read_f64_rows(start as u64, count as u64)
+            })?;
+            hash.update_reals(&values);
+            for (row, values) in values.chunks_exact(columns).enumerate() {
+                take(start + row, values);
+            }
+        }
+        check_hash(path, entry, &hash.finish())
+    }
+
+    /// All values of a dataset.
+    fn all<T>(
+        &self,
+        path: &str,
+        values: impl FnOnce() -> Result<Vec<T>, hdf5_pure::Error>,
+    ) -> Result<Vec<T>, Finding> {
+        let count = self.entry(path)?.line.shape.iter().product();
+        self.read(path, count, values)
+    }
+
+    /// Values from the file, as many as there must be.
+    fn read<T>(
+        &self,
+        path: &str,
+        count: usize,
+        values: impl FnOnce() -> Result<Vec<T>, hdf5_pure::Error>,
+    ) -> Result<Vec<T>, Finding> {
+        self.container().allow_reading();
+        let values =
+            values().map_err(|error| Finding::at(path, format!("can't be read: {error}")))?;
+        if values.len() != count {
+            let message = format!("has {} values instead of {count}", values.len());
+            return Err(Finding::at(path, message));
+        }
+        Ok(values)
+    }
+}
+
+fn check_hash(path: &str, entry: &Entry, found: &str) -> Result<(), Finding> {
+    let claimed = &entry.line.sha256;
+    if found == claimed {
+        return Ok(());
+    }
+    let message =
+        format!("its sha256 is {claimed}, but its data give {found}: they were changed or damaged");
+    Err(Finding::at(path, message))
+}

@@ -1,0 +1,64 @@
+"""Renders the tables of docs/performance.md from the raw lines in docs/data.
+
+    python3 tests/benches/render_performance.py
+"""
+import json
+import os
+
+DATA = os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "..", "docs", "data")
+
+
+def lines(name):
+    with open(os.path.join(DATA, name)) as file:
+        return [json.loads(line) for line in file if line.strip()]
+
+
+def reduction():
+    rows = lines("reduce_against_scipy.jsonl")
+    runs = [row for row in rows if row["kind"] == "run"]
+    yield "| threads | tool | wall s, median (min–max) | peak MB | mode residual | attachments | ratio to ours |"
+    yield "| --- | --- | --- | --- | --- | --- | --- |"
+    for summary in (row for row in rows if row["kind"] == "summary"):
+        same = [r for r in runs if r["threads"] == summary["threads"] and r["refinement"] == summary["refinement"]]
+        for tool, label in (("ours", "`reduce`"), ("scipy", "SciPy `eigsh` + SuperLU")):
+            walls = sorted(r[tool]["wall"] for r in same)
+            attachments = (
+                f"Eq. 32: {max(r[tool]['flexibility_identity'] for r in same):.0e}"
+                if tool == "ours"
+                else f"residual {max(r[tool]['attachment_residual'] for r in same):.0e}"
+            )
+            ratio = "1" if tool == "ours" else f"{summary['speedup_median']} ({summary['speedup_min']}–{summary['speedup_max']})"
+            yield (
+                f"| {summary['threads']} | {label} | {walls[len(walls) // 2]:.1f} ({walls[0]:.1f}–{walls[-1]:.1f}) "
+                f"| {max(r[tool]['peak_mb'] for r in same)} | {max(r[tool]['mode_residual'] for r in same):.0e} | {attachments} | {ratio} |"
+            )
+    yield ""
+    agreement = max(r["frequency_difference"] for r in runs), max(r["flexibility_difference"] for r in runs)
+    yield f"Largest difference between the two: frequencies {agreement[0]:.0e}, F_res {agreement[1]:.0e} of its largest entry."
+    yield ""
+    yield "| threads | stages of `reduce`, s (last round) | stages of SciPy, s (last round) |"
+    yield "| --- | --- | --- |"
+    last = {r["threads"]: r for r in runs}
+    for threads, run in sorted(last.items()):
+        stages = [", ".join(f"{k} {v:.2f}" for k, v in run[tool]["stages"].items()) for tool in ("ours", "scipy")]
+        yield f"| {threads} | {stages[0]} | {stages[1]} |"
+    yield ""
+    where = rows[0]["machine"]
+    yield f"Machine: {where['cpu']}, {where['cores']} cores; Python {where['python']}, numpy {where['numpy']}, SciPy {where['scipy']}; commit {where['commit']}."
+
+
+def reading():
+    yield "| file MB | rounds | load | ours to CSC with SHA-256, s | `fmm.mmread`, s | with `.tocsc()`, s | ours / mmread | ours / mmread + tocsc |"
+    yield "| --- | --- | --- | --- | --- | --- | --- | --- |"
+    for row in lines("read_matrix.jsonl"):
+        yield (
+            f"| {row['file_mb']:.0f} | {row['rounds']} | {row['load_average']} | {row['ours_to_csc_with_sha256_s']:.3f} | {row['fmm_mmread_s']:.3f} "
+            f"| {row['fmm_mmread_tocsc_s']:.3f} | {row['ratio_to_mmread']:.2f} | {row['ratio_to_mmread_tocsc']:.2f} |"
+        )
+
+
+if __name__ == "__main__":
+    print("### Reduction against SciPy\n")
+    print("\n".join(reduction()))
+    print("\n### Reading Matrix Market files\n")
+    print("\n".join(reading()))
