@@ -51,7 +51,8 @@ pub fn mass_lines(element: &Superelement) -> String {
     let (units, inertia, origin) = (&element.units, &element.inertia, element.origin);
     let mut text = String::new();
     let mut line = |label: &str, values: &[f64], unit: &str| {
-        let _ = writeln!(text, "{label:<7} {} {unit}", row(values));
+        let line = format!("{label:<7} {} {unit}", row(values));
+        let _ = writeln!(text, "{}", line.trim_end());
     };
     line("mass", &[inertia.mass], &units.mass);
     let d = element.dimension.coordinate_count();

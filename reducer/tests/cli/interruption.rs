@@ -32,7 +32,7 @@ fn a_reduction_interrupted_while_writing_leaves_nothing() {
 /// Runs a reduction, interrupts it at a moment, and says whether that came in time. Either nothing is left or all is done.
 fn interrupted(folder: &Folder, moment: impl FnOnce(&mut Child)) -> bool {
     let before = folder.names();
-    let mut command = folder.command("part.mtx --modes 40");
+    let mut command = folder.command("part.mtx --modes 20");
     let mut child = command.stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().unwrap();
     moment(&mut child);
     let _ = Command::new("kill").args(["-INT", &child.id().to_string()]).status();
