@@ -201,7 +201,7 @@ impl FreeModes {
     /// Where an eigenvalue count certifies the kept modes: in the gap above the highest one. `None` if nothing is left out.
     pub fn certificate_shift(&self) -> Option<f64> {
         let last = self.eigenvalues.last().copied().unwrap_or(0.0);
-        self.first_omitted.is_finite().then(|| 0.5 * (last + self.first_omitted))
+        self.first_omitted.is_finite().then_some(0.5 * (last + self.first_omitted))
     }
 }
 
