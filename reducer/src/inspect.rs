@@ -8,11 +8,12 @@ use dcb_formats::dcb::SuperelementFile;
 use dcb_formats::mesh::{Dimension, Direction};
 use serde_json::json;
 
-use crate::cli_reduce::{Outcome, quality_lines};
+use crate::cli_reduce::Outcome;
 use crate::error::Error;
 use crate::plausibility::si_factor;
 use crate::quality::Quality;
 use crate::scientific::{row, scientific};
+use crate::summary::quality_lines;
 
 /// How to show it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -28,10 +28,12 @@ pub mod residual;
 pub mod rigid_body;
 pub mod scientific;
 pub mod shift;
+pub mod summary;
 pub mod surface;
 pub mod timing;
 pub mod verify;
 pub mod verify_component;
+pub mod verify_layout;
 
 use dcb_formats::component::Component;
 use dcb_formats::{RecoveryBasis, Superelement};
