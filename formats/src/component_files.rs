@@ -5,12 +5,12 @@
 
 use std::path::{Path, PathBuf};
 
+use crate::SparseMatrix;
 use crate::component::{Component, ComponentMasses, Source};
 use crate::description::read_description;
 use crate::error::Error;
 use crate::matrix::{MatrixReport, check_operator_header, read_matrix, read_symmetric_operator};
 use crate::mesh::Dimension;
-use crate::SparseMatrix;
 
 /// Component masses in stored order.
 const SPATIAL_MASSES: [&str; 6] = ["xx", "yy", "zz", "xy", "yz", "zx"];
@@ -44,7 +44,10 @@ pub struct Overrides {
 
 /// `part` of `PATH/part.mtx` and `PATH/part.mtx.gz`, with its folder.
 pub fn stem(stiffness: &Path) -> PathBuf {
-    let name = stiffness.file_name().map(|name| name.to_string_lossy().into_owned()).unwrap_or_default();
+    let name = stiffness
+        .file_name()
+        .map(|name| name.to_string_lossy().into_owned())
+        .unwrap_or_default();
     let name = name.strip_suffix(".gz").unwrap_or(&name);
     stiffness.with_file_name(name.strip_suffix(".mtx").unwrap_or(name))
 }
@@ -57,7 +60,11 @@ fn sibling(stem: &Path, ending: &str) -> PathBuf {
         PathBuf::from(name)
     };
     let (plain, packed) = (with(ending), with(&format!("{ending}.gz")));
-    if !plain.exists() && packed.exists() { packed } else { plain }
+    if !plain.exists() && packed.exists() {
+        packed
+    } else {
+        plain
+    }
 }
 
 impl ComponentFiles {
@@ -69,17 +76,27 @@ impl ComponentFiles {
     pub fn beside(stiffness: &Path, overrides: &Overrides) -> Result<Self, Error> {
         let stem = stem(stiffness);
         if stiffness.is_dir() {
-            let message = "is a folder; name the stiffness matrix in it, PART.mtx or PART.mtx.gz".into();
-            return Err(Error::File { path: stiffness.to_path_buf(), message });
+            let message =
+                "is a folder; name the stiffness matrix in it, PART.mtx or PART.mtx.gz".into();
+            return Err(Error::File {
+                path: stiffness.to_path_buf(),
+                message,
+            });
         }
         if !stiffness.exists() {
-            return Err(missing(stiffness, "the stiffness matrix", "expected PART.mtx or PART.mtx.gz"));
+            return Err(missing(
+                stiffness,
+                "the stiffness matrix",
+                "expected PART.mtx or PART.mtx.gz",
+            ));
         }
         let required = |given: &Option<PathBuf>, ending: &str, what: &str, option: &str| {
             let path = given.clone().unwrap_or_else(|| sibling(&stem, ending));
             let hint = match given {
                 Some(_) => format!("{option} must name an existing file"),
-                None => format!("put it beside the stiffness matrix, or name another file with {option}"),
+                None => format!(
+                    "put it beside the stiffness matrix, or name another file with {option}"
+                ),
             };
             if path.exists() {
                 return Ok(path);
@@ -88,31 +105,65 @@ impl ComponentFiles {
             Err(missing(&path, what, &hint))
         };
         let mass = required(&overrides.mass, ".mass.mtx", "the mass matrix", "--mass")?;
-        let description = required(&overrides.description, ".json", "the component description", "--mesh")?;
+        let description = required(
+            &overrides.description,
+            ".json",
+            "the component description",
+            "--mesh",
+        )?;
         let boundary = match &overrides.boundary {
             Some(path) if !path.exists() => {
-                return Err(missing(path, "the boundary localization", "--boundary must name an existing file"));
+                return Err(missing(
+                    path,
+                    "the boundary localization",
+                    "--boundary must name an existing file",
+                ));
             }
             Some(path) => Some(path.clone()),
             None => Some(sibling(&stem, ".boundary.mtx")).filter(|path| path.exists()),
         };
-        Ok(Self { stiffness: stiffness.to_path_buf(), mass, description, boundary })
+        Ok(Self {
+            stiffness: stiffness.to_path_buf(),
+            mass,
+            description,
+            boundary,
+        })
     }
 
     /// Every file that is read, the component masses where they are there.
     pub fn all(&self) -> Vec<PathBuf> {
-        let named = [Some(&self.stiffness), Some(&self.mass), Some(&self.description), self.boundary.as_ref()];
-        named.into_iter().flatten().cloned().chain(self.component_masses(&SPATIAL_MASSES).into_iter().filter(|path| path.exists())).collect()
+        let named = [
+            Some(&self.stiffness),
+            Some(&self.mass),
+            Some(&self.description),
+            self.boundary.as_ref(),
+        ];
+        named
+            .into_iter()
+            .flatten()
+            .cloned()
+            .chain(
+                self.component_masses(&SPATIAL_MASSES)
+                    .into_iter()
+                    .filter(|path| path.exists()),
+            )
+            .collect()
     }
 
     fn component_masses(&self, names: &[&str]) -> Vec<PathBuf> {
         let stem = stem(&self.stiffness);
-        names.iter().map(|name| sibling(&stem, &format!(".mass.{name}.mtx"))).collect()
+        names
+            .iter()
+            .map(|name| sibling(&stem, &format!(".mass.{name}.mtx")))
+            .collect()
     }
 }
 
 fn missing(path: &Path, what: &str, hint: &str) -> Error {
-    Error::File { path: path.to_path_buf(), message: format!("{what} is not there; {hint}") }
+    Error::File {
+        path: path.to_path_buf(),
+        message: format!("{what} is not there; {hint}"),
+    }
 }
 
 /// Reads and cross-checks a component.
@@ -152,7 +203,8 @@ pub fn read_component(files: &ComponentFiles) -> Result<Component, Error> {
     note_repairs(&stiffness_report, &mut notes);
     note_repairs(&mass_report, &mut notes);
 
-    let component_masses = read_component_masses(files, description.mesh.dimension, n_e, &mass, &mut sources)?;
+    let component_masses =
+        read_component_masses(files, description.mesh.dimension, n_e, &mass, &mut sources)?;
     let explicit_boundary = match &files.boundary {
         None => None,
         Some(path) => {
@@ -160,11 +212,22 @@ pub fn read_component(files: &ComponentFiles) -> Result<Component, Error> {
             if matrix.ncols() != n_e {
                 return Err(Error::File {
                     path: path.clone(),
-                    message: format!("{} columns, but the component has {n_e} dofs; a boundary localization is n_b x n_e", matrix.ncols()),
+                    message: format!(
+                        "{} columns, but the component has {n_e} dofs; a boundary localization is n_b x n_e",
+                        matrix.ncols()
+                    ),
                 });
             }
-            if let Some(row) = matrix.as_ref().val().iter().position(|value| !value.is_finite()) {
-                return Err(Error::File { path: path.clone(), message: format!("entry {row} is not finite") });
+            if let Some(row) = matrix
+                .as_ref()
+                .val()
+                .iter()
+                .position(|value| !value.is_finite())
+            {
+                return Err(Error::File {
+                    path: path.clone(),
+                    message: format!("entry {row} is not finite"),
+                });
             }
             sources.push(source("boundary", &report));
             note_repairs(&report, &mut notes);
@@ -188,20 +251,32 @@ pub fn read_component(files: &ComponentFiles) -> Result<Component, Error> {
 }
 
 fn file_name(path: &Path) -> String {
-    path.file_name().map(|name| name.to_string_lossy().into_owned()).unwrap_or_default()
+    path.file_name()
+        .map(|name| name.to_string_lossy().into_owned())
+        .unwrap_or_default()
 }
 
 fn source(role: &str, report: &MatrixReport) -> Source {
-    Source { role: role.into(), file_name: report.file_name.clone(), sha256: report.sha256.clone() }
+    Source {
+        role: role.into(),
+        file_name: report.file_name.clone(),
+        sha256: report.sha256.clone(),
+    }
 }
 
 fn note_repairs(report: &MatrixReport, notes: &mut Vec<String>) {
     let name = &report.file_name;
     if report.duplicates_summed > 0 {
-        notes.push(format!("{name}: {} repeated entries were summed", report.duplicates_summed));
+        notes.push(format!(
+            "{name}: {} repeated entries were summed",
+            report.duplicates_summed
+        ));
     }
     if report.largest_asymmetry > 0.0 {
-        notes.push(format!("{name}: asymmetry of up to {:.1e} was averaged away", report.largest_asymmetry));
+        notes.push(format!(
+            "{name}: asymmetry of up to {:.1e} was averaged away",
+            report.largest_asymmetry
+        ));
     }
 }
 
@@ -237,11 +312,18 @@ fn read_component_masses(
         if matrix.nrows() != n_e || matrix.ncols() != n_e {
             return Err(Error::File {
                 path: path.clone(),
-                message: format!("{} x {}, but the component has {n_e} dofs", matrix.nrows(), matrix.ncols()),
+                message: format!(
+                    "{} x {}, but the component has {n_e} dofs",
+                    matrix.nrows(),
+                    matrix.ncols()
+                ),
             });
         }
         if matrix.as_ref().val().iter().any(|value| !value.is_finite()) {
-            return Err(Error::File { path: path.clone(), message: "has an entry that is not finite".into() });
+            return Err(Error::File {
+                path: path.clone(),
+                message: "has an entry that is not finite".into(),
+            });
         }
         sources.push(source(&format!("mass.{name}"), &report));
         matrices.push(matrix);
@@ -251,13 +333,25 @@ fn read_component_masses(
 }
 
 /// M_xx + M_yy (+ M_zz) = M, or the component masses are not of this model.
-fn check_sum(files: &ComponentFiles, axes: &[SparseMatrix], mass: &SparseMatrix) -> Result<(), Error> {
-    let largest = mass.as_ref().val().iter().fold(0.0_f64, |largest, value| largest.max(value.abs()));
+fn check_sum(
+    files: &ComponentFiles,
+    axes: &[SparseMatrix],
+    mass: &SparseMatrix,
+) -> Result<(), Error> {
+    let largest = mass
+        .as_ref()
+        .val()
+        .iter()
+        .fold(0.0_f64, |largest, value| largest.max(value.abs()));
     let mut column_sum = vec![0.0; mass.nrows()];
     for column in 0..mass.ncols() {
         let mut touched = Vec::new();
         for (matrix, sign) in axes.iter().map(|axis| (axis, 1.0)).chain([(mass, -1.0)]) {
-            for (row, value) in matrix.row_idx_of_col_raw(column).iter().zip(matrix.val_of_col(column)) {
+            for (row, value) in matrix
+                .row_idx_of_col_raw(column)
+                .iter()
+                .zip(matrix.val_of_col(column))
+            {
                 column_sum[*row as usize] += sign * value;
                 touched.push(*row as usize);
             }

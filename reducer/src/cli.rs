@@ -14,8 +14,15 @@ use crate::{compare, inspect, verify};
 ///
 /// PART.mtx is the stiffness; PART.mass.mtx and PART.json are found beside it.
 #[derive(Debug, Parser)]
-#[command(name = "reduce", version, args_conflicts_with_subcommands = true, subcommand_negates_reqs = true)]
-#[command(after_help = "Exit status: 0 done, 1 numerical failure or broken quality limit, 2 unusable input, 130 interrupted.")]
+#[command(
+    name = "reduce",
+    version,
+    args_conflicts_with_subcommands = true,
+    subcommand_negates_reqs = true
+)]
+#[command(
+    after_help = "Exit status: 0 done, 1 numerical failure or broken quality limit, 2 unusable input, 130 interrupted."
+)]
 struct Cli {
     #[command(subcommand)]
     command: Option<Command>,
@@ -113,7 +120,8 @@ enum Command {
 }
 
 fn count(text: &str) -> Result<usize, String> {
-    text.parse().map_err(|_| "a number of modes is wanted, 0 or more".into())
+    text.parse()
+        .map_err(|_| "a number of modes is wanted, 0 or more".into())
 }
 
 fn frequency(text: &str) -> Result<f64, String> {
@@ -128,11 +136,20 @@ pub fn main() -> ExitCode {
     let cli = Cli::parse();
     if let Some(threads) = cli.common.threads {
         // Fails only if a pool exists already, which then serves as well.
-        let _ = rayon::ThreadPoolBuilder::new().num_threads(threads.into()).build_global();
+        let _ = rayon::ThreadPoolBuilder::new()
+            .num_threads(threads.into())
+            .build_global();
     }
     let outcome = match &cli.command {
         None => cli_reduce::run(&cli.reduce, &cli.common),
-        Some(Command::Inspect { file, json }) => inspect::run(file, if *json { inspect::Form::Json } else { inspect::Form::Text }),
+        Some(Command::Inspect { file, json }) => inspect::run(
+            file,
+            if *json {
+                inspect::Form::Json
+            } else {
+                inspect::Form::Text
+            },
+        ),
         Some(Command::Verify { file, component }) => verify::run(file, component.as_deref()),
         Some(Command::Compare { a, b }) => compare::run(a, b),
         Some(Command::Schema) => schema(),
@@ -163,9 +180,9 @@ pub fn main() -> ExitCode {
 fn print_to_stdout(text: &str) -> Result<(), Error> {
     let mut out = std::io::stdout().lock();
     match out.write_all(text.as_bytes()).and_then(|()| out.flush()) {
-        Err(error) if error.kind() != ErrorKind::BrokenPipe => {
-            Err(Error::Component(format!("standard output: cannot write: {error}")))
-        }
+        Err(error) if error.kind() != ErrorKind::BrokenPipe => Err(Error::Component(format!(
+            "standard output: cannot write: {error}"
+        ))),
         _ => Ok(()),
     }
 }
@@ -177,6 +194,10 @@ pub fn print_to_stderr(kind: &str, message: &str) {
 
 fn schema() -> Result<Outcome, Error> {
     let schema = dcb_formats::component_schema();
-    let text = serde_json::to_string_pretty(&schema).map_err(|_| Error::NotFinite { what: "the schema" })?;
-    Ok(Outcome { output: text + "\n", failure: None })
+    let text = serde_json::to_string_pretty(&schema)
+        .map_err(|_| Error::NotFinite { what: "the schema" })?;
+    Ok(Outcome {
+        output: text + "\n",
+        failure: None,
+    })
 }

@@ -1,12 +1,11 @@
 //! The `reduce PART.mtx` command: read, reduce, write, and say what was done.
 
-use std::fmt::Write as _;
 use std::io::IsTerminal;
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicBool, Ordering};
 
-use dcb_formats::component_files::{ComponentFiles, Overrides, read_component, stem};
 use dcb_formats::Superelement;
+use dcb_formats::component_files::{ComponentFiles, Overrides, read_component, stem};
 use dcb_formats::dcb::{
     Compression, Contents, Replace, WriteOptions, check_output, partial_path, write_superelement,
 };
@@ -14,12 +13,11 @@ use serde_json::json;
 
 use crate::cli::{CommonArguments, ReduceArguments, print_to_stderr};
 use crate::error::Error;
-use crate::inspect::{frequency_table, hertz, interface_table, mass_lines};
+use crate::inspect::hertz;
 use crate::plausibility::si_factor;
-use crate::quality::Quality;
-use crate::scientific::scientific;
+use crate::summary::{quality_lines, summary};
 use crate::timing::{Display, StageClock, StageTime};
-use crate::{Grounding, LoosePieces, ModeSelection, Reduced, Reduction, reduce};
+use crate::{Grounding, LoosePieces, ModeSelection, Reduction, reduce};
 
 /// Modes kept where nothing is said.
 const DEFAULT_MODES: usize = 20;
@@ -46,7 +44,10 @@ impl Outcome {
             0 => String::new(),
             more => format!("; and {more} more"),
         };
-        Self { output, failure: (!reasons.is_empty()).then(|| format!("{what}: {named}{more}")) }
+        Self {
+            output,
+            failure: (!reasons.is_empty()).then(|| format!("{what}: {named}{more}")),
+        }
     }
 }
 
@@ -76,7 +77,11 @@ fn clean_up_on_interrupt(target: &Path) {
     let _ = ctrlc::set_handler(move || {
         INTERRUPTED.store(true, Ordering::SeqCst);
         let _ = std::fs::remove_file(&partial);
-        let so_far = if WRITTEN.load(Ordering::SeqCst) { "the superelement is complete" } else { "nothing was written" };
+        let so_far = if WRITTEN.load(Ordering::SeqCst) {
+            "the superelement is complete"
+        } else {
+            "nothing was written"
+        };
         print_to_stderr("interrupted", so_far);
         std::process::exit(130);
     });
@@ -90,8 +95,15 @@ pub fn run(arguments: &ReduceArguments, common: &CommonArguments) -> Result<Outc
     let Some(stiffness) = &arguments.stiffness else {
         return Err(Error::Component("no stiffness matrix given".into()));
     };
-    let target = arguments.output.clone().unwrap_or_else(|| default_output(stiffness));
-    let replace = if arguments.force { Replace::Overwrite } else { Replace::Refuse };
+    let target = arguments
+        .output
+        .clone()
+        .unwrap_or_else(|| default_output(stiffness));
+    let replace = if arguments.force {
+        Replace::Overwrite
+    } else {
+        Replace::Refuse
+    };
     let overrides = Overrides {
         mass: arguments.mass.clone(),
         description: arguments.mesh.clone(),
@@ -104,7 +116,10 @@ pub fn run(arguments: &ReduceArguments, common: &CommonArguments) -> Result<Outc
         refuse_input_as_output(&files, timings)?;
         check_output(timings, Replace::Overwrite)?;
         if is_same_place(timings, &target) {
-            return Err(Error::Component(format!("{}: is the output; the timings need another file", timings.display())));
+            return Err(Error::Component(format!(
+                "{}: is the output; the timings need another file",
+                timings.display()
+            )));
         }
     }
     clean_up_on_interrupt(&target);
@@ -115,15 +130,31 @@ pub fn run(arguments: &ReduceArguments, common: &CommonArguments) -> Result<Outc
     let component = read_component(&files)?;
     let options = Reduction {
         modes: mode_selection(arguments, &component.units.time)?,
-        grounding: if arguments.allow_grounded { Grounding::Allow } else { Grounding::Refuse },
-        loose_pieces: if arguments.allow_loose { LoosePieces::Allow } else { LoosePieces::Refuse },
+        grounding: if arguments.allow_grounded {
+            Grounding::Allow
+        } else {
+            Grounding::Refuse
+        },
+        loose_pieces: if arguments.allow_loose {
+            LoosePieces::Allow
+        } else {
+            LoosePieces::Refuse
+        },
     };
-    let mut reduced = reduce(&component, &options, &mut clock).map_err(|error| naming_the_file(error, &files))?;
+    let mut reduced =
+        reduce(&component, &options, &mut clock).map_err(|error| naming_the_file(error, &files))?;
     let broken_limits = reduced.quality.broken_limits();
     if !broken_limits.is_empty() {
         clock.clear();
-        let what = format!("{}: nothing was written, the reduction is not good enough", stiffness.display());
-        return Ok(Outcome::unless(quality_lines(&reduced.quality), &what, &broken_limits));
+        let what = format!(
+            "{}: nothing was written, the reduction is not good enough",
+            stiffness.display()
+        );
+        return Ok(Outcome::unless(
+            quality_lines(&reduced.quality),
+            &what,
+            &broken_limits,
+        ));
     }
     clock.stop();
     let empty = no_mode_warning(arguments, &reduced.superelement);
@@ -139,8 +170,19 @@ pub fn run(arguments: &ReduceArguments, common: &CommonArguments) -> Result<Outc
         recovery: (!arguments.without_fields).then_some(&reduced.recovery),
         mesh: (!arguments.without_fields).then_some(&component.mesh),
     };
-    let compression = if arguments.compress { Compression::Deflate } else { Compression::None };
-    write_superelement(&target, &contents, &WriteOptions { replace_existing: replace, compression })?;
+    let compression = if arguments.compress {
+        Compression::Deflate
+    } else {
+        Compression::None
+    };
+    write_superelement(
+        &target,
+        &contents,
+        &WriteOptions {
+            replace_existing: replace,
+            compression,
+        },
+    )?;
     WRITTEN.store(true, Ordering::SeqCst);
     clock.clear();
     if let Some(path) = &arguments.timings {
@@ -151,12 +193,29 @@ pub fn run(arguments: &ReduceArguments, common: &CommonArguments) -> Result<Outc
             print_to_stderr("warning", warning);
         }
     }
-    let listed = if common.verbose { usize::MAX } else { LISTED_MODES };
-    Ok(Outcome { output: summary(&reduced, component.dofs.len(), &target, clock.stages(), listed), failure: None })
+    let listed = if common.verbose {
+        usize::MAX
+    } else {
+        LISTED_MODES
+    };
+    Ok(Outcome {
+        output: summary(
+            &reduced,
+            component.dofs.len(),
+            &target,
+            clock.stages(),
+            listed,
+        ),
+        failure: None,
+    })
 }
 
 fn refuse_input_as_output(files: &ComponentFiles, target: &Path) -> Result<(), Error> {
-    match files.all().into_iter().find(|input| is_same_place(input, target)) {
+    match files
+        .all()
+        .into_iter()
+        .find(|input| is_same_place(input, target))
+    {
         None => Ok(()),
         Some(input) => Err(Error::Component(format!(
             "{}: is an input of this reduction and can't be its output; name another file",
@@ -169,7 +228,10 @@ fn refuse_input_as_output(files: &ComponentFiles, target: &Path) -> Result<(), E
 fn is_same_place(a: &Path, b: &Path) -> bool {
     let real = |path: &Path| {
         path.canonicalize().ok().or_else(|| {
-            let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."));
+            let folder = path
+                .parent()
+                .filter(|folder| !folder.as_os_str().is_empty())
+                .unwrap_or(Path::new("."));
             Some(folder.canonicalize().ok()?.join(path.file_name()?))
         })
     };
@@ -178,7 +240,9 @@ fn is_same_place(a: &Path, b: &Path) -> bool {
 
 /// The reduction knows no files; its message begins with what is wrong, and that tells which of them is meant.
 pub fn naming_the_file(error: Error, files: &ComponentFiles) -> Error {
-    let Error::Component(message) = error else { return error };
+    let Error::Component(message) = error else {
+        return error;
+    };
     let meant = match &message {
         m if m.starts_with("the mass matrix") => &files.mass,
         m if m.starts_with("interface") || m.starts_with("an interface") => &files.description,
@@ -190,10 +254,17 @@ pub fn naming_the_file(error: Error, files: &ComponentFiles) -> Error {
 
 /// A frequency limit that leaves no mode is more often a slip than a wish.
 fn no_mode_warning(arguments: &ReduceArguments, element: &Superelement) -> Option<String> {
-    let limit = arguments.max_frequency.filter(|_| element.mode_count() == 0)?;
+    let limit = arguments
+        .max_frequency
+        .filter(|_| element.mode_count() == 0)?;
     let first = Some(element.modes.first_omitted_eigenvalue)
         .filter(|value| value.is_finite())
-        .map_or(String::new(), |value| format!(" (the first is at {:.6} Hz)", hertz(value, &element.units.time)));
+        .map_or(String::new(), |value| {
+            format!(
+                " (the first is at {:.6} Hz)",
+                hertz(value, &element.units.time)
+            )
+        });
     Some(format!(
         "no elastic mode lies below --max-frequency {limit} Hz{first}: none is kept, and the part deforms only as its attachments do; raise the limit, or use --modes"
     ))
@@ -201,12 +272,18 @@ fn no_mode_warning(arguments: &ReduceArguments, element: &Superelement) -> Optio
 
 fn mode_selection(arguments: &ReduceArguments, time_unit: &str) -> Result<ModeSelection, Error> {
     let Some(hertz) = arguments.max_frequency else {
-        return Ok(ModeSelection::Lowest(arguments.modes.unwrap_or(DEFAULT_MODES)));
+        return Ok(ModeSelection::Lowest(
+            arguments.modes.unwrap_or(DEFAULT_MODES),
+        ));
     };
     let second = si_factor(time_unit).ok_or_else(|| {
-        Error::Component(format!("--max-frequency is in Hz, but the time unit {time_unit:?} is not known; use --modes"))
+        Error::Component(format!(
+            "--max-frequency is in Hz, but the time unit {time_unit:?} is not known; use --modes"
+        ))
     })?;
-    Ok(ModeSelection::Below { eigenvalue: (2.0 * std::f64::consts::PI * hertz * second).powi(2) })
+    Ok(ModeSelection::Below {
+        eigenvalue: (2.0 * std::f64::consts::PI * hertz * second).powi(2),
+    })
 }
 
 fn options_as_json(arguments: &ReduceArguments, options: &Reduction) -> serde_json::Value {
@@ -230,67 +307,28 @@ fn write_timings(path: &Path, stages: &[StageTime]) -> Result<(), Error> {
     std::fs::write(path, text).map_err(|source| {
         let _ = std::fs::remove_file(path);
         let action = "the superelement is complete, but the timings can't be written";
-        Error::File(dcb_formats::Error::Io { path: path.to_path_buf(), action, source })
+        Error::File(dcb_formats::Error::Io {
+            path: path.to_path_buf(),
+            action,
+            source,
+        })
     })
 }
 
-fn summary(reduced: &Reduced, n_e: usize, target: &Path, stages: &[StageTime], listed: usize) -> String {
-    let element = &reduced.superelement;
-    let mut text = String::new();
-    let _ = writeln!(
-        text,
-        "{}: {n_e} dofs reduced to {} modes and {} attachment rows (rank {})",
-        element.name,
-        element.mode_count(),
-        element.boundary_row_count(),
-        reduced.quality.residual_rank,
-    );
-    text += &mass_lines(element);
-    text += &frequency_table(element, Some(&reduced.quality), listed);
-    text += &interface_table(element);
-    text += &quality_lines(&reduced.quality);
-    let _ = writeln!(text, "stages");
-    for stage in stages {
-        let memory = stage.peak_megabytes.map_or(String::new(), |mb| format!("  {mb:8.0} MB"));
-        let _ = writeln!(text, "  {:<12} {:9.3} s{memory}", stage.stage, stage.seconds);
-    }
-    let _ = writeln!(text, "wrote {}", target.display());
-    text
-}
+#[cfg(test)]
+mod tests {
+    use super::*;
 
-/// The quality report for people.
-pub fn quality_lines(quality: &Quality) -> String {
-    let largest = |values: &[f64]| values.iter().copied().fold(0.0, f64::max);
-    let mut text = String::from("quality\n");
-    let mut line = |what: &str, value: f64| {
-        let _ = writeln!(text, "  {what:<46} {}", scientific(value, 1));
-    };
-    line("largest mode residual |Kφ-ω²Mφ|/|Kφ|", largest(&quality.mode_residuals));
-    line("  of which rounding explains up to", largest(&quality.mode_residual_roundings));
-    line("rounding in ω², relative", largest(&quality.eigenvalue_roundings));
-    line("attachment residual", quality.attachment_residual);
-    line("Φᵀ K G_res        (Eq. 29)", quality.stiffness_orthogonality);
-    line("Φᵀ M G_res        (Eq. 30)", quality.mass_orthogonality);
-    line("Φᵀ M Φ - I        (Eq. 31)", quality.mass_orthonormality);
-    line("Φᵀ K Φ - Ω²       (Eq. 31)", quality.stiffness_diagonality);
-    line("G_resᵀKG_res-G_res (Eq. 32)", quality.flexibility_identity);
-    line("L1 Ψ              (Eq. 39)", quality.l1_norm);
-    line("I3 Ψ              (Eq. 40)", quality.i3_norm);
-    line("rigid motions, |K r|", largest(&quality.rigid_defects));
-    line("mass matrix as a rigid body", quality.mass_defect);
-    line("condition of F_res (scaled)", quality.flexibility_condition);
-    let sturm = match quality.sturm.limit {
-        Some(limit) => format!(
-            "{} eigenvalues counted below {}, {} found",
-            quality.sturm.counted, scientific(limit, 6), quality.sturm.found
-        ),
-        None => "no elastic motion to count".into(),
-    };
-    let _ = writeln!(text, "  {:<46} {sturm}", "Sturm count");
-    let _ = writeln!(
-        text,
-        "  {:<46} {} from geometry, {} by the count",
-        "motions without stiffness", quality.rigid_motions, quality.nullity
-    );
-    text
+    #[test]
+    fn a_failure_is_one_message_however_many_the_reasons() {
+        let reasons: Vec<String> = (1..=7).map(|number| format!("reason {number}")).collect();
+        let failure = Outcome::unless(String::new(), "part.mtx: refused", &reasons).failure;
+        let expected =
+            "part.mtx: refused: reason 1; reason 2; reason 3; reason 4; reason 5; and 2 more";
+        assert_eq!(failure.as_deref(), Some(expected));
+        assert_eq!(
+            Outcome::unless("well".into(), "part.mtx: refused", &[]).failure,
+            None
+        );
+    }
 }

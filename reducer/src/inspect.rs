@@ -3,16 +3,17 @@
 use std::fmt::Write as _;
 use std::path::Path;
 
+use dcb_formats::Superelement;
 use dcb_formats::dcb::SuperelementFile;
 use dcb_formats::mesh::{Dimension, Direction};
-use dcb_formats::Superelement;
 use serde_json::json;
 
-use crate::cli_reduce::{Outcome, quality_lines};
+use crate::cli_reduce::Outcome;
 use crate::error::Error;
 use crate::plausibility::si_factor;
 use crate::quality::Quality;
 use crate::scientific::{row, scientific};
+use crate::summary::quality_lines;
 
 /// How to show it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -34,7 +35,10 @@ pub fn run(path: &Path, form: Form) -> Result<Outcome, Error> {
         Form::Text => text(&file, &element)?,
         Form::Json => as_json(&file, &element)?,
     };
-    Ok(Outcome { output, failure: None })
+    Ok(Outcome {
+        output,
+        failure: None,
+    })
 }
 
 /// Cycles per second of an eigenvalue, or per time unit where the unit's length is not known.
@@ -43,7 +47,11 @@ pub fn hertz(eigenvalue: f64, time_unit: &str) -> f64 {
 }
 
 fn frequency_unit(time_unit: &str) -> String {
-    if si_factor(time_unit).is_some() { "Hz".into() } else { format!("1/{time_unit}") }
+    if si_factor(time_unit).is_some() {
+        "Hz".into()
+    } else {
+        format!("1/{time_unit}")
+    }
 }
 
 /// Mass, centre and inertia.
@@ -51,7 +59,8 @@ pub fn mass_lines(element: &Superelement) -> String {
     let (units, inertia, origin) = (&element.units, &element.inertia, element.origin);
     let mut text = String::new();
     let mut line = |label: &str, values: &[f64], unit: &str| {
-        let _ = writeln!(text, "{label:<7} {} {unit}", row(values));
+        let line = format!("{label:<7} {} {unit}", row(values));
+        let _ = writeln!(text, "{}", line.trim_end());
     };
     line("mass", &[inertia.mass], &units.mass);
     let d = element.dimension.coordinate_count();
@@ -59,11 +68,19 @@ pub fn mass_lines(element: &Superelement) -> String {
     let unit = format!("{}·{}²", units.mass, units.length);
     match element.dimension {
         Dimension::Planar => {
-            line("inertia", &[inertia.tensor[2][2]], &format!("{unit} about the centre"));
+            line(
+                "inertia",
+                &[inertia.tensor[2][2]],
+                &format!("{unit} about the centre"),
+            );
         }
         Dimension::Spatial => {
             line("inertia", &inertia.tensor[0], "");
-            line("", &inertia.tensor[1], &format!("{unit} about the centre, component axes"));
+            line(
+                "",
+                &inertia.tensor[1],
+                &format!("{unit} about the centre, component axes"),
+            );
             line("", &inertia.tensor[2], "");
         }
     }
@@ -81,17 +98,33 @@ pub fn frequency_table(element: &Superelement, quality: Option<&Quality>, listed
         let _ = writeln!(text, "mode   {heading:>20}    damping   residual");
     }
     for (i, eigenvalue) in element.modes.eigenvalues.iter().enumerate().take(listed) {
-        let residual = quality.and_then(|q| q.mode_residuals.get(i)).map_or(String::new(), |r| scientific(*r, 1));
+        let residual = quality
+            .and_then(|q| q.mode_residuals.get(i))
+            .map_or(String::new(), |r| scientific(*r, 1));
         let damping = element.modes.damping.get(i).copied().unwrap_or(0.0);
-        let _ = writeln!(text, "{:4}   {:20.9}   {damping:8.5}   {residual}", i + 1, hertz(*eigenvalue, time));
+        let _ = writeln!(
+            text,
+            "{:4}   {:20.9}   {damping:8.5}   {residual}",
+            i + 1,
+            hertz(*eigenvalue, time)
+        );
     }
     let hidden = element.mode_count().saturating_sub(listed);
     if hidden > 0 {
         let last = element.modes.eigenvalues.last().copied().unwrap_or(0.0);
-        let _ = writeln!(text, "{:>4}   {:20.9}   the last of {hidden} more", "…", hertz(last, time));
+        let _ = writeln!(
+            text,
+            "{:>4}   {:20.9}   the last of {hidden} more",
+            "…",
+            hertz(last, time)
+        );
     }
     if element.modes.first_omitted_eigenvalue.is_finite() {
-        let _ = writeln!(text, "       {:20.9}   the first left out", hertz(element.modes.first_omitted_eigenvalue, time));
+        let _ = writeln!(
+            text,
+            "       {:20.9}   the first left out",
+            hertz(element.modes.first_omitted_eigenvalue, time)
+        );
     } else {
         let _ = writeln!(text, "       every finite mode is kept");
     }
@@ -103,7 +136,11 @@ pub fn interface_table(element: &Superelement) -> String {
     if element.interfaces.is_empty() {
         return "no interface: nothing can be attached\n".into();
     }
-    let width = element.interfaces.iter().map(|interface| interface.name.chars().count()).fold(9, usize::max);
+    let width = element
+        .interfaces
+        .iter()
+        .map(|interface| interface.name.chars().count())
+        .fold(9, usize::max);
     let mut text = String::new();
     let _ = writeln!(
         text,
@@ -111,9 +148,16 @@ pub fn interface_table(element: &Superelement) -> String {
         "interface", element.units.length
     );
     for (index, interface) in element.interfaces.iter().enumerate() {
-        let rows: Vec<_> = element.rows.iter().filter(|row| row.interface == index).collect();
+        let rows: Vec<_> = element
+            .rows
+            .iter()
+            .filter(|row| row.interface == index)
+            .collect();
         let d = element.dimension.coordinate_count();
-        let at: Vec<String> = interface.position[..d].iter().map(|x| format!("{:>14}", scientific(*x, 6))).collect();
+        let at: Vec<String> = interface.position[..d]
+            .iter()
+            .map(|x| format!("{:>14}", scientific(*x, 6)))
+            .collect();
         let role = match interface.role {
             dcb_formats::component::Role::Attachment => "attachment",
             dcb_formats::component::Role::Output => "output",
@@ -136,7 +180,11 @@ pub fn interface_table(element: &Superelement) -> String {
         .collect();
     let start = match sigma.is_empty() {
         true => "; the modes say all there is".to_owned(),
-        false => format!("; their frequencies start at {} {}", sigma.join(", "), frequency_unit(&element.units.time)),
+        false => format!(
+            "; their frequencies start at {} {}",
+            sigma.join(", "),
+            frequency_unit(&element.units.time)
+        ),
     };
     let _ = writeln!(
         text,
@@ -173,14 +221,22 @@ fn text(file: &SuperelementFile, element: &Superelement) -> Result<String, Error
     text += &mass_lines(element);
     text += &frequency_table(element, quality.as_ref(), usize::MAX);
     text += &interface_table(element);
-    let fields = file.recovery()?.map_or("none".to_owned(), |basis| format!("{} dofs", basis.dofs.len()));
-    let mesh = file.mesh()?.map_or("none".to_owned(), |mesh| format!("{} nodes", mesh.node_count()));
+    let fields = file.recovery()?.map_or("none".to_owned(), |basis| {
+        format!("{} dofs", basis.dofs.len())
+    });
+    let mesh = file.mesh()?.map_or("none".to_owned(), |mesh| {
+        format!("{} nodes", mesh.node_count())
+    });
     let _ = writeln!(text, "fields   {fields}; mesh {mesh}");
     if let Some(quality) = &quality {
         text += &quality_lines(quality);
     }
     for input in &element.provenance.inputs {
-        let _ = writeln!(text, "made from {} ({}, sha256 {})", input.file_name, input.role, input.sha256);
+        let _ = writeln!(
+            text,
+            "made from {} ({}, sha256 {})",
+            input.file_name, input.role, input.sha256
+        );
     }
     let _ = writeln!(text, "made by  {}", element.provenance.generator);
     for warning in &element.provenance.warnings {
@@ -197,8 +253,13 @@ fn as_json(file: &SuperelementFile, element: &Superelement) -> Result<String, Er
         .enumerate()
         .map(|(index, interface)| {
             let rows = element.rows.iter().filter(|row| row.interface == index);
-            let directions: Vec<_> =
-                rows.map(|row| usize::try_from(row.direction).ok().and_then(|d| Direction::NAMES.get(d))).collect();
+            let directions: Vec<_> = rows
+                .map(|row| {
+                    usize::try_from(row.direction)
+                        .ok()
+                        .and_then(|d| Direction::NAMES.get(d))
+                })
+                .collect();
             json!({
                 "name": interface.name,
                 "kind": interface.kind.name(),
@@ -241,6 +302,8 @@ fn as_json(file: &SuperelementFile, element: &Superelement) -> Result<String, Er
         })).collect::<Vec<_>>(),
         "warnings": element.provenance.warnings,
     });
-    let text = serde_json::to_string_pretty(&value).map_err(|_| Error::NotFinite { what: "the JSON output" })?;
+    let text = serde_json::to_string_pretty(&value).map_err(|_| Error::NotFinite {
+        what: "the JSON output",
+    })?;
     Ok(text + "\n")
 }

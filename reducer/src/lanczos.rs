@@ -89,11 +89,6 @@ impl<'a> Lanczos<'a> {
         Ok(lanczos)
     }
 
-    /// Number of basis vectors with a known image.
-    pub fn len(&self) -> usize {
-        self.filled
-    }
-
     /// Whether the whole space that S can reach has been spanned.
     pub fn is_exhausted(&self) -> bool {
         self.exhausted

@@ -31,10 +31,12 @@ pub mod residual_filter;
 pub mod rigid_body;
 pub mod scientific;
 pub mod shift;
+pub mod summary;
 pub mod surface;
 pub mod timing;
 pub mod verify;
 pub mod verify_component;
+pub mod verify_layout;
 
 use dcb_formats::component::Component;
 use dcb_formats::{RecoveryBasis, Superelement};

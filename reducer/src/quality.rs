@@ -162,8 +162,7 @@ impl Quality {
             ));
         }
         let mut check = |what: &str, value: f64, limit: f64| {
-            // Also true for NaN.
-            if !(value <= limit) {
+            if value > limit || value.is_nan() {
                 broken.push(format!("{what} is {value:.1e}, above its limit {limit:.0e}"));
             }
         };

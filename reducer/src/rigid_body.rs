@@ -79,9 +79,9 @@ impl MassProperties {
                 s[1] = -about_middle[(0, 2)] / mass;
             }
             Dimension::Spatial => {
-                for k in 0..3 {
+                for (k, along) in s.iter_mut().enumerate() {
                     let (i, j) = ((k + 1) % 3, (k + 2) % 3);
-                    s[k] = (about_middle[(i, 3 + j)] - about_middle[(j, 3 + i)]) / (2.0 * mass);
+                    *along = (about_middle[(i, 3 + j)] - about_middle[(j, 3 + i)]) / (2.0 * mass);
                 }
             }
         }

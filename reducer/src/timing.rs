@@ -45,10 +45,16 @@ impl StageClock {
             Display::Bars => ProgressDrawTarget::stderr(),
             Display::Silent => ProgressDrawTarget::hidden(),
         });
-        if let Ok(style) = ProgressStyle::with_template("{msg:12} {bar:40} {percent:>3} %  {elapsed}") {
+        if let Ok(style) =
+            ProgressStyle::with_template("{msg:12} {bar:40} {percent:>3} %  {elapsed}")
+        {
             bar.set_style(style);
         }
-        Self { finished: Vec::new(), running: None, bar }
+        Self {
+            finished: Vec::new(),
+            running: None,
+            bar,
+        }
     }
 
     /// Ends the running stage and starts one by name.
@@ -58,7 +64,8 @@ impl StageClock {
         self.bar.reset();
         self.bar.set_message(name.to_owned());
         if !self.bar.is_hidden() {
-            self.bar.enable_steady_tick(std::time::Duration::from_millis(200));
+            self.bar
+                .enable_steady_tick(std::time::Duration::from_millis(200));
         }
         self.running = Some((name.to_owned(), Instant::now()));
     }
@@ -66,10 +73,17 @@ impl StageClock {
     /// Ends the running stage.
     pub fn stop(&mut self) {
         if let Some((stage, start)) = self.running.take() {
-            let time =
-                StageTime { stage, seconds: start.elapsed().as_secs_f64(), peak_megabytes: peak_memory_megabytes() };
+            let time = StageTime {
+                stage,
+                seconds: start.elapsed().as_secs_f64(),
+                peak_megabytes: peak_memory_megabytes(),
+            };
             // A stage that runs again (a second factorization) adds to its row.
-            match self.finished.iter_mut().find(|known| known.stage == time.stage) {
+            match self
+                .finished
+                .iter_mut()
+                .find(|known| known.stage == time.stage)
+            {
                 Some(known) => {
                     known.seconds += time.seconds;
                     known.peak_megabytes = match (known.peak_megabytes, time.peak_megabytes) {
@@ -100,14 +114,17 @@ impl Observer for StageClock {
     }
 
     fn progress(&mut self, share: f64) {
-        self.bar.set_position((share.clamp(0.0, 1.0) * BAR_STEPS as f64) as u64);
+        self.bar
+            .set_position((share.clamp(0.0, 1.0) * BAR_STEPS as f64) as u64);
     }
 }
 
 /// Largest resident memory since it was last forgotten, MB (Linux).
 fn peak_memory_megabytes() -> Option<f64> {
     let status = std::fs::read_to_string("/proc/self/status").ok()?;
-    let line = status.lines().find_map(|line| line.strip_prefix("VmHWM:"))?;
+    let line = status
+        .lines()
+        .find_map(|line| line.strip_prefix("VmHWM:"))?;
     let kilobytes: f64 = line.trim().strip_suffix("kB")?.trim().parse().ok()?;
     Some(kilobytes / 1024.0)
 }

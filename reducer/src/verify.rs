@@ -42,9 +42,14 @@ impl Findings {
     pub fn check(&mut self, what: &str, value: f64, limit: f64) {
         let holds = value <= limit;
         let mark = if holds { "ok  " } else { "FAIL" };
-        let _ = writeln!(self.text, "  {mark} {what:<58} {}  (limit {limit:.0e})", scientific(value, 1));
+        let _ = writeln!(
+            self.text,
+            "  {mark} {what:<58} {}  (limit {limit:.0e})",
+            scientific(value, 1)
+        );
         if !holds {
-            self.broken.push(format!("{what}: {value:.1e}, above its limit {limit:.0e}"));
+            self.broken
+                .push(format!("{what}: {value:.1e}, above its limit {limit:.0e}"));
         }
     }
 
@@ -69,24 +74,40 @@ impl Findings {
 /// If the file is not an intact superelement, or the component can't be read.
 pub fn run(path: &Path, stiffness: Option<&Path>) -> Result<Outcome, Error> {
     let file = SuperelementFile::open(path)?;
-    let mut findings = Findings { text: format!("{}\n", path.display()), broken: Vec::new() };
+    let mut findings = Findings {
+        text: format!("{}\n", path.display()),
+        broken: Vec::new(),
+    };
     let datasets = file.verify_digests()?;
-    findings.require("digests of all datasets", true, &format!("{datasets} agree"));
+    findings.require(
+        "digests of all datasets",
+        true,
+        &format!("{datasets} agree"),
+    );
     let element = file.superelement()?;
     let recovery = file.recovery()?;
     check_transform(&element, &mut findings)?;
     check_inertia(&element, &mut findings)?;
     if let Some(basis) = &recovery {
-        findings.check("nodal rows of L_b Ψ against the stored fields", nodal_row_defect(&element, basis), AGREEMENT);
+        findings.check(
+            "nodal rows of L_b Ψ against the stored fields",
+            nodal_row_defect(&element, basis),
+            AGREEMENT,
+        );
     }
     report_drops(&element, &mut findings);
     match stored_quality(&element) {
         Some(quality) => {
             let broken = quality.broken_limits();
-            findings.require("limits of the stored quality report", broken.is_empty(), &format!("{} broken", broken.len()));
+            findings.require(
+                "limits of the stored quality report",
+                broken.is_empty(),
+                &format!("{} broken", broken.len()),
+            );
             findings.broken.extend(broken);
         }
-        None => findings.note("no quality report of this program is stored; its limits were not checked"),
+        None => findings
+            .note("no quality report of this program is stored; its limits were not checked"),
     }
     if let Some(stiffness) = stiffness {
         let files = ComponentFiles::beside(stiffness, &Overrides::default())?;
@@ -94,12 +115,24 @@ pub fn run(path: &Path, stiffness: Option<&Path>) -> Result<Outcome, Error> {
         verify_component::check(&element, recovery.as_ref(), &component, &mut findings)
             .map_err(|error| naming_the_file(error, &files))?;
     }
-    let verdict = if findings.broken.is_empty() { "verified\n" } else { "NOT verified\n" };
+    let verdict = if findings.broken.is_empty() {
+        "verified\n"
+    } else {
+        "NOT verified\n"
+    };
     let what = format!("{}: not verified", path.display());
-    Ok(Outcome::unless(findings.text + verdict, &what, &findings.broken))
+    Ok(Outcome::unless(
+        findings.text + verdict,
+        &what,
+        &findings.broken,
+    ))
 }
 
-fn unit_defect(matrix: MatRef<'_, f64>, diagonal: impl Fn(usize) -> f64, scale: impl Fn(usize, usize) -> f64) -> f64 {
+fn unit_defect(
+    matrix: MatRef<'_, f64>,
+    diagonal: impl Fn(usize) -> f64,
+    scale: impl Fn(usize, usize) -> f64,
+) -> f64 {
     let defect = Mat::from_fn(matrix.nrows(), matrix.ncols(), |i, j| {
         (matrix[(i, j)] - if i == j { diagonal(i) } else { 0.0 }) / scale(i, j)
     });
@@ -108,27 +141,53 @@ fn unit_defect(matrix: MatRef<'_, f64>, diagonal: impl Fn(usize) -> f64, scale: 
 
 /// T_rᵀ M_res T_r = I and T_rᵀ F_res T_r = diag(σ²); F_res and M_res positive semi-definite; the rank is the one that M_res has.
 fn check_transform(element: &Superelement, findings: &mut Findings) -> Result<(), Error> {
-    let failed = || Error::NotFinite { what: "the residual matrices" };
+    let failed = || Error::NotFinite {
+        what: "the residual matrices",
+    };
     let residual = &element.residual;
     let t = &residual.transform;
     let mass = t.transpose() * &residual.mass * t;
     let stiffness = t.transpose() * &residual.flexibility * t;
     let sigma = |i: usize| residual.sigma_squared[i];
-    let largest = residual.sigma_squared.last().copied().unwrap_or(1.0).max(f64::MIN_POSITIVE);
-    findings.check("T_rᵀ M_res T_r = I", unit_defect(mass.as_ref(), |_| 1.0, |_, _| 1.0), TRANSFORM_LIMIT);
-    findings.check("T_rᵀ F_res T_r = diag(σ²)", unit_defect(stiffness.as_ref(), sigma, |_, _| largest), TRANSFORM_LIMIT);
-    let d: Vec<f64> =
-        residual.mass_diagonal0.iter().map(|m| if *m > 0.0 { 1.0 / m.sqrt() } else { 0.0 }).collect();
+    let largest = residual
+        .sigma_squared
+        .last()
+        .copied()
+        .unwrap_or(1.0)
+        .max(f64::MIN_POSITIVE);
+    findings.check(
+        "T_rᵀ M_res T_r = I",
+        unit_defect(mass.as_ref(), |_| 1.0, |_, _| 1.0),
+        TRANSFORM_LIMIT,
+    );
+    findings.check(
+        "T_rᵀ F_res T_r = diag(σ²)",
+        unit_defect(stiffness.as_ref(), sigma, |_, _| largest),
+        TRANSFORM_LIMIT,
+    );
+    let d: Vec<f64> = residual
+        .mass_diagonal0
+        .iter()
+        .map(|m| if *m > 0.0 { 1.0 / m.sqrt() } else { 0.0 })
+        .collect();
     let n_b = d.len();
     let scaled = |matrix: &Mat<f64>| Mat::from_fn(n_b, n_b, |i, j| d[i] * matrix[(i, j)] * d[j]);
     for (matrix, what) in [(&residual.mass, "M_res"), (&residual.flexibility, "F_res")] {
-        let (values, _) = symmetric_eigen(symmetrized(scaled(matrix).as_ref()).as_ref()).ok_or_else(failed)?;
+        let (values, _) =
+            symmetric_eigen(symmetrized(scaled(matrix).as_ref()).as_ref()).ok_or_else(failed)?;
         let largest = values.last().copied().unwrap_or(0.0).max(f64::MIN_POSITIVE);
-        let negative = values.first().map_or(0.0, |smallest| (-smallest / largest).max(0.0));
-        findings.check(&format!("{what} is positive semi-definite (negative part)"), negative, ORTHOGONALITY_LIMIT);
+        let negative = values
+            .first()
+            .map_or(0.0, |smallest| (-smallest / largest).max(0.0));
+        findings.check(
+            &format!("{what} is positive semi-definite (negative part)"),
+            negative,
+            ORTHOGONALITY_LIMIT,
+        );
     }
     let seen = &element.modes.interface_shapes;
-    let attached = |i: usize| element.interfaces[element.rows[i].interface].role == Role::Attachment;
+    let attached =
+        |i: usize| element.interfaces[element.rows[i].interface].role == Role::Attachment;
     let mass0 = Mat::from_fn(n_b, n_b, |i, j| {
         let modal: f64 = (0..element.mode_count())
             .filter(|k| element.modes.eigenvalues[*k] > 0.0 && attached(i) && attached(j))
@@ -140,11 +199,17 @@ fn check_transform(element: &Superelement, findings: &mut Findings) -> Result<()
         .map(|i| (mass0[(i, i)] - residual.mass_diagonal0[i]).abs() * d[i] * d[i])
         .fold(0.0, f64::max);
     findings.check("diag(M_res) with no mode kept", diagonal_defect, AGREEMENT);
-    let (reference, _) = symmetric_eigen(symmetrized(scaled(&mass0).as_ref()).as_ref()).ok_or_else(failed)?;
-    let (values, _) = symmetric_eigen(symmetrized(scaled(&residual.mass).as_ref()).as_ref()).ok_or_else(failed)?;
+    let (reference, _) =
+        symmetric_eigen(symmetrized(scaled(&mass0).as_ref()).as_ref()).ok_or_else(failed)?;
+    let (values, _) = symmetric_eigen(symmetrized(scaled(&residual.mass).as_ref()).as_ref())
+        .ok_or_else(failed)?;
     let limit = MASS_TOLERANCE * reference.last().copied().unwrap_or(0.0);
     let rank = values.iter().filter(|value| **value > limit).count();
-    findings.require("rank of the residual transform", rank == t.ncols(), &format!("{} stored, {rank} found", t.ncols()));
+    findings.require(
+        "rank of the residual transform",
+        rank == t.ncols(),
+        &format!("{} stored, {rank} found", t.ncols()),
+    );
     Ok(())
 }
 
@@ -178,22 +243,35 @@ fn check_inertia(element: &Superelement, findings: &mut Findings) -> Result<(), 
     findings.check("L3 is antisymmetric", antisymmetry, ORTHOGONALITY_LIMIT);
     let tensor = Mat::from_fn(3, 3, |i, j| inertia.tensor[i][j]);
     let (moments, _) =
-        symmetric_eigen(symmetrized(tensor.as_ref()).as_ref()).ok_or(Error::NotFinite { what: "the inertia tensor" })?;
+        symmetric_eigen(symmetrized(tensor.as_ref()).as_ref()).ok_or(Error::NotFinite {
+            what: "the inertia tensor",
+        })?;
     let largest = moments.last().copied().unwrap_or(0.0);
     // No principal moment of a body exceeds the sum of the other two; a planar part stores only one.
-    let possible = inertia.l3.len() == 1 || largest <= (1.0 + AGREEMENT) * (moments[0] + moments[1]);
+    let possible =
+        inertia.l3.len() == 1 || largest <= (1.0 + AGREEMENT) * (moments[0] + moments[1]);
     findings.require(
         "the inertia tensor is that of a body",
         largest > 0.0 && moments[0] >= -AGREEMENT * largest && possible,
-        &format!("principal moments{}", moments.iter().map(|m| format!("  {}", scientific(*m, 6))).collect::<String>()),
+        &format!(
+            "principal moments{}",
+            moments
+                .iter()
+                .map(|m| format!("  {}", scientific(*m, 6)))
+                .collect::<String>()
+        ),
     );
     Ok(())
 }
 
 /// Rows of `nodes` interfaces are entries of the fields.
 fn nodal_row_defect(element: &Superelement, basis: &RecoveryBasis) -> f64 {
-    let position: std::collections::HashMap<(i64, i64), usize> =
-        basis.dofs.iter().enumerate().map(|(i, dof)| ((i64::from(dof.node), dof.direction.index() as i64), i)).collect();
+    let position: std::collections::HashMap<(i64, i64), usize> = basis
+        .dofs
+        .iter()
+        .enumerate()
+        .map(|(i, dof)| ((i64::from(dof.node), dof.direction.index() as i64), i))
+        .collect();
     let shapes = &element.modes.interface_shapes;
     let scale = largest_entry(basis.modes.as_ref()).max(f64::MIN_POSITIVE);
     let mut defect = 0.0_f64;
@@ -209,7 +287,11 @@ fn nodal_row_defect(element: &Superelement, basis: &RecoveryBasis) -> f64 {
 
 fn report_drops(element: &Superelement, findings: &mut Findings) {
     let (kept, rows) = (element.residual.sigma_squared.len(), element.rows.len());
-    let outputs = element.rows.iter().filter(|row| element.interfaces[row.interface].role == Role::Output).count();
+    let outputs = element
+        .rows
+        .iter()
+        .filter(|row| element.interfaces[row.interface].role == Role::Output)
+        .count();
     findings.note(&format!(
         "a reader keeps {kept} attachment coordinates of {} attachment rows ({outputs} output rows), dropping {}",
         rows - outputs,
@@ -219,11 +301,18 @@ fn report_drops(element: &Superelement, findings: &mut Findings) {
         for row in &quality.dependent_rows {
             findings.note(&match row.depends_on.is_empty() {
                 true => format!("row {} sees no elastic motion", row.row),
-                false => format!("row {} is a combination of {}", row.row, row.depends_on.join(", ")),
+                false => format!(
+                    "row {} is a combination of {}",
+                    row.row,
+                    row.depends_on.join(", ")
+                ),
             });
         }
         if quality.static_directions > 0 {
-            findings.note(&format!("{} direction(s) without mass of their own are kept statically", quality.static_directions));
+            findings.note(&format!(
+                "{} direction(s) without mass of their own are kept statically",
+                quality.static_directions
+            ));
         }
     }
 }

@@ -5,17 +5,14 @@
 //! results compared.
 
 use dcb_formats::component::Component;
-use dcb_formats::mesh::{Dimension, Direction};
 use dcb_formats::superelement::{FrameKind, Inertia};
 use dcb_formats::{RecoveryBasis, Superelement};
 use faer::Mat;
 
 use crate::block_algebra::{largest_entry, symmetric_product};
-use crate::cli_reduce::quality_lines;
 use crate::condensation::Model;
 use crate::error::Error;
 use crate::factorization::SymmetricFactor;
-use crate::frame::{offset, part_size};
 use crate::free_modes::{FreeModes, residuals};
 use crate::invariants::inertia_invariants;
 use crate::localization::Localization;
@@ -23,7 +20,9 @@ use crate::quality::{Quality, Sturm};
 use crate::residual::ResidualFlexibility;
 use crate::rigid_body::{MassProperties, RigidBodyModes};
 use crate::shift::absolute_energies;
+use crate::summary::quality_lines;
 use crate::verify::{AGREEMENT, Findings};
+use crate::verify_layout::{check_mass_properties, has_same_layout};
 use crate::{Grounding, LoosePieces, ModeSelection, Reduction, reduce};
 
 /// Modes found twice agree only as closely as their residuals allow, a pair of close ones less.
@@ -41,7 +40,15 @@ pub fn check(
 ) -> Result<(), Error> {
     check_sources(element, component, findings);
     let same_kind = element.dimension == component.dimension() && element.units == component.units;
-    findings.require("dimension and units", same_kind, if same_kind { "the same" } else { "the component has others" });
+    findings.require(
+        "dimension and units",
+        same_kind,
+        if same_kind {
+            "the same"
+        } else {
+            "the component has others"
+        },
+    );
     if !same_kind {
         return Ok(());
     }
@@ -49,12 +56,26 @@ pub fn check(
     check_mass_properties(element, component, &properties, findings);
     let model = Model::of(component)?;
     let localization = Localization::of(component, &model)?;
-    if !has_same_layout(element, component, &localization, properties.centre, findings) {
+    if !has_same_layout(
+        element,
+        component,
+        &localization,
+        properties.centre,
+        findings,
+    ) {
         return Ok(());
     }
     match recovery {
         Some(basis) if basis.dofs.len() == component.dofs.len() => {
-            return check_fields(element, basis, component, &properties, &model, &localization, findings);
+            return check_fields(
+                element,
+                basis,
+                component,
+                &properties,
+                &model,
+                &localization,
+                findings,
+            );
         }
         Some(basis) => findings.note(&format!(
             "nodal fields are stored for {} dofs of {}: the component was reduced anew",
@@ -66,94 +87,24 @@ pub fn check(
     check_by_reduction(element, component, findings)
 }
 
-fn distance(a: [f64; 3], b: [f64; 3]) -> f64 {
-    offset(a, b).iter().map(|x| x * x).sum::<f64>().sqrt()
-}
-
-fn check_mass_properties(
-    element: &Superelement,
-    component: &Component,
-    properties: &MassProperties,
-    findings: &mut Findings,
-) {
-    let mass_defect = (properties.mass - element.inertia.mass).abs() / properties.mass;
-    findings.check("mass", mass_defect, AGREEMENT);
-    findings.check("centre of mass", distance(properties.centre, element.origin) / part_size(component), AGREEMENT);
-    let axes = match element.dimension {
-        Dimension::Planar => 2..3,
-        Dimension::Spatial => 0..3,
-    };
-    let pairs = || axes.clone().flat_map(|a| axes.clone().map(move |b| (a, b)));
-    let largest = pairs().map(|(a, b)| properties.tensor[a][b].abs()).fold(0.0, f64::max);
-    let defect = pairs().map(|(a, b)| (properties.tensor[a][b] - element.inertia.tensor[a][b]).abs()).fold(0.0, f64::max);
-    findings.check("inertia tensor", defect / largest.max(f64::MIN_POSITIVE), AGREEMENT);
-}
-
-/// Interfaces and rows; where they differ, matrices over the rows can't be compared.
-fn has_same_layout(
-    element: &Superelement,
-    component: &Component,
-    localization: &Localization,
-    centre: [f64; 3],
-    findings: &mut Findings,
-) -> bool {
-    let stored: Vec<String> = element.interfaces.iter().map(|it| format!("{} ({})", it.name, it.kind.name())).collect();
-    let wanted: Vec<String> = localization.interfaces.iter().map(|it| format!("{} ({})", it.name, it.kind.name())).collect();
-    let roles = || element.interfaces.iter().zip(&localization.interfaces).all(|(a, b)| a.role == b.role);
-    let same_interfaces = stored == wanted && roles();
-    let found = match (same_interfaces, stored == wanted) {
-        (true, _) => format!("{}, the same", stored.len()),
-        (false, true) => "roles differ".into(),
-        (false, false) => format!("{}, the component has {}", stored.join(", "), wanted.join(", ")),
-    };
-    findings.require("interfaces: names, kinds and roles", same_interfaces, &found);
-
-    let row = |interface: &str, direction: i64, node: i64| {
-        let direction = usize::try_from(direction).ok().and_then(|d| Direction::NAMES.get(d)).unwrap_or(&"explicit");
-        if node < 0 { format!("{interface} {direction}") } else { format!("{interface} node {node} {direction}") }
-    };
-    let stored: Vec<String> =
-        element.rows.iter().map(|it| row(&element.interfaces[it.interface].name, it.direction, it.node)).collect();
-    let wanted: Vec<String> = localization
-        .rows
-        .iter()
-        .map(|it| {
-            let direction = it.direction.map_or(-1, |direction| direction.index() as i64);
-            row(&localization.interfaces[it.interface].name, direction, it.node.map_or(-1, i64::from))
-        })
-        .collect();
-    let same_rows = stored == wanted;
-    let found = match stored.iter().zip(&wanted).position(|(a, b)| a != b) {
-        _ if same_rows => format!("{}, the same", stored.len()),
-        Some(at) => format!("row {at} is {}, the component has {}", stored[at], wanted[at]),
-        None => format!("{}, the component has {}", stored.len(), wanted.len()),
-    };
-    findings.require("rows: interface, direction and node", same_rows, &found);
-    if !(same_interfaces && same_rows) {
-        return false;
-    }
-    let frames = element.interfaces.iter().zip(&localization.interfaces);
-    let farthest = frames.clone().map(|(a, b)| distance(a.position, offset(b.position, centre)));
-    let rows = element.rows.iter().zip(&localization.rows).map(|(a, b)| distance(a.position, offset(b.position, centre)));
-    let farthest = farthest.chain(rows).fold(0.0, f64::max);
-    findings.check("positions of interfaces and rows", farthest / part_size(component), AGREEMENT);
-    let turned = frames
-        .map(|(a, b)| (0..3).map(|axis| distance(a.orientation[axis], b.orientation[axis])).fold(0.0, f64::max))
-        .fold(0.0, f64::max);
-    findings.check("axes of interfaces", turned, AGREEMENT);
-    true
-}
-
 fn check_sources(element: &Superelement, component: &Component, findings: &mut Findings) {
     for source in &component.sources {
-        let recorded = element.provenance.inputs.iter().find(|input| input.role == source.role);
+        let recorded = element
+            .provenance
+            .inputs
+            .iter()
+            .find(|input| input.role == source.role);
         let same = recorded.is_some_and(|input| input.sha256 == source.sha256);
         let found = match recorded {
             None => "was not an input of this superelement".to_owned(),
             Some(_) if same => "same bytes".to_owned(),
             Some(input) => format!("{} had other contents then", input.file_name),
         };
-        findings.require(&format!("{} ({})", source.role, source.file_name), same, &found);
+        findings.require(
+            &format!("{} ({})", source.role, source.file_name),
+            same,
+            &found,
+        );
     }
 }
 
@@ -168,7 +119,11 @@ fn check_fields(
     findings: &mut Findings,
 ) -> Result<(), Error> {
     let same_dofs = basis.dofs == component.dofs.dofs();
-    findings.require("dofs of the fields are those of the component", same_dofs, if same_dofs { "yes" } else { "no" });
+    findings.require(
+        "dofs of the fields are those of the component",
+        same_dofs,
+        if same_dofs { "yes" } else { "no" },
+    );
     if !same_dofs {
         return Ok(());
     }
@@ -182,20 +137,39 @@ fn check_fields(
     let attachments = model.contract(basis.residual.as_ref());
     let rigidity = |full: &Mat<f64>, model_columns: &Mat<f64>| {
         let expanded = model.expand(model_columns.as_ref());
-        largest_entry((expanded.as_ref() - full).as_ref()) / largest_entry(full.as_ref()).max(f64::MIN_POSITIVE)
+        largest_entry((expanded.as_ref() - full).as_ref())
+            / largest_entry(full.as_ref()).max(f64::MIN_POSITIVE)
     };
-    findings.check("rigid interfaces move rigidly in the fields", rigidity(&basis.modes, &shapes).max(rigidity(&basis.residual, &attachments)), AGREEMENT);
+    findings.check(
+        "rigid interfaces move rigidly in the fields",
+        rigidity(&basis.modes, &shapes).max(rigidity(&basis.residual, &attachments)),
+        AGREEMENT,
+    );
 
     let eigenvalues = element.modes.eigenvalues.clone();
-    let zero_count = eigenvalues.iter().take_while(|value| **value == 0.0).count();
+    let zero_count = eigenvalues
+        .iter()
+        .take_while(|value| **value == 0.0)
+        .count();
     let mass_shapes = symmetric_product(&model.mass, shapes.as_ref());
-    let (mode_residuals, residual_roundings) =
-        residuals(&model.stiffness, shapes.as_ref(), mass_shapes.as_ref(), &eigenvalues, zero_count);
+    let (mode_residuals, residual_roundings) = residuals(
+        &model.stiffness,
+        shapes.as_ref(),
+        mass_shapes.as_ref(),
+        &eigenvalues,
+        zero_count,
+    );
     let energies = absolute_energies(&model.stiffness, shapes.as_ref());
     let eigenvalue_roundings = energies
         .iter()
         .zip(&eigenvalues)
-        .map(|(energy, value)| if *value > 0.0 { f64::EPSILON * energy / value } else { 0.0 })
+        .map(|(energy, value)| {
+            if *value > 0.0 {
+                f64::EPSILON * energy / value
+            } else {
+                0.0
+            }
+        })
         .collect();
     let modes = FreeModes {
         shapes,
@@ -209,22 +183,43 @@ fn check_fields(
         iterations: 0,
         added_for_cluster: 0,
     };
-    let residual = ResidualFlexibility::from_shapes(model, localization, &rigid, &modes, attachments)?;
-    let inertia = inertia_invariants(component, properties, crate::joined(model, &modes, &residual).as_ref());
+    let residual =
+        ResidualFlexibility::from_shapes(model, localization, &rigid, &modes, attachments)?;
+    let inertia = inertia_invariants(
+        component,
+        properties,
+        crate::joined(model, &modes, &residual).as_ref(),
+    );
     let mut factor = SymmetricFactor::analyse(&model.stiffness, &model.mass, &model.points())?;
     let sturm: Sturm = crate::certificate(model, &rigid, &modes, &mut factor);
-    let quality =
-        Quality::of(model, properties, &rigid, &defects.per_column, &modes, &residual, &inertia, sturm);
+    let quality = Quality::of(
+        model,
+        properties,
+        &rigid,
+        &defects.per_column,
+        &modes,
+        &residual,
+        &inertia,
+        sturm,
+    );
     findings.text += &quality_lines(&quality);
     let broken = quality.broken_limits();
-    findings.require("identities recomputed with K and M", broken.is_empty(), &format!("{} broken", broken.len()));
+    findings.require(
+        "identities recomputed with K and M",
+        broken.is_empty(),
+        &format!("{} broken", broken.len()),
+    );
     findings.broken.extend(broken);
 
     let scale = |matrix: &Mat<f64>, i: usize| matrix[(i, i)].abs().max(f64::MIN_POSITIVE).sqrt();
     let difference = |stored: &Mat<f64>, computed: &Mat<f64>, reference: &dyn Fn(usize) -> f64| {
         let scaled = Mat::from_fn(stored.nrows(), stored.ncols(), |i, j| {
             let unit = reference(i) * reference(j);
-            if unit > 0.0 { (stored[(i, j)] - computed[(i, j)]) / unit } else { stored[(i, j)] - computed[(i, j)] }
+            if unit > 0.0 {
+                (stored[(i, j)] - computed[(i, j)]) / unit
+            } else {
+                stored[(i, j)] - computed[(i, j)]
+            }
         });
         largest_entry(scaled.as_ref())
     };
@@ -235,34 +230,70 @@ fn check_fields(
     findings.check("L_b Φ", seen_defect, AGREEMENT);
     findings.check(
         "F_res",
-        difference(&element.residual.flexibility, &residual.flexibility, &|i| scale(&residual.flexibility0, i)),
+        difference(&element.residual.flexibility, &residual.flexibility, &|i| {
+            scale(&residual.flexibility0, i)
+        }),
         AGREEMENT,
     );
-    findings.check("M_res", difference(&element.residual.mass, &residual.mass, &mass_scale), AGREEMENT);
-    check_invariants(&element.inertia, &inertia, element.mode_count(), &residual.mass_diagonal0, findings);
+    findings.check(
+        "M_res",
+        difference(&element.residual.mass, &residual.mass, &mass_scale),
+        AGREEMENT,
+    );
+    check_invariants(
+        &element.inertia,
+        &inertia,
+        element.mode_count(),
+        &residual.mass_diagonal0,
+        findings,
+    );
     Ok(())
 }
 
 /// I1, L3 and I2 against their recomputation, each column divided by the size of its basis vector.
-fn check_invariants(stored: &Inertia, computed: &Inertia, n_k: usize, mass_diagonal0: &[f64], findings: &mut Findings) {
-    let norm = |k: usize| if k < n_k { 1.0 } else { mass_diagonal0[k - n_k].sqrt() };
+fn check_invariants(
+    stored: &Inertia,
+    computed: &Inertia,
+    n_k: usize,
+    mass_diagonal0: &[f64],
+    findings: &mut Findings,
+) {
+    let norm = |k: usize| {
+        if k < n_k {
+            1.0
+        } else {
+            mass_diagonal0[k - n_k].sqrt()
+        }
+    };
     let n = computed.i1.len();
-    let largest_moment = (0..3).map(|a| computed.tensor[a][a]).fold(0.0, f64::max).sqrt();
+    let largest_moment = (0..3)
+        .map(|a| computed.tensor[a][a])
+        .fold(0.0, f64::max)
+        .sqrt();
     let mut first = 0.0_f64;
     for k in (0..n).filter(|k| norm(*k) > 0.0) {
         for a in 0..3 {
             for b in 0..3 {
-                first = first.max((stored.i1[k][a][b] - computed.i1[k][a][b]).abs() / (norm(k) * largest_moment));
+                first = first.max(
+                    (stored.i1[k][a][b] - computed.i1[k][a][b]).abs() / (norm(k) * largest_moment),
+                );
             }
         }
     }
     findings.check("I1", first, AGREEMENT);
-    for (what, x, y) in [("L3", &stored.l3, &computed.l3), ("I2", &stored.i2, &computed.i2)] {
+    for (what, x, y) in [
+        ("L3", &stored.l3, &computed.l3),
+        ("I2", &stored.i2, &computed.i2),
+    ] {
         let mut worst = 0.0_f64;
         for (x, y) in x.iter().zip(y) {
             let scaled = Mat::from_fn(n, n, |k, l| {
                 let unit = norm(k) * norm(l);
-                if unit > 0.0 { (x[(k, l)] - y[(k, l)]) / unit } else { 0.0 }
+                if unit > 0.0 {
+                    (x[(k, l)] - y[(k, l)]) / unit
+                } else {
+                    0.0
+                }
             });
             worst = worst.max(largest_entry(scaled.as_ref()));
         }
@@ -271,41 +302,80 @@ fn check_invariants(stored: &Inertia, computed: &Inertia, n_k: usize, mass_diago
 }
 
 /// The component reduced again with the same number of modes.
-fn check_by_reduction(element: &Superelement, component: &Component, findings: &mut Findings) -> Result<(), Error> {
+fn check_by_reduction(
+    element: &Superelement,
+    component: &Component,
+    findings: &mut Findings,
+) -> Result<(), Error> {
     let options = Reduction {
         modes: ModeSelection::Lowest(element.mode_count()),
-        grounding: if element.frame_kind == FrameKind::Given { Grounding::Allow } else { Grounding::Refuse },
-        loose_pieces: if element.modes.eigenvalues.first() == Some(&0.0) { LoosePieces::Allow } else { LoosePieces::Refuse },
+        grounding: if element.frame_kind == FrameKind::Given {
+            Grounding::Allow
+        } else {
+            Grounding::Refuse
+        },
+        loose_pieces: if element.modes.eigenvalues.first() == Some(&0.0) {
+            LoosePieces::Allow
+        } else {
+            LoosePieces::Refuse
+        },
     };
     let again = reduce(component, &options, &mut ())?.superelement;
     let same = again.mode_count() == element.mode_count() && again.rows.len() == element.rows.len();
     findings.require(
         "number of modes and rows",
         same,
-        &format!("{} and {}, recomputed {} and {}", element.mode_count(), element.rows.len(), again.mode_count(), again.rows.len()),
+        &format!(
+            "{} and {}, recomputed {} and {}",
+            element.mode_count(),
+            element.rows.len(),
+            again.mode_count(),
+            again.rows.len()
+        ),
     );
     if !same {
         return Ok(());
     }
-    let eigenvalues = element.modes.eigenvalues.iter().zip(&again.modes.eigenvalues);
-    let worst = eigenvalues.map(|(a, b)| (a - b).abs() / b.abs().max(f64::MIN_POSITIVE)).fold(0.0, f64::max);
+    let eigenvalues = element
+        .modes
+        .eigenvalues
+        .iter()
+        .zip(&again.modes.eigenvalues);
+    let worst = eigenvalues
+        .map(|(a, b)| (a - b).abs() / b.abs().max(f64::MIN_POSITIVE))
+        .fold(0.0, f64::max);
     findings.check("eigenvalues", worst, AGREEMENT);
     // The sum over modes is the same whatever the signs, and the axes of a multiple root.
-    let seen = |of: &Superelement| &of.modes.interface_shapes * of.modes.interface_shapes.transpose();
+    let seen =
+        |of: &Superelement| &of.modes.interface_shapes * of.modes.interface_shapes.transpose();
     let (stored, computed) = (seen(element), seen(&again));
     let scaled = Mat::from_fn(stored.nrows(), stored.ncols(), |i, j| {
-        let unit = (computed[(i, i)] * computed[(j, j)]).sqrt().max(f64::MIN_POSITIVE);
+        let unit = (computed[(i, i)] * computed[(j, j)])
+            .sqrt()
+            .max(f64::MIN_POSITIVE);
         (stored[(i, j)] - computed[(i, j)]) / unit
     });
-    findings.check("L_b Φ Φᵀ L_bᵀ", largest_entry(scaled.as_ref()), SHAPE_AGREEMENT);
+    findings.check(
+        "L_b Φ Φᵀ L_bᵀ",
+        largest_entry(scaled.as_ref()),
+        SHAPE_AGREEMENT,
+    );
     let mass = |i: usize| again.residual.mass_diagonal0[i].sqrt();
     for (what, x, y) in [
         ("M_res", &element.residual.mass, &again.residual.mass),
-        ("F_res", &element.residual.flexibility, &again.residual.flexibility),
+        (
+            "F_res",
+            &element.residual.flexibility,
+            &again.residual.flexibility,
+        ),
     ] {
         let largest = largest_entry(y.as_ref()).max(f64::MIN_POSITIVE);
         let scaled = Mat::from_fn(x.nrows(), x.ncols(), |i, j| {
-            let unit = if what == "M_res" { (mass(i) * mass(j)).max(f64::MIN_POSITIVE) } else { largest };
+            let unit = if what == "M_res" {
+                (mass(i) * mass(j)).max(f64::MIN_POSITIVE)
+            } else {
+                largest
+            };
             (x[(i, j)] - y[(i, j)]) / unit
         });
         findings.check(what, largest_entry(scaled.as_ref()), AGREEMENT);

@@ -11,7 +11,12 @@ fn a_negative_mass_is_named_by_node() {
     folder.set_diagonal("rotor.mass.mtx", 4, |value| format!("{:?}", -value));
     folder.refused(
         "rotor.mtx",
-        &["rotor.mass.mtx: the mass matrix", "1 negative diagonal", "node 1 uy", "positive semi-definite"],
+        &[
+            "rotor.mass.mtx: the mass matrix",
+            "1 negative diagonal",
+            "node 1 uy",
+            "positive semi-definite",
+        ],
     );
 }
 
@@ -21,7 +26,12 @@ fn an_indefinite_stiffness_is_counted_and_placed() {
     folder.set_diagonal("rotor.mtx", 49, |value| format!("{:?}", 0.3 * value));
     folder.refused(
         "rotor.mtx",
-        &["rotor.mtx: ", "indefinite", "1 negative pivot(s), at node 16 uy", "positive semi-definite"],
+        &[
+            "rotor.mtx: ",
+            "indefinite",
+            "1 negative pivot(s), at node 16 uy",
+            "positive semi-definite",
+        ],
     );
 }
 
@@ -31,7 +41,11 @@ fn dofs_without_stiffness_are_listed() {
     let node = component.mesh.node_count() - 1;
     Folder::with(&component).refused(
         "part.mtx",
-        &["part.mtx: 1 dof(s) have no stiffness", &format!("node {node} ux"), "remove them"],
+        &[
+            "part.mtx: 1 dof(s) have no stiffness",
+            &format!("node {node} ux"),
+            "remove them",
+        ],
     );
 }
 
@@ -40,7 +54,12 @@ fn a_held_part_is_refused_with_advice_and_can_be_allowed() {
     let folder = Folder::with(&hard::grounded_block());
     folder.refused(
         "part.mtx",
-        &["part.mtx: the part is held: only 0 of 6", "node ", "joint", "--allow-grounded"],
+        &[
+            "part.mtx: the part is held: only 0 of 6",
+            "node ",
+            "joint",
+            "--allow-grounded",
+        ],
     );
     let answer = folder.run("part.mtx --modes 4 --allow-grounded");
     assert_eq!(answer.code, Some(0), "{answer:?}");
@@ -53,12 +72,21 @@ fn loose_pieces_are_listed_and_can_be_allowed() {
     let folder = Folder::with(&hard::two_loose_blocks());
     folder.refused(
         "part.mtx",
-        &["part.mtx: the part is in 2 pieces", "piece 1 of 45 node(s)", "piece 2 of 45 node(s)", "--allow-loose"],
+        &[
+            "part.mtx: the part is in 2 pieces",
+            "piece 1 of 45 node(s)",
+            "piece 2 of 45 node(s)",
+            "--allow-loose",
+        ],
     );
     let answer = folder.run("part.mtx --modes 8 --allow-loose");
     assert_eq!(answer.code, Some(0), "{answer:?}");
     let eigenvalues = folder.inspected("part.dcb.h5")["eigenvalues"].clone();
-    let zeros = eigenvalues.as_array().unwrap().iter().filter(|value| **value == json!(0.0));
+    let zeros = eigenvalues
+        .as_array()
+        .unwrap()
+        .iter()
+        .filter(|value| **value == json!(0.0));
     assert_eq!(zeros.count(), 6, "{eigenvalues}");
     folder.done("inspect part.dcb.h5");
     folder.done("verify part.dcb.h5 --component part.mtx");
@@ -71,7 +99,12 @@ fn a_mechanism_is_counted_and_placed() {
     for (hinge, motions) in [(Hinge::Edge, 1), (Hinge::Node, 3)] {
         Folder::with(&hard::hinged_blocks(hinge)).refused(
             "part.mtx",
-            &["part.mtx: the part is a mechanism", &format!("{motions} motion(s)"), "node ", "--allow-loose"],
+            &[
+                "part.mtx: the part is a mechanism",
+                &format!("{motions} motion(s)"),
+                "node ",
+                "--allow-loose",
+            ],
         );
     }
 }
@@ -79,21 +112,42 @@ fn a_mechanism_is_counted_and_placed() {
 #[test]
 fn a_mesh_in_another_node_order_is_recognised() {
     let folder = Folder::rotor();
-    folder.edit("rotor.json", |json| json["points"].as_array_mut().unwrap().reverse());
+    folder.edit("rotor.json", |json| {
+        json["points"].as_array_mut().unwrap().reverse()
+    });
     folder.refused(
         "rotor.mtx",
-        &["rotor.mtx: the mesh and the matrices don't belong together", "another node order", "worst at node "],
+        &[
+            "rotor.mtx: the mesh and the matrices don't belong together",
+            "another node order",
+            "worst at node ",
+        ],
     );
 }
 
 #[test]
 fn mixed_units_get_a_warning() {
     for (units, says) in [
-        (json!({"length": "mm", "mass": "kg", "time": "s"}), "denser than any material"),
-        (json!({"length": "m", "mass": "t", "time": "s"}), "denser than any material"),
-        (json!({"length": "m", "mass": "mg", "time": "s"}), "lighter than a foam"),
-        (json!({"length": "m", "mass": "kg", "time": "us"}), "wave speed"),
-        (json!({"length": "ell", "mass": "kg", "time": "s"}), "ell, kg, s are not all known by name"),
+        (
+            json!({"length": "mm", "mass": "kg", "time": "s"}),
+            "denser than any material",
+        ),
+        (
+            json!({"length": "m", "mass": "t", "time": "s"}),
+            "denser than any material",
+        ),
+        (
+            json!({"length": "m", "mass": "mg", "time": "s"}),
+            "lighter than a foam",
+        ),
+        (
+            json!({"length": "m", "mass": "kg", "time": "us"}),
+            "wave speed",
+        ),
+        (
+            json!({"length": "ell", "mass": "kg", "time": "s"}),
+            "ell, kg, s are not all known by name",
+        ),
     ] {
         let folder = Folder::rotor();
         folder.edit("rotor.json", |json| json["component"]["units"] = units);
@@ -106,11 +160,22 @@ fn mixed_units_get_a_warning() {
 #[test]
 fn a_part_without_interfaces_gets_a_warning() {
     let folder = Folder::rotor();
-    folder.edit("rotor.json", |json| json["component"]["interfaces"] = json!([]));
+    folder.edit("rotor.json", |json| {
+        json["component"]["interfaces"] = json!([])
+    });
     let answer = folder.warned("rotor.mtx --modes 3", &["no interface"]);
-    assert!(answer.stdout.contains("no interface: nothing can be attached"), "{}", answer.stdout);
+    assert!(
+        answer
+            .stdout
+            .contains("no interface: nothing can be attached"),
+        "{}",
+        answer.stdout
+    );
     let shown = folder.done("inspect rotor.dcb.h5");
-    assert!(shown.contains("no interface: nothing can be attached"), "{shown}");
+    assert!(
+        shown.contains("no interface: nothing can be attached"),
+        "{shown}"
+    );
     folder.done("verify rotor.dcb.h5 --component rotor.mtx");
     folder.done("compare rotor.dcb.h5 rotor.dcb.h5");
 }

@@ -31,7 +31,12 @@ fn interfaces_name_nodes_that_exist() {
     };
     refused(
         interface(json!({"name": "x", "kind": "nodes"})),
-        &["component.interfaces[0]", "names no node", "point_set", "nodes"],
+        &[
+            "component.interfaces[0]",
+            "names no node",
+            "point_set",
+            "nodes",
+        ],
     );
     refused(
         interface(json!({"name": "x", "kind": "nodes", "nodes": []})),
@@ -43,7 +48,11 @@ fn interfaces_name_nodes_that_exist() {
     );
     refused(
         interface(json!({"name": "x", "kind": "average", "point_set": "bearing"})),
-        &["component.interfaces[0].point_set", "\"bearing\"", "the file has"],
+        &[
+            "component.interfaces[0].point_set",
+            "\"bearing\"",
+            "the file has",
+        ],
     );
     refused(
         |json| json["point_sets"]["bearing_left"] = json!([]),
@@ -58,7 +67,12 @@ fn interfaces_can_carry_what_is_asked_of_them() {
     };
     refused(
         interfaces(json!([{"name": "x", "kind": "average", "nodes": [3]}])),
-        &["interface \"x\"", "1 node(s) can't carry rx", "at least 3 nodes", "\"dofs\": [\"ux\", \"uy\", \"uz\"]"],
+        &[
+            "interface \"x\"",
+            "1 node(s) can't carry rx",
+            "at least 3 nodes",
+            "\"dofs\": [\"ux\", \"uy\", \"uz\"]",
+        ],
     );
     refused(
         interfaces(json!([
@@ -79,13 +93,19 @@ fn interfaces_can_carry_what_is_asked_of_them() {
 #[test]
 fn a_misspelt_key_is_found_by_line_and_column() {
     let folder = Folder::rotor();
-    let text = folder.read("rotor.json").replacen("\"kind\"", "\"knid\"", 1);
+    let text = folder
+        .read("rotor.json")
+        .replacen("\"kind\"", "\"knid\"", 1);
     let at = text.find("\"knid\"").unwrap();
     let line = text[..at].lines().count();
     folder.write("rotor.json", &text);
     folder.refused(
         "rotor.mtx",
-        &[&format!("rotor.json:{line}: column "), "`knid`", "did you mean `kind`?"],
+        &[
+            &format!("rotor.json:{line}: column "),
+            "`knid`",
+            "did you mean `kind`?",
+        ],
     );
 }
 

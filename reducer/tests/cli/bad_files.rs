@@ -29,26 +29,48 @@ fn a_missing_sibling_is_named_with_the_option_that_replaces_it() {
 fn component_masses_come_together_and_add_up() {
     let folder = Folder::rod();
     folder.remove("rod.mass.xx.mtx");
-    folder.refused("rod.mtx", &["rod.mass.xx.mtx", "missing", "xx yy xy", "all of them or none"]);
+    folder.refused(
+        "rod.mtx",
+        &[
+            "rod.mass.xx.mtx",
+            "missing",
+            "xx yy xy",
+            "all of them or none",
+        ],
+    );
     let folder = Folder::rod();
     folder.write("rod.mass.xx.mtx", folder.read("rod.mass.yy.mtx"));
-    folder.refused("rod.mtx", &["rod.mass.mtx", "don't add up", "row 1, column 1"]);
+    folder.refused(
+        "rod.mtx",
+        &["rod.mass.mtx", "don't add up", "row 1, column 1"],
+    );
 }
 
 #[test]
 fn matrices_of_different_size_are_refused_with_both_sizes() {
     let folder = Folder::rotor();
-    fs::copy(Folder::rod().path("rod.mass.mtx"), folder.path("rotor.mass.mtx")).unwrap();
+    fs::copy(
+        Folder::rod().path("rod.mass.mtx"),
+        folder.path("rotor.mass.mtx"),
+    )
+    .unwrap();
     folder.refused(
         "rotor.mtx",
-        &["rotor.mtx is 345 x 345", "rotor.mass.mtx is 15 x 15", "of one model"],
+        &[
+            "rotor.mtx is 345 x 345",
+            "rotor.mass.mtx is 15 x 15",
+            "of one model",
+        ],
     );
     let folder = Folder::rotor();
     folder.write(
         "rotor.boundary.mtx",
         "%%MatrixMarket matrix coordinate real general\n2 12 1\n1 1 1\n",
     );
-    folder.refused("rotor.mtx", &["rotor.boundary.mtx", "12 columns", "345 dofs", "n_b x n_e"]);
+    folder.refused(
+        "rotor.mtx",
+        &["rotor.boundary.mtx", "12 columns", "345 dofs", "n_b x n_e"],
+    );
 }
 
 #[test]
@@ -66,18 +88,28 @@ fn values_that_are_not_finite_are_named_by_line() {
 fn a_damaged_or_truncated_archive_is_refused() {
     let folder = Folder::rotor();
     let mut packer = GzEncoder::new(Vec::new(), Compression::default());
-    packer.write_all(folder.read("rotor.mtx").as_bytes()).unwrap();
+    packer
+        .write_all(folder.read("rotor.mtx").as_bytes())
+        .unwrap();
     let whole = packer.finish().unwrap();
     folder.remove("rotor.mtx");
     let mut flipped = whole.clone();
     flipped[whole.len() / 2] ^= 0xff;
-    for bytes in [&whole[..whole.len() / 2], &whole[..whole.len() - 3], &flipped] {
+    for bytes in [
+        &whole[..whole.len() / 2],
+        &whole[..whole.len() - 3],
+        &flipped,
+    ] {
         folder.write("rotor.mtx.gz", bytes);
         folder.refused("rotor.mtx.gz", &["rotor.mtx.gz", "damaged or cut off"]);
     }
     folder.write("rotor.mtx.gz", &whole);
     folder.done("rotor.mtx.gz");
-    assert!(folder.names().contains(&"rotor.dcb.h5".into()), "{:?}", folder.names());
+    assert!(
+        folder.names().contains(&"rotor.dcb.h5".into()),
+        "{:?}",
+        folder.names()
+    );
 }
 
 #[test]
@@ -90,7 +122,10 @@ fn announced_sizes_are_not_believed() {
         ("2000000000 2000000000 3", "plausible"),
         ("345 345 3000000000000", "3000000000000"),
     ] {
-        folder.write("rotor.mtx", format!("{header}{sizes}\n1 1 1\n2 2 1\n3 3 1\n"));
+        folder.write(
+            "rotor.mtx",
+            format!("{header}{sizes}\n1 1 1\n2 2 1\n3 3 1\n"),
+        );
         folder.refused("rotor.mtx", &["rotor.mtx:", says]);
     }
     let seconds = start.elapsed().as_secs_f64();
@@ -104,7 +139,10 @@ fn a_folder_in_place_of_a_file_is_refused() {
         folder.remove(name);
         fs::create_dir(folder.path(name)).unwrap();
         let message = folder.refused("rotor.mtx", &[name]);
-        assert!(message.contains("folder") || message.contains("directory"), "{message}");
+        assert!(
+            message.contains("folder") || message.contains("directory"),
+            "{message}"
+        );
     }
     let folder = Folder::rotor();
     folder.refused(".", &[".: is a folder", "PART.mtx"]);
@@ -128,5 +166,13 @@ fn abaqus_coordinate_output_is_recognised() {
     let folder = Folder::empty();
     let name = "rotorDiscTestSTIF1.mtx.gz";
     fs::copy(stored("tests/data/exudyn").join(name), folder.path(name)).unwrap();
-    folder.refused(name, &["rotorDiscTestSTIF1.mtx.gz:1:", "Abaqus", "COORDINATE", "%%MatrixMarket"]);
+    folder.refused(
+        name,
+        &[
+            "rotorDiscTestSTIF1.mtx.gz:1:",
+            "Abaqus",
+            "COORDINATE",
+            "%%MatrixMarket",
+        ],
+    );
 }

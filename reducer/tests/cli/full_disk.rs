@@ -15,8 +15,13 @@ impl<'a> SmallDisk<'a> {
     fn mount(place: &'a Path, kilobytes: u32) -> Option<Self> {
         fs::create_dir(place).unwrap();
         let size = format!("size={kilobytes}k");
-        let mount = Command::new("mount").args(["-t", "tmpfs", "-o", &size, "tmpfs"]).arg(place).output();
-        mount.is_ok_and(|output| output.status.success()).then_some(Self { place })
+        let mount = Command::new("mount")
+            .args(["-t", "tmpfs", "-o", &size, "tmpfs"])
+            .arg(place)
+            .output();
+        mount
+            .is_ok_and(|output| output.status.success())
+            .then_some(Self { place })
     }
 }
 
@@ -33,7 +38,10 @@ fn a_full_disk_is_told_and_keeps_the_old_output() {
     let Some(_disk) = SmallDisk::mount(&place, 64) else {
         return skipped("mounting a small file system needs root; the full disk wasn't tested");
     };
-    folder.refused("rotor.mtx -o disk/rotor.dcb.h5", &["disk/rotor.dcb.h5", "No space left"]);
+    folder.refused(
+        "rotor.mtx -o disk/rotor.dcb.h5",
+        &["disk/rotor.dcb.h5", "No space left"],
+    );
     folder.write("disk/rotor.dcb.h5", "precious");
     for options in ["", "--compress"] {
         let arguments = format!("rotor.mtx -o disk/rotor.dcb.h5 --force {options}");
@@ -54,7 +62,11 @@ fn a_full_standard_output_is_an_error() {
 
 fn answer_with_stdout(folder: &Folder, stdout: fs::File) -> crate::support::Answer {
     let mut command = folder.command("inspect rotor.dcb.h5 --json");
-    let child = command.stdout(stdout).stderr(std::process::Stdio::piped()).spawn().unwrap();
+    let child = command
+        .stdout(stdout)
+        .stderr(std::process::Stdio::piped())
+        .spawn()
+        .unwrap();
     let output = child.wait_with_output().unwrap();
     crate::support::Answer {
         code: output.status.code(),
@@ -67,12 +79,24 @@ fn answer_with_stdout(folder: &Folder, stdout: fs::File) -> crate::support::Answ
 fn a_reader_that_closes_the_pipe_early_is_no_error() {
     let folder = Folder::rotor();
     folder.done("rotor.mtx");
-    for arguments in ["inspect rotor.dcb.h5", "verify rotor.dcb.h5", "--help", "schema"] {
-        let script = format!("{} {arguments} | true; exit ${{PIPESTATUS[0]}}", crate::support::REDUCE);
+    for arguments in [
+        "inspect rotor.dcb.h5",
+        "verify rotor.dcb.h5",
+        "--help",
+        "schema",
+    ] {
+        let script = format!(
+            "{} {arguments} | true; exit ${{PIPESTATUS[0]}}",
+            crate::support::REDUCE
+        );
         let mut shell = Command::new("bash");
         shell.args(["-c", &script]).current_dir(folder.path("."));
         let answer = answer(&mut shell);
-        assert_eq!((answer.code, answer.stderr.as_str()), (Some(0), ""), "{arguments}");
+        assert_eq!(
+            (answer.code, answer.stderr.as_str()),
+            (Some(0), ""),
+            "{arguments}"
+        );
     }
 }
 

@@ -17,7 +17,10 @@ fn every_command_has_help() {
     ] {
         let shown = folder.done(arguments);
         assert!(shown.contains(says), "{arguments}: {shown}");
-        assert!(shown.lines().all(|line| line.chars().count() <= 120), "{arguments}: {shown}");
+        assert!(
+            shown.lines().all(|line| line.chars().count() <= 120),
+            "{arguments}: {shown}"
+        );
     }
     assert!(folder.names().is_empty());
 }
@@ -26,8 +29,21 @@ fn every_command_has_help() {
 fn help_names_every_option_of_a_reduction() {
     let shown = Folder::empty().done("--help");
     for option in [
-        "--output", "--modes", "--max-frequency", "--mass", "--mesh", "--boundary", "--force", "--without-fields",
-        "--compress", "--timings", "--quiet", "--verbose", "--threads", "--allow-grounded", "--allow-loose",
+        "--output",
+        "--modes",
+        "--max-frequency",
+        "--mass",
+        "--mesh",
+        "--boundary",
+        "--force",
+        "--without-fields",
+        "--compress",
+        "--timings",
+        "--quiet",
+        "--verbose",
+        "--threads",
+        "--allow-grounded",
+        "--allow-loose",
     ] {
         assert!(shown.contains(option), "{option} is missing");
     }
@@ -37,7 +53,10 @@ fn help_names_every_option_of_a_reduction() {
 fn the_schema_is_the_documented_one() {
     let folder = Folder::empty();
     let shown = folder.done("schema");
-    assert_eq!(shown, std::fs::read_to_string(stored("docs/component.schema.json")).unwrap());
+    assert_eq!(
+        shown,
+        std::fs::read_to_string(stored("docs/component.schema.json")).unwrap()
+    );
     let schema: serde_json::Value = serde_json::from_str(&shown).unwrap();
     assert_eq!(schema["title"], "Component description");
     assert_eq!(folder.done("schema --quiet"), shown);
@@ -49,7 +68,10 @@ fn slips_on_the_command_line_are_refused() {
     for (arguments, says) in [
         ("", "<PART.mtx>"),
         ("rotor.mtx --mode 3", "'--modes'"),
-        ("rotor.mtx --modes 3 --max-frequency 100", "cannot be used with"),
+        (
+            "rotor.mtx --modes 3 --max-frequency 100",
+            "cannot be used with",
+        ),
         ("rotor.mtx --modes -1", "0 or more"),
         ("rotor.mtx --modes many", "0 or more"),
         ("rotor.mtx --max-frequency -5", "positive number of Hz"),

@@ -11,10 +11,16 @@ fn json_has_what_the_reduction_found() {
     let found = folder.inspected("rotor.dcb.h5");
     assert_eq!(found["name"], "rotor");
     assert_eq!(found["dimension"], 3);
-    assert_eq!(found["units"], json!({"length": "m", "mass": "kg", "time": "s"}));
+    assert_eq!(
+        found["units"],
+        json!({"length": "m", "mass": "kg", "time": "s"})
+    );
     assert_eq!(found["frame"]["kind"], "mean-axis");
     assert_eq!(found["interfaces"][0]["name"], "bearing-left");
-    assert_eq!(found["interfaces"][1]["rows"], json!(["ux", "uy", "uz", "rx", "ry", "rz"]));
+    assert_eq!(
+        found["interfaces"][1]["rows"],
+        json!(["ux", "uy", "uz", "rx", "ry", "rz"])
+    );
     // From the Ansys model's documentation, to its digits.
     assert!((found["mass"].as_f64().unwrap() - 77.97).abs() < 0.005);
     assert!((found["frequencies_hz"][0].as_f64().unwrap() - 104.637).abs() < 5e-4);
@@ -22,7 +28,10 @@ fn json_has_what_the_reduction_found() {
     assert_eq!(found["residual_rank"], 12);
     assert_eq!(found["has_fields"], true);
     assert_eq!(found["warnings"], json!([]));
-    assert_eq!(found["quality"]["sturm"]["counted"], found["quality"]["sturm"]["found"]);
+    assert_eq!(
+        found["quality"]["sturm"]["counted"],
+        found["quality"]["sturm"]["found"]
+    );
 }
 
 #[test]
@@ -40,12 +49,36 @@ fn text_shows_the_same_in_columns() {
         assert!(shown.contains(words), "`{words}` is missing:\n{shown}");
     }
     let lines: Vec<&str> = shown.lines().collect();
-    let tensor = lines.iter().position(|line| line.starts_with("inertia")).unwrap();
-    let ends: Vec<usize> = lines[tensor..tensor + 3].iter().map(|line| line.rfind('e').unwrap_or(0)).collect();
-    let numbers = |line: &str| line.split_whitespace().filter(|word| word.parse::<f64>().is_ok()).count();
-    assert!(lines[tensor..tensor + 3].iter().all(|line| numbers(line) == 3), "{shown}");
-    let columns = |line: &str| line.match_indices("e-").chain(line.match_indices("e+")).map(|(at, _)| at).max();
-    assert_eq!(columns(lines[tensor]), columns(lines[tensor + 2]), "{shown} {ends:?}");
+    let tensor = lines
+        .iter()
+        .position(|line| line.starts_with("inertia"))
+        .unwrap();
+    let ends: Vec<usize> = lines[tensor..tensor + 3]
+        .iter()
+        .map(|line| line.rfind('e').unwrap_or(0))
+        .collect();
+    let numbers = |line: &str| {
+        line.split_whitespace()
+            .filter(|word| word.parse::<f64>().is_ok())
+            .count()
+    };
+    assert!(
+        lines[tensor..tensor + 3]
+            .iter()
+            .all(|line| numbers(line) == 3),
+        "{shown}"
+    );
+    let columns = |line: &str| {
+        line.match_indices("e-")
+            .chain(line.match_indices("e+"))
+            .map(|(at, _)| at)
+            .max()
+    };
+    assert_eq!(
+        columns(lines[tensor]),
+        columns(lines[tensor + 2]),
+        "{shown} {ends:?}"
+    );
 }
 
 #[test]
@@ -57,8 +90,14 @@ fn a_planar_part_is_shown_in_its_plane() {
     assert!(found["inertia"].is_f64());
     assert_eq!(found["first_omitted_eigenvalue"], json!(null));
     let shown = folder.done("inspect rod.dcb.h5");
-    assert!(shown.contains("planar superelement") && shown.contains("every finite mode is kept"), "{shown}");
-    assert!(shown.contains("attachment coordinates: 0 for 4 rows; the modes say all there is"), "{shown}");
+    assert!(
+        shown.contains("planar superelement") && shown.contains("every finite mode is kept"),
+        "{shown}"
+    );
+    assert!(
+        shown.contains("attachment coordinates: 0 for 4 rows; the modes say all there is"),
+        "{shown}"
+    );
 }
 
 #[test]

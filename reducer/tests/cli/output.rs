@@ -21,15 +21,27 @@ fn an_existing_output_is_kept_unless_forced() {
 fn an_output_needs_a_folder_and_a_name() {
     let folder = Folder::rotor();
     folder.refused("rotor.mtx -o .", &[".", "is a folder"]);
-    folder.refused("rotor.mtx -o no/x.dcb.h5", &["no/x.dcb.h5", "doesn't exist"]);
-    folder.refused("rotor.mtx -o rotor.json/x.dcb.h5", &["rotor.json", "doesn't exist"]);
+    folder.refused(
+        "rotor.mtx -o no/x.dcb.h5",
+        &["no/x.dcb.h5", "doesn't exist"],
+    );
+    folder.refused(
+        "rotor.mtx -o rotor.json/x.dcb.h5",
+        &["rotor.json", "doesn't exist"],
+    );
 }
 
 #[test]
 fn an_input_is_never_written_over() {
     let folder = Folder::rod();
     symlink("rod.json", folder.path("alias.h5")).unwrap();
-    for name in ["rod.mtx", "./rod.mass.mtx", "rod.json", "rod.mass.xx.mtx", "alias.h5"] {
+    for name in [
+        "rod.mtx",
+        "./rod.mass.mtx",
+        "rod.json",
+        "rod.mass.xx.mtx",
+        "alias.h5",
+    ] {
         folder.refused(&format!("rod.mtx --force -o {name}"), &["is an input"]);
         folder.refused(&format!("rod.mtx --timings {name}"), &["is an input"]);
     }
@@ -38,9 +50,15 @@ fn an_input_is_never_written_over() {
 #[test]
 fn timings_are_not_the_output_and_their_place_is_checked_first() {
     let folder = Folder::rotor();
-    folder.refused("rotor.mtx --timings rotor.dcb.h5", &["rotor.dcb.h5", "is the output"]);
+    folder.refused(
+        "rotor.mtx --timings rotor.dcb.h5",
+        &["rotor.dcb.h5", "is the output"],
+    );
     folder.refused("rotor.mtx --timings ./rotor.dcb.h5", &["is the output"]);
-    folder.refused("rotor.mtx --timings no/times.json", &["no/times.json", "doesn't exist"]);
+    folder.refused(
+        "rotor.mtx --timings no/times.json",
+        &["no/times.json", "doesn't exist"],
+    );
     folder.refused("rotor.mtx --timings .", &["is a folder"]);
 }
 
@@ -48,7 +66,9 @@ fn timings_are_not_the_output_and_their_place_is_checked_first() {
 #[test]
 fn a_folder_or_file_without_permission_is_refused() {
     let folder = Folder::rotor();
-    let allow = |name: &str, mode: u32| fs::set_permissions(folder.path(name), fs::Permissions::from_mode(mode)).unwrap();
+    let allow = |name: &str, mode: u32| {
+        fs::set_permissions(folder.path(name), fs::Permissions::from_mode(mode)).unwrap()
+    };
     let run = |arguments: &str| {
         let mut command = folder.command(arguments);
         if is_root() {
@@ -68,5 +88,8 @@ fn a_folder_or_file_without_permission_is_refused() {
     let second = run("rotor.mtx -o /tmp/never-written.dcb.h5").unwrap();
     allow("rotor.mass.mtx", 0o644);
     second.is_error(2, &["rotor.mass.mtx", "cannot read", "Permission denied"]);
-    assert_eq!(folder.names(), ["rotor.json", "rotor.mass.mtx", "rotor.mtx"]);
+    assert_eq!(
+        folder.names(),
+        ["rotor.json", "rotor.mass.mtx", "rotor.mtx"]
+    );
 }

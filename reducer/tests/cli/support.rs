@@ -97,12 +97,7 @@ impl Folder {
     }
 
     /// Replaces the value of the `number`th entry of a matrix on its diagonal; returns the line, from 1.
-    pub fn set_diagonal(
-        &self,
-        name: &str,
-        number: usize,
-        new: impl Fn(f64) -> String,
-    ) -> usize {
+    pub fn set_diagonal(&self, name: &str, number: usize, new: impl Fn(f64) -> String) -> usize {
         let mut lines: Vec<String> = self.read(name).lines().map(str::to_owned).collect();
         let on_diagonal = |line: &String| {
             let words: Vec<&str> = line.split_whitespace().collect();
@@ -117,7 +112,12 @@ impl Folder {
             .nth(number)
             .unwrap();
         let words: Vec<String> = lines[at].split_whitespace().map(str::to_owned).collect();
-        lines[at] = format!("{} {} {}", words[0], words[1], new(words[2].parse().unwrap()));
+        lines[at] = format!(
+            "{} {} {}",
+            words[0],
+            words[1],
+            new(words[2].parse().unwrap())
+        );
         self.write(name, lines.join("\n") + "\n");
         at + 1
     }
@@ -178,7 +178,10 @@ impl Folder {
         let before = self.contents();
         let answer = self.run(arguments);
         answer.is_error(code, says);
-        assert_eq!(before.keys().collect::<Vec<_>>(), self.contents().keys().collect::<Vec<_>>());
+        assert_eq!(
+            before.keys().collect::<Vec<_>>(),
+            self.contents().keys().collect::<Vec<_>>()
+        );
         assert!(before == self.contents(), "a file was changed: {answer:?}");
         answer.stderr
     }
@@ -206,7 +209,10 @@ pub fn answer(command: &mut Command) -> Answer {
         stderr: String::from_utf8(output.stderr).unwrap(),
     };
     assert!(!answer.stderr.contains("panicked"), "{answer:?}");
-    assert!(!answer.stderr.contains('\r') && !answer.stderr.contains('\u{1b}'), "bars in a pipe: {answer:?}");
+    assert!(
+        !answer.stderr.contains('\r') && !answer.stderr.contains('\u{1b}'),
+        "bars in a pipe: {answer:?}"
+    );
     answer
 }
 
@@ -221,7 +227,11 @@ impl Answer {
 
     fn mentions(&self, says: &[&str]) {
         for words in says {
-            assert!(self.stderr.contains(words), "`{words}` is missing: {}", self.stderr);
+            assert!(
+                self.stderr.contains(words),
+                "`{words}` is missing: {}",
+                self.stderr
+            );
         }
     }
 }

@@ -10,15 +10,29 @@ use crate::support::Folder;
 fn both_systems_give_one_superelement() {
     let beam = spatial_beam(&SpatialBeam::default());
     let folder = Folder::with(&beam);
-    dcb_samples::write(&in_units(&beam, &UnitScale::mm_t_s()), &folder.path("."), "mm").unwrap();
+    dcb_samples::write(
+        &in_units(&beam, &UnitScale::mm_t_s()),
+        &folder.path("."),
+        "mm",
+    )
+    .unwrap();
     folder.done("part.mtx --modes 8");
     let shown = folder.done("mm.mtx --modes 8");
-    assert!(shown.contains(" t\n") && shown.contains(" mm\n") && shown.contains("t·mm²"), "{shown}");
+    assert!(
+        shown.contains(" t\n") && shown.contains(" mm\n") && shown.contains("t·mm²"),
+        "{shown}"
+    );
     folder.done("verify mm.dcb.h5 --component mm.mtx");
     let shown = folder.done("compare part.dcb.h5 mm.dcb.h5");
-    assert!(shown.contains("m kg s") && shown.contains("mm t s"), "{shown}");
+    assert!(
+        shown.contains("m kg s") && shown.contains("mm t s"),
+        "{shown}"
+    );
     let mut compared = 0;
-    for line in shown.lines().filter(|line| line.contains('[') || line.contains("scaled difference")) {
+    for line in shown
+        .lines()
+        .filter(|line| line.contains('[') || line.contains("scaled difference"))
+    {
         if let Some(Ok(difference)) = line.split_whitespace().last().map(str::parse::<f64>) {
             assert!(difference < 1e-9, "{line}");
             compared += 1;
@@ -32,12 +46,25 @@ fn both_systems_give_one_superelement() {
 fn a_frequency_limit_is_in_hertz_whatever_the_units() {
     let beam = spatial_beam(&SpatialBeam::default());
     let folder = Folder::with(&beam);
-    let units = Units { time: "ms".into(), ..beam.units.clone() };
-    let scale = UnitScale { units, length: 1.0, mass: 1.0, time: 1e3 };
+    let units = Units {
+        time: "ms".into(),
+        ..beam.units.clone()
+    };
+    let scale = UnitScale {
+        units,
+        length: 1.0,
+        mass: 1.0,
+        time: 1e3,
+    };
     dcb_samples::write(&in_units(&beam, &scale), &folder.path("."), "ms").unwrap();
     folder.done("part.mtx --max-frequency 1000");
     folder.done("ms.mtx --max-frequency 1000");
-    let count = |name: &str| folder.inspected(name)["eigenvalues"].as_array().unwrap().len();
+    let count = |name: &str| {
+        folder.inspected(name)["eigenvalues"]
+            .as_array()
+            .unwrap()
+            .len()
+    };
     assert!(count("part.dcb.h5") > 2);
     assert_eq!(count("part.dcb.h5"), count("ms.dcb.h5"));
 }

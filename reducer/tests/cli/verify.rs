@@ -11,8 +11,15 @@ fn altered(folder: &Folder, change: impl FnOnce(&mut Superelement)) {
     let mut superelement = file.superelement().unwrap();
     change(&mut superelement);
     let (recovery, mesh) = (file.recovery().unwrap(), file.mesh().unwrap());
-    let contents = Contents { superelement: &superelement, recovery: recovery.as_ref(), mesh: mesh.as_ref() };
-    let options = WriteOptions { replace_existing: dcb_formats::dcb::Replace::Overwrite, ..WriteOptions::default() };
+    let contents = Contents {
+        superelement: &superelement,
+        recovery: recovery.as_ref(),
+        mesh: mesh.as_ref(),
+    };
+    let options = WriteOptions {
+        replace_existing: dcb_formats::dcb::Replace::Overwrite,
+        ..WriteOptions::default()
+    };
     write_superelement(&folder.path("altered.dcb.h5"), &contents, &options).unwrap();
 }
 
@@ -21,14 +28,33 @@ fn an_honest_superelement_is_verified_against_everything() {
     let folder = Folder::rotor();
     folder.done("rotor.mtx");
     let shown = folder.done("verify rotor.dcb.h5");
-    assert!(shown.ends_with("verified\n") && !shown.contains("FAIL"), "{shown}");
+    assert!(
+        shown.ends_with("verified\n") && !shown.contains("FAIL"),
+        "{shown}"
+    );
     let shown = folder.done("verify rotor.dcb.h5 --component rotor.mtx");
     for what in [
-        "stiffness (rotor.mtx)", "mass (rotor.mass.mtx)", "mesh (rotor.json)", "centre of mass", "inertia tensor",
-        "interfaces: names, kinds and roles", "rows: interface, direction and node", "positions of interfaces and rows",
-        "axes of interfaces", "identities recomputed with K and M", "L_b Φ", "F_res", "M_res", "I1", "L3", "I2",
+        "stiffness (rotor.mtx)",
+        "mass (rotor.mass.mtx)",
+        "mesh (rotor.json)",
+        "centre of mass",
+        "inertia tensor",
+        "interfaces: names, kinds and roles",
+        "rows: interface, direction and node",
+        "positions of interfaces and rows",
+        "axes of interfaces",
+        "identities recomputed with K and M",
+        "L_b Φ",
+        "F_res",
+        "M_res",
+        "I1",
+        "L3",
+        "I2",
     ] {
-        assert!(shown.contains(&format!("ok   {what}")), "{what} is missing:\n{shown}");
+        assert!(
+            shown.contains(&format!("ok   {what}")),
+            "{what} is missing:\n{shown}"
+        );
     }
     assert!(shown.ends_with("\nverified\n"), "{shown}");
 }
@@ -57,17 +83,26 @@ fn another_component_does_not_verify() {
     folder.failed(
         1,
         &format!("verify rotor.dcb.h5 --component {}", path.display()),
-        &["rotor.dcb.h5: not verified", "stiffness (rod.mtx): rotor.mtx had other contents then"],
+        &[
+            "rotor.dcb.h5: not verified",
+            "stiffness (rod.mtx): rotor.mtx had other contents then",
+        ],
     );
     // The same sizes, one entry different.
     folder.set_diagonal("rotor.mass.mtx", 3, |value| format!("{:?}", 1.001 * value));
     let message = folder.failed(
         1,
         "verify rotor.dcb.h5 --component rotor.mtx",
-        &["mass (rotor.mass.mtx): rotor.mass.mtx had other contents then", "mass: "],
+        &[
+            "mass (rotor.mass.mtx): rotor.mass.mtx had other contents then",
+            "mass: ",
+        ],
     );
     assert!(message.contains("centre of mass"), "{message}");
-    folder.refused("verify rotor.dcb.h5 --component nowhere.mtx", &["nowhere.mtx", "is not there"]);
+    folder.refused(
+        "verify rotor.dcb.h5 --component nowhere.mtx",
+        &["nowhere.mtx", "is not there"],
+    );
 }
 
 #[test]
@@ -75,7 +110,10 @@ fn a_flipped_byte_is_found_with_its_dataset() {
     let folder = Folder::rotor();
     folder.done("rotor.mtx --modes 4");
     let file = SuperelementFile::open(folder.path("rotor.dcb.h5")).unwrap();
-    let (superelement, fields) = (file.superelement().unwrap(), file.recovery().unwrap().unwrap());
+    let (superelement, fields) = (
+        file.superelement().unwrap(),
+        file.recovery().unwrap().unwrap(),
+    );
     for (path, value) in [
         ("/modes/eigenvalues", superelement.modes.eigenvalues[2]),
         ("/residual/sigma2", superelement.residual.sigma_squared[5]),
@@ -83,7 +121,10 @@ fn a_flipped_byte_is_found_with_its_dataset() {
         ("/residual/shapes", fields.residual[(200, 7)]),
     ] {
         let mut bytes = std::fs::read(folder.path("rotor.dcb.h5")).unwrap();
-        let at = bytes.windows(8).position(|window| window == value.to_le_bytes()).unwrap();
+        let at = bytes
+            .windows(8)
+            .position(|window| window == value.to_le_bytes())
+            .unwrap();
         bytes[at] ^= 1; // the last bit of the number
         folder.write("flipped.dcb.h5", &bytes);
         folder.refused("verify flipped.dcb.h5", &["flipped.dcb.h5", path, "sha256"]);
@@ -99,16 +140,35 @@ fn altered_matrices_break_an_identity_of_the_file_itself() {
         let f = &mut it.residual.flexibility;
         *f *= faer::Scale(1.01);
     });
-    folder.failed(1, "verify altered.dcb.h5", &["altered.dcb.h5: not verified: T_rᵀ F_res T_r", "above its limit 1e-4"]);
+    folder.failed(
+        1,
+        "verify altered.dcb.h5",
+        &[
+            "altered.dcb.h5: not verified: T_rᵀ F_res T_r",
+            "above its limit 1e-4",
+        ],
+    );
     altered(&folder, |it| it.residual.mass[(2, 2)] *= 1.01);
-    folder.failed(1, "verify altered.dcb.h5", &["T_rᵀ M_res T_r = I", "diag(M_res) with no mode kept"]);
+    folder.failed(
+        1,
+        "verify altered.dcb.h5",
+        &["T_rᵀ M_res T_r = I", "diag(M_res) with no mode kept"],
+    );
     altered(&folder, |it| it.modes.interface_shapes[(1, 0)] *= 1.01);
-    folder.failed(1, "verify altered.dcb.h5", &["diag(M_res) with no mode kept"]);
+    folder.failed(
+        1,
+        "verify altered.dcb.h5",
+        &["diag(M_res) with no mode kept"],
+    );
     altered(&folder, |it| {
         it.inertia.l1[(0, 3)] = 1e-3;
         it.inertia.tensor[0][0] *= 5.0;
     });
-    folder.failed(1, "verify altered.dcb.h5", &["L1 Ψ = 0", "the inertia tensor is that of a body"]);
+    folder.failed(
+        1,
+        "verify altered.dcb.h5",
+        &["L1 Ψ = 0", "the inertia tensor is that of a body"],
+    );
 }
 
 /// What no identity of the file shows, the component does.
@@ -116,25 +176,41 @@ fn altered_matrices_break_an_identity_of_the_file_itself() {
 fn altered_descriptions_are_found_with_the_component() {
     let folder = Folder::rotor();
     folder.done("rotor.mtx --modes 4");
-    let cases: [(&str, fn(&mut Superelement)); 8] = [
+    type Change = fn(&mut Superelement);
+    let cases: [(&str, Change); 8] = [
         ("mass: ", |it| it.inertia.mass *= 1.0 + 1e-6),
         ("centre of mass: ", |it| it.origin[2] += 1e-6),
-        ("inertia tensor: ", |it| it.inertia.tensor[2][2] *= 1.0 + 1e-6),
-        ("interfaces: names, kinds and roles: bearing-right (average), bearing-left (average), the component has", |it| {
-            let names = [it.interfaces[1].name.clone(), it.interfaces[0].name.clone()];
-            for (interface, name) in it.interfaces.iter_mut().zip(names) {
-                interface.name = name;
-            }
+        ("inertia tensor: ", |it| {
+            it.inertia.tensor[2][2] *= 1.0 + 1e-6
         }),
-        ("positions of interfaces and rows: ", |it| it.interfaces[1].position[2] += 1e-6),
-        ("axes of interfaces: ", |it| it.interfaces[1].orientation = [[0.0, -1.0, 0.0], [1.0, 0.0, 0.0], [0.0, 0.0, 1.0]]),
+        (
+            "interfaces: names, kinds and roles: bearing-right (average), bearing-left (average), the component has",
+            |it| {
+                let names = [it.interfaces[1].name.clone(), it.interfaces[0].name.clone()];
+                for (interface, name) in it.interfaces.iter_mut().zip(names) {
+                    interface.name = name;
+                }
+            },
+        ),
+        ("positions of interfaces and rows: ", |it| {
+            it.interfaces[1].position[2] += 1e-6
+        }),
+        ("axes of interfaces: ", |it| {
+            it.interfaces[1].orientation = [[0.0, -1.0, 0.0], [1.0, 0.0, 0.0], [0.0, 0.0, 1.0]]
+        }),
         ("I1: ", |it| it.inertia.i1[2][0][0] += 1e-3),
-        ("dimension and units: the component has others", |it| it.units.length = "mm".into()),
+        ("dimension and units: the component has others", |it| {
+            it.units.length = "mm".into()
+        }),
     ];
     for (says, change) in cases {
         altered(&folder, change);
         folder.done("verify altered.dcb.h5");
-        folder.failed(1, "verify altered.dcb.h5 --component rotor.mtx", &["altered.dcb.h5: not verified", says]);
+        folder.failed(
+            1,
+            "verify altered.dcb.h5 --component rotor.mtx",
+            &["altered.dcb.h5: not verified", says],
+        );
     }
 }
 
@@ -144,9 +220,22 @@ fn a_file_without_fields_is_checked_by_another_reduction() {
     let folder = Folder::rotor();
     folder.done("rotor.mtx --modes 4 --without-fields");
     let shown = folder.done("verify rotor.dcb.h5 --component rotor.mtx");
-    assert!(shown.contains("no nodal fields are stored: the component was reduced anew"), "{shown}");
-    altered(&folder, |it| it.modes.interface_shapes *= faer::Scale(1.001));
-    folder.failed(1, "verify altered.dcb.h5 --component rotor.mtx", &["L_b Φ Φᵀ L_bᵀ: "]);
+    assert!(
+        shown.contains("no nodal fields are stored: the component was reduced anew"),
+        "{shown}"
+    );
+    altered(&folder, |it| {
+        it.modes.interface_shapes *= faer::Scale(1.001)
+    });
+    folder.failed(
+        1,
+        "verify altered.dcb.h5 --component rotor.mtx",
+        &["L_b Φ Φᵀ L_bᵀ: "],
+    );
     altered(&folder, |it| it.modes.eigenvalues[3] *= 1.0 + 1e-6);
-    folder.failed(1, "verify altered.dcb.h5 --component rotor.mtx", &["eigenvalues: "]);
+    folder.failed(
+        1,
+        "verify altered.dcb.h5 --component rotor.mtx",
+        &["eigenvalues: "],
+    );
 }
