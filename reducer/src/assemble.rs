@@ -2,7 +2,8 @@
 
 use dcb_formats::component::{Component, Damping};
 use dcb_formats::superelement::{
-    BoundaryRow, FrameKind, Inertia, InterfaceFrame, Modes, Provenance, RecoveryBasis, Residual, Stiffening, Superelement,
+    BoundaryRow, FrameKind, Inertia, InterfaceFrame, Modes, Provenance, RecoveryBasis, Residual,
+    Stiffening, Superelement,
 };
 use faer::Mat;
 
@@ -41,7 +42,15 @@ pub struct Parts<'a> {
 impl Parts<'_> {
     /// The superelement, its nodal shapes and its report; `basis` is Ψ over all dofs.
     pub fn into_reduced(self, basis: Mat<f64>, quality: Quality, warnings: Vec<String>) -> Reduced {
-        let Self { component, properties, localization, modes, residual, inertia, support } = self;
+        let Self {
+            component,
+            properties,
+            localization,
+            modes,
+            residual,
+            inertia,
+            support,
+        } = self;
         let body = |position: [f64; 3]| offset(position, properties.centre);
         let interfaces = localization
             .interfaces
@@ -59,14 +68,20 @@ impl Parts<'_> {
             .iter()
             .map(|row| BoundaryRow {
                 interface: row.interface,
-                direction: row.direction.map_or(-1, |direction| direction.index() as i64),
+                direction: row
+                    .direction
+                    .map_or(-1, |direction| direction.index() as i64),
                 node: row.node.map_or(-1, i64::from),
                 position: body(row.position),
             })
             .collect();
         let n_k = modes.count();
         let interface_shapes = localization.apply(modes.shapes.as_ref());
-        let (damping, residual_damping) = damping_ratios(&component.damping, &modes.eigenvalues, &residual.sigma_squared);
+        let (damping, residual_damping) = damping_ratios(
+            &component.damping,
+            &modes.eigenvalues,
+            &residual.sigma_squared,
+        );
         let superelement = Superelement {
             name: component.name.clone(),
             dimension: component.dimension(),
@@ -110,24 +125,46 @@ impl Parts<'_> {
             modes: basis.as_ref().subcols(0, n_k).to_owned(),
             residual: basis.as_ref().subcols(n_k, basis.ncols() - n_k).to_owned(),
         };
-        Reduced { superelement, recovery, quality }
+        Reduced {
+            superelement,
+            recovery,
+            quality,
+        }
     }
 }
 
 /// Ratios to critical of the modes, and of the attachments (Rayleigh: at the lowest attachment frequency).
-fn damping_ratios(damping: &Damping, eigenvalues: &[f64], sigma_squared: &[f64]) -> (Vec<f64>, f64) {
+fn damping_ratios(
+    damping: &Damping,
+    eigenvalues: &[f64],
+    sigma_squared: &[f64],
+) -> (Vec<f64>, f64) {
     match damping {
         Damping::None => (vec![0.0; eigenvalues.len()], 0.0),
         Damping::Uniform(ratio) => (vec![*ratio; eigenvalues.len()], *ratio),
         Damping::PerMode(ratios) => {
             let last = ratios.last().copied().unwrap_or(0.0);
-            ((0..eigenvalues.len()).map(|i| ratios.get(i).copied().unwrap_or(last)).collect(), last)
+            (
+                (0..eigenvalues.len())
+                    .map(|i| ratios.get(i).copied().unwrap_or(last))
+                    .collect(),
+                last,
+            )
         }
         Damping::Rayleigh { alpha, beta } => {
             // C = α M + β K gives 2 ζ ω = α + β ω².
-            let ratio = |squared: f64| if squared > 0.0 { 0.5 * (alpha / squared.sqrt() + beta * squared.sqrt()) } else { 0.0 };
+            let ratio = |squared: f64| {
+                if squared > 0.0 {
+                    0.5 * (alpha / squared.sqrt() + beta * squared.sqrt())
+                } else {
+                    0.0
+                }
+            };
             let attachments = sigma_squared.first().map_or(0.0, |squared| ratio(*squared));
-            (eigenvalues.iter().map(|squared| ratio(*squared)).collect(), attachments)
+            (
+                eigenvalues.iter().map(|squared| ratio(*squared)).collect(),
+                attachments,
+            )
         }
     }
 }
@@ -145,7 +182,10 @@ pub fn warnings(
         warnings.push("the part is held, so its modes are not free-free and the frame is not on mean axes (frame kind `given`)".into());
     }
     if modes.zero_count > 0 {
-        warnings.push(format!("{} mode(s) without stiffness are kept (loose pieces or mechanisms)", modes.zero_count));
+        warnings.push(format!(
+            "{} mode(s) without stiffness are kept (loose pieces or mechanisms)",
+            modes.zero_count
+        ));
     }
     let first_elastic = modes.eigenvalues.get(modes.zero_count).copied();
     warnings.extend(unit_warnings(component, properties, first_elastic));
@@ -167,12 +207,18 @@ pub fn warnings(
     }
     let incomplete = crate::invariants::nodes_with_missing_translations(component);
     if incomplete > 0 {
-        warnings.push(format!("{incomplete} node(s) lack a translation: L3 and I2 take it as zero"));
+        warnings.push(format!(
+            "{incomplete} node(s) lack a translation: L3 and I2 take it as zero"
+        ));
     }
     for row in &quality.dependent_rows {
         warnings.push(match row.depends_on.is_empty() {
             true => format!("row {} sees no elastic motion; readers drop it", row.row),
-            false => format!("row {} is a combination of {}; readers keep one of them", row.row, row.depends_on.join(", ")),
+            false => format!(
+                "row {} is a combination of {}; readers keep one of them",
+                row.row,
+                row.depends_on.join(", ")
+            ),
         });
     }
     if quality.static_directions > 0 {

@@ -89,14 +89,31 @@ pub struct AttachmentForces {
 
 impl AttachmentForces {
     /// Projects L_bᵀ. What is left of a force at rounding level must not pass for a direction of its own: it is zero.
-    pub fn of(model: &Model, localization: &Localization, complement: &Complement, length: f64) -> Self {
-        let weights: Vec<f64> =
-            model.dofs.iter().map(|dof| if dof.direction.is_rotation() { 1.0 / length } else { 1.0 }).collect();
+    pub fn of(
+        model: &Model,
+        localization: &Localization,
+        complement: &Complement,
+        length: f64,
+    ) -> Self {
+        let weights: Vec<f64> = model
+            .dofs
+            .iter()
+            .map(|dof| {
+                if dof.direction.is_rotation() {
+                    1.0 / length
+                } else {
+                    1.0
+                }
+            })
+            .collect();
         let mut columns = localization.attachment_columns(model.len());
         let whole = weighted_norms(columns.as_ref(), &weights);
         let is_rounding = |columns: &Mat<f64>| -> Vec<bool> {
             let left = weighted_norms(columns.as_ref(), &weights);
-            left.iter().zip(&whole).map(|(left, whole)| *left <= INERT_FORCE * whole).collect()
+            left.iter()
+                .zip(&whole)
+                .map(|(left, whole)| *left <= INERT_FORCE * whole)
+                .collect()
         };
         let rigid = complement.rigid_only();
         for _ in 0..2 {
@@ -110,16 +127,32 @@ impl AttachmentForces {
         for (j, _) in spent.iter().enumerate().filter(|(_, spent)| **spent) {
             columns.as_mut().col_mut(j).fill(0.0);
         }
-        Self { columns, inert, spent, weights }
+        Self {
+            columns,
+            inert,
+            spent,
+            weights,
+        }
     }
 
     /// How well given columns X solve K X = P' L_bᵀ.
-    pub fn judge(&self, model: &Model, complement: &Complement, columns: Mat<f64>) -> SolvedColumns {
+    pub fn judge(
+        &self,
+        model: &Model,
+        complement: &Complement,
+        columns: Mat<f64>,
+    ) -> SolvedColumns {
         let residual = complement.residual(model, &self.columns, &columns);
         let relative_residuals = self.relative_norms(residual.as_ref());
-        let absolute = self.relative_norms(absolute_product(&model.stiffness, columns.as_ref()).as_ref());
+        let absolute =
+            self.relative_norms(absolute_product(&model.stiffness, columns.as_ref()).as_ref());
         let roundings = absolute.into_iter().map(|r| f64::EPSILON * r).collect();
-        SolvedColumns { columns, relative_residuals, roundings, iterations: 0 }
+        SolvedColumns {
+            columns,
+            relative_residuals,
+            roundings,
+            iterations: 0,
+        }
     }
 
     /// Refinement sweeps around preconditioned conjugate gradients, all columns at once.
@@ -137,7 +170,10 @@ impl AttachmentForces {
         for sweep in 0..SWEEPS {
             observer.progress(sweep as f64 / SWEEPS as f64);
             let residual = complement.residual(model, &self.columns, &columns);
-            let worst = self.relative_norms(residual.as_ref()).into_iter().fold(0.0, f64::max);
+            let worst = self
+                .relative_norms(residual.as_ref())
+                .into_iter()
+                .fold(0.0, f64::max);
             let stagnates = worst > 0.5 * best_worst;
             if worst < best_worst {
                 best.copy_from(&columns);
@@ -150,14 +186,19 @@ impl AttachmentForces {
             complement.project_motion(&mut columns);
             complement.project_motion(&mut columns);
         }
-        SolvedColumns { iterations, ..self.judge(model, complement, best) }
+        SolvedColumns {
+            iterations,
+            ..self.judge(model, complement, best)
+        }
     }
 
     /// Norm of each column over that of its force; 0 where there is no force.
     fn relative_norms(&self, r: MatRef<'_, f64>) -> Vec<f64> {
         let forces = weighted_norms(self.columns.as_ref(), &self.weights);
         let pairs = weighted_norms(r, &self.weights).into_iter().zip(forces);
-        pairs.map(|(r, f)| if f > 0.0 { r / f } else { 0.0 }).collect()
+        pairs
+            .map(|(r, f)| if f > 0.0 { r / f } else { 0.0 })
+            .collect()
     }
 }
 
@@ -176,11 +217,19 @@ pub struct SolvedColumns {
 impl SolvedColumns {
     /// The column whose residual exceeds its limit most: its number, residual and rounding.
     pub fn worst(&self) -> Option<(usize, f64, f64)> {
-        let columns = self.relative_residuals.iter().zip(&self.roundings).enumerate();
-        columns.map(|(j, (residual, rounding))| (j, *residual, *rounding)).max_by(|a, b| {
-            let excess = |(_, residual, rounding): &(usize, f64, f64)| residual / residual_limit(*rounding);
-            excess(a).total_cmp(&excess(b))
-        })
+        let columns = self
+            .relative_residuals
+            .iter()
+            .zip(&self.roundings)
+            .enumerate();
+        columns
+            .map(|(j, (residual, rounding))| (j, *residual, *rounding))
+            .max_by(|a, b| {
+                let excess = |(_, residual, rounding): &(usize, f64, f64)| {
+                    residual / residual_limit(*rounding)
+                };
+                excess(a).total_cmp(&excess(b))
+            })
     }
 }
 
@@ -191,12 +240,21 @@ pub fn residual_limit(rounding: f64) -> f64 {
 
 fn weighted_norms(x: MatRef<'_, f64>, weights: &[f64]) -> Vec<f64> {
     x.col_iter()
-        .map(|column| column.iter().zip(weights).map(|(value, w)| (value * w) * (value * w)).sum::<f64>().sqrt())
+        .map(|column| {
+            column
+                .iter()
+                .zip(weights)
+                .map(|(value, w)| (value * w) * (value * w))
+                .sum::<f64>()
+                .sqrt()
+        })
         .collect()
 }
 
 fn dots(a: MatRef<'_, f64>, b: MatRef<'_, f64>) -> Vec<f64> {
-    (0..a.ncols()).map(|j| a.col(j).transpose() * b.col(j)).collect()
+    (0..a.ncols())
+        .map(|j| a.col(j).transpose() * b.col(j))
+        .collect()
 }
 
 /// Adds to `x` an approximate solution of K dx = r in the complement; returns the iterations made.
@@ -216,7 +274,11 @@ fn conjugate_gradients(
     let add_scaled = |y: &mut Mat<f64>, factors: &[f64], p: &Mat<f64>, sign: f64| {
         for (j, factor) in factors.iter().enumerate() {
             let source = p.col(j);
-            y.as_mut().col_mut(j).iter_mut().zip(source.iter()).for_each(|(y, p)| *y += sign * factor * p);
+            y.as_mut()
+                .col_mut(j)
+                .iter_mut()
+                .zip(source.iter())
+                .for_each(|(y, p)| *y += sign * factor * p);
         }
     };
     let mut z = precondition(&r);
@@ -229,7 +291,13 @@ fn conjugate_gradients(
         let curvature = dots(p.as_ref(), kp.as_ref());
         // A finished column stands still: its step is zero.
         let step: Vec<f64> = (0..rz.len())
-            .map(|j| if rz[j] > target * start[j] && curvature[j] > 0.0 { rz[j] / curvature[j] } else { 0.0 })
+            .map(|j| {
+                if rz[j] > target * start[j] && curvature[j] > 0.0 {
+                    rz[j] / curvature[j]
+                } else {
+                    0.0
+                }
+            })
             .collect();
         if step.iter().all(|s| *s == 0.0) {
             return iteration - 1;
@@ -239,7 +307,9 @@ fn conjugate_gradients(
         complement.project_force(&mut r);
         z = precondition(&r);
         let next = dots(r.as_ref(), z.as_ref());
-        let momentum: Vec<f64> = (0..rz.len()).map(|j| if rz[j] > 0.0 { next[j] / rz[j] } else { 0.0 }).collect();
+        let momentum: Vec<f64> = (0..rz.len())
+            .map(|j| if rz[j] > 0.0 { next[j] / rz[j] } else { 0.0 })
+            .collect();
         let mut direction = z.clone();
         add_scaled(&mut direction, &momentum, &p, 1.0);
         p = direction;
@@ -247,4 +317,3 @@ fn conjugate_gradients(
     }
     ITERATIONS_PER_SWEEP
 }
-

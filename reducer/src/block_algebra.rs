@@ -5,7 +5,9 @@
 
 use dcb_formats::SparseMatrix;
 use faer::dyn_stack::{MemBuffer, MemStack};
-use faer::linalg::evd::{ComputeEigenvectors, SelfAdjointEvdParams, self_adjoint_evd, self_adjoint_evd_scratch};
+use faer::linalg::evd::{
+    ComputeEigenvectors, SelfAdjointEvdParams, self_adjoint_evd, self_adjoint_evd_scratch,
+};
 use faer::linalg::matmul::matmul;
 use faer::{Accum, Auto, Mat, MatMut, MatRef, Par};
 use rayon::prelude::*;
@@ -32,18 +34,30 @@ pub fn absolute_product(matrix: &SparseMatrix, x: MatRef<'_, f64>) -> Mat<f64> {
     product(matrix, x, f64::abs)
 }
 
-fn product(matrix: &SparseMatrix, x: MatRef<'_, f64>, of: impl Fn(f64) -> f64 + Copy + Sync) -> Mat<f64> {
+fn product(
+    matrix: &SparseMatrix,
+    x: MatRef<'_, f64>,
+    of: impl Fn(f64) -> f64 + Copy + Sync,
+) -> Mat<f64> {
     let mut y = Mat::zeros(x.nrows(), x.ncols());
     let mut packed = vec![[0.0; SPARSE_COLUMNS]; x.nrows()];
     for first in (0..x.ncols()).step_by(SPARSE_COLUMNS) {
         let count = SPARSE_COLUMNS.min(x.ncols() - first);
         pack_rows(x.subcols(first, count), &mut packed, of);
         let out = y.as_mut().subcols_mut(first, count);
-        out.par_row_chunks_mut(SPARSE_CHUNK_ROWS).enumerate().for_each(|(chunk, rows)| {
-            // The widest vector instructions of the machine that runs this.
-            let first_row = chunk * SPARSE_CHUNK_ROWS;
-            pulp::Arch::new().dispatch(RowChunk { matrix, packed: &packed, of, first_row, rows });
-        });
+        out.par_row_chunks_mut(SPARSE_CHUNK_ROWS)
+            .enumerate()
+            .for_each(|(chunk, rows)| {
+                // The widest vector instructions of the machine that runs this.
+                let first_row = chunk * SPARSE_CHUNK_ROWS;
+                pulp::Arch::new().dispatch(RowChunk {
+                    matrix,
+                    packed: &packed,
+                    of,
+                    first_row,
+                    rows,
+                });
+            });
     }
     y
 }
@@ -62,11 +76,21 @@ impl<F: Fn(f64) -> f64> pulp::WithSimd for RowChunk<'_, F> {
 
     #[inline(always)]
     fn with_simd<S: pulp::Simd>(self, _: S) {
-        let Self { matrix, packed, of, first_row, mut rows } = self;
+        let Self {
+            matrix,
+            packed,
+            of,
+            first_row,
+            mut rows,
+        } = self;
         for local in 0..rows.nrows() {
             let row = first_row + local;
             let mut sums = [0.0; SPARSE_COLUMNS];
-            for (index, value) in matrix.row_idx_of_col_raw(row).iter().zip(matrix.val_of_col(row)) {
+            for (index, value) in matrix
+                .row_idx_of_col_raw(row)
+                .iter()
+                .zip(matrix.val_of_col(row))
+            {
                 let value = of(*value);
                 for (sum, x) in sums.iter_mut().zip(&packed[*index as usize]) {
                     *sum += value * x;
@@ -79,15 +103,26 @@ impl<F: Fn(f64) -> f64> pulp::WithSimd for RowChunk<'_, F> {
     }
 }
 
-fn pack_rows(x: MatRef<'_, f64>, packed: &mut [[f64; SPARSE_COLUMNS]], of: impl Fn(f64) -> f64 + Sync) {
-    packed.par_chunks_mut(SPARSE_CHUNK_ROWS).enumerate().for_each(|(chunk, rows)| {
-        let first = chunk * SPARSE_CHUNK_ROWS;
-        for (local, row) in rows.iter_mut().enumerate() {
-            for (column, value) in row.iter_mut().enumerate() {
-                *value = if column < x.ncols() { of(x[(first + local, column)]) } else { 0.0 };
+fn pack_rows(
+    x: MatRef<'_, f64>,
+    packed: &mut [[f64; SPARSE_COLUMNS]],
+    of: impl Fn(f64) -> f64 + Sync,
+) {
+    packed
+        .par_chunks_mut(SPARSE_CHUNK_ROWS)
+        .enumerate()
+        .for_each(|(chunk, rows)| {
+            let first = chunk * SPARSE_CHUNK_ROWS;
+            for (local, row) in rows.iter_mut().enumerate() {
+                for (column, value) in row.iter_mut().enumerate() {
+                    *value = if column < x.ncols() {
+                        of(x[(first + local, column)])
+                    } else {
+                        0.0
+                    };
+                }
             }
-        }
-    });
+        });
 }
 
 /// `aᵀ b`, (k, l), for two blocks with the same number of rows.
@@ -97,7 +132,14 @@ pub fn gram(a: MatRef<'_, f64>, b: MatRef<'_, f64>) -> Mat<f64> {
         .zip(b.par_row_chunks(DENSE_CHUNK_ROWS))
         .map(|(a, b)| {
             let mut partial = Mat::zeros(a.ncols(), b.ncols());
-            matmul(partial.as_mut(), Accum::Replace, a.transpose(), b, 1.0, Par::Seq);
+            matmul(
+                partial.as_mut(),
+                Accum::Replace,
+                a.transpose(),
+                b,
+                1.0,
+                Par::Seq,
+            );
             partial
         })
         .collect();
@@ -166,14 +208,21 @@ pub fn symmetric_eigen(a: MatRef<'_, f64>) -> Option<(Vec<f64>, Mat<f64>)> {
         fast if a.nrows() < threshold || dense_residual(&scaled, &fast) <= DENSE_RESIDUAL => fast,
         _ => dense_eigen(&scaled, usize::MAX)?,
     };
-    Some((values.into_iter().map(|value| value * scale).collect(), vectors))
+    Some((
+        values.into_iter().map(|value| value * scale).collect(),
+        vectors,
+    ))
 }
 
 fn dense_eigen(a: &Mat<f64>, recursion_threshold: usize) -> Option<(Vec<f64>, Mat<f64>)> {
     let n = a.nrows();
-    let params = SelfAdjointEvdParams { recursion_threshold, ..<SelfAdjointEvdParams as Auto<f64>>::auto() };
+    let params = SelfAdjointEvdParams {
+        recursion_threshold,
+        ..<SelfAdjointEvdParams as Auto<f64>>::auto()
+    };
     let (mut values, mut vectors) = (faer::Col::<f64>::zeros(n), Mat::zeros(n, n));
-    let scratch = self_adjoint_evd_scratch::<f64>(n, ComputeEigenvectors::Yes, Par::Seq, params.into());
+    let scratch =
+        self_adjoint_evd_scratch::<f64>(n, ComputeEigenvectors::Yes, Par::Seq, params.into());
     let mut memory = MemBuffer::new(scratch);
     self_adjoint_evd(
         a.as_ref(),
@@ -204,7 +253,9 @@ mod tests {
     fn pseudo_random(rows: usize, columns: usize) -> Mat<f64> {
         let mut state = 7_u64;
         Mat::from_fn(rows, columns, |_, _| {
-            state = state.wrapping_mul(6364136223846793005).wrapping_add(1442695040888963407);
+            state = state
+                .wrapping_mul(6364136223846793005)
+                .wrapping_add(1442695040888963407);
             (state >> 11) as f64 / (1_u64 << 53) as f64 - 0.5
         })
     }
@@ -216,14 +267,25 @@ mod tests {
         let random = pseudo_random(n, n);
         let graded = Mat::from_fn(n, n, |i, j| {
             let decay = 0.93_f64.powi((i + j) as i32);
-            decay * if i == j { 1.0 } else { random[(i.min(j), i.max(j))] }
+            decay
+                * if i == j {
+                    1.0
+                } else {
+                    random[(i.min(j), i.max(j))]
+                }
         });
         for size in [1.0, 1e-9, 1e-250, 1e250] {
             let matrix = Mat::from_fn(n, n, |i, j| size * graded[(i, j)]);
             let (values, vectors) = symmetric_eigen(matrix.as_ref()).unwrap();
             let left = vectors.transpose() * &matrix * &vectors;
-            let defect = Mat::from_fn(n, n, |i, j| left[(i, j)] / size - if i == j { values[i] / size } else { 0.0 });
-            assert!(largest_entry(defect.as_ref()) < 1e-13, "size {size:e}: {:e}", largest_entry(defect.as_ref()));
+            let defect = Mat::from_fn(n, n, |i, j| {
+                left[(i, j)] / size - if i == j { values[i] / size } else { 0.0 }
+            });
+            assert!(
+                largest_entry(defect.as_ref()) < 1e-13,
+                "size {size:e}: {:e}",
+                largest_entry(defect.as_ref())
+            );
         }
     }
 
@@ -241,7 +303,10 @@ mod tests {
         let matrix = SparseMatrix::try_new_from_triplets(n, n, &entries).unwrap();
         let x = pseudo_random(n, 11);
         let run = |threads: usize| {
-            let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+            let pool = rayon::ThreadPoolBuilder::new()
+                .num_threads(threads)
+                .build()
+                .unwrap();
             pool.install(|| {
                 let y = symmetric_product(&matrix, x.as_ref());
                 let g = gram(x.as_ref(), y.as_ref());

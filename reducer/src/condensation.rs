@@ -6,9 +6,9 @@
 
 use std::borrow::Cow;
 
+use dcb_formats::SparseMatrix;
 use dcb_formats::component::{Component, Interface, InterfaceKind};
 use dcb_formats::mesh::Direction;
-use dcb_formats::SparseMatrix;
 use faer::sparse::Triplet;
 use faer::{Mat, MatRef};
 use rayon::prelude::*;
@@ -46,7 +46,10 @@ pub struct RigidFrame {
 impl RigidFrame {
     /// Model dof of a direction, if the frame has it.
     pub fn dof(&self, direction: Direction) -> Option<u32> {
-        self.dofs.iter().find(|(known, _)| *known == direction).map(|(_, dof)| *dof)
+        self.dofs
+            .iter()
+            .find(|(known, _)| *known == direction)
+            .map(|(_, dof)| *dof)
     }
 }
 
@@ -71,8 +74,12 @@ impl<'a> Model<'a> {
     /// [`Error::Component`] naming the interfaces when two rigid ones share a node, or one can't carry a moment asked for.
     pub fn of(component: &'a Component) -> Result<Self, Error> {
         let mut owner: Vec<Option<usize>> = vec![None; component.mesh.node_count()];
-        let rigid: Vec<(usize, &Interface)> =
-            component.interfaces.iter().enumerate().filter(|(_, i)| i.kind == InterfaceKind::Rigid).collect();
+        let rigid: Vec<(usize, &Interface)> = component
+            .interfaces
+            .iter()
+            .enumerate()
+            .filter(|(_, i)| i.kind == InterfaceKind::Rigid)
+            .collect();
         for (index, interface) in &rigid {
             for node in &interface.nodes {
                 if let Some(other) = owner[*node as usize].replace(*index) {
@@ -95,7 +102,11 @@ impl<'a> Model<'a> {
             if owner[dof.node as usize].is_none() {
                 expansion.push(vec![(model.dofs.len() as u32, 1.0)]);
                 let position = component.mesh.position(dof.node);
-                model.dofs.push(ModelDof { point: dof.node, direction: dof.direction, position });
+                model.dofs.push(ModelDof {
+                    point: dof.node,
+                    direction: dof.direction,
+                    position,
+                });
             } else {
                 expansion.push(Vec::new());
             }
@@ -104,19 +115,32 @@ impl<'a> Model<'a> {
             return Ok(model);
         }
         for (index, interface) in rigid {
-            let frame = place_frame(component, index, interface, model.frames.len(), &mut model.dofs)?;
+            let frame = place_frame(
+                component,
+                index,
+                interface,
+                model.frames.len(),
+                &mut model.dofs,
+            )?;
             for node in &interface.nodes {
                 let arm = offset(component.mesh.position(*node), frame.position);
                 for nodal in Direction::ALL {
                     if let Some(row) = component.dofs.row(*node, nodal) {
-                        let entries = frame.dofs.iter().map(|(d, dof)| (*dof, rigid_motion(*d, arm)[nodal.index()]));
+                        let entries = frame
+                            .dofs
+                            .iter()
+                            .map(|(d, dof)| (*dof, rigid_motion(*d, arm)[nodal.index()]));
                         expansion[row] = merge_entries(entries.collect());
                     }
                 }
             }
             model.frames.push(frame);
         }
-        model.stiffness = Cow::Owned(congruence(&component.stiffness, &expansion, model.dofs.len())?);
+        model.stiffness = Cow::Owned(congruence(
+            &component.stiffness,
+            &expansion,
+            model.dofs.len(),
+        )?);
         model.mass = Cow::Owned(congruence(&component.mass, &expansion, model.dofs.len())?);
         model.expansion = Some(expansion);
         Ok(model)
@@ -134,7 +158,9 @@ impl<'a> Model<'a> {
 
     /// The frame of a component's interface, if it is rigid.
     pub fn frame_of(&self, interface: usize) -> Option<&RigidFrame> {
-        self.frames.iter().find(|frame| frame.interface == interface)
+        self.frames
+            .iter()
+            .find(|frame| frame.interface == interface)
     }
 
     /// A row over the component's dofs as a row over the model's: `row T`.
@@ -143,7 +169,11 @@ impl<'a> Model<'a> {
             None => merge_entries(row.to_vec()),
             Some(expansion) => merge_entries(
                 row.iter()
-                    .flat_map(|(dof, value)| expansion[*dof as usize].iter().map(move |(to, c)| (*to, value * c)))
+                    .flat_map(|(dof, value)| {
+                        expansion[*dof as usize]
+                            .iter()
+                            .map(move |(to, c)| (*to, value * c))
+                    })
                     .collect(),
             ),
         }
@@ -153,28 +183,45 @@ impl<'a> Model<'a> {
     pub fn expand<'x>(&self, x: MatRef<'x, f64>) -> CowMat<'x> {
         match &self.expansion {
             None => CowMat::Borrowed(x),
-            Some(expansion) => CowMat::Owned(Mat::from_fn(expansion.len(), x.ncols(), |row, column| {
-                expansion[row].iter().map(|(dof, c)| c * x[(*dof as usize, column)]).sum()
-            })),
+            Some(expansion) => {
+                CowMat::Owned(Mat::from_fn(expansion.len(), x.ncols(), |row, column| {
+                    expansion[row]
+                        .iter()
+                        .map(|(dof, c)| c * x[(*dof as usize, column)])
+                        .sum()
+                }))
+            }
         }
     }
 
     /// `T⁺ x`, (n_c, k): columns over all dofs of the component seen by the model, rigid interfaces by their frames.
     pub fn contract(&self, x: MatRef<'_, f64>) -> Mat<f64> {
-        let Some(expansion) = &self.expansion else { return x.to_owned() };
+        let Some(expansion) = &self.expansion else {
+            return x.to_owned();
+        };
         let mut contracted = Mat::zeros(self.len(), x.ncols());
-        let frame_start = self.frames.iter().flat_map(|frame| &frame.dofs).map(|(_, dof)| *dof).min().unwrap_or(u32::MAX);
+        let frame_start = self
+            .frames
+            .iter()
+            .flat_map(|frame| &frame.dofs)
+            .map(|(_, dof)| *dof)
+            .min()
+            .unwrap_or(u32::MAX);
         for (row, entries) in expansion.iter().enumerate() {
             if let [(dof, _)] = entries[..]
                 && dof < frame_start
             {
-                contracted.as_mut().row_mut(dof as usize).copy_from(x.row(row));
+                contracted
+                    .as_mut()
+                    .row_mut(dof as usize)
+                    .copy_from(x.row(row));
             }
         }
         for frame in &self.frames {
             for ((_, dof), row) in frame.dofs.iter().zip(&frame.from_nodes) {
                 for column in 0..x.ncols() {
-                    contracted[(*dof as usize, column)] = row.iter().map(|(i, c)| c * x[(*i as usize, column)]).sum();
+                    contracted[(*dof as usize, column)] =
+                        row.iter().map(|(i, c)| c * x[(*i as usize, column)]).sum();
                 }
             }
         }
@@ -188,12 +235,18 @@ impl<'a> Model<'a> {
 
     /// Name of a dof for messages, for example `node 17 uy`.
     pub fn dof_name(&self, component: &Component, dof: usize) -> String {
-        let ModelDof { point, direction, .. } = self.dofs[dof];
+        let ModelDof {
+            point, direction, ..
+        } = self.dofs[dof];
         match (point as usize).checked_sub(component.mesh.node_count()) {
             None => format!("node {point} {}", direction.name()),
             Some(frame) => {
                 let interface = self.frames[frame].interface;
-                format!("interface {:?} {}", component.interfaces[interface].name, direction.name())
+                format!(
+                    "interface {:?} {}",
+                    component.interfaces[interface].name,
+                    direction.name()
+                )
             }
         }
     }
@@ -225,8 +278,16 @@ fn place_frame(
     dofs: &mut Vec<ModelDof>,
 ) -> Result<RigidFrame, Error> {
     let weights = vec![1.0; interface.nodes.len()];
-    let position = interface.position.unwrap_or_else(|| weighted_centroid(component, &interface.nodes, &weights));
-    let fit = FrameFit::new(component, &interface.nodes, &weights, position, FitDofs::All);
+    let position = interface
+        .position
+        .unwrap_or_else(|| weighted_centroid(component, &interface.nodes, &weights));
+    let fit = FrameFit::new(
+        component,
+        &interface.nodes,
+        &weights,
+        position,
+        FitDofs::All,
+    );
     let wanted = frame_directions(component, interface);
     if let Some(open) = wanted.iter().find(|direction| fit.leaves_open(**direction)) {
         return Err(cannot_carry(component, interface, *open));
@@ -235,35 +296,62 @@ fn place_frame(
     let mut frame_dofs = Vec::new();
     for direction in fit.independent_directions() {
         frame_dofs.push((direction, dofs.len() as u32));
-        dofs.push(ModelDof { point, direction, position });
+        dofs.push(ModelDof {
+            point,
+            direction,
+            position,
+        });
     }
-    let from_nodes = frame_dofs.iter().map(|(direction, _)| fit.row(*direction)).collect();
-    Ok(RigidFrame { interface: index, position, wanted, dofs: frame_dofs, from_nodes })
+    let from_nodes = frame_dofs
+        .iter()
+        .map(|(direction, _)| fit.row(*direction))
+        .collect();
+    Ok(RigidFrame {
+        interface: index,
+        position,
+        wanted,
+        dofs: frame_dofs,
+        from_nodes,
+    })
 }
 
 /// `Tᵀ A T` for symmetric A, exactly symmetric.
-fn congruence(matrix: &SparseMatrix, expansion: &[Vec<(u32, f64)>], size: usize) -> Result<SparseMatrix, Error> {
+fn congruence(
+    matrix: &SparseMatrix,
+    expansion: &[Vec<(u32, f64)>],
+    size: usize,
+) -> Result<SparseMatrix, Error> {
     // Entries on or above the diagonal of the result; the rest is their mirror image.
     let entries: Vec<Triplet<u32, u32, f64>> = (0..matrix.ncols())
         .into_par_iter()
         .flat_map_iter(|column| {
             let to_column = &expansion[column];
-            matrix.row_idx_of_col_raw(column).iter().zip(matrix.val_of_col(column)).flat_map(move |(row, value)| {
-                expansion[*row as usize].iter().flat_map(move |(i, ci)| {
-                    to_column
-                        .iter()
-                        .filter(move |(j, _)| i <= j)
-                        .map(move |(j, cj)| Triplet::new(*i, *j, ci * value * cj))
+            matrix
+                .row_idx_of_col_raw(column)
+                .iter()
+                .zip(matrix.val_of_col(column))
+                .flat_map(move |(row, value)| {
+                    expansion[*row as usize].iter().flat_map(move |(i, ci)| {
+                        to_column
+                            .iter()
+                            .filter(move |(j, _)| i <= j)
+                            .map(move |(j, cj)| Triplet::new(*i, *j, ci * value * cj))
+                    })
                 })
-            })
         })
         .collect();
-    let out_of_memory = |_| Error::OutOfMemory { what: "the condensed matrices" };
+    let out_of_memory = |_| Error::OutOfMemory {
+        what: "the condensed matrices",
+    };
     let upper = SparseMatrix::try_new_from_triplets(size, size, &entries).map_err(out_of_memory)?;
     drop(entries);
     let mut mirrored = Vec::with_capacity(2 * upper.compute_nnz());
     for column in 0..size {
-        for (row, value) in upper.row_idx_of_col_raw(column).iter().zip(upper.val_of_col(column)) {
+        for (row, value) in upper
+            .row_idx_of_col_raw(column)
+            .iter()
+            .zip(upper.val_of_col(column))
+        {
             let (i, j) = (*row, column as u32);
             mirrored.push(Triplet::new(i, j, *value));
             if i != j {

@@ -19,21 +19,32 @@ pub struct Dependency {
 /// Rows that are combinations of others: Cholesky with pivoting on the scaled static flexibility, largest remainder first.
 pub fn dependencies(flexibility0: &Mat<f64>, localization: &Localization) -> Vec<Dependency> {
     let n_b = flexibility0.nrows();
-    let attached: Vec<usize> = (0..n_b).filter(|row| localization.is_attachment(*row)).collect();
-    let largest = attached.iter().map(|i| flexibility0[(*i, *i)]).fold(0.0, f64::max);
+    let attached: Vec<usize> = (0..n_b)
+        .filter(|row| localization.is_attachment(*row))
+        .collect();
+    let largest = attached
+        .iter()
+        .map(|i| flexibility0[(*i, *i)])
+        .fold(0.0, f64::max);
     let mut found = Vec::new();
     let scale = |i: usize| flexibility0[(i, i)].max(0.0).sqrt();
-    let (mut open, inert): (Vec<usize>, Vec<usize>) =
-        attached.iter().partition(|i| flexibility0[(**i, **i)] > 1e-24 * largest && scale(**i) > 0.0);
+    let (mut open, inert): (Vec<usize>, Vec<usize>) = attached
+        .iter()
+        .partition(|i| flexibility0[(**i, **i)] > 1e-24 * largest && scale(**i) > 0.0);
     for row in inert {
-        found.push(Dependency { row: localization.row_name(row), depends_on: Vec::new() });
+        found.push(Dependency {
+            row: localization.row_name(row),
+            depends_on: Vec::new(),
+        });
     }
     // Remaining part of each row, as coefficients over the pivots' orthonormal directions.
     let mut parts: Vec<Vec<f64>> = vec![Vec::new(); n_b];
     let mut pivots: Vec<usize> = Vec::new();
     let left = |parts: &[Vec<f64>], i: usize| 1.0 - parts[i].iter().map(|p| p * p).sum::<f64>();
     while let Some(position) = (0..open.len()).max_by(|a, b| {
-        left(&parts, open[*a]).total_cmp(&left(&parts, open[*b])).then(open[*b].cmp(&open[*a]))
+        left(&parts, open[*a])
+            .total_cmp(&left(&parts, open[*b]))
+            .then(open[*b].cmp(&open[*a]))
     }) {
         let pivot = open[position];
         let remaining = left(&parts, pivot);
@@ -54,14 +65,20 @@ pub fn dependencies(flexibility0: &Mat<f64>, localization: &Localization) -> Vec
         // Back substitution: row = Σ c_p pivot_p in scaled terms.
         let mut coefficients = vec![0.0; pivots.len()];
         for k in (0..pivots.len()).rev() {
-            let later: f64 =
-                (k + 1..pivots.len()).map(|l| coefficients[l] * parts[pivots[l]].get(k).copied().unwrap_or(0.0)).sum();
+            let later: f64 = (k + 1..pivots.len())
+                .map(|l| coefficients[l] * parts[pivots[l]].get(k).copied().unwrap_or(0.0))
+                .sum();
             coefficients[k] = (parts[row][k] - later) / parts[pivots[k]][k];
         }
-        let involved = pivots.iter().zip(&coefficients).filter(|(_, c)| c.abs() > 1e-6);
+        let involved = pivots
+            .iter()
+            .zip(&coefficients)
+            .filter(|(_, c)| c.abs() > 1e-6);
         found.push(Dependency {
             row: localization.row_name(row),
-            depends_on: involved.map(|(pivot, _)| localization.row_name(*pivot)).collect(),
+            depends_on: involved
+                .map(|(pivot, _)| localization.row_name(*pivot))
+                .collect(),
         });
     }
     found

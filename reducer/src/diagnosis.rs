@@ -62,9 +62,17 @@ pub fn check_rows(component: &Component) -> Result<(), Error> {
         let dof = component.dofs.dofs()[row];
         format!("node {} {}", dof.node, dof.direction.name())
     };
-    for (matrix, what) in [(&component.stiffness, "stiffness"), (&component.mass, "mass")] {
+    for (matrix, what) in [
+        (&component.stiffness, "stiffness"),
+        (&component.mass, "mass"),
+    ] {
         let negative: Vec<usize> = (0..matrix.ncols())
-            .filter(|row| matrix.as_ref().get(*row, *row).is_some_and(|value| *value < 0.0))
+            .filter(|row| {
+                matrix
+                    .as_ref()
+                    .get(*row, *row)
+                    .is_some_and(|value| *value < 0.0)
+            })
             .collect();
         if let Some(first) = negative.first() {
             let value = matrix.as_ref().get(*first, *first).copied().unwrap_or(0.0);
@@ -76,7 +84,13 @@ pub fn check_rows(component: &Component) -> Result<(), Error> {
         }
     }
     let orphans: Vec<usize> = (0..component.dofs.len())
-        .filter(|row| component.stiffness.val_of_col(*row).iter().all(|value| *value == 0.0))
+        .filter(|row| {
+            component
+                .stiffness
+                .val_of_col(*row)
+                .iter()
+                .all(|value| *value == 0.0)
+        })
         .collect();
     if !orphans.is_empty() {
         return Err(Error::Component(format!(
@@ -93,13 +107,21 @@ fn listed(names: impl Iterator<Item = String>) -> String {
     let all: Vec<String> = names.collect();
     let more = all.len().saturating_sub(LISTED);
     let shown = all[..all.len().min(LISTED)].join(", ");
-    if more > 0 { format!("{shown} and {more} more") } else { shown }
+    if more > 0 {
+        format!("{shown} and {more} more")
+    } else {
+        shown
+    }
 }
 
 /// Sets of model points that the stiffness matrix connects, largest first.
 pub fn pieces(model: &Model) -> Vec<Vec<u32>> {
     let points = model.points();
-    let count = points.iter().map(|point| *point as usize + 1).max().unwrap_or(0);
+    let count = points
+        .iter()
+        .map(|point| *point as usize + 1)
+        .max()
+        .unwrap_or(0);
     let mut parent: Vec<u32> = (0..count as u32).collect();
     fn root(parent: &mut [u32], mut i: u32) -> u32 {
         while parent[i as usize] != i {
@@ -109,9 +131,16 @@ pub fn pieces(model: &Model) -> Vec<Vec<u32>> {
         i
     }
     for column in 0..model.len() {
-        let rows = model.stiffness.row_idx_of_col_raw(column).iter().zip(model.stiffness.val_of_col(column));
+        let rows = model
+            .stiffness
+            .row_idx_of_col_raw(column)
+            .iter()
+            .zip(model.stiffness.val_of_col(column));
         for (row, _) in rows.filter(|(_, value)| **value != 0.0) {
-            let (a, b) = (root(&mut parent, points[*row as usize]), root(&mut parent, points[column]));
+            let (a, b) = (
+                root(&mut parent, points[*row as usize]),
+                root(&mut parent, points[column]),
+            );
             parent[a.max(b) as usize] = a.min(b);
         }
     }
@@ -120,7 +149,10 @@ pub fn pieces(model: &Model) -> Vec<Vec<u32>> {
     distinct.sort_unstable();
     distinct.dedup();
     for point in distinct {
-        by_root.entry(root(&mut parent, point)).or_default().push(point);
+        by_root
+            .entry(root(&mut parent, point))
+            .or_default()
+            .push(point);
     }
     let mut pieces: Vec<Vec<u32>> = by_root.into_values().collect();
     pieces.sort_by_key(|piece| std::cmp::Reverse(piece.len()));
@@ -149,7 +181,9 @@ pub fn support(
         rigid.shapes.as_ref(),
         crate::block_algebra::symmetric_product(&model.stiffness, rigid.shapes.as_ref()).as_ref(),
     );
-    let stiffest = (0..rigid.count()).map(|j| energies[(j, j)]).fold(0.0, f64::max);
+    let stiffest = (0..rigid.count())
+        .map(|j| energies[(j, j)])
+        .fold(0.0, f64::max);
     if largest <= PRINTED_TOLERANCE && stiffest <= SOFT_DEFECT * scale.first_elastic {
         let warning = format!(
             "K times a rigid motion is {largest:.1e} of K's row sum (rounding would be below 1e-12): the matrices were probably printed with few digits; export at least 12"
@@ -157,7 +191,14 @@ pub fn support(
         return Ok((Support::Free, Some(warning)));
     }
     let nullity = nullity(model, rigid, scale, factor)?;
-    let names = |count: usize| listed(resisting_dofs(defects).into_iter().take(count).map(|dof| model.dof_name(component, dof)));
+    let names = |count: usize| {
+        listed(
+            resisting_dofs(defects)
+                .into_iter()
+                .take(count)
+                .map(|dof| model.dof_name(component, dof)),
+        )
+    };
     let expected = rigid.count();
     if nullity < expected {
         if grounding == Grounding::Allow {
@@ -180,11 +221,20 @@ pub fn support(
 
 /// Dofs at which rigid motions are resisted, strongest first, down to a thousandth of the strongest.
 fn resisting_dofs(defects: &StiffnessDefects) -> Vec<usize> {
-    let strength = |i: usize| (0..defects.forces.ncols()).map(|j| defects.forces[(i, j)].abs()).fold(0.0, f64::max);
-    let mut dofs: Vec<(usize, f64)> = (0..defects.forces.nrows()).map(|i| (i, strength(i))).collect();
+    let strength = |i: usize| {
+        (0..defects.forces.ncols())
+            .map(|j| defects.forces[(i, j)].abs())
+            .fold(0.0, f64::max)
+    };
+    let mut dofs: Vec<(usize, f64)> = (0..defects.forces.nrows())
+        .map(|i| (i, strength(i)))
+        .collect();
     dofs.sort_by(|a, b| b.1.total_cmp(&a.1));
     let strongest = dofs.first().map_or(0.0, |(_, s)| *s);
-    dofs.into_iter().take_while(|(_, s)| *s > 1e-3 * strongest).map(|(dof, _)| dof).collect()
+    dofs.into_iter()
+        .take_while(|(_, s)| *s > 1e-3 * strongest)
+        .map(|(dof, _)| dof)
+        .collect()
 }
 
 /// Number of motions without energy, found numerically and without the geometry's help.
@@ -220,11 +270,21 @@ fn nullity(
 }
 
 /// The message for motions without energy beyond the rigid ones; `shapes` are such motions where they are known.
-pub fn loose(component: &Component, model: &Model, extra: usize, shapes: Option<&Mat<f64>>) -> Error {
+pub fn loose(
+    component: &Component,
+    model: &Model,
+    extra: usize,
+    shapes: Option<&Mat<f64>>,
+) -> Error {
     let pieces = pieces(model);
     if pieces.len() > 1 {
         let described = pieces.iter().enumerate().map(|(i, piece)| {
-            format!("piece {} of {} node(s), from node {}", i + 1, piece.len(), piece.first().copied().unwrap_or(0))
+            format!(
+                "piece {} of {} node(s), from node {}",
+                i + 1,
+                piece.len(),
+                piece.first().copied().unwrap_or(0)
+            )
         });
         return Error::Component(format!(
             "the part is in {} pieces that no stiffness connects: {}; reduce them one by one, or connect them (or allow it with --allow-loose)",
@@ -233,10 +293,21 @@ pub fn loose(component: &Component, model: &Model, extra: usize, shapes: Option<
         ));
     }
     let moving = shapes.map_or(String::new(), |shapes| {
-        let strength = |i: usize| (0..shapes.ncols()).map(|j| shapes[(i, j)].abs()).fold(0.0, f64::max);
+        let strength = |i: usize| {
+            (0..shapes.ncols())
+                .map(|j| shapes[(i, j)].abs())
+                .fold(0.0, f64::max)
+        };
         let mut dofs: Vec<usize> = (0..shapes.nrows()).collect();
         dofs.sort_by(|a, b| strength(*b).total_cmp(&strength(*a)));
-        format!("; they move most at {}", listed(dofs.into_iter().take(LISTED).map(|dof| model.dof_name(component, dof))))
+        format!(
+            "; they move most at {}",
+            listed(
+                dofs.into_iter()
+                    .take(LISTED)
+                    .map(|dof| model.dof_name(component, dof))
+            )
+        )
     });
     Error::Component(format!(
         "the part is a mechanism: {extra} motion(s) beyond the rigid ones cost no energy{moving}; look for hinges, cells joined at an edge or a node only, and missing rotational stiffness (or allow it with --allow-loose)"

@@ -59,7 +59,9 @@ pub enum Error {
         row: String,
     },
     /// A matrix that must be positive semi-definite is not.
-    #[error("{what}: smallest eigenvalue {smallest:.3e} is below -{tolerance:.0e} times the largest, {largest:.3e}")]
+    #[error(
+        "{what}: smallest eigenvalue {smallest:.3e} is below -{tolerance:.0e} times the largest, {largest:.3e}"
+    )]
     NotPositive {
         /// Which matrix.
         what: &'static str,

@@ -53,14 +53,21 @@ impl Inertia {
 
 /// `K + shift · M`, lower triangle, on the union of both patterns; 64-bit indices, because a factor may have more entries
 /// than 32 bits count.
-fn shifted_lower(stiffness: &SparseMatrix, mass: &SparseMatrix, shift: f64) -> SparseColMat<usize, f64> {
+fn shifted_lower(
+    stiffness: &SparseMatrix,
+    mass: &SparseMatrix,
+    shift: f64,
+) -> SparseColMat<usize, f64> {
     let n = stiffness.ncols();
     let mut starts = Vec::with_capacity(n + 1);
     starts.push(0_usize);
     let capacity = (stiffness.compute_nnz() + n) / 2;
     let (mut rows, mut values) = (Vec::with_capacity(capacity), Vec::with_capacity(capacity));
     for column in 0..n {
-        let (k_rows, k_values) = (stiffness.row_idx_of_col_raw(column), stiffness.val_of_col(column));
+        let (k_rows, k_values) = (
+            stiffness.row_idx_of_col_raw(column),
+            stiffness.val_of_col(column),
+        );
         let (m_rows, m_values) = (mass.row_idx_of_col_raw(column), mass.val_of_col(column));
         let mut k = k_rows.partition_point(|row| (*row as usize) < column);
         let mut m = m_rows.partition_point(|row| (*row as usize) < column);
@@ -91,7 +98,11 @@ impl SymmetricFactor {
     ///
     /// # Errors
     /// [`Error::OutOfMemory`] if the factor doesn't fit the index type or the machine.
-    pub fn analyse(stiffness: &SparseMatrix, mass: &SparseMatrix, groups: &[u32]) -> Result<Self, Error> {
+    pub fn analyse(
+        stiffness: &SparseMatrix,
+        mass: &SparseMatrix,
+        groups: &[u32],
+    ) -> Result<Self, Error> {
         let ordering = nested_dissection(&[stiffness, mass], groups);
         let pattern = shifted_lower(stiffness, mass, 0.0);
         let n = pattern.ncols();
@@ -108,11 +119,19 @@ impl SymmetricFactor {
             SymmetricOrdering::Custom(permutation),
             parameters,
         )
-        .map_err(|_| Error::OutOfMemory { what: "the symbolic factorization" })?;
+        .map_err(|_| Error::OutOfMemory {
+            what: "the symbolic factorization",
+        })?;
         let mut values = Vec::new();
-        values.try_reserve_exact(symbolic.len_val()).map_err(|_| Error::OutOfMemory { what: "the factor" })?;
+        values
+            .try_reserve_exact(symbolic.len_val())
+            .map_err(|_| Error::OutOfMemory { what: "the factor" })?;
         values.resize(symbolic.len_val(), 0.0);
-        Ok(Self { symbolic, ordering, values })
+        Ok(Self {
+            symbolic,
+            ordering,
+            values,
+        })
     }
 
     /// Number of stored entries of the factor, padding included.
@@ -131,7 +150,9 @@ impl SymmetricFactor {
         shift: f64,
     ) -> Result<PositiveFactor<'_>, NotPositive> {
         let matrix = shifted_lower(stiffness, mass, shift);
-        let scratch = self.symbolic.factorize_numeric_llt_scratch::<f64>(Par::Seq, Default::default());
+        let scratch = self
+            .symbolic
+            .factorize_numeric_llt_scratch::<f64>(Par::Seq, Default::default());
         let mut memory = MemBuffer::new(scratch);
         let factor = self
             .symbolic
@@ -145,17 +166,28 @@ impl SymmetricFactor {
                 Default::default(),
             )
             .map_err(|LltError::NonPositivePivot { index }| NotPositive {
-                dof: self.ordering.forward.get(index).map_or(0, |dof| *dof as usize),
+                dof: self
+                    .ordering
+                    .forward
+                    .get(index)
+                    .map_or(0, |dof| *dof as usize),
             })?;
         Ok(PositiveFactor { factor })
     }
 
     /// Counts the negative eigenvalues of `K - shift · M`, which are the eigenvalues of the pencil below `shift`
     /// (Sylvester), by a factorization with pivoting inside supernodes. Overwrites the factor.
-    pub fn inertia(&mut self, stiffness: &SparseMatrix, mass: &SparseMatrix, shift: f64) -> Inertia {
+    pub fn inertia(
+        &mut self,
+        stiffness: &SparseMatrix,
+        mass: &SparseMatrix,
+        shift: f64,
+    ) -> Inertia {
         let matrix = shifted_lower(stiffness, mass, -shift);
         let n = matrix.ncols();
-        let scratch = self.symbolic.factorize_numeric_intranode_lblt_scratch::<f64>(Par::Seq, Default::default());
+        let scratch = self
+            .symbolic
+            .factorize_numeric_intranode_lblt_scratch::<f64>(Par::Seq, Default::default());
         let mut memory = MemBuffer::new(scratch);
         let mut subdiagonal = vec![0.0; n];
         let (mut forward, mut inverse) = (vec![0_usize; n], vec![0_usize; n]);
@@ -170,12 +202,18 @@ impl SymmetricFactor {
             MemStack::new(&mut memory),
             Default::default(),
         );
-        let mut inertia = Inertia { negative: 0, zero: 0, negative_dofs: Vec::new() };
+        let mut inertia = Inertia {
+            negative: 0,
+            zero: 0,
+            negative_dofs: Vec::new(),
+        };
         let mut count = |pivot: f64, position: usize| {
             if pivot < 0.0 {
                 inertia.negative += 1;
                 if inertia.negative_dofs.len() < Inertia::LISTED {
-                    inertia.negative_dofs.push(self.ordering.forward[forward[position]] as usize);
+                    inertia
+                        .negative_dofs
+                        .push(self.ordering.forward[forward[position]] as usize);
                 }
             } else if pivot.is_nan() || pivot == 0.0 {
                 inertia.zero += 1;
@@ -183,7 +221,11 @@ impl SymmetricFactor {
         };
         let SymbolicCholeskyRaw::Supernodal(supernodes) = self.symbolic.raw() else {
             // The analysis forces the supernodal variant; if it ever didn't, the count would be worthless.
-            return Inertia { negative: 0, zero: n, negative_dofs: Vec::new() };
+            return Inertia {
+                negative: 0,
+                zero: n,
+                negative_dofs: Vec::new(),
+            };
         };
         for s in 0..supernodes.n_supernodes() {
             let begin = supernodes.supernode_begin()[s];
@@ -202,7 +244,11 @@ impl SymmetricFactor {
                     let (a, c) = (diagonal(j), diagonal(j + 1));
                     let determinant = a * c - below * below;
                     let trace = a + c;
-                    let (first, second) = if determinant < 0.0 { (1.0, -1.0) } else { (trace, determinant * trace) };
+                    let (first, second) = if determinant < 0.0 {
+                        (1.0, -1.0)
+                    } else {
+                        (trace, determinant * trace)
+                    };
                     count(first, begin + j);
                     count(second, begin + j + 1);
                     j += 2;
@@ -216,10 +262,18 @@ impl SymmetricFactor {
 impl PositiveFactor<'_> {
     /// Replaces every column of `block` by the solution for it.
     pub fn solve_in_place(&self, block: MatMut<'_, f64>) {
-        let scratch = self.factor.symbolic().solve_in_place_scratch::<f64>(SOLVE_COLUMNS, Par::Seq);
+        let scratch = self
+            .factor
+            .symbolic()
+            .solve_in_place_scratch::<f64>(SOLVE_COLUMNS, Par::Seq);
         block.par_col_chunks_mut(SOLVE_COLUMNS).for_each(|columns| {
             let mut memory = MemBuffer::new(scratch);
-            self.factor.solve_in_place_with_conj(Conj::No, columns, Par::Seq, MemStack::new(&mut memory));
+            self.factor.solve_in_place_with_conj(
+                Conj::No,
+                columns,
+                Par::Seq,
+                MemStack::new(&mut memory),
+            );
         });
     }
 }
@@ -270,7 +324,10 @@ mod tests {
             let between = 0.5 * (eigenvalue(k) + eigenvalue(k + 1));
             let inertia = factor.inertia(&stiffness, &mass, between);
             assert_eq!((inertia.negative, inertia.zero), (k as usize + 1, 0));
-            assert_eq!(inertia.negative_dofs.len(), (k as usize + 1).min(Inertia::LISTED));
+            assert_eq!(
+                inertia.negative_dofs.len(),
+                (k as usize + 1).min(Inertia::LISTED)
+            );
         }
     }
 
@@ -281,7 +338,10 @@ mod tests {
         let mut factor = SymmetricFactor::analyse(&stiffness, &mass, &groups).unwrap();
         let rhs = Mat::from_fn(500, 19, |i, j| ((i * (j + 1)) as f64).sin());
         let mut x = rhs.clone();
-        factor.factorize(&stiffness, &mass, 0.01).unwrap().solve_in_place(x.as_mut());
+        factor
+            .factorize(&stiffness, &mass, 0.01)
+            .unwrap()
+            .solve_in_place(x.as_mut());
         let product = crate::block_algebra::symmetric_product(&stiffness, x.as_ref())
             + faer::Scale(0.01) * crate::block_algebra::symmetric_product(&mass, x.as_ref());
         assert!(crate::block_algebra::largest_entry((&product - &rhs).as_ref()) < 1e-11);

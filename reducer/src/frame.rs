@@ -68,36 +68,64 @@ pub enum FitDofs {
 
 impl FrameFit {
     /// Sets up the least-squares problem of a frame at `reference` and its nodes.
-    pub fn new(component: &Component, nodes: &[u32], weights: &[f64], reference: [f64; 3], use_dofs: FitDofs) -> Self {
+    pub fn new(
+        component: &Component,
+        nodes: &[u32],
+        weights: &[f64],
+        reference: [f64; 3],
+        use_dofs: FitDofs,
+    ) -> Self {
         let directions = component.dimension().frame_directions();
         let length = interface_length(component, nodes, reference);
         let mut equations = Vec::new();
         for (node, weight) in nodes.iter().zip(weights) {
             let arm = offset(component.mesh.position(*node), reference);
-            for nodal in directions.iter().filter(|d| use_dofs == FitDofs::All || !d.is_rotation()) {
+            for nodal in directions
+                .iter()
+                .filter(|d| use_dofs == FitDofs::All || !d.is_rotation())
+            {
                 if let Some(row) = component.dofs.row(*node, *nodal) {
                     equations.push(Equation {
                         row,
-                        coefficients: directions.iter().map(|d| rigid_motion(*d, arm)[nodal.index()]).collect(),
+                        coefficients: directions
+                            .iter()
+                            .map(|d| rigid_motion(*d, arm)[nodal.index()])
+                            .collect(),
                         weight: *weight,
                     });
                 }
             }
         }
-        let mut fit = Self { directions, equations, undetermined: DMatrix::zeros(directions.len(), 0), length };
+        let mut fit = Self {
+            directions,
+            equations,
+            undetermined: DMatrix::zeros(directions.len(), 0),
+            length,
+        };
         fit.undetermined = fit.null_motions();
         fit
     }
 
     /// Lets nodal rotations decide the frame rotations that the positions leave open.
-    pub fn with_nodal_rotations(mut self, component: &Component, nodes: &[u32], weights: &[f64]) -> Self {
-        let rotations: Vec<usize> = (0..self.directions.len()).filter(|i| self.directions[*i].is_rotation()).collect();
+    pub fn with_nodal_rotations(
+        mut self,
+        component: &Component,
+        nodes: &[u32],
+        weights: &[f64],
+    ) -> Self {
+        let rotations: Vec<usize> = (0..self.directions.len())
+            .filter(|i| self.directions[*i].is_rotation())
+            .collect();
         for axis in open_axes(&self.undetermined, &rotations) {
             // axis · θ_node = axis · θ_frame, one equation for each rotation dof that the axis has a part of.
-            let parts: Vec<usize> = (0..rotations.len()).filter(|i| axis[*i].abs() > 1e-12).collect();
+            let parts: Vec<usize> = (0..rotations.len())
+                .filter(|i| axis[*i].abs() > 1e-12)
+                .collect();
             for (node, weight) in nodes.iter().zip(weights) {
-                let rows: Vec<_> =
-                    parts.iter().map(|i| component.dofs.row(*node, self.directions[rotations[*i]])).collect();
+                let rows: Vec<_> = parts
+                    .iter()
+                    .map(|i| component.dofs.row(*node, self.directions[rotations[*i]]))
+                    .collect();
                 if rows.iter().any(Option::is_none) {
                     continue;
                 }
@@ -106,7 +134,11 @@ impl FrameFit {
                     for (j, other) in rotations.iter().enumerate() {
                         coefficients[*other] = axis[j] * axis[*i];
                     }
-                    self.equations.push(Equation { row, coefficients, weight: weight * self.length * self.length });
+                    self.equations.push(Equation {
+                        row,
+                        coefficients,
+                        weight: weight * self.length * self.length,
+                    });
                 }
             }
         }
@@ -117,10 +149,12 @@ impl FrameFit {
     fn scaled(&self, equation: &Equation) -> DVector<f64> {
         DVector::from_iterator(
             self.directions.len(),
-            self.directions.iter().zip(&equation.coefficients).map(|(direction, c)| match direction.is_rotation() {
-                true => c / self.length,
-                false => *c,
-            }),
+            self.directions.iter().zip(&equation.coefficients).map(
+                |(direction, c)| match direction.is_rotation() {
+                    true => c / self.length,
+                    false => *c,
+                },
+            ),
         )
     }
 
@@ -148,8 +182,13 @@ impl FrameFit {
 
     /// Whether the nodes leave this motion of the frame open.
     pub fn leaves_open(&self, direction: Direction) -> bool {
-        let Some(i) = self.directions.iter().position(|d| *d == direction) else { return true };
-        self.undetermined.row(i).iter().any(|entry| entry.abs() > 1e-6)
+        let Some(i) = self.directions.iter().position(|d| *d == direction) else {
+            return true;
+        };
+        self.undetermined
+            .row(i)
+            .iter()
+            .any(|entry| entry.abs() > 1e-6)
     }
 
     /// Whether any motion of the frame is left open.
@@ -185,13 +224,27 @@ impl FrameFit {
     /// The frame's motion in `direction` as a linear combination of nodal dofs: (matrix row, coefficient), by weighted
     /// least squares. Meaningless for a direction that the nodes leave open.
     pub fn row(&self, direction: Direction) -> Vec<(u32, f64)> {
-        let Some(i) = self.directions.iter().position(|d| *d == direction) else { return Vec::new() };
+        let Some(i) = self.directions.iter().position(|d| *d == direction) else {
+            return Vec::new();
+        };
         // row = e_iᵀ A⁺ Σ a w, in scaled columns; the open motions are projected out by adding them back as unit terms.
-        let scale = self.normal_matrix().symmetric_eigen().eigenvalues.max().max(f64::MIN_POSITIVE);
-        let normal = self.normal_matrix() + &self.undetermined * self.undetermined.transpose() * scale;
+        let scale = self
+            .normal_matrix()
+            .symmetric_eigen()
+            .eigenvalues
+            .max()
+            .max(f64::MIN_POSITIVE);
+        let normal =
+            self.normal_matrix() + &self.undetermined * self.undetermined.transpose() * scale;
         let mut unit = DVector::zeros(self.directions.len());
-        unit[i] = if direction.is_rotation() { 1.0 / self.length } else { 1.0 };
-        let Some(solution) = normal.lu().solve(&unit) else { return Vec::new() };
+        unit[i] = if direction.is_rotation() {
+            1.0 / self.length
+        } else {
+            1.0
+        };
+        let Some(solution) = normal.lu().solve(&unit) else {
+            return Vec::new();
+        };
         let mut entries: Vec<(u32, f64)> = Vec::new();
         for equation in &self.equations {
             let value = self.scaled(equation).dot(&solution) * equation.weight;
@@ -207,8 +260,14 @@ fn open_axes(undetermined: &DMatrix<f64>, rotations: &[usize]) -> Vec<DVector<f6
         let unit = |i| DVector::from_fn(rotations.len(), |j, _| if i == j { 1.0 } else { 0.0 });
         return (0..rotations.len()).map(unit).collect();
     }
-    let axes = DMatrix::from_fn(rotations.len(), undetermined.ncols(), |i, j| undetermined[(rotations[i], j)]);
-    axes.qr().q().column_iter().map(|column| column.into_owned()).collect()
+    let axes = DMatrix::from_fn(rotations.len(), undetermined.ncols(), |i, j| {
+        undetermined[(rotations[i], j)]
+    });
+    axes.qr()
+        .q()
+        .column_iter()
+        .map(|column| column.into_owned())
+        .collect()
 }
 
 /// Sorts by index, adds repeats and drops exact zeros.
@@ -229,10 +288,19 @@ pub fn merge_entries(mut entries: Vec<(u32, f64)>) -> Vec<(u32, f64)> {
 fn interface_length(component: &Component, nodes: &[u32], reference: [f64; 3]) -> f64 {
     let squares: f64 = nodes
         .iter()
-        .map(|node| offset(component.mesh.position(*node), reference).iter().map(|x| x * x).sum::<f64>())
+        .map(|node| {
+            offset(component.mesh.position(*node), reference)
+                .iter()
+                .map(|x| x * x)
+                .sum::<f64>()
+        })
         .sum();
     let radius = (squares / nodes.len().max(1) as f64).sqrt();
-    if radius > 0.0 { radius } else { part_size(component) }
+    if radius > 0.0 {
+        radius
+    } else {
+        part_size(component)
+    }
 }
 
 /// Diagonal of the box around all nodes; 1 for a part without extent.
@@ -245,11 +313,22 @@ pub fn part_size(component: &Component) -> f64 {
             high[axis] = high[axis].max(x);
         }
     }
-    let size = (0..3).map(|axis| (high[axis] - low[axis]).powi(2)).sum::<f64>().sqrt();
-    if size.is_finite() && size > 0.0 { size } else { 1.0 }
+    let size = (0..3)
+        .map(|axis| (high[axis] - low[axis]).powi(2))
+        .sum::<f64>()
+        .sqrt();
+    if size.is_finite() && size > 0.0 {
+        size
+    } else {
+        1.0
+    }
 }
 
 /// Directions of a rigid frame by name, for messages.
 pub fn names(directions: impl IntoIterator<Item = Direction>) -> String {
-    directions.into_iter().map(Direction::name).collect::<Vec<_>>().join(" ")
+    directions
+        .into_iter()
+        .map(Direction::name)
+        .collect::<Vec<_>>()
+        .join(" ")
 }

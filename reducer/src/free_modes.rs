@@ -7,7 +7,10 @@
 use dcb_formats::SparseMatrix;
 use faer::{Mat, MatRef};
 
-use crate::block_algebra::{absolute_product, column_norms, combination, gram, symmetric_eigen, symmetric_product, symmetrized};
+use crate::block_algebra::{
+    absolute_product, column_norms, combination, gram, symmetric_eigen, symmetric_product,
+    symmetrized,
+};
 use crate::condensation::Model;
 use crate::error::Error;
 use crate::factorization::PositiveFactor;
@@ -84,11 +87,14 @@ impl FreeModes {
         observer: &mut dyn Observer,
     ) -> Result<Self, Error> {
         let n = model.len();
-        let block = (BLOCK_WIDTH << search.attempt).max(search.missed + BLOCK_WIDTH).min(n);
+        let block = (BLOCK_WIDTH << search.attempt)
+            .max(search.missed + BLOCK_WIDTH)
+            .min(n);
         let mut guarded = search.wanted + block.max(BLOCK_WIDTH);
         let capacity = |guarded: usize| (3 * guarded).max(guarded + 6 * block).min(n + block);
         let seed = 0x5eed + search.attempt as u64;
-        let mut lanczos = Lanczos::start(model, rigid, factor, shift, block, capacity(guarded), seed)?;
+        let mut lanczos =
+            Lanczos::start(model, rigid, factor, shift, block, capacity(guarded), seed)?;
         let step_limit = 200 + 20 * guarded / block;
         let mut iterations = 0;
         let mut tolerance = RITZ_TOLERANCE;
@@ -96,7 +102,9 @@ impl FreeModes {
             // Without room for another block the best vectors restart the basis.
             if lanczos.is_full() {
                 let pairs = lanczos.ritz_pairs()?;
-                let keep = (guarded + block).min(pairs.eigenvalues.len()).min(capacity(guarded).saturating_sub(2 * block));
+                let keep = (guarded + block)
+                    .min(pairs.eigenvalues.len())
+                    .min(capacity(guarded).saturating_sub(2 * block));
                 lanczos.restart(&pairs, keep);
             }
             if !lanczos.is_exhausted() {
@@ -106,9 +114,17 @@ impl FreeModes {
             let pairs = lanczos.ritz_pairs()?;
             let available = pairs.eigenvalues.len();
             // Where a multiple root ends shows only on converged values: two beyond the last kept one.
-            let kept = extended_to_gap(&pairs, search.wanted.max(motions_without_energy(&pairs, shift)));
+            let kept = extended_to_gap(
+                &pairs,
+                search.wanted.max(motions_without_energy(&pairs, shift)),
+            );
             let needed = (kept + 2).min(available);
-            let converged = pairs.residuals.iter().take(needed).take_while(|r| **r < tolerance).count();
+            let converged = pairs
+                .residuals
+                .iter()
+                .take(needed)
+                .take_while(|r| **r < tolerance)
+                .count();
             observer.progress(converged as f64 / (kept + 2) as f64);
             let complete = lanczos.is_exhausted() || (available >= kept + 2 && converged == needed);
             if !complete && iterations < step_limit {
@@ -117,10 +133,19 @@ impl FreeModes {
             if kept + 2 > guarded && !lanczos.is_exhausted() && complete {
                 // The multiple root reaches beyond the guard vectors: look further before deciding where it ends.
                 guarded = kept + 2 * block;
-                lanczos = Lanczos::start(model, rigid, factor, shift, block, capacity(guarded), seed)?;
+                lanczos =
+                    Lanczos::start(model, rigid, factor, shift, block, capacity(guarded), seed)?;
                 continue;
             }
-            let modes = Self::sharpened(model, rigid, &lanczos, &pairs, kept, search.wanted, iterations)?;
+            let modes = Self::sharpened(
+                model,
+                rigid,
+                &lanczos,
+                &pairs,
+                kept,
+                search.wanted,
+                iterations,
+            )?;
             let unconverged = modes.unconverged().count();
             if unconverged == 0 || lanczos.is_exhausted() {
                 return Ok(modes);
@@ -130,7 +155,10 @@ impl FreeModes {
                     converged: modes.count() - unconverged,
                     wanted: kept,
                     iterations,
-                    residual: modes.unconverged().map(|j| modes.residuals[j]).fold(0.0, f64::max),
+                    residual: modes
+                        .unconverged()
+                        .map(|j| modes.residuals[j])
+                        .fold(0.0, f64::max),
                     tolerance: RESIDUAL_TOLERANCE,
                 });
             }
@@ -154,11 +182,16 @@ impl FreeModes {
         let mut x = lanczos.polish(first_guess.as_ref());
         // Columns brought to comparable size before the small eigenproblem.
         for (j, norm) in mass_norms(&model.mass, x.as_ref()).into_iter().enumerate() {
-            x.as_mut().col_mut(j).iter_mut().for_each(|entry| *entry /= norm);
+            x.as_mut()
+                .col_mut(j)
+                .iter_mut()
+                .for_each(|entry| *entry /= norm);
         }
         let (eigenvalues, x) = rayleigh_ritz(model, x.as_ref())?;
-        let rounding: Vec<f64> =
-            absolute_energies(&model.stiffness, x.as_ref()).into_iter().map(|e| f64::EPSILON * e).collect();
+        let rounding: Vec<f64> = absolute_energies(&model.stiffness, x.as_ref())
+            .into_iter()
+            .map(|e| f64::EPSILON * e)
+            .collect();
         if let Some(j) = (0..kept).find(|j| eigenvalues[*j] < -ZERO_OVER_ROUNDING * rounding[*j]) {
             return Err(Error::Component(format!(
                 "the stiffness matrix is indefinite: an elastic eigenvalue of {:.6e} (rad/time)² is negative beyond rounding; its shape is largest at {}",
@@ -166,7 +199,9 @@ impl FreeModes {
                 largest_dof(model, x.as_ref().subcols(j, 1))
             )));
         }
-        let zero_count = (0..kept).take_while(|j| eigenvalues[*j] < ZERO_OVER_ROUNDING * rounding[*j]).count();
+        let zero_count = (0..kept)
+            .take_while(|j| eigenvalues[*j] < ZERO_OVER_ROUNDING * rounding[*j])
+            .count();
         let first_omitted = eigenvalues.get(kept).copied().unwrap_or(f64::INFINITY);
         let mut eigenvalues = eigenvalues[..kept].to_vec();
         eigenvalues[..zero_count].fill(0.0);
@@ -176,10 +211,22 @@ impl FreeModes {
         }
         rigid.project_out(&mut shapes);
         let mass_shapes = symmetric_product(&model.mass, shapes.as_ref());
-        let (residuals, residual_roundings) =
-            residuals(&model.stiffness, shapes.as_ref(), mass_shapes.as_ref(), &eigenvalues, zero_count);
-        let eigenvalue_roundings =
-            (0..kept).map(|j| if j < zero_count { 0.0 } else { rounding[j] / eigenvalues[j] }).collect();
+        let (residuals, residual_roundings) = residuals(
+            &model.stiffness,
+            shapes.as_ref(),
+            mass_shapes.as_ref(),
+            &eigenvalues,
+            zero_count,
+        );
+        let eigenvalue_roundings = (0..kept)
+            .map(|j| {
+                if j < zero_count {
+                    0.0
+                } else {
+                    rounding[j] / eigenvalues[j]
+                }
+            })
+            .collect();
         Ok(Self {
             shapes,
             mass_shapes,
@@ -201,7 +248,8 @@ impl FreeModes {
 
     /// Modes whose residual is above both limits.
     fn unconverged(&self) -> impl Iterator<Item = usize> {
-        (0..self.count()).filter(|j| !residual_is_accepted(self.residuals[*j], self.residual_roundings[*j]))
+        (0..self.count())
+            .filter(|j| !residual_is_accepted(self.residuals[*j], self.residual_roundings[*j]))
     }
 
     /// Where an eigenvalue count certifies the kept modes, and how far it may be moved: in the gap above the highest one,
@@ -220,14 +268,21 @@ impl FreeModes {
 /// Values that can't be told from zero beside the shift. They are kept whatever is wanted: static flexibility exists only
 /// in the complement of every motion without energy.
 fn motions_without_energy(pairs: &RitzPairs, shift: f64) -> usize {
-    pairs.eigenvalues.iter().take_while(|lambda| **lambda < ZERO_BESIDE_SHIFT * shift).count()
+    pairs
+        .eigenvalues
+        .iter()
+        .take_while(|lambda| **lambda < ZERO_BESIDE_SHIFT * shift)
+        .count()
 }
 
 /// `wanted`, raised until the next eigenvalue is separated by more than [`CLUSTER_TOLERANCE`].
 fn extended_to_gap(pairs: &RitzPairs, wanted: usize) -> usize {
     let lambda = &pairs.eigenvalues;
     let mut kept = wanted.min(lambda.len());
-    while kept > 0 && kept < lambda.len() && lambda[kept] - lambda[kept - 1] <= CLUSTER_TOLERANCE * lambda[kept].abs() {
+    while kept > 0
+        && kept < lambda.len()
+        && lambda[kept] - lambda[kept - 1] <= CLUSTER_TOLERANCE * lambda[kept].abs()
+    {
         kept += 1;
     }
     kept
@@ -235,19 +290,35 @@ fn extended_to_gap(pairs: &RitzPairs, wanted: usize) -> usize {
 
 /// Eigenpairs of (XᵀKX, XᵀMX), ascending, M-orthonormal.
 fn rayleigh_ritz(model: &Model, x: MatRef<'_, f64>) -> Result<(Vec<f64>, Mat<f64>), Error> {
-    let failed = || Error::NotFinite { what: "the Rayleigh–Ritz step" };
+    let failed = || Error::NotFinite {
+        what: "the Rayleigh–Ritz step",
+    };
     let mut x = x.to_owned();
     // Orthonormalised twice: the second time removes what rounding left of the first.
     for _ in 0..2 {
-        let mass = symmetrized(gram(x.as_ref(), symmetric_product(&model.mass, x.as_ref()).as_ref()).as_ref());
+        let mass = symmetrized(
+            gram(
+                x.as_ref(),
+                symmetric_product(&model.mass, x.as_ref()).as_ref(),
+            )
+            .as_ref(),
+        );
         let (values, vectors) = symmetric_eigen(mass.as_ref()).ok_or_else(failed)?;
         if values.first().is_some_and(|value| *value <= 0.0) {
             return Err(failed());
         }
-        let scaled = Mat::from_fn(vectors.nrows(), vectors.ncols(), |i, j| vectors[(i, j)] / values[j].sqrt());
+        let scaled = Mat::from_fn(vectors.nrows(), vectors.ncols(), |i, j| {
+            vectors[(i, j)] / values[j].sqrt()
+        });
         x = combination(x.as_ref(), scaled.as_ref());
     }
-    let stiffness = symmetrized(gram(x.as_ref(), symmetric_product(&model.stiffness, x.as_ref()).as_ref()).as_ref());
+    let stiffness = symmetrized(
+        gram(
+            x.as_ref(),
+            symmetric_product(&model.stiffness, x.as_ref()).as_ref(),
+        )
+        .as_ref(),
+    );
     let (values, vectors) = symmetric_eigen(stiffness.as_ref()).ok_or_else(failed)?;
     Ok((values, combination(x.as_ref(), vectors.as_ref())))
 }
@@ -277,8 +348,9 @@ pub fn residuals(
 ) -> (Vec<f64>, Vec<f64>) {
     let forces = symmetric_product(stiffness, shapes);
     let norms = column_norms(forces.as_ref());
-    let difference =
-        Mat::from_fn(forces.nrows(), forces.ncols(), |i, j| forces[(i, j)] - eigenvalues[j] * mass_shapes[(i, j)]);
+    let difference = Mat::from_fn(forces.nrows(), forces.ncols(), |i, j| {
+        forces[(i, j)] - eigenvalues[j] * mass_shapes[(i, j)]
+    });
     let absolute = absolute_product(stiffness, shapes);
     let relative = |block: &Mat<f64>, factor: f64| {
         let mut ratios: Vec<f64> = column_norms(block.as_ref())
@@ -289,11 +361,16 @@ pub fn residuals(
         ratios[..zero_count].fill(0.0);
         ratios
     };
-    (relative(&difference, 1.0), relative(&absolute, f64::EPSILON))
+    (
+        relative(&difference, 1.0),
+        relative(&absolute, f64::EPSILON),
+    )
 }
 
 fn largest_dof(model: &Model, x: MatRef<'_, f64>) -> String {
-    let worst = (0..x.nrows()).max_by(|a, b| x[(*a, 0)].abs().total_cmp(&x[(*b, 0)].abs())).unwrap_or(0);
+    let worst = (0..x.nrows())
+        .max_by(|a, b| x[(*a, 0)].abs().total_cmp(&x[(*b, 0)].abs()))
+        .unwrap_or(0);
     let dof = model.dofs[worst];
     format!("node {} {}", dof.point, dof.direction.name())
 }

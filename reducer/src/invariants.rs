@@ -28,7 +28,11 @@ pub const PAIRS: [(usize, usize); 6] = [(0, 0), (1, 1), (2, 2), (0, 1), (1, 2), 
 const COLUMNS_AT_A_TIME: usize = 32;
 
 /// Computes all invariants over the component's own dofs; `basis` is Ψ, (n_e, n).
-pub fn inertia_invariants(component: &Component, properties: &MassProperties, basis: MatRef<'_, f64>) -> Inertia {
+pub fn inertia_invariants(
+    component: &Component,
+    properties: &MassProperties,
+    basis: MatRef<'_, f64>,
+) -> Inertia {
     let d = component.dimension().coordinate_count();
     let x = component_columns(component, properties.centre);
     let mass_x = symmetric_product(&component.mass, x.as_ref());
@@ -39,7 +43,15 @@ pub fn inertia_invariants(component: &Component, properties: &MassProperties, ba
         Some(masses) => from_component_masses(component, masses, properties.centre, basis),
         None => from_mass(component, properties.centre, basis),
     };
-    Inertia { mass: properties.mass, tensor: properties.tensor, l1, i1: terms.i1, i3, l3: terms.l3, i2: terms.i2 }
+    Inertia {
+        mass: properties.mass,
+        tensor: properties.tensor,
+        l1,
+        i1: terms.i1,
+        i3,
+        l3: terms.l3,
+        i2: terms.i2,
+    }
 }
 
 struct Terms {
@@ -64,7 +76,10 @@ fn cross_partners(component: &Component, a: usize) -> Vec<Option<(u32, f64)>> {
                 axis if axis == after => (next, 1.0),
                 _ => return None,
             };
-            component.dofs.row(dof.node, Direction::ALL[from]).map(|row| (row as u32, sign))
+            component
+                .dofs
+                .row(dof.node, Direction::ALL[from])
+                .map(|row| (row as u32, sign))
         })
         .collect()
 }
@@ -74,7 +89,10 @@ pub fn nodes_with_missing_translations(component: &Component) -> usize {
     let d = component.dimension().coordinate_count();
     (0..component.mesh.node_count() as u32)
         .filter(|node| {
-            let present = Direction::ALL[..d].iter().filter(|dir| component.dofs.row(*node, **dir).is_some()).count();
+            let present = Direction::ALL[..d]
+                .iter()
+                .filter(|dir| component.dofs.row(*node, **dir).is_some())
+                .count();
             present > 0 && present < d
         })
         .count()
@@ -82,11 +100,17 @@ pub fn nodes_with_missing_translations(component: &Component) -> usize {
 
 /// Rows of Ω_a x.
 fn crossed(partners: &[Option<(u32, f64)>], x: MatRef<'_, f64>) -> Mat<f64> {
-    Mat::from_fn(partners.len(), x.ncols(), |i, j| partners[i].map_or(0.0, |(row, sign)| sign * x[(row as usize, j)]))
+    Mat::from_fn(partners.len(), x.ncols(), |i, j| {
+        partners[i].map_or(0.0, |(row, sign)| sign * x[(row as usize, j)])
+    })
 }
 
 /// (Ω_a x)ᵀ y without forming all of Ω_a x at once.
-fn crossed_gram(partners: &[Option<(u32, f64)>], x: MatRef<'_, f64>, y: MatRef<'_, f64>) -> Mat<f64> {
+fn crossed_gram(
+    partners: &[Option<(u32, f64)>],
+    x: MatRef<'_, f64>,
+    y: MatRef<'_, f64>,
+) -> Mat<f64> {
     let mut product = Mat::zeros(x.ncols(), y.ncols());
     for first in (0..x.ncols()).step_by(COLUMNS_AT_A_TIME) {
         let count = COLUMNS_AT_A_TIME.min(x.ncols() - first);
@@ -97,7 +121,11 @@ fn crossed_gram(partners: &[Option<(u32, f64)>], x: MatRef<'_, f64>, y: MatRef<'
 }
 
 /// M Ω_b x.
-fn mass_of_crossed(mass: &SparseMatrix, partners: &[Option<(u32, f64)>], x: MatRef<'_, f64>) -> Mat<f64> {
+fn mass_of_crossed(
+    mass: &SparseMatrix,
+    partners: &[Option<(u32, f64)>],
+    x: MatRef<'_, f64>,
+) -> Mat<f64> {
     let mut product = Mat::zeros(x.nrows(), x.ncols());
     for first in (0..x.ncols()).step_by(COLUMNS_AT_A_TIME) {
         let count = COLUMNS_AT_A_TIME.min(x.ncols() - first);
@@ -124,7 +152,11 @@ fn from_mass(component: &Component, centre: [f64; 3], basis: MatRef<'_, f64>) ->
             let mass_basis = symmetric_product(&component.mass, basis);
             let stretch = gram(positions(component, centre).as_ref(), mass_basis.as_ref());
             let l3 = antisymmetrized(&crossed_gram(&partners, basis, mass_basis.as_ref()));
-            Terms { i1: (0..n).map(|k| planar_i1(stretch[(0, k)])).collect(), l3: vec![l3], i2: Vec::new() }
+            Terms {
+                i1: (0..n).map(|k| planar_i1(stretch[(0, k)])).collect(),
+                l3: vec![l3],
+                i2: Vec::new(),
+            }
         }
         Dimension::Spatial => {
             let partners: [_; 3] = std::array::from_fn(|a| cross_partners(component, a));
@@ -146,7 +178,11 @@ fn from_mass(component: &Component, centre: [f64; 3], basis: MatRef<'_, f64>) ->
                 }
                 for (pair, (first, second)) in PAIRS.iter().enumerate() {
                     if *second == b {
-                        i2[pair] = symmetrized(&crossed_gram(&partners[*first], basis, mass_crossed.as_ref()));
+                        i2[pair] = symmetrized(&crossed_gram(
+                            &partners[*first],
+                            basis,
+                            mass_crossed.as_ref(),
+                        ));
                     }
                 }
             }
@@ -173,8 +209,11 @@ fn from_component_masses(
     };
     let x = component_columns(component, centre);
     let first_rotation = component.dimension().coordinate_count();
-    let rotations = x.as_ref().subcols(first_rotation, x.ncols() - first_rotation);
-    let mut s: [[Mat<f64>; 3]; 3] = std::array::from_fn(|_| std::array::from_fn(|_| Mat::zeros(n, n)));
+    let rotations = x
+        .as_ref()
+        .subcols(first_rotation, x.ncols() - first_rotation);
+    let mut s: [[Mat<f64>; 3]; 3] =
+        std::array::from_fn(|_| std::array::from_fn(|_| Mat::zeros(n, n)));
     // h[c][d] = X_rᵀ M_cd Ψ, one row per rotation.
     let mut h: [[Mat<f64>; 3]; 3] =
         std::array::from_fn(|_| std::array::from_fn(|_| Mat::zeros(rotations.ncols(), n)));
@@ -198,7 +237,11 @@ fn from_component_masses(
         }),
         // r_c = N_{c+1} X_{c+2}.
         Dimension::Spatial => std::array::from_fn(|c| {
-            std::array::from_fn(|d| (0..n).map(|k| h[(c + 1) % 3][d][((c + 2) % 3, k)]).collect())
+            std::array::from_fn(|d| {
+                (0..n)
+                    .map(|k| h[(c + 1) % 3][d][((c + 2) % 3, k)])
+                    .collect()
+            })
         }),
     };
     match component.dimension() {
@@ -219,13 +262,21 @@ fn from_component_masses(
                     })
                 })
                 .collect();
-            let l3 = (0..3).map(|a| antisymmetrized(&(&s[(a + 1) % 3][(a + 2) % 3] - &s[(a + 2) % 3][(a + 1) % 3]))).collect();
+            let l3 = (0..3)
+                .map(|a| {
+                    antisymmetrized(&(&s[(a + 1) % 3][(a + 2) % 3] - &s[(a + 2) % 3][(a + 1) % 3]))
+                })
+                .collect();
             let whole = &s[0][0] + &s[1][1] + &s[2][2];
             let i2 = PAIRS
                 .iter()
                 .map(|(a, b)| {
                     let crossed = symmetrized(&s[*a][*b]);
-                    if a == b { symmetrized(&whole) - crossed } else { -crossed }
+                    if a == b {
+                        symmetrized(&whole) - crossed
+                    } else {
+                        -crossed
+                    }
                 })
                 .collect();
             Terms { i1, l3, i2 }
@@ -239,7 +290,10 @@ fn positions(component: &Component, centre: [f64; 3]) -> Mat<f64> {
         let dof = component.dofs.dofs()[row];
         match dof.direction.is_rotation() {
             true => 0.0,
-            false => component.mesh.position(dof.node)[dof.direction.axis()] - centre[dof.direction.axis()],
+            false => {
+                component.mesh.position(dof.node)[dof.direction.axis()]
+                    - centre[dof.direction.axis()]
+            }
         }
     })
 }

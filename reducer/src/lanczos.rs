@@ -7,7 +7,9 @@
 
 use faer::{Mat, MatRef};
 
-use crate::block_algebra::{add_combination, combination, gram, symmetric_eigen, symmetric_product};
+use crate::block_algebra::{
+    add_combination, combination, gram, symmetric_eigen, symmetric_product,
+};
 use crate::condensation::Model;
 use crate::error::Error;
 use crate::factorization::PositiveFactor;
@@ -138,10 +140,14 @@ impl<'a> Lanczos<'a> {
     /// # Errors
     /// As [`Lanczos::start`].
     pub fn inject_random_block(&mut self) -> Result<(), Error> {
-        let width = self.block_width.min(self.basis.ncols().saturating_sub(self.filled));
+        let width = self
+            .block_width
+            .min(self.basis.ncols().saturating_sub(self.filled));
         let state = &mut self.random_state;
         let random = Mat::from_fn(self.model.len(), width, |_, _| {
-            *state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+            *state = state
+                .wrapping_mul(6_364_136_223_846_793_005)
+                .wrapping_add(1_442_695_040_888_963_407);
             (*state >> 11) as f64 / (1_u64 << 53) as f64 - 0.5
         });
         let mass_random = symmetric_product(&self.model.mass, random.as_ref());
@@ -155,7 +161,10 @@ impl<'a> Lanczos<'a> {
 
     fn accept_block(&mut self, next: NextBlock, coupling: Mat<f64>) {
         self.width = next.vectors.ncols();
-        self.basis.as_mut().subcols_mut(self.filled, self.width).copy_from(&next.vectors);
+        self.basis
+            .as_mut()
+            .subcols_mut(self.filled, self.width)
+            .copy_from(&next.vectors);
         self.mass_block = next.mass_vectors;
         self.coupling = coupling;
     }
@@ -188,7 +197,11 @@ impl<'a> Lanczos<'a> {
         let scale: Vec<f64> = reference.iter().map(|r| r.max(0.0).sqrt()).collect();
         for (j, s) in scale.iter().enumerate() {
             let factor = if *s > 0.0 { 1.0 / s } else { 0.0 };
-            block.as_mut().col_mut(j).iter_mut().for_each(|x| *x *= factor);
+            block
+                .as_mut()
+                .col_mut(j)
+                .iter_mut()
+                .for_each(|x| *x *= factor);
         }
         let (mut vectors, mut mass_vectors) = (Mat::zeros(n, width), Mat::zeros(n, width));
         let mut coupling = Mat::zeros(width, width);
@@ -197,12 +210,20 @@ impl<'a> Lanczos<'a> {
             let mass_block = symmetric_product(&self.model.mass, block.as_ref());
             let norms = column_dots(&block, &mass_block);
             let largest = (0..width).max_by(|a, b| norms[*a].total_cmp(&norms[*b]).then(b.cmp(a)));
-            let Some(pivot) = largest.filter(|j| norms[*j] > DEPENDENT * DEPENDENT) else { break };
+            let Some(pivot) = largest.filter(|j| norms[*j] > DEPENDENT * DEPENDENT) else {
+                break;
+            };
             let mut v = block.as_ref().subcols(pivot, 1).to_owned();
             v *= faer::Scale(1.0 / norms[pivot].sqrt());
-            let known = [self.basis.as_ref().subcols(0, self.filled), vectors.as_ref().subcols(0, count)];
+            let known = [
+                self.basis.as_ref().subcols(0, self.filled),
+                vectors.as_ref().subcols(0, count),
+            ];
             for basis in known.into_iter().chain(known) {
-                let amounts = gram(basis, symmetric_product(&self.model.mass, v.as_ref()).as_ref());
+                let amounts = gram(
+                    basis,
+                    symmetric_product(&self.model.mass, v.as_ref()).as_ref(),
+                );
                 add_combination(v.as_mut(), basis, amounts.as_ref(), -1.0);
             }
             self.rigid.project_out(&mut v);
@@ -220,7 +241,10 @@ impl<'a> Lanczos<'a> {
                 coupling[(count, j)] = row[(0, j)] * s;
             }
             vectors.as_mut().col_mut(count).copy_from(v.col(0));
-            mass_vectors.as_mut().col_mut(count).copy_from(mass_v.col(0));
+            mass_vectors
+                .as_mut()
+                .col_mut(count)
+                .copy_from(mass_v.col(0));
             count += 1;
         }
         NextBlock {
@@ -237,14 +261,22 @@ impl<'a> Lanczos<'a> {
     pub fn ritz_pairs(&self) -> Result<RitzPairs, Error> {
         let m = self.filled;
         let (theta, vectors) = symmetric_eigen(self.projected.as_ref().submatrix(0, 0, m, m))
-            .ok_or(Error::NotFinite { what: "the projected eigenproblem" })?;
+            .ok_or(Error::NotFinite {
+                what: "the projected eigenproblem",
+            })?;
         let order: Vec<usize> = (0..m).rev().filter(|i| theta[*i] > 0.0).collect();
         let coefficients = Mat::from_fn(m, order.len(), |i, j| vectors[(i, order[j])]);
-        let last = coefficients.as_ref().subrows(self.coupled_at, self.coupling.ncols());
+        let last = coefficients
+            .as_ref()
+            .subrows(self.coupled_at, self.coupling.ncols());
         let leaving = &self.coupling * last;
         Ok(RitzPairs {
             eigenvalues: order.iter().map(|i| 1.0 / theta[*i] - self.shift).collect(),
-            residuals: order.iter().enumerate().map(|(j, i)| leaving.col(j).norm_l2() / theta[*i]).collect(),
+            residuals: order
+                .iter()
+                .enumerate()
+                .map(|(j, i)| leaving.col(j).norm_l2() / theta[*i])
+                .collect(),
             coefficients,
         })
     }
@@ -258,16 +290,27 @@ impl<'a> Lanczos<'a> {
     /// Thick restart: keeps the first `count` Ritz vectors and the next block, and forgets the rest.
     pub fn restart(&mut self, pairs: &RitzPairs, count: usize) {
         let kept = self.ritz_vectors(pairs, count);
-        let next = self.basis.as_ref().subcols(self.filled, self.width).to_owned();
+        let next = self
+            .basis
+            .as_ref()
+            .subcols(self.filled, self.width)
+            .to_owned();
         self.basis.as_mut().subcols_mut(0, count).copy_from(&kept);
-        self.basis.as_mut().subcols_mut(count, self.width).copy_from(&next);
+        self.basis
+            .as_mut()
+            .subcols_mut(count, self.width)
+            .copy_from(&next);
         self.projected.fill(0.0);
         for (i, lambda) in pairs.eigenvalues.iter().take(count).enumerate() {
             self.projected[(i, i)] = 1.0 / (lambda + self.shift);
         }
         // Couplings of the kept vectors to the next block: the next step computes them as inner products. Until then
         // the coupling that residuals are judged by is the old one, seen from the kept vectors.
-        let last = pairs.coefficients.as_ref().submatrix(self.coupled_at, 0, self.coupling.ncols(), count);
+        let last =
+            pairs
+                .coefficients
+                .as_ref()
+                .submatrix(self.coupled_at, 0, self.coupling.ncols(), count);
         self.coupling = &self.coupling * last;
         self.coupled_at = 0;
         self.filled = count;
@@ -288,12 +331,18 @@ struct NextBlock {
 
 /// `aᵢ · bᵢ` for each column.
 fn column_dots(a: &Mat<f64>, b: &Mat<f64>) -> Vec<f64> {
-    (0..a.ncols()).map(|j| a.col(j).transpose() * b.col(j)).collect()
+    (0..a.ncols())
+        .map(|j| a.col(j).transpose() * b.col(j))
+        .collect()
 }
 
 /// Orthonormalises a block by its Gram matrix; `None` where a direction has fallen below [`NEARLY_DEPENDENT`] of its size
 /// before, `reference` (squared), which a Gram matrix can't resolve.
-fn orthonormalized(block: &Mat<f64>, mass_block: &Mat<f64>, reference: &[f64]) -> Result<Option<NextBlock>, Error> {
+fn orthonormalized(
+    block: &Mat<f64>,
+    mass_block: &Mat<f64>,
+    reference: &[f64],
+) -> Result<Option<NextBlock>, Error> {
     if reference.iter().any(|r| *r <= 0.0) {
         return Ok(None);
     }
@@ -302,19 +351,29 @@ fn orthonormalized(block: &Mat<f64>, mass_block: &Mat<f64>, reference: &[f64]) -
     let scaled = Mat::from_fn(plain.nrows(), plain.ncols(), |i, j| {
         0.5 * (plain[(i, j)] + plain[(j, i)]) / (scale[i] * scale[j])
     });
-    let (values, vectors) =
-        symmetric_eigen(scaled.as_ref()).ok_or(Error::NotFinite { what: "orthonormalising a Lanczos block" })?;
+    let (values, vectors) = symmetric_eigen(scaled.as_ref()).ok_or(Error::NotFinite {
+        what: "orthonormalising a Lanczos block",
+    })?;
     let largest = values.last().copied().unwrap_or(0.0);
     let smallest = values.first().copied().unwrap_or(0.0);
     if smallest < -1e-8 * largest.max(1e-8) {
-        return Err(Error::NotPositive { what: "the mass matrix", smallest, largest, tolerance: 1e-8 });
+        return Err(Error::NotPositive {
+            what: "the mass matrix",
+            smallest,
+            largest,
+            tolerance: 1e-8,
+        });
     }
     if smallest < NEARLY_DEPENDENT * NEARLY_DEPENDENT {
         return Ok(None);
     }
     let width = values.len();
-    let forward = Mat::from_fn(width, width, |i, j| vectors[(i, j)] / (values[j].sqrt() * scale[i]));
-    let coupling = Mat::from_fn(width, width, |i, j| vectors[(j, i)] * values[i].sqrt() * scale[j]);
+    let forward = Mat::from_fn(width, width, |i, j| {
+        vectors[(i, j)] / (values[j].sqrt() * scale[i])
+    });
+    let coupling = Mat::from_fn(width, width, |i, j| {
+        vectors[(j, i)] * values[i].sqrt() * scale[j]
+    });
     Ok(Some(NextBlock {
         vectors: combination(block.as_ref(), forward.as_ref()),
         mass_vectors: combination(mass_block.as_ref(), forward.as_ref()),

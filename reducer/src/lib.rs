@@ -42,10 +42,10 @@ use dcb_formats::component::Component;
 use dcb_formats::{RecoveryBasis, Superelement};
 use faer::Mat;
 
-pub use crate::diagnosis::{Grounding, LoosePieces};
-pub use crate::error::Error;
 use crate::condensation::Model;
 use crate::diagnosis::Support;
+pub use crate::diagnosis::{Grounding, LoosePieces};
+pub use crate::error::Error;
 use crate::factorization::SymmetricFactor;
 use crate::free_modes::{FreeModes, Search};
 use crate::invariants::inertia_invariants;
@@ -108,7 +108,11 @@ pub struct Reduced {
 ///
 /// # Errors
 /// [`Error::Component`] where the component can't be reduced as it is; the others are numerical failures.
-pub fn reduce(component: &Component, options: &Reduction, observer: &mut dyn Observer) -> Result<Reduced, Error> {
+pub fn reduce(
+    component: &Component,
+    options: &Reduction,
+    observer: &mut dyn Observer,
+) -> Result<Reduced, Error> {
     observer.begin(Stage::Model);
     diagnosis::check_rows(component)?;
     let properties = MassProperties::of(component)?;
@@ -120,8 +124,15 @@ pub fn reduce(component: &Component, options: &Reduction, observer: &mut dyn Obs
 
     observer.begin(Stage::Order);
     let mut factor = SymmetricFactor::analyse(&model.stiffness, &model.mass, &model.points())?;
-    let (support, few_digits) =
-        diagnosis::support(component, &model, &geometric, &defects, &scale, &mut factor, options.grounding)?;
+    let (support, few_digits) = diagnosis::support(
+        component,
+        &model,
+        &geometric,
+        &defects,
+        &scale,
+        &mut factor,
+        options.grounding,
+    )?;
     let rigid = match support {
         Support::Free => geometric,
         Support::Grounded => geometric.none(),
@@ -129,8 +140,16 @@ pub fn reduce(component: &Component, options: &Reduction, observer: &mut dyn Obs
     if options.loose_pieces == LoosePieces::Refuse && diagnosis::pieces(&model).len() > 1 {
         return Err(diagnosis::loose(component, &model, 0, None));
     }
-    let (modes, residual, sturm) =
-        modes_and_residual(component, &model, &localization, &rigid, &scale, &mut factor, options, observer)?;
+    let (modes, residual, sturm) = modes_and_residual(
+        component,
+        &model,
+        &localization,
+        &rigid,
+        &scale,
+        &mut factor,
+        options,
+        observer,
+    )?;
     drop(factor);
 
     observer.begin(Stage::Invariants);
@@ -139,10 +158,33 @@ pub fn reduce(component: &Component, options: &Reduction, observer: &mut dyn Obs
 
     observer.begin(Stage::Quality);
     let defects = &defects.per_column;
-    let quality = Quality::of(&model, &properties, &rigid, defects, &modes, &residual, &inertia, sturm);
+    let quality = Quality::of(
+        &model,
+        &properties,
+        &rigid,
+        defects,
+        &modes,
+        &residual,
+        &inertia,
+        sturm,
+    );
     let mut warnings: Vec<String> = few_digits.into_iter().collect();
-    warnings.extend(assemble::warnings(component, &properties, support, &modes, &quality));
-    let parts = assemble::Parts { component, properties, localization, modes, residual, inertia, support };
+    warnings.extend(assemble::warnings(
+        component,
+        &properties,
+        support,
+        &modes,
+        &quality,
+    ));
+    let parts = assemble::Parts {
+        component,
+        properties,
+        localization,
+        modes,
+        residual,
+        inertia,
+        support,
+    };
     Ok(parts.into_reduced(basis, quality, warnings))
 }
 
@@ -162,7 +204,10 @@ fn modes_and_residual(
         ModeSelection::Lowest(count) => count,
         ModeSelection::Below { eigenvalue } => {
             observer.begin(Stage::Certificate);
-            factor.inertia(&model.stiffness, &model.mass, eigenvalue).negative.saturating_sub(rigid.count())
+            factor
+                .inertia(&model.stiffness, &model.mass, eigenvalue)
+                .negative
+                .saturating_sub(rigid.count())
         }
     };
     let shift = scale.shift();
@@ -176,13 +221,34 @@ fn modes_and_residual(
         };
         observer.begin(Stage::Modes);
         missed += last_count.map_or(0, |sturm| sturm.counted.saturating_sub(sturm.found));
-        let modes = FreeModes::compute(model, rigid, &positive, shift, Search { wanted, attempt, missed }, observer)?;
+        let modes = FreeModes::compute(
+            model,
+            rigid,
+            &positive,
+            shift,
+            Search {
+                wanted,
+                attempt,
+                missed,
+            },
+            observer,
+        )?;
         if modes.zero_count > 0 && options.loose_pieces == LoosePieces::Refuse {
-            let shapes = modes.shapes.as_ref().subcols(0, modes.zero_count).to_owned();
-            return Err(diagnosis::loose(component, model, modes.zero_count, Some(&shapes)));
+            let shapes = modes
+                .shapes
+                .as_ref()
+                .subcols(0, modes.zero_count)
+                .to_owned();
+            return Err(diagnosis::loose(
+                component,
+                model,
+                modes.zero_count,
+                Some(&shapes),
+            ));
         }
         observer.begin(Stage::Attachments);
-        let residual = ResidualFlexibility::compute(model, localization, rigid, &modes, &positive, observer)?;
+        let residual =
+            ResidualFlexibility::compute(model, localization, rigid, &modes, &positive, observer)?;
         observer.begin(Stage::Certificate);
         let sturm = certificate(model, rigid, &modes, factor);
         if sturm.counted == sturm.found {
@@ -190,15 +256,32 @@ fn modes_and_residual(
         }
         last_count = Some(sturm);
     }
-    let sturm = last_count.unwrap_or(Sturm { limit: None, counted: 0, found: 0 });
-    Err(Error::ModesMissed { found: sturm.found, counted: sturm.counted, limit: sturm.limit.unwrap_or(0.0) })
+    let sturm = last_count.unwrap_or(Sturm {
+        limit: None,
+        counted: 0,
+        found: 0,
+    });
+    Err(Error::ModesMissed {
+        found: sturm.found,
+        counted: sturm.counted,
+        limit: sturm.limit.unwrap_or(0.0),
+    })
 }
 
 /// Counts the eigenvalues below the first omitted one and compares with those found.
-fn certificate(model: &Model, rigid: &RigidBodyModes, modes: &FreeModes, factor: &mut SymmetricFactor) -> Sturm {
+fn certificate(
+    model: &Model,
+    rigid: &RigidBodyModes,
+    modes: &FreeModes,
+    factor: &mut SymmetricFactor,
+) -> Sturm {
     let found = rigid.count() + modes.count();
     let Some((limit, room)) = modes.certificate_shift() else {
-        return Sturm { limit: None, counted: found, found };
+        return Sturm {
+            limit: None,
+            counted: found,
+            found,
+        };
     };
     // A zero pivot means that μ met an eigenvalue of some leading block; a slightly different μ in the same gap does not.
     let mut inertia = factor.inertia(&model.stiffness, &model.mass, limit);
@@ -210,13 +293,20 @@ fn certificate(model: &Model, rigid: &RigidBodyModes, modes: &FreeModes, factor:
         used = limit + fraction * room;
         inertia = factor.inertia(&model.stiffness, &model.mass, used);
     }
-    Sturm { limit: Some(used), counted: inertia.negative, found }
+    Sturm {
+        limit: Some(used),
+        counted: inertia.negative,
+        found,
+    }
 }
 
 /// Ψ = [Φ, G_res L_bᵀ] over all dofs of the component, (n_e, n_k + n_b).
 fn joined(model: &Model, modes: &FreeModes, residual: &ResidualFlexibility) -> Mat<f64> {
     let (n_k, n_b) = (modes.count(), residual.shapes.ncols());
-    let (phi, x) = (model.expand(modes.shapes.as_ref()), model.expand(residual.shapes.as_ref()));
+    let (phi, x) = (
+        model.expand(modes.shapes.as_ref()),
+        model.expand(residual.shapes.as_ref()),
+    );
     let mut basis = Mat::zeros(phi.as_ref().nrows(), n_k + n_b);
     basis.as_mut().subcols_mut(0, n_k).copy_from(phi.as_ref());
     basis.as_mut().subcols_mut(n_k, n_b).copy_from(x.as_ref());

@@ -59,12 +59,17 @@ impl Localization {
     /// # Errors
     /// [`Error::Component`] naming the interface when a node lacks a direction, or the nodes can't carry a moment that is asked for.
     pub fn of(component: &Component, model: &Model) -> Result<Self, Error> {
-        let mut localization = Self { interfaces: Vec::new(), rows: Vec::new() };
+        let mut localization = Self {
+            interfaces: Vec::new(),
+            rows: Vec::new(),
+        };
         for (index, interface) in component.interfaces.iter().enumerate() {
             let position = match interface.kind {
                 InterfaceKind::Nodes => localization.add_nodes(component, model, interface)?,
                 InterfaceKind::Average => localization.add_average(component, model, interface)?,
-                InterfaceKind::Rigid | InterfaceKind::Boundary => localization.add_rigid(model, interface, index)?,
+                InterfaceKind::Rigid | InterfaceKind::Boundary => {
+                    localization.add_rigid(model, interface, index)?
+                }
             };
             localization.interfaces.push(Placed {
                 name: interface.name.clone(),
@@ -95,9 +100,16 @@ impl Localization {
 
     /// Name of a row for messages, for example `big-end/rx` or `sensor/ux at node 17`.
     pub fn row_name(&self, row: usize) -> String {
-        let Row { interface, direction, node, .. } = &self.rows[row];
+        let Row {
+            interface,
+            direction,
+            node,
+            ..
+        } = &self.rows[row];
         let name = &self.interfaces[*interface].name;
-        let first = self.rows.partition_point(|other| other.interface < *interface);
+        let first = self
+            .rows
+            .partition_point(|other| other.interface < *interface);
         match (direction, node) {
             (Some(direction), Some(node)) => format!("{name}/{} at node {node}", direction.name()),
             (Some(direction), None) => format!("{name}/{}", direction.name()),
@@ -119,15 +131,27 @@ impl Localization {
     /// `L_b x`, (n_b, k), for a block over the model's dofs.
     pub fn apply(&self, x: faer::MatRef<'_, f64>) -> Mat<f64> {
         Mat::from_fn(self.len(), x.ncols(), |row, column| {
-            self.rows[row].coefficients.iter().map(|(dof, value)| value * x[(*dof as usize, column)]).sum()
+            self.rows[row]
+                .coefficients
+                .iter()
+                .map(|(dof, value)| value * x[(*dof as usize, column)])
+                .sum()
         })
     }
 
-    fn add_nodes(&mut self, component: &Component, model: &Model, interface: &Interface) -> Result<[f64; 3], Error> {
+    fn add_nodes(
+        &mut self,
+        component: &Component,
+        model: &Model,
+        interface: &Interface,
+    ) -> Result<[f64; 3], Error> {
         for node in &interface.nodes {
             let wanted: Vec<Direction> = match &interface.directions {
                 Some(directions) => directions.clone(),
-                None => Direction::ALL.into_iter().filter(|d| component.dofs.row(*node, *d).is_some()).collect(),
+                None => Direction::ALL
+                    .into_iter()
+                    .filter(|d| component.dofs.row(*node, *d).is_some())
+                    .collect(),
             };
             if wanted.is_empty() {
                 return Err(Error::Component(format!(
@@ -152,10 +176,19 @@ impl Localization {
                 });
             }
         }
-        Ok(weighted_centroid(component, &interface.nodes, &vec![1.0; interface.nodes.len()]))
+        Ok(weighted_centroid(
+            component,
+            &interface.nodes,
+            &vec![1.0; interface.nodes.len()],
+        ))
     }
 
-    fn add_average(&mut self, component: &Component, model: &Model, interface: &Interface) -> Result<[f64; 3], Error> {
+    fn add_average(
+        &mut self,
+        component: &Component,
+        model: &Model,
+        interface: &Interface,
+    ) -> Result<[f64; 3], Error> {
         let translations = component.dimension().coordinate_count();
         for node in &interface.nodes {
             for direction in &Direction::ALL[..translations] {
@@ -169,8 +202,16 @@ impl Localization {
             }
         }
         let weights = weights_of(component, interface)?;
-        let position = interface.position.unwrap_or_else(|| weighted_centroid(component, &interface.nodes, &weights));
-        let mut fit = FrameFit::new(component, &interface.nodes, &weights, position, FitDofs::Translations);
+        let position = interface
+            .position
+            .unwrap_or_else(|| weighted_centroid(component, &interface.nodes, &weights));
+        let mut fit = FrameFit::new(
+            component,
+            &interface.nodes,
+            &weights,
+            position,
+            FitDofs::Translations,
+        );
         if fit.is_deficient() && component.dofs.has_rotations() {
             fit = fit.with_nodal_rotations(component, &interface.nodes, &weights);
         }
@@ -184,9 +225,18 @@ impl Localization {
         Ok(position)
     }
 
-    fn add_rigid(&mut self, model: &Model, interface: &Interface, index: usize) -> Result<[f64; 3], Error> {
+    fn add_rigid(
+        &mut self,
+        model: &Model,
+        interface: &Interface,
+        index: usize,
+    ) -> Result<[f64; 3], Error> {
         let frame = model.frame_of(index).ok_or_else(|| {
-            Error::Component(format!("interface {:?}: kind {} has no frame", interface.name, interface.kind.name()))
+            Error::Component(format!(
+                "interface {:?}: kind {} has no frame",
+                interface.name,
+                interface.kind.name()
+            ))
         })?;
         for direction in &frame.wanted {
             if let Some(dof) = frame.dof(*direction) {
@@ -196,30 +246,57 @@ impl Localization {
         Ok(frame.position)
     }
 
-    fn push_frame_row(&mut self, direction: Direction, position: [f64; 3], coefficients: Vec<(u32, f64)>) {
+    fn push_frame_row(
+        &mut self,
+        direction: Direction,
+        position: [f64; 3],
+        coefficients: Vec<(u32, f64)>,
+    ) {
         let interface = self.interfaces.len();
-        self.rows.push(Row { interface, direction: Some(direction), node: None, position, coefficients });
+        self.rows.push(Row {
+            interface,
+            direction: Some(direction),
+            node: None,
+            position,
+            coefficients,
+        });
     }
 
     fn add_explicit(&mut self, component: &Component, model: &Model) -> Result<(), Error> {
-        let Some(matrix) = &component.explicit_boundary else { return Ok(()) };
-        if self.interfaces.iter().any(|interface| interface.name == "boundary") {
+        let Some(matrix) = &component.explicit_boundary else {
+            return Ok(());
+        };
+        if self
+            .interfaces
+            .iter()
+            .any(|interface| interface.name == "boundary")
+        {
             return Err(Error::Component(
                 "an interface is named \"boundary\", which is the name of the rows given by --boundary; rename the interface".into(),
             ));
         }
         let mut rows: Vec<Vec<(u32, f64)>> = vec![Vec::new(); matrix.nrows()];
         for column in 0..matrix.ncols() {
-            for (row, value) in matrix.row_idx_of_col_raw(column).iter().zip(matrix.val_of_col(column)) {
+            for (row, value) in matrix
+                .row_idx_of_col_raw(column)
+                .iter()
+                .zip(matrix.val_of_col(column))
+            {
                 rows[*row as usize].push((column as u32, *value));
             }
         }
         for (number, entries) in rows.into_iter().enumerate() {
             let entries = merge_entries(entries);
             if entries.is_empty() {
-                return Err(Error::Component(format!("boundary row {} has no entry other than zero; remove it", number + 1)));
+                return Err(Error::Component(format!(
+                    "boundary row {} has no entry other than zero; remove it",
+                    number + 1
+                )));
             }
-            let nodes: Vec<u32> = entries.iter().map(|(dof, _)| component.dofs.dofs()[*dof as usize].node).collect();
+            let nodes: Vec<u32> = entries
+                .iter()
+                .map(|(dof, _)| component.dofs.dofs()[*dof as usize].node)
+                .collect();
             let weights: Vec<f64> = entries.iter().map(|(_, value)| value.abs()).collect();
             self.rows.push(Row {
                 interface: self.interfaces.len(),
@@ -233,7 +310,11 @@ impl Localization {
             name: "boundary".into(),
             kind: InterfaceKind::Boundary,
             role: Role::Attachment,
-            position: weighted_centroid(component, &all_nodes(component), &vec![1.0; component.mesh.node_count()]),
+            position: weighted_centroid(
+                component,
+                &all_nodes(component),
+                &vec![1.0; component.mesh.node_count()],
+            ),
             orientation: columns_of(None),
         });
         Ok(())
@@ -248,7 +329,11 @@ fn all_nodes(component: &Component) -> Vec<u32> {
 pub fn frame_directions(component: &Component, interface: &Interface) -> Vec<Direction> {
     let all = component.dimension().frame_directions();
     match &interface.directions {
-        Some(wanted) => all.iter().copied().filter(|direction| wanted.contains(direction)).collect(),
+        Some(wanted) => all
+            .iter()
+            .copied()
+            .filter(|direction| wanted.contains(direction))
+            .collect(),
         None => all.to_vec(),
     }
 }
@@ -259,13 +344,22 @@ pub fn cannot_carry(component: &Component, interface: &Interface, direction: Dir
         dcb_formats::mesh::Dimension::Planar => "2 distinct nodes",
         dcb_formats::mesh::Dimension::Spatial => "3 nodes that are not on one line",
     };
-    let translations = component.dimension().frame_directions().iter().copied().filter(|d| !d.is_rotation());
+    let translations = component
+        .dimension()
+        .frame_directions()
+        .iter()
+        .copied()
+        .filter(|d| !d.is_rotation());
     Error::Component(format!(
         "interface {:?}: its {} node(s) can't carry {} because they are too few or lie on one line and have no rotations of their own; use at least {needed}, or ask for \"dofs\": [{}] only",
         interface.name,
         interface.nodes.len(),
         direction.name(),
-        names(translations).split(' ').map(|name| format!("\"{name}\"")).collect::<Vec<_>>().join(", ")
+        names(translations)
+            .split(' ')
+            .map(|name| format!("\"{name}\""))
+            .collect::<Vec<_>>()
+            .join(", ")
     ))
 }
 
@@ -274,13 +368,17 @@ fn weights_of(component: &Component, interface: &Interface) -> Result<Vec<f64>, 
     match &interface.weights {
         Weights::Uniform => Ok(vec![1.0; interface.nodes.len()]),
         Weights::Given(weights) => Ok(weights.clone()),
-        Weights::Area => area_weights(&component.mesh, &interface.nodes)
-            .map_err(|message| Error::Component(format!("interface {:?}: {message}", interface.name))),
+        Weights::Area => area_weights(&component.mesh, &interface.nodes).map_err(|message| {
+            Error::Component(format!("interface {:?}: {message}", interface.name))
+        }),
         Weights::Mass => {
             let translations = &Direction::ALL[..component.dimension().coordinate_count()];
             let mass_at = |node: u32| -> f64 {
-                let rows = translations.iter().filter_map(|direction| component.dofs.row(node, *direction));
-                rows.filter_map(|row| component.mass.as_ref().get(row, row)).sum()
+                let rows = translations
+                    .iter()
+                    .filter_map(|direction| component.dofs.row(node, *direction));
+                rows.filter_map(|row| component.mass.as_ref().get(row, row))
+                    .sum()
             };
             let weights: Vec<f64> = interface.nodes.iter().map(|node| mass_at(*node)).collect();
             match weights.iter().position(|weight| *weight <= 0.0) {

@@ -18,7 +18,9 @@ pub fn clusters(eigenvalues: &[f64]) -> Vec<(usize, usize)> {
     let mut runs: Vec<(usize, usize)> = Vec::new();
     for (i, value) in eigenvalues.iter().enumerate() {
         match runs.last_mut() {
-            Some((_, count)) if value - eigenvalues[i - 1] <= SAME_ROOT * value.abs() => *count += 1,
+            Some((_, count)) if value - eigenvalues[i - 1] <= SAME_ROOT * value.abs() => {
+                *count += 1
+            }
             _ => runs.push((i, 1)),
         }
     }
@@ -40,7 +42,11 @@ pub fn canonical_basis(mut x: MatMut<'_, f64>) {
         v[0] += if entries[0] >= 0.0 { length } else { -length };
         let v_squared: f64 = v.iter().map(|e| e * e).sum();
         for i in 0..x.nrows() {
-            let along: f64 = v.iter().enumerate().map(|(j, e)| e * x[(i, first + j)]).sum();
+            let along: f64 = v
+                .iter()
+                .enumerate()
+                .map(|(j, e)| e * x[(i, first + j)])
+                .sum();
             for (j, e) in v.iter().enumerate() {
                 x[(i, first + j)] -= 2.0 * along / v_squared * e;
             }
@@ -55,9 +61,15 @@ pub fn canonical_basis(mut x: MatMut<'_, f64>) {
 
 /// First row whose length over the columns from `first` on ties with the longest.
 fn leading_row(x: faer::MatRef<'_, f64>, first: usize) -> usize {
-    let length = |i: usize| (first..x.ncols()).map(|j| x[(i, j)] * x[(i, j)]).sum::<f64>();
+    let length = |i: usize| {
+        (first..x.ncols())
+            .map(|j| x[(i, j)] * x[(i, j)])
+            .sum::<f64>()
+    };
     let longest = (0..x.nrows()).map(length).fold(0.0, f64::max);
-    (0..x.nrows()).find(|i| length(*i) >= (1.0 - TIE) * longest).unwrap_or(0)
+    (0..x.nrows())
+        .find(|i| length(*i) >= (1.0 - TIE) * longest)
+        .unwrap_or(0)
 }
 
 #[cfg(test)]
@@ -86,6 +98,9 @@ mod tests {
 
     #[test]
     fn runs_of_equal_eigenvalues() {
-        assert_eq!(clusters(&[1.0, 1.0 + 1e-12, 2.0, 3.0, 3.0, 3.0]), vec![(0, 2), (2, 1), (3, 3)]);
+        assert_eq!(
+            clusters(&[1.0, 1.0 + 1e-12, 2.0, 3.0, 3.0, 3.0]),
+            vec![(0, 2), (2, 1), (3, 3)]
+        );
     }
 }

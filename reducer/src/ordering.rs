@@ -36,7 +36,11 @@ pub fn nested_dissection(patterns: &[&SparseMatrix], groups: &[u32]) -> Ordering
 
 /// The rows of each group; a group without rows stays as an isolated vertex.
 fn members_of_groups(groups: &[u32]) -> Vec<Vec<u32>> {
-    let count = groups.iter().map(|group| *group as usize + 1).max().unwrap_or(0);
+    let count = groups
+        .iter()
+        .map(|group| *group as usize + 1)
+        .max()
+        .unwrap_or(0);
     let mut members = vec![Vec::new(); count];
     for (row, group) in groups.iter().enumerate() {
         members[*group as usize].push(row as u32);
@@ -73,7 +77,11 @@ impl Graph {
             starts.push(neighbours.len() as i32);
         }
         let weights = members.iter().map(|rows| rows.len() as i32).collect();
-        Self { starts, neighbours, weights }
+        Self {
+            starts,
+            neighbours,
+            weights,
+        }
     }
 
     fn vertex_count(&self) -> usize {
@@ -140,7 +148,12 @@ mod tests {
         let pattern = SparseMatrix::try_new_from_triplets(n, n, &entries).unwrap();
         let groups: Vec<u32> = (0..n as u32).map(|dof| dof / 3).collect();
         let ordering = nested_dissection(&[&pattern], &groups);
-        assert!(ordering.forward.chunks(3).all(|three| three.iter().all(|dof| dof / 3 == three[0] / 3)));
+        assert!(
+            ordering
+                .forward
+                .chunks(3)
+                .all(|three| three.iter().all(|dof| dof / 3 == three[0] / 3))
+        );
         for (new, old) in ordering.forward.iter().enumerate() {
             assert_eq!(ordering.inverse[*old as usize] as usize, new);
         }

@@ -31,10 +31,18 @@ pub fn si_factor(unit: &str) -> Option<f64> {
 }
 
 /// What looks wrong about mass, size and first frequency together.
-pub fn unit_warnings(component: &Component, properties: &MassProperties, first_eigenvalue: Option<f64>) -> Vec<String> {
+pub fn unit_warnings(
+    component: &Component,
+    properties: &MassProperties,
+    first_eigenvalue: Option<f64>,
+) -> Vec<String> {
     let Units { length, mass, time } = &component.units;
-    let (Some(metre), Some(kilogram), Some(second)) = (si_factor(length), si_factor(mass), si_factor(time)) else {
-        return vec![format!("units {length}, {mass}, {time} are not all known by name, so they were not checked for plausibility")];
+    let (Some(metre), Some(kilogram), Some(second)) =
+        (si_factor(length), si_factor(mass), si_factor(time))
+    else {
+        return vec![format!(
+            "units {length}, {mass}, {time} are not all known by name, so they were not checked for plausibility"
+        )];
     };
     let mut warnings = Vec::new();
     if component.dimension() == Dimension::Spatial {
@@ -77,5 +85,9 @@ fn bounding_volume(component: &Component) -> f64 {
     }
     let sides: [f64; 3] = std::array::from_fn(|axis| high[axis] - low[axis]);
     let longest = sides.iter().copied().fold(0.0, f64::max);
-    if sides.iter().any(|side| *side < 1e-6 * longest) { 0.0 } else { sides.iter().product() }
+    if sides.iter().any(|side| *side < 1e-6 * longest) {
+        0.0
+    } else {
+        sides.iter().product()
+    }
 }

@@ -6,10 +6,10 @@ use dcb_formats::superelement::Inertia;
 use faer::{Mat, MatRef};
 use serde::{Deserialize, Serialize};
 
+use crate::attachment::residual_limit;
 use crate::block_algebra::{gram, symmetric_product};
 use crate::condensation::Model;
 use crate::free_modes::{FreeModes, RESIDUAL_TOLERANCE, residual_is_accepted};
-use crate::attachment::residual_limit;
 use crate::residual::ResidualFlexibility;
 use crate::rigid_body::{MassProperties, RigidBodyModes};
 
@@ -109,7 +109,8 @@ impl Quality {
         sturm: Sturm,
     ) -> Self {
         let identities = Identities::of(model, modes, residual);
-        let (l1_norm, i3_norm) = mean_axis_defects(properties, inertia, &basis_norms(modes, residual));
+        let (l1_norm, i3_norm) =
+            mean_axis_defects(properties, inertia, &basis_norms(modes, residual));
         let cycles = |eigenvalue: f64| eigenvalue.max(0.0).sqrt() / (2.0 * std::f64::consts::PI);
         Self {
             mode_residuals: modes.residuals.clone(),
@@ -133,14 +134,22 @@ impl Quality {
             flexibility_rank: residual.flexibility_rank,
             flexibility_condition: residual.condition,
             rigid_motions: rigid.count(),
-            nullity: sturm.counted.saturating_sub(modes.count() - modes.zero_count),
+            nullity: sturm
+                .counted
+                .saturating_sub(modes.count() - modes.zero_count),
             zero_modes: modes.zero_count,
             highest_kept: modes.eigenvalues.last().map(|value| cycles(*value)),
-            lowest_omitted: modes.first_omitted.is_finite().then(|| cycles(modes.first_omitted)),
+            lowest_omitted: modes
+                .first_omitted
+                .is_finite()
+                .then(|| cycles(modes.first_omitted)),
             dependent_rows: residual
                 .dependencies
                 .iter()
-                .map(|d| DependentRow { row: d.row.clone(), depends_on: d.depends_on.clone() })
+                .map(|d| DependentRow {
+                    row: d.row.clone(),
+                    depends_on: d.depends_on.clone(),
+                })
                 .collect(),
             iterations: (modes.iterations, residual.iterations),
         }
@@ -149,7 +158,11 @@ impl Quality {
     /// The limits that are broken, as sentences; empty for a good reduction.
     pub fn broken_limits(&self) -> Vec<String> {
         let mut broken = Vec::new();
-        let residuals = self.mode_residuals.iter().zip(&self.mode_residual_roundings).enumerate();
+        let residuals = self
+            .mode_residuals
+            .iter()
+            .zip(&self.mode_residual_roundings)
+            .enumerate();
         let refused: Vec<(usize, f64)> = residuals
             .filter(|(_, (residual, rounding))| !residual_is_accepted(**residual, **rounding))
             .map(|(i, (residual, _))| (i + 1, *residual))
@@ -163,16 +176,42 @@ impl Quality {
         }
         let mut check = |what: &str, value: f64, limit: f64| {
             if value > limit || value.is_nan() {
-                broken.push(format!("{what} is {value:.1e}, above its limit {limit:.0e}"));
+                broken.push(format!(
+                    "{what} is {value:.1e}, above its limit {limit:.0e}"
+                ));
             }
         };
         let attachment_limit = residual_limit(self.attachment_residual_rounding);
-        check("the attachment residual", self.attachment_residual, attachment_limit);
-        check("Φᵀ K G_res (Eq. 29)", self.stiffness_orthogonality, ORTHOGONALITY_LIMIT);
-        check("Φᵀ M G_res (Eq. 30)", self.mass_orthogonality, ORTHOGONALITY_LIMIT);
-        check("Φᵀ M Φ - I (Eq. 31)", self.mass_orthonormality, ORTHONORMALITY_LIMIT);
-        check("Φᵀ K Φ - Ω² (Eq. 31)", self.stiffness_diagonality, ORTHOGONALITY_LIMIT);
-        check("G_resᵀ K G_res - G_res (Eq. 32)", self.flexibility_identity, ORTHOGONALITY_LIMIT);
+        check(
+            "the attachment residual",
+            self.attachment_residual,
+            attachment_limit,
+        );
+        check(
+            "Φᵀ K G_res (Eq. 29)",
+            self.stiffness_orthogonality,
+            ORTHOGONALITY_LIMIT,
+        );
+        check(
+            "Φᵀ M G_res (Eq. 30)",
+            self.mass_orthogonality,
+            ORTHOGONALITY_LIMIT,
+        );
+        check(
+            "Φᵀ M Φ - I (Eq. 31)",
+            self.mass_orthonormality,
+            ORTHONORMALITY_LIMIT,
+        );
+        check(
+            "Φᵀ K Φ - Ω² (Eq. 31)",
+            self.stiffness_diagonality,
+            ORTHOGONALITY_LIMIT,
+        );
+        check(
+            "G_resᵀ K G_res - G_res (Eq. 32)",
+            self.flexibility_identity,
+            ORTHOGONALITY_LIMIT,
+        );
         check("L1 Ψ (Eq. 39)", self.l1_norm, ORTHOGONALITY_LIMIT);
         check("I3 Ψ (Eq. 40)", self.i3_norm, ORTHOGONALITY_LIMIT);
         if self.sturm.counted != self.sturm.found {
@@ -212,11 +251,31 @@ impl Identities {
         let phi = modes.shapes.as_ref();
         let k_phi = symmetric_product(&model.stiffness, phi);
         let k_x = symmetric_product(&model.stiffness, residual.shapes.as_ref());
-        let highest = modes.eigenvalues.last().copied().unwrap_or(0.0).max(f64::MIN_POSITIVE);
+        let highest = modes
+            .eigenvalues
+            .last()
+            .copied()
+            .unwrap_or(0.0)
+            .max(f64::MIN_POSITIVE);
         // A motion of a loose piece has no ω² of its own: it is measured against the first elastic one.
-        let elastic = modes.eigenvalues.iter().copied().find(|value| *value > 0.0).unwrap_or(modes.first_omitted);
-        let floor = if elastic.is_finite() { elastic.max(1e-12 * highest) } else { 1.0 };
-        let omega_squared = |i: usize| if modes.eigenvalues[i] > 0.0 { modes.eigenvalues[i] } else { floor };
+        let elastic = modes
+            .eigenvalues
+            .iter()
+            .copied()
+            .find(|value| *value > 0.0)
+            .unwrap_or(modes.first_omitted);
+        let floor = if elastic.is_finite() {
+            elastic.max(1e-12 * highest)
+        } else {
+            1.0
+        };
+        let omega_squared = |i: usize| {
+            if modes.eigenvalues[i] > 0.0 {
+                modes.eigenvalues[i]
+            } else {
+                floor
+            }
+        };
         let f0 = |i: usize| residual.flexibility0[(i, i)].max(0.0);
         let m0 = |i: usize| residual.mass_diagonal0[i];
         let n_k = modes.count();
@@ -224,18 +283,26 @@ impl Identities {
         let stiffness = gram(phi, k_phi.as_ref());
         let identity = |i: usize, j: usize| if i == j { 1.0 } else { 0.0 };
         let mass_defect = Mat::from_fn(n_k, n_k, |i, j| mass[(i, j)] - identity(i, j));
-        let stiffness_defect = Mat::from_fn(n_k, n_k, |i, j| stiffness[(i, j)] - identity(i, j) * modes.eigenvalues[i]);
-        let flexibility_defect = gram(residual.shapes.as_ref(), k_x.as_ref()) - &residual.flexibility;
+        let stiffness_defect = Mat::from_fn(n_k, n_k, |i, j| {
+            stiffness[(i, j)] - identity(i, j) * modes.eigenvalues[i]
+        });
+        let flexibility_defect =
+            gram(residual.shapes.as_ref(), k_x.as_ref()) - &residual.flexibility;
         Self {
             stiffness_orthogonality: largest_scaled(gram(phi, k_x.as_ref()).as_ref(), |i, j| {
                 (omega_squared(i) * f0(j)).sqrt()
             }),
-            mass_orthogonality: largest_scaled(gram(phi, residual.mass_shapes.as_ref()).as_ref(), |_, j| m0(j).sqrt()),
+            mass_orthogonality: largest_scaled(
+                gram(phi, residual.mass_shapes.as_ref()).as_ref(),
+                |_, j| m0(j).sqrt(),
+            ),
             mass_orthonormality: largest_scaled(mass_defect.as_ref(), |_, _| 1.0),
             stiffness_diagonality: largest_scaled(stiffness_defect.as_ref(), |i, j| {
                 omega_squared(i).max(omega_squared(j))
             }),
-            flexibility_identity: largest_scaled(flexibility_defect.as_ref(), |i, j| (f0(i) * f0(j)).sqrt()),
+            flexibility_identity: largest_scaled(flexibility_defect.as_ref(), |i, j| {
+                (f0(i) * f0(j)).sqrt()
+            }),
         }
     }
 }
@@ -243,13 +310,21 @@ impl Identities {
 /// M norm of each basis column: 1 for a mode, for an attachment that with no mode kept (so a vanishing residual stays small).
 fn basis_norms(modes: &FreeModes, residual: &ResidualFlexibility) -> Vec<f64> {
     let attachments = residual.mass_diagonal0.iter().map(|m| m.sqrt());
-    std::iter::repeat_n(1.0, modes.count()).chain(attachments).collect()
+    std::iter::repeat_n(1.0, modes.count())
+        .chain(attachments)
+        .collect()
 }
 
 /// Largest |L1 ψ| / (√m ‖ψ‖) and |I3 ψ| / (√I ‖ψ‖): cosines between a rigid motion and a column of the basis.
-pub fn mean_axis_defects(properties: &MassProperties, inertia: &Inertia, norms: &[f64]) -> (f64, f64) {
+pub fn mean_axis_defects(
+    properties: &MassProperties,
+    inertia: &Inertia,
+    norms: &[f64],
+) -> (f64, f64) {
     let largest_moment = (0..3).map(|a| properties.tensor[a][a]).fold(0.0, f64::max);
-    let l1 = largest_scaled(inertia.l1.as_ref(), |_, j| properties.mass.sqrt() * norms[j]);
+    let l1 = largest_scaled(inertia.l1.as_ref(), |_, j| {
+        properties.mass.sqrt() * norms[j]
+    });
     let i3 = largest_scaled(inertia.i3.as_ref(), |_, j| largest_moment.sqrt() * norms[j]);
     (l1, i3)
 }

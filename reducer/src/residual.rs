@@ -71,7 +71,10 @@ impl ResidualFlexibility {
         let complement = Complement::of(rigid, modes);
         let forces = AttachmentForces::of(model, localization, &complement, rigid.length);
         let solved = forces.solve(model, &complement, factor, observer);
-        if let Some((row, residual, rounding)) = solved.worst().filter(|(_, r, rounding)| *r > residual_limit(*rounding)) {
+        if let Some((row, residual, rounding)) = solved
+            .worst()
+            .filter(|(_, r, rounding)| *r > residual_limit(*rounding))
+        {
             return Err(Error::AttachmentsNotConverged {
                 residual,
                 iterations: solved.iterations,
@@ -107,7 +110,9 @@ impl ResidualFlexibility {
         solved: SolvedColumns,
     ) -> Result<Self, Error> {
         let n_b = localization.len();
-        let (residual, residual_rounding) = solved.worst().map_or((0.0, 0.0), |(_, residual, rounding)| (residual, rounding));
+        let (residual, residual_rounding) = solved
+            .worst()
+            .map_or((0.0, 0.0), |(_, residual, rounding)| (residual, rounding));
         let shapes = solved.columns;
         let mass_shapes = symmetric_product(&model.mass, shapes.as_ref());
         let at_interfaces = localization.apply(shapes.as_ref());
@@ -115,7 +120,13 @@ impl ResidualFlexibility {
         let elastic = |i: usize| localization.is_attachment(i) && !forces.inert[i];
         let attached = |i: usize, j: usize| elastic(i) && elastic(j);
         let open = |i: usize, j: usize| attached(i, j) && !forces.spent[i] && !forces.spent[j];
-        let raw = Mat::from_fn(n_b, n_b, |i, j| if open(i, j) { at_interfaces[(i, j)] } else { 0.0 });
+        let raw = Mat::from_fn(n_b, n_b, |i, j| {
+            if open(i, j) {
+                at_interfaces[(i, j)]
+            } else {
+                0.0
+            }
+        });
         let has_outputs = (0..n_b).any(|row| !localization.is_attachment(row));
         let flexibility = symmetrized(raw.as_ref());
         let mass = symmetrized(gram(shapes.as_ref(), mass_shapes.as_ref()).as_ref());
@@ -160,4 +171,3 @@ impl ResidualFlexibility {
         self.sigma_squared.len()
     }
 }
-

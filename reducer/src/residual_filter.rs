@@ -32,27 +32,50 @@ impl Filter {
     ///
     /// # Errors
     /// [`Error::NotPositive`] if F_res has a negative eigenvalue beyond rounding.
-    pub fn of(flexibility: &Mat<f64>, mass: &Mat<f64>, flexibility0: &Mat<f64>, mass0: &Mat<f64>) -> Result<Self, Error> {
-        let failed = || Error::NotFinite { what: "the residual filter" };
+    pub fn of(
+        flexibility: &Mat<f64>,
+        mass: &Mat<f64>,
+        flexibility0: &Mat<f64>,
+        mass0: &Mat<f64>,
+    ) -> Result<Self, Error> {
+        let failed = || Error::NotFinite {
+            what: "the residual filter",
+        };
         let n_b = flexibility.nrows();
         // A zero diagonal drops the row: D has a zero there. Rows without any mass but with flexibility are scaled by that.
         let scale = |matrix: &Mat<f64>| -> Vec<f64> {
-            (0..n_b).map(|i| if matrix[(i, i)] > 0.0 { 1.0 / matrix[(i, i)].sqrt() } else { 0.0 }).collect()
+            (0..n_b)
+                .map(|i| {
+                    if matrix[(i, i)] > 0.0 {
+                        1.0 / matrix[(i, i)].sqrt()
+                    } else {
+                        0.0
+                    }
+                })
+                .collect()
         };
-        let scaled = |matrix: &Mat<f64>, d: &[f64]| Mat::from_fn(n_b, n_b, |i, j| d[i] * matrix[(i, j)] * d[j]);
+        let scaled = |matrix: &Mat<f64>, d: &[f64]| {
+            Mat::from_fn(n_b, n_b, |i, j| d[i] * matrix[(i, j)] * d[j])
+        };
         let largest = |matrix: &Mat<f64>| -> Result<f64, Error> {
             let (values, _) = symmetric_eigen(matrix.as_ref()).ok_or_else(failed)?;
             Ok(values.last().copied().unwrap_or(0.0))
         };
         let d = scale(mass0);
         let mass_reference = largest(&scaled(mass0, &d))?;
-        let (mass_values, mass_vectors) = symmetric_eigen(scaled(mass, &d).as_ref()).ok_or_else(failed)?;
-        let kept: Vec<usize> = (0..n_b).filter(|i| mass_values[*i] > MASS_TOLERANCE * mass_reference).collect();
+        let (mass_values, mass_vectors) =
+            symmetric_eigen(scaled(mass, &d).as_ref()).ok_or_else(failed)?;
+        let kept: Vec<usize> = (0..n_b)
+            .filter(|i| mass_values[*i] > MASS_TOLERANCE * mass_reference)
+            .collect();
 
         let e = scale(flexibility0);
         let flexibility_reference = largest(&scaled(flexibility0, &e))?;
         let (flexibility, values) = clipped(flexibility, &e, flexibility_reference)?;
-        let present: Vec<f64> = values.into_iter().filter(|v| *v > MASS_TOLERANCE * flexibility_reference).collect();
+        let present: Vec<f64> = values
+            .into_iter()
+            .filter(|v| *v > MASS_TOLERANCE * flexibility_reference)
+            .collect();
         let condition = match (present.first(), present.last()) {
             (Some(smallest), Some(largest)) => largest / smallest,
             _ => 1.0,
@@ -64,8 +87,13 @@ impl Filter {
         let stiffness = symmetrized((normalised.transpose() * &flexibility * &normalised).as_ref());
         let (sigma_squared, rotation) = symmetric_eigen(stiffness.as_ref()).ok_or_else(failed)?;
         let transform = &normalised * &rotation;
-        let static_directions = static_directions(&scaled(&flexibility, &e), &transform, &e, flexibility_reference)
-            .ok_or_else(failed)?;
+        let static_directions = static_directions(
+            &scaled(&flexibility, &e),
+            &transform,
+            &e,
+            flexibility_reference,
+        )
+        .ok_or_else(failed)?;
         Ok(Self {
             flexibility,
             transform,
@@ -81,11 +109,22 @@ impl Filter {
 ///
 /// With F = S S that is S (I - Q Qᵀ) S, Q an orthonormal basis of S T. Its accuracy does not depend on how far the σ² lie
 /// apart, where a sum over F t tᵀ F / σ² would.
-fn static_directions(flexibility: &Mat<f64>, transform: &Mat<f64>, e: &[f64], reference: f64) -> Option<usize> {
+fn static_directions(
+    flexibility: &Mat<f64>,
+    transform: &Mat<f64>,
+    e: &[f64],
+    reference: f64,
+) -> Option<usize> {
     let (values, vectors) = symmetric_eigen(flexibility.as_ref())?;
-    let half = Mat::from_fn(values.len(), values.len(), |i, j| values[i].max(0.0).sqrt() * vectors[(j, i)]);
+    let half = Mat::from_fn(values.len(), values.len(), |i, j| {
+        values[i].max(0.0).sqrt() * vectors[(j, i)]
+    });
     let unscaled = Mat::from_fn(transform.nrows(), transform.ncols(), |i, j| {
-        if e[i] > 0.0 { transform[(i, j)] / e[i] } else { 0.0 }
+        if e[i] > 0.0 {
+            transform[(i, j)] / e[i]
+        } else {
+            0.0
+        }
     });
     let mut image = &half * &unscaled;
     for column in image.as_mut().col_iter_mut() {
@@ -96,16 +135,27 @@ fn static_directions(flexibility: &Mat<f64>, transform: &Mat<f64>, e: &[f64], re
     }
     let basis = image.qr().compute_thin_Q();
     let covered = half.transpose() * basis;
-    let (rest, _) = symmetric_eigen(symmetrized((flexibility - &covered * covered.transpose()).as_ref()).as_ref())?;
-    Some(rest.iter().filter(|value| **value > MASS_TOLERANCE * reference).count())
+    let (rest, _) = symmetric_eigen(
+        symmetrized((flexibility - &covered * covered.transpose()).as_ref()).as_ref(),
+    )?;
+    Some(
+        rest.iter()
+            .filter(|value| **value > MASS_TOLERANCE * reference)
+            .count(),
+    )
 }
 
 /// F_res with negative eigenvalues (of the scaled matrix) set to zero where they are rounding, and the scaled eigenvalues.
-fn clipped(flexibility: &Mat<f64>, e: &[f64], reference: f64) -> Result<(Mat<f64>, Vec<f64>), Error> {
+fn clipped(
+    flexibility: &Mat<f64>,
+    e: &[f64],
+    reference: f64,
+) -> Result<(Mat<f64>, Vec<f64>), Error> {
     let n_b = flexibility.nrows();
     let scaled = Mat::from_fn(n_b, n_b, |i, j| e[i] * flexibility[(i, j)] * e[j]);
-    let (values, vectors) =
-        symmetric_eigen(scaled.as_ref()).ok_or(Error::NotFinite { what: "the residual flexibility" })?;
+    let (values, vectors) = symmetric_eigen(scaled.as_ref()).ok_or(Error::NotFinite {
+        what: "the residual flexibility",
+    })?;
     let smallest = values.first().copied().unwrap_or(0.0);
     if smallest < -NEGATIVE_FLEXIBILITY * reference {
         return Err(Error::NotPositive {
@@ -119,7 +169,11 @@ fn clipped(flexibility: &Mat<f64>, e: &[f64], reference: f64) -> Result<(Mat<f64
         return Ok((flexibility.clone(), values));
     }
     let mut clipped = flexibility.clone();
-    for (k, value) in values.iter().enumerate().take_while(|(_, value)| **value < 0.0) {
+    for (k, value) in values
+        .iter()
+        .enumerate()
+        .take_while(|(_, value)| **value < 0.0)
+    {
         for j in (0..n_b).filter(|j| e[*j] > 0.0) {
             for i in (0..n_b).filter(|i| e[*i] > 0.0) {
                 clipped[(i, j)] -= value * vectors[(i, k)] * vectors[(j, k)] / (e[i] * e[j]);
@@ -128,4 +182,3 @@ fn clipped(flexibility: &Mat<f64>, e: &[f64], reference: f64) -> Result<(Mat<f64
     }
     Ok((symmetrized(clipped.as_ref()), values))
 }
-

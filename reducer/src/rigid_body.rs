@@ -46,7 +46,11 @@ fn columns(
 
 /// The rigid columns X = [T, X_r] over the component's dofs about a reference point, (n_e, 3 or 6).
 pub fn component_columns(component: &Component, reference: [f64; 3]) -> Mat<f64> {
-    let dofs = component.dofs.dofs().iter().map(|dof| (dof.direction, component.mesh.position(dof.node)));
+    let dofs = component
+        .dofs
+        .dofs()
+        .iter()
+        .map(|dof| (dof.direction, component.mesh.position(dof.node)));
     columns(component.dimension(), dofs, reference, component.dofs.len())
 }
 
@@ -61,7 +65,10 @@ impl MassProperties {
         let middle = component_middle(component);
         let rigid_mass = |reference| {
             let x = component_columns(component, reference);
-            gram(x.as_ref(), symmetric_product(&component.mass, x.as_ref()).as_ref())
+            gram(
+                x.as_ref(),
+                symmetric_product(&component.mass, x.as_ref()).as_ref(),
+            )
         };
         let about_middle = rigid_mass(middle);
         let mass = (0..d).map(|i| about_middle[(i, i)]).sum::<f64>() / d as f64;
@@ -104,12 +111,18 @@ impl MassProperties {
             Dimension::Spatial => {
                 for (a, row) in tensor.iter_mut().enumerate() {
                     for (b, entry) in row.iter_mut().enumerate() {
-                        *entry = 0.5 * (about_centre[(3 + a, 3 + b)] + about_centre[(3 + b, 3 + a)]);
+                        *entry =
+                            0.5 * (about_centre[(3 + a, 3 + b)] + about_centre[(3 + b, 3 + a)]);
                     }
                 }
             }
         }
-        Ok(Self { mass, centre, tensor, defect })
+        Ok(Self {
+            mass,
+            centre,
+            tensor,
+            defect,
+        })
     }
 }
 
@@ -137,13 +150,21 @@ impl RigidBodyModes {
     ///
     /// # Errors
     /// [`Error::Component`] if the mass matrix is not positive on them (a part without extent or without mass in a direction).
-    pub fn of(component: &Component, model: &Model, properties: &MassProperties) -> Result<Self, Error> {
+    pub fn of(
+        component: &Component,
+        model: &Model,
+        properties: &MassProperties,
+    ) -> Result<Self, Error> {
         let length = part_size(component);
         let dofs = model.dofs.iter().map(|dof| (dof.direction, dof.position));
         let mut geometric = columns(component.dimension(), dofs, properties.centre, model.len());
         for (column, direction) in component.dimension().frame_directions().iter().enumerate() {
             if direction.is_rotation() {
-                geometric.as_mut().col_mut(column).iter_mut().for_each(|entry| *entry /= length);
+                geometric
+                    .as_mut()
+                    .col_mut(column)
+                    .iter_mut()
+                    .for_each(|entry| *entry /= length);
             }
         }
         let shapes = orthonormalized(&model.mass, geometric.as_ref()).ok_or_else(|| {
@@ -153,13 +174,23 @@ impl RigidBodyModes {
             )
         })?;
         let mass_shapes = symmetric_product(&model.mass, shapes.as_ref());
-        Ok(Self { geometric, shapes, mass_shapes, length })
+        Ok(Self {
+            geometric,
+            shapes,
+            mass_shapes,
+            length,
+        })
     }
 
     /// No rigid motion: for a part that is held.
     pub fn none(&self) -> Self {
         let n = self.shapes.nrows();
-        Self { geometric: Mat::zeros(n, 0), shapes: Mat::zeros(n, 0), mass_shapes: Mat::zeros(n, 0), length: self.length }
+        Self {
+            geometric: Mat::zeros(n, 0),
+            shapes: Mat::zeros(n, 0),
+            mass_shapes: Mat::zeros(n, 0),
+            length: self.length,
+        }
     }
 
     /// Number of rigid motions.
@@ -171,24 +202,43 @@ impl RigidBodyModes {
     pub fn project_out(&self, x: &mut Mat<f64>) {
         for _ in 0..2 {
             let amounts = gram(self.mass_shapes.as_ref(), x.as_ref());
-            crate::block_algebra::add_combination(x.as_mut(), self.shapes.as_ref(), amounts.as_ref(), -1.0);
+            crate::block_algebra::add_combination(
+                x.as_mut(),
+                self.shapes.as_ref(),
+                amounts.as_ref(),
+                -1.0,
+            );
         }
     }
 
     /// `max|K r| / (max row sum of |K| · max|r|)` for each rigid column, rotational rows and columns scaled by the part's
     /// size so that the ratio has no unit.
     pub fn stiffness_defects(&self, model: &Model) -> StiffnessDefects {
-        let scale: Vec<f64> =
-            model.dofs.iter().map(|dof| if dof.direction.is_rotation() { 1.0 / self.length } else { 1.0 }).collect();
+        let scale: Vec<f64> = model
+            .dofs
+            .iter()
+            .map(|dof| {
+                if dof.direction.is_rotation() {
+                    1.0 / self.length
+                } else {
+                    1.0
+                }
+            })
+            .collect();
         let row_sum = largest_scaled_row_sum(&model.stiffness, &scale);
         let products = symmetric_product(&model.stiffness, self.geometric.as_ref());
-        let forces = Mat::from_fn(products.nrows(), products.ncols(), |i, j| products[(i, j)] * scale[i] / row_sum);
+        let forces = Mat::from_fn(products.nrows(), products.ncols(), |i, j| {
+            products[(i, j)] * scale[i] / row_sum
+        });
         let per_column = (0..products.ncols())
             .map(|column| {
                 let largest = |m: MatRef<'_, f64>, s: &dyn Fn(usize) -> f64| {
-                    (0..m.nrows()).map(|i| (m[(i, column)] * s(i)).abs()).fold(0.0, f64::max)
+                    (0..m.nrows())
+                        .map(|i| (m[(i, column)] * s(i)).abs())
+                        .fold(0.0, f64::max)
                 };
-                largest(forces.as_ref(), &|_| 1.0) / largest(self.geometric.as_ref(), &|i| 1.0 / scale[i])
+                largest(forces.as_ref(), &|_| 1.0)
+                    / largest(self.geometric.as_ref(), &|i| 1.0 / scale[i])
             })
             .collect();
         StiffnessDefects { per_column, forces }
@@ -213,8 +263,12 @@ impl StiffnessDefects {
 fn largest_scaled_row_sum(matrix: &SparseMatrix, scale: &[f64]) -> f64 {
     (0..matrix.ncols())
         .map(|column| {
-            let rows = matrix.row_idx_of_col_raw(column).iter().zip(matrix.val_of_col(column));
-            rows.map(|(row, value)| (value * scale[*row as usize] * scale[column]).abs()).sum::<f64>()
+            let rows = matrix
+                .row_idx_of_col_raw(column)
+                .iter()
+                .zip(matrix.val_of_col(column));
+            rows.map(|(row, value)| (value * scale[*row as usize] * scale[column]).abs())
+                .sum::<f64>()
         })
         .fold(f64::MIN_POSITIVE, f64::max)
 }
@@ -229,7 +283,9 @@ fn orthonormalized(mass: &SparseMatrix, columns: MatRef<'_, f64>) -> Option<Mat<
         if values.iter().any(|value| *value <= 1e-14 * largest) {
             return None;
         }
-        let scaled = Mat::from_fn(vectors.nrows(), vectors.ncols(), |i, j| vectors[(i, j)] / values[j].sqrt());
+        let scaled = Mat::from_fn(vectors.nrows(), vectors.ncols(), |i, j| {
+            vectors[(i, j)] / values[j].sqrt()
+        });
         x = combination(x.as_ref(), scaled.as_ref());
     }
     Some(x)

@@ -9,7 +9,9 @@ use dcb_formats::SparseMatrix;
 use dcb_formats::mesh::Dimension;
 use faer::{Mat, MatRef};
 
-use crate::block_algebra::{absolute_product, combination, gram, symmetric_eigen, symmetric_product};
+use crate::block_algebra::{
+    absolute_product, combination, gram, symmetric_eigen, symmetric_product,
+};
 use crate::condensation::Model;
 use crate::rigid_body::RigidBodyModes;
 
@@ -30,13 +32,21 @@ pub struct SpectrumScale {
 
 impl SpectrumScale {
     /// Estimates the scale.
-    pub fn of(model: &Model, rigid: &RigidBodyModes, dimension: Dimension, centre: [f64; 3]) -> Self {
+    pub fn of(
+        model: &Model,
+        rigid: &RigidBodyModes,
+        dimension: Dimension,
+        centre: [f64; 3],
+    ) -> Self {
         let mut fields = quadratic_fields(model, dimension, centre, rigid.length);
         rigid.project_out(&mut fields);
         let first_elastic = lowest_ritz_value(model, fields.as_ref()).unwrap_or(0.0);
         let energies = absolute_energies(&model.stiffness, rigid.shapes.as_ref());
         let rounding = f64::EPSILON * energies.into_iter().fold(0.0, f64::max);
-        Self { first_elastic, rounding }
+        Self {
+            first_elastic,
+            rounding,
+        }
     }
 
     /// σ for the factorization of K + σ M.
@@ -48,11 +58,24 @@ impl SpectrumScale {
 /// `|x|ᵀ |K| |x|` of each column: times machine precision, the rounding in `xᵀ K x`.
 pub fn absolute_energies(stiffness: &SparseMatrix, x: MatRef<'_, f64>) -> Vec<f64> {
     let forces = absolute_product(stiffness, x);
-    (0..x.ncols()).map(|j| x.col(j).iter().zip(forces.col(j).iter()).map(|(x, f)| x.abs() * f).sum()).collect()
+    (0..x.ncols())
+        .map(|j| {
+            x.col(j)
+                .iter()
+                .zip(forces.col(j).iter())
+                .map(|(x, f)| x.abs() * f)
+                .sum()
+        })
+        .collect()
 }
 
 /// All displacement fields with one quadratic or linear monomial in one component, with half their curl as rotations.
-fn quadratic_fields(model: &Model, dimension: Dimension, centre: [f64; 3], length: f64) -> Mat<f64> {
+fn quadratic_fields(
+    model: &Model,
+    dimension: Dimension,
+    centre: [f64; 3],
+    length: f64,
+) -> Mat<f64> {
     let d = dimension.coordinate_count();
     let mut monomials: Vec<Vec<usize>> = (0..d).map(|a| vec![a]).collect();
     for a in 0..d {
@@ -66,7 +89,9 @@ fn quadratic_fields(model: &Model, dimension: Dimension, centre: [f64; 3], lengt
         for component in 0..d {
             for (m, monomial) in monomials.iter().enumerate() {
                 fields[(row, component * monomials.len() + m)] = match dof.direction.is_rotation() {
-                    false if dof.direction.axis() == component => monomial.iter().map(|a| xi[*a]).product(),
+                    false if dof.direction.axis() == component => {
+                        monomial.iter().map(|a| xi[*a]).product()
+                    }
                     false => 0.0,
                     true => half_curl(monomial, component, dof.direction.axis(), &xi) / length,
                 };
@@ -87,7 +112,14 @@ fn half_curl(monomial: &[usize], component: usize, about: usize, xi: &[f64; 3]) 
     };
     let derivative: f64 = (0..monomial.len())
         .filter(|i| monomial[*i] == along)
-        .map(|i| monomial.iter().enumerate().filter(|(j, _)| *j != i).map(|(_, a)| xi[*a]).product::<f64>())
+        .map(|i| {
+            monomial
+                .iter()
+                .enumerate()
+                .filter(|(j, _)| *j != i)
+                .map(|(_, a)| xi[*a])
+                .product::<f64>()
+        })
         .sum();
     sign * derivative
 }
@@ -97,10 +129,17 @@ fn lowest_ritz_value(model: &Model, fields: MatRef<'_, f64>) -> Option<f64> {
     let (values, vectors) = symmetric_eigen(mass.as_ref())?;
     let largest = values.last().copied()?;
     // Fields that a flat or straight part cannot tell apart, and those that were rigid, have no mass left.
-    let kept: Vec<usize> = (0..values.len()).filter(|i| values[*i] > 1e-9 * largest).collect();
-    let scaled = Mat::from_fn(values.len(), kept.len(), |i, j| vectors[(i, kept[j])] / values[kept[j]].sqrt());
+    let kept: Vec<usize> = (0..values.len())
+        .filter(|i| values[*i] > 1e-9 * largest)
+        .collect();
+    let scaled = Mat::from_fn(values.len(), kept.len(), |i, j| {
+        vectors[(i, kept[j])] / values[kept[j]].sqrt()
+    });
     let fields = combination(fields, scaled.as_ref());
-    let stiffness = gram(fields.as_ref(), symmetric_product(&model.stiffness, fields.as_ref()).as_ref());
+    let stiffness = gram(
+        fields.as_ref(),
+        symmetric_product(&model.stiffness, fields.as_ref()).as_ref(),
+    );
     let (values, _) = symmetric_eigen(stiffness.as_ref())?;
     values.first().map(|value| value.max(0.0))
 }

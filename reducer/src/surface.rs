@@ -19,10 +19,20 @@ fn faces_of(cell_type: &str, dimension: Dimension) -> &'static [&'static [usize]
         (_, "quad") => &[&[0, 1, 2, 3]],
         (_, "quad8" | "quad9") => &[&[0, 1, 2, 3, 4, 5, 6, 7]],
         (_, "tetra") => &[&[0, 1, 2], &[0, 1, 3], &[1, 2, 3], &[0, 2, 3]],
-        (_, "tetra10") => &[&[0, 1, 2, 4, 5, 6], &[0, 1, 3, 4, 8, 7], &[1, 2, 3, 5, 9, 8], &[0, 2, 3, 6, 9, 7]],
-        (_, "hexahedron") => {
-            &[&[0, 1, 2, 3], &[4, 5, 6, 7], &[0, 1, 5, 4], &[1, 2, 6, 5], &[2, 3, 7, 6], &[3, 0, 4, 7]]
-        }
+        (_, "tetra10") => &[
+            &[0, 1, 2, 4, 5, 6],
+            &[0, 1, 3, 4, 8, 7],
+            &[1, 2, 3, 5, 9, 8],
+            &[0, 2, 3, 6, 9, 7],
+        ],
+        (_, "hexahedron") => &[
+            &[0, 1, 2, 3],
+            &[4, 5, 6, 7],
+            &[0, 1, 5, 4],
+            &[1, 2, 6, 5],
+            &[2, 3, 7, 6],
+            &[3, 0, 4, 7],
+        ],
         (_, "hexahedron20" | "hexahedron27") => &[
             &[0, 1, 2, 3, 8, 9, 10, 11],
             &[4, 5, 6, 7, 12, 13, 14, 15],
@@ -31,7 +41,13 @@ fn faces_of(cell_type: &str, dimension: Dimension) -> &'static [&'static [usize]
             &[2, 3, 7, 6, 10, 19, 14, 18],
             &[3, 0, 4, 7, 11, 16, 15, 19],
         ],
-        (_, "wedge") => &[&[0, 1, 2], &[3, 4, 5], &[0, 1, 4, 3], &[1, 2, 5, 4], &[2, 0, 3, 5]],
+        (_, "wedge") => &[
+            &[0, 1, 2],
+            &[3, 4, 5],
+            &[0, 1, 4, 3],
+            &[1, 2, 5, 4],
+            &[2, 0, 3, 5],
+        ],
         (_, "wedge15") => &[
             &[0, 1, 2, 6, 7, 8],
             &[3, 4, 5, 9, 10, 11],
@@ -39,7 +55,13 @@ fn faces_of(cell_type: &str, dimension: Dimension) -> &'static [&'static [usize]
             &[1, 2, 5, 4, 7, 14, 10, 13],
             &[2, 0, 3, 5, 8, 12, 11, 14],
         ],
-        (_, "pyramid") => &[&[0, 1, 2, 3], &[0, 1, 4], &[1, 2, 4], &[2, 3, 4], &[3, 0, 4]],
+        (_, "pyramid") => &[
+            &[0, 1, 2, 3],
+            &[0, 1, 4],
+            &[1, 2, 4],
+            &[2, 3, 4],
+            &[3, 0, 4],
+        ],
         _ => &[],
     }
 }
@@ -72,15 +94,30 @@ fn shape(node_count: usize, s: f64, t: f64) -> Vec<(f64, f64, f64)> {
                 (l[i] * (2.0 * l[i] - 1.0), d * ds[i], d * dt[i])
             };
             let middle = |i: usize, j: usize| {
-                (4.0 * l[i] * l[j], 4.0 * (ds[i] * l[j] + l[i] * ds[j]), 4.0 * (dt[i] * l[j] + l[i] * dt[j]))
+                (
+                    4.0 * l[i] * l[j],
+                    4.0 * (ds[i] * l[j] + l[i] * ds[j]),
+                    4.0 * (dt[i] * l[j] + l[i] * dt[j]),
+                )
             };
-            vec![corner(0), corner(1), corner(2), middle(0, 1), middle(1, 2), middle(2, 0)]
+            vec![
+                corner(0),
+                corner(1),
+                corner(2),
+                middle(0, 1),
+                middle(1, 2),
+                middle(2, 0),
+            ]
         }
         _ => {
             let corner = |(a, b): &(f64, f64)| {
                 let (p, q) = (1.0 + a * s, 1.0 + b * t);
                 let r = a * s + b * t - 1.0;
-                (0.25 * p * q * r, 0.25 * a * q * (r + p), 0.25 * b * p * (r + q))
+                (
+                    0.25 * p * q * r,
+                    0.25 * a * q * (r + p),
+                    0.25 * b * p * (r + q),
+                )
             };
             let along_s = |b: f64| {
                 let (p, q) = (1.0 - s * s, 1.0 + b * t);
@@ -99,12 +136,17 @@ fn shape(node_count: usize, s: f64, t: f64) -> Vec<(f64, f64, f64)> {
 
 const CORNERS: [(f64, f64); 4] = [(-1.0, -1.0), (1.0, -1.0), (1.0, 1.0), (-1.0, 1.0)];
 /// Three-point Gauss rule on (-1, 1): exact to degree 5.
-const GAUSS: [(f64, f64); 3] =
-    [(-0.774_596_669_241_483_4, 5.0 / 9.0), (0.0, 8.0 / 9.0), (0.774_596_669_241_483_4, 5.0 / 9.0)];
+const GAUSS: [(f64, f64); 3] = [
+    (-0.774_596_669_241_483_4, 5.0 / 9.0),
+    (0.0, 8.0 / 9.0),
+    (0.774_596_669_241_483_4, 5.0 / 9.0),
+];
 
 /// Integration points (s, t, weight) of a face.
 fn quadrature(node_count: usize) -> Vec<(f64, f64, f64)> {
-    let square = GAUSS.iter().flat_map(|(s, ws)| GAUSS.iter().map(move |(t, wt)| (*s, *t, ws * wt)));
+    let square = GAUSS
+        .iter()
+        .flat_map(|(s, ws)| GAUSS.iter().map(move |(t, wt)| (*s, *t, ws * wt)));
     match node_count {
         2 => GAUSS.iter().map(|(s, w)| (*s, 0.0, *w)).collect(),
         // The square collapsed onto the triangle.
@@ -124,7 +166,11 @@ fn shares(mesh: &Mesh, face: &[u32]) -> Vec<f64> {
     let is_edge = mesh.dimension == Dimension::Planar;
     let mut squares = vec![0.0; face.len()];
     let mut area = 0.0;
-    let points_of_rule = if is_edge { quadrature(2) } else { quadrature(face.len()) };
+    let points_of_rule = if is_edge {
+        quadrature(2)
+    } else {
+        quadrature(face.len())
+    };
     for (s, t, weight) in points_of_rule {
         let functions = match (is_edge, face.len()) {
             (true, 3) => vec![
@@ -141,7 +187,11 @@ fn shares(mesh: &Mesh, face: &[u32]) -> Vec<f64> {
                 along_t[axis] += dt * x[axis];
             }
         }
-        let jacobian = if is_edge { norm(along_s) } else { norm(cross(along_s, along_t)) };
+        let jacobian = if is_edge {
+            norm(along_s)
+        } else {
+            norm(cross(along_s, along_t))
+        };
         area += weight * jacobian;
         for (square, (n, _, _)) in squares.iter_mut().zip(&functions) {
             *square += weight * jacobian * n * n;
@@ -152,7 +202,11 @@ fn shares(mesh: &Mesh, face: &[u32]) -> Vec<f64> {
 }
 
 fn cross(a: [f64; 3], b: [f64; 3]) -> [f64; 3] {
-    [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]
+    [
+        a[1] * b[2] - a[2] * b[1],
+        a[2] * b[0] - a[0] * b[2],
+        a[0] * b[1] - a[1] * b[0],
+    ]
 }
 
 fn norm(a: [f64; 3]) -> f64 {
@@ -164,14 +218,24 @@ fn norm(a: [f64; 3]) -> f64 {
 /// # Errors
 /// A message when the mesh has no boundary face within the set, or a node touches none.
 pub fn area_weights(mesh: &Mesh, nodes: &[u32]) -> Result<Vec<f64>, String> {
-    let position: HashMap<u32, usize> = nodes.iter().enumerate().map(|(i, node)| (*node, i)).collect();
+    let position: HashMap<u32, usize> = nodes
+        .iter()
+        .enumerate()
+        .map(|(i, node)| (*node, i))
+        .collect();
     // Faces within the set by their sorted nodes: one that occurs twice lies between two cells. Cells that are surfaces
     // themselves (a skin exported beside the volume) count only where no volume cell has that face.
     let mut faces: HashMap<Vec<u32>, (usize, Vec<u32>)> = HashMap::new();
     let mut order = Vec::new();
-    let (skins, volumes): (Vec<_>, Vec<_>) =
-        mesh.cells.iter().partition(|block| is_skin(&block.cell_type, mesh.dimension));
-    for (block, of_skin) in volumes.iter().map(|b| (b, false)).chain(skins.iter().map(|b| (b, true))) {
+    let (skins, volumes): (Vec<_>, Vec<_>) = mesh
+        .cells
+        .iter()
+        .partition(|block| is_skin(&block.cell_type, mesh.dimension));
+    for (block, of_skin) in volumes
+        .iter()
+        .map(|b| (b, false))
+        .chain(skins.iter().map(|b| (b, true)))
+    {
         for cell in block.cells() {
             for local in faces_of(&block.cell_type, mesh.dimension) {
                 let face: Vec<u32> = local.iter().map(|i| cell[*i]).collect();
@@ -223,8 +287,22 @@ mod tests {
         for z in [0.0, 1.0] {
             points.extend(corners.iter().map(|(x, y)| [*x, *y, z]));
         }
-        let middle = |a: usize, b: usize, p: &Vec<[f64; 3]>| [0, 1, 2].map(|i| 0.5 * (p[a][i] + p[b][i]));
-        for (a, b) in [(0, 1), (1, 2), (2, 3), (3, 0), (4, 5), (5, 6), (6, 7), (7, 4), (0, 4), (1, 5), (2, 6), (3, 7)] {
+        let middle =
+            |a: usize, b: usize, p: &Vec<[f64; 3]>| [0, 1, 2].map(|i| 0.5 * (p[a][i] + p[b][i]));
+        for (a, b) in [
+            (0, 1),
+            (1, 2),
+            (2, 3),
+            (3, 0),
+            (4, 5),
+            (5, 6),
+            (6, 7),
+            (7, 4),
+            (0, 4),
+            (1, 5),
+            (2, 6),
+            (3, 7),
+        ] {
             points.push(middle(a, b, &points));
         }
         let mesh = Mesh {
@@ -243,6 +321,10 @@ mod tests {
         assert!((weights[0] - weights[2]).abs() < 1e-14 && (weights[4] - weights[6]).abs() < 1e-14);
         let side = area_weights(&mesh, &[1, 2, 6, 5, 9, 18, 13, 17]).unwrap();
         assert!((side.iter().sum::<f64>() - 3.0).abs() < 1e-13);
-        assert!(area_weights(&mesh, &[0, 1, 2]).unwrap_err().contains("node 0"));
+        assert!(
+            area_weights(&mesh, &[0, 1, 2])
+                .unwrap_err()
+                .contains("node 0")
+        );
     }
 }

@@ -10,7 +10,10 @@ use serde_json::Value;
 fn main() {
     if std::env::args().any(|argument| argument == "--render") {
         let path = format!("{}/../docs/data/accuracy.jsonl", env!("CARGO_MANIFEST_DIR"));
-        print!("{}", render(&std::fs::read_to_string(path).expect("docs/data/accuracy.jsonl")));
+        print!(
+            "{}",
+            render(&std::fs::read_to_string(path).expect("docs/data/accuracy.jsonl"))
+        );
         return;
     }
     for case in cases() {
@@ -29,11 +32,21 @@ fn render(lines: &str) -> String {
         let text = |key: &str| value[key].as_str().expect(key).to_owned();
         let number = |key: &str| value[key].as_f64().expect(key);
         let kept = value["n_k"].as_u64().expect("n_k");
-        let at = *position.entry((text("part"), text("quantity"))).or_insert_with(|| {
-            let n_e = value["n_e"].as_u64().expect("n_e");
-            rows.push((text("part"), n_e, text("quantity"), text("oracle"), 0.0, 0.0, Vec::new()));
-            rows.len() - 1
-        });
+        let at = *position
+            .entry((text("part"), text("quantity")))
+            .or_insert_with(|| {
+                let n_e = value["n_e"].as_u64().expect("n_e");
+                rows.push((
+                    text("part"),
+                    n_e,
+                    text("quantity"),
+                    text("oracle"),
+                    0.0,
+                    0.0,
+                    Vec::new(),
+                ));
+                rows.len() - 1
+            });
         let row = &mut rows[at];
         // The measurement closest to its bound.
         if row.6.is_empty() || number("relative_error") / number("bound") > row.4 / row.5 {
@@ -41,11 +54,16 @@ fn render(lines: &str) -> String {
         }
         row.6.push(kept);
     }
-    let mut table = String::from("| part | n_e | quantity | modes kept | worst relative error | bound | compared with |\n");
+    let mut table = String::from(
+        "| part | n_e | quantity | modes kept | worst relative error | bound | compared with |\n",
+    );
     table += "| --- | --- | --- | --- | --- | --- | --- |\n";
     for (part, n_e, quantity, oracle, error, bound, kept) in rows {
         let kept: Vec<String> = kept.iter().map(u64::to_string).collect();
-        table += &format!("| {part} | {n_e} | {quantity} | {} | {error:.1e} | {bound:.0e} | {oracle} |\n", kept.join(", "));
+        table += &format!(
+            "| {part} | {n_e} | {quantity} | {} | {error:.1e} | {bound:.0e} | {oracle} |\n",
+            kept.join(", ")
+        );
     }
     table
 }

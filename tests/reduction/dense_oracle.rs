@@ -1,5 +1,10 @@
 //! Is a reduction what dense algebra on K and M gives?
-#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, clippy::needless_range_loop)]
+#![allow(
+    clippy::unwrap_used,
+    clippy::expect_used,
+    clippy::panic,
+    clippy::needless_range_loop
+)]
 
 use dcb_tests::accuracy::cases;
 use dcb_tests::dense::{dense, relative, symmetric};
@@ -30,7 +35,9 @@ fn frequencies_of_the_symmetric_ring() {
     solve_lower_triangular_in_place(lower.as_ref(), half.as_mut(), Par::Seq);
     let mut matrix = half.transpose().to_owned();
     solve_lower_triangular_in_place(lower.as_ref(), matrix.as_mut(), Par::Seq);
-    let expected = symmetric(&matrix).self_adjoint_eigenvalues(Side::Lower).unwrap();
+    let expected = symmetric(&matrix)
+        .self_adjoint_eigenvalues(Side::Lower)
+        .unwrap();
     let found = lowest(&ring, 20).superelement.modes.eigenvalues;
     // The dense values are good to ε times the largest.
     let rounding = 1e-15 * expected.last().unwrap() / found[0];
