@@ -7,6 +7,8 @@
 )]
 
 use dcb_formats::{Component, SparseMatrix, Superelement};
+use dcb_reducer::invariants::inertia_invariants;
+use dcb_reducer::rigid_body::{MassProperties, component_columns};
 use dcb_samples::spatial_beam::SpatialBeam;
 use dcb_samples::{RodSection, SolidElement};
 use dcb_tests::accuracy::basis;
@@ -14,7 +16,7 @@ use dcb_tests::dense::{diagonal_roots, identity, largest, pseudo_random, scaled_
 use dcb_tests::oracle::{Oracle, centre_of_mass, rigid_motions};
 use dcb_tests::{fields, lowest, nodal, parts};
 use faer::Mat;
-use nalgebra::Vector3;
+use nalgebra::{Matrix3, Vector3};
 
 /// `A x` entry by entry.
 fn times(matrix: &SparseMatrix, x: &Mat<f64>) -> Mat<f64> {
@@ -419,6 +421,38 @@ fn interface_loads_deflect_statically_as_the_whole_model_does() {
                     component.name
                 );
             }
+        }
+    }
+}
+
+/// Under an infinitesimal rigid rotation about e_b the inertia changes by W I + (W I)ᵀ, W = skew(e_b): with the section's own
+/// inertia, which node positions on the axis don't show.
+#[test]
+fn first_order_inertia_of_a_rotation_turns_the_tensor() {
+    let beam = SpatialBeam {
+        elements: 3,
+        theory: dcb_samples::spatial_beam::BeamTheory::Timoshenko,
+        end: [0.3, 0.1, -0.05],
+        ..Default::default()
+    };
+    let block = dcb_samples::box_block(
+        [2, 1, 1],
+        [0.2, 0.1, 0.05],
+        SolidElement::Hexahedron20,
+        &dcb_samples::Material::STEEL,
+    );
+    for component in [dcb_samples::spatial_beam(&beam), block] {
+        let properties = MassProperties::of(&component).unwrap();
+        let rotations = component_columns(&component, properties.centre);
+        let inertia = inertia_invariants(&component, &properties, rotations.as_ref().subcols(3, 3));
+        let tensor = Matrix3::from_fn(|i, j| properties.tensor[i][j]);
+        for (b, first_order) in inertia.i1.iter().enumerate() {
+            let axis = Vector3::from_fn(|i, _| if i == b { 1.0 } else { 0.0 });
+            let turned = axis.cross_matrix() * tensor;
+            let expected = turned + turned.transpose();
+            let found = Matrix3::from_fn(|i, j| first_order[i][j]);
+            let error = (found - expected).norm() / tensor.norm();
+            assert!(error < 1e-13, "{}, axis {b}: {error:e}", component.name);
         }
     }
 }
