@@ -1,0 +1,98 @@
+//! Superelements that `reduce` wrote with format 1.0, frozen: every later version reads them and finds the same mechanics.
+//! The values are those of the reference data, not of the files.
+#![allow(clippy::unwrap_used)]
+
+use std::path::{Path, PathBuf};
+
+use dcb_formats::dcb::SuperelementFile;
+use dcb_formats::superelement::FrameKind;
+use serde_json::Value;
+
+fn data(path: &str) -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR"))
+        .join("data")
+        .join(path)
+}
+
+fn reference(name: &str) -> Value {
+    serde_json::from_str(&std::fs::read_to_string(data("reference").join(name)).unwrap()).unwrap()
+}
+
+fn numbers(value: &Value) -> Vec<f64> {
+    value
+        .as_array()
+        .unwrap()
+        .iter()
+        .map(|x| x.as_f64().unwrap())
+        .collect()
+}
+
+#[test]
+fn the_planar_rod_of_format_1_0() {
+    let file = SuperelementFile::open(data("frozen/rod-1.0.dcb.h5")).unwrap();
+    assert_eq!(file.format_version().to_string(), "1.0");
+    assert!(file.verify_digests().unwrap() > 20);
+    let rod = file.superelement().unwrap();
+    let expected = &reference("ref_planar.json")["invariants"]["4"];
+    for (found, omega) in rod
+        .modes
+        .eigenvalues
+        .iter()
+        .zip(numbers(&expected["omega"]))
+    {
+        assert!(
+            (found.sqrt() / omega - 1.0).abs() < 1e-9,
+            "{found} against {omega}"
+        );
+    }
+    assert_eq!(
+        (
+            rod.mode_count(),
+            rod.boundary_row_count(),
+            rod.residual.sigma_squared.len()
+        ),
+        (5, 4, 4)
+    );
+    let sigma = numbers(&expected["residual"]["5"]["sigma"]);
+    for (found, sigma) in rod.residual.sigma_squared.iter().zip(sigma) {
+        assert!(
+            (found.sqrt() / sigma - 1.0).abs() < 1e-9,
+            "{found} against {sigma}"
+        );
+    }
+    let mass = expected["m"].as_f64().unwrap();
+    assert!((rod.inertia.mass / mass - 1.0).abs() < 1e-12);
+    assert_eq!(rod.frame_kind, FrameKind::MeanAxis);
+    assert_eq!(file.recovery().unwrap().unwrap().dofs.len(), 15);
+    assert_eq!(file.mesh().unwrap().unwrap().node_count(), 5);
+}
+
+#[test]
+fn the_rotor_of_format_1_0() {
+    let file = SuperelementFile::open(data("frozen/rotor-1.0.dcb.h5")).unwrap();
+    assert!(file.verify_digests().unwrap() > 20);
+    let rotor = file.superelement().unwrap();
+    let cases = reference("reference.json");
+    let case = cases
+        .as_array()
+        .unwrap()
+        .iter()
+        .find(|case| case["name"].as_str().unwrap().contains("Ansys"))
+        .unwrap();
+    for (eigenvalue, hertz) in rotor
+        .modes
+        .eigenvalues
+        .iter()
+        .zip(numbers(&case["freq_first10_elastic"]))
+    {
+        let found = eigenvalue.sqrt() / (2.0 * std::f64::consts::PI);
+        assert!(
+            (found / hertz - 1.0).abs() < 1e-8,
+            "{found} against {hertz}"
+        );
+    }
+    assert!((rotor.inertia.mass / case["mass"].as_f64().unwrap() - 1.0).abs() < 1e-12);
+    assert_eq!(rotor.inertia.i1.len(), rotor.basis_count());
+    assert_eq!(rotor.inertia.i2.len(), 6);
+    assert_eq!(file.recovery().unwrap().unwrap().modes.nrows(), 345);
+}
