@@ -3,10 +3,14 @@
 use dcb_formats::Component;
 use dcb_formats::mesh::Dimension;
 use dcb_reducer::Reduced;
-use faer::Mat;
+use faer::linalg::triangular_solve::solve_lower_triangular_in_place;
+use faer::{Mat, Par, Side};
 use serde_json::{Value, json};
 
-use crate::dense::{diagonal, diagonal_roots, difference, eigen, identity, largest, relative, scaled_difference, symmetric};
+use crate::dense::{
+    dense, diagonal, diagonal_roots, difference, eigen, identity, largest, relative,
+    scaled_difference, symmetric,
+};
 use crate::nodal::{self, Invariants};
 use crate::oracle::{Oracle, centre_of_mass, rigid_motions};
 
@@ -40,7 +44,7 @@ impl Measurement {
     /// As one line of `docs/data/accuracy.jsonl`.
     pub fn line(&self) -> Value {
         json!({
-            "quantity": self.quantity, "part": self.part, "n_e": self.n_e, "n_k": self.modes,
+            "kind": "dense", "quantity": self.quantity, "part": self.part, "n_e": self.n_e, "n_k": self.modes,
             "relative_error": self.error, "bound": self.bound, "oracle": self.oracle,
         })
     }
@@ -60,16 +64,26 @@ struct Sheet<'a> {
 impl Sheet<'_> {
     fn add(&mut self, quantity: &'static str, error: f64, bound: f64, oracle: &'static str) {
         let (part, n_e, modes) = (self.part.to_owned(), self.component.dofs.len(), self.modes);
-        self.lines.push(Measurement { quantity, part, n_e, modes, error, bound, oracle });
+        self.lines.push(Measurement {
+            quantity,
+            part,
+            n_e,
+            modes,
+            error,
+            bound,
+            oracle,
+        });
     }
 }
 
 /// The whole basis [Φ, G_res L_bᵀ].
 pub fn basis(reduced: &Reduced) -> Mat<f64> {
     let (phi, x) = (&reduced.recovery.modes, &reduced.recovery.residual);
-    Mat::from_fn(phi.nrows(), phi.ncols() + x.ncols(), |i, j| match j < phi.ncols() {
-        true => phi[(i, j)],
-        false => x[(i, j - phi.ncols())],
+    Mat::from_fn(phi.nrows(), phi.ncols() + x.ncols(), |i, j| {
+        match j < phi.ncols() {
+            true => phi[(i, j)],
+            false => x[(i, j - phi.ncols())],
+        }
     })
 }
 
@@ -83,7 +97,12 @@ pub fn measure(
 ) -> Vec<Measurement> {
     let reduced = crate::lowest(component, count);
     let kept = reduced.superelement.mode_count();
-    let mut sheet = Sheet { component, part, modes: kept, lines: Vec::new() };
+    let mut sheet = Sheet {
+        component,
+        part,
+        modes: kept,
+        lines: Vec::new(),
+    };
     let rounding = oracle.eigenvalue_rounding(0);
     let bound = BOUND.max(OVER_ROUNDING * rounding);
     mass_properties(&mut sheet, &reduced);
@@ -97,18 +116,37 @@ fn mass_properties(sheet: &mut Sheet, reduced: &Reduced) {
     let element = &reduced.superelement;
     let (mass, centre) = centre_of_mass(sheet.component);
     let x = rigid_motions(sheet.component, centre);
-    let rigid = x.transpose() * crate::dense::dense(&sheet.component.mass) * &x;
+    let rigid = x.transpose() * dense(&sheet.component.mass) * &x;
     let size = (0..3).map(|i| centre[i].abs()).fold(0.05, f64::max);
-    let offset = (0..3).map(|i| (centre[i] - element.origin[i]).abs()).fold(0.0, f64::max) / size;
-    sheet.add("mass", (element.inertia.mass / mass - 1.0).abs(), 1e-12, "TᵀMT");
+    let offset = (0..3)
+        .map(|i| (centre[i] - element.origin[i]).abs())
+        .fold(0.0, f64::max)
+        / size;
+    sheet.add(
+        "mass",
+        (element.inertia.mass / mass - 1.0).abs(),
+        1e-12,
+        "TᵀMT",
+    );
     sheet.add("centre of mass", offset, 1e-12, "TᵀM(x - mean)");
     let planar = sheet.component.dimension() == Dimension::Planar;
     let tensor = Mat::from_fn(3, 3, |i, j| element.inertia.tensor[i][j]);
     let expected = Mat::from_fn(3, 3, |i, j| match planar {
-        true => if i == 2 && j == 2 { rigid[(2, 2)] } else { 0.0 },
+        true => {
+            if i == 2 && j == 2 {
+                rigid[(2, 2)]
+            } else {
+                0.0
+            }
+        }
         false => rigid[(3 + i, 3 + j)],
     });
-    sheet.add("inertia tensor", difference(&tensor, &expected), 1e-12, "dense XᵀMX");
+    sheet.add(
+        "inertia tensor",
+        difference(&tensor, &expected),
+        1e-12,
+        "dense XᵀMX",
+    );
 }
 
 fn modes(sheet: &mut Sheet, reduced: &Reduced, oracle: &Oracle, bound: f64) {
@@ -116,20 +154,45 @@ fn modes(sheet: &mut Sheet, reduced: &Reduced, oracle: &Oracle, bound: f64) {
     let kept = element.mode_count();
     let frequencies = |values: &[f64]| values.iter().map(|v| v.sqrt()).collect::<Vec<_>>();
     let expected = frequencies(&oracle.eigenvalues[..kept]);
-    sheet.add("frequencies", relative(&frequencies(&element.modes.eigenvalues), &expected), bound, "dense eigenproblem");
+    sheet.add(
+        "frequencies",
+        relative(&frequencies(&element.modes.eigenvalues), &expected),
+        bound,
+        "dense eigenproblem",
+    );
     let phi = &reduced.recovery.modes;
     let orthonormality = phi.transpose() * &oracle.mass * phi;
-    sheet.add("ΦᵀMΦ - I", largest((&orthonormality - identity(kept)).as_ref()), 1e-11, "dense product");
+    sheet.add(
+        "ΦᵀMΦ - I",
+        largest((&orthonormality - identity(kept)).as_ref()),
+        1e-11,
+        "dense product",
+    );
     // The kept space, whatever the basis in it.
     let cosines = oracle.kept(kept).transpose() * &oracle.mass * phi;
     let defect = cosines.transpose() * &cosines - identity(kept);
-    sheet.add("kept space", largest(defect.as_ref()), bound, "dense eigenproblem");
+    sheet.add(
+        "kept space",
+        largest(defect.as_ref()),
+        bound,
+        "dense eigenproblem",
+    );
     let seen = &oracle.localization * phi;
-    sheet.add("L_b Φ", difference(&element.modes.interface_shapes, &seen), 1e-11, "dense product");
+    sheet.add(
+        "L_b Φ",
+        difference(&element.modes.interface_shapes, &seen),
+        1e-11,
+        "dense product",
+    );
     let omitted = oracle.eigenvalues.get(kept).map_or(0.0, |next| {
         (element.modes.first_omitted_eigenvalue.sqrt() / next.sqrt() - 1.0).abs()
     });
-    sheet.add("first omitted frequency", omitted, 1e-6, "dense eigenproblem");
+    sheet.add(
+        "first omitted frequency",
+        omitted,
+        1e-6,
+        "dense eigenproblem",
+    );
     if kept == oracle.eigenvalues.len() {
         assert!(element.modes.first_omitted_eigenvalue.is_infinite());
     }
@@ -139,49 +202,99 @@ fn residuals(sheet: &mut Sheet, reduced: &Reduced, oracle: &Oracle, bound: f64) 
     let residual = &reduced.superelement.residual;
     let kept = reduced.superelement.mode_count();
     let (f0, m0) = (oracle.residual_flexibility(0), oracle.residual_mass(0));
-    let (f, m) = (oracle.residual_flexibility(kept), oracle.residual_mass(kept));
+    let (f, m) = (
+        oracle.residual_flexibility(kept),
+        oracle.residual_mass(kept),
+    );
     // Relative to the residual itself, and to all of the flexibility where the residual is rounding.
     let floor = |own: &Mat<f64>, whole: &Mat<f64>| -> Vec<f64> {
         let (own, whole) = (diagonal_roots(own), diagonal_roots(whole));
-        own.iter().zip(&whole).map(|(own, whole)| own.max(1e-4 * whole)).collect()
+        own.iter()
+            .zip(&whole)
+            .map(|(own, whole)| own.max(1e-4 * whole))
+            .collect()
     };
     let scale = floor(&f, &f0);
-    sheet.add("F_res", scaled_difference(&residual.flexibility, &f, &scale), bound, "bordered system");
+    sheet.add(
+        "F_res",
+        scaled_difference(&residual.flexibility, &f, &scale),
+        bound,
+        "bordered system",
+    );
     let scale_m = floor(&m, &m0);
-    sheet.add("M_res", scaled_difference(&residual.mass, &m, &scale_m), bound, "bordered system");
+    sheet.add(
+        "M_res",
+        scaled_difference(&residual.mass, &m, &scale_m),
+        bound,
+        "bordered system",
+    );
     let diagonal0: Vec<f64> = (0..m0.nrows()).map(|i| m0[(i, i)]).collect();
-    sheet.add("diag M_res, no mode", relative(&residual.mass_diagonal0, &diagonal0), bound, "bordered system");
+    sheet.add(
+        "diag M_res, no mode",
+        relative(&residual.mass_diagonal0, &diagonal0),
+        bound,
+        "bordered system",
+    );
     // Filter and transform from the oracle's own matrices.
-    let inverse_root: Vec<f64> = diagonal0.iter().map(|d| if *d > 0.0 { 1.0 / d.sqrt() } else { 0.0 }).collect();
-    let scaled = |a: &Mat<f64>| Mat::from_fn(a.nrows(), a.ncols(), |i, j| inverse_root[i] * a[(i, j)] * inverse_root[j]);
-    let top = eigen(&symmetric(&scaled(&m0))).0.last().copied().unwrap_or(0.0);
+    let inverse_root: Vec<f64> = diagonal0
+        .iter()
+        .map(|d| if *d > 0.0 { 1.0 / d.sqrt() } else { 0.0 })
+        .collect();
+    let scaled = |a: &Mat<f64>| {
+        Mat::from_fn(a.nrows(), a.ncols(), |i, j| {
+            inverse_root[i] * a[(i, j)] * inverse_root[j]
+        })
+    };
+    let top = eigen(&symmetric(&scaled(&m0)))
+        .0
+        .last()
+        .copied()
+        .unwrap_or(0.0);
     let (values, vectors) = eigen(&symmetric(&scaled(&m)));
-    let chosen: Vec<usize> = (0..values.len()).filter(|i| values[*i] > FILTER * top).collect();
+    let chosen: Vec<usize> = (0..values.len())
+        .filter(|i| values[*i] > FILTER * top)
+        .collect();
     let rank = residual.sigma_squared.len();
-    assert_eq!(rank, chosen.len(), "{}: rank with {kept} modes, scaled M_res {values:?}", sheet.part);
+    assert_eq!(
+        rank,
+        chosen.len(),
+        "{}: rank with {kept} modes, scaled M_res {values:?}",
+        sheet.part
+    );
     let t = &residual.transform;
     let in_mass = t.transpose() * &m * t - identity(rank);
     // T is as long as the filter's weakest direction is short.
     let weakest = chosen.first().map_or(1.0, |i| values[*i] / top);
     let amplified = bound.max(1e-14 / weakest).min(1e-3);
-    sheet.add("TᵀM_resT - I", largest(in_mass.as_ref()), amplified, "bordered system");
+    sheet.add(
+        "TᵀM_resT - I",
+        largest(in_mass.as_ref()),
+        amplified,
+        "bordered system",
+    );
     let sigma_max = residual.sigma_squared.last().copied().unwrap_or(1.0);
-    let in_flexibility = (t.transpose() * &f * t - diagonal(&residual.sigma_squared)) * faer::Scale(1.0 / sigma_max);
-    sheet.add("TᵀF_resT - σ²", largest(in_flexibility.as_ref()), amplified, "bordered system");
+    let in_flexibility =
+        (t.transpose() * &f * t - diagonal(&residual.sigma_squared)) * faer::Scale(1.0 / sigma_max);
+    sheet.add(
+        "TᵀF_resT - σ²",
+        largest(in_flexibility.as_ref()),
+        amplified,
+        "bordered system",
+    );
     let normal = Mat::from_fn(f.nrows(), chosen.len(), |i, j| {
         inverse_root[i] * vectors[(i, chosen[j])] / values[chosen[j]].sqrt()
     });
     let (sigma, _) = eigen(&symmetric(&(normal.transpose() * &f * &normal)));
     let roots = |v: &[f64]| v.iter().map(|s| s.max(0.0).sqrt()).collect::<Vec<_>>();
-    sheet.add("σ", relative(&roots(&residual.sigma_squared), &roots(&sigma)), amplified, "dense eigenproblem");
+    sheet.add(
+        "σ",
+        relative(&roots(&residual.sigma_squared), &roots(&sigma)),
+        amplified,
+        "dense eigenproblem",
+    );
 }
 
-fn invariants(
-    sheet: &mut Sheet,
-    reduced: &Reduced,
-    bound: f64,
-    exact: Option<&Exact>,
-) {
+fn invariants(sheet: &mut Sheet, reduced: &Reduced, bound: f64, exact: Option<&Exact>) {
     let element = &reduced.superelement;
     let psi = basis(reduced);
     let (mass, centre) = centre_of_mass(sheet.component);
@@ -189,21 +302,44 @@ fn invariants(
         Some(exact) => exact(centre, &psi),
         None => nodal::invariants(sheet.component, centre, psi.as_ref()),
     };
-    let (oracle, n) = (if exact.is_some() { "quadrature" } else { "loops over nodes" }, psi.ncols());
-    let matrix = crate::dense::dense(&sheet.component.mass);
+    let (oracle, n) = (
+        if exact.is_some() {
+            "quadrature"
+        } else {
+            "loops over nodes"
+        },
+        psi.ncols(),
+    );
+    let matrix = dense(&sheet.component.mass);
     let norms: Vec<f64> = diagonal_roots(&(psi.transpose() * &matrix * &psi));
     let planar = element.dimension == Dimension::Planar;
     let inertia = &element.inertia;
-    let length = (0..3).map(|a| inertia.tensor[a][a] / mass).fold(0.0, f64::max).sqrt();
+    let length = (0..3)
+        .map(|a| inertia.tensor[a][a] / mass)
+        .fold(0.0, f64::max)
+        .sqrt();
     let worst = |value: &dyn Fn(usize) -> f64, scale: f64| {
-        (0..n).filter(|k| norms[*k] > 0.0).map(|k| value(k).abs() / (scale * norms[k])).fold(0.0, f64::max)
+        (0..n)
+            .filter(|k| norms[*k] > 0.0)
+            .map(|k| value(k).abs() / (scale * norms[k]))
+            .fold(0.0, f64::max)
     };
     let rows = if planar { 2 } else { 3 };
-    let l1 = |k: usize| (0..rows).map(|a| (inertia.l1[(a, k)] - expected.l1[(a, k)]).abs().max(inertia.l1[(a, k)].abs())).fold(0.0, f64::max);
+    let l1 = |k: usize| {
+        (0..rows)
+            .map(|a| {
+                (inertia.l1[(a, k)] - expected.l1[(a, k)])
+                    .abs()
+                    .max(inertia.l1[(a, k)].abs())
+            })
+            .fold(0.0, f64::max)
+    };
     sheet.add("L1 (zero)", worst(&l1, mass.sqrt()), bound, oracle);
     let i3 = |k: usize| match planar {
         true => inertia.i3[(0, k)].abs().max(expected.i3[(2, k)].abs()),
-        false => (0..3).map(|a| inertia.i3[(a, k)].abs().max(expected.i3[(a, k)].abs())).fold(0.0, f64::max),
+        false => (0..3)
+            .map(|a| inertia.i3[(a, k)].abs().max(expected.i3[(a, k)].abs()))
+            .fold(0.0, f64::max),
     };
     sheet.add("I3 (zero)", worst(&i3, mass.sqrt() * length), bound, oracle);
     let i1 = |k: usize| match planar {
@@ -213,12 +349,23 @@ fn invariants(
             (0..9).map(|at| entry(at / 3, at % 3)).fold(0.0, f64::max)
         }
     };
-    sheet.add(if planar { "I1" } else { "J1" }, worst(&i1, mass.sqrt() * length), bound, oracle);
+    sheet.add(
+        if planar { "I1" } else { "J1" },
+        worst(&i1, mass.sqrt() * length),
+        bound,
+        oracle,
+    );
     let l3 = |a: usize, of: usize| scaled_difference(&inertia.l3[a], &expected.l3[of], &norms);
-    let l3 = if planar { l3(0, 2) } else { (0..3).map(|a| l3(a, a)).fold(0.0, f64::max) };
+    let l3 = if planar {
+        l3(0, 2)
+    } else {
+        (0..3).map(|a| l3(a, a)).fold(0.0, f64::max)
+    };
     sheet.add("L3", l3, bound, oracle);
     if !planar {
-        let j2 = (0..6).map(|p| scaled_difference(&inertia.i2[p], &expected.j2[p], &norms)).fold(0.0, f64::max);
+        let j2 = (0..6)
+            .map(|p| scaled_difference(&inertia.i2[p], &expected.j2[p], &norms))
+            .fold(0.0, f64::max);
         sheet.add("J2", j2, bound, oracle);
     }
 }
@@ -239,7 +386,15 @@ impl Case {
     /// All measurements.
     pub fn measure(&self) -> Vec<Measurement> {
         let oracle = Oracle::of(&self.component);
-        let one = |count| measure(&self.component, &self.name, count, &oracle, self.exact.as_deref());
+        let one = |count| {
+            measure(
+                &self.component,
+                &self.name,
+                count,
+                &oracle,
+                self.exact.as_deref(),
+            )
+        };
         self.counts.iter().flat_map(|count| one(*count)).collect()
     }
 }
@@ -252,40 +407,129 @@ pub fn cases() -> Vec<Case> {
     let mut cases = Vec::new();
     for elements in [1, 2, 4, 8, 16] {
         let all = 3 * elements;
-        let counts = [0, 1, 3, 8, all].into_iter().filter(|count| *count <= all).collect();
+        let counts = [0, 1, 3, 8, all]
+            .into_iter()
+            .filter(|count| *count <= all)
+            .collect();
         let points = fields::rod_points(elements, &RodSection::default());
         cases.push(Case {
             name: format!("planar rod, {elements} element(s)"),
             component: crate::parts::rod(elements),
             counts,
-            exact: Some(Box::new(move |centre, psi| fields::invariants(&points, centre, psi.as_ref()))),
+            exact: Some(Box::new(move |centre, psi| {
+                fields::invariants(&points, centre, psi.as_ref())
+            })),
         });
     }
-    let points = fields::rod_points(5, &RodSection { angle: 0.7, ..RodSection::default() });
+    let points = fields::rod_points(
+        5,
+        &RodSection {
+            angle: 0.7,
+            ..RodSection::default()
+        },
+    );
     cases.push(Case {
         name: "planar rod, tilted".into(),
         component: crate::parts::tilted_rod(5),
         counts: vec![0, 4],
-        exact: Some(Box::new(move |centre, psi| fields::invariants(&points, centre, psi.as_ref()))),
+        exact: Some(Box::new(move |centre, psi| {
+            fields::invariants(&points, centre, psi.as_ref())
+        })),
     });
     for elements in [2, 8] {
-        let beam = SpatialBeam { elements, ..SpatialBeam::default() };
+        let beam = SpatialBeam {
+            elements,
+            ..SpatialBeam::default()
+        };
         let points = fields::beam_points(&beam);
         cases.push(Case {
             name: format!("spatial beam, {elements} elements"),
-            component: crate::parts::beam(elements, BeamTheory::EulerBernoulli, BeamMass::Consistent),
-            counts: if elements == 2 { vec![0, 1, 12] } else { vec![0, 1, 10] },
-            exact: Some(Box::new(move |centre, psi| fields::invariants(&points, centre, psi.as_ref()))),
+            component: crate::parts::beam(
+                elements,
+                BeamTheory::EulerBernoulli,
+                BeamMass::Consistent,
+            ),
+            counts: if elements == 2 {
+                vec![0, 1, 12]
+            } else {
+                vec![0, 1, 10]
+            },
+            exact: Some(Box::new(move |centre, psi| {
+                fields::invariants(&points, centre, psi.as_ref())
+            })),
         });
     }
     let mut solid = |name: &str, component, counts: &[usize]| {
-        cases.push(Case { name: name.into(), component, counts: counts.to_vec(), exact: None });
+        cases.push(Case {
+            name: name.into(),
+            component,
+            counts: counts.to_vec(),
+            exact: None,
+        });
     };
     solid("hexahedra, 30 nodes", reference_hexahedra(), &[0, 1, 6, 84]);
-    solid("tetrahedra, 16 nodes", reference_tetrahedra(), &[0, 1, 6, 42]);
-    solid("box of hexahedra20", crate::parts::steel_box([4, 2, 1], SolidElement::Hexahedron20), &[0, 1, 12]);
-    solid("box of tetrahedra10", crate::parts::steel_box([3, 1, 1], SolidElement::Tetra10), &[0, 1, 12]);
-    solid("rotor (published matrices)", crate::parts::rotor(), &[0, 2, 12]);
-    solid("slender box, 2 m x 12 mm x 8 mm", dcb_samples::box_block([20, 1, 1], [2.0, 0.012, 0.008], SolidElement::Hexahedron20, &dcb_samples::Material::STEEL), &[0, 6]);
+    solid(
+        "tetrahedra, 16 nodes",
+        reference_tetrahedra(),
+        &[0, 1, 6, 42],
+    );
+    solid(
+        "box of hexahedra20",
+        crate::parts::steel_box([4, 2, 1], SolidElement::Hexahedron20),
+        &[0, 1, 12],
+    );
+    solid(
+        "box of tetrahedra10",
+        crate::parts::steel_box([3, 1, 1], SolidElement::Tetra10),
+        &[0, 1, 12],
+    );
+    solid(
+        "rotor (published matrices)",
+        crate::parts::rotor(),
+        &[0, 2, 12],
+    );
+    solid(
+        "slender box, 2 m x 12 mm x 8 mm",
+        dcb_samples::box_block(
+            [20, 1, 1],
+            [2.0, 0.012, 0.008],
+            SolidElement::Hexahedron20,
+            &dcb_samples::Material::STEEL,
+        ),
+        &[0, 6],
+    );
     cases
+}
+
+/// Frequencies of the symmetric ring, too large for the whole comparison: against eigenvalues of L⁻¹ K L⁻ᵀ only.
+pub fn ring() -> Measurement {
+    let ring = dcb_samples::hard::symmetric_ring(8);
+    let lower = dense(&ring.mass)
+        .llt(Side::Lower)
+        .expect("a positive definite mass")
+        .L()
+        .to_owned();
+    let mut half = dense(&ring.stiffness);
+    solve_lower_triangular_in_place(lower.as_ref(), half.as_mut(), Par::Seq);
+    let mut matrix = half.transpose().to_owned();
+    solve_lower_triangular_in_place(lower.as_ref(), matrix.as_mut(), Par::Seq);
+    let values = symmetric(&matrix)
+        .self_adjoint_eigenvalues(Side::Lower)
+        .expect("finite numbers");
+    let found = crate::lowest(&ring, 20).superelement.modes.eigenvalues;
+    let frequencies = |values: &[f64]| values.iter().map(|v| v.sqrt()).collect::<Vec<_>>();
+    // The dense values are good to ε times the largest.
+    let rounding = 1e-15 * values[values.len() - 1] / found[0];
+    Measurement {
+        quantity: "frequencies",
+        part: "symmetric ring, 8-fold".into(),
+        n_e: ring.dofs.len(),
+        modes: found.len(),
+        error: relative(
+            &frequencies(&found),
+            &frequencies(&values[6..6 + found.len()]),
+        ),
+        bound: rounding.max(BOUND),
+        oracle: "dense eigenvalues",
+    }
 }
