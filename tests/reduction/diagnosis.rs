@@ -1,36 +1,65 @@
 //! Is a part that can't be reduced as it is refused with words that say what to fix, and reduced where that is allowed?
-#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, clippy::needless_range_loop)]
+#![allow(
+    clippy::unwrap_used,
+    clippy::expect_used,
+    clippy::panic,
+    clippy::needless_range_loop
+)]
 
 use dcb_formats::Component;
 use dcb_formats::superelement::FrameKind;
 use dcb_reducer::{Grounding, LoosePieces, Reduction};
 use dcb_samples::hard::{self, Hinge};
 use dcb_samples::{SolidElement, UnitScale, in_units};
-use dcb_tests::dense::{dense, diagonal_roots, difference, eigen, relative, scaled_difference, solve, sparse, symmetric};
+use dcb_tests::dense::{
+    dense, diagonal_roots, difference, eigen, relative, scaled_difference, solve, sparse, symmetric,
+};
 use dcb_tests::oracle::Oracle;
-use dcb_tests::{accuracy::basis, assert_says, localization::localization, lowest, nodal, parts, refusal, with};
+use dcb_tests::{
+    accuracy::basis, assert_says, localization::localization, lowest, nodal, parts, refusal, with,
+};
 use faer::{Mat, Side};
 
 fn loosely(count: usize) -> Reduction {
-    Reduction { loose_pieces: LoosePieces::Allow, ..Reduction::lowest(count) }
+    Reduction {
+        loose_pieces: LoosePieces::Allow,
+        ..Reduction::lowest(count)
+    }
 }
 
 fn held(count: usize) -> Reduction {
-    Reduction { grounding: Grounding::Allow, ..Reduction::lowest(count) }
+    Reduction {
+        grounding: Grounding::Allow,
+        ..Reduction::lowest(count)
+    }
 }
 
 #[test]
 fn a_dof_without_stiffness_is_named() {
-    assert_says(&refusal(&hard::orphan_dof_block()), &["1 dof(s) have no stiffness", "node 45 ux", "remove them"]);
+    assert_says(
+        &refusal(&hard::orphan_dof_block()),
+        &["1 dof(s) have no stiffness", "node 45 ux", "remove them"],
+    );
 }
 
 #[test]
 fn a_held_part_is_named_with_the_dofs_that_hold_it() {
     let message = refusal(&hard::grounded_block());
-    assert_says(&message, &["the part is held", "only 0 of 6 rigid motions", "27 dofs", "node 1", "--allow-grounded"]);
+    assert_says(
+        &message,
+        &[
+            "the part is held",
+            "only 0 of 6 rigid motions",
+            "27 dofs",
+            "node 1",
+            "--allow-grounded",
+        ],
+    );
     // Held at one node by its three translations: the rotations stay free.
     let free = parts::steel_box([3, 1, 1], SolidElement::Hexahedron);
-    let rows: Vec<usize> = (0..free.dofs.len()).filter(|row| free.dofs.dofs()[*row].node != 0).collect();
+    let rows: Vec<usize> = (0..free.dofs.len())
+        .filter(|row| free.dofs.dofs()[*row].node != 0)
+        .collect();
     let dofs = rows.iter().map(|row| free.dofs.dofs()[*row]).collect();
     let pinned = Component {
         dofs: dcb_formats::mesh::DofMap::new(dofs, free.mesh.node_count()).unwrap(),
@@ -39,7 +68,10 @@ fn a_held_part_is_named_with_the_dofs_that_hold_it() {
         interfaces: free.interfaces[1..].to_vec(),
         ..free
     };
-    assert_says(&refusal(&pinned), &["the part is held", "of 6 rigid motions are free"]);
+    assert_says(
+        &refusal(&pinned),
+        &["the part is held", "of 6 rigid motions are free"],
+    );
 }
 
 #[test]
@@ -48,24 +80,50 @@ fn a_spring_to_ground_is_named_where_it_stands() {
     let mut stiffness = dense(&part.stiffness);
     stiffness[(3 * 7 + 1, 3 * 7 + 1)] *= 1.5;
     part.stiffness = sparse(&stiffness);
-    assert_says(&refusal(&part), &["the part is held", "only 5 of 6", "node 7 uy", "(1 dofs"]);
+    assert_says(
+        &refusal(&part),
+        &["the part is held", "only 5 of 6", "node 7 uy", "(1 dofs"],
+    );
 }
 
 #[test]
 fn pieces_and_mechanisms_are_told_apart() {
     let message = refusal(&hard::two_loose_blocks());
-    assert_says(&message, &["in 2 pieces", "piece 1 of 45 node(s), from node 0", "piece 2 of 45 node(s), from node 45", "--allow-loose"]);
+    assert_says(
+        &message,
+        &[
+            "in 2 pieces",
+            "piece 1 of 45 node(s), from node 0",
+            "piece 2 of 45 node(s), from node 45",
+            "--allow-loose",
+        ],
+    );
     let message = refusal(&hard::hinged_blocks(Hinge::Edge));
-    assert_says(&message, &["mechanism", "1 motion(s) beyond the rigid ones", "node ", "--allow-loose"]);
+    assert_says(
+        &message,
+        &[
+            "mechanism",
+            "1 motion(s) beyond the rigid ones",
+            "node ",
+            "--allow-loose",
+        ],
+    );
     let message = refusal(&hard::hinged_blocks(Hinge::Node));
-    assert_says(&message, &["mechanism", "3 motion(s) beyond the rigid ones"]);
+    assert_says(
+        &message,
+        &["mechanism", "3 motion(s) beyond the rigid ones"],
+    );
 }
 
 #[test]
 fn mechanisms_are_found_however_few_modes_are_wanted() {
     for (hinge, expected) in [(Hinge::Edge, "1 motion(s)"), (Hinge::Node, "3 motion(s)")] {
         for wanted in [0, 1, 2] {
-            let result = dcb_reducer::reduce(&hard::hinged_blocks(hinge), &Reduction::lowest(wanted), &mut ());
+            let result = dcb_reducer::reduce(
+                &hard::hinged_blocks(hinge),
+                &Reduction::lowest(wanted),
+                &mut (),
+            );
             assert_says(&result.err().unwrap().to_string(), &["mechanism", expected]);
         }
     }
@@ -80,10 +138,21 @@ fn a_mesh_in_another_order_than_the_matrices_is_found() {
         rotor.mesh.coordinates.swap(3 * a + axis, 3 * b + axis);
     }
     let message = refusal(&rotor);
-    assert_says(&message, &["the mesh and the matrices don't belong together", "6 motions without energy", "dof table", "worst at node "]);
+    assert_says(
+        &message,
+        &[
+            "the mesh and the matrices don't belong together",
+            "6 motions without energy",
+            "dof table",
+            "worst at node ",
+        ],
+    );
     // The nodes named are those that changed places or their neighbours.
     let worst = message.rsplit("worst at ").next().unwrap();
-    assert!(worst.contains("node 28 ") || worst.contains("node 36 "), "{worst}");
+    assert!(
+        worst.contains("node 28 ") || worst.contains("node 36 "),
+        "{worst}"
+    );
 }
 
 #[test]
@@ -91,10 +160,23 @@ fn wrong_signs_are_found() {
     let part = parts::steel_box([3, 1, 1], SolidElement::Hexahedron);
     let mut mass = dense(&part.mass);
     mass[(10, 10)] = -mass[(10, 10)];
-    let message = refusal(&Component { mass: sparse(&mass), ..part.clone() });
-    assert_says(&message, &["mass matrix has 1 negative diagonal", "node 3 uy", "sign convention"]);
+    let message = refusal(&Component {
+        mass: sparse(&mass),
+        ..part.clone()
+    });
+    assert_says(
+        &message,
+        &[
+            "mass matrix has 1 negative diagonal",
+            "node 3 uy",
+            "sign convention",
+        ],
+    );
     let negative = sparse(&(dense(&part.stiffness) * faer::Scale(-1.0)));
-    let message = refusal(&Component { stiffness: negative, ..part.clone() });
+    let message = refusal(&Component {
+        stiffness: negative,
+        ..part.clone()
+    });
     assert_says(&message, &["stiffness matrix has 48 negative diagonal"]);
 }
 
@@ -109,9 +191,19 @@ fn an_indefinite_stiffness_is_counted_and_located() {
             let shape = &oracle.mass * oracle.shapes.as_ref().subcols(k, 1).to_owned();
             stiffness -= &shape * shape.transpose() * faer::Scale(2.0 * oracle.eigenvalues[k]);
         }
-        let message = refusal(&Component { stiffness: sparse(&symmetric(&stiffness)), ..part.clone() });
+        let message = refusal(&Component {
+            stiffness: sparse(&symmetric(&stiffness)),
+            ..part.clone()
+        });
         let pivots = format!("{count} negative pivot(s), at node ");
-        assert_says(&message, &["the stiffness matrix is indefinite", &pivots, "element orientation"]);
+        assert_says(
+            &message,
+            &[
+                "the stiffness matrix is indefinite",
+                &pivots,
+                "element orientation",
+            ],
+        );
     }
 }
 
@@ -121,12 +213,24 @@ fn numbers_that_smell_of_mixed_units_are_warned_about() {
     assert!(lowest(&part, 2).superelement.provenance.warnings.is_empty());
     let warned = |part: &Component, about: &str| {
         let warnings = lowest(part, 2).superelement.provenance.warnings;
-        assert!(warnings.iter().any(|w| w.contains(about) && w.contains("mixed units?")), "{about}: {warnings:?}");
+        assert!(
+            warnings
+                .iter()
+                .any(|w| w.contains(about) && w.contains("mixed units?")),
+            "{about}: {warnings:?}"
+        );
     };
     // Millimetres in the mesh, metres in the name.
     let mut millimetres = part.clone();
-    millimetres.mesh.coordinates.iter_mut().for_each(|x| *x *= 1e3);
-    millimetres.interfaces.iter_mut().for_each(|i| i.position = i.position.map(|p| p.map(|x| x * 1e3)));
+    millimetres
+        .mesh
+        .coordinates
+        .iter_mut()
+        .for_each(|x| *x *= 1e3);
+    millimetres
+        .interfaces
+        .iter_mut()
+        .for_each(|i| i.position = i.position.map(|p| p.map(|x| x * 1e3)));
     warned(&millimetres, "lighter than a foam");
     // Kilograms where tonnes are named.
     let mut tonnes = in_units(&part, &UnitScale::mm_t_s());
@@ -144,7 +248,12 @@ fn few_printed_digits_are_warned_about() {
         *value = format!("{value:.7e}").parse().unwrap();
     }
     let warnings = lowest(&part, 2).superelement.provenance.warnings;
-    assert!(warnings.iter().any(|w| w.contains("few digits") && w.contains("at least 12")), "{warnings:?}");
+    assert!(
+        warnings
+            .iter()
+            .any(|w| w.contains("few digits") && w.contains("at least 12")),
+        "{warnings:?}"
+    );
 }
 
 #[test]
@@ -156,13 +265,25 @@ fn a_held_part_is_reduced_as_it_is_where_that_is_allowed() {
         let reduced = with(&part, &held(kept));
         let element = &reduced.superelement;
         assert_eq!(element.frame_kind, FrameKind::Given);
-        assert!(element.provenance.warnings.iter().any(|w| w.contains("the part is held")));
+        assert!(
+            element
+                .provenance
+                .warnings
+                .iter()
+                .any(|w| w.contains("the part is held"))
+        );
         assert!(relative(&element.modes.eigenvalues, &oracle.eigenvalues[..kept]) < 1e-10);
         let f = oracle.residual_flexibility(kept);
-        assert!(scaled_difference(&element.residual.flexibility, &f, &diagonal_roots(&f)) < 1e-9, "{kept} modes");
+        assert!(
+            scaled_difference(&element.residual.flexibility, &f, &diagonal_roots(&f)) < 1e-9,
+            "{kept} modes"
+        );
         // The frame is no mean-axis frame: L1 and I3 are data.
         let expected = nodal::invariants(&part, element.origin, basis(&reduced).as_ref());
-        assert!(difference(&element.inertia.l1, &expected.l1) < 1e-11 && difference(&element.inertia.i3, &expected.i3) < 1e-11);
+        assert!(
+            difference(&element.inertia.l1, &expected.l1) < 1e-11
+                && difference(&element.inertia.i3, &expected.i3) < 1e-11
+        );
         if kept > 0 {
             assert!(dcb_tests::dense::largest(expected.l1.as_ref()) > 0.1);
         }
@@ -174,14 +295,25 @@ fn a_held_part_is_reduced_as_it_is_where_that_is_allowed() {
 
 #[test]
 fn loose_pieces_are_modes_of_zero_frequency_where_that_is_allowed() {
-    for (part, extra) in [(hard::hinged_blocks(Hinge::Edge), 1), (hard::hinged_blocks(Hinge::Node), 3), (hard::two_loose_blocks(), 6)] {
+    for (part, extra) in [
+        (hard::hinged_blocks(Hinge::Edge), 1),
+        (hard::hinged_blocks(Hinge::Node), 3),
+        (hard::two_loose_blocks(), 6),
+    ] {
         let (k, m) = (dense(&part.stiffness), dense(&part.mass));
         // All motions without energy from the dense pencil.
         let lower = m.llt(Side::Lower).unwrap().L().to_owned();
         let half = solve(&lower, &k);
         let (values, vectors) = eigen(&symmetric(&solve(&lower, &half.transpose().to_owned())));
-        assert!(values[5 + extra].abs() < 1e-6 * values[6 + extra], "{}: {values:?}", part.name);
-        let mut null = solve(&lower.transpose().to_owned(), &vectors.as_ref().subcols(0, 6 + extra).to_owned());
+        assert!(
+            values[5 + extra].abs() < 1e-6 * values[6 + extra],
+            "{}: {values:?}",
+            part.name
+        );
+        let mut null = solve(
+            &lower.transpose().to_owned(),
+            &vectors.as_ref().subcols(0, 6 + extra).to_owned(),
+        );
         // Inverse iteration cleans them: each step removes 99 % of what is elastic.
         let shifted = &k + &m * faer::Scale(0.01 * values[6 + extra]);
         for _ in 0..5 {
@@ -192,11 +324,34 @@ fn loose_pieces_are_modes_of_zero_frequency_where_that_is_allowed() {
         let element = &reduced.superelement;
         // Two equal blocks of square section have fourfold roots, which are not cut.
         let elastic = element.mode_count() - extra;
-        assert!(elastic == 5 || (extra == 6 && elastic == 6), "{}: {elastic}", part.name);
-        assert!(element.modes.eigenvalues[..extra].iter().all(|value| *value == 0.0));
-        assert!(relative(&element.modes.eigenvalues[extra..], &oracle.eigenvalues[..elastic]) < 1e-9, "{}", part.name);
+        assert!(
+            elastic == 5 || (extra == 6 && elastic == 6),
+            "{}: {elastic}",
+            part.name
+        );
+        assert!(
+            element.modes.eigenvalues[..extra]
+                .iter()
+                .all(|value| *value == 0.0)
+        );
+        assert!(
+            relative(
+                &element.modes.eigenvalues[extra..],
+                &oracle.eigenvalues[..elastic]
+            ) < 1e-9,
+            "{}",
+            part.name
+        );
         let warning = format!("{extra} mode(s) without stiffness are kept");
-        assert!(element.provenance.warnings.iter().any(|w| w.contains(&warning)), "{:?}", element.provenance.warnings);
+        assert!(
+            element
+                .provenance
+                .warnings
+                .iter()
+                .any(|w| w.contains(&warning)),
+            "{:?}",
+            element.provenance.warnings
+        );
         let f = oracle.residual_flexibility(elastic);
         let error = scaled_difference(&element.residual.flexibility, &f, &diagonal_roots(&f));
         assert!(error < 1e-8, "{}: F_res {error:e}", part.name);
@@ -210,10 +365,18 @@ fn loose_pieces_are_modes_of_zero_frequency_where_that_is_allowed() {
 #[test]
 fn fewer_modes_than_loose_motions_are_not_kept_in_part() {
     // With no mode asked for, a zero mode would stay in the residual flexibility and make it infinite.
-    for (part, extra) in [(hard::hinged_blocks(Hinge::Edge), 1), (hard::two_loose_blocks(), 6)] {
+    for (part, extra) in [
+        (hard::hinged_blocks(Hinge::Edge), 1),
+        (hard::two_loose_blocks(), 6),
+    ] {
         for wanted in [0, 1] {
             let element = with(&part, &loosely(wanted)).superelement;
-            assert_eq!(element.mode_count(), extra.max(wanted), "{} with {wanted}", part.name);
+            assert_eq!(
+                element.mode_count(),
+                extra.max(wanted),
+                "{} with {wanted}",
+                part.name
+            );
             let longest = dcb_tests::dense::largest(element.residual.flexibility.as_ref());
             assert!(longest < 1e-3, "{}: {longest:e}", part.name);
         }

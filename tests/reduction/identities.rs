@@ -1,5 +1,10 @@
 //! Do the identities of the method hold, evaluated by other means than the reducer's own quality report?
-#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, clippy::needless_range_loop)]
+#![allow(
+    clippy::unwrap_used,
+    clippy::expect_used,
+    clippy::panic,
+    clippy::needless_range_loop
+)]
 
 use dcb_formats::{Component, SparseMatrix, Superelement};
 use dcb_samples::spatial_beam::SpatialBeam;
@@ -15,7 +20,11 @@ use nalgebra::Vector3;
 fn times(matrix: &SparseMatrix, x: &Mat<f64>) -> Mat<f64> {
     let mut y = Mat::zeros(x.nrows(), x.ncols());
     for column in 0..matrix.ncols() {
-        for (row, value) in matrix.row_idx_of_col_raw(column).iter().zip(matrix.val_of_col(column)) {
+        for (row, value) in matrix
+            .row_idx_of_col_raw(column)
+            .iter()
+            .zip(matrix.val_of_col(column))
+        {
             for k in 0..x.ncols() {
                 y[(*row as usize, k)] += value * x[(column, k)];
             }
@@ -44,12 +53,30 @@ fn largest_cosine(a: &Mat<f64>, b: &Mat<f64>, na: &[f64], nb: &[f64]) -> f64 {
 
 /// Every sample that can be reduced, with the limit that its conditioning allows for K-identities.
 fn samples() -> Vec<(Component, f64)> {
-    ["rod", "beam", "timoshenko-beam", "block", "block-tetra10", "reference-hexahedra", "reference-tetrahedra"]
-        .into_iter()
-        .map(|name| (name, 1e-10))
-        .chain([("square-block", 1e-10), ("symmetric-ring", 1e-8), ("slender-block", 1e-7), ("thin-plate", 1e-7)])
-        .map(|(name, limit)| (dcb_samples::catalogue::find(name).unwrap().make(None), limit))
-        .collect()
+    [
+        "rod",
+        "beam",
+        "timoshenko-beam",
+        "block",
+        "block-tetra10",
+        "reference-hexahedra",
+        "reference-tetrahedra",
+    ]
+    .into_iter()
+    .map(|name| (name, 1e-10))
+    .chain([
+        ("square-block", 1e-10),
+        ("symmetric-ring", 1e-8),
+        ("slender-block", 1e-7),
+        ("thin-plate", 1e-7),
+    ])
+    .map(|(name, limit)| {
+        (
+            dcb_samples::catalogue::find(name).unwrap().make(None),
+            limit,
+        )
+    })
+    .collect()
 }
 
 #[test]
@@ -57,29 +84,62 @@ fn modes_and_attachments_are_orthogonal_in_mass_and_stiffness() {
     for (component, limit) in samples() {
         let reduced = lowest(&component, 8);
         let (phi, x) = (&reduced.recovery.modes, &reduced.recovery.residual);
-        let (k_phi, m_phi) = (times(&component.stiffness, phi), times(&component.mass, phi));
+        let (k_phi, m_phi) = (
+            times(&component.stiffness, phi),
+            times(&component.mass, phi),
+        );
         let (k_x, m_x) = (times(&component.stiffness, x), times(&component.mass, x));
         let name = &component.name;
         // Eq. 29, 30
-        assert!(largest_cosine(phi, &k_x, &norms(phi, &k_phi), &norms(x, &k_x)) < limit, "{name}: Φᵀ K G_res");
-        assert!(largest_cosine(phi, &m_x, &norms(phi, &m_phi), &norms(x, &m_x)) < 1e-11, "{name}: Φᵀ M G_res");
+        assert!(
+            largest_cosine(phi, &k_x, &norms(phi, &k_phi), &norms(x, &k_x)) < limit,
+            "{name}: Φᵀ K G_res"
+        );
+        assert!(
+            largest_cosine(phi, &m_x, &norms(phi, &m_phi), &norms(x, &m_x)) < 1e-11,
+            "{name}: Φᵀ M G_res"
+        );
         // Eq. 31
         let n = reduced.superelement.mode_count();
-        assert!(largest((phi.transpose() * &m_phi - identity(n)).as_ref()) < 1e-12, "{name}: Φᵀ M Φ");
+        assert!(
+            largest((phi.transpose() * &m_phi - identity(n)).as_ref()) < 1e-12,
+            "{name}: Φᵀ M Φ"
+        );
         let omega = dcb_tests::dense::diagonal(&reduced.superelement.modes.eigenvalues);
-        let scale: Vec<f64> = reduced.superelement.modes.eigenvalues.iter().map(|v| v.sqrt()).collect();
-        assert!(scaled_difference(&(phi.transpose() * &k_phi), &omega, &scale) < limit, "{name}: Φᵀ K Φ");
+        let scale: Vec<f64> = reduced
+            .superelement
+            .modes
+            .eigenvalues
+            .iter()
+            .map(|v| v.sqrt())
+            .collect();
+        assert!(
+            scaled_difference(&(phi.transpose() * &k_phi), &omega, &scale) < limit,
+            "{name}: Φᵀ K Φ"
+        );
         // Eq. 32
         let f = &reduced.superelement.residual.flexibility;
-        assert!(scaled_difference(&(x.transpose() * &k_x), f, &diagonal_roots(f)) < limit, "{name}: XᵀKX = F_res");
+        assert!(
+            scaled_difference(&(x.transpose() * &k_x), f, &diagonal_roots(f)) < limit,
+            "{name}: XᵀKX = F_res"
+        );
         let m = &reduced.superelement.residual.mass;
-        assert!(scaled_difference(&(x.transpose() * &m_x), m, &diagonal_roots(m)) < 1e-11, "{name}: XᵀMX = M_res");
+        assert!(
+            scaled_difference(&(x.transpose() * &m_x), m, &diagonal_roots(m)) < 1e-11,
+            "{name}: XᵀMX = M_res"
+        );
         // Eq. 39, 40: the columns are M-orthogonal to the rigid motions.
         let r = rigid_motions(&component, centre_of_mass_sparse(&component));
         let m_r = times(&component.mass, &r);
         let rigid = norms(&r, &m_r);
-        assert!(largest_cosine(&m_r, phi, &rigid, &norms(phi, &m_phi)) < 1e-11, "{name}: L1, I3 of modes");
-        assert!(largest_cosine(&m_r, x, &rigid, &norms(x, &m_x)) < 1e-10, "{name}: L1, I3 of attachments");
+        assert!(
+            largest_cosine(&m_r, phi, &rigid, &norms(phi, &m_phi)) < 1e-11,
+            "{name}: L1, I3 of modes"
+        );
+        assert!(
+            largest_cosine(&m_r, x, &rigid, &norms(x, &m_x)) < 1e-10,
+            "{name}: L1, I3 of attachments"
+        );
     }
 }
 
@@ -91,23 +151,42 @@ fn centre_of_mass_sparse(component: &Component) -> [f64; 3] {
     let field = Mat::from_fn(dofs.len(), d, |row, axis| {
         let dof = dofs[row];
         let along = !dof.direction.is_rotation() && dof.direction.axis() == axis;
-        if along { component.mesh.position(dof.node)[axis] } else { 0.0 }
+        if along {
+            component.mesh.position(dof.node)[axis]
+        } else {
+            0.0
+        }
     });
     let translations = x.as_ref().subcols(0, d).to_owned();
     let moment = translations.transpose() * times(&component.mass, &field);
     let mass = translations.transpose() * times(&component.mass, &translations);
-    std::array::from_fn(|i| if i < d { moment[(i, i)] / mass[(i, i)] } else { 0.0 })
+    std::array::from_fn(|i| {
+        if i < d {
+            moment[(i, i)] / mass[(i, i)]
+        } else {
+            0.0
+        }
+    })
 }
 
 /// ½ m|R'|² + R'·L1 y' + ½ ωᵀJ(y)ω + ωᵀ(L(y) + I3) y' + ½ y'ᵀ M_f y' from the file's numbers.
-fn energy(element: &Superelement, velocity: Vector3<f64>, omega: Vector3<f64>, y: &[f64], rate: &[f64]) -> f64 {
+fn energy(
+    element: &Superelement,
+    velocity: Vector3<f64>,
+    omega: Vector3<f64>,
+    y: &[f64],
+    rate: &[f64],
+) -> f64 {
     let inertia = &element.inertia;
     let (n, n_k) = (y.len(), element.mode_count());
     let mut total = 0.5 * inertia.mass * velocity.norm_squared();
     let pairs = [(0, 0), (1, 1), (2, 2), (0, 1), (1, 2), (2, 0)];
     for a in 0..3 {
         for b in 0..3 {
-            let pair = pairs.iter().position(|p| *p == (a, b) || *p == (b, a)).unwrap();
+            let pair = pairs
+                .iter()
+                .position(|p| *p == (a, b) || *p == (b, a))
+                .unwrap();
             let mut j = inertia.tensor[a][b];
             for k in 0..n {
                 j += inertia.i1[k][a][b] * y[k];
@@ -131,17 +210,28 @@ fn energy(element: &Superelement, velocity: Vector3<f64>, omega: Vector3<f64>, y
 fn flexible_energy(element: &Superelement, n_k: usize, rate: &[f64]) -> f64 {
     let modes: f64 = rate[..n_k].iter().map(|v| v * v).sum();
     let m = &element.residual.mass;
-    let attached: f64 =
-        (0..m.nrows()).flat_map(|i| (0..m.ncols()).map(move |j| (i, j))).map(|(i, j)| rate[n_k + i] * m[(i, j)] * rate[n_k + j]).sum();
+    let attached: f64 = (0..m.nrows())
+        .flat_map(|i| (0..m.ncols()).map(move |j| (i, j)))
+        .map(|(i, j)| rate[n_k + i] * m[(i, j)] * rate[n_k + j])
+        .sum();
     modes + attached
 }
 
 /// Coordinates of comparable effect: a tenth of the part's size each.
-fn random_state(element: &Superelement, seed: u64) -> (Vector3<f64>, Vector3<f64>, Vec<f64>, Vec<f64>) {
+fn random_state(
+    element: &Superelement,
+    seed: u64,
+) -> (Vector3<f64>, Vector3<f64>, Vec<f64>, Vec<f64>) {
     let mut random = pseudo_random(seed);
     let n_k = element.mode_count();
     let scale: Vec<f64> = (0..element.basis_count())
-        .map(|k| if k < n_k { 1.0 } else { 1.0 / element.residual.mass[(k - n_k, k - n_k)].sqrt() })
+        .map(|k| {
+            if k < n_k {
+                1.0
+            } else {
+                1.0 / element.residual.mass[(k - n_k, k - n_k)].sqrt()
+            }
+        })
         .map(|s| 0.05 * element.inertia.mass.sqrt() * s)
         .collect();
     let velocity = Vector3::from_fn(|_, _| random());
@@ -164,20 +254,34 @@ fn kinetic_energy_of_a_solid_is_that_of_its_nodes() {
         let x = nodal::positions(&component, centre);
         for seed in 1..6 {
             let (velocity, omega, y, rate) = random_state(&reduced.superelement, seed);
-            let field = |q: &[f64]| nodal::vectors(&component, (&psi * Mat::from_fn(q.len(), 1, |i, _| q[i])).as_ref());
+            let field = |q: &[f64]| {
+                nodal::vectors(
+                    &component,
+                    (&psi * Mat::from_fn(q.len(), 1, |i, _| q[i])).as_ref(),
+                )
+            };
             let (u, u_rate) = (field(&y), field(&rate));
-            let v: Vec<_> = (0..x.len()).map(|i| velocity + omega.cross(&(x[i] + u[i])) + u_rate[i]).collect();
+            let v: Vec<_> = (0..x.len())
+                .map(|i| velocity + omega.cross(&(x[i] + u[i])) + u_rate[i])
+                .collect();
             let column = nodal::column(&component, &v);
             let exact = 0.5 * (column.transpose() * times(&component.mass, &column))[(0, 0)];
             let found = energy(&reduced.superelement, velocity, omega, &y, &rate);
-            assert!((found / exact - 1.0).abs() < 1e-12, "{}: {found} {exact}", component.name);
+            assert!(
+                (found / exact - 1.0).abs() < 1e-12,
+                "{}: {found} {exact}",
+                component.name
+            );
         }
     }
 }
 
 #[test]
 fn kinetic_energy_of_beams_is_that_of_their_material_points() {
-    let rod = RodSection { angle: 0.7, ..RodSection::default() };
+    let rod = RodSection {
+        angle: 0.7,
+        ..RodSection::default()
+    };
     let planar = (parts::tilted_rod(4), fields::rod_points(4, &rod));
     let beam = SpatialBeam::default();
     let spatial = (dcb_samples::spatial_beam(&beam), fields::beam_points(&beam));
@@ -198,61 +302,122 @@ fn kinetic_energy_of_beams_is_that_of_their_material_points() {
             let mut exact = 0.0;
             for point in &points {
                 let columns = fields::displacements(point, psi.as_ref());
-                let sum = |q: &[f64]| columns.iter().zip(q).map(|(c, q)| c * *q).sum::<Vector3<f64>>();
+                let sum = |q: &[f64]| {
+                    columns
+                        .iter()
+                        .zip(q)
+                        .map(|(c, q)| c * *q)
+                        .sum::<Vector3<f64>>()
+                };
                 let r = point.position - Vector3::from(centre);
-                exact += 0.5 * point.mass * (velocity + omega.cross(&(r + sum(&y))) + sum(&rate)).norm_squared();
+                exact += 0.5
+                    * point.mass
+                    * (velocity + omega.cross(&(r + sum(&y))) + sum(&rate)).norm_squared();
             }
             let found = match is_planar {
                 true => planar_energy(element, velocity, omega[2], &y, &rate),
                 false => energy(element, velocity, omega, &y, &rate),
             };
-            assert!((found / exact - 1.0).abs() < 1e-11, "{}: {found} {exact}", component.name);
+            assert!(
+                (found / exact - 1.0).abs() < 1e-11,
+                "{}: {found} {exact}",
+                component.name
+            );
         }
     }
 }
 
 /// ½ m|R'|² + ½ θ'² (Iz + 2 I1 y + yᵀM_f y) + θ' yᵀ L3 y' + ½ y'ᵀ M_f y'
-fn planar_energy(element: &Superelement, velocity: Vector3<f64>, spin: f64, y: &[f64], rate: &[f64]) -> f64 {
+fn planar_energy(
+    element: &Superelement,
+    velocity: Vector3<f64>,
+    spin: f64,
+    y: &[f64],
+    rate: &[f64],
+) -> f64 {
     let (inertia, n_k) = (&element.inertia, element.mode_count());
     let first: f64 = y.iter().zip(&inertia.i1).map(|(y, i1)| y * i1[2][2]).sum();
     let moment = inertia.tensor[2][2] + 2.0 * first + flexible_energy(element, n_k, y);
-    let coupling: f64 = (0..y.len()).map(|k| (0..y.len()).map(|l| y[k] * inertia.l3[0][(k, l)] * rate[l]).sum::<f64>()).sum();
-    0.5 * inertia.mass * velocity.norm_squared() + 0.5 * spin * spin * moment + spin * coupling + 0.5 * flexible_energy(element, n_k, rate)
+    let coupling: f64 = (0..y.len())
+        .map(|k| {
+            (0..y.len())
+                .map(|l| y[k] * inertia.l3[0][(k, l)] * rate[l])
+                .sum::<f64>()
+        })
+        .sum();
+    0.5 * inertia.mass * velocity.norm_squared()
+        + 0.5 * spin * spin * moment
+        + spin * coupling
+        + 0.5 * flexible_energy(element, n_k, rate)
 }
 
 #[test]
 fn with_every_mode_kept_nothing_is_left_over() {
-    for component in [parts::rod(4), parts::skew_beam(), dcb_samples::reference_tetrahedra()] {
+    for component in [
+        parts::rod(4),
+        parts::skew_beam(),
+        dcb_samples::reference_tetrahedra(),
+    ] {
         let none = lowest(&component, 0).superelement.residual;
         let reduced = lowest(&component, component.dofs.len());
         let element = &reduced.superelement;
         let rigid = component.dimension().rigid_mode_count();
-        assert_eq!(element.mode_count(), component.dofs.len() - rigid, "{}", component.name);
+        assert_eq!(
+            element.mode_count(),
+            component.dofs.len() - rigid,
+            "{}",
+            component.name
+        );
         let zero = Mat::zeros(element.rows.len(), element.rows.len());
-        assert!(scaled_difference(&element.residual.flexibility, &zero, &diagonal_roots(&none.flexibility)) < 1e-10);
-        assert!(scaled_difference(&element.residual.mass, &zero, &diagonal_roots(&none.mass)) < 1e-12);
-        assert!(element.residual.sigma_squared.is_empty() && element.modes.first_omitted_eigenvalue.is_infinite());
+        assert!(
+            scaled_difference(
+                &element.residual.flexibility,
+                &zero,
+                &diagonal_roots(&none.flexibility)
+            ) < 1e-10
+        );
+        assert!(
+            scaled_difference(&element.residual.mass, &zero, &diagonal_roots(&none.mass)) < 1e-12
+        );
+        assert!(
+            element.residual.sigma_squared.is_empty()
+                && element.modes.first_omitted_eigenvalue.is_infinite()
+        );
     }
 }
 
 #[test]
 fn interface_loads_deflect_statically_as_the_whole_model_does() {
-    for component in [parts::rod(4), parts::skew_beam(), parts::steel_box([4, 1, 1], SolidElement::Hexahedron20), parts::rotor()] {
+    for component in [
+        parts::rod(4),
+        parts::skew_beam(),
+        parts::steel_box([4, 1, 1], SolidElement::Hexahedron20),
+        parts::rotor(),
+    ] {
         let oracle = Oracle::of(&component);
         let exact = &oracle.inverse * oracle.localization.transpose();
         for kept in [0, 1, 7] {
             let reduced = lowest(&component, kept);
-            let (phi, seen) = (&reduced.recovery.modes, &reduced.superelement.modes.interface_shapes);
+            let (phi, seen) = (
+                &reduced.recovery.modes,
+                &reduced.superelement.modes.interface_shapes,
+            );
             let eigenvalues = &reduced.superelement.modes.eigenvalues;
             let response = Mat::from_fn(exact.nrows(), exact.ncols(), |i, b| {
-                let modal: f64 = (0..eigenvalues.len()).map(|k| phi[(i, k)] * seen[(b, k)] / eigenvalues[k]).sum();
+                let modal: f64 = (0..eigenvalues.len())
+                    .map(|k| phi[(i, k)] * seen[(b, k)] / eigenvalues[k])
+                    .sum();
                 modal + reduced.recovery.residual[(i, b)]
             });
             // Column by column: rotational loads have another unit.
             for b in 0..exact.ncols() {
                 let column = |m: &Mat<f64>| m.as_ref().subcols(b, 1).to_owned();
                 let error = dcb_tests::dense::difference(&column(&response), &column(&exact));
-                assert!(error < 1e-9, "{}: row {b} with {kept} modes: {error:e}", component.name);
+                assert!(
+                    error < 1e-9,
+                    "{}: row {b} with {kept} modes: {error:e}",
+                    component.name
+                );
             }
         }
     }

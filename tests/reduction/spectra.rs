@@ -1,5 +1,10 @@
 //! Are multiple, clustered, missing and infinite eigenvalues treated as they should be?
-#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, clippy::needless_range_loop)]
+#![allow(
+    clippy::unwrap_used,
+    clippy::expect_used,
+    clippy::panic,
+    clippy::needless_range_loop
+)]
 
 use dcb_formats::Component;
 use dcb_formats::component::InterfaceKind;
@@ -7,7 +12,9 @@ use dcb_formats::mesh::{Direction, Dof, DofMap};
 use dcb_reducer::{ModeSelection, Reduction};
 use dcb_samples::spatial_beam::{BeamMass, BeamTheory};
 use dcb_samples::{Material, SolidElement, box_block, hard};
-use dcb_tests::dense::{dense, diagonal_roots, eigen, relative, scaled_difference, solve, sparse, symmetric};
+use dcb_tests::dense::{
+    dense, diagonal_roots, eigen, relative, scaled_difference, solve, sparse, symmetric,
+};
 use dcb_tests::oracle::{Oracle, centre_of_mass, rigid_motions};
 use dcb_tests::{lowest, parts, refusal, with};
 use faer::{Mat, Side};
@@ -33,19 +40,37 @@ fn double_roots_are_found_whole_and_never_cut() {
     for (component, wanted) in [(hard::square_block(), 12), (hard::symmetric_ring(8), 9)] {
         let all = lowest(&component, wanted + 2).superelement;
         let runs = multiplicities(&all.modes.eigenvalues);
-        assert!(runs.iter().all(|count| *count <= 2) && runs.iter().filter(|count| **count == 2).count() >= 3);
+        assert!(
+            runs.iter().all(|count| *count <= 2)
+                && runs.iter().filter(|count| **count == 2).count() >= 3
+        );
         let mut first = 0;
         for count in &runs {
             if *count == 2 {
                 // Asking for the first of a pair gives both, and says so; asking for both adds nothing.
                 let cut = lowest(&component, first + 1);
-                assert_eq!(cut.superelement.mode_count(), first + 2, "{}", component.name);
+                assert_eq!(
+                    cut.superelement.mode_count(),
+                    first + 2,
+                    "{}",
+                    component.name
+                );
                 let warnings = &cut.superelement.provenance.warnings;
-                let expected = format!("1 mode(s) were added so that a multiple root is not cut: {} kept", first + 2);
+                let expected = format!(
+                    "1 mode(s) were added so that a multiple root is not cut: {} kept",
+                    first + 2
+                );
                 assert!(warnings.contains(&expected), "{warnings:?}");
                 let whole = lowest(&component, first + 2);
                 assert_eq!(whole.superelement.mode_count(), first + 2);
-                assert!(!whole.superelement.provenance.warnings.iter().any(|w| w.contains("multiple root")));
+                assert!(
+                    !whole
+                        .superelement
+                        .provenance
+                        .warnings
+                        .iter()
+                        .any(|w| w.contains("multiple root"))
+                );
             }
             first += count;
             if first >= 6 {
@@ -58,18 +83,32 @@ fn double_roots_are_found_whole_and_never_cut() {
 #[test]
 fn nearly_double_roots_are_two_roots() {
     // The two bending frequencies differ by 0.03 %.
-    let block = box_block([6, 2, 2], [0.4, 0.1, 0.10003], SolidElement::Hexahedron, &Material::STEEL);
+    let block = box_block(
+        [6, 2, 2],
+        [0.4, 0.1, 0.10003],
+        SolidElement::Hexahedron,
+        &Material::STEEL,
+    );
     let pair = lowest(&block, 2).superelement.modes.eigenvalues;
     let split = (pair[1] / pair[0]).sqrt() - 1.0;
     assert!((1e-4..4e-4).contains(&split), "{split}");
     let one = lowest(&block, 1);
     assert_eq!(one.superelement.mode_count(), 1);
-    assert!(one.superelement.provenance.warnings.is_empty(), "{:?}", one.superelement.provenance.warnings);
+    assert!(
+        one.superelement.provenance.warnings.is_empty(),
+        "{:?}",
+        one.superelement.provenance.warnings
+    );
 }
 
 /// A stiff box with `count` equal oscillators at one of its nodes: masses on three springs each, at the node's place.
 fn with_oscillators(count: usize) -> (Component, f64) {
-    let block = box_block([2, 1, 1], [0.2, 0.1, 0.08], SolidElement::Hexahedron, &Material::STEEL);
+    let block = box_block(
+        [2, 1, 1],
+        [0.2, 0.1, 0.08],
+        SolidElement::Hexahedron,
+        &Material::STEEL,
+    );
     let (nodes, n) = (block.mesh.node_count(), block.dofs.len());
     let (stiffness, mass) = (2.0e6, 0.05);
     let host = 4_u32;
@@ -77,13 +116,20 @@ fn with_oscillators(count: usize) -> (Component, f64) {
     let mut dofs: Vec<Dof> = block.dofs.dofs().to_vec();
     let size = n + 3 * count;
     let (mut k, mut m) = (Mat::zeros(size, size), Mat::zeros(size, size));
-    k.as_mut().submatrix_mut(0, 0, n, n).copy_from(&dense(&block.stiffness));
-    m.as_mut().submatrix_mut(0, 0, n, n).copy_from(&dense(&block.mass));
+    k.as_mut()
+        .submatrix_mut(0, 0, n, n)
+        .copy_from(&dense(&block.stiffness));
+    m.as_mut()
+        .submatrix_mut(0, 0, n, n)
+        .copy_from(&dense(&block.mass));
     for oscillator in 0..count {
         mesh.coordinates.extend(block.mesh.position(host));
         for axis in 0..3 {
             let (at, base) = (n + 3 * oscillator + axis, 3 * host as usize + axis);
-            dofs.push(Dof { node: (nodes + oscillator) as u32, direction: Direction::ALL[axis] });
+            dofs.push(Dof {
+                node: (nodes + oscillator) as u32,
+                direction: Direction::ALL[axis],
+            });
             m[(at, at)] = mass;
             k[(at, at)] = stiffness;
             k[(base, base)] += stiffness;
@@ -106,26 +152,48 @@ fn a_root_of_multiplicity_51_is_found_completely() {
     let (component, root) = with_oscillators(18);
     // Differences of the oscillators leave the box at rest: 17 x 3 copies of k/m.
     let oracle = Oracle::of(&component);
-    let near = |values: &[f64]| values.iter().filter(|value| (*value / root - 1.0).abs() < 1e-9).count();
+    let near = |values: &[f64]| {
+        values
+            .iter()
+            .filter(|value| (*value / root - 1.0).abs() < 1e-9)
+            .count()
+    };
     assert_eq!(near(&oracle.eigenvalues), 51);
-    let first = oracle.eigenvalues.iter().position(|value| (value / root - 1.0).abs() < 1e-9).unwrap();
+    let first = oracle
+        .eigenvalues
+        .iter()
+        .position(|value| (value / root - 1.0).abs() < 1e-9)
+        .unwrap();
     for wanted in [first + 1, first + 20, first + 51, first + 53] {
         let reduced = lowest(&component, wanted);
         let eigenvalues = &reduced.superelement.modes.eigenvalues;
         assert_eq!(near(eigenvalues), 51, "{wanted} wanted");
         assert_eq!(eigenvalues.len(), wanted.max(first + 51));
-        let added = reduced.superelement.provenance.warnings.iter().any(|w| w.contains("multiple root"));
+        let added = reduced
+            .superelement
+            .provenance
+            .warnings
+            .iter()
+            .any(|w| w.contains("multiple root"));
         assert_eq!(added, wanted < first + 51);
         assert_eq!(reduced.quality.sturm.counted, eigenvalues.len() + 6);
         let f = oracle.residual_flexibility(eigenvalues.len());
-        let error = scaled_difference(&reduced.superelement.residual.flexibility, &f, &diagonal_roots(&f));
+        let error = scaled_difference(
+            &reduced.superelement.residual.flexibility,
+            &f,
+            &diagonal_roots(&f),
+        );
         assert!(error < 1e-9, "{wanted} wanted: F_res {error:e}");
     }
 }
 
 /// A beam whose mass is at the nodes' translations, with one rotary inertia against roll.
 fn lumped_beam(elements: usize) -> Component {
-    let mut beam = parts::beam(elements, BeamTheory::EulerBernoulli, BeamMass::LumpedTranslations);
+    let mut beam = parts::beam(
+        elements,
+        BeamTheory::EulerBernoulli,
+        BeamMass::LumpedTranslations,
+    );
     let mut mass = dense(&beam.mass);
     mass[(3, 3)] = 1e-3;
     beam.mass = sparse(&mass);
@@ -135,7 +203,11 @@ fn lumped_beam(elements: usize) -> Component {
 
 #[test]
 fn a_line_of_point_masses_has_no_inertia_against_roll() {
-    let message = refusal(&parts::beam(6, BeamTheory::EulerBernoulli, BeamMass::LumpedTranslations));
+    let message = refusal(&parts::beam(
+        6,
+        BeamTheory::EulerBernoulli,
+        BeamMass::LumpedTranslations,
+    ));
     dcb_tests::assert_says(&message, &["no inertia", "point or line", "rotary inertia"]);
 }
 
@@ -144,7 +216,8 @@ fn massless_rotations_follow_statically() {
     let beam = lumped_beam(6);
     let (k, m) = (dense(&beam.stiffness), dense(&beam.mass));
     // Massless dofs condensed: K_mm - K_ms K_ss⁻¹ K_sm against M_mm.
-    let (with_mass, without): (Vec<usize>, Vec<usize>) = (0..m.nrows()).partition(|i| m[(*i, *i)] > 0.0);
+    let (with_mass, without): (Vec<usize>, Vec<usize>) =
+        (0..m.nrows()).partition(|i| m[(*i, *i)] > 0.0);
     assert_eq!(with_mass.len(), 22);
     let pick = |a: &Mat<f64>, rows: &[usize], columns: &[usize]| {
         Mat::from_fn(rows.len(), columns.len(), |i, j| a[(rows[i], columns[j])])
@@ -152,7 +225,11 @@ fn massless_rotations_follow_statically() {
     let coupling = pick(&k, &without, &with_mass);
     let condensed = pick(&k, &with_mass, &with_mass)
         - coupling.transpose() * solve(&pick(&k, &without, &without), &coupling);
-    let lower = pick(&m, &with_mass, &with_mass).llt(Side::Lower).unwrap().L().to_owned();
+    let lower = pick(&m, &with_mass, &with_mass)
+        .llt(Side::Lower)
+        .unwrap()
+        .L()
+        .to_owned();
     let half = solve(&lower, &condensed);
     let (values, _) = eigen(&symmetric(&solve(&lower, &half.transpose().to_owned())));
     let expected = roots(&values[6..]);
@@ -162,7 +239,10 @@ fn massless_rotations_follow_statically() {
         let reduced = lowest(&beam, kept);
         let element = &reduced.superelement;
         assert_eq!(element.mode_count(), kept);
-        assert!(relative(&roots(&element.modes.eigenvalues), &expected[..kept]) < 1e-8, "{kept} modes");
+        assert!(
+            relative(&roots(&element.modes.eigenvalues), &expected[..kept]) < 1e-8,
+            "{kept} modes"
+        );
         let f = oracle.residual_flexibility(kept);
         let whole = diagonal_roots(&oracle.residual_flexibility(0));
         let error = scaled_difference(&element.residual.flexibility, &f, &whole);
@@ -170,14 +250,28 @@ fn massless_rotations_follow_statically() {
         if kept == expected.len() {
             // What is left is the flexibility of the massless rotations, and it has no mass of its own.
             assert!(element.modes.first_omitted_eigenvalue.is_infinite());
-            assert!(f[(4, 4)] > 1e-3 * whole[4].powi(2), "{} of {}", f[(4, 4)], whole[4].powi(2));
+            assert!(
+                f[(4, 4)] > 1e-3 * whole[4].powi(2),
+                "{} of {}",
+                f[(4, 4)],
+                whole[4].powi(2)
+            );
             assert!(element.residual.sigma_squared.is_empty());
             assert!(reduced.quality.static_directions > 0);
-            assert!(element.provenance.warnings.iter().any(|w| w.contains("kept statically")));
+            assert!(
+                element
+                    .provenance
+                    .warnings
+                    .iter()
+                    .any(|w| w.contains("kept statically"))
+            );
         }
     }
     // More modes than there are finite ones gives the finite ones.
-    assert_eq!(lowest(&beam, 1000).superelement.mode_count(), expected.len());
+    assert_eq!(
+        lowest(&beam, 1000).superelement.mode_count(),
+        expected.len()
+    );
 }
 
 #[test]
@@ -188,12 +282,23 @@ fn one_mode_no_mode_no_interface() {
     assert_eq!(one.modes.interface_shapes.ncols(), 1);
     assert!((one.modes.eigenvalues[0] / oracle.eigenvalues[0] - 1.0).abs() < 1e-10);
     let none = lowest(&block, 0);
-    assert_eq!((none.recovery.modes.ncols(), none.recovery.residual.ncols()), (0, 12));
-    assert!((none.superelement.modes.first_omitted_eigenvalue / oracle.eigenvalues[0] - 1.0).abs() < 1e-6);
+    assert_eq!(
+        (none.recovery.modes.ncols(), none.recovery.residual.ncols()),
+        (0, 12)
+    );
+    assert!(
+        (none.superelement.modes.first_omitted_eigenvalue / oracle.eigenvalues[0] - 1.0).abs()
+            < 1e-6
+    );
     let alone = lowest(&parts::with_interfaces(&block, Vec::new()), 4);
     assert_eq!(alone.superelement.rows.len(), 0);
     assert_eq!(alone.superelement.basis_count(), 4);
-    assert!(relative(&alone.superelement.modes.eigenvalues, &oracle.eigenvalues[..4]) < 1e-10);
+    assert!(
+        relative(
+            &alone.superelement.modes.eigenvalues,
+            &oracle.eigenvalues[..4]
+        ) < 1e-10
+    );
     let rigid = lowest(&parts::with_interfaces(&block, Vec::new()), 0).superelement;
     assert_eq!(rigid.basis_count(), 0);
     assert!(rigid.inertia.mass > 0.0 && rigid.inertia.l3.iter().all(|l3| l3.nrows() == 0));
@@ -203,35 +308,78 @@ fn one_mode_no_mode_no_interface() {
 fn hundreds_of_interface_dofs() {
     let block = parts::steel_box([5, 3, 2], SolidElement::Hexahedron);
     let nodes: Vec<u32> = (0..50).collect();
-    let component = parts::with_interfaces(&block, vec![parts::interface("patch", InterfaceKind::Nodes, nodes)]);
+    let component = parts::with_interfaces(
+        &block,
+        vec![parts::interface("patch", InterfaceKind::Nodes, nodes)],
+    );
     let oracle = Oracle::of(&component);
     let reduced = lowest(&component, 10);
     assert_eq!(reduced.superelement.rows.len(), 150);
     let f = oracle.residual_flexibility(10);
-    assert!(scaled_difference(&reduced.superelement.residual.flexibility, &f, &diagonal_roots(&f)) < 1e-9);
+    assert!(
+        scaled_difference(
+            &reduced.superelement.residual.flexibility,
+            &f,
+            &diagonal_roots(&f)
+        ) < 1e-9
+    );
     let m = oracle.residual_mass(10);
     assert!(scaled_difference(&reduced.superelement.residual.mass, &m, &diagonal_roots(&m)) < 1e-9);
     // Stiff directions without mass worth integrating are kept statically; none is lost.
     assert!(reduced.quality.residual_rank >= 140);
-    assert_eq!(reduced.quality.residual_rank + reduced.quality.static_directions, 150);
+    assert_eq!(
+        reduced.quality.residual_rank + reduced.quality.static_directions,
+        150
+    );
     assert_eq!(reduced.quality.flexibility_rank, 150);
 }
 
 #[test]
 fn a_limit_keeps_every_mode_below_it() {
-    for component in [parts::rod(8), parts::skew_beam(), parts::rotor(), parts::steel_box([4, 2, 1], SolidElement::Tetra10)] {
+    for component in [
+        parts::rod(8),
+        parts::skew_beam(),
+        parts::rotor(),
+        parts::steel_box([4, 2, 1], SolidElement::Tetra10),
+    ] {
         let oracle = Oracle::of(&component);
         for between in [1, 2, 5, 9] {
             let (low, high) = (oracle.eigenvalues[between - 1], oracle.eigenvalues[between]);
             if high - low < 1e-4 * high {
                 continue;
             }
-            let modes = ModeSelection::Below { eigenvalue: 0.5 * (low + high) };
-            let reduced = with(&component, &Reduction { modes, ..Reduction::lowest(0) });
-            assert_eq!(reduced.superelement.mode_count(), between, "{}", component.name);
+            let modes = ModeSelection::Below {
+                eigenvalue: 0.5 * (low + high),
+            };
+            let reduced = with(
+                &component,
+                &Reduction {
+                    modes,
+                    ..Reduction::lowest(0)
+                },
+            );
+            assert_eq!(
+                reduced.superelement.mode_count(),
+                between,
+                "{}",
+                component.name
+            );
         }
-        let modes = ModeSelection::Below { eigenvalue: 0.5 * oracle.eigenvalues[0] };
-        assert_eq!(with(&component, &Reduction { modes, ..Reduction::lowest(0) }).superelement.mode_count(), 0);
+        let modes = ModeSelection::Below {
+            eigenvalue: 0.5 * oracle.eigenvalues[0],
+        };
+        assert_eq!(
+            with(
+                &component,
+                &Reduction {
+                    modes,
+                    ..Reduction::lowest(0)
+                }
+            )
+            .superelement
+            .mode_count(),
+            0
+        );
     }
 }
 
@@ -256,6 +404,9 @@ fn small_eigenproblems_are_solved_to_rounding_whatever_repeats() {
     let defect = &matrix * &vectors - &vectors * dcb_tests::dense::diagonal(&values);
     let size = values.last().unwrap();
     assert!(dcb_tests::dense::largest(defect.as_ref()) < 1e-13 * size);
-    let zeros = values.iter().filter(|value| value.abs() < 1e-13 * size).count();
+    let zeros = values
+        .iter()
+        .filter(|value| value.abs() < 1e-13 * size)
+        .count();
     assert_eq!(zeros, 7, "{:?}", &values[..9]);
 }

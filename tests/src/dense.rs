@@ -2,7 +2,9 @@
 
 use dcb_formats::SparseMatrix;
 use faer::dyn_stack::{MemBuffer, MemStack};
-use faer::linalg::evd::{ComputeEigenvectors, SelfAdjointEvdParams, self_adjoint_evd, self_adjoint_evd_scratch};
+use faer::linalg::evd::{
+    ComputeEigenvectors, SelfAdjointEvdParams, self_adjoint_evd, self_adjoint_evd_scratch,
+};
 use faer::linalg::solvers::Solve;
 use faer::{Auto, Mat, MatRef, Par};
 
@@ -10,7 +12,11 @@ use faer::{Auto, Mat, MatRef, Par};
 pub fn dense(matrix: &SparseMatrix) -> Mat<f64> {
     let mut full = Mat::zeros(matrix.nrows(), matrix.ncols());
     for column in 0..matrix.ncols() {
-        for (row, value) in matrix.row_idx_of_col_raw(column).iter().zip(matrix.val_of_col(column)) {
+        for (row, value) in matrix
+            .row_idx_of_col_raw(column)
+            .iter()
+            .zip(matrix.val_of_col(column))
+        {
             full[(*row as usize, column)] += *value;
         }
     }
@@ -23,11 +29,16 @@ pub fn sparse(matrix: &Mat<f64>) -> SparseMatrix {
     for j in 0..matrix.ncols() {
         for i in 0..matrix.nrows() {
             if matrix[(i, j)] != 0.0 {
-                entries.push(faer::sparse::Triplet::new(i as u32, j as u32, matrix[(i, j)]));
+                entries.push(faer::sparse::Triplet::new(
+                    i as u32,
+                    j as u32,
+                    matrix[(i, j)],
+                ));
             }
         }
     }
-    SparseMatrix::try_new_from_triplets(matrix.nrows(), matrix.ncols(), &entries).expect("the entries are in range")
+    SparseMatrix::try_new_from_triplets(matrix.nrows(), matrix.ncols(), &entries)
+        .expect("the entries are in range")
 }
 
 /// Ascending eigenvalues and eigenvectors of a symmetric matrix.
@@ -37,11 +48,27 @@ pub fn eigen(a: &Mat<f64>) -> (Vec<f64>, Mat<f64>) {
     }
     let n = a.nrows();
     // QR iteration: divide and conquer is wrong for repeated eigenvalues.
-    let params = SelfAdjointEvdParams { recursion_threshold: usize::MAX, ..Auto::<f64>::auto() };
+    let params = SelfAdjointEvdParams {
+        recursion_threshold: usize::MAX,
+        ..Auto::<f64>::auto()
+    };
     let (mut values, mut vectors) = (faer::Col::<f64>::zeros(n), Mat::zeros(n, n));
-    let mut memory = MemBuffer::new(self_adjoint_evd_scratch::<f64>(n, ComputeEigenvectors::Yes, Par::Seq, params.into()));
+    let mut memory = MemBuffer::new(self_adjoint_evd_scratch::<f64>(
+        n,
+        ComputeEigenvectors::Yes,
+        Par::Seq,
+        params.into(),
+    ));
     let (diagonal, u) = (values.as_mut().as_diagonal_mut(), Some(vectors.as_mut()));
-    self_adjoint_evd(a.as_ref(), diagonal, u, Par::Seq, MemStack::new(&mut memory), params.into()).expect("finite numbers");
+    self_adjoint_evd(
+        a.as_ref(),
+        diagonal,
+        u,
+        Par::Seq,
+        MemStack::new(&mut memory),
+        params.into(),
+    )
+    .expect("finite numbers");
     (values.iter().copied().collect(), vectors)
 }
 
@@ -100,7 +127,10 @@ pub fn diagonal_roots(a: &Mat<f64>) -> Vec<f64> {
 /// Largest relative difference of two lists.
 pub fn relative(a: &[f64], b: &[f64]) -> f64 {
     assert_eq!(a.len(), b.len());
-    a.iter().zip(b).map(|(a, b)| (a - b).abs() / b.abs().max(f64::MIN_POSITIVE)).fold(0.0, f64::max)
+    a.iter()
+        .zip(b)
+        .map(|(a, b)| (a - b).abs() / b.abs().max(f64::MIN_POSITIVE))
+        .fold(0.0, f64::max)
 }
 
 /// Identity matrix of this size.
@@ -110,14 +140,18 @@ pub fn identity(n: usize) -> Mat<f64> {
 
 /// Diagonal matrix.
 pub fn diagonal(values: &[f64]) -> Mat<f64> {
-    Mat::from_fn(values.len(), values.len(), |i, j| if i == j { values[i] } else { 0.0 })
+    Mat::from_fn(values.len(), values.len(), |i, j| {
+        if i == j { values[i] } else { 0.0 }
+    })
 }
 
 /// Pseudo-random numbers in (-1, 1), the same every time.
 pub fn pseudo_random(seed: u64) -> impl FnMut() -> f64 {
     let mut state = seed.wrapping_mul(0x9e37_79b9_7f4a_7c15) | 1;
     move || {
-        state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+        state = state
+            .wrapping_mul(6_364_136_223_846_793_005)
+            .wrapping_add(1_442_695_040_888_963_407);
         (state >> 11) as f64 / (1_u64 << 52) as f64 - 1.0
     }
 }

@@ -52,8 +52,8 @@ pub fn rod_points(elements: usize, rod: &RodSection) -> Vec<Point> {
                 let axial = if local == 0 { 1.0 - s } else { s };
                 for axis in 0..2 {
                     for i in 0..2 {
-                        displacement[(i, 3 * node + axis)] +=
-                            along[i] * axial * along[axis] + across[i] * v[2 * local] * across[axis];
+                        displacement[(i, 3 * node + axis)] += along[i] * axial * along[axis]
+                            + across[i] * v[2 * local] * across[axis];
                     }
                 }
                 for i in 0..2 {
@@ -72,7 +72,9 @@ pub fn rod_points(elements: usize, rod: &RodSection) -> Vec<Point> {
 
 /// The Euler–Bernoulli beam along x from the origin; its section turns about the axis but carries no rotary inertia of bending.
 pub fn beam_points(beam: &SpatialBeam) -> Vec<Point> {
-    assert!(beam.theory == BeamTheory::EulerBernoulli && beam.roll == 0.0 && beam.start == [0.0; 3]);
+    assert!(
+        beam.theory == BeamTheory::EulerBernoulli && beam.roll == 0.0 && beam.start == [0.0; 3]
+    );
     let (n, h) = (beam.elements, beam.end[0] / beam.elements as f64);
     let section = &beam.section;
     // Four points that have the section's area and second moments.
@@ -110,7 +112,11 @@ pub fn beam_points(beam: &SpatialBeam) -> Vec<Point> {
 pub fn displacements(point: &Point, basis: MatRef<'_, f64>) -> Vec<Vector3<f64>> {
     (0..basis.ncols())
         .map(|k| {
-            Vector3::from_fn(|i, _| (0..basis.nrows()).map(|j| point.displacement[(i, j)] * basis[(j, k)]).sum())
+            Vector3::from_fn(|i, _| {
+                (0..basis.nrows())
+                    .map(|j| point.displacement[(i, j)] * basis[(j, k)])
+                    .sum()
+            })
         })
         .collect()
 }
@@ -137,7 +143,8 @@ pub fn invariants(points: &[Point], centre: [f64; 3], basis: MatRef<'_, f64>) ->
                 for b in 0..3 {
                     let e = |axis: usize| Vector3::ith(axis, 1.0);
                     all.j1[k][a][b] += point.mass
-                        * (e(a).cross(&r).dot(&e(b).cross(&psi[k])) + e(b).cross(&r).dot(&e(a).cross(&psi[k])));
+                        * (e(a).cross(&r).dot(&e(b).cross(&psi[k]))
+                            + e(b).cross(&r).dot(&e(a).cross(&psi[k])));
                 }
             }
             for l in 0..n {

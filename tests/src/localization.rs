@@ -14,13 +14,21 @@ pub fn localization(component: &Component) -> Mat<f64> {
     for interface in &component.interfaces {
         match interface.kind {
             InterfaceKind::Nodes => rows.extend(node_rows(component, interface)),
-            InterfaceKind::Average => rows.extend(average_rows(component, interface, &given_weights(interface))),
+            InterfaceKind::Average => rows.extend(average_rows(
+                component,
+                interface,
+                &given_weights(interface),
+            )),
             other => panic!("no dense rows for kind {}", other.name()),
         }
     }
     if let Some(matrix) = &component.explicit_boundary {
         let matrix = dense(matrix);
-        rows.extend((0..matrix.nrows()).map(|i| (0..matrix.ncols()).map(|j| matrix[(i, j)]).collect::<Vec<_>>()));
+        rows.extend((0..matrix.nrows()).map(|i| {
+            (0..matrix.ncols())
+                .map(|j| matrix[(i, j)])
+                .collect::<Vec<_>>()
+        }));
     }
     Mat::from_fn(rows.len(), component.dofs.len(), |i, j| rows[i][j])
 }
@@ -37,7 +45,10 @@ fn node_rows(component: &Component, interface: &Interface) -> Vec<Vec<f64>> {
     let mut rows = Vec::new();
     for node in &interface.nodes {
         for direction in Direction::ALL {
-            let wanted = interface.directions.as_ref().is_none_or(|list| list.contains(&direction));
+            let wanted = interface
+                .directions
+                .as_ref()
+                .is_none_or(|list| list.contains(&direction));
             if let Some(at) = component.dofs.row(*node, direction).filter(|_| wanted) {
                 let mut row = vec![0.0; component.dofs.len()];
                 row[at] = 1.0;
@@ -49,17 +60,26 @@ fn node_rows(component: &Component, interface: &Interface) -> Vec<Vec<f64>> {
 }
 
 /// The frame motion that fits the nodes' translations best, weighted: `R⁻¹ Qᵀ √w` with `Q R = √w A`.
-pub fn average_rows(component: &Component, interface: &Interface, weights: &[f64]) -> Vec<Vec<f64>> {
+pub fn average_rows(
+    component: &Component,
+    interface: &Interface,
+    weights: &[f64],
+) -> Vec<Vec<f64>> {
     let planar = component.dimension().coordinate_count() == 2;
     let d = component.dimension().coordinate_count();
     let total: f64 = weights.iter().sum();
     let centroid = Vector3::from_fn(|axis, _| {
-        let sum = interface.nodes.iter().zip(weights).map(|(node, w)| w * component.mesh.position(*node)[axis]);
+        let sum = interface
+            .nodes
+            .iter()
+            .zip(weights)
+            .map(|(node, w)| w * component.mesh.position(*node)[axis]);
         sum.sum::<f64>() / total
     });
     let reference = interface.position.map_or(centroid, Vector3::from);
     let axes: Vec<usize> = if planar { vec![2] } else { vec![0, 1, 2] };
-    let (mut lines, mut roots, mut dofs): (Vec<Vec<f64>>, Vec<f64>, Vec<usize>) = Default::default();
+    let (mut lines, mut roots, mut dofs): (Vec<Vec<f64>>, Vec<f64>, Vec<usize>) =
+        Default::default();
     for (node, weight) in interface.nodes.iter().zip(weights) {
         let arm = Vector3::from(component.mesh.position(*node)) - reference;
         for direction in &Direction::ALL[..d] {
@@ -70,16 +90,27 @@ pub fn average_rows(component: &Component, interface: &Interface, weights: &[f64
             }
             lines.push(line);
             roots.push(weight.sqrt());
-            dofs.push(component.dofs.row(*node, *direction).expect("a translation"));
+            dofs.push(
+                component
+                    .dofs
+                    .row(*node, *direction)
+                    .expect("a translation"),
+            );
         }
     }
     let scaled = DMatrix::from_fn(lines.len(), d + axes.len(), |i, j| roots[i] * lines[i][j]);
     let (q, r) = scaled.qr().unpack();
-    let inverse = r.solve_upper_triangular(&q.transpose()).expect("nodes that determine the frame");
+    let inverse = r
+        .solve_upper_triangular(&q.transpose())
+        .expect("nodes that determine the frame");
     let frame: Vec<Direction> = component.dimension().frame_directions().to_vec();
     let mut rows = Vec::new();
     for (i, direction) in frame.iter().enumerate() {
-        if interface.directions.as_ref().is_none_or(|list| list.contains(direction)) {
+        if interface
+            .directions
+            .as_ref()
+            .is_none_or(|list| list.contains(direction))
+        {
             let mut row = vec![0.0; component.dofs.len()];
             for (k, dof) in dofs.iter().enumerate() {
                 row[*dof] = inverse[(i, k)] * roots[k];

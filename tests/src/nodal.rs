@@ -31,7 +31,10 @@ pub fn vectors(component: &Component, column: MatRef<'_, f64>) -> Vec<Vector3<f6
     (0..component.mesh.node_count() as u32)
         .map(|node| {
             Vector3::from_fn(|axis, _| {
-                component.dofs.row(node, Direction::ALL[axis]).map_or(0.0, |row| column[(row, 0)])
+                component
+                    .dofs
+                    .row(node, Direction::ALL[axis])
+                    .map_or(0.0, |row| column[(row, 0)])
             })
         })
         .collect()
@@ -40,9 +43,11 @@ pub fn vectors(component: &Component, column: MatRef<'_, f64>) -> Vec<Vector3<f6
 /// One vector per node as a column of translations; rotations zero.
 pub fn column(component: &Component, vectors: &[Vector3<f64>]) -> Mat<f64> {
     let dofs = component.dofs.dofs();
-    Mat::from_fn(dofs.len(), 1, |row, _| match dofs[row].direction.is_rotation() {
-        true => 0.0,
-        false => vectors[dofs[row].node as usize][dofs[row].direction.axis()],
+    Mat::from_fn(dofs.len(), 1, |row, _| {
+        match dofs[row].direction.is_rotation() {
+            true => 0.0,
+            false => vectors[dofs[row].node as usize][dofs[row].direction.axis()],
+        }
     })
 }
 
@@ -59,29 +64,50 @@ pub fn invariants(component: &Component, centre: [f64; 3], basis: MatRef<'_, f64
     let n = basis.ncols();
     let x = positions(component, centre);
     let e = |a: usize| Vector3::ith(a, 1.0);
-    let psi: Vec<_> = (0..n).map(|k| vectors(component, basis.subcols(k, 1))).collect();
-    let times_mass = |field: &[Vector3<f64>]| vectors(component, (&mass * column(component, field)).as_ref());
+    let psi: Vec<_> = (0..n)
+        .map(|k| vectors(component, basis.subcols(k, 1)))
+        .collect();
+    let times_mass =
+        |field: &[Vector3<f64>]| vectors(component, (&mass * column(component, field)).as_ref());
     let mass_psi: Vec<_> = psi.iter().map(|field| times_mass(field)).collect();
-    let crossed = |a: usize, field: &[Vector3<f64>]| -> Vec<_> { field.iter().map(|u| e(a).cross(u)).collect() };
-    let mass_crossed: Vec<Vec<Vec<Vector3<f64>>>> =
-        (0..3).map(|a| psi.iter().map(|field| times_mass(&crossed(a, field))).collect()).collect();
-    let sum = |a: &[Vector3<f64>], b: &[Vector3<f64>]| a.iter().zip(b).map(|(a, b)| a.dot(b)).sum::<f64>();
+    let crossed = |a: usize, field: &[Vector3<f64>]| -> Vec<_> {
+        field.iter().map(|u| e(a).cross(u)).collect()
+    };
+    let mass_crossed: Vec<Vec<Vec<Vector3<f64>>>> = (0..3)
+        .map(|a| {
+            psi.iter()
+                .map(|field| times_mass(&crossed(a, field)))
+                .collect()
+        })
+        .collect();
+    let sum = |a: &[Vector3<f64>], b: &[Vector3<f64>]| {
+        a.iter().zip(b).map(|(a, b)| a.dot(b)).sum::<f64>()
+    };
     Invariants {
         l1: Mat::from_fn(3, n, |a, k| mass_psi[k].iter().map(|f| f[a]).sum()),
-        i3: Mat::from_fn(3, n, |a, k| x.iter().zip(&mass_psi[k]).map(|(x, f)| x.cross(f)[a]).sum()),
+        i3: Mat::from_fn(3, n, |a, k| {
+            x.iter().zip(&mass_psi[k]).map(|(x, f)| x.cross(f)[a]).sum()
+        }),
         stretch: (0..n).map(|k| sum(&x, &mass_psi[k])).collect(),
         j1: (0..n)
             .map(|k| {
                 std::array::from_fn(|a| {
                     std::array::from_fn(|b| {
-                        sum(&crossed(a, &x), &mass_crossed[b][k]) + sum(&crossed(b, &x), &mass_crossed[a][k])
+                        sum(&crossed(a, &x), &mass_crossed[b][k])
+                            + sum(&crossed(b, &x), &mass_crossed[a][k])
                     })
                 })
             })
             .collect(),
         l3: (0..3)
             .map(|a| {
-                Mat::from_fn(n, n, |k, l| psi[k].iter().zip(&mass_psi[l]).map(|(u, f)| u.cross(f)[a]).sum())
+                Mat::from_fn(n, n, |k, l| {
+                    psi[k]
+                        .iter()
+                        .zip(&mass_psi[l])
+                        .map(|(u, f)| u.cross(f)[a])
+                        .sum()
+                })
             })
             .collect(),
         j2: PAIRS

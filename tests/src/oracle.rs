@@ -33,8 +33,12 @@ pub fn centre_of_mass(component: &Component) -> (f64, [f64; 3]) {
     let dofs = component.dofs.dofs();
     let (mut total, mut centre) = (0.0, [0.0; 3]);
     for (axis, coordinate) in centre.iter_mut().enumerate().take(d) {
-        let mean = (0..n as u32).map(|node| component.mesh.position(node)[axis]).sum::<f64>() / n as f64;
-        let along = |row: usize| !dofs[row].direction.is_rotation() && dofs[row].direction.axis() == axis;
+        let mean = (0..n as u32)
+            .map(|node| component.mesh.position(node)[axis])
+            .sum::<f64>()
+            / n as f64;
+        let along =
+            |row: usize| !dofs[row].direction.is_rotation() && dofs[row].direction.axis() == axis;
         let (mut of_axis, mut moment) = (0.0, 0.0);
         for i in (0..dofs.len()).filter(|i| along(*i)) {
             for j in (0..dofs.len()).filter(|j| along(*j)) {
@@ -57,7 +61,9 @@ pub fn rigid_motions(component: &Component, about: [f64; 3]) -> Mat<f64> {
     Mat::from_fn(dofs.len(), d + axes.len(), |row, column| {
         let direction = dofs[row].direction;
         if column < d {
-            return f64::from(u8::from(!direction.is_rotation() && direction.axis() == column));
+            return f64::from(u8::from(
+                !direction.is_rotation() && direction.axis() == column,
+            ));
         }
         let axis = axes[column - d];
         if direction.is_rotation() {
@@ -65,17 +71,24 @@ pub fn rigid_motions(component: &Component, about: [f64; 3]) -> Mat<f64> {
         }
         let x = component.mesh.position(dofs[row].node);
         let arm = nalgebra::Vector3::from_fn(|i, _| x[i] - about[i]);
-        nalgebra::Vector3::from_fn(|i, _| f64::from(u8::from(i == axis))).cross(&arm)[direction.axis()]
+        nalgebra::Vector3::from_fn(|i, _| f64::from(u8::from(i == axis))).cross(&arm)
+            [direction.axis()]
     })
 }
 
 /// `[[K, B], [Bᵀ, 0]] [X; ·] = [F - B (…) ; 0]`: the solution with `Bᵀ X = 0`; B = M Φₐ, F made free of Φₐ.
-fn bordered(stiffness: &Mat<f64>, mass: &Mat<f64>, border: &Mat<f64>, forces: &Mat<f64>) -> Mat<f64> {
+fn bordered(
+    stiffness: &Mat<f64>,
+    mass: &Mat<f64>,
+    border: &Mat<f64>,
+    forces: &Mat<f64>,
+) -> Mat<f64> {
     let (n, r) = (stiffness.nrows(), border.ncols());
     let mass_border = mass * border;
     // Columns brought to the size of K, which does not change X.
-    let scale: Vec<f64> =
-        (0..r).map(|j| largest(stiffness.as_ref()) / largest(mass_border.as_ref().subcols(j, 1))).collect();
+    let scale: Vec<f64> = (0..r)
+        .map(|j| largest(stiffness.as_ref()) / largest(mass_border.as_ref().subcols(j, 1)))
+        .collect();
     let matrix = Mat::from_fn(n + r, n + r, |i, j| match (i < n, j < n) {
         (true, true) => stiffness[(i, j)],
         (true, false) => mass_border[(i, j - n)] * scale[j - n],
@@ -85,10 +98,15 @@ fn bordered(stiffness: &Mat<f64>, mass: &Mat<f64>, border: &Mat<f64>, forces: &M
     let mut free = forces.clone();
     if r > 0 {
         // P' F = F - M Φₐ (Φₐᵀ M Φₐ)⁻¹ Φₐᵀ F
-        let amounts = solve(&(border.transpose() * &mass_border), &(border.transpose() * forces));
+        let amounts = solve(
+            &(border.transpose() * &mass_border),
+            &(border.transpose() * forces),
+        );
         free -= &mass_border * amounts;
     }
-    let right = Mat::from_fn(n + r, forces.ncols(), |i, j| if i < n { free[(i, j)] } else { 0.0 });
+    let right = Mat::from_fn(n + r, forces.ncols(), |i, j| {
+        if i < n { free[(i, j)] } else { 0.0 }
+    });
     solve(&matrix, &right).as_ref().subrows(0, n).to_owned()
 }
 
@@ -105,9 +123,19 @@ impl Oracle {
     }
 
     /// From matrices; `rigid` spans every motion without stiffness.
-    pub fn from_parts(stiffness: Mat<f64>, mass: Mat<f64>, rigid: Mat<f64>, localization: Mat<f64>) -> Self {
+    pub fn from_parts(
+        stiffness: Mat<f64>,
+        mass: Mat<f64>,
+        rigid: Mat<f64>,
+        localization: Mat<f64>,
+    ) -> Self {
         let n = stiffness.nrows();
-        let inverse = symmetric(&bordered(&stiffness, &mass, &rigid, &crate::dense::identity(n)));
+        let inverse = symmetric(&bordered(
+            &stiffness,
+            &mass,
+            &rigid,
+            &crate::dense::identity(n),
+        ));
         // M = W Wᵀ: Cholesky, or the eigenvectors with mass where M is semi-definite.
         let root = match mass.llt(Side::Lower) {
             Ok(factor) => factor.L().to_owned(),
@@ -115,7 +143,9 @@ impl Oracle {
                 let (values, vectors) = eigen(&mass);
                 let top = values.last().copied().unwrap_or(0.0);
                 let kept: Vec<usize> = (0..n).filter(|i| values[*i] > 1e-12 * top).collect();
-                Mat::from_fn(n, kept.len(), |i, j| vectors[(i, kept[j])] * values[kept[j]].sqrt())
+                Mat::from_fn(n, kept.len(), |i, j| {
+                    vectors[(i, kept[j])] * values[kept[j]].sqrt()
+                })
             }
         };
         // K φ = ω² M φ with Xᵀ M φ = 0 is φ = ω² G W Wᵀ φ: eigenvalues 1/ω² of Wᵀ G W.
@@ -123,9 +153,19 @@ impl Oracle {
         let (theta, vectors) = eigen(&projected);
         let count = root.ncols() - rigid.ncols();
         let order: Vec<usize> = (0..theta.len()).rev().take(count).collect();
-        let chosen = Mat::from_fn(root.ncols(), count, |i, j| vectors[(i, order[j])] / theta[order[j]]);
+        let chosen = Mat::from_fn(root.ncols(), count, |i, j| {
+            vectors[(i, order[j])] / theta[order[j]]
+        });
         let shapes = &inverse * &root * chosen;
-        Self { eigenvalues: order.iter().map(|i| 1.0 / theta[*i]).collect(), stiffness, mass, rigid, localization, inverse, shapes }
+        Self {
+            eigenvalues: order.iter().map(|i| 1.0 / theta[*i]).collect(),
+            stiffness,
+            mass,
+            rigid,
+            localization,
+            inverse,
+            shapes,
+        }
     }
 
     /// The lowest kept modes.
@@ -136,8 +176,13 @@ impl Oracle {
     /// `G_res F` with the `count` lowest modes kept.
     pub fn residual_response(&self, count: usize, forces: &Mat<f64>) -> Mat<f64> {
         let (n, r) = (self.stiffness.nrows(), self.rigid.ncols());
-        let border =
-            Mat::from_fn(n, r + count, |i, j| if j < r { self.rigid[(i, j)] } else { self.shapes[(i, j - r)] });
+        let border = Mat::from_fn(n, r + count, |i, j| {
+            if j < r {
+                self.rigid[(i, j)]
+            } else {
+                self.shapes[(i, j - r)]
+            }
+        });
         bordered(&self.stiffness, &self.mass, &border, forces)
     }
 
@@ -163,7 +208,8 @@ impl Oracle {
         let mut sum = 0.0;
         for j in 0..n {
             for i in 0..n {
-                sum += (self.shapes[(i, mode)] * self.stiffness[(i, j)] * self.shapes[(j, mode)]).abs();
+                sum += (self.shapes[(i, mode)] * self.stiffness[(i, j)] * self.shapes[(j, mode)])
+                    .abs();
             }
         }
         f64::EPSILON * sum / self.eigenvalues[mode]

@@ -15,12 +15,23 @@ pub fn rod(elements: usize) -> Component {
 
 /// A tilted planar rod.
 pub fn tilted_rod(elements: usize) -> Component {
-    planar_rod(elements, &RodSection { angle: 0.7, ..RodSection::default() })
+    planar_rod(
+        elements,
+        &RodSection {
+            angle: 0.7,
+            ..RodSection::default()
+        },
+    )
 }
 
 /// The spatial beam with these kinematics and masses.
 pub fn beam(elements: usize, theory: BeamTheory, mass: BeamMass) -> Component {
-    spatial_beam(&SpatialBeam { elements, theory, mass, ..SpatialBeam::default() })
+    spatial_beam(&SpatialBeam {
+        elements,
+        theory,
+        mass,
+        ..SpatialBeam::default()
+    })
 }
 
 /// A skew Timoshenko beam.
@@ -57,17 +68,29 @@ pub fn interface(name: &str, kind: InterfaceKind, nodes: Vec<u32>) -> Interface 
 
 /// The part with other interfaces.
 pub fn with_interfaces(component: &Component, interfaces: Vec<Interface>) -> Component {
-    Component { interfaces, ..component.clone() }
+    Component {
+        interfaces,
+        ..component.clone()
+    }
 }
 
 /// The published rotor: matrices and mesh as the sample files hold them.
 pub fn rotor() -> Component {
-    let folder: PathBuf = [env!("CARGO_MANIFEST_DIR"), "..", "samples", "data", "rotor"].iter().collect();
-    let description = dcb_formats::read_description(&folder.join("rotor.json")).expect("the description");
-    let read = |name: &str| dcb_formats::matrix::read_symmetric_operator(&folder.join(name)).expect("the matrix").0;
+    let folder: PathBuf = [env!("CARGO_MANIFEST_DIR"), "..", "samples", "data", "rotor"]
+        .iter()
+        .collect();
+    let description =
+        dcb_formats::read_description(&folder.join("rotor.json")).expect("the description");
+    let read = |name: &str| {
+        dcb_formats::matrix::read_symmetric_operator(&folder.join(name))
+            .expect("the matrix")
+            .0
+    };
     let (stiffness, mass) = (read("rotor.mtx"), read("rotor.mass.mtx"));
     let path = folder.join("rotor.json");
-    let dofs = description.dof_map(stiffness.nrows(), &path).expect("the dof table");
+    let dofs = description
+        .dof_map(stiffness.nrows(), &path)
+        .expect("the dof table");
     Component {
         name: "rotor".into(),
         units: description.units.clone(),
@@ -91,37 +114,58 @@ pub fn renumbered(component: &Component, order: &[u32]) -> Component {
         new_of[*old as usize] = new as u32;
     }
     let d = component.dimension().coordinate_count();
-    let mut mesh = Mesh { coordinates: Vec::new(), ..component.mesh.clone() };
+    let mut mesh = Mesh {
+        coordinates: Vec::new(),
+        ..component.mesh.clone()
+    };
     for old in order {
         mesh.coordinates.extend(&component.mesh.position(*old)[..d]);
     }
     for block in &mut mesh.cells {
-        block.nodes.iter_mut().for_each(|node| *node = new_of[*node as usize]);
+        block
+            .nodes
+            .iter_mut()
+            .for_each(|node| *node = new_of[*node as usize]);
     }
     for set in mesh.point_sets.values_mut() {
-        set.iter_mut().for_each(|node| *node = new_of[*node as usize]);
+        set.iter_mut()
+            .for_each(|node| *node = new_of[*node as usize]);
     }
     // Row order follows the new node numbers.
     let mut rows: Vec<usize> = Vec::new();
     for old in order {
-        rows.extend(Direction::ALL.iter().filter_map(|direction| component.dofs.row(*old, *direction)));
+        rows.extend(
+            Direction::ALL
+                .iter()
+                .filter_map(|direction| component.dofs.row(*old, *direction)),
+        );
     }
     let dofs = rows
         .iter()
         .map(|row| {
             let dof = component.dofs.dofs()[*row];
-            dcb_formats::mesh::Dof { node: new_of[dof.node as usize], ..dof }
+            dcb_formats::mesh::Dof {
+                node: new_of[dof.node as usize],
+                ..dof
+            }
         })
         .collect();
     let mut result = component.clone();
     result.dofs = DofMap::new(dofs, order.len()).expect("a dof table");
     result.stiffness = with_rows(&component.stiffness, &rows);
     result.mass = with_rows(&component.mass, &rows);
-    for matrix in result.component_masses.iter_mut().flat_map(|masses| &mut masses.matrices) {
+    for matrix in result
+        .component_masses
+        .iter_mut()
+        .flat_map(|masses| &mut masses.matrices)
+    {
         *matrix = with_rows(matrix, &rows);
     }
     for interface in &mut result.interfaces {
-        interface.nodes.iter_mut().for_each(|node| *node = new_of[*node as usize]);
+        interface
+            .nodes
+            .iter_mut()
+            .for_each(|node| *node = new_of[*node as usize]);
     }
     result.mesh = mesh;
     result
@@ -135,11 +179,16 @@ pub fn with_rows(matrix: &SparseMatrix, rows: &[usize]) -> SparseMatrix {
     }
     let mut entries = Vec::new();
     for (j, old) in rows.iter().enumerate() {
-        for (row, value) in matrix.row_idx_of_col_raw(*old).iter().zip(matrix.val_of_col(*old)) {
+        for (row, value) in matrix
+            .row_idx_of_col_raw(*old)
+            .iter()
+            .zip(matrix.val_of_col(*old))
+        {
             if let Some(i) = new_of[*row as usize] {
                 entries.push(faer::sparse::Triplet::new(i, j as u32, *value));
             }
         }
     }
-    SparseMatrix::try_new_from_triplets(rows.len(), rows.len(), &entries).expect("the entries are in range")
+    SparseMatrix::try_new_from_triplets(rows.len(), rows.len(), &entries)
+        .expect("the entries are in range")
 }

@@ -11,13 +11,22 @@ pub fn reference(file: &str) -> Value {
 
 /// A list of numbers.
 pub fn numbers(value: &Value) -> Vec<f64> {
-    value.as_array().expect("a list").iter().map(|v| v.as_f64().expect("a number")).collect()
+    value
+        .as_array()
+        .expect("a list")
+        .iter()
+        .map(|v| v.as_f64().expect("a number"))
+        .collect()
 }
 
 /// A matrix given as nested or flat list by rows.
 pub fn matrix(value: &Value, rows: usize) -> Mat<f64> {
     let list = value.as_array().expect("a list");
-    let flat = if list.iter().any(Value::is_array) { list.iter().flat_map(numbers).collect() } else { numbers(value) };
+    let flat = if list.iter().any(Value::is_array) {
+        list.iter().flat_map(numbers).collect()
+    } else {
+        numbers(value)
+    };
     let columns = flat.len() / rows.max(1);
     Mat::from_fn(rows, columns, |i, j| flat[i * columns + j])
 }
