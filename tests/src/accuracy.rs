@@ -3,12 +3,13 @@
 use dcb_formats::Component;
 use dcb_formats::mesh::Dimension;
 use dcb_reducer::Reduced;
-use faer::Mat;
+use faer::linalg::triangular_solve::solve_lower_triangular_in_place;
+use faer::{Mat, Par, Side};
 use serde_json::{Value, json};
 
 use crate::dense::{
-    diagonal, diagonal_roots, difference, eigen, identity, largest, relative, scaled_difference,
-    symmetric,
+    dense, diagonal, diagonal_roots, difference, eigen, identity, largest, relative,
+    scaled_difference, symmetric,
 };
 use crate::nodal::{self, Invariants};
 use crate::oracle::{Oracle, centre_of_mass, rigid_motions};
@@ -43,7 +44,7 @@ impl Measurement {
     /// As one line of `docs/data/accuracy.jsonl`.
     pub fn line(&self) -> Value {
         json!({
-            "quantity": self.quantity, "part": self.part, "n_e": self.n_e, "n_k": self.modes,
+            "kind": "dense", "quantity": self.quantity, "part": self.part, "n_e": self.n_e, "n_k": self.modes,
             "relative_error": self.error, "bound": self.bound, "oracle": self.oracle,
         })
     }
@@ -115,7 +116,7 @@ fn mass_properties(sheet: &mut Sheet, reduced: &Reduced) {
     let element = &reduced.superelement;
     let (mass, centre) = centre_of_mass(sheet.component);
     let x = rigid_motions(sheet.component, centre);
-    let rigid = x.transpose() * crate::dense::dense(&sheet.component.mass) * &x;
+    let rigid = x.transpose() * dense(&sheet.component.mass) * &x;
     let size = (0..3).map(|i| centre[i].abs()).fold(0.05, f64::max);
     let offset = (0..3)
         .map(|i| (centre[i] - element.origin[i]).abs())
@@ -309,7 +310,7 @@ fn invariants(sheet: &mut Sheet, reduced: &Reduced, bound: f64, exact: Option<&E
         },
         psi.ncols(),
     );
-    let matrix = crate::dense::dense(&sheet.component.mass);
+    let matrix = dense(&sheet.component.mass);
     let norms: Vec<f64> = diagonal_roots(&(psi.transpose() * &matrix * &psi));
     let planar = element.dimension == Dimension::Planar;
     let inertia = &element.inertia;
@@ -498,4 +499,37 @@ pub fn cases() -> Vec<Case> {
         &[0, 6],
     );
     cases
+}
+
+/// Frequencies of the symmetric ring, too large for the whole comparison: against eigenvalues of L⁻¹ K L⁻ᵀ only.
+pub fn ring() -> Measurement {
+    let ring = dcb_samples::hard::symmetric_ring(8);
+    let lower = dense(&ring.mass)
+        .llt(Side::Lower)
+        .expect("a positive definite mass")
+        .L()
+        .to_owned();
+    let mut half = dense(&ring.stiffness);
+    solve_lower_triangular_in_place(lower.as_ref(), half.as_mut(), Par::Seq);
+    let mut matrix = half.transpose().to_owned();
+    solve_lower_triangular_in_place(lower.as_ref(), matrix.as_mut(), Par::Seq);
+    let values = symmetric(&matrix)
+        .self_adjoint_eigenvalues(Side::Lower)
+        .expect("finite numbers");
+    let found = crate::lowest(&ring, 20).superelement.modes.eigenvalues;
+    let frequencies = |values: &[f64]| values.iter().map(|v| v.sqrt()).collect::<Vec<_>>();
+    // The dense values are good to ε times the largest.
+    let rounding = 1e-15 * values[values.len() - 1] / found[0];
+    Measurement {
+        quantity: "frequencies",
+        part: "symmetric ring, 8-fold".into(),
+        n_e: ring.dofs.len(),
+        modes: found.len(),
+        error: relative(
+            &frequencies(&found),
+            &frequencies(&values[6..6 + found.len()]),
+        ),
+        bound: rounding.max(BOUND),
+        oracle: "dense eigenvalues",
+    }
 }

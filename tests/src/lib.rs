@@ -3,6 +3,8 @@
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic)]
 
 pub mod accuracy;
+pub mod accuracy_page;
+pub mod accuracy_sections;
 pub mod dense;
 pub mod fields;
 pub mod localization;

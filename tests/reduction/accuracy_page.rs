@@ -1,0 +1,43 @@
+//! Does `docs/accuracy.md` show what `docs/data/accuracy.jsonl` holds, and is all of it within its bounds?
+#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic)]
+
+use dcb_tests::accuracy_page::{MARKERS, render};
+use serde_json::Value;
+
+fn docs(file: &str) -> String {
+    std::fs::read_to_string(format!("{}/../docs/{file}", env!("CARGO_MANIFEST_DIR"))).unwrap()
+}
+
+#[test]
+fn the_page_is_what_the_raw_lines_render_to() {
+    let page = docs("accuracy.md");
+    let (_, rest) = page.split_once(MARKERS[0]).expect("the first marker");
+    let (generated, _) = rest.split_once(MARKERS[1]).expect("the second marker");
+    assert!(
+        generated == render(&docs("data/accuracy.jsonl")),
+        "paste what `--example accuracy -- --render` prints"
+    );
+    assert!(page.lines().count() < 120);
+}
+
+#[test]
+fn every_raw_line_is_within_its_bound() {
+    let raw = docs("data/accuracy.jsonl");
+    assert!(
+        raw.lines()
+            .next()
+            .is_some_and(|line| line.contains("\"machine\""))
+    );
+    for line in raw.lines() {
+        let value: Value = serde_json::from_str(line).unwrap();
+        if let (Some(error), Some(bound)) =
+            (value["relative_error"].as_f64(), value["bound"].as_f64())
+        {
+            assert!(error <= bound, "{line}");
+        }
+        assert!(
+            value["equal"] != false && value["identical"] != false,
+            "{line}"
+        );
+    }
+}
