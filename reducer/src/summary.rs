@@ -31,7 +31,7 @@ pub fn summary(
     text += &frequency_table(element, Some(&reduced.quality), listed);
     text += &interface_table(element);
     text += &quality_lines(&reduced.quality);
-    let _ = writeln!(text, "stages");
+    let _ = writeln!(text, "stages, with the peak memory so far");
     for stage in stages {
         let memory = stage
             .peak_megabytes

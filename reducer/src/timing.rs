@@ -14,7 +14,7 @@ pub struct StageTime {
     pub stage: String,
     /// Wall time, s.
     pub seconds: f64,
-    /// Largest resident memory while it ran, MB; absent where the system doesn't tell.
+    /// Largest resident memory of the process up to its end, MB; absent where the system doesn't tell.
     pub peak_megabytes: Option<f64>,
 }
 
@@ -60,7 +60,6 @@ impl StageClock {
     /// Ends the running stage and starts one by name.
     pub fn start(&mut self, name: &str) {
         self.stop();
-        forget_peak_memory();
         self.bar.reset();
         self.bar.set_message(name.to_owned());
         if !self.bar.is_hidden() {
@@ -86,10 +85,7 @@ impl StageClock {
             {
                 Some(known) => {
                     known.seconds += time.seconds;
-                    known.peak_megabytes = match (known.peak_megabytes, time.peak_megabytes) {
-                        (Some(a), Some(b)) => Some(a.max(b)),
-                        (a, b) => a.or(b),
-                    };
+                    known.peak_megabytes = time.peak_megabytes;
                 }
                 None => self.finished.push(time),
             }
@@ -119,7 +115,7 @@ impl Observer for StageClock {
     }
 }
 
-/// Largest resident memory since it was last forgotten, MB (Linux).
+/// Largest resident memory of the process so far, MB (Linux).
 fn peak_memory_megabytes() -> Option<f64> {
     let status = std::fs::read_to_string("/proc/self/status").ok()?;
     let line = status
@@ -127,9 +123,4 @@ fn peak_memory_megabytes() -> Option<f64> {
         .find_map(|line| line.strip_prefix("VmHWM:"))?;
     let kilobytes: f64 = line.trim().strip_suffix("kB")?.trim().parse().ok()?;
     Some(kilobytes / 1024.0)
-}
-
-/// Starts the peak anew (Linux; elsewhere, and where not permitted, the peak stays that of the whole run).
-fn forget_peak_memory() {
-    let _ = std::fs::write("/proc/self/clear_refs", "5");
 }
