@@ -2,7 +2,10 @@
 //! (`docs/data/accuracy.jsonl`) into the generated part of `docs/accuracy.md`.
 #![allow(clippy::unwrap_used, clippy::expect_used)]
 
-use dcb_tests::{accuracy, accuracy_page, accuracy_sections as sections};
+use dcb_tests::{
+    accuracy_cases as dense, accuracy_page, accuracy_references as references,
+    accuracy_sections as sections,
+};
 
 const COMMAND: &str = "cargo run --release -p dcb-tests --example accuracy";
 
@@ -19,16 +22,16 @@ fn main() {
     }
     println!("{}", sections::machine(COMMAND));
     for section in [
-        sections::published_rotor,
-        sections::reference_values,
+        references::published_rotor,
+        references::reference_values,
         sections::closed_forms,
         sections::unit_systems,
         sections::thread_counts,
     ] {
         section().iter().for_each(|line| println!("{line}"));
     }
-    println!("{}", accuracy::ring().line());
-    for case in accuracy::cases() {
+    println!("{}", dense::ring().line());
+    for case in dense::cases() {
         for line in case.measure() {
             println!("{}", line.line());
         }

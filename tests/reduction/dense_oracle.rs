@@ -1,14 +1,13 @@
 //! Is a reduction what dense algebra on K and M gives?
 #![allow(clippy::panic)]
 
-use dcb_tests::accuracy::{cases, ring};
+use dcb_tests::accuracy_cases::{cases, ring};
 
 #[test]
 fn every_quantity_agrees_with_dense_algebra() {
     let mut failures = Vec::new();
     for case in cases() {
         for line in case.measure() {
-            // Also true for NaN.
             if line.error.is_nan() || line.error > line.bound {
                 failures.push(line.line().to_string());
             }

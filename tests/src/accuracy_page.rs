@@ -172,7 +172,7 @@ fn reference_values(lines: &[&Value]) -> String {
             .filter(|line| line["file"] == file && line["quantity"] == quantity);
         worst(here).map_or(String::new(), |line| {
             format!(
-                "{} < {} ({}, {} modes)",
+                "{} < {} ({}, n_k = {})",
                 error(line),
                 bound(line),
                 text(line, "part"),
@@ -274,18 +274,13 @@ fn dense(lines: &[&Value]) -> String {
             .filter(|line| line["quantity"] == quantity && name(line));
         worst(here).map_or(String::new(), |line| {
             let part = text(line, "part");
-            // Of a family of several parts, which one; the family's name is in the header.
-            let short = starts
-                .iter()
-                .find_map(|start| part.strip_prefix(start))
-                .filter(|_| starts.len() == 1)
-                .unwrap_or(&part);
-            format!(
-                "{} < {} ({short}, {} modes)",
-                error(line),
-                bound(line),
-                line["n_k"]
-            )
+            let short = match starts {
+                ["rotor " | "slender box, " | "symmetric ring, "] => String::new(),
+                [start] => format!("{}, ", part.trim_start_matches(start)),
+                _ => format!("{part}, "),
+            };
+            let (error, bound) = (error(line), bound(line));
+            format!("{error} < {bound} ({short}n_k = {})", line["n_k"])
         })
     };
     let row = |quantity: String| {

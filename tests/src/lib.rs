@@ -3,7 +3,9 @@
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic)]
 
 pub mod accuracy;
+pub mod accuracy_cases;
 pub mod accuracy_page;
+pub mod accuracy_references;
 pub mod accuracy_sections;
 pub mod dense;
 pub mod fields;
