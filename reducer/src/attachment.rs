@@ -31,6 +31,8 @@ const INERT_FORCE: f64 = 1e-12;
 pub struct Complement<'a> {
     shapes: [MatRef<'a, f64>; 2],
     mass_shapes: [MatRef<'a, f64>; 2],
+    /// Relative precision of the stiffness entries.
+    precision: f64,
 }
 
 impl<'a> Complement<'a> {
@@ -39,6 +41,7 @@ impl<'a> Complement<'a> {
         Self {
             shapes: [rigid.shapes.as_ref(), modes.shapes.as_ref()],
             mass_shapes: [rigid.mass_shapes.as_ref(), modes.mass_shapes.as_ref()],
+            precision: rigid.stiffness_precision,
         }
     }
 
@@ -48,6 +51,7 @@ impl<'a> Complement<'a> {
         Self {
             shapes: [self.shapes[0], none(self.shapes[0])],
             mass_shapes: [self.mass_shapes[0], none(self.mass_shapes[0])],
+            precision: self.precision,
         }
     }
 
@@ -146,7 +150,10 @@ impl AttachmentForces {
         let relative_residuals = self.relative_norms(residual.as_ref());
         let absolute =
             self.relative_norms(absolute_product(&model.stiffness, columns.as_ref()).as_ref());
-        let roundings = absolute.into_iter().map(|r| f64::EPSILON * r).collect();
+        let roundings = absolute
+            .into_iter()
+            .map(|r| complement.precision * r)
+            .collect();
         SolvedColumns {
             columns,
             relative_residuals,

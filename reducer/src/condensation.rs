@@ -33,6 +33,8 @@ pub struct ModelDof {
 pub struct RigidFrame {
     /// Index of the interface in the component.
     pub interface: usize,
+    /// Its name.
+    pub name: String,
     /// Reference position, component coordinates.
     pub position: [f64; 3],
     /// Directions that the interface offers as rows.
@@ -63,6 +65,8 @@ pub struct Model<'a> {
     pub dofs: Vec<ModelDof>,
     /// Frames of rigid interfaces.
     pub frames: Vec<RigidFrame>,
+    /// Nodes of the mesh; points from here on are frames.
+    node_count: usize,
     /// T by rows, (n_e) rows of (model dof, coefficient); `None` where it is the identity.
     expansion: Option<Vec<Vec<(u32, f64)>>>,
 }
@@ -95,6 +99,7 @@ impl<'a> Model<'a> {
             mass: Cow::Borrowed(&component.mass),
             dofs: Vec::new(),
             frames: Vec::new(),
+            node_count: component.mesh.node_count(),
             expansion: None,
         };
         let mut expansion = Vec::with_capacity(component.dofs.len());
@@ -234,20 +239,17 @@ impl<'a> Model<'a> {
     }
 
     /// Name of a dof for messages, for example `node 17 uy`.
-    pub fn dof_name(&self, component: &Component, dof: usize) -> String {
+    pub fn dof_name(&self, dof: usize) -> String {
         let ModelDof {
             point, direction, ..
         } = self.dofs[dof];
-        match (point as usize).checked_sub(component.mesh.node_count()) {
+        match (point as usize).checked_sub(self.node_count) {
             None => format!("node {point} {}", direction.name()),
-            Some(frame) => {
-                let interface = self.frames[frame].interface;
-                format!(
-                    "interface {:?} {}",
-                    component.interfaces[interface].name,
-                    direction.name()
-                )
-            }
+            Some(frame) => format!(
+                "interface {:?} {}",
+                self.frames[frame].name,
+                direction.name()
+            ),
         }
     }
 }
@@ -290,7 +292,7 @@ fn place_frame(
     );
     let wanted = frame_directions(component, interface);
     if let Some(open) = wanted.iter().find(|direction| fit.leaves_open(**direction)) {
-        return Err(cannot_carry(component, interface, *open));
+        return Err(cannot_carry(component, interface, *open, &fit.determined()));
     }
     let point = (component.mesh.node_count() + frame_count) as u32;
     let mut frame_dofs = Vec::new();
@@ -308,6 +310,7 @@ fn place_frame(
         .collect();
     Ok(RigidFrame {
         interface: index,
+        name: interface.name.clone(),
         position,
         wanted,
         dofs: frame_dofs,

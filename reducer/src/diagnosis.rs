@@ -12,11 +12,13 @@ use crate::lanczos::Lanczos;
 use crate::rigid_body::{RigidBodyModes, StiffnessDefects};
 use crate::shift::{SpectrumScale, absolute_energies};
 
-/// Largest max|K r| / (max row sum |K| · max|r|) of a rigid motion that counts as free. Double-precision exports give 1e-16
-/// to 1e-12.
-pub const RIGID_TOLERANCE: f64 = 1e-9;
-/// Up to here the defect may come from few printed digits, if it is soft against the first elastic mode too.
+/// Largest max|K r| / (max row sum |K| · max|r|) of a rigid motion that is not worth a word. Double-precision exports give
+/// 1e-16 to 1e-12.
+pub const QUIET_TOLERANCE: f64 = 1e-10;
+/// Up to here the defect may come from few printed digits or weak supports, if it is soft against the first elastic mode too.
 const PRINTED_TOLERANCE: f64 = 1e-5;
+/// Share of the dofs beyond which a defect is everywhere, as digits are, rather than somewhere, as supports are.
+const SPREAD: f64 = 0.5;
 /// A rigid motion's eigenvalue from such a defect, as a fraction of the first elastic one, that is still harmless.
 const SOFT_DEFECT: f64 = 1e-6;
 /// Eigenvalues below this many times the rounding in their Rayleigh quotient count as zero.
@@ -165,7 +167,6 @@ pub fn pieces(model: &Model) -> Vec<Vec<u32>> {
 /// # Errors
 /// [`Error::Component`]: held, in pieces, or the mesh does not belong to the matrices.
 pub fn support(
-    component: &Component,
     model: &Model,
     rigid: &RigidBodyModes,
     defects: &StiffnessDefects,
@@ -173,32 +174,41 @@ pub fn support(
     factor: &mut SymmetricFactor,
     grounding: Grounding,
 ) -> Result<(Support, Option<String>), Error> {
-    let largest = defects.largest();
-    if largest <= RIGID_TOLERANCE {
+    if rigid.stiffness_precision <= f64::EPSILON {
         return Ok((Support::Free, None));
     }
+    let largest = defects.largest();
     let energies = crate::block_algebra::gram(
         rigid.shapes.as_ref(),
         crate::block_algebra::symmetric_product(&model.stiffness, rigid.shapes.as_ref()).as_ref(),
     );
     let stiffest = (0..rigid.count())
-        .map(|j| energies[(j, j)])
+        .map(|j| energies[(j, j)].abs())
         .fold(0.0, f64::max);
-    if largest <= PRINTED_TOLERANCE && stiffest <= SOFT_DEFECT * scale.first_elastic {
-        let warning = format!(
-            "K times a rigid motion is {largest:.1e} of K's row sum (rounding would be below 1e-12): the matrices were probably printed with few digits; export at least 12"
-        );
-        return Ok((Support::Free, Some(warning)));
+    let softness = stiffest / scale.first_elastic;
+    let resisting = resisting_dofs(defects);
+    let is_spread = resisting.len() as f64 > SPREAD * model.len() as f64;
+    let names = |count: usize| listed(resisting.iter().take(count).map(|dof| model.dof_name(*dof)));
+    if largest <= PRINTED_TOLERANCE && softness <= SOFT_DEFECT {
+        let warning = (largest > QUIET_TOLERANCE).then(|| match is_spread {
+            true => format!(
+                "K times a rigid motion is {largest:.1e} of K's row sum (rounding would be below 1e-14): the matrices were probably printed with few digits, and frequencies are no better than that allows; export at least 15"
+            ),
+            false => format!(
+                "rigid motions are resisted a little ({softness:.1e} of the first elastic eigenvalue) at {}: a weak support?",
+                names(LISTED)
+            ),
+        });
+        return Ok((Support::Free, warning));
+    }
+    if is_spread && largest <= PRINTED_TOLERANCE {
+        return Err(Error::Component(format!(
+            "the stiffness matrix has too few digits for this part: K times a rigid motion is {largest:.1e} of K's row sum, at {} of {} dofs, which is {softness:.1e} of the first elastic eigenvalue (at most {SOFT_DEFECT:.0e} would do); export at least 15 digits",
+            resisting.len(),
+            model.len()
+        )));
     }
     let nullity = nullity(model, rigid, scale, factor)?;
-    let names = |count: usize| {
-        listed(
-            resisting_dofs(defects)
-                .into_iter()
-                .take(count)
-                .map(|dof| model.dof_name(component, dof)),
-        )
-    };
     let expected = rigid.count();
     if nullity < expected {
         if grounding == Grounding::Allow {
@@ -207,14 +217,14 @@ pub fn support(
         return Err(Error::Component(format!(
             "the part is held: only {nullity} of {expected} rigid motions are free; K times a rigid motion is largest at {} ({} dofs above a thousandth of that). Export the free part without supports and hold it by a joint in the scene (or allow it with --allow-grounded)",
             names(LISTED),
-            resisting_dofs(defects).len()
+            resisting.len()
         )));
     }
     if nullity > expected {
-        return Err(loose(component, model, nullity - expected, None));
+        return Err(loose(model, nullity - expected, None));
     }
     Err(Error::Component(format!(
-        "the mesh and the matrices don't belong together: the stiffness has {nullity} motions without energy, as a free part should, but they are not the rigid motions of these node positions (max|K r| is {largest:.1e} of K's row sum, expected below {RIGID_TOLERANCE:.0e}). Usually the dof table is in another node order than the matrices; worst at {}",
+        "the mesh and the matrices don't belong together: the stiffness has {nullity} motions without energy, as a free part should, but they are not the rigid motions of these node positions (max|K r| is {largest:.1e} of K's row sum, expected below {QUIET_TOLERANCE:.0e}). Usually the dof table is in another node order than the matrices; worst at {}",
         names(LISTED)
     )))
 }
@@ -270,12 +280,7 @@ fn nullity(
 }
 
 /// The message for motions without energy beyond the rigid ones; `shapes` are such motions where they are known.
-pub fn loose(
-    component: &Component,
-    model: &Model,
-    extra: usize,
-    shapes: Option<&Mat<f64>>,
-) -> Error {
+pub fn loose(model: &Model, extra: usize, shapes: Option<&Mat<f64>>) -> Error {
     let pieces = pieces(model);
     if pieces.len() > 1 {
         let described = pieces.iter().enumerate().map(|(i, piece)| {
@@ -302,11 +307,7 @@ pub fn loose(
         dofs.sort_by(|a, b| strength(*b).total_cmp(&strength(*a)));
         format!(
             "; they move most at {}",
-            listed(
-                dofs.into_iter()
-                    .take(LISTED)
-                    .map(|dof| model.dof_name(component, dof))
-            )
+            listed(dofs.into_iter().take(LISTED).map(|dof| model.dof_name(dof)))
         )
     });
     Error::Component(format!(
@@ -318,10 +319,7 @@ pub fn loose(
 pub fn indefinite(model: &Model, scale: &SpectrumScale, factor: &mut SymmetricFactor) -> Error {
     let shift = scale.shift();
     let inertia = factor.inertia(&model.stiffness, &model.mass, -shift);
-    let places = listed(inertia.negative_dofs.iter().map(|dof| {
-        let dof = model.dofs[*dof];
-        format!("node {} {}", dof.point, dof.direction.name())
-    }));
+    let places = listed(inertia.negative_dofs.iter().map(|dof| model.dof_name(*dof)));
     Error::Component(format!(
         "the stiffness matrix is indefinite: K + {shift:.3e}·M has {} negative pivot(s), at {places}; a stiffness matrix is positive semi-definite: check the element orientation, the material constants and the export",
         inertia.negative.max(1)

@@ -191,6 +191,15 @@ impl FrameFit {
             .any(|entry| entry.abs() > 1e-6)
     }
 
+    /// Directions of the frame that the nodes determine.
+    pub fn determined(&self) -> Vec<Direction> {
+        self.directions
+            .iter()
+            .copied()
+            .filter(|direction| !self.leaves_open(*direction))
+            .collect()
+    }
+
     /// Whether any motion of the frame is left open.
     pub fn is_deficient(&self) -> bool {
         self.undetermined.ncols() > 0
@@ -322,13 +331,4 @@ pub fn part_size(component: &Component) -> f64 {
     } else {
         1.0
     }
-}
-
-/// Directions of a rigid frame by name, for messages.
-pub fn names(directions: impl IntoIterator<Item = Direction>) -> String {
-    directions
-        .into_iter()
-        .map(Direction::name)
-        .collect::<Vec<_>>()
-        .join(" ")
 }

@@ -60,7 +60,7 @@ impl<'a> Lanczos<'a> {
     /// Starts with a pseudo-random block of `block_width` columns; `capacity` bounds the basis.
     ///
     /// # Errors
-    /// [`Error::NotPositive`] if the mass matrix is indefinite on the block.
+    /// [`Error::Component`] if the mass matrix is indefinite on the block, [`Error::OutOfMemory`].
     pub fn start(
         model: &'a Model,
         rigid: &'a RigidBodyModes,
@@ -71,16 +71,24 @@ impl<'a> Lanczos<'a> {
         seed: u64,
     ) -> Result<Self, Error> {
         let n = model.len();
+        let columns = capacity + block_width;
+        // Allocating a matrix that doesn't fit ends the process; asking first doesn't.
+        let mut room: Vec<f64> = Vec::new();
+        room.try_reserve_exact(columns.saturating_mul(n + columns).saturating_mul(2))
+            .map_err(|_| Error::OutOfMemory {
+                what: "the modes (ask for fewer)",
+            })?;
+        drop(room);
         let mut lanczos = Self {
             model,
             rigid,
             factor,
             shift,
-            basis: Mat::zeros(n, capacity + block_width),
+            basis: Mat::zeros(n, columns),
             filled: 0,
             width: 0,
             mass_block: Mat::zeros(n, 0),
-            projected: Mat::zeros(capacity + block_width, capacity + block_width),
+            projected: Mat::zeros(columns, columns),
             coupling: Mat::zeros(0, 0),
             coupled_at: 0,
             random_state: seed,
@@ -184,7 +192,7 @@ impl<'a> Lanczos<'a> {
             mass_block = symmetric_product(&self.model.mass, block.as_ref());
             amounts += removed;
         }
-        if let Some(next) = orthonormalized(&block, &mass_block, &before)? {
+        if let Some(next) = orthonormalized(self.model, &block, &mass_block, &before)? {
             return Ok((next, amounts));
         }
         Ok((self.orthonormalized_one_by_one(block, &before), amounts))
@@ -339,6 +347,7 @@ fn column_dots(a: &Mat<f64>, b: &Mat<f64>) -> Vec<f64> {
 /// Orthonormalises a block by its Gram matrix; `None` where a direction has fallen below [`NEARLY_DEPENDENT`] of its size
 /// before, `reference` (squared), which a Gram matrix can't resolve.
 fn orthonormalized(
+    model: &Model,
     block: &Mat<f64>,
     mass_block: &Mat<f64>,
     reference: &[f64],
@@ -357,12 +366,13 @@ fn orthonormalized(
     let largest = values.last().copied().unwrap_or(0.0);
     let smallest = values.first().copied().unwrap_or(0.0);
     if smallest < -1e-8 * largest.max(1e-8) {
-        return Err(Error::NotPositive {
-            what: "the mass matrix",
-            smallest,
-            largest,
-            tolerance: 1e-8,
-        });
+        let worst = combination(block.as_ref(), vectors.as_ref().subcols(0, 1));
+        let dof =
+            (0..worst.nrows()).max_by(|a, b| worst[(*a, 0)].abs().total_cmp(&worst[(*b, 0)].abs()));
+        return Err(Error::Component(format!(
+            "the mass matrix is indefinite: a motion that is largest at {} has negative mass; a mass matrix is positive semi-definite: check the lumping and the export",
+            model.dof_name(dof.unwrap_or(0))
+        )));
     }
     if smallest < NEARLY_DEPENDENT * NEARLY_DEPENDENT {
         return Ok(None);

@@ -119,13 +119,19 @@ pub fn reduce(
     let model = Model::of(component)?;
     let localization = Localization::of(component, &model)?;
     let geometric = RigidBodyModes::of(component, &model, &properties)?;
+    if model.len() <= geometric.count() {
+        return Err(Error::Component(format!(
+            "nothing elastic is left: {} dofs remain for {} rigid motions, because every node belongs to a rigid interface (or there is but one node); leave nodes out of the rigid interfaces, or use a rigid body",
+            model.len(),
+            geometric.count()
+        )));
+    }
     let defects = geometric.stiffness_defects(&model);
     let scale = SpectrumScale::of(&model, &geometric, component.dimension(), properties.centre);
 
     observer.begin(Stage::Order);
     let mut factor = SymmetricFactor::analyse(&model.stiffness, &model.mass, &model.points())?;
     let (support, few_digits) = diagnosis::support(
-        component,
         &model,
         &geometric,
         &defects,
@@ -138,10 +144,9 @@ pub fn reduce(
         Support::Grounded => geometric.none(),
     };
     if options.loose_pieces == LoosePieces::Refuse && diagnosis::pieces(&model).len() > 1 {
-        return Err(diagnosis::loose(component, &model, 0, None));
+        return Err(diagnosis::loose(&model, 0, None));
     }
     let (modes, residual, sturm) = modes_and_residual(
-        component,
         &model,
         &localization,
         &rigid,
@@ -191,7 +196,6 @@ pub fn reduce(
 /// Steps that share the factorization, repeated more widely if the eigenvalue count finds modes missing.
 #[allow(clippy::too_many_arguments)] // everything that was made before
 fn modes_and_residual(
-    component: &Component,
     model: &Model,
     localization: &Localization,
     rigid: &RigidBodyModes,
@@ -239,12 +243,10 @@ fn modes_and_residual(
                 .as_ref()
                 .subcols(0, modes.zero_count)
                 .to_owned();
-            return Err(diagnosis::loose(
-                component,
-                model,
-                modes.zero_count,
-                Some(&shapes),
-            ));
+            return Err(diagnosis::loose(model, modes.zero_count, Some(&shapes)));
+        }
+        if wanted > 0 && modes.count() == 0 && scale.first_elastic > 0.0 {
+            return Err(Error::NotFinite { what: "the modes" });
         }
         observer.begin(Stage::Attachments);
         let residual =

@@ -11,7 +11,7 @@ use faer::Mat;
 
 use crate::condensation::Model;
 use crate::error::Error;
-use crate::frame::{FitDofs, FrameFit, merge_entries, names, weighted_centroid};
+use crate::frame::{FitDofs, FrameFit, merge_entries, weighted_centroid};
 use crate::surface::area_weights;
 
 /// A row of L_b.
@@ -217,7 +217,12 @@ impl Localization {
         }
         for direction in frame_directions(component, interface) {
             if fit.leaves_open(direction) {
-                return Err(cannot_carry(component, interface, direction));
+                return Err(cannot_carry(
+                    component,
+                    interface,
+                    direction,
+                    &fit.determined(),
+                ));
             }
             let coefficients = fit.row(direction);
             self.push_frame_row(direction, position, model.condensed_row(&coefficients));
@@ -339,25 +344,24 @@ pub fn frame_directions(component: &Component, interface: &Interface) -> Vec<Dir
 }
 
 /// The message for a frame direction that the nodes leave open.
-pub fn cannot_carry(component: &Component, interface: &Interface, direction: Direction) -> Error {
+pub fn cannot_carry(
+    component: &Component,
+    interface: &Interface,
+    direction: Direction,
+    possible: &[Direction],
+) -> Error {
     let needed = match component.dimension() {
         dcb_formats::mesh::Dimension::Planar => "2 distinct nodes",
         dcb_formats::mesh::Dimension::Spatial => "3 nodes that are not on one line",
     };
-    let translations = component
-        .dimension()
-        .frame_directions()
-        .iter()
-        .copied()
-        .filter(|d| !d.is_rotation());
     Error::Component(format!(
         "interface {:?}: its {} node(s) can't carry {} because they are too few or lie on one line and have no rotations of their own; use at least {needed}, or ask for \"dofs\": [{}] only",
         interface.name,
         interface.nodes.len(),
         direction.name(),
-        names(translations)
-            .split(' ')
-            .map(|name| format!("\"{name}\""))
+        possible
+            .iter()
+            .map(|direction| format!("{:?}", direction.name()))
             .collect::<Vec<_>>()
             .join(", ")
     ))

@@ -8,7 +8,7 @@ use dcb_formats::component::Component;
 use dcb_formats::mesh::{Dimension, Direction};
 use faer::{Mat, MatRef};
 
-use crate::block_algebra::{combination, gram, symmetric_product};
+use crate::block_algebra::{absolute_product, combination, gram, symmetric_product};
 use crate::condensation::Model;
 use crate::error::Error;
 use crate::frame::{offset, part_size, rigid_motion};
@@ -143,7 +143,13 @@ pub struct RigidBodyModes {
     pub mass_shapes: Mat<f64>,
     /// The part's size, the length by which rotations are scaled.
     pub length: f64,
+    /// Relative precision of the stiffness entries as the rigid motions show it: machine precision, or what few printed
+    /// digits left.
+    pub stiffness_precision: f64,
 }
+
+/// Sums of a row's entries round to this many machine precisions; a larger defect is in the entries themselves.
+const ROUNDING_OF_A_ROW: f64 = 64.0;
 
 impl RigidBodyModes {
     /// Writes the columns down and orthonormalises them.
@@ -174,11 +180,13 @@ impl RigidBodyModes {
             )
         })?;
         let mass_shapes = symmetric_product(&model.mass, shapes.as_ref());
+        let stiffness_precision = entry_precision(&model.stiffness, geometric.as_ref());
         Ok(Self {
             geometric,
             shapes,
             mass_shapes,
             length,
+            stiffness_precision,
         })
     }
 
@@ -190,6 +198,7 @@ impl RigidBodyModes {
             shapes: Mat::zeros(n, 0),
             mass_shapes: Mat::zeros(n, 0),
             length: self.length,
+            stiffness_precision: f64::EPSILON,
         }
     }
 
@@ -257,6 +266,27 @@ impl StiffnessDefects {
     /// The largest ratio.
     pub fn largest(&self) -> f64 {
         self.per_column.iter().copied().fold(0.0, f64::max)
+    }
+}
+
+/// Largest `|K r| / (|K| |r|)`, row by row: relative error of the entries, as far as K r = 0 tells.
+fn entry_precision(stiffness: &SparseMatrix, rigid: MatRef<'_, f64>) -> f64 {
+    let (sums, sizes) = (
+        symmetric_product(stiffness, rigid),
+        absolute_product(stiffness, rigid),
+    );
+    let mut largest = 0.0_f64;
+    for j in 0..rigid.ncols() {
+        for (sum, size) in sums.col(j).iter().zip(sizes.col(j).iter()) {
+            if *size > 0.0 {
+                largest = largest.max(sum.abs() / size);
+            }
+        }
+    }
+    if largest <= ROUNDING_OF_A_ROW * f64::EPSILON {
+        f64::EPSILON
+    } else {
+        largest
     }
 }
 

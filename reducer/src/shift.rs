@@ -18,16 +18,18 @@ use crate::rigid_body::RigidBodyModes;
 /// Shift σ of the factorized K + σ M as a fraction of the estimated first elastic eigenvalue: small enough that the
 /// first modes dominate, large enough that K + σ M is far from singular.
 const SHIFT_FRACTION: f64 = 0.05;
-/// The shift stays this many times above the rounding of the stiffness matrix.
+/// The shift stays this many times above what rounding does to a rigid motion's eigenvalue,
 const SHIFT_OVER_ROUNDING: f64 = 1e4;
+/// and this many times above what entries known to few digits do.
+const SHIFT_OVER_PRECISION: f64 = 10.0;
 
 /// What the spectrum looks like, ω² in 1/time².
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SpectrumScale {
     /// Upper bound of the first elastic eigenvalue; 0 for a part without elastic motion.
     pub first_elastic: f64,
-    /// What rounding in K can do to a rigid motion's eigenvalue.
-    pub rounding: f64,
+    /// Lower limit of a shift that the precision of K's entries sets.
+    pub shift_floor: f64,
 }
 
 impl SpectrumScale {
@@ -42,16 +44,19 @@ impl SpectrumScale {
         rigid.project_out(&mut fields);
         let first_elastic = lowest_ritz_value(model, fields.as_ref()).unwrap_or(0.0);
         let energies = absolute_energies(&model.stiffness, rigid.shapes.as_ref());
-        let rounding = f64::EPSILON * energies.into_iter().fold(0.0, f64::max);
+        let largest = energies.into_iter().fold(0.0, f64::max);
+        let shift_floor = (SHIFT_OVER_ROUNDING * f64::EPSILON)
+            .max(SHIFT_OVER_PRECISION * rigid.stiffness_precision)
+            * largest;
         Self {
             first_elastic,
-            rounding,
+            shift_floor,
         }
     }
 
     /// σ for the factorization of K + σ M.
     pub fn shift(&self) -> f64 {
-        (SHIFT_FRACTION * self.first_elastic).max(SHIFT_OVER_ROUNDING * self.rounding)
+        (SHIFT_FRACTION * self.first_elastic).max(self.shift_floor)
     }
 }
 

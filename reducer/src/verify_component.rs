@@ -158,6 +158,7 @@ fn check_fields(
         mass_shapes.as_ref(),
         &eigenvalues,
         zero_count,
+        rigid.stiffness_precision,
     );
     let energies = absolute_energies(&model.stiffness, shapes.as_ref());
     let eigenvalue_roundings = energies
@@ -165,7 +166,7 @@ fn check_fields(
         .zip(&eigenvalues)
         .map(|(energy, value)| {
             if *value > 0.0 {
-                f64::EPSILON * energy / value
+                rigid.stiffness_precision * energy / value
             } else {
                 0.0
             }
