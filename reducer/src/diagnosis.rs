@@ -17,7 +17,7 @@ use crate::shift::{SpectrumScale, absolute_energies};
 pub const QUIET_TOLERANCE: f64 = 1e-10;
 /// Up to here the defect may come from few printed digits or weak supports, if it is soft against the first elastic mode too.
 const PRINTED_TOLERANCE: f64 = 1e-5;
-/// Share of the dofs beyond which a defect is everywhere, as digits are, rather than somewhere, as supports are.
+/// Share of the nodes beyond which a defect is everywhere, as digits are, rather than somewhere, as supports are.
 const SPREAD: f64 = 0.5;
 /// A rigid motion's eigenvalue from such a defect, as a fraction of the first elastic one, that is still harmless.
 const SOFT_DEFECT: f64 = 1e-6;
@@ -187,7 +187,14 @@ pub fn support(
         .fold(0.0, f64::max);
     let softness = stiffest / scale.first_elastic;
     let resisting = resisting_dofs(defects);
-    let is_spread = resisting.len() as f64 > SPREAD * model.len() as f64;
+    let mut resisting_points: Vec<u32> =
+        resisting.iter().map(|dof| model.dofs[*dof].point).collect();
+    resisting_points.sort_unstable();
+    resisting_points.dedup();
+    let mut points = model.points();
+    points.sort_unstable();
+    points.dedup();
+    let is_spread = resisting_points.len() as f64 > SPREAD * points.len() as f64;
     let names = |count: usize| listed(resisting.iter().take(count).map(|dof| model.dof_name(*dof)));
     if largest <= PRINTED_TOLERANCE && softness <= SOFT_DEFECT {
         let warning = (largest > QUIET_TOLERANCE).then(|| match is_spread {
@@ -201,11 +208,17 @@ pub fn support(
         });
         return Ok((Support::Free, warning));
     }
+    let against_elastic = match softness.is_finite() {
+        true => format!(
+            "{softness:.1e} of the first elastic eigenvalue (at most {SOFT_DEFECT:.0e} would do)"
+        ),
+        false => "more than the first elastic eigenvalue".to_owned(),
+    };
     if is_spread && largest <= PRINTED_TOLERANCE {
         return Err(Error::Component(format!(
-            "the stiffness matrix has too few digits for this part: K times a rigid motion is {largest:.1e} of K's row sum, at {} of {} dofs, which is {softness:.1e} of the first elastic eigenvalue (at most {SOFT_DEFECT:.0e} would do); export at least 15 digits",
-            resisting.len(),
-            model.len()
+            "the stiffness matrix has too few digits for this part: K times a rigid motion is {largest:.1e} of K's row sum, at {} of {} nodes, which is {against_elastic}; export at least 15 digits",
+            resisting_points.len(),
+            points.len()
         )));
     }
     let nullity = nullity(model, rigid, scale, factor)?;
@@ -222,6 +235,15 @@ pub fn support(
     }
     if nullity > expected {
         return Err(loose(model, nullity - expected, None));
+    }
+    if largest <= PRINTED_TOLERANCE && grounding == Grounding::Allow {
+        return Ok((Support::Grounded, None));
+    }
+    if largest <= PRINTED_TOLERANCE {
+        return Err(Error::Component(format!(
+            "the part is held by something weak at {}: K times a rigid motion is {largest:.1e} of K's row sum there, which is {against_elastic}. Remove the weak springs and hold the part by a joint in the scene (or allow them with --allow-grounded)",
+            names(LISTED)
+        )));
     }
     Err(Error::Component(format!(
         "the mesh and the matrices don't belong together: the stiffness has {nullity} motions without energy, as a free part should, but they are not the rigid motions of these node positions (max|K r| is {largest:.1e} of K's row sum, expected below {QUIET_TOLERANCE:.0e}). Usually the dof table is in another node order than the matrices; worst at {}",
