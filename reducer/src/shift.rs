@@ -22,6 +22,8 @@ const SHIFT_FRACTION: f64 = 0.05;
 const SHIFT_OVER_ROUNDING: f64 = 1e4;
 /// and this many times above what entries known to few digits do.
 const SHIFT_OVER_PRECISION: f64 = 10.0;
+/// Entries known to fewer digits than this are no stiffness matrix.
+const FEWEST_DIGITS: f64 = 1e-5;
 
 /// What the spectrum looks like, ω² in 1/time².
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -45,9 +47,13 @@ impl SpectrumScale {
         let first_elastic = lowest_ritz_value(model, fields.as_ref()).unwrap_or(0.0);
         let energies = absolute_energies(&model.stiffness, rigid.shapes.as_ref());
         let largest = energies.into_iter().fold(0.0, f64::max);
-        let shift_floor = (SHIFT_OVER_ROUNDING * f64::EPSILON)
-            .max(SHIFT_OVER_PRECISION * rigid.stiffness_precision)
-            * largest;
+        // A larger defect is not a matter of digits: the part is held, or the mesh is another's.
+        let precision = match rigid.stiffness_precision {
+            digits if digits <= FEWEST_DIGITS => digits,
+            _ => f64::EPSILON,
+        };
+        let shift_floor =
+            (SHIFT_OVER_ROUNDING * f64::EPSILON).max(SHIFT_OVER_PRECISION * precision) * largest;
         Self {
             first_elastic,
             shift_floor,

@@ -241,19 +241,99 @@ fn numbers_that_smell_of_mixed_units_are_warned_about() {
     warned(&stiff, "wave speed");
 }
 
-#[test]
-fn few_printed_digits_are_warned_about() {
-    let mut part = parts::steel_box([3, 1, 1], SolidElement::Hexahedron);
+/// The part as a program that prints this many decimals of the mantissa would export it.
+fn printed(mut part: Component, decimals: usize) -> Component {
     for value in part.stiffness.val_mut() {
-        *value = format!("{value:.7e}").parse().unwrap();
+        *value = format!("{value:.decimals$e}").parse().unwrap();
     }
-    let warnings = lowest(&part, 2).superelement.provenance.warnings;
+    part
+}
+
+#[test]
+fn few_printed_digits_are_warned_about_or_refused() {
+    let warned = lowest(
+        &printed(parts::steel_box([3, 1, 1], SolidElement::Hexahedron), 8),
+        2,
+    );
+    let warnings = warned.superelement.provenance.warnings;
     assert!(
-        warnings
-            .iter()
-            .any(|w| w.contains("few digits") && w.contains("at least 12")),
+        warnings.iter().any(|w| w.contains("few digits")),
         "{warnings:?}"
     );
+    // In a thin part, bending is far softer than the rounding of ten digits.
+    assert_says(
+        &refusal(&printed(hard::thin_plate(), 9)),
+        &[
+            "too few digits",
+            "of 1843 nodes",
+            "first elastic eigenvalue",
+            "at least 15",
+        ],
+    );
+    let exact = lowest(&printed(hard::thin_plate(), 16), 2);
+    assert!(exact.superelement.provenance.warnings.is_empty());
+}
+
+#[test]
+fn a_weak_spring_to_ground_is_named_where_it_stands() {
+    let mut part = hard::slender_block();
+    let mut triplets = Vec::new();
+    for column in 0..part.stiffness.ncols() {
+        let rows = part
+            .stiffness
+            .row_idx_of_col_raw(column)
+            .iter()
+            .zip(part.stiffness.val_of_col(column));
+        for (row, value) in rows {
+            let weak = if (*row, column) == (2, 2) {
+                1.0 + 1e-10
+            } else {
+                1.0
+            };
+            triplets.push(faer::sparse::Triplet::new(
+                *row,
+                column as u32,
+                value * weak,
+            ));
+        }
+    }
+    let n = part.stiffness.nrows();
+    part.stiffness = dcb_formats::SparseMatrix::try_new_from_triplets(n, n, &triplets).unwrap();
+    assert_says(
+        &refusal(&part),
+        &["held by something weak", "node 0 uz", "--allow-grounded"],
+    );
+}
+
+#[test]
+fn a_part_without_elastic_motion_is_refused() {
+    let mut part = parts::steel_box([3, 1, 1], SolidElement::Hexahedron);
+    let all: Vec<u32> = (0..part.mesh.node_count() as u32).collect();
+    part.interfaces.truncate(1);
+    part.interfaces[0].kind = dcb_formats::component::InterfaceKind::Rigid;
+    part.interfaces[0].nodes = all;
+    part.interfaces[0].directions = None;
+    assert_says(
+        &refusal(&part),
+        &[
+            "nothing elastic is left",
+            "6 dofs remain",
+            "rigid interface",
+        ],
+    );
+}
+
+#[test]
+fn an_indefinite_mass_is_refused_with_its_place() {
+    let mut part = parts::steel_box([3, 1, 1], SolidElement::Hexahedron);
+    let mut mass = dense(&part.mass);
+    let (a, b) = (3 * 5, 3 * 6);
+    let strong = 3.0 * (mass[(a, a)] * mass[(b, b)]).sqrt();
+    mass[(a, b)] = strong;
+    mass[(b, a)] = strong;
+    part.mass = sparse(&mass);
+    let message = refusal(&part);
+    assert!(message.contains("mass matrix"), "{message}");
 }
 
 #[test]
