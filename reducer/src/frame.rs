@@ -312,18 +312,36 @@ fn interface_length(component: &Component, nodes: &[u32], reference: [f64; 3]) -
     }
 }
 
-/// Diagonal of the box around all nodes; 1 for a part without extent.
-pub fn part_size(component: &Component) -> f64 {
+/// Nodes with at least one dof, ascending. The others (reference points, leftovers of the mesh) say nothing about the
+/// part's place or size.
+pub fn nodes_with_dofs(component: &Component) -> Vec<u32> {
+    let mut used = vec![false; component.mesh.node_count()];
+    for dof in component.dofs.dofs() {
+        used[dof.node as usize] = true;
+    }
+    (0..used.len() as u32)
+        .filter(|node| used[*node as usize])
+        .collect()
+}
+
+/// Sides of the box around the nodes with dofs.
+pub fn box_sides(component: &Component) -> [f64; 3] {
     let mut low = [f64::INFINITY; 3];
     let mut high = [f64::NEG_INFINITY; 3];
-    for node in 0..component.mesh.node_count() as u32 {
+    for node in nodes_with_dofs(component) {
         for (axis, x) in component.mesh.position(node).into_iter().enumerate() {
             low[axis] = low[axis].min(x);
             high[axis] = high[axis].max(x);
         }
     }
-    let size = (0..3)
-        .map(|axis| (high[axis] - low[axis]).powi(2))
+    std::array::from_fn(|axis| high[axis] - low[axis])
+}
+
+/// Diagonal of the box around the nodes with dofs; 1 for a part without extent.
+pub fn part_size(component: &Component) -> f64 {
+    let size = box_sides(component)
+        .iter()
+        .map(|side| side.powi(2))
         .sum::<f64>()
         .sqrt();
     if size.is_finite() && size > 0.0 {

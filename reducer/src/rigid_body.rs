@@ -11,7 +11,7 @@ use faer::{Mat, MatRef};
 use crate::block_algebra::{absolute_product, combination, gram, symmetric_product};
 use crate::condensation::Model;
 use crate::error::Error;
-use crate::frame::{offset, part_size, rigid_motion};
+use crate::frame::{nodes_with_dofs, offset, part_size, rigid_motion};
 
 /// Mass, centre of mass and inertia about it, from the mass matrix alone.
 #[derive(Clone, Debug, PartialEq)]
@@ -126,9 +126,9 @@ impl MassProperties {
     }
 }
 
-/// Mean of the node positions: a reference near the part, so that nothing cancels for parts far from the origin.
+/// Mean position of the nodes with dofs: a reference near the part, so that nothing cancels for parts far from the origin.
 fn component_middle(component: &Component) -> [f64; 3] {
-    let nodes: Vec<u32> = (0..component.mesh.node_count() as u32).collect();
+    let nodes = nodes_with_dofs(component);
     crate::frame::weighted_centroid(component, &nodes, &vec![1.0; nodes.len()])
 }
 

@@ -80,10 +80,10 @@ pub const CATALOGUE: &[Sample] = &[
     },
     Sample {
         name: "lumped-beam",
-        description: "the same with massless rotations: semi-definite mass",
+        description: "the same with massless bending rotations: semi-definite mass",
         refinement: Some(("number of beam elements", 8)),
         make: |elements| {
-            let mass = BeamMass::LumpedTranslations;
+            let mass = BeamMass::LumpedWithRoll;
             spatial_beam(&SpatialBeam {
                 elements: elements as usize,
                 mass,

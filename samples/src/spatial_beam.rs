@@ -77,6 +77,8 @@ pub enum BeamMass {
     Consistent,
     /// Half of each element at its nodes, translations only: rotations are massless and M is semi-definite.
     LumpedTranslations,
+    /// The same with the inertia about the beam's axis, also at the nodes: only the rotations of bending are massless.
+    LumpedWithRoll,
 }
 
 /// A straight beam of equal elements.
@@ -142,6 +144,7 @@ pub fn spatial_beam(beam: &SpatialBeam) -> Component {
     let mass_elements = PAIRS.map(|(c, d)| match beam.mass {
         BeamMass::Consistent => consistent_mass(h, beam, &axes, &to_local, c, d),
         BeamMass::LumpedTranslations => lumped_mass(h, beam, c, d),
+        BeamMass::LumpedWithRoll => lumped_mass(h, beam, c, d) + lumped_roll(h, beam, &axes, c, d),
     });
     let mass_element = mass_elements[0] + mass_elements[1] + mass_elements[2];
 
@@ -344,6 +347,23 @@ fn lumped_mass(h: f64, beam: &SpatialBeam, c: usize, d: usize) -> Element {
     let mut mass = Element::zeros();
     mass[(c, d)] = half;
     mass[(c + 6, d + 6)] = half;
+    mass
+}
+
+/// The section's points move with θ · (0, -z, y) in local axes when a node turns by θ about the beam's axis.
+fn lumped_roll(h: f64, beam: &SpatialBeam, axes: &Matrix3<f64>, c: usize, d: usize) -> Element {
+    let section = &beam.section;
+    let inertia = 0.5
+        * h
+        * beam.material.density
+        * (section.second_moment_y * axes[(c, 1)] * axes[(d, 1)]
+            + section.second_moment_z * axes[(c, 2)] * axes[(d, 2)]);
+    let about_axis = axes.column(0) * axes.column(0).transpose() * inertia;
+    let mut mass = Element::zeros();
+    for node in [3, 9] {
+        mass.fixed_view_mut::<3, 3>(node, node)
+            .copy_from(&about_axis);
+    }
     mass
 }
 

@@ -263,3 +263,34 @@ fn lumped_beam_has_massless_rotations_and_the_whole_mass() {
         .filter(|&row| component.mass.col_ptr()[row] == component.mass.col_ptr()[row + 1]);
     assert_eq!(massless.count(), component.dofs.len() / 2);
 }
+
+#[test]
+fn lumped_beam_with_roll_has_the_inertia_about_its_axis_and_massless_bending_rotations() {
+    let beam = SpatialBeam {
+        mass: BeamMass::LumpedWithRoll,
+        ..SpatialBeam::default()
+    };
+    let component = spatial_beam(&beam);
+    let motions = rigid_motions(&component);
+    let section = &beam.section;
+    let polar = section.second_moment_y + section.second_moment_z;
+    for (motion, moment) in [(2, section.area), (3, polar)] {
+        let expected = Material::STEEL.density * moment;
+        let found = form(&component.mass, &motions[motion], &motions[motion]);
+        assert!(relative(found, expected) < 1e-13, "{motion}");
+    }
+    let massless = (0..component.dofs.len())
+        .filter(|&row| component.mass.col_ptr()[row] == component.mass.col_ptr()[row + 1]);
+    assert_eq!(massless.count(), component.dofs.len() / 3);
+    // Skew: the component masses still add up to the mass.
+    let skew = spatial_beam(&SpatialBeam {
+        end: [0.3, 0.5, 0.7],
+        roll: 0.4,
+        ..beam
+    });
+    let masses = &skew.component_masses.as_ref().unwrap().matrices;
+    for motion in rigid_motions(&skew) {
+        let sum: f64 = masses[..3].iter().map(|m| form(m, &motion, &motion)).sum();
+        assert!(relative(sum, form(&skew.mass, &motion, &motion)) < 1e-12);
+    }
+}

@@ -7,8 +7,11 @@
 )]
 
 use dcb_formats::Component;
+use dcb_formats::mesh::DofMap;
 use dcb_formats::superelement::FrameKind;
+use dcb_reducer::rigid_body::MassProperties;
 use dcb_reducer::{Grounding, LoosePieces, Reduction};
+use dcb_samples::catalogue::CATALOGUE;
 use dcb_samples::hard::{self, Hinge};
 use dcb_samples::{SolidElement, UnitScale, in_units};
 use dcb_tests::dense::{
@@ -239,6 +242,73 @@ fn numbers_that_smell_of_mixed_units_are_warned_about() {
     let mut stiff = part;
     stiff.stiffness.val_mut().iter_mut().for_each(|k| *k *= 1e6);
     warned(&stiff, "wave speed");
+}
+
+fn unit_warnings(part: &Component) -> Vec<String> {
+    let properties = MassProperties::of(part).unwrap();
+    dcb_reducer::plausibility::unit_warnings(part, &properties, None)
+}
+
+#[test]
+fn a_factor_of_a_thousand_is_warned_about() {
+    let solid = parts::steel_box([3, 1, 1], SolidElement::Hexahedron);
+    let scaled = |part: &Component, k: f64, m: f64, x: f64| {
+        let mut part = part.clone();
+        part.stiffness.val_mut().iter_mut().for_each(|v| *v *= k);
+        part.mass.val_mut().iter_mut().for_each(|v| *v *= m);
+        part.mesh.coordinates.iter_mut().for_each(|v| *v *= x);
+        part
+    };
+    let beam = dcb_samples::spatial_beam(&dcb_samples::SpatialBeam::default());
+    for part in [solid, beam, parts::skew_beam()] {
+        let none = unit_warnings(&part);
+        assert!(none.is_empty(), "{}: {none:?}", part.name);
+        let millimetres = in_units(&part, &UnitScale::mm_t_s());
+        assert!(unit_warnings(&millimetres).is_empty());
+        for (k, m, x) in [
+            (1e-3, 1.0, 1.0),
+            (1e3, 1.0, 1.0),
+            (1.0, 1e-3, 1.0),
+            (1.0, 1e3, 1.0),
+            (1.0, 1.0, 1e3),
+        ] {
+            let warnings = unit_warnings(&scaled(&part, k, m, x));
+            let speed = k != 1.0;
+            let says =
+                |w: &String| w.contains("mixed units?") && (!speed || w.contains("wave speed"));
+            assert!(
+                warnings.iter().any(says),
+                "{} {k} {m} {x}: {warnings:?}",
+                part.name
+            );
+        }
+    }
+}
+
+#[test]
+fn samples_in_their_own_units_are_not_warned_about() {
+    for sample in CATALOGUE.iter().filter(|s| s.name != "orphan-dof-block") {
+        let warnings = unit_warnings(&sample.make(None));
+        assert!(warnings.is_empty(), "{}: {warnings:?}", sample.name);
+    }
+}
+
+#[test]
+fn a_stray_point_without_dofs_changes_nothing() {
+    let part = parts::steel_box([3, 1, 1], SolidElement::Hexahedron);
+    let mut stray = part.clone();
+    stray.mesh.coordinates.extend([1e6, -1e6, 1e6]);
+    stray.dofs = DofMap::new(part.dofs.dofs().to_vec(), stray.mesh.node_count()).unwrap();
+    assert_eq!(
+        MassProperties::of(&stray).unwrap(),
+        MassProperties::of(&part).unwrap()
+    );
+    let (with, without) = (lowest(&stray, 3), lowest(&part, 3));
+    assert_eq!(
+        with.superelement.modes.eigenvalues,
+        without.superelement.modes.eigenvalues
+    );
+    assert!(with.superelement.provenance.warnings.is_empty());
 }
 
 /// The part as a program that prints this many decimals of the mantissa would export it.

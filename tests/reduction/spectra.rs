@@ -212,6 +212,16 @@ fn a_line_of_point_masses_has_no_inertia_against_roll() {
 }
 
 #[test]
+fn the_lumped_sample_is_reduced() {
+    let sample = dcb_samples::catalogue::find("lumped-beam").unwrap();
+    let beam = sample.make(None);
+    let oracle = Oracle::of(&beam);
+    let element = lowest(&beam, 5).superelement;
+    let found = roots(&element.modes.eigenvalues);
+    assert!(relative(&found, &roots(&oracle.eigenvalues[..5])) < 1e-8);
+}
+
+#[test]
 fn massless_rotations_follow_statically() {
     let beam = lumped_beam(6);
     let (k, m) = (dense(&beam.stiffness), dense(&beam.mass));
