@@ -3,7 +3,11 @@
 //! `part.mtx` (or `part.mtx.gz`) is the stiffness; `part.mass.mtx`, `part.json` and the optional `part.boundary.mtx` and
 //! `part.mass.xx.mtx` … are found beside it, with or without `.gz`, unless named otherwise.
 
+mod mass_moments;
+
 use std::path::{Path, PathBuf};
+
+use mass_moments::check_moments;
 
 use crate::SparseMatrix;
 use crate::component::{Component, ComponentMasses, Source};
@@ -205,6 +209,16 @@ pub fn read_component(files: &ComponentFiles) -> Result<Component, Error> {
 
     let component_masses =
         read_component_masses(files, description.mesh.dimension, n_e, &mass, &mut sources)?;
+    if let Some((paths, masses)) = &component_masses {
+        let named: Vec<_> = paths
+            .iter()
+            .zip(component_mass_names(description.mesh.dimension))
+            .zip(&masses.matrices)
+            .map(|((path, name), matrix)| (path.clone(), *name, matrix))
+            .collect();
+        check_moments(&named, &mass, &stiffness, &description.mesh, &dofs)?;
+    }
+    let component_masses = component_masses.map(|(_, masses)| masses);
     let explicit_boundary = match &files.boundary {
         None => None,
         Some(path) => {
@@ -286,11 +300,8 @@ fn read_component_masses(
     n_e: usize,
     mass: &SparseMatrix,
     sources: &mut Vec<Source>,
-) -> Result<Option<ComponentMasses>, Error> {
-    let names: &[&str] = match dimension {
-        Dimension::Planar => &PLANAR_MASSES,
-        Dimension::Spatial => &SPATIAL_MASSES,
-    };
+) -> Result<Option<(Vec<PathBuf>, ComponentMasses)>, Error> {
+    let names = component_mass_names(dimension);
     let paths = files.component_masses(names);
     if !paths.iter().any(|path| path.exists()) {
         return Ok(None);
@@ -329,7 +340,14 @@ fn read_component_masses(
         matrices.push(matrix);
     }
     check_sum(files, &matrices[..dimension.coordinate_count()], mass)?;
-    Ok(Some(ComponentMasses { matrices }))
+    Ok(Some((paths, ComponentMasses { matrices })))
+}
+
+fn component_mass_names(dimension: Dimension) -> &'static [&'static str] {
+    match dimension {
+        Dimension::Planar => &PLANAR_MASSES,
+        Dimension::Spatial => &SPATIAL_MASSES,
+    }
 }
 
 /// M_xx + M_yy (+ M_zz) = M, or the component masses are not of this model.

@@ -90,6 +90,25 @@ pub struct ReduceArguments {
     pub allow_loose: bool,
 }
 
+/// What is verified, and against what.
+#[derive(Debug, Args)]
+pub struct VerifyArguments {
+    /// Superelement.
+    pub file: PathBuf,
+    /// Stiffness matrix of the component that it was made from.
+    #[arg(long, value_name = "PART.mtx")]
+    pub component: Option<PathBuf>,
+    /// The component's mass matrix [default: PART.mass.mtx].
+    #[arg(long, value_name = "FILE", requires = "component")]
+    pub mass: Option<PathBuf>,
+    /// The component's description [default: PART.json].
+    #[arg(long, value_name = "FILE", requires = "component")]
+    pub mesh: Option<PathBuf>,
+    /// The component's boundary localization, n_b x n_e [default: PART.boundary.mtx if there].
+    #[arg(long, value_name = "FILE", requires = "component")]
+    pub boundary: Option<PathBuf>,
+}
+
 #[derive(Debug, Subcommand)]
 enum Command {
     /// Show what a superelement holds.
@@ -101,13 +120,7 @@ enum Command {
         json: bool,
     },
     /// Recompute what can be recomputed: from the file alone, or everything from the component.
-    Verify {
-        /// Superelement.
-        file: PathBuf,
-        /// Stiffness matrix of the component that it was made from.
-        #[arg(long, value_name = "PART.mtx")]
-        component: Option<PathBuf>,
-    },
+    Verify(VerifyArguments),
     /// Compare two superelements: frequencies, shapes, flexibility, mass.
     Compare {
         /// First superelement.
@@ -150,12 +163,12 @@ pub fn main() -> ExitCode {
                 inspect::Form::Text
             },
         ),
-        Some(Command::Verify { file, component }) => verify::run(file, component.as_deref()),
+        Some(Command::Verify(arguments)) => verify::run(arguments),
         Some(Command::Compare { a, b }) => compare::run(a, b),
         Some(Command::Schema) => schema(),
     };
     // What was asked for is printed also with --quiet; what was done along the way is not.
-    let is_report = matches!(cli.command, None | Some(Command::Verify { .. }));
+    let is_report = matches!(cli.command, None | Some(Command::Verify(_)));
     let outcome = outcome.and_then(|outcome| {
         if !(is_report && cli.common.quiet) {
             print_to_stdout(&outcome.output)?;

@@ -279,6 +279,17 @@ fn place_frame(
     frame_count: usize,
     dofs: &mut Vec<ModelDof>,
 ) -> Result<RigidFrame, Error> {
+    for node in &interface.nodes {
+        if Direction::ALL
+            .iter()
+            .all(|direction| component.dofs.row(*node, *direction).is_none())
+        {
+            return Err(Error::Component(format!(
+                "interface {:?}: node {node} has no dof in the dof table; leave it out of the interface",
+                interface.name
+            )));
+        }
+    }
     let weights = vec![1.0; interface.nodes.len()];
     let position = interface
         .position

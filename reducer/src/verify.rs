@@ -5,7 +5,6 @@
 //! [`crate::verify_component`].
 
 use std::fmt::Write as _;
-use std::path::Path;
 
 use dcb_formats::component::Role;
 use dcb_formats::component_files::{ComponentFiles, Overrides, read_component};
@@ -15,6 +14,7 @@ use dcb_formats::{RecoveryBasis, Superelement};
 use faer::{Mat, MatRef};
 
 use crate::block_algebra::{largest_entry, symmetric_eigen, symmetrized};
+use crate::cli::VerifyArguments;
 use crate::cli_reduce::{Outcome, naming_the_file};
 use crate::error::Error;
 use crate::inspect::stored_quality;
@@ -54,7 +54,7 @@ impl Findings {
     }
 
     /// A fact, with what was found.
-    pub fn require(&mut self, what: &str, holds: bool, found: &str) {
+    pub(crate) fn require(&mut self, what: &str, holds: bool, found: &str) {
         let mark = if holds { "ok  " } else { "FAIL" };
         let _ = writeln!(self.text, "  {mark} {what:<58} {found}");
         if !holds {
@@ -72,7 +72,8 @@ impl Findings {
 ///
 /// # Errors
 /// If the file is not an intact superelement, or the component can't be read.
-pub fn run(path: &Path, stiffness: Option<&Path>) -> Result<Outcome, Error> {
+pub fn run(arguments: &VerifyArguments) -> Result<Outcome, Error> {
+    let path = &arguments.file;
     let file = SuperelementFile::open(path)?;
     let mut findings = Findings {
         text: format!("{}\n", path.display()),
@@ -109,8 +110,13 @@ pub fn run(path: &Path, stiffness: Option<&Path>) -> Result<Outcome, Error> {
         None => findings
             .note("no quality report of this program is stored; its limits were not checked"),
     }
-    if let Some(stiffness) = stiffness {
-        let files = ComponentFiles::beside(stiffness, &Overrides::default())?;
+    if let Some(stiffness) = &arguments.component {
+        let overrides = Overrides {
+            mass: arguments.mass.clone(),
+            description: arguments.mesh.clone(),
+            boundary: arguments.boundary.clone(),
+        };
+        let files = ComponentFiles::beside(stiffness, &overrides)?;
         let component = read_component(&files)?;
         verify_component::check(&element, recovery.as_ref(), &component, &mut findings)
             .map_err(|error| naming_the_file(error, &files))?;

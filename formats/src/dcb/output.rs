@@ -43,6 +43,12 @@ fn check_path(target: &Path, replace: Replace) -> Result<&Path, Error> {
     if target.is_dir() {
         return Err(file("is a folder; name a file in it as the output"));
     }
+    // Followed through links: a link to a file may be replaced, one to a device or pipe says that a file is not wanted.
+    if fs::metadata(target).is_ok_and(|there| !there.is_file()) {
+        return Err(file(
+            "is a device, pipe or socket, which a file would replace; name a regular file as the output",
+        ));
+    }
     if target.file_name().is_none() {
         return Err(file("doesn't name a file"));
     }
@@ -111,4 +117,27 @@ pub(super) fn write_whole(
         let _ = folder.sync_all();
     }
     Ok(())
+}
+
+#[cfg(all(test, unix))]
+#[expect(clippy::unwrap_used, reason = "a test says what went wrong by failing")]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_is_not_a_regular_file_is_never_replaced() {
+        let folder = tempfile::tempdir().unwrap();
+        let socket = folder.path().join("socket");
+        let _listener = std::os::unix::net::UnixListener::bind(&socket).unwrap();
+        let link = folder.path().join("part.dcb.h5");
+        std::os::unix::fs::symlink(&socket, &link).unwrap();
+        for target in [Path::new("/dev/null"), &socket, &link] {
+            for replace in [Replace::Overwrite, Replace::Refuse] {
+                let refused = check_output(target, replace).unwrap_err().to_string();
+                assert!(refused.contains("is a device, pipe or socket"), "{refused}");
+            }
+            assert!(write_whole(target, Replace::Overwrite, |_| Ok(())).is_err());
+            assert!(!fs::metadata(target).unwrap().is_file());
+        }
+    }
 }

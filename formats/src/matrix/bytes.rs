@@ -3,7 +3,7 @@
 use std::borrow::Cow;
 use std::fmt::Write as _;
 use std::fs::File;
-use std::io::Read;
+use std::io::{ErrorKind, Read};
 use std::path::Path;
 
 use flate2::read::MultiGzDecoder;
@@ -80,10 +80,19 @@ pub(super) fn text_of<'a>(path: &Path, stored: &'a [u8]) -> Result<Cow<'a, [u8]>
     let mut text = Vec::new();
     match MultiGzDecoder::new(stored).read_to_end(&mut text) {
         Ok(_) => Ok(Cow::Owned(text)),
-        Err(source) => Err(unusable(format!(
-            "gzip data damaged or cut off after {} decompressed bytes: {source}",
-            text.len()
-        ))),
+        Err(source) => Err(unusable(gzip_failure(&source, text.len()))),
+    }
+}
+
+/// Why decompression ended early: the file, or the memory that its text needs.
+fn gzip_failure(source: &std::io::Error, decompressed: usize) -> String {
+    match source.kind() {
+        ErrorKind::OutOfMemory => format!(
+            "not enough memory to decompress it: more than {decompressed} bytes of text are needed"
+        ),
+        _ => format!(
+            "gzip data damaged or cut off after {decompressed} decompressed bytes: {source}"
+        ),
     }
 }
 
@@ -95,4 +104,18 @@ pub(super) fn sha256_hex(bytes: &[u8]) -> String {
         let _ = write!(hex, "{byte:02x}");
     }
     hex
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn missing_memory_is_not_called_damage() {
+        let memory = gzip_failure(&ErrorKind::OutOfMemory.into(), 4096);
+        assert!(memory.contains("not enough memory"), "{memory}");
+        assert!(!memory.contains("damaged"), "{memory}");
+        let damage = gzip_failure(&ErrorKind::UnexpectedEof.into(), 4096);
+        assert!(damage.contains("damaged or cut off after 4096"), "{damage}");
+    }
 }

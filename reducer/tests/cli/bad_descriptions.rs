@@ -124,3 +124,23 @@ fn a_mesh_alone_is_not_a_component() {
         &["component", "is missing", "\"units\""],
     );
 }
+
+#[test]
+fn a_rigid_interface_with_a_node_that_has_no_dof_is_refused() {
+    let folder = Folder::rod();
+    folder.edit("rod.json", |json| {
+        json["points"]
+            .as_array_mut()
+            .unwrap()
+            .push(json!([0.3, 0.1]));
+        json["component"]["dofs"] = (0..5)
+            .flat_map(|node| ["ux", "uy", "rz"].map(|direction| json!([node, direction])))
+            .collect();
+        json["component"]["interfaces"] =
+            json!([{"name": "hub", "kind": "rigid", "nodes": [4, 5]}]);
+    });
+    folder.refused(
+        "rod.mtx",
+        &["interface \"hub\": node 5 has no dof", "leave it out"],
+    );
+}

@@ -47,6 +47,46 @@ fn component_masses_come_together_and_add_up() {
 }
 
 #[test]
+fn coupling_masses_have_the_moments_of_the_mass_matrix() {
+    let entries = |folder: &Folder, change: fn([&str; 3]) -> String| {
+        let text = folder.read("rod.mass.xy.mtx");
+        let mut lines = text.lines().map(str::to_owned);
+        let mut changed: Vec<String> = lines.by_ref().take(2).collect();
+        changed.extend(lines.map(|line| {
+            let words: Vec<&str> = line.split_whitespace().collect();
+            change([words[0], words[1], words[2]])
+        }));
+        folder.write("rod.mass.xy.mtx", changed.join("\n") + "\n");
+    };
+    let transposed = Folder::rod();
+    entries(&transposed, |[row, column, value]| {
+        format!("{column} {row} {value}")
+    });
+    let zero = Folder::rod();
+    entries(&zero, |[row, column, _]| format!("{row} {column} 0.0"));
+    for folder in [transposed, zero] {
+        folder.refused(
+            "rod.mtx",
+            &[
+                "rod.mass.xy.mtx: is not the component mass xy",
+                "it gives",
+                "but the mass matrix",
+            ],
+        );
+    }
+    // Unit translations don't see a rotation's column; the rotation does.
+    let turned = Folder::rod();
+    entries(&turned, |[row, column, value]| {
+        let factor = if column == "3" { -1.0 } else { 1.0 };
+        format!(
+            "{row} {column} {:?}",
+            factor * value.parse::<f64>().unwrap()
+        )
+    });
+    turned.refused("rod.mtx", &["rod.mass.xy.mtx", "rigid motions", "rz"]);
+}
+
+#[test]
 fn matrices_of_different_size_are_refused_with_both_sizes() {
     let folder = Folder::rotor();
     fs::copy(

@@ -239,3 +239,25 @@ fn a_file_without_fields_is_checked_by_another_reduction() {
         &["eigenvalues: "],
     );
 }
+
+#[test]
+fn the_component_may_have_its_parts_elsewhere() {
+    let folder = Folder::rotor();
+    folder.done("rotor.mtx --modes 4");
+    for name in ["rotor.mass.mtx", "rotor.json"] {
+        let moved = folder.path(&name.replace("rotor", "elsewhere"));
+        std::fs::rename(folder.path(name), moved).unwrap();
+    }
+    let shown = folder.done(
+        "verify rotor.dcb.h5 --component rotor.mtx --mass elsewhere.mass.mtx --mesh elsewhere.json",
+    );
+    assert!(shown.ends_with("\nverified\n"), "{shown}");
+    folder.refused(
+        "verify rotor.dcb.h5 --component rotor.mtx --mesh elsewhere.json --mass nowhere",
+        &["nowhere", "is not there", "--mass"],
+    );
+    folder.refused(
+        "verify rotor.dcb.h5 --component rotor.mtx --mesh elsewhere.json --mass elsewhere.mass.mtx --boundary nowhere",
+        &["nowhere", "--boundary"],
+    );
+}
