@@ -180,7 +180,14 @@ impl RigidBodyModes {
             )
         })?;
         let mass_shapes = symmetric_product(&model.mass, shapes.as_ref());
-        let stiffness_precision = entry_precision(&model.stiffness, geometric.as_ref());
+        let bounds = Mat::from_fn(model.len(), 1, |row, _| {
+            match model.dofs[row].direction.is_rotation() {
+                true => 1.0 / length,
+                false => 1.0,
+            }
+        });
+        let stiffness_precision =
+            entry_precision(&model.stiffness, geometric.as_ref(), bounds.as_ref());
         Ok(Self {
             geometric,
             shapes,
@@ -269,15 +276,18 @@ impl StiffnessDefects {
     }
 }
 
-/// Largest `|K r| / (|K| |r|)`, row by row: relative error of the entries, as far as K r = 0 tells.
-fn entry_precision(stiffness: &SparseMatrix, rigid: MatRef<'_, f64>) -> f64 {
-    let (sums, sizes) = (
-        symmetric_product(stiffness, rigid),
-        absolute_product(stiffness, rigid),
-    );
+/// Largest `|K r|` of a row over its row sum of `|K|` times `|r|` at its largest: relative error of the entries, as far as
+/// K r = 0 tells. `bounds` holds the largest `|r|` of each dof, (n_c, 1).
+fn entry_precision(
+    stiffness: &SparseMatrix,
+    rigid: MatRef<'_, f64>,
+    bounds: MatRef<'_, f64>,
+) -> f64 {
+    let sums = symmetric_product(stiffness, rigid);
+    let sizes = absolute_product(stiffness, bounds);
     let mut largest = 0.0_f64;
-    for j in 0..rigid.ncols() {
-        for (sum, size) in sums.col(j).iter().zip(sizes.col(j).iter()) {
+    for column in sums.col_iter() {
+        for (sum, size) in column.iter().zip(sizes.col(0).iter()) {
             if *size > 0.0 {
                 largest = largest.max(sum.abs() / size);
             }
