@@ -17,10 +17,12 @@ use crate::shift::{SpectrumScale, absolute_energies};
 pub const QUIET_TOLERANCE: f64 = 1e-10;
 /// Up to here the defect may come from few printed digits or weak supports, if it is soft against the first elastic mode too.
 const PRINTED_TOLERANCE: f64 = 1e-5;
+/// A rigid motion's eigenvalue as a fraction of the first elastic one that is not worth a word.
+const QUIET_SOFTNESS: f64 = 1e-7;
 /// Share of the nodes beyond which a defect is everywhere, as digits are, rather than somewhere, as supports are.
 const SPREAD: f64 = 0.5;
 /// A rigid motion's eigenvalue from such a defect, as a fraction of the first elastic one, that is still harmless.
-const SOFT_DEFECT: f64 = 1e-6;
+const SOFT_DEFECT: f64 = 1e-4;
 /// Eigenvalues below this many times the rounding in their Rayleigh quotient count as zero.
 const ZERO_OVER_ROUNDING: f64 = 1e3;
 /// Longest list in a message.
@@ -197,7 +199,7 @@ pub fn support(
     let is_spread = resisting_points.len() as f64 > SPREAD * points.len() as f64;
     let names = |count: usize| listed(resisting.iter().take(count).map(|dof| model.dof_name(*dof)));
     if largest <= PRINTED_TOLERANCE && softness <= SOFT_DEFECT {
-        let warning = (largest > QUIET_TOLERANCE).then(|| match is_spread {
+        let warning = (largest > QUIET_TOLERANCE || softness > QUIET_SOFTNESS).then(|| match is_spread {
             true => format!(
                 "K times a rigid motion is {largest:.1e} of K's row sum (rounding would be below 1e-14): the matrices were probably printed with few digits, and frequencies are no better than that allows; export at least 15"
             ),

@@ -344,34 +344,45 @@ fn few_printed_digits_are_warned_about_or_refused() {
     assert!(exact.superelement.provenance.warnings.is_empty());
 }
 
-#[test]
-fn a_weak_spring_to_ground_is_named_where_it_stands() {
+/// The slender block with a spring to ground at node 0 along z, relative to the stiffness there.
+fn slender_block_on_a_spring(relative: f64) -> Component {
     let mut part = hard::slender_block();
     let mut triplets = Vec::new();
     for column in 0..part.stiffness.ncols() {
-        let rows = part
-            .stiffness
-            .row_idx_of_col_raw(column)
-            .iter()
-            .zip(part.stiffness.val_of_col(column));
-        for (row, value) in rows {
-            let weak = if (*row, column) == (2, 2) {
-                1.0 + 1e-10
+        let rows = part.stiffness.row_idx_of_col_raw(column).iter();
+        for (row, value) in rows.zip(part.stiffness.val_of_col(column)) {
+            let spring = if (*row, column) == (2, 2) {
+                relative * value
             } else {
-                1.0
+                0.0
             };
             triplets.push(faer::sparse::Triplet::new(
                 *row,
                 column as u32,
-                value * weak,
+                value + spring,
             ));
         }
     }
     let n = part.stiffness.nrows();
     part.stiffness = dcb_formats::SparseMatrix::try_new_from_triplets(n, n, &triplets).unwrap();
-    assert_says(
-        &refusal(&part),
-        &["held by something weak", "node 0 uz", "--allow-grounded"],
+    part
+}
+
+#[test]
+fn a_weak_spring_to_ground_is_named_where_it_stands() {
+    for relative in [1e-7, 1e-9] {
+        assert_says(
+            &refusal(&slender_block_on_a_spring(relative)),
+            &["the part is held", "node 0 uz", "--allow-grounded"],
+        );
+    }
+    let warnings = lowest(&slender_block_on_a_spring(1e-10), 2)
+        .superelement
+        .provenance
+        .warnings;
+    assert!(
+        warnings.iter().any(|w| w.contains("at node 0 uz")),
+        "{warnings:?}"
     );
 }
 
