@@ -5,7 +5,9 @@
 
 use faer::{Mat, MatRef};
 
-use crate::block_algebra::{absolute_product, add_combination, gram, symmetric_product};
+use crate::block_algebra::{
+    absolute_product, add_combination, column_dots, gram, symmetric_product,
+};
 use crate::condensation::Model;
 use crate::factorization::PositiveFactor;
 use crate::free_modes::FreeModes;
@@ -258,12 +260,6 @@ fn weighted_norms(x: MatRef<'_, f64>, weights: &[f64]) -> Vec<f64> {
         .collect()
 }
 
-fn dots(a: MatRef<'_, f64>, b: MatRef<'_, f64>) -> Vec<f64> {
-    (0..a.ncols())
-        .map(|j| a.col(j).transpose() * b.col(j))
-        .collect()
-}
-
 /// Adds to `x` an approximate solution of K dx = r in the complement; returns the iterations made.
 fn conjugate_gradients(
     model: &Model,
@@ -290,12 +286,12 @@ fn conjugate_gradients(
     };
     let mut z = precondition(&r);
     let mut p = z.clone();
-    let mut rz = dots(r.as_ref(), z.as_ref());
+    let mut rz = column_dots(r.as_ref(), z.as_ref());
     let start = rz.clone();
     let target: f64 = SWEEP_REDUCTION * SWEEP_REDUCTION;
     for iteration in 1..=ITERATIONS_PER_SWEEP {
         let kp = symmetric_product(&model.stiffness, p.as_ref());
-        let curvature = dots(p.as_ref(), kp.as_ref());
+        let curvature = column_dots(p.as_ref(), kp.as_ref());
         // A finished column stands still: its step is zero.
         let step: Vec<f64> = (0..rz.len())
             .map(|j| {
@@ -313,7 +309,7 @@ fn conjugate_gradients(
         add_scaled(&mut r, &step, &kp, -1.0);
         complement.project_force(&mut r);
         z = precondition(&r);
-        let next = dots(r.as_ref(), z.as_ref());
+        let next = column_dots(r.as_ref(), z.as_ref());
         let momentum: Vec<f64> = (0..rz.len())
             .map(|j| if rz[j] > 0.0 { next[j] / rz[j] } else { 0.0 })
             .collect();

@@ -169,6 +169,13 @@ pub fn column_norms(x: MatRef<'_, f64>) -> Vec<f64> {
     x.col_iter().map(|column| column.norm_l2()).collect()
 }
 
+/// `aᵢ · bᵢ` for each column.
+pub fn column_dots(a: MatRef<'_, f64>, b: MatRef<'_, f64>) -> Vec<f64> {
+    (0..a.ncols())
+        .map(|j| a.col(j).transpose() * b.col(j))
+        .collect()
+}
+
 /// Largest absolute entry; 0 for an empty matrix.
 pub fn largest_entry(x: MatRef<'_, f64>) -> f64 {
     let mut largest = 0.0_f64;

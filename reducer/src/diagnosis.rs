@@ -5,9 +5,11 @@
 use dcb_formats::component::Component;
 use faer::Mat;
 
+use crate::block_algebra::{column_dots, symmetric_product};
 use crate::condensation::Model;
 use crate::error::Error;
 use crate::factorization::{NotPositive, SymmetricFactor};
+use crate::free_modes::ZERO_OVER_ROUNDING;
 use crate::lanczos::Lanczos;
 use crate::rigid_body::{RigidBodyModes, StiffnessDefects};
 use crate::shift::{SpectrumScale, absolute_energies};
@@ -23,8 +25,6 @@ const QUIET_SOFTNESS: f64 = 1e-7;
 const SPREAD: f64 = 0.5;
 /// A rigid motion's eigenvalue from such a defect, as a fraction of the first elastic one, that is still harmless.
 const SOFT_DEFECT: f64 = 1e-4;
-/// Eigenvalues below this many times the rounding in their Rayleigh quotient count as zero.
-const ZERO_OVER_ROUNDING: f64 = 1e3;
 /// Longest list in a message.
 const LISTED: usize = 6;
 
@@ -180,13 +180,10 @@ pub fn support(
         return Ok((Support::Free, None));
     }
     let largest = defects.largest();
-    let energies = crate::block_algebra::gram(
-        rigid.shapes.as_ref(),
-        crate::block_algebra::symmetric_product(&model.stiffness, rigid.shapes.as_ref()).as_ref(),
-    );
-    let stiffest = (0..rigid.count())
-        .map(|j| energies[(j, j)].abs())
-        .fold(0.0, f64::max);
+    let forces = symmetric_product(&model.stiffness, rigid.shapes.as_ref());
+    let stiffest = column_dots(rigid.shapes.as_ref(), forces.as_ref())
+        .into_iter()
+        .fold(0.0, |largest, energy| f64::max(largest, energy.abs()));
     let softness = stiffest / scale.first_elastic;
     let resisting = resisting_dofs(defects);
     let mut resisting_points: Vec<u32> =
@@ -294,13 +291,11 @@ fn nullity(
     let pairs = lanczos.ritz_pairs()?;
     let candidates = pairs.eigenvalues.len().min(3 * block);
     let vectors = lanczos.polish(lanczos.ritz_vectors(&pairs, candidates).as_ref());
-    let forces = crate::block_algebra::symmetric_product(&model.stiffness, vectors.as_ref());
+    let forces = symmetric_product(&model.stiffness, vectors.as_ref());
     let absolute = absolute_energies(&model.stiffness, vectors.as_ref());
-    let is_zero = |j: usize| {
-        let energy: f64 = vectors.col(j).transpose() * forces.col(j);
-        energy < ZERO_OVER_ROUNDING * f64::EPSILON * absolute[j]
-    };
-    Ok((0..candidates).filter(|j| is_zero(*j)).count())
+    let energies = column_dots(vectors.as_ref(), forces.as_ref());
+    let is_zero = |j: &usize| energies[*j] < ZERO_OVER_ROUNDING * f64::EPSILON * absolute[*j];
+    Ok((0..candidates).filter(is_zero).count())
 }
 
 /// The message for motions without energy beyond the rigid ones; `shapes` are such motions where they are known.

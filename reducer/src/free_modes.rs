@@ -8,8 +8,8 @@ use dcb_formats::SparseMatrix;
 use faer::{Mat, MatRef};
 
 use crate::block_algebra::{
-    absolute_product, column_norms, combination, gram, symmetric_eigen, symmetric_product,
-    symmetrized,
+    absolute_product, column_dots, column_norms, combination, gram, symmetric_eigen,
+    symmetric_product, symmetrized,
 };
 use crate::condensation::Model;
 use crate::error::Error;
@@ -28,7 +28,7 @@ pub const RESIDUAL_TOLERANCE: f64 = 1e-8;
 /// Otherwise the residual may be this many times the rounding in K φ itself, ε ‖|K| |φ|‖ / ‖K φ‖ (slender and thin parts).
 pub const RESIDUAL_OVER_ROUNDING: f64 = 10.0;
 /// An eigenvalue below this many times the rounding in its own Rayleigh quotient is a zero: a mechanism or a loose piece.
-const ZERO_OVER_ROUNDING: f64 = 1e3;
+pub const ZERO_OVER_ROUNDING: f64 = 1e3;
 /// The same for entries that are known to fewer digits: the bound itself is rarely reached.
 const ZERO_OVER_PRECISION: f64 = 3.0;
 /// A Ritz value below this fraction of the shift may be a zero; the sharpened value decides.
@@ -327,11 +327,9 @@ fn rayleigh_ritz(model: &Model, x: MatRef<'_, f64>) -> Result<(Vec<f64>, Mat<f64
 
 fn mass_norms(mass: &SparseMatrix, x: MatRef<'_, f64>) -> Vec<f64> {
     let mass_x = symmetric_product(mass, x);
-    (0..x.ncols())
-        .map(|j| {
-            let square: f64 = x.col(j).transpose() * mass_x.col(j);
-            if square > 0.0 { square.sqrt() } else { 1.0 }
-        })
+    column_dots(x, mass_x.as_ref())
+        .into_iter()
+        .map(|square| if square > 0.0 { square.sqrt() } else { 1.0 })
         .collect()
 }
 

@@ -19,7 +19,7 @@ use dcb_formats::mesh::{Dimension, Direction};
 use dcb_formats::superelement::Inertia;
 use faer::{Mat, MatRef};
 
-use crate::block_algebra::{gram, symmetric_product, transposed_product};
+use crate::block_algebra::{gram, symmetric_product, symmetrized, transposed_product};
 use crate::rigid_body::{MassProperties, component_columns};
 
 /// Pairs (a, b) in the order in which six-fold quantities are stored.
@@ -139,10 +139,6 @@ fn antisymmetrized(a: &Mat<f64>) -> Mat<f64> {
     Mat::from_fn(a.nrows(), a.ncols(), |i, j| 0.5 * (a[(i, j)] - a[(j, i)]))
 }
 
-fn symmetrized(a: &Mat<f64>) -> Mat<f64> {
-    crate::block_algebra::symmetrized(a.as_ref())
-}
-
 /// Invariants as M and the node coordinates give them.
 fn from_mass(component: &Component, centre: [f64; 3], basis: MatRef<'_, f64>) -> Terms {
     let n = basis.ncols();
@@ -178,11 +174,9 @@ fn from_mass(component: &Component, centre: [f64; 3], basis: MatRef<'_, f64>) ->
                 }
                 for (pair, (first, second)) in PAIRS.iter().enumerate() {
                     if *second == b {
-                        i2[pair] = symmetrized(&crossed_gram(
-                            &partners[*first],
-                            basis,
-                            mass_crossed.as_ref(),
-                        ));
+                        i2[pair] = symmetrized(
+                            crossed_gram(&partners[*first], basis, mass_crossed.as_ref()).as_ref(),
+                        );
                     }
                 }
             }
@@ -271,9 +265,9 @@ fn from_component_masses(
             let i2 = PAIRS
                 .iter()
                 .map(|(a, b)| {
-                    let crossed = symmetrized(&s[*a][*b]);
+                    let crossed = symmetrized(s[*a][*b].as_ref());
                     if a == b {
-                        symmetrized(&whole) - crossed
+                        symmetrized(whole.as_ref()) - crossed
                     } else {
                         -crossed
                     }

@@ -8,7 +8,7 @@
 use faer::{Mat, MatRef};
 
 use crate::block_algebra::{
-    add_combination, combination, gram, symmetric_eigen, symmetric_product,
+    add_combination, column_dots, combination, gram, symmetric_eigen, symmetric_product,
 };
 use crate::condensation::Model;
 use crate::error::Error;
@@ -135,8 +135,7 @@ impl<'a> Lanczos<'a> {
             }
         }
         self.coupled_at = first;
-        let coupling = next.coupling.clone();
-        self.accept_block(next, coupling);
+        self.accept_block(next);
         if self.width == 0 {
             self.inject_random_block()?;
         }
@@ -160,21 +159,22 @@ impl<'a> Lanczos<'a> {
         });
         let mass_random = symmetric_product(&self.model.mass, random.as_ref());
         let image = self.apply(mass_random.as_ref());
-        let (next, _) = self.orthogonalized(image)?;
-        let columns = next.vectors.ncols();
-        self.exhausted = columns == 0;
-        self.accept_block(next, Mat::zeros(columns, 0));
+        let (mut next, _) = self.orthogonalized(image)?;
+        // A random block is coupled to nothing before it.
+        next.coupling = Mat::zeros(next.vectors.ncols(), 0);
+        self.exhausted = next.vectors.ncols() == 0;
+        self.accept_block(next);
         Ok(())
     }
 
-    fn accept_block(&mut self, next: NextBlock, coupling: Mat<f64>) {
+    fn accept_block(&mut self, next: NextBlock) {
         self.width = next.vectors.ncols();
         self.basis
             .as_mut()
             .subcols_mut(self.filled, self.width)
             .copy_from(&next.vectors);
         self.mass_block = next.mass_vectors;
-        self.coupling = coupling;
+        self.coupling = next.coupling;
     }
 
     /// Removes the basis from a block (twice) and orthonormalises what is left. Returns the new block with its coupling
@@ -182,7 +182,7 @@ impl<'a> Lanczos<'a> {
     fn orthogonalized(&self, mut block: Mat<f64>) -> Result<(NextBlock, Mat<f64>), Error> {
         let known = self.basis.as_ref().subcols(0, self.filled);
         let mut mass_block = symmetric_product(&self.model.mass, block.as_ref());
-        let before = column_dots(&block, &mass_block);
+        let before = column_dots(block.as_ref(), mass_block.as_ref());
         let mut amounts = Mat::zeros(self.filled, block.ncols());
         for _ in 0..2 {
             let removed = gram(known, mass_block.as_ref());
@@ -216,7 +216,7 @@ impl<'a> Lanczos<'a> {
         let mut count = 0;
         for _ in 0..width {
             let mass_block = symmetric_product(&self.model.mass, block.as_ref());
-            let norms = column_dots(&block, &mass_block);
+            let norms = column_dots(block.as_ref(), mass_block.as_ref());
             let largest = (0..width).max_by(|a, b| norms[*a].total_cmp(&norms[*b]).then(b.cmp(a)));
             let Some(pivot) = largest.filter(|j| norms[*j] > DEPENDENT * DEPENDENT) else {
                 break;
@@ -236,7 +236,7 @@ impl<'a> Lanczos<'a> {
             }
             self.rigid.project_out(&mut v);
             let mut mass_v = symmetric_product(&self.model.mass, v.as_ref());
-            let norm = column_dots(&v, &mass_v)[0].max(0.0).sqrt();
+            let norm = column_dots(v.as_ref(), mass_v.as_ref())[0].max(0.0).sqrt();
             if norm < ROUNDING {
                 block.as_mut().col_mut(pivot).fill(0.0);
                 continue;
@@ -335,13 +335,6 @@ struct NextBlock {
     vectors: Mat<f64>,
     mass_vectors: Mat<f64>,
     coupling: Mat<f64>,
-}
-
-/// `aᵢ · bᵢ` for each column.
-fn column_dots(a: &Mat<f64>, b: &Mat<f64>) -> Vec<f64> {
-    (0..a.ncols())
-        .map(|j| a.col(j).transpose() * b.col(j))
-        .collect()
 }
 
 /// Orthonormalises a block by its Gram matrix; `None` where a direction has fallen below [`NEARLY_DEPENDENT`] of its size

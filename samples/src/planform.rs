@@ -3,12 +3,12 @@
 //! A planform holds points on half-step lattices: every quadrilateral knows its 3 × 3 points, so linear and quadratic
 //! elements use the same blocks, curved edges included. Blocks are joined by sharing points, never by tolerance.
 
-use std::collections::BTreeMap;
 use std::f64::consts::PI;
 use std::ops::Range;
 
-use dcb_formats::mesh::{CellBlock, Dimension, Mesh};
+use dcb_formats::mesh::Mesh;
 
+use crate::lattice::mesh_of_used_points;
 use crate::solid::SolidElement;
 
 /// Points and quadrilaterals in the x–y plane.
@@ -127,30 +127,12 @@ impl Planform {
                 );
             }
         }
-        let mut node_of_slot = vec![u32::MAX; self.points.len() * levels];
-        for &slot in &slots {
-            node_of_slot[slot] = 0;
-        }
-        let mut coordinates = Vec::new();
-        for (slot, node) in node_of_slot
-            .iter_mut()
-            .enumerate()
-            .filter(|(_, node)| **node == 0)
-        {
-            *node = (coordinates.len() / 3) as u32;
+        let position = |slot: usize| {
             let [x, y] = self.points[slot / levels];
-            coordinates.extend([x, y, z(slot % levels)]);
-        }
-        let mesh = Mesh {
-            dimension: Dimension::Spatial,
-            coordinates,
-            cells: vec![CellBlock {
-                cell_type: element.cell_type().into(),
-                nodes_per_cell: offsets.len(),
-                nodes: slots.iter().map(|&slot| node_of_slot[slot]).collect(),
-            }],
-            point_sets: BTreeMap::new(),
+            [x, y, z(slot % levels)]
         };
+        let slot_count = self.points.len() * levels;
+        let (mesh, node_of_slot) = mesh_of_used_points(element, &slots, slot_count, position);
         Extrusion {
             mesh,
             node_of_slot,

@@ -1,16 +1,15 @@
 //! Rectangular blocks of solid elements.
 
-use std::collections::BTreeMap;
-
 use dcb_formats::Component;
 use dcb_formats::component::Interface;
-use dcb_formats::mesh::{CellBlock, Dimension, Mesh};
+use dcb_formats::mesh::Mesh;
 
 use super::assemble::assemble_solid;
 use super::element::{HEXAHEDRON_EDGES, SolidElement, TETRAHEDRON_EDGES};
 use crate::component::{
     TRANSLATIONS, average_interface, component, nodes_interface, nodes_on_plane, uniform_dofs,
 };
+use crate::lattice::mesh_of_used_points;
 use crate::material::Material;
 
 /// Corners of a cell in half-steps of the lattice, in meshio's hexahedron order.
@@ -105,34 +104,11 @@ pub(crate) fn box_mesh(cells: [usize; 3], size: [f64; 3], element: SolidElement)
             }
         }
     }
-    let mut node_of_point = vec![u32::MAX; px * py * pz];
-    for &point in &cell_points {
-        node_of_point[point] = 0;
-    }
-    let mut coordinates = Vec::new();
-    for (point, node) in node_of_point
-        .iter_mut()
-        .enumerate()
-        .filter(|(_, node)| **node == 0)
-    {
-        *node = (coordinates.len() / 3) as u32;
+    let position = |point: usize| {
         let at = [point / (py * pz), point / pz % py, point % pz];
-        coordinates
-            .extend((0..3).map(|axis| size[axis] * at[axis] as f64 / (2 * cells[axis]) as f64));
-    }
-    let mut mesh = Mesh {
-        dimension: Dimension::Spatial,
-        coordinates,
-        cells: vec![CellBlock {
-            cell_type: element.cell_type().into(),
-            nodes_per_cell: element.node_count(),
-            nodes: cell_points
-                .iter()
-                .map(|&point| node_of_point[point])
-                .collect(),
-        }],
-        point_sets: BTreeMap::new(),
+        [0, 1, 2].map(|axis| size[axis] * at[axis] as f64 / (2 * cells[axis]) as f64)
     };
+    let (mut mesh, _) = mesh_of_used_points(element, &cell_points, px * py * pz, position);
     for (axis, name) in ["x", "y", "z"].into_iter().enumerate() {
         let (low, high) = (
             nodes_on_plane(&mesh, axis, 0.0),
