@@ -19,6 +19,7 @@
 pub mod body;
 pub mod error;
 pub mod frame;
+pub mod motion;
 
 pub use body::FlexibleBody;
 pub use error::Error;
