@@ -20,6 +20,7 @@ pub mod body;
 pub mod error;
 pub mod frame;
 pub mod motion;
+pub mod rotation;
 
 pub use body::FlexibleBody;
 pub use error::Error;
