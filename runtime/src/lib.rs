@@ -19,8 +19,10 @@
 pub mod body;
 pub mod error;
 pub mod frame;
+mod kernel;
 pub mod motion;
 pub mod rotation;
+pub mod system;
 
 pub use body::FlexibleBody;
 pub use error::Error;

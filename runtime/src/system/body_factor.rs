@@ -1,0 +1,199 @@
+//! One body's part of a Newton iteration, eliminated: a step costs O(n) per body.
+//!
+//! The iteration matrix of a body over (rigid, y) is, with the elastic block taken as its diagonal D,
+//!
+//! ```text
+//! S = | S_rr  S_ry |      X = D⁻¹ S_yr,    Ŝ = S_rr - S_ry X
+//!     | S_yr  D    |
+//! S⁻¹ (b_r, b_y):   t = D⁻¹ b_y,   x_r = Ŝ⁻¹ (b_r - S_ry t),   x_y = t - X x_r
+//! ```
+//! Rows and columns of the six rigid motions are `(Aᵀ δR, δφ)`: in body axes the matrix doesn't change when the body turns.
+//! A body's *response* to a wrench at each of its markers, `Z = S⁻¹ Nᵀ`, and the compliance `N Z` between markers are all that
+//! the joints need of it.
+
+use nalgebra::Matrix6;
+
+use super::marker::{Marker, MarkerPlace};
+use crate::kernel::{add_columns, add_products};
+use crate::motion::Six;
+
+/// The blocks of a body's iteration matrix, (rigid, y) in body axes.
+#[derive(Clone, Debug, PartialEq)]
+pub struct BodyMatrix {
+    /// S_rr.
+    pub rigid: Matrix6<f64>,
+    /// S_ryᵀ, (n, 6) by columns.
+    pub rigid_elastic: Vec<f64>,
+    /// S_yr, (n, 6) by columns.
+    pub elastic_rigid: Vec<f64>,
+    /// D, (n).
+    pub elastic: Vec<f64>,
+    /// Which rigid motions the body has; the others stay zero.
+    pub free: [bool; 6],
+}
+
+impl BodyMatrix {
+    /// Room for n coordinates.
+    pub fn for_coordinates(count: usize, free: [bool; 6]) -> Self {
+        Self {
+            rigid: Matrix6::zeros(),
+            rigid_elastic: vec![0.0; 6 * count],
+            elastic_rigid: vec![0.0; 6 * count],
+            elastic: vec![0.0; count],
+            free,
+        }
+    }
+}
+
+/// S⁻¹ of one body and its responses at its markers.
+#[derive(Clone, Debug, PartialEq)]
+pub struct BodyFactor {
+    /// Ŝ⁻¹; rows and columns of motions that the body hasn't are zero.
+    schur_inverse: Matrix6<f64>,
+    /// S_ryᵀ, (n, 6).
+    rigid_elastic: Vec<f64>,
+    /// X, (n, 6).
+    elastic_rigid: Vec<f64>,
+    /// D⁻¹, (n).
+    elastic_inverse: Vec<f64>,
+    /// Rigid rows of Z, one (6, 6) block for each marker.
+    rigid_responses: Vec<Matrix6<f64>>,
+    /// Elastic rows of Z, (n, 6) by columns for each marker.
+    elastic_responses: Vec<f64>,
+    /// N Z by marker pairs, (twist at the row's marker, wrench at the column's).
+    compliance: Vec<Matrix6<f64>>,
+}
+
+impl BodyFactor {
+    /// Room for a body of n coordinates and its markers.
+    pub fn with_room(count: usize, markers: usize) -> Self {
+        Self {
+            schur_inverse: Matrix6::zeros(),
+            rigid_elastic: vec![0.0; 6 * count],
+            elastic_rigid: vec![0.0; 6 * count],
+            elastic_inverse: vec![0.0; count],
+            rigid_responses: vec![Matrix6::zeros(); markers],
+            elastic_responses: vec![0.0; 6 * count * markers],
+            compliance: vec![Matrix6::zeros(); markers * markers],
+        }
+    }
+
+    /// Eliminates the body. Returns whether its matrix is regular; if not, the factor can't be used.
+    pub fn factor(&mut self, matrix: &BodyMatrix) -> bool {
+        let n = matrix.elastic.len();
+        for (inverse, d) in self.elastic_inverse.iter_mut().zip(&matrix.elastic) {
+            *inverse = 1.0 / d;
+        }
+        self.rigid_elastic.copy_from_slice(&matrix.rigid_elastic);
+        for (x, (entry, inverse)) in self.elastic_rigid.iter_mut().zip(
+            matrix
+                .elastic_rigid
+                .iter()
+                .zip(self.elastic_inverse.iter().cycle()),
+        ) {
+            *x = entry * inverse;
+        }
+        let mut schur = matrix.rigid;
+        if n > 0 {
+            for (j, x) in self.elastic_rigid.chunks_exact(n).enumerate() {
+                let mut products = [0.0; 6];
+                add_products(&mut products, &self.rigid_elastic, x);
+                for (i, product) in products.into_iter().enumerate() {
+                    schur[(i, j)] -= product;
+                }
+            }
+        }
+        let regular = invert_free(&schur, &matrix.free, &mut self.schur_inverse);
+        regular && self.elastic_inverse.iter().all(|inverse| inverse.is_finite())
+    }
+
+    /// S⁻¹, in place.
+    pub fn solve(&self, rigid: &mut Six, elastic: &mut [f64]) {
+        for (x, inverse) in elastic.iter_mut().zip(&self.elastic_inverse) {
+            *x *= inverse;
+        }
+        let mut carried = [0.0; 6];
+        add_products(&mut carried, &self.rigid_elastic, elastic);
+        *rigid = self.schur_inverse * (*rigid - Six::from(carried));
+        add_columns(elastic, &self.elastic_rigid, (-*rigid).as_slice());
+    }
+
+    /// Responses to wrenches at the markers, and the compliance between them.
+    pub fn respond<'a>(
+        &mut self,
+        markers: impl Iterator<Item = (&'a Marker, &'a MarkerPlace)> + Clone,
+    ) {
+        let n = self.elastic_inverse.len();
+        let count = self.rigid_responses.len();
+        for (k, (marker, place)) in markers.clone().enumerate() {
+            let responses = &mut self.elastic_responses[6 * n * k..6 * n * (k + 1)];
+            for wrench in 0..6 {
+                let mut rigid = Six::zeros();
+                let elastic = &mut responses[n * wrench..n * (wrench + 1)];
+                elastic.fill(0.0);
+                let mut unit = Six::zeros();
+                unit[wrench] = 1.0;
+                marker.add_force(place, &unit, 1.0, &mut rigid, elastic);
+                // The same as `solve`, with the factor's parts borrowed separately.
+                for (x, inverse) in elastic.iter_mut().zip(&self.elastic_inverse) {
+                    *x *= inverse;
+                }
+                let mut carried = [0.0; 6];
+                add_products(&mut carried, &self.rigid_elastic, elastic);
+                let rigid = self.schur_inverse * (rigid - Six::from(carried));
+                add_columns(elastic, &self.elastic_rigid, (-rigid).as_slice());
+                self.rigid_responses[k].set_column(wrench, &rigid);
+            }
+            for (l, (seen, seen_place)) in markers.clone().enumerate() {
+                let mut block = Matrix6::zeros();
+                for wrench in 0..6 {
+                    let rigid = self.rigid_responses[k].column(wrench).into_owned();
+                    let elastic = &responses[n * wrench..n * (wrench + 1)];
+                    block.set_column(wrench, &seen.twist(seen_place, &rigid, elastic));
+                }
+                self.compliance[l * count + k] = block;
+            }
+        }
+    }
+
+    /// Twist at marker `seen` for a wrench at marker `loaded`, both counted among the body's own.
+    pub fn compliance(&self, seen: usize, loaded: usize) -> &Matrix6<f64> {
+        &self.compliance[seen * self.rigid_responses.len() + loaded]
+    }
+
+    /// Adds to the compliance what an interface gives beside the coordinates.
+    pub fn add_compliance(&mut self, seen: usize, loaded: usize, more: &Matrix6<f64>) {
+        let count = self.rigid_responses.len();
+        self.compliance[seen * count + loaded] += more;
+    }
+
+    /// Adds the body's response to a wrench at one of its markers.
+    pub fn add_response(&self, marker: usize, wrench: &Six, rigid: &mut Six, elastic: &mut [f64]) {
+        *rigid += self.rigid_responses[marker] * wrench;
+        let size = 6 * elastic.len();
+        let responses = &self.elastic_responses[size * marker..size * (marker + 1)];
+        add_columns(elastic, responses, wrench.as_slice());
+    }
+}
+
+/// The inverse over the free rows and columns, zero elsewhere; whether it exists.
+fn invert_free(matrix: &Matrix6<f64>, free: &[bool; 6], inverse: &mut Matrix6<f64>) -> bool {
+    let mut pinned = *matrix;
+    for (i, free) in free.iter().enumerate() {
+        if !free {
+            pinned.row_mut(i).fill(0.0);
+            pinned.column_mut(i).fill(0.0);
+            pinned[(i, i)] = 1.0;
+        }
+    }
+    let Some(found) = pinned.try_inverse() else {
+        return false;
+    };
+    *inverse = found;
+    for (i, free) in free.iter().enumerate() {
+        if !free {
+            inverse[(i, i)] = 0.0;
+        }
+    }
+    inverse.iter().all(|entry| entry.is_finite())
+}

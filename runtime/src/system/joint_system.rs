@@ -1,0 +1,287 @@
+//! The system of the joints: what is left of a Newton iteration once every body is eliminated.
+//!
+//! ```text
+//! (Λ + diag(c)) δλ = b,      Λ = Σ_bodies G (N S⁻¹ Nᵀ) Gᵀ
+//! ```
+//! G holds the gradients of the rows at the markers, c the compliance of springs (zero for constraints). Two rows meet where they
+//! touch the same body, so the pattern is that of the mechanism's graph and is analysed once. Rows are scaled to a unit
+//! diagonal, which takes lengths, angles and masses out of every tolerance.
+
+use faer::dyn_stack::{MemBuffer, MemStack, StackReq};
+use faer::linalg::lu::partial_pivoting;
+use faer::perm::PermRef;
+use faer::sparse::linalg::SupernodalThreshold;
+use faer::sparse::linalg::lu::{
+    LuRef, LuSymbolicParams, NumericLu, SymbolicLu, factorize_symbolic_lu,
+};
+use faer::sparse::{SparseColMatRef, SymbolicSparseColMat};
+use faer::{Conj, Mat, MatMut, Par, Spec};
+
+use crate::kernel::add_columns;
+
+/// Up to this many rows the system is inverted as a dense matrix; above, its sparsity pays.
+const DENSE_ROWS: usize = 24;
+
+/// The joints' system: pattern, values and factor. Everything is allocated when it is made.
+pub struct JointSystem {
+    pattern: SymbolicSparseColMat<usize>,
+    values: Vec<f64>,
+    /// Index of each diagonal entry among the values.
+    diagonal: Vec<usize>,
+    /// 1/√Λ_ii by rows.
+    scale: Vec<f64>,
+    factor: Factor,
+    stack: MemBuffer,
+    scaled: Vec<f64>,
+}
+
+enum Factor {
+    Dense {
+        matrix: Mat<f64>,
+        inverse: Mat<f64>,
+        /// The inverse by columns without padding.
+        columns: Vec<f64>,
+        permutation: [Vec<usize>; 2],
+    },
+    Sparse {
+        symbolic: Box<SymbolicLu<usize>>,
+        numeric: Box<NumericLu<usize, f64>>,
+    },
+}
+
+impl JointSystem {
+    /// The system of `rows` rows whose entries are at `(row, column)` of `pairs`; pairs may repeat and come in any order.
+    /// Also returned: the place of each pair among the values. `None` if memory is short.
+    pub fn with_pattern(rows: usize, pairs: &[(usize, usize)]) -> Option<(Self, Vec<usize>)> {
+        let mut sorted: Vec<(usize, usize)> = pairs
+            .iter()
+            .map(|(row, column)| (*column, *row))
+            .chain((0..rows).map(|row| (row, row)))
+            .collect();
+        sorted.sort_unstable();
+        sorted.dedup();
+        let place = |row: usize, column: usize| {
+            sorted
+                .binary_search(&(column, row))
+                .unwrap_or_else(|insertion| insertion)
+        };
+        let places = pairs.iter().map(|(row, column)| place(*row, *column)).collect();
+        let diagonal = (0..rows).map(|row| place(row, row)).collect();
+        let mut starts = vec![0; rows + 1];
+        for (column, _) in &sorted {
+            starts[column + 1] += 1;
+        }
+        for column in 0..rows {
+            starts[column + 1] += starts[column];
+        }
+        let row_indices: Vec<usize> = sorted.iter().map(|(_, row)| *row).collect();
+        let count = row_indices.len();
+        let pattern = SymbolicSparseColMat::new_checked(rows, rows, starts, None, row_indices);
+        let (factor, scratch) = if rows <= DENSE_ROWS {
+            Factor::dense(rows)
+        } else {
+            Factor::sparse(&pattern)?
+        };
+        let system = Self {
+            pattern,
+            values: vec![0.0; count],
+            diagonal,
+            scale: vec![1.0; rows],
+            factor,
+            stack: MemBuffer::try_new(scratch).ok()?,
+            scaled: vec![0.0; rows],
+        };
+        Some((system, places))
+    }
+
+    /// The entries, to be overwritten before `factor`.
+    pub fn values_mut(&mut self) -> &mut [f64] {
+        &mut self.values
+    }
+
+    /// The diagonal entry of a row.
+    pub fn diagonal(&self, row: usize) -> f64 {
+        self.values[self.diagonal[row]]
+    }
+
+    /// Adds to the diagonal.
+    pub fn add_to_diagonal(&mut self, row: usize, more: f64) {
+        self.values[self.diagonal[row]] += more;
+    }
+
+    /// Factors the system with `regularization` added to the unit diagonal of the scaled matrix. Returns whether it is regular.
+    pub fn factor(&mut self, regularization: f64) -> bool {
+        for (scale, diagonal) in self.scale.iter_mut().zip(&self.diagonal) {
+            let entry = self.values[*diagonal].abs();
+            *scale = if entry > 0.0 { 1.0 / entry.sqrt() } else { 1.0 };
+        }
+        let rows = self.pattern.row_idx();
+        let starts = self.pattern.col_ptr();
+        for column in 0..self.scale.len() {
+            for place in starts[column]..starts[column + 1] {
+                self.values[place] *= self.scale[rows[place]] * self.scale[column];
+            }
+        }
+        for diagonal in &self.diagonal {
+            self.values[*diagonal] += regularization;
+        }
+        let matrix = SparseColMatRef::new(self.pattern.as_ref(), self.values.as_slice());
+        self.factor.compute(matrix, MemStack::new(&mut self.stack))
+    }
+
+    /// Solves with the last factor, in place.
+    pub fn solve(&mut self, right_hand_side: &mut [f64]) {
+        for (b, scale) in right_hand_side.iter_mut().zip(&self.scale) {
+            *b *= scale;
+        }
+        match &self.factor {
+            Factor::Dense { columns, .. } => {
+                self.scaled.fill(0.0);
+                add_columns(&mut self.scaled, columns, right_hand_side);
+                right_hand_side.copy_from_slice(&self.scaled);
+            }
+            Factor::Sparse { symbolic, numeric } => {
+                let rows = right_hand_side.len();
+                LuRef::new_unchecked(symbolic, numeric).solve_in_place_with_conj(
+                    Conj::No,
+                    MatMut::from_column_major_slice_mut(right_hand_side, rows, 1),
+                    Par::Seq,
+                    MemStack::new(&mut self.stack),
+                );
+            }
+        }
+        for (x, scale) in right_hand_side.iter_mut().zip(&self.scale) {
+            *x *= scale;
+        }
+    }
+}
+
+impl Factor {
+    fn dense(rows: usize) -> (Self, StackReq) {
+        let scratch = StackReq::any_of(&[
+            partial_pivoting::factor::lu_in_place_scratch::<usize, f64>(
+                rows,
+                rows,
+                Par::Seq,
+                Spec::default(),
+            ),
+            partial_pivoting::inverse::inverse_scratch::<usize, f64>(rows, Par::Seq),
+        ]);
+        let factor = Self::Dense {
+            matrix: Mat::zeros(rows, rows),
+            inverse: Mat::zeros(rows, rows),
+            columns: vec![0.0; rows * rows],
+            permutation: [vec![0; rows], vec![0; rows]],
+        };
+        (factor, scratch)
+    }
+
+    fn sparse(pattern: &SymbolicSparseColMat<usize>) -> Option<(Self, StackReq)> {
+        // The supernodal factorization would allocate in every call.
+        let params = LuSymbolicParams {
+            supernodal_flop_ratio_threshold: SupernodalThreshold::FORCE_SIMPLICIAL,
+            ..LuSymbolicParams::default()
+        };
+        let symbolic = factorize_symbolic_lu(pattern.as_ref(), params).ok()?;
+        let scratch = StackReq::any_of(&[
+            symbolic.factorize_numeric_lu_scratch::<f64>(Par::Seq, Spec::default()),
+            symbolic.solve_in_place_scratch::<f64>(1, Par::Seq),
+        ]);
+        let factor = Self::Sparse {
+            symbolic: Box::new(symbolic),
+            numeric: Box::new(NumericLu::new()),
+        };
+        Some((factor, scratch))
+    }
+
+    fn compute(&mut self, entries: SparseColMatRef<'_, usize, f64>, stack: &mut MemStack) -> bool {
+        match self {
+            Self::Dense {
+                matrix,
+                inverse,
+                columns,
+                permutation: [forward, backward],
+            } => {
+                let rows = matrix.nrows();
+                matrix.fill(0.0);
+                for column in 0..rows {
+                    for (row, value) in entries
+                        .row_idx_of_col(column)
+                        .zip(entries.val_of_col(column))
+                    {
+                        matrix[(row, column)] = *value;
+                    }
+                }
+                let (_, permutation): (_, PermRef<'_, usize>) = partial_pivoting::factor::lu_in_place(
+                    matrix.as_mut(),
+                    forward,
+                    backward,
+                    Par::Seq,
+                    stack,
+                    Spec::default(),
+                );
+                partial_pivoting::inverse::inverse(
+                    inverse.as_mut(),
+                    matrix.as_ref(),
+                    matrix.as_ref(),
+                    permutation,
+                    Par::Seq,
+                    stack,
+                );
+                if rows > 0 {
+                    for (column, plain) in inverse.col_iter().zip(columns.chunks_exact_mut(rows)) {
+                        for (entry, value) in plain.iter_mut().zip(column.iter()) {
+                            *entry = *value;
+                        }
+                    }
+                }
+                columns.iter().all(|entry| entry.is_finite())
+            }
+            Self::Sparse { symbolic, numeric } => symbolic
+                .factorize_numeric_lu(numeric, entries, Par::Seq, stack, Spec::default())
+                .is_ok(),
+        }
+    }
+}
+
+#[cfg(test)]
+#[allow(clippy::unwrap_used, clippy::expect_used, clippy::panic)]
+mod tests {
+    use super::*;
+
+    /// A ring of rows, each meeting its two neighbours, with very different units; small is dense, large is sparse.
+    #[test]
+    fn ring_is_solved_whatever_its_size_and_units() {
+        for rows in [1, 5, DENSE_ROWS, DENSE_ROWS + 1, 200] {
+            let pairs: Vec<_> = (0..rows)
+                .flat_map(|row| [0, 1, rows - 1].map(|shift| (row, (row + shift) % rows)))
+                .collect();
+            let (mut system, places) = JointSystem::with_pattern(rows, &pairs).unwrap();
+            let unit = |row: usize| if row.is_multiple_of(2) { 1e6 } else { 1e-3 };
+            let entry = |row: usize, column: usize| {
+                let weight = if row == column { 3.0 } else { -1.0 + 0.01 * row as f64 / rows as f64 };
+                weight * unit(row) * unit(column)
+            };
+            let mut dense = Mat::<f64>::zeros(rows, rows);
+            for round in 0..2 {
+                system.values_mut().fill(0.0);
+                dense.fill(0.0);
+                for ((row, column), place) in pairs.iter().zip(&places) {
+                    let value = entry(*row, *column) * (1.0 + f64::from(round));
+                    system.values_mut()[*place] = value;
+                    dense[(*row, *column)] = value;
+                }
+                assert!(system.factor(0.0));
+            }
+            let expected: Vec<f64> = (0..rows).map(|row| (row as f64).sin() / unit(row)).collect();
+            let mut solution: Vec<f64> = (0..rows)
+                .map(|row| (0..rows).map(|k| dense[(row, k)] * expected[k]).sum())
+                .collect();
+            system.solve(&mut solution);
+            for row in 0..rows {
+                let error = (solution[row] - expected[row]).abs() * unit(row);
+                assert!(error < 1e-12, "{rows} rows, row {row}: {error:e}");
+            }
+        }
+    }
+}

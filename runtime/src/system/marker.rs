@@ -1,0 +1,213 @@
+//! A frame on a body: where joints, springs and loads take hold, and how it moves with the body's coordinates.
+//!
+//! ```text
+//! origin       R + A (x + S_u y)                axes   A exp(skew(S_θ y)) A_0
+//! variation    δp = δR + A (δφ × r + S_u δy)    δψ = A (δφ + J_l(θ) S_θ δy)       r = x + S_u y, θ = S_θ y
+//! force        F_R = f,   F_φ = r × Aᵀf + Aᵀτ,   F_y = S_uᵀ Aᵀf + S_θᵀ J_lᵀ Aᵀτ
+//! ```
+//! with δφ the turn of the body frame in its own axes, `δA = A skew(δφ)`.
+
+use nalgebra::{Matrix3, Rotation3, Vector3};
+
+use crate::kernel::{add_columns, add_products};
+use crate::motion::{FrameMotion, Six};
+use crate::rotation::{left_jacobian, left_jacobian_rate};
+
+/// What of a marker's motion comes from the body's deflection.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Elasticity {
+    /// Nothing: a point of a rigid body.
+    Rigid,
+    /// Its place only: its axes are the body frame's.
+    Place,
+    /// Place and axes.
+    PlaceAndAxes,
+}
+
+/// A frame on a body, or on the ground.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Marker {
+    /// The body it belongs to; `None` for the ground.
+    pub body: Option<usize>,
+    /// Origin at rest, body frame (ground: world).
+    pub position: Vector3<f64>,
+    /// Axes at rest, to body axes (ground: world).
+    pub axes: Matrix3<f64>,
+    /// S_uᵀ and S_θᵀ, (n, 6) by columns, 1/√mass and 1/(√mass·length).
+    pub shapes: Vec<f64>,
+    /// What `shapes` does.
+    pub elasticity: Elasticity,
+}
+
+/// A marker at one configuration of its body.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct MarkerPlace {
+    /// r, from the body frame's origin, body axes.
+    pub arm: Vector3<f64>,
+    /// θ, the frame's own turn, body axes.
+    pub turn: Vector3<f64>,
+    /// J_l(θ).
+    pub turn_jacobian: Matrix3<f64>,
+}
+
+/// Pose of a body frame.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct BodyPose {
+    /// R, world.
+    pub origin: Vector3<f64>,
+    /// A, body axes to world axes.
+    pub axes: Matrix3<f64>,
+}
+
+/// Velocities or accelerations of a body frame: V or V' in world axes, ω or ω' in body axes.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct BodyRates {
+    /// World axes.
+    pub linear: Vector3<f64>,
+    /// Body axes.
+    pub angular: Vector3<f64>,
+}
+
+impl Marker {
+    /// A frame that belongs to the ground.
+    pub fn on_ground(position: Vector3<f64>, axes: Matrix3<f64>) -> Self {
+        Self {
+            body: None,
+            position,
+            axes,
+            shapes: Vec::new(),
+            elasticity: Elasticity::Rigid,
+        }
+    }
+
+    /// S_u y and S_θ y.
+    pub fn displacement(&self, y: &[f64]) -> (Vector3<f64>, Vector3<f64>) {
+        let mut six = [0.0; 6];
+        match self.elasticity {
+            Elasticity::Rigid => {}
+            Elasticity::Place => add_products(&mut six[..3], &self.shapes[..3 * y.len()], y),
+            Elasticity::PlaceAndAxes => add_products(&mut six, &self.shapes, y),
+        }
+        halves(&Six::from(six))
+    }
+
+    /// Where the marker is on its body, and its motion at rest. `extra` is a displacement and turn of the interface (body
+    /// axes) beside those of the coordinates.
+    pub fn place(&self, pose: &BodyPose, y: &[f64], extra: &Six) -> (MarkerPlace, FrameMotion) {
+        let (displacement, turn) = self.displacement(y);
+        let (extra_displacement, extra_turn) = halves(extra);
+        let arm = self.position + displacement + extra_displacement;
+        let origin = pose.origin + pose.axes * arm;
+        if self.elasticity != Elasticity::PlaceAndAxes {
+            let place = MarkerPlace {
+                arm,
+                turn: Vector3::zeros(),
+                turn_jacobian: Matrix3::identity(),
+            };
+            return (place, FrameMotion::at_rest(origin, pose.axes * self.axes));
+        }
+        let turn = turn + extra_turn;
+        let place = MarkerPlace {
+            arm,
+            turn,
+            turn_jacobian: left_jacobian(&turn),
+        };
+        let turned = Rotation3::new(turn).into_inner() * self.axes;
+        (place, FrameMotion::at_rest(origin, pose.axes * turned))
+    }
+
+    /// Fills in velocity and spin.
+    pub fn add_velocity(
+        &self,
+        place: &MarkerPlace,
+        pose: &BodyPose,
+        rates: &BodyRates,
+        y_rates: &[f64],
+        motion: &mut FrameMotion,
+    ) {
+        let (displacement, turn) = self.displacement(y_rates);
+        motion.velocity = rates.linear + pose.axes * (rates.angular.cross(&place.arm) + displacement);
+        motion.spin = pose.axes * (rates.angular + place.turn_jacobian * turn);
+    }
+
+    /// Fills in the accelerations, all velocity products included.
+    pub fn add_acceleration(
+        &self,
+        place: &MarkerPlace,
+        pose: &BodyPose,
+        (rates, y_rates): (&BodyRates, &[f64]),
+        (accelerations, y_accelerations): (&BodyRates, &[f64]),
+        motion: &mut FrameMotion,
+    ) {
+        let (u_rate, turn_rate) = self.displacement(y_rates);
+        let (u_second, turn_second) = self.displacement(y_accelerations);
+        let (spin, spin_rate) = (rates.angular, accelerations.angular);
+        let arm = spin_rate.cross(&place.arm)
+            + spin.cross(&(spin.cross(&place.arm) + u_rate * 2.0))
+            + u_second;
+        motion.acceleration = accelerations.linear + pose.axes * arm;
+        let own = place.turn_jacobian * turn_rate;
+        let own_rate =
+            place.turn_jacobian * turn_second + left_jacobian_rate(&place.turn, &turn_rate);
+        motion.spin_rate = pose.axes * (spin_rate + own_rate + spin.cross(&own));
+    }
+
+    /// `(δp, δψ)` in body axes of a variation `(Aᵀ δR, δφ)` and δy.
+    pub fn twist(&self, place: &MarkerPlace, rigid: &Six, y: &[f64]) -> Six {
+        let (origin, turn) = halves(rigid);
+        let (displacement, own_turn) = self.displacement(y);
+        six(
+            &(origin + turn.cross(&place.arm) + displacement),
+            &(turn + place.turn_jacobian * own_turn),
+        )
+    }
+
+    /// Adds the generalised force of a wrench `(f, τ)` in body axes: rows `(Aᵀ F_R, F_φ)` and F_y, times `factor`.
+    pub fn add_force(
+        &self,
+        place: &MarkerPlace,
+        wrench: &Six,
+        factor: f64,
+        rigid: &mut Six,
+        elastic: &mut [f64],
+    ) {
+        let (force, torque) = halves(wrench);
+        *rigid += six(&force, &(place.arm.cross(&force) + torque)) * factor;
+        let n = elastic.len();
+        match self.elasticity {
+            Elasticity::Rigid => {}
+            Elasticity::Place => {
+                add_columns(elastic, &self.shapes[..3 * n], (force * factor).as_slice());
+            }
+            Elasticity::PlaceAndAxes => {
+                let own = six(&force, &place.turn_jacobian.tr_mul(&torque)) * factor;
+                add_columns(elastic, &self.shapes, own.as_slice());
+            }
+        }
+    }
+}
+
+/// Both halves in other axes.
+pub fn turned(axes: &Matrix3<f64>, six_in: &Six) -> Six {
+    let (first, second) = halves(six_in);
+    six(&(axes * first), &(axes * second))
+}
+
+/// Both halves from world axes to the axes given.
+pub fn turned_back(axes: &Matrix3<f64>, six_in: &Six) -> Six {
+    let (first, second) = halves(six_in);
+    six(&axes.tr_mul(&first), &axes.tr_mul(&second))
+}
+
+/// Two threes as one six.
+pub fn six(first: &Vector3<f64>, second: &Vector3<f64>) -> Six {
+    Six::new(first.x, first.y, first.z, second.x, second.y, second.z)
+}
+
+/// One six as two threes.
+pub fn halves(six: &Six) -> (Vector3<f64>, Vector3<f64>) {
+    (
+        Vector3::new(six[0], six[1], six[2]),
+        Vector3::new(six[3], six[4], six[5]),
+    )
+}
