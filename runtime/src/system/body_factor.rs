@@ -17,6 +17,15 @@ use super::marker::{Marker, MarkerPlace};
 use crate::kernel::{add_columns, add_products};
 use crate::motion::Six;
 
+/// Whether the coordinates y move in a solve.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Elastic {
+    /// They do.
+    Moving,
+    /// They stay: the bodies are rigid in this solve.
+    Frozen,
+}
+
 /// The blocks of a body's iteration matrix, (rigid, y) in body axes.
 #[derive(Clone, Debug, PartialEq)]
 pub struct BodyMatrix {
@@ -79,10 +88,13 @@ impl BodyFactor {
     }
 
     /// Eliminates the body. Returns whether its matrix is regular; if not, the factor can't be used.
-    pub fn factor(&mut self, matrix: &BodyMatrix) -> bool {
+    pub fn factor(&mut self, matrix: &BodyMatrix, elastic: Elastic) -> bool {
         let n = matrix.elastic.len();
         for (inverse, d) in self.elastic_inverse.iter_mut().zip(&matrix.elastic) {
-            *inverse = 1.0 / d;
+            *inverse = match elastic {
+                Elastic::Moving => 1.0 / d,
+                Elastic::Frozen => 0.0,
+            };
         }
         self.rigid_elastic.copy_from_slice(&matrix.rigid_elastic);
         for (x, (entry, inverse)) in self.elastic_rigid.iter_mut().zip(

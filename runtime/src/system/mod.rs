@@ -1,4 +1,252 @@
-//! Mechanisms of bodies.
+//! A mechanism, ready to move: bodies in floating frames, joined by rows.
+//!
+//! Every coupling is a *row*: a scalar measure e of two markers that is either held at a value (a constraint, from a joint or a
+//! drive) or answered by a force (a spring). A row has one unknown, the force λ conjugate to e, whichever it is:
+//!
+//! ```text
+//! constraint   e(q) - f(t) = 0                 f constant or a drive
+//! spring       λ + law(e, e') = 0
+//! bodies       inertia + elastic + damping = applied + Bᵀ λ,     B = ∂e/∂q
+//! ```
+//! so that a stiff spring is as well conditioned as a constraint, and bodies meet in rows only. [`System`] never changes
+//! during a run; [`State`] is the motion; [`evaluation::Evaluation`] is scratch.
+
 pub mod body_factor;
+pub mod condensed;
+pub mod evaluation;
 pub mod joint_system;
+pub mod linearization;
 pub mod marker;
+pub mod state;
+
+use std::ops::Range;
+use std::sync::Arc;
+
+use dcb_formats::mesh::Dimension;
+use nalgebra::Vector3;
+
+use crate::body::FlexibleBody;
+use crate::frame::{BodyAcceleration, BodyState};
+use crate::function::{FunctionValue, TimeFunction};
+use crate::law::Law;
+use crate::measure::Measure;
+use crate::motion::{FrameMotion, Six};
+use marker::{BodyPose, Marker, six};
+pub use state::State;
+use state::rates;
+
+/// One body of a mechanism.
+#[derive(Clone, Debug)]
+pub struct Body {
+    /// Name in the scene.
+    pub name: String,
+    /// Its description; shared by the bodies made of the same superelement.
+    pub flexible: Arc<FlexibleBody>,
+    /// Its coordinates among those of all bodies.
+    pub coordinates: Range<usize>,
+    /// Its velocities among those of all bodies: V (world axes), ω (body axes), y'.
+    pub velocities: Range<usize>,
+    /// Its markers.
+    pub markers: Vec<usize>,
+    /// A length that turns rotations into displacements: the largest radius of gyration, or the reach of its markers.
+    pub length: f64,
+}
+
+/// A measure of two markers, weighted; a row adds up its terms.
+#[derive(Clone, Debug)]
+pub struct Term {
+    /// Weight.
+    pub weight: f64,
+    /// First marker.
+    pub a: usize,
+    /// Second marker.
+    pub b: usize,
+    /// What is measured.
+    pub measure: Measure,
+    /// Where an angle's last value is kept, so that it goes on past half a turn.
+    pub angle: Option<usize>,
+}
+
+/// What a row's measure must do.
+#[derive(Clone, Debug)]
+pub enum Demand {
+    /// Stay at a value.
+    Hold(f64),
+    /// Follow a function of time, by its index.
+    Follow(usize),
+    /// Be answered by a force.
+    Answer(Law),
+}
+
+/// One scalar coupling.
+#[derive(Clone, Debug)]
+pub struct Row {
+    /// The connection that it belongs to.
+    pub connection: usize,
+    /// What is measured: one term, or two for a gear.
+    pub terms: Range<usize>,
+    /// What it must do.
+    pub demand: Demand,
+}
+
+/// What kind of thing a connection is, for reports.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum ConnectionKind {
+    /// A joint.
+    Joint,
+    /// A drive.
+    Drive,
+    /// A spring, torsion spring or bushing.
+    Spring,
+}
+
+/// Rows under one name.
+#[derive(Clone, Debug)]
+pub struct Connection {
+    /// Name in the scene.
+    pub name: String,
+    /// What it is.
+    pub kind: ConnectionKind,
+    /// First marker.
+    pub a: usize,
+    /// Second marker.
+    pub b: usize,
+    /// Its rows.
+    pub rows: Range<usize>,
+}
+
+/// In which axes the components of a load are given.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum LoadAxes {
+    /// World.
+    World,
+    /// The marker's own, turning with it.
+    Follower,
+}
+
+/// A force and a torque on a marker.
+#[derive(Clone, Debug)]
+pub struct Load {
+    /// Name in the scene.
+    pub name: String,
+    /// Where.
+    pub marker: usize,
+    /// In which axes.
+    pub axes: LoadAxes,
+    /// Functions of time of the three components of the force, by index; `None` is zero.
+    pub force: [Option<usize>; 3],
+    /// The same of the torque.
+    pub torque: [Option<usize>; 3],
+}
+
+/// A function of time, and the input it listens to if it does.
+#[derive(Clone, Debug)]
+pub struct Signal {
+    /// The function.
+    pub function: TimeFunction,
+    /// Index among the inputs, for functions that are set from outside.
+    pub input: Option<usize>,
+}
+
+/// A mechanism. Never changes during a run.
+#[derive(Clone, Debug)]
+pub struct System {
+    /// Planar or spatial.
+    pub dimension: Dimension,
+    /// Acceleration of free fall, world axes.
+    pub gravity: Vector3<f64>,
+    /// Bodies.
+    pub bodies: Vec<Body>,
+    /// Frames on bodies and on the ground.
+    pub markers: Vec<Marker>,
+    /// Terms of the rows.
+    pub terms: Vec<Term>,
+    /// Rows, connection by connection.
+    pub rows: Vec<Row>,
+    /// Joints, drives and springs.
+    pub connections: Vec<Connection>,
+    /// Loads.
+    pub loads: Vec<Load>,
+    /// Functions of time.
+    pub signals: Vec<Signal>,
+    /// Names of the inputs and their values at the start.
+    pub inputs: Vec<(String, f64)>,
+    /// Number of angles whose turns are counted.
+    pub angle_count: usize,
+    /// Whether any row's force depends on velocities.
+    pub is_damped: bool,
+}
+
+impl System {
+    /// Number of y of all bodies.
+    pub fn coordinate_count(&self) -> usize {
+        self.bodies.last().map_or(0, |body| body.coordinates.end)
+    }
+
+    /// Length of velocity arrays: six and the number of coordinates for each body.
+    pub fn velocity_count(&self) -> usize {
+        self.bodies.last().map_or(0, |body| body.velocities.end)
+    }
+
+    /// Number of degrees of freedom before constraints: 3 + n or 6 + n for each body.
+    pub fn freedom_count(&self) -> usize {
+        let rigid = match self.dimension {
+            Dimension::Planar => 3,
+            Dimension::Spatial => 6,
+        };
+        self.bodies.len() * rigid + self.coordinate_count()
+    }
+
+    /// Which of a body's rigid motions the scene has: three translations, three rotations.
+    pub fn free_motions(&self) -> [bool; 6] {
+        match self.dimension {
+            Dimension::Planar => [true, true, false, false, false, true],
+            Dimension::Spatial => [true; 6],
+        }
+    }
+
+    /// The value of a signal at the state's time.
+    pub fn signal(&self, index: usize, state: &State) -> FunctionValue {
+        let signal = &self.signals[index];
+        let input = signal.input.map_or(0.0, |input| state.inputs[input]);
+        signal.function.evaluate(state.time, input)
+    }
+
+    /// Force and torque of a load in world axes.
+    pub fn load(&self, load: &Load, state: &State, motion: &FrameMotion) -> Six {
+        let part = |components: &[Option<usize>; 3]| {
+            let own = Vector3::from_fn(|i, _| {
+                components[i].map_or(0.0, |signal| self.signal(signal, state).value)
+            });
+            match load.axes {
+                LoadAxes::World => own,
+                LoadAxes::Follower => motion.axes * own,
+            }
+        };
+        six(&part(&load.force), &part(&load.torque))
+    }
+
+    /// What a body's inertia forces depend on, in its own axes.
+    pub fn body_motion<'a>(
+        &self,
+        state: &'a State,
+        pose: &BodyPose,
+        index: usize,
+    ) -> (BodyState<'a>, BodyAcceleration<'a>) {
+        let body = &self.bodies[index];
+        let velocities = &state.velocities[body.velocities.clone()];
+        let accelerations = &state.accelerations[body.velocities.clone()];
+        let at = BodyState {
+            y: &state.coordinates[body.coordinates.clone()],
+            rates: &velocities[6..],
+            spin: rates(velocities).angular,
+        };
+        let changing = rates(accelerations);
+        let acceleration = BodyAcceleration {
+            origin: pose.axes.tr_mul(&(changing.linear - self.gravity)),
+            spin_rate: changing.angular,
+            second_rates: &accelerations[6..],
+        };
+        (at, acceleration)
+    }
+}

@@ -1,0 +1,148 @@
+//! The energy of a mechanism and what went in and out of it.
+//!
+//! ```text
+//! defect = kinetic + strain + gravity + springs - (the same at the start) - drives - loads + dissipated
+//! ```
+//! Works are summed by the trapezoidal rule over accepted steps, so a defect of second order in the step is the integrator's.
+
+use nalgebra::Vector3;
+
+use crate::system::evaluation::Evaluation;
+use crate::system::marker::six;
+use crate::system::{Demand, State, System};
+
+/// Work done since the start, and the power it goes on with.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Works {
+    /// By the drives.
+    pub drives: f64,
+    /// By the applied forces and torques, gravity not among them.
+    pub loads: f64,
+    /// Turned into heat by modal damping and dampers.
+    pub dissipated: f64,
+    powers: [f64; 3],
+}
+
+impl Works {
+    /// At the start of a run.
+    pub fn at_start(system: &System, state: &State, evaluation: &Evaluation) -> Self {
+        Self {
+            powers: powers(system, state, evaluation),
+            ..Self::default()
+        }
+    }
+
+    /// Adds the work of a step that ended with `state`.
+    pub fn advance(&mut self, system: &System, state: &State, evaluation: &Evaluation, step: f64) {
+        let now = powers(system, state, evaluation);
+        let works = [&mut self.drives, &mut self.loads, &mut self.dissipated];
+        for ((work, before), after) in works.into_iter().zip(self.powers).zip(now) {
+            *work += 0.5 * step * (before + after);
+        }
+        self.powers = now;
+    }
+}
+
+/// Power of drives, of loads and of dissipation.
+fn powers(system: &System, state: &State, evaluation: &Evaluation) -> [f64; 3] {
+    let (mut drives, mut loads, mut dissipated) = (0.0, 0.0, 0.0);
+    for (index, row) in system.rows.iter().enumerate() {
+        match &row.demand {
+            Demand::Hold(_) => {}
+            Demand::Follow(signal) => {
+                drives += state.forces[index] * system.signal(*signal, state).rate;
+            }
+            Demand::Answer(law) => dissipated += law.dissipation(evaluation.value_rates[index]),
+        }
+    }
+    for load in &system.loads {
+        let marker = &system.markers[load.marker];
+        if let Some(body) = marker.body {
+            let mut motion = evaluation.motions[load.marker];
+            let (rigid, rates) = state.body_rates(system, body);
+            marker.add_velocity(
+                &evaluation.places[load.marker],
+                &evaluation.poses[body],
+                &rigid,
+                rates,
+                &mut motion,
+            );
+            let wrench = system.load(load, state, &motion);
+            loads += wrench.dot(&six(&motion.velocity, &motion.spin));
+        }
+    }
+    for body in &system.bodies {
+        let rates = &state.velocities[body.velocities.clone()][6..];
+        let flexible = &body.flexible;
+        for ((rate, stiffness), damping) in
+            rates.iter().zip(&flexible.stiffness).zip(&flexible.damping)
+        {
+            dissipated += 2.0 * damping * stiffness.sqrt() * rate * rate;
+        }
+    }
+    [drives, loads, dissipated]
+}
+
+/// The energy at one state.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Energy {
+    /// Kinetic.
+    pub kinetic: f64,
+    /// Of the bodies' deflection.
+    pub strain: f64,
+    /// Of gravity, zero at the world's origin.
+    pub gravity: f64,
+    /// Of springs and bushings.
+    pub springs: f64,
+}
+
+impl Energy {
+    /// At a state whose evaluation is up to date.
+    pub fn at(system: &System, state: &State, evaluation: &mut Evaluation) -> Self {
+        let mut energy = Self::default();
+        for (index, body) in system.bodies.iter().enumerate() {
+            let (rigid, rates) = state.body_rates(system, index);
+            let pose = &evaluation.poses[index];
+            let y = &state.coordinates[body.coordinates.clone()];
+            let terms = &mut evaluation.inertia[index];
+            let inertia = &body.flexible.inertia;
+            inertia.evaluate(y, &rigid.angular, rates, terms);
+            let velocity = pose.axes.tr_mul(&rigid.linear);
+            energy.kinetic +=
+                terms.kinetic_energy(inertia.mass(), &velocity, &rigid.angular, rates);
+            energy.strain += body.flexible.strain_energy(y);
+            let moment = pose.origin * inertia.mass() + pose.axes * terms.first_moment();
+            energy.gravity -= system.gravity.dot(&moment);
+        }
+        for (index, row) in system.rows.iter().enumerate() {
+            if let Demand::Answer(law) = &row.demand {
+                energy.springs += law.potential(evaluation.values[index]);
+            }
+        }
+        energy
+    }
+
+    /// All of it.
+    pub fn total(&self) -> f64 {
+        self.kinetic + self.strain + self.gravity + self.springs
+    }
+}
+
+/// Linear momentum, and angular momentum about the world's origin.
+pub fn momentum(system: &System, state: &State, evaluation: &mut Evaluation) -> (Vector3<f64>, Vector3<f64>) {
+    let (mut linear, mut angular) = (Vector3::zeros(), Vector3::zeros());
+    for (index, body) in system.bodies.iter().enumerate() {
+        let (rigid, rates) = state.body_rates(system, index);
+        let pose = &evaluation.poses[index];
+        let y = &state.coordinates[body.coordinates.clone()];
+        let terms = &mut evaluation.inertia[index];
+        let inertia = &body.flexible.inertia;
+        inertia.evaluate(y, &rigid.angular, rates, terms);
+        let velocity = pose.axes.tr_mul(&rigid.linear);
+        let (p, l) = terms.momenta(inertia.mass(), &velocity, &rigid.angular);
+        let p = pose.axes * p;
+        linear += p;
+        angular += pose.origin.cross(&p) + pose.axes * l;
+    }
+    (linear, angular)
+}

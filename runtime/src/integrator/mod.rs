@@ -1,0 +1,4 @@
+//! Time integration.
+
+pub mod newton;
+pub mod scheme;

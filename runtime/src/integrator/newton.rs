@@ -1,0 +1,379 @@
+//! One step: predict, then correct until what is left is below the tolerance.
+
+use nalgebra::{UnitQuaternion, Vector3};
+
+use super::scheme::Scheme;
+use crate::error::Error;
+use crate::rotation::right_jacobian_inverse;
+use crate::system::body_factor::Elastic;
+use crate::system::condensed::{Blend, Condensed};
+use crate::system::evaluation::Evaluation;
+use crate::system::{Demand, State, System};
+
+/// At which level constraints are met.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Formulation {
+    /// Positions only.
+    #[default]
+    Index3,
+    /// Positions and velocities: Gear, Gupta and Leimkuhler's stabilized index 2. Velocities meet the constraints by λ, positions by a
+    /// second set of multipliers that vanishes with the step.
+    StabilizedIndex2,
+}
+
+/// When an iteration is good enough.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Tolerance {
+    /// Error of the accelerations that a step may leave, relative to their size in the run.
+    pub relative: f64,
+    /// Iterations after which a step has failed.
+    pub max_iterations: usize,
+}
+
+/// How steps are made.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Method {
+    /// The member of the family.
+    pub scheme: Scheme,
+    /// The level of the constraints.
+    pub formulation: Formulation,
+    /// When a step is good enough.
+    pub tolerance: Tolerance,
+}
+
+/// What a step took.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Effort {
+    /// Newton iterations.
+    pub iterations: usize,
+    /// Factorizations of the iteration matrix.
+    pub factorizations: usize,
+}
+
+/// The solver of steps: trial state, factor and what it remembers of earlier steps.
+pub struct Corrector {
+    /// The state at the end of the step.
+    pub trial: State,
+    /// The equations at the trial state.
+    pub evaluation: Evaluation,
+    /// The iteration matrix.
+    pub condensed: Condensed,
+    /// δq of the accelerations' change, where positions have one of their own beside.
+    moving: Vec<f64>,
+    zeros: Vec<f64>,
+    changes: Vec<f64>,
+    force_changes: Vec<f64>,
+    force_step: Vec<f64>,
+    /// Δφ of each body since the start of the step.
+    turns: Vec<Vector3<f64>>,
+    /// The step that the factor was made for; `None` without a factor.
+    factored_step: Option<f64>,
+    /// How much of the error an iteration with the present factor leaves.
+    contraction: f64,
+    /// Size of the accelerations in the run so far: length/time², by bodies' lengths.
+    acceleration_scale: f64,
+}
+
+/// An iteration that leaves more than this of the error asks for a new factor.
+const SLOW: f64 = 0.05;
+/// Corrections below this many units in the last place of the positions are rounding.
+const ROUNDING: f64 = 16.0 * f64::EPSILON;
+
+impl Corrector {
+    /// For a system, starting anywhere.
+    ///
+    /// # Errors
+    /// [`Error::OutOfMemory`].
+    pub fn of(system: &System) -> Result<Self, Error> {
+        Ok(Self {
+            trial: State::at_rest(system),
+            evaluation: Evaluation::of(system),
+            condensed: Condensed::of(system)?,
+            moving: vec![0.0; system.velocity_count()],
+            zeros: vec![0.0; system.velocity_count()],
+            changes: vec![0.0; system.rows.len()],
+            force_changes: vec![0.0; system.rows.len()],
+            force_step: vec![0.0; system.rows.len()],
+            turns: vec![Vector3::zeros(); system.bodies.len()],
+            factored_step: None,
+            contraction: 1.0,
+            acceleration_scale: 0.0,
+        })
+    }
+
+    /// Forgets the factor, so that what follows depends on the state alone.
+    pub fn forget(&mut self) {
+        self.factored_step = None;
+        self.contraction = 1.0;
+        self.acceleration_scale = 0.0;
+    }
+
+    /// Advances `start` by `step` into `trial`.
+    ///
+    /// # Errors
+    /// [`Error::NotConverged`], [`Error::NotFinite`], and those of [`Condensed::factor`].
+    pub fn step(
+        &mut self,
+        system: &System,
+        method: &Method,
+        start: &State,
+        step: f64,
+    ) -> Result<Effort, Error> {
+        let (scheme, tolerance) = (&method.scheme, &method.tolerance);
+        self.predict(system, scheme, start, step);
+        let scale = self.rescale(system, start);
+        let mut effort = Effort::default();
+        let mut last = f64::INFINITY;
+        let allowed = tolerance.relative * scheme.beta * step * step * scale;
+        let mut fresh = false;
+        loop {
+            self.evaluate(system, method.formulation);
+            if effort.iterations > 0 && !fresh && self.contraction > SLOW
+                || self.factored_step != Some(step)
+            {
+                self.factor(system, scheme, step)?;
+                effort.factorizations += 1;
+                fresh = true;
+            }
+            self.solve(system, method, step);
+            let correction = self.apply(system, scheme, start, step);
+            effort.iterations += 1;
+            if !correction.is_finite() {
+                return Err(Error::NotFinite {
+                    time: self.trial.time,
+                    body: self.worst_body(system),
+                });
+            }
+            if effort.iterations > 1 && last > 0.0 {
+                self.contraction = (correction / last).max(0.2 * self.contraction);
+            }
+            let floor = ROUNDING * self.reach(system);
+            let left = correction * (self.contraction / (1.0 - self.contraction).max(0.05));
+            if left.min(correction) <= allowed.max(floor) && self.contraction < 0.9
+                || correction <= floor
+                || (correction > 0.5 * last && correction < 100.0 * floor)
+            {
+                return Ok(effort);
+            }
+            if effort.iterations >= tolerance.max_iterations {
+                self.factored_step = None;
+                return Err(Error::NotConverged {
+                    time: self.trial.time,
+                    iterations: effort.iterations,
+                    residual: correction,
+                    tolerance: allowed.max(floor),
+                    worst: self.worst_body(system),
+                });
+            }
+            last = correction;
+        }
+    }
+
+    /// The trial state at the end of the step, as far as the start tells it.
+    fn predict(&mut self, system: &System, scheme: &Scheme, start: &State, step: f64) {
+        let trial = &mut self.trial;
+        trial.time = start.time + step;
+        trial.angles.copy_from_slice(&start.angles);
+        trial.inputs.copy_from_slice(&start.inputs);
+        let ahead = if start.earlier_step > 0.0 {
+            step / start.earlier_step
+        } else {
+            0.0
+        };
+        let carried = |now: f64, before: f64| now + ahead * (now - before);
+        for (i, acceleration) in trial.accelerations.iter_mut().enumerate() {
+            let (a, before) = (start.algorithmic[i], start.accelerations[i]);
+            *acceleration = carried(before, start.earlier_accelerations[i]);
+            let after = scheme.algorithmic(a, before, *acceleration);
+            trial.algorithmic[i] = after;
+            trial.velocities[i] = scheme.velocity(step, start.velocities[i], a, after);
+        }
+        for (i, force) in trial.forces.iter_mut().enumerate() {
+            *force = carried(start.forces[i], start.earlier_forces[i]);
+        }
+        for (index, body) in system.bodies.iter().enumerate() {
+            let first = body.velocities.start;
+            let increment = |i: usize| {
+                let i = first + i;
+                let (a, after) = (start.algorithmic[i], trial.algorithmic[i]);
+                scheme.increment(step, start.velocities[i], a, after)
+            };
+            let three = |i: usize| Vector3::new(increment(i), increment(i + 1), increment(i + 2));
+            trial.origins[index] = start.origins[index] + three(0);
+            self.turns[index] = three(3);
+            trial.orientations[index] =
+                start.orientations[index] * UnitQuaternion::new(self.turns[index]);
+            for (k, y) in trial.coordinates[body.coordinates.clone()].iter_mut().enumerate() {
+                *y = start.coordinates[body.coordinates.start + k] + increment(6 + k);
+            }
+        }
+    }
+
+    fn evaluate(&mut self, system: &System, formulation: Formulation) {
+        self.evaluation.place(system, &self.trial);
+        if system.is_damped || formulation == Formulation::StabilizedIndex2 {
+            self.evaluation.add_velocities(system, &self.trial);
+        }
+        self.evaluation.measure(system, &self.trial);
+        self.evaluation.load(system, &self.trial);
+        self.evaluation.resist(system, &self.trial);
+    }
+
+    /// δq in `condensed.step`, the part of it that comes from accelerations in `moving`.
+    fn solve(&mut self, system: &System, method: &Method, step: f64) {
+        let (state, evaluation) = (&self.trial, &self.evaluation);
+        self.condensed
+            .demand(system, state, evaluation, &mut self.changes);
+        match method.formulation {
+            Formulation::Index3 => {
+                let residual = &evaluation.residual;
+                self.condensed
+                    .solve(system, evaluation, &self.changes, residual);
+                self.moving.copy_from_slice(&self.condensed.step);
+            }
+            Formulation::StabilizedIndex2 => {
+                let to_position = 1.0 / method.scheme.velocity_slope(step);
+                let mut of_velocity = std::mem::take(&mut self.force_changes);
+                of_velocity.copy_from_slice(&self.changes);
+                for (index, change) in of_velocity.iter_mut().enumerate() {
+                    if let Some(defect) = evaluation.velocity_defect(system, state, index) {
+                        *change = -to_position * defect;
+                    }
+                }
+                let residual = &evaluation.residual;
+                self.condensed
+                    .solve(system, evaluation, &of_velocity, residual);
+                self.moving.copy_from_slice(&self.condensed.step);
+                self.force_step.copy_from_slice(&self.condensed.force_step);
+                // What positions lack after that, in the metric of the iteration matrix.
+                for (index, row) in system.rows.iter().enumerate() {
+                    self.changes[index] = match &row.demand {
+                        Demand::Answer(_) => 0.0,
+                        _ => self.changes[index] - of_velocity[index],
+                    };
+                }
+                self.force_changes = of_velocity;
+                self.condensed
+                    .solve(system, evaluation, &self.changes, &self.zeros);
+                self.condensed.force_step.copy_from_slice(&self.force_step);
+                for (total, moving) in self.condensed.step.iter_mut().zip(&self.moving) {
+                    *total += moving;
+                }
+            }
+        }
+    }
+
+    fn factor(&mut self, system: &System, scheme: &Scheme, step: f64) -> Result<(), Error> {
+        let blend = Blend {
+            mass: scheme.acceleration_slope(step),
+            damping: scheme.velocity_slope(step),
+            stiffness: 1.0,
+            elastic: Elastic::Moving,
+        };
+        self.condensed.factor(
+            system,
+            &self.trial,
+            &self.evaluation,
+            &blend,
+            Some(&self.turns),
+        )?;
+        self.factored_step = Some(step);
+        self.contraction = SLOW;
+        Ok(())
+    }
+
+    /// Adds the correction to the trial state; its size, as a length.
+    fn apply(&mut self, system: &System, scheme: &Scheme, start: &State, step: f64) -> f64 {
+        let (beta, gamma) = (scheme.acceleration_slope(step), scheme.velocity_slope(step));
+        let to_algorithmic = 1.0 / (scheme.beta * step * step);
+        let trial = &mut self.trial;
+        let mut largest: f64 = 0.0;
+        for (index, body) in system.bodies.iter().enumerate() {
+            let first = body.velocities.start;
+            let correction = &self.condensed.step[body.velocities.clone()];
+            let moving = &self.moving[body.velocities.clone()];
+            let axes = &self.evaluation.poses[index].axes;
+            let follow = right_jacobian_inverse(&self.turns[index]);
+            let (shift, turn) = (three(correction, 0), three(correction, 3));
+            trial.origins[index] += axes * shift;
+            self.turns[index] += follow * turn;
+            trial.orientations[index] =
+                start.orientations[index] * UnitQuaternion::new(self.turns[index]);
+            let mut deflection = 0.0;
+            let coordinates = &mut trial.coordinates[body.coordinates.clone()];
+            for (y, change) in coordinates.iter_mut().zip(&correction[6..]) {
+                *y += change;
+                deflection += change * change;
+            }
+            let (linear, angular) = (axes * three(moving, 0), follow * three(moving, 3));
+            for (k, change) in moving.iter().enumerate() {
+                let change = match k {
+                    0..3 => linear[k],
+                    3..6 => angular[k - 3],
+                    _ => *change,
+                };
+                trial.accelerations[first + k] += beta * change;
+                trial.velocities[first + k] += gamma * change;
+                trial.algorithmic[first + k] += to_algorithmic * change;
+            }
+            let deflection = (deflection / body.flexible.inertia.mass()).sqrt();
+            let size = shift.norm() + body.length * turn.norm() + deflection;
+            // `max` would drop a NaN.
+            largest = if size > largest || size.is_nan() {
+                size
+            } else {
+                largest
+            };
+        }
+        for (force, change) in trial.forces.iter_mut().zip(&self.condensed.force_step) {
+            *force += change;
+        }
+        largest
+    }
+
+    /// The size of accelerations that corrections are compared with.
+    fn rescale(&mut self, system: &System, start: &State) -> f64 {
+        let mut scale = system.gravity.norm();
+        for body in &system.bodies {
+            let a = &start.accelerations[body.velocities.clone()];
+            let v = &start.velocities[body.velocities.clone()];
+            let norm = |x: &[f64]| x.iter().map(|x| x * x).sum::<f64>().sqrt();
+            let size = norm(&a[..3])
+                + body.length * (norm(&a[3..6]) + norm(&v[3..6]).powi(2))
+                + norm(&a[6..]) / body.flexible.inertia.mass().sqrt();
+            scale = scale.max(size);
+        }
+        self.acceleration_scale = scale.max(0.999 * self.acceleration_scale);
+        self.acceleration_scale
+    }
+
+    /// How far from the world's origin positions are, for their rounding.
+    fn reach(&self, system: &System) -> f64 {
+        system
+            .bodies
+            .iter()
+            .zip(&self.trial.origins)
+            .fold(0.0, |most: f64, (body, origin)| {
+                most.max(origin.amax() + body.length)
+            })
+    }
+
+    /// The body with the largest correction.
+    fn worst_body(&self, system: &System) -> String {
+        let size = |body: &crate::system::Body| {
+            self.condensed.step[body.velocities.clone()]
+                .iter()
+                .map(|x| x.abs())
+                .fold(0.0, |most: f64, x| if x.is_nan() { f64::INFINITY } else { most.max(x) })
+        };
+        system
+            .bodies
+            .iter()
+            .max_by(|a, b| size(a).total_cmp(&size(b)))
+            .map_or_else(String::new, |body| body.name.clone())
+    }
+}
+
+fn three(values: &[f64], first: usize) -> Vector3<f64> {
+    Vector3::from_column_slice(&values[first..first + 3])
+}

@@ -1,0 +1,175 @@
+//! A run: the system, its state, and what advances it.
+
+use crate::energy::{Energy, Works};
+use crate::error::Error;
+use crate::initial::{InitialReport, REGULARIZATION, Redundancy, Starter};
+use crate::integrator::newton::{Corrector, Effort, Method};
+use crate::system::evaluation::Evaluation;
+use crate::system::{State, System};
+
+/// A state and all that its continuation depends on; restoring it continues to the last bit.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Snapshot {
+    state: State,
+    works: Works,
+}
+
+/// A mechanism in motion.
+pub struct Simulation {
+    system: System,
+    method: Method,
+    state: State,
+    corrector: Corrector,
+    works: Works,
+    reference_energy: f64,
+    /// Effort so far.
+    effort: Effort,
+    steps: usize,
+}
+
+impl Simulation {
+    /// Makes the start consistent.
+    ///
+    /// # Errors
+    /// Those of [`Starter::start`].
+    pub fn start(
+        system: System,
+        mut state: State,
+        method: Method,
+        redundancy: Redundancy,
+    ) -> Result<(Self, InitialReport), Error> {
+        let report = Starter::of(&system)?.start(&mut state, redundancy)?;
+        let mut corrector = Corrector::of(&system)?;
+        if !report.redundant.is_empty() {
+            corrector.condensed.regularization = REGULARIZATION;
+        }
+        let mut simulation = Self {
+            method,
+            corrector,
+            works: Works::default(),
+            reference_energy: 0.0,
+            effort: Effort::default(),
+            steps: 0,
+            state,
+            system,
+        };
+        simulation.refresh();
+        let evaluation = &mut simulation.corrector.evaluation;
+        simulation.works = Works::at_start(&simulation.system, &simulation.state, evaluation);
+        simulation.reference_energy =
+            Energy::at(&simulation.system, &simulation.state, evaluation).total();
+        Ok((simulation, report))
+    }
+
+    /// One step.
+    ///
+    /// # Errors
+    /// Those of [`Corrector::step`]; the state stays where it was.
+    pub fn step(&mut self, step: f64) -> Result<Effort, Error> {
+        let effort = self.corrector.step(
+            &self.system,
+            &self.method,
+            &self.state,
+            step,
+        )?;
+        let trial = &mut self.corrector.trial;
+        trial
+            .earlier_accelerations
+            .copy_from_slice(&self.state.accelerations);
+        trial.earlier_forces.copy_from_slice(&self.state.forces);
+        trial.earlier_step = step;
+        count_turns(&self.system, &self.corrector.evaluation, trial);
+        std::mem::swap(&mut self.state, trial);
+        self.works
+            .advance(&self.system, &self.state, &self.corrector.evaluation, step);
+        self.effort.iterations += effort.iterations;
+        self.effort.factorizations += effort.factorizations;
+        self.steps += 1;
+        Ok(effort)
+    }
+
+    /// The motion now.
+    pub fn state(&self) -> &State {
+        &self.state
+    }
+
+    /// The mechanism.
+    pub fn system(&self) -> &System {
+        &self.system
+    }
+
+    /// Steps so far, and what they took.
+    pub fn effort(&self) -> (usize, Effort) {
+        (self.steps, self.effort)
+    }
+
+    /// Evaluates frames, velocities, accelerations and forces at the state.
+    pub fn refresh(&mut self) -> &mut Evaluation {
+        let evaluation = &mut self.corrector.evaluation;
+        evaluation.place(&self.system, &self.state);
+        evaluation.add_velocities(&self.system, &self.state);
+        evaluation.add_accelerations(&self.system, &self.state);
+        evaluation.measure(&self.system, &self.state);
+        evaluation.load(&self.system, &self.state);
+        evaluation.resist(&self.system, &self.state);
+        evaluation
+    }
+
+    /// Energy, works, and the balance's defect, after `refresh`.
+    pub fn energy(&mut self) -> (Energy, Works, f64) {
+        let evaluation = &mut self.corrector.evaluation;
+        let energy = Energy::at(&self.system, &self.state, evaluation);
+        let works = self.works;
+        let defect = energy.total() - self.reference_energy - works.drives - works.loads
+            + works.dissipated;
+        (energy, works, defect)
+    }
+
+    /// Sets an input from now on.
+    ///
+    /// # Errors
+    /// [`Error::UnknownInput`].
+    pub fn set_input(&mut self, name: &str, value: f64) -> Result<(), Error> {
+        let found = self.system.inputs.iter().position(|(input, _)| input == name);
+        match found {
+            Some(index) => {
+                self.state.inputs[index] = value;
+                Ok(())
+            }
+            None => Err(Error::UnknownInput {
+                name: name.to_owned(),
+                known: self.system.inputs.iter().map(|(name, _)| name.clone()).collect(),
+            }),
+        }
+    }
+
+    /// The state with all that its continuation depends on. Both runs, this one and a restored one, go on from here alike to
+    /// the last bit.
+    pub fn save(&mut self) -> Snapshot {
+        self.corrector.forget();
+        Snapshot {
+            state: self.state.clone(),
+            works: self.works,
+        }
+    }
+
+    /// Goes back, or on, to a saved state of the same system.
+    pub fn restore(&mut self, snapshot: &Snapshot) {
+        self.corrector.forget();
+        self.state.copy_from(&snapshot.state);
+        self.works = snapshot.works;
+    }
+}
+
+/// Counts angles on past half a turn.
+fn count_turns(system: &System, evaluation: &Evaluation, state: &mut State) {
+    for term in &system.terms {
+        if let Some(angle) = term.angle {
+            let value = term
+                .measure
+                .value(&evaluation.motions[term.a], &evaluation.motions[term.b]);
+            state.angles[angle] =
+                crate::system::evaluation::unwound(value, Some(angle), &state.angles);
+        }
+    }
+}

@@ -1,0 +1,258 @@
+//! Everything that the equations need at one state: frames, measures, forces. Made once; every call overwrites.
+
+use nalgebra::Vector3;
+
+use super::marker::{BodyPose, MarkerPlace, six, turned_back};
+use super::{Demand, State, System, Term};
+use crate::frame::{InertiaForces, InertiaTerms};
+use crate::measure::Gradient;
+use crate::motion::{FrameMotion, Six};
+
+/// Scratch of one system.
+#[derive(Clone, Debug)]
+pub struct Evaluation {
+    /// Body frames.
+    pub poses: Vec<BodyPose>,
+    /// Markers on their bodies.
+    pub places: Vec<MarkerPlace>,
+    /// Markers in the world; velocities and accelerations only where they were asked for.
+    pub motions: Vec<FrameMotion>,
+    /// Displacement and turn of each marker beside those of the coordinates, body axes.
+    pub extras: Vec<Six>,
+    /// Force and torque at each marker from rows and loads, acting on its body, world axes.
+    pub wrenches: Vec<Six>,
+    /// Gradient of each term, times its weight.
+    pub gradients: Vec<Gradient>,
+    /// Measure of each row.
+    pub values: Vec<f64>,
+    /// Rate of each row's measure, for rows with dampers.
+    pub value_rates: Vec<f64>,
+    /// What each row's demand leaves: e - f of a constraint, the spring's force of a spring.
+    pub answers: Vec<f64>,
+    /// Inertia of each body.
+    pub inertia: Vec<InertiaTerms>,
+    /// Inertia forces of each body.
+    pub inertia_forces: Vec<InertiaForces>,
+    /// Inertia + elastic + damping - applied, laid out as velocities; the rigid rows of a body in body axes.
+    pub residual: Vec<f64>,
+}
+
+impl Evaluation {
+    /// Room for a system.
+    pub fn of(system: &System) -> Self {
+        let zero = FrameMotion::at_rest(Vector3::zeros(), nalgebra::Matrix3::identity());
+        let markers = system.markers.len();
+        let mut evaluation = Self {
+            poses: vec![
+                BodyPose {
+                    origin: zero.position,
+                    axes: zero.axes
+                };
+                system.bodies.len()
+            ],
+            places: vec![
+                MarkerPlace {
+                    arm: zero.position,
+                    turn: zero.position,
+                    turn_jacobian: zero.axes
+                };
+                markers
+            ],
+            motions: vec![zero; markers],
+            extras: vec![Six::zeros(); markers],
+            wrenches: vec![Six::zeros(); markers],
+            gradients: vec![Gradient::zero(); system.terms.len()],
+            values: vec![0.0; system.rows.len()],
+            value_rates: vec![0.0; system.rows.len()],
+            answers: vec![0.0; system.rows.len()],
+            inertia: system
+                .bodies
+                .iter()
+                .map(|body| InertiaTerms::for_coordinates(body.flexible.coordinate_count()))
+                .collect(),
+            inertia_forces: system
+                .bodies
+                .iter()
+                .map(|body| InertiaForces::for_coordinates(body.flexible.coordinate_count()))
+                .collect(),
+            residual: vec![0.0; system.velocity_count()],
+        };
+        for (motion, marker) in evaluation.motions.iter_mut().zip(&system.markers) {
+            if marker.body.is_none() {
+                *motion = FrameMotion::at_rest(marker.position, marker.axes);
+            }
+        }
+        evaluation
+    }
+
+    /// Body frames and markers at the state's positions.
+    pub fn place(&mut self, system: &System, state: &State) {
+        for (index, (body, pose)) in system.bodies.iter().zip(&mut self.poses).enumerate() {
+            *pose = state.pose(index);
+            let y = &state.coordinates[body.coordinates.clone()];
+            for &marker in &body.markers {
+                (self.places[marker], self.motions[marker]) =
+                    system.markers[marker].place(pose, y, &self.extras[marker]);
+            }
+        }
+    }
+
+    /// Velocities of the markers, after `place`.
+    pub fn add_velocities(&mut self, system: &System, state: &State) {
+        for (body, pose) in system.bodies.iter().zip(&self.poses) {
+            let values = &state.velocities[body.velocities.clone()];
+            for &marker in &body.markers {
+                system.markers[marker].add_velocity(
+                    &self.places[marker],
+                    pose,
+                    &rates(values),
+                    &values[6..],
+                    &mut self.motions[marker],
+                );
+            }
+        }
+    }
+
+    /// Accelerations of the markers, after `add_velocities`.
+    pub fn add_accelerations(&mut self, system: &System, state: &State) {
+        for (body, pose) in system.bodies.iter().zip(&self.poses) {
+            let velocities = &state.velocities[body.velocities.clone()];
+            let accelerations = &state.accelerations[body.velocities.clone()];
+            for &marker in &body.markers {
+                system.markers[marker].add_acceleration(
+                    &self.places[marker],
+                    pose,
+                    (&rates(velocities), &velocities[6..]),
+                    (&rates(accelerations), &accelerations[6..]),
+                    &mut self.motions[marker],
+                );
+            }
+        }
+    }
+
+    /// Values, gradients and answers of the rows, after `place`; after `add_velocities` where there are dampers.
+    pub fn measure(&mut self, system: &System, state: &State) {
+        for (index, row) in system.rows.iter().enumerate() {
+            let (mut value, mut rate) = (0.0, 0.0);
+            let damped = matches!(&row.demand, Demand::Answer(law) if law.is_damped());
+            for (term, gradient) in system.terms[row.terms.clone()]
+                .iter()
+                .zip(&mut self.gradients[row.terms.clone()])
+            {
+                let (a, b) = (&self.motions[term.a], &self.motions[term.b]);
+                let (found, slope) = term.measure.value_and_gradient(a, b);
+                value += term.weight * unwound(found, term.angle, &state.angles);
+                *gradient = slope.scaled(term.weight);
+                if damped {
+                    rate += term.weight * term.measure.rate(a, b);
+                }
+            }
+            self.values[index] = value;
+            self.value_rates[index] = rate;
+            self.answers[index] = match &row.demand {
+                Demand::Hold(target) => value - target,
+                Demand::Follow(signal) => value - system.signal(*signal, state).value,
+                Demand::Answer(law) => law.force(value, rate),
+            };
+        }
+    }
+
+    /// Forces at the markers from the rows' λ and from loads, after `measure`.
+    pub fn load(&mut self, system: &System, state: &State) {
+        self.wrenches.fill(Six::zeros());
+        for (row, lambda) in system.rows.iter().zip(&state.forces) {
+            for (term, gradient) in system.terms[row.terms.clone()]
+                .iter()
+                .zip(&self.gradients[row.terms.clone()])
+            {
+                self.wrenches[term.a] += gradient.a * *lambda;
+                self.wrenches[term.b] += gradient.b * *lambda;
+            }
+        }
+        for load in &system.loads {
+            let wrench = system.load(load, state, &self.motions[load.marker]);
+            self.wrenches[load.marker] += wrench;
+        }
+    }
+
+    /// What is left of the equations of motion, after `load`.
+    pub fn resist(&mut self, system: &System, state: &State) {
+        for (index, body) in system.bodies.iter().enumerate() {
+            let pose = &self.poses[index];
+            let (at, acceleration) = system.body_motion(state, pose, index);
+            let (terms, forces) = (&mut self.inertia[index], &mut self.inertia_forces[index]);
+            body.flexible
+                .inertia
+                .evaluate_forces(&at, &acceleration, terms, forces);
+            let mut rigid = six(&forces.force_body, &forces.moment);
+            let residual = &mut self.residual[body.velocities.clone()];
+            let (rigid_rows, elastic) = residual.split_at_mut(6);
+            body.flexible.internal_forces(at.y, at.rates, elastic);
+            for (force, inertia) in elastic.iter_mut().zip(&forces.elastic) {
+                *force += inertia;
+            }
+            for &marker in &body.markers {
+                system.markers[marker].add_force(
+                    &self.places[marker],
+                    &turned_back(&pose.axes, &self.wrenches[marker]),
+                    -1.0,
+                    &mut rigid,
+                    elastic,
+                );
+            }
+            rigid_rows.copy_from_slice(rigid.as_slice());
+        }
+    }
+
+    /// e' of a row, after `add_velocities`.
+    pub fn rate(&self, system: &System, index: usize) -> f64 {
+        let terms = &system.terms[system.rows[index].terms.clone()];
+        let rate = |term: &Term| {
+            let (a, b) = (&self.motions[term.a], &self.motions[term.b]);
+            term.weight * term.measure.rate(a, b)
+        };
+        terms.iter().map(rate).sum()
+    }
+
+    /// e'' of a row, after `add_accelerations`.
+    pub fn second_rate(&self, system: &System, index: usize) -> f64 {
+        let terms = &system.terms[system.rows[index].terms.clone()];
+        let second = |term: &Term| {
+            let (a, b) = (&self.motions[term.a], &self.motions[term.b]);
+            term.weight * term.measure.second_rate(a, b)
+        };
+        terms.iter().map(second).sum()
+    }
+
+    /// e' - f' of a constraint; `None` for a spring.
+    pub fn velocity_defect(&self, system: &System, state: &State, index: usize) -> Option<f64> {
+        let target = match &system.rows[index].demand {
+            Demand::Hold(_) => 0.0,
+            Demand::Follow(signal) => system.signal(*signal, state).rate,
+            Demand::Answer(_) => return None,
+        };
+        Some(self.rate(system, index) - target)
+    }
+
+    /// e'' - f'' of a constraint; `None` for a spring.
+    pub fn acceleration_defect(&self, system: &System, state: &State, index: usize) -> Option<f64> {
+        let target = match &system.rows[index].demand {
+            Demand::Hold(_) => 0.0,
+            Demand::Follow(signal) => system.signal(*signal, state).second_rate,
+            Demand::Answer(_) => return None,
+        };
+        Some(self.second_rate(system, index) - target)
+    }
+}
+
+/// An angle counted on from its last value, or any other measure as it is.
+pub fn unwound(value: f64, angle: Option<usize>, angles: &[f64]) -> f64 {
+    match angle {
+        None => value,
+        Some(index) => {
+            let last = angles[index];
+            last + (value - last + std::f64::consts::PI).rem_euclid(std::f64::consts::TAU)
+                - std::f64::consts::PI
+        }
+    }
+}

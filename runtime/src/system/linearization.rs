@@ -1,0 +1,347 @@
+//! The exact linearization of a mechanism at a state, dense.
+//!
+//! For variations δq = (Aᵀ δR, δφ, δy) of each body and rows (Aᵀ F_R, F_φ, F_y),
+//!
+//! ```text
+//! δ(inertia + elastic + damping - applied - Bᵀ λ)  =  M δq'' + C δq' + K δq - Bᵀ δλ
+//! δ(e - f)                                         =  B δq
+//! ```
+//! B holds the constraints; springs are in K and C. K includes what the forces of constraints, springs and loads change by when
+//! frames turn and interfaces move.
+
+use faer::{Mat, MatMut};
+use nalgebra::{Matrix3, Matrix6, Vector3};
+
+use super::evaluation::Evaluation;
+use super::marker::{halves, six, turned, turned_back};
+use super::state::rates;
+use super::{Demand, LoadAxes, State, System};
+use crate::frame::InertiaTangent;
+use crate::motion::Six;
+use crate::rotation::left_jacobian_transpose_derivative;
+
+/// M, C, K and B.
+#[derive(Clone, Debug)]
+pub struct Linearization {
+    /// M, (N, N) with N the length of velocity arrays.
+    pub mass: Mat<f64>,
+    /// C, (N, N).
+    pub damping: Mat<f64>,
+    /// K, (N, N).
+    pub stiffness: Mat<f64>,
+    /// B, one row for each constraint of `constraints`.
+    pub jacobian: Mat<f64>,
+    /// Rows of the system that are constraints.
+    pub constraints: Vec<usize>,
+}
+
+impl Linearization {
+    /// At a state whose evaluation, velocities of markers included, is up to date.
+    pub fn at(system: &System, state: &State, evaluation: &Evaluation) -> Self {
+        let n = system.velocity_count();
+        let constraints: Vec<usize> = (0..system.rows.len())
+            .filter(|row| !matches!(system.rows[*row].demand, Demand::Answer(_)))
+            .collect();
+        let mut this = Self {
+            mass: Mat::zeros(n, n),
+            damping: Mat::zeros(n, n),
+            stiffness: Mat::zeros(n, n),
+            jacobian: Mat::zeros(constraints.len(), n),
+            constraints,
+        };
+        for body in 0..system.bodies.len() {
+            this.add_inertia(system, state, evaluation, body);
+            this.add_carried_wrenches(system, evaluation, body);
+        }
+        let motions = MarkerJacobians::of(system, state, evaluation);
+        this.add_rows(system, state, evaluation, &motions);
+        this.add_follower_loads(system, state, evaluation, &motions);
+        this
+    }
+
+    fn add_inertia(&mut self, system: &System, state: &State, evaluation: &Evaluation, index: usize) {
+        let body = &system.bodies[index];
+        let n = body.flexible.coordinate_count();
+        let (at, acceleration) = system.body_motion(state, &evaluation.poses[index], index);
+        let mut tangent = InertiaTangent::for_coordinates(n);
+        let (mut elastic_damping, mut elastic_stiffness) = (Mat::zeros(n, n), Mat::zeros(n, n));
+        let terms = &evaluation.inertia[index];
+        let inertia = &body.flexible.inertia;
+        inertia.evaluate_tangent(&at, &acceleration, terms, &mut tangent);
+        inertia.write_elastic_tangent(
+            &at.spin,
+            &acceleration.spin_rate,
+            elastic_damping.as_mut(),
+            elastic_stiffness.as_mut(),
+        );
+        tangent.turn_rows_back(&evaluation.inertia_forces[index].force_body);
+        let first = body.velocities.start;
+        for (matrix, block) in [
+            (&mut self.mass, &tangent.mass),
+            (&mut self.damping, &tangent.damping),
+            (&mut self.stiffness, &tangent.stiffness),
+        ] {
+            for i in 0..6 {
+                for j in 0..6 {
+                    matrix[(first + i, first + j)] += block.rigid[(i, j)];
+                }
+                for k in 0..n {
+                    matrix[(first + i, first + 6 + k)] += block.rigid_by_elastic[i * n + k];
+                    matrix[(first + 6 + k, first + i)] += block.elastic_by_rigid[i * n + k];
+                }
+            }
+        }
+        for k in 0..n {
+            let stiffness = body.flexible.stiffness[k];
+            let entry = (first + 6 + k, first + 6 + k);
+            self.mass[entry] += 1.0;
+            self.damping[entry] += 2.0 * body.flexible.damping[k] * stiffness.sqrt();
+            self.stiffness[entry] += stiffness;
+            for l in 0..n {
+                self.damping[(first + 6 + k, first + 6 + l)] += elastic_damping[(k, l)];
+                self.stiffness[(first + 6 + k, first + 6 + l)] += elastic_stiffness[(k, l)];
+            }
+        }
+    }
+
+    /// How the generalised forces of wrenches that stay in world axes change with the body's coordinates.
+    fn add_carried_wrenches(&mut self, system: &System, evaluation: &Evaluation, index: usize) {
+        let body = &system.bodies[index];
+        let (n, first) = (body.flexible.coordinate_count(), body.velocities.start);
+        for &marker in &body.markers {
+            let place = &evaluation.places[marker];
+            let axes = &evaluation.poses[index].axes;
+            let (f, t) = halves(&turned_back(axes, &evaluation.wrenches[marker]));
+            let shapes = Shapes::of(&system.markers[marker].shapes, n);
+            // F_φ = r × f + τ,  δf = f × δφ,  δτ = τ × δφ,  δr = S_u δy
+            let turning = place.arm.cross_matrix() * f.cross_matrix() + t.cross_matrix();
+            self.subtract_block(first + 3, first + 3, &turning);
+            let share = left_jacobian_transpose_derivative(&place.turn, &t);
+            for k in 0..n {
+                let (u, o) = (shapes.place(k), shapes.turn(k));
+                let moment = u.cross(&f);
+                // F_y = S_uᵀ f + S_θᵀ Jᵀ τ
+                let own_turn = place.turn_jacobian * o;
+                let row = -(f.cross(&u)) - t.cross(&own_turn);
+                for i in 0..3 {
+                    self.stiffness[(first + 3 + i, first + 6 + k)] -= moment[i];
+                    self.stiffness[(first + 6 + k, first + 3 + i)] -= row[i];
+                }
+                for l in 0..n {
+                    let change = o.dot(&(share * shapes.turn(l)));
+                    self.stiffness[(first + 6 + k, first + 6 + l)] -= change;
+                }
+            }
+        }
+    }
+
+    fn subtract_block(&mut self, row: usize, column: usize, block: &Matrix3<f64>) {
+        for i in 0..3 {
+            for j in 0..3 {
+                self.stiffness[(row + i, column + j)] -= block[(i, j)];
+            }
+        }
+    }
+
+    /// Constraints to B, springs to K and C, and the change of both's gradients to K.
+    fn add_rows(
+        &mut self,
+        system: &System,
+        state: &State,
+        evaluation: &Evaluation,
+        motions: &MarkerJacobians,
+    ) {
+        let n = system.velocity_count();
+        let mut constraint = 0;
+        for (index, row) in system.rows.iter().enumerate() {
+            let mut gradient = vec![0.0; n];
+            let mut rate_gradient = vec![0.0; n];
+            for (term, slope) in system.terms[row.terms.clone()]
+                .iter()
+                .zip(&evaluation.gradients[row.terms.clone()])
+            {
+                let (a, b) = (&evaluation.motions[term.a], &evaluation.motions[term.b]);
+                motions.add_transposed(term.a, &slope.a, &mut gradient);
+                motions.add_transposed(term.b, &slope.b, &mut gradient);
+                let second = term.measure.gradient_derivative(a, b);
+                let (twist_a, twist_b) = (six(&a.velocity, &a.spin), six(&b.velocity, &b.spin));
+                let weight = term.weight;
+                let of_a = (second.aa.tr_mul(&twist_a) + second.ba.tr_mul(&twist_b)) * weight;
+                let of_b = (second.ab.tr_mul(&twist_a) + second.bb.tr_mul(&twist_b)) * weight;
+                motions.add_transposed(term.a, &of_a, &mut rate_gradient);
+                motions.add_transposed(term.b, &of_b, &mut rate_gradient);
+                motions.add_rate_transposed(term.a, &slope.a, &mut rate_gradient);
+                motions.add_rate_transposed(term.b, &slope.b, &mut rate_gradient);
+                let force = state.forces[index] * weight;
+                for (rows, columns, block) in [
+                    (term.a, term.a, &second.aa),
+                    (term.a, term.b, &second.ab),
+                    (term.b, term.a, &second.ba),
+                    (term.b, term.b, &second.bb),
+                ] {
+                    motions.subtract_block(rows, columns, &(block * force), self.stiffness.as_mut());
+                }
+            }
+            match &row.demand {
+                Demand::Answer(law) => {
+                    let (by_value, by_rate) =
+                        law.derivatives(evaluation.values[index], evaluation.value_rates[index]);
+                    for i in 0..n {
+                        for j in 0..n {
+                            self.stiffness[(i, j)] -=
+                                gradient[i] * (by_value * gradient[j] + by_rate * rate_gradient[j]);
+                            self.damping[(i, j)] -= gradient[i] * by_rate * gradient[j];
+                        }
+                    }
+                }
+                Demand::Hold(_) | Demand::Follow(_) => {
+                    for (j, entry) in gradient.into_iter().enumerate() {
+                        self.jacobian[(constraint, j)] = entry;
+                    }
+                    constraint += 1;
+                }
+            }
+        }
+    }
+
+    fn add_follower_loads(
+        &mut self,
+        system: &System,
+        state: &State,
+        evaluation: &Evaluation,
+        motions: &MarkerJacobians,
+    ) {
+        for load in &system.loads {
+            if load.axes == LoadAxes::Follower {
+                let motion = &evaluation.motions[load.marker];
+                let (f, t) = halves(&system.load(load, state, motion));
+                // δf = δψ × f
+                let mut block = Matrix6::zeros();
+                let (by_turn, moment) = (-f.cross_matrix(), -t.cross_matrix());
+                block.fixed_view_mut::<3, 3>(0, 3).copy_from(&by_turn);
+                block.fixed_view_mut::<3, 3>(3, 3).copy_from(&moment);
+                let at = load.marker;
+                motions.subtract_block(at, at, &block, self.stiffness.as_mut());
+            }
+        }
+    }
+}
+
+/// Columns of S_u and S_θ.
+struct Shapes<'a> {
+    columns: &'a [f64],
+    n: usize,
+}
+
+impl<'a> Shapes<'a> {
+    fn of(columns: &'a [f64], n: usize) -> Self {
+        Self { columns, n }
+    }
+
+    fn three(&self, first: usize, k: usize) -> Vector3<f64> {
+        if self.columns.is_empty() {
+            return Vector3::zeros();
+        }
+        Vector3::from_fn(|i, _| self.columns[(first + i) * self.n + k])
+    }
+
+    fn place(&self, k: usize) -> Vector3<f64> {
+        self.three(0, k)
+    }
+
+    fn turn(&self, k: usize) -> Vector3<f64> {
+        self.three(3, k)
+    }
+}
+
+/// World twists of the markers by the coordinates of their bodies, and of their velocities' change with the pose.
+struct MarkerJacobians {
+    first: Vec<Option<usize>>,
+    /// (6, 6 + n) for each marker.
+    twist: Vec<Mat<f64>>,
+    /// Change of (velocity, spin) at fixed velocities of the body, (6, 6 + n).
+    rate: Vec<Mat<f64>>,
+}
+
+impl MarkerJacobians {
+    fn of(system: &System, state: &State, evaluation: &Evaluation) -> Self {
+        let mut this = Self {
+            first: Vec::new(),
+            twist: Vec::new(),
+            rate: Vec::new(),
+        };
+        for (index, marker) in system.markers.iter().enumerate() {
+            let Some(body_index) = marker.body else {
+                this.first.push(None);
+                this.twist.push(Mat::zeros(6, 0));
+                this.rate.push(Mat::zeros(6, 0));
+                continue;
+            };
+            let body = &system.bodies[body_index];
+            let n = body.flexible.coordinate_count();
+            let (place, pose) = (&evaluation.places[index], &evaluation.poses[body_index]);
+            let velocities = &state.velocities[body.velocities.clone()];
+            let spin = rates(velocities).angular;
+            let (u_rate, turn_rate) = marker.displacement(&velocities[6..]);
+            let relative = spin.cross(&place.arm) + u_rate;
+            let turning = spin + place.turn_jacobian * turn_rate;
+            let jacobian_slope = -left_jacobian_transpose_derivative(&-place.turn, &turn_rate);
+            let shapes = Shapes::of(&marker.shapes, n);
+            let (mut twist, mut rate) = (Mat::zeros(6, 6 + n), Mat::zeros(6, 6 + n));
+            let mut y = vec![0.0; n];
+            for column in 0..6 + n {
+                let mut rigid = Six::zeros();
+                let change = if column < 6 {
+                    rigid[column] = 1.0;
+                    let turn = halves(&rigid).1;
+                    six(&turn.cross(&relative), &turn.cross(&turning))
+                } else {
+                    y[column - 6] = 1.0;
+                    let (u, o) = (shapes.place(column - 6), shapes.turn(column - 6));
+                    six(&spin.cross(&u), &(jacobian_slope * o))
+                };
+                let moved = turned(&pose.axes, &marker.twist(place, &rigid, &y));
+                let changed = turned(&pose.axes, &change);
+                if column >= 6 {
+                    y[column - 6] = 0.0;
+                }
+                for i in 0..6 {
+                    twist[(i, column)] = moved[i];
+                    rate[(i, column)] = changed[i];
+                }
+            }
+            this.first.push(Some(body.velocities.start));
+            this.twist.push(twist);
+            this.rate.push(rate);
+        }
+        this
+    }
+
+    /// `into += Nᵀ wrench`
+    fn add_transposed(&self, marker: usize, wrench: &Six, into: &mut [f64]) {
+        Self::add(self.first[marker], &self.twist[marker], wrench, into);
+    }
+
+    /// The same with the change of the marker's velocities in place of its displacement.
+    fn add_rate_transposed(&self, marker: usize, wrench: &Six, into: &mut [f64]) {
+        Self::add(self.first[marker], &self.rate[marker], wrench, into);
+    }
+
+    fn add(first: Option<usize>, matrix: &Mat<f64>, wrench: &Six, into: &mut [f64]) {
+        let Some(first) = first else { return };
+        for (column, entry) in matrix.col_iter().zip(&mut into[first..]) {
+            *entry += column.iter().zip(wrench.iter()).map(|(a, b)| a * b).sum::<f64>();
+        }
+    }
+
+    /// `matrix -= N_aᵀ block N_b`; with `block` the change of the wrench at `a` by the twist of `b`, this is stiffness.
+    fn subtract_block(&self, a: usize, b: usize, block: &Matrix6<f64>, matrix: MatMut<'_, f64>) {
+        let (Some(row), Some(column)) = (self.first[a], self.first[b]) else {
+            return;
+        };
+        let block = Mat::from_fn(6, 6, |i, j| block[(i, j)]);
+        let product = self.twist[a].transpose() * (block * &self.twist[b]);
+        let mut target = matrix.submatrix_mut(row, column, product.nrows(), product.ncols());
+        target -= product;
+    }
+}

@@ -1,0 +1,107 @@
+//! The motion at one time.
+
+use nalgebra::{UnitQuaternion, Vector3};
+
+use super::System;
+use super::marker::{BodyPose, BodyRates};
+
+/// Positions, velocities, accelerations and forces at one time; everything that the next step starts from.
+#[derive(Clone, Debug, PartialEq)]
+pub struct State {
+    /// Time.
+    pub time: f64,
+    /// R of each body: centre of mass at rest, world.
+    pub origins: Vec<Vector3<f64>>,
+    /// Orientation of each body frame.
+    pub orientations: Vec<UnitQuaternion<f64>>,
+    /// y of all bodies.
+    pub coordinates: Vec<f64>,
+    /// V, ω, y' of all bodies.
+    pub velocities: Vec<f64>,
+    /// V', ω', y'' of all bodies.
+    pub accelerations: Vec<f64>,
+    /// The algorithmic accelerations of generalized-alpha.
+    pub algorithmic: Vec<f64>,
+    /// λ of each row.
+    pub forces: Vec<f64>,
+    /// The accelerations of the step before, for the prediction of the next.
+    pub earlier_accelerations: Vec<f64>,
+    /// The λ of the step before.
+    pub earlier_forces: Vec<f64>,
+    /// The size of the last step; zero at the start.
+    pub earlier_step: f64,
+    /// Angles counted past half a turn.
+    pub angles: Vec<f64>,
+    /// Values of the inputs.
+    pub inputs: Vec<f64>,
+}
+
+impl State {
+    /// All bodies at the world's origin, at rest.
+    pub fn at_rest(system: &System) -> Self {
+        let (bodies, n) = (system.bodies.len(), system.velocity_count());
+        Self {
+            time: 0.0,
+            origins: vec![Vector3::zeros(); bodies],
+            orientations: vec![UnitQuaternion::identity(); bodies],
+            coordinates: vec![0.0; system.coordinate_count()],
+            velocities: vec![0.0; n],
+            accelerations: vec![0.0; n],
+            algorithmic: vec![0.0; n],
+            forces: vec![0.0; system.rows.len()],
+            earlier_accelerations: vec![0.0; n],
+            earlier_forces: vec![0.0; system.rows.len()],
+            earlier_step: 0.0,
+            angles: vec![0.0; system.angle_count],
+            inputs: system.inputs.iter().map(|(_, value)| *value).collect(),
+        }
+    }
+
+    /// Overwrites without allocating; both belong to the same system.
+    pub fn copy_from(&mut self, other: &Self) {
+        self.time = other.time;
+        self.origins.copy_from_slice(&other.origins);
+        self.orientations.copy_from_slice(&other.orientations);
+        self.coordinates.copy_from_slice(&other.coordinates);
+        self.velocities.copy_from_slice(&other.velocities);
+        self.accelerations.copy_from_slice(&other.accelerations);
+        self.algorithmic.copy_from_slice(&other.algorithmic);
+        self.forces.copy_from_slice(&other.forces);
+        self.earlier_accelerations
+            .copy_from_slice(&other.earlier_accelerations);
+        self.earlier_forces.copy_from_slice(&other.earlier_forces);
+        self.earlier_step = other.earlier_step;
+        self.angles.copy_from_slice(&other.angles);
+        self.inputs.copy_from_slice(&other.inputs);
+    }
+
+    /// Pose of a body frame.
+    pub fn pose(&self, body: usize) -> BodyPose {
+        BodyPose {
+            origin: self.origins[body],
+            axes: self.orientations[body].to_rotation_matrix().into_inner(),
+        }
+    }
+
+    /// Rigid velocities of a body, and y'.
+    pub fn body_rates(&self, system: &System, body: usize) -> (BodyRates, &[f64]) {
+        let values = &self.velocities[system.bodies[body].velocities.clone()];
+        (rates(values), &values[6..])
+    }
+
+    /// The same positions at rest.
+    pub fn without_motion(&self) -> Self {
+        let mut still = self.clone();
+        still.velocities.fill(0.0);
+        still.accelerations.fill(0.0);
+        still
+    }
+}
+
+/// The rigid part of a body's velocities or accelerations.
+pub fn rates(values: &[f64]) -> BodyRates {
+    BodyRates {
+        linear: Vector3::new(values[0], values[1], values[2]),
+        angular: Vector3::new(values[3], values[4], values[5]),
+    }
+}
