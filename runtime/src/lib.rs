@@ -19,6 +19,9 @@
 pub mod body;
 pub mod error;
 pub mod frame;
+pub mod joint;
+pub mod law;
+pub mod measure;
 pub mod motion;
 
 pub use body::FlexibleBody;
