@@ -19,7 +19,10 @@
 pub mod body;
 pub mod error;
 pub mod frame;
+pub mod joint;
 mod kernel;
+pub mod law;
+pub mod measure;
 pub mod motion;
 pub mod rotation;
 pub mod system;

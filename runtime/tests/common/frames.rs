@@ -1,0 +1,56 @@
+//! Random frames, and frames moved by finite variations.
+
+use dcb_runtime::motion::{FrameMotion, Six};
+use nalgebra::{Matrix3, Rotation3, Unit, Vector3};
+
+/// A linear congruential generator (Knuth's MMIX constants): the same numbers everywhere.
+pub struct Random(pub u64);
+
+impl Random {
+    /// In [-1, 1).
+    pub fn number(&mut self) -> f64 {
+        self.0 = self
+            .0
+            .wrapping_mul(6_364_136_223_846_793_005)
+            .wrapping_add(1_442_695_040_888_963_407);
+        (self.0 >> 11) as f64 / (1_u64 << 52) as f64 - 1.0
+    }
+
+    pub fn vector(&mut self) -> Vector3<f64> {
+        Vector3::from_fn(|_, _| self.number())
+    }
+
+    pub fn unit(&mut self) -> Unit<Vector3<f64>> {
+        Unit::new_normalize(self.vector())
+    }
+
+    pub fn axes(&mut self) -> Matrix3<f64> {
+        turn(&(3.0 * self.vector()))
+    }
+
+    /// Moving and accelerating.
+    pub fn frame(&mut self) -> FrameMotion {
+        FrameMotion {
+            velocity: self.vector(),
+            spin: self.vector(),
+            acceleration: self.vector(),
+            spin_rate: self.vector(),
+            ..FrameMotion::at_rest(self.vector(), self.axes())
+        }
+    }
+}
+
+/// Rotation matrix of a rotation vector.
+pub fn turn(vector: &Vector3<f64>) -> Matrix3<f64> {
+    Rotation3::new(*vector).into_inner()
+}
+
+/// The frame displaced by a finite variation: `p + δp`, `exp(skew(δψ)) R`.
+pub fn varied(frame: &FrameMotion, variation: &Six) -> FrameMotion {
+    let (shift, turned) = (variation.fixed_rows::<3>(0), variation.fixed_rows::<3>(3));
+    FrameMotion {
+        position: frame.position + shift,
+        axes: turn(&turned.into_owned()) * frame.axes,
+        ..*frame
+    }
+}
