@@ -38,4 +38,35 @@ pub enum Error {
         /// The smallest diagonal entry of `J - L Lᵀ`.
         inertia: f64,
     },
+    /// A scene, or a function of time, says something that can't be used.
+    #[error("{location}: {message}")]
+    Description {
+        /// Where: a path of keys such as `joints.axle.revolute.a`.
+        location: String,
+        /// What was found, and what would be right.
+        message: String,
+    },
+}
+
+impl Error {
+    /// A fault of a description at a path of keys.
+    pub(crate) fn described(location: impl Into<String>, message: impl Into<String>) -> Self {
+        Self::Description {
+            location: location.into(),
+            message: message.into(),
+        }
+    }
+
+    /// The same fault, seen from the object that holds the place under the key `outer`.
+    pub(crate) fn within(self, outer: &str) -> Self {
+        match self {
+            Self::Description { location, message } if location.starts_with('[') => {
+                Self::described(format!("{outer}{location}"), message)
+            }
+            Self::Description { location, message } => {
+                Self::described(format!("{outer}.{location}"), message)
+            }
+            other => other,
+        }
+    }
 }

@@ -19,8 +19,12 @@
 pub mod body;
 pub mod error;
 pub mod frame;
+pub mod function;
 pub mod motion;
+pub mod scene;
 
 pub use body::FlexibleBody;
 pub use error::Error;
 pub use frame::{FrameInertia, InertiaTerms};
+pub use function::{Function, TimeFunction};
+pub use scene::Scene;
