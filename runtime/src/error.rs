@@ -38,6 +38,92 @@ pub enum Error {
         /// The smallest diagonal entry of `J - L Lᵀ`.
         inertia: f64,
     },
+    /// Memory is short.
+    #[error("out of memory while setting up the system; use fewer bodies or modes")]
+    OutOfMemory,
+    /// A body's part of the equations is singular.
+    #[error(
+        "t = {time:.6e}: the equations of body {body:?} are singular; check its mass and inertia, and take a smaller step"
+    )]
+    SingularBody {
+        /// When.
+        time: f64,
+        /// Which.
+        body: String,
+    },
+    /// The joints' equations are singular.
+    #[error(
+        "t = {time:.6e}: the joints' equations are singular; constraints contradict or repeat each other, or the mechanism is at a dead centre"
+    )]
+    SingularJoints {
+        /// When.
+        time: f64,
+    },
+    /// A motion became infinite or undefined.
+    #[error("t = {time:.6e}: the motion of body {body:?} is not finite; take a smaller step")]
+    NotFinite {
+        /// When.
+        time: f64,
+        /// Where it was largest.
+        body: String,
+    },
+    /// Newton's iteration did not converge.
+    #[error(
+        "t = {time:.6e}: no convergence in {iterations} iterations; the last correction was {residual:.2e}, allowed is {tolerance:.2e}, largest at body {worst:?}; take a smaller step"
+    )]
+    NotConverged {
+        /// When.
+        time: f64,
+        /// Iterations made.
+        iterations: usize,
+        /// Size of the last correction, a length.
+        residual: f64,
+        /// What would have been small enough.
+        tolerance: f64,
+        /// The body with the largest correction.
+        worst: String,
+    },
+    /// The joints can't be closed.
+    #[error(
+        "joint {joint:?} can't be closed: it stays open by {misfit:.3e} (allowed {allowed:.1e}); check the positions, lengths and drives"
+    )]
+    CannotAssemble {
+        /// The joint or drive that is furthest from closed.
+        joint: String,
+        /// By how much, length or rad.
+        misfit: f64,
+        /// Allowed.
+        allowed: f64,
+    },
+    /// Redundant constraints where they are refused.
+    #[error(
+        "constraints are redundant: {}; free a direction, or allow it with \"redundant_constraints\": \"minimum-norm\"",
+        joints.join(", ")
+    )]
+    Redundant {
+        /// Joints and drives that repeat what others hold.
+        joints: Vec<String>,
+    },
+    /// A constraint is violated although the iteration converged: redundant constraints that contradict each other.
+    #[error(
+        "t = {time:.6e}: {joint:?} is violated by {misfit:.3e}: it contradicts the other constraints; remove one of them"
+    )]
+    Contradiction {
+        /// When.
+        time: f64,
+        /// The joint or drive.
+        joint: String,
+        /// By how much.
+        misfit: f64,
+    },
+    /// No input has this name.
+    #[error("there is no input {name:?}; known are {}", known.join(", "))]
+    UnknownInput {
+        /// As given.
+        name: String,
+        /// Inputs of the scene.
+        known: Vec<String>,
+    },
     /// A direction of a joint is zero or not finite.
     #[error(
         "{joint} joint: `{quantity}` = {found:?} is no direction; give a finite vector that isn't zero"
@@ -136,4 +222,35 @@ pub enum Error {
         /// Where it doesn't.
         found: String,
     },
+    /// A scene, or a function of time, says something that can't be used.
+    #[error("{location}: {message}")]
+    Description {
+        /// Where: a path of keys such as `joints.axle.revolute.a`.
+        location: String,
+        /// What was found, and what would be right.
+        message: String,
+    },
+}
+
+impl Error {
+    /// A fault of a description at a path of keys.
+    pub(crate) fn described(location: impl Into<String>, message: impl Into<String>) -> Self {
+        Self::Description {
+            location: location.into(),
+            message: message.into(),
+        }
+    }
+
+    /// The same fault, seen from the object that holds the place under the key `outer`.
+    pub(crate) fn within(self, outer: &str) -> Self {
+        match self {
+            Self::Description { location, message } if location.starts_with('[') => {
+                Self::described(format!("{outer}{location}"), message)
+            }
+            Self::Description { location, message } => {
+                Self::described(format!("{outer}.{location}"), message)
+            }
+            other => other,
+        }
+    }
 }

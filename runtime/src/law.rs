@@ -46,6 +46,11 @@ impl Law {
         })
     }
 
+    /// Whether σ depends on the rate.
+    pub fn is_damped(&self) -> bool {
+        !matches!(self.damping, Characteristic::Linear { slope: 0.0 })
+    }
+
     /// σ.
     #[inline]
     pub fn force(&self, value: f64, rate: f64) -> f64 {

@@ -17,16 +17,25 @@
 //! ```
 
 pub mod body;
+pub mod energy;
 pub mod error;
 pub mod frame;
+pub mod initial;
+pub mod integrator;
 pub mod joint;
 mod kernel;
 pub mod law;
 pub mod measure;
 pub mod motion;
 pub mod rotation;
+pub mod simulation;
 pub mod system;
+pub mod function;
+pub mod motion;
+pub mod scene;
 
 pub use body::FlexibleBody;
 pub use error::Error;
 pub use frame::{FrameInertia, InertiaTerms};
+pub use function::{Function, TimeFunction};
+pub use scene::Scene;

@@ -29,6 +29,23 @@ impl Gradient {
         Self { a: -b, b }
     }
 
+    /// Of a measure that doesn't change.
+    pub fn zero() -> Self {
+        Self {
+            a: Six::zeros(),
+            b: Six::zeros(),
+        }
+    }
+
+    /// Of a multiple of the measure.
+    #[inline]
+    pub fn scaled(&self, factor: f64) -> Self {
+        Self {
+            a: self.a * factor,
+            b: self.b * factor,
+        }
+    }
+
     /// de/dt, from velocities and spins.
     #[inline]
     pub fn rate(&self, a: &FrameMotion, b: &FrameMotion) -> f64 {

@@ -70,6 +70,17 @@ impl Measure {
         self.function().gradient(a, b)
     }
 
+    /// Whether e is a length; else an angle or a cosine.
+    pub fn is_length(&self) -> bool {
+        matches!(
+            self,
+            Self::Displacement(_)
+                | Self::WorldDisplacement(_)
+                | Self::Distance(_)
+                | Self::Elongation(_)
+        )
+    }
+
     /// de/dt, from velocities and spins.
     #[inline]
     pub fn rate(&self, a: &FrameMotion, b: &FrameMotion) -> f64 {

@@ -140,7 +140,7 @@ impl Evaluation {
                 .zip(&mut self.gradients[row.terms.clone()])
             {
                 let (a, b) = (&self.motions[term.a], &self.motions[term.b]);
-                let (found, slope) = term.measure.value_and_gradient(a, b);
+                let (found, slope) = (term.measure.value(a, b), term.measure.gradient(a, b));
                 value += term.weight * unwound(found, term.angle, &state.angles);
                 *gradient = slope.scaled(term.weight);
                 if damped {

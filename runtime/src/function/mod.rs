@@ -1,0 +1,165 @@
+//! Functions of time: what drives, loads and inputs follow.
+//!
+//! [`Function`] is the description, as a scene writes it; [`TimeFunction`] is the same, checked and ready to be evaluated with its
+//! first and second derivative, or the integral of it where a drive prescribes a speed.
+
+mod description;
+mod formula;
+mod piecewise;
+mod running_integral;
+
+pub use description::{Function, Harmonic, InputSignal, Interpolation, Table};
+
+pub(crate) use description::FunctionKey;
+
+use crate::Error;
+use formula::Formula;
+use piecewise::{Piecewise, polynomial};
+use running_integral::RunningIntegral;
+
+/// A function of time at one time.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct FunctionValue {
+    /// The value itself.
+    pub value: f64,
+    /// First derivative, 1/time.
+    pub rate: f64,
+    /// Second derivative, 1/time².
+    pub second_rate: f64,
+}
+
+/// A function of time that has been checked and can be evaluated.
+#[derive(Clone, Debug, PartialEq)]
+pub struct TimeFunction(Kind);
+
+#[derive(Clone, Debug, PartialEq)]
+enum Kind {
+    Polynomial(Vec<f64>),
+    Wave(Wave),
+    Piecewise(Piecewise),
+    Formula(Formula),
+    RunningIntegral(RunningIntegral),
+    Input,
+}
+
+/// offset + drift t + amplitude sin(ω t + phase): a harmonic, or the integral of one.
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct Wave {
+    offset: f64,
+    drift: f64,
+    amplitude: f64,
+    angular_frequency: f64,
+    phase: f64,
+}
+
+impl TimeFunction {
+    /// Checks a description and makes it ready.
+    ///
+    /// # Errors
+    /// [`Error::Description`] with the key, what was found and what would be right: numbers that are not finite, tables
+    /// whose times don't strictly increase, formulas that can't be read.
+    pub fn new(function: &Function) -> Result<Self, Error> {
+        function.check()?;
+        Ok(Self(match function {
+            Function::Constant(value) => Kind::Polynomial(vec![*value]),
+            Function::Polynomial(coefficients) => Kind::Polynomial(coefficients.clone()),
+            Function::Harmonic(harmonic) => Kind::Wave(Wave {
+                offset: harmonic.offset,
+                drift: 0.0,
+                amplitude: harmonic.amplitude,
+                angular_frequency: harmonic.radians_per_time(),
+                phase: harmonic.phase,
+            }),
+            Function::Table(table) => Kind::Piecewise(match table.interpolation {
+                Interpolation::Spline => Piecewise::spline(&table.times, &table.values),
+                Interpolation::Linear => Piecewise::linear(&table.times, &table.values),
+            }),
+            Function::Formula(text) => Kind::Formula(Formula::parse(text)?),
+            Function::Input(_) => Kind::Input,
+        }))
+    }
+
+    /// The integral of a function from time zero: the angle of a drive that prescribes a speed.
+    ///
+    /// Exact to rounding for constants, polynomials, harmonics and tables, at all times. The integral of a formula is
+    /// tabulated for 0 ≤ t ≤ `end` to 1e-12 of the formula's largest value times `end`; it is NaN outside. A pulse in a formula
+    /// that is shorter than a thousandth of `end` may be overlooked.
+    ///
+    /// # Errors
+    /// As [`TimeFunction::new`]; also for an input, whose future is not known, and for a formula that is not finite or
+    /// not smooth.
+    pub fn integral_of(function: &Function, end: f64) -> Result<Self, Error> {
+        let Self(kind) = Self::new(function)?;
+        Ok(Self(match kind {
+            Kind::Polynomial(coefficients) => Kind::Polynomial(
+                std::iter::once(0.0)
+                    .chain(
+                        coefficients
+                            .iter()
+                            .enumerate()
+                            .map(|(power, c)| c / (power + 1) as f64),
+                    )
+                    .collect(),
+            ),
+            Kind::Wave(wave) => Kind::Wave(wave.integral()),
+            Kind::Piecewise(table) => Kind::Piecewise(table.integral()),
+            Kind::Formula(formula) if end > 0.0 => {
+                Kind::RunningIntegral(RunningIntegral::tabulate(formula, end)?)
+            }
+            Kind::Formula(_) => {
+                return Err(Error::described(
+                    "formula",
+                    format!("can't be integrated over time up to {end}; expected an end > 0"),
+                ));
+            }
+            Kind::Input | Kind::RunningIntegral(_) => {
+                return Err(Error::described(
+                    "input",
+                    "can't be integrated over time, because its future is not known; drive the angle or the position",
+                ));
+            }
+        }))
+    }
+
+    /// Value and derivatives at a time; `input` is the value of an [`Function::Input`] and has no effect on other kinds.
+    ///
+    /// A formula may have no finite value or derivative at some time (`sqrt(t)` at zero): the numbers are then not finite
+    /// either. Does not allocate.
+    pub fn evaluate(&self, time: f64, input: f64) -> FunctionValue {
+        match &self.0 {
+            Kind::Polynomial(coefficients) => polynomial(coefficients, time),
+            Kind::Wave(wave) => wave.evaluate(time),
+            Kind::Piecewise(table) => table.evaluate(time),
+            Kind::Formula(formula) => formula.evaluate(time),
+            Kind::RunningIntegral(integral) => integral.evaluate(time),
+            Kind::Input => FunctionValue {
+                value: input,
+                ..FunctionValue::default()
+            },
+        }
+    }
+}
+
+impl Wave {
+    fn evaluate(&self, time: f64) -> FunctionValue {
+        let omega = self.angular_frequency;
+        let (sin, cos) = (omega * time + self.phase).sin_cos();
+        FunctionValue {
+            value: self.offset + self.drift * time + self.amplitude * sin,
+            rate: self.drift + self.amplitude * omega * cos,
+            second_rate: -self.amplitude * omega * omega * sin,
+        }
+    }
+
+    /// ∫₀ᵗ (offset + A sin(ω t + φ)) = offset t + A/ω (cos φ - cos(ω t + φ)); of a wave without drift.
+    fn integral(&self) -> Self {
+        let amplitude = self.amplitude / self.angular_frequency;
+        Self {
+            offset: amplitude * self.phase.cos(),
+            drift: self.offset,
+            amplitude,
+            angular_frequency: self.angular_frequency,
+            phase: self.phase - std::f64::consts::FRAC_PI_2,
+        }
+    }
+}
