@@ -10,6 +10,7 @@
 //! coordinates with each other by its spin, and the change of the rows' forces with the configuration. Both are of order h² and
 //! the exact matrix is in [`super::linearization`].
 
+use faer::Mat;
 use nalgebra::{Matrix3, Vector3};
 
 use super::body_factor::{BodyFactor, BodyMatrix, Elastic};
@@ -204,9 +205,8 @@ impl Condensed {
             &evaluation.inertia[index],
             tangent,
         );
-        // Rows of forces stay in world axes while the frame turns.
         let force = &evaluation.inertia_forces[index].force_body;
-        tangent.turn_rows_back(force);
+        keep_rows_in_world(tangent, force);
         // Rates follow a turn δφ of the frame as T⁻¹ δφ.
         let follow = right_jacobian_inverse(turn);
         let rigid = tangent.mass.rigid * blend.mass + tangent.damping.rigid * blend.damping;
@@ -271,6 +271,35 @@ impl Condensed {
             self.joints.add_to_diagonal(index, self.compliances[index]);
         }
         self.joints.factor(self.regularization)
+    }
+
+    /// Λ of the last factorization over some rows, dense.
+    pub fn joint_compliance(
+        &self,
+        system: &System,
+        evaluation: &Evaluation,
+        rows: &[usize],
+    ) -> Mat<f64> {
+        let mut position = vec![None; system.rows.len()];
+        for (index, row) in rows.iter().enumerate() {
+            position[*row] = Some(index);
+        }
+        let mut lambda = Mat::zeros(rows.len(), rows.len());
+        for (index, own) in self.touches.iter().enumerate() {
+            let axes = &evaluation.poses[index].axes;
+            let in_body = |touch: &Touch| turned_back(axes, side(evaluation, touch));
+            for column in own {
+                let gradient = in_body(column);
+                for row in own {
+                    let (Some(i), Some(j)) = (position[row.row], position[column.row]) else {
+                        continue;
+                    };
+                    let compliance = self.factors[index].compliance(row.local, column.local);
+                    lambda[(i, j)] += in_body(row).dot(&(compliance * gradient));
+                }
+            }
+        }
+        lambda
     }
 
     /// What each row's measure must change by: to the demand for constraints, and for springs by what the force still differs.
@@ -363,6 +392,12 @@ fn side<'a>(evaluation: &'a Evaluation, touch: &Touch) -> &'a Six {
         Side::A => &evaluation.gradients[touch.term].a,
         Side::B => &evaluation.gradients[touch.term].b,
     }
+}
+
+/// Rows of forces stay in world axes while the frame turns: `Aᵀ δF = δ(Aᵀ F) - Aᵀ F × δφ`.
+pub(super) fn keep_rows_in_world(tangent: &mut InertiaTangent, force_body: &Vector3<f64>) {
+    let mut block = tangent.stiffness.rigid.fixed_view_mut::<3, 3>(0, 3);
+    block -= force_body.cross_matrix();
 }
 
 /// S_yr with the rotation's columns following the turn.

@@ -3,6 +3,7 @@
 use nalgebra::Vector3;
 
 use super::marker::{BodyPose, MarkerPlace, six, turned_back};
+use super::state::rates;
 use super::{Demand, State, System, Term};
 use crate::frame::{InertiaForces, InertiaTerms};
 use crate::measure::Gradient;

@@ -12,6 +12,7 @@
 use faer::{Mat, MatMut};
 use nalgebra::{Matrix3, Matrix6, Vector3};
 
+use super::condensed::keep_rows_in_world;
 use super::evaluation::Evaluation;
 use super::marker::{halves, six, turned, turned_back};
 use super::state::rates;
@@ -74,7 +75,7 @@ impl Linearization {
             elastic_damping.as_mut(),
             elastic_stiffness.as_mut(),
         );
-        tangent.turn_rows_back(&evaluation.inertia_forces[index].force_body);
+        keep_rows_in_world(&mut tangent, &evaluation.inertia_forces[index].force_body);
         let first = body.velocities.start;
         for (matrix, block) in [
             (&mut self.mass, &tangent.mass),

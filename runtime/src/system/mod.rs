@@ -12,6 +12,7 @@
 //! during a run; [`State`] is the motion; [`evaluation::Evaluation`] is scratch.
 
 pub mod body_factor;
+pub mod builder;
 pub mod condensed;
 pub mod evaluation;
 pub mod joint_system;

@@ -1,0 +1,352 @@
+//! A system piece by piece: bodies, frames on them, and what couples the frames.
+
+use std::sync::Arc;
+
+use dcb_formats::mesh::Dimension;
+use nalgebra::{Matrix3, UnitQuaternion, Vector3};
+
+use super::marker::{Elasticity, Marker};
+use super::{
+    Body, Connection, ConnectionKind, Demand, Load, LoadAxes, Row, Signal, State, System, Term,
+};
+use crate::body::{Attachment, FlexibleBody};
+use crate::error::Error;
+use crate::joint::{JointKind, JointRows, RestPlacement};
+use crate::law::Law;
+use crate::measure::Measure;
+use crate::motion::FrameMotion;
+
+/// A body's frame and motion as drawn: of the component's frame, in world axes.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Drawn {
+    /// Origin of the component's frame.
+    pub position: Vector3<f64>,
+    /// Component axes to world axes.
+    pub orientation: UnitQuaternion<f64>,
+    /// Velocity of the origin.
+    pub velocity: Vector3<f64>,
+    /// Angular velocity.
+    pub angular_velocity: Vector3<f64>,
+}
+
+impl Default for Drawn {
+    fn default() -> Self {
+        Self {
+            position: Vector3::zeros(),
+            orientation: UnitQuaternion::identity(),
+            velocity: Vector3::zeros(),
+            angular_velocity: Vector3::zeros(),
+        }
+    }
+}
+
+/// Whose rotation a marker's axes follow.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Turning {
+    /// The interface's own.
+    Interface,
+    /// The body frame's.
+    Body,
+}
+
+/// A coordinate that a joint leaves free.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum JointCoordinate {
+    /// Angle.
+    Rotation,
+    /// Displacement or distance.
+    Translation,
+}
+
+/// A joint of the system being built.
+#[derive(Clone, Debug)]
+pub struct BuiltJoint {
+    /// Its connection.
+    pub connection: usize,
+    /// First marker.
+    pub a: usize,
+    /// Second marker.
+    pub b: usize,
+    /// Its measures.
+    pub rows: JointRows,
+}
+
+impl BuiltJoint {
+    /// The measure of a free coordinate.
+    pub fn coordinate(&self, which: JointCoordinate) -> Option<Measure> {
+        match which {
+            JointCoordinate::Rotation => self.rows.rotation.map(|rotation| rotation.angle),
+            JointCoordinate::Translation => self.rows.translation,
+        }
+    }
+}
+
+/// Collects the pieces of a system; indices count in the order of adding.
+#[derive(Clone, Debug)]
+pub struct SystemBuilder {
+    system: System,
+    origins: Vec<Vector3<f64>>,
+    orientations: Vec<UnitQuaternion<f64>>,
+    velocities: Vec<f64>,
+    /// Interface of each marker on a body, and whose rotation it follows.
+    interfaces: Vec<Option<(usize, Turning)>>,
+}
+
+impl SystemBuilder {
+    /// An empty system under gravity (world axes).
+    pub fn new(dimension: Dimension, gravity: Vector3<f64>) -> Self {
+        Self {
+            system: System {
+                dimension,
+                gravity,
+                bodies: Vec::new(),
+                markers: Vec::new(),
+                terms: Vec::new(),
+                rows: Vec::new(),
+                connections: Vec::new(),
+                loads: Vec::new(),
+                signals: Vec::new(),
+                inputs: Vec::new(),
+                angle_count: 0,
+                is_damped: false,
+            },
+            origins: Vec::new(),
+            orientations: Vec::new(),
+            velocities: Vec::new(),
+            interfaces: Vec::new(),
+        }
+    }
+
+    /// Adds a body as drawn.
+    pub fn body(&mut self, name: &str, flexible: Arc<FlexibleBody>, drawn: &Drawn) -> usize {
+        let n = flexible.coordinate_count();
+        let (first_y, first_v) = (self.system.coordinate_count(), self.system.velocity_count());
+        // The frame's origin is the centre of mass.
+        let center = drawn.orientation * Vector3::from(flexible.origin);
+        self.origins.push(drawn.position + center);
+        self.orientations.push(drawn.orientation);
+        let velocity = drawn.velocity + drawn.angular_velocity.cross(&center);
+        let spin = drawn.orientation.inverse() * drawn.angular_velocity;
+        self.velocities.extend(velocity.iter().chain(spin.iter()));
+        self.velocities.extend(std::iter::repeat_n(0.0, n));
+        let inertia = flexible.inertia.rotation().tensor();
+        let gyration = (inertia.diagonal().max() / flexible.inertia.mass()).sqrt();
+        self.system.bodies.push(Body {
+            name: name.to_owned(),
+            coordinates: first_y..first_y + n,
+            velocities: first_v..first_v + 6 + n,
+            markers: Vec::new(),
+            length: gyration,
+            flexible,
+        });
+        self.system.bodies.len() - 1
+    }
+
+    /// A frame on a body's interface, the same one if it was asked for before.
+    ///
+    /// # Errors
+    /// [`Error::NoFrame`].
+    pub fn marker(&mut self, body: usize, interface: usize, turning: Turning) -> Result<usize, Error> {
+        let known = |marker: &usize| self.interfaces[*marker] == Some((interface, turning));
+        if let Some(marker) = self.system.bodies[body].markers.iter().copied().find(known) {
+            return Ok(marker);
+        }
+        let flexible = self.system.bodies[body].flexible.clone();
+        let attachment = flexible.attachment(interface)?;
+        let marker = marker_of(body, attachment, turning);
+        let owner = &mut self.system.bodies[body];
+        owner.length = owner.length.max(marker.position.norm());
+        owner.markers.push(self.system.markers.len());
+        self.system.markers.push(marker);
+        self.interfaces.push(Some((interface, turning)));
+        Ok(self.system.markers.len() - 1)
+    }
+
+    /// A frame on the ground.
+    pub fn ground(&mut self, position: Vector3<f64>, axes: Matrix3<f64>) -> usize {
+        self.system.markers.push(Marker::on_ground(position, axes));
+        self.interfaces.push(None);
+        self.system.markers.len() - 1
+    }
+
+    /// A marker as drawn, at rest.
+    pub fn frame(&self, marker: usize) -> FrameMotion {
+        let marker = &self.system.markers[marker];
+        let Some(body) = marker.body else {
+            return FrameMotion::at_rest(marker.position, marker.axes);
+        };
+        let turn = self.orientations[body];
+        let axes = turn.to_rotation_matrix().into_inner() * marker.axes;
+        FrameMotion::at_rest(self.origins[body] + turn * marker.position, axes)
+    }
+
+    /// A joint between two markers.
+    ///
+    /// # Errors
+    /// Those of [`JointKind::rows`].
+    pub fn joint(&mut self, name: &str, a: usize, b: usize, kind: &JointKind) -> Result<BuiltJoint, Error> {
+        let rest = RestPlacement::of(&self.frame(a), &self.frame(b));
+        let rows = kind.rows(self.system.dimension, &rest)?;
+        let connection = self.connect(name, ConnectionKind::Joint, a, b);
+        for measure in &rows.held {
+            self.row(connection, &[(1.0, a, b, *measure)], Demand::Hold(0.0));
+        }
+        Ok(BuiltJoint {
+            connection,
+            a,
+            b,
+            rows,
+        })
+    }
+
+    /// A joint coordinate that follows a function of time.
+    pub fn drive(&mut self, name: &str, joint: &BuiltJoint, measure: Measure, signal: usize) -> usize {
+        let connection = self.connect(name, ConnectionKind::Drive, joint.a, joint.b);
+        let term = (1.0, joint.a, joint.b, measure);
+        self.row(connection, &[term], Demand::Follow(signal));
+        connection
+    }
+
+    /// Two joint coordinates in a fixed ratio, `second - ratio first = constant as drawn`.
+    pub fn gear(
+        &mut self,
+        name: &str,
+        (first, first_measure): (&BuiltJoint, Measure),
+        (second, second_measure): (&BuiltJoint, Measure),
+        ratio: f64,
+    ) -> usize {
+        let value = |joint: &BuiltJoint, measure: &Measure| {
+            measure.value(&self.frame(joint.a), &self.frame(joint.b))
+        };
+        let constant = value(second, &second_measure) - ratio * value(first, &first_measure);
+        let connection = self.connect(name, ConnectionKind::Joint, second.a, second.b);
+        let terms = [
+            (1.0, second.a, second.b, second_measure),
+            (-ratio, first.a, first.b, first_measure),
+        ];
+        self.row(connection, &terms, Demand::Hold(constant));
+        connection
+    }
+
+    /// Forces between two markers along measures: a spring, a torsion spring, a bushing.
+    pub fn spring(
+        &mut self,
+        name: &str,
+        a: usize,
+        b: usize,
+        laws: impl IntoIterator<Item = (Measure, Law)>,
+    ) -> usize {
+        let connection = self.connect(name, ConnectionKind::Spring, a, b);
+        for (measure, law) in laws {
+            self.system.is_damped |= law.is_damped();
+            self.row(connection, &[(1.0, a, b, measure)], Demand::Answer(law));
+        }
+        connection
+    }
+
+    /// A force and a torque on a marker; components are functions of time by index.
+    pub fn load(
+        &mut self,
+        name: &str,
+        marker: usize,
+        axes: LoadAxes,
+        force: [Option<usize>; 3],
+        torque: [Option<usize>; 3],
+    ) -> usize {
+        self.system.loads.push(Load {
+            name: name.to_owned(),
+            marker,
+            axes,
+            force,
+            torque,
+        });
+        self.system.loads.len() - 1
+    }
+
+    /// A function of time.
+    pub fn signal(&mut self, signal: Signal) -> usize {
+        self.system.signals.push(signal);
+        self.system.signals.len() - 1
+    }
+
+    /// A value that is set from outside, and what it is at the start.
+    pub fn input(&mut self, name: &str, initial: f64) -> usize {
+        self.system.inputs.push((name.to_owned(), initial));
+        self.system.inputs.len() - 1
+    }
+
+    /// The system so far.
+    pub fn system(&self) -> &System {
+        &self.system
+    }
+
+    /// The system, and its state as drawn.
+    pub fn finish(self) -> (System, State) {
+        let mut state = State::at_rest(&self.system);
+        state.origins.copy_from_slice(&self.origins);
+        state.orientations.copy_from_slice(&self.orientations);
+        state.velocities.copy_from_slice(&self.velocities);
+        (self.system, state)
+    }
+
+    fn connect(&mut self, name: &str, kind: ConnectionKind, a: usize, b: usize) -> usize {
+        let at = self.system.rows.len();
+        self.system.connections.push(Connection {
+            name: name.to_owned(),
+            kind,
+            a,
+            b,
+            rows: at..at,
+        });
+        self.system.connections.len() - 1
+    }
+
+    fn row(&mut self, connection: usize, terms: &[(f64, usize, usize, Measure)], demand: Demand) {
+        let first = self.system.terms.len();
+        for (weight, a, b, measure) in terms {
+            let angle = matches!(measure, Measure::Angle(_)).then_some(self.system.angle_count);
+            self.system.angle_count += usize::from(angle.is_some());
+            self.system.terms.push(Term {
+                weight: *weight,
+                a: *a,
+                b: *b,
+                measure: *measure,
+                angle,
+            });
+        }
+        self.system.rows.push(Row {
+            connection,
+            terms: first..self.system.terms.len(),
+            demand,
+        });
+        self.system.connections[connection].rows.end = self.system.rows.len();
+    }
+}
+
+fn marker_of(body: usize, attachment: &Attachment, turning: Turning) -> Marker {
+    let n = attachment.coordinate_count();
+    let rotates = turning == Turning::Interface && attachment.rotations.contains(&true);
+    let mut shapes = Vec::with_capacity(6 * n);
+    for axis in 0..3 {
+        shapes.extend_from_slice(attachment.translation_shape(axis));
+    }
+    for axis in 0..3 {
+        if rotates {
+            shapes.extend_from_slice(attachment.rotation_shape(axis));
+        } else {
+            shapes.extend(std::iter::repeat_n(0.0, n));
+        }
+    }
+    let elasticity = match (n, rotates) {
+        (0, _) => Elasticity::Rigid,
+        (_, false) => Elasticity::Place,
+        (_, true) => Elasticity::PlaceAndAxes,
+    };
+    Marker {
+        body: Some(body),
+        position: attachment.position,
+        axes: attachment.axes,
+        shapes,
+        elasticity,
+    }
+}
