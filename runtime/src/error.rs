@@ -38,4 +38,48 @@ pub enum Error {
         /// The smallest diagonal entry of `J - L Lᵀ`.
         inertia: f64,
     },
+    /// Accelerations were asked for in a closed form that the body doesn't have.
+    #[error("no closed form for the accelerations of this body: {what}")]
+    NoClosedForm {
+        /// What the body has beyond it.
+        what: &'static str,
+    },
+    /// A quantity of a body made in memory has to be positive and isn't.
+    #[error("body {body:?}: {quantity} has to be {required}, but {found:.3e} was found in it")]
+    NotPositive {
+        /// Name of the body.
+        body: String,
+        /// What it is.
+        quantity: &'static str,
+        /// `positive`, or a weaker demand.
+        required: &'static str,
+        /// The offending value: an eigenvalue of a matrix.
+        found: f64,
+    },
+    /// Arrays of a body made in memory don't fit each other.
+    #[error(
+        "body {body:?}: {quantity} has {found:?} rows and columns, but {expected:?} are needed"
+    )]
+    Shape {
+        /// Name of the body.
+        body: String,
+        /// Which array.
+        quantity: &'static str,
+        /// Rows and columns found.
+        found: (usize, usize),
+        /// Rows and columns needed.
+        expected: (usize, usize),
+    },
+    /// An interface doesn't say how a frame moves.
+    #[error(
+        "body {body:?}: interface {interface:?} is of kind `{kind}` and has no frame that a joint or a load could act on; make it `average` or `rigid`"
+    )]
+    NoFrame {
+        /// Name of the body.
+        body: String,
+        /// Name of the interface.
+        interface: String,
+        /// Its kind.
+        kind: &'static str,
+    },
 }

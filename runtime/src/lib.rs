@@ -21,6 +21,9 @@ pub mod error;
 pub mod frame;
 pub mod motion;
 
-pub use body::FlexibleBody;
+pub use body::{Attachment, Compatibility, FlexibleBody, GeneralizedBody, RigidBody, RigidPoint};
 pub use error::Error;
-pub use frame::{FrameInertia, InertiaTerms};
+pub use frame::{
+    BodyAcceleration, BodyState, FrameInertia, InertiaChange, InertiaForces, InertiaTangent,
+    InertiaTerms,
+};
