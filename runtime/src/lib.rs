@@ -33,7 +33,10 @@ pub mod scene;
 pub mod simulation;
 pub mod system;
 
-pub use body::FlexibleBody;
+pub use body::{Attachment, Compatibility, FlexibleBody, GeneralizedBody, RigidBody, RigidPoint};
 pub use error::Error;
-pub use frame::{FrameInertia, InertiaTerms};
+pub use frame::{
+    BodyAcceleration, BodyState, FrameInertia, InertiaChange, InertiaForces, InertiaTangent,
+    InertiaTerms,
+};
 pub use function::{Function, TimeFunction};

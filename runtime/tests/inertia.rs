@@ -158,7 +158,7 @@ fn forces_are_those_of_the_energy() {
         let forces: Vec<f64> = (0..y.len())
             .map(|l| {
                 let coupled: f64 = (0..3)
-                    .map(|a| terms.coupling[(l, a)] * accelerations.0[a])
+                    .map(|a| terms.coupling(a)[l] * accelerations.0[a])
                     .sum();
                 accelerations.1[l] + coupled - terms.force[l]
             })

@@ -1,145 +1,109 @@
 //! Inertia of a body in its floating frame (`docs/theory.md`, inertia invariants).
 //!
-//! On mean axes the translation of the frame decouples from everything else, and the rest depends only on the dynamic
-//! coordinates y, their rates and the spin ω *in body axes*, not on position or orientation:
+//! The inertia depends on the dynamic coordinates y, their rates, and the velocity V and spin ω of the frame *in body axes*, not
+//! on position or orientation:
 //!
 //! ```text
-//! T     =  ½ m |R'|²  +  ½ ωᵀ J(y) ω  +  ωᵀ L(y) y'  +  ½ |y'|²
+//! T     =  ½ m |V|² + V · (L1 y' + ω × L1 y)  +  ½ ωᵀ J(y) ω  +  ωᵀ (I3 + L(y)) y'  +  ½ y'ᵀ M y'
 //!
-//!          | m I    0        0    |
-//! M(y)  =  |        J(y)     L(y) |        rows: translation (d), rotation (a), y (n)
-//!          | sym             I    |
+//!          | m I   -skew(L1 y)   L1        |
+//! M(y)  =  |        J(y)         I3 + L(y) |        rows: translation (d), rotation (a), y (n)
+//!          | sym                 M         |
 //! ```
 //!
-//! All terms of second order in y are kept, so energy and momentum are conserved exactly by the equations. Planar bodies use
-//! the same quantities with every entry zero but those of the z axis. The elastic forces are in [`crate::body`]; nothing
-//! here allocates once [`InertiaTerms`] exists.
+//! On mean axes L1 and I3 vanish and the translation decouples from everything else; coordinates are orthonormal, M = I,
+//! unless attachments are measured by their forces ([`AttachmentMass`]). [`InertiaChange`] says how far J follows y; forces
+//! and energy always belong together, so energy and momentum are conserved exactly by the equations. Planar bodies use the
+//! same quantities with every entry zero but those of the plane and of the z axis. The elastic forces are in [`crate::body`];
+//! nothing here allocates once the terms, forces and tangents exist.
 
-pub mod planar;
-pub mod spatial;
+mod forces;
+mod given;
+mod rotation;
+pub(crate) mod stacked;
+mod tangent;
+mod terms;
 
 use dcb_formats::mesh::Dimension;
-use faer::{Mat, MatMut};
-use nalgebra::{Matrix3, Vector3};
+use dcb_formats::superelement::Inertia;
+use faer::{MatMut, MatRef};
+use nalgebra::Vector3;
+use pulp::{Arch, Simd, WithSimd};
 
-use crate::error::Error;
-pub use planar::PlanarInertia;
-pub use spatial::SpatialInertia;
+pub use forces::{BodyAcceleration, InertiaForces};
+pub use given::{AttachmentMass, FrameMomentum};
+pub use rotation::{InertiaChange, RotaryInertia};
+pub use tangent::{InertiaTangent, TangentBlock};
+pub use terms::InertiaTerms;
 
 /// Inertia invariants of a body over its dynamic coordinates.
 #[derive(Clone, Debug, PartialEq)]
-pub enum FrameInertia {
-    /// One axis of rotation.
-    Planar(PlanarInertia),
-    /// Three axes of rotation.
-    Spatial(Box<SpatialInertia>),
+pub struct FrameInertia {
+    mass: f64,
+    rotation: RotaryInertia,
+    momentum: Option<FrameMomentum>,
+    attachment_mass: Option<AttachmentMass>,
 }
 
-/// What the invariants amount to at one configuration and velocity; made once, overwritten by every evaluation.
-#[derive(Clone, Debug, PartialEq)]
-pub struct InertiaTerms {
-    /// J(y), rotary inertia about the centre of mass, body axes, mass·length² (planar: only (z, z)).
-    pub rotary: Matrix3<f64>,
-    /// L(y)ᵀ, (n, 3): coupling of each coordinate to each axis, √mass·length (planar: only column z).
-    pub coupling: Mat<f64>,
-    /// Velocity-dependent moment on the frame, body axes, on the side of the applied forces.
-    pub moment: Vector3<f64>,
-    /// Velocity-dependent forces on y, (n), on the side of the applied forces.
-    pub force: Vec<f64>,
-    /// J2 y of every pair of axes, (n, 6): scratch of spatial bodies.
-    second_order: Mat<f64>,
-}
-
-impl InertiaTerms {
-    /// Room for a body of `count` dynamic coordinates.
-    pub fn for_coordinates(count: usize) -> Self {
-        Self {
-            rotary: Matrix3::zeros(),
-            coupling: Mat::zeros(count, 3),
-            moment: Vector3::zeros(),
-            force: vec![0.0; count],
-            second_order: Mat::zeros(count, spatial::PAIRS.len()),
-        }
-    }
-
-    /// `L(y) rates`: angular momentum of the deflection itself, body axes.
-    pub fn relative_momentum(&self, rates: &[f64]) -> Vector3<f64> {
-        Vector3::from_fn(|axis, _| dot(self.coupling.col_as_slice(axis), rates))
-    }
-
-    /// `J(y) ω + L(y) y'`: angular momentum about the centre of mass, body axes.
-    pub fn angular_momentum(&self, spin_body: &Vector3<f64>, rates: &[f64]) -> Vector3<f64> {
-        self.rotary * spin_body + self.relative_momentum(rates)
-    }
-
-    /// Kinetic energy with the centre of mass moving at `velocity` (any axes).
-    pub fn kinetic_energy(
-        &self,
-        mass: f64,
-        velocity: &Vector3<f64>,
-        spin_body: &Vector3<f64>,
-        rates: &[f64],
-    ) -> f64 {
-        let rotation = 0.5 * spin_body.dot(&(self.rotary * spin_body))
-            + spin_body.dot(&self.relative_momentum(rates));
-        0.5 * mass * velocity.norm_squared() + rotation + 0.5 * dot(rates, rates)
-    }
-
-    /// Accelerations of spin and coordinates under a moment (body axes) and generalised forces, which the velocity-dependent
-    /// ones of the last evaluation join. `forces` is replaced by y''; the spin's acceleration is returned.
-    ///
-    /// ```text
-    /// (J - L Lᵀ) ω'  =  r_ω - L r_y          r = applied + velocity-dependent
-    /// y''            =  r_y - Lᵀ ω'
-    /// ```
-    ///
-    /// # Errors
-    /// [`Error::InertiaNotPositive`] if `J - L Lᵀ` is not positive definite over the body's axes.
-    pub fn accelerations(
-        &self,
-        dimension: Dimension,
-        moment_body: &Vector3<f64>,
-        forces: &mut [f64],
-    ) -> Result<Vector3<f64>, Error> {
-        for (force, own) in forces.iter_mut().zip(&self.force) {
-            *force += own;
-        }
-        let mut inertia = Matrix3::from_fn(|a, b| {
-            self.rotary[(a, b)] - dot(self.coupling.col_as_slice(a), self.coupling.col_as_slice(b))
-        });
-        let mut moment = moment_body + self.moment - self.relative_momentum(forces);
-        if dimension == Dimension::Planar {
-            // The axes that a planar body doesn't turn about.
-            inertia[(0, 0)] = 1.0;
-            inertia[(1, 1)] = 1.0;
-            (moment.x, moment.y) = (0.0, 0.0);
-        }
-        let factor = inertia.cholesky().ok_or(Error::InertiaNotPositive {
-            inertia: inertia.diagonal().min(),
-        })?;
-        let spin_rate = factor.solve(&moment);
-        for axis in 0..3 {
-            add_scaled(forces, -spin_rate[axis], self.coupling.col_as_slice(axis));
-        }
-        Ok(spin_rate)
-    }
+/// Deflection and velocities of a body, body axes. Slices have the body's number of coordinates.
+#[derive(Clone, Copy, Debug)]
+pub struct BodyState<'a> {
+    /// Dynamic coordinates.
+    pub y: &'a [f64],
+    /// Their rates.
+    pub rates: &'a [f64],
+    /// Spin in body axes (planar: only z is used).
+    pub spin: Vector3<f64>,
 }
 
 impl FrameInertia {
+    /// The invariants of a body on mean axes over the orthonormal coordinates that the `columns` combine from those of
+    /// `inertia`: `columnsᵀ · columns`.
+    pub fn over(inertia: &Inertia, dimension: Dimension, columns: MatRef<'_, f64>) -> Self {
+        Self {
+            mass: inertia.mass,
+            rotation: RotaryInertia::over(inertia, dimension, columns),
+            momentum: None,
+            attachment_mass: None,
+        }
+    }
+
+    /// The same with the momentum that coordinates have in a frame of kind `given`.
+    pub fn with_momentum(mut self, momentum: Option<FrameMomentum>) -> Self {
+        self.momentum = momentum;
+        self
+    }
+
+    /// The same with last coordinates that aren't orthonormal.
+    pub fn with_attachment_mass(mut self, mass: AttachmentMass) -> Self {
+        self.attachment_mass = Some(mass);
+        self
+    }
+
+    /// The same with the change of the rotary inertia followed no further than `change`.
+    pub fn with_change(mut self, change: InertiaChange) -> Self {
+        self.rotation = self.rotation.with_change(change);
+        self
+    }
+
     /// Planar or spatial.
     pub fn dimension(&self) -> Dimension {
-        match self {
-            Self::Planar(_) => Dimension::Planar,
-            Self::Spatial(_) => Dimension::Spatial,
-        }
+        self.rotation.dimension()
     }
 
     /// Total mass.
     pub fn mass(&self) -> f64 {
-        match self {
-            Self::Planar(inertia) => inertia.mass,
-            Self::Spatial(inertia) => inertia.mass,
-        }
+        self.mass
+    }
+
+    /// Rotary inertia of the undeformed body, and how it changes.
+    pub fn rotation(&self) -> &RotaryInertia {
+        &self.rotation
+    }
+
+    /// L1 and I3; `None` on mean axes.
+    pub fn momentum(&self) -> Option<&FrameMomentum> {
+        self.momentum.as_ref()
     }
 
     /// J, L and the velocity-dependent forces at the coordinates `y`, their `rates` and the spin in body axes
@@ -151,46 +115,98 @@ impl FrameInertia {
         rates: &[f64],
         terms: &mut InertiaTerms,
     ) {
-        match self {
-            Self::Planar(inertia) => inertia.evaluate(y, spin_body.z, rates, terms),
-            Self::Spatial(inertia) => inertia.evaluate(y, spin_body, rates, terms),
-        }
+        let spin = match self.dimension() {
+            Dimension::Planar => Vector3::new(0.0, 0.0, spin_body.z),
+            Dimension::Spatial => *spin_body,
+        };
+        let state = BodyState { y, rates, spin };
+        Arch::new().dispatch(Evaluation {
+            inertia: self,
+            state,
+            terms,
+        });
     }
 
-    /// Writes M(y) of the last evaluation, (d + a + n, d + a + n): translations in any fixed axes, rotations in body axes.
+    /// Writes M(y) of the last evaluation, (d + a + n, d + a + n): translations in body axes (any fixed axes will do on
+    /// mean axes), rotations in body axes.
     pub fn write_mass_matrix(&self, terms: &InertiaTerms, mut matrix: MatMut<'_, f64>) {
-        let (d, axes) = match self.dimension() {
-            Dimension::Planar => (2, 2..3),
-            Dimension::Spatial => (3, 0..3),
-        };
+        let d = self.dimension().coordinate_count();
+        let axes = self.rotation.axes();
         let first = d + axes.len();
         matrix.fill(0.0);
+        let turned = terms.first_moment.cross_matrix();
         for i in 0..d {
-            matrix[(i, i)] = self.mass();
+            matrix[(i, i)] = self.mass;
+            for (j, b) in axes.clone().enumerate() {
+                matrix[(i, d + j)] = -turned[(i, b)];
+                matrix[(d + j, i)] = -turned[(i, b)];
+            }
         }
         for (i, a) in axes.clone().enumerate() {
             for (j, b) in axes.clone().enumerate() {
                 matrix[(d + i, d + j)] = terms.rotary[(a, b)];
             }
-            for (l, value) in terms.coupling.col_as_slice(a).iter().enumerate() {
+            for (l, value) in terms.coupling(a).iter().enumerate() {
                 matrix[(d + i, first + l)] = *value;
                 matrix[(first + l, d + i)] = *value;
             }
         }
         for l in 0..terms.force.len() {
             matrix[(first + l, first + l)] = 1.0;
+            let linear = self.momentum.as_ref().map(|of| of.linear_column(l));
+            for i in 0..linear.map_or(0, |_| d) {
+                let value = linear.map_or(0.0, |column| column[i]);
+                matrix[(i, first + l)] = value;
+                matrix[(first + l, i)] = value;
+            }
         }
+        if let Some(mass) = &self.attachment_mass {
+            mass.add_excess_matrix(
+                1.0,
+                matrix.submatrix_mut(first, first, terms.force.len(), terms.force.len()),
+            );
+        }
+    }
+
+    #[inline(always)]
+    fn evaluate_terms<S: Simd>(&self, simd: S, state: &BodyState<'_>, terms: &mut InertiaTerms) {
+        match &self.momentum {
+            Some(momentum) => {
+                terms.coupling.copy_from_slice(&momentum.angular);
+                let (p, dp) = (momentum.linear_of(state.y), momentum.linear_of(state.rates));
+                let spin = &state.spin;
+                terms.force_body = -(2.0 * spin.cross(&dp) + spin.cross(&spin.cross(&p)));
+                (terms.first_moment, terms.first_moment_rate) = (p, dp);
+            }
+            None => {
+                terms.coupling.fill(0.0);
+                terms.force_body = Vector3::zeros();
+                terms.first_moment = Vector3::zeros();
+                terms.first_moment_rate = Vector3::zeros();
+            }
+        }
+        let mass = self.attachment_mass.as_ref();
+        terms.excess_energy = mass.map_or(0.0, |mass| 0.5 * mass.excess_product(state.rates));
+        terms.beyond_closed_form = match (&self.momentum, mass) {
+            (Some(_), _) => Some("its frame is not on mean axes"),
+            (None, Some(_)) => Some("its coordinates are not orthonormal"),
+            (None, None) => None,
+        };
+        self.rotation.evaluate(simd, state, mass, terms);
     }
 }
 
-/// `a · b`
-fn dot(a: &[f64], b: &[f64]) -> f64 {
-    a.iter().zip(b).map(|(a, b)| a * b).sum()
+struct Evaluation<'a> {
+    inertia: &'a FrameInertia,
+    state: BodyState<'a>,
+    terms: &'a mut InertiaTerms,
 }
 
-/// `y += factor x`
-fn add_scaled(y: &mut [f64], factor: f64, x: &[f64]) {
-    for (y, x) in y.iter_mut().zip(x) {
-        *y += factor * x;
+impl WithSimd for Evaluation<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, simd: S) {
+        self.inertia.evaluate_terms(simd, &self.state, self.terms);
     }
 }

@@ -1,0 +1,155 @@
+//! A frame of a body that joints, springs and loads act on: an interface that moves as one.
+
+use std::collections::BTreeSet;
+
+use dcb_formats::component::InterfaceKind;
+use dcb_formats::superelement::{BoundaryRow, InterfaceFrame};
+use faer::MatRef;
+use nalgebra::{Matrix3, Vector3};
+use pulp::{Arch, Simd, WithSimd};
+
+use crate::frame::stacked::{add_scaled, dot};
+
+/// A frame of a body that joints, springs and loads act on.
+///
+/// Its origin is at `R + A (position + S_u y)` and its axes are `A exp(skew(S_θ y)) axes` for a body frame at R, A.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Attachment {
+    /// Name of the interface.
+    pub name: String,
+    /// Rest position, body frame.
+    pub position: Vector3<f64>,
+    /// Rest rotation matrix, frame axes to body axes: its columns are the frame's axes.
+    pub axes: Matrix3<f64>,
+    /// Along which body axes the displacement is known.
+    pub translations: [bool; 3],
+    /// About which body axes the rotation is known.
+    pub rotations: [bool; 3],
+    /// S_u, then S_θ, row by row, (n) each; zero where not known. 1/√mass, rotations 1/(√mass·length).
+    shapes: Vec<f64>,
+}
+
+impl Attachment {
+    /// The frame of interface `index`, or `None` if its rows don't describe one: several nodes, or explicit rows.
+    pub(super) fn of_interface(
+        index: usize,
+        interface: &InterfaceFrame,
+        rows: &[BoundaryRow],
+        shapes: MatRef<'_, f64>,
+    ) -> Option<Self> {
+        let own = || {
+            let all = rows.iter().enumerate();
+            all.filter(|(_, row)| row.interface == index)
+        };
+        let position = match interface.kind {
+            InterfaceKind::Average | InterfaceKind::Rigid => interface.position,
+            InterfaceKind::Nodes => {
+                let nodes: BTreeSet<i64> = own().map(|(_, row)| row.node).collect();
+                let (_, first) = own().next().filter(|_| nodes.len() == 1)?;
+                first.position
+            }
+            InterfaceKind::Boundary => return None,
+        };
+        let n = shapes.ncols();
+        let mut known = [false; 6];
+        let mut of_frame = vec![0.0; 6 * n];
+        for (row, BoundaryRow { direction, .. }) in own() {
+            let direction = usize::try_from(*direction).ok().filter(|d| *d < 6)?;
+            known[direction] = true;
+            for k in 0..n {
+                of_frame[direction * n + k] = shapes[(row, k)];
+            }
+        }
+        let [ux, uy, uz, rx, ry, rz] = known;
+        Some(Self {
+            name: interface.name.clone(),
+            position: Vector3::from(position),
+            axes: Matrix3::from_fn(|i, j| interface.orientation[i][j]),
+            translations: [ux, uy, uz],
+            rotations: [rx, ry, rz],
+            shapes: of_frame,
+        })
+    }
+
+    /// Number of dynamic coordinates of the body.
+    pub fn coordinate_count(&self) -> usize {
+        self.shapes.len() / 6
+    }
+
+    /// Row `axis` of S_u, (n).
+    pub fn translation_shape(&self, axis: usize) -> &[f64] {
+        self.shape(axis)
+    }
+
+    /// Row `axis` of S_θ, (n).
+    pub fn rotation_shape(&self, axis: usize) -> &[f64] {
+        self.shape(3 + axis)
+    }
+
+    fn shape(&self, row: usize) -> &[f64] {
+        let n = self.coordinate_count();
+        &self.shapes[row * n..(row + 1) * n]
+    }
+
+    /// `(S_u y, S_θ y)`: displacement and rotation in body axes; of rates or second rates, their derivatives.
+    pub fn products(&self, y: &[f64]) -> (Vector3<f64>, Vector3<f64>) {
+        if y.is_empty() {
+            return (Vector3::zeros(), Vector3::zeros());
+        }
+        Arch::new().dispatch(Products {
+            attachment: self,
+            y,
+        })
+    }
+
+    /// `forces += S_uᵀ force + S_θᵀ moment`: what a force and a moment in body axes are on the coordinates.
+    pub fn add_forces(&self, force: &Vector3<f64>, moment: &Vector3<f64>, forces: &mut [f64]) {
+        if forces.is_empty() {
+            return;
+        }
+        Arch::new().dispatch(Forces {
+            attachment: self,
+            wrench: [force, moment],
+            forces,
+        });
+    }
+}
+
+struct Products<'a> {
+    attachment: &'a Attachment,
+    y: &'a [f64],
+}
+
+impl WithSimd for Products<'_> {
+    type Output = (Vector3<f64>, Vector3<f64>);
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, simd: S) -> Self::Output {
+        let Self { attachment, y } = self;
+        let product = |row: usize| dot(simd, attachment.shape(row), y);
+        (
+            Vector3::new(product(0), product(1), product(2)),
+            Vector3::new(product(3), product(4), product(5)),
+        )
+    }
+}
+
+struct Forces<'a> {
+    attachment: &'a Attachment,
+    wrench: [&'a Vector3<f64>; 2],
+    forces: &'a mut [f64],
+}
+
+impl WithSimd for Forces<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, simd: S) {
+        for (part, vector) in self.wrench.into_iter().enumerate() {
+            for axis in 0..3 {
+                let shape = self.attachment.shape(3 * part + axis);
+                add_scaled(simd, vector[axis], shape, self.forces);
+            }
+        }
+    }
+}

@@ -1,0 +1,105 @@
+//! What a frame that isn't on mean axes, and coordinates that aren't orthonormal, add to the inertia.
+
+use dcb_formats::superelement::Inertia;
+use faer::{Mat, MatMut, MatRef};
+use nalgebra::Vector3;
+
+/// Momentum of the coordinates in a frame of kind `given`: L1 and I3, which vanish on mean axes.
+#[derive(Clone, Debug, PartialEq)]
+pub struct FrameMomentum {
+    /// L1ᵀ, axis by axis, (n) each: momentum of unit rates, √mass.
+    pub(super) linear: Vec<f64>,
+    /// I3ᵀ, axis by axis, (n) each: angular momentum about the undeformed centre of mass, √mass·length.
+    pub(super) angular: Vec<f64>,
+}
+
+impl FrameMomentum {
+    /// L1 and I3 over the coordinates that the columns combine; `None` where both vanish.
+    pub fn over(inertia: &Inertia, columns: MatRef<'_, f64>) -> Option<Self> {
+        // Planar files have two rows of L1 and, in I3, only the one about z.
+        let spread = |rows: &Mat<f64>, first: usize| -> Vec<f64> {
+            let product = rows * columns;
+            (0..3)
+                .flat_map(|axis: usize| {
+                    let row = axis.checked_sub(first).filter(|row| *row < product.nrows());
+                    (0..product.ncols())
+                        .map(|k| row.map_or(0.0, |row| product[(row, k)]))
+                        .collect::<Vec<f64>>()
+                })
+                .collect()
+        };
+        let linear = spread(&inertia.l1, 0);
+        let angular = spread(&inertia.i3, 3 - inertia.i3.nrows().min(3));
+        let vanishes = linear.iter().chain(&angular).all(|entry| *entry == 0.0);
+        (!vanishes).then_some(Self { linear, angular })
+    }
+
+    /// `L1 x`
+    pub(super) fn linear_of(&self, x: &[f64]) -> Vector3<f64> {
+        Vector3::from_fn(|axis, _| {
+            let row = &self.linear[axis * x.len()..(axis + 1) * x.len()];
+            row.iter().zip(x).map(|(a, b)| a * b).sum()
+        })
+    }
+
+    /// Column k of L1.
+    pub(super) fn linear_column(&self, k: usize) -> Vector3<f64> {
+        let n = self.linear.len() / 3;
+        Vector3::from_fn(|axis, _| self.linear[axis * n + k])
+    }
+}
+
+/// Mass of the last coordinates where they aren't orthonormal: attachments measured by their forces (M_res).
+#[derive(Clone, Debug, PartialEq)]
+pub struct AttachmentMass {
+    /// M_res - I, symmetric.
+    excess: Mat<f64>,
+}
+
+impl AttachmentMass {
+    /// Of the mass matrix of the last coordinates, symmetric.
+    pub fn of(mass: &Mat<f64>) -> Self {
+        Self {
+            excess: Mat::from_fn(mass.nrows(), mass.ncols(), |i, j| {
+                0.5 * (mass[(i, j)] + mass[(j, i)]) - f64::from(u8::from(i == j))
+            }),
+        }
+    }
+
+    /// `out += factor (M - I) x` over all coordinates.
+    pub(super) fn add_excess(&self, factor: f64, x: &[f64], out: &mut [f64]) {
+        let first = x.len() - self.excess.ncols();
+        for (k, x) in x[first..].iter().enumerate() {
+            for (out, entry) in out[first..].iter_mut().zip(self.excess.col(k).iter()) {
+                *out += factor * x * entry;
+            }
+        }
+    }
+
+    /// `xᵀ (M - I) x`
+    pub(super) fn excess_product(&self, x: &[f64]) -> f64 {
+        let last = &x[x.len() - self.excess.ncols()..];
+        (0..last.len())
+            .map(|k| {
+                let column = self.excess.col(k);
+                last[k] * column.iter().zip(last).map(|(a, b)| a * b).sum::<f64>()
+            })
+            .sum()
+    }
+
+    /// `out += factor (M - I)`, (n, n).
+    pub(super) fn add_excess_matrix(&self, factor: f64, mut out: MatMut<'_, f64>) {
+        let first = out.ncols() - self.excess.ncols();
+        for k in 0..self.excess.ncols() {
+            for l in 0..self.excess.nrows() {
+                out[(first + l, first + k)] += factor * self.excess[(l, k)];
+            }
+        }
+    }
+
+    /// Diagonal entry k of `M - I`, of `count` coordinates.
+    pub(super) fn excess_diagonal(&self, count: usize, k: usize) -> f64 {
+        let first = count - self.excess.ncols();
+        k.checked_sub(first).map_or(0.0, |k| self.excess[(k, k)])
+    }
+}
