@@ -41,7 +41,10 @@ fn derivatives_are_those_of_central_differences() {
             let (after, before) = (value(&function, time + step), value(&function, time - step));
             let rate = (after - before) / (2.0 * step);
             let second = (after - 2.0 * here.value + before) / (step * step);
-            assert!((rate - here.rate).abs() < 2e-6, "{text} at {time}: {rate} {here:?}");
+            assert!(
+                (rate - here.rate).abs() < 2e-6,
+                "{text} at {time}: {rate} {here:?}"
+            );
             assert!(
                 (second - here.second_rate).abs() < 2e-5,
                 "{text} at {time}: {second} {here:?}"
@@ -78,11 +81,17 @@ fn a_formula_reads_as_on_paper() {
 #[test]
 fn powers_of_zero_and_of_negative_bases_have_their_derivatives() {
     let square = ready(r#"{"formula": "sin(3*t)^2"}"#).evaluate(0.0, 0.0);
-    assert_eq!((square.value, square.rate, square.second_rate), (0.0, 0.0, 18.0));
+    assert_eq!(
+        (square.value, square.rate, square.second_rate),
+        (0.0, 0.0, 18.0)
+    );
     let line = ready(r#"{"formula": "(t - 1)^1"}"#).evaluate(1.0, 0.0);
     assert_eq!((line.value, line.rate, line.second_rate), (0.0, 1.0, 0.0));
     let cube = ready(r#"{"formula": "(t - 3)^3"}"#).evaluate(1.0, 0.0);
-    assert_eq!((cube.value, cube.rate, cube.second_rate), (-8.0, 12.0, -12.0));
+    assert_eq!(
+        (cube.value, cube.rate, cube.second_rate),
+        (-8.0, 12.0, -12.0)
+    );
 }
 
 #[test]
@@ -99,7 +108,10 @@ fn a_spline_is_natural_smooth_and_passes_through_its_points() {
         let here = spline.evaluate(time, 0.0);
         assert!((here.value - given).abs() < 1e-14);
         if time > 0.0 && time < 3.0 {
-            let (before, after) = (spline.evaluate(time - tiny, 0.0), spline.evaluate(time + tiny, 0.0));
+            let (before, after) = (
+                spline.evaluate(time - tiny, 0.0),
+                spline.evaluate(time + tiny, 0.0),
+            );
             assert!((after.rate - before.rate).abs() < 1e-6);
             assert!((after.second_rate - before.second_rate).abs() < 1e-6);
         }
@@ -108,7 +120,10 @@ fn a_spline_is_natural_smooth_and_passes_through_its_points() {
     assert!(spline.evaluate(3.0 - 1e-12, 0.0).second_rate.abs() < 1e-9);
     for (outside, end) in [(-4.0, 0.0), (9.0, 2.0)] {
         let there = spline.evaluate(outside, 0.0);
-        assert_eq!((there.value, there.rate, there.second_rate), (end, 0.0, 0.0));
+        assert_eq!(
+            (there.value, there.rate, there.second_rate),
+            (end, 0.0, 0.0)
+        );
     }
 }
 
@@ -142,9 +157,15 @@ fn an_integral_vanishes_at_zero_and_has_the_function_as_its_rate() {
                 let (time, here) = (start + width, function.evaluate(start + width, 0.0));
                 let there = integral.evaluate(time, 0.0);
                 // Simpson's rule loses a little at the kinks of the spline's third derivative.
-                assert!((there.value - simpson).abs() < 1e-10, "{text} at {time}: {there:?} {simpson}");
+                assert!(
+                    (there.value - simpson).abs() < 1e-10,
+                    "{text} at {time}: {there:?} {simpson}"
+                );
                 assert!((there.rate - here.value).abs() < 1e-13, "{text} at {time}");
-                assert!((there.second_rate - here.rate).abs() < 1e-12, "{text} at {time}");
+                assert!(
+                    (there.second_rate - here.rate).abs() < 1e-12,
+                    "{text} at {time}"
+                );
             }
         }
     }
@@ -184,9 +205,16 @@ fn an_integrated_formula_is_defined_up_to_its_end_and_no_further() {
 
 #[test]
 fn exact_integrals_hold_beyond_any_end() {
-    let table = from_json(r#"{"table": {"times": [1, 2], "values": [3, 5], "interpolation": "linear"}}"#);
+    let table =
+        from_json(r#"{"table": {"times": [1, 2], "values": [3, 5], "interpolation": "linear"}}"#);
     let integral = TimeFunction::integral_of(&table, 1.0).unwrap();
-    for (time, exact) in [(-2.0, -6.0), (0.0, 0.0), (1.0, 3.0), (2.0, 7.0), (4.0, 17.0)] {
+    for (time, exact) in [
+        (-2.0, -6.0),
+        (0.0, 0.0),
+        (1.0, 3.0),
+        (2.0, 7.0),
+        (4.0, 17.0),
+    ] {
         assert!((value(&integral, time) - exact).abs() < 1e-14);
     }
     let wave = Function::Harmonic(Harmonic {
@@ -224,7 +252,10 @@ fn what_cannot_be_evaluated_is_refused_with_its_place() {
             r#"{"table": {"times": [0, 1], "values": [1, 2, 3]}}"#,
             "table.values: has 3 numbers, but times has 2",
         ),
-        (r#"{"table": {"times": [0], "values": [1]}}"#, "table.times: has 1 numbers"),
+        (
+            r#"{"table": {"times": [0], "values": [1]}}"#,
+            "table.times: has 1 numbers",
+        ),
         (
             r#"{"harmonic": {"amplitude": 1}}"#,
             "harmonic.frequency_hz: one of frequency_hz and angular_frequency is expected, none is",
@@ -263,11 +294,20 @@ fn bad_formulas_are_refused_with_their_position() {
         ("2*", "position 3: expected a number"),
         ("sin(t", "position 6: expected"),
         ("sin t", "position 5: expected the end or one of + - * / ^"),
-        ("1 + sin", "position 5: the function `sin` needs brackets: `sin(t)`"),
+        (
+            "1 + sin",
+            "position 5: the function `sin` needs brackets: `sin(t)`",
+        ),
         ("3*x + 1", "position 3: `x` is not known"),
         ("2t", "position 2: expected one of + - * / ^"),
-        ("sinn(t)", "position 1: `sinn` is not a known function; did you mean `sin`?"),
-        ("1 + log(t)", "position 5: `log` is not a known function; write ln or log10"),
+        (
+            "sinn(t)",
+            "position 1: `sinn` is not a known function; did you mean `sin`?",
+        ),
+        (
+            "1 + log(t)",
+            "position 5: `log` is not a known function; write ln or log10",
+        ),
         ("t ** 2", "position 4: expected a number"),
         ("{t}", "position 1"),
         ("été + t", "position 1"),
@@ -287,12 +327,17 @@ fn bad_formulas_are_refused_with_their_position() {
 fn a_function_has_exactly_one_known_kind() {
     for (text, said) in [
         (r#"{"polynomail": [1]}"#, "unknown field `polynomail`"),
-        (r#"{"constant": 1, "polynomial": [1]}"#, "one kind, found `constant` and `polynomial`"),
+        (
+            r#"{"constant": 1, "polynomial": [1]}"#,
+            "one kind, found `constant` and `polynomial`",
+        ),
         ("{}", "invalid length 0"),
         (r#""sin(t)""#, "a number or a function"),
         (r#"{"harmonic": [1, 2]}"#, "an object"),
     ] {
-        let message = serde_json::from_str::<Function>(text).unwrap_err().to_string();
+        let message = serde_json::from_str::<Function>(text)
+            .unwrap_err()
+            .to_string();
         assert!(message.contains(said), "{message}");
     }
     for text in SMOOTH {

@@ -121,7 +121,11 @@ impl Harmonic {
             (Some(frequency), None) => ("frequency_hz", frequency),
             (None, Some(omega)) => ("angular_frequency", omega),
             (both, _) => {
-                let found = if both.is_some() { "both are" } else { "none is" };
+                let found = if both.is_some() {
+                    "both are"
+                } else {
+                    "none is"
+                };
                 return Err(Error::described(
                     "frequency_hz",
                     format!("one of frequency_hz and angular_frequency is expected, {found} given"),

@@ -99,8 +99,13 @@ impl Formula {
                 ),
             ));
         }
-        let mut tokens = Grammar::parse(Rule::formula, text)
-            .map_err(|error| at(text, start_of(&error.location), &expectation(&error.variant)))?;
+        let mut tokens = Grammar::parse(Rule::formula, text).map_err(|error| {
+            at(
+                text,
+                start_of(&error.location),
+                &expectation(&error.variant),
+            )
+        })?;
         let Some(whole) = tokens.next() else {
             return Err(at(text, 0, "is empty"));
         };
@@ -217,7 +222,8 @@ impl Elementary {
 fn compiled(text: &str, tokens: Pairs<Rule>) -> Result<Vec<Step>, Error> {
     let precedence = PrattParser::new()
         .op(Operator::infix(Rule::add, Assoc::Left) | Operator::infix(Rule::subtract, Assoc::Left))
-        .op(Operator::infix(Rule::multiply, Assoc::Left) | Operator::infix(Rule::divide, Assoc::Left))
+        .op(Operator::infix(Rule::multiply, Assoc::Left)
+            | Operator::infix(Rule::divide, Assoc::Left))
         .op(Operator::prefix(Rule::minus) | Operator::prefix(Rule::plus))
         .op(Operator::infix(Rule::power, Assoc::Right));
     expression(text, tokens, &precedence)
@@ -368,8 +374,12 @@ fn expectation(variant: &ErrorVariant<Rule>) -> String {
     for rule in positives {
         let word = match rule {
             Rule::EOI => "the end",
-            Rule::add | Rule::subtract | Rule::multiply | Rule::divide | Rule::power => "one of + - * / ^",
-            Rule::expression | Rule::number | Rule::name | Rule::call => "a number, t, a function or a bracket",
+            Rule::add | Rule::subtract | Rule::multiply | Rule::divide | Rule::power => {
+                "one of + - * / ^"
+            }
+            Rule::expression | Rule::number | Rule::name | Rule::call => {
+                "a number, t, a function or a bracket"
+            }
             _ => continue,
         };
         if !wanted.contains(&word) {

@@ -58,7 +58,11 @@ impl Piecewise {
             .iter()
             .map(|first| constant(*first))
             .chain(inner)
-            .chain(values[values.len() - 1..].iter().map(|last| constant(*last)))
+            .chain(
+                values[values.len() - 1..]
+                    .iter()
+                    .map(|last| constant(*last)),
+            )
             .collect();
         Self {
             breaks: times.to_vec(),

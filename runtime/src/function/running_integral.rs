@@ -68,7 +68,12 @@ impl RunningIntegral {
             let sample = Interpolant::of(&formula, centre, half)?;
             if sample.tail() <= TOLERANCE * scale + sample.rounding {
                 let series = integrated(&sample.series, half);
-                spans.push(Span { centre, half, before, series });
+                spans.push(Span {
+                    centre,
+                    half,
+                    before,
+                    series,
+                });
                 before += clenshaw(&series, 1.0);
             } else if halvings == 0 || spans.len() + open.len() > MOST_SPANS {
                 return Err(Error::described(
@@ -83,7 +88,11 @@ impl RunningIntegral {
                 open.push((start, centre, halvings - 1));
             }
         }
-        Ok(Self { formula, end, spans })
+        Ok(Self {
+            formula,
+            end,
+            spans,
+        })
     }
 
     /// Value and derivatives; the value is NaN outside of [0, end]. Does not allocate.
@@ -132,7 +141,9 @@ impl Interpolant {
             if !value.is_finite() {
                 return Err(Error::described(
                     "formula",
-                    format!("is {value} at t = {time}; it must be finite to be integrated over time"),
+                    format!(
+                        "is {value} at t = {time}; it must be finite to be integrated over time"
+                    ),
                 ));
             }
             largest = largest.max(value.abs());
@@ -149,7 +160,11 @@ impl Interpolant {
                 .sum();
             *coefficient = sum * if degree == 0 { 1.0 } else { 2.0 } / COUNT as f64;
         }
-        Ok(Self { series, largest, rounding })
+        Ok(Self {
+            series,
+            largest,
+            rounding,
+        })
     }
 
     /// Size of the trailing coefficients, of both parities: what a higher degree would still change.

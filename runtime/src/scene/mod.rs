@@ -1,6 +1,295 @@
-//! tmp
+//! Scenes: bodies, joints, drives, springs and loads, what is recorded, and how it is integrated.
+//!
+//! A [`Scene`] is plain data: [`Scene::read`] takes it from a JSON file, and a program can fill it in and call
+//! [`Scene::check`]. `docs/scene.md` describes the file, [`scene_schema`] is its JSON schema. What superelements hold
+//! (interfaces, nodes, rotation rows) is checked when they are loaded, not here.
+
+mod attachment;
+mod body;
+mod check;
+mod drive;
+mod integrator;
+mod joint;
+mod load;
 mod named;
-pub(crate) use named::Object;
+mod output;
+mod read;
+mod settings;
+mod spring;
+mod values;
+
+use std::path::{Path, PathBuf};
+
+use dcb_formats::component::Units;
+use dcb_formats::mesh::Dimension;
+use nalgebra::Vector3;
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+pub use attachment::Attachment;
+pub use body::{
+    Body, BodyKind, DampingOverride, InertiaChange, ModalRatios, Placement, Point, PointFrame,
+    RigidBody, SuperelementBody,
+};
+pub use drive::{Drive, DriveFunction};
+pub use integrator::{AdaptiveStep, Formulation, Integrator, Method};
+pub use joint::{
+    AxisJoint, DistanceJoint, FixedJoint, Gear, Joint, LineJoint, OrientationSource, PointJoint,
+    Rack, UniversalJoint,
+};
+pub use load::{Load, LoadAxes, LoadFunction};
 pub use named::Named;
-/// tmp
-pub struct Scene;
+pub(crate) use named::Object;
+pub use output::{
+    AtPlace, ChordDeflection, FieldRequest, MeshNode, OfBody, OfDrive, OfJoint, OfSpring, Output,
+    Reaction, ReactionAxes, Record,
+};
+pub use settings::{
+    Analysis, Compatibility, Initial, Linearization, ModesAnalysis, RedundantConstraints,
+};
+pub use spring::{Bushing, LineSpring, Spring, TorsionSpring};
+pub use values::{AngularVelocity, Characteristic, Orientation, RotaryInertia};
+
+use crate::Error;
+use check::{Checker, each};
+use named::unique;
+
+/// A scene: a mechanism, what acts on it, and what is to be computed.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Scene {
+    /// Where the schema is, for editors; not used.
+    #[serde(rename = "$schema", default, skip_serializing_if = "Option::is_none")]
+    pub schema: Option<String>,
+    /// Folder at which relative paths start; not part of the file.
+    #[serde(skip)]
+    pub directory: PathBuf,
+    /// Planar (2) or spatial (3).
+    #[serde(with = "read::dimension")]
+    #[schemars(schema_with = "read::dimension::schema")]
+    pub dimension: Dimension,
+    /// Units of every number; force is mass · length / time². Superelements must have the same.
+    #[serde(with = "read::UnitsPart")]
+    #[schemars(with = "read::UnitsPart")]
+    pub units: Units,
+    /// Acceleration of free fall, world axes: 2 (planar) or 3 components; none where absent.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub gravity: Option<Vec<f64>>,
+    /// Points of the world.
+    #[serde(default)]
+    pub ground: Ground,
+    /// Bodies by name, in the order of the results.
+    #[serde(deserialize_with = "unique")]
+    pub bodies: Named<Body>,
+    /// Joints by name.
+    #[serde(default, deserialize_with = "unique")]
+    pub joints: Named<Joint>,
+    /// Drives by name.
+    #[serde(default, deserialize_with = "unique")]
+    pub drives: Named<Drive>,
+    /// Springs and dampers by name.
+    #[serde(default, deserialize_with = "unique")]
+    pub springs: Named<Spring>,
+    /// Loads by name.
+    #[serde(default, deserialize_with = "unique")]
+    pub loads: Named<Load>,
+    /// Recorded quantities by name.
+    #[serde(default, deserialize_with = "unique")]
+    pub outputs: Named<Output>,
+    /// How often results are recorded; after every step where absent.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub record: Option<Record>,
+    /// Displacement fields to write.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub fields: Vec<FieldRequest>,
+    /// How interfaces follow the coordinates of superelements.
+    #[serde(default)]
+    pub compatibility: Compatibility,
+    /// Whether weak compatibility may be used where it is unstable.
+    #[serde(default)]
+    pub allow_unstable_weak: bool,
+    /// What happens where joints constrain the same motion twice.
+    #[serde(default)]
+    pub redundant_constraints: RedundantConstraints,
+    /// How the initial placement is made to fit the joints.
+    #[serde(default)]
+    pub initial: Initial,
+    /// What is computed.
+    #[serde(default)]
+    pub analysis: Analysis,
+    /// How motion is integrated; a transient or kinematic analysis needs it.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub integrator: Option<Integrator>,
+}
+
+/// What doesn't move.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Ground {
+    /// Places in world coordinates.
+    #[serde(default, deserialize_with = "unique")]
+    pub points: Named<Point>,
+}
+
+impl Scene {
+    /// An empty scene in SI units without gravity.
+    pub fn new(dimension: Dimension) -> Self {
+        Self {
+            schema: None,
+            directory: PathBuf::new(),
+            dimension,
+            units: Units {
+                length: "m".into(),
+                mass: "kg".into(),
+                time: "s".into(),
+            },
+            gravity: None,
+            ground: Ground::default(),
+            bodies: Named::new(),
+            joints: Named::new(),
+            drives: Named::new(),
+            springs: Named::new(),
+            loads: Named::new(),
+            outputs: Named::new(),
+            record: None,
+            fields: Vec::new(),
+            compatibility: Compatibility::default(),
+            allow_unstable_weak: false,
+            redundant_constraints: RedundantConstraints::default(),
+            initial: Initial::default(),
+            analysis: Analysis::default(),
+            integrator: None,
+        }
+    }
+
+    /// Reads and checks a scene file of at most 64 MiB.
+    ///
+    /// # Errors
+    /// [`Error::File`] if it can't be read, with line and column where the JSON or a key is wrong, with a path of keys where
+    /// a value doesn't fit the others.
+    pub fn read(path: &Path) -> Result<Self, Error> {
+        Self::parse(&read::text(path)?, path)
+    }
+
+    /// Reads and checks a scene from JSON; `path` names it in errors, and relative paths start at its folder.
+    ///
+    /// # Errors
+    /// As [`Scene::read`].
+    pub fn parse(text: &str, path: &Path) -> Result<Self, Error> {
+        let mut scene = read::scene(text, path)?;
+        scene.directory = path.parent().map(Path::to_path_buf).unwrap_or_default();
+        scene.check().map_err(|error| read::in_file(error, path))?;
+        Ok(scene)
+    }
+
+    /// Checks everything that can be known before superelements are loaded.
+    ///
+    /// # Errors
+    /// [`Error::Description`] with the path of keys, what was found and what would be right.
+    pub fn check(&self) -> Result<(), Error> {
+        let checker = Checker::new(self);
+        for (key, unit) in [
+            ("length", &self.units.length),
+            ("mass", &self.units.mass),
+            ("time", &self.units.time),
+        ] {
+            check::name(&format!("units.{key}"), unit)?;
+        }
+        if let Some(gravity) = &self.gravity {
+            checker.vector("gravity", gravity)?;
+        }
+        each("ground.points", &self.ground.points, |at, point| {
+            point.check(at, &checker)
+        })?;
+        if self.bodies.contains_key("ground") {
+            return Err(Error::described(
+                "bodies.ground",
+                "is the name of what doesn't move; call the body otherwise",
+            ));
+        }
+        each("bodies", &self.bodies, |at, body| body.check(at, &checker))?;
+        each("joints", &self.joints, |at, joint| {
+            joint.check(at, &checker)
+        })?;
+        if let Some(integrator) = &self.integrator {
+            integrator.check()?;
+        }
+        let end = self.integrator.map(|integrator| integrator.end);
+        each("drives", &self.drives, |at, drive| {
+            drive.check(at, &checker, end.filter(|end| *end > 0.0))
+        })?;
+        self.check_driven_once()?;
+        each("springs", &self.springs, |at, spring| {
+            spring.check(at, &checker)
+        })?;
+        each("loads", &self.loads, |at, load| load.check(at, &checker))?;
+        each("outputs", &self.outputs, |at, output| {
+            output.check(at, &checker)
+        })?;
+        if let Some(record) = &self.record {
+            record.check()?;
+        }
+        for (index, field) in self.fields.iter().enumerate() {
+            field.check(&format!("fields[{index}]"), &checker)?;
+        }
+        for (index, body) in self.initial.hold.iter().enumerate() {
+            checker.body(&format!("initial.hold[{index}]"), body)?;
+        }
+        self.check_analysis()
+    }
+
+    /// Gravity in three dimensions, world axes; of a scene that has been checked.
+    pub fn gravity_in_space(&self) -> Vector3<f64> {
+        body::in_space(self.gravity.as_deref())
+    }
+
+    /// Where a path of this scene leads to: relative ones start at the folder of the scene.
+    pub fn resolve(&self, path: &Path) -> PathBuf {
+        self.directory.join(path)
+    }
+
+    /// Two drives can't move the same coordinate.
+    fn check_driven_once(&self) -> Result<(), Error> {
+        let mut driven: Vec<(&str, bool, &str)> = Vec::new();
+        for (name, drive) in &self.drives {
+            let joint = drive.motion().joint.as_str();
+            let turns = match drive {
+                Drive::Angle(_) => true,
+                Drive::Position(_) => false,
+                Drive::Speed(_) => self.joints.get(joint).is_some_and(Joint::has_angle),
+            };
+            let other = driven
+                .iter()
+                .find(|other| (other.0, other.1) == (joint, turns));
+            if let Some((_, _, other)) = other {
+                return Err(Error::described(
+                    format!("drives.{name}.{}.joint", drive.kind()),
+                    format!("joint {joint:?} is driven by {other:?} already"),
+                ));
+            }
+            driven.push((joint, turns, name));
+        }
+        Ok(())
+    }
+
+    fn check_analysis(&self) -> Result<(), Error> {
+        match (self.analysis, self.integrator) {
+            (Analysis::Transient | Analysis::Kinematic, None) => Err(Error::described(
+                "integrator",
+                "is missing; add for example \"integrator\": {\"generalized_alpha\": {\"step\": 1e-4, \"end\": 1}}",
+            )),
+            (Analysis::Modes(ModesAnalysis { count: 0, .. }), _) => Err(Error::described(
+                "analysis.modes.count",
+                "is 0, expected at least 1",
+            )),
+            _ => Ok(()),
+        }
+    }
+}
+
+/// JSON schema of the scene file.
+pub fn scene_schema() -> serde_json::Value {
+    let mut schema = schemars::schema_for!(Scene);
+    schema.insert("title".into(), "Scene".into());
+    schema.to_value()
+}

@@ -1,0 +1,362 @@
+//! Bodies of a scene: superelements and rigid bodies, and where they are at the start.
+
+use std::path::PathBuf;
+
+use nalgebra::{UnitQuaternion, Vector3};
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+use super::check::{Checker, each};
+use super::named::{object, unique};
+use super::values::{not_negative, positive};
+use super::{AngularVelocity, Named, Orientation, RotaryInertia};
+use crate::Error;
+
+/// A body and its state at time zero.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(try_from = "BodyPart", into = "BodyPart")]
+pub struct Body {
+    /// What moves.
+    pub kind: BodyKind,
+    /// Origin of the component's frame in world axes, (d); zero where `None`.
+    pub position: Option<Vec<f64>>,
+    /// Component axes to world axes; parallel where `None`.
+    pub orientation: Option<Orientation>,
+    /// Velocity of the origin of the component's frame in world axes, (d); zero where `None`.
+    pub velocity: Option<Vec<f64>>,
+    /// Rate of rotation in world axes; zero where `None`.
+    pub angular_velocity: Option<AngularVelocity>,
+}
+
+/// A flexible or a rigid body.
+#[derive(Clone, Debug, PartialEq)]
+pub enum BodyKind {
+    /// A reduced component.
+    Superelement(SuperelementBody),
+    /// A rigid body.
+    Rigid(RigidBody),
+}
+
+/// A reduced component and how it is used here.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct SuperelementBody {
+    /// The `.dcb.h5` file; a relative path starts at the folder of the scene.
+    pub file: PathBuf,
+    /// Damping in place of the file's.
+    pub damping: Option<DampingOverride>,
+    /// How the deflection changes the inertia.
+    pub inertia_change: InertiaChange,
+}
+
+/// Mass, inertia and points of a rigid body, in the frame of its component.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct RigidBody {
+    /// Mass, positive.
+    pub mass: f64,
+    /// About the centre of mass, in component axes: a number (planar), three principal moments or a symmetric matrix.
+    pub inertia: RotaryInertia,
+    /// Centre of mass in component coordinates; the origin where absent.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub center_of_mass: Option<Vec<f64>>,
+    /// Places where joints, springs and loads attach.
+    #[serde(default, deserialize_with = "unique")]
+    pub points: Named<Point>,
+}
+
+/// A place on a rigid body or on the ground: coordinates, or an object that also has axes.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(
+    untagged,
+    expecting = "expected coordinates, or {\"position\": [...], \"orientation\": ...}"
+)]
+pub enum Point {
+    /// Coordinates; the axes are the body's.
+    Coordinates(Vec<f64>),
+    /// Coordinates and axes.
+    Frame(PointFrame),
+}
+
+/// A place with axes of its own.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct PointFrame {
+    /// Coordinates in the frame of the body.
+    pub position: Vec<f64>,
+    /// Axes of the point to axes of the body.
+    pub orientation: Orientation,
+}
+
+/// Damping that replaces the one of a superelement's file.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum DampingOverride {
+    /// Ratio to critical: one for all modes, or one per mode of which the last holds for all further ones.
+    Modal(ModalRatios),
+}
+
+/// One ratio to critical damping, or a list.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(untagged, expecting = "expected a damping ratio or a list of them")]
+pub enum ModalRatios {
+    /// The same for every mode.
+    Uniform(f64),
+    /// Mode by mode; the last holds for all further ones.
+    PerMode(Vec<f64>),
+}
+
+/// How far the inertia follows the deflection.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum InertiaChange {
+    /// The inertia is that of the undeformed body.
+    Constant,
+    /// Terms linear in the deflection.
+    FirstOrder,
+    /// All terms: energy and momentum are conserved.
+    #[default]
+    SecondOrder,
+}
+
+/// A frame at time zero in three dimensions; planar scenes move in the plane z = 0 and turn about z.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Placement {
+    /// Origin of the component's frame, world axes.
+    pub position: Vector3<f64>,
+    /// Component axes to world axes.
+    pub orientation: UnitQuaternion<f64>,
+    /// Velocity of the origin, world axes.
+    pub velocity: Vector3<f64>,
+    /// Rate of rotation, world axes.
+    pub angular_velocity: Vector3<f64>,
+}
+
+impl Body {
+    /// A body of this kind at rest, with its component's frame on the world's.
+    pub fn at_origin(kind: BodyKind) -> Self {
+        Self {
+            kind,
+            position: None,
+            orientation: None,
+            velocity: None,
+            angular_velocity: None,
+        }
+    }
+
+    /// The state at time zero; of a body that has been checked.
+    pub fn placement(&self) -> Placement {
+        Placement {
+            position: in_space(self.position.as_deref()),
+            orientation: self
+                .orientation
+                .map_or_else(UnitQuaternion::identity, |given| given.rotation()),
+            velocity: in_space(self.velocity.as_deref()),
+            angular_velocity: self
+                .angular_velocity
+                .map_or_else(Vector3::zeros, |given| given.components()),
+        }
+    }
+
+    pub(super) fn check(&self, location: &str, checker: &Checker) -> Result<(), Error> {
+        for (key, vector) in [("position", &self.position), ("velocity", &self.velocity)] {
+            if let Some(vector) = vector {
+                checker.vector(&format!("{location}.{key}"), vector)?;
+            }
+        }
+        if let Some(orientation) = &self.orientation {
+            orientation.check(&format!("{location}.orientation"), checker)?;
+        }
+        if let Some(rate) = &self.angular_velocity {
+            rate.check(&format!("{location}.angular_velocity"), checker)?;
+        }
+        match &self.kind {
+            BodyKind::Rigid(rigid) => rigid.check(&format!("{location}.rigid"), checker),
+            BodyKind::Superelement(superelement) => superelement.check(location),
+        }
+    }
+}
+
+impl SuperelementBody {
+    fn check(&self, location: &str) -> Result<(), Error> {
+        if self.file.as_os_str().is_empty() {
+            return Err(Error::described(
+                format!("{location}.superelement"),
+                "is empty; expected the path of a .dcb.h5 file",
+            ));
+        }
+        let at = format!("{location}.damping.modal");
+        match &self.damping {
+            None => Ok(()),
+            Some(DampingOverride::Modal(ModalRatios::Uniform(ratio))) => not_negative(&at, *ratio),
+            Some(DampingOverride::Modal(ModalRatios::PerMode(ratios))) => {
+                if ratios.is_empty() {
+                    return Err(Error::described(
+                        at,
+                        "is an empty list; expected at least one ratio",
+                    ));
+                }
+                ratios
+                    .iter()
+                    .enumerate()
+                    .try_for_each(|(mode, ratio)| not_negative(&format!("{at}[{mode}]"), *ratio))
+            }
+        }
+    }
+}
+
+impl RigidBody {
+    fn check(&self, location: &str, checker: &Checker) -> Result<(), Error> {
+        positive(&format!("{location}.mass"), self.mass)?;
+        self.inertia
+            .check(&format!("{location}.inertia"), checker)?;
+        if let Some(center) = &self.center_of_mass {
+            checker.vector(&format!("{location}.center_of_mass"), center)?;
+        }
+        each(
+            &format!("{location}.points"),
+            &self.points,
+            |location, point| point.check(location, checker),
+        )
+    }
+}
+
+impl Point {
+    /// Coordinates in the frame of the body; z is zero where planar.
+    pub fn position(&self) -> Vector3<f64> {
+        in_space(Some(match self {
+            Self::Coordinates(position) => position,
+            Self::Frame(frame) => &frame.position,
+        }))
+    }
+
+    /// Axes of the point to axes of the body.
+    pub fn rotation(&self) -> UnitQuaternion<f64> {
+        match self {
+            Self::Coordinates(_) => UnitQuaternion::identity(),
+            Self::Frame(frame) => frame.orientation.rotation(),
+        }
+    }
+
+    pub(super) fn check(&self, location: &str, checker: &Checker) -> Result<(), Error> {
+        match self {
+            Self::Coordinates(position) => checker.vector(location, position),
+            Self::Frame(PointFrame {
+                position,
+                orientation,
+            }) => {
+                checker.vector(&format!("{location}.position"), position)?;
+                orientation.check(&format!("{location}.orientation"), checker)
+            }
+        }
+    }
+}
+
+/// Two or three components as three; none are zero.
+pub(super) fn in_space(components: Option<&[f64]>) -> Vector3<f64> {
+    let given = components.unwrap_or_default();
+    Vector3::from_fn(|axis, _| given.get(axis).copied().unwrap_or(0.0))
+}
+
+/// One body: exactly one of `superelement` and `rigid`, and the state at time zero.
+#[derive(Clone, Debug, Default, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+#[schemars(rename = "Body", extend("oneOf" = [{"required": ["superelement"]}, {"required": ["rigid"]}]))]
+struct BodyPart {
+    /// Path of a `.dcb.h5` file; a relative path starts at the folder of the scene.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    superelement: Option<PathBuf>,
+    /// A rigid body.
+    #[serde(
+        default,
+        deserialize_with = "some_object",
+        skip_serializing_if = "Option::is_none"
+    )]
+    rigid: Option<RigidBody>,
+    /// Damping in place of the superelement's own.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    damping: Option<DampingOverride>,
+    /// How the deflection of the superelement changes its inertia; `second-order` where absent.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    inertia_change: Option<InertiaChange>,
+    /// Origin of the component's frame, world axes; zero where absent.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    position: Option<Vec<f64>>,
+    /// Component axes to world axes: angle in rad, or quaternion [w, x, y, z].
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    orientation: Option<Orientation>,
+    /// Velocity of the origin of the component's frame, world axes; zero where absent.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    velocity: Option<Vec<f64>>,
+    /// World axes; zero where absent.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    angular_velocity: Option<AngularVelocity>,
+}
+
+fn some_object<'de, D: serde::Deserializer<'de>>(
+    deserializer: D,
+) -> Result<Option<RigidBody>, D::Error> {
+    object(deserializer).map(Some)
+}
+
+impl TryFrom<BodyPart> for Body {
+    type Error = String;
+
+    fn try_from(part: BodyPart) -> Result<Self, String> {
+        let kind = match (part.superelement, part.rigid) {
+            (Some(file), None) => BodyKind::Superelement(SuperelementBody {
+                file,
+                damping: part.damping,
+                inertia_change: part.inertia_change.unwrap_or_default(),
+            }),
+            (None, Some(_)) if part.damping.is_some() => {
+                return Err("a rigid body has no `damping`".into());
+            }
+            (None, Some(_)) if part.inertia_change.is_some() => {
+                return Err("a rigid body has no `inertia_change`".into());
+            }
+            (None, Some(rigid)) => BodyKind::Rigid(rigid),
+            (Some(_), Some(_)) => {
+                return Err("a body has one of `superelement` and `rigid`, found both".into());
+            }
+            (None, None) => {
+                return Err(
+                    "a body needs one of `superelement` and `rigid`, found none; add for example \
+                     \"superelement\": \"rod.dcb.h5\""
+                        .into(),
+                );
+            }
+        };
+        Ok(Self {
+            kind,
+            position: part.position,
+            orientation: part.orientation,
+            velocity: part.velocity,
+            angular_velocity: part.angular_velocity,
+        })
+    }
+}
+
+impl From<Body> for BodyPart {
+    fn from(body: Body) -> Self {
+        let state = Self {
+            position: body.position,
+            orientation: body.orientation,
+            velocity: body.velocity,
+            angular_velocity: body.angular_velocity,
+            ..Self::default()
+        };
+        match body.kind {
+            BodyKind::Rigid(rigid) => Self {
+                rigid: Some(rigid),
+                ..state
+            },
+            BodyKind::Superelement(superelement) => Self {
+                superelement: Some(superelement.file),
+                damping: superelement.damping,
+                inertia_change: (superelement.inertia_change != InertiaChange::default())
+                    .then_some(superelement.inertia_change),
+                ..state
+            },
+        }
+    }
+}

@@ -1,0 +1,318 @@
+//! How the equations of motion are integrated over time.
+
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+use super::named::object;
+use super::values::positive;
+use crate::Error;
+
+/// Largest spectral radius at infinity of the hard constraints: beyond it their multipliers ring, and in the end grow.
+const LARGEST_INDEX_3_RADIUS: f64 = 0.9;
+
+/// A method and its step.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(from = "IntegratorPart", into = "IntegratorPart")]
+pub struct Integrator {
+    /// Family of methods and its parameter.
+    pub method: Method,
+    /// Length of a step; with `adaptive` the first.
+    pub step: f64,
+    /// Time at which the run ends.
+    pub end: f64,
+    /// How the constraints are met.
+    pub formulation: Formulation,
+    /// Newton's iteration ends at this size of the residual relative to the forces.
+    pub tolerance: f64,
+    /// Newton iterations allowed in a step.
+    pub max_iterations: u32,
+    /// Steps that follow an error estimate; constant where `None`.
+    pub adaptive: Option<AdaptiveStep>,
+}
+
+/// Family of methods and the parameter that sets its numerical damping.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Method {
+    /// Generalised alpha, by its spectral radius at infinite frequency, in [0, 1].
+    GeneralizedAlpha {
+        /// 1 damps nothing, 0 damps the highest frequencies in one step.
+        rho_infinity: f64,
+    },
+    /// Hilber, Hughes and Taylor, by alpha in [-1/3, 0].
+    Hht {
+        /// 0 damps nothing.
+        alpha: f64,
+    },
+}
+
+/// How constraints enter the equations.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum Formulation {
+    /// Positions meet the constraints.
+    #[serde(rename = "index-3")]
+    #[default]
+    Index3,
+    /// Positions and velocities meet the constraints.
+    #[serde(rename = "stabilized-index-2")]
+    StabilizedIndex2,
+}
+
+/// Step sizes that follow an error estimate.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct AdaptiveStep {
+    /// Local error allowed relative to the size of the motion.
+    pub tolerance: f64,
+    /// Shortest step: a run that needs a shorter one stops.
+    pub minimum_step: f64,
+    /// Longest step.
+    pub maximum_step: f64,
+}
+
+const TOLERANCE: f64 = 1e-10;
+const MAX_ITERATIONS: u32 = 12;
+const RHO_INFINITY: f64 = 0.8;
+const ALPHA: f64 = -0.1;
+
+impl Integrator {
+    /// Generalised alpha with the usual settings.
+    pub fn generalized_alpha(step: f64, end: f64) -> Self {
+        Self {
+            method: Method::GeneralizedAlpha {
+                rho_infinity: RHO_INFINITY,
+            },
+            step,
+            end,
+            formulation: Formulation::default(),
+            tolerance: TOLERANCE,
+            max_iterations: MAX_ITERATIONS,
+            adaptive: None,
+        }
+    }
+
+    pub(super) fn check(&self) -> Result<(), Error> {
+        let location = match self.method {
+            Method::GeneralizedAlpha { .. } => "integrator.generalized_alpha",
+            Method::Hht { .. } => "integrator.hht",
+        };
+        let at = |key: &str| format!("{location}.{key}");
+        positive(&at("step"), self.step)?;
+        super::values::not_negative(&at("end"), self.end)?;
+        positive(&at("tolerance"), self.tolerance)?;
+        if self.tolerance >= 1.0 {
+            return Err(Error::described(
+                at("tolerance"),
+                format!("is {}, expected less than 1", self.tolerance),
+            ));
+        }
+        if self.max_iterations == 0 {
+            return Err(Error::described(
+                at("max_iterations"),
+                "is 0, expected at least 1",
+            ));
+        }
+        let (key, parameter, range, radius) = match self.method {
+            Method::GeneralizedAlpha { rho_infinity } => {
+                ("rho_infinity", rho_infinity, (0.0, 1.0), rho_infinity)
+            }
+            Method::Hht { alpha } => (
+                "alpha",
+                alpha,
+                (-1.0 / 3.0, 0.0),
+                (1.0 + alpha) / (1.0 - alpha),
+            ),
+        };
+        let rounding = 1e-12;
+        if !(parameter >= range.0 - rounding && parameter <= range.1) {
+            return Err(Error::described(
+                at(key),
+                format!(
+                    "is {parameter}, expected a number from {} to {}",
+                    range.0, range.1
+                ),
+            ));
+        }
+        if self.formulation == Formulation::Index3 && radius > LARGEST_INDEX_3_RADIUS + rounding {
+            let largest = match self.method {
+                Method::GeneralizedAlpha { .. } => LARGEST_INDEX_3_RADIUS,
+                Method::Hht { .. } => {
+                    (LARGEST_INDEX_3_RADIUS - 1.0) / (LARGEST_INDEX_3_RADIUS + 1.0)
+                }
+            };
+            return Err(Error::described(
+                at(key),
+                format!(
+                    "is {parameter}, but the hard constraints of the formulation index-3 are weakly unstable with so little \
+                     numerical damping; use at most {largest:.3}, or \"formulation\": \"stabilized-index-2\""
+                ),
+            ));
+        }
+        match &self.adaptive {
+            Some(adaptive) => adaptive.check(&at("adaptive"), self.step),
+            None => Ok(()),
+        }
+    }
+}
+
+impl AdaptiveStep {
+    fn check(&self, location: &str, step: f64) -> Result<(), Error> {
+        positive(&format!("{location}.tolerance"), self.tolerance)?;
+        positive(&format!("{location}.minimum_step"), self.minimum_step)?;
+        positive(&format!("{location}.maximum_step"), self.maximum_step)?;
+        if self.minimum_step <= step && step <= self.maximum_step {
+            return Ok(());
+        }
+        Err(Error::described(
+            location,
+            format!(
+                "allows steps from {} to {}, but the first is {step}",
+                self.minimum_step, self.maximum_step
+            ),
+        ))
+    }
+}
+
+/// Method of integration over time.
+#[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+#[schemars(rename = "Integrator")]
+enum IntegratorPart {
+    /// Generalised alpha.
+    #[serde(deserialize_with = "object")]
+    GeneralizedAlpha(GeneralizedAlphaPart),
+    /// Hilber, Hughes and Taylor.
+    #[serde(deserialize_with = "object")]
+    Hht(HhtPart),
+}
+
+/// Generalised alpha.
+#[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+#[schemars(rename = "GeneralizedAlpha")]
+struct GeneralizedAlphaPart {
+    /// Length of a step.
+    step: f64,
+    /// Time at which the run ends.
+    end: f64,
+    /// Spectral radius at infinite frequency: 0 to 0.9 (`index-3`) or 1 (`stabilized-index-2`).
+    #[serde(default = "rho_infinity")]
+    rho_infinity: f64,
+    /// How constraints are met.
+    #[serde(default)]
+    formulation: Formulation,
+    /// Size of the residual relative to the forces at which Newton's iteration ends.
+    #[serde(default = "tolerance")]
+    tolerance: f64,
+    /// Newton iterations allowed in a step.
+    #[serde(default = "max_iterations")]
+    max_iterations: u32,
+    /// Steps that follow an error estimate; constant where absent.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    adaptive: Option<AdaptiveStep>,
+}
+
+/// Hilber, Hughes and Taylor.
+#[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+#[schemars(rename = "Hht")]
+struct HhtPart {
+    /// Length of a step.
+    step: f64,
+    /// Time at which the run ends.
+    end: f64,
+    /// From -1/3 to -0.053 (`index-3`) or 0 (`stabilized-index-2`).
+    #[serde(default = "alpha")]
+    alpha: f64,
+    /// How constraints are met.
+    #[serde(default)]
+    formulation: Formulation,
+    /// Size of the residual relative to the forces at which Newton's iteration ends.
+    #[serde(default = "tolerance")]
+    tolerance: f64,
+    /// Newton iterations allowed in a step.
+    #[serde(default = "max_iterations")]
+    max_iterations: u32,
+    /// Steps that follow an error estimate; constant where absent.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    adaptive: Option<AdaptiveStep>,
+}
+
+fn tolerance() -> f64 {
+    TOLERANCE
+}
+
+fn max_iterations() -> u32 {
+    MAX_ITERATIONS
+}
+
+fn rho_infinity() -> f64 {
+    RHO_INFINITY
+}
+
+fn alpha() -> f64 {
+    ALPHA
+}
+
+impl From<IntegratorPart> for Integrator {
+    fn from(part: IntegratorPart) -> Self {
+        match part {
+            IntegratorPart::GeneralizedAlpha(part) => Self {
+                method: Method::GeneralizedAlpha {
+                    rho_infinity: part.rho_infinity,
+                },
+                step: part.step,
+                end: part.end,
+                formulation: part.formulation,
+                tolerance: part.tolerance,
+                max_iterations: part.max_iterations,
+                adaptive: part.adaptive,
+            },
+            IntegratorPart::Hht(part) => Self {
+                method: Method::Hht { alpha: part.alpha },
+                step: part.step,
+                end: part.end,
+                formulation: part.formulation,
+                tolerance: part.tolerance,
+                max_iterations: part.max_iterations,
+                adaptive: part.adaptive,
+            },
+        }
+    }
+}
+
+impl From<Integrator> for IntegratorPart {
+    fn from(integrator: Integrator) -> Self {
+        let Integrator {
+            method,
+            step,
+            end,
+            formulation,
+            tolerance,
+            max_iterations,
+            adaptive,
+        } = integrator;
+        match method {
+            Method::GeneralizedAlpha { rho_infinity } => {
+                Self::GeneralizedAlpha(GeneralizedAlphaPart {
+                    step,
+                    end,
+                    rho_infinity,
+                    formulation,
+                    tolerance,
+                    max_iterations,
+                    adaptive,
+                })
+            }
+            Method::Hht { alpha } => Self::Hht(HhtPart {
+                step,
+                end,
+                alpha,
+                formulation,
+                tolerance,
+                max_iterations,
+                adaptive,
+            }),
+        }
+    }
+}

@@ -1,0 +1,82 @@
+//! Forces and torques that follow functions of time.
+
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+use super::check::Checker;
+use super::named::object;
+use crate::Error;
+use crate::function::{Function, TimeFunction};
+
+/// One load.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum Load {
+    /// A force: 2 (planar) or 3 components.
+    #[serde(deserialize_with = "object")]
+    Force(LoadFunction),
+    /// A torque: 1 (planar) or 3 components.
+    #[serde(deserialize_with = "object")]
+    Torque(LoadFunction),
+}
+
+/// Where a load acts and how large it is.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct LoadFunction {
+    /// Place on a body.
+    pub at: String,
+    /// One function of time per component.
+    pub components: Vec<Function>,
+    /// Axes of the components.
+    #[serde(default)]
+    pub axes: LoadAxes,
+}
+
+/// Axes of a load's components.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "lowercase")]
+pub enum LoadAxes {
+    /// Fixed.
+    #[default]
+    World,
+    /// Those of the place, which turn with it.
+    Follower,
+}
+
+impl Load {
+    pub(super) fn check(&self, location: &str, checker: &Checker) -> Result<(), Error> {
+        let (kind, count, load) = match self {
+            Self::Force(load) => ("force", checker.dimension_count(), load),
+            Self::Torque(load) => ("torque", checker.rotation_count(), load),
+        };
+        let location = format!("{location}.{kind}");
+        let at = format!("{location}.at");
+        if checker.attachment(&at, &load.at)?.body().is_none() {
+            return Err(Error::described(
+                at,
+                "is on the ground, which doesn't move; expected a place on a body",
+            ));
+        }
+        let components = format!("{location}.components");
+        if load.components.len() != count {
+            return Err(Error::described(
+                components,
+                format!("has {} functions, expected {count}", load.components.len()),
+            ));
+        }
+        for (index, function) in load.components.iter().enumerate() {
+            let place = format!("{components}[{index}]");
+            let start = TimeFunction::new(function)
+                .map_err(|error| error.within(&place))?
+                .evaluate(0.0, 0.0);
+            if !start.value.is_finite() {
+                return Err(Error::described(
+                    place,
+                    format!("is {} at t = 0; it must be finite", start.value),
+                ));
+            }
+        }
+        Ok(())
+    }
+}

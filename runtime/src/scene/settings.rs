@@ -1,0 +1,77 @@
+//! What is computed, and how strictly.
+
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+use super::named::object;
+
+/// What is computed of a scene.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum Analysis {
+    /// The motion over time.
+    #[default]
+    Transient,
+    /// The equilibrium at time zero.
+    Static,
+    /// The motion that drives and joints alone determine, and the forces for it.
+    Kinematic,
+    /// Frequencies and shapes of small oscillations.
+    #[serde(deserialize_with = "object")]
+    Modes(ModesAnalysis),
+}
+
+/// How many oscillations, and about which placement.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct ModesAnalysis {
+    /// Number of frequencies, from the lowest.
+    pub count: u32,
+    /// Placement about which the equations are linearised.
+    #[serde(default)]
+    pub at: Linearization,
+}
+
+/// A placement about which the equations are linearised.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "lowercase")]
+pub enum Linearization {
+    /// The initial one.
+    #[default]
+    Initial,
+    /// The equilibrium.
+    Static,
+}
+
+/// How the interfaces of superelements follow their coordinates.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "lowercase")]
+pub enum Compatibility {
+    /// All columns of the basis are dynamic coordinates.
+    #[default]
+    Strong,
+    /// Modes are dynamic, the residual flexibility follows the interface forces without inertia.
+    Static,
+    /// Modes alone carry the dynamics and the interfaces.
+    Weak,
+}
+
+/// What happens where joints constrain the same motion twice.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum RedundantConstraints {
+    /// Of all possible reactions the smallest are taken.
+    #[default]
+    MinimumNorm,
+    /// The scene is refused.
+    Refuse,
+}
+
+/// How the initial placement is made to fit the joints.
+#[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Initial {
+    /// Bodies that stay where they are.
+    #[serde(default)]
+    pub hold: Vec<String>,
+}
