@@ -129,7 +129,11 @@ impl Energy {
 }
 
 /// Linear momentum, and angular momentum about the world's origin.
-pub fn momentum(system: &System, state: &State, evaluation: &mut Evaluation) -> (Vector3<f64>, Vector3<f64>) {
+pub fn momentum(
+    system: &System,
+    state: &State,
+    evaluation: &mut Evaluation,
+) -> (Vector3<f64>, Vector3<f64>) {
     let (mut linear, mut angular) = (Vector3::zeros(), Vector3::zeros());
     for (index, body) in system.bodies.iter().enumerate() {
         let (rigid, rates) = state.body_rates(system, index);

@@ -101,7 +101,11 @@ impl<'a> Starter<'a> {
     /// # Errors
     /// [`Error::CannotAssemble`] with the joint that stays open; [`Error::Redundant`] if redundant constraints are to be
     /// refused; [`Error::SingularBody`].
-    pub fn start(&mut self, state: &mut State, redundancy: Redundancy) -> Result<InitialReport, Error> {
+    pub fn start(
+        &mut self,
+        state: &mut State,
+        redundancy: Redundancy,
+    ) -> Result<InitialReport, Error> {
         let drawn = state.clone();
         self.start_angles(state);
         self.close(state)?;
@@ -113,7 +117,11 @@ impl<'a> Starter<'a> {
         self.find_redundant(state, &mut report)?;
         if redundancy == Redundancy::Refuse && !report.redundant.is_empty() {
             return Err(Error::Redundant {
-                joints: report.redundant.iter().map(|(name, _)| name.clone()).collect(),
+                joints: report
+                    .redundant
+                    .iter()
+                    .map(|(name, _)| name.clone())
+                    .collect(),
             });
         }
         let before = state.velocities.clone();
@@ -242,16 +250,25 @@ impl<'a> Starter<'a> {
             .system
             .bodies
             .iter()
-            .map(|b| Vector3::from_column_slice(&self.condensed.step[b.velocities.clone()][3..6]).norm())
+            .map(|b| {
+                Vector3::from_column_slice(&self.condensed.step[b.velocities.clone()][3..6]).norm()
+            })
             .fold(0.0, f64::max);
-        let factor = if largest > LARGEST_TURN { LARGEST_TURN / largest } else { 1.0 };
+        let factor = if largest > LARGEST_TURN {
+            LARGEST_TURN / largest
+        } else {
+            1.0
+        };
         for (index, body) in self.system.bodies.iter().enumerate() {
             let step = &self.condensed.step[body.velocities.clone()];
             let shift = Vector3::from_column_slice(&step[..3]) * factor;
             let turn = Vector3::from_column_slice(&step[3..6]) * factor;
             state.origins[index] += self.evaluation.poses[index].axes * shift;
             state.orientations[index] *= UnitQuaternion::new(turn);
-            for (y, change) in state.coordinates[body.coordinates.clone()].iter_mut().zip(&step[6..]) {
+            for (y, change) in state.coordinates[body.coordinates.clone()]
+                .iter_mut()
+                .zip(&step[6..])
+            {
                 *y += factor * change;
             }
         }
@@ -265,7 +282,11 @@ impl<'a> Starter<'a> {
                 continue;
             }
             let term = &self.system.terms[row.terms.start];
-            let unit = if term.measure.is_length() { self.size } else { 1.0 };
+            let unit = if term.measure.is_length() {
+                self.size
+            } else {
+                1.0
+            };
             let misfit = self.evaluation.answers[index].abs() / unit;
             if misfit > worst.1 || misfit.is_nan() {
                 worst = (index, misfit);
@@ -339,7 +360,9 @@ impl<'a> Starter<'a> {
         for _ in 0..2 {
             self.evaluation.add_accelerations(system, state);
             self.demand_changes(|evaluation, row| {
-                evaluation.acceleration_defect(system, state, row).map(|d| -d)
+                evaluation
+                    .acceleration_defect(system, state, row)
+                    .map(|d| -d)
             });
             self.evaluation.load(system, state);
             self.evaluation.resist(system, state);
@@ -433,9 +456,7 @@ impl<'a> Starter<'a> {
             let change = |i: usize| {
                 Vector3::from_fn(|k, _| after.velocities[at + i + k] - before[at + i + k]).norm()
             };
-            let size = |i: usize| {
-                Vector3::from_fn(|k, _| after.velocities[at + i + k]).norm()
-            };
+            let size = |i: usize| Vector3::from_fn(|k, _| after.velocities[at + i + k]).norm();
             let (translation, rotation) = (change(0), change(3));
             let speed = size(0) + body.length * size(3);
             if translation + body.length * rotation > 1e-6 * speed {

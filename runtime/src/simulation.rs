@@ -66,12 +66,9 @@ impl Simulation {
     /// # Errors
     /// Those of [`Corrector::step`]; the state stays where it was.
     pub fn step(&mut self, step: f64) -> Result<Effort, Error> {
-        let effort = self.corrector.step(
-            &self.system,
-            &self.method,
-            &self.state,
-            step,
-        )?;
+        let effort = self
+            .corrector
+            .step(&self.system, &self.method, &self.state, step)?;
         let trial = &mut self.corrector.trial;
         trial
             .earlier_accelerations
@@ -120,8 +117,8 @@ impl Simulation {
         let evaluation = &mut self.corrector.evaluation;
         let energy = Energy::at(&self.system, &self.state, evaluation);
         let works = self.works;
-        let defect = energy.total() - self.reference_energy - works.drives - works.loads
-            + works.dissipated;
+        let defect =
+            energy.total() - self.reference_energy - works.drives - works.loads + works.dissipated;
         (energy, works, defect)
     }
 
@@ -130,7 +127,11 @@ impl Simulation {
     /// # Errors
     /// [`Error::UnknownInput`].
     pub fn set_input(&mut self, name: &str, value: f64) -> Result<(), Error> {
-        let found = self.system.inputs.iter().position(|(input, _)| input == name);
+        let found = self
+            .system
+            .inputs
+            .iter()
+            .position(|(input, _)| input == name);
         match found {
             Some(index) => {
                 self.state.inputs[index] = value;
@@ -138,7 +139,12 @@ impl Simulation {
             }
             None => Err(Error::UnknownInput {
                 name: name.to_owned(),
-                known: self.system.inputs.iter().map(|(name, _)| name.clone()).collect(),
+                known: self
+                    .system
+                    .inputs
+                    .iter()
+                    .map(|(name, _)| name.clone())
+                    .collect(),
             }),
         }
     }

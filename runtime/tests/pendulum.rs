@@ -19,7 +19,11 @@ use nalgebra::{Matrix3, Vector3};
 fn simulation(formulation: Formulation, dimension: Dimension) -> Simulation {
     let body = FlexibleBody::rigid(&RigidBody {
         name: "bob".into(),
-        units: Units { length: "m".into(), mass: "kg".into(), time: "s".into() },
+        units: Units {
+            length: "m".into(),
+            mass: "kg".into(),
+            time: "s".into(),
+        },
         dimension,
         mass: 1.0,
         tensor: Matrix3::identity() * 0.01,
@@ -77,7 +81,12 @@ fn order() {
                 let state = simulation.state();
                 let now = (state.origins[0], state.forces[0]);
                 if let Some((x, l)) = last {
-                    println!("{dimension:?} {formulation:?} {steps} dx {:.3e} dl {:.3e} defect {defect:.3e} effort {:?}", (x - now.0).norm(), l - now.1, simulation.effort());
+                    println!(
+                        "{dimension:?} {formulation:?} {steps} dx {:.3e} dl {:.3e} defect {defect:.3e} effort {:?}",
+                        (x - now.0).norm(),
+                        l - now.1,
+                        simulation.effort()
+                    );
                 }
                 last = Some(now);
             }

@@ -203,7 +203,10 @@ impl Corrector {
             self.turns[index] = three(3);
             trial.orientations[index] =
                 start.orientations[index] * UnitQuaternion::new(self.turns[index]);
-            for (k, y) in trial.coordinates[body.coordinates.clone()].iter_mut().enumerate() {
+            for (k, y) in trial.coordinates[body.coordinates.clone()]
+                .iter_mut()
+                .enumerate()
+            {
                 *y = start.coordinates[body.coordinates.start + k] + increment(6 + k);
             }
         }
@@ -364,7 +367,13 @@ impl Corrector {
             self.condensed.step[body.velocities.clone()]
                 .iter()
                 .map(|x| x.abs())
-                .fold(0.0, |most: f64, x| if x.is_nan() { f64::INFINITY } else { most.max(x) })
+                .fold(0.0, |most: f64, x| {
+                    if x.is_nan() {
+                        f64::INFINITY
+                    } else {
+                        most.max(x)
+                    }
+                })
         };
         system
             .bodies

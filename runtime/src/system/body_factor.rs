@@ -116,7 +116,11 @@ impl BodyFactor {
             }
         }
         let regular = invert_free(&schur, &matrix.free, &mut self.schur_inverse);
-        regular && self.elastic_inverse.iter().all(|inverse| inverse.is_finite())
+        regular
+            && self
+                .elastic_inverse
+                .iter()
+                .all(|inverse| inverse.is_finite())
     }
 
     /// S⁻¹, in place.

@@ -146,7 +146,12 @@ impl SystemBuilder {
     ///
     /// # Errors
     /// [`Error::NoFrame`].
-    pub fn marker(&mut self, body: usize, interface: usize, turning: Turning) -> Result<usize, Error> {
+    pub fn marker(
+        &mut self,
+        body: usize,
+        interface: usize,
+        turning: Turning,
+    ) -> Result<usize, Error> {
         let known = |marker: &usize| self.interfaces[*marker] == Some((interface, turning));
         if let Some(marker) = self.system.bodies[body].markers.iter().copied().find(known) {
             return Ok(marker);
@@ -184,7 +189,13 @@ impl SystemBuilder {
     ///
     /// # Errors
     /// Those of [`JointKind::rows`].
-    pub fn joint(&mut self, name: &str, a: usize, b: usize, kind: &JointKind) -> Result<BuiltJoint, Error> {
+    pub fn joint(
+        &mut self,
+        name: &str,
+        a: usize,
+        b: usize,
+        kind: &JointKind,
+    ) -> Result<BuiltJoint, Error> {
         let rest = RestPlacement::of(&self.frame(a), &self.frame(b));
         let rows = kind.rows(self.system.dimension, &rest)?;
         let connection = self.connect(name, ConnectionKind::Joint, a, b);
@@ -200,7 +211,13 @@ impl SystemBuilder {
     }
 
     /// A joint coordinate that follows a function of time.
-    pub fn drive(&mut self, name: &str, joint: &BuiltJoint, measure: Measure, signal: usize) -> usize {
+    pub fn drive(
+        &mut self,
+        name: &str,
+        joint: &BuiltJoint,
+        measure: Measure,
+        signal: usize,
+    ) -> usize {
         let connection = self.connect(name, ConnectionKind::Drive, joint.a, joint.b);
         let term = (1.0, joint.a, joint.b, measure);
         self.row(connection, &[term], Demand::Follow(signal));

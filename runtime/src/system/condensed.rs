@@ -345,8 +345,7 @@ impl Condensed {
         for own in &self.touches {
             for touch in own {
                 let marker = touch.marker(system);
-                self.force_step[touch.row] +=
-                    side(evaluation, touch).dot(&self.twists[marker]);
+                self.force_step[touch.row] += side(evaluation, touch).dot(&self.twists[marker]);
             }
         }
         self.joints.solve(&mut self.force_step);

@@ -65,7 +65,10 @@ impl JointSystem {
                 .binary_search(&(column, row))
                 .unwrap_or_else(|insertion| insertion)
         };
-        let places = pairs.iter().map(|(row, column)| place(*row, *column)).collect();
+        let places = pairs
+            .iter()
+            .map(|(row, column)| place(*row, *column))
+            .collect();
         let diagonal = (0..rows).map(|row| place(row, row)).collect();
         let mut starts = vec![0; rows + 1];
         for (column, _) in &sorted {
@@ -212,14 +215,15 @@ impl Factor {
                         matrix[(row, column)] = *value;
                     }
                 }
-                let (_, permutation): (_, PermRef<'_, usize>) = partial_pivoting::factor::lu_in_place(
-                    matrix.as_mut(),
-                    forward,
-                    backward,
-                    Par::Seq,
-                    stack,
-                    Spec::default(),
-                );
+                let (_, permutation): (_, PermRef<'_, usize>) =
+                    partial_pivoting::factor::lu_in_place(
+                        matrix.as_mut(),
+                        forward,
+                        backward,
+                        Par::Seq,
+                        stack,
+                        Spec::default(),
+                    );
                 partial_pivoting::inverse::inverse(
                     inverse.as_mut(),
                     matrix.as_ref(),
@@ -259,7 +263,11 @@ mod tests {
             let (mut system, places) = JointSystem::with_pattern(rows, &pairs).unwrap();
             let unit = |row: usize| if row.is_multiple_of(2) { 1e6 } else { 1e-3 };
             let entry = |row: usize, column: usize| {
-                let weight = if row == column { 3.0 } else { -1.0 + 0.01 * row as f64 / rows as f64 };
+                let weight = if row == column {
+                    3.0
+                } else {
+                    -1.0 + 0.01 * row as f64 / rows as f64
+                };
                 weight * unit(row) * unit(column)
             };
             let mut dense = Mat::<f64>::zeros(rows, rows);
@@ -273,7 +281,9 @@ mod tests {
                 }
                 assert!(system.factor(0.0));
             }
-            let expected: Vec<f64> = (0..rows).map(|row| (row as f64).sin() / unit(row)).collect();
+            let expected: Vec<f64> = (0..rows)
+                .map(|row| (row as f64).sin() / unit(row))
+                .collect();
             let mut solution: Vec<f64> = (0..rows)
                 .map(|row| (0..rows).map(|k| dense[(row, k)] * expected[k]).sum())
                 .collect();

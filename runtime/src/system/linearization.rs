@@ -60,7 +60,13 @@ impl Linearization {
         this
     }
 
-    fn add_inertia(&mut self, system: &System, state: &State, evaluation: &Evaluation, index: usize) {
+    fn add_inertia(
+        &mut self,
+        system: &System,
+        state: &State,
+        evaluation: &Evaluation,
+        index: usize,
+    ) {
         let body = &system.bodies[index];
         let n = body.flexible.coordinate_count();
         let (at, acceleration) = system.body_motion(state, &evaluation.poses[index], index);
@@ -180,7 +186,12 @@ impl Linearization {
                     (term.b, term.a, &second.ba),
                     (term.b, term.b, &second.bb),
                 ] {
-                    motions.subtract_block(rows, columns, &(block * force), self.stiffness.as_mut());
+                    motions.subtract_block(
+                        rows,
+                        columns,
+                        &(block * force),
+                        self.stiffness.as_mut(),
+                    );
                 }
             }
             match &row.demand {
@@ -331,7 +342,11 @@ impl MarkerJacobians {
     fn add(first: Option<usize>, matrix: &Mat<f64>, wrench: &Six, into: &mut [f64]) {
         let Some(first) = first else { return };
         for (column, entry) in matrix.col_iter().zip(&mut into[first..]) {
-            *entry += column.iter().zip(wrench.iter()).map(|(a, b)| a * b).sum::<f64>();
+            *entry += column
+                .iter()
+                .zip(wrench.iter())
+                .map(|(a, b)| a * b)
+                .sum::<f64>();
         }
     }
 

@@ -126,7 +126,8 @@ impl Marker {
         motion: &mut FrameMotion,
     ) {
         let (displacement, turn) = self.displacement(y_rates);
-        motion.velocity = rates.linear + pose.axes * (rates.angular.cross(&place.arm) + displacement);
+        motion.velocity =
+            rates.linear + pose.axes * (rates.angular.cross(&place.arm) + displacement);
         motion.spin = pose.axes * (rates.angular + place.turn_jacobian * turn);
     }
 
