@@ -83,7 +83,7 @@ def accuracy(runs):
             for finest in (False, True):
                 answer = of(same, tool, newton, finest)
                 if answer:
-                    cells = (scientific(difference(answer, reference)) for reference in references)
+                    cells = ("itself" if answer == reference else scientific(difference(answer, reference)) for reference in references)
                     yield (
                         f"| {same[0]['bodies']} × {same[0]['coordinates']} | {label}, step {answer[0]['step']:.0e} s | {' | '.join(cells)} |"
                     )

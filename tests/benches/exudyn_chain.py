@@ -22,6 +22,7 @@ import numpy as np
 from exudyn.FEM import FEMinterface, ObjectFFRFreducedOrderInterface
 from exudyn.utilities import MarkerBodyRigid, MarkerSuperElementRigid, ObjectGround, ObjectJointRevoluteZ, SensorMarker
 from scipy.io import mmread
+from scipy.spatial.transform import Rotation
 
 # The contractivity above which modified Newton takes a new Jacobian: Exudyn's default, and what was fastest here. None: full Newton.
 NEWTON = {"modified": 0.5, "eager": 0.03, "full": None}
@@ -69,32 +70,57 @@ def reduced_body(job):
     return body, damping, list(interfaces(description)), defects
 
 
-def assemble(job, body, damping, ends):
+def assemble(job, body, damping, ends, bodies):
+    """A chain; its tip sensor; the markers of its two ends."""
     container = exu.SystemContainer()
     system = container.AddSystem()
     (first_nodes, first_centre), (last_nodes, last_centre) = ends
     ground = system.AddObject(ObjectGround())
-    before = system.AddMarker(MarkerBodyRigid(bodyNumber=ground, localPosition=first_centre.tolist()))
-    for index in range(job["bodies"]):
+    markers = [system.AddMarker(MarkerBodyRigid(bodyNumber=ground, localPosition=first_centre.tolist()))]
+    for index in range(bodies):
         added = body.AddObjectFFRFreducedOrder(
             system, positionRef=(index * (last_centre - first_centre)).tolist(), gravity=job["gravity"]
         )
         system.SetObjectParameter(added["oFFRFreducedOrder"], "dampingMatrixReduced", damping)
-        here, there = (
+        ends_of_body = [
             system.AddMarker(
                 MarkerSuperElementRigid(
                     bodyNumber=added["oFFRFreducedOrder"], meshNodeNumbers=nodes, weightingFactors=np.full(len(nodes), 1 / len(nodes))
                 )
             )
             for nodes in (first_nodes, last_nodes)
-        )
-        system.AddObject(ObjectJointRevoluteZ(markerNumbers=[before, here]))
-        before = there
+        ]
+        system.AddObject(ObjectJointRevoluteZ(markerNumbers=[markers[-1], ends_of_body[0]]))
+        markers += ends_of_body
     tip = system.AddSensor(
-        SensorMarker(markerNumber=before, outputVariableType=exu.OutputVariableType.Position, storeInternal=True, writeToFile=False)
+        SensorMarker(markerNumber=markers[-1], outputVariableType=exu.OutputVariableType.Position, storeInternal=True, writeToFile=False)
     )
     system.Assemble()
-    return container, system, tip
+    return container, system, tip, (markers[1], markers[-1])
+
+
+def interface_rows(superelement):
+    """L_b times the basis, (rows, n), as the file has it: six rows an interface."""
+    with h5py.File(superelement) as file:
+        residual = file["residual"]
+        attachments = residual["output_shapes" if "output_shapes" in residual else "flexibility"][:] @ residual["transform"][:]
+        return np.hstack([file["modes/interface_shapes"][:], attachments])
+
+
+def kinematics_defect(system, markers, ends, rows):
+    """Largest difference between Exudyn's interface frames and the file's, for a deformation that turns the first by 0.3 rad."""
+    deformation = np.random.default_rng(1).standard_normal(rows.shape[1])
+    deformation *= 0.3 / np.linalg.norm(rows[3:6] @ deformation)
+    current = exu.ConfigurationType.Current
+    system.systemData.SetODE2Coordinates(np.concatenate([np.zeros(7), deformation]), current)
+    defects = []
+    for marker, (_, centre), frame in zip(markers, ends, (rows[:6], rows[6:])):
+        displacement = frame @ deformation
+        position = system.GetMarkerOutput(marker, exu.OutputVariableType.Position, current)
+        rotation = system.GetMarkerOutput(marker, exu.OutputVariableType.RotationMatrix, current)
+        defects.append(np.abs(np.array(position) - centre - displacement[:3]).max())
+        defects.append(np.abs(np.array(rotation).reshape(3, 3) - Rotation.from_rotvec(displacement[3:]).as_matrix()).max())
+    return float(max(defects))
 
 
 def settings(job):
@@ -124,7 +150,9 @@ def processor_time():
 def main(job_path, result_path):
     job = json.load(open(job_path))
     body, damping, ends, defects = reduced_body(job)
-    container, system, tip = assemble(job, body, damping, ends)
+    single_container, single, _, markers = assemble(job, body, damping, ends, 1)
+    defects["kinematics"] = kinematics_defect(single, markers, ends, interface_rows(job["superelement"]))
+    container, system, tip, _ = assemble(job, body, damping, ends, job["bodies"])
     chosen = settings(job)
     newton = chosen.timeIntegration.newton
     solver = exu.MainSolverImplicitSecondOrder()
@@ -142,7 +170,7 @@ def main(job_path, result_path):
             coordinates=body.nModes,
             unknowns=len(system.systemData.GetODE2Coordinates()) + len(system.systemData.GetAECoordinates()),
             interface_nodes=[len(nodes) for nodes, _ in ends],
-            basis_defects=defects,
+            defects=defects,
             relative_tolerance=newton.relativeTolerance,
             linear_solver="EigenSparse",
             version=exu.config.Version(),

@@ -6,7 +6,7 @@
 
 Each body is the generated connecting rod, reduced by `reduce`. Exudyn gets the same matrices and the same basis (see `exudyn_chain.py`), so
 both integrate the same number of coordinates, with the same method, step, damping and interfaces. Timed is the time loop alone, on one
-thread, without output files. A table is printed; `--write` appends the raw lines, one per run, to docs/data/simulate_against_exudyn.jsonl.
+thread, without output files. A table is printed; `--write` puts the raw lines, one per run, in place of docs/data/simulate_against_exudyn.jsonl.
 `--peer-only` runs Exudyn alone.
 """
 import argparse
@@ -28,12 +28,12 @@ STEP, STEPS, FINER = 1e-4, 1000, 10
 
 
 def case(bodies, coordinates, interface="8 nodes", soft=False, full=False):
-    """One row. `soft`: a thousandth of steel's stiffness, so that the deformation shows in the answers and the step resolves it; such a
-    row is for accuracy and has runs with a tenth of the step. `full`: with full Newton, too."""
+    """One row. `soft`: a ten-thousandth of steel's stiffness, so that deformation is percents of the motion and the step resolves it; such
+    a row is for accuracy and has runs with a tenth of the step. `full`: with full Newton, too."""
     kind = "" if interface == "8 nodes" else "-bores"
     return dict(
         name=f"{bodies}x{coordinates}{kind}{'-soft' if soft else ''}", bodies=bodies, coordinates=coordinates, interface=interface,
-        stiffness_factor=1e-3 if soft else 1.0, rho_infinity=0.8, finer=[1, FINER] if soft else [1],
+        stiffness_factor=1e-4 if soft else 1.0, rho_infinity=0.8, finer=[1, FINER] if soft else [1],
         newton=["modified", "eager"] + (["full"] if full else []),
     )
 
@@ -142,6 +142,8 @@ def main():
     if unknown:
         parser.error(f"no case {', '.join(unknown)}; there are {', '.join(names)}")
     runs = []
+    if options.write:
+        open(DATA, "w").close()
     for one in (one for one in CASES if one["name"] in chosen):
         for found in measure(one, options.binaries, options.rounds, options.peer_only):
             runs.append(found)
