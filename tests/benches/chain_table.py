@@ -24,11 +24,13 @@ def microseconds(runs):
 
 
 def cell(runs):
-    """Time, Newton iterations and Jacobian updates a step."""
+    """Time by the clock and, where known, of the processor, Newton iterations and Jacobian updates a step."""
     if not runs:
         return "–"
     steps = runs[0]["steps"]
-    return f"{microseconds(runs):.0f} ({runs[0]['newton_iterations'] / steps:.2f}, {runs[0]['jacobian_updates'] / steps:.3f})"
+    used = [run["cpu_seconds"] / steps * 1e6 for run in runs if "cpu_seconds" in run]
+    times = f"{microseconds(runs):.0f}" + (f" / {median(used):.0f}" if used else "")
+    return f"{times} ({runs[0]['newton_iterations'] / steps:.2f}, {runs[0]['jacobian_updates'] / steps:.3f})"
 
 
 def difference(one, other):
@@ -59,7 +61,7 @@ def ratio(runs):
 
 
 def speed(runs):
-    """µs a step (Newton iterations, Jacobian updates a step) of both, and how far the answers differ."""
+    """µs a step by the clock / of the processor (Newton iterations, Jacobian updates a step), and how far the answers differ."""
     yield "| bodies × coordinates | nodes per interface | Exudyn, modified Newton | … new Jacobian sooner | … full Newton | `simulate` | ratio | difference | load |"
     yield "| --- | --- | --- | --- | --- | --- | --- | --- | --- |"
     for same in grouped(run for run in runs if run["stiffness_factor"] == 1):

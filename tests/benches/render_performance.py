@@ -71,7 +71,7 @@ def chains():
     yield "ρ∞ = 0.8, 1000 steps of 1e-4 s, one thread, no output files; the time loop alone is timed. `MarkerSuperElementRigid` visits every node of an"
     yield "interface in each iteration, so most rows average 8 nodes of a bore, where Exudyn is fastest; the others average whole bores."
     yield ""
-    yield "µs per step, median (Newton iterations, Jacobian updates per step). Exudyn's modified Newton takes a new Jacobian above a contractivity"
+    yield "µs per step by the clock / of the processor, medians (Newton iterations, Jacobian updates per step). Exudyn's modified Newton takes a new Jacobian above a contractivity"
     yield "of 0.5 (its default) or 0.03. Ratio: Exudyn's fastest setting / ours, within a round. Difference: of the free end, relative to the distance it moves."
     yield ""
     yield from chain_table.speed(runs)
