@@ -68,6 +68,8 @@ def exudyn(folder, part, superelement, one, step, steps, newton):
         found = json.load(file)
     if not found["solved"]:
         sys.exit(f"Exudyn failed on {one['name']} with {newton} Newton")
+    if max(found["defects"].values()) > 1e-9:
+        sys.exit(f"{one['name']}: Exudyn's matrices or interface frames aren't the file's: {found['defects']}")
     if found["coordinates"] != one["coordinates"]:
         sys.exit(f"{one['name']}: the reduction has {found['coordinates']} coordinates")
     return found
