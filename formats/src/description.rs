@@ -25,7 +25,7 @@ use crate::mesh::{Direction, Dof, DofMap, Mesh};
 use file::{ComponentPart, DampingPart, FilePart, UnitsPart};
 use values::{ModalDamping, Number, Object};
 
-pub use diagnosis::{json_error, nearest_name};
+pub use diagnosis::{json_error, listed, nearest_name, suggestion};
 
 /// The component file before the matrices are known.
 #[derive(Clone, Debug, PartialEq)]
