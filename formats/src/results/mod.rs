@@ -7,7 +7,9 @@
 //! writes and `hdf5-pure`, which is memory-safe, reads.
 
 mod channel;
+mod open_file;
 mod read;
+mod reserve;
 mod write;
 
 pub use channel::{Channel, Column};

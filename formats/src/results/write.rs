@@ -2,29 +2,26 @@
 //!
 //! Rows are collected in memory and written a block at a time: when the block is full, or when the last writing is
 //! [`LONGEST_WAIT`] ago. HDF5 is idle between blocks and has everything on disk, so a killed run leaves a readable
-//! file that lacks the unwritten block; only a kill in the milliseconds of the writing itself may damage it.
+//! file that lacks the unwritten block; only a kill in the milliseconds of the writing itself may damage it. The disk
+//! space of a block is taken before HDF5 begins, so a full disk ends the file before that block.
 
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
-use hdf5::Dataset;
-use ndarray::{ArrayView2, s};
 use serde_json::json;
 
 use super::channel::{self, Channel};
-use super::{Event, FORMAT, FORMAT_VERSION, Header, Outcome};
+use super::open_file::{CloseError, OpenFile, OutcomeTexts, stopped_text};
+use super::{Event, Header, Outcome};
 use crate::Error;
 use crate::dcb::Replace;
-use crate::dcb::attributes::{self, Value, hdf5_text};
-use crate::dcb::create::{create, told};
+use crate::dcb::create::told;
 use crate::dcb::output::write_whole;
 
 /// Rows of a block, at most.
 const BLOCK_ROWS: usize = 1024;
 /// Values of a block, at most, unless a single row has more: 4 MiB.
 const BLOCK_VALUES: usize = 1 << 19;
-/// Rows of a chunk in the file, at most.
-const CHUNK_ROWS: usize = 256;
 /// A row is on disk no later than the first row that comes this much after the last writing.
 const LONGEST_WAIT: Duration = Duration::from_secs(5);
 /// Events that are kept, at most; further ones are counted.
@@ -158,23 +155,26 @@ impl ResultsWriter {
         let Some(open) = &mut self.open else {
             return Ok(());
         };
-        let result = open.write_rows(&self.block, self.row_values);
+        let written = open
+            .take_space(self.block.len() / self.row_values)
+            .map_err(|source| io(&self.target, source))
+            .and_then(|()| {
+                open.write_rows(&self.block, self.row_values)
+                    .map_err(|error| told(&self.target, &error))
+            });
         self.last_writing = Instant::now();
-        match result {
-            Ok(()) => {
-                self.block.clear();
-                Ok(())
-            }
-            Err(error) => {
-                let failure = told(&self.target, &error);
-                let time = open.last_written;
-                open.withdraw_rows();
-                let reason = failure.to_string();
-                // What went wrong first is what the caller must hear.
-                let _ = self.close(&Outcome::Stopped { reason, time }, &json!(null));
-                Err(failure)
-            }
+        if let Err(error) = written {
+            let outcome = Outcome::Stopped {
+                reason: error.to_string(),
+                time: open.last_written,
+            };
+            open.withdraw_rows();
+            // What went wrong first is what the caller must hear.
+            let _ = self.close(&outcome, &json!(null));
+            return Err(error);
         }
+        self.block.clear();
+        Ok(())
     }
 
     fn close(&mut self, outcome: &Outcome, summary: &serde_json::Value) -> Result<(), Error> {
@@ -187,16 +187,15 @@ impl ResultsWriter {
                 message: format!("and {} more", self.further_events),
             });
         }
-        let events = json!(self.events);
-        open.close(outcome, summary, &events)
-            .map_err(|error| told(&self.target, &error))?;
-        std::fs::File::open(&self.target)
-            .and_then(|file| file.sync_all())
-            .map_err(|source| Error::Io {
-                path: self.target.clone(),
-                action: "cannot write",
-                source,
-            })
+        let texts = OutcomeTexts {
+            stopped: stopped_text(outcome),
+            events: json!(self.events).to_string(),
+            summary: summary.to_string(),
+        };
+        open.close(&texts, outcome).map_err(|error| match error {
+            CloseError::Hdf5(error) => told(&self.target, &error),
+            CloseError::Io(source) => io(&self.target, source),
+        })
     }
 
     fn closed(&self) -> Error {
@@ -221,179 +220,10 @@ impl Drop for ResultsWriter {
     }
 }
 
-/// The HDF5 side: `/time` and the channels, all with the same number of rows.
-#[derive(Debug)]
-struct OpenFile {
-    file: hdf5::File,
-    time: Dataset,
-    channels: Vec<(Dataset, usize)>,
-    /// Values of one dataset's part of a block.
-    part: Vec<f64>,
-    rows: usize,
-    last_written: Option<f64>,
-}
-
-impl OpenFile {
-    fn start(
-        path: &Path,
-        channels: &[Channel],
-        header: &Header,
-        block_rows: usize,
-    ) -> hdf5::Result<Self> {
-        let file = create(path)?;
-        write_header(&file, header)?;
-        let chunk_rows = block_rows.min(CHUNK_ROWS);
-        // Blocks are larger than chunks: a cache would only keep what is never touched again.
-        let builder = || file.new_dataset::<f64>().chunk_cache(1, 0, 1.0);
-        let time = builder().chunk([chunk_rows]).shape(0..).create("time")?;
-        let unit = header.units.time.as_str();
-        write_text(&time, "units", unit)?;
-        write_text(&time, "description", "time of the accepted steps")?;
-        let mut datasets = Vec::with_capacity(channels.len());
-        for channel in channels {
-            let columns = channel.columns.len();
-            let dataset = builder()
-                .chunk([chunk_rows, columns])
-                .shape((0.., columns))
-                .create(channel.path.as_str())?;
-            write_channel(&dataset, channel)?;
-            datasets.push((dataset, columns));
-        }
-        file.flush()?;
-        let most_columns = datasets.iter().map(|(_, columns)| *columns).max();
-        Ok(Self {
-            file,
-            time,
-            channels: datasets,
-            part: Vec::with_capacity(block_rows * most_columns.unwrap_or(1)),
-            rows: 0,
-            last_written: None,
-        })
+fn io(target: &Path, source: std::io::Error) -> Error {
+    Error::Io {
+        path: target.to_owned(),
+        action: "cannot write",
+        source,
     }
-
-    fn write_rows(&mut self, block: &[f64], row_values: usize) -> hdf5::Result<()> {
-        let count = block.len() / row_values;
-        if count == 0 {
-            return Ok(());
-        }
-        let (start, end) = (self.rows, self.rows + count);
-        let rows = || block.chunks_exact(row_values);
-        let mut first = 1;
-        for (dataset, columns) in &self.channels {
-            self.part.clear();
-            for row in rows() {
-                self.part.extend_from_slice(&row[first..first + columns]);
-            }
-            first += columns;
-            dataset.resize((end, *columns))?;
-            let part = ArrayView2::from_shape((count, *columns), &self.part)
-                .map_err(|error| hdf5::Error::from(error.to_string()))?;
-            dataset.write_slice(part, s![start..end, ..])?;
-        }
-        self.part.clear();
-        self.part.extend(rows().map(|row| row[0]));
-        self.time.resize(end)?;
-        self.time
-            .write_slice(self.part.as_slice(), s![start..end])?;
-        self.file.flush()?;
-        self.rows = end;
-        self.last_written = self.part.last().copied();
-        Ok(())
-    }
-
-    /// Takes back what a failed writing left of its rows, as far as that is possible.
-    fn withdraw_rows(&self) {
-        let _ = self.time.resize(self.rows);
-        for (dataset, columns) in &self.channels {
-            let _ = dataset.resize((self.rows, *columns));
-        }
-    }
-
-    fn close(
-        self,
-        outcome: &Outcome,
-        summary: &serde_json::Value,
-        events: &serde_json::Value,
-    ) -> hdf5::Result<()> {
-        let Self {
-            file,
-            time,
-            channels,
-            ..
-        } = self;
-        drop((time, channels));
-        let written = write_outcome(&file, outcome)
-            .and_then(|()| {
-                let provenance = file.group("provenance")?;
-                write_text(&provenance, "events", &events.to_string())?;
-                write_text(&provenance, "summary", &summary.to_string())
-            })
-            .and_then(|()| file.flush());
-        let closed = file.close();
-        written.and(closed)
-    }
-}
-
-fn write_header(file: &hdf5::File, header: &Header) -> hdf5::Result<()> {
-    let units = &header.units;
-    let units = json!({ "length": units.length, "mass": units.mass, "time": units.time });
-    let inputs: Vec<_> = header
-        .inputs
-        .iter()
-        .map(|source| json!({ "role": source.role, "file_name": source.file_name, "sha256": source.sha256 }))
-        .collect();
-    write_text(file, "format", FORMAT)?;
-    write_text(file, "format_version", &FORMAT_VERSION.to_string())?;
-    write_text(file, "generator", &header.generator)?;
-    write_text(file, "units", &units.to_string())?;
-    file.new_attr::<bool>()
-        .create("complete")?
-        .write_scalar(&false)?;
-    let unfinished = Outcome::Stopped {
-        reason: "the run is going on, or was killed before it could say why it ends".to_owned(),
-        time: None,
-    };
-    write_text(file, "stopped", &stopped_text(&unfinished))?;
-    let provenance = file.create_group("provenance")?;
-    for (name, value) in [
-        ("scene", &header.scene),
-        ("inputs", &json!(inputs)),
-        ("options", &header.options),
-        ("warnings", &json!(header.warnings)),
-    ] {
-        write_text(&provenance, name, &value.to_string())?;
-    }
-    write_text(&provenance, "tool_version", &header.generator)
-}
-
-fn write_channel(dataset: &Dataset, channel: &Channel) -> hdf5::Result<()> {
-    let names = channel.columns.iter().map(|one| one.name.clone());
-    attributes::write(dataset, "columns", &Value::Texts(names.collect()))?;
-    write_text(dataset, "description", &channel.description)?;
-    match channel.common_unit() {
-        Some(unit) => write_text(dataset, "units", unit),
-        None => {
-            let units = channel.columns.iter().map(|one| one.unit.clone());
-            attributes::write(dataset, "column_units", &Value::Texts(units.collect()))?;
-            write_text(dataset, "units", "mixed")
-        }
-    }
-}
-
-fn write_outcome(file: &hdf5::File, outcome: &Outcome) -> hdf5::Result<()> {
-    file.attr("stopped")?
-        .write_scalar(&hdf5_text(&stopped_text(outcome))?)?;
-    file.attr("complete")?
-        .write_scalar(&(*outcome == Outcome::Complete))
-}
-
-fn stopped_text(outcome: &Outcome) -> String {
-    match outcome {
-        Outcome::Complete => json!(null).to_string(),
-        Outcome::Stopped { reason, time } => json!({ "reason": reason, "time": time }).to_string(),
-    }
-}
-
-fn write_text(object: &hdf5::Location, name: &str, text: &str) -> hdf5::Result<()> {
-    attributes::write(object, name, &Value::Text(text.to_owned()))
 }
