@@ -17,9 +17,14 @@
 //! ```
 
 pub mod body;
+pub mod csv;
 pub mod error;
+pub mod field;
 pub mod frame;
+pub mod history;
 pub mod motion;
+pub mod picture;
+pub mod vtu;
 
 pub use body::FlexibleBody;
 pub use error::Error;

@@ -51,11 +51,13 @@ impl Channel {
             .map_or(&self.path, |(_, name)| name)
     }
 
-    /// Name of a column for people: that of the channel, and behind a dot that of the column, if it has one.
+    /// Name of a column for people: the channel's path, without `outputs/`, and behind a dot the column's name, if it
+    /// has one.
     pub fn label(&self, column: &Column) -> String {
+        let path = self.path.strip_prefix("outputs/").unwrap_or(&self.path);
         match column.name.as_str() {
-            "" => self.name().to_owned(),
-            name => format!("{}.{name}", self.name()),
+            "" => path.to_owned(),
+            name => format!("{path}.{name}"),
         }
     }
 
