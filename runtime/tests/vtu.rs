@@ -21,6 +21,7 @@ use serde_json::Value;
 fn read_with_meshio(path: &Path) -> Value {
     const SCRIPT: &str = "
 import json, sys, meshio
+meshio._mesh.topological_dimension.setdefault('wedge15', 3)  # forgotten by meshio 5.3.5
 mesh = meshio.read(sys.argv[1])
 print(json.dumps({
     'points': mesh.points.tolist(),
@@ -181,7 +182,6 @@ fn every_type_of_cell_keeps_its_node_order() {
         .collect();
     assert_eq!(found, expected);
 
-    // meshio turns the linear wedge over when it writes and when it reads; the file itself has VTK's order.
     let mut misspelt = mesh.clone();
     misspelt.cells[3].cell_type = "quads".to_owned();
     let refused = FieldSeries::create(folder.path(), "cells", &misspelt)

@@ -11,6 +11,10 @@ const MARGIN: f64 = 0.05;
 /// Values within which ticks are written without a power of ten.
 const PLAIN: Range<f64> = 1e-3..1e5;
 
+/// Beyond these, differences and ratios of the ends would overflow: such values aren't drawn, like infinite ones.
+const LARGEST: f64 = 1e300;
+const SMALLEST: f64 = 1e-300;
+
 /// An axis as it is drawn.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct Ruler {
@@ -62,7 +66,6 @@ impl Ruler {
         } else if ends == Ends::Loose {
             (least, most) = (least - 2.0 * MARGIN * half, most + 2.0 * MARGIN * half);
         }
-        let (least, most) = (least.max(-f64::MAX / 4.0), most.min(f64::MAX / 4.0));
         let step = round_step((most - least) / tick_count.max(1) as f64);
         let first = (least / step).ceil();
         let count = ((most / step).floor() - first) as usize;
@@ -76,29 +79,32 @@ impl Ruler {
         }
     }
 
-    /// Ends at whole powers of ten; ticks at powers of ten, and within one or two decades at 2 and 5 times them.
+    /// Ends at 1, 2 or 5 times a power of ten; ticks at the powers, and within one or two decades at 2 and 5 times them.
     fn logarithmic(least: f64, most: f64, tick_count: usize) -> Self {
         let (least, most) = if least <= most {
             (least, most)
         } else {
             (1.0, 10.0)
         };
-        let first = least.log10().floor() as i32;
-        let last = (most.log10().ceil() as i32).max(first + 1);
-        let decades = (last - first) as usize;
-        let stride = decades.div_ceil(tick_count.max(1)).max(1);
-        let between: &[f64] = if decades <= 2 {
-            &[1.0, 2.0, 5.0]
-        } else {
-            &[1.0]
+        let (first, last) = (least.log10().floor() as i32, most.log10().ceil() as i32);
+        let rounds = |exponent: i32| [1.0, 2.0, 5.0].map(|factor| factor * power(exponent));
+        let all = || (first - 1..=last).flat_map(rounds);
+        let start = all().filter(|end| *end <= least).fold(0.0, f64::max);
+        let end = all().filter(|end| *end >= most && *end > start);
+        let end = end.fold(f64::INFINITY, f64::min);
+        let decades = (last - first).unsigned_abs() as usize;
+        let ticks: Vec<f64> = match decades <= 2 {
+            true => all().collect(),
+            false => {
+                let stride = decades.div_ceil(tick_count.max(1));
+                (first..=last).step_by(stride).map(power).collect()
+            }
         };
-        let (start, end) = (power(first), power(last));
         Self {
             scale: Scale::Logarithmic,
-            ticks: (first..=last)
-                .step_by(stride)
-                .flat_map(|exponent| between.iter().map(move |factor| factor * power(exponent)))
-                .filter(|tick| *tick <= end)
+            ticks: ticks
+                .into_iter()
+                .filter(|tick| (start..=end).contains(tick))
                 .collect(),
             range: start..end,
             step: 0.0,
@@ -195,7 +201,10 @@ impl ValueFormatter<f64> for Ruler {
 }
 
 fn is_drawable(value: f64, scale: Scale) -> bool {
-    value.is_finite() && (scale == Scale::Linear || value > 0.0)
+    match scale {
+        Scale::Linear => value.abs() < LARGEST,
+        Scale::Logarithmic => value > SMALLEST && value < LARGEST,
+    }
 }
 
 fn power(exponent: i32) -> f64 {
@@ -267,7 +276,7 @@ mod tests {
         for (least, most) in [
             (3.0, 3.0),
             (0.0, 0.0),
-            (1e300, -1e300),
+            (9e299, -9e299),
             (f64::MAX, f64::MIN),
             (1.0, 1.0 + 1e-9),
         ] {
@@ -285,10 +294,7 @@ mod tests {
     fn logarithmic_ticks_are_powers_of_ten() {
         let values = [f64::NAN, -1.0, 0.0, 3e-5, 0.2];
         let ruler = Ruler::around(values.into_iter(), Scale::Logarithmic, Ends::Tight, 6);
-        assert_eq!(
-            labels(&ruler),
-            ["10⁻⁵", "10⁻⁴", "10⁻³", "10⁻²", "10⁻¹", "1"]
-        );
-        assert!((ruler.fraction(1e-3) - 0.4).abs() < 1e-12);
+        assert_eq!(labels(&ruler), ["10⁻⁴", "10⁻³", "10⁻²", "10⁻¹"]);
+        assert!((ruler.fraction(2e-3) - 0.5).abs() < 1e-12);
     }
 }

@@ -34,9 +34,9 @@ const REFERENCE: RGBColor = RGBColor(120, 120, 120);
 /// Sizes in dots; a picture is scaled to where it is shown.
 const WIDTH: u32 = 960;
 const HEIGHT: u32 = 400;
-const FONT: f64 = 16.0;
+const FONT: f64 = 18.0;
 /// Width of a character of a sans-serif font, in heights, on the safe side.
-const CHARACTER: f64 = 0.6;
+const CHARACTER: f64 = 0.5;
 const MARGIN: u32 = 14;
 /// The sample of a line in the legend.
 const SAMPLE: i32 = 28;
@@ -77,18 +77,33 @@ fn draw(charts: &[Chart], svg: &mut String) -> Result<(), String> {
     let root = SVGBackend::with_string(svg, size).into_drawing_area();
     let told = |error: &dyn std::fmt::Display| error.to_string();
     root.fill(&WHITE).map_err(|error| told(&error))?;
-    for (chart, area) in charts.iter().zip(root.split_evenly((charts.len(), 1))) {
-        panel(chart, &area).map_err(|error| told(&error))?;
+    let rulers: Vec<(Ruler, Ruler)> = charts.iter().map(rulers).collect();
+    let label_lengths = rulers.iter().map(|(_, y)| y.label_length());
+    let widths = Widths {
+        labels: text_width(label_lengths.max().unwrap_or(0)),
+        legend: charts.iter().map(legend_width).max().unwrap_or(0),
+    };
+    let areas = root.split_evenly((charts.len(), 1));
+    for ((chart, rulers), area) in charts.iter().zip(rulers).zip(areas) {
+        panel(chart, rulers, widths, &area).map_err(|error| told(&error))?;
     }
     root.present().map_err(|error| told(&error))
 }
 
 type Failure<B> = plotters::drawing::DrawingAreaErrorKind<<B as DrawingBackend>::ErrorType>;
 
-fn panel<B: DrawingBackend>(chart: &Chart, area: &DrawingArea<B, Shift>) -> Result<(), Failure<B>> {
-    let legend_width = legend_width(chart);
-    let (plane_area, legend_area) =
-        area.split_horizontally(area.dim_in_pixel().0.saturating_sub(legend_width) as i32);
+/// What stands left and right of the axes, the same for all charts of a picture: their axes are aligned.
+#[derive(Clone, Copy)]
+struct Widths {
+    labels: u32,
+    legend: u32,
+}
+
+fn text_width(characters: usize) -> u32 {
+    (characters as f64 * CHARACTER * FONT) as u32
+}
+
+fn rulers(chart: &Chart) -> (Ruler, Ruler) {
     let values = |index: usize| {
         let points = chart.series.iter().flat_map(|series| &series.points);
         points.map(move |point| point[index])
@@ -100,14 +115,24 @@ fn panel<B: DrawingBackend>(chart: &Chart, area: &DrawingArea<B, Shift>) -> Resu
     let ends = if is_history { Ends::Tight } else { Ends::Loose };
     let x = Ruler::around(values(0), chart.horizontal.scale, ends, 8);
     let y = Ruler::around(values(1), chart.vertical.scale, Ends::Loose, 6);
-    let labels = y.label_length() as f64 * CHARACTER * FONT;
+    (x, y)
+}
+
+fn panel<B: DrawingBackend>(
+    chart: &Chart,
+    (x, y): (Ruler, Ruler),
+    widths: Widths,
+    area: &DrawingArea<B, Shift>,
+) -> Result<(), Failure<B>> {
+    let plane_width = area.dim_in_pixel().0.saturating_sub(widths.legend);
+    let (plane_area, legend_area) = area.split_horizontally(plane_width as i32);
     let title = if chart.title.is_empty() {
         0
     } else {
         (2.0 * FONT) as u32
     };
     // The last label of the abscissa stands half beside the axes.
-    let beside = (0.5 * x.label_length() as f64 * CHARACTER * FONT) as u32;
+    let beside = text_width(x.label_length()) / 2;
     let mut builder = plotters::chart::ChartBuilder::on(&plane_area);
     builder
         .margin_top(MARGIN)
@@ -115,7 +140,7 @@ fn panel<B: DrawingBackend>(chart: &Chart, area: &DrawingArea<B, Shift>) -> Resu
         .margin_left(MARGIN)
         .margin_right(MARGIN.max(beside))
         .x_label_area_size((3.0 * FONT) as u32)
-        .y_label_area_size((labels + 2.5 * FONT) as u32);
+        .y_label_area_size(widths.labels + (2.5 * FONT) as u32);
     if title > 0 {
         builder.caption(&chart.title, text_style(1.1 * FONT, &INK));
     }
@@ -153,7 +178,7 @@ fn panel<B: DrawingBackend>(chart: &Chart, area: &DrawingArea<B, Shift>) -> Resu
             }
         }
     }
-    if legend_width > 0 {
+    if chart.series.len() > 1 {
         legend(chart, &legend_area)?;
     }
     Ok(())
@@ -176,7 +201,7 @@ fn look(index: usize) -> Look {
     }
 }
 
-/// A line `y = c xᵖ` as far as it lies between the axes, its name beside its end.
+/// A line `y = c xᵖ` as far as it lies between the axes, its name near its end.
 fn reference<B: DrawingBackend>(
     plane: &mut Plane<B>,
     slope: &ReferenceSlope,
@@ -197,22 +222,19 @@ fn reference<B: DrawingBackend>(
         })
         .filter(|(_, height)| y.contains(*height))
         .collect();
-    let Some(&end) = points.last() else {
+    let Some(&near_end) = points.get(points.len() * 19 / 20) else {
         return Ok(());
     };
-    // Where the line ends at the upper edge, its name stands below and left of the end.
-    let place = Pos::new(
-        HPos::Right,
-        if slope.exponent > 0.0 {
-            VPos::Top
-        } else {
-            VPos::Bottom
-        },
-    );
-    let style = text_style(0.9 * FONT, &REFERENCE).pos(place);
+    // Above the line, on the side where that doesn't come back to it.
+    let side = if slope.exponent > 0.0 {
+        HPos::Right
+    } else {
+        HPos::Left
+    };
+    let style = text_style(0.9 * FONT, &REFERENCE).pos(Pos::new(side, VPos::Bottom));
     let line = DashedPathElement::new(points, 6, 4, REFERENCE.stroke_width(1));
     plane.draw_series([line])?;
-    plane.draw_series([Text::new(slope.name.clone(), end, style)])?;
+    plane.draw_series([Text::new(slope.name.clone(), near_end, style)])?;
     Ok(())
 }
 
@@ -222,9 +244,7 @@ fn legend_width(chart: &Chart) -> u32 {
         .iter()
         .map(|series| series.name.chars().count());
     match names.max() {
-        Some(longest) if chart.series.len() > 1 => {
-            (longest as f64 * CHARACTER * FONT) as u32 + SAMPLE as u32 + 2 * MARGIN
-        }
+        Some(longest) if chart.series.len() > 1 => text_width(longest) + SAMPLE as u32 + 2 * MARGIN,
         _ => 0,
     }
 }

@@ -2,7 +2,8 @@
 //!
 //! A [`Chart`] is plain data; [`write_svg`] draws one or several below each other. [`plot`] makes the charts of a
 //! results file. Text is left to the viewer's sans-serif font, so that nothing depends on the fonts of the machine
-//! that draws. Values that aren't finite (or, on a logarithmic axis, not positive) interrupt their line.
+//! that draws. Values that aren't finite, or beyond
+//! 1e300, or not positive on a logarithmic axis, interrupt their line.
 
 mod axis;
 mod curve;
