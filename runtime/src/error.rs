@@ -1,11 +1,37 @@
 //! Why a body can't be used, or a motion can't be continued.
 
+use std::path::PathBuf;
+
 /// What went wrong, and what would be right.
 #[derive(Debug, thiserror::Error)]
 pub enum Error {
     /// The superelement's file can't be used.
     #[error(transparent)]
     File(#[from] dcb_formats::Error),
+    /// A file can't be written.
+    #[error("{}: cannot write: {source}", path.display())]
+    CannotWrite {
+        /// File or folder.
+        path: PathBuf,
+        /// The system's answer.
+        source: std::io::Error,
+    },
+    /// Nodal fields, mesh and body don't belong together, or a picture of them isn't possible.
+    #[error("body {body:?}: {message}")]
+    Field {
+        /// Name of the body.
+        body: String,
+        /// Found and expected.
+        message: String,
+    },
+    /// There is nothing to show.
+    #[error("{}: {message}", path.display())]
+    NothingToShow {
+        /// The file that would have shown it.
+        path: PathBuf,
+        /// What is missing.
+        message: String,
+    },
     /// The superelement has something that the dynamics doesn't handle.
     #[error("body {body:?}: {what}; {remedy}")]
     NotHandled {

@@ -17,10 +17,13 @@
 //! ```
 
 pub mod body;
+pub mod csv;
 pub mod energy;
 pub mod error;
+pub mod field;
 pub mod frame;
 pub mod function;
+pub mod history;
 pub mod initial;
 pub mod integrator;
 pub mod joint;
@@ -28,10 +31,12 @@ mod kernel;
 pub mod law;
 pub mod measure;
 pub mod motion;
+pub mod picture;
 pub mod rotation;
 pub mod scene;
 pub mod simulation;
 pub mod system;
+pub mod vtu;
 
 pub use body::{Attachment, Compatibility, FlexibleBody, GeneralizedBody, RigidBody, RigidPoint};
 pub use error::Error;
@@ -40,3 +45,4 @@ pub use frame::{
     InertiaTerms,
 };
 pub use function::{Function, TimeFunction};
+pub use scene::Scene;

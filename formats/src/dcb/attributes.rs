@@ -8,7 +8,7 @@ use hdf5_pure::{AttrValue, Datatype};
 
 /// What an attribute may hold.
 #[derive(Clone, Debug, PartialEq)]
-pub(super) enum Value {
+pub(crate) enum Value {
     /// One string.
     Text(String),
     /// A list of strings.
@@ -25,7 +25,7 @@ pub(super) enum Value {
 
 impl Value {
     /// As the digest writes it: reals as the hexadecimal digits of their bits, so that no language rounds them.
-    pub(super) fn canonical(&self) -> serde_json::Value {
+    pub(crate) fn canonical(&self) -> serde_json::Value {
         let bits = |real: &f64| format!("{:016x}", real.to_bits());
         match self {
             Self::Text(text) => text.as_str().into(),
@@ -76,7 +76,7 @@ impl Value {
 ///
 /// # Errors
 /// One can't be read, or is of another kind.
-pub(super) fn read(
+pub(crate) fn read(
     values: Result<HashMap<String, AttrValue>, hdf5_pure::Error>,
     types: Result<HashMap<String, Datatype>, hdf5_pure::Error>,
 ) -> Result<BTreeMap<String, Value>, String> {
@@ -95,13 +95,13 @@ pub(super) fn read(
 }
 
 /// An HDF5 string; HDF5 ends strings at a zero byte, so one inside is refused.
-pub(super) fn hdf5_text(text: &str) -> hdf5::Result<VarLenUnicode> {
+pub(crate) fn hdf5_text(text: &str) -> hdf5::Result<VarLenUnicode> {
     text.parse()
         .map_err(|_| hdf5::Error::from(format!("{text:?} contains a zero byte")))
 }
 
 /// Writes an attribute.
-pub(super) fn write(object: &Location, name: &str, value: &Value) -> hdf5::Result<()> {
+pub(crate) fn write(object: &Location, name: &str, value: &Value) -> hdf5::Result<()> {
     fn list<T: hdf5::H5Type>(object: &Location, name: &str, values: &[T]) -> hdf5::Result<()> {
         object
             .new_attr::<T>()

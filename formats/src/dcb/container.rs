@@ -19,7 +19,7 @@ const MOST_PAGES: usize = 256;
 const STACK_BYTES: usize = 1 << 26;
 
 /// An open HDF5 file.
-pub(super) struct Container {
+pub(crate) struct Container {
     file: hdf5_pure::File,
     length: u64,
     allowance: Arc<AtomicU64>,
@@ -32,15 +32,15 @@ impl fmt::Debug for Container {
 }
 
 impl Container {
-    /// Opens a file whose length is known.
+    /// Opens a file whose length is known; `meant` says which program writes the kind of file that was expected.
     ///
     /// # Errors
     /// It isn't HDF5, or not all of it.
-    pub(super) fn open(file: File, length: u64) -> Result<Self, String> {
+    pub(crate) fn open(file: File, length: u64, meant: &str) -> Result<Self, String> {
         let allowance = Arc::new(AtomicU64::new(SPARE_BYTES));
         let told = |error: hdf5_pure::Error| match error {
             hdf5_pure::Error::Format(FormatError::SignatureNotFound) => {
-                "isn't an HDF5 file; a superelement is what `reduce` writes".to_owned()
+                format!("isn't an HDF5 file; {meant}")
             }
             other => format!("is an HDF5 file that can't be opened: {other}"),
         };
@@ -64,18 +64,18 @@ impl Container {
     }
 
     /// The root group.
-    pub(super) fn root(&self) -> hdf5_pure::Group {
+    pub(crate) fn root(&self) -> hdf5_pure::Group {
         self.file.root()
     }
 
     /// Number of bytes.
-    pub(super) fn length(&self) -> u64 {
+    pub(crate) fn length(&self) -> u64 {
         self.length
     }
 
     /// Lets the next step read the whole file once, and a little more. A file whose parts refer to each other in
     /// circles, or to the same bytes again and again, runs out of this.
-    pub(super) fn allow_reading(&self) {
+    pub(crate) fn allow_reading(&self) {
         let allowance = self.length.saturating_add(SPARE_BYTES);
         self.allowance.store(allowance, Relaxed);
     }
@@ -83,7 +83,7 @@ impl Container {
 
 /// Opens a file on a stack that no file can exhaust: an overflow would end the whole program. Should the library
 /// panic nevertheless, that is an error here.
-pub(super) fn on_large_stack<T: Send>(open: impl FnOnce() -> T + Send) -> std::io::Result<T> {
+pub(crate) fn on_large_stack<T: Send>(open: impl FnOnce() -> T + Send) -> std::io::Result<T> {
     std::thread::scope(|scope| {
         std::thread::Builder::new()
             .stack_size(STACK_BYTES)

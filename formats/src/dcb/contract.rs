@@ -8,7 +8,7 @@ use crate::mesh::Dimension;
 
 /// The three element types.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Element {
+pub(crate) enum Element {
     /// IEEE double, little-endian.
     Real,
     /// Two's complement, 64 bits, little-endian.

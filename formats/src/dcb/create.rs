@@ -7,7 +7,7 @@ use hdf5::file::LibraryVersion;
 use crate::Error;
 
 /// HDF5 tells the system's answer only as text in its error stack.
-pub(super) fn told(target: &Path, error: &hdf5::Error) -> Error {
+pub(crate) fn told(target: &Path, error: &hdf5::Error) -> Error {
     let path = target.to_owned();
     let frames = error.stack().map(|stack| {
         stack
@@ -38,7 +38,7 @@ pub(super) fn told(target: &Path, error: &hdf5::Error) -> Error {
 
 /// A new HDF5 file that HDF5 1.8 and everything later reads. Nothing older will do: it limits an attribute to
 /// 64 KiB, and the lists of units may be longer. Without times the same contents give the same bytes.
-pub(super) fn create(path: &Path) -> hdf5::Result<hdf5::File> {
+pub(crate) fn create(path: &Path) -> hdf5::Result<hdf5::File> {
     hdf5::File::with_options()
         .with_fapl(|access| access.libver_bounds(LibraryVersion::V18, LibraryVersion::V18))
         .with_fcpl(|creation| creation.obj_track_times(false))
@@ -46,7 +46,7 @@ pub(super) fn create(path: &Path) -> hdf5::Result<hdf5::File> {
 }
 
 /// Gives the disk space of a failed write back before HDF5 closes the file, which has to write once more.
-pub(super) fn abandon(partial: &Path) {
+pub(crate) fn abandon(partial: &Path) {
     if let Ok(file) = std::fs::OpenOptions::new().write(true).open(partial) {
         let _ = file.set_len(0);
     }

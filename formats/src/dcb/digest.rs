@@ -69,14 +69,14 @@ pub(super) fn of_texts(values: &[String]) -> String {
 
 /// A dataset as the digest sees it.
 #[derive(Clone, Debug)]
-pub(super) struct Line {
-    pub(super) element: Element,
-    pub(super) shape: Vec<usize>,
-    pub(super) sha256: String,
+pub(crate) struct Line {
+    pub(crate) element: Element,
+    pub(crate) shape: Vec<usize>,
+    pub(crate) sha256: String,
 }
 
 /// Attributes by the path of their object, then by name.
-pub(super) type Attributes = BTreeMap<String, BTreeMap<String, Value>>;
+pub(crate) type Attributes = BTreeMap<String, BTreeMap<String, Value>>;
 
 /// Whether the digest covers an attribute: what is only said to people stays outside.
 pub(super) fn covers(path: &str, is_dataset: bool, name: &str) -> bool {

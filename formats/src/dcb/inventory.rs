@@ -24,29 +24,38 @@ const FILTERS: [(u16, &str); 3] = [(DEFLATE, "deflate"), (2, "shuffle"), (3, "fl
 /// The only one of them that makes data smaller.
 const DEFLATE: u16 = 1;
 
+/// Whether every dataset must claim a hash.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Hashes {
+    /// It must.
+    Required,
+    /// Hashes aren't kept: the file grew by and by.
+    Absent,
+}
+
 /// One dataset of a file.
 #[derive(Debug)]
-pub(super) struct Entry {
-    pub(super) line: Line,
-    pub(super) dataset: hdf5_pure::Dataset,
+pub(crate) struct Entry {
+    pub(crate) line: Line,
+    pub(crate) dataset: hdf5_pure::Dataset,
 }
 
 /// All of a file but the data.
 #[derive(Debug, Default)]
-pub(super) struct Inventory {
-    pub(super) entries: BTreeMap<String, Entry>,
-    pub(super) attributes: Attributes,
+pub(crate) struct Inventory {
+    pub(crate) entries: BTreeMap<String, Entry>,
+    pub(crate) attributes: Attributes,
 }
 
 /// A place in the file and what is wrong there.
-pub(super) struct Finding {
-    pub(super) path: String,
-    pub(super) message: String,
+pub(crate) struct Finding {
+    pub(crate) path: String,
+    pub(crate) message: String,
 }
 
 impl Finding {
     /// What is wrong at a path.
-    pub(super) fn at(path: &str, message: impl Into<String>) -> Self {
+    pub(crate) fn at(path: &str, message: impl Into<String>) -> Self {
         Self {
             path: path.to_owned(),
             message: message.into(),
@@ -55,7 +64,7 @@ impl Finding {
 }
 
 /// The attributes of the root group alone.
-pub(super) fn root_attributes(file: &Container) -> Result<BTreeMap<String, Value>, Finding> {
+pub(crate) fn root_attributes(file: &Container) -> Result<BTreeMap<String, Value>, Finding> {
     let root = file.root();
     attributes::read(root.attrs(), root.attr_datatypes())
         .map_err(|message| Finding::at("/", message))
@@ -63,9 +72,10 @@ pub(super) fn root_attributes(file: &Container) -> Result<BTreeMap<String, Value
 
 impl Inventory {
     /// Takes the inventory of a file. Soft and external links lead nowhere, as in h5py's `visititems`.
-    pub(super) fn take(file: &Container) -> Result<Self, Finding> {
+    pub(crate) fn take(file: &Container, hashes: Hashes) -> Result<Self, Finding> {
         let mut walk = Walk {
             file_bytes: file.length(),
+            hashes,
             objects: 0,
             found: Self::default(),
         };
@@ -74,7 +84,7 @@ impl Inventory {
     }
 
     /// The digest that the inventory makes.
-    pub(super) fn digest(&self) -> String {
+    pub(crate) fn digest(&self) -> String {
         let lines = self
             .entries
             .iter()
@@ -84,13 +94,14 @@ impl Inventory {
     }
 
     /// An attribute of an object.
-    pub(super) fn attribute(&self, path: &str, name: &str) -> Option<&Value> {
+    pub(crate) fn attribute(&self, path: &str, name: &str) -> Option<&Value> {
         self.attributes.get(path)?.get(name)
     }
 }
 
 struct Walk {
     file_bytes: u64,
+    hashes: Hashes,
     objects: usize,
     found: Inventory,
 }
@@ -111,7 +122,16 @@ impl Walk {
             let told = |message| Finding::at(&path, message);
             let attributes =
                 attributes::read(dataset.attrs(), dataset.attr_datatypes()).map_err(told)?;
-            let line = line(&dataset, &attributes, self.file_bytes).map_err(told)?;
+            let (element, shape) = storage(&dataset, self.file_bytes).map_err(told)?;
+            let sha256 = match self.hashes {
+                Hashes::Required => claimed_hash(&attributes).map_err(told)?,
+                Hashes::Absent => String::new(),
+            };
+            let line = Line {
+                element,
+                shape,
+                sha256,
+            };
             self.found
                 .entries
                 .insert(path.clone(), Entry { line, dataset });
@@ -140,12 +160,8 @@ impl Walk {
     }
 }
 
-/// What the digest says of a dataset, if the file can hold what its shape claims.
-fn line(
-    dataset: &hdf5_pure::Dataset,
-    attributes: &BTreeMap<String, Value>,
-    file_bytes: u64,
-) -> Result<Line, String> {
+/// Element type and shape of a dataset, if the file can hold what its shape claims.
+fn storage(dataset: &hdf5_pure::Dataset, file_bytes: u64) -> Result<(Element, Vec<usize>), String> {
     let unreadable = |error: hdf5_pure::Error| format!("can't be read: {error}");
     let element = element(&dataset.datatype().map_err(unreadable)?)?;
     let shape = dataset.shape().map_err(unreadable)?;
@@ -190,20 +206,19 @@ fn line(
         }
         _ => {}
     }
-    let Some(Value::Text(sha256)) = attributes
-        .get("sha256")
-        .filter(|value| matches!(value, Value::Text(text) if text.len() == 64))
-    else {
-        return Err("has no attribute sha256 with 64 hexadecimal digits".to_owned());
-    };
-    Ok(Line {
-        element,
-        shape: shape
-            .iter()
-            .map(|&size| usize::try_from(size).map_err(|_| impossible()))
-            .collect::<Result<_, _>>()?,
-        sha256: sha256.clone(),
-    })
+    let shape = shape
+        .iter()
+        .map(|&size| usize::try_from(size).map_err(|_| impossible()))
+        .collect::<Result<_, _>>()?;
+    Ok((element, shape))
+}
+
+/// The hash that a dataset says its data have.
+fn claimed_hash(attributes: &BTreeMap<String, Value>) -> Result<String, String> {
+    match attributes.get("sha256") {
+        Some(Value::Text(text)) if text.len() == 64 => Ok(text.clone()),
+        _ => Err("has no attribute sha256 with 64 hexadecimal digits".to_owned()),
+    }
 }
 
 /// Element type: one of three.

@@ -8,22 +8,22 @@
 //! to the reducer and the runtime.
 
 mod assemble;
-mod attributes;
+pub(crate) mod attributes;
 mod check;
 mod check_fields;
-mod container;
-mod contract;
-mod create;
+pub(crate) mod container;
+pub(crate) mod contract;
+pub(crate) mod create;
 mod data;
 mod datasets;
-mod digest;
-mod inventory;
+pub(crate) mod digest;
+pub(crate) mod inventory;
 mod names;
-mod output;
+pub(crate) mod output;
 mod read;
 mod rules;
 mod second_order;
-mod shapes;
+pub(crate) mod shapes;
 mod sink;
 mod units;
 mod write;

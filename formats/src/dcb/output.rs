@@ -72,7 +72,7 @@ fn check_path(target: &Path, replace: Replace) -> Result<&Path, Error> {
 
 /// Lets `fill` write the unfinished file, then puts it in the target's place. On any error the target is as
 /// before and nothing else is left.
-pub(super) fn write_whole(
+pub(crate) fn write_whole(
     target: &Path,
     replace: Replace,
     fill: impl FnOnce(&Path) -> Result<(), Error>,

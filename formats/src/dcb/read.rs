@@ -6,12 +6,21 @@ use std::path::{Path, PathBuf};
 
 use super::container::{Container, on_large_stack};
 use super::contract::Counts;
-use super::inventory::{self, Finding, Inventory};
-use super::shapes::{check_shapes, count, read_version, text_attribute};
-use super::{FormatVersion, assemble, check, check_fields, names};
+use super::inventory::{self, Finding, Hashes, Inventory};
+use super::shapes::{Kind, check_shapes, count, read_version, text_attribute};
+use super::{FORMAT, FORMAT_VERSION, FormatVersion, assemble, check, check_fields, names};
 use crate::Error;
 use crate::mesh::{CellBlock, Mesh};
 use crate::superelement::{RecoveryBasis, Superelement};
+
+/// What is read here.
+const KIND: Kind = Kind {
+    called: "a superelement",
+    format: FORMAT,
+    version: FORMAT_VERSION,
+};
+/// Where it comes from.
+const WRITTEN_BY: &str = "a superelement is what `reduce` writes";
 
 /// An open `.dcb.h5` file. Opening checks its version, its digest and all shapes; data are read, and checked
 /// against their hashes, when asked for. A large file opens at once.
@@ -67,11 +76,11 @@ impl SuperelementFile {
         }
         let file = File::open(&path).map_err(io("cannot read"))?;
         let take = || {
-            let container = Container::open(file, status.len()).map_err(unusable)?;
+            let container = Container::open(file, status.len(), WRITTEN_BY).map_err(unusable)?;
             container.allow_reading();
             let attributes = inventory::root_attributes(&container).map_err(at)?;
-            let version = read_version(&attributes).map_err(at)?;
-            let inventory = Inventory::take(&container).map_err(at)?;
+            let version = read_version(&attributes, &KIND).map_err(at)?;
+            let inventory = Inventory::take(&container, Hashes::Required).map_err(at)?;
             Ok((container, version, inventory))
         };
         let (container, version, inventory) = on_large_stack(take).map_err(io("cannot read"))??;

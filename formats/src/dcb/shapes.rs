@@ -3,19 +3,33 @@
 
 use std::collections::BTreeMap;
 
+use super::FormatVersion;
 use super::attributes::Value;
 use super::contract::{Axis, Counts, Dataset, Element, Presence};
 use super::datasets::DATASETS;
 use super::inventory::{Entry, Finding, Inventory};
-use super::{FORMAT, FORMAT_VERSION, FormatVersion};
 use crate::mesh::Dimension;
 
-pub(super) fn missing(path: &str) -> Finding {
+pub(crate) fn missing(path: &str) -> Finding {
     Finding::at(path, "is missing".to_owned())
 }
 
+/// The kind of file that a program reads.
+pub(crate) struct Kind {
+    /// What people call it, with its article.
+    pub(crate) called: &'static str,
+    /// Its attribute `format`.
+    pub(crate) format: &'static str,
+    /// The version that this program writes.
+    pub(crate) version: FormatVersion,
+}
+
 /// Format and version, before anything else is believed.
-pub(super) fn read_version(attributes: &BTreeMap<String, Value>) -> Result<FormatVersion, Finding> {
+pub(crate) fn read_version(
+    attributes: &BTreeMap<String, Value>,
+    kind: &Kind,
+) -> Result<FormatVersion, Finding> {
+    let called = kind.called;
     let root = |message: String| Finding::at("/", message);
     let read = |name: &str| match attributes.get(name) {
         Some(Value::Text(text)) => Ok(text),
@@ -23,13 +37,14 @@ pub(super) fn read_version(attributes: &BTreeMap<String, Value>) -> Result<Forma
             "attribute {name} is {other:?}; it must be a string"
         ))),
         None => Err(root(format!(
-            "attribute {name} is missing: this isn't a superelement"
+            "attribute {name} is missing: this isn't {called}"
         ))),
     };
     let format = read("format")?;
-    if format != FORMAT {
+    if format != kind.format {
         return Err(root(format!(
-            "format is {format:.40?}; a superelement's is {FORMAT:?}"
+            "format is {format:.40?}; that of {called} is {:?}",
+            kind.format
         )));
     }
     let text = read("format_version")?;
@@ -38,20 +53,21 @@ pub(super) fn read_version(attributes: &BTreeMap<String, Value>) -> Result<Forma
         .and_then(|(major, minor)| Some((major.parse().ok()?, minor.parse().ok()?)));
     let (major, minor) = parts.ok_or_else(|| {
         root(format!(
-            "format_version is {text:.40?}; it must be like \"{FORMAT_VERSION}\""
+            "format_version is {text:.40?}; it must be like \"{}\"",
+            kind.version
         ))
     })?;
-    if major != FORMAT_VERSION.major {
+    if major != kind.version.major {
         return Err(root(format!(
             "format_version is {major}.{minor}, and this program reads versions {}.x; use a program that reads {major}.x",
-            FORMAT_VERSION.major
+            kind.version.major
         )));
     }
     Ok(FormatVersion { major, minor })
 }
 
 /// A text attribute that must be there.
-pub(super) fn text_attribute<'i>(
+pub(crate) fn text_attribute<'i>(
     inventory: &'i Inventory,
     path: &str,
     name: &str,

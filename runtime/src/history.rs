@@ -1,0 +1,61 @@
+//! Histories of single quantities, as tables and pictures want them: a name, a unit and a number for each step.
+
+use std::collections::BTreeSet;
+
+use dcb_formats::results::Results;
+
+use crate::error::Error;
+
+/// Which channels of a results file are meant.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Selection<'a> {
+    /// Everything in `/outputs`.
+    Outputs,
+    /// Those with these paths or names, in this order.
+    Named(&'a [String]),
+}
+
+/// One column of a channel over time.
+#[derive(Clone, Debug, PartialEq)]
+pub struct History {
+    /// Name for people.
+    pub name: String,
+    /// Unit; `1` where it has none.
+    pub unit: String,
+    /// One value for each step, (n_t).
+    pub values: Vec<f64>,
+}
+
+/// The columns of the selected channels, channel by channel; a channel named twice comes once. May be empty.
+///
+/// # Errors
+/// [`Error::File`] if a channel isn't there, with the nearest name, or can't be read.
+pub fn histories(results: &Results, selection: Selection) -> Result<Vec<History>, Error> {
+    let channels = match selection {
+        Selection::Outputs => {
+            let all = results.channels().iter();
+            all.filter(|channel| channel.path.starts_with("outputs/"))
+                .collect()
+        }
+        Selection::Named(names) => {
+            let found = names.iter().map(|name| results.channel(name));
+            found.collect::<Result<Vec<_>, _>>()?
+        }
+    };
+    let mut seen = BTreeSet::new();
+    let mut all = Vec::new();
+    for channel in channels {
+        if !seen.insert(&channel.path) {
+            continue;
+        }
+        let values = results.history(&channel.path)?;
+        for (index, column) in channel.columns.iter().enumerate() {
+            all.push(History {
+                name: channel.label(column),
+                unit: column.unit.clone(),
+                values: values.col_as_slice(index).to_vec(),
+            });
+        }
+    }
+    Ok(all)
+}

@@ -1,0 +1,283 @@
+//! Charts to SVG.
+
+use std::path::Path;
+
+use plotters::chart::ChartContext;
+use plotters::coord::Shift;
+use plotters::coord::cartesian::Cartesian2d;
+use plotters::element::{Circle, DashedPathElement, PathElement, Text};
+use plotters::prelude::{
+    Color, DrawingArea, DrawingBackend, IntoDrawingArea, IntoFont, RGBColor, SVGBackend, WHITE,
+};
+use plotters::style::TextStyle;
+use plotters::style::text_anchor::{HPos, Pos, VPos};
+
+use super::axis::{Ends, Ruler};
+use super::curve::pieces;
+use super::{Chart, ReferenceSlope, Scale, Style};
+use crate::error::Error;
+
+/// Okabe and Ito's colours, which colour-blind readers tell apart; yellow is left out, being too pale on white.
+const COLOURS: [RGBColor; 7] = [
+    RGBColor(0, 114, 178),
+    RGBColor(213, 94, 0),
+    RGBColor(0, 158, 115),
+    RGBColor(204, 121, 167),
+    RGBColor(230, 159, 0),
+    RGBColor(86, 180, 233),
+    RGBColor(0, 0, 0),
+];
+const INK: RGBColor = RGBColor(40, 40, 40);
+const GRID: RGBColor = RGBColor(222, 222, 222);
+const REFERENCE: RGBColor = RGBColor(120, 120, 120);
+
+/// Sizes in dots; a picture is scaled to where it is shown.
+const WIDTH: u32 = 960;
+const HEIGHT: u32 = 400;
+const FONT: f64 = 18.0;
+/// Width of a character of a sans-serif font, in heights, on the safe side.
+const CHARACTER: f64 = 0.5;
+const MARGIN: u32 = 14;
+/// The sample of a line in the legend.
+const SAMPLE: i32 = 28;
+const LEGEND_LINE: i32 = 24;
+const LINE: u32 = 2;
+const MARK: i32 = 4;
+
+type Plane<'a, B> = ChartContext<'a, B, Cartesian2d<Ruler, Ruler>>;
+
+/// Writes charts below each other into one SVG file; an existing file is replaced.
+///
+/// # Errors
+/// [`Error::NothingToShow`] if there is no chart, or no point in all of them; [`Error::CannotWrite`].
+pub fn write_svg(charts: &[Chart], path: &Path) -> Result<(), Error> {
+    let is_empty = |chart: &Chart| chart.series.iter().all(|series| series.points.is_empty());
+    if charts.iter().all(is_empty) {
+        return Err(Error::NothingToShow {
+            path: path.to_owned(),
+            message: "there are no values to draw".to_owned(),
+        });
+    }
+    let mut svg = String::new();
+    draw(charts, &mut svg).map_err(|message| cannot_write(path, std::io::Error::other(message)))?;
+    std::fs::write(path, svg).map_err(|source| cannot_write(path, source))
+}
+
+fn cannot_write(path: &Path, source: std::io::Error) -> Error {
+    Error::CannotWrite {
+        path: path.to_owned(),
+        source,
+    }
+}
+
+fn draw(charts: &[Chart], svg: &mut String) -> Result<(), String> {
+    let longest = charts.iter().map(|chart| chart.series.len()).max();
+    let height = HEIGHT.max(LEGEND_LINE as u32 * (longest.unwrap_or(0) as u32 + 3));
+    let size = (WIDTH, height * charts.len() as u32);
+    let root = SVGBackend::with_string(svg, size).into_drawing_area();
+    let told = |error: &dyn std::fmt::Display| error.to_string();
+    root.fill(&WHITE).map_err(|error| told(&error))?;
+    let rulers: Vec<(Ruler, Ruler)> = charts.iter().map(rulers).collect();
+    let label_lengths = rulers.iter().map(|(_, y)| y.label_length());
+    let widths = Widths {
+        labels: text_width(label_lengths.max().unwrap_or(0)),
+        legend: charts.iter().map(legend_width).max().unwrap_or(0),
+    };
+    let areas = root.split_evenly((charts.len(), 1));
+    for ((chart, rulers), area) in charts.iter().zip(rulers).zip(areas) {
+        panel(chart, rulers, widths, &area).map_err(|error| told(&error))?;
+    }
+    root.present().map_err(|error| told(&error))
+}
+
+type Failure<B> = plotters::drawing::DrawingAreaErrorKind<<B as DrawingBackend>::ErrorType>;
+
+/// What stands left and right of the axes, the same for all charts of a picture: their axes are aligned.
+#[derive(Clone, Copy)]
+struct Widths {
+    labels: u32,
+    legend: u32,
+}
+
+fn text_width(characters: usize) -> u32 {
+    (characters as f64 * CHARACTER * FONT) as u32
+}
+
+fn rulers(chart: &Chart) -> (Ruler, Ruler) {
+    let values = |index: usize| {
+        let points = chart.series.iter().flat_map(|series| &series.points);
+        points.map(move |point| point[index])
+    };
+    let is_history = chart
+        .series
+        .iter()
+        .all(|series| series.style == Style::Line);
+    let ends = if is_history { Ends::Tight } else { Ends::Loose };
+    let x = Ruler::around(values(0), chart.horizontal.scale, ends, 8);
+    let y = Ruler::around(values(1), chart.vertical.scale, Ends::Loose, 6);
+    (x, y)
+}
+
+fn panel<B: DrawingBackend>(
+    chart: &Chart,
+    (x, y): (Ruler, Ruler),
+    widths: Widths,
+    area: &DrawingArea<B, Shift>,
+) -> Result<(), Failure<B>> {
+    let plane_width = area.dim_in_pixel().0.saturating_sub(widths.legend);
+    let (plane_area, legend_area) = area.split_horizontally(plane_width as i32);
+    let title = if chart.title.is_empty() {
+        0
+    } else {
+        (2.0 * FONT) as u32
+    };
+    // The last label of the abscissa stands half beside the axes.
+    let beside = text_width(x.label_length()) / 2;
+    let mut builder = plotters::chart::ChartBuilder::on(&plane_area);
+    builder
+        .margin_top(MARGIN)
+        .margin_bottom(MARGIN)
+        .margin_left(MARGIN)
+        .margin_right(MARGIN.max(beside))
+        .x_label_area_size((3.0 * FONT) as u32)
+        .y_label_area_size(widths.labels + (2.5 * FONT) as u32);
+    if title > 0 {
+        builder.caption(&chart.title, text_style(1.1 * FONT, &INK));
+    }
+    let mut plane = builder.build_cartesian_2d(x.clone(), y.clone())?;
+    plane
+        .configure_mesh()
+        .bold_line_style(GRID)
+        .light_line_style(WHITE)
+        .axis_style(INK)
+        .label_style(text_style(FONT, &INK))
+        .axis_desc_style(text_style(FONT, &INK))
+        .x_desc(chart.horizontal.label.as_str())
+        .y_desc(chart.vertical.label.as_str())
+        .draw()?;
+    for slope in &chart.slopes {
+        reference(&mut plane, slope, &x, &y)?;
+    }
+    for (index, series) in chart.series.iter().enumerate() {
+        let style = look(index);
+        for piece in pieces(&series.points, &x, &y) {
+            let points = || piece.iter().map(|point| (point[0], point[1]));
+            if series.style != Style::Line || piece.len() == 1 {
+                let marks = points().map(|point| Circle::new(point, MARK, style.colour.filled()));
+                plane.draw_series(marks)?;
+            }
+            if series.style != Style::Marks {
+                let stroke = style.colour.stroke_width(LINE);
+                let points: Vec<_> = points().collect();
+                match style.dash {
+                    None => plane.draw_series([PathElement::new(points, stroke)])?,
+                    Some(dash) => {
+                        plane.draw_series([DashedPathElement::new(points, dash, GAP, stroke)])?
+                    }
+                };
+            }
+        }
+    }
+    if chart.series.len() > 1 {
+        legend(chart, &legend_area)?;
+    }
+    Ok(())
+}
+
+/// Colour and dashes of a curve: after as many curves as there are colours, the dashes change.
+#[derive(Clone, Copy)]
+struct Look {
+    colour: RGBColor,
+    dash: Option<u32>,
+}
+
+const GAP: u32 = 5;
+
+fn look(index: usize) -> Look {
+    let round = (index / COLOURS.len()) as u32;
+    Look {
+        colour: COLOURS[index % COLOURS.len()],
+        dash: (round > 0).then(|| 12 / round.min(4)),
+    }
+}
+
+/// A line `y = c xᵖ` as far as it lies between the axes, its name near its end.
+fn reference<B: DrawingBackend>(
+    plane: &mut Plane<B>,
+    slope: &ReferenceSlope,
+    x: &Ruler,
+    y: &Ruler,
+) -> Result<(), Failure<B>> {
+    const PARTS: u32 = 200;
+    let [x_start, x_end] = x.ends();
+    let [x_through, y_through] = slope.through;
+    let points: Vec<(f64, f64)> = (0..=PARTS)
+        .map(|part| {
+            let fraction = f64::from(part) / f64::from(PARTS);
+            let at = match x.scale() {
+                Scale::Linear => x_start + fraction * (x_end - x_start),
+                Scale::Logarithmic => x_start * (x_end / x_start).powf(fraction),
+            };
+            (at, y_through * (at / x_through).powf(slope.exponent))
+        })
+        .filter(|(_, height)| y.contains(*height))
+        .collect();
+    let Some(&near_end) = points.get(points.len() * 19 / 20) else {
+        return Ok(());
+    };
+    // Above the line, on the side where that doesn't come back to it.
+    let side = if slope.exponent > 0.0 {
+        HPos::Right
+    } else {
+        HPos::Left
+    };
+    let style = text_style(0.9 * FONT, &REFERENCE).pos(Pos::new(side, VPos::Bottom));
+    let line = DashedPathElement::new(points, 6, 4, REFERENCE.stroke_width(1));
+    plane.draw_series([line])?;
+    plane.draw_series([Text::new(slope.name.clone(), near_end, style)])?;
+    Ok(())
+}
+
+fn legend_width(chart: &Chart) -> u32 {
+    let names = chart
+        .series
+        .iter()
+        .map(|series| series.name.chars().count());
+    match names.max() {
+        Some(longest) if chart.series.len() > 1 => text_width(longest) + SAMPLE as u32 + 2 * MARGIN,
+        _ => 0,
+    }
+}
+
+/// Names beside the axes, where they hide nothing.
+fn legend<B: DrawingBackend>(
+    chart: &Chart,
+    area: &DrawingArea<B, Shift>,
+) -> Result<(), Failure<B>> {
+    let style = text_style(FONT, &INK).pos(Pos::new(HPos::Left, VPos::Center));
+    for (index, series) in chart.series.iter().enumerate() {
+        let look = look(index);
+        let height = 2 * MARGIN as i32 + LEGEND_LINE * index as i32;
+        let ends = [(0, height), (SAMPLE, height)];
+        let stroke = look.colour.stroke_width(LINE);
+        match (series.style, look.dash) {
+            (Style::Marks, _) => {}
+            (_, None) => area.draw(&PathElement::new(ends, stroke))?,
+            (_, Some(dash)) => area.draw(&DashedPathElement::new(ends, dash, GAP, stroke))?,
+        }
+        if series.style != Style::Line {
+            area.draw(&Circle::new(
+                (SAMPLE / 2, height),
+                MARK,
+                look.colour.filled(),
+            ))?;
+        }
+        let place = (SAMPLE + 8, height);
+        area.draw(&Text::new(series.name.clone(), place, style.clone()))?;
+    }
+    Ok(())
+}
+
+fn text_style(size: f64, colour: &RGBColor) -> TextStyle<'_> {
+    TextStyle::from(("sans-serif", size).into_font()).color(colour)
+}

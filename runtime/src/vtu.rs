@@ -1,0 +1,345 @@
+//! Nodal fields as VTK files, for ParaView: one `BODY_000000.vtu` (unstructured grid) for each time shown, and
+//! `BODY.pvd`, which gives the files their times.
+//!
+//! Numbers are stored as they are in memory, base64-coded. What an interrupted run has written can be opened: the
+//! `.pvd` lists finished files only.
+
+use std::fs::File;
+use std::io::{self, BufWriter, Seek as _, SeekFrom, Write};
+use std::path::{Path, PathBuf};
+
+use base64::Engine as _;
+use base64::engine::general_purpose::STANDARD;
+use dcb_formats::description::{listed, suggestion};
+use dcb_formats::mesh::Mesh;
+use nalgebra::Vector3;
+use quick_xml::Writer;
+use quick_xml::events::BytesText;
+
+use crate::error::Error;
+
+/// meshio's name, VTK's number, and the number of nodes of each cell that can be shown.
+const CELL_TYPES: [(&str, u8, usize); 17] = [
+    ("vertex", 1, 1),
+    ("line", 3, 2),
+    ("triangle", 5, 3),
+    ("quad", 9, 4),
+    ("tetra", 10, 4),
+    ("hexahedron", 12, 8),
+    ("wedge", 13, 6),
+    ("pyramid", 14, 5),
+    ("line3", 21, 3),
+    ("triangle6", 22, 6),
+    ("quad8", 23, 8),
+    ("tetra10", 24, 10),
+    ("hexahedron20", 25, 20),
+    ("wedge15", 26, 15),
+    ("pyramid13", 27, 13),
+    ("quad9", 28, 9),
+    ("hexahedron27", 29, 27),
+];
+/// meshio takes the nodes of most cells as VTK does, but turns the linear wedge over.
+const WEDGE_ORDER: [usize; 6] = [0, 2, 1, 3, 5, 4];
+
+/// A body at one time.
+#[derive(Clone, Debug, PartialEq)]
+pub struct FieldSnapshot<'a> {
+    /// Time, in the scene's unit.
+    pub time: f64,
+    /// Where the nodes are drawn, world axes: deformed, or moved by the frame alone.
+    pub positions_world: &'a [Vector3<f64>],
+    /// Vectors at the nodes with their names, world axes.
+    pub vectors: &'a [(&'a str, &'a [Vector3<f64>])],
+    /// Marks at the nodes with their names.
+    pub marks: &'a [(&'a str, &'a [u8])],
+}
+
+/// The files of one body.
+#[derive(Debug)]
+pub struct FieldSeries {
+    body: String,
+    folder: PathBuf,
+    stem: String,
+    node_count: usize,
+    cells: Cells,
+    list: File,
+    list_path: PathBuf,
+    /// Where the next entry of the list goes: over the tags that end it.
+    entry_at: u64,
+    written: usize,
+}
+
+/// Cells as VTK wants them.
+#[derive(Debug, Default)]
+struct Cells {
+    nodes: Vec<i64>,
+    ends: Vec<i64>,
+    types: Vec<u8>,
+}
+
+const LIST_START: &str =
+    "<?xml version=\"1.0\"?>\n<VTKFile type=\"Collection\" version=\"1.0\">\n<Collection>\n";
+const LIST_END: &str = "</Collection>\n</VTKFile>\n";
+
+impl FieldSeries {
+    /// Starts the list of a body's files in a folder that exists; a list of that name is replaced.
+    ///
+    /// # Errors
+    /// [`Error::Field`] for cells that VTK has no type for; [`Error::CannotWrite`].
+    pub fn create(folder: &Path, body: &str, mesh: &Mesh) -> Result<Self, Error> {
+        let cells = Cells::of(mesh).map_err(|message| Error::Field {
+            body: body.to_owned(),
+            message,
+        })?;
+        let stem = file_stem(body);
+        let list_path = folder.join(format!("{stem}.pvd"));
+        let start = || {
+            let mut list = File::create(&list_path)?;
+            list.write_all([LIST_START, LIST_END].concat().as_bytes())?;
+            Ok(list)
+        };
+        let list = start().map_err(|source| cannot_write(&list_path, source))?;
+        Ok(Self {
+            body: body.to_owned(),
+            folder: folder.to_owned(),
+            stem,
+            node_count: mesh.node_count(),
+            cells,
+            list,
+            list_path,
+            entry_at: LIST_START.len() as u64,
+            written: 0,
+        })
+    }
+
+    /// Writes the file of one time, then lists it. Returns its path.
+    ///
+    /// # Errors
+    /// [`Error::Field`] if something isn't given for every node; [`Error::CannotWrite`].
+    pub fn write(&mut self, snapshot: &FieldSnapshot) -> Result<PathBuf, Error> {
+        let positions = ("positions", snapshot.positions_world.len());
+        let vectors = snapshot.vectors.iter().map(|(name, of)| (*name, of.len()));
+        let marks = snapshot.marks.iter().map(|(name, of)| (*name, of.len()));
+        let mut all = std::iter::once(positions).chain(vectors).chain(marks);
+        if let Some((name, count)) = all.find(|(_, count)| *count != self.node_count) {
+            return Err(Error::Field {
+                body: self.body.clone(),
+                message: format!(
+                    "{name:?} is given for {count} nodes, but the mesh has {}",
+                    self.node_count
+                ),
+            });
+        }
+        let name = format!("{}_{:06}.vtu", self.stem, self.written);
+        let path = self.folder.join(&name);
+        write_grid(&path, &self.cells, snapshot).map_err(|source| cannot_write(&path, source))?;
+        self.list(&name, snapshot.time)
+            .map_err(|source| cannot_write(&self.list_path, source))?;
+        self.written += 1;
+        Ok(path)
+    }
+
+    fn list(&mut self, name: &str, time: f64) -> io::Result<()> {
+        let mut entry = Writer::new(Vec::new());
+        entry
+            .create_element("DataSet")
+            .with_attribute(("timestep", format!("{time:?}").as_str()))
+            .with_attribute(("file", name))
+            .write_empty()?;
+        let mut text = entry.into_inner();
+        text.push(b'\n');
+        let next = self.entry_at + text.len() as u64;
+        text.extend_from_slice(LIST_END.as_bytes());
+        self.list.seek(SeekFrom::Start(self.entry_at))?;
+        self.list.write_all(&text)?;
+        self.entry_at = next;
+        Ok(())
+    }
+}
+
+impl Cells {
+    fn of(mesh: &Mesh) -> Result<Self, String> {
+        let mut all = Self::default();
+        for block in &mesh.cells {
+            let name = block.cell_type.as_str();
+            let names = || CELL_TYPES.iter().map(|(name, ..)| *name);
+            let known = CELL_TYPES.iter().find(|(known, ..)| *known == name);
+            let Some(&(_, vtk_type, node_count)) = known else {
+                return Err(format!(
+                    "its mesh has cells of type `{name}`, which can't be shown{} (known here: {})",
+                    suggestion(name, names()),
+                    listed(names())
+                ));
+            };
+            if block.nodes_per_cell != node_count {
+                return Err(format!(
+                    "its mesh has cells of type `{name}` with {} nodes; they must have {node_count}",
+                    block.nodes_per_cell
+                ));
+            }
+            for cell in block.cells() {
+                match name {
+                    "wedge" => all
+                        .nodes
+                        .extend(WEDGE_ORDER.map(|index| i64::from(cell[index]))),
+                    _ => all.nodes.extend(cell.iter().map(|&node| i64::from(node))),
+                }
+                all.ends.push(all.nodes.len() as i64);
+                all.types.push(vtk_type);
+            }
+        }
+        Ok(all)
+    }
+}
+
+/// A file name for a body of any name: letters, digits, `-`, `_` and inner dots stay, everything else becomes `~` and
+/// its code, so that different bodies have different files.
+fn file_stem(body: &str) -> String {
+    if body.is_empty() {
+        return "~".to_owned();
+    }
+    let mut stem = String::with_capacity(body.len());
+    for (at, character) in body.char_indices() {
+        let is_plain = character.is_ascii_alphanumeric()
+            || matches!(character, '-' | '_')
+            || (character == '.' && at > 0);
+        if is_plain {
+            stem.push(character);
+        } else {
+            stem += &format!("~{:x}~", character as u32);
+        }
+    }
+    stem
+}
+
+fn cannot_write(path: &Path, source: io::Error) -> Error {
+    Error::CannotWrite {
+        path: path.to_owned(),
+        source,
+    }
+}
+
+fn write_grid(path: &Path, cells: &Cells, snapshot: &FieldSnapshot) -> io::Result<()> {
+    let mut file = BufWriter::new(File::create(path)?);
+    file.write_all(b"<?xml version=\"1.0\"?>\n")?;
+    let mut xml = Writer::new(&mut file);
+    let (node_count, cell_count) = (snapshot.positions_world.len(), cells.types.len());
+    xml.create_element("VTKFile")
+        .with_attributes([
+            ("type", "UnstructuredGrid"),
+            ("version", "1.0"),
+            ("byte_order", "LittleEndian"),
+            ("header_type", "UInt64"),
+        ])
+        .write_inner_content(|xml| {
+            xml.create_element("UnstructuredGrid")
+                .write_inner_content(|xml| {
+                    xml.create_element("Piece")
+                        .with_attribute(("NumberOfPoints", node_count.to_string().as_str()))
+                        .with_attribute(("NumberOfCells", cell_count.to_string().as_str()))
+                        .write_inner_content(|xml| write_piece(xml, cells, snapshot))?;
+                    Ok(())
+                })?;
+            Ok(())
+        })?;
+    file.flush()
+}
+
+fn write_piece<W: Write>(
+    xml: &mut Writer<W>,
+    cells: &Cells,
+    snapshot: &FieldSnapshot,
+) -> io::Result<()> {
+    let vectors = |of: &[Vector3<f64>]| -> Vec<u8> {
+        let values = of.iter().flat_map(|vector| vector.iter());
+        values.flat_map(|value| value.to_le_bytes()).collect()
+    };
+    let integers =
+        |of: &[i64]| -> Vec<u8> { of.iter().flat_map(|value| value.to_le_bytes()).collect() };
+    xml.create_element("PointData").write_inner_content(|xml| {
+        for (name, values) in snapshot.vectors {
+            write_array(xml, name, "Float64", Shape::Vectors, &vectors(values))?;
+        }
+        for (name, values) in snapshot.marks {
+            write_array(xml, name, "UInt8", Shape::Scalars, values)?;
+        }
+        Ok(())
+    })?;
+    xml.create_element("Points").write_inner_content(|xml| {
+        write_array(
+            xml,
+            "Points",
+            "Float64",
+            Shape::Vectors,
+            &vectors(snapshot.positions_world),
+        )
+    })?;
+    xml.create_element("Cells").write_inner_content(|xml| {
+        write_array(
+            xml,
+            "connectivity",
+            "Int64",
+            Shape::Scalars,
+            &integers(&cells.nodes),
+        )?;
+        write_array(
+            xml,
+            "offsets",
+            "Int64",
+            Shape::Scalars,
+            &integers(&cells.ends),
+        )?;
+        write_array(xml, "types", "UInt8", Shape::Scalars, &cells.types)
+    })?;
+    Ok(())
+}
+
+/// What an array has for each node or cell.
+#[derive(Clone, Copy)]
+enum Shape {
+    Scalars,
+    Vectors,
+}
+
+/// One array: the number of its bytes and the bytes themselves, little-endian, coded together.
+fn write_array<W: Write>(
+    xml: &mut Writer<W>,
+    name: &str,
+    element: &str,
+    shape: Shape,
+    bytes: &[u8],
+) -> io::Result<()> {
+    let mut block = (bytes.len() as u64).to_le_bytes().to_vec();
+    block.extend_from_slice(bytes);
+    let components = match shape {
+        Shape::Scalars => None,
+        Shape::Vectors => Some(("NumberOfComponents", "3")),
+    };
+    xml.create_element("DataArray")
+        .with_attributes([("type", element), ("Name", name), ("format", "binary")])
+        .with_attributes(components)
+        .write_text_content(BytesText::from_escaped(STANDARD.encode(block)))?;
+    Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::file_stem;
+
+    #[test]
+    fn different_bodies_have_different_files_inside_the_folder() {
+        let names = [
+            "rod", "a/b", "a_b", "a~2f~b", "..", ".", "", "~", "über", "a b",
+        ];
+        let stems: std::collections::BTreeSet<_> =
+            names.iter().map(|name| file_stem(name)).collect();
+        assert_eq!(stems.len(), names.len());
+        for stem in stems {
+            assert!(
+                !stem.starts_with('.') && !stem.contains(['/', '\\', ' ']),
+                "{stem}"
+            );
+        }
+        assert_eq!(file_stem("rod-2.left"), "rod-2.left");
+    }
+}
