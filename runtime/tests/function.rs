@@ -299,7 +299,7 @@ fn bad_formulas_are_refused_with_their_position() {
             "position 5: the function `sin` needs brackets: `sin(t)`",
         ),
         ("3*x + 1", "position 3: `x` is not known"),
-        ("2t", "position 2: expected one of + - * / ^"),
+        ("2t", "position 2: expected the end or one of + - * / ^"),
         (
             "sinn(t)",
             "position 1: `sinn` is not a known function; did you mean `sin`?",

@@ -177,9 +177,9 @@ impl Interpolant {
 fn integrated(series: &[f64; DEGREE + 1], half: f64) -> [f64; DEGREE + 2] {
     let coefficient = |degree: usize| series.get(degree).copied().unwrap_or(0.0);
     let mut integral = [0.0; DEGREE + 2];
-    for degree in 1..DEGREE + 2 {
+    for (degree, entry) in integral.iter_mut().enumerate().skip(1) {
         let lower = coefficient(degree - 1) * if degree == 1 { 2.0 } else { 1.0 };
-        integral[degree] = half * (lower - coefficient(degree + 1)) / (2.0 * degree as f64);
+        *entry = half * (lower - coefficient(degree + 1)) / (2.0 * degree as f64);
     }
     integral[0] = -clenshaw(&integral, -1.0);
     integral

@@ -180,7 +180,31 @@ pub struct FieldRequest {
 }
 
 impl Output {
+    /// The quantity, as the scene writes it.
+    pub fn kind(&self) -> &'static str {
+        match self {
+            Self::Position(_) => "position",
+            Self::Displacement(_) => "displacement",
+            Self::Velocity(_) => "velocity",
+            Self::Acceleration(_) => "acceleration",
+            Self::Orientation(_) => "orientation",
+            Self::AngularVelocity(_) => "angular_velocity",
+            Self::ChordDeflection(_) => "chord_deflection",
+            Self::NodeDisplacement(_) => "node_displacement",
+            Self::NodePosition(_) => "node_position",
+            Self::JointCoordinate(_) => "joint_coordinate",
+            Self::JointRate(_) => "joint_rate",
+            Self::Reaction(_) => "reaction",
+            Self::InterfaceForce(_) => "interface_force",
+            Self::DriveEffort(_) => "drive_effort",
+            Self::SpringForce(_) => "spring_force",
+            Self::Modal(_) => "modal",
+            Self::Energy => "energy",
+        }
+    }
+
     pub(super) fn check(&self, location: &str, checker: &Checker) -> Result<(), Error> {
+        let location = format!("{location}.{}", self.kind());
         match self {
             Self::Position(place)
             | Self::Displacement(place)
