@@ -30,6 +30,7 @@ pub mod joint;
 mod kernel;
 pub mod law;
 pub mod measure;
+pub mod model;
 pub mod motion;
 pub mod picture;
 pub mod rotation;

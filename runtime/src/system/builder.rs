@@ -158,7 +158,7 @@ impl SystemBuilder {
         }
         let flexible = self.system.bodies[body].flexible.clone();
         let attachment = flexible.attachment(interface)?;
-        let marker = marker_of(body, attachment, turning);
+        let marker = marker_of(body, interface, attachment, turning);
         let owner = &mut self.system.bodies[body];
         owner.length = owner.length.max(marker.position.norm());
         owner.markers.push(self.system.markers.len());
@@ -183,6 +183,40 @@ impl SystemBuilder {
         let turn = self.orientations[body];
         let axes = turn.to_rotation_matrix().into_inner() * marker.axes;
         FrameMotion::at_rest(self.origins[body] + turn * marker.position, axes)
+    }
+
+    /// An interface as drawn, at rest; of one without a frame, the body's centre of mass.
+    pub fn interface_frame(&self, body: usize, interface: usize) -> FrameMotion {
+        let turn = self.orientations[body];
+        let axes = turn.to_rotation_matrix().into_inner();
+        match self.system.bodies[body].flexible.attachment(interface) {
+            Ok(attachment) => FrameMotion::at_rest(
+                self.origins[body] + turn * attachment.position,
+                axes * attachment.axes,
+            ),
+            Err(_) => FrameMotion::at_rest(self.origins[body], axes),
+        }
+    }
+
+    /// Counts the turns of an angle between a joint's frames; the index of its value in the state.
+    pub fn watch(&mut self, joint: &BuiltJoint, angle: Measure) -> usize {
+        let known = self
+            .system
+            .terms
+            .iter()
+            .find(|term| (term.a, term.b, term.measure) == (joint.a, joint.b, angle))
+            .and_then(|term| term.angle);
+        known.unwrap_or_else(|| {
+            self.system.terms.push(Term {
+                weight: 1.0,
+                a: joint.a,
+                b: joint.b,
+                measure: angle,
+                angle: Some(self.system.angle_count),
+            });
+            self.system.angle_count += 1;
+            self.system.angle_count - 1
+        })
     }
 
     /// A joint between two markers.
@@ -340,7 +374,13 @@ impl SystemBuilder {
     }
 }
 
-fn marker_of(body: usize, attachment: &Attachment, turning: Turning) -> Marker {
+/// The frame of an interface; its axes follow the interface's rotation rows where it has them and `turning` says so.
+pub(crate) fn marker_of(
+    body: usize,
+    interface: usize,
+    attachment: &Attachment,
+    turning: Turning,
+) -> Marker {
     let n = attachment.coordinate_count();
     let rotates = turning == Turning::Interface && attachment.rotations.contains(&true);
     let mut shapes = Vec::with_capacity(6 * n);
@@ -361,6 +401,7 @@ fn marker_of(body: usize, attachment: &Attachment, turning: Turning) -> Marker {
     };
     Marker {
         body: Some(body),
+        interface: Some(interface),
         position: attachment.position,
         axes: attachment.axes,
         shapes,

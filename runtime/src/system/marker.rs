@@ -29,6 +29,8 @@ pub enum Elasticity {
 pub struct Marker {
     /// The body it belongs to; `None` for the ground.
     pub body: Option<usize>,
+    /// The interface of the body; `None` for the ground.
+    pub interface: Option<usize>,
     /// Origin at rest, body frame (ground: world).
     pub position: Vector3<f64>,
     /// Axes at rest, to body axes (ground: world).
@@ -73,6 +75,7 @@ impl Marker {
     pub fn on_ground(position: Vector3<f64>, axes: Matrix3<f64>) -> Self {
         Self {
             body: None,
+            interface: None,
             position,
             axes,
             shapes: Vec::new(),

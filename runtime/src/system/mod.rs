@@ -147,6 +147,8 @@ pub struct Signal {
     pub function: TimeFunction,
     /// Index among the inputs, for functions that are set from outside.
     pub input: Option<usize>,
+    /// Added to the value: where the coordinate that follows it counts from.
+    pub offset: f64,
 }
 
 /// A mechanism. Never changes during a run.
@@ -210,7 +212,9 @@ impl System {
     pub fn signal(&self, index: usize, state: &State) -> FunctionValue {
         let signal = &self.signals[index];
         let input = signal.input.map_or(0.0, |input| state.inputs[input]);
-        signal.function.evaluate(state.time, input)
+        let mut value = signal.function.evaluate(state.time, input);
+        value.value += signal.offset;
+        value
     }
 
     /// Force and torque of a load in world axes.

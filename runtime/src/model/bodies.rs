@@ -1,0 +1,65 @@
+//! Bodies as a scene describes them, to bodies as the dynamics has them.
+
+use nalgebra::{Matrix3, Vector3};
+
+use crate::body::{FlexibleBody, RigidBody, RigidPoint};
+use crate::frame::InertiaChange;
+use crate::scene::{self, Body, DampingOverride, ModalRatios, Point, RotaryInertia, Scene};
+use crate::system::builder::Drawn;
+
+/// Position and motion as drawn.
+pub(super) fn drawn(body: &Body) -> Drawn {
+    let placement = body.placement();
+    Drawn {
+        position: placement.position,
+        orientation: placement.orientation,
+        velocity: placement.velocity,
+        angular_velocity: placement.angular_velocity,
+    }
+}
+
+/// A rigid body.
+pub(super) fn rigid(scene: &Scene, name: &str, rigid: &scene::RigidBody) -> RigidBody {
+    let point = |(name, point): (&String, &Point)| RigidPoint {
+        name: name.clone(),
+        position: point.position(),
+        axes: point.rotation().to_rotation_matrix().into_inner(),
+    };
+    let center = rigid.center_of_mass.as_deref().unwrap_or_default();
+    RigidBody {
+        name: name.to_owned(),
+        units: scene.units.clone(),
+        dimension: scene.dimension,
+        mass: rigid.mass,
+        tensor: match rigid.inertia {
+            RotaryInertia::Planar(moment) => Matrix3::from_diagonal(&Vector3::new(0.0, 0.0, moment)),
+            RotaryInertia::Principal(moments) => Matrix3::from_diagonal(&Vector3::from(moments)),
+            RotaryInertia::Tensor(rows) => Matrix3::from_fn(|i, j| 0.5 * (rows[i][j] + rows[j][i])),
+        },
+        center: Vector3::from_fn(|axis, _| center.get(axis).copied().unwrap_or(0.0)),
+        points: rigid.points.iter().map(point).collect(),
+    }
+}
+
+/// How far the inertia follows the deflection.
+pub(super) fn inertia_change(change: scene::InertiaChange) -> InertiaChange {
+    match change {
+        scene::InertiaChange::Constant => InertiaChange::Constant,
+        scene::InertiaChange::FirstOrder => InertiaChange::FirstOrder,
+        scene::InertiaChange::SecondOrder => InertiaChange::SecondOrder,
+    }
+}
+
+/// Replaces the damping ratios; the last of a list holds for all further coordinates, attachments included.
+pub(super) fn damp(body: &mut FlexibleBody, damping: &DampingOverride) {
+    let DampingOverride::Modal(ratios) = damping;
+    for (index, own) in body.damping.iter_mut().enumerate() {
+        *own = match ratios {
+            ModalRatios::Uniform(ratio) => *ratio,
+            ModalRatios::PerMode(list) => {
+                let last = list.last().copied().unwrap_or(0.0);
+                list.get(index).copied().unwrap_or(last)
+            }
+        };
+    }
+}

@@ -1,0 +1,496 @@
+//! Joints, drives, springs and loads of a scene, to rows and loads of the system.
+
+use dcb_formats::mesh::Dimension;
+use nalgebra::Vector3;
+
+use super::places::{Place, Rotation, find, marker};
+use super::{NamedJoint, Names};
+use crate::error::Error;
+use crate::function::{Function, TimeFunction};
+use crate::joint::{
+    Cylindrical, DistanceJoint, Fixed, JointKind, Planar, PointOnLine, Prismatic, RestPlacement,
+    Revolute, Spherical, Universal,
+};
+use crate::law::{self, Law, Table};
+use crate::measure::{Angle, Displacement, Elongation, Measure, Rotation as Turn};
+use crate::scene::{
+    self, AxisJoint, Bushing, Characteristic, Drive, Joint, LineSpring, Load, LoadFunction,
+    OrientationSource, Scene, Spring,
+};
+use crate::system::builder::{BuiltJoint, JointCoordinate, SystemBuilder};
+use crate::system::{LoadAxes, Signal};
+
+/// Adds a joint.
+pub(super) fn add_joint(
+    scene: &Scene,
+    builder: &mut SystemBuilder,
+    names: &mut Names,
+    name: &str,
+    joint: &Joint,
+    notes: &mut Vec<String>,
+) -> Result<(), Error> {
+    let location = format!("joints.{name}.{}", joint.kind());
+    let added = match joint {
+        Joint::Gear(gear) => {
+            let first = coordinate(names, &gear.first, JointCoordinate::Rotation);
+            let second = coordinate(names, &gear.second, JointCoordinate::Rotation);
+            add_gear(builder, name, &location, first, second, gear.ratio)?
+        }
+        Joint::Rack(rack) => {
+            let first = coordinate(names, &rack.rotation, JointCoordinate::Rotation);
+            let second = coordinate(names, &rack.translation, JointCoordinate::Translation);
+            add_gear(builder, name, &location, first, second, rack.radius)?
+        }
+        _ => add_held(scene, builder, names, name, joint, &location, notes)?,
+    };
+    names.joints.insert(name.to_owned(), added);
+    Ok(())
+}
+
+/// A joint that holds two places.
+fn add_held(
+    scene: &Scene,
+    builder: &mut SystemBuilder,
+    names: &Names,
+    name: &str,
+    joint: &Joint,
+    location: &str,
+    notes: &mut Vec<String>,
+) -> Result<NamedJoint, Error> {
+    let [a, b] = joint.attachments().unwrap_or_default();
+    let (at_a, at_b) = (format!("{location}.a"), format!("{location}.b"));
+    let place_a = find(scene, builder, names, &at_a, a)?;
+    let place_b = find(scene, builder, names, &at_b, b)?;
+    let frames = [frame(builder, &place_a), frame(builder, &place_b)];
+    let kind = kind_of(scene.dimension, joint, location, &frames)?;
+    let within = |error: Error| Error::described(location, error.to_string());
+    let rest = RestPlacement::of(&frames[0], &frames[1]);
+    let rows = kind.rows(scene.dimension, &rest).map_err(within)?;
+    let source = orientation_source(joint);
+    if source == Some(OrientationSource::Body) {
+        notes.push(format!(
+            "joint {name:?}: rotations are those of the body frames, not of the interfaces"
+        ));
+    }
+    let driven = rows.rotation.is_some() && is_turned(scene, name);
+    let mut directions = [rows.turned_a.clone(), rows.turned_b.clone()];
+    if let (true, Some(rotation)) = (driven, &rows.rotation) {
+        directions[0].push(rotation.axis_a);
+        directions[1].push(rotation.axis_b);
+    }
+    let [of_a, of_b] = &directions;
+    let a = marker(builder, &at_a, &place_a, &rotation_needed(of_a), source)?;
+    let b = marker(builder, &at_b, &place_b, &rotation_needed(of_b), source)?;
+    let built = builder.joint(name, a, b, &kind).map_err(within)?;
+    let zero = [JointCoordinate::Rotation, JointCoordinate::Translation].map(|which| {
+        let measure = built.coordinate(which);
+        let is_distance = matches!(measure, Some(Measure::Elongation(_) | Measure::Angle(_)));
+        match measure {
+            Some(measure) if !is_distance => {
+                measure.value(&builder.frame(built.a), &builder.frame(built.b))
+            }
+            _ => 0.0,
+        }
+    });
+    Ok(NamedJoint {
+        connection: built.connection,
+        built: Some(built),
+        zero,
+    })
+}
+
+fn rotation_needed<'a>(directions: &'a [nalgebra::Unit<Vector3<f64>>]) -> Rotation<'a> {
+    if directions.is_empty() {
+        Rotation::None
+    } else {
+        Rotation::About(directions)
+    }
+}
+
+/// Whether a drive, a torsion spring, a gear or a rack acts on the angle of a joint.
+fn is_turned(scene: &Scene, name: &str) -> bool {
+    let drives = scene.drives.values().any(|drive| {
+        !matches!(drive, Drive::Position(_)) && drive.motion().joint == name
+    });
+    let springs = scene
+        .springs
+        .values()
+        .any(|spring| matches!(spring, Spring::TorsionSpring(spring) if spring.joint == name));
+    let gears = scene.joints.values().any(|joint| match joint {
+        Joint::Gear(gear) => gear.first == name || gear.second == name,
+        Joint::Rack(rack) => rack.rotation == name,
+        _ => false,
+    });
+    drives || springs || gears
+}
+
+fn add_gear(
+    builder: &mut SystemBuilder,
+    name: &str,
+    location: &str,
+    first: Option<(BuiltJoint, Measure)>,
+    second: Option<(BuiltJoint, Measure)>,
+    ratio: f64,
+) -> Result<NamedJoint, Error> {
+    let (Some((first, first_measure)), Some((second, second_measure))) = (first, second) else {
+        return Err(Error::described(
+            location,
+            "couples joints that stand after it; put it after both",
+        ));
+    };
+    let connection = builder.gear(
+        name,
+        (&first, first_measure),
+        (&second, second_measure),
+        ratio,
+    );
+    Ok(NamedJoint {
+        connection,
+        built: None,
+        zero: [0.0; 2],
+    })
+}
+
+/// A free coordinate of a joint that exists already.
+fn coordinate(names: &Names, joint: &str, which: JointCoordinate) -> Option<(BuiltJoint, Measure)> {
+    let built = names.joints.get(joint)?.built.clone()?;
+    let measure = built.coordinate(which)?;
+    Some((built, measure))
+}
+
+fn orientation_source(joint: &Joint) -> Option<OrientationSource> {
+    match joint {
+        Joint::Fixed(joint) => joint.orientation,
+        Joint::Revolute(joint)
+        | Joint::Prismatic(joint)
+        | Joint::Cylindrical(joint)
+        | Joint::Planar(joint) => joint.orientation,
+        Joint::Universal(joint) => joint.orientation,
+        Joint::PointOnLine(joint) => joint.orientation,
+        Joint::Spherical(_) | Joint::Distance(_) | Joint::Gear(_) | Joint::Rack(_) => None,
+    }
+}
+
+fn kind_of(
+    dimension: Dimension,
+    joint: &Joint,
+    location: &str,
+    frames: &[crate::motion::FrameMotion; 2],
+) -> Result<JointKind, Error> {
+    let vector = |given: &[f64]| {
+        Vector3::from_fn(|axis, _| given.get(axis).copied().unwrap_or(0.0))
+    };
+    let axes = |joint: &AxisJoint| {
+        let axis = match (&joint.axis, dimension) {
+            (Some(axis), _) => vector(axis),
+            (None, _) => Vector3::z(),
+        };
+        (axis, joint.axis_b.as_deref().map(vector))
+    };
+    Ok(match joint {
+        Joint::Fixed(_) => JointKind::Fixed(Fixed),
+        Joint::Revolute(joint) => {
+            let (axis, axis_b) = axes(joint);
+            JointKind::Revolute(Revolute { axis, axis_b })
+        }
+        Joint::Prismatic(joint) => JointKind::Prismatic(Prismatic {
+            axis: axes(joint).0,
+        }),
+        Joint::Cylindrical(joint) => {
+            let (axis, axis_b) = axes(joint);
+            JointKind::Cylindrical(Cylindrical { axis, axis_b })
+        }
+        Joint::Universal(joint) => JointKind::Universal(Universal {
+            axis_a: vector(&joint.axis),
+            axis_b: vector(&joint.axis_b),
+        }),
+        Joint::Spherical(_) => JointKind::Spherical(Spherical),
+        Joint::Planar(joint) => {
+            let (normal, normal_b) = axes(joint);
+            JointKind::Planar(Planar { normal, normal_b })
+        }
+        Joint::PointOnLine(joint) => JointKind::PointOnLine(PointOnLine {
+            direction: vector(&joint.axis),
+        }),
+        Joint::Distance(joint) => JointKind::Distance(DistanceJoint {
+            length: joint
+                .length
+                .unwrap_or((frames[1].position - frames[0].position).norm()),
+        }),
+        Joint::Gear(_) | Joint::Rack(_) => {
+            return Err(Error::described(location, "couples joints, not places"));
+        }
+    })
+}
+
+/// A place as drawn, before it has a marker.
+fn frame(builder: &SystemBuilder, place: &Place) -> crate::motion::FrameMotion {
+    match place {
+        Place::Ground { position, axes } => crate::motion::FrameMotion::at_rest(*position, *axes),
+        Place::Body { body, interface } => builder.interface_frame(*body, *interface),
+    }
+}
+
+/// Adds a drive.
+pub(super) fn add_drive(
+    builder: &mut SystemBuilder,
+    names: &mut Names,
+    name: &str,
+    drive: &Drive,
+    end: f64,
+) -> Result<(), Error> {
+    let location = format!("drives.{name}.{}", drive.kind());
+    let motion = drive.motion();
+    let Some(joint) = names.joints.get(&motion.joint) else {
+        return Err(Error::described(location, "drives no joint"));
+    };
+    let missing = || Error::described(format!("{location}.joint"), "has no such coordinate");
+    let built = joint.built.clone().ok_or_else(missing)?;
+    let which = match drive {
+        Drive::Angle(_) => JointCoordinate::Rotation,
+        Drive::Position(_) => JointCoordinate::Translation,
+        Drive::Speed(_) if built.rows.rotation.is_some() => JointCoordinate::Rotation,
+        Drive::Speed(_) => JointCoordinate::Translation,
+    };
+    let measure = built.coordinate(which).ok_or_else(missing)?;
+    let offset = match drive {
+        // A speed starts from the coordinate as drawn.
+        Drive::Speed(_) => measure.value(&builder.frame(built.a), &builder.frame(built.b)),
+        Drive::Angle(_) | Drive::Position(_) => joint.zero(which),
+    };
+    let function = drive.coordinate(end).map_err(|error| error.within(&location))?;
+    let input = input_of(builder, name, &motion.function);
+    let signal = builder.signal(Signal {
+        function,
+        input,
+        offset,
+    });
+    let connection = builder.drive(name, &built, measure, signal);
+    names.drives.insert(name.to_owned(), connection);
+    Ok(())
+}
+
+fn input_of(builder: &mut SystemBuilder, name: &str, function: &Function) -> Option<usize> {
+    match function {
+        Function::Input(input) => Some(builder.input(name, input.initial)),
+        _ => None,
+    }
+}
+
+/// Adds a spring.
+pub(super) fn add_spring(
+    scene: &Scene,
+    builder: &mut SystemBuilder,
+    names: &mut Names,
+    name: &str,
+    spring: &Spring,
+) -> Result<(), Error> {
+    let connection = match spring {
+        Spring::Spring(spring) => add_line_spring(scene, builder, names, name, spring)?,
+        Spring::TorsionSpring(spring) => {
+            let location = format!("springs.{name}.torsion_spring");
+            let found = coordinate(names, &spring.joint, JointCoordinate::Rotation);
+            let Some((joint, measure)) = found else {
+                return Err(Error::described(format!("{location}.joint"), "has no angle"));
+            };
+            let drawn = measure.value(&builder.frame(joint.a), &builder.frame(joint.b));
+            let free = spring.free_angle.unwrap_or(drawn);
+            let law = law_of(&location, free, &spring.stiffness, &spring.damping)?;
+            builder.spring(name, joint.a, joint.b, [(measure, law)])
+        }
+        Spring::Bushing(bushing) => add_bushing(scene, builder, names, name, bushing)?,
+    };
+    names.springs.insert(name.to_owned(), connection);
+    Ok(())
+}
+
+fn add_line_spring(
+    scene: &Scene,
+    builder: &mut SystemBuilder,
+    names: &Names,
+    name: &str,
+    spring: &LineSpring,
+) -> Result<usize, Error> {
+    let location = format!("springs.{name}.spring");
+    let [a, b] = ends(
+        scene,
+        builder,
+        names,
+        &location,
+        [&spring.a, &spring.b],
+        &Rotation::None,
+    )?;
+    let drawn = (builder.frame(b).position - builder.frame(a).position).norm();
+    let free = spring.free_length.unwrap_or(drawn);
+    if drawn == 0.0 {
+        return Err(Error::described(
+            location,
+            "joins places that coincide as drawn: a spring along a line has no direction there; use a bushing",
+        ));
+    }
+    let law = law_of(&location, free, &spring.stiffness, &spring.damping)?;
+    let measure = Measure::Elongation(Elongation { length: drawn });
+    Ok(builder.spring(name, a, b, [(measure, law)]))
+}
+
+fn add_bushing(
+    scene: &Scene,
+    builder: &mut SystemBuilder,
+    names: &Names,
+    name: &str,
+    bushing: &Bushing,
+) -> Result<usize, Error> {
+    let location = format!("springs.{name}.bushing");
+    let turns = bushing.rotation.is_some() || bushing.rotation_damping.is_some();
+    let needed = if turns { Rotation::All } else { Rotation::None };
+    let [a, b] = ends(
+        scene,
+        builder,
+        names,
+        &location,
+        [&bushing.a, &bushing.b],
+        &needed,
+    )?;
+    let (frame_a, frame_b) = (builder.frame(a), builder.frame(b));
+    let axes = [Vector3::x_axis(), Vector3::y_axis(), Vector3::z_axis()];
+    let mut laws = Vec::new();
+    let mut add = |measure: Measure, stiffness: Option<&Characteristic>, damping: Option<&Characteristic>| {
+        if stiffness.is_none() && damping.is_none() {
+            return Ok(());
+        }
+        let free = measure.value(&frame_a, &frame_b);
+        let none = Characteristic::Linear(0.0);
+        let law = law_of(
+            &location,
+            free,
+            stiffness.unwrap_or(&none),
+            damping.unwrap_or(&none),
+        )?;
+        laws.push((measure, law));
+        Ok::<(), Error>(())
+    };
+    let entry = |list: &Option<Vec<Characteristic>>, index: usize| -> Option<Characteristic> {
+        list.as_ref().and_then(|list| list.get(index).cloned())
+    };
+    for (index, direction) in axes.into_iter().enumerate() {
+        add(
+            Measure::Displacement(Displacement { direction }),
+            entry(&bushing.translation, index).as_ref(),
+            entry(&bushing.translation_damping, index).as_ref(),
+        )?;
+    }
+    let rotations: Vec<Measure> = match scene.dimension {
+        Dimension::Planar => vec![Measure::Angle(Angle::in_plane())],
+        Dimension::Spatial => axes
+            .into_iter()
+            .map(|direction| {
+                let rest = frame_a.axes.tr_mul(&frame_b.axes);
+                Measure::Rotation(Turn { direction, rest })
+            })
+            .collect(),
+    };
+    for (index, measure) in rotations.into_iter().enumerate() {
+        add(
+            measure,
+            entry(&bushing.rotation, index).as_ref(),
+            entry(&bushing.rotation_damping, index).as_ref(),
+        )?;
+    }
+    Ok(builder.spring(name, a, b, laws))
+}
+
+fn ends(
+    scene: &Scene,
+    builder: &mut SystemBuilder,
+    names: &Names,
+    location: &str,
+    references: [&str; 2],
+    rotation: &Rotation,
+) -> Result<[usize; 2], Error> {
+    let mut markers = [0; 2];
+    for ((key, reference), found) in ["a", "b"].into_iter().zip(references).zip(&mut markers) {
+        let at = format!("{location}.{key}");
+        let place = find(scene, builder, names, &at, reference)?;
+        *found = marker(builder, &at, &place, rotation, None)?;
+    }
+    Ok(markers)
+}
+
+fn law_of(
+    location: &str,
+    free: f64,
+    stiffness: &Characteristic,
+    damping: &Characteristic,
+) -> Result<Law, Error> {
+    let part = |characteristic: &Characteristic| {
+        Ok::<_, Error>(match characteristic {
+            Characteristic::Linear(slope) => law::Characteristic::Linear { slope: *slope },
+            Characteristic::Table(points) => {
+                let points: Vec<(f64, f64)> = points.iter().map(|[x, y]| (*x, *y)).collect();
+                law::Characteristic::Tabulated(Table::through(&points)?)
+            }
+        })
+    };
+    let law = || Law::new(free, part(stiffness)?, part(damping)?);
+    law().map_err(|error: Error| Error::described(location, error.to_string()))
+}
+
+/// Adds a load.
+pub(super) fn add_load(
+    scene: &Scene,
+    builder: &mut SystemBuilder,
+    names: &Names,
+    name: &str,
+    load: &Load,
+) -> Result<(), Error> {
+    let (kind, function): (&str, &LoadFunction) = match load {
+        Load::Force(function) => ("force", function),
+        Load::Torque(function) => ("torque", function),
+    };
+    let location = format!("loads.{name}.{kind}");
+    let at = format!("{location}.at");
+    let place = find(scene, builder, names, &at, &function.at)?;
+    let rotation = match load {
+        Load::Force(_) => Rotation::None,
+        Load::Torque(_) => Rotation::All,
+    };
+    let marker = marker(builder, &at, &place, &rotation, None)?;
+    let inputs = function
+        .components
+        .iter()
+        .filter(|component| matches!(component, Function::Input(_)))
+        .count();
+    let mut signals = [None; 3];
+    for (index, component) in function.components.iter().enumerate() {
+        if *component == Function::Constant(0.0) {
+            continue;
+        }
+        let place = format!("{location}.components[{index}]");
+        let time_function =
+            TimeFunction::new(component).map_err(|error| error.within(&place))?;
+        let input_name = if inputs > 1 {
+            format!("{name}/{index}")
+        } else {
+            name.to_owned()
+        };
+        let input = input_of(builder, &input_name, component);
+        let slot = match (load, scene.dimension) {
+            (Load::Torque(_), Dimension::Planar) => 2,
+            _ => index,
+        };
+        signals[slot] = Some(builder.signal(Signal {
+            function: time_function,
+            input,
+            offset: 0.0,
+        }));
+    }
+    let axes = match function.axes {
+        scene::LoadAxes::World => LoadAxes::World,
+        scene::LoadAxes::Follower => LoadAxes::Follower,
+    };
+    match load {
+        Load::Force(_) => builder.load(name, marker, axes, signals, [None; 3]),
+        Load::Torque(_) => builder.load(name, marker, axes, [None; 3], signals),
+    };
+    Ok(())
+}

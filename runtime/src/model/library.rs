@@ -1,0 +1,190 @@
+//! The superelements of a scene, each file read once however many bodies are made of it.
+
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+
+use dcb_formats::component::Units;
+use dcb_formats::dcb::SuperelementFile;
+use dcb_formats::mesh::{Dimension, Mesh};
+use dcb_formats::superelement::{RecoveryBasis, Superelement};
+use indexmap::IndexMap;
+
+use super::bodies;
+use crate::body::{Compatibility, FlexibleBody};
+use crate::error::Error;
+use crate::scene::{self, Body, BodyKind, Scene, SuperelementBody};
+
+/// What reading one file gave.
+#[derive(Clone, Debug, PartialEq)]
+pub struct LoadedFile {
+    /// Where it was read from.
+    pub path: PathBuf,
+    /// Digest over its contents.
+    pub digest: String,
+    /// Warnings of its reduction.
+    pub warnings: Vec<String>,
+}
+
+/// Files that were opened and bodies that were made of them.
+pub struct Library {
+    units: Units,
+    dimension: Dimension,
+    compatibility: Compatibility,
+    files: IndexMap<PathBuf, OpenFile>,
+}
+
+struct OpenFile {
+    file: SuperelementFile,
+    superelement: Superelement,
+    bodies: Vec<(SuperelementBody, Arc<FlexibleBody>)>,
+    fields: Option<Arc<(RecoveryBasis, Mesh)>>,
+}
+
+impl Library {
+    /// Empty, for superelements in the scene's units and dimension.
+    pub fn for_scene(scene: &Scene) -> Self {
+        Self {
+            units: scene.units.clone(),
+            dimension: scene.dimension,
+            compatibility: match scene.compatibility {
+                scene::Compatibility::Strong => Compatibility::Strong,
+                scene::Compatibility::Static => Compatibility::Static,
+                scene::Compatibility::Weak => Compatibility::Weak,
+            },
+            files: IndexMap::new(),
+        }
+    }
+
+    /// The description of one body of the scene.
+    ///
+    /// # Errors
+    /// [`Error::File`], [`Error::Description`], and those of [`FlexibleBody`]'s constructors.
+    pub fn body(&mut self, scene: &Scene, name: &str, body: &Body) -> Result<Arc<FlexibleBody>, Error> {
+        match &body.kind {
+            BodyKind::Rigid(rigid) => {
+                let rigid = bodies::rigid(scene, name, rigid);
+                Ok(Arc::new(FlexibleBody::rigid(&rigid)?))
+            }
+            BodyKind::Superelement(of) => self.superelement(scene, name, of),
+        }
+    }
+
+    fn superelement(
+        &mut self,
+        scene: &Scene,
+        name: &str,
+        of: &SuperelementBody,
+    ) -> Result<Arc<FlexibleBody>, Error> {
+        let path = scene.resolve(&of.file);
+        let compatibility = self.compatibility;
+        self.open(&path, name)?;
+        let opened = &mut self.files[&path];
+        let known = opened.bodies.iter().find(|(same, _)| same == of);
+        if let Some((_, body)) = known {
+            return Ok(body.clone());
+        }
+        let mut body = FlexibleBody::from_superelement(&opened.superelement, compatibility)?
+            .with_inertia_change(bodies::inertia_change(of.inertia_change));
+        if let Some(damping) = &of.damping {
+            bodies::damp(&mut body, damping);
+        }
+        let body = Arc::new(body);
+        opened.bodies.push((of.clone(), body.clone()));
+        Ok(body)
+    }
+
+    fn open(&mut self, path: &Path, name: &str) -> Result<(), Error> {
+        if self.files.contains_key(path) {
+            return Ok(());
+        }
+        let file = SuperelementFile::open(path)?;
+        let superelement = file.superelement()?;
+        let at = format!("bodies.{name}.superelement");
+        if superelement.dimension != self.dimension {
+            return Err(Error::described(
+                at,
+                format!(
+                    "{} is {}, but the scene is {}; reduce a component of the scene's dimension",
+                    path.display(),
+                    called(superelement.dimension),
+                    called(self.dimension)
+                ),
+            ));
+        }
+        let (found, expected) = (&superelement.units, &self.units);
+        if found != expected {
+            return Err(Error::described(
+                at,
+                format!(
+                    "{} is in {}, {}, {}, but the scene is in {}, {}, {}; use the same units in both",
+                    path.display(),
+                    found.length,
+                    found.mass,
+                    found.time,
+                    expected.length,
+                    expected.mass,
+                    expected.time
+                ),
+            ));
+        }
+        self.files.insert(
+            path.to_owned(),
+            OpenFile {
+                file,
+                superelement,
+                bodies: Vec::new(),
+                fields: None,
+            },
+        );
+        Ok(())
+    }
+
+    /// Nodal fields and mesh of a body's superelement, read when they are first asked for. `at` is who asks.
+    ///
+    /// # Errors
+    /// [`Error::File`]; [`Error::Description`] if the file has none.
+    pub fn fields(
+        &mut self,
+        scene: &Scene,
+        body: &str,
+        at: &str,
+    ) -> Result<Arc<(RecoveryBasis, Mesh)>, Error> {
+        let none = || {
+            Error::described(
+                at,
+                format!("needs nodal fields, but the superelement of body {body:?} has none; reduce it with them"),
+            )
+        };
+        let Some(BodyKind::Superelement(of)) = scene.bodies.get(body).map(|body| &body.kind) else {
+            return Err(none());
+        };
+        let opened = self.files.get_mut(&scene.resolve(&of.file)).ok_or_else(none)?;
+        if let Some(fields) = &opened.fields {
+            return Ok(fields.clone());
+        }
+        let basis = opened.file.recovery()?.ok_or_else(none)?;
+        let mesh = opened.file.mesh()?.ok_or_else(none)?;
+        let fields = Arc::new((basis, mesh));
+        opened.fields = Some(fields.clone());
+        Ok(fields)
+    }
+
+    /// What was read.
+    pub fn into_files(self) -> Vec<LoadedFile> {
+        self.files
+            .into_iter()
+            .map(|(path, opened)| LoadedFile {
+                path,
+                digest: opened.file.digest().to_owned(),
+                warnings: opened.superelement.provenance.warnings,
+            })
+            .collect()
+    }
+}
+
+fn called(dimension: Dimension) -> &'static str {
+    match dimension {
+        Dimension::Planar => "planar",
+        Dimension::Spatial => "spatial",
+    }
+}

@@ -1,0 +1,109 @@
+//! A scene with its superelements loaded: the system, its state as drawn, and where the scene's names are in them.
+
+mod bodies;
+mod couplings;
+mod library;
+mod places;
+mod probe;
+mod recorder;
+
+use indexmap::IndexMap;
+
+use crate::error::Error;
+use crate::scene::Scene;
+use crate::system::builder::{BuiltJoint, JointCoordinate, SystemBuilder};
+use crate::system::{State, System};
+
+pub use library::{Library, LoadedFile};
+pub use recorder::{RecordedStep, Recorder};
+
+/// A scene ready to be run.
+pub struct Model {
+    /// The mechanism.
+    pub system: System,
+    /// Bodies as the scene draws them.
+    pub drawn: State,
+    /// What the run records.
+    pub recorder: Recorder,
+    /// Files that were read.
+    pub files: Vec<LoadedFile>,
+    /// What the user should know before the run.
+    pub notes: Vec<String>,
+}
+
+/// Where the names of a scene are in a system being built.
+struct Names {
+    /// Body by name.
+    bodies: IndexMap<String, usize>,
+    /// Joint by name; gears and racks have none, but a connection.
+    joints: IndexMap<String, NamedJoint>,
+    /// Connection of each drive.
+    drives: IndexMap<String, usize>,
+    /// Connection of each spring.
+    springs: IndexMap<String, usize>,
+}
+
+/// A joint and what outputs need of it.
+#[derive(Clone, Debug)]
+struct NamedJoint {
+    connection: usize,
+    /// `None` for gears and racks.
+    built: Option<BuiltJoint>,
+    /// Values of the free coordinates as drawn, which count as zero.
+    zero: [f64; 2],
+}
+
+impl NamedJoint {
+    fn zero(&self, which: JointCoordinate) -> f64 {
+        match which {
+            JointCoordinate::Rotation => self.zero[0],
+            JointCoordinate::Translation => self.zero[1],
+        }
+    }
+}
+
+impl Model {
+    /// Loads the superelements of a scene and builds its system.
+    ///
+    /// # Errors
+    /// [`Error::File`] for a superelement that can't be read; [`Error::Description`] with the path of keys where the scene asks
+    /// for something that a superelement hasn't, or of other units or dimension.
+    pub fn load(scene: &Scene) -> Result<Self, Error> {
+        let mut library = Library::for_scene(scene);
+        let mut builder = SystemBuilder::new(scene.dimension, scene.gravity_in_space());
+        let mut names = Names {
+            bodies: IndexMap::new(),
+            joints: IndexMap::new(),
+            drives: IndexMap::new(),
+            springs: IndexMap::new(),
+        };
+        let mut notes = Vec::new();
+        for (name, body) in &scene.bodies {
+            let flexible = library.body(scene, name, body)?;
+            let index = builder.body(name, flexible, &bodies::drawn(body));
+            names.bodies.insert(name.clone(), index);
+        }
+        let end = scene.integrator.map_or(0.0, |integrator| integrator.end);
+        for (name, joint) in &scene.joints {
+            couplings::add_joint(scene, &mut builder, &mut names, name, joint, &mut notes)?;
+        }
+        for (name, drive) in &scene.drives {
+            couplings::add_drive(&mut builder, &mut names, name, drive, end)?;
+        }
+        for (name, spring) in &scene.springs {
+            couplings::add_spring(scene, &mut builder, &mut names, name, spring)?;
+        }
+        for (name, load) in &scene.loads {
+            couplings::add_load(scene, &mut builder, &names, name, load)?;
+        }
+        let recorder = Recorder::for_scene(scene, &mut builder, &names, &mut library)?;
+        let (system, drawn) = builder.finish();
+        Ok(Self {
+            system,
+            drawn,
+            recorder,
+            files: library.into_files(),
+            notes,
+        })
+    }
+}
