@@ -173,7 +173,8 @@ fn an_integral_vanishes_at_zero_and_has_the_function_as_its_rate() {
 
 #[test]
 fn integrals_of_formulas_reach_rounding() {
-    let cases: [(&str, f64, fn(f64) -> f64); 5] = [
+    type Exact = fn(f64) -> f64;
+    let cases: [(&str, f64, Exact); 5] = [
         ("150*cos(150*t)", 40.0, |t| (150.0 * t).sin()),
         ("1/(1 + 1e4*(t - 0.4)^2)", 1.0, |t| {
             ((100.0 * (t - 0.4)).atan() + 40.0_f64.atan()) / 100.0

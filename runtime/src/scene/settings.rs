@@ -52,7 +52,8 @@ pub enum Compatibility {
     Strong,
     /// Modes are dynamic, the residual flexibility follows the interface forces without inertia.
     Static,
-    /// Modes alone carry the dynamics and the interfaces.
+    /// Interfaces are compatible in the weak sense of the dual method; unstable where the step is short against the
+    /// residual frequencies.
     Weak,
 }
 
