@@ -21,7 +21,8 @@ use serde_json::Value;
 fn read_with_meshio(path: &Path) -> Value {
     const SCRIPT: &str = "
 import json, sys, meshio
-meshio._mesh.topological_dimension.setdefault('wedge15', 3)  # forgotten by meshio 5.3.5
+for forgotten in ('wedge15', 'pyramid13'):  # by meshio 5.3.5
+    meshio._mesh.topological_dimension.setdefault(forgotten, 3)
 mesh = meshio.read(sys.argv[1])
 print(json.dumps({
     'points': mesh.points.tolist(),
