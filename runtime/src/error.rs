@@ -303,6 +303,21 @@ pub enum Error {
 }
 
 impl Error {
+    /// Whether the input, and not the computation, is at fault.
+    pub fn is_unusable_input(&self) -> bool {
+        !matches!(
+            self,
+            Self::OutOfMemory
+                | Self::SingularBody { .. }
+                | Self::SingularJoints { .. }
+                | Self::NotFinite { .. }
+                | Self::NotConverged { .. }
+                | Self::CannotAssemble { .. }
+                | Self::Contradiction { .. }
+                | Self::InertiaNotPositive { .. }
+        )
+    }
+
     /// A fault of a description at a path of keys.
     pub(crate) fn described(location: impl Into<String>, message: impl Into<String>) -> Self {
         Self::Description {

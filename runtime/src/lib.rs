@@ -17,6 +17,8 @@
 //! ```
 
 pub mod body;
+pub mod cli;
+mod cli_scene;
 pub mod csv;
 pub mod energy;
 pub mod error;
@@ -34,9 +36,11 @@ pub mod model;
 pub mod motion;
 pub mod picture;
 pub mod rotation;
+pub mod run;
 pub mod scene;
 pub mod simulation;
 pub mod system;
+pub mod validity;
 pub mod vtu;
 
 pub use body::{Attachment, Compatibility, FlexibleBody, GeneralizedBody, RigidBody, RigidPoint};

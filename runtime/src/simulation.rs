@@ -112,6 +112,11 @@ impl Simulation {
         evaluation
     }
 
+    /// What was evaluated last.
+    pub fn evaluation(&self) -> &Evaluation {
+        &self.corrector.evaluation
+    }
+
     /// Energy, works, and the balance's defect, after `refresh`.
     pub fn energy(&mut self) -> (Energy, Works, f64) {
         let evaluation = &mut self.corrector.evaluation;

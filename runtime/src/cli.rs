@@ -1,0 +1,296 @@
+//! The command line of `simulate`. Results go to standard output, everything else to standard error.
+
+use std::io::{ErrorKind, Write};
+use std::path::PathBuf;
+use std::process::ExitCode;
+
+use clap::{Args, Parser, Subcommand, ValueEnum};
+use dcb_formats::dcb::{Replace, check_output};
+use dcb_formats::results::Results;
+
+use crate::cli_scene;
+use crate::error::Error;
+use crate::history::Selection;
+use crate::scene::scene_schema;
+use crate::{csv, picture};
+
+/// Simulates mechanisms of superelements and rigid bodies.
+///
+/// SCENE.json names the bodies, the joints between them, what drives them and what is recorded; results go to SCENE.h5.
+#[derive(Debug, Parser)]
+#[command(
+    name = "simulate",
+    version,
+    args_conflicts_with_subcommands = true,
+    subcommand_negates_reqs = true
+)]
+#[command(
+    after_help = "Exit status: 0 done, 1 numerical failure, 2 unusable input, 130 interrupted."
+)]
+struct Cli {
+    #[command(subcommand)]
+    command: Option<Command>,
+    #[command(flatten)]
+    scene: SceneArguments,
+    #[command(flatten)]
+    common: CommonArguments,
+}
+
+/// Options of every command.
+#[derive(Debug, Args)]
+pub struct CommonArguments {
+    /// Print no summary, notes or progress.
+    #[arg(long, short, global = true)]
+    pub quiet: bool,
+    /// Say more: what was loaded, every note.
+    #[arg(long, short, global = true)]
+    pub verbose: bool,
+    /// Worker threads. A scene is integrated by one; accepted for uniformity with `reduce`.
+    #[arg(long, global = true, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=1024))]
+    pub threads: Option<u16>,
+}
+
+/// How interfaces follow the coordinates.
+#[derive(Clone, Copy, Debug, ValueEnum)]
+pub enum CompatibilityArgument {
+    /// Attachments are dynamic coordinates (stable).
+    Strong,
+    /// Attachments follow the forces without inertia (stable).
+    Static,
+    /// The dual form of the paper; unstable below a step, see --allow-unstable-weak.
+    Weak,
+}
+
+/// Options of a run.
+#[derive(Debug, Args)]
+pub struct SceneArguments {
+    /// Scene.
+    #[arg(value_name = "SCENE.json", required = true)]
+    pub scene: Option<PathBuf>,
+    /// Results [default: SCENE.h5].
+    #[arg(long, short, value_name = "FILE")]
+    pub output: Option<PathBuf>,
+    /// Step, in the scene's unit of time.
+    #[arg(long, value_name = "H", allow_negative_numbers = true)]
+    pub step: Option<f64>,
+    /// Time at which the run ends.
+    #[arg(long, value_name = "T", allow_negative_numbers = true)]
+    pub end: Option<f64>,
+    /// Spectral radius at infinite frequency of generalized alpha.
+    #[arg(long, value_name = "R", allow_negative_numbers = true)]
+    pub rho_infinity: Option<f64>,
+    /// How interfaces follow the coordinates.
+    #[arg(long, value_enum)]
+    pub compatibility: Option<CompatibilityArgument>,
+    /// Let --compatibility weak run where it is unstable.
+    #[arg(long)]
+    pub allow_unstable_weak: bool,
+    /// Replace existing results.
+    #[arg(long)]
+    pub force: bool,
+    /// Also write the outputs as CSV (replaces an older one).
+    #[arg(long, value_name = "FILE")]
+    pub csv: Option<PathBuf>,
+    /// Say where the time goes.
+    #[arg(long)]
+    pub profile: bool,
+}
+
+#[derive(Debug, Subcommand)]
+enum Command {
+    /// Draw recorded quantities over time as SVG.
+    Plot {
+        /// Results.
+        results: PathBuf,
+        /// Names of outputs or channels [default: all outputs].
+        names: Vec<String>,
+        /// Picture [default: RESULTS.svg].
+        #[arg(long, short, value_name = "FILE")]
+        output: Option<PathBuf>,
+        /// Replace an existing picture.
+        #[arg(long)]
+        force: bool,
+    },
+    /// Print recorded quantities as CSV.
+    Csv {
+        /// Results.
+        results: PathBuf,
+        /// Names of outputs or channels [default: all outputs].
+        names: Vec<String>,
+        /// Table [default: RESULTS.csv].
+        #[arg(long, short, value_name = "FILE")]
+        output: Option<PathBuf>,
+        /// Replace an existing table.
+        #[arg(long)]
+        force: bool,
+    },
+    /// List what a results file holds and how the run ended.
+    Show {
+        /// Results.
+        results: PathBuf,
+    },
+    /// Print the JSON schema of scenes.
+    Schema,
+}
+
+/// Runs the program.
+pub fn main() -> ExitCode {
+    let cli = Cli::parse();
+    let done = match &cli.command {
+        None => cli_scene::run(&cli.scene, &cli.common),
+        Some(Command::Plot {
+            results,
+            names,
+            output,
+            force,
+        }) => plot(results, names, output.as_ref(), replace(*force)),
+        Some(Command::Csv {
+            results,
+            names,
+            output,
+            force,
+        }) => table(results, names, output.as_ref(), replace(*force)),
+        Some(Command::Show { results }) => show(results),
+        Some(Command::Schema) => schema(),
+    };
+    let done = done.and_then(|done| {
+        let is_report = cli.command.is_none();
+        if !(is_report && cli.common.quiet) {
+            print_to_stdout(&done.output)?;
+        }
+        Ok(done.ending)
+    });
+    match done {
+        Ok(Ending::Complete) => ExitCode::SUCCESS,
+        Ok(Ending::Interrupted) => ExitCode::from(130),
+        Err(error) => {
+            print_to_stderr("error", &error.to_string());
+            ExitCode::from(if error.is_unusable_input() { 2 } else { 1 })
+        }
+    }
+}
+
+/// What a command has to say.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Done {
+    /// For standard output.
+    pub output: String,
+    /// Whether all was done.
+    pub ending: Ending,
+}
+
+/// Whether all was done.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Ending {
+    /// It was.
+    Complete,
+    /// The user stopped it.
+    Interrupted,
+}
+
+impl Done {
+    fn with(output: String) -> Self {
+        Self {
+            output,
+            ending: Ending::Complete,
+        }
+    }
+}
+
+/// What happens to an existing file.
+pub fn replace(force: bool) -> Replace {
+    if force {
+        Replace::Overwrite
+    } else {
+        Replace::Refuse
+    }
+}
+
+fn selection(names: &[String]) -> Selection<'_> {
+    if names.is_empty() {
+        Selection::Outputs
+    } else {
+        Selection::Named(names)
+    }
+}
+
+fn plot(
+    path: &PathBuf,
+    names: &[String],
+    output: Option<&PathBuf>,
+    replace: Replace,
+) -> Result<Done, Error> {
+    let results = Results::open(path)?;
+    let target = output.cloned().unwrap_or_else(|| path.with_extension("svg"));
+    check_output(&target, replace)?;
+    picture::plot(&results, selection(names), &target)?;
+    Ok(Done::with(format!("{}\n", target.display())))
+}
+
+fn table(
+    path: &PathBuf,
+    names: &[String],
+    output: Option<&PathBuf>,
+    replace: Replace,
+) -> Result<Done, Error> {
+    let results = Results::open(path)?;
+    let target = output.cloned().unwrap_or_else(|| path.with_extension("csv"));
+    check_output(&target, replace)?;
+    csv::write_csv(&results, selection(names), &target)?;
+    Ok(Done::with(format!("{}\n", target.display())))
+}
+
+fn show(path: &PathBuf) -> Result<Done, Error> {
+    use std::fmt::Write as _;
+
+    let results = Results::open(path)?;
+    let mut text = format!("{}: {} rows, ", path.display(), results.step_count());
+    // Writing to a string doesn't fail.
+    let _ = match results.outcome() {
+        dcb_formats::results::Outcome::Complete => writeln!(text, "complete"),
+        dcb_formats::results::Outcome::Stopped {
+            reason,
+            time: Some(time),
+        } => writeln!(text, "stopped at t = {time}: {reason}"),
+        dcb_formats::results::Outcome::Stopped { reason, time: None } => {
+            writeln!(text, "stopped: {reason}")
+        }
+    };
+    for channel in results.channels() {
+        let columns: Vec<String> = channel
+            .columns
+            .iter()
+            .map(|column| format!("{} [{}]", channel.label(column), column.unit))
+            .collect();
+        let _ = writeln!(text, "  {}  ({})", columns.join(", "), channel.description);
+    }
+    for event in results.events()? {
+        let _ = writeln!(text, "  t = {}: {}", event.time, event.message);
+    }
+    Ok(Done::with(text))
+}
+
+fn schema() -> Result<Done, Error> {
+    let text = serde_json::to_string_pretty(&scene_schema()).unwrap_or_default();
+    Ok(Done::with(text + "\n"))
+}
+
+/// A reader that closes the pipe early (`| head`) is not an error.
+fn print_to_stdout(text: &str) -> Result<(), Error> {
+    let mut out = std::io::stdout().lock();
+    match out.write_all(text.as_bytes()).and_then(|()| out.flush()) {
+        Err(source) if source.kind() != ErrorKind::BrokenPipe => {
+            Err(Error::File(dcb_formats::Error::Io {
+                path: "standard output".into(),
+                action: "write",
+                source,
+            }))
+        }
+        _ => Ok(()),
+    }
+}
+
+/// A closed standard error leaves nobody to tell.
+pub fn print_to_stderr(kind: &str, message: &str) {
+    let _ = writeln!(std::io::stderr(), "{kind}: {message}");
+}

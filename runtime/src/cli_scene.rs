@@ -1,0 +1,193 @@
+//! The `simulate SCENE.json` command: read, run, record, and say what was done.
+
+use std::fmt::Write as _;
+use std::io::IsTerminal;
+use std::path::Path;
+use std::sync::atomic::{AtomicBool, Ordering};
+
+use dcb_formats::dcb::check_output;
+use dcb_formats::results::Results;
+use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
+use serde_json::json;
+
+use crate::cli::{
+    CommonArguments, CompatibilityArgument, Done, Ending, SceneArguments, print_to_stderr, replace,
+};
+use crate::csv;
+use crate::error::Error;
+use crate::history::Selection;
+use crate::model::Model;
+use crate::run::{self, Observer, RunReport, Target};
+use crate::scene::{Compatibility, Method, Scene};
+
+/// Whether the user has interrupted.
+static INTERRUPTED: AtomicBool = AtomicBool::new(false);
+/// Positions of the progress bar.
+const POSITIONS: u64 = 1000;
+
+/// Runs the command.
+///
+/// # Errors
+/// Whatever made it impossible to read, run or write.
+pub fn run(arguments: &SceneArguments, common: &CommonArguments) -> Result<Done, Error> {
+    let Some(path) = &arguments.scene else {
+        return Err(Error::described("SCENE.json", "is missing"));
+    };
+    let mut scene = Scene::read(path)?;
+    override_scene(&mut scene, arguments)?;
+    let target = Target {
+        path: arguments
+            .output
+            .clone()
+            .unwrap_or_else(|| path.with_extension("h5")),
+        replace: replace(arguments.force),
+        options: options(arguments),
+    };
+    check_output(&target.path, target.replace)?;
+    // A second handler can't be set (tests call the command twice in one process); the first one serves.
+    let _ = ctrlc::set_handler(|| INTERRUPTED.store(true, Ordering::SeqCst));
+    let model = Model::load(&scene)?;
+    let mut watcher = Watcher::new(common);
+    for note in &model.notes {
+        watcher.note(0.0, note);
+    }
+    let loaded = describe(&scene, &model, common);
+    let report = run::transient(&scene, model, &target, &mut watcher);
+    watcher.bar.finish_and_clear();
+    let report = report?;
+    if let Some(table) = &arguments.csv {
+        csv::write_csv(&Results::open(&target.path)?, Selection::Outputs, table)?;
+    }
+    Ok(Done {
+        output: loaded + &summary(&report, &target.path, &scene),
+        ending: if report.is_complete {
+            Ending::Complete
+        } else {
+            Ending::Interrupted
+        },
+    })
+}
+
+/// Options of the command line in place of the scene's.
+fn override_scene(scene: &mut Scene, arguments: &SceneArguments) -> Result<(), Error> {
+    if let Some(integrator) = &mut scene.integrator {
+        if let Some(step) = arguments.step {
+            integrator.step = step;
+        }
+        if let Some(end) = arguments.end {
+            integrator.end = end;
+        }
+        if let Some(rho_infinity) = arguments.rho_infinity {
+            integrator.method = Method::GeneralizedAlpha { rho_infinity };
+        }
+    }
+    if let Some(compatibility) = arguments.compatibility {
+        scene.compatibility = match compatibility {
+            CompatibilityArgument::Strong => Compatibility::Strong,
+            CompatibilityArgument::Static => Compatibility::Static,
+            CompatibilityArgument::Weak => Compatibility::Weak,
+        };
+    }
+    scene.allow_unstable_weak |= arguments.allow_unstable_weak;
+    scene.check()
+}
+
+fn options(arguments: &SceneArguments) -> serde_json::Value {
+    json!({
+        "step": arguments.step,
+        "end": arguments.end,
+        "rho_infinity": arguments.rho_infinity,
+        "compatibility": arguments.compatibility.map(|c| format!("{c:?}").to_lowercase()),
+    })
+}
+
+/// What was loaded.
+fn describe(scene: &Scene, model: &Model, common: &CommonArguments) -> String {
+    let system = &model.system;
+    let mut text = format!(
+        "{} bodies, {} freedoms, {} constraint and spring rows, {} superelement file{}\n",
+        system.bodies.len(),
+        system.freedom_count(),
+        system.rows.len(),
+        model.files.len(),
+        if model.files.len() == 1 { "" } else { "s" },
+    );
+    if common.verbose {
+        for (name, body) in scene.bodies.keys().zip(&system.bodies) {
+            let n = body.flexible.coordinate_count();
+            let _ = writeln!(text, "  body {name:?}: {n} elastic coordinates");
+        }
+        for file in &model.files {
+            let _ = writeln!(text, "  {} ({})", file.path.display(), file.digest);
+            for warning in &file.warnings {
+                let _ = writeln!(text, "    warned at reduction: {warning}");
+            }
+        }
+    }
+    text
+}
+
+/// What was done.
+fn summary(report: &RunReport, path: &Path, scene: &Scene) -> String {
+    let steps = report.steps.max(1) as f64;
+    let unit = &scene.units.time;
+    let mut text = format!(
+        "t = {:.6} {unit} after {} steps: {:.2} iterations and {:.2} factorizations a step, {:.1} us a step\n",
+        report.time,
+        report.steps,
+        report.effort.iterations as f64 / steps,
+        report.effort.factorizations as f64 / steps,
+        1e6 * report.seconds / steps,
+    );
+    let (defect, largest) = report.energy_defect;
+    if largest > 0.0 {
+        let _ = writeln!(
+            text,
+            "energy balance: largest defect {defect:.2e}, {:.1e} of the largest stored energy",
+            defect / largest
+        );
+    }
+    let state = if report.is_complete { "" } else { " (incomplete)" };
+    let _ = writeln!(text, "{}{state}", path.display());
+    text
+}
+
+/// Tells notes on standard error, and progress if it is a terminal.
+struct Watcher {
+    bar: ProgressBar,
+    is_quiet: bool,
+}
+
+impl Watcher {
+    fn new(common: &CommonArguments) -> Self {
+        let bar = ProgressBar::with_draw_target(Some(POSITIONS), ProgressDrawTarget::stderr());
+        if common.quiet || !std::io::stderr().is_terminal() {
+            bar.set_draw_target(ProgressDrawTarget::hidden());
+        }
+        if let Ok(style) = ProgressStyle::with_template("{wide_bar} t = {msg} ({eta} left)") {
+            bar.set_style(style);
+        }
+        Self {
+            bar,
+            is_quiet: common.quiet,
+        }
+    }
+}
+
+impl Observer for Watcher {
+    fn note(&mut self, time: f64, message: &str) {
+        if !self.is_quiet {
+            self.bar
+                .suspend(|| print_to_stderr("note", &format!("t = {time:.6}: {message}")));
+        }
+    }
+
+    fn progress(&mut self, time: f64, end: f64) {
+        self.bar.set_position((POSITIONS as f64 * time / end) as u64);
+        self.bar.set_message(format!("{time:.4}"));
+    }
+
+    fn is_stopped(&self) -> bool {
+        INTERRUPTED.load(Ordering::SeqCst)
+    }
+}

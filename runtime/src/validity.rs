@@ -1,0 +1,91 @@
+//! Whether bodies stay where the linear floating frame describes them.
+//!
+//! Deflections are taken as small: against the body's size, and turns of interfaces against one. A spin near the body's first
+//! frequency softens it by an artefact of the linear theory (by (Ω/ω₁)² of its stiffness), and above that frequency nothing
+//! is left that could be called right. Each limit is told once for each body.
+
+use crate::system::{State, System};
+
+/// A deflection beyond this share of the body's size is told.
+const DEFLECTION: f64 = 0.1;
+/// An interface's turn beyond this is told, rad.
+const TURN: f64 = 0.2;
+/// A spin beyond this share of the first angular frequency is told; its square is what the frequency is wrong by.
+const SPIN: f64 = 0.3;
+
+/// What has been told.
+#[derive(Clone, Debug)]
+pub struct Validity {
+    told: Vec<[bool; 4]>,
+    first_frequencies: Vec<f64>,
+}
+
+impl Validity {
+    /// For the bodies of a system.
+    pub fn of(system: &System) -> Self {
+        let first = |stiffness: &[f64]| {
+            let elastic = stiffness.iter().filter(|s| **s > 0.0);
+            elastic.fold(f64::INFINITY, |least, s| least.min(s.sqrt()))
+        };
+        Self {
+            told: vec![[false; 4]; system.bodies.len()],
+            first_frequencies: system
+                .bodies
+                .iter()
+                .map(|body| first(&body.flexible.stiffness))
+                .collect(),
+        }
+    }
+
+    /// Tells what is beyond its limit for the first time.
+    pub fn check(&mut self, system: &System, state: &State, mut tell: impl FnMut(String)) {
+        for (index, body) in system.bodies.iter().enumerate() {
+            if body.coordinates.is_empty() {
+                continue;
+            }
+            let told = &mut self.told[index];
+            let name = &body.name;
+            let y = &state.coordinates[body.coordinates.clone()];
+            let (mut deflection, mut turn) = (0.0_f64, 0.0_f64);
+            for marker in &body.markers {
+                let (u, theta) = system.markers[*marker].displacement(y);
+                deflection = deflection.max(u.norm());
+                turn = turn.max(theta.norm());
+            }
+            let mean = y.iter().map(|y| y * y).sum::<f64>() / body.flexible.inertia.mass();
+            let share = deflection.max(mean.sqrt()) / body.length;
+            let mut once = |which: usize, beyond: bool, message: String| {
+                if beyond && !told[which] {
+                    told[which] = true;
+                    tell(message);
+                }
+            };
+            once(
+                0,
+                share > DEFLECTION,
+                format!("body {name:?} deflects by {share:.2} of its size; the theory is linear, good to about {DEFLECTION}"),
+            );
+            once(
+                1,
+                turn > TURN,
+                format!("an interface of body {name:?} turns by {turn:.2} rad against the body; the theory is linear, good to about {TURN} rad"),
+            );
+            let spin = state.body_rates(system, index).0.angular.norm();
+            let ratio = spin / self.first_frequencies[index];
+            once(
+                2,
+                ratio > SPIN,
+                format!(
+                    "body {name:?} spins at {ratio:.2} of its first frequency: without geometric stiffening its frequencies are \
+                     wrong by about {:.0} %",
+                    50.0 * ratio * ratio
+                ),
+            );
+            once(
+                3,
+                ratio >= 1.0,
+                format!("body {name:?} spins at {ratio:.2} of its first frequency: the linear floating frame is not valid there"),
+            );
+        }
+    }
+}
