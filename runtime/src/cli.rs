@@ -221,7 +221,9 @@ fn plot(
     replace: Replace,
 ) -> Result<Done, Error> {
     let results = Results::open(path)?;
-    let target = output.cloned().unwrap_or_else(|| path.with_extension("svg"));
+    let target = output
+        .cloned()
+        .unwrap_or_else(|| path.with_extension("svg"));
     check_output(&target, replace)?;
     picture::plot(&results, selection(names), &target)?;
     Ok(Done::with(format!("{}\n", target.display())))
@@ -234,7 +236,9 @@ fn table(
     replace: Replace,
 ) -> Result<Done, Error> {
     let results = Results::open(path)?;
-    let target = output.cloned().unwrap_or_else(|| path.with_extension("csv"));
+    let target = output
+        .cloned()
+        .unwrap_or_else(|| path.with_extension("csv"));
     check_output(&target, replace)?;
     csv::write_csv(&results, selection(names), &target)?;
     Ok(Done::with(format!("{}\n", target.display())))

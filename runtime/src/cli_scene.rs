@@ -17,7 +17,7 @@ use crate::csv;
 use crate::error::Error;
 use crate::history::Selection;
 use crate::model::Model;
-use crate::run::{self, Observer, RunReport, Target};
+use crate::run::{self, Observer, Profiling, RunReport, Target};
 use crate::scene::{Compatibility, Method, Scene};
 
 /// Whether the user has interrupted.
@@ -42,6 +42,11 @@ pub fn run(arguments: &SceneArguments, common: &CommonArguments) -> Result<Done,
             .unwrap_or_else(|| path.with_extension("h5")),
         replace: replace(arguments.force),
         options: options(arguments),
+        profiling: if arguments.profile {
+            Profiling::Stages
+        } else {
+            Profiling::Off
+        },
     };
     check_output(&target.path, target.replace)?;
     // A second handler can't be set (tests call the command twice in one process); the first one serves.
@@ -147,7 +152,28 @@ fn summary(report: &RunReport, path: &Path, scene: &Scene) -> String {
             defect / largest
         );
     }
-    let state = if report.is_complete { "" } else { " (incomplete)" };
+    if let Some(profile) = &report.profile {
+        let recording = (report.seconds - profile.total()).max(0.0);
+        for (stage, seconds) in [
+            ("predict", profile.predict),
+            ("evaluate", profile.evaluate),
+            ("factor", profile.factor),
+            ("solve", profile.solve),
+            ("correct", profile.correct),
+            ("record and rest", recording),
+        ] {
+            let _ = writeln!(
+                text,
+                "  {stage:<16} {seconds:>9.4} s {:>5.1} %",
+                100.0 * seconds / report.seconds.max(f64::MIN_POSITIVE)
+            );
+        }
+    }
+    let state = if report.is_complete {
+        ""
+    } else {
+        " (incomplete)"
+    };
     let _ = writeln!(text, "{}{state}", path.display());
     text
 }
@@ -183,7 +209,8 @@ impl Observer for Watcher {
     }
 
     fn progress(&mut self, time: f64, end: f64) {
-        self.bar.set_position((POSITIONS as f64 * time / end) as u64);
+        self.bar
+            .set_position((POSITIONS as f64 * time / end) as u64);
         self.bar.set_message(format!("{time:.4}"));
     }
 

@@ -10,9 +10,9 @@ use serde_json::{Value, json};
 
 use crate::error::Error;
 use crate::initial::{InitialReport, Redundancy};
-use crate::integrator::newton::{self, Effort, Method, Tolerance};
+use crate::integrator::newton::{self, Effort, Method, Profile, Tolerance};
 use crate::integrator::scheme::Scheme;
-use crate::model::{Model, RecordedStep, Recorder};
+use crate::model::{FieldWriter, Model, RecordedStep, Recorder};
 use crate::scene::{self, Integrator, Record, RedundantConstraints, Scene};
 use crate::simulation::Simulation;
 use crate::validity::Validity;
@@ -45,6 +45,18 @@ pub struct Target {
     pub replace: Replace,
     /// Options that override the scene, for the record.
     pub options: Value,
+    /// Whether to measure where the time goes.
+    pub profiling: Profiling,
+}
+
+/// Whether to measure where the time goes; the measuring itself takes some.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Profiling {
+    /// No.
+    #[default]
+    Off,
+    /// Stage by stage.
+    Stages,
 }
 
 /// How a run went.
@@ -64,6 +76,8 @@ pub struct RunReport {
     pub energy_defect: (f64, f64),
     /// Whether the end was reached.
     pub is_complete: bool,
+    /// Where the time of the steps went, if it was asked for.
+    pub profile: Option<Profile>,
 }
 
 /// The method of a scene's integrator.
@@ -113,14 +127,12 @@ pub fn transient(
         system,
         drawn,
         mut recorder,
+        fields,
         ..
     } = model;
-    let mut writer = ResultsWriter::create(
-        &target.path,
-        recorder.channels(),
-        &header,
-        target.replace,
-    )?;
+    let fields: Result<Vec<_>, _> = fields.into_iter().map(FieldWriter::start).collect();
+    let mut writer =
+        ResultsWriter::create(&target.path, recorder.channels(), &header, target.replace)?;
     let method = method(&integrator);
     let started = Simulation::start(system, drawn, method, redundancy(scene));
     let (mut simulation, initial) = match started {
@@ -136,11 +148,16 @@ pub fn transient(
         integrator,
         record: scene.record.unwrap_or(Record::Every(1)),
         recorder: &mut recorder,
+        fields: fields?,
         writer: &mut writer,
         validity: Validity::of(simulation.system()),
         energy_defect: (0.0, 0.0),
+        met_singular: false,
         recorded: 0,
     };
+    if target.profiling == Profiling::Stages {
+        simulation.start_profile();
+    }
     let clock = Instant::now();
     let result = run.integrate(&mut simulation, observer);
     let seconds = clock.elapsed().as_secs_f64();
@@ -171,6 +188,7 @@ pub fn transient(
         time,
         energy_defect,
         is_complete,
+        profile: simulation.profile().copied(),
     })
 }
 
@@ -240,9 +258,12 @@ struct Run<'a> {
     integrator: Integrator,
     record: Record,
     recorder: &'a mut Recorder,
+    fields: Vec<FieldWriter>,
     writer: &'a mut ResultsWriter,
     validity: Validity,
     energy_defect: (f64, f64),
+    /// Whether a singular configuration has been told.
+    met_singular: bool,
     /// Records so far.
     recorded: u64,
 }
@@ -258,12 +279,29 @@ impl Run<'_> {
         // A remainder below rounding is no step.
         let count = (end / step - 1e-9).ceil().max(0.0) as u64;
         self.write(simulation, Effort::default(), 0.0)?;
+        for field in &mut self.fields {
+            field.write(simulation.system(), simulation.state(), step)?;
+        }
         for index in 1..=count {
             if observer.is_stopped() {
                 return Ok(false);
             }
-            let step = if index == count { end - simulation.state().time } else { step };
+            let step = if index == count {
+                end - simulation.state().time
+            } else {
+                step
+            };
             let effort = simulation.step(step)?;
+            if simulation.was_singular() && !self.met_singular {
+                self.met_singular = true;
+                let time = simulation.state().time;
+                let message = "passed a singular configuration (dead centre): constraint forces are not unique there";
+                observer.note(time, message);
+                self.writer.note(time, message);
+            }
+            for field in &mut self.fields {
+                field.write(simulation.system(), simulation.state(), step)?;
+            }
             let is_due = match self.record {
                 Record::Every(steps) => index.is_multiple_of(u64::from(steps)),
                 Record::Interval(interval) => {
@@ -286,7 +324,12 @@ impl Run<'_> {
         Ok(true)
     }
 
-    fn write(&mut self, simulation: &mut Simulation, effort: Effort, step: f64) -> Result<(), Error> {
+    fn write(
+        &mut self,
+        simulation: &mut Simulation,
+        effort: Effort,
+        step: f64,
+    ) -> Result<(), Error> {
         simulation.refresh();
         let (energy, works, defect) = simulation.energy();
         let scale = energy.kinetic + energy.strain + energy.springs;

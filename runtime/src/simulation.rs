@@ -3,7 +3,7 @@
 use crate::energy::{Energy, Works};
 use crate::error::Error;
 use crate::initial::{InitialReport, REGULARIZATION, Redundancy, Starter};
-use crate::integrator::newton::{Corrector, Effort, Method};
+use crate::integrator::newton::{Corrector, Effort, Method, Profile};
 use crate::system::evaluation::Evaluation;
 use crate::system::{State, System};
 
@@ -83,6 +83,21 @@ impl Simulation {
         self.effort.factorizations += effort.factorizations;
         self.steps += 1;
         Ok(effort)
+    }
+
+    /// Starts to measure where the time goes.
+    pub fn start_profile(&mut self) {
+        self.corrector.profile = Some(Profile::default());
+    }
+
+    /// Where the time went since [`Simulation::start_profile`].
+    pub fn profile(&self) -> Option<&Profile> {
+        self.corrector.profile.as_ref()
+    }
+
+    /// Whether the last step met a singular configuration, a dead centre, and passed it.
+    pub fn was_singular(&self) -> bool {
+        self.corrector.was_singular
     }
 
     /// The motion now.

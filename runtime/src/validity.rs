@@ -63,12 +63,16 @@ impl Validity {
             once(
                 0,
                 share > DEFLECTION,
-                format!("body {name:?} deflects by {share:.2} of its size; the theory is linear, good to about {DEFLECTION}"),
+                format!(
+                    "body {name:?} deflects by {share:.2} of its size; the theory is linear, good to about {DEFLECTION}"
+                ),
             );
             once(
                 1,
                 turn > TURN,
-                format!("an interface of body {name:?} turns by {turn:.2} rad against the body; the theory is linear, good to about {TURN} rad"),
+                format!(
+                    "an interface of body {name:?} turns by {turn:.2} rad against the body; the theory is linear, good to about {TURN} rad"
+                ),
             );
             let spin = state.body_rates(system, index).0.angular.norm();
             let ratio = spin / self.first_frequencies[index];
@@ -84,7 +88,9 @@ impl Validity {
             once(
                 3,
                 ratio >= 1.0,
-                format!("body {name:?} spins at {ratio:.2} of its first frequency: the linear floating frame is not valid there"),
+                format!(
+                    "body {name:?} spins at {ratio:.2} of its first frequency: the linear floating frame is not valid there"
+                ),
             );
         }
     }

@@ -1,9 +1,12 @@
 //! One step: predict, then correct until what is left is below the tolerance.
 
+use std::time::Instant;
+
 use nalgebra::{UnitQuaternion, Vector3};
 
 use super::scheme::Scheme;
 use crate::error::Error;
+use crate::initial::REGULARIZATION;
 use crate::rotation::right_jacobian_inverse;
 use crate::system::body_factor::Elastic;
 use crate::system::condensed::{Blend, Condensed};
@@ -50,6 +53,50 @@ pub struct Effort {
     pub factorizations: usize,
 }
 
+/// Where the time of steps goes.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Profile {
+    /// Predicting the state at the end of the step, s.
+    pub predict: f64,
+    /// Evaluating frames, rows and forces.
+    pub evaluate: f64,
+    /// Assembling and factoring the iteration matrix.
+    pub factor: f64,
+    /// Solving with it.
+    pub solve: f64,
+    /// Correcting the state.
+    pub correct: f64,
+}
+
+impl Profile {
+    /// Time in all stages.
+    pub fn total(&self) -> f64 {
+        self.predict + self.evaluate + self.factor + self.solve + self.correct
+    }
+}
+
+/// A clock that runs only where somebody wants to know.
+struct Watch {
+    running: Option<Instant>,
+}
+
+impl Watch {
+    fn start(profile: Option<&Profile>) -> Self {
+        Self {
+            running: profile.map(|_| Instant::now()),
+        }
+    }
+
+    /// Adds the time since the last call to a stage.
+    fn lap(&mut self, profile: &mut Option<Profile>, stage: fn(&mut Profile) -> &mut f64) {
+        if let (Some(since), Some(profile)) = (self.running, profile) {
+            let now = Instant::now();
+            *stage(profile) += (now - since).as_secs_f64();
+            self.running = Some(now);
+        }
+    }
+}
+
 /// The solver of steps: trial state, factor and what it remembers of earlier steps.
 pub struct Corrector {
     /// The state at the end of the step.
@@ -58,6 +105,10 @@ pub struct Corrector {
     pub evaluation: Evaluation,
     /// The iteration matrix.
     pub condensed: Condensed,
+    /// Where the time goes, if it is to be known.
+    pub profile: Option<Profile>,
+    /// Whether the last step met a singular configuration, and passed it with regularized constraints.
+    pub was_singular: bool,
     /// δq of the accelerations' change, where positions have one of their own beside.
     moving: Vec<f64>,
     zeros: Vec<f64>,
@@ -76,6 +127,8 @@ pub struct Corrector {
 
 /// An iteration that leaves more than this of the error asks for a new factor.
 const SLOW: f64 = 0.05;
+/// A constraint that stays this many times further open than the iteration's accuracy contradicts others.
+const VIOLATED: f64 = 1e4;
 /// Corrections below this many units in the last place of the positions are rounding.
 const ROUNDING: f64 = 16.0 * f64::EPSILON;
 
@@ -89,6 +142,8 @@ impl Corrector {
             trial: State::at_rest(system),
             evaluation: Evaluation::of(system),
             condensed: Condensed::of(system)?,
+            profile: None,
+            was_singular: false,
             moving: vec![0.0; system.velocity_count()],
             zeros: vec![0.0; system.velocity_count()],
             changes: vec![0.0; system.rows.len()],
@@ -120,23 +175,30 @@ impl Corrector {
         step: f64,
     ) -> Result<Effort, Error> {
         let (scheme, tolerance) = (&method.scheme, &method.tolerance);
+        let mut watch = Watch::start(self.profile.as_ref());
+        self.was_singular = false;
         self.predict(system, scheme, start, step);
         let scale = self.rescale(system, start);
         let mut effort = Effort::default();
         let mut last = f64::INFINITY;
         let allowed = tolerance.relative * scheme.beta * step * step * scale;
         let mut fresh = false;
+        watch.lap(&mut self.profile, |profile| &mut profile.predict);
         loop {
             self.evaluate(system, method.formulation);
+            watch.lap(&mut self.profile, |profile| &mut profile.evaluate);
             if effort.iterations > 0 && !fresh && self.contraction > SLOW
                 || self.factored_step != Some(step)
             {
                 self.factor(system, scheme, step)?;
                 effort.factorizations += 1;
                 fresh = true;
+                watch.lap(&mut self.profile, |profile| &mut profile.factor);
             }
             self.solve(system, method, step);
+            watch.lap(&mut self.profile, |profile| &mut profile.solve);
             let correction = self.apply(system, scheme, start, step);
+            watch.lap(&mut self.profile, |profile| &mut profile.correct);
             effort.iterations += 1;
             if !correction.is_finite() {
                 return Err(Error::NotFinite {
@@ -153,6 +215,7 @@ impl Corrector {
                 || correction <= floor
                 || (correction > 0.5 * last && correction < 100.0 * floor)
             {
+                self.refuse_contradiction(system, correction.max(allowed).max(floor))?;
                 return Ok(effort);
             }
             if effort.iterations >= tolerance.max_iterations {
@@ -273,15 +336,57 @@ impl Corrector {
             stiffness: 1.0,
             elastic: Elastic::Moving,
         };
+        let factored = self.factor_once(system, &blend);
+        match factored {
+            // A dead centre: constraints that are independent elsewhere meet here.
+            Err(Error::SingularJoints { .. }) if self.condensed.regularization == 0.0 => {
+                self.was_singular = true;
+                self.condensed.regularization = REGULARIZATION;
+                let regularized = self.factor_once(system, &blend);
+                self.condensed.regularization = 0.0;
+                regularized?;
+            }
+            other => other?,
+        }
+        self.factored_step = Some(step);
+        self.contraction = SLOW;
+        Ok(())
+    }
+
+    fn factor_once(&mut self, system: &System, blend: &Blend) -> Result<(), Error> {
         self.condensed.factor(
             system,
             &self.trial,
             &self.evaluation,
-            &blend,
+            blend,
             Some(&self.turns),
-        )?;
-        self.factored_step = Some(step);
-        self.contraction = SLOW;
+        )
+    }
+
+    /// With redundant constraints an iteration converges also where they contradict each other; then they stay violated.
+    fn refuse_contradiction(&self, system: &System, accuracy: f64) -> Result<(), Error> {
+        if self.condensed.regularization == 0.0 && !self.was_singular {
+            return Ok(());
+        }
+        for (index, row) in system.rows.iter().enumerate() {
+            if matches!(row.demand, Demand::Answer(_)) {
+                continue;
+            }
+            let term = &system.terms[row.terms.start];
+            let unit = if term.measure.is_length() {
+                1.0
+            } else {
+                system.bodies.iter().map(|b| b.length).fold(0.0, f64::max)
+            };
+            let misfit = self.evaluation.answers[index];
+            if misfit.abs() * unit > VIOLATED * accuracy {
+                return Err(Error::Contradiction {
+                    time: self.trial.time,
+                    joint: system.connections[row.connection].name.clone(),
+                    misfit,
+                });
+            }
+        }
         Ok(())
     }
 

@@ -32,7 +32,9 @@ pub(super) fn rigid(scene: &Scene, name: &str, rigid: &scene::RigidBody) -> Rigi
         dimension: scene.dimension,
         mass: rigid.mass,
         tensor: match rigid.inertia {
-            RotaryInertia::Planar(moment) => Matrix3::from_diagonal(&Vector3::new(0.0, 0.0, moment)),
+            RotaryInertia::Planar(moment) => {
+                Matrix3::from_diagonal(&Vector3::new(0.0, 0.0, moment))
+            }
             RotaryInertia::Principal(moments) => Matrix3::from_diagonal(&Vector3::from(moments)),
             RotaryInertia::Tensor(rows) => Matrix3::from_fn(|i, j| 0.5 * (rows[i][j] + rows[j][i])),
         },

@@ -109,9 +109,10 @@ fn rotation_needed<'a>(directions: &'a [nalgebra::Unit<Vector3<f64>>]) -> Rotati
 
 /// Whether a drive, a torsion spring, a gear or a rack acts on the angle of a joint.
 fn is_turned(scene: &Scene, name: &str) -> bool {
-    let drives = scene.drives.values().any(|drive| {
-        !matches!(drive, Drive::Position(_)) && drive.motion().joint == name
-    });
+    let drives = scene
+        .drives
+        .values()
+        .any(|drive| !matches!(drive, Drive::Position(_)) && drive.motion().joint == name);
     let springs = scene
         .springs
         .values()
@@ -177,9 +178,8 @@ fn kind_of(
     location: &str,
     frames: &[crate::motion::FrameMotion; 2],
 ) -> Result<JointKind, Error> {
-    let vector = |given: &[f64]| {
-        Vector3::from_fn(|axis, _| given.get(axis).copied().unwrap_or(0.0))
-    };
+    let vector =
+        |given: &[f64]| Vector3::from_fn(|axis, _| given.get(axis).copied().unwrap_or(0.0));
     let axes = |joint: &AxisJoint| {
         let axis = match (&joint.axis, dimension) {
             (Some(axis), _) => vector(axis),
@@ -258,7 +258,9 @@ pub(super) fn add_drive(
         Drive::Speed(_) => measure.value(&builder.frame(built.a), &builder.frame(built.b)),
         Drive::Angle(_) | Drive::Position(_) => joint.zero(which),
     };
-    let function = drive.coordinate(end).map_err(|error| error.within(&location))?;
+    let function = drive
+        .coordinate(end)
+        .map_err(|error| error.within(&location))?;
     let input = input_of(builder, name, &motion.function);
     let signal = builder.signal(Signal {
         function,
@@ -291,7 +293,10 @@ pub(super) fn add_spring(
             let location = format!("springs.{name}.torsion_spring");
             let found = coordinate(names, &spring.joint, JointCoordinate::Rotation);
             let Some((joint, measure)) = found else {
-                return Err(Error::described(format!("{location}.joint"), "has no angle"));
+                return Err(Error::described(
+                    format!("{location}.joint"),
+                    "has no angle",
+                ));
             };
             let drawn = measure.value(&builder.frame(joint.a), &builder.frame(joint.b));
             let free = spring.free_angle.unwrap_or(drawn);
@@ -354,21 +359,22 @@ fn add_bushing(
     let (frame_a, frame_b) = (builder.frame(a), builder.frame(b));
     let axes = [Vector3::x_axis(), Vector3::y_axis(), Vector3::z_axis()];
     let mut laws = Vec::new();
-    let mut add = |measure: Measure, stiffness: Option<&Characteristic>, damping: Option<&Characteristic>| {
-        if stiffness.is_none() && damping.is_none() {
-            return Ok(());
-        }
-        let free = measure.value(&frame_a, &frame_b);
-        let none = Characteristic::Linear(0.0);
-        let law = law_of(
-            &location,
-            free,
-            stiffness.unwrap_or(&none),
-            damping.unwrap_or(&none),
-        )?;
-        laws.push((measure, law));
-        Ok::<(), Error>(())
-    };
+    let mut add =
+        |measure: Measure, stiffness: Option<&Characteristic>, damping: Option<&Characteristic>| {
+            if stiffness.is_none() && damping.is_none() {
+                return Ok(());
+            }
+            let free = measure.value(&frame_a, &frame_b);
+            let none = Characteristic::Linear(0.0);
+            let law = law_of(
+                &location,
+                free,
+                stiffness.unwrap_or(&none),
+                damping.unwrap_or(&none),
+            )?;
+            laws.push((measure, law));
+            Ok::<(), Error>(())
+        };
     let entry = |list: &Option<Vec<Characteristic>>, index: usize| -> Option<Characteristic> {
         list.as_ref().and_then(|list| list.get(index).cloned())
     };
@@ -466,8 +472,7 @@ pub(super) fn add_load(
             continue;
         }
         let place = format!("{location}.components[{index}]");
-        let time_function =
-            TimeFunction::new(component).map_err(|error| error.within(&place))?;
+        let time_function = TimeFunction::new(component).map_err(|error| error.within(&place))?;
         let input_name = if inputs > 1 {
             format!("{name}/{index}")
         } else {

@@ -59,7 +59,12 @@ impl Library {
     ///
     /// # Errors
     /// [`Error::File`], [`Error::Description`], and those of [`FlexibleBody`]'s constructors.
-    pub fn body(&mut self, scene: &Scene, name: &str, body: &Body) -> Result<Arc<FlexibleBody>, Error> {
+    pub fn body(
+        &mut self,
+        scene: &Scene,
+        name: &str,
+        body: &Body,
+    ) -> Result<Arc<FlexibleBody>, Error> {
         match &body.kind {
             BodyKind::Rigid(rigid) => {
                 let rigid = bodies::rigid(scene, name, rigid);
@@ -152,13 +157,18 @@ impl Library {
         let none = || {
             Error::described(
                 at,
-                format!("needs nodal fields, but the superelement of body {body:?} has none; reduce it with them"),
+                format!(
+                    "needs nodal fields, but the superelement of body {body:?} has none; reduce it with them"
+                ),
             )
         };
         let Some(BodyKind::Superelement(of)) = scene.bodies.get(body).map(|body| &body.kind) else {
             return Err(none());
         };
-        let opened = self.files.get_mut(&scene.resolve(&of.file)).ok_or_else(none)?;
+        let opened = self
+            .files
+            .get_mut(&scene.resolve(&of.file))
+            .ok_or_else(none)?;
         if let Some(fields) = &opened.fields {
             return Ok(fields.clone());
         }

@@ -2,6 +2,7 @@
 
 mod bodies;
 mod couplings;
+mod fields;
 mod library;
 mod places;
 mod probe;
@@ -14,6 +15,7 @@ use crate::scene::Scene;
 use crate::system::builder::{BuiltJoint, JointCoordinate, SystemBuilder};
 use crate::system::{State, System};
 
+pub use fields::{FieldPlan, FieldWriter};
 pub use library::{Library, LoadedFile};
 pub use recorder::{RecordedStep, Recorder};
 
@@ -25,6 +27,8 @@ pub struct Model {
     pub drawn: State,
     /// What the run records.
     pub recorder: Recorder,
+    /// Fields that the run writes.
+    pub fields: Vec<FieldPlan>,
     /// Files that were read.
     pub files: Vec<LoadedFile>,
     /// What the user should know before the run.
@@ -97,11 +101,17 @@ impl Model {
             couplings::add_load(scene, &mut builder, &names, name, load)?;
         }
         let recorder = Recorder::for_scene(scene, &mut builder, &names, &mut library)?;
+        let mut fields = Vec::new();
+        for (index, request) in scene.fields.iter().enumerate() {
+            let plan = FieldPlan::of(scene, &builder, &names, &mut library, index, request)?;
+            fields.push(plan);
+        }
         let (system, drawn) = builder.finish();
         Ok(Self {
             system,
             drawn,
             recorder,
+            fields,
             files: library.into_files(),
             notes,
         })

@@ -52,7 +52,10 @@ pub(super) fn find(
                 point.position(),
                 point.rotation().to_rotation_matrix().into_inner(),
             ),
-            None => Err(Error::described(at, format!("{reference:?} is not a point of the ground"))),
+            None => Err(Error::described(
+                at,
+                format!("{reference:?} is not a point of the ground"),
+            )),
         },
         Some(Attachment::Body { body, point }) => {
             let Some(&index) = names.bodies.get(body) else {
@@ -70,7 +73,9 @@ pub(super) fn find(
         }
         None => Err(Error::described(
             at,
-            format!("is {reference:?}, expected \"ground\", \"ground/POINT\" or \"BODY/INTERFACE\""),
+            format!(
+                "is {reference:?}, expected \"ground\", \"ground/POINT\" or \"BODY/INTERFACE\""
+            ),
         )),
     }
 }
@@ -102,7 +107,9 @@ pub(super) fn marker(
     if described.role == Role::Output {
         return Err(Error::described(
             at,
-            format!("interface {full:?} is an output only; reduce the component without \"role\": \"output\" there"),
+            format!(
+                "interface {full:?} is an output only; reduce the component without \"role\": \"output\" there"
+            ),
         ));
     }
     let attachment = flexible
@@ -116,7 +123,9 @@ pub(super) fn marker(
     if !rigid && attachment.translations[..directions].contains(&false) {
         return Err(Error::described(
             at,
-            format!("interface {full:?} has not all translations; reduce the component with an `average` or `rigid` interface there"),
+            format!(
+                "interface {full:?} has not all translations; reduce the component with an `average` or `rigid` interface there"
+            ),
         ));
     }
     if rigid || source == Some(OrientationSource::Body) {

@@ -233,7 +233,11 @@ impl Probe {
             Self::NodePosition { body, node } => {
                 let pose = &at.evaluation.poses[*body];
                 let u = node.displacement(coordinates(*body));
-                push(row, dimension, &(pose.origin + pose.axes * (node.position + u)));
+                push(
+                    row,
+                    dimension,
+                    &(pose.origin + pose.axes * (node.position + u)),
+                );
             }
             Self::Coordinate {
                 a,

@@ -1,8 +1,8 @@
 //! What a run records: channels, and the probes that fill them.
 
-use dcb_formats::results::{Channel, Column};
 use dcb_formats::component::Units;
 use dcb_formats::mesh::Dimension;
+use dcb_formats::results::{Channel, Column};
 
 use super::library::Library;
 use super::places::{Place, find};
@@ -118,7 +118,8 @@ impl Recorder {
                     .find(|marker| system.markers[**marker].interface == Some(index));
                 if let Some(&marker) = found {
                     let path = format!("interface_forces/{}/{}", body.name, interface.name);
-                    let description = "force on the interface and what is conjugate to its rotation, body axes";
+                    let description =
+                        "force on the interface and what is conjugate to its rotation, body axes";
                     self.add(
                         quantities.wrench(&path, system.dimension, description),
                         Probe::InterfaceForce { marker },
@@ -236,7 +237,11 @@ impl Quantities {
     fn effort(&self, path: &str, system: &System, rows: &std::ops::Range<usize>) -> Channel {
         let one = |row: usize| {
             let measure = &system.terms[system.rows[row].terms.start].measure;
-            let unit = if measure.is_length() { &self.force } else { &self.moment };
+            let unit = if measure.is_length() {
+                &self.force
+            } else {
+                &self.moment
+            };
             let name = match rows.len() {
                 1 => String::new(),
                 _ => (row - rows.start + 1).to_string(),
@@ -252,7 +257,14 @@ impl Quantities {
 
     fn energy(&self, path: &str) -> Channel {
         let names = [
-            "kinetic", "strain", "gravity", "springs", "drives", "loads", "dissipated", "defect",
+            "kinetic",
+            "strain",
+            "gravity",
+            "springs",
+            "drives",
+            "loads",
+            "dissipated",
+            "defect",
         ];
         Channel::vector(
             path,
@@ -310,7 +322,10 @@ impl OutputBuilder<'_> {
                     Dimension::Planar => Channel::scalar(&path, &q.angular_velocity, what),
                     Dimension::Spatial => q.vector(&path, dimension, &q.angular_velocity, what),
                 };
-                (channel, self.frame(&at, of, FrameQuantity::AngularVelocity)?)
+                (
+                    channel,
+                    self.frame(&at, of, FrameQuantity::AngularVelocity)?,
+                )
             }
             Output::ChordDeflection(of) => {
                 let at = format!("{at}.chord_deflection");
@@ -343,8 +358,12 @@ impl OutputBuilder<'_> {
             Output::NodePosition(of) => {
                 let node = self.node(&format!("{at}.node_position"), &of.body, of.node)?;
                 let body = self.body(&of.body);
-                let channel =
-                    q.vector(&path, dimension, &q.length, "position of the node, world axes");
+                let channel = q.vector(
+                    &path,
+                    dimension,
+                    &q.length,
+                    "position of the node, world axes",
+                );
                 (channel, Probe::NodePosition { body, node })
             }
             Output::JointCoordinate(of) => self.coordinate(&path, &at, &of.joint, Rate::Value)?,
@@ -375,11 +394,18 @@ impl OutputBuilder<'_> {
                 let marker = marker.ok_or_else(|| {
                     Error::described(
                         format!("{at}.interface_force.at"),
-                        format!("nothing takes hold of {:?}: no joint, spring or load is there", of.at),
+                        format!(
+                            "nothing takes hold of {:?}: no joint, spring or load is there",
+                            of.at
+                        ),
                     )
                 })?;
-                let what = "force on the interface and what is conjugate to its rotation, body axes";
-                (q.wrench(&path, dimension, what), Probe::InterfaceForce { marker })
+                let what =
+                    "force on the interface and what is conjugate to its rotation, body axes";
+                (
+                    q.wrench(&path, dimension, what),
+                    Probe::InterfaceForce { marker },
+                )
             }
             Output::DriveEffort(of) => {
                 self.forces(&path, self.names.drives.get(&of.drive).copied(), &at)?
@@ -389,8 +415,9 @@ impl OutputBuilder<'_> {
             }
             Output::Modal(of) => {
                 let body = &self.builder.system().bodies[self.body(&of.body)];
-                let names: Vec<String> =
-                    (1..=body.coordinates.len()).map(|k| k.to_string()).collect();
+                let names: Vec<String> = (1..=body.coordinates.len())
+                    .map(|k| k.to_string())
+                    .collect();
                 let names: Vec<&str> = names.iter().map(String::as_str).collect();
                 if names.is_empty() {
                     return Err(Error::described(at, "is of a body without coordinates"));
@@ -472,13 +499,20 @@ impl OutputBuilder<'_> {
         let found = named.built.as_ref().and_then(|built| {
             [JointCoordinate::Rotation, JointCoordinate::Translation]
                 .into_iter()
-                .find_map(|which| built.coordinate(which).map(|measure| (built, which, measure)))
+                .find_map(|which| {
+                    built
+                        .coordinate(which)
+                        .map(|measure| (built, which, measure))
+                })
         });
         let Some((built, which, measure)) = found else {
-            return Err(Error::described(at, format!("joint {joint:?} has no coordinate")));
+            return Err(Error::described(
+                at,
+                format!("joint {joint:?} has no coordinate"),
+            ));
         };
-        let angle = matches!(measure, Measure::Angle(_))
-            .then(|| self.builder.watch(built, measure));
+        let angle =
+            matches!(measure, Measure::Angle(_)).then(|| self.builder.watch(built, measure));
         let q = self.quantities;
         let unit = match (measure.is_length(), is_rate) {
             (true, Rate::Value) => &q.length,
@@ -494,7 +528,10 @@ impl OutputBuilder<'_> {
             zero: named.zero(which),
             is_rate,
         };
-        Ok((Channel::scalar(path, unit, "coordinate of the joint"), probe))
+        Ok((
+            Channel::scalar(path, unit, "coordinate of the joint"),
+            probe,
+        ))
     }
 
     fn forces(
@@ -505,7 +542,9 @@ impl OutputBuilder<'_> {
     ) -> Result<(Channel, Probe), Error> {
         let unknown = || Error::described(at, "names nothing in the scene");
         let system = self.builder.system();
-        let rows = system.connections[connection.ok_or_else(unknown)?].rows.clone();
+        let rows = system.connections[connection.ok_or_else(unknown)?]
+            .rows
+            .clone();
         let channel = self.quantities.effort(path, system, &rows);
         Ok((channel, Probe::Forces { rows }))
     }

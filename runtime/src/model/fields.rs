@@ -1,0 +1,134 @@
+//! Displacement fields that a scene asks for, written as files for ParaView while it runs.
+
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+
+use dcb_formats::mesh::Mesh;
+use dcb_formats::superelement::RecoveryBasis;
+
+use super::Names;
+use super::library::Library;
+use crate::error::Error;
+use crate::field::NodalField;
+use crate::scene::{FieldRequest, Scene};
+use crate::system::builder::SystemBuilder;
+use crate::system::{State, System};
+use crate::vtu::{FieldSeries, FieldSnapshot};
+
+/// A field is due this share of a step before its time.
+const EARLY: f64 = 1e-6;
+
+/// A field of one body, and when it is written.
+pub struct FieldPlan {
+    body: usize,
+    name: String,
+    field: NodalField,
+    source: Arc<(RecoveryBasis, Mesh)>,
+    directory: PathBuf,
+    schedule: Schedule,
+}
+
+enum Schedule {
+    Times(Vec<f64>),
+    Every(f64),
+}
+
+impl FieldPlan {
+    pub(super) fn of(
+        scene: &Scene,
+        builder: &SystemBuilder,
+        names: &Names,
+        library: &mut Library,
+        index: usize,
+        request: &FieldRequest,
+    ) -> Result<Self, Error> {
+        let source = library.fields(scene, &request.body, &format!("fields[{index}].body"))?;
+        let body = names.bodies.get(&request.body).copied().unwrap_or_default();
+        let flexible = &builder.system().bodies[body].flexible;
+        let schedule = match (&request.times, request.every) {
+            (Some(times), _) => Schedule::Times(times.clone()),
+            (None, Some(every)) => Schedule::Every(every),
+            (None, None) => Schedule::Times(Vec::new()),
+        };
+        Ok(Self {
+            body,
+            name: request.body.clone(),
+            field: NodalField::new(flexible, &source.0, &source.1)?,
+            source,
+            directory: scene.resolve(&request.directory),
+            schedule,
+        })
+    }
+
+    /// The time of a snapshot, counted from 0.
+    fn time(&self, index: usize) -> Option<f64> {
+        match &self.schedule {
+            Schedule::Times(times) => times.get(index).copied(),
+            Schedule::Every(interval) => Some(interval * index as f64),
+        }
+    }
+}
+
+/// A field being written.
+pub struct FieldWriter {
+    plan: FieldPlan,
+    series: FieldSeries,
+    next: usize,
+}
+
+impl FieldWriter {
+    /// Makes the folder and starts the list of files.
+    ///
+    /// # Errors
+    /// [`Error::CannotWrite`]; [`Error::Field`] for cells that VTK has no type for.
+    pub fn start(plan: FieldPlan) -> Result<Self, Error> {
+        std::fs::create_dir_all(&plan.directory).map_err(|source| Error::CannotWrite {
+            path: plan.directory.clone(),
+            source,
+        })?;
+        let series = FieldSeries::create(&plan.directory, &plan.name, &plan.source.1)?;
+        Ok(Self {
+            plan,
+            series,
+            next: 0,
+        })
+    }
+
+    /// Writes the field if it is due: at the first step at or after each of its times.
+    ///
+    /// # Errors
+    /// [`Error::CannotWrite`].
+    pub fn write(&mut self, system: &System, state: &State, step: f64) -> Result<(), Error> {
+        let mut is_due = false;
+        while let Some(time) = self.plan.time(self.next) {
+            if time > state.time + EARLY * step {
+                break;
+            }
+            is_due = true;
+            self.next += 1;
+        }
+        if !is_due {
+            return Ok(());
+        }
+        let body = &system.bodies[self.plan.body];
+        let pose = state.pose(self.plan.body);
+        let y = &state.coordinates[body.coordinates.clone()];
+        let mut displacement = self.plan.field.displacement(y);
+        for vector in &mut displacement {
+            *vector = pose.axes * *vector;
+        }
+        let positions = self.plan.field.rigid_positions(&pose.origin, &pose.axes);
+        self.series.write(&FieldSnapshot {
+            time: state.time,
+            positions_world: &positions,
+            vectors: &[("displacement", &displacement)],
+            marks: &[("recovered", self.plan.field.recovered())],
+        })?;
+        Ok(())
+    }
+
+    /// Where the files are.
+    pub fn directory(&self) -> &Path {
+        &self.plan.directory
+    }
+}
