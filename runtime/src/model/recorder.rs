@@ -346,6 +346,7 @@ impl OutputBuilder<'_> {
                 let chord = chord.ok_or_else(|| {
                     Error::described(format!("{at}.between"), "names two interfaces at one point")
                 })?;
+                let chord = Box::new(chord);
                 (channel, Probe::Chord { body, chord })
             }
             Output::NodeDisplacement(of) => {
@@ -468,7 +469,7 @@ impl OutputBuilder<'_> {
             }
         };
         Ok(Probe::Frame {
-            marker,
+            marker: Box::new(marker),
             quantity,
             at_start,
             last_angle: 0.0,

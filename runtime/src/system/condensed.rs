@@ -180,9 +180,11 @@ impl Condensed {
                     .map(|m| (&system.markers[*m], &evaluation.places[*m])),
             );
         }
-        self.factor_joints(system, evaluation, blend)
-            .then_some(())
-            .ok_or_else(|| Error::SingularJoints { time: state.time })
+        if self.factor_joints(system, evaluation, blend) {
+            Ok(())
+        } else {
+            Err(Error::SingularJoints { time: state.time })
+        }
     }
 
     /// S of one body.

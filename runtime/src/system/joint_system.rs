@@ -121,8 +121,9 @@ impl JointSystem {
         let rows = self.pattern.row_idx();
         let starts = self.pattern.col_ptr();
         for column in 0..self.scale.len() {
-            for place in starts[column]..starts[column + 1] {
-                self.values[place] *= self.scale[rows[place]] * self.scale[column];
+            let entries = starts[column]..starts[column + 1];
+            for (value, row) in self.values[entries.clone()].iter_mut().zip(&rows[entries]) {
+                *value *= self.scale[*row] * self.scale[column];
             }
         }
         for diagonal in &self.diagonal {
