@@ -18,8 +18,9 @@ use crate::system::condensed::{Blend, Condensed};
 use crate::system::evaluation::Evaluation;
 use crate::system::{Demand, State, System};
 
-/// How far constraints may stay open, relative to the size of the mechanism.
-const CLOSED: f64 = 1e-12;
+/// How far constraints may stay open, relative to the size of the mechanism: rounding. What stays open is pulled shut in the first
+/// step, with an acceleration of this much over its square.
+const CLOSED: f64 = 1e-15;
 /// How far a misfit may stay open before a scene is refused.
 const OPEN: f64 = 1e-8;
 /// Largest turn that one iteration of an assembly makes.
@@ -390,6 +391,45 @@ impl<'a> Starter<'a> {
         Ok(())
     }
 
+    /// Gives a start the past that its motion would have had: accelerations and forces at `interval` before it, as far as their
+    /// first derivatives tell. These come from one-sided differences of consistent accelerations over two intervals after the
+    /// start, so that functions of time are never asked for earlier times. Where the motion has no derivative, nothing changed
+    /// in the interval.
+    ///
+    /// # Errors
+    /// Those of [`Starter::accelerate`].
+    pub fn look_back(&mut self, state: &mut State, interval: f64) -> Result<(), Error> {
+        let mut next = carried(self.system, state, interval);
+        self.accelerate(&mut next)?;
+        let mut second = carried(self.system, state, 2.0 * interval);
+        self.accelerate(&mut second)?;
+        let change = |now: f64, next: f64, second: f64| 2.0 * next - 1.5 * now - 0.5 * second;
+        let before = |now: &[f64], next: &[f64], second: &[f64], earlier: &mut [f64]| {
+            for (i, earlier) in earlier.iter_mut().enumerate() {
+                let change = change(now[i], next[i], second[i]);
+                *earlier = if change.is_finite() {
+                    now[i] - change
+                } else {
+                    now[i]
+                };
+            }
+        };
+        before(
+            &state.accelerations,
+            &next.accelerations,
+            &second.accelerations,
+            &mut state.earlier_accelerations,
+        );
+        before(
+            &state.forces,
+            &next.forces,
+            &second.forces,
+            &mut state.earlier_forces,
+        );
+        state.earlier_step = interval;
+        Ok(())
+    }
+
     /// Rank of the constraints in the metric of the mass: pivots of Λ scaled to a unit diagonal.
     fn find_redundant(&mut self, state: &State, report: &mut InitialReport) -> Result<(), Error> {
         let still = state.without_motion();
@@ -469,6 +509,30 @@ impl<'a> Starter<'a> {
         }
         sped
     }
+}
+
+/// The state after a time in which its accelerations stay.
+fn carried(system: &System, state: &State, time: f64) -> State {
+    let mut moved = state.clone();
+    moved.time += time;
+    for (index, body) in system.bodies.iter().enumerate() {
+        let at = body.velocities.start;
+        let increment = |i: usize| {
+            let (velocity, acceleration) = (state.velocities[at + i], state.accelerations[at + i]);
+            time * (velocity + 0.5 * time * acceleration)
+        };
+        let three = |i: usize| Vector3::new(increment(i), increment(i + 1), increment(i + 2));
+        moved.origins[index] += three(0);
+        moved.orientations[index] *= UnitQuaternion::new(three(3));
+        let coordinates = &mut moved.coordinates[body.coordinates.clone()];
+        for (k, y) in coordinates.iter_mut().enumerate() {
+            *y += increment(6 + k);
+        }
+    }
+    for (velocity, acceleration) in moved.velocities.iter_mut().zip(&state.accelerations) {
+        *velocity += time * acceleration;
+    }
+    moved
 }
 
 /// Rows of a positive semi-definite matrix that depend on the others: what a Cholesky factorization with diagonal pivoting of the

@@ -7,6 +7,9 @@ use crate::integrator::newton::{Corrector, Effort, Method, Profile};
 use crate::system::evaluation::Evaluation;
 use crate::system::{State, System};
 
+/// The interval of the differences that tell the rate of the accelerations at the start, in first steps.
+const LOOKED_BACK: f64 = 0.01;
+
 /// A state and all that its continuation depends on; restoring it continues to the last bit.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Snapshot {
@@ -66,6 +69,9 @@ impl Simulation {
     /// # Errors
     /// Those of [`Corrector::step`]; the state stays where it was.
     pub fn step(&mut self, step: f64) -> Result<Effort, Error> {
+        if self.state.earlier_step == 0.0 {
+            self.look_back(LOOKED_BACK * step)?;
+        }
         let effort = self
             .corrector
             .step(&self.system, &self.method, &self.state, step)?;
@@ -98,6 +104,24 @@ impl Simulation {
     /// Whether the last step met a singular configuration, a dead centre, and passed it.
     pub fn was_singular(&self) -> bool {
         self.corrector.was_singular
+    }
+
+    /// The past of a start, and the algorithmic accelerations that belong to it: without them the joints' forces are of first
+    /// order only in the first steps.
+    fn look_back(&mut self, interval: f64) -> Result<(), Error> {
+        Starter::of(&self.system)?.look_back(&mut self.state, interval)?;
+        let State {
+            algorithmic,
+            accelerations,
+            earlier_accelerations,
+            ..
+        } = &mut self.state;
+        let ahead = self.method.scheme.time_ahead();
+        for (i, algorithmic) in algorithmic.iter_mut().enumerate() {
+            let change = accelerations[i] - earlier_accelerations[i];
+            *algorithmic = accelerations[i] + ahead * change;
+        }
+        Ok(())
     }
 
     /// The motion now.

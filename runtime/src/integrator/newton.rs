@@ -112,6 +112,10 @@ pub struct Corrector {
     /// δq of the accelerations' change, where positions have one of their own beside.
     moving: Vec<f64>,
     zeros: Vec<f64>,
+    /// Change of the velocities at the start of a step that differs from the one before.
+    offset: Vec<f64>,
+    /// Δq of the prediction.
+    increments: Vec<f64>,
     changes: Vec<f64>,
     force_changes: Vec<f64>,
     force_step: Vec<f64>,
@@ -146,6 +150,8 @@ impl Corrector {
             was_singular: false,
             moving: vec![0.0; system.velocity_count()],
             zeros: vec![0.0; system.velocity_count()],
+            offset: vec![0.0; system.velocity_count()],
+            increments: vec![0.0; system.velocity_count()],
             changes: vec![0.0; system.rows.len()],
             force_changes: vec![0.0; system.rows.len()],
             force_step: vec![0.0; system.rows.len()],
@@ -163,7 +169,7 @@ impl Corrector {
         self.acceleration_scale = 0.0;
     }
 
-    /// Advances `start` by `step` into `trial`.
+    /// Advances `start` by `step` into `trial`. The start has a past: `earlier_step` is above zero.
     ///
     /// # Errors
     /// [`Error::NotConverged`], [`Error::NotFinite`], and those of [`Condensed::factor`].
@@ -177,9 +183,14 @@ impl Corrector {
         let (scheme, tolerance) = (&method.scheme, &method.tolerance);
         let mut watch = Watch::start(self.profile.as_ref());
         self.was_singular = false;
+        let mut effort = Effort::default();
+        self.offset.fill(0.0);
+        if method.formulation == Formulation::Index3 && step != start.earlier_step {
+            self.find_offset(system, method, start, step)?;
+            effort.factorizations += 1;
+        }
         self.predict(system, scheme, start, step);
         let scale = self.rescale(system, start);
-        let mut effort = Effort::default();
         let mut last = f64::INFINITY;
         let allowed = tolerance.relative * scheme.beta * step * step * scale;
         let mut fresh = false;
@@ -232,45 +243,93 @@ impl Corrector {
         }
     }
 
+    /// The change of the velocities that a change of the step asks for.
+    ///
+    /// An increment lacks `h³ c` of the motion. Constraints on positions put that right in their own directions, by velocities that are
+    /// off by `h² c` there. Where the step is the same from step to step this is smooth and of second order; where it changes, and
+    /// at the start, the velocities have to be given it, or the accelerations jump by `h c` and the joints' forces with them
+    /// (Arnold, Brüls and Cardona 2015).
+    fn find_offset(
+        &mut self,
+        system: &System,
+        method: &Method,
+        start: &State,
+        step: f64,
+    ) -> Result<(), Error> {
+        self.trial.copy_from(start);
+        self.turns.fill(Vector3::zeros());
+        self.evaluate(system, method.formulation);
+        self.factor(system, &method.scheme, step)?;
+        let of_rate = method.scheme.increment_error() / start.earlier_step;
+        for (index, body) in system.bodies.iter().enumerate() {
+            let own = body.velocities.clone();
+            let (spin, spin_rate) = (
+                three(&start.velocities[own.clone()], 3),
+                three(&start.accelerations[own.clone()], 3),
+            );
+            let lack = &mut self.moving[own.clone()];
+            for (k, lack) in lack.iter_mut().enumerate() {
+                let i = own.start + k;
+                *lack = of_rate * (start.accelerations[i] - start.earlier_accelerations[i]);
+            }
+            // The rotation vector of a turn with changing spin.
+            let conical = spin.cross(&spin_rate) / 12.0;
+            let linear = self.evaluation.poses[index].axes.tr_mul(&three(lack, 0));
+            lack[..3].copy_from_slice(linear.as_slice());
+            for k in 0..3 {
+                lack[3 + k] += conical[k];
+            }
+        }
+        let squares = step * step - start.earlier_step * start.earlier_step;
+        self.condensed
+            .row_changes(system, &self.evaluation, &self.moving, &mut self.changes);
+        for change in &mut self.changes {
+            *change *= squares;
+        }
+        self.condensed
+            .solve(system, &self.evaluation, &self.changes, &self.zeros);
+        self.offset.copy_from_slice(&self.condensed.step);
+        for (body, pose) in system.bodies.iter().zip(&self.evaluation.poses) {
+            let own = &mut self.offset[body.velocities.clone()];
+            let linear = pose.axes * three(own, 0);
+            own[..3].copy_from_slice(linear.as_slice());
+        }
+        Ok(())
+    }
+
     /// The trial state at the end of the step, as far as the start tells it.
     fn predict(&mut self, system: &System, scheme: &Scheme, start: &State, step: f64) {
         let trial = &mut self.trial;
         trial.time = start.time + step;
         trial.angles.copy_from_slice(&start.angles);
         trial.inputs.copy_from_slice(&start.inputs);
-        let ahead = if start.earlier_step > 0.0 {
-            step / start.earlier_step
-        } else {
-            0.0
-        };
+        let ahead = step / start.earlier_step;
         let carried = |now: f64, before: f64| now + ahead * (now - before);
         for (i, acceleration) in trial.accelerations.iter_mut().enumerate() {
-            let (a, before) = (start.algorithmic[i], start.accelerations[i]);
+            let before = start.accelerations[i];
+            // It belongs to a time ahead of the start by a part of the step.
+            let a = before + ahead * (start.algorithmic[i] - before);
             *acceleration = carried(before, start.earlier_accelerations[i]);
             let after = scheme.algorithmic(a, before, *acceleration);
+            let velocity = start.velocities[i] + self.offset[i];
             trial.algorithmic[i] = after;
-            trial.velocities[i] = scheme.velocity(step, start.velocities[i], a, after);
+            trial.velocities[i] = scheme.velocity(step, velocity, a, after);
+            self.increments[i] = scheme.increment(step, velocity, a, after);
         }
         for (i, force) in trial.forces.iter_mut().enumerate() {
             *force = carried(start.forces[i], start.earlier_forces[i]);
         }
         for (index, body) in system.bodies.iter().enumerate() {
-            let first = body.velocities.start;
-            let increment = |i: usize| {
-                let i = first + i;
-                let (a, after) = (start.algorithmic[i], trial.algorithmic[i]);
-                scheme.increment(step, start.velocities[i], a, after)
-            };
-            let three = |i: usize| Vector3::new(increment(i), increment(i + 1), increment(i + 2));
-            trial.origins[index] = start.origins[index] + three(0);
-            self.turns[index] = three(3);
+            let increments = &self.increments[body.velocities.clone()];
+            trial.origins[index] = start.origins[index] + three(increments, 0);
+            self.turns[index] = three(increments, 3);
             trial.orientations[index] =
                 start.orientations[index] * UnitQuaternion::new(self.turns[index]);
             for (k, y) in trial.coordinates[body.coordinates.clone()]
                 .iter_mut()
                 .enumerate()
             {
-                *y = start.coordinates[body.coordinates.start + k] + increment(6 + k);
+                *y = start.coordinates[body.coordinates.start + k] + increments[6 + k];
             }
         }
     }

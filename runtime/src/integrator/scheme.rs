@@ -56,6 +56,16 @@ impl Scheme {
         self.gamma / (self.beta * step)
     }
 
+    /// α_m - α_f: a_n is the acceleration at this many steps after t_n, to second order in the step.
+    pub fn time_ahead(&self) -> f64 {
+        self.alpha_m - self.alpha_f
+    }
+
+    /// What an increment lacks of the motion: this times h³ q'''.
+    pub fn increment_error(&self) -> f64 {
+        1.0 / 6.0 - self.beta - 0.5 * self.time_ahead()
+    }
+
     /// a_{n+1} from the accelerations at both ends and a_n.
     pub fn algorithmic(&self, algorithmic: f64, before: f64, after: f64) -> f64 {
         ((1.0 - self.alpha_f) * after + self.alpha_f * before - self.alpha_m * algorithmic)

@@ -322,6 +322,33 @@ impl Condensed {
         }
     }
 
+    /// How the rows' measures change with a motion δq, rigid parts in body axes.
+    pub fn row_changes(
+        &mut self,
+        system: &System,
+        evaluation: &Evaluation,
+        motion: &[f64],
+        changes: &mut [f64],
+    ) {
+        self.twist_markers(system, evaluation, motion);
+        changes.fill(0.0);
+        for touch in self.touches.iter().flatten() {
+            changes[touch.row] += side(evaluation, touch).dot(&self.twists[touch.marker(system)]);
+        }
+    }
+
+    /// World twists of the markers by a motion δq.
+    fn twist_markers(&mut self, system: &System, evaluation: &Evaluation, motion: &[f64]) {
+        for (body, pose) in system.bodies.iter().zip(&evaluation.poses) {
+            let (rigid, elastic) = motion[body.velocities.clone()].split_at(6);
+            let six = Six::from_column_slice(rigid);
+            for &marker in body.markers.iter().filter(|m| self.coupled[**m]) {
+                let twist = system.markers[marker].twist(&evaluation.places[marker], &six, elastic);
+                self.twists[marker] = turned(&pose.axes, &twist);
+            }
+        }
+    }
+
     /// Solves `S δq - Bᵀ δλ = -residual, B δq + c δλ = changes`: `step` and `force_step`.
     pub fn solve(
         &mut self,
