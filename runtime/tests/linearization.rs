@@ -89,6 +89,7 @@ fn mechanism(dimension: Dimension) -> System {
         ))
         .unwrap(),
         input: Some(size),
+        offset: 0.0,
     };
     let pull = builder.signal(signal(1.0));
     let (plane, space) = match dimension {
@@ -358,7 +359,7 @@ fn markers_and_rows_move_with_their_bodies() {
         let system = mechanism(dimension);
         let state = scattered(&system, 7);
         let step = 1e-5;
-        let mut at = |time: f64| {
+        let at = |time: f64| {
             let state = carried(&system, &state, time);
             let mut evaluation = Evaluation::of(&system);
             evaluation.place(&system, &state);

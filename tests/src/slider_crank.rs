@@ -150,6 +150,7 @@ impl SliderCrank {
         let signal = builder.signal(Signal {
             function: TimeFunction::new(&function).expect("a function"),
             input: None,
+            offset: 0.0,
         });
         let angle = bearing
             .coordinate(JointCoordinate::Rotation)

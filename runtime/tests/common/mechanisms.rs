@@ -68,6 +68,7 @@ pub fn formula(text: &str) -> Signal {
     Signal {
         function: TimeFunction::new(&Function::Formula(text.into())).unwrap(),
         input: None,
+        offset: 0.0,
     }
 }
 
