@@ -17,7 +17,9 @@
 //! ```
 
 pub mod body;
+pub mod eigenmodes;
 pub mod energy;
+pub mod equilibrium;
 pub mod error;
 pub mod frame;
 pub mod function;
