@@ -212,7 +212,7 @@ impl Simulation {
 }
 
 /// Counts angles on past half a turn.
-fn count_turns(system: &System, evaluation: &Evaluation, state: &mut State) {
+pub(crate) fn count_turns(system: &System, evaluation: &Evaluation, state: &mut State) {
     for term in &system.terms {
         if let Some(angle) = term.angle {
             let value = term

@@ -15,6 +15,7 @@ pub mod body_factor;
 pub mod builder;
 pub mod condensed;
 pub mod evaluation;
+pub mod free_directions;
 pub mod joint_system;
 pub mod linearization;
 pub mod marker;
