@@ -72,10 +72,7 @@ fn steps_converge_to_the_reference() {
 #[test]
 fn reduced_rods_follow_the_unreduced() {
     let benchmark = Benchmark::first();
-    for (steps, limits) in [
-        (3600, [5e-3, 1e-3, 1e-4]),
-        (14_400, [1e-3, 5e-4, 2e-5]),
-    ] {
+    for (steps, limits) in [(3600, [5e-3, 1e-3, 1e-4]), (14_400, [1e-3, 5e-4, 2e-5])] {
         let whole = ReducedRod::new(benchmark, 4, 12);
         let whole = history(&whole, benchmark.revolution(), method(0.8), steps);
         for (modes, limit) in [1, 5, 8].into_iter().zip(limits) {
@@ -92,10 +89,7 @@ fn reduced_rods_follow_the_unreduced() {
 /// (Fig 5), for both sets of data.
 #[test]
 fn classical_equations_have_the_same_deflection() {
-    for (benchmark, elements, modes) in [
-        (Benchmark::first(), 4, 12),
-        (Benchmark::second(), 2, 6),
-    ] {
+    for (benchmark, elements, modes) in [(Benchmark::first(), 4, 12), (Benchmark::second(), 2, 6)] {
         let rod = ReducedRod::new(benchmark, elements, modes);
         let found = history(&rod, benchmark.revolution(), method(0.9), 14_400);
         let classical = rod.classical();
@@ -126,16 +120,21 @@ fn peaks_are_those_of_the_continuous_rod() {
     let mechanism = rod.mechanism();
     let mut simulation = mechanism.start(&mechanism.rigid_start(), method(0.9));
     let (mut highest, mut lowest) = ((0.0, 0.0), (0.0, 0.0));
-    run(&mut simulation, benchmark.revolution(), 7200, |simulation| {
-        let angle = benchmark.speed * simulation.state().time;
-        let deflection = rod.deflection(rod_coordinates(simulation));
-        if deflection > highest.1 {
-            highest = (angle, deflection);
-        }
-        if deflection < lowest.1 {
-            lowest = (angle, deflection);
-        }
-    });
+    run(
+        &mut simulation,
+        benchmark.revolution(),
+        7200,
+        |simulation| {
+            let angle = benchmark.speed * simulation.state().time;
+            let deflection = rod.deflection(rod_coordinates(simulation));
+            if deflection > highest.1 {
+                highest = (angle, deflection);
+            }
+            if deflection < lowest.1 {
+                lowest = (angle, deflection);
+            }
+        },
+    );
     println!("{highest:?} {lowest:?} of {TAU}");
     assert!((highest.0 - 0.846).abs() < 3e-3 && (highest.1 - 0.018762).abs() < 2e-5);
     assert!((lowest.0 - 5.83).abs() < 2e-2 && (lowest.1 + 0.0136).abs() < 1e-4);

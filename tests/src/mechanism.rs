@@ -50,10 +50,10 @@ pub fn rigid(
     Arc::new(FlexibleBody::rigid(&body).expect("a rigid body"))
 }
 
-/// A slender bar along x with a point at each end.
+/// A slender bar along x with a point at each end; a hundredth of its inertia is about the axis.
 pub fn slender_bar(dimension: Dimension, mass: f64, length: f64) -> Arc<FlexibleBody> {
     let moment = mass * length * length / 12.0;
-    let tensor = Matrix3::from_diagonal(&Vector3::new(0.0, moment, moment));
+    let tensor = Matrix3::from_diagonal(&Vector3::new(0.01 * moment, moment, moment));
     let half = 0.5 * length;
     rigid(
         dimension,

@@ -111,9 +111,8 @@ impl ReducedRod {
         let superelement = &self.reduced.superelement;
         let n = superelement.modes.eigenvalues.len();
         let inertia = &superelement.inertia;
-        let leading = |matrix: &Mat<f64>, rows: usize| {
-            DMatrix::from_fn(rows, n, |i, j| matrix[(i, j)])
-        };
+        let leading =
+            |matrix: &Mat<f64>, rows: usize| DMatrix::from_fn(rows, n, |i, j| matrix[(i, j)]);
         let shapes = &superelement.modes.interface_shapes;
         let end = |index: usize| {
             let position = superelement.interfaces[index].position;
