@@ -237,6 +237,7 @@ fn simulation(axial: f64, method: Method) -> (Simulation, Arc<FlexibleBody>) {
         slider: SLIDER,
         rod: flexible.clone(),
         dimension: Dimension::Planar,
+        rod_axes: 0.0,
     };
     let start = RodStart {
         y: to_dynamic(&START),

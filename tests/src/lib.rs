@@ -15,6 +15,7 @@ pub mod mechanism;
 pub mod nodal;
 pub mod oracle;
 pub mod parts;
+pub mod reduced_rod;
 pub mod reference;
 pub mod slider_crank;
 

@@ -10,7 +10,7 @@ use dcb_runtime::joint::{JointKind, Prismatic};
 use dcb_runtime::simulation::Simulation;
 use dcb_runtime::system::Signal;
 use dcb_runtime::system::builder::{Drawn, JointCoordinate, SystemBuilder, Turning};
-use nalgebra::{Matrix3, Vector3};
+use nalgebra::{Matrix3, UnitQuaternion, Vector3};
 
 use crate::mechanism::{revolute, rigid, start};
 
@@ -27,6 +27,8 @@ pub struct SliderCrank {
     pub rod: Arc<FlexibleBody>,
     /// Planar or spatial; the motion is in the x-y plane.
     pub dimension: Dimension,
+    /// Angle about z of the rod's component axes at the start, such that its ends are along the world's x axis.
+    pub rod_axes: f64,
 }
 
 /// How the rod starts.
@@ -51,7 +53,7 @@ impl SliderCrank {
     /// Undeformed, with the velocities of a rigid rod.
     pub fn rigid_start(&self) -> RodStart {
         let n = self.rod.coordinate_count();
-        let length = self.rod_end(1).x - self.rod_end(0).x;
+        let length = (self.rod_end(1) - self.rod_end(0)).norm();
         RodStart {
             y: vec![0.0; n],
             rates: vec![0.0; n],
@@ -80,18 +82,19 @@ impl SliderCrank {
             Matrix3::identity() * small,
             &[[0.0; 3]],
         );
+        let axes = UnitQuaternion::from_axis_angle(&Vector3::z_axis(), self.rod_axes);
         let [arm_a, arm_b] = [0, 1].map(|end| {
             let attachment = self.rod.attachment(end).expect("a frame");
             let (displacement, _) = attachment.products(&rod.y);
             let (moving, _) = attachment.products(&rod.rates);
-            (attachment.position + displacement, moving)
+            (axes * (attachment.position + displacement), axes * moving)
         });
         let spin = Vector3::new(0.0, 0.0, rod.spin);
         let pin = Vector3::new(self.crank, 0.0, 0.0);
         let origin = pin - arm_a.0;
         let pin_velocity = Vector3::new(0.0, self.crank * self.speed, 0.0);
         let velocity = pin_velocity - arm_a.1 - spin.cross(&arm_a.0);
-        let center = Vector3::from(self.rod.origin);
+        let center = axes * Vector3::from(self.rod.origin);
         let end = origin + arm_b.0;
         let end_velocity = velocity + arm_b.1 + spin.cross(&arm_b.0);
 
@@ -110,7 +113,10 @@ impl SliderCrank {
         builder.body(
             "rod",
             self.rod.clone(),
-            &drawn(origin - center, velocity - spin.cross(&center), spin),
+            &Drawn {
+                orientation: axes,
+                ..drawn(origin - center, velocity - spin.cross(&center), spin)
+            },
         );
         let along = Vector3::new(end_velocity.x, 0.0, 0.0);
         builder.body("slider", slider, &drawn(end, along, Vector3::zeros()));

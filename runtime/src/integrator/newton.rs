@@ -125,6 +125,8 @@ pub struct Corrector {
     factored_step: Option<f64>,
     /// How much of the error an iteration with the present factor leaves.
     contraction: f64,
+    /// Steps still to begin with a new factor.
+    wary: usize,
     /// Size of the accelerations in the run so far: length/time², by bodies' lengths.
     acceleration_scale: f64,
 }
@@ -133,6 +135,11 @@ pub struct Corrector {
 const SLOW: f64 = 0.05;
 /// A constraint that stays this many times further open than the iteration's accuracy contradicts others.
 const VIOLATED: f64 = 1e4;
+/// One that leaves more than this asks for a new factor each time, and so do the next [`WARY`] steps from their start: near
+/// singular positions, where joint forces grow and change sign, a factor serves nowhere but where it was made.
+const FAILING: f64 = 0.3;
+/// Steps that begin with a new factor after one has failed.
+const WARY: usize = 50;
 /// Corrections below this many units in the last place of the positions are rounding.
 const ROUNDING: f64 = 16.0 * f64::EPSILON;
 
@@ -158,6 +165,7 @@ impl Corrector {
             turns: vec![Vector3::zeros(); system.bodies.len()],
             factored_step: None,
             contraction: 1.0,
+            wary: 0,
             acceleration_scale: 0.0,
         })
     }
@@ -166,6 +174,7 @@ impl Corrector {
     pub fn forget(&mut self) {
         self.factored_step = None;
         self.contraction = 1.0;
+        self.wary = 0;
         self.acceleration_scale = 0.0;
     }
 
@@ -194,12 +203,23 @@ impl Corrector {
         let mut last = f64::INFINITY;
         let allowed = tolerance.relative * scheme.beta * step * step * scale;
         let mut fresh = false;
+        if self.wary > 0 {
+            self.wary -= 1;
+            self.factored_step = None;
+        }
         watch.lap(&mut self.profile, |profile| &mut profile.predict);
         loop {
             self.evaluate(system, method.formulation);
             watch.lap(&mut self.profile, |profile| &mut profile.evaluate);
-            if effort.iterations > 0 && !fresh && self.contraction > SLOW
+            // A factor of redundant constraints serves the gradients that it was made of only: which share of λ does nothing turns
+            // with them.
+            let stale = !fresh && self.contraction > SLOW || self.contraction > FAILING;
+            if effort.iterations > 0 && self.contraction > FAILING {
+                self.wary = WARY;
+            }
+            if effort.iterations > 0 && stale
                 || self.factored_step != Some(step)
+                || self.condensed.regularization > 0.0
             {
                 self.factor(system, scheme, step)?;
                 effort.factorizations += 1;
@@ -362,7 +382,7 @@ impl Corrector {
                 of_velocity.copy_from_slice(&self.changes);
                 for (index, change) in of_velocity.iter_mut().enumerate() {
                     if let Some(defect) = evaluation.velocity_defect(system, state, index) {
-                        *change = -to_position * defect;
+                        *change = -to_position * defect - self.condensed.yielding(state, index);
                     }
                 }
                 let residual = &evaluation.residual;

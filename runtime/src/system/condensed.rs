@@ -305,6 +305,9 @@ impl Condensed {
     }
 
     /// What each row's measure must change by: to the demand for constraints, and for springs by what the force still differs.
+    ///
+    /// Where constraints are redundant their regularization is a compliance of the joints, part of the equations and not
+    /// of the iteration alone: the share of λ that does nothing is then determined and can't drift from step to step.
     pub fn demand(
         &self,
         system: &System,
@@ -314,7 +317,9 @@ impl Condensed {
     ) {
         for (index, row) in system.rows.iter().enumerate() {
             changes[index] = match &row.demand {
-                Demand::Hold(_) | Demand::Follow(_) => -evaluation.answers[index],
+                Demand::Hold(_) | Demand::Follow(_) => {
+                    -evaluation.answers[index] - self.yielding(state, index)
+                }
                 Demand::Answer(_) => {
                     (evaluation.answers[index] - state.forces[index]) * self.compliances[index]
                 }
@@ -347,6 +352,11 @@ impl Condensed {
                 self.twists[marker] = turned(&pose.axes, &twist);
             }
         }
+    }
+
+    /// How far a constraint gives way to its force by the regularization.
+    pub fn yielding(&self, state: &State, row: usize) -> f64 {
+        self.joints.regularizing_compliance(row) * state.forces[row]
     }
 
     /// Solves `S δq - Bᵀ δλ = -residual, B δq + c δλ = changes`: `step` and `force_step`.
