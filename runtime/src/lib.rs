@@ -17,6 +17,7 @@
 //! ```
 
 pub mod body;
+pub mod compatibility_window;
 pub mod energy;
 pub mod error;
 pub mod frame;
