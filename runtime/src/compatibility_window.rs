@@ -62,15 +62,17 @@ impl WeakWindow {
             let flexibility = &w * w.transpose();
             let negative_eigenvalue_count = rank(&flexibility);
             sum += flexibility;
-            let sigma_min = match growing.sigma_squared.first() {
-                Some(squared) if negative_eigenvalue_count > 0 => squared.sqrt(),
-                _ => f64::INFINITY,
+            let (sigma_min, smallest_step) = match growing.sigma_squared.first() {
+                Some(squared) if negative_eigenvalue_count > 0 => {
+                    (squared.sqrt(), scheme.growth_limit() / squared.sqrt())
+                }
+                _ => (f64::INFINITY, 0.0),
             };
             window.bodies.push(WeakBody {
                 body: body.name.clone(),
                 negative_eigenvalue_count,
                 sigma_min,
-                smallest_step: scheme.growth_limit() / sigma_min,
+                smallest_step,
             });
         }
         window.negative_eigenvalue_count = rank(&sum);
