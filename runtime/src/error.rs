@@ -217,6 +217,20 @@ pub enum Error {
         /// Joints and drives that repeat what others hold.
         joints: Vec<String>,
     },
+    /// Weak compatibility with a step at which the integrator follows its growing motions.
+    #[error(
+        "body {body:?}: weak compatibility has motions that grow at {sigma_min:.3e} per unit of time or faster, and a step of {step:.3e} follows them; take steps above {smallest_step:.3e}, or strong or static compatibility"
+    )]
+    WeakUnstable {
+        /// Name of the body.
+        body: String,
+        /// The slowest growth, 1/time.
+        sigma_min: f64,
+        /// The step asked for.
+        step: f64,
+        /// The smallest step at which the growth is damped.
+        smallest_step: f64,
+    },
     /// A constraint is violated although the iteration converged: redundant constraints that contradict each other.
     #[error(
         "t = {time:.6e}: {joint:?} is violated by {misfit:.3e}: it contradicts the other constraints; remove one of them"

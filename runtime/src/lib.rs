@@ -19,6 +19,7 @@
 pub mod body;
 pub mod cli;
 mod cli_scene;
+pub mod compatibility_window;
 pub mod csv;
 pub mod eigenmodes;
 pub mod energy;

@@ -166,6 +166,16 @@ impl Simulation {
         (energy, works, defect)
     }
 
+    /// g of a body, after `refresh`: forces and moments of joints, springs and loads on its interface rows, body axes, acting
+    /// on the body. One entry for each row of [`crate::FlexibleBody::rows`]; `body` counts in the order of the system.
+    pub fn interface_forces(&self, body: usize) -> Vec<f64> {
+        let mut forces = vec![0.0; self.system.bodies[body].flexible.rows.len()];
+        self.corrector
+            .evaluation
+            .write_interface_forces(&self.system, body, &mut forces);
+        forces
+    }
+
     /// Sets an input from now on.
     ///
     /// # Errors

@@ -81,6 +81,7 @@ fn bar_spun_about_its_end_stretches() {
     let signal = scene.builder().signal(Signal {
         function,
         input: None,
+        offset: 0.0,
     });
     let angle = bearing.coordinate(JointCoordinate::Rotation).unwrap();
     scene.builder().drive("motor", &bearing, angle, signal);

@@ -307,7 +307,7 @@ impl Corrector {
             *change *= squares;
         }
         self.condensed
-            .solve(system, &self.evaluation, &self.changes, &self.zeros);
+            .solve_positions(system, &self.evaluation, &self.changes, &self.zeros);
         self.offset.copy_from_slice(&self.condensed.step);
         for (body, pose) in system.bodies.iter().zip(&self.evaluation.poses) {
             let own = &mut self.offset[body.velocities.clone()];
@@ -338,6 +338,12 @@ impl Corrector {
         }
         for (i, force) in trial.forces.iter_mut().enumerate() {
             *force = carried(start.forces[i], start.earlier_forces[i]);
+        }
+        for (i, x) in trial.residual_displacements.iter_mut().enumerate() {
+            let (rate, a) = (start.residual_rates[i], start.residual_accelerations[i]);
+            *x = start.residual_displacements[i] + scheme.increment(step, rate, a, a);
+            trial.residual_rates[i] = scheme.velocity(step, rate, a, a);
+            trial.residual_accelerations[i] = a;
         }
         for (index, body) in system.bodies.iter().enumerate() {
             let increments = &self.increments[body.velocities.clone()];
@@ -373,7 +379,7 @@ impl Corrector {
             Formulation::Index3 => {
                 let residual = &evaluation.residual;
                 self.condensed
-                    .solve(system, evaluation, &self.changes, residual);
+                    .solve(system, state, evaluation, &self.changes, residual);
                 self.moving.copy_from_slice(&self.condensed.step);
             }
             Formulation::StabilizedIndex2 => {
@@ -381,13 +387,16 @@ impl Corrector {
                 let mut of_velocity = std::mem::take(&mut self.force_changes);
                 of_velocity.copy_from_slice(&self.changes);
                 for (index, change) in of_velocity.iter_mut().enumerate() {
+                    if self.condensed.is_compliant(index) {
+                        continue;
+                    }
                     if let Some(defect) = evaluation.velocity_defect(system, state, index) {
                         *change = -to_position * defect - self.condensed.yielding(state, index);
                     }
                 }
                 let residual = &evaluation.residual;
                 self.condensed
-                    .solve(system, evaluation, &of_velocity, residual);
+                    .solve(system, state, evaluation, &of_velocity, residual);
                 self.moving.copy_from_slice(&self.condensed.step);
                 self.force_step.copy_from_slice(&self.condensed.force_step);
                 // What positions lack after that, in the metric of the iteration matrix.
@@ -399,7 +408,7 @@ impl Corrector {
                 }
                 self.force_changes = of_velocity;
                 self.condensed
-                    .solve(system, evaluation, &self.changes, &self.zeros);
+                    .solve_positions(system, evaluation, &self.changes, &self.zeros);
                 self.condensed.force_step.copy_from_slice(&self.force_step);
                 for (total, moving) in self.condensed.step.iter_mut().zip(&self.moving) {
                     *total += moving;
@@ -490,6 +499,8 @@ impl Corrector {
             let coordinates = &mut trial.coordinates[body.coordinates.clone()];
             for (y, change) in coordinates.iter_mut().zip(&correction[6..]) {
                 *y += change;
+            }
+            for change in &correction[6..6 + body.flexible.displacement_count()] {
                 deflection += change * change;
             }
             let (linear, angular) = (axes * three(moving, 0), follow * three(moving, 3));
@@ -512,6 +523,11 @@ impl Corrector {
                 largest
             };
         }
+        for (i, change) in self.condensed.residual_step.iter().enumerate() {
+            trial.residual_displacements[i] += change;
+            trial.residual_rates[i] += gamma * change;
+            trial.residual_accelerations[i] += to_algorithmic * change;
+        }
         for (force, change) in trial.forces.iter_mut().zip(&self.condensed.force_step) {
             *force += change;
         }
@@ -527,7 +543,8 @@ impl Corrector {
             let norm = |x: &[f64]| x.iter().map(|x| x * x).sum::<f64>().sqrt();
             let size = norm(&a[..3])
                 + body.length * (norm(&a[3..6]) + norm(&v[3..6]).powi(2))
-                + norm(&a[6..]) / body.flexible.inertia.mass().sqrt();
+                + norm(&a[6..6 + body.flexible.displacement_count()])
+                    / body.flexible.inertia.mass().sqrt();
             scale = scale.max(size);
         }
         self.acceleration_scale = scale.max(0.999 * self.acceleration_scale);

@@ -82,6 +82,18 @@ impl Scheme {
         velocity + step * ((1.0 - self.gamma) * before + self.gamma * after)
     }
 
+    /// `h σ` above which a growing motion `x'' = σ² x` is damped instead: where the method's root reaches -1,
+    /// `z² = 2 (1 - 2 α_m) / ((2 β - γ)(1 - 2 α_f))`. Infinite for a method without numerical damping.
+    pub fn growth_limit(&self) -> f64 {
+        let squared = 2.0 * (1.0 - 2.0 * self.alpha_m)
+            / ((2.0 * self.beta - self.gamma) * (1.0 - 2.0 * self.alpha_f));
+        if squared.is_finite() && squared > 0.0 {
+            squared.sqrt()
+        } else {
+            f64::INFINITY
+        }
+    }
+
     /// Spectral radius of an infinitely stiff motion.
     pub fn spectral_radius(&self) -> f64 {
         // Double roots at infinity: of the acceleration relation, and of the displacement.

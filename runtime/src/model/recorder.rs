@@ -454,7 +454,7 @@ impl OutputBuilder<'_> {
                 let attachment = flexible
                     .attachment(*interface)
                     .map_err(|error| Error::described(at, error.to_string()))?;
-                marker_of(*body, *interface, attachment, Turning::Interface)
+                marker_of(*body, flexible, *interface, attachment, Turning::Interface)
             }
         };
         Ok((place, marker))
