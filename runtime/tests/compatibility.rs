@@ -123,6 +123,7 @@ impl SliderCrank {
         let signal = builder.signal(Signal {
             function: TimeFunction::new(&turning).unwrap(),
             input: None,
+            offset: 0.0,
         });
         let angle: Measure = main.coordinate(JointCoordinate::Rotation).unwrap();
         builder.drive("motor", &main, angle, signal);
