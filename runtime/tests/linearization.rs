@@ -491,7 +491,7 @@ fn condensed_solve_is_the_dense_one_at_rest() {
         for (row, change) in exact.constraints.iter().zip(&constraint_changes) {
             changes[*row] = *change;
         }
-        condensed.solve(&system, &evaluation, &changes, &residual);
+        condensed.solve(&system, &state, &evaluation, &changes, &residual);
         let (step, forces) = dense_solve(&system, &exact, &blend, &residual, &constraint_changes);
         let error = relative(&condensed.step, &step);
         assert!(error < 1e-10, "{dimension:?} step: {error:e}");
@@ -546,7 +546,7 @@ fn repeated_constraints_share_the_force_and_leave_the_motion() {
             .unwrap();
         let changes = vec![0.0; system.rows.len()];
         let residual = evaluation.residual.clone();
-        condensed.solve(&system, &evaluation, &changes, &residual);
+        condensed.solve(&system, &state, &evaluation, &changes, &residual);
         (condensed.step.clone(), condensed.force_step.clone())
     };
     let (step, forces) = solve(1, 0.0);
