@@ -107,6 +107,11 @@ impl Corrector {
         })
     }
 
+    /// Forgets the factor alone, after a step that failed.
+    pub fn forget_factor(&mut self) {
+        self.factored_step = None;
+    }
+
     /// Forgets the factor, so that what follows depends on the state alone.
     pub fn forget(&mut self) {
         self.factored_step = None;
