@@ -13,6 +13,7 @@ use faer::Mat;
 use nalgebra::{UnitQuaternion, Vector3};
 
 use crate::error::Error;
+use crate::simulation::count_turns;
 use crate::system::body_factor::Elastic;
 use crate::system::condensed::{Blend, Condensed};
 use crate::system::evaluation::Evaluation;
@@ -97,6 +98,11 @@ impl<'a> Starter<'a> {
         })
     }
 
+    /// The system that it was made for.
+    pub fn system(&self) -> &'a System {
+        self.system
+    }
+
     /// Makes positions, velocities and accelerations consistent, in this order, and tells what changed.
     ///
     /// # Errors
@@ -159,16 +165,21 @@ impl<'a> Starter<'a> {
         if !closed && self.system.coordinate_count() > 0 {
             closed = self.close_with(state, Elastic::Moving)?;
         }
-        let (worst, misfit) = self.worst_row();
-        if closed || misfit <= OPEN {
+        if closed || self.worst_row().1 <= OPEN {
             return Ok(());
         }
+        Err(self.open())
+    }
+
+    /// Which joint stays open.
+    fn open(&self) -> Error {
+        let (worst, _) = self.worst_row();
         let connection = &self.system.connections[self.system.rows[worst].connection];
-        Err(Error::CannotAssemble {
+        Error::CannotAssemble {
             joint: connection.name.clone(),
             misfit: self.evaluation.answers[worst],
             allowed: OPEN * self.size,
-        })
+        }
     }
 
     fn close_with(&mut self, state: &mut State, elastic: Elastic) -> Result<bool, Error> {
@@ -336,6 +347,24 @@ impl<'a> Starter<'a> {
     /// # Errors
     /// [`Error::SingularBody`], [`Error::SingularJoints`].
     pub fn accelerate(&mut self, state: &mut State) -> Result<(), Error> {
+        self.accelerate_with(state, Elastic::Moving)
+    }
+
+    /// Positions, velocities, accelerations and λ of bodies that stay as deflected as they are, at the state's time; positions near
+    /// it must be given.
+    ///
+    /// # Errors
+    /// [`Error::CannotAssemble`], [`Error::SingularBody`], [`Error::SingularJoints`].
+    pub fn follow(&mut self, state: &mut State) -> Result<(), Error> {
+        if !self.close_with(state, Elastic::Frozen)? {
+            return Err(self.open());
+        }
+        count_turns(self.system, &self.evaluation, state);
+        self.match_velocities(state)?;
+        self.accelerate_with(state, Elastic::Frozen)
+    }
+
+    fn accelerate_with(&mut self, state: &mut State, elastic: Elastic) -> Result<(), Error> {
         let system = self.system;
         state.accelerations.fill(0.0);
         self.evaluation.place(system, state);
@@ -353,7 +382,7 @@ impl<'a> Starter<'a> {
             mass: 1.0,
             damping: 0.0,
             stiffness: 0.0,
-            elastic: Elastic::Moving,
+            elastic,
         };
         self.condensed
             .factor(system, state, &self.evaluation, &blend, None)?;
@@ -512,7 +541,7 @@ impl<'a> Starter<'a> {
 }
 
 /// The state after a time in which its accelerations stay.
-fn carried(system: &System, state: &State, time: f64) -> State {
+pub(crate) fn carried(system: &System, state: &State, time: f64) -> State {
     let mut moved = state.clone();
     moved.time += time;
     for (index, body) in system.bodies.iter().enumerate() {

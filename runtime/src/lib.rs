@@ -17,6 +17,7 @@
 //! ```
 
 pub mod body;
+pub mod driven;
 pub mod eigenmodes;
 pub mod energy;
 pub mod equilibrium;
