@@ -83,8 +83,14 @@ pub fn find_equilibrium(
     let mut balance = Balance::at(system, state, &mut evaluation)?;
     let mut damping = 0.0;
     let mut last = (f64::INFINITY, String::new());
+    let mut made = 0;
     for iterations in 1..=settings.max_iterations {
+        made = iterations;
         let (motion, shift) = balance.step(system, &mut damping)?;
+        if !shift.0.is_finite() {
+            last = shift;
+            break;
+        }
         let mut next = moved(system, state, &motion);
         let found = Balance::at(system, &mut next, &mut evaluation)?;
         // The imbalance of a rest that is nearly reached is rounding.
@@ -116,7 +122,7 @@ pub fn find_equilibrium(
     }
     Err(Error::NoEquilibrium {
         time: state.time,
-        iterations: settings.max_iterations,
+        iterations: made,
         residual: last.0,
         tolerance: allowed,
         body: last.1,
@@ -234,15 +240,12 @@ impl Balance {
                 self.directions.add_motion(&amounts, &mut motion);
             }
             let shift = largest_shift(system, &motion);
-            if !shift.0.is_finite() {
-                return Err(Error::NoEigenvalues);
-            }
             let turn = system
                 .bodies
                 .iter()
                 .map(|body| three(&motion, body.velocities.start + 3));
             let turn = turn.fold(0.0, |most: f64, turn| most.max(turn.norm()));
-            if turn <= LARGEST_TURN || *damping > 1e6 * self.largest {
+            if turn <= LARGEST_TURN || !shift.0.is_finite() || *damping > 1e6 * self.largest {
                 return Ok((motion, shift));
             }
             *damping = f64::max(4.0 * *damping, self.least_scale());

@@ -19,6 +19,7 @@ use nalgebra::{UnitQuaternion, Vector3};
 
 use crate::body::Compatibility;
 use crate::error::Error;
+use crate::simulation::count_turns;
 use crate::system::body_factor::Elastic;
 use crate::system::condensed::{Blend, Condensed};
 use crate::system::evaluation::Evaluation;
@@ -107,6 +108,11 @@ impl<'a> Starter<'a> {
             assembly: vec![0.0; system.rows.len()],
             size: system.bodies.iter().map(|b| b.length).sum(),
         })
+    }
+
+    /// The system that it was made for.
+    pub fn system(&self) -> &'a System {
+        self.system
     }
 
     /// Makes positions, velocities and accelerations consistent, in this order, and tells what changed.
@@ -239,16 +245,21 @@ impl<'a> Starter<'a> {
         if !closed && deflects {
             closed = self.close_strained(state)?;
         }
-        let (worst, misfit) = self.worst_row();
-        if closed || misfit <= OPEN {
+        if closed || self.worst_row().1 <= OPEN {
             return Ok(());
         }
+        Err(self.open())
+    }
+
+    /// Which joint stays open.
+    fn open(&self) -> Error {
+        let (worst, _) = self.worst_row();
         let connection = &self.system.connections[self.system.rows[worst].connection];
-        Err(Error::CannotAssemble {
+        Error::CannotAssemble {
             joint: connection.name.clone(),
             misfit: self.evaluation.answers[worst],
             allowed: OPEN * self.size,
-        })
+        }
     }
 
     /// Closes the joints by deflection, interfaces beside the coordinates included.
@@ -443,6 +454,24 @@ impl<'a> Starter<'a> {
     /// # Errors
     /// [`Error::SingularBody`], [`Error::SingularJoints`].
     pub fn accelerate(&mut self, state: &mut State) -> Result<(), Error> {
+        self.accelerate_with(state, Elastic::Moving)
+    }
+
+    /// Positions, velocities, accelerations and λ of bodies that stay as deflected as they are, at the state's time; positions near
+    /// it must be given.
+    ///
+    /// # Errors
+    /// [`Error::CannotAssemble`], [`Error::SingularBody`], [`Error::SingularJoints`].
+    pub fn follow(&mut self, state: &mut State) -> Result<(), Error> {
+        if !self.close_with(state, Elastic::Frozen)? {
+            return Err(self.open());
+        }
+        count_turns(self.system, &self.evaluation, state);
+        self.match_velocities(state)?;
+        self.accelerate_with(state, Elastic::Frozen)
+    }
+
+    fn accelerate_with(&mut self, state: &mut State, elastic: Elastic) -> Result<(), Error> {
         let system = self.system;
         state.accelerations.fill(0.0);
         self.evaluation.place(system, state);
@@ -460,7 +489,7 @@ impl<'a> Starter<'a> {
             mass: 1.0,
             damping: 0.0,
             stiffness: 0.0,
-            elastic: Elastic::Moving,
+            elastic,
         };
         self.condensed
             .factor(system, state, &self.evaluation, &blend, None)?;
@@ -632,7 +661,7 @@ impl<'a> Starter<'a> {
 }
 
 /// The state after a time in which its accelerations stay.
-fn carried(system: &System, state: &State, time: f64) -> State {
+pub(crate) fn carried(system: &System, state: &State, time: f64) -> State {
     let mut moved = state.clone();
     moved.time += time;
     for (index, body) in system.bodies.iter().enumerate() {

@@ -21,6 +21,7 @@ pub mod cli;
 mod cli_scene;
 pub mod compatibility_window;
 pub mod csv;
+pub mod driven;
 pub mod eigenmodes;
 pub mod energy;
 pub mod equilibrium;

@@ -3,6 +3,7 @@
 use crate::energy::{Energy, Works};
 use crate::error::Error;
 use crate::initial::{InitialReport, REGULARIZATION, Redundancy, Starter};
+use crate::integrator::adaptive::{StepSize, local_error};
 use crate::integrator::newton::{Corrector, Effort, Method, Profile};
 use crate::system::evaluation::Evaluation;
 use crate::system::{State, System};
@@ -75,6 +76,61 @@ impl Simulation {
         let effort = self
             .corrector
             .step(&self.system, &self.method, &self.state, step)?;
+        self.accept(step, effort);
+        Ok(effort)
+    }
+
+    /// Steps up to `end` as large as the tolerance allows, and tells the observer after each. The step goes on from call to call
+    /// with `size`.
+    ///
+    /// # Errors
+    /// [`Error::StepTooSmall`], and those of the system that no step could put right; the state stays at the last
+    /// accepted step.
+    pub fn advance_to(
+        &mut self,
+        end: f64,
+        size: &mut StepSize,
+        observe: &mut dyn FnMut(&State),
+    ) -> Result<(), Error> {
+        while self.state.time < end {
+            let left = end - self.state.time;
+            let step = size.up_to(left);
+            if self.state.earlier_step == 0.0 {
+                self.look_back(LOOKED_BACK * step)?;
+            }
+            let (system, method) = (&self.system, &self.method);
+            match self.corrector.step(system, method, &self.state, step) {
+                Ok(effort) => {
+                    let trial = &mut self.corrector.trial;
+                    let error = local_error(system, &method.scheme, &self.state, trial, step);
+                    if size.judge(trial.time, step, error)? {
+                        if step == left {
+                            trial.time = end;
+                        }
+                        self.accept(step, effort);
+                        observe(&self.state);
+                    } else {
+                        self.effort.iterations += effort.iterations;
+                        self.effort.factorizations += effort.factorizations;
+                    }
+                }
+                Err(
+                    Error::NotConverged { .. }
+                    | Error::NotFinite { .. }
+                    | Error::SingularBody { .. }
+                    | Error::SingularJoints { .. },
+                ) => {
+                    size.failed(self.state.time + step, step)?;
+                    self.corrector.forget_factor();
+                }
+                Err(other) => return Err(other),
+            }
+        }
+        Ok(())
+    }
+
+    /// Makes the trial state the present one.
+    fn accept(&mut self, step: f64, effort: Effort) {
         let trial = &mut self.corrector.trial;
         trial
             .earlier_accelerations
@@ -88,7 +144,6 @@ impl Simulation {
         self.effort.iterations += effort.iterations;
         self.effort.factorizations += effort.factorizations;
         self.steps += 1;
-        Ok(effort)
     }
 
     /// Starts to measure where the time goes.

@@ -144,16 +144,16 @@ fn second_order_in_positions_velocities_and_forces() {
     }
 }
 
-/// A change of the step within the run leaves no trace of first order in the forces.
+/// Growth of the step within the run leaves no trace of first order in the forces.
 #[test]
-fn second_order_in_forces_across_changes_of_the_step() {
+fn second_order_in_forces_across_growth_of_the_step() {
     let run = |fine: usize| {
         let (system, state) = double_pendulum();
         let method = method(Formulation::Index3, 0.8);
         let (mut simulation, _) =
             Simulation::start(system, state, method, Redundancy::MinimumNorm).unwrap();
         let mut states = Vec::new();
-        for (count, step) in [(40, 2e-3), (80, 1e-3), (40, 2e-3), (120, 5e-4)] {
+        for (count, step) in [(40, 1e-3), (40, 2e-3), (40, 4e-3)] {
             for _ in 0..count {
                 for _ in 0..fine {
                     simulation.step(step / fine as f64).unwrap();
@@ -163,7 +163,7 @@ fn second_order_in_forces_across_changes_of_the_step() {
         }
         states
     };
-    let reference = run(10);
+    let reference = run(8);
     let found = [1, 2].map(|fine| errors(&run(fine), &reference)[2]);
     let slope = (found[0] / found[1]).log2();
     assert!((slope - 2.0).abs() < 0.25, "{slope:.2}, errors {found:?}");

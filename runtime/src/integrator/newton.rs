@@ -170,6 +170,11 @@ impl Corrector {
         })
     }
 
+    /// Forgets the factor alone, after a step that failed.
+    pub fn forget_factor(&mut self) {
+        self.factored_step = None;
+    }
+
     /// Forgets the factor, so that what follows depends on the state alone.
     pub fn forget(&mut self) {
         self.factored_step = None;
@@ -194,7 +199,7 @@ impl Corrector {
         self.was_singular = false;
         let mut effort = Effort::default();
         self.offset.fill(0.0);
-        if method.formulation == Formulation::Index3 && step != start.earlier_step {
+        if method.formulation == Formulation::Index3 && step > start.earlier_step {
             self.find_offset(system, method, start, step)?;
             effort.factorizations += 1;
         }
@@ -263,12 +268,13 @@ impl Corrector {
         }
     }
 
-    /// The change of the velocities that a change of the step asks for.
+    /// The change of the velocities that a larger step asks for.
     ///
     /// An increment lacks `h³ c` of the motion. Constraints on positions put that right in their own directions, by velocities that are
-    /// off by `h² c` there. Where the step is the same from step to step this is smooth and of second order; where it changes, and
-    /// at the start, the velocities have to be given it, or the accelerations jump by `h c` and the joints' forces with them
-    /// (Arnold, Brüls and Cardona 2015).
+    /// off by `h² c` there. Where the step is the same from step to step this is smooth and of second order; where it grows, and at the
+    /// start, the velocities have to be given it, or the accelerations jump by `h c` and the joints' forces with them
+    /// (Arnold, Brüls and Cardona 2015). Not where it shrinks: c comes from the change of the accelerations, and steps that are cut
+    /// again and again would feed on its rounding and ringing.
     fn find_offset(
         &mut self,
         system: &System,
