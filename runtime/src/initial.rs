@@ -76,6 +76,8 @@ pub struct Starter<'a> {
     changes: Vec<f64>,
     /// Extent of the mechanism.
     size: f64,
+    /// Bodies that the assembly doesn't move.
+    held: Vec<usize>,
 }
 
 impl<'a> Starter<'a> {
@@ -93,7 +95,14 @@ impl<'a> Starter<'a> {
             zeros: vec![0.0; system.velocity_count()],
             changes: vec![0.0; system.rows.len()],
             size: system.bodies.iter().map(|b| b.length).sum(),
+            held: Vec::new(),
         })
+    }
+
+    /// Leaves bodies, by index, where they are drawn, undeformed: only the others are moved to close the joints.
+    pub fn holding(mut self, bodies: &[usize]) -> Self {
+        self.held = bodies.to_vec();
+        self
     }
 
     /// Makes positions, velocities and accelerations consistent, in this order, and tells what changed.
@@ -154,6 +163,13 @@ impl<'a> Starter<'a> {
 
     /// Closes the joints.
     fn close(&mut self, state: &mut State) -> Result<(), Error> {
+        self.condensed.hold(&self.held);
+        let done = self.close_unheld(state);
+        self.condensed.hold(&[]);
+        done
+    }
+
+    fn close_unheld(&mut self, state: &mut State) -> Result<(), Error> {
         let mut closed = self.close_with(state, Elastic::Frozen)?;
         if !closed && self.system.coordinate_count() > 0 {
             closed = self.close_with(state, Elastic::Moving)?;

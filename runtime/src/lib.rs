@@ -32,6 +32,7 @@ pub mod joint;
 mod kernel;
 pub mod law;
 pub mod measure;
+pub mod mechanism;
 pub mod model;
 pub mod motion;
 pub mod picture;
@@ -50,4 +51,5 @@ pub use frame::{
     InertiaTerms,
 };
 pub use function::{Function, TimeFunction};
+pub use mechanism::Mechanism;
 pub use scene::Scene;

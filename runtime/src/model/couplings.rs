@@ -3,7 +3,7 @@
 use dcb_formats::mesh::Dimension;
 use nalgebra::Vector3;
 
-use super::places::{Place, Rotation, find, marker};
+use super::places::{Place, Rotation, Turned, find, marker};
 use super::{NamedJoint, Names};
 use crate::error::Error;
 use crate::function::{Function, TimeFunction};
@@ -79,8 +79,9 @@ fn add_held(
         directions[1].push(rotation.axis_b);
     }
     let [of_a, of_b] = &directions;
-    let a = marker(builder, &at_a, &place_a, &rotation_needed(of_a), source)?;
-    let b = marker(builder, &at_b, &place_b, &rotation_needed(of_b), source)?;
+    let turned = Turned::AsJointSays(source);
+    let a = marker(builder, &at_a, &place_a, &rotation_needed(of_a), turned)?;
+    let b = marker(builder, &at_b, &place_b, &rotation_needed(of_b), turned)?;
     let built = builder.joint(name, a, b, &kind).map_err(within)?;
     let zero = [JointCoordinate::Rotation, JointCoordinate::Translation].map(|which| {
         let measure = built.coordinate(which);
@@ -417,7 +418,7 @@ fn ends(
     for ((key, reference), found) in ["a", "b"].into_iter().zip(references).zip(&mut markers) {
         let at = format!("{location}.{key}");
         let place = find(scene, builder, names, &at, reference)?;
-        *found = marker(builder, &at, &place, rotation, None)?;
+        *found = marker(builder, &at, &place, rotation, Turned::Interface)?;
     }
     Ok(markers)
 }
@@ -460,7 +461,7 @@ pub(super) fn add_load(
         Load::Force(_) => Rotation::None,
         Load::Torque(_) => Rotation::All,
     };
-    let marker = marker(builder, &at, &place, &rotation, None)?;
+    let marker = marker(builder, &at, &place, &rotation, Turned::Interface)?;
     let inputs = function
         .components
         .iter()

@@ -29,6 +29,8 @@ pub struct Model {
     pub recorder: Recorder,
     /// Fields that the run writes.
     pub fields: Vec<FieldPlan>,
+    /// Bodies that stay where they are drawn when the others are placed to fit the joints.
+    pub held: Vec<usize>,
     /// Files that were read.
     pub files: Vec<LoadedFile>,
     /// What the user should know before the run.
@@ -106,8 +108,12 @@ impl Model {
             let plan = FieldPlan::of(scene, &builder, &names, &mut library, index, request)?;
             fields.push(plan);
         }
+        let held = scene.initial.hold.iter();
+        let held = held.filter_map(|name| names.bodies.get(name).copied());
+        let held = held.collect();
         let (system, drawn) = builder.finish();
         Ok(Self {
+            held,
             system,
             drawn,
             recorder,

@@ -198,19 +198,19 @@ impl SystemBuilder {
         }
     }
 
-    /// Counts the turns of an angle between a joint's frames; the index of its value in the state.
-    pub fn watch(&mut self, joint: &BuiltJoint, angle: Measure) -> usize {
+    /// Counts the turns of an angle between two markers; the index of its value in the state.
+    pub fn watch(&mut self, a: usize, b: usize, angle: Measure) -> usize {
         let known = self
             .system
             .terms
             .iter()
-            .find(|term| (term.a, term.b, term.measure) == (joint.a, joint.b, angle))
+            .find(|term| (term.a, term.b, term.measure) == (a, b, angle))
             .and_then(|term| term.angle);
         known.unwrap_or_else(|| {
             self.system.terms.push(Term {
                 weight: 1.0,
-                a: joint.a,
-                b: joint.b,
+                a,
+                b,
                 measure: angle,
                 angle: Some(self.system.angle_count),
             });
