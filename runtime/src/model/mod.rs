@@ -90,7 +90,12 @@ impl Model {
             names.bodies.insert(name.clone(), index);
         }
         let end = scene.integrator.map_or(0.0, |integrator| integrator.end);
-        for (name, joint) in &scene.joints {
+        // Gears and racks come after the joints that they couple, wherever the scene has them.
+        let (held, coupled): (Vec<_>, Vec<_>) = scene
+            .joints
+            .iter()
+            .partition(|(_, joint)| joint.attachments().is_some());
+        for (name, joint) in held.into_iter().chain(coupled) {
             couplings::add_joint(scene, &mut builder, &mut names, name, joint, &mut notes)?;
         }
         for (name, drive) in &scene.drives {

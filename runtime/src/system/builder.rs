@@ -232,16 +232,21 @@ impl SystemBuilder {
     ) -> Result<BuiltJoint, Error> {
         let rest = RestPlacement::of(&self.frame(a), &self.frame(b));
         let rows = kind.rows(self.system.dimension, &rest)?;
+        Ok(self.joint_of(name, a, b, rows))
+    }
+
+    /// A joint between two markers that holds the measures in `rows`.
+    pub fn joint_of(&mut self, name: &str, a: usize, b: usize, rows: JointRows) -> BuiltJoint {
         let connection = self.connect(name, ConnectionKind::Joint, a, b);
         for measure in &rows.held {
             self.row(connection, &[(1.0, a, b, *measure)], Demand::Hold(0.0));
         }
-        Ok(BuiltJoint {
+        BuiltJoint {
             connection,
             a,
             b,
             rows,
-        })
+        }
     }
 
     /// A joint coordinate that follows a function of time.

@@ -72,14 +72,16 @@ fn wrenches(scene: &Scene, mechanism: &mut Mechanism) -> BTreeMap<String, Wrench
         let pair = |joint: &str| scene.joints[joint].attachments().unwrap();
         match joint {
             Joint::Gear(gear) => {
-                // Both axes are parallel in these scenes. The power of the whole gear is zero.
+                // The first joint turns about the world's z, the second about nearly the same. The power of the whole is zero.
                 let turning = Wrench::at(Vector3::zeros(), force, moment);
                 let [a, b] = pair(&gear.second);
                 add(a, &turning, 1.0);
                 add(b, &turning, -1.0);
+                let moment = Vector3::z() * (gear.ratio * moment.norm().copysign(moment.z));
+                let turning = Wrench::at(Vector3::zeros(), Vector3::zeros(), moment);
                 let [a, b] = pair(&gear.first);
-                add(a, &turning, -gear.ratio);
-                add(b, &turning, gear.ratio);
+                add(a, &turning, -1.0);
+                add(b, &turning, 1.0);
             }
             Joint::Rack(rack) => {
                 let point = in_space(
@@ -91,8 +93,8 @@ fn wrenches(scene: &Scene, mechanism: &mut Mechanism) -> BTreeMap<String, Wrench
                 let [a, b] = pair(&rack.translation);
                 add(a, &pushing, 1.0);
                 add(b, &pushing, -1.0);
-                // The rack runs along the world's x and the wheel turns about z in these scenes.
-                let moment = Vector3::z() * (rack.radius * force.x);
+                // The rack runs nearly along the world's x and the wheel turns about z in these scenes.
+                let moment = Vector3::z() * (rack.radius * force.norm().copysign(force.x));
                 let turning = Wrench::at(Vector3::zeros(), Vector3::zeros(), moment);
                 let [a, b] = pair(&rack.rotation);
                 add(a, &turning, -1.0);

@@ -5,21 +5,23 @@ use serde_json::json;
 
 use super::parts::{Folder, number, scene_text, started};
 
-/// A block hinged to a flexible beam that is hinged to the ground, with a torque to be set from outside.
+/// A block hinged to a flexible rod on a hub that turns on the ground, with a torque on the hub to be set from outside.
 fn mechanism(folder: &Folder) -> Mechanism {
     let scene = folder.scene(&scene_text(
         2,
         json!({
             "gravity": [0, -9.81],
             "bodies": {
+                "hub": {"rigid": {"mass": 0.2, "inertia": 1e-3, "points": {"axle": [0, 0]}}},
                 "rod": {"superelement": "rod.dcb.h5"},
                 "block": {"rigid": {"mass": 0.1, "inertia": 1e-4, "points": {"pin": [0, 0.01]}}, "position": [0.3, -0.01]}
             },
             "joints": {
-                "shoulder": {"revolute": {"a": "ground", "b": "rod/a"}},
+                "shoulder": {"revolute": {"a": "ground", "b": "hub/axle"}},
+                "root": {"fixed": {"a": "hub/axle", "b": "rod/a"}},
                 "wrist": {"revolute": {"a": "rod/b", "b": "block/pin"}}
             },
-            "loads": {"motor": {"torque": {"at": "rod/a", "components": [{"input": {"initial": 0}}]}}},
+            "loads": {"motor": {"torque": {"at": "hub/axle", "components": [{"input": {"initial": 0}}]}}},
             "outputs": {
                 "angle": {"joint_coordinate": {"joint": "shoulder"}}, "rate": {"joint_rate": {"joint": "shoulder"}},
                 "tip": {"orientation": {"at": "rod/b"}}
@@ -120,7 +122,10 @@ fn what_cannot_be_meant_is_refused_and_leaves_the_motion_alone() {
     let error = arm.set_input("engine", 1.0).unwrap_err();
     assert!(error.to_string().contains("known are motor"), "{error}");
     let error = arm.output("agle").unwrap_err();
-    assert!(error.to_string().contains("\"angle\""), "{error}");
+    assert!(
+        error.to_string().contains("did you mean `angle`?"),
+        "{error}"
+    );
     let mut block = started(&scene_text(
         2,
         json!({"bodies": {"block": {"rigid": {"mass": 1, "inertia": 1, "points": {}}}}}),

@@ -128,7 +128,6 @@ fn run(mechanism: &mut Mechanism, steps: u32, coordinate: fn(f64) -> f64, what: 
 fn coordinates_follow_their_functions_and_drives_pay_for_the_energy() {
     for (joint, drive, coordinate) in cases() {
         let text = driven(joint, drive.clone());
-        println!("{drive}");
         let coarse = run(&mut started(&text), 400, coordinate, &drive);
         let fine = run(&mut started(&text), 800, coordinate, &drive);
         assert!(

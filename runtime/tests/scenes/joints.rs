@@ -176,13 +176,6 @@ fn coupled(dimension: u32, kind: &str, on_beam: bool) -> Value {
     } else {
         json!([1e-4, 1e-4, 1e-4])
     };
-    // The wheel's centre of mass is off its axle.
-    let wheel = |at: [f64; 3]| {
-        json!({
-            "rigid": {"mass": 0.1, "inertia": inertia, "center_of_mass": &[0.01, 0.02, 0.0][..d], "points": {"axle": &[0.0; 3][..d]}},
-            "position": &at[..d]
-        })
-    };
     let mut bodies = json!({"block": block(dimension, position)});
     let mut joints = serde_json::Map::new();
     if on_beam {
@@ -192,26 +185,26 @@ fn coupled(dimension: u32, kind: &str, on_beam: bool) -> Value {
             json!({"fixed": {"a": "ground", "b": "beam/a"}}),
         );
     }
+    // The wheel's centre of mass is off its axle.
+    bodies["wheel"] = json!({
+        "rigid": {"mass": 0.1, "inertia": inertia, "center_of_mass": &[0.01, 0.02, 0.0][..d], "points": {"axle": &[0.0; 3][..d]}},
+        "position": &[0.5, 0.1, 0.0][..d]
+    });
+    joints.insert("wheel".into(), axle("ground/axle", "wheel/axle"));
     if kind == "gear" {
-        bodies["wheel"] = wheel([0.5, 0.1, 0.0]);
-        joints.insert("first".into(), axle("ground/axle", "wheel/axle"));
-        joints.insert("second".into(), axle(carrier, "block/pin"));
+        joints.insert("other".into(), axle(carrier, "block/pin"));
         joints.insert(
             "joint".into(),
-            json!({"gear": {"first": "first", "second": "second", "ratio": -1.7}}),
+            json!({"gear": {"first": "wheel", "second": "other", "ratio": -1.7}}),
         );
     } else {
-        // The rack is on the ground, the wheel's axle on the beam or on the ground.
-        bodies["wheel"] = wheel(place);
-        bodies["block"] = block(dimension, [0.55, 0.09, if d == 2 { 0.0 } else { -0.02 }]);
-        joints.insert("rotation".into(), axle(carrier, "wheel/axle"));
         joints.insert(
-            "translation".into(),
-            json!({"prismatic": {"a": "ground/axle", "b": "block/pin", "axis": &[1, 0, 0][..d]}}),
+            "slide".into(),
+            json!({"prismatic": {"a": carrier, "b": "block/pin", "axis": &[1, 0, 0][..d]}}),
         );
         joints.insert(
             "joint".into(),
-            json!({"rack": {"rotation": "rotation", "translation": "translation", "radius": 0.08}}),
+            json!({"rack": {"rotation": "wheel", "translation": "slide", "radius": 0.08}}),
         );
     }
     scene_text(
