@@ -11,6 +11,7 @@ use dcb_formats::results::Results;
 use crate::cli_scene;
 use crate::error::Error;
 use crate::history::Selection;
+use crate::run::refuse_inputs;
 use crate::scene::scene_schema;
 use crate::{csv, picture};
 
@@ -225,6 +226,7 @@ fn plot(
         .cloned()
         .unwrap_or_else(|| path.with_extension("svg"));
     check_output(&target, replace)?;
+    refuse_inputs(&target, [path.as_path()], "the file of the results")?;
     picture::plot(&results, selection(names), &target)?;
     Ok(Done::with(format!("{}\n", target.display())))
 }
@@ -240,6 +242,7 @@ fn table(
         .cloned()
         .unwrap_or_else(|| path.with_extension("csv"));
     check_output(&target, replace)?;
+    refuse_inputs(&target, [path.as_path()], "the file of the results")?;
     csv::write_csv(&results, selection(names), &target)?;
     Ok(Done::with(format!("{}\n", target.display())))
 }

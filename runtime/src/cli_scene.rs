@@ -2,10 +2,10 @@
 
 use std::fmt::Write as _;
 use std::io::IsTerminal;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicBool, Ordering};
 
-use dcb_formats::dcb::check_output;
+use dcb_formats::dcb::{Replace, check_output};
 use dcb_formats::results::Results;
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use serde_json::json;
@@ -18,7 +18,7 @@ use crate::error::Error;
 use crate::history::Selection;
 use crate::model::Model;
 use crate::run::{self, Observer, Profiling, RunReport, Target};
-use crate::scene::{Compatibility, Method, Scene};
+use crate::scene::{BodyKind, Compatibility, Method, Scene};
 
 /// Whether the user has interrupted.
 static INTERRUPTED: AtomicBool = AtomicBool::new(false);
@@ -49,6 +49,7 @@ pub fn run(arguments: &SceneArguments, common: &CommonArguments) -> Result<Done,
         },
     };
     check_output(&target.path, target.replace)?;
+    check_targets(path, &scene, &target, arguments)?;
     // A second handler can't be set (tests call the command twice in one process); the first one serves.
     let _ = ctrlc::set_handler(|| INTERRUPTED.store(true, Ordering::SeqCst));
     let model = Model::load(&scene)?;
@@ -73,6 +74,40 @@ pub fn run(arguments: &SceneArguments, common: &CommonArguments) -> Result<Done,
     })
 }
 
+/// Nothing that is read may be written, and nothing that is written may be written over.
+fn check_targets(
+    scene_path: &Path,
+    scene: &Scene,
+    target: &Target,
+    arguments: &SceneArguments,
+) -> Result<(), Error> {
+    let superelements: Vec<PathBuf> = scene
+        .bodies
+        .values()
+        .filter_map(|body| match &body.kind {
+            BodyKind::Superelement(of) => Some(scene.resolve(&of.file)),
+            BodyKind::Rigid(_) => None,
+        })
+        .collect();
+    let targets = [Some(&target.path), arguments.csv.as_ref()];
+    for written in targets.into_iter().flatten() {
+        run::refuse_inputs(written, [scene_path], "the scene")?;
+        let superelements = superelements.iter().map(PathBuf::as_path);
+        run::refuse_inputs(written, superelements, "a superelement of the scene")?;
+    }
+    let Some(table) = &arguments.csv else {
+        return Ok(());
+    };
+    check_output(table, Replace::Overwrite)?;
+    if *table == target.path {
+        return Err(Error::described(
+            "--csv",
+            "names the file of the results; name another one",
+        ));
+    }
+    run::refuse_inputs(table, [target.path.as_path()], "the file of the results")
+}
+
 /// Options of the command line in place of the scene's.
 fn override_scene(scene: &mut Scene, arguments: &SceneArguments) -> Result<(), Error> {
     if let Some(integrator) = &mut scene.integrator {
@@ -82,8 +117,26 @@ fn override_scene(scene: &mut Scene, arguments: &SceneArguments) -> Result<(), E
         if let Some(end) = arguments.end {
             integrator.end = end;
         }
-        if let Some(rho_infinity) = arguments.rho_infinity {
-            integrator.method = Method::GeneralizedAlpha { rho_infinity };
+        if let (Some(given), method) = (arguments.rho_infinity, &mut integrator.method) {
+            let Method::GeneralizedAlpha { rho_infinity } = method else {
+                return Err(Error::described(
+                    "--rho-infinity",
+                    "belongs to generalized_alpha, but the scene integrates with hht; change the scene's `integrator`",
+                ));
+            };
+            *rho_infinity = given;
+        }
+    } else {
+        let numbers = [
+            ("--step", arguments.step),
+            ("--end", arguments.end),
+            ("--rho-infinity", arguments.rho_infinity),
+        ];
+        if let Some((option, _)) = numbers.iter().find(|(_, given)| given.is_some()) {
+            return Err(Error::described(
+                *option,
+                "has nothing to change: the scene has no `integrator`",
+            ));
         }
     }
     if let Some(compatibility) = arguments.compatibility {
@@ -94,7 +147,14 @@ fn override_scene(scene: &mut Scene, arguments: &SceneArguments) -> Result<(), E
         };
     }
     scene.allow_unstable_weak |= arguments.allow_unstable_weak;
-    scene.check()
+    // The scene by itself has been found good.
+    scene.check().map_err(|error| match error {
+        Error::Description { location, message } => Error::described(
+            format!("{location} as changed by the command line"),
+            message,
+        ),
+        other => other,
+    })
 }
 
 fn options(arguments: &SceneArguments) -> serde_json::Value {

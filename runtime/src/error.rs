@@ -243,6 +243,35 @@ pub enum Error {
         /// By how much.
         misfit: f64,
     },
+    /// A number from the calling program can't be used.
+    #[error("{quantity} is {found}; give {expected}")]
+    BadNumber {
+        /// What it is for.
+        quantity: String,
+        /// As given.
+        found: f64,
+        /// What would be right.
+        expected: &'static str,
+    },
+    /// A saved state has other sizes than the mechanism that is to go on from it.
+    #[error("the saved state is of another mechanism; restore it where the same scene was started")]
+    ForeignSnapshot,
+    /// Nothing that is recorded has this name.
+    #[error("nothing recorded is called {name:?}{hint}")]
+    UnknownOutput {
+        /// As given.
+        name: String,
+        /// The nearest name, or those that there are.
+        hint: String,
+    },
+    /// What was read would be lost.
+    #[error("{}: is {role}, which writing there would destroy; name another file", path.display())]
+    WouldDestroyInput {
+        /// The file.
+        path: PathBuf,
+        /// What it is in this run.
+        role: &'static str,
+    },
     /// No input has this name.
     #[error("there is no input {name:?}; known are {}", known.join(", "))]
     UnknownInput {

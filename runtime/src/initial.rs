@@ -89,6 +89,8 @@ pub struct Starter<'a> {
     assembly: Vec<f64>,
     /// Extent of the mechanism.
     size: f64,
+    /// Bodies that the assembly doesn't move.
+    held: Vec<usize>,
 }
 
 impl<'a> Starter<'a> {
@@ -107,12 +109,19 @@ impl<'a> Starter<'a> {
             changes: vec![0.0; system.rows.len()],
             assembly: vec![0.0; system.rows.len()],
             size: system.bodies.iter().map(|b| b.length).sum(),
+            held: Vec::new(),
         })
     }
 
     /// The system that it was made for.
     pub fn system(&self) -> &'a System {
         self.system
+    }
+
+    /// Leaves bodies, by index, where they are drawn, undeformed: only the others are moved to close the joints.
+    pub fn holding(mut self, bodies: &[usize]) -> Self {
+        self.held = bodies.to_vec();
+        self
     }
 
     /// Makes positions, velocities and accelerations consistent, in this order, and tells what changed.
@@ -240,6 +249,13 @@ impl<'a> Starter<'a> {
 
     /// Closes the joints.
     fn close(&mut self, state: &mut State) -> Result<(), Error> {
+        self.condensed.hold(&self.held);
+        let done = self.close_unheld(state);
+        self.condensed.hold(&[]);
+        done
+    }
+
+    fn close_unheld(&mut self, state: &mut State) -> Result<(), Error> {
         let mut closed = self.close_with(state, Elastic::Frozen)?;
         let deflects = self.system.coordinate_count() + self.system.residual_row_count() > 0;
         if !closed && deflects {

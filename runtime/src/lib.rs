@@ -36,6 +36,7 @@ pub mod joint;
 mod kernel;
 pub mod law;
 pub mod measure;
+pub mod mechanism;
 pub mod model;
 pub mod motion;
 pub mod picture;
@@ -54,4 +55,5 @@ pub use frame::{
     InertiaTerms,
 };
 pub use function::{Function, TimeFunction};
+pub use mechanism::Mechanism;
 pub use scene::Scene;

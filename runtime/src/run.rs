@@ -122,19 +122,23 @@ pub fn transient(
     let integrator = scene
         .integrator
         .ok_or_else(|| Error::described("integrator", "is missing"))?;
+    let superelements = model.files.iter().map(|file| file.path.as_path());
+    refuse_inputs(&target.path, superelements, "a superelement of the scene")?;
     let header = header(scene, &model, target);
     let Model {
         system,
         drawn,
         mut recorder,
         fields,
+        held,
         ..
     } = model;
     let fields: Result<Vec<_>, _> = fields.into_iter().map(FieldWriter::start).collect();
+    let fields = fields?;
     let mut writer =
         ResultsWriter::create(&target.path, recorder.channels(), &header, target.replace)?;
     let method = method(&integrator);
-    let started = Simulation::start(system, drawn, method, redundancy(scene));
+    let started = Simulation::start_holding(system, drawn, method, redundancy(scene), &held);
     let (mut simulation, initial) = match started {
         Ok(started) => started,
         Err(error) => {
@@ -148,7 +152,7 @@ pub fn transient(
         integrator,
         record: scene.record.unwrap_or(Record::Every(1)),
         recorder: &mut recorder,
-        fields: fields?,
+        fields,
         writer: &mut writer,
         validity: Validity::of(simulation.system()),
         energy_defect: (0.0, 0.0),
@@ -190,6 +194,27 @@ pub fn transient(
         is_complete,
         profile: simulation.profile().copied(),
     })
+}
+
+/// A file that is read can't be written.
+///
+/// # Errors
+/// [`Error::WouldDestroyInput`] if `target` is one of the inputs, under whatever path.
+pub fn refuse_inputs<'a>(
+    target: &Path,
+    inputs: impl IntoIterator<Item = &'a Path>,
+    role: &'static str,
+) -> Result<(), Error> {
+    let Ok(target) = target.canonicalize() else {
+        // What isn't there can't be lost.
+        return Ok(());
+    };
+    for input in inputs {
+        if input.canonicalize().is_ok_and(|input| input == target) {
+            return Err(Error::WouldDestroyInput { path: target, role });
+        }
+    }
+    Ok(())
 }
 
 fn stopped(reason: &str, time: Option<f64>) -> Outcome {
@@ -330,21 +355,11 @@ impl Run<'_> {
         effort: Effort,
         step: f64,
     ) -> Result<(), Error> {
-        simulation.refresh();
-        let (energy, works, defect) = simulation.energy();
-        let scale = energy.kinetic + energy.strain + energy.springs;
-        self.energy_defect.0 = self.energy_defect.0.max(defect.abs());
+        let now = RecordedStep::of(simulation, step, effort);
+        let scale = now.energy.kinetic + now.energy.strain + now.energy.springs;
+        self.energy_defect.0 = self.energy_defect.0.max(now.defect.abs());
         self.energy_defect.1 = self.energy_defect.1.max(scale);
-        let row = self.recorder.row(&RecordedStep {
-            system: simulation.system(),
-            state: simulation.state(),
-            evaluation: simulation.evaluation(),
-            energy,
-            works,
-            defect,
-            step,
-            iterations: effort.iterations,
-        });
+        let row = self.recorder.row(&now);
         self.writer.append(simulation.state().time, row)?;
         self.recorded += 1;
         Ok(())

@@ -16,6 +16,7 @@ const LOOKED_BACK: f64 = 0.01;
 pub struct Snapshot {
     state: State,
     works: Works,
+    reference_energy: f64,
 }
 
 /// A mechanism in motion.
@@ -38,11 +39,27 @@ impl Simulation {
     /// Those of [`Starter::start`].
     pub fn start(
         system: System,
-        mut state: State,
+        state: State,
         method: Method,
         redundancy: Redundancy,
     ) -> Result<(Self, InitialReport), Error> {
-        let report = Starter::of(&system)?.start(&mut state, redundancy)?;
+        Self::start_holding(system, state, method, redundancy, &[])
+    }
+
+    /// Makes the start consistent without moving some of the bodies, by index: the others are placed to fit them.
+    ///
+    /// # Errors
+    /// Those of [`Starter::start`].
+    pub fn start_holding(
+        system: System,
+        mut state: State,
+        method: Method,
+        redundancy: Redundancy,
+        held: &[usize],
+    ) -> Result<(Self, InitialReport), Error> {
+        let report = Starter::of(&system)?
+            .holding(held)
+            .start(&mut state, redundancy)?;
         let mut corrector = Corrector::of(&system)?;
         if !report.redundant.is_empty() {
             corrector.condensed.regularization = REGULARIZATION;
@@ -68,8 +85,15 @@ impl Simulation {
     /// One step.
     ///
     /// # Errors
-    /// Those of [`Corrector::step`]; the state stays where it was.
+    /// [`Error::BadNumber`] for a step that isn't positive, and those of [`Corrector::step`]; the state stays where it was.
     pub fn step(&mut self, step: f64) -> Result<Effort, Error> {
+        if !(step > 0.0 && step.is_finite()) {
+            return Err(Error::BadNumber {
+                quantity: "the step".into(),
+                found: step,
+                expected: "a positive time",
+            });
+        }
         if self.state.earlier_step == 0.0 {
             self.look_back(LOOKED_BACK * step)?;
         }
@@ -234,8 +258,15 @@ impl Simulation {
     /// Sets an input from now on.
     ///
     /// # Errors
-    /// [`Error::UnknownInput`].
+    /// [`Error::UnknownInput`]; [`Error::BadNumber`] for a value that isn't finite.
     pub fn set_input(&mut self, name: &str, value: f64) -> Result<(), Error> {
+        if !value.is_finite() {
+            return Err(Error::BadNumber {
+                quantity: format!("input {name:?}"),
+                found: value,
+                expected: "a finite number",
+            });
+        }
         let found = self
             .system
             .inputs
@@ -265,15 +296,35 @@ impl Simulation {
         Snapshot {
             state: self.state.clone(),
             works: self.works,
+            reference_energy: self.reference_energy,
         }
     }
 
     /// Goes back, or on, to a saved state of the same system.
-    pub fn restore(&mut self, snapshot: &Snapshot) {
+    ///
+    /// # Errors
+    /// [`Error::ForeignSnapshot`] if it is of another system.
+    pub fn restore(&mut self, snapshot: &Snapshot) -> Result<(), Error> {
+        if sizes(&self.state) != sizes(&snapshot.state) {
+            return Err(Error::ForeignSnapshot);
+        }
         self.corrector.forget();
         self.state.copy_from(&snapshot.state);
         self.works = snapshot.works;
+        self.reference_energy = snapshot.reference_energy;
+        Ok(())
     }
+}
+
+/// Bodies, coordinates, rows, angles and inputs.
+fn sizes(state: &State) -> [usize; 5] {
+    [
+        state.origins.len(),
+        state.coordinates.len(),
+        state.forces.len(),
+        state.angles.len(),
+        state.inputs.len(),
+    ]
 }
 
 /// Counts angles on past half a turn.

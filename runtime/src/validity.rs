@@ -78,7 +78,7 @@ impl Validity {
             let ratio = spin / self.first_frequencies[index];
             once(
                 2,
-                ratio > SPIN,
+                ratio > SPIN && ratio < 1.0,
                 format!(
                     "body {name:?} spins at {ratio:.2} of its first frequency: without geometric stiffening its frequencies are \
                      wrong by about {:.0} %",

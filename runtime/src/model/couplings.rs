@@ -3,7 +3,7 @@
 use dcb_formats::mesh::Dimension;
 use nalgebra::Vector3;
 
-use super::places::{Place, Rotation, find, marker};
+use super::places::{Place, Rotation, Turned, find, marker};
 use super::{NamedJoint, Names};
 use crate::error::Error;
 use crate::function::{Function, TimeFunction};
@@ -65,7 +65,11 @@ fn add_held(
     let kind = kind_of(scene.dimension, joint, location, &frames)?;
     let within = |error: Error| Error::described(location, error.to_string());
     let rest = RestPlacement::of(&frames[0], &frames[1]);
-    let rows = kind.rows(scene.dimension, &rest).map_err(within)?;
+    let mut rows = kind.rows(scene.dimension, &rest).map_err(within)?;
+    if matches!(joint, Joint::Distance(_)) && is_driven(scene, name) {
+        // The drive holds the distance in its place.
+        rows.held.clear();
+    }
     let source = orientation_source(joint);
     if source == Some(OrientationSource::Body) {
         notes.push(format!(
@@ -79,9 +83,10 @@ fn add_held(
         directions[1].push(rotation.axis_b);
     }
     let [of_a, of_b] = &directions;
-    let a = marker(builder, &at_a, &place_a, &rotation_needed(of_a), source)?;
-    let b = marker(builder, &at_b, &place_b, &rotation_needed(of_b), source)?;
-    let built = builder.joint(name, a, b, &kind).map_err(within)?;
+    let turned = Turned::AsJointSays(source);
+    let a = marker(builder, &at_a, &place_a, &rotation_needed(of_a), turned)?;
+    let b = marker(builder, &at_b, &place_b, &rotation_needed(of_b), turned)?;
+    let built = builder.joint_of(name, a, b, rows);
     let zero = [JointCoordinate::Rotation, JointCoordinate::Translation].map(|which| {
         let measure = built.coordinate(which);
         let is_distance = matches!(measure, Some(Measure::Elongation(_) | Measure::Angle(_)));
@@ -105,6 +110,12 @@ fn rotation_needed<'a>(directions: &'a [nalgebra::Unit<Vector3<f64>>]) -> Rotati
     } else {
         Rotation::About(directions)
     }
+}
+
+/// Whether a drive acts on a joint.
+fn is_driven(scene: &Scene, name: &str) -> bool {
+    let mut drives = scene.drives.values();
+    drives.any(|drive| drive.motion().joint == name)
 }
 
 /// Whether a drive, a torsion spring, a gear or a rack acts on the angle of a joint.
@@ -136,7 +147,7 @@ fn add_gear(
     let (Some((first, first_measure)), Some((second, second_measure))) = (first, second) else {
         return Err(Error::described(
             location,
-            "couples joints that stand after it; put it after both",
+            "couples joints that have no such coordinate",
         ));
     };
     let connection = builder.gear(
@@ -417,7 +428,7 @@ fn ends(
     for ((key, reference), found) in ["a", "b"].into_iter().zip(references).zip(&mut markers) {
         let at = format!("{location}.{key}");
         let place = find(scene, builder, names, &at, reference)?;
-        *found = marker(builder, &at, &place, rotation, None)?;
+        *found = marker(builder, &at, &place, rotation, Turned::Interface)?;
     }
     Ok(markers)
 }
@@ -460,7 +471,7 @@ pub(super) fn add_load(
         Load::Force(_) => Rotation::None,
         Load::Torque(_) => Rotation::All,
     };
-    let marker = marker(builder, &at, &place, &rotation, None)?;
+    let marker = marker(builder, &at, &place, &rotation, Turned::Interface)?;
     let inputs = function
         .components
         .iter()

@@ -29,6 +29,8 @@ pub struct Model {
     pub recorder: Recorder,
     /// Fields that the run writes.
     pub fields: Vec<FieldPlan>,
+    /// Bodies that stay where they are drawn when the others are placed to fit the joints.
+    pub held: Vec<usize>,
     /// Files that were read.
     pub files: Vec<LoadedFile>,
     /// What the user should know before the run.
@@ -88,7 +90,12 @@ impl Model {
             names.bodies.insert(name.clone(), index);
         }
         let end = scene.integrator.map_or(0.0, |integrator| integrator.end);
-        for (name, joint) in &scene.joints {
+        // Gears and racks come after the joints that they couple, wherever the scene has them.
+        let (held, coupled): (Vec<_>, Vec<_>) = scene
+            .joints
+            .iter()
+            .partition(|(_, joint)| joint.attachments().is_some());
+        for (name, joint) in held.into_iter().chain(coupled) {
             couplings::add_joint(scene, &mut builder, &mut names, name, joint, &mut notes)?;
         }
         for (name, drive) in &scene.drives {
@@ -106,8 +113,12 @@ impl Model {
             let plan = FieldPlan::of(scene, &builder, &names, &mut library, index, request)?;
             fields.push(plan);
         }
+        let held = scene.initial.hold.iter();
+        let held = held.filter_map(|name| names.bodies.get(name).copied());
+        let held = held.collect();
         let (system, drawn) = builder.finish();
         Ok(Self {
+            held,
             system,
             drawn,
             recorder,

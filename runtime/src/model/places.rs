@@ -36,6 +36,15 @@ pub(super) enum Rotation<'a> {
     All,
 }
 
+/// Whose rotation a coupling takes.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Turned {
+    /// The interface's; the scene can't say otherwise.
+    Interface,
+    /// What a joint's `orientation` says.
+    AsJointSays(Option<OrientationSource>),
+}
+
 /// Finds a place. `at` is the path of keys of the reference.
 pub(super) fn find(
     scene: &Scene,
@@ -94,7 +103,7 @@ pub(super) fn marker(
     at: &str,
     place: &Place,
     rotation: &Rotation,
-    source: Option<OrientationSource>,
+    turned: Turned,
 ) -> Result<usize, Error> {
     let (body, interface) = match place {
         Place::Ground { position, axes } => return Ok(builder.ground(*position, *axes)),
@@ -128,7 +137,7 @@ pub(super) fn marker(
             ),
         ));
     }
-    if rigid || source == Some(OrientationSource::Body) {
+    if rigid || turned == Turned::AsJointSays(Some(OrientationSource::Body)) {
         return builder.marker(body, interface, Turning::Body);
     }
     let needed: Vec<Vector3<f64>> = match (rotation, dimension) {
@@ -144,11 +153,17 @@ pub(super) fn marker(
         .iter()
         .any(|needed| (0..3).any(|i| needed[i].abs() > NEGLIGIBLE && !attachment.rotations[i]));
     if missing {
+        let remedy = match turned {
+            Turned::Interface => "",
+            Turned::AsJointSays(_) => {
+                ", or say \"orientation\": \"body\" to use the body frame's rotation"
+            }
+        };
         return Err(Error::described(
             at,
             format!(
                 "interface {full:?} has no rotation rows in a direction that is held or loaded; make it `average` or `rigid` in the \
-                 component, or say \"orientation\": \"body\" to use the body frame's rotation"
+                 component{remedy}"
             ),
         ));
     }

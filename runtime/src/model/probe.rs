@@ -1,6 +1,5 @@
 //! One recorded quantity: how it is computed from a state.
 
-use std::f64::consts::{PI, TAU};
 use std::ops::Range;
 
 use dcb_formats::mesh::{Dimension, Mesh};
@@ -50,8 +49,8 @@ pub(super) enum Probe {
         marker: Box<Marker>,
         quantity: FrameQuantity,
         at_start: Vector3<f64>,
-        /// Planar angle counted past half a turn.
-        last_angle: f64,
+        /// Where a planar angle is counted past half a turn.
+        angle: Option<usize>,
     },
     /// Deflection of a node from a chord.
     Chord { body: usize, chord: Box<Chord> },
@@ -194,7 +193,7 @@ impl Probe {
                 marker,
                 quantity,
                 at_start,
-                last_angle,
+                angle,
             } => {
                 let motion = frame_motion(at, marker);
                 match (quantity, dimension) {
@@ -209,9 +208,8 @@ impl Probe {
                         push(row, dimension, &motion.spin);
                     }
                     (FrameQuantity::Orientation, Dimension::Planar) => {
-                        let angle = motion.axes[(1, 0)].atan2(motion.axes[(0, 0)]);
-                        *last_angle += (angle - *last_angle + PI).rem_euclid(TAU) - PI;
-                        row.push(*last_angle);
+                        let value = motion.axes[(1, 0)].atan2(motion.axes[(0, 0)]);
+                        row.push(unwound(value, *angle, &at.state.angles));
                     }
                     (FrameQuantity::Orientation, Dimension::Spatial) => {
                         let turn = nalgebra::UnitQuaternion::from_matrix(&motion.axes);

@@ -1,8 +1,12 @@
 //! What a run records: channels, and the probes that fill them.
 
+use std::ops::Range;
+
 use dcb_formats::component::Units;
+use dcb_formats::description::{listed, suggestion};
 use dcb_formats::mesh::Dimension;
 use dcb_formats::results::{Channel, Column};
+use nalgebra::{Matrix3, Vector3};
 
 use super::library::Library;
 use super::places::{Place, find};
@@ -10,8 +14,10 @@ use super::probe::{Chord, FrameQuantity, Moment, NodeShapes, Probe, Rate};
 use super::{NamedJoint, Names};
 use crate::energy::{Energy, Works};
 use crate::error::Error;
-use crate::measure::Measure;
+use crate::integrator::newton::Effort;
+use crate::measure::{Angle, Measure};
 use crate::scene::{AtPlace, Output, ReactionAxes, Scene};
+use crate::simulation::Simulation;
 use crate::system::builder::{JointCoordinate, SystemBuilder, Turning, marker_of};
 use crate::system::evaluation::Evaluation;
 use crate::system::marker::Marker;
@@ -42,6 +48,24 @@ pub struct RecordedStep<'a> {
     pub step: f64,
     /// Newton iterations of the last step.
     pub iterations: usize,
+}
+
+impl<'a> RecordedStep<'a> {
+    /// Where a simulation is, after a step of this size and effort.
+    pub fn of(simulation: &'a mut Simulation, step: f64, effort: Effort) -> Self {
+        simulation.refresh();
+        let (energy, works, defect) = simulation.energy();
+        Self {
+            system: simulation.system(),
+            state: simulation.state(),
+            evaluation: simulation.evaluation(),
+            energy,
+            works,
+            defect,
+            step,
+            iterations: effort.iterations,
+        }
+    }
 }
 
 impl Recorder {
@@ -154,6 +178,36 @@ impl Recorder {
     /// The channels, in the order of a row's values.
     pub fn channels(&self) -> &[Channel] {
         &self.channels
+    }
+
+    /// Where the values of a channel are in a row: a path, a path in `outputs`, or a last part that only one channel has.
+    ///
+    /// # Errors
+    /// [`Error::UnknownOutput`] with the nearest name.
+    pub fn columns(&self, name: &str) -> Result<Range<usize>, Error> {
+        let paths = || self.channels.iter().map(|channel| channel.path.as_str());
+        let in_outputs = format!("outputs/{name}");
+        let exact = paths().position(|path| path == name || path == in_outputs);
+        let mut last = self.channels.iter().enumerate();
+        let mut last = last.by_ref().filter(|(_, channel)| channel.name() == name);
+        let found = exact.or_else(|| match (last.next(), last.next()) {
+            (Some((index, _)), None) => Some(index),
+            _ => None,
+        });
+        let Some(index) = found else {
+            let short = || paths().map(|path| path.strip_prefix("outputs/").unwrap_or(path));
+            let hint = match suggestion(name, short()) {
+                none if none.is_empty() => format!("; there are: {}", listed(short())),
+                nearest => nearest,
+            };
+            return Err(Error::UnknownOutput {
+                name: name.to_owned(),
+                hint,
+            });
+        };
+        let width = |channel: &Channel| channel.columns.len();
+        let first = self.channels[..index].iter().map(width).sum();
+        Ok(first..first + width(&self.channels[index]))
     }
 
     /// The values of all channels at a step.
@@ -460,7 +514,7 @@ impl OutputBuilder<'_> {
         Ok((place, marker))
     }
 
-    fn frame(&self, at: &str, of: &AtPlace, quantity: FrameQuantity) -> Result<Probe, Error> {
+    fn frame(&mut self, at: &str, of: &AtPlace, quantity: FrameQuantity) -> Result<Probe, Error> {
         let (place, marker) = self.marker(&format!("{at}.at"), &of.at)?;
         let at_start = match place {
             Place::Ground { position, .. } => position,
@@ -468,12 +522,33 @@ impl OutputBuilder<'_> {
                 self.builder.interface_frame(body, interface).position
             }
         };
+        let turns =
+            (quantity, self.scene.dimension) == (FrameQuantity::Orientation, Dimension::Planar);
+        let angle = match place {
+            Place::Body { body, interface } if turns => Some(self.turns(body, interface)?),
+            _ => None,
+        };
         Ok(Probe::Frame {
             marker: Box::new(marker),
             quantity,
             at_start,
-            last_angle: 0.0,
+            angle,
         })
+    }
+
+    /// Counts the turns of an interface against the world; planar.
+    fn turns(&mut self, body: usize, interface: usize) -> Result<usize, Error> {
+        let is_rigid = self.builder.system().bodies[body].coordinates.is_empty();
+        let turning = if is_rigid {
+            Turning::Body
+        } else {
+            Turning::Interface
+        };
+        let world = self.builder.ground(Vector3::zeros(), Matrix3::identity());
+        let marker = self.builder.marker(body, interface, turning)?;
+        Ok(self
+            .builder
+            .watch(world, marker, Measure::Angle(Angle::in_plane())))
     }
 
     fn node(&mut self, at: &str, body: &str, node: u32) -> Result<NodeShapes, Error> {
@@ -512,8 +587,8 @@ impl OutputBuilder<'_> {
                 format!("joint {joint:?} has no coordinate"),
             ));
         };
-        let angle =
-            matches!(measure, Measure::Angle(_)).then(|| self.builder.watch(built, measure));
+        let angle = matches!(measure, Measure::Angle(_))
+            .then(|| self.builder.watch(built.a, built.b, measure));
         let q = self.quantities;
         let unit = match (measure.is_length(), is_rate) {
             (true, Rate::Value) => &q.length,

@@ -204,19 +204,19 @@ impl SystemBuilder {
         }
     }
 
-    /// Counts the turns of an angle between a joint's frames; the index of its value in the state.
-    pub fn watch(&mut self, joint: &BuiltJoint, angle: Measure) -> usize {
+    /// Counts the turns of an angle between two markers; the index of its value in the state.
+    pub fn watch(&mut self, a: usize, b: usize, angle: Measure) -> usize {
         let known = self
             .system
             .terms
             .iter()
-            .find(|term| (term.a, term.b, term.measure) == (joint.a, joint.b, angle))
+            .find(|term| (term.a, term.b, term.measure) == (a, b, angle))
             .and_then(|term| term.angle);
         known.unwrap_or_else(|| {
             self.system.terms.push(Term {
                 weight: 1.0,
-                a: joint.a,
-                b: joint.b,
+                a,
+                b,
                 measure: angle,
                 angle: Some(self.system.angle_count),
             });
@@ -238,16 +238,21 @@ impl SystemBuilder {
     ) -> Result<BuiltJoint, Error> {
         let rest = RestPlacement::of(&self.frame(a), &self.frame(b));
         let rows = kind.rows(self.system.dimension, &rest)?;
+        Ok(self.joint_of(name, a, b, rows))
+    }
+
+    /// A joint between two markers that holds the measures in `rows`.
+    pub fn joint_of(&mut self, name: &str, a: usize, b: usize, rows: JointRows) -> BuiltJoint {
         let connection = self.connect(name, ConnectionKind::Joint, a, b);
         for measure in &rows.held {
             self.row(connection, &[(1.0, a, b, *measure)], Demand::Hold(0.0));
         }
-        Ok(BuiltJoint {
+        BuiltJoint {
             connection,
             a,
             b,
             rows,
-        })
+        }
     }
 
     /// A joint coordinate that follows a function of time.

@@ -89,6 +89,8 @@ pub struct Condensed {
     gaps: Vec<f64>,
     /// δg of the last solve, by residual rows.
     interface_step: Vec<f64>,
+    /// Bodies that don't move.
+    held: Vec<bool>,
     /// Added to the unit diagonal of the joints' system where constraints are redundant.
     pub regularization: f64,
     /// δq of the last solve, laid out as velocities, rigid parts in body axes.
@@ -189,10 +191,21 @@ impl Condensed {
             gaps: vec![0.0; residual_rows],
             interface_step: vec![0.0; residual_rows],
             residual_step: vec![0.0; residual_rows],
+            held: vec![false; system.bodies.len()],
             regularization: 0.0,
             step: vec![0.0; system.velocity_count()],
             force_step: vec![0.0; system.rows.len()],
         })
+    }
+
+    /// Which bodies, by index, don't move in the solves after the next factorization: neither as rigid ones nor by deflecting.
+    pub fn hold(&mut self, bodies: &[usize]) {
+        self.held.fill(false);
+        for body in bodies {
+            if let Some(held) = self.held.get_mut(*body) {
+                *held = true;
+            }
+        }
     }
 
     /// Assembles and factors S and the joints' system at the last evaluation. `turns` are the rotation vectors Δφ from the start
@@ -215,7 +228,16 @@ impl Condensed {
         for (index, body) in system.bodies.iter().enumerate() {
             let turn = turns.map_or_else(Vector3::zeros, |turns| turns[index]);
             self.blend_body(system, state, evaluation, index, blend, &turn);
-            if !self.factors[index].factor(&self.matrices[index], blend.elastic) {
+            let elastic = if self.held[index] {
+                Elastic::Frozen
+            } else {
+                blend.elastic
+            };
+            self.matrices[index].free = match self.held[index] {
+                true => [false; 6],
+                false => system.free_motions(),
+            };
+            if !self.factors[index].factor(&self.matrices[index], elastic) {
                 return Err(Error::SingularBody {
                     time: state.time,
                     body: body.name.clone(),

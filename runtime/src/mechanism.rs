@@ -1,0 +1,126 @@
+//! A scene in motion under the control of a program: steps, inputs, and outputs by name.
+
+use crate::error::Error;
+use crate::initial::InitialReport;
+use crate::integrator::newton::Effort;
+use crate::model::{Model, RecordedStep, Recorder};
+use crate::run;
+use crate::scene::Scene;
+use crate::simulation::{Simulation, Snapshot};
+
+/// A scene in motion, advanced step by step.
+///
+/// Where a whole run is to go to a results file, [`run::transient`] does that.
+pub struct Mechanism {
+    simulation: Simulation,
+    recorder: Recorder,
+    initial: InitialReport,
+    last_step: (f64, Effort),
+    /// The recorder's values, and whether they are those of the present state.
+    values: Vec<f64>,
+    is_current: bool,
+}
+
+impl Mechanism {
+    /// Checks a scene, loads its superelements and makes its start consistent. The scene's `integrator` says how steps are made;
+    /// its `step`, `end` and `record` are those of a whole run and don't matter here, but for the integral of a speed, which
+    /// reaches to `end`.
+    ///
+    /// # Errors
+    /// Those of [`Scene::check`], [`Model::load`] and [`Simulation::start`].
+    pub fn start(scene: &Scene) -> Result<Self, Error> {
+        scene.check()?;
+        let integrator = scene
+            .integrator
+            .ok_or_else(|| Error::described("integrator", "is missing"))?;
+        let Model {
+            system,
+            drawn,
+            recorder,
+            held,
+            ..
+        } = Model::load(scene)?;
+        let method = run::method(&integrator);
+        let redundancy = run::redundancy(scene);
+        let (simulation, initial) =
+            Simulation::start_holding(system, drawn, method, redundancy, &held)?;
+        let columns = recorder.channels().iter();
+        let width = columns.map(|channel| channel.columns.len()).sum();
+        Ok(Self {
+            simulation,
+            recorder,
+            initial,
+            last_step: (0.0, Effort::default()),
+            values: Vec::with_capacity(width),
+            is_current: false,
+        })
+    }
+
+    /// What was done to make the start consistent.
+    pub fn initial(&self) -> &InitialReport {
+        &self.initial
+    }
+
+    /// Time reached.
+    pub fn time(&self) -> f64 {
+        self.simulation.state().time
+    }
+
+    /// One step of this length.
+    ///
+    /// # Errors
+    /// Those of [`Simulation::step`]; the motion stays where it was.
+    pub fn step(&mut self, step: f64) -> Result<Effort, Error> {
+        let effort = self.simulation.step(step)?;
+        self.last_step = (step, effort);
+        self.is_current = false;
+        Ok(effort)
+    }
+
+    /// Sets an input from now on: that of a drive or load by its name; `NAME/INDEX` where several components of a load have one.
+    ///
+    /// # Errors
+    /// Those of [`Simulation::set_input`].
+    pub fn set_input(&mut self, name: &str, value: f64) -> Result<(), Error> {
+        self.is_current = false;
+        self.simulation.set_input(name, value)
+    }
+
+    /// The values of an output of the scene, or of anything else that a run records (`reactions/JOINT`, `energy/balance` and so on;
+    /// `docs/results.md`), at the present time. Forces, accelerations and reactions are those of the last step.
+    ///
+    /// # Errors
+    /// [`Error::UnknownOutput`].
+    pub fn output(&mut self, name: &str) -> Result<&[f64], Error> {
+        let columns = self.recorder.columns(name)?;
+        if !self.is_current {
+            let (step, effort) = self.last_step;
+            let row = self
+                .recorder
+                .row(&RecordedStep::of(&mut self.simulation, step, effort));
+            self.values.clear();
+            self.values.extend_from_slice(row);
+            self.is_current = true;
+        }
+        Ok(&self.values[columns])
+    }
+
+    /// The motion with all that its continuation depends on: this one and one that is restored go on alike to the last bit.
+    pub fn save(&mut self) -> Snapshot {
+        self.simulation.save()
+    }
+
+    /// Goes back, or on, to what was saved of this scene.
+    ///
+    /// # Errors
+    /// [`Error::ForeignSnapshot`].
+    pub fn restore(&mut self, snapshot: &Snapshot) -> Result<(), Error> {
+        self.is_current = false;
+        self.simulation.restore(snapshot)
+    }
+
+    /// The simulation itself: state, system, energies.
+    pub fn simulation(&self) -> &Simulation {
+        &self.simulation
+    }
+}

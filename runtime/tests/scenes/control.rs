@@ -1,0 +1,142 @@
+//! A program in charge: inputs between steps, saving and restoring, and what it can't ask for.
+
+use dcb_runtime::{Error, Mechanism};
+use serde_json::json;
+
+use super::parts::{Folder, number, scene_text, started};
+
+/// A block hinged to a flexible rod on a hub that turns on the ground, with a torque on the hub to be set from outside.
+fn mechanism(folder: &Folder) -> Mechanism {
+    let scene = folder.scene(&scene_text(
+        2,
+        json!({
+            "gravity": [0, -9.81],
+            "bodies": {
+                "hub": {"rigid": {"mass": 0.2, "inertia": 1e-3, "points": {"axle": [0, 0]}}},
+                "rod": {"superelement": "rod.dcb.h5"},
+                "block": {"rigid": {"mass": 0.1, "inertia": 1e-4, "points": {"pin": [0, 0.01]}}, "position": [0.3, -0.01]}
+            },
+            "joints": {
+                "shoulder": {"revolute": {"a": "ground", "b": "hub/axle"}},
+                "root": {"fixed": {"a": "hub/axle", "b": "rod/a"}},
+                "wrist": {"revolute": {"a": "rod/b", "b": "block/pin"}}
+            },
+            "loads": {"motor": {"torque": {"at": "hub/axle", "components": [{"input": {"initial": 0}}]}}},
+            "outputs": {
+                "angle": {"joint_coordinate": {"joint": "shoulder"}}, "rate": {"joint_rate": {"joint": "shoulder"}},
+                "tip": {"orientation": {"at": "rod/b"}}
+            }
+        }),
+    ));
+    Mechanism::start(&scene).unwrap()
+}
+
+/// A proportional and differential law about the drawn placement, for some steps.
+fn control(mechanism: &mut Mechanism, steps: usize) {
+    for _ in 0..steps {
+        let (angle, rate) = (number(mechanism, "angle"), number(mechanism, "rate"));
+        mechanism
+            .set_input("motor", 0.9 - 6.0 * angle - 0.2 * rate)
+            .unwrap();
+        mechanism.step(1e-4).unwrap();
+    }
+}
+
+#[test]
+fn a_restored_run_goes_on_to_the_last_bit() {
+    let folder = Folder::with_parts();
+    let mut one = mechanism(&folder);
+    control(&mut one, 150);
+    let saved = one.save();
+    control(&mut one, 200);
+    // Back in the same mechanism, and on in one that has only been started.
+    let state = one.simulation().state().clone();
+    let outputs = ["tip", "energy/balance", "reactions/wrist"];
+    let values = outputs.map(|name| one.output(name).unwrap().to_vec());
+    one.restore(&saved).unwrap();
+    assert!((one.time() - 0.015).abs() < 1e-12);
+    control(&mut one, 200);
+    let mut other = mechanism(&folder);
+    other.restore(&saved).unwrap();
+    control(&mut other, 200);
+    for mechanism in [&mut one, &mut other] {
+        assert_eq!(mechanism.simulation().state(), &state);
+        for (name, values) in outputs.iter().zip(&values) {
+            assert_eq!(mechanism.output(name).unwrap(), values, "{name}");
+        }
+    }
+}
+
+#[test]
+fn reading_outputs_changes_nothing() {
+    let folder = Folder::with_parts();
+    let (mut watched, mut alone) = (mechanism(&folder), mechanism(&folder));
+    for _ in 0..50 {
+        for mechanism in [&mut watched, &mut alone] {
+            mechanism.set_input("motor", 0.3).unwrap();
+            mechanism.step(2e-4).unwrap();
+        }
+        watched.output("energy/balance").unwrap();
+        watched.output("reactions/wrist").unwrap();
+    }
+    assert_eq!(watched.simulation().state(), alone.simulation().state());
+}
+
+#[test]
+fn a_controller_holds_the_arm_up() {
+    let folder = Folder::with_parts();
+    let mut mechanism = mechanism(&folder);
+    control(&mut mechanism, 20000);
+    // Statics: the torque carries the weight of rod and block; the arm hangs a little lower than drawn.
+    let (angle, rate) = (
+        number(&mut mechanism, "angle"),
+        number(&mut mechanism, "rate"),
+    );
+    let torque = 0.9 - 6.0 * angle - 0.2 * rate;
+    assert!(rate.abs() < 0.05 && angle.abs() < 0.2, "{angle}, {rate}");
+    let rod = 1000.0 * std::f64::consts::PI * 0.015_f64.powi(2) * 0.3;
+    let weight = 9.81 * (rod * 0.15 + 0.1 * 0.3);
+    assert!(
+        (torque - weight).abs() < 0.1 * weight,
+        "{torque}, expected about {weight}"
+    );
+}
+
+#[test]
+fn what_cannot_be_meant_is_refused_and_leaves_the_motion_alone() {
+    let folder = Folder::with_parts();
+    let mut arm = mechanism(&folder);
+    control(&mut arm, 3);
+    let before = arm.simulation().state().clone();
+    for step in [0.0, -1e-3, f64::NAN, f64::INFINITY] {
+        assert!(
+            matches!(arm.step(step), Err(Error::BadNumber { .. })),
+            "{step}"
+        );
+    }
+    let error = arm.set_input("motor", f64::NAN).unwrap_err();
+    assert!(
+        error.to_string().contains("input \"motor\" is NaN"),
+        "{error}"
+    );
+    let error = arm.set_input("engine", 1.0).unwrap_err();
+    assert!(error.to_string().contains("known are motor"), "{error}");
+    let error = arm.output("agle").unwrap_err();
+    assert!(
+        error.to_string().contains("did you mean `angle`?"),
+        "{error}"
+    );
+    let mut block = started(&scene_text(
+        2,
+        json!({"bodies": {"block": {"rigid": {"mass": 1, "inertia": 1, "points": {}}}}}),
+    ));
+    let error = arm.restore(&block.save()).unwrap_err();
+    assert!(matches!(error, Error::ForeignSnapshot), "{error}");
+    assert_eq!(arm.simulation().state(), &before);
+    // A step that fails leaves the motion where it was, and a smaller one goes on from there.
+    arm.set_input("motor", 1e300).unwrap();
+    assert!(arm.step(1e-3).is_err());
+    arm.set_input("motor", 0.0).unwrap();
+    assert_eq!(arm.time(), before.time);
+    arm.step(1e-4).unwrap();
+}

@@ -1,0 +1,12 @@
+//! Scenes from their text to the motion: joints, drives, springs, loads, assembly and control, each against mechanics that
+//! doesn't know the program's equations.
+#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic)]
+
+mod assembly;
+mod balance;
+mod control;
+mod drives;
+mod joints;
+mod loads;
+mod parts;
+mod springs;
