@@ -2,7 +2,14 @@
 //!
 //! Source: Simeon, "Modelling a flexible slider crank mechanism by a mixed system of DAEs and PDEs", Math. Modelling of Systems
 //! 2 (1996) 1-18; test set (Mazzia, Magherini), problem "Slider crank", its file `crank.f`.
-#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic)]
+// The constants have the digits that the set prints, its π among them.
+#![allow(
+    clippy::unwrap_used,
+    clippy::expect_used,
+    clippy::panic,
+    clippy::approx_constant,
+    clippy::excessive_precision
+)]
 
 use std::sync::Arc;
 

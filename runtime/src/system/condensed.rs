@@ -182,7 +182,7 @@ impl Condensed {
         }
         self.factor_joints(system, evaluation, blend)
             .then_some(())
-            .ok_or_else(|| Error::SingularJoints { time: state.time })
+            .ok_or(Error::SingularJoints { time: state.time })
     }
 
     /// S of one body.
