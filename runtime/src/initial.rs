@@ -35,7 +35,8 @@ const OPEN: f64 = 1e-8;
 const LARGEST_TURN: f64 = 0.5;
 /// Iterations of an assembly.
 const ITERATIONS: usize = 60;
-/// Keeps the joints' system regular where constraints are redundant; the constraints are iterated on, so that it costs no accuracy.
+/// Keeps the joints' system regular where constraints are redundant: a compliance of this part of what a step's inertia gives way.
+/// The start iterates it away; steps keep it, so that redundant forces are determined.
 pub const REGULARIZATION: f64 = 1e-10;
 /// Rounds of finding the interface forces of a start and making room for the deflection by them.
 const SETTLING_ROUNDS: usize = 30;

