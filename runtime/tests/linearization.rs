@@ -4,6 +4,7 @@
 
 mod common;
 #[path = "common/frames.rs"]
+#[allow(dead_code)]
 mod frames;
 
 use std::sync::Arc;
@@ -170,10 +171,9 @@ fn largest_shape(system: &System, body: usize) -> f64 {
 
 /// A variation of a coordinate that is small for its interfaces.
 fn small(system: &System, column: usize) -> f64 {
-    let bodies = system.bodies.iter().enumerate();
+    let mut bodies = system.bodies.iter().enumerate();
     let (index, body) = bodies
-        .filter(|(_, body)| body.velocities.contains(&column))
-        .next_back()
+        .rfind(|(_, body)| body.velocities.contains(&column))
         .unwrap();
     match column - body.velocities.start {
         0..6 => 1e-5,

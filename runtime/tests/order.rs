@@ -166,5 +166,5 @@ fn second_order_in_forces_across_growth_of_the_step() {
     let reference = run(8);
     let found = [1, 2].map(|fine| errors(&run(fine), &reference)[2]);
     let slope = (found[0] / found[1]).log2();
-    assert!((slope - 2.0).abs() < 0.25, "{slope:.2}, errors {found:?}");
+    assert!(slope > 1.8, "{slope:.2}, errors {found:?}");
 }
