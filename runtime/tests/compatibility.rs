@@ -271,7 +271,6 @@ fn weak_survives_long_steps_only() {
     }
 
     let weak = SliderCrank::new(5, Compatibility::Weak);
-    // Below the window a run ends early: the iteration's matrix is indefinite, so it may fail before the motion has grown.
     for steps in [1000.0, 4000.0] {
         let mut simulation = weak.start(0.8);
         let fails = |_: &usize| match simulation.step(TAU / SPEED / steps) {
@@ -309,7 +308,7 @@ fn window_of_weak_compatibility() {
     window.check(1e-9).unwrap();
 }
 
-/// The forces on the rod's pins are what its momentum changes by, whatever the compatibility; a restored run goes on alike; and the
+/// The resultant of the forces on the rod's pins is what its momentum changes by, whatever the compatibility; a restored run goes on alike; and the
 /// motor's work is in the energy.
 #[test]
 fn interface_forces_energy_and_restoring() {

@@ -49,57 +49,63 @@ impl FrameMomentum {
     }
 }
 
-/// Mass of the last coordinates where they aren't orthonormal: attachments measured by their forces (M_res).
+/// Mass of the last coordinates where they aren't orthonormal: attachments measured by their forces (M_res). Their unit may make
+/// it many orders smaller than one, so it is never a difference from the identity.
 #[derive(Clone, Debug, PartialEq)]
 pub struct AttachmentMass {
-    /// M_res - I, symmetric.
-    excess: Mat<f64>,
+    /// M_res, symmetric.
+    mass: Mat<f64>,
 }
 
 impl AttachmentMass {
     /// Of the mass matrix of the last coordinates, symmetric.
     pub fn of(mass: &Mat<f64>) -> Self {
         Self {
-            excess: Mat::from_fn(mass.nrows(), mass.ncols(), |i, j| {
-                0.5 * (mass[(i, j)] + mass[(j, i)]) - f64::from(u8::from(i == j))
+            mass: Mat::from_fn(mass.nrows(), mass.ncols(), |i, j| {
+                0.5 * (mass[(i, j)] + mass[(j, i)])
             }),
         }
     }
 
-    /// `out += factor (M - I) x` over all coordinates.
-    pub(super) fn add_excess(&self, factor: f64, x: &[f64], out: &mut [f64]) {
-        let first = x.len() - self.excess.ncols();
+    /// How many of `count` coordinates come before: those are orthonormal.
+    pub(super) fn first(&self, count: usize) -> usize {
+        count - self.mass.ncols()
+    }
+
+    /// `out += factor M x` over the last of all coordinates.
+    pub(super) fn add_product(&self, factor: f64, x: &[f64], out: &mut [f64]) {
+        let first = self.first(x.len());
         for (k, x) in x[first..].iter().enumerate() {
-            for (out, entry) in out[first..].iter_mut().zip(self.excess.col(k).iter()) {
+            for (out, entry) in out[first..].iter_mut().zip(self.mass.col(k).iter()) {
                 *out += factor * x * entry;
             }
         }
     }
 
-    /// `xᵀ (M - I) x`
-    pub(super) fn excess_product(&self, x: &[f64]) -> f64 {
-        let last = &x[x.len() - self.excess.ncols()..];
+    /// `xᵀ M x` over the last of all coordinates.
+    pub(super) fn product(&self, x: &[f64]) -> f64 {
+        let last = &x[self.first(x.len())..];
         (0..last.len())
             .map(|k| {
-                let column = self.excess.col(k);
+                let column = self.mass.col(k);
                 last[k] * column.iter().zip(last).map(|(a, b)| a * b).sum::<f64>()
             })
             .sum()
     }
 
-    /// `out += factor (M - I)`, (n, n).
-    pub(super) fn add_excess_matrix(&self, factor: f64, mut out: MatMut<'_, f64>) {
-        let first = out.ncols() - self.excess.ncols();
-        for k in 0..self.excess.ncols() {
-            for l in 0..self.excess.nrows() {
-                out[(first + l, first + k)] += factor * self.excess[(l, k)];
+    /// `out += factor M` over the last coordinates, (n, n).
+    pub(super) fn add_matrix(&self, factor: f64, mut out: MatMut<'_, f64>) {
+        let first = self.first(out.ncols());
+        for k in 0..self.mass.ncols() {
+            for l in 0..self.mass.nrows() {
+                out[(first + l, first + k)] += factor * self.mass[(l, k)];
             }
         }
     }
 
-    /// Diagonal entry k of `M - I`, of `count` coordinates.
-    pub(super) fn excess_diagonal(&self, count: usize, k: usize) -> f64 {
-        let first = count - self.excess.ncols();
-        k.checked_sub(first).map_or(0.0, |k| self.excess[(k, k)])
+    /// Diagonal entry k of the mass of `count` coordinates.
+    pub(super) fn diagonal(&self, count: usize, k: usize) -> f64 {
+        let attached = k.checked_sub(self.first(count));
+        attached.map_or(1.0, |k| self.mass[(k, k)])
     }
 }

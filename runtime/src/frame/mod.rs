@@ -151,8 +151,10 @@ impl FrameInertia {
                 matrix[(first + l, d + i)] = *value;
             }
         }
+        let attachments = self.attachment_mass.as_ref();
+        let orthonormal = attachments.map_or(terms.force.len(), |m| m.first(terms.force.len()));
         for l in 0..terms.force.len() {
-            matrix[(first + l, first + l)] = 1.0;
+            matrix[(first + l, first + l)] = f64::from(u8::from(l < orthonormal));
             let linear = self.momentum.as_ref().map(|of| of.linear_column(l));
             for i in 0..linear.map_or(0, |_| d) {
                 let value = linear.map_or(0.0, |column| column[i]);
@@ -161,7 +163,7 @@ impl FrameInertia {
             }
         }
         if let Some(mass) = &self.attachment_mass {
-            mass.add_excess_matrix(
+            mass.add_matrix(
                 1.0,
                 matrix.submatrix_mut(first, first, terms.force.len(), terms.force.len()),
             );
@@ -186,7 +188,8 @@ impl FrameInertia {
             }
         }
         let mass = self.attachment_mass.as_ref();
-        terms.excess_energy = mass.map_or(0.0, |mass| 0.5 * mass.excess_product(state.rates));
+        terms.orthonormal = mass.map_or(state.y.len(), |mass| mass.first(state.y.len()));
+        terms.attachment_energy = mass.map_or(0.0, |mass| 0.5 * mass.product(state.rates));
         terms.beyond_closed_form = match (&self.momentum, mass) {
             (Some(_), _) => Some("its frame is not on mean axes"),
             (None, Some(_)) => Some("its coordinates are not orthonormal"),
