@@ -351,7 +351,7 @@ fn interface_forces_energy_and_restoring() {
             simulation.step(step).unwrap();
         }
         let end = simulation.state().clone();
-        simulation.restore(&snapshot);
+        simulation.restore(&snapshot).unwrap();
         for _ in 0..10 {
             simulation.step(step).unwrap();
         }

@@ -76,6 +76,30 @@ impl Linearization {
         Ok(this)
     }
 
+    /// The same for solvers that take joints as rigid: constraints without compliance of their own.
+    ///
+    /// # Errors
+    /// [`Error::NotHandled`] where interfaces follow their forces beside the coordinates; those of [`Linearization::at`].
+    pub fn with_rigid_joints(
+        system: &System,
+        state: &State,
+        evaluation: &Evaluation,
+    ) -> Result<Self, Error> {
+        let this = Self::at(system, state, evaluation)?;
+        let compliant = system
+            .bodies
+            .iter()
+            .find(|body| !body.residual_rows.is_empty());
+        match (&this.compliance, compliant) {
+            (Some(_), Some(body)) => Err(Error::NotHandled {
+                body: body.name.clone(),
+                what: "its interfaces follow their forces without inertia, which equilibrium and eigenmodes don't handle",
+                remedy: "use strong compatibility",
+            }),
+            _ => Ok(this),
+        }
+    }
+
     fn add_inertia(
         &mut self,
         system: &System,
