@@ -22,7 +22,7 @@ mod superelement;
 
 use std::path::Path;
 
-use dcb_formats::component::Units;
+use dcb_formats::component::{Role, Units};
 use dcb_formats::superelement::{BoundaryRow, InterfaceFrame};
 use faer::Mat;
 
@@ -36,6 +36,15 @@ pub use rigid::{RigidBody, RigidPoint};
 /// Largest cosine between a rigid motion and a column of Ψ_r that still counts as rounding. The reducer holds the file's
 /// columns to 1e-8 of their size with no mode kept, and T_r magnifies weak attachments.
 pub const MEAN_AXIS_LIMIT: f64 = 1e-6;
+
+/// Directions of the residual flexibility that have mass: F_res T_r and σ² of the file.
+#[derive(Clone, Debug, PartialEq)]
+pub struct GrowingDirections {
+    /// F_res T_r, (n_b, rank): displacements of the interfaces.
+    pub shapes: Mat<f64>,
+    /// σ², ascending, (rank), 1/time².
+    pub sigma_squared: Vec<f64>,
+}
 
 /// A flexible body, ready for the dynamics. Never changes during a simulation.
 #[derive(Clone, Debug, PartialEq)]
@@ -71,6 +80,8 @@ pub struct FlexibleBody {
     pub residual_flexibility: Option<Mat<f64>>,
     /// M_res, (n_b, n_b), where interface forces are coordinates (weak).
     pub residual_mass: Option<Mat<f64>>,
+    /// The directions in which interface forces grow where they are coordinates (weak); `None` otherwise.
+    pub growing: Option<GrowingDirections>,
     /// Inertia about the centre of mass and its dependence on y.
     pub inertia: FrameInertia,
     /// (N, n): the coordinates that the body was given in are this matrix times y.
@@ -98,6 +109,14 @@ impl FlexibleBody {
     /// n, the number of dynamic coordinates: modes, then attachments.
     pub fn coordinate_count(&self) -> usize {
         self.stiffness.len()
+    }
+
+    /// How many of the coordinates are displacements; the others, after them, are interface forces.
+    pub fn displacement_count(&self) -> usize {
+        match self.compatibility {
+            Compatibility::Strong | Compatibility::Static => self.coordinate_count(),
+            Compatibility::Weak => self.mode_count,
+        }
     }
 
     /// The frame of interface `index`.
@@ -160,6 +179,30 @@ impl FlexibleBody {
             _ => 0.0,
         };
         0.5 * (diagonal + of_forces)
+    }
+
+    /// `½ gᵀ F g`: strain energy of what the interface forces g, (n_b), do beyond the coordinates. Zero where they are
+    /// coordinates themselves. Forces on output interfaces do no work on it: their flexibility is not in the file.
+    pub fn residual_energy(&self, forces: &[f64]) -> f64 {
+        let Some(flexibility) = &self.residual_flexibility else {
+            return 0.0;
+        };
+        if self.compatibility == Compatibility::Weak {
+            return 0.0;
+        }
+        let attached = |row: usize| {
+            let interface = self.rows[row].interface;
+            self.interfaces[interface].role == Role::Attachment
+        };
+        let columns = flexibility.col_iter().zip(forces);
+        let twice: f64 = columns
+            .map(|(column, force)| {
+                let seen = column.iter().zip(forces).enumerate();
+                let seen = seen.filter(|(row, _)| attached(*row));
+                force * seen.map(|(_, (f, g))| f * g).sum::<f64>()
+            })
+            .sum();
+        0.5 * twice
     }
 
     fn with_attachments(mut self) -> Self {

@@ -111,6 +111,10 @@ impl Energy {
             energy.kinetic +=
                 terms.kinetic_energy(inertia.mass(), &velocity, &rigid.angular, rates);
             energy.strain += body.flexible.strain_energy(y);
+            if !body.residual_rows.is_empty() {
+                let forces = &evaluation.residual_forces[body.residual_rows.clone()];
+                energy.strain += body.flexible.residual_energy(forces);
+            }
             let moment = pose.origin * inertia.mass() + pose.axes * terms.first_moment();
             energy.gravity -= system.gravity.dot(&moment);
         }

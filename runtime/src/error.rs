@@ -153,6 +153,49 @@ pub enum Error {
         /// The body with the largest correction.
         worst: String,
     },
+    /// An eigenvalue or singular value computation did not converge.
+    #[error(
+        "no eigenvalues or free directions: the mechanism's matrices are not finite or too badly scaled; check masses, stiffnesses and units"
+    )]
+    NoEigenvalues,
+    /// No static equilibrium was found.
+    #[error(
+        "t = {time:.6e}: no static equilibrium in {iterations} iterations; the last correction was {residual:.2e}, allowed is {tolerance:.2e}, largest at body {body:?}; joint or spring {connection:?} carries most; hold bodies that can drift away, or start nearer to the rest"
+    )]
+    NoEquilibrium {
+        /// When.
+        time: f64,
+        /// Iterations made.
+        iterations: usize,
+        /// Size of the last correction, a length.
+        residual: f64,
+        /// What would have been small enough.
+        tolerance: f64,
+        /// The body with the largest correction.
+        body: String,
+        /// The joint or spring with the largest force.
+        connection: String,
+    },
+    /// A mechanism isn't moved by its drives alone.
+    #[error(
+        "{count} freedoms are left to dynamics beside the drives; drive as many joint coordinates more, or run the dynamics"
+    )]
+    NotDriven {
+        /// Freedoms left.
+        count: usize,
+    },
+    /// Steps had to become too small.
+    #[error(
+        "t = {time:.6e}: steps became smaller than {smallest:.2e} and still err by {error:.2e} of what is allowed; look for a jump in a drive or load, loosen the tolerance, or allow smaller steps"
+    )]
+    StepTooSmall {
+        /// When.
+        time: f64,
+        /// The smallest step allowed.
+        smallest: f64,
+        /// Estimated error of the last attempt, relative to the tolerance; infinite if it failed altogether.
+        error: f64,
+    },
     /// The joints can't be closed.
     #[error(
         "joint {joint:?} can't be closed: it stays open by {misfit:.3e} (allowed {allowed:.1e}); check the positions, lengths and drives"
@@ -173,6 +216,20 @@ pub enum Error {
     Redundant {
         /// Joints and drives that repeat what others hold.
         joints: Vec<String>,
+    },
+    /// Weak compatibility with a step at which the integrator follows its growing motions.
+    #[error(
+        "body {body:?}: weak compatibility has motions that grow at {sigma_min:.3e} per unit of time or faster, and a step of {step:.3e} follows them; take steps above {smallest_step:.3e}, or strong or static compatibility"
+    )]
+    WeakUnstable {
+        /// Name of the body.
+        body: String,
+        /// The slowest growth, 1/time.
+        sigma_min: f64,
+        /// The step asked for.
+        step: f64,
+        /// The smallest step at which the growth is damped.
+        smallest_step: f64,
     },
     /// A constraint is violated although the iteration converged: redundant constraints that contradict each other.
     #[error(

@@ -7,27 +7,39 @@
 //! velocities     B q' = f'
 //! accelerations  M q'' - Bᵀ λ = -(forces),  B q'' + (B)' q' = f''
 //! ```
+//! Interfaces that their forces deflect beside the coordinates start as if those forces had acted for long: x = F g with the λ of
+//! the start, x' = x'' = 0 (static), and g = B_Γᵀ λ, g' = g'' = 0 (weak). The bodies make room for that deflection, as rigid ones
+//! where they can; a body that is held so that it must be strained has the forces of the least strain energy. Left alone
+//! instead, the interfaces would start unloaded and the mechanism would ring.
+//!
 //! Bodies move as rigid ones first; only where that can't close a joint they deflect, by the least strain energy.
 
 use faer::Mat;
 use nalgebra::{UnitQuaternion, Vector3};
 
+use crate::body::Compatibility;
 use crate::error::Error;
+use crate::simulation::count_turns;
 use crate::system::body_factor::Elastic;
 use crate::system::condensed::{Blend, Condensed};
 use crate::system::evaluation::Evaluation;
+use crate::system::residual::{add_product, row_flexibility};
 use crate::system::{Demand, State, System};
 
-/// How far constraints may stay open, relative to the size of the mechanism.
-const CLOSED: f64 = 1e-12;
+/// How far constraints may stay open, relative to the size of the mechanism: rounding. What stays open is pulled shut in the first
+/// step, with an acceleration of this much over its square.
+const CLOSED: f64 = 1e-15;
 /// How far a misfit may stay open before a scene is refused.
 const OPEN: f64 = 1e-8;
 /// Largest turn that one iteration of an assembly makes.
 const LARGEST_TURN: f64 = 0.5;
 /// Iterations of an assembly.
 const ITERATIONS: usize = 60;
-/// Keeps the joints' system regular where constraints are redundant; the constraints are iterated on, so that it costs no accuracy.
+/// Keeps the joints' system regular where constraints are redundant: a compliance of this part of what a step's inertia gives way.
+/// The start iterates it away; steps keep it, so that redundant forces are determined.
 pub const REGULARIZATION: f64 = 1e-10;
+/// Rounds of finding the interface forces of a start and making room for the deflection by them.
+const SETTLING_ROUNDS: usize = 30;
 /// Scaled pivots of the joints' system below this are redundant constraints.
 const DEPENDENT: f64 = 1e-9;
 
@@ -74,6 +86,8 @@ pub struct Starter<'a> {
     condensed: Condensed,
     zeros: Vec<f64>,
     changes: Vec<f64>,
+    /// λ that hold the bodies in the strain by which joints were closed, for rows that interfaces give way to.
+    assembly: Vec<f64>,
     /// Extent of the mechanism.
     size: f64,
     /// Bodies that the assembly doesn't move.
@@ -94,9 +108,15 @@ impl<'a> Starter<'a> {
             condensed,
             zeros: vec![0.0; system.velocity_count()],
             changes: vec![0.0; system.rows.len()],
+            assembly: vec![0.0; system.rows.len()],
             size: system.bodies.iter().map(|b| b.length).sum(),
             held: Vec::new(),
         })
+    }
+
+    /// The system that it was made for.
+    pub fn system(&self) -> &'a System {
+        self.system
     }
 
     /// Leaves bodies, by index, where they are drawn, undeformed: only the others are moved to close the joints.
@@ -137,8 +157,75 @@ impl<'a> Starter<'a> {
         self.match_velocities(state)?;
         report.sped = self.sped(&before, state);
         self.accelerate(state)?;
+        if self.system.residual_row_count() > 0 {
+            self.settle_interfaces(state)?;
+        }
         state.algorithmic.copy_from_slice(&state.accelerations);
         Ok(report)
+    }
+
+    /// Interfaces as their forces deflect them.
+    fn settle_interfaces(&mut self, state: &mut State) -> Result<(), Error> {
+        let mut last = f64::INFINITY;
+        for _ in 0..SETTLING_ROUNDS {
+            let change = self.follow_forces(state);
+            self.close(state)?;
+            self.match_velocities(state)?;
+            self.accelerate(state)?;
+            if change <= CLOSED || (change >= 0.5 * last && change <= OPEN) {
+                return Ok(());
+            }
+            last = change;
+        }
+        Err(Error::NotConverged {
+            time: state.time,
+            iterations: SETTLING_ROUNDS,
+            residual: last * self.size,
+            tolerance: OPEN * self.size,
+            worst: self
+                .system
+                .bodies
+                .iter()
+                .find(|body| !body.residual_rows.is_empty())
+                .map_or_else(String::new, |body| body.name.clone()),
+        })
+    }
+
+    /// Deflects interfaces beside the coordinates by the forces of the state; the largest change relative to the mechanism
+    /// (translations) or in rad.
+    fn follow_forces(&mut self, state: &mut State) -> f64 {
+        let system = self.system;
+        self.evaluation.place(system, state);
+        self.evaluation.measure(system, state);
+        self.evaluation.load(system, state);
+        let mut largest: f64 = 0.0;
+        for body in &system.bodies {
+            let Some(flexibility) = &body.flexible.residual_flexibility else {
+                continue;
+            };
+            let forces = &self.evaluation.residual_forces[body.residual_rows.clone()];
+            let mut change = vec![0.0; forces.len()];
+            add_product(flexibility.as_ref(), forces, &mut change);
+            let mut before = vec![0.0; forces.len()];
+            match body.flexible.compatibility {
+                Compatibility::Strong | Compatibility::Static => {
+                    let x = &mut state.residual_displacements[body.residual_rows.clone()];
+                    before.copy_from_slice(x);
+                    x.copy_from_slice(&change);
+                }
+                Compatibility::Weak => {
+                    let own = &mut state.coordinates[body.coordinates.clone()];
+                    let g = &mut own[body.flexible.displacement_count()..];
+                    add_product(flexibility.as_ref(), g, &mut before);
+                    g.copy_from_slice(forces);
+                }
+            }
+            for ((after, before), row) in change.iter().zip(&before).zip(&body.flexible.rows) {
+                let unit = if row.direction < 3 { self.size } else { 1.0 };
+                largest = largest.max((after - before).abs() / unit);
+            }
+        }
+        largest
     }
 
     /// Angles start at their principal value, or at the turn where their drive starts.
@@ -171,19 +258,42 @@ impl<'a> Starter<'a> {
 
     fn close_unheld(&mut self, state: &mut State) -> Result<(), Error> {
         let mut closed = self.close_with(state, Elastic::Frozen)?;
-        if !closed && self.system.coordinate_count() > 0 {
-            closed = self.close_with(state, Elastic::Moving)?;
+        let deflects = self.system.coordinate_count() + self.system.residual_row_count() > 0;
+        if !closed && deflects {
+            closed = self.close_strained(state)?;
         }
-        let (worst, misfit) = self.worst_row();
-        if closed || misfit <= OPEN {
+        if closed || self.worst_row().1 <= OPEN {
             return Ok(());
         }
+        Err(self.open())
+    }
+
+    /// Which joint stays open.
+    fn open(&self) -> Error {
+        let (worst, _) = self.worst_row();
         let connection = &self.system.connections[self.system.rows[worst].connection];
-        Err(Error::CannotAssemble {
+        Error::CannotAssemble {
             joint: connection.name.clone(),
             misfit: self.evaluation.answers[worst],
             allowed: OPEN * self.size,
-        })
+        }
+    }
+
+    /// Closes the joints by deflection, interfaces beside the coordinates included.
+    fn close_strained(&mut self, state: &mut State) -> Result<bool, Error> {
+        for (force, assembly) in state.forces.iter_mut().zip(&self.assembly) {
+            *force -= assembly;
+        }
+        let closed = self.close_with(state, Elastic::Moving)?;
+        for (row, assembly) in self.assembly.iter_mut().enumerate() {
+            if self.condensed.is_compliant(row) {
+                *assembly = self.condensed.force_step[row];
+            }
+        }
+        for (force, assembly) in state.forces.iter_mut().zip(&self.assembly) {
+            *force += assembly;
+        }
+        Ok(closed)
     }
 
     fn close_with(&mut self, state: &mut State, elastic: Elastic) -> Result<bool, Error> {
@@ -233,8 +343,12 @@ impl<'a> Starter<'a> {
                     }
                 }
             }
+            if self.system.residual_row_count() > 0 {
+                self.evaluation.load(self.system, state);
+            }
+            let (system, evaluation) = (self.system, &self.evaluation);
             self.condensed
-                .solve(self.system, &self.evaluation, &self.changes, &forces);
+                .solve(system, state, evaluation, &self.changes, &forces);
             forces.fill(0.0);
             self.zeros = forces;
             self.shift(state);
@@ -281,6 +395,11 @@ impl<'a> Starter<'a> {
             let turn = Vector3::from_column_slice(&step[3..6]) * factor;
             state.origins[index] += self.evaluation.poses[index].axes * shift;
             state.orientations[index] *= UnitQuaternion::new(turn);
+            let rows = body.residual_rows.clone();
+            let steps = &self.condensed.residual_step[rows.clone()];
+            for (x, change) in state.residual_displacements[rows].iter_mut().zip(steps) {
+                *x += factor * change;
+            }
             for (y, change) in state.coordinates[body.coordinates.clone()]
                 .iter_mut()
                 .zip(&step[6..])
@@ -330,8 +449,9 @@ impl<'a> Starter<'a> {
                 self.demand_changes(|evaluation, row| {
                     evaluation.velocity_defect(system, state, row).map(|d| -d)
                 });
+                let (evaluation, zeros) = (&self.evaluation, &self.zeros);
                 self.condensed
-                    .solve(self.system, &self.evaluation, &self.changes, &self.zeros);
+                    .solve(system, state, evaluation, &self.changes, zeros);
                 for (index, body) in self.system.bodies.iter().enumerate() {
                     let step = &self.condensed.step[body.velocities.clone()];
                     let shift =
@@ -351,6 +471,24 @@ impl<'a> Starter<'a> {
     /// # Errors
     /// [`Error::SingularBody`], [`Error::SingularJoints`].
     pub fn accelerate(&mut self, state: &mut State) -> Result<(), Error> {
+        self.accelerate_with(state, Elastic::Moving)
+    }
+
+    /// Positions, velocities, accelerations and λ of bodies that stay as deflected as they are, at the state's time; positions near
+    /// it must be given.
+    ///
+    /// # Errors
+    /// [`Error::CannotAssemble`], [`Error::SingularBody`], [`Error::SingularJoints`].
+    pub fn follow(&mut self, state: &mut State) -> Result<(), Error> {
+        if !self.close_with(state, Elastic::Frozen)? {
+            return Err(self.open());
+        }
+        count_turns(self.system, &self.evaluation, state);
+        self.match_velocities(state)?;
+        self.accelerate_with(state, Elastic::Frozen)
+    }
+
+    fn accelerate_with(&mut self, state: &mut State, elastic: Elastic) -> Result<(), Error> {
         let system = self.system;
         state.accelerations.fill(0.0);
         self.evaluation.place(system, state);
@@ -359,7 +497,7 @@ impl<'a> Starter<'a> {
         for (index, row) in system.rows.iter().enumerate() {
             state.forces[index] = match &row.demand {
                 Demand::Answer(_) => self.evaluation.answers[index],
-                Demand::Hold(_) | Demand::Follow(_) => 0.0,
+                Demand::Hold(_) | Demand::Follow(_) => self.assembly[index],
             };
         }
         self.evaluation.load(system, state);
@@ -368,7 +506,7 @@ impl<'a> Starter<'a> {
             mass: 1.0,
             damping: 0.0,
             stiffness: 0.0,
-            elastic: Elastic::Moving,
+            elastic,
         };
         self.condensed
             .factor(system, state, &self.evaluation, &blend, None)?;
@@ -384,6 +522,7 @@ impl<'a> Starter<'a> {
             self.evaluation.resist(system, state);
             self.condensed.solve(
                 system,
+                state,
                 &self.evaluation,
                 &self.changes,
                 &self.evaluation.residual,
@@ -406,6 +545,45 @@ impl<'a> Starter<'a> {
         Ok(())
     }
 
+    /// Gives a start the past that its motion would have had: accelerations and forces at `interval` before it, as far as their
+    /// first derivatives tell. These come from one-sided differences of consistent accelerations over two intervals after the
+    /// start, so that functions of time are never asked for earlier times. Where the motion has no derivative, nothing changed
+    /// in the interval.
+    ///
+    /// # Errors
+    /// Those of [`Starter::accelerate`].
+    pub fn look_back(&mut self, state: &mut State, interval: f64) -> Result<(), Error> {
+        let mut next = carried(self.system, state, interval);
+        self.accelerate(&mut next)?;
+        let mut second = carried(self.system, state, 2.0 * interval);
+        self.accelerate(&mut second)?;
+        let change = |now: f64, next: f64, second: f64| 2.0 * next - 1.5 * now - 0.5 * second;
+        let before = |now: &[f64], next: &[f64], second: &[f64], earlier: &mut [f64]| {
+            for (i, earlier) in earlier.iter_mut().enumerate() {
+                let change = change(now[i], next[i], second[i]);
+                *earlier = if change.is_finite() {
+                    now[i] - change
+                } else {
+                    now[i]
+                };
+            }
+        };
+        before(
+            &state.accelerations,
+            &next.accelerations,
+            &second.accelerations,
+            &mut state.earlier_accelerations,
+        );
+        before(
+            &state.forces,
+            &next.forces,
+            &second.forces,
+            &mut state.earlier_forces,
+        );
+        state.earlier_step = interval;
+        Ok(())
+    }
+
     /// Rank of the constraints in the metric of the mass: pivots of Λ scaled to a unit diagonal.
     fn find_redundant(&mut self, state: &State, report: &mut InitialReport) -> Result<(), Error> {
         let still = state.without_motion();
@@ -421,9 +599,21 @@ impl<'a> Starter<'a> {
         let constraints: Vec<usize> = (0..self.system.rows.len())
             .filter(|row| !matches!(self.system.rows[*row].demand, Demand::Answer(_)))
             .collect();
-        let lambda = self
-            .condensed
-            .joint_compliance(self.system, &self.evaluation, &constraints);
+        let mut lambda =
+            self.condensed
+                .joint_compliance(self.system, &self.evaluation, &constraints);
+        if let Some(flexibility) = row_flexibility(self.system, &self.evaluation) {
+            // What interfaces give way to is no redundancy. Both matrices are semi-definite: their weights don't matter.
+            let trace =
+                |entry: &dyn Fn(usize) -> f64| (0..constraints.len()).map(entry).sum::<f64>();
+            let own = trace(&|i| flexibility[(constraints[i], constraints[i])]);
+            let weight = trace(&|i| lambda[(i, i)]) / own;
+            for (i, row) in constraints.iter().enumerate().filter(|_| own > 0.0) {
+                for (j, column) in constraints.iter().enumerate() {
+                    lambda[(i, j)] += weight * flexibility[(*row, *column)];
+                }
+            }
+        }
         let dependent = dependent_rows(lambda);
         report.independent_constraints = constraints.len() - dependent.len();
         for position in dependent {
@@ -487,9 +677,33 @@ impl<'a> Starter<'a> {
     }
 }
 
+/// The state after a time in which its accelerations stay.
+pub(crate) fn carried(system: &System, state: &State, time: f64) -> State {
+    let mut moved = state.clone();
+    moved.time += time;
+    for (index, body) in system.bodies.iter().enumerate() {
+        let at = body.velocities.start;
+        let increment = |i: usize| {
+            let (velocity, acceleration) = (state.velocities[at + i], state.accelerations[at + i]);
+            time * (velocity + 0.5 * time * acceleration)
+        };
+        let three = |i: usize| Vector3::new(increment(i), increment(i + 1), increment(i + 2));
+        moved.origins[index] += three(0);
+        moved.orientations[index] *= UnitQuaternion::new(three(3));
+        let coordinates = &mut moved.coordinates[body.coordinates.clone()];
+        for (k, y) in coordinates.iter_mut().enumerate() {
+            *y += increment(6 + k);
+        }
+    }
+    for (velocity, acceleration) in moved.velocities.iter_mut().zip(&state.accelerations) {
+        *velocity += time * acceleration;
+    }
+    moved
+}
+
 /// Rows of a positive semi-definite matrix that depend on the others: what a Cholesky factorization with diagonal pivoting of the
 /// scaled matrix leaves below [`DEPENDENT`].
-fn dependent_rows(mut lambda: Mat<f64>) -> Vec<usize> {
+pub(crate) fn dependent_rows(mut lambda: Mat<f64>) -> Vec<usize> {
     let n = lambda.nrows();
     let scale: Vec<f64> = (0..n)
         .map(|i| {

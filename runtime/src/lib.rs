@@ -19,8 +19,12 @@
 pub mod body;
 pub mod cli;
 mod cli_scene;
+pub mod compatibility_window;
 pub mod csv;
+pub mod driven;
+pub mod eigenmodes;
 pub mod energy;
+pub mod equilibrium;
 pub mod error;
 pub mod field;
 pub mod frame;

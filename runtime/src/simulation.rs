@@ -3,9 +3,13 @@
 use crate::energy::{Energy, Works};
 use crate::error::Error;
 use crate::initial::{InitialReport, REGULARIZATION, Redundancy, Starter};
+use crate::integrator::adaptive::{StepSize, local_error};
 use crate::integrator::newton::{Corrector, Effort, Method, Profile};
 use crate::system::evaluation::Evaluation;
 use crate::system::{State, System};
+
+/// The interval of the differences that tell the rate of the accelerations at the start, in first steps.
+const LOOKED_BACK: f64 = 0.01;
 
 /// A state and all that its continuation depends on; restoring it continues to the last bit.
 #[derive(Clone, Debug, PartialEq)]
@@ -90,9 +94,67 @@ impl Simulation {
                 expected: "a positive time",
             });
         }
+        if self.state.earlier_step == 0.0 {
+            self.look_back(LOOKED_BACK * step)?;
+        }
         let effort = self
             .corrector
             .step(&self.system, &self.method, &self.state, step)?;
+        self.accept(step, effort);
+        Ok(effort)
+    }
+
+    /// Steps up to `end` as large as the tolerance allows, and tells the observer after each. The step goes on from call to call
+    /// with `size`.
+    ///
+    /// # Errors
+    /// [`Error::StepTooSmall`], and those of the system that no step could put right; the state stays at the last
+    /// accepted step.
+    pub fn advance_to(
+        &mut self,
+        end: f64,
+        size: &mut StepSize,
+        observe: &mut dyn FnMut(&State),
+    ) -> Result<(), Error> {
+        while self.state.time < end {
+            let left = end - self.state.time;
+            let step = size.up_to(left);
+            if self.state.earlier_step == 0.0 {
+                self.look_back(LOOKED_BACK * step)?;
+            }
+            let (system, method) = (&self.system, &self.method);
+            match self.corrector.step(system, method, &self.state, step) {
+                Ok(effort) => {
+                    let trial = &mut self.corrector.trial;
+                    let error = local_error(system, &method.scheme, &self.state, trial, step);
+                    if size.judge(trial.time, step, error)? {
+                        if step == left {
+                            trial.time = end;
+                        }
+                        self.accept(step, effort);
+                        observe(&self.state);
+                    } else {
+                        self.effort.iterations += effort.iterations;
+                        self.effort.factorizations += effort.factorizations;
+                    }
+                }
+                Err(
+                    Error::NotConverged { .. }
+                    | Error::NotFinite { .. }
+                    | Error::SingularBody { .. }
+                    | Error::SingularJoints { .. },
+                ) => {
+                    size.failed(self.state.time + step, step)?;
+                    self.corrector.forget_factor();
+                }
+                Err(other) => return Err(other),
+            }
+        }
+        Ok(())
+    }
+
+    /// Makes the trial state the present one.
+    fn accept(&mut self, step: f64, effort: Effort) {
         let trial = &mut self.corrector.trial;
         trial
             .earlier_accelerations
@@ -106,7 +168,6 @@ impl Simulation {
         self.effort.iterations += effort.iterations;
         self.effort.factorizations += effort.factorizations;
         self.steps += 1;
-        Ok(effort)
     }
 
     /// Starts to measure where the time goes.
@@ -122,6 +183,24 @@ impl Simulation {
     /// Whether the last step met a singular configuration, a dead centre, and passed it.
     pub fn was_singular(&self) -> bool {
         self.corrector.was_singular
+    }
+
+    /// The past of a start, and the algorithmic accelerations that belong to it: without them the joints' forces are of first
+    /// order only in the first steps.
+    fn look_back(&mut self, interval: f64) -> Result<(), Error> {
+        Starter::of(&self.system)?.look_back(&mut self.state, interval)?;
+        let State {
+            algorithmic,
+            accelerations,
+            earlier_accelerations,
+            ..
+        } = &mut self.state;
+        let ahead = self.method.scheme.time_ahead();
+        for (i, algorithmic) in algorithmic.iter_mut().enumerate() {
+            let change = accelerations[i] - earlier_accelerations[i];
+            *algorithmic = accelerations[i] + ahead * change;
+        }
+        Ok(())
     }
 
     /// The motion now.
@@ -164,6 +243,16 @@ impl Simulation {
         let defect =
             energy.total() - self.reference_energy - works.drives - works.loads + works.dissipated;
         (energy, works, defect)
+    }
+
+    /// g of a body, after `refresh`: forces and moments of joints, springs and loads on its interface rows, body axes, acting
+    /// on the body. One entry for each row of [`crate::FlexibleBody::rows`]; `body` counts in the order of the system.
+    pub fn interface_forces(&self, body: usize) -> Vec<f64> {
+        let mut forces = vec![0.0; self.system.bodies[body].flexible.rows.len()];
+        self.corrector
+            .evaluation
+            .write_interface_forces(&self.system, body, &mut forces);
+        forces
     }
 
     /// Sets an input from now on.
@@ -239,7 +328,7 @@ fn sizes(state: &State) -> [usize; 5] {
 }
 
 /// Counts angles on past half a turn.
-fn count_turns(system: &System, evaluation: &Evaluation, state: &mut State) {
+pub(crate) fn count_turns(system: &System, evaluation: &Evaluation, state: &mut State) {
     for term in &system.terms {
         if let Some(angle) = term.angle {
             let value = term

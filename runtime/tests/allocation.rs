@@ -1,4 +1,4 @@
-//! Evaluating a body's inertia and forces takes no memory.
+//! Evaluating a body's inertia and forces takes no memory, and neither does a step.
 
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic)]
 
@@ -7,9 +7,19 @@ mod common;
 use std::alloc::{GlobalAlloc, Layout, System};
 use std::cell::Cell;
 
+use std::sync::Arc;
+
+use common::Part;
+use common::mechanisms::{about_z, method};
+use dcb_formats::mesh::Dimension;
+use dcb_runtime::initial::Redundancy;
+use dcb_runtime::integrator::newton::Formulation;
+use dcb_runtime::simulation::Simulation;
+use dcb_runtime::system::builder::{Drawn, SystemBuilder, Turning};
 use dcb_runtime::{BodyAcceleration, BodyState, InertiaForces, InertiaTangent};
+use dcb_samples::{SpatialBeam, spatial_beam};
 use faer::Mat;
-use nalgebra::Vector3;
+use nalgebra::{Matrix3, Vector3};
 
 thread_local! {
     static ALLOCATIONS: Cell<usize> = const { Cell::new(0) };
@@ -71,5 +81,60 @@ fn evaluation_does_not_allocate() {
         let _ = terms.accelerations(part.body.inertia.dimension(), &still, &mut forces);
         assert_eq!(ALLOCATIONS.get(), before, "{name}");
         assert!(energy.is_finite());
+    }
+}
+
+/// A chain of beams; three have a dense system of joints, eight a sparse one.
+#[test]
+fn steps_do_not_allocate() {
+    let part = Part::reduced(spatial_beam(&SpatialBeam::default()), 6);
+    let body = Arc::new(part.body);
+    let [a, b] = [0, 1].map(|index| body.attachment(index).unwrap().position);
+    for (count, formulation) in [
+        (3, Formulation::Index3),
+        (8, Formulation::Index3),
+        (3, Formulation::StabilizedIndex2),
+    ] {
+        let gravity = Vector3::new(0.0, -9.81, 0.0);
+        let mut builder = SystemBuilder::new(Dimension::Spatial, gravity);
+        let mut previous = builder.ground(Vector3::zeros(), Matrix3::identity());
+        for link in 0..count {
+            let position = (b - a) * f64::from(link) - a - Vector3::from(body.origin);
+            let drawn = Drawn {
+                position,
+                ..Drawn::default()
+            };
+            let index = builder.body(&format!("link {link}"), body.clone(), &drawn);
+            let first = builder.marker(index, 0, Turning::Interface).unwrap();
+            let joint = format!("joint {link}");
+            builder.joint(&joint, previous, first, &about_z()).unwrap();
+            previous = builder.marker(index, 1, Turning::Interface).unwrap();
+        }
+        let (system, state) = builder.finish();
+        let method = method(formulation, 0.8);
+        let started = Simulation::start(system, state, method, Redundancy::MinimumNorm);
+        let (mut simulation, _) = started.unwrap();
+        // The first steps make room for what later factors fill in; a change of the step asks for a new factor.
+        let step = |index: u32| {
+            if (index / 10).is_multiple_of(2) {
+                1e-4
+            } else {
+                0.8e-4
+            }
+        };
+        for index in 0..40 {
+            simulation.step(step(index)).unwrap();
+        }
+        let before = ALLOCATIONS.get();
+        let (_, start) = simulation.effort();
+        for index in 0..200 {
+            simulation.step(step(index)).unwrap();
+        }
+        let (_, end) = simulation.effort();
+        assert_eq!(ALLOCATIONS.get(), before, "{count} links");
+        assert!(
+            end.factorizations > start.factorizations,
+            "{count} links: nothing was factored"
+        );
     }
 }

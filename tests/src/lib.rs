@@ -7,13 +7,17 @@ pub mod accuracy_cases;
 pub mod accuracy_page;
 pub mod accuracy_references;
 pub mod accuracy_sections;
+pub mod corotated_rod;
 pub mod dense;
 pub mod fields;
 pub mod localization;
+pub mod mechanism;
 pub mod nodal;
 pub mod oracle;
 pub mod parts;
+pub mod reduced_rod;
 pub mod reference;
+pub mod slider_crank;
 
 use dcb_formats::Component;
 use dcb_reducer::{Reduced, Reduction, reduce};

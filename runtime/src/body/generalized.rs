@@ -66,6 +66,7 @@ impl FlexibleBody {
             attachment_transform: Mat::zeros(0, 0),
             residual_flexibility: None,
             residual_mass: None,
+            growing: None,
             inertia: FrameInertia::over(&body.inertia, body.dimension, columns)
                 .with_momentum(FrameMomentum::over(&body.inertia, columns)),
             to_original: transform,

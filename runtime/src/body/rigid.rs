@@ -112,6 +112,7 @@ impl FlexibleBody {
             attachment_transform: none.clone(),
             residual_flexibility: None,
             residual_mass: None,
+            growing: None,
             inertia: FrameInertia::over(&inertia, body.dimension, none.as_ref()),
             to_original: none,
             attachments: Vec::new(),

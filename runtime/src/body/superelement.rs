@@ -3,7 +3,7 @@
 use dcb_formats::superelement::{FrameKind, Inertia, Residual, Superelement};
 use faer::{Mat, MatRef};
 
-use super::{Compatibility, FlexibleBody, MEAN_AXIS_LIMIT};
+use super::{Compatibility, FlexibleBody, GrowingDirections, MEAN_AXIS_LIMIT};
 use crate::error::Error;
 use crate::frame::{AttachmentMass, FrameInertia, FrameMomentum};
 
@@ -82,6 +82,13 @@ impl FlexibleBody {
             },
             residual_mass: match compatibility {
                 Compatibility::Weak => Some(residual.mass.clone()),
+                Compatibility::Strong | Compatibility::Static => None,
+            },
+            growing: match compatibility {
+                Compatibility::Weak => Some(GrowingDirections {
+                    shapes: &residual.flexibility * &residual.transform,
+                    sigma_squared: residual.sigma_squared.clone(),
+                }),
                 Compatibility::Strong | Compatibility::Static => None,
             },
             to_original: columns,

@@ -99,15 +99,18 @@ impl WithSimd for ForceEvaluation<'_> {
         if second_rates.is_empty() {
             return;
         }
-        forces.elastic.copy_from_slice(second_rates);
+        match &inertia.attachment_mass {
+            Some(mass) => {
+                forces.elastic.fill(0.0);
+                mass.add_product(1.0, second_rates, &mut forces.elastic);
+            }
+            None => forces.elastic.copy_from_slice(second_rates),
+        }
         add_scaled(simd, -1.0, &terms.force, &mut forces.elastic);
         for axis in inertia.rotation.axes() {
             let coupling = terms.coupling(axis);
             forces.moment[axis] += dot(simd, coupling, second_rates);
             add_scaled(simd, spin_rate[axis], coupling, &mut forces.elastic);
-        }
-        if let Some(mass) = &inertia.attachment_mass {
-            mass.add_excess(1.0, second_rates, &mut forces.elastic);
         }
         if let Some(momentum) = &inertia.momentum {
             let n = second_rates.len();

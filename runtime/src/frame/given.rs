@@ -49,57 +49,63 @@ impl FrameMomentum {
     }
 }
 
-/// Mass of the last coordinates where they aren't orthonormal: attachments measured by their forces (M_res).
+/// Mass of the last coordinates where they aren't orthonormal: attachments measured by their forces (M_res). The first ones,
+/// modes, have unit mass. Kept whole, not as its difference from the identity: M_res is tiny in most units.
 #[derive(Clone, Debug, PartialEq)]
 pub struct AttachmentMass {
-    /// M_res - I, symmetric.
-    excess: Mat<f64>,
+    /// M_res, symmetric.
+    mass: Mat<f64>,
 }
 
 impl AttachmentMass {
     /// Of the mass matrix of the last coordinates, symmetric.
     pub fn of(mass: &Mat<f64>) -> Self {
         Self {
-            excess: Mat::from_fn(mass.nrows(), mass.ncols(), |i, j| {
-                0.5 * (mass[(i, j)] + mass[(j, i)]) - f64::from(u8::from(i == j))
+            mass: Mat::from_fn(mass.nrows(), mass.ncols(), |i, j| {
+                0.5 * (mass[(i, j)] + mass[(j, i)])
             }),
         }
     }
 
-    /// `out += factor (M - I) x` over all coordinates.
-    pub(super) fn add_excess(&self, factor: f64, x: &[f64], out: &mut [f64]) {
-        let first = x.len() - self.excess.ncols();
-        for (k, x) in x[first..].iter().enumerate() {
-            for (out, entry) in out[first..].iter_mut().zip(self.excess.col(k).iter()) {
+    /// `out += factor M x` over all coordinates.
+    pub(super) fn add_product(&self, factor: f64, x: &[f64], out: &mut [f64]) {
+        let first = x.len() - self.mass.ncols();
+        for (out, x) in out[..first].iter_mut().zip(x) {
+            *out += factor * x;
+        }
+        for (x, column) in x[first..].iter().zip(self.mass.col_iter()) {
+            for (out, entry) in out[first..].iter_mut().zip(column.iter()) {
                 *out += factor * x * entry;
             }
         }
     }
 
-    /// `xᵀ (M - I) x`
-    pub(super) fn excess_product(&self, x: &[f64]) -> f64 {
-        let last = &x[x.len() - self.excess.ncols()..];
-        (0..last.len())
-            .map(|k| {
-                let column = self.excess.col(k);
-                last[k] * column.iter().zip(last).map(|(a, b)| a * b).sum::<f64>()
-            })
-            .sum()
+    /// `xᵀ M x`
+    pub(super) fn square(&self, x: &[f64]) -> f64 {
+        let (modal, attached) = x.split_at(x.len() - self.mass.ncols());
+        let columns = self.mass.col_iter().zip(attached);
+        let of_attachments: f64 = columns
+            .map(|(column, x)| x * column.iter().zip(attached).map(|(m, x)| m * x).sum::<f64>())
+            .sum();
+        modal.iter().map(|x| x * x).sum::<f64>() + of_attachments
     }
 
-    /// `out += factor (M - I)`, (n, n).
-    pub(super) fn add_excess_matrix(&self, factor: f64, mut out: MatMut<'_, f64>) {
-        let first = out.ncols() - self.excess.ncols();
-        for k in 0..self.excess.ncols() {
-            for l in 0..self.excess.nrows() {
-                out[(first + l, first + k)] += factor * self.excess[(l, k)];
+    /// `out += factor M`, (n, n).
+    pub(super) fn add_matrix(&self, factor: f64, mut out: MatMut<'_, f64>) {
+        let first = out.ncols() - self.mass.ncols();
+        for k in 0..first {
+            out[(k, k)] += factor;
+        }
+        for k in 0..self.mass.ncols() {
+            for l in 0..self.mass.nrows() {
+                out[(first + l, first + k)] += factor * self.mass[(l, k)];
             }
         }
     }
 
-    /// Diagonal entry k of `M - I`, of `count` coordinates.
-    pub(super) fn excess_diagonal(&self, count: usize, k: usize) -> f64 {
-        let first = count - self.excess.ncols();
-        k.checked_sub(first).map_or(0.0, |k| self.excess[(k, k)])
+    /// Diagonal entry k of M, of `count` coordinates.
+    pub(super) fn diagonal(&self, count: usize, k: usize) -> f64 {
+        let first = count - self.mass.ncols();
+        k.checked_sub(first).map_or(1.0, |k| self.mass[(k, k)])
     }
 }

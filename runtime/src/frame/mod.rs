@@ -151,20 +151,20 @@ impl FrameInertia {
                 matrix[(first + l, d + i)] = *value;
             }
         }
-        for l in 0..terms.force.len() {
-            matrix[(first + l, first + l)] = 1.0;
-            let linear = self.momentum.as_ref().map(|of| of.linear_column(l));
-            for i in 0..linear.map_or(0, |_| d) {
-                let value = linear.map_or(0.0, |column| column[i]);
-                matrix[(i, first + l)] = value;
-                matrix[(first + l, i)] = value;
-            }
+        let n = terms.force.len();
+        let mut elastic = matrix.as_mut().submatrix_mut(first, first, n, n);
+        match &self.attachment_mass {
+            Some(mass) => mass.add_matrix(1.0, elastic),
+            None => (0..n).for_each(|l| elastic[(l, l)] = 1.0),
         }
-        if let Some(mass) = &self.attachment_mass {
-            mass.add_excess_matrix(
-                1.0,
-                matrix.submatrix_mut(first, first, terms.force.len(), terms.force.len()),
-            );
+        if let Some(momentum) = &self.momentum {
+            for l in 0..n {
+                let column = momentum.linear_column(l);
+                for i in 0..d {
+                    matrix[(i, first + l)] = column[i];
+                    matrix[(first + l, i)] = column[i];
+                }
+            }
         }
     }
 
@@ -186,7 +186,7 @@ impl FrameInertia {
             }
         }
         let mass = self.attachment_mass.as_ref();
-        terms.excess_energy = mass.map_or(0.0, |mass| 0.5 * mass.excess_product(state.rates));
+        terms.weighted_square = mass.map(|mass| mass.square(state.rates));
         terms.beyond_closed_form = match (&self.momentum, mass) {
             (Some(_), _) => Some("its frame is not on mean axes"),
             (None, Some(_)) => Some("its coordinates are not orthonormal"),

@@ -161,12 +161,10 @@ impl RotaryInertia {
         let out = &mut out[self.spread(self.pairs())];
         match &self.second_order {
             SecondOrder::None => {}
-            SecondOrder::ReducedMass => {
-                out.iter_mut().zip(x).for_each(|(out, x)| *out += 2.0 * x);
-                if let Some(mass) = mass {
-                    mass.add_excess(2.0, x, out);
-                }
-            }
+            SecondOrder::ReducedMass => match mass {
+                Some(mass) => mass.add_product(2.0, x, out),
+                None => add_scaled(simd, 2.0, x, out),
+            },
             SecondOrder::Pairs(matrices) => matrices.add_products(simd, 2.0, [x], [out]),
         }
     }
@@ -207,11 +205,9 @@ impl RotaryInertia {
             SecondOrder::None => {}
             SecondOrder::ReducedMass => {
                 let square = spin.z * spin.z;
-                for k in 0..self.count {
-                    out[(k, k)] -= square;
-                }
-                if let Some(mass) = mass {
-                    mass.add_excess_matrix(-square, out);
+                match mass {
+                    Some(mass) => mass.add_matrix(-square, out),
+                    None => (0..self.count).for_each(|k| out[(k, k)] -= square),
                 }
             }
             SecondOrder::Pairs(matrices) => {
@@ -238,8 +234,7 @@ impl RotaryInertia {
         match &self.second_order {
             SecondOrder::None => 0.0,
             SecondOrder::ReducedMass => {
-                let excess = mass.map_or(0.0, |mass| mass.excess_diagonal(self.count, k));
-                spin.z * spin.z * (1.0 + excess)
+                spin.z * spin.z * mass.map_or(1.0, |mass| mass.diagonal(self.count, k))
             }
             SecondOrder::Pairs(matrices) => (0..PAIRS.len())
                 .map(|pair| spin_product(spin, pair) * matrices.column(pair, self.count, k)[k])

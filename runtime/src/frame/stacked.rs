@@ -45,7 +45,13 @@ impl Stacked {
     ) {
         let mut out = out;
         let (count, rows) = (x[0].len(), self.rows);
-        let scaled = |k: usize| x.map(|x| factor * x[k]);
+        let scaled = |k: usize| {
+            let mut factors = [factor; R];
+            for (scaled, x) in factors.iter_mut().zip(&x) {
+                *scaled *= x[k];
+            }
+            factors
+        };
         let swept = count - count % SWEEP;
         for (block, first) in self.values[..swept * rows]
             .chunks_exact((SWEEP * rows).max(1))
@@ -53,7 +59,12 @@ impl Stacked {
         {
             let (front, back) = block.split_at(2 * rows);
             let ((a, b), (c, d)) = (front.split_at(rows), back.split_at(rows));
-            let factors = [0, 1, 2, 3].map(|k| scaled(first + k));
+            let factors = [
+                scaled(first),
+                scaled(first + 1),
+                scaled(first + 2),
+                scaled(first + 3),
+            ];
             add_columns(simd, [a, b, c, d], factors, &mut out);
         }
         for k in swept..count {
@@ -71,27 +82,32 @@ fn add_columns<S: Simd, const C: usize, const R: usize>(
     factors: [[f64; R]; C],
     out: &mut [&mut [f64]; R],
 ) {
+    // Loops instead of closures over arrays: a closure that isn't inlined loses the wide instructions.
+    let zero = simd.splat_f64s(0.0);
+    let mut wide = [[zero; R]; C];
+    let mut heads: [&[S::f64s]; C] = [&[]; C];
+    let mut tails: [&[f64]; C] = [&[]; C];
     let rows = columns[0].len();
-    let split = columns.map(|column| S::as_simd_f64s(&column[..rows]));
-    let heads = split.map(|(head, _)| head);
-    let tails = split.map(|(_, tail)| tail);
-    let wide = factors.map(|of| of.map(|factor| simd.splat_f64s(factor)));
+    let length = rows / S::F64_LANES;
+    for c in 0..C {
+        let (head, tail) = S::as_simd_f64s(&columns[c][..rows]);
+        (heads[c], tails[c]) = (&head[..length], tail);
+        for r in 0..R {
+            wide[c][r] = simd.splat_f64s(factors[c][r]);
+        }
+    }
     for (r, out) in out.iter_mut().enumerate() {
         let (head, tail) = S::as_mut_simd_f64s(&mut out[..rows]);
-        let length = head.len();
-        let heads = heads.map(|of| &of[..length]);
-        for i in 0..length {
-            let mut sum = head[i];
+        for (i, out) in head[..length].iter_mut().enumerate() {
+            let mut sum = *out;
             for c in 0..C {
                 sum = simd.mul_add_e_f64s(wide[c][r], heads[c][i], sum);
             }
-            head[i] = sum;
+            *out = sum;
         }
-        let length = tail.len();
-        let tails = tails.map(|of| &of[..length]);
-        for i in 0..length {
+        for (i, out) in tail.iter_mut().enumerate() {
             for c in 0..C {
-                tail[i] += factors[c][r] * tails[c][i];
+                *out += factors[c][r] * tails[c][i];
             }
         }
     }
@@ -108,8 +124,10 @@ pub fn dot_and_add<S: Simd>(
 ) -> [f64; 2] {
     let n = forces.len();
     let (forces, last_forces) = S::as_mut_simd_f64s(forces);
-    let [(a, last_a), (b, last_b), (y, last_y), (rates, last_rates)] =
-        [a, b, y, rates].map(|x| S::as_simd_f64s(&x[..n]));
+    let (a, last_a) = S::as_simd_f64s(&a[..n]);
+    let (b, last_b) = S::as_simd_f64s(&b[..n]);
+    let (y, last_y) = S::as_simd_f64s(&y[..n]);
+    let (rates, last_rates) = S::as_simd_f64s(&rates[..n]);
     let wide = simd.splat_f64s(weight);
     let (mut of_y, mut of_rates) = (simd.splat_f64s(0.0), simd.splat_f64s(0.0));
     for ((((a, b), y), rates), force) in a.iter().zip(b).zip(y).zip(rates).zip(forces) {
@@ -131,7 +149,8 @@ pub fn dot_and_add<S: Simd>(
 #[inline(always)]
 pub fn dot<S: Simd>(simd: S, a: &[f64], b: &[f64]) -> f64 {
     let n = a.len();
-    let [(a, last_a), (b, last_b)] = [a, b].map(|x| S::as_simd_f64s(&x[..n]));
+    let (a, last_a) = S::as_simd_f64s(a);
+    let (b, last_b) = S::as_simd_f64s(&b[..n]);
     let mut sum = simd.splat_f64s(0.0);
     for (a, b) in a.iter().zip(b) {
         sum = simd.mul_add_e_f64s(*a, *b, sum);

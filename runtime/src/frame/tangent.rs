@@ -215,7 +215,7 @@ impl TangentEvaluation<'_> {
         let rotation = &inertia.rotation;
         rotation.add_second_order(simd, rates, attachment_mass, second_order_rates);
         rotation.add_coupling(simd, [second_rates], [acceleration_coupling]);
-        for k in 0..n {
+        for (k, softening) in softening.iter_mut().enumerate() {
             let gradient = symmetric(&terms.gradient, n, k);
             let column = vector(&terms.coupling, n, k);
             let of_rates = vector(&terms.rate_coupling, n, k);
@@ -242,7 +242,7 @@ impl TangentEvaluation<'_> {
                 &(2.0 * of_rates - along),
             );
             set(&mut stiffness.rigid_by_elastic, 3, n, k, &by_y);
-            softening[k] = -rotation.second_order_diagonal(&spin, attachment_mass, k);
+            *softening = -rotation.second_order_diagonal(&spin, attachment_mass, k);
         }
         let Some(momentum) = &inertia.momentum else {
             stiffness.elastic_by_rigid.fill(0.0);

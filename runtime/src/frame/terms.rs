@@ -32,8 +32,8 @@ pub struct InertiaTerms {
     pub(super) first_moment: Vector3<f64>,
     /// L1 y'.
     pub(super) first_moment_rate: Vector3<f64>,
-    /// `½ y'ᵀ (M - I) y'`, energy of coordinates that aren't orthonormal.
-    pub(super) excess_energy: f64,
+    /// `y'ᵀ M y'` of coordinates that aren't orthonormal.
+    pub(super) weighted_square: Option<f64>,
     /// What the body has that the closed form of [`InertiaTerms::accelerations`] doesn't.
     pub(super) beyond_closed_form: Option<&'static str>,
 }
@@ -53,7 +53,7 @@ impl InertiaTerms {
             relative: Vector3::zeros(),
             first_moment: Vector3::zeros(),
             first_moment_rate: Vector3::zeros(),
-            excess_energy: 0.0,
+            weighted_square: None,
             beyond_closed_form: None,
         }
     }
@@ -117,8 +117,7 @@ impl InertiaTerms {
         0.5 * mass * velocity.norm_squared()
             + velocity.dot(&deflection)
             + rotation
-            + 0.5 * dot(rates, rates)
-            + self.excess_energy
+            + 0.5 * self.weighted_square.unwrap_or_else(|| dot(rates, rates))
     }
 
     /// Accelerations of spin and coordinates of a body on mean axes under a moment (body axes) and generalised forces, which

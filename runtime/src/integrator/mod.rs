@@ -1,4 +1,5 @@
 //! Time integration.
 
+pub mod adaptive;
 pub mod newton;
 pub mod scheme;

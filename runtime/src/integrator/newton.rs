@@ -112,6 +112,10 @@ pub struct Corrector {
     /// δq of the accelerations' change, where positions have one of their own beside.
     moving: Vec<f64>,
     zeros: Vec<f64>,
+    /// Change of the velocities at the start of a step that differs from the one before.
+    offset: Vec<f64>,
+    /// Δq of the prediction.
+    increments: Vec<f64>,
     changes: Vec<f64>,
     force_changes: Vec<f64>,
     force_step: Vec<f64>,
@@ -121,6 +125,8 @@ pub struct Corrector {
     factored_step: Option<f64>,
     /// How much of the error an iteration with the present factor leaves.
     contraction: f64,
+    /// Steps still to begin with a new factor.
+    wary: usize,
     /// Size of the accelerations in the run so far: length/time², by bodies' lengths.
     acceleration_scale: f64,
 }
@@ -129,6 +135,11 @@ pub struct Corrector {
 const SLOW: f64 = 0.05;
 /// A constraint that stays this many times further open than the iteration's accuracy contradicts others.
 const VIOLATED: f64 = 1e4;
+/// One that leaves more than this asks for a new factor each time, and so do the next [`WARY`] steps from their start: near
+/// singular positions, where joint forces grow and change sign, a factor serves nowhere but where it was made.
+const FAILING: f64 = 0.3;
+/// Steps that begin with a new factor after one has failed.
+const WARY: usize = 50;
 /// Corrections below this many units in the last place of the positions are rounding.
 const ROUNDING: f64 = 16.0 * f64::EPSILON;
 
@@ -146,24 +157,33 @@ impl Corrector {
             was_singular: false,
             moving: vec![0.0; system.velocity_count()],
             zeros: vec![0.0; system.velocity_count()],
+            offset: vec![0.0; system.velocity_count()],
+            increments: vec![0.0; system.velocity_count()],
             changes: vec![0.0; system.rows.len()],
             force_changes: vec![0.0; system.rows.len()],
             force_step: vec![0.0; system.rows.len()],
             turns: vec![Vector3::zeros(); system.bodies.len()],
             factored_step: None,
             contraction: 1.0,
+            wary: 0,
             acceleration_scale: 0.0,
         })
+    }
+
+    /// Forgets the factor alone, after a step that failed.
+    pub fn forget_factor(&mut self) {
+        self.factored_step = None;
     }
 
     /// Forgets the factor, so that what follows depends on the state alone.
     pub fn forget(&mut self) {
         self.factored_step = None;
         self.contraction = 1.0;
+        self.wary = 0;
         self.acceleration_scale = 0.0;
     }
 
-    /// Advances `start` by `step` into `trial`.
+    /// Advances `start` by `step` into `trial`. The start has a past: `earlier_step` is above zero.
     ///
     /// # Errors
     /// [`Error::NotConverged`], [`Error::NotFinite`], and those of [`Condensed::factor`].
@@ -177,18 +197,34 @@ impl Corrector {
         let (scheme, tolerance) = (&method.scheme, &method.tolerance);
         let mut watch = Watch::start(self.profile.as_ref());
         self.was_singular = false;
+        let mut effort = Effort::default();
+        self.offset.fill(0.0);
+        if method.formulation == Formulation::Index3 && step > start.earlier_step {
+            self.find_offset(system, method, start, step)?;
+            effort.factorizations += 1;
+        }
         self.predict(system, scheme, start, step);
         let scale = self.rescale(system, start);
-        let mut effort = Effort::default();
         let mut last = f64::INFINITY;
         let allowed = tolerance.relative * scheme.beta * step * step * scale;
         let mut fresh = false;
+        if self.wary > 0 {
+            self.wary -= 1;
+            self.factored_step = None;
+        }
         watch.lap(&mut self.profile, |profile| &mut profile.predict);
         loop {
             self.evaluate(system, method.formulation);
             watch.lap(&mut self.profile, |profile| &mut profile.evaluate);
-            if effort.iterations > 0 && !fresh && self.contraction > SLOW
+            // A factor of redundant constraints serves the gradients that it was made of only: which share of λ does nothing turns
+            // with them.
+            let stale = !fresh && self.contraction > SLOW || self.contraction > FAILING;
+            if effort.iterations > 0 && self.contraction > FAILING {
+                self.wary = WARY;
+            }
+            if effort.iterations > 0 && stale
                 || self.factored_step != Some(step)
+                || self.condensed.regularization > 0.0
             {
                 self.factor(system, scheme, step)?;
                 effort.factorizations += 1;
@@ -232,45 +268,100 @@ impl Corrector {
         }
     }
 
+    /// The change of the velocities that a larger step asks for.
+    ///
+    /// An increment lacks `h³ c` of the motion. Constraints on positions put that right in their own directions, by velocities that are
+    /// off by `h² c` there. Where the step is the same from step to step this is smooth and of second order; where it grows, and at the
+    /// start, the velocities have to be given it, or the accelerations jump by `h c` and the joints' forces with them
+    /// (Arnold, Brüls and Cardona 2015). Not where it shrinks: c comes from the change of the accelerations, and steps that are cut
+    /// again and again would feed on its rounding and ringing.
+    fn find_offset(
+        &mut self,
+        system: &System,
+        method: &Method,
+        start: &State,
+        step: f64,
+    ) -> Result<(), Error> {
+        self.trial.copy_from(start);
+        self.turns.fill(Vector3::zeros());
+        self.evaluate(system, method.formulation);
+        self.factor(system, &method.scheme, step)?;
+        let of_rate = method.scheme.increment_error() / start.earlier_step;
+        for (index, body) in system.bodies.iter().enumerate() {
+            let own = body.velocities.clone();
+            let (spin, spin_rate) = (
+                three(&start.velocities[own.clone()], 3),
+                three(&start.accelerations[own.clone()], 3),
+            );
+            let lack = &mut self.moving[own.clone()];
+            for (k, lack) in lack.iter_mut().enumerate() {
+                let i = own.start + k;
+                *lack = of_rate * (start.accelerations[i] - start.earlier_accelerations[i]);
+            }
+            // The rotation vector of a turn with changing spin.
+            let conical = spin.cross(&spin_rate) / 12.0;
+            let linear = self.evaluation.poses[index].axes.tr_mul(&three(lack, 0));
+            lack[..3].copy_from_slice(linear.as_slice());
+            for k in 0..3 {
+                lack[3 + k] += conical[k];
+            }
+        }
+        let squares = step * step - start.earlier_step * start.earlier_step;
+        self.condensed
+            .row_changes(system, &self.evaluation, &self.moving, &mut self.changes);
+        for change in &mut self.changes {
+            *change *= squares;
+        }
+        self.condensed
+            .solve_positions(system, &self.evaluation, &self.changes, &self.zeros);
+        self.offset.copy_from_slice(&self.condensed.step);
+        for (body, pose) in system.bodies.iter().zip(&self.evaluation.poses) {
+            let own = &mut self.offset[body.velocities.clone()];
+            let linear = pose.axes * three(own, 0);
+            own[..3].copy_from_slice(linear.as_slice());
+        }
+        Ok(())
+    }
+
     /// The trial state at the end of the step, as far as the start tells it.
     fn predict(&mut self, system: &System, scheme: &Scheme, start: &State, step: f64) {
         let trial = &mut self.trial;
         trial.time = start.time + step;
         trial.angles.copy_from_slice(&start.angles);
         trial.inputs.copy_from_slice(&start.inputs);
-        let ahead = if start.earlier_step > 0.0 {
-            step / start.earlier_step
-        } else {
-            0.0
-        };
+        let ahead = step / start.earlier_step;
         let carried = |now: f64, before: f64| now + ahead * (now - before);
         for (i, acceleration) in trial.accelerations.iter_mut().enumerate() {
-            let (a, before) = (start.algorithmic[i], start.accelerations[i]);
+            let before = start.accelerations[i];
+            // It belongs to a time ahead of the start by a part of the step.
+            let a = before + ahead * (start.algorithmic[i] - before);
             *acceleration = carried(before, start.earlier_accelerations[i]);
             let after = scheme.algorithmic(a, before, *acceleration);
+            let velocity = start.velocities[i] + self.offset[i];
             trial.algorithmic[i] = after;
-            trial.velocities[i] = scheme.velocity(step, start.velocities[i], a, after);
+            trial.velocities[i] = scheme.velocity(step, velocity, a, after);
+            self.increments[i] = scheme.increment(step, velocity, a, after);
         }
         for (i, force) in trial.forces.iter_mut().enumerate() {
             *force = carried(start.forces[i], start.earlier_forces[i]);
         }
+        for (i, x) in trial.residual_displacements.iter_mut().enumerate() {
+            let (rate, a) = (start.residual_rates[i], start.residual_accelerations[i]);
+            *x = start.residual_displacements[i] + scheme.increment(step, rate, a, a);
+            trial.residual_rates[i] = scheme.velocity(step, rate, a, a);
+            trial.residual_accelerations[i] = a;
+        }
         for (index, body) in system.bodies.iter().enumerate() {
-            let first = body.velocities.start;
-            let increment = |i: usize| {
-                let i = first + i;
-                let (a, after) = (start.algorithmic[i], trial.algorithmic[i]);
-                scheme.increment(step, start.velocities[i], a, after)
-            };
-            let three = |i: usize| Vector3::new(increment(i), increment(i + 1), increment(i + 2));
-            trial.origins[index] = start.origins[index] + three(0);
-            self.turns[index] = three(3);
+            let increments = &self.increments[body.velocities.clone()];
+            trial.origins[index] = start.origins[index] + three(increments, 0);
+            self.turns[index] = three(increments, 3);
             trial.orientations[index] =
                 start.orientations[index] * UnitQuaternion::new(self.turns[index]);
             for (k, y) in trial.coordinates[body.coordinates.clone()]
                 .iter_mut()
                 .enumerate()
             {
-                *y = start.coordinates[body.coordinates.start + k] + increment(6 + k);
+                *y = start.coordinates[body.coordinates.start + k] + increments[6 + k];
             }
         }
     }
@@ -294,7 +385,7 @@ impl Corrector {
             Formulation::Index3 => {
                 let residual = &evaluation.residual;
                 self.condensed
-                    .solve(system, evaluation, &self.changes, residual);
+                    .solve(system, state, evaluation, &self.changes, residual);
                 self.moving.copy_from_slice(&self.condensed.step);
             }
             Formulation::StabilizedIndex2 => {
@@ -302,13 +393,16 @@ impl Corrector {
                 let mut of_velocity = std::mem::take(&mut self.force_changes);
                 of_velocity.copy_from_slice(&self.changes);
                 for (index, change) in of_velocity.iter_mut().enumerate() {
+                    if self.condensed.is_compliant(index) {
+                        continue;
+                    }
                     if let Some(defect) = evaluation.velocity_defect(system, state, index) {
-                        *change = -to_position * defect;
+                        *change = -to_position * defect - self.condensed.yielding(state, index);
                     }
                 }
                 let residual = &evaluation.residual;
                 self.condensed
-                    .solve(system, evaluation, &of_velocity, residual);
+                    .solve(system, state, evaluation, &of_velocity, residual);
                 self.moving.copy_from_slice(&self.condensed.step);
                 self.force_step.copy_from_slice(&self.condensed.force_step);
                 // What positions lack after that, in the metric of the iteration matrix.
@@ -320,7 +414,7 @@ impl Corrector {
                 }
                 self.force_changes = of_velocity;
                 self.condensed
-                    .solve(system, evaluation, &self.changes, &self.zeros);
+                    .solve_positions(system, evaluation, &self.changes, &self.zeros);
                 self.condensed.force_step.copy_from_slice(&self.force_step);
                 for (total, moving) in self.condensed.step.iter_mut().zip(&self.moving) {
                     *total += moving;
@@ -411,6 +505,8 @@ impl Corrector {
             let coordinates = &mut trial.coordinates[body.coordinates.clone()];
             for (y, change) in coordinates.iter_mut().zip(&correction[6..]) {
                 *y += change;
+            }
+            for change in &correction[6..6 + body.flexible.displacement_count()] {
                 deflection += change * change;
             }
             let (linear, angular) = (axes * three(moving, 0), follow * three(moving, 3));
@@ -433,6 +529,11 @@ impl Corrector {
                 largest
             };
         }
+        for (i, change) in self.condensed.residual_step.iter().enumerate() {
+            trial.residual_displacements[i] += change;
+            trial.residual_rates[i] += gamma * change;
+            trial.residual_accelerations[i] += to_algorithmic * change;
+        }
         for (force, change) in trial.forces.iter_mut().zip(&self.condensed.force_step) {
             *force += change;
         }
@@ -448,7 +549,8 @@ impl Corrector {
             let norm = |x: &[f64]| x.iter().map(|x| x * x).sum::<f64>().sqrt();
             let size = norm(&a[..3])
                 + body.length * (norm(&a[3..6]) + norm(&v[3..6]).powi(2))
-                + norm(&a[6..]) / body.flexible.inertia.mass().sqrt();
+                + norm(&a[6..6 + body.flexible.displacement_count()])
+                    / body.flexible.inertia.mass().sqrt();
             scale = scale.max(size);
         }
         self.acceleration_scale = scale.max(0.999 * self.acceleration_scale);

@@ -56,6 +56,16 @@ impl Scheme {
         self.gamma / (self.beta * step)
     }
 
+    /// α_m - α_f: a_n is the acceleration at this many steps after t_n, to second order in the step.
+    pub fn time_ahead(&self) -> f64 {
+        self.alpha_m - self.alpha_f
+    }
+
+    /// What an increment lacks of the motion: this times h³ q'''.
+    pub fn increment_error(&self) -> f64 {
+        1.0 / 6.0 - self.beta - 0.5 * self.time_ahead()
+    }
+
     /// a_{n+1} from the accelerations at both ends and a_n.
     pub fn algorithmic(&self, algorithmic: f64, before: f64, after: f64) -> f64 {
         ((1.0 - self.alpha_f) * after + self.alpha_f * before - self.alpha_m * algorithmic)
@@ -70,6 +80,18 @@ impl Scheme {
     /// q'_{n+1}.
     pub fn velocity(&self, step: f64, velocity: f64, before: f64, after: f64) -> f64 {
         velocity + step * ((1.0 - self.gamma) * before + self.gamma * after)
+    }
+
+    /// `h σ` above which a growing motion `x'' = σ² x` is damped instead: where the method's root reaches -1,
+    /// `z² = 2 (1 - 2 α_m) / ((2 β - γ)(1 - 2 α_f))`. Infinite for a method without numerical damping.
+    pub fn growth_limit(&self) -> f64 {
+        let squared = 2.0 * (1.0 - 2.0 * self.alpha_m)
+            / ((2.0 * self.beta - self.gamma) * (1.0 - 2.0 * self.alpha_f));
+        if squared.is_finite() && squared > 0.0 {
+            squared.sqrt()
+        } else {
+            f64::INFINITY
+        }
     }
 
     /// Spectral radius of an infinitely stiff motion.

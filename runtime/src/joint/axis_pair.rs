@@ -36,7 +36,7 @@ impl AxisPair {
         let b = axis_b.map_or(Ok(drawn), |given| direction(joint, quantity_b, given))?;
         let cosine = drawn.dot(&b);
         // Negated, so that an orientation that isn't a number is refused as well.
-        if !(cosine >= LEAST_COSINE) {
+        if cosine.is_nan() || cosine < LEAST_COSINE {
             return Err(Error::AxesApart {
                 joint,
                 quantity: quantity_b,

@@ -36,7 +36,7 @@ impl Universal {
         let direction_b = direction(NAME, "axis_b", &self.axis_b)?;
         let cosine = rest.seen_from_b(&direction_a).dot(&direction_b);
         // Negated, so that an orientation that isn't a number is refused as well.
-        if !(cosine.abs() <= PERPENDICULAR_LIMIT) {
+        if cosine.is_nan() || cosine.abs() > PERPENDICULAR_LIMIT {
             return Err(Error::AxesNotPerpendicular {
                 joint: NAME,
                 cosine,

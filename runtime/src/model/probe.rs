@@ -46,14 +46,14 @@ pub(super) enum FrameQuantity {
 pub(super) enum Probe {
     /// Of a place; `at_start` is its position as drawn.
     Frame {
-        marker: Marker,
+        marker: Box<Marker>,
         quantity: FrameQuantity,
         at_start: Vector3<f64>,
         /// Where a planar angle is counted past half a turn.
         angle: Option<usize>,
     },
     /// Deflection of a node from a chord.
-    Chord { body: usize, chord: Chord },
+    Chord { body: usize, chord: Box<Chord> },
     /// Elastic displacement of a node, body axes.
     NodeDisplacement { body: usize, node: NodeShapes },
     /// Position of a node, world axes.

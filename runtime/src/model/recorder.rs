@@ -400,6 +400,7 @@ impl OutputBuilder<'_> {
                 let chord = chord.ok_or_else(|| {
                     Error::described(format!("{at}.between"), "names two interfaces at one point")
                 })?;
+                let chord = Box::new(chord);
                 (channel, Probe::Chord { body, chord })
             }
             Output::NodeDisplacement(of) => {
@@ -507,7 +508,7 @@ impl OutputBuilder<'_> {
                 let attachment = flexible
                     .attachment(*interface)
                     .map_err(|error| Error::described(at, error.to_string()))?;
-                marker_of(*body, *interface, attachment, Turning::Interface)
+                marker_of(*body, flexible, *interface, attachment, Turning::Interface)
             }
         };
         Ok((place, marker))
@@ -528,7 +529,7 @@ impl OutputBuilder<'_> {
             _ => None,
         };
         Ok(Probe::Frame {
-            marker,
+            marker: Box::new(marker),
             quantity,
             at_start,
             angle,

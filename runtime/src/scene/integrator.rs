@@ -22,7 +22,7 @@ pub struct Integrator {
     pub end: f64,
     /// How the constraints are met.
     pub formulation: Formulation,
-    /// Newton's iteration ends at this size of the residual relative to the forces.
+    /// Error of the accelerations at which Newton's iteration ends, relative to the accelerations of the run.
     pub tolerance: f64,
     /// Newton iterations allowed in a step.
     pub max_iterations: u32,
@@ -70,7 +70,7 @@ pub struct AdaptiveStep {
     pub maximum_step: f64,
 }
 
-const TOLERANCE: f64 = 1e-10;
+const TOLERANCE: f64 = 1e-8;
 const MAX_ITERATIONS: u32 = 12;
 const RHO_INFINITY: f64 = 0.8;
 const ALPHA: f64 = -0.1;
@@ -201,7 +201,7 @@ struct GeneralizedAlphaPart {
     /// How constraints are met.
     #[serde(default)]
     formulation: Formulation,
-    /// Size of the residual relative to the forces at which Newton's iteration ends.
+    /// Error of the accelerations at which Newton's iteration ends, relative to the accelerations of the run.
     #[serde(default = "tolerance")]
     tolerance: f64,
     /// Newton iterations allowed in a step.
@@ -227,7 +227,7 @@ struct HhtPart {
     /// How constraints are met.
     #[serde(default)]
     formulation: Formulation,
-    /// Size of the residual relative to the forces at which Newton's iteration ends.
+    /// Error of the accelerations at which Newton's iteration ends, relative to the accelerations of the run.
     #[serde(default = "tolerance")]
     tolerance: f64,
     /// Newton iterations allowed in a step.

@@ -121,6 +121,11 @@ impl SystemBuilder {
     pub fn body(&mut self, name: &str, flexible: Arc<FlexibleBody>, drawn: &Drawn) -> usize {
         let n = flexible.coordinate_count();
         let (first_y, first_v) = (self.system.coordinate_count(), self.system.velocity_count());
+        let first_row = self.system.residual_row_count();
+        let residual_rows = match &flexible.residual_flexibility {
+            Some(_) => flexible.rows.len(),
+            None => 0,
+        };
         // The frame's origin is the centre of mass.
         let center = drawn.orientation * Vector3::from(flexible.origin);
         self.origins.push(drawn.position + center);
@@ -135,6 +140,7 @@ impl SystemBuilder {
             name: name.to_owned(),
             coordinates: first_y..first_y + n,
             velocities: first_v..first_v + 6 + n,
+            residual_rows: first_row..first_row + residual_rows,
             markers: Vec::new(),
             length: gyration,
             flexible,
@@ -158,7 +164,7 @@ impl SystemBuilder {
         }
         let flexible = self.system.bodies[body].flexible.clone();
         let attachment = flexible.attachment(interface)?;
-        let marker = marker_of(body, interface, attachment, turning);
+        let marker = marker_of(body, &flexible, interface, attachment, turning);
         let owner = &mut self.system.bodies[body];
         owner.length = owner.length.max(marker.position.norm());
         owner.markers.push(self.system.markers.len());
@@ -382,6 +388,7 @@ impl SystemBuilder {
 /// The frame of an interface; its axes follow the interface's rotation rows where it has them and `turning` says so.
 pub(crate) fn marker_of(
     body: usize,
+    flexible: &FlexibleBody,
     interface: usize,
     attachment: &Attachment,
     turning: Turning,
@@ -399,11 +406,20 @@ pub(crate) fn marker_of(
             shapes.extend(std::iter::repeat_n(0.0, n));
         }
     }
-    let elasticity = match (n, rotates) {
-        (0, _) => Elasticity::Rigid,
-        (_, false) => Elasticity::Place,
-        (_, true) => Elasticity::PlaceAndAxes,
+    let deflects = n > 0 || flexible.residual_flexibility.is_some();
+    let elasticity = match (deflects, rotates) {
+        (false, _) => Elasticity::Rigid,
+        (true, false) => Elasticity::Place,
+        (true, true) => Elasticity::PlaceAndAxes,
     };
+    let mut rows = [None; 6];
+    for (index, row) in flexible.rows.iter().enumerate() {
+        let slot = usize::try_from(row.direction).ok().filter(|slot| *slot < 6);
+        if let Some(slot) = slot.filter(|slot| row.interface == interface && (rotates || *slot < 3))
+        {
+            rows[slot] = Some(index);
+        }
+    }
     Marker {
         body: Some(body),
         interface: Some(interface),
@@ -411,5 +427,6 @@ pub(crate) fn marker_of(
         axes: attachment.axes,
         shapes,
         elasticity,
+        rows,
     }
 }

@@ -6,6 +6,9 @@
 //!
 //! t = S⁻¹ r,   (B S⁻¹ Bᵀ + c) δλ = B t - h,   δq = S⁻¹ Bᵀ δλ - t
 //! ```
+//! Interface forces that deflect a body beside its coordinates add their flexibility to Λ wherever S has stiffness; see
+//! [`super::residual`].
+//!
 //! δq counts `(Aᵀ δR, δφ, δy)` for each body. Two parts of the exact matrix are left to the iteration: the coupling of a body's
 //! coordinates with each other by its spin, and the change of the rows' forces with the configuration. Both are of order h² and
 //! the exact matrix is in [`super::linearization`].
@@ -17,7 +20,9 @@ use super::body_factor::{BodyFactor, BodyMatrix, Elastic};
 use super::evaluation::Evaluation;
 use super::joint_system::JointSystem;
 use super::marker::{turned, turned_back};
+use super::residual::{add_product, marker_compliance, write_compliance};
 use super::{Demand, State, System};
+use crate::body::Compatibility;
 use crate::error::Error;
 use crate::frame::InertiaTangent;
 use crate::motion::Six;
@@ -73,6 +78,17 @@ pub struct Condensed {
     twists: Vec<Six>,
     /// Markers that rows touch.
     coupled: Vec<bool>,
+    /// C of each body, over its interface rows; (0, 0) for bodies without.
+    residual_compliances: Vec<Mat<f64>>,
+    /// Whether interfaces follow their forces in the solves with the present factor.
+    interfaces: Interfaces,
+    /// Rows that touch a body whose interfaces are deflected by their forces.
+    compliant: Vec<bool>,
+    /// What interface forces, and interface displacements for the forces that are known, still differ by; by residual rows.
+    force_gaps: Vec<f64>,
+    gaps: Vec<f64>,
+    /// δg of the last solve, by residual rows.
+    interface_step: Vec<f64>,
     /// Bodies that don't move.
     held: Vec<bool>,
     /// Added to the unit diagonal of the joints' system where constraints are redundant.
@@ -81,6 +97,16 @@ pub struct Condensed {
     pub step: Vec<f64>,
     /// δλ of the last solve.
     pub force_step: Vec<f64>,
+    /// Change of the displacements beside the coordinates in the last solve, by residual rows. Zero for bodies whose interface
+    /// forces are coordinates; their change is in `step`.
+    pub residual_step: Vec<f64>,
+}
+
+/// Whether the displacements of interfaces beside the coordinates follow the forces in a solve.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Interfaces {
+    Following,
+    Held,
 }
 
 impl Condensed {
@@ -127,6 +153,13 @@ impl Condensed {
         let most_touches = touches.iter().map(Vec::len).max().unwrap_or(0);
         let most_markers = system.bodies.iter().map(|b| b.markers.len()).max();
         let free = system.free_motions();
+        let mut compliant = vec![false; system.rows.len()];
+        for (body, own) in system.bodies.iter().zip(&touches) {
+            for touch in own.iter().filter(|_| !body.residual_rows.is_empty()) {
+                compliant[touch.row] = true;
+            }
+        }
+        let residual_rows = system.residual_row_count();
         let counts = || system.bodies.iter().map(|b| b.flexible.coordinate_count());
         Ok(Self {
             matrices: counts()
@@ -147,6 +180,17 @@ impl Condensed {
             wrenches: vec![Six::zeros(); system.markers.len()],
             twists: vec![Six::zeros(); system.markers.len()],
             coupled,
+            residual_compliances: system
+                .bodies
+                .iter()
+                .map(|body| Mat::zeros(body.residual_rows.len(), body.residual_rows.len()))
+                .collect(),
+            interfaces: Interfaces::Held,
+            compliant,
+            force_gaps: vec![0.0; residual_rows],
+            gaps: vec![0.0; residual_rows],
+            interface_step: vec![0.0; residual_rows],
+            residual_step: vec![0.0; residual_rows],
             held: vec![false; system.bodies.len()],
             regularization: 0.0,
             step: vec![0.0; system.velocity_count()],
@@ -177,6 +221,10 @@ impl Condensed {
         blend: &Blend,
         turns: Option<&[Vector3<f64>]>,
     ) -> Result<(), Error> {
+        self.interfaces = match blend.elastic {
+            Elastic::Moving if blend.stiffness > 0.0 => Interfaces::Following,
+            Elastic::Moving | Elastic::Frozen => Interfaces::Held,
+        };
         for (index, body) in system.bodies.iter().enumerate() {
             let turn = turns.map_or_else(Vector3::zeros, |turns| turns[index]);
             self.blend_body(system, state, evaluation, index, blend, &turn);
@@ -201,10 +249,28 @@ impl Condensed {
                     .iter()
                     .map(|m| (&system.markers[*m], &evaluation.places[*m])),
             );
+            if self.interfaces == Interfaces::Following && !body.residual_rows.is_empty() {
+                write_compliance(
+                    body,
+                    blend.mass,
+                    blend.stiffness,
+                    &mut self.residual_compliances[index],
+                );
+                let compliance = self.residual_compliances[index].as_ref();
+                let at = |m: usize| (&system.markers[m].rows, &evaluation.places[m]);
+                for (seen, marker) in markers.iter().enumerate() {
+                    for (loaded, other) in markers.iter().enumerate() {
+                        let more = marker_compliance(compliance, at(*marker), at(*other));
+                        self.factors[index].add_compliance(seen, loaded, &more);
+                    }
+                }
+            }
         }
-        self.factor_joints(system, evaluation, blend)
-            .then_some(())
-            .ok_or_else(|| Error::SingularJoints { time: state.time })
+        if self.factor_joints(system, evaluation, blend) {
+            Ok(())
+        } else {
+            Err(Error::SingularJoints { time: state.time })
+        }
     }
 
     /// S of one body.
@@ -254,6 +320,8 @@ impl Condensed {
                 + blend.damping * damping
                 + blend.stiffness * (stiffness + tangent.softening[i]);
         }
+        // Interface forces as coordinates follow the rows' forces alone.
+        matrix.elastic[body.flexible.displacement_count()..].fill(f64::INFINITY);
     }
 
     /// Λ + diag(c), and its factor. Returns whether it is regular.
@@ -286,7 +354,7 @@ impl Condensed {
                     let slopes =
                         law.derivatives(evaluation.values[index], evaluation.value_rates[index]);
                     let stiffness = -blend.stiffness * slopes.0 - blend.damping * slopes.1;
-                    let softest = self.joints.diagonal(index) / NO_STIFFNESS;
+                    let softest = self.joints.diagonal(index).abs() / NO_STIFFNESS;
                     (1.0 / stiffness.max(0.0)).min(softest)
                 }
             };
@@ -325,6 +393,9 @@ impl Condensed {
     }
 
     /// What each row's measure must change by: to the demand for constraints, and for springs by what the force still differs.
+    ///
+    /// Where constraints are redundant their regularization is a compliance of the joints, part of the equations and not
+    /// of the iteration alone: the share of λ that does nothing is then determined and can't drift from step to step.
     pub fn demand(
         &self,
         system: &System,
@@ -334,7 +405,9 @@ impl Condensed {
     ) {
         for (index, row) in system.rows.iter().enumerate() {
             changes[index] = match &row.demand {
-                Demand::Hold(_) | Demand::Follow(_) => -evaluation.answers[index],
+                Demand::Hold(_) | Demand::Follow(_) => {
+                    -evaluation.answers[index] - self.yielding(state, index)
+                }
                 Demand::Answer(_) => {
                     (evaluation.answers[index] - state.forces[index]) * self.compliances[index]
                 }
@@ -342,13 +415,145 @@ impl Condensed {
         }
     }
 
-    /// Solves `S δq - Bᵀ δλ = -residual, B δq + c δλ = changes`: `step` and `force_step`.
+    /// How the rows' measures change with a motion δq, rigid parts in body axes.
+    pub fn row_changes(
+        &mut self,
+        system: &System,
+        evaluation: &Evaluation,
+        motion: &[f64],
+        changes: &mut [f64],
+    ) {
+        self.twist_markers(system, evaluation, motion);
+        changes.fill(0.0);
+        for touch in self.touches.iter().flatten() {
+            changes[touch.row] += side(evaluation, touch).dot(&self.twists[touch.marker(system)]);
+        }
+    }
+
+    /// World twists of the markers by a motion δq.
+    fn twist_markers(&mut self, system: &System, evaluation: &Evaluation, motion: &[f64]) {
+        for (body, pose) in system.bodies.iter().zip(&evaluation.poses) {
+            let (rigid, elastic) = motion[body.velocities.clone()].split_at(6);
+            let six = Six::from_column_slice(rigid);
+            for &marker in body.markers.iter().filter(|m| self.coupled[**m]) {
+                let twist = system.markers[marker].twist(&evaluation.places[marker], &six, elastic);
+                self.twists[marker] = turned(&pose.axes, &twist);
+            }
+        }
+    }
+
+    /// How far a constraint gives way to its force by the regularization.
+    pub fn yielding(&self, state: &State, row: usize) -> f64 {
+        self.joints.regularizing_compliance(row) * state.forces[row]
+    }
+
+    /// Whether a row touches a body whose interfaces are deflected by their forces: such a row has no velocity constraint of
+    /// its own.
+    pub fn is_compliant(&self, row: usize) -> bool {
+        self.compliant[row]
+    }
+
+    /// Solves `S δq - Bᵀ δλ = -residual, B δq + c δλ = changes`: `step` and `force_step`. Where interfaces follow their
+    /// forces, also `residual_step`, with what the evaluation's interface forces and displacements still differ by.
     pub fn solve(
+        &mut self,
+        system: &System,
+        state: &State,
+        evaluation: &Evaluation,
+        changes: &[f64],
+        residual: &[f64],
+    ) {
+        if self.interfaces == Interfaces::Following {
+            self.find_gaps(system, state, evaluation);
+        }
+        self.solve_rows(system, evaluation, changes, residual, self.interfaces);
+        match self.interfaces {
+            Interfaces::Following => self.follow_forces(system, evaluation),
+            Interfaces::Held => self.residual_step.fill(0.0),
+        }
+    }
+
+    /// The same where δλ are no forces but corrections of the positions: interfaces stay.
+    pub fn solve_positions(
         &mut self,
         system: &System,
         evaluation: &Evaluation,
         changes: &[f64],
         residual: &[f64],
+    ) {
+        self.solve_rows(system, evaluation, changes, residual, Interfaces::Held);
+    }
+
+    /// How far interfaces are from where their forces at the evaluation put them.
+    fn find_gaps(&mut self, system: &System, state: &State, evaluation: &Evaluation) {
+        for (index, body) in system.bodies.iter().enumerate() {
+            let rows = body.residual_rows.clone();
+            if rows.is_empty() {
+                continue;
+            }
+            let forces = &mut self.force_gaps[rows.clone()];
+            forces.copy_from_slice(&evaluation.residual_forces[rows.clone()]);
+            let gaps = &mut self.gaps[rows.clone()];
+            match body.flexible.compatibility {
+                Compatibility::Strong | Compatibility::Static => {
+                    for (gap, x) in gaps.iter_mut().zip(&state.residual_displacements[rows]) {
+                        *gap = -x;
+                    }
+                }
+                Compatibility::Weak => {
+                    let own = &state.coordinates[body.coordinates.clone()];
+                    let own = &own[body.flexible.displacement_count()..];
+                    for (gap, g) in forces.iter_mut().zip(own) {
+                        *gap -= g;
+                    }
+                    gaps.fill(0.0);
+                }
+            }
+            add_product(self.residual_compliances[index].as_ref(), forces, gaps);
+        }
+    }
+
+    /// What the wrenches of the last solve make of interface forces and displacements.
+    fn follow_forces(&mut self, system: &System, evaluation: &Evaluation) {
+        for (index, body) in system.bodies.iter().enumerate() {
+            let rows = body.residual_rows.clone();
+            if rows.is_empty() {
+                continue;
+            }
+            let forces = &mut self.interface_step[rows.clone()];
+            forces.fill(0.0);
+            for &marker in body.markers.iter().filter(|m| self.coupled[**m]) {
+                let wrench = turned_back(&evaluation.poses[index].axes, &self.wrenches[marker]);
+                let place = &evaluation.places[marker];
+                system.markers[marker].add_interface_forces(place, &wrench, forces);
+            }
+            match body.flexible.compatibility {
+                Compatibility::Strong | Compatibility::Static => {
+                    let step = &mut self.residual_step[rows.clone()];
+                    step.copy_from_slice(&self.gaps[rows]);
+                    add_product(self.residual_compliances[index].as_ref(), forces, step);
+                }
+                Compatibility::Weak => {
+                    let own = &mut self.step[body.velocities.clone()][6..];
+                    let own = &mut own[body.flexible.displacement_count()..];
+                    for (step, (change, gap)) in own
+                        .iter_mut()
+                        .zip(forces.iter().zip(&self.force_gaps[rows]))
+                    {
+                        *step = change + gap;
+                    }
+                }
+            }
+        }
+    }
+
+    fn solve_rows(
+        &mut self,
+        system: &System,
+        evaluation: &Evaluation,
+        changes: &[f64],
+        residual: &[f64],
+        interfaces: Interfaces,
     ) {
         // t = S⁻¹ r, and how it moves the markers.
         self.step.copy_from_slice(residual);
@@ -357,8 +562,17 @@ impl Condensed {
             let mut six = Six::from_column_slice(rigid);
             self.factors[index].solve(&mut six, elastic);
             rigid.copy_from_slice(six.as_slice());
+            let gaps = match interfaces {
+                Interfaces::Following => body.residual_rows.clone(),
+                Interfaces::Held => 0..0,
+            };
             for &marker in body.markers.iter().filter(|m| self.coupled[**m]) {
-                let twist = system.markers[marker].twist(&evaluation.places[marker], &six, elastic);
+                let place = &evaluation.places[marker];
+                let mut twist = system.markers[marker].twist(place, &six, elastic);
+                if !gaps.is_empty() {
+                    let gaps = &self.gaps[gaps.clone()];
+                    twist -= system.markers[marker].interface_twist(place, gaps);
+                }
                 self.twists[marker] = turned(&evaluation.poses[index].axes, &twist);
             }
         }

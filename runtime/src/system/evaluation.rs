@@ -20,6 +20,8 @@ pub struct Evaluation {
     pub motions: Vec<FrameMotion>,
     /// Displacement and turn of each marker beside those of the coordinates, body axes.
     pub extras: Vec<Six>,
+    /// g of the bodies that interface forces deflect beyond the coordinates, by rows, body axes, acting on the body.
+    pub residual_forces: Vec<f64>,
     /// Force and torque at each marker from rows and loads, acting on its body, world axes.
     pub wrenches: Vec<Six>,
     /// Gradient of each term, times its weight.
@@ -55,12 +57,15 @@ impl Evaluation {
                 MarkerPlace {
                     arm: zero.position,
                     turn: zero.position,
-                    turn_jacobian: zero.axes
+                    turn_jacobian: zero.axes,
+                    extra_rate: Six::zeros(),
+                    extra_acceleration: Six::zeros(),
                 };
                 markers
             ],
             motions: vec![zero; markers],
             extras: vec![Six::zeros(); markers],
+            residual_forces: vec![0.0; system.residual_row_count()],
             wrenches: vec![Six::zeros(); markers],
             gradients: vec![Gradient::zero(); system.terms.len()],
             values: vec![0.0; system.rows.len()],
@@ -88,12 +93,20 @@ impl Evaluation {
 
     /// Body frames and markers at the state's positions.
     pub fn place(&mut self, system: &System, state: &State) {
-        for (index, (body, pose)) in system.bodies.iter().zip(&mut self.poses).enumerate() {
-            *pose = state.pose(index);
+        for (index, body) in system.bodies.iter().enumerate() {
+            let pose = state.pose(index);
+            self.poses[index] = pose;
+            let deflects_beyond = !body.residual_rows.is_empty();
+            if deflects_beyond {
+                self.displace_interfaces(system, state, index);
+            }
             let y = &state.coordinates[body.coordinates.clone()];
             for &marker in &body.markers {
                 (self.places[marker], self.motions[marker]) =
-                    system.markers[marker].place(pose, y, &self.extras[marker]);
+                    system.markers[marker].place(&pose, y, &self.extras[marker]);
+            }
+            if deflects_beyond {
+                self.carry_interfaces(system, state, index);
             }
         }
     }
@@ -174,6 +187,11 @@ impl Evaluation {
             let wrench = system.load(load, state, &self.motions[load.marker]);
             self.wrenches[load.marker] += wrench;
         }
+        for (index, body) in system.bodies.iter().enumerate() {
+            if !body.residual_rows.is_empty() {
+                self.gather_interface_forces(system, index);
+            }
+        }
     }
 
     /// What is left of the equations of motion, after `load`.
@@ -202,6 +220,14 @@ impl Evaluation {
                 );
             }
             rigid_rows.copy_from_slice(rigid.as_slice());
+            // Interface forces that are coordinates must be those of the rows and loads.
+            let own = body.flexible.displacement_count();
+            if own < elastic.len() {
+                let found = &self.residual_forces[body.residual_rows.clone()];
+                for ((left, g), found) in elastic[own..].iter_mut().zip(&at.y[own..]).zip(found) {
+                    *left = g - found;
+                }
+            }
         }
     }
 

@@ -30,6 +30,8 @@ pub struct JointSystem {
     diagonal: Vec<usize>,
     /// 1/√Λ_ii by rows.
     scale: Vec<f64>,
+    /// What the last factor has beyond Λ + c on the diagonal of the scaled matrix.
+    regularization: f64,
     factor: Factor,
     stack: MemBuffer,
     scaled: Vec<f64>,
@@ -90,6 +92,7 @@ impl JointSystem {
             values: vec![0.0; count],
             diagonal,
             scale: vec![1.0; rows],
+            regularization: 0.0,
             factor,
             stack: MemBuffer::try_new(scratch).ok()?,
             scaled: vec![0.0; rows],
@@ -112,6 +115,11 @@ impl JointSystem {
         self.values[self.diagonal[row]] += more;
     }
 
+    /// The compliance that the regularization of the last factor gives a row.
+    pub fn regularizing_compliance(&self, row: usize) -> f64 {
+        self.regularization / self.scale[row].powi(2)
+    }
+
     /// Factors the system with `regularization` added to the unit diagonal of the scaled matrix. Returns whether it is regular.
     pub fn factor(&mut self, regularization: f64) -> bool {
         for (scale, diagonal) in self.scale.iter_mut().zip(&self.diagonal) {
@@ -121,13 +129,15 @@ impl JointSystem {
         let rows = self.pattern.row_idx();
         let starts = self.pattern.col_ptr();
         for column in 0..self.scale.len() {
-            for place in starts[column]..starts[column + 1] {
-                self.values[place] *= self.scale[rows[place]] * self.scale[column];
+            let entries = starts[column]..starts[column + 1];
+            for (value, row) in self.values[entries.clone()].iter_mut().zip(&rows[entries]) {
+                *value *= self.scale[*row] * self.scale[column];
             }
         }
         for diagonal in &self.diagonal {
             self.values[*diagonal] += regularization;
         }
+        self.regularization = regularization;
         let matrix = SparseColMatRef::new(self.pattern.as_ref(), self.values.as_slice());
         self.factor.compute(matrix, MemStack::new(&mut self.stack))
     }

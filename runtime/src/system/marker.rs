@@ -39,6 +39,8 @@ pub struct Marker {
     pub shapes: Vec<f64>,
     /// What `shapes` does.
     pub elasticity: Elasticity,
+    /// Rows of the body's interfaces that are the marker's displacement and turn along the body axes, where there are any.
+    pub rows: [Option<usize>; 6],
 }
 
 /// A marker at one configuration of its body.
@@ -50,6 +52,10 @@ pub struct MarkerPlace {
     pub turn: Vector3<f64>,
     /// J_l(θ).
     pub turn_jacobian: Matrix3<f64>,
+    /// Rates of the displacement and turn beside those of the coordinates, body axes.
+    pub extra_rate: Six,
+    /// Second rates of the same.
+    pub extra_acceleration: Six,
 }
 
 /// Pose of a body frame.
@@ -80,6 +86,7 @@ impl Marker {
             axes,
             shapes: Vec::new(),
             elasticity: Elasticity::Rigid,
+            rows: [None; 6],
         }
     }
 
@@ -94,6 +101,35 @@ impl Marker {
         halves(&Six::from(six))
     }
 
+    /// Rates of displacement and turn, those beside the coordinates included.
+    pub fn with_extra(&self, y_rates: &[f64], extra: &Six) -> (Vector3<f64>, Vector3<f64>) {
+        let (displacement, turn) = self.displacement(y_rates);
+        let (extra_displacement, extra_turn) = halves(extra);
+        (displacement + extra_displacement, turn + extra_turn)
+    }
+
+    /// The marker's share of values by rows of the body's interfaces.
+    pub fn share(&self, values: &[f64]) -> Six {
+        Six::from_fn(|slot, _| self.rows[slot].map_or(0.0, |row| values[row]))
+    }
+
+    /// Adds what a wrench `(f, τ)` in body axes is on the rows of the body's interfaces: `(f, J_lᵀ τ)`.
+    pub fn add_interface_forces(&self, place: &MarkerPlace, wrench: &Six, forces: &mut [f64]) {
+        let (force, torque) = halves(wrench);
+        let own = six(&force, &place.turn_jacobian.tr_mul(&torque));
+        for (slot, row) in self.rows.iter().enumerate() {
+            if let Some(row) = row {
+                forces[*row] += own[slot];
+            }
+        }
+    }
+
+    /// `(δp, δψ)` in body axes of displacements by rows of the body's interfaces: `(δu, J_l δθ)`.
+    pub fn interface_twist(&self, place: &MarkerPlace, displacements: &[f64]) -> Six {
+        let (displacement, turn) = halves(&self.share(displacements));
+        six(&displacement, &(place.turn_jacobian * turn))
+    }
+
     /// Where the marker is on its body, and its motion at rest. `extra` is a displacement and turn of the interface (body
     /// axes) beside those of the coordinates.
     pub fn place(&self, pose: &BodyPose, y: &[f64], extra: &Six) -> (MarkerPlace, FrameMotion) {
@@ -106,6 +142,8 @@ impl Marker {
                 arm,
                 turn: Vector3::zeros(),
                 turn_jacobian: Matrix3::identity(),
+                extra_rate: Six::zeros(),
+                extra_acceleration: Six::zeros(),
             };
             return (place, FrameMotion::at_rest(origin, pose.axes * self.axes));
         }
@@ -114,6 +152,8 @@ impl Marker {
             arm,
             turn,
             turn_jacobian: left_jacobian(&turn),
+            extra_rate: Six::zeros(),
+            extra_acceleration: Six::zeros(),
         };
         let turned = Rotation3::new(turn).into_inner() * self.axes;
         (place, FrameMotion::at_rest(origin, pose.axes * turned))
@@ -128,7 +168,7 @@ impl Marker {
         y_rates: &[f64],
         motion: &mut FrameMotion,
     ) {
-        let (displacement, turn) = self.displacement(y_rates);
+        let (displacement, turn) = self.with_extra(y_rates, &place.extra_rate);
         motion.velocity =
             rates.linear + pose.axes * (rates.angular.cross(&place.arm) + displacement);
         motion.spin = pose.axes * (rates.angular + place.turn_jacobian * turn);
@@ -143,8 +183,8 @@ impl Marker {
         (accelerations, y_accelerations): (&BodyRates, &[f64]),
         motion: &mut FrameMotion,
     ) {
-        let (u_rate, turn_rate) = self.displacement(y_rates);
-        let (u_second, turn_second) = self.displacement(y_accelerations);
+        let (u_rate, turn_rate) = self.with_extra(y_rates, &place.extra_rate);
+        let (u_second, turn_second) = self.with_extra(y_accelerations, &place.extra_acceleration);
         let (spin, spin_rate) = (rates.angular, accelerations.angular);
         let arm = spin_rate.cross(&place.arm)
             + spin.cross(&(spin.cross(&place.arm) + u_rate * 2.0))

@@ -15,9 +15,11 @@ pub mod body_factor;
 pub mod builder;
 pub mod condensed;
 pub mod evaluation;
+pub mod free_directions;
 pub mod joint_system;
 pub mod linearization;
 pub mod marker;
+pub mod residual;
 pub mod state;
 
 use std::ops::Range;
@@ -47,6 +49,8 @@ pub struct Body {
     pub coordinates: Range<usize>,
     /// Its velocities among those of all bodies: V (world axes), ω (body axes), y'.
     pub velocities: Range<usize>,
+    /// Its interface rows among those of all bodies that interface forces deflect beyond the coordinates; empty for others.
+    pub residual_rows: Range<usize>,
     /// Its markers.
     pub markers: Vec<usize>,
     /// A length that turns rotations into displacements: the largest radius of gyration, or the reach of its markers.
@@ -189,6 +193,11 @@ impl System {
     /// Length of velocity arrays: six and the number of coordinates for each body.
     pub fn velocity_count(&self) -> usize {
         self.bodies.last().map_or(0, |body| body.velocities.end)
+    }
+
+    /// Number of interface rows of the bodies that interface forces deflect beyond the coordinates.
+    pub fn residual_row_count(&self) -> usize {
+        self.bodies.last().map_or(0, |body| body.residual_rows.end)
     }
 
     /// Number of degrees of freedom before constraints: 3 + n or 6 + n for each body.

@@ -30,6 +30,13 @@ pub struct State {
     pub earlier_forces: Vec<f64>,
     /// The size of the last step; zero at the start.
     pub earlier_step: f64,
+    /// u_Γ beside the coordinates, by rows: what the residual flexibility of bodies without coordinates for it gives. Rows of
+    /// other bodies stay zero.
+    pub residual_displacements: Vec<f64>,
+    /// Their rates.
+    pub residual_rates: Vec<f64>,
+    /// Their algorithmic accelerations.
+    pub residual_accelerations: Vec<f64>,
     /// Angles counted past half a turn.
     pub angles: Vec<f64>,
     /// Values of the inputs.
@@ -52,6 +59,9 @@ impl State {
             earlier_accelerations: vec![0.0; n],
             earlier_forces: vec![0.0; system.rows.len()],
             earlier_step: 0.0,
+            residual_displacements: vec![0.0; system.residual_row_count()],
+            residual_rates: vec![0.0; system.residual_row_count()],
+            residual_accelerations: vec![0.0; system.residual_row_count()],
             angles: vec![0.0; system.angle_count],
             inputs: system.inputs.iter().map(|(_, value)| *value).collect(),
         }
@@ -71,6 +81,11 @@ impl State {
             .copy_from_slice(&other.earlier_accelerations);
         self.earlier_forces.copy_from_slice(&other.earlier_forces);
         self.earlier_step = other.earlier_step;
+        self.residual_displacements
+            .copy_from_slice(&other.residual_displacements);
+        self.residual_rates.copy_from_slice(&other.residual_rates);
+        self.residual_accelerations
+            .copy_from_slice(&other.residual_accelerations);
         self.angles.copy_from_slice(&other.angles);
         self.inputs.copy_from_slice(&other.inputs);
     }
@@ -94,6 +109,8 @@ impl State {
         let mut still = self.clone();
         still.velocities.fill(0.0);
         still.accelerations.fill(0.0);
+        still.residual_rates.fill(0.0);
+        still.residual_accelerations.fill(0.0);
         still
     }
 }

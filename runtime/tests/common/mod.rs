@@ -4,6 +4,7 @@
 
 pub mod cloud;
 pub mod free;
+pub mod mechanisms;
 
 use dcb_formats::Component;
 use dcb_formats::dcb::{Contents, WriteOptions, write_superelement};

@@ -1,0 +1,147 @@
+//! A planar finite-element rod and its reduction, as the slider-crank benchmarks use it: the runtime's body, the same numbers for the
+//! classical equations, and the deflection of the rod's middle.
+
+use std::sync::Arc;
+
+use dcb_formats::mesh::{Dimension, Direction};
+use dcb_reducer::Reduced;
+use dcb_runtime::{Compatibility, FlexibleBody};
+use dcb_samples::{RodSection, planar_rod};
+use faer::Mat;
+use nalgebra::{DMatrix, RowDVector, Vector2};
+
+use crate::corotated_rod::{CorotatedRod, CorotatedSliderCrank, RodEnd};
+use crate::lowest;
+use crate::slider_crank::SliderCrank;
+
+/// Crank, speed and rod of a slider-crank; the slider has half of the rod's mass.
+#[derive(Clone, Copy, Debug)]
+pub struct Benchmark {
+    /// Length of the crank.
+    pub crank: f64,
+    /// Its speed.
+    pub speed: f64,
+    /// The rod.
+    pub section: RodSection,
+}
+
+impl Benchmark {
+    /// The set that most published scripts of this benchmark use.
+    pub fn first() -> Self {
+        Self {
+            crank: 0.15,
+            speed: 150.0,
+            section: RodSection::default(),
+        }
+    }
+
+    /// The variant in those scripts' comments.
+    pub fn second() -> Self {
+        Self {
+            crank: 0.152,
+            speed: 124.8,
+            section: RodSection::round(0.304, 0.006, 206.8e9, 7830.0),
+        }
+    }
+
+    /// Time of one revolution.
+    pub fn revolution(&self) -> f64 {
+        std::f64::consts::TAU / self.speed
+    }
+}
+
+/// A rod reduced to its lowest modes and the attachments that are left.
+#[derive(Clone, Debug)]
+pub struct ReducedRod {
+    benchmark: Benchmark,
+    reduced: Reduced,
+    /// Row of the middle node's deflection among the recovered fields.
+    middle: usize,
+    /// As the runtime has it.
+    pub body: Arc<FlexibleBody>,
+}
+
+impl ReducedRod {
+    /// Of an even number of elements.
+    pub fn new(benchmark: Benchmark, elements: usize, modes: usize) -> Self {
+        let reduced = lowest(&planar_rod(elements, &benchmark.section), modes);
+        let dofs = &reduced.recovery.dofs;
+        let middle = dofs
+            .iter()
+            .position(|dof| dof.node as usize == elements / 2 && dof.direction == Direction::Uy)
+            .expect("the middle node");
+        let body = FlexibleBody::from_superelement(&reduced.superelement, Compatibility::Strong);
+        Self {
+            benchmark,
+            middle,
+            body: Arc::new(body.expect("a body")),
+            reduced,
+        }
+    }
+
+    /// The mechanism with this rod.
+    pub fn mechanism(&self) -> SliderCrank {
+        SliderCrank {
+            crank: self.benchmark.crank,
+            speed: self.benchmark.speed,
+            slider: 0.5 * self.body.inertia.mass(),
+            rod: self.body.clone(),
+            dimension: Dimension::Planar,
+            rod_axes: 0.0,
+        }
+    }
+
+    /// (v_mid - (v_a + v_b) / 2) / L for the dynamic coordinates y.
+    pub fn deflection(&self, y: &[f64]) -> f64 {
+        let mut amplitudes = vec![0.0; self.body.original_coordinate_count()];
+        self.body.original_coordinates(y, &mut amplitudes);
+        let recovery = &self.reduced.recovery;
+        let (modal, attached) = amplitudes.split_at(recovery.modes.ncols());
+        let product = |matrix: &Mat<f64>, x: &[f64]| -> f64 {
+            let entries = x.iter().enumerate();
+            entries.map(|(k, x)| matrix[(self.middle, k)] * x).sum()
+        };
+        let middle = product(&recovery.modes, modal) + product(&recovery.residual, attached);
+        let end = |end: usize| self.body.attachment(end).expect("a frame").products(y).0.y;
+        (middle - 0.5 * (end(0) + end(1))) / self.benchmark.section.length
+    }
+
+    /// The same for all modes kept, by the classical equations: the superelement's numbers as they are in the file.
+    pub fn classical(&self) -> CorotatedSliderCrank {
+        let superelement = &self.reduced.superelement;
+        let n = superelement.modes.eigenvalues.len();
+        let inertia = &superelement.inertia;
+        let leading =
+            |matrix: &Mat<f64>, rows: usize| DMatrix::from_fn(rows, n, |i, j| matrix[(i, j)]);
+        let shapes = &superelement.modes.interface_shapes;
+        let end = |index: usize| {
+            let position = superelement.interfaces[index].position;
+            let [x, y, _] = match superelement.rows.iter().find(|row| row.interface == index) {
+                Some(row) => row.position,
+                None => position,
+            };
+            RodEnd {
+                position: Vector2::new(x, y),
+                shapes: DMatrix::from_fn(2, n, |i, j| shapes[(2 * index + i, j)]),
+            }
+        };
+        CorotatedSliderCrank {
+            rod: CorotatedRod {
+                mass: inertia.mass,
+                inertia: inertia.tensor[2][2],
+                l1: leading(&inertia.l1, 2),
+                i1: RowDVector::from_fn(n, |_, k| inertia.i1[k][2][2]),
+                i3: RowDVector::from_fn(n, |_, k| inertia.i3[(0, k)]),
+                l3: leading(&inertia.l3[0], n),
+                reduced_mass: DMatrix::identity(n, n),
+                stiffness: DMatrix::from_diagonal(&nalgebra::DVector::from_vec(
+                    superelement.modes.eigenvalues.clone(),
+                )),
+                ends: [end(0), end(1)],
+            },
+            crank: self.benchmark.crank,
+            speed: self.benchmark.speed,
+            slider: 0.5 * inertia.mass,
+        }
+    }
+}
