@@ -21,7 +21,7 @@ fn four_bar(rest: Value) -> Value {
     let mut scene = json!({
         "dimension": 3,
         "units": {"length": "m", "mass": "kg", "time": "s"},
-        "gravity": [0, -9.81, 0],
+        "gravity": [3, -9.81, 0],
         "ground": {"points": {"right": [0.5, 0, 0]}},
         "bodies": bodies,
         "joints": {
@@ -150,7 +150,7 @@ fn a_dead_centre_is_passed_and_told() {
         },
         "drives": {"motor": {"angle": {"joint": "axle", "polynomial": [0, 1]}}},
         "outputs": {"slider": {"position": {"at": "slider/pin"}}},
-        "integrator": {"generalized_alpha": {"step": std::f64::consts::PI / 400.0, "end": 3.0}}
+        "integrator": {"generalized_alpha": {"step": 0.01, "end": 3.0}}
     });
     let folder = Folder::with(&scene);
     let answer = folder.done("scene.json");

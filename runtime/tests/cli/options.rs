@@ -8,7 +8,7 @@ use super::support::{Folder, pendulum};
 fn without_arguments_the_usage_is_told() {
     let folder = Folder::empty();
     folder.refuses("", &["SCENE.json", "Usage: simulate"]);
-    folder.refuses("scene.json --spet 1", &["--spet", "--step"]);
+    folder.refuses("scene.json --spet 1", &["--spet", "Usage: simulate"]);
     folder.refuses("scene.json --step fast", &["--step", "fast"]);
 }
 

@@ -13,7 +13,7 @@ fn a_missing_scene_is_named() {
 fn broken_json_and_unknown_keys_have_a_line_and_a_column() {
     let folder = Folder::empty();
     folder.write("scene.json", "{\n  \"dimension\": 2,\n  \"units\": {\n");
-    folder.refuses("scene.json", &["scene.json:", "line 4"]);
+    folder.refuses("scene.json", &["scene.json:4: column", "object"]);
     let text = serde_json::to_string_pretty(&pendulum(json!({}))).unwrap();
     folder.write("scene.json", text.replace("\"inertia\"", "\"inertai\""));
     let line = text
@@ -23,12 +23,16 @@ fn broken_json_and_unknown_keys_have_a_line_and_a_column() {
         + 1;
     folder.refuses(
         "scene.json",
-        &[&format!("line {line}"), "column", "inertai", "`inertia`"],
+        &[
+            &format!("scene.json:{line}: column"),
+            "inertai",
+            "`inertia`",
+        ],
     );
     folder.write("scene.json", text.replace("\"gravity\"", "\"gravtiy\""));
-    folder.refuses("scene.json", &["gravtiy", "`gravity`", "line"]);
+    folder.refuses("scene.json", &["gravtiy", "`gravity`", "column"]);
     folder.write("scene.json", text.replace("\"revolute\"", "\"revolut\""));
-    folder.refuses("scene.json", &["revolut", "`revolute`", "line"]);
+    folder.refuses("scene.json", &["revolut", "`revolute`", "column"]);
 }
 
 #[test]

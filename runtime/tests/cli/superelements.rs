@@ -84,6 +84,7 @@ fn dimension_and_units_must_be_those_of_the_scene() {
         ],
     );
     let folder = Folder::slider_crank();
+    std::fs::remove_file(folder.path("rod.dcb.h5")).unwrap();
     folder.store("rod.dcb.h5", &in_units(&rod, &UnitScale::mm_t_s()));
     folder.refuses(
         "scene.json",
