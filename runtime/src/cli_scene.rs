@@ -18,7 +18,7 @@ use crate::error::Error;
 use crate::history::Selection;
 use crate::model::Model;
 use crate::run::{self, Observer, Profiling, RunReport, Target};
-use crate::scene::{BodyKind, Compatibility, Method, Scene};
+use crate::scene::{BodyKind, Compatibility, Method, Scene, in_file};
 
 /// Whether the user has interrupted.
 static INTERRUPTED: AtomicBool = AtomicBool::new(false);
@@ -52,7 +52,7 @@ pub fn run(arguments: &SceneArguments, common: &CommonArguments) -> Result<Done,
     check_targets(path, &scene, &target, arguments)?;
     // A second handler can't be set (tests call the command twice in one process); the first one serves.
     let _ = ctrlc::set_handler(|| INTERRUPTED.store(true, Ordering::SeqCst));
-    let model = Model::load(&scene)?;
+    let model = Model::load(&scene).map_err(|error| in_file(error, path))?;
     let mut watcher = Watcher::new(common);
     for note in &model.notes {
         watcher.note(0.0, note);

@@ -137,6 +137,16 @@ pub enum Error {
         /// Where it was largest.
         body: String,
     },
+    /// A function of time has no value.
+    #[error("t = {time:.6e}: the function of {name:?} is {found}; it must be finite until the end")]
+    FunctionNotFinite {
+        /// When.
+        time: f64,
+        /// The drive or load that follows it.
+        name: String,
+        /// What it is there.
+        found: f64,
+    },
     /// Newton's iteration did not converge.
     #[error(
         "t = {time:.6e}: no convergence in {iterations} iterations; the last correction was {residual:.2e}, allowed is {tolerance:.2e}, largest at body {worst:?}; take a smaller step"
@@ -397,6 +407,7 @@ impl Error {
                 | Self::SingularBody { .. }
                 | Self::SingularJoints { .. }
                 | Self::NotFinite { .. }
+                | Self::FunctionNotFinite { .. }
                 | Self::NotConverged { .. }
                 | Self::CannotAssemble { .. }
                 | Self::Contradiction { .. }

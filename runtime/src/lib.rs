@@ -1,20 +1,37 @@
-//! Dynamics of co-rotated flexible bodies: superelements in large rigid motion.
+//! Dynamics of mechanisms made of co-rotated flexible bodies: superelements and rigid bodies in large motion.
 //!
-//! [`FlexibleBody`] is one superelement in dynamic coordinates, read from its `.dcb.h5` file; [`frame`] holds the inertia of its
-//! floating frame: the configuration-dependent mass matrix and the velocity-dependent forces. The reducer is not known
-//! here: the file is the contract.
+//! A [`Scene`] says what moves, how it is held and driven and what is recorded; it is read from a JSON file or filled in by a
+//! program. [`Mechanism`] is a scene in motion: stepped, steered by inputs and asked for outputs by name. [`run`] is a whole run to
+//! a results file, which is what the program `simulate` does. Superelements come from `.dcb.h5` files; the reducer is not
+//! known here.
 //!
-//! ```no_run
-//! use dcb_runtime::{FlexibleBody, InertiaTerms};
-//! use nalgebra::Vector3;
+//! ```
+//! use std::path::Path;
+//! use dcb_runtime::{Mechanism, Scene};
 //!
-//! let body = FlexibleBody::load("rod.dcb.h5".as_ref())?;
-//! let mut terms = InertiaTerms::for_coordinates(body.coordinate_count());
-//! let (y, rates) = (vec![0.0; body.coordinate_count()], vec![0.0; body.coordinate_count()]);
-//! body.inertia.evaluate(&y, &Vector3::new(0.0, 0.0, -75.0), &rates, &mut terms);
-//! println!("spin energy {} ", terms.kinetic_energy(0.0, &Vector3::zeros(), &Vector3::new(0.0, 0.0, -75.0), &rates));
+//! // A pendulum that is let go at the horizontal.
+//! let scene = Scene::parse(r#"{
+//!     "dimension": 2, "units": {"length": "m", "mass": "kg", "time": "s"}, "gravity": [0, -9.81],
+//!     "bodies": {"bob": {"rigid": {"mass": 1, "inertia": 1e-6, "points": {"pivot": [-0.5, 0]}}, "position": [0.5, 0]}},
+//!     "joints": {"pivot": {"revolute": {"a": "ground", "b": "bob/pivot"}}},
+//!     "outputs": {"angle": {"joint_coordinate": {"joint": "pivot"}}},
+//!     "integrator": {"generalized_alpha": {"step": 1e-3, "end": 1}}
+//! }"#, Path::new("pendulum.json"))?;
+//! let mut mechanism = Mechanism::start(&scene)?;
+//! for _ in 0..100 {
+//!     mechanism.step(1e-3)?;
+//! }
+//! // It falls by g/l at first.
+//! let angle = mechanism.output("angle")?[0];
+//! assert!((angle + 0.5 * 9.81 / 0.5 * 0.01).abs() < 1e-3);
+//! let pull = mechanism.output("reactions/pivot")?;
+//! assert_eq!(pull.len(), 3);
 //! # Ok::<(), dcb_runtime::Error>(())
 //! ```
+//!
+//! Where to look further: [`scene`] for what scenes say, [`model`] for how they become a [`system`], [`initial`] for the start,
+//! [`integrator`] for steps, [`energy`] for the balance. [`FlexibleBody`] is one superelement in dynamic coordinates, and [`frame`]
+//! the inertia of its floating frame. The examples `mechanism_in_rust` and `control_loop` are programs to start from.
 
 pub mod body;
 pub mod cli;

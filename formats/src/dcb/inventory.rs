@@ -196,7 +196,10 @@ fn storage(dataset: &hdf5_pure::Dataset, file_bytes: u64) -> Result<(Element, Ve
         ));
     }
     match dataset.layout().map_err(unreadable)? {
-        Layout::Chunked { chunk_shape, .. } if bytes_of(&chunk_shape)? / ratio > file_bytes => {
+        // Where there is nothing in it no chunk is stored either.
+        Layout::Chunked { chunk_shape, .. }
+            if needed > 0 && bytes_of(&chunk_shape)? / ratio > file_bytes =>
+        {
             return Err(format!(
                 "has chunks of shape {chunk_shape:?}, which a file of {file_bytes} bytes can't hold"
             ));

@@ -237,10 +237,7 @@ impl Corrector {
             watch.lap(&mut self.profile, |profile| &mut profile.correct);
             effort.iterations += 1;
             if !correction.is_finite() {
-                return Err(Error::NotFinite {
-                    time: self.trial.time,
-                    body: self.worst_body(system),
-                });
+                return Err(self.not_finite(system));
             }
             if effort.iterations > 1 && last > 0.0 {
                 self.contraction = (correction / last).max(0.2 * self.contraction);
@@ -566,6 +563,36 @@ impl Corrector {
             .fold(0.0, |most: f64, (body, origin)| {
                 most.max(origin.amax() + body.length)
             })
+    }
+
+    /// Why a correction is not finite: a function of time that has no value there, or the motion itself.
+    fn not_finite(&self, system: &System) -> Error {
+        let time = self.trial.time;
+        let bad = |signal: usize| {
+            Some(system.signal(signal, &self.trial).value).filter(|v| !v.is_finite())
+        };
+        let drives = system.rows.iter().filter_map(|row| match &row.demand {
+            Demand::Follow(signal) => {
+                Some((bad(*signal)?, &system.connections[row.connection].name))
+            }
+            Demand::Hold(_) | Demand::Answer(_) => None,
+        });
+        let loads = system.loads.iter().filter_map(|load| {
+            let signals = load.force.iter().chain(&load.torque).flatten();
+            let found = signals.copied().find_map(bad)?;
+            Some((found, &load.name))
+        });
+        match drives.chain(loads).next() {
+            Some((found, name)) => Error::FunctionNotFinite {
+                time,
+                name: name.clone(),
+                found,
+            },
+            None => Error::NotFinite {
+                time,
+                body: self.worst_body(system),
+            },
+        }
     }
 
     /// The body with the largest correction.

@@ -44,6 +44,7 @@ pub use output::{
     AtPlace, ChordDeflection, FieldRequest, MeshNode, OfBody, OfDrive, OfJoint, OfSpring, Output,
     Reaction, ReactionAxes, Record,
 };
+pub(crate) use read::in_file;
 pub use settings::{
     Analysis, Compatibility, Initial, Linearization, ModesAnalysis, RedundantConstraints,
 };

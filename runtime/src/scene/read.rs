@@ -98,7 +98,7 @@ pub(super) fn scene(text: &str, path: &Path) -> Result<Scene, Error> {
 }
 
 /// A fault of a description as one of the file that holds it.
-pub(super) fn in_file(error: Error, path: &Path) -> Error {
+pub(crate) fn in_file(error: Error, path: &Path) -> Error {
     match error {
         Error::Description { location, message } => Error::File(dcb_formats::Error::Location {
             path: path.to_owned(),

@@ -1,0 +1,172 @@
+//! Mechanisms that can't be put together, or whose constraints repeat or contradict each other.
+
+use serde_json::{Value, json};
+
+use super::support::{Folder, pendulum};
+
+/// A parallel four-bar linkage in space with four revolute joints about z: one freedom where Grübler counts minus two.
+fn four_bar(rest: Value) -> Value {
+    let bar = |length: f64, position: [f64; 3]| {
+        json!({
+            "rigid": {"mass": 1, "inertia": [0.01, 0.01, 0.01], "center_of_mass": [length / 2.0, 0, 0], "points": {"a": [0, 0, 0], "b": [length, 0, 0]}},
+            "position": position
+        })
+    };
+    let upright = json!([0.5_f64.sqrt(), 0, 0, 0.5_f64.sqrt()]);
+    let mut bodies = json!({"crank": bar(0.2, [0.0; 3]), "rocker": bar(0.2, [0.5, 0.0, 0.0]), "coupler": bar(0.5, [0.0, 0.2, 0.0])});
+    for name in ["crank", "rocker"] {
+        bodies[name]["orientation"] = upright.clone();
+    }
+    let pin = |a: &str, b: &str| json!({"revolute": {"a": a, "b": b, "axis": [0, 0, 1]}});
+    let mut scene = json!({
+        "dimension": 3,
+        "units": {"length": "m", "mass": "kg", "time": "s"},
+        "gravity": [3, -9.81, 0],
+        "ground": {"points": {"right": [0.5, 0, 0]}},
+        "bodies": bodies,
+        "joints": {
+            "axle": pin("ground", "crank/a"), "knee": pin("crank/b", "coupler/a"),
+            "elbow": pin("coupler/b", "rocker/b"), "foot": pin("ground/right", "rocker/a")
+        },
+        "outputs": {"left": {"joint_coordinate": {"joint": "axle"}}, "right": {"joint_coordinate": {"joint": "foot"}}},
+        "integrator": {"generalized_alpha": {"step": 1e-3, "end": 0.1}}
+    });
+    for (key, value) in rest.as_object().unwrap() {
+        scene[key] = value.clone();
+    }
+    scene
+}
+
+#[test]
+fn an_impossible_assembly_names_a_joint_that_stays_open() {
+    // Two pins 0.5 apart can't both be on the ground's points 0.7 apart.
+    let scene = pendulum(json!({
+        "ground": {"points": {"far": [0.7, 0]}},
+        "joints": {
+            "near": {"revolute": {"a": "ground", "b": "bob/pin"}},
+            "far": {"revolute": {"a": "ground/far", "b": "bob/tip"}}
+        },
+        "outputs": {}
+    }));
+    let folder = Folder::with(&scene);
+    let answer = folder.run("scene.json");
+    answer.assert(
+        1,
+        &[
+            "can't be closed",
+            "open by",
+            "check the positions, lengths and drives",
+        ],
+    );
+    assert!(
+        answer.stderr.contains("\"near\"") || answer.stderr.contains("\"far\""),
+        "{}",
+        answer.stderr
+    );
+    let (reason, time, rows) = folder.stopped();
+    assert!(reason.contains("can't be closed"), "{reason}");
+    assert_eq!((time, rows), (None, 0));
+}
+
+#[test]
+fn redundant_constraints_are_told_or_refused_by_name() {
+    let folder = Folder::with(&four_bar(json!({})));
+    let answer = folder.done("scene.json");
+    assert!(
+        answer.stderr.contains("redundant constraint"),
+        "{}",
+        answer.stderr
+    );
+    let summary = folder.results().provenance("summary").unwrap();
+    let told = summary["redundant_constraints"].as_array().unwrap();
+    let count: u64 = told
+        .iter()
+        .map(|joint| joint["count"].as_u64().unwrap())
+        .sum();
+    // Four times five constraints on three times six freedoms leave one freedom.
+    assert_eq!(count, 20 - 17, "{summary}");
+    let names = ["axle", "knee", "elbow", "foot"];
+    assert!(
+        told.iter()
+            .all(|joint| names.contains(&joint["joint"].as_str().unwrap()))
+    );
+    // Minimum norm or not, both cranks turn alike.
+    let results = folder.results();
+    let (left, right) = (
+        results.history("left").unwrap(),
+        results.history("right").unwrap(),
+    );
+    let last = left.nrows() - 1;
+    assert!(left[(last, 0)].abs() > 0.01);
+    assert!((left[(last, 0)] - right[(last, 0)]).abs() < 1e-9);
+    let folder = Folder::with(&four_bar(json!({"redundant_constraints": "refuse"})));
+    let answer = folder.run("scene.json");
+    answer.assert(2, &["constraints are redundant", "minimum-norm"]);
+    assert!(
+        names.iter().any(|name| answer.stderr.contains(name)),
+        "{}",
+        answer.stderr
+    );
+}
+
+#[test]
+fn drives_that_contradict_each_other_later_are_told_when_they_do() {
+    // Both cranks of the linkage turn alike: the second drive repeats the first until it leaves it.
+    let right = |function: Value| {
+        let mut motion = function;
+        motion["joint"] = json!("foot");
+        json!({"left": {"angle": {"joint": "axle", "polynomial": [0, 0.5]}}, "right": {"angle": motion}})
+    };
+    let agreeing = Folder::with(&four_bar(
+        json!({"drives": right(json!({"polynomial": [0, 0.5]}))}),
+    ));
+    agreeing.done("scene.json");
+    let table = json!({"table": {"times": [0, 0.05, 0.06, 1], "values": [0, 0.025, 0.031, 0.5], "interpolation": "linear"}});
+    let folder = Folder::with(&four_bar(json!({"drives": right(table)})));
+    let answer = folder.run("scene.json");
+    answer.assert(1, &["is violated by", "contradicts the other constraints"]);
+    let (reason, time, rows) = folder.stopped();
+    assert!(reason.contains("is violated by"), "{reason}");
+    assert!((time.unwrap() - 0.05).abs() < 2e-3, "{time:?}");
+    assert_eq!(rows, (time.unwrap() / 1e-3).round() as usize + 1);
+}
+
+#[test]
+fn a_dead_centre_is_passed_and_told() {
+    // Crank and rod of equal length: at a quarter turn the slider is over the axle and could stay there.
+    let scene = json!({
+        "dimension": 2,
+        "units": {"length": "m", "mass": "kg", "time": "s"},
+        "bodies": {
+            "crank": {"rigid": {"mass": 1, "inertia": 0.01, "points": {"axle": [0, 0], "pin": [0.2, 0]}}},
+            "rod": {"rigid": {"mass": 1, "inertia": 0.01, "center_of_mass": [0.1, 0], "points": {"a": [0, 0], "b": [0.2, 0]}}, "position": [0.2, 0]},
+            "slider": {"rigid": {"mass": 1, "inertia": 0.01, "points": {"pin": [0, 0]}}, "position": [0.4, 0]}
+        },
+        "joints": {
+            "axle": {"revolute": {"a": "ground", "b": "crank/axle"}},
+            "wrist": {"revolute": {"a": "crank/pin", "b": "rod/a"}},
+            "pin": {"revolute": {"a": "rod/b", "b": "slider/pin"}},
+            "guide": {"prismatic": {"a": "ground", "b": "slider/pin", "axis": [1, 0]}}
+        },
+        "drives": {"motor": {"angle": {"joint": "axle", "polynomial": [0, 1]}}},
+        "outputs": {"slider": {"position": {"at": "slider/pin"}}},
+        "integrator": {"generalized_alpha": {"step": 0.01, "end": 3.0}}
+    });
+    let folder = Folder::with(&scene);
+    let answer = folder.done("scene.json");
+    assert!(answer.stderr.contains("dead centre"), "{}", answer.stderr);
+    let events = folder.results().events().unwrap();
+    let told = events
+        .iter()
+        .filter(|event| event.message.contains("dead centre"));
+    let times: Vec<f64> = told.map(|event| event.time).collect();
+    assert_eq!(times.len(), 1, "{events:?}");
+    assert!(
+        (times[0] - std::f64::consts::FRAC_PI_2).abs() < 0.02,
+        "{times:?}"
+    );
+    let slider = folder.results().history("slider").unwrap();
+    let last = slider[(slider.nrows() - 1, 0)];
+    // It goes through to the other side.
+    assert!((last - 0.4 * 3.0_f64.cos()).abs() < 1e-6, "{last}");
+}

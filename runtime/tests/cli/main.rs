@@ -1,0 +1,11 @@
+//! The `simulate` program from outside: what it prints, how it exits, and what it leaves on the disk.
+#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic)]
+
+mod commands;
+mod constraints;
+mod options;
+mod output;
+mod runs;
+mod scenes;
+mod superelements;
+mod support;

@@ -1,0 +1,158 @@
+//! Runs that end early, and what they say on the way.
+
+use std::process::{Command, Stdio};
+use std::time::Duration;
+
+use serde_json::json;
+
+use super::support::{Folder, pendulum};
+
+#[test]
+fn a_formula_that_ends_in_nothing_stops_the_run_at_its_time() {
+    let folder = Folder::with(&pendulum(json!({
+        "loads": {"pull": {"force": {"at": "bob/tip", "components": [{"formula": "sqrt(0.0505 - t)"}, 0]}}}
+    })));
+    folder.run("scene.json").assert(
+        1,
+        &["error: t = 5.1", "\"pull\"", "is NaN", "until the end"],
+    );
+    let (reason, time, rows) = folder.stopped();
+    assert!(reason.contains("is NaN"), "{reason}");
+    assert!((time.unwrap() - 0.05).abs() < 1e-9);
+    assert_eq!(rows, 51);
+    let angle = folder.results().history("angle").unwrap();
+    assert!((0..rows).all(|row| angle[(row, 0)].is_finite()));
+}
+
+#[test]
+fn too_large_a_step_names_time_residual_and_worst_body() {
+    let folder = Folder::slider_crank();
+    folder.run("scene.json --step 0.004 --end 0.08").assert(
+        1,
+        &[
+            "error: t = ",
+            "no convergence in 12 iterations",
+            "allowed is",
+            "largest at body",
+            "smaller step",
+        ],
+    );
+    let (reason, time, rows) = folder.stopped();
+    assert!(reason.contains("no convergence"), "{reason}");
+    assert!(time.is_some() && rows >= 1);
+}
+
+#[test]
+fn an_interrupted_run_keeps_its_rows() {
+    let folder = Folder::slider_crank();
+    folder.edit("scene.json", |scene| {
+        scene["record"] = json!({"every": 1});
+        scene["integrator"]["generalized_alpha"]["end"] = json!(1000);
+    });
+    let child = folder
+        .command("scene.json --csv scene.csv")
+        .stdout(Stdio::piped())
+        .stderr(Stdio::piped())
+        .spawn()
+        .unwrap();
+    while !folder.path("scene.h5").exists() {
+        std::thread::sleep(Duration::from_millis(5));
+    }
+    std::thread::sleep(Duration::from_millis(300));
+    let sent = Command::new("kill")
+        .args(["-INT", &child.id().to_string()])
+        .status();
+    assert!(sent.unwrap().success());
+    let output = child.wait_with_output().unwrap();
+    assert_eq!(output.status.code(), Some(130));
+    let stdout = String::from_utf8(output.stdout).unwrap();
+    assert!(stdout.contains("scene.h5 (incomplete)"), "{stdout}");
+    let (reason, time, rows) = folder.stopped();
+    assert_eq!(reason, "interrupted");
+    assert!(rows > 10, "{rows} rows");
+    assert_eq!(folder.results().time().unwrap().last().copied(), time);
+    assert_eq!(folder.read("scene.csv").lines().count(), rows + 1);
+    let shown = folder.done("show scene.h5").stdout;
+    assert!(
+        shown.contains(&format!("{rows} rows, stopped at t = ")),
+        "{shown}"
+    );
+}
+
+#[test]
+fn large_deflections_and_fast_spins_are_told_once() {
+    let folder = Folder::slider_crank();
+    folder.edit("scene.json", |scene| {
+        scene["integrator"]["generalized_alpha"]["end"] = json!(0.04);
+    });
+    let answer = folder.done("scene.json");
+    assert_eq!(
+        answer
+            .stderr
+            .matches("body \"rod\" deflects by 0.1")
+            .count(),
+        1,
+        "{}",
+        answer.stderr
+    );
+    let events = folder.results().events().unwrap();
+    let told = events
+        .iter()
+        .filter(|event| event.message.contains("deflects by"));
+    assert_eq!(told.count(), 1, "{events:?}");
+    // The rod's first frequency is about 2000 rad/s: it is told that there is no meaning in faster spins.
+    let free = json!({
+        "dimension": 2,
+        "units": {"length": "m", "mass": "kg", "time": "s"},
+        "bodies": {"rod": {"superelement": "rod.dcb.h5", "angular_velocity": 1}},
+        "integrator": {"generalized_alpha": {"step": 1e-6, "end": 5e-6}}
+    });
+    let spun = |spin: f64| {
+        let folder = Folder::slider_crank();
+        let mut scene = free.clone();
+        scene["bodies"]["rod"]["angular_velocity"] = json!(spin);
+        folder.write("scene.json", scene.to_string());
+        folder.run("scene.json").stderr
+    };
+    assert_eq!(spun(100.0), "");
+    let warned = spun(1000.0);
+    assert_eq!(
+        warned.matches("of its first frequency").count(),
+        1,
+        "{warned}"
+    );
+    assert!(
+        warned.contains("\"rod\" spins at 0.") && warned.contains("wrong by about"),
+        "{warned}"
+    );
+    let beyond = spun(4000.0);
+    assert!(
+        beyond.contains("the linear floating frame is not valid there"),
+        "{beyond}"
+    );
+    assert!(!beyond.contains("wrong by about"), "{beyond}");
+}
+
+#[test]
+fn a_rough_drawing_is_closed_and_told() {
+    let folder = Folder::slider_crank();
+    folder.edit("scene.json", |scene| {
+        scene["bodies"]["slider"]["position"] = json!([0.48, 0.02]);
+        scene["bodies"]["rod"]["position"] = json!([0.16, 0.01]);
+    });
+    let answer = folder.done("scene.json");
+    for text in [
+        "assembly moved body \"slider\" by",
+        "assembly moved body \"rod\" by",
+    ] {
+        assert!(answer.stderr.contains(text), "{}", answer.stderr);
+    }
+    let events = folder.results().events().unwrap();
+    assert!(
+        events
+            .iter()
+            .any(|event| event.message.contains("assembly moved body"))
+    );
+    let quiet = folder.done("scene.json --force --quiet");
+    assert_eq!((quiet.stdout.as_str(), quiet.stderr.as_str()), ("", ""));
+}

@@ -1,0 +1,179 @@
+//! Scenes that can't be used: where, what was found, what would be right.
+
+use serde_json::{Value, json};
+
+use super::support::{Folder, pendulum};
+
+#[test]
+fn a_missing_scene_is_named() {
+    Folder::empty().refuses("machine.json", &["machine.json: cannot read: No such file"]);
+}
+
+#[test]
+fn broken_json_and_unknown_keys_have_a_line_and_a_column() {
+    let folder = Folder::empty();
+    folder.write("scene.json", "{\n  \"dimension\": 2,\n  \"units\": {\n");
+    folder.refuses("scene.json", &["scene.json:4: column", "object"]);
+    let text = serde_json::to_string_pretty(&pendulum(json!({}))).unwrap();
+    folder.write("scene.json", text.replace("\"inertia\"", "\"inertai\""));
+    let line = text
+        .lines()
+        .position(|line| line.contains("\"inertia\""))
+        .unwrap()
+        + 1;
+    folder.refuses(
+        "scene.json",
+        &[
+            &format!("scene.json:{line}: column"),
+            "inertai",
+            "`inertia`",
+        ],
+    );
+    folder.write("scene.json", text.replace("\"gravity\"", "\"gravtiy\""));
+    folder.refuses("scene.json", &["gravtiy", "`gravity`", "column"]);
+    folder.write("scene.json", text.replace("\"revolute\"", "\"revolut\""));
+    folder.refuses("scene.json", &["revolut", "`revolute`", "column"]);
+}
+
+#[test]
+fn hostile_json_is_refused_and_not_swallowed() {
+    let folder = Folder::empty();
+    let deep = format!("{{\"bodies\": {}", "[".repeat(200_000));
+    let bomb = format!(
+        "{{\"dimension\": 2, \"gravity\": [{}1e999]}}",
+        "0,".repeat(100_000)
+    );
+    for text in [
+        deep.as_str(),
+        bomb.as_str(),
+        "",
+        "[]",
+        "null",
+        "\u{0}",
+        "{\"dimension\": 4}",
+    ] {
+        folder.write("scene.json", text);
+        folder.refuses("scene.json", &["error: scene.json"]);
+    }
+    folder.write("scene.json", [0xff, 0xfe, 0x00]);
+    folder.refuses("scene.json", &["not UTF-8"]);
+    std::fs::create_dir(folder.path("folder")).unwrap();
+    folder.refuses("folder", &["folder: cannot read"]);
+}
+
+/// What is changed in the pendulum, at which JSON pointer, and what is said about it.
+#[test]
+fn what_does_not_fit_is_told_with_its_path_of_keys() {
+    let cases: &[(&str, Value, &[&str])] = &[
+        (
+            "/joints/hinge/revolute/b",
+            json!("ground/pin"),
+            &["joints.hinge.revolute.b", "point of the ground", "\"pin\""],
+        ),
+        (
+            "/joints/hinge/revolute/a",
+            json!("bob/tip"),
+            &[
+                "joints.hinge.revolute.b",
+                "is on \"bob\" like \"bob/tip\"",
+                "another body",
+            ],
+        ),
+        (
+            "/joints/hinge/revolute/b",
+            json!("bob/pni"),
+            &["joints.hinge.revolute.b", "\"pni\"", "`pin`"],
+        ),
+        (
+            "/joints/hinge/revolute/b",
+            json!("bbo/pin"),
+            &["joints.hinge.revolute.b", "\"bbo\"", "`bob`"],
+        ),
+        (
+            "/joints/hinge",
+            json!({"prismatic": {"a": "ground", "b": "bob/pin", "axis": [0, 0]}}),
+            &["joints.hinge.prismatic.axis", "length zero"],
+        ),
+        (
+            "/joints/hinge",
+            json!({"prismatic": {"a": "ground", "b": "bob/pin"}}),
+            &[
+                "joints.hinge.prismatic.axis",
+                "is missing",
+                "\"axis\": [1, 0]",
+            ],
+        ),
+        (
+            "/joints/hinge",
+            json!({"universal": {"a": "ground", "b": "bob/pin", "axis": [1, 0], "axis_b": [0, 1]}}),
+            &["joints.hinge.universal", "planar", "use revolute"],
+        ),
+        (
+            "/bodies/bob/rigid/mass",
+            json!(-1),
+            &["bodies.bob.rigid.mass", "is -1", "positive"],
+        ),
+        (
+            "/bodies/bob/position",
+            json!([0, 0, 0]),
+            &["bodies.bob.position", "has 3 components, expected 2"],
+        ),
+        (
+            "/outputs/angle/joint_coordinate/joint",
+            json!("hing"),
+            &[
+                "outputs.angle.joint_coordinate.joint",
+                "\"hing\"",
+                "`hinge`",
+            ],
+        ),
+        (
+            "/integrator/generalized_alpha/step",
+            json!(0),
+            &["integrator.generalized_alpha.step", "is 0", "positive"],
+        ),
+        (
+            "/integrator",
+            Value::Null,
+            &["integrator", "is missing", "\"step\""],
+        ),
+        (
+            "/initial",
+            json!({"hold": ["bib"]}),
+            &["initial.hold[0]", "\"bib\"", "`bob`"],
+        ),
+        (
+            "/loads",
+            json!({"pull": {"force": {"at": "bob/tip", "components": [{"formula": "2*(t"}, 0]}}}),
+            &["loads.pull.force.components[0]"],
+        ),
+        (
+            "/loads",
+            json!({"pull": {"force": {"at": "bob/tip", "components": [{"formula": "1/t"}, 0]}}}),
+            &["loads.pull.force.components[0]", "at t = 0", "finite"],
+        ),
+        (
+            "/springs",
+            json!({"s": {"spring": {"a": "ground", "b": "bob/pin", "stiffness": 1}}}),
+            &["springs.s.spring", "coincide", "bushing"],
+        ),
+        (
+            "/drives",
+            json!({"motor": {"position": {"joint": "hinge", "constant": 0}}}),
+            &["drives.motor.position.joint", "no translation", "prismatic"],
+        ),
+    ];
+    for (pointer, value, texts) in cases {
+        let mut scene = pendulum(json!({}));
+        let (parent, key) = pointer.rsplit_once('/').unwrap();
+        let parent = scene.pointer_mut(parent).unwrap().as_object_mut().unwrap();
+        if value.is_null() {
+            parent.remove(key);
+        } else {
+            parent.insert(key.to_owned(), value.clone());
+        }
+        let mut all = vec!["scene.json: "];
+        all.extend_from_slice(texts);
+        Folder::with(&scene).refuses("scene.json", &all);
+    }
+}

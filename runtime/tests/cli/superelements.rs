@@ -1,0 +1,160 @@
+//! Superelements that a scene can't use, and interfaces that a joint can't.
+
+use dcb_samples::{RodSection, UnitScale, in_units, planar_rod};
+use serde_json::{Value, json};
+
+use super::support::Folder;
+
+/// A beam, clamped by the joint that is given.
+fn beam(joint: Value) -> Value {
+    json!({
+        "dimension": 3,
+        "units": {"length": "m", "mass": "kg", "time": "s"},
+        "bodies": {"beam": {"superelement": "beam.dcb.h5"}},
+        "joints": {"clamp": joint},
+        "integrator": {"generalized_alpha": {"step": 1e-4, "end": 1e-3}}
+    })
+}
+
+fn fixed_at(interface: &str) -> Value {
+    beam(json!({"fixed": {"a": "ground", "b": interface}}))
+}
+
+#[test]
+fn a_missing_superelement_is_named() {
+    let folder = Folder::slider_crank();
+    std::fs::remove_file(folder.path("rod.dcb.h5")).unwrap();
+    folder.refuses("scene.json", &["rod.dcb.h5: cannot read: No such file"]);
+    // From elsewhere too: paths start at the folder of the scene.
+    std::fs::create_dir(folder.path("sub")).unwrap();
+    let moved = folder.path("sub/scene.json");
+    std::fs::copy(folder.path("scene.json"), moved).unwrap();
+    folder.refuses("sub/scene.json", &["sub/rod.dcb.h5: cannot read"]);
+}
+
+#[test]
+fn damaged_superelements_are_refused() {
+    let folder = Folder::slider_crank();
+    let whole = folder.bytes("rod.dcb.h5");
+    for part in [0, 1, 100, whole.len() / 2, whole.len() - 1] {
+        folder.write("rod.dcb.h5", &whole[..part]);
+        folder.refuses("scene.json", &["rod.dcb.h5"]);
+    }
+    let mut corrupt = whole.clone();
+    for byte in corrupt.iter_mut().skip(200).step_by(64) {
+        *byte ^= 0x55;
+    }
+    folder.write("rod.dcb.h5", corrupt);
+    folder.refuses("scene.json", &["rod.dcb.h5"]);
+    folder.write("rod.dcb.h5", "not at all");
+    folder.refuses("scene.json", &["rod.dcb.h5", "HDF5"]);
+}
+
+#[test]
+fn a_later_major_version_is_refused() {
+    let folder = Folder::slider_crank();
+    let mut bytes = folder.bytes("rod.dcb.h5");
+    let find = |bytes: &[u8], from: usize, text: &[u8]| {
+        let found = bytes[from..]
+            .windows(text.len())
+            .position(|part| part == text);
+        from + found.unwrap()
+    };
+    let format = find(&bytes, 0, b"dcb-superelement\x02");
+    let version = find(&bytes, format, b"1.0");
+    assert!(version - format < 64);
+    bytes[version] = b'9';
+    folder.write("rod.dcb.h5", bytes);
+    folder.refuses("scene.json", &["rod.dcb.h5", "9.0", "1."]);
+}
+
+#[test]
+fn dimension_and_units_must_be_those_of_the_scene() {
+    let folder = Folder::beam(&fixed_at("beam/a"));
+    let rod = planar_rod(4, &RodSection::default());
+    folder.store("rod.dcb.h5", &rod);
+    folder.edit("scene.json", |scene| {
+        scene["bodies"]["beam"]["superelement"] = json!("rod.dcb.h5")
+    });
+    folder.refuses(
+        "scene.json",
+        &[
+            "bodies.beam.superelement",
+            "rod.dcb.h5 is planar, but the scene is spatial",
+        ],
+    );
+    let folder = Folder::slider_crank();
+    std::fs::remove_file(folder.path("rod.dcb.h5")).unwrap();
+    folder.store("rod.dcb.h5", &in_units(&rod, &UnitScale::mm_t_s()));
+    folder.refuses(
+        "scene.json",
+        &[
+            "bodies.rod.superelement",
+            "is in mm, t, s, but the scene is in m, kg, s",
+        ],
+    );
+}
+
+#[test]
+fn unknown_interfaces_have_a_nearest_name() {
+    let folder = Folder::beam(&fixed_at("beam/piar"));
+    folder.refuses(
+        "scene.json",
+        &["joints.clamp.fixed.b", "\"piar\"", "did you mean \"pair\"?"],
+    );
+    folder.edit("scene.json", |scene| {
+        scene["joints"]["clamp"]["fixed"]["b"] = json!("beam/zzzzzz")
+    });
+    folder.refuses("scene.json", &["it has a, b, pair, watched, bare"]);
+}
+
+#[test]
+fn interfaces_that_have_no_frame_say_what_would() {
+    Folder::beam(&fixed_at("beam/pair")).refuses(
+        "scene.json",
+        &[
+            "joints.clamp.fixed.b",
+            "\"pair\"",
+            "`nodes`",
+            "`average` or `rigid`",
+        ],
+    );
+    Folder::beam(&fixed_at("beam/watched")).refuses(
+        "scene.json",
+        &["joints.clamp.fixed.b", "\"beam/watched\" is an output only"],
+    );
+}
+
+#[test]
+fn rotation_rows_are_needed_by_what_turns_and_the_body_can_lend_its_own() {
+    let folder = Folder::beam(&fixed_at("beam/bare"));
+    folder.refuses(
+        "scene.json",
+        &[
+            "joints.clamp.fixed.b",
+            "\"beam/bare\" has no rotation rows",
+            "\"orientation\": \"body\"",
+        ],
+    );
+    // A spherical joint needs none; a torque has no such key and doesn't speak of it.
+    let spherical = beam(json!({"spherical": {"a": "ground", "b": "beam/bare"}}));
+    Folder::beam(&spherical).done("scene.json");
+    let mut loaded = fixed_at("beam/a");
+    loaded["loads"] = json!({"twist": {"torque": {"at": "beam/bare", "components": [1, 0, 0]}}});
+    let answer = Folder::beam(&loaded).run("scene.json");
+    answer.assert(2, &["loads.twist.torque.at", "no rotation rows"]);
+    assert!(!answer.stderr.contains("orientation"), "{}", answer.stderr);
+    folder.edit("scene.json", |scene| {
+        scene["joints"]["clamp"]["fixed"]["orientation"] = json!("body")
+    });
+    let answer = folder.done("scene.json");
+    assert!(
+        answer
+            .stderr
+            .contains("joint \"clamp\": rotations are those of the body frame"),
+        "{}",
+        answer.stderr
+    );
+    let warnings = folder.results().provenance("warnings").unwrap();
+    assert!(warnings.to_string().contains("clamp"), "{warnings}");
+}
