@@ -1,41 +1,25 @@
 //! Histories of the deflection of the slider-crank's rod, and how far they are apart.
 
-use dcb_runtime::Error;
 use dcb_runtime::integrator::newton::Method;
 
+use crate::mechanism::run;
 use crate::reduced_rod::ReducedRod;
 use crate::reference::{numbers, reference};
 
-/// Deflections at `samples + 1` equal crank angles of two revolutions, the start included, with `steps` steps a revolution; those
-/// up to the failing step if one fails. `samples` divides twice the steps.
-pub fn until_failure(
-    rod: &ReducedRod,
-    method: Method,
-    steps: usize,
-    samples: usize,
-) -> (Vec<f64>, Option<Error>) {
+/// Deflections at `samples + 1` equal crank angles of two revolutions, the start included, with `steps` steps a revolution.
+/// `samples` divides twice the steps.
+pub fn sampled(rod: &ReducedRod, method: Method, steps: usize, samples: usize) -> Vec<f64> {
     let mechanism = rod.mechanism();
     let mut simulation = mechanism.start(&mechanism.rigid_start(), method);
     let every = 2 * steps / samples;
     assert!(every * samples == 2 * steps);
+    let interval = 2.0 * rod.revolution() / samples as f64;
     let mut deflections = vec![rod.deflection_in(&mut simulation)];
-    for step in 1..=2 * steps {
-        if let Err(error) = simulation.step(rod.revolution() / steps as f64) {
-            return (deflections, Some(error));
-        }
-        if step % every == 0 {
-            deflections.push(rod.deflection_in(&mut simulation));
-        }
+    for _ in 0..samples {
+        run(&mut simulation, interval, every, |_| {});
+        deflections.push(rod.deflection_in(&mut simulation));
     }
-    (deflections, None)
-}
-
-/// The same where no step fails.
-pub fn sampled(rod: &ReducedRod, method: Method, steps: usize, samples: usize) -> Vec<f64> {
-    match until_failure(rod, method, steps, samples) {
-        (deflections, None) => deflections,
-        (_, Some(error)) => panic!("{error}"),
-    }
+    deflections
 }
 
 /// Every 10 degrees.
@@ -43,15 +27,17 @@ pub fn history(rod: &ReducedRod, method: Method, steps: usize) -> Vec<f64> {
     sampled(rod, method, steps, 72)
 }
 
-/// Every 10 degrees by the classical co-rotated equations, for all modes kept.
-pub fn classical_history(rod: &ReducedRod) -> Vec<f64> {
+/// Deflections at `samples + 1` equal crank angles of two revolutions by the classical co-rotated equations, all modes kept.
+pub fn classical_samples(rod: &ReducedRod, samples: usize) -> Vec<f64> {
     let classical = rod.classical();
     let start = rod.mechanism().rigid_start();
     let modes = start.y.len();
     let mut motion = classical.start(&start.y, &start.rates, start.spin);
     let mut deflections = vec![0.0];
-    for _ in 0..72 {
-        classical.advance(&mut motion, rod.revolution() / 36.0 / 200.0, 200);
+    let parts = 14_400 / samples;
+    for _ in 0..samples {
+        let interval = 2.0 * rod.revolution() / samples as f64;
+        classical.advance(&mut motion, interval / parts as f64, parts);
         deflections.push(rod.deflection(motion.position.rows(3, modes).as_slice()));
     }
     deflections

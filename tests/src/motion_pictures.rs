@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use dcb_runtime::picture::{Axis, Chart, ReferenceSlope, Series, Style, write_svg};
+use dcb_runtime::picture::{Axis, Chart, ReferenceSlope, Scale, Series, Style, write_svg};
 use serde_json::Value;
 
 use crate::reference::numbers;
@@ -17,14 +17,15 @@ pub fn pictures(raw: &str) -> Vec<(&'static str, Vec<Chart>)> {
         .map(|line| serde_json::from_str(line).expect("a line of JSON"))
         .collect();
     let curves = |picture: &str, vertical: &str| chart(ANGLE, vertical, curves(&lines, picture));
-    let mut growth = curves("weak growth", "|deflection| / length");
-    growth.vertical = Axis::logarithmic(&growth.vertical.label);
-    for series in &mut growth.series {
-        series
-            .points
-            .iter_mut()
-            .for_each(|point| point[1] = point[1].abs());
-    }
+    let mut reduced = curves("reduced difference", "largest difference so far");
+    reduced.vertical.scale = Scale::Logarithmic;
+    let mut growth = curves("weak growth", "largest end force [N]");
+    growth.horizontal = Axis::linear("steps, a thousandth of a revolution each");
+    growth.vertical.scale = Scale::Logarithmic;
+    growth
+        .series
+        .iter_mut()
+        .for_each(|series| series.style = Style::LineAndMarks);
     vec![
         ("step-convergence.svg", vec![step_convergence(&lines)]),
         ("unreduced.svg", vec![curves("unreduced", DEFLECTION)]),
@@ -35,13 +36,7 @@ pub fn pictures(raw: &str) -> Vec<(&'static str, Vec<Chart>)> {
                 curves("classical difference", "difference"),
             ],
         ),
-        (
-            "reduced.svg",
-            vec![
-                curves("reduced", DEFLECTION),
-                curves("reduced difference", "difference"),
-            ],
-        ),
+        ("reduced.svg", vec![curves("reduced", DEFLECTION), reduced]),
         ("weak.svg", vec![curves("weak", DEFLECTION), growth]),
         ("order.svg", order(&lines)),
     ]
@@ -97,7 +92,7 @@ fn step_convergence(lines: &[Value]) -> Chart {
     );
     let [steps, error] = chart.series[1].points[3];
     chart.slopes = vec![ReferenceSlope {
-        name: "h²".to_owned(),
+        name: "second order".to_owned(),
         exponent: -2.0,
         through: [steps, 0.4 * error],
     }];
