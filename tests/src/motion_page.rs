@@ -26,7 +26,7 @@ pub fn render(raw: &str) -> String {
     page += &figures(&of("unreduced"), &of("classical"), &of("reduced"));
     page += &weak(&of("weak window"), &of("weak error"), &of("weak growth"));
     page += &test_set(&of("test set"), &of("element rod"));
-    page += "\n### Rigid mechanisms\n\nProblems of the IFToMM library. Asserted by `tests/published/rigid_benchmarks.rs`.\n\n";
+    page += "\n### Rigid mechanisms\n\nProblems of the IFToMM library. Asserted by `tests/published/rigid_benchmarks.rs` and `flyball_governor.rs`. Exudyn publishes two places of the double\nfour-bar's first head; their limit of small steps is the equation of the angle's within 2e-8 m. Solutions submitted for the spatial slider-crank scatter by 1e-3 m.\n\n";
     page += &findings(&of("rigid"));
     page += "\n### Flexible bodies with closed forms\n\nAsserted by `tests/published/closed_form_motions.rs`.\n\n";
     page += &findings(&of("flexible"));
@@ -34,7 +34,7 @@ pub fn render(raw: &str) -> String {
     page += "\n### Equivalent descriptions\n\nThe same mechanism described in two ways; largest difference of place, angle and strain energy by their \
              largest values. Asserted by\n`tests/published/equivalent_models.rs`.\n\n";
     page += &table(
-        &["described in other", "largest difference", "bound"],
+        &["what is different", "largest difference", "bound"],
         &rows(&of("invariance"), |line| {
             vec![text(line, "case"), short(line, "error"), bound(line)]
         }),
@@ -50,9 +50,16 @@ fn short(line: &Value, key: &str) -> String {
 }
 
 fn bound(line: &Value) -> String {
-    line["bound"]
-        .as_f64()
-        .map_or(String::new(), |value| format!("{value:.0e}"))
+    line["bound"].as_f64().map_or(String::new(), limit)
+}
+
+/// One digit, or two where it has two.
+fn limit(value: f64) -> String {
+    let short = format!("{value:.0e}");
+    match short.parse() {
+        Ok(same) if value == same => short,
+        _ => format!("{value:.1e}"),
+    }
 }
 
 fn long(value: &Value) -> String {
@@ -70,7 +77,7 @@ fn picture(name: &str, what: &str) -> String {
 
 fn step_convergence(lines: &[&Value]) -> String {
     let mut page = "\n### Convergence in the step\n\nError of the middle's deflection every 10° of two revolutions, by its largest value, against the \
-        independent history. Generalized-alpha, ρ = 0.8, 4 elements.\nBounds are asserted by `tests/published/slider_crank.rs`.\n\n"
+        independent history. Generalized-alpha, ρ = 0.8, 4 elements.\nBounds are asserted by `tests/published/slider_crank.rs`. Between 1440 and 7200 steps the error falls slowly: ever higher modes that the rigid start excites come into the reach of\nthe step. What is left with 5 modes is the reduction.\n\n"
         .to_owned();
     let both: Vec<&[&Value]> = lines.chunks(2).collect();
     let cells: Vec<Vec<String>> = both
@@ -119,7 +126,7 @@ fn figures(unreduced: &[&Value], classical: &[&Value], reduced: &[&Value]) -> St
         "deflection of the unreduced rod over two revolutions",
     );
     page += "\n**Classical against four-field assembly (Fig 5).** The classical co-rotated equations in other code, integrated by extrapolation of order 10, \
-        against the runtime with all modes,\nρ = 0.9, 14400 steps.\n\n";
+        against the runtime with all modes,\nρ = 0.9, 14400 steps. Asserted by `tests/published/slider_crank.rs`, every 10°; here every 2°.\n\n";
     page += &table(
         &["case", "difference / largest deflection", "bound"],
         &rows(classical, |line| {
@@ -131,14 +138,14 @@ fn figures(unreduced: &[&Value], classical: &[&Value], reduced: &[&Value]) -> St
         "deflection, and difference from the classical equations",
     );
     page += "\n**Reduced against unreduced (Figs 6 and 7).** 4 elements, ρ = 0.8, 3600 steps. The independent history is unreduced and converged in the step, so \
-        its column has the error of the step\nin it. The paper's bounds are 1 % with 5 modes and better with 8.\n\n";
+        its column has the error of the step\nin it. The paper's bounds are 1 % with 5 modes and better with 8. Asserted by `runtime/tests/compatibility.rs`, against all modes by `tests/published/slider_crank.rs`.\n\n";
     page += &table(
         &[
             "compatibility",
             "modes",
             "against all modes, same steps",
             "against the history",
-            "bound",
+            "bound of that",
         ],
         &rows(reduced, |line| {
             vec![
@@ -179,9 +186,9 @@ fn weak(windows: &[&Value], errors: &[&Value], growths: &[&Value]) -> String {
         let (modes, steps) = (&line["modes"], &line["steps"]);
         let error = format!("{}, bound {}", short(line, "error"), bound(line));
         let from_static = format!(
-            "{}, bound {:.0e}",
+            "{}, bound {}",
             short(line, "static_error"),
-            number(line, "static_bound")
+            limit(number(line, "static_bound"))
         );
         add(
             &format!("{steps} steps, {modes} modes: from all modes"),
@@ -193,7 +200,7 @@ fn weak(windows: &[&Value], errors: &[&Value], growths: &[&Value]) -> String {
         );
     }
     for line in growths {
-        let after = format!("no step succeeds after {}", line["failed_after"]);
+        let after = format!("fails after {} steps", line["failed_after"]);
         add(
             &format!("{} steps a revolution, 5 modes", line["steps"]),
             after,
@@ -257,7 +264,7 @@ fn test_set(lines: &[&Value], elements: &[&Value]) -> String {
                 short(line, "error"),
                 bound(line),
                 short(line, "slider_error"),
-                format!("{:.0e}", number(line, "slider_bound")),
+                limit(number(line, "slider_bound")),
             ]
         }),
     );
@@ -285,8 +292,8 @@ fn order(lines: &[&Value]) -> String {
             "mechanism",
             "formulation",
             "error of",
-            "longest step",
-            "shortest step",
+            "at the longest step",
+            "at the shortest",
             "orders",
         ],
         &rows(lines, |line| {

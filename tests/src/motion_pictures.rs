@@ -8,6 +8,8 @@ use serde_json::Value;
 use crate::reference::numbers;
 
 const ANGLE: &str = "crank angle [°]";
+/// Differences below this aren't drawn: the first steps.
+const SMALLEST_DRAWN: f64 = 1e-9;
 const DEFLECTION: &str = "deflection / length";
 
 /// Names of the files, and their charts.
@@ -19,6 +21,9 @@ pub fn pictures(raw: &str) -> Vec<(&'static str, Vec<Chart>)> {
     let curves = |picture: &str, vertical: &str| chart(ANGLE, vertical, curves(&lines, picture));
     let mut reduced = curves("reduced difference", "largest difference so far");
     reduced.vertical.scale = Scale::Logarithmic;
+    for series in &mut reduced.series {
+        series.points.retain(|point| point[1] > SMALLEST_DRAWN);
+    }
     let mut growth = curves("weak growth", "largest end force [N]");
     growth.horizontal = Axis::linear("steps, a thousandth of a revolution each");
     growth.vertical.scale = Scale::Logarithmic;
@@ -33,7 +38,7 @@ pub fn pictures(raw: &str) -> Vec<(&'static str, Vec<Chart>)> {
             "classical.svg",
             vec![
                 curves("classical", DEFLECTION),
-                curves("classical difference", "difference"),
+                curves("classical difference", "largest difference so far"),
             ],
         ),
         ("reduced.svg", vec![curves("reduced", DEFLECTION), reduced]),

@@ -103,7 +103,7 @@ pub fn rigid() -> Vec<Value> {
     ] {
         let (place, drift) = double_four_bar_errors(method, 10_000);
         let problem = format!("double four-bar (A02), {name}");
-        let against = "published limit of small steps";
+        let against = "equation of the angle";
         add(
             &problem,
             "place of the first head, m",
