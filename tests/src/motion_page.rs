@@ -56,7 +56,7 @@ fn bound(line: &Value) -> String {
 /// One digit, or two where it has two.
 fn limit(value: f64) -> String {
     let short = format!("{value:.0e}");
-    match short.parse() {
+    match short.parse::<f64>() {
         Ok(same) if value == same => short,
         _ => format!("{value:.1e}"),
     }
