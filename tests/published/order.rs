@@ -10,7 +10,7 @@ fn errors_are_of_second_order_in_the_step() {
         for method in [method(0.8), stabilized(0.8)] {
             for (errors, quantity) in convergence(problem, method).iter().zip(QUANTITIES) {
                 let orders = orders(errors);
-                println!("{}, {quantity}: {errors:.1e?} {orders:.2?}", problem.name);
+                println!("{}, {quantity}: {errors:?} {orders:.2?}", problem.name);
                 assert!(orders.iter().all(|order| (order - 2.0).abs() < ORDER_BOUND));
             }
         }

@@ -93,13 +93,16 @@ fn step_convergence(lines: &[Value]) -> Chart {
     let mut chart = chart(
         "steps a revolution",
         "error / largest deflection",
-        vec![series("5 modes + 4", 5), series("all 12 modes", 12)],
+        vec![
+            series("5 modes + 4 attachments", 5),
+            series("all 12 modes", 12),
+        ],
     );
     let [steps, error] = chart.series[1].points[3];
     chart.slopes = vec![ReferenceSlope {
-        name: "second order".to_owned(),
+        name: "h²".to_owned(),
         exponent: -2.0,
-        through: [steps, 0.4 * error],
+        through: [steps, 0.2 * error],
     }];
     logarithmic(chart)
 }
