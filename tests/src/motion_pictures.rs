@@ -102,7 +102,7 @@ fn step_convergence(lines: &[Value]) -> Chart {
     chart.slopes = vec![ReferenceSlope {
         name: "h²".to_owned(),
         exponent: -2.0,
-        through: [steps, 0.2 * error],
+        through: [steps, 0.1 * error],
     }];
     logarithmic(chart)
 }
