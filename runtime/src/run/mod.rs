@@ -19,6 +19,7 @@ use crate::integrator::newton::{self, Method, Tolerance};
 use crate::integrator::scheme::Scheme;
 use crate::model::{FieldWriter, LoadedFile, Model, RecordedStep, Recorder};
 use crate::scene::{self, Analysis, Integrator, RedundantConstraints, Scene};
+use crate::system::evaluation::Evaluation;
 use crate::system::{State, System};
 pub use analyses::{DrivenReport, ModesReport, RestReport};
 pub use transient::RunReport;
@@ -274,10 +275,15 @@ impl Session {
     }
 
     /// Writes the fields that are due.
-    fn write_fields(&mut self, system: &System, state: &State, step: f64) -> Result<(), Error> {
+    fn write_fields(
+        &mut self,
+        (system, state): (&System, &State),
+        evaluation: &Evaluation,
+        step: f64,
+    ) -> Result<(), Error> {
         self.fields
             .iter_mut()
-            .try_for_each(|field| field.write(system, state, step))
+            .try_for_each(|field| field.write(system, state, evaluation, step))
     }
 
     /// Tells somebody, and the file.
