@@ -68,7 +68,7 @@ fn scene() -> Scene {
     scene
 }
 
-fn main() -> Result<(), Error> {
+pub fn main() -> Result<(), Error> {
     let mut mechanism = Mechanism::start(&scene())?;
     println!("time [s], height [m], torque [N m]");
     for step in 1..=2000 {
