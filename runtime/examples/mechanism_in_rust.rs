@@ -68,6 +68,10 @@ fn scene() -> Scene {
     scene
 }
 
+/// Runs the scene for two seconds.
+///
+/// # Errors
+/// Whatever stops the start or a step.
 pub fn main() -> Result<(), Error> {
     let mut mechanism = Mechanism::start(&scene())?;
     println!("time [s], height [m], torque [N m]");
