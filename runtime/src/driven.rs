@@ -66,7 +66,7 @@ fn freedoms(system: &System, state: &State) -> Result<usize, Error> {
     evaluation.measure(system, &still);
     evaluation.load(system, &still);
     evaluation.resist(system, &still);
-    let mut jacobian = Linearization::at(system, &still, &evaluation).jacobian;
+    let mut jacobian = Linearization::at(system, &still, &evaluation)?.jacobian;
     for body in &system.bodies {
         for column in body.velocities.start + 6..body.velocities.end {
             jacobian.col_mut(column).fill(0.0);

@@ -80,7 +80,7 @@ impl Eigenmodes {
         evaluation.measure(system, state);
         evaluation.load(system, state);
         evaluation.resist(system, state);
-        let mut linearization = Linearization::at(system, state, &evaluation);
+        let mut linearization = Linearization::with_rigid_joints(system, state, &evaluation)?;
         let directions = FreeDirections::of(system, &linearization.jacobian)?;
         turn_with_bodies(system, state, &mut linearization);
         let freedom_count = directions.count();

@@ -152,7 +152,7 @@ impl Balance {
     fn at(system: &System, state: &mut State, evaluation: &mut Evaluation) -> Result<Self, Error> {
         state.forces.fill(0.0);
         balance_springs(system, state, evaluation);
-        let unloaded = Linearization::at(system, state, evaluation);
+        let unloaded = Linearization::with_rigid_joints(system, state, evaluation)?;
         let directions = FreeDirections::of(system, &unloaded.jacobian)?;
         let reactions = directions.reactions(&evaluation.residual);
         for (row, force) in unloaded.constraints.iter().zip(reactions) {
@@ -160,7 +160,7 @@ impl Balance {
         }
         evaluation.load(system, state);
         evaluation.resist(system, state);
-        let linearization = Linearization::at(system, state, evaluation);
+        let linearization = Linearization::with_rigid_joints(system, state, evaluation)?;
         let stiffness = directions.reduce(&linearization.stiffness);
         let mass = directions.reduce(&linearization.mass);
         let components = directions.components(&evaluation.residual);

@@ -197,7 +197,7 @@ fn method(radius: f64) -> Method {
         formulation: Formulation::Index3,
         tolerance: Tolerance {
             relative: 1e-7,
-            max_iterations: 20,
+            max_iterations: 100,
         },
     }
 }
@@ -256,22 +256,32 @@ fn all_modes_make_strong_and_static_the_same() {
 
 #[test]
 fn weak_survives_long_steps_only() {
-    let full = SliderCrank::new(12, Compatibility::Strong);
-    let expected = full.history(0.8, 50, 100).unwrap();
-    let weak = SliderCrank::new(5, Compatibility::Weak);
-    let error = difference(&weak.history(0.8, 50, 100).unwrap(), &expected);
-    println!("weak, 5 modes, 50 steps: {error:.2e}");
-    assert!(error < 1e-2, "{error:.2e}");
-
-    let mut simulation = weak.start(0.8);
-    let step = TAU / SPEED / 1000.0;
-    let fails = |_: &usize| match simulation.step(step) {
-        Ok(_) => weak.deflection(&mut simulation).abs() > 1.0,
-        Err(_) => true,
+    // At such steps the unreduced rod's start rings in the integrator; the static twin starts as the weak form does.
+    let of = |modes, compatibility| {
+        let crank = SliderCrank::new(modes, compatibility);
+        crank.history(0.8, 50, 100).unwrap()
     };
-    let diverged = (1..=100).find(fails);
-    println!("weak, 1000 steps: {diverged:?}");
-    assert!(diverged.is_some());
+    let full = of(12, Compatibility::Strong);
+    for (modes, allowed) in [(5, 2e-2), (8, 6e-3)] {
+        let found = of(modes, Compatibility::Weak);
+        let error = difference(&found, &full);
+        let apart = difference(&found, &of(modes, Compatibility::Static));
+        println!("weak, {modes} modes, 50 steps: {error:.2e}, from static {apart:.2e}");
+        assert!(error < allowed, "{modes} modes: {error:.2e}");
+        assert!(apart < 1e-4, "{modes} modes: {apart:.2e}");
+    }
+
+    let weak = SliderCrank::new(5, Compatibility::Weak);
+    for steps in [1000.0, 4000.0] {
+        let mut simulation = weak.start(0.8);
+        let fails = |_: &usize| match simulation.step(TAU / SPEED / steps) {
+            Ok(_) => weak.deflection(&mut simulation).abs() > 1.0,
+            Err(_) => true,
+        };
+        let diverged = (1..=100).find(fails);
+        println!("weak, {steps} steps: {diverged:?}");
+        assert!(diverged.is_some(), "{steps} steps");
+    }
 }
 
 #[test]
@@ -297,6 +307,66 @@ fn window_of_weak_compatibility() {
     let window = WeakWindow::of(&all.system, &all.state, &Scheme::generalized_alpha(0.8));
     assert_eq!(window.negative_eigenvalue_count, 0);
     window.check(1e-9).unwrap();
+}
+
+/// The resultant of the forces on the rod's pins is what its momentum changes by, whatever the compatibility; a restored run goes on alike; and the
+/// motor's work is in the energy.
+#[test]
+fn interface_forces_energy_and_restoring() {
+    for (compatibility, formulation) in [
+        (Compatibility::Strong, Formulation::Index3),
+        (Compatibility::Static, Formulation::Index3),
+        (Compatibility::Static, Formulation::StabilizedIndex2),
+    ] {
+        let crank = SliderCrank::new(5, compatibility);
+        let mut method = method(0.8);
+        method.formulation = formulation;
+        let (system, state) = (crank.system.clone(), crank.state.clone());
+        let (mut simulation, _) =
+            Simulation::start(system, state, method, Redundancy::MinimumNorm).unwrap();
+        let step = TAU / SPEED / 3600.0;
+        let mut peak: f64 = 0.0;
+        for _ in 0..1800 {
+            simulation.step(step).unwrap();
+            simulation.refresh();
+            let (energy, _, defect) = simulation.energy();
+            peak = peak.max(defect.abs() / energy.kinetic);
+        }
+        println!("{compatibility:?} {formulation:?}: energy defect {peak:.2e}");
+        assert!(peak < 1e-4, "{compatibility:?} {formulation:?}: {peak:.2e}");
+
+        simulation.refresh();
+        let g = simulation.interface_forces(crank.rod);
+        let rod = &crank.system.bodies[crank.rod];
+        let pose = simulation.state().pose(crank.rod);
+        let first = rod.velocities.start;
+        let acceleration =
+            Vector3::from_column_slice(&simulation.state().accelerations[first..first + 3]);
+        let force = pose.axes * Vector3::new(g[0] + g[2], g[1] + g[3], 0.0);
+        let left = force - acceleration * rod.flexible.inertia.mass();
+        assert!(left.norm() < 1e-6 * force.norm(), "{left} {force}");
+
+        let snapshot = simulation.save();
+        for _ in 0..10 {
+            simulation.step(step).unwrap();
+        }
+        let end = simulation.state().clone();
+        simulation.restore(&snapshot).unwrap();
+        for _ in 0..10 {
+            simulation.step(step).unwrap();
+        }
+        assert_eq!(&end, simulation.state());
+        let flexibility = rod.flexible.residual_flexibility.as_ref();
+        if let Some(flexibility) = flexibility {
+            simulation.refresh();
+            let g = simulation.interface_forces(crank.rod);
+            let expected = common::product(flexibility, &g);
+            let size = expected.iter().fold(0.0_f64, |most, x| most.max(x.abs()));
+            for (x, expected) in end.residual_displacements.iter().zip(&expected) {
+                assert!((x - expected).abs() < 1e-6 * size, "{x} {expected}");
+            }
+        }
+    }
 }
 
 /// Two rods in line, pinned together: the pencil of the linear equations in modes, rigid ones among them, and joint forces.
@@ -411,7 +481,7 @@ fn rod_between_two_pins() {
         sum += 0.5 * (g[1] + g[3]) / f64::from(10 * steps);
         // Pulling forces are equal and opposite, and gravity doesn't stretch the rod.
         assert!(
-            g[0].abs() < 1e-9 * weight && g[2].abs() < 1e-9 * weight,
+            g[0].abs() < 1e-6 * weight && g[2].abs() < 1e-6 * weight,
             "{g:?}"
         );
     }

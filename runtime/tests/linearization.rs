@@ -273,7 +273,7 @@ fn linearization_is_the_derivative_of_the_equations() {
         for seed in [3, 4] {
             let mut state = scattered(&system, seed);
             evaluate(&system, &mut state, &mut evaluation);
-            let exact = Linearization::at(&system, &state, &evaluation);
+            let exact = Linearization::at(&system, &state, &evaluation).unwrap();
             let n = system.velocity_count();
             for (level, matrix) in [
                 (Level::Positions, &exact.stiffness),
@@ -481,7 +481,7 @@ fn condensed_solve_is_the_dense_one_at_rest() {
         condensed
             .factor(&system, &state, &evaluation, &blend, None)
             .unwrap();
-        let exact = Linearization::at(&system, &state, &evaluation);
+        let exact = Linearization::at(&system, &state, &evaluation).unwrap();
         let mut residual = numbers(system.velocity_count(), 17);
         for (row, entry) in residual.iter_mut().enumerate() {
             *entry *= f64::from(u8::from(moves(&system, row)));

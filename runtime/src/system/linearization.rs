@@ -4,10 +4,11 @@
 //!
 //! ```text
 //! δ(inertia + elastic + damping - applied - Bᵀ λ)  =  M δq'' + C δq' + K δq - Bᵀ δλ
-//! δ(e - f)                                         =  B δq
+//! δ(e - f)                                         =  B δq + c δλ
 //! ```
 //! B holds the constraints; springs are in K and C. K includes what the forces of constraints, springs and loads change by when
-//! frames turn and interfaces move.
+//! frames turn and interfaces move. c is the flexibility of interfaces that follow their forces beside the coordinates; what
+//! forces change by when those displacements carry them along is left out, of relative order displacement over length.
 
 use faer::{Mat, MatMut};
 use nalgebra::{Matrix3, Matrix6, Vector3};
@@ -15,8 +16,11 @@ use nalgebra::{Matrix3, Matrix6, Vector3};
 use super::condensed::keep_rows_in_world;
 use super::evaluation::Evaluation;
 use super::marker::{halves, six, turned, turned_back};
+use super::residual::row_flexibility;
 use super::state::rates;
-use super::{Demand, LoadAxes, State, System};
+use super::{Body, Demand, LoadAxes, State, System};
+use crate::body::Compatibility;
+use crate::error::Error;
 use crate::frame::InertiaTangent;
 use crate::motion::Six;
 use crate::rotation::left_jacobian_transpose_derivative;
@@ -32,13 +36,20 @@ pub struct Linearization {
     pub stiffness: Mat<f64>,
     /// B, one row for each constraint of `constraints`.
     pub jacobian: Mat<f64>,
+    /// c over the constraints; `None` where every displacement is one of coordinates.
+    pub compliance: Option<Mat<f64>>,
     /// Rows of the system that are constraints.
     pub constraints: Vec<usize>,
 }
 
 impl Linearization {
     /// At a state whose evaluation, velocities of markers included, is up to date.
-    pub fn at(system: &System, state: &State, evaluation: &Evaluation) -> Self {
+    ///
+    /// # Errors
+    /// [`Error::NotHandled`] for bodies of weak compatibility, whose interface forces are coordinates, and for springs on
+    /// interfaces that follow their forces beside the coordinates.
+    pub fn at(system: &System, state: &State, evaluation: &Evaluation) -> Result<Self, Error> {
+        refuse_unhandled(system)?;
         let n = system.velocity_count();
         let constraints: Vec<usize> = (0..system.rows.len())
             .filter(|row| !matches!(system.rows[*row].demand, Demand::Answer(_)))
@@ -48,6 +59,11 @@ impl Linearization {
             damping: Mat::zeros(n, n),
             stiffness: Mat::zeros(n, n),
             jacobian: Mat::zeros(constraints.len(), n),
+            compliance: row_flexibility(system, evaluation).map(|all| {
+                Mat::from_fn(constraints.len(), constraints.len(), |i, j| {
+                    all[(constraints[i], constraints[j])]
+                })
+            }),
             constraints,
         };
         for body in 0..system.bodies.len() {
@@ -57,7 +73,31 @@ impl Linearization {
         let motions = MarkerJacobians::of(system, state, evaluation);
         this.add_rows(system, state, evaluation, &motions);
         this.add_follower_loads(system, state, evaluation, &motions);
-        this
+        Ok(this)
+    }
+
+    /// The same for solvers that take joints as rigid: constraints without compliance of their own.
+    ///
+    /// # Errors
+    /// [`Error::NotHandled`] where interfaces follow their forces beside the coordinates; those of [`Linearization::at`].
+    pub fn with_rigid_joints(
+        system: &System,
+        state: &State,
+        evaluation: &Evaluation,
+    ) -> Result<Self, Error> {
+        let this = Self::at(system, state, evaluation)?;
+        let compliant = system
+            .bodies
+            .iter()
+            .find(|body| !body.residual_rows.is_empty());
+        match (&this.compliance, compliant) {
+            (Some(_), Some(body)) => Err(Error::NotHandled {
+                body: body.name.clone(),
+                what: "its interfaces follow their forces without inertia, which equilibrium and eigenmodes don't handle",
+                remedy: "use strong compatibility",
+            }),
+            _ => Ok(this),
+        }
     }
 
     fn add_inertia(
@@ -239,6 +279,39 @@ impl Linearization {
     }
 }
 
+fn refuse_unhandled(system: &System) -> Result<(), Error> {
+    let refused = |body: &Body, what, remedy| Error::NotHandled {
+        body: body.name.clone(),
+        what,
+        remedy,
+    };
+    for body in &system.bodies {
+        if body.flexible.compatibility == Compatibility::Weak {
+            let what = "its weak compatibility has no linearization in displacements";
+            return Err(refused(body, what, "use strong or static compatibility"));
+        }
+    }
+    for row in &system.rows {
+        let Demand::Answer(_) = &row.demand else {
+            continue;
+        };
+        for term in &system.terms[row.terms.clone()] {
+            let owners = [term.a, term.b].map(|marker| system.markers[marker].body);
+            for body in owners
+                .into_iter()
+                .flatten()
+                .map(|body| &system.bodies[body])
+            {
+                if !body.residual_rows.is_empty() {
+                    let what = "a spring acts on an interface that its forces deflect statically";
+                    return Err(refused(body, what, "use strong compatibility"));
+                }
+            }
+        }
+    }
+    Ok(())
+}
+
 /// Columns of S_u and S_θ.
 struct Shapes<'a> {
     columns: &'a [f64],
@@ -294,7 +367,7 @@ impl MarkerJacobians {
             let (place, pose) = (&evaluation.places[index], &evaluation.poses[body_index]);
             let velocities = &state.velocities[body.velocities.clone()];
             let spin = rates(velocities).angular;
-            let (u_rate, turn_rate) = marker.displacement(&velocities[6..]);
+            let (u_rate, turn_rate) = marker.with_extra(&velocities[6..], &place.extra_rate);
             let relative = spin.cross(&place.arm) + u_rate;
             let turning = spin + place.turn_jacobian * turn_rate;
             let jacobian_slope = -left_jacobian_transpose_derivative(&-place.turn, &turn_rate);
