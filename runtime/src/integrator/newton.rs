@@ -140,6 +140,10 @@ const VIOLATED: f64 = 1e4;
 const FAILING: f64 = 0.3;
 /// Steps that begin with a new factor after one has failed.
 const WARY: usize = 50;
+/// The joints' system enlarges its right-hand side by more than this only near a dead centre.
+const NEARLY_SINGULAR: f64 = 1e5;
+/// Rounding is taken to be enlarged by no more: a dead centre leaves half the digits of a position.
+const LARGEST_AMPLIFICATION: f64 = 1e8;
 /// Corrections below this many units in the last place of the positions are rounding.
 const ROUNDING: f64 = 16.0 * f64::EPSILON;
 
@@ -253,6 +257,11 @@ impl Corrector {
             }
             if effort.iterations >= tolerance.max_iterations {
                 self.factored_step = None;
+                if self.is_as_good_as_possible(correction, floor) {
+                    self.was_singular = true;
+                    self.refuse_contradiction(system, correction.max(allowed))?;
+                    return Ok(effort);
+                }
                 return Err(Error::NotConverged {
                     time: self.trial.time,
                     iterations: effort.iterations,
@@ -563,6 +572,14 @@ impl Corrector {
             .fold(0.0, |most: f64, (body, origin)| {
                 most.max(origin.amax() + body.length)
             })
+    }
+
+    /// Whether a correction is what rounding leaves at a dead centre: there the constraints nearly depend on each other, and
+    /// positions are known by so much less.
+    fn is_as_good_as_possible(&mut self, correction: f64, floor: f64) -> bool {
+        let amplification = self.condensed.amplification();
+        amplification > NEARLY_SINGULAR
+            && correction < 100.0 * floor * amplification.min(LARGEST_AMPLIFICATION)
     }
 
     /// Why a correction is not finite: a function of time that has no value there, or the motion itself.

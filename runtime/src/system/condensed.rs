@@ -208,6 +208,12 @@ impl Condensed {
         }
     }
 
+    /// How much the joints' system enlarges what it solves for: large where constraints nearly depend on each other. Overwrites the last solve's
+    /// `force_step`.
+    pub fn amplification(&mut self) -> f64 {
+        self.joints.amplification(&mut self.force_step)
+    }
+
     /// Assembles and factors S and the joints' system at the last evaluation. `turns` are the rotation vectors Δφ from the start
     /// of the step, by which velocities follow the positions; `None` for a solve of accelerations or of a first guess.
     ///
