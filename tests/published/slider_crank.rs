@@ -7,7 +7,7 @@
 
 use std::f64::consts::TAU;
 
-use dcb_runtime::integrator::newton::Method;
+use dcb_runtime::integrator::Method;
 use dcb_tests::mechanism::{method, run};
 use dcb_tests::reduced_rod::{Benchmark, ReducedRod};
 use dcb_tests::reference::{numbers, reference};

@@ -15,8 +15,8 @@ use serde_json::Value;
 
 use crate::error::Error;
 use crate::initial::{InitialReport, Redundancy};
-use crate::integrator::newton::{self, Method, Tolerance};
 use crate::integrator::scheme::Scheme;
+use crate::integrator::{self, Method, Tolerance};
 use crate::model::{FieldWriter, LoadedFile, Model, RecordedStep, Recorder};
 use crate::scene::{self, Analysis, Integrator, RedundantConstraints, Scene};
 use crate::system::evaluation::Evaluation;
@@ -125,8 +125,8 @@ pub fn method(integrator: &Integrator) -> Method {
             scene::Method::Hht { alpha } => Scheme::hht(alpha),
         },
         formulation: match integrator.formulation {
-            scene::Formulation::Index3 => newton::Formulation::Index3,
-            scene::Formulation::StabilizedIndex2 => newton::Formulation::StabilizedIndex2,
+            scene::Formulation::Index3 => integrator::Formulation::Index3,
+            scene::Formulation::StabilizedIndex2 => integrator::Formulation::StabilizedIndex2,
         },
         tolerance: Tolerance {
             relative: integrator.tolerance,

@@ -9,7 +9,7 @@ use crate::compatibility_window::WeakWindow;
 use crate::error::Error;
 use crate::initial::InitialReport;
 use crate::integrator::adaptive::{AdaptiveStep, StepSize};
-use crate::integrator::newton::{Effort, Profile};
+use crate::integrator::{Effort, Profile};
 use crate::model::{Model, RecordedStep};
 use crate::scene::{Compatibility, Integrator, Record, Scene};
 use crate::simulation::Simulation;
