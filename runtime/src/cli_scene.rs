@@ -58,8 +58,7 @@ pub fn run(arguments: &SceneArguments, common: &CommonArguments) -> Result<Done,
         watcher.note(0.0, note);
     }
     let loaded = describe(&scene, &model, common);
-    let report =
-        run::transient(&scene, model, &target, &mut watcher).map_err(|error| in_file(error, path));
+    let report = run::transient(&scene, model, &target, &mut watcher);
     watcher.bar.finish_and_clear();
     let report = report?;
     if let Some(table) = &arguments.csv {

@@ -13,7 +13,7 @@ use crate::initial::{InitialReport, Redundancy};
 use crate::integrator::newton::{self, Effort, Method, Profile, Tolerance};
 use crate::integrator::scheme::Scheme;
 use crate::model::{FieldWriter, Model, RecordedStep, Recorder};
-use crate::scene::{self, Analysis, Integrator, Record, RedundantConstraints, Scene};
+use crate::scene::{self, Integrator, Record, RedundantConstraints, Scene};
 use crate::simulation::Simulation;
 use crate::validity::Validity;
 
@@ -122,7 +122,6 @@ pub fn transient(
     let integrator = scene
         .integrator
         .ok_or_else(|| Error::described("integrator", "is missing"))?;
-    refuse_other_runs(scene, &integrator)?;
     let superelements = model.files.iter().map(|file| file.path.as_path());
     refuse_inputs(&target.path, superelements, "a superelement of the scene")?;
     let header = header(scene, &model, target);
@@ -195,23 +194,6 @@ pub fn transient(
         is_complete,
         profile: simulation.profile().copied(),
     })
-}
-
-/// Another analysis, or steps that change, would give other numbers than the scene asks for.
-fn refuse_other_runs(scene: &Scene, integrator: &Integrator) -> Result<(), Error> {
-    if scene.analysis != Analysis::Transient {
-        return Err(Error::described(
-            "analysis",
-            "asks for something else than the motion over time, which is all that a run gives",
-        ));
-    }
-    if integrator.adaptive.is_some() {
-        return Err(Error::described(
-            "integrator",
-            "has `adaptive`, but a run has steps of one length; leave it out",
-        ));
-    }
-    Ok(())
 }
 
 /// A file that is read can't be written.
