@@ -17,7 +17,7 @@ use crate::csv;
 use crate::error::Error;
 use crate::history::Selection;
 use crate::model::Model;
-use crate::run::{self, Observer, Profiling, RunReport, Target};
+use crate::run::{self, ModesReport, Observer, Profiling, Report, RunReport, Target};
 use crate::scene::{BodyKind, Compatibility, Method, Scene, in_file};
 
 /// Whether the user has interrupted.
@@ -58,15 +58,15 @@ pub fn run(arguments: &SceneArguments, common: &CommonArguments) -> Result<Done,
         watcher.note(0.0, note);
     }
     let loaded = describe(&scene, &model, common);
-    let report = run::transient(&scene, model, &target, &mut watcher);
+    let report = run::run(&scene, model, &target, &mut watcher);
     watcher.bar.finish_and_clear();
     let report = report?;
     if let Some(table) = &arguments.csv {
         csv::write_csv(&Results::open(&target.path)?, Selection::Outputs, table)?;
     }
     Ok(Done {
-        output: loaded + &summary(&report, &target.path, &scene),
-        ending: if report.is_complete {
+        output: loaded + &told(&report, &target.path, &scene),
+        ending: if report.is_complete() {
             Ending::Complete
         } else {
             Ending::Interrupted
@@ -188,6 +188,57 @@ fn describe(scene: &Scene, model: &Model, common: &CommonArguments) -> String {
                 let _ = writeln!(text, "    warned at reduction: {warning}");
             }
         }
+    }
+    text
+}
+
+/// What was found.
+fn told(report: &Report, path: &Path, scene: &Scene) -> String {
+    let mut text = match report {
+        Report::Transient(report) => return summary(report, path, scene),
+        Report::Static(report) => format!(
+            "at rest after {} iterations; the softest free direction has a frequency of {:.4e} 1/{}\n",
+            report.equilibrium.iterations,
+            report.equilibrium.least_stiffness.sqrt() / std::f64::consts::TAU,
+            scene.units.time
+        ),
+        Report::Kinematic(report) => format!("{} times\n", report.times),
+        Report::Modes(report) => modes_table(report, scene),
+    };
+    let state = if report.is_complete() {
+        ""
+    } else {
+        " (incomplete)"
+    };
+    let _ = writeln!(text, "{}{state}", path.display());
+    text
+}
+
+/// Frequencies and damping.
+fn modes_table(report: &ModesReport, scene: &Scene) -> String {
+    let mut text = format!(
+        "{} freedoms, {} of them without stiffness\n{:>5} {:>18} {:>12} {:>12}\n",
+        report.modes.freedom_count,
+        report.modes.rigid_count,
+        "mode",
+        format!("frequency [1/{}]", scene.units.time),
+        "damping",
+        "growth"
+    );
+    for (index, mode) in report.modes.modes.iter().take(report.count).enumerate() {
+        let _ = writeln!(
+            text,
+            "{:>5} {:>18.9} {:>12.5} {:>12.4e}",
+            index + 1,
+            mode.frequency(),
+            // No minus before a zero.
+            (1e5 * mode.damping_ratio()).round() / 1e5 + 0.0,
+            mode.growth
+        );
+    }
+    let unstable = report.modes.unstable().len();
+    if unstable > 0 {
+        let _ = writeln!(text, "{unstable} unstable: the growth is positive");
     }
     text
 }

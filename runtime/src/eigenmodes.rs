@@ -51,9 +51,9 @@ impl Eigenmode {
         if size > 0.0 { -self.growth / size } else { 0.0 }
     }
 
-    /// Whether the mode grows.
+    /// Whether the mode grows, by more than rounding.
     pub fn is_unstable(&self) -> bool {
-        self.growth > 0.0
+        self.growth > ROUNDING * self.growth.hypot(self.angular_frequency)
     }
 }
 

@@ -409,6 +409,9 @@ impl Error {
                 | Self::NotFinite { .. }
                 | Self::FunctionNotFinite { .. }
                 | Self::NotConverged { .. }
+                | Self::StepTooSmall { .. }
+                | Self::NoEquilibrium { .. }
+                | Self::NoEigenvalues
                 | Self::CannotAssemble { .. }
                 | Self::Contradiction { .. }
                 | Self::InertiaNotPositive { .. }

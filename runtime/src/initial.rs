@@ -24,7 +24,7 @@ use crate::system::body_factor::Elastic;
 use crate::system::condensed::{Blend, Condensed};
 use crate::system::evaluation::Evaluation;
 use crate::system::residual::{add_product, row_flexibility};
-use crate::system::{Demand, State, System};
+use crate::system::{Body, Demand, State, System};
 
 /// How far constraints may stay open, relative to the size of the mechanism: rounding. What stays open is pulled shut in the first
 /// step, with an acceleration of this much over its square.
@@ -657,15 +657,19 @@ impl<'a> Starter<'a> {
 
     fn sped(&self, before: &[f64], after: &State) -> Vec<MovedBody> {
         let mut sped = Vec::new();
+        let part = |i: usize| Vector3::from_column_slice(&after.velocities[i..i + 3]).norm();
+        let speed = |body: &Body| {
+            let at = body.velocities.start;
+            part(at) + body.length * part(at + 3)
+        };
+        let fastest = self.system.bodies.iter().map(speed).fold(0.0, f64::max);
         for body in &self.system.bodies {
             let at = body.velocities.start;
             let change = |i: usize| {
                 Vector3::from_fn(|k, _| after.velocities[at + i + k] - before[at + i + k]).norm()
             };
-            let size = |i: usize| Vector3::from_fn(|k, _| after.velocities[at + i + k]).norm();
             let (translation, rotation) = (change(0), change(3));
-            let speed = size(0) + body.length * size(3);
-            if translation + body.length * rotation > 1e-6 * speed {
+            if translation + body.length * rotation > 1e-6 * fastest {
                 sped.push(MovedBody {
                     body: body.name.clone(),
                     translation,

@@ -10,7 +10,7 @@ use crate::simulation::{Simulation, Snapshot};
 
 /// A scene in motion, advanced step by step.
 ///
-/// Where a whole run is to go to a results file, [`run::transient`] does that.
+/// Where a whole run is to go to a results file, [`run::run`] does that.
 pub struct Mechanism {
     simulation: Simulation,
     recorder: Recorder,

@@ -117,6 +117,22 @@ impl Simulation {
         observe: &mut dyn FnMut(&State),
     ) -> Result<(), Error> {
         while self.state.time < end {
+            self.step_adaptively(end, size)?;
+            observe(&self.state);
+        }
+        Ok(())
+    }
+
+    /// One step towards `end`, as large as the tolerance allows; its size, and what it took.
+    ///
+    /// # Errors
+    /// As [`Simulation::advance_to`].
+    pub fn step_adaptively(
+        &mut self,
+        end: f64,
+        size: &mut StepSize,
+    ) -> Result<(f64, Effort), Error> {
+        loop {
             let left = end - self.state.time;
             let step = size.up_to(left);
             if self.state.earlier_step == 0.0 {
@@ -132,11 +148,10 @@ impl Simulation {
                             trial.time = end;
                         }
                         self.accept(step, effort);
-                        observe(&self.state);
-                    } else {
-                        self.effort.iterations += effort.iterations;
-                        self.effort.factorizations += effort.factorizations;
+                        return Ok((step, effort));
                     }
+                    self.effort.iterations += effort.iterations;
+                    self.effort.factorizations += effort.factorizations;
                 }
                 Err(
                     Error::NotConverged { .. }
@@ -150,7 +165,6 @@ impl Simulation {
                 Err(other) => return Err(other),
             }
         }
-        Ok(())
     }
 
     /// Makes the trial state the present one.
@@ -221,12 +235,7 @@ impl Simulation {
     /// Evaluates frames, velocities, accelerations and forces at the state.
     pub fn refresh(&mut self) -> &mut Evaluation {
         let evaluation = &mut self.corrector.evaluation;
-        evaluation.place(&self.system, &self.state);
-        evaluation.add_velocities(&self.system, &self.state);
-        evaluation.add_accelerations(&self.system, &self.state);
-        evaluation.measure(&self.system, &self.state);
-        evaluation.load(&self.system, &self.state);
-        evaluation.resist(&self.system, &self.state);
+        evaluation.refresh(&self.system, &self.state);
         evaluation
     }
 

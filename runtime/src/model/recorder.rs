@@ -68,6 +68,24 @@ impl<'a> RecordedStep<'a> {
     }
 }
 
+impl<'a> RecordedStep<'a> {
+    /// A state that no simulation led to; nothing has done work.
+    pub fn at(system: &'a System, state: &'a State, evaluation: &'a mut Evaluation) -> Self {
+        evaluation.refresh(system, state);
+        let energy = Energy::at(system, state, evaluation);
+        Self {
+            system,
+            state,
+            evaluation,
+            energy,
+            works: Works::default(),
+            defect: 0.0,
+            step: 0.0,
+            iterations: 0,
+        }
+    }
+}
+
 impl Recorder {
     /// The scene's outputs, and what every run records: reactions, interface forces, drives, springs, energies, drift, steps.
     pub(super) fn for_scene(

@@ -231,6 +231,16 @@ impl Evaluation {
         }
     }
 
+    /// All of it at a state, velocities and accelerations included.
+    pub fn refresh(&mut self, system: &System, state: &State) {
+        self.place(system, state);
+        self.add_velocities(system, state);
+        self.add_accelerations(system, state);
+        self.measure(system, state);
+        self.load(system, state);
+        self.resist(system, state);
+    }
+
     /// e' of a row, after `add_velocities`.
     pub fn rate(&self, system: &System, index: usize) -> f64 {
         let terms = &system.terms[system.rows[index].terms.clone()];

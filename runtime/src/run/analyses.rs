@@ -1,0 +1,220 @@
+//! Analyses without integration: a rest, a motion that the drives fix, small oscillations.
+
+use serde_json::{Value, json};
+
+use super::{Ending, Observer, Opened, Session, Target, redundancy, tell_start};
+use crate::driven::DrivenMotion;
+use crate::eigenmodes::{Eigenmode, Eigenmodes};
+use crate::equilibrium::{EquilibriumReport, EquilibriumSettings, find_equilibrium};
+use crate::error::Error;
+use crate::initial::{InitialReport, Starter};
+use crate::model::{Model, RecordedStep};
+use crate::scene::{Linearization, ModesAnalysis, Scene};
+use crate::system::evaluation::Evaluation;
+use crate::system::{State, System};
+
+/// A rest.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct RestReport {
+    /// How it was found.
+    pub equilibrium: EquilibriumReport,
+}
+
+/// A motion that the drives fix.
+#[derive(Clone, Debug, PartialEq)]
+pub struct DrivenReport {
+    /// What was done to make the start consistent.
+    pub initial: InitialReport,
+    /// Times that were computed.
+    pub times: usize,
+    /// Whether the end was reached.
+    pub is_complete: bool,
+}
+
+/// Small oscillations.
+#[derive(Clone, Debug, PartialEq)]
+pub struct ModesReport {
+    /// All of them, by increasing frequency.
+    pub modes: Eigenmodes,
+    /// How many were asked for.
+    pub count: usize,
+}
+
+/// Finds a stable rest near the placement and records it.
+///
+/// # Errors
+/// Those of [`find_equilibrium`]; [`Error::File`] where results can't be written.
+pub fn rest(
+    scene: &Scene,
+    model: Model,
+    target: &Target,
+    observer: &mut dyn Observer,
+) -> Result<RestReport, Error> {
+    let Opened {
+        mut session,
+        system,
+        mut drawn,
+        ..
+    } = Session::open(scene, model, target)?;
+    let found = find_equilibrium(&system, &mut drawn, &EquilibriumSettings::default());
+    let found = found.and_then(|equilibrium| {
+        record_state(&mut session, &system, &drawn)?;
+        observer.progress(1.0, 1.0);
+        Ok(RestReport { equilibrium })
+    });
+    let summary = match &found {
+        Ok(report) => json!({
+            "analysis": "static",
+            "iterations": report.equilibrium.iterations,
+            "least_stiffness": finite(report.equilibrium.least_stiffness),
+        }),
+        Err(_) => json!({"analysis": "static"}),
+    };
+    session.close(found, &at_start(), &summary)
+}
+
+/// Follows the drives from time zero to the end, and records every step.
+///
+/// # Errors
+/// Those of [`DrivenMotion`]; [`Error::Description`] without an integrator, whose `step` and `end` are used.
+pub fn driven(
+    scene: &Scene,
+    model: Model,
+    target: &Target,
+    observer: &mut dyn Observer,
+) -> Result<DrivenReport, Error> {
+    let integrator = scene
+        .integrator
+        .ok_or_else(|| Error::described("integrator", "is missing"))?;
+    let Opened {
+        mut session,
+        system,
+        drawn,
+        ..
+    } = Session::open(scene, model, target)?;
+    let count = (integrator.end / integrator.step - 1e-9).ceil().max(0.0) as usize;
+    let mut times = 0;
+    let mut last = None;
+    let mut follow = || {
+        let (mut motion, initial) = DrivenMotion::start(&system, drawn.clone())?;
+        tell_start(&initial, observer, &mut session);
+        for index in 0..=count {
+            if observer.is_stopped() {
+                break;
+            }
+            let time = (index as f64 * integrator.step).min(integrator.end);
+            if index > 0 {
+                motion.advance_to(time)?;
+            }
+            let mut evaluation = Evaluation::of(&system);
+            let state = motion.state();
+            session.record(&RecordedStep::at(&system, state, &mut evaluation))?;
+            session.write_fields((&system, state), &evaluation, integrator.step)?;
+            observer.progress(time, integrator.end);
+            times += 1;
+            last = Some(time);
+        }
+        Ok(DrivenReport {
+            initial,
+            times,
+            is_complete: times == count + 1,
+        })
+    };
+    let found = follow();
+    let summary = json!({"analysis": "kinematic", "times": times});
+    let ending = Ending {
+        is_complete: found.as_ref().is_ok_and(|report| report.is_complete),
+        time: last,
+    };
+    session.close(found, &ending, &summary)
+}
+
+/// Frequencies, damping and shapes of small oscillations about the start or a rest.
+///
+/// # Errors
+/// Those of [`Eigenmodes::at`], of the start and of [`find_equilibrium`].
+pub fn modes(
+    scene: &Scene,
+    model: Model,
+    target: &Target,
+    observer: &mut dyn Observer,
+    asked: &ModesAnalysis,
+) -> Result<ModesReport, Error> {
+    let Opened {
+        mut session,
+        system,
+        mut drawn,
+        held,
+    } = Session::open(scene, model, target)?;
+    let mut find = || {
+        match asked.at {
+            Linearization::Static => {
+                find_equilibrium(&system, &mut drawn, &EquilibriumSettings::default())?;
+            }
+            Linearization::Initial => {
+                let initial = Starter::of(&system)?
+                    .holding(&held)
+                    .start(&mut drawn, redundancy(scene))?;
+                tell_start(&initial, observer, &mut session);
+            }
+        }
+        record_state(&mut session, &system, &drawn)?;
+        Ok(ModesReport {
+            modes: Eigenmodes::at(&system, &drawn)?,
+            count: asked.count as usize,
+        })
+    };
+    let found = find();
+    let summary = match &found {
+        Ok(report) => {
+            let listed = report.modes.modes.iter().take(report.count);
+            json!({
+                "analysis": "modes",
+                "freedoms": report.modes.freedom_count,
+                "rigid": report.modes.rigid_count,
+                "modes": listed.map(|mode| described(&system, mode)).collect::<Vec<_>>(),
+            })
+        }
+        Err(_) => json!({"analysis": "modes"}),
+    };
+    session.close(found, &at_start(), &summary)
+}
+
+/// One mode for the file: frequency, damping, and the motion of each body.
+fn described(system: &System, mode: &Eigenmode) -> Value {
+    let bodies: serde_json::Map<String, Value> = system
+        .bodies
+        .iter()
+        .map(|body| {
+            let own = body.velocities.clone();
+            let motion = json!({
+                "in_phase": mode.shape[own.clone()],
+                "behind": mode.shape_behind[own],
+            });
+            (body.name.clone(), motion)
+        })
+        .collect();
+    json!({
+        "frequency": mode.frequency(),
+        "damping_ratio": mode.damping_ratio(),
+        "growth": mode.growth,
+        "bodies": bodies,
+    })
+}
+
+fn record_state(session: &mut Session, system: &System, state: &State) -> Result<(), Error> {
+    let mut evaluation = Evaluation::of(system);
+    session.record(&RecordedStep::at(system, state, &mut evaluation))
+}
+
+fn at_start() -> Ending {
+    Ending {
+        is_complete: true,
+        time: Some(0.0),
+    }
+}
+
+/// JSON has no infinity.
+fn finite(value: f64) -> Option<f64> {
+    value.is_finite().then_some(value)
+}

@@ -1,0 +1,317 @@
+//! A whole run: a scene to a results file.
+//!
+//! [`run`] does what the scene's `analysis` says: motion over time ([`transient`]), or a rest, a motion that the drives fix, or small
+//! oscillations ([`analyses`]). Whatever stops a run, its file holds what was reached.
+
+pub mod analyses;
+pub mod transient;
+
+use std::path::{Path, PathBuf};
+
+use dcb_formats::component::Source;
+use dcb_formats::dcb::Replace;
+use dcb_formats::results::{Header, Outcome, ResultsWriter};
+use serde_json::Value;
+
+use crate::error::Error;
+use crate::initial::{InitialReport, Redundancy};
+use crate::integrator::newton::{self, Method, Tolerance};
+use crate::integrator::scheme::Scheme;
+use crate::model::{FieldWriter, LoadedFile, Model, RecordedStep, Recorder};
+use crate::scene::{self, Analysis, Integrator, RedundantConstraints, Scene};
+use crate::system::evaluation::Evaluation;
+use crate::system::{State, System};
+pub use analyses::{DrivenReport, ModesReport, RestReport};
+pub use transient::RunReport;
+
+/// Who watches a run.
+pub trait Observer {
+    /// Something worth telling, at a time of the motion.
+    fn note(&mut self, time: f64, message: &str);
+    /// The motion has come this far of its end.
+    fn progress(&mut self, time: f64, end: f64);
+    /// Whether the run is to stop.
+    fn is_stopped(&self) -> bool;
+}
+
+/// Nobody is watching.
+impl Observer for () {
+    fn note(&mut self, _: f64, _: &str) {}
+    fn progress(&mut self, _: f64, _: f64) {}
+    fn is_stopped(&self) -> bool {
+        false
+    }
+}
+
+/// Where the results go.
+#[derive(Clone, Debug)]
+pub struct Target {
+    /// The file.
+    pub path: PathBuf,
+    /// What happens to one that is there.
+    pub replace: Replace,
+    /// Options that override the scene, for the record.
+    pub options: Value,
+    /// Whether to measure where the time goes.
+    pub profiling: Profiling,
+}
+
+/// Whether to measure where the time goes; the measuring itself takes some.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Profiling {
+    /// No.
+    #[default]
+    Off,
+    /// Stage by stage.
+    Stages,
+}
+
+/// What a run found.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Report {
+    /// Motion over time.
+    Transient(RunReport),
+    /// A rest.
+    Static(RestReport),
+    /// The motion that the drives fix.
+    Kinematic(DrivenReport),
+    /// Small oscillations.
+    Modes(ModesReport),
+}
+
+impl Report {
+    /// Whether the whole job was done; else it was interrupted.
+    pub fn is_complete(&self) -> bool {
+        match self {
+            Self::Transient(report) => report.is_complete,
+            Self::Kinematic(report) => report.is_complete,
+            Self::Static(_) | Self::Modes(_) => true,
+        }
+    }
+}
+
+/// Does what the scene asks for, and records it.
+///
+/// # Errors
+/// [`Error::File`] where results can't be written; whatever stops the analysis: the results file then holds everything
+/// before it and says so.
+pub fn run(
+    scene: &Scene,
+    model: Model,
+    target: &Target,
+    observer: &mut dyn Observer,
+) -> Result<Report, Error> {
+    match scene.analysis {
+        Analysis::Transient => {
+            transient::transient(scene, model, target, observer).map(Report::Transient)
+        }
+        Analysis::Static => analyses::rest(scene, model, target, observer).map(Report::Static),
+        Analysis::Kinematic => {
+            analyses::driven(scene, model, target, observer).map(Report::Kinematic)
+        }
+        Analysis::Modes(asked) => {
+            analyses::modes(scene, model, target, observer, &asked).map(Report::Modes)
+        }
+    }
+}
+
+/// The method of a scene's integrator.
+pub fn method(integrator: &Integrator) -> Method {
+    Method {
+        scheme: match integrator.method {
+            scene::Method::GeneralizedAlpha { rho_infinity } => {
+                Scheme::generalized_alpha(rho_infinity)
+            }
+            scene::Method::Hht { alpha } => Scheme::hht(alpha),
+        },
+        formulation: match integrator.formulation {
+            scene::Formulation::Index3 => newton::Formulation::Index3,
+            scene::Formulation::StabilizedIndex2 => newton::Formulation::StabilizedIndex2,
+        },
+        tolerance: Tolerance {
+            relative: integrator.tolerance,
+            max_iterations: integrator.max_iterations as usize,
+        },
+    }
+}
+
+/// What a scene says about redundant constraints.
+pub fn redundancy(scene: &Scene) -> Redundancy {
+    match scene.redundant_constraints {
+        RedundantConstraints::MinimumNorm => Redundancy::MinimumNorm,
+        RedundantConstraints::Refuse => Redundancy::Refuse,
+    }
+}
+
+/// A file that is read can't be written.
+///
+/// # Errors
+/// [`Error::WouldDestroyInput`] if `target` is one of the inputs, under whatever path.
+pub fn refuse_inputs<'a>(
+    target: &Path,
+    inputs: impl IntoIterator<Item = &'a Path>,
+    role: &'static str,
+) -> Result<(), Error> {
+    let Ok(target) = target.canonicalize() else {
+        // What isn't there can't be lost.
+        return Ok(());
+    };
+    for input in inputs {
+        if input.canonicalize().is_ok_and(|input| input == target) {
+            return Err(Error::WouldDestroyInput { path: target, role });
+        }
+    }
+    Ok(())
+}
+
+fn stopped(reason: &str, time: Option<f64>) -> Outcome {
+    Outcome::Stopped {
+        reason: reason.to_owned(),
+        time,
+    }
+}
+
+/// What the file says before its first row.
+fn header(scene: &Scene, model: &Model, target: &Target) -> Header {
+    let input = |file: &LoadedFile| Source {
+        role: "superelement".into(),
+        file_name: file_name(&file.path),
+        sha256: file.digest.clone(),
+    };
+    Header {
+        units: scene.units.clone(),
+        generator: concat!("dcb simulate ", env!("CARGO_PKG_VERSION")).into(),
+        scene: serde_json::to_value(scene).unwrap_or_default(),
+        inputs: model.files.iter().map(input).collect(),
+        options: target.options.clone(),
+        warnings: model.notes.clone(),
+    }
+}
+
+fn file_name(path: &Path) -> String {
+    path.file_name()
+        .map(|name| name.to_string_lossy().into_owned())
+        .unwrap_or_default()
+}
+
+/// What it took to make the start consistent.
+fn tell_start(initial: &InitialReport, observer: &mut dyn Observer, session: &mut Session) {
+    let mut tell = |message: String| session.tell(observer, 0.0, &message);
+    for moved in &initial.moved {
+        tell(format!(
+            "assembly moved body {:?} by {:.3e} and turned it by {:.3e} rad",
+            moved.body, moved.translation, moved.rotation
+        ));
+    }
+    for (body, energy) in &initial.strained {
+        tell(format!(
+            "assembly strained body {body:?}: it starts with an elastic energy of {energy:.3e}"
+        ));
+    }
+    for sped in &initial.sped {
+        tell(format!(
+            "the joints ask for another velocity of body {:?}: changed by {:.3e}, spin by {:.3e}",
+            sped.body, sped.translation, sped.rotation
+        ));
+    }
+    for (joint, count) in &initial.redundant {
+        let s = if *count == 1 { "" } else { "s" };
+        tell(format!(
+            "{count} redundant constraint{s} in {joint:?}: its forces are not unique and shared out in the minimum-norm sense"
+        ));
+    }
+}
+
+/// A results file being written, and what writes into it.
+struct Session {
+    recorder: Recorder,
+    fields: Vec<FieldWriter>,
+    writer: ResultsWriter,
+}
+
+/// What is left of a model when its session is open.
+struct Opened {
+    session: Session,
+    system: System,
+    drawn: State,
+    held: Vec<usize>,
+}
+
+impl Session {
+    /// Makes the results file and the folders of the fields.
+    fn open(scene: &Scene, model: Model, target: &Target) -> Result<Opened, Error> {
+        let superelements = model.files.iter().map(|file| file.path.as_path());
+        refuse_inputs(&target.path, superelements, "a superelement of the scene")?;
+        let header = header(scene, &model, target);
+        let Model {
+            system,
+            drawn,
+            recorder,
+            fields,
+            held,
+            ..
+        } = model;
+        let fields: Result<Vec<_>, _> = fields.into_iter().map(FieldWriter::start).collect();
+        let fields = fields?;
+        let channels = recorder.channels();
+        let writer = ResultsWriter::create(&target.path, channels, &header, target.replace)?;
+        Ok(Opened {
+            session: Self {
+                recorder,
+                fields,
+                writer,
+            },
+            system,
+            drawn,
+            held,
+        })
+    }
+
+    /// Records a step.
+    fn record(&mut self, step: &RecordedStep) -> Result<(), Error> {
+        let row = self.recorder.row(step);
+        self.writer.append(step.state.time, row)?;
+        Ok(())
+    }
+
+    /// Writes the fields that are due.
+    fn write_fields(
+        &mut self,
+        (system, state): (&System, &State),
+        evaluation: &Evaluation,
+        step: f64,
+    ) -> Result<(), Error> {
+        self.fields
+            .iter_mut()
+            .try_for_each(|field| field.write(system, state, evaluation, step))
+    }
+
+    /// Tells somebody, and the file.
+    fn tell(&mut self, observer: &mut dyn Observer, time: f64, message: &str) {
+        observer.note(time, message);
+        self.writer.note(time, message);
+    }
+
+    /// Closes the file with how it ended.
+    fn close<T>(
+        self,
+        result: Result<T, Error>,
+        ending: &Ending,
+        summary: &Value,
+    ) -> Result<T, Error> {
+        let outcome = match (&result, ending.is_complete) {
+            (Ok(_), true) => Outcome::Complete,
+            (Ok(_), false) => stopped("interrupted", ending.time),
+            (Err(error), _) => stopped(&error.to_string(), ending.time),
+        };
+        self.writer.finish(&outcome, summary)?;
+        result
+    }
+}
+
+/// How a session ended.
+struct Ending {
+    is_complete: bool,
+    /// Last time that was reached, if any.
+    time: Option<f64>,
+}

@@ -1,0 +1,299 @@
+//! Motion over time.
+
+use std::time::Instant;
+
+use serde_json::json;
+
+use super::{Ending, Observer, Opened, Profiling, Session, Target, method, redundancy, tell_start};
+use crate::compatibility_window::WeakWindow;
+use crate::error::Error;
+use crate::initial::InitialReport;
+use crate::integrator::adaptive::{AdaptiveStep, StepSize};
+use crate::integrator::newton::{Effort, Profile};
+use crate::model::{Model, RecordedStep};
+use crate::scene::{Compatibility, Integrator, Record, Scene};
+use crate::simulation::Simulation;
+use crate::system::System;
+use crate::validity::Validity;
+
+/// How a run went.
+#[derive(Clone, Debug, PartialEq)]
+pub struct RunReport {
+    /// What was done to make the start consistent.
+    pub initial: InitialReport,
+    /// Steps.
+    pub steps: usize,
+    /// What they took.
+    pub effort: Effort,
+    /// Wall time of the integration, s.
+    pub seconds: f64,
+    /// Time reached.
+    pub time: f64,
+    /// Largest defect of the energy balance among the recorded steps, and the largest energy that was stored.
+    pub energy_defect: (f64, f64),
+    /// Whether the end was reached.
+    pub is_complete: bool,
+    /// Where the time of the steps went, if it was asked for.
+    pub profile: Option<Profile>,
+}
+
+/// Integrates a scene over time and records it.
+///
+/// # Errors
+/// [`Error::File`] where results can't be written; [`Error::Description`] without an integrator; whatever stops the start or a
+/// step: the results file then holds every step before it and says so.
+pub fn transient(
+    scene: &Scene,
+    model: Model,
+    target: &Target,
+    observer: &mut dyn Observer,
+) -> Result<RunReport, Error> {
+    let integrator = scene
+        .integrator
+        .ok_or_else(|| Error::described("integrator", "is missing"))?;
+    let Opened {
+        mut session,
+        system,
+        drawn,
+        held,
+    } = Session::open(scene, model, target)?;
+    let method = method(&integrator);
+    let started = Simulation::start_holding(system, drawn, method, redundancy(scene), &held);
+    let (mut simulation, initial) = match started {
+        Ok(started) => started,
+        Err(error) => {
+            let ending = Ending {
+                is_complete: false,
+                time: None,
+            };
+            return session.close(Err(error), &ending, &json!({}));
+        }
+    };
+    tell_start(&initial, observer, &mut session);
+    if let Err(error) = check_window(scene, &integrator, &simulation, observer, &mut session) {
+        let ending = Ending {
+            is_complete: false,
+            time: None,
+        };
+        return session.close(Err(error), &ending, &json!({}));
+    }
+    let mut run = Run {
+        integrator,
+        record: scene.record.unwrap_or(Record::Every(1)),
+        session: &mut session,
+        validity: Validity::of(simulation.system()),
+        energy_defect: (0.0, 0.0),
+        met_singular: false,
+        recorded: 0,
+    };
+    if target.profiling == Profiling::Stages {
+        simulation.start_profile();
+    }
+    let clock = Instant::now();
+    let result = run.integrate(&mut simulation, observer);
+    let seconds = clock.elapsed().as_secs_f64();
+    let energy_defect = run.energy_defect;
+    let (steps, effort) = simulation.effort();
+    let time = simulation.state().time;
+    let summary = json!({
+        "steps": steps,
+        "newton_iterations": effort.iterations,
+        "jacobian_updates": effort.factorizations,
+        "integration_seconds": seconds,
+        "energy_defect": energy_defect.0,
+        "largest_energy": energy_defect.1,
+        "redundant_constraints": initial.redundant.iter().map(|(name, count)| json!({"joint": name, "count": count})).collect::<Vec<_>>(),
+    });
+    let ending = Ending {
+        is_complete: matches!(result, Ok(true)),
+        time: Some(time),
+    };
+    let is_complete = session.close(result, &ending, &summary)?;
+    Ok(RunReport {
+        initial,
+        steps,
+        effort,
+        seconds,
+        time,
+        energy_defect,
+        is_complete,
+        profile: simulation.profile().copied(),
+    })
+}
+
+/// The loop over steps.
+struct Run<'a> {
+    integrator: Integrator,
+    record: Record,
+    session: &'a mut Session,
+    validity: Validity,
+    energy_defect: (f64, f64),
+    /// Whether a singular configuration has been told.
+    met_singular: bool,
+    /// Records so far.
+    recorded: u64,
+}
+
+impl Run<'_> {
+    /// Whether the end was reached.
+    fn integrate(
+        &mut self,
+        simulation: &mut Simulation,
+        observer: &mut dyn Observer,
+    ) -> Result<bool, Error> {
+        let end = self.integrator.end;
+        self.write(simulation, Effort::default(), 0.0)?;
+        let first = self.integrator.step;
+        let now = (simulation.system(), simulation.state());
+        self.session
+            .write_fields(now, simulation.evaluation(), first)?;
+        let mut stepping = Stepping::of(&self.integrator, simulation.system());
+        let mut index = 0;
+        while let Some(planned) = stepping.next(simulation.state().time) {
+            if observer.is_stopped() {
+                return Ok(false);
+            }
+            let (step, effort) = match planned {
+                Planned::Fixed(step) => (step, simulation.step(step)?),
+                Planned::Adaptive(size) => simulation.step_adaptively(end, size)?,
+            };
+            index += 1;
+            if simulation.was_singular() && !self.met_singular {
+                self.met_singular = true;
+                let time = simulation.state().time;
+                let message = "passed a singular configuration (dead centre): constraint forces are not unique there";
+                self.session.tell(observer, time, message);
+            }
+            if !self.session.fields.is_empty() {
+                simulation.refresh();
+            }
+            let (system, state) = (simulation.system(), simulation.state());
+            self.session
+                .write_fields((system, state), simulation.evaluation(), step)?;
+            let is_due = match self.record {
+                Record::Every(steps) => index % u64::from(steps) == 0,
+                Record::Interval(interval) => {
+                    let due = (self.recorded as f64) * interval;
+                    state.time >= due - 1e-9 * interval
+                }
+            };
+            if is_due || state.time >= end {
+                self.write(simulation, effort, step)?;
+                observer.progress(simulation.state().time, end);
+                let (system, state) = (simulation.system(), simulation.state());
+                let session = &mut *self.session;
+                self.validity.check(system, state, |message| {
+                    session.tell(observer, state.time, &message);
+                });
+            }
+        }
+        Ok(true)
+    }
+
+    fn write(
+        &mut self,
+        simulation: &mut Simulation,
+        effort: Effort,
+        step: f64,
+    ) -> Result<(), Error> {
+        let now = RecordedStep::of(simulation, step, effort);
+        let scale = now.energy.kinetic + now.energy.strain + now.energy.springs;
+        self.energy_defect.0 = self.energy_defect.0.max(now.defect.abs());
+        self.energy_defect.1 = self.energy_defect.1.max(scale);
+        self.session.record(&now)?;
+        self.recorded += 1;
+        Ok(())
+    }
+}
+
+/// How the next step is found.
+enum Stepping {
+    /// Equal steps; the last one ends the run.
+    Fixed {
+        step: f64,
+        end: f64,
+        made: u64,
+        count: u64,
+    },
+    /// Steps that follow the error.
+    Adaptive { size: StepSize, end: f64 },
+}
+
+/// The next step.
+enum Planned<'a> {
+    Fixed(f64),
+    Adaptive(&'a mut StepSize),
+}
+
+impl Stepping {
+    fn of(integrator: &Integrator, system: &System) -> Self {
+        let Integrator { step, end, .. } = *integrator;
+        match integrator.adaptive {
+            // A remainder below rounding is no step.
+            None => Self::Fixed {
+                step,
+                end,
+                made: 0,
+                count: (end / step - 1e-9).ceil().max(0.0) as u64,
+            },
+            Some(adaptive) => {
+                let size = system.bodies.iter().map(|body| body.length).sum::<f64>();
+                let settings = AdaptiveStep {
+                    tolerance: adaptive.tolerance * size,
+                    first: step,
+                    smallest: adaptive.minimum_step,
+                    largest: adaptive.maximum_step,
+                };
+                Self::Adaptive {
+                    size: StepSize::new(settings),
+                    end,
+                }
+            }
+        }
+    }
+
+    fn next(&mut self, time: f64) -> Option<Planned<'_>> {
+        match self {
+            Self::Fixed {
+                step,
+                end,
+                made,
+                count,
+            } => {
+                *made += 1;
+                let next = if *made == *count { *end - time } else { *step };
+                (*made <= *count).then_some(Planned::Fixed(next))
+            }
+            Self::Adaptive { size, end } => (time < *end).then_some(Planned::Adaptive(size)),
+        }
+    }
+}
+
+/// Weak compatibility is stable above a step only.
+fn check_window(
+    scene: &Scene,
+    integrator: &Integrator,
+    simulation: &Simulation,
+    observer: &mut dyn Observer,
+    session: &mut Session,
+) -> Result<(), Error> {
+    if scene.compatibility != Compatibility::Weak {
+        return Ok(());
+    }
+    let scheme = method(integrator).scheme;
+    let window = WeakWindow::of(simulation.system(), simulation.state(), &scheme);
+    for body in &window.bodies {
+        let message = format!(
+            "weak compatibility of body {:?}: {} negative eigenvalues, sigma_min = {:.4e}, smallest stable step {:.4e}",
+            body.body, body.negative_eigenvalue_count, body.sigma_min, body.smallest_step
+        );
+        session.tell(observer, 0.0, &message);
+    }
+    if scene.allow_unstable_weak {
+        return Ok(());
+    }
+    let step = integrator
+        .adaptive
+        .map_or(integrator.step, |adaptive| adaptive.minimum_step);
+    window.check(step)
+}
