@@ -69,8 +69,11 @@ impl Corrector {
     }
 
     /// Whether a correction is what rounding leaves at a dead centre: there the constraints nearly depend on each other, and
-    /// positions are known by so much less.
+    /// positions are known by so much less. Redundant constraints always look like that, so nothing is forgiven where there are some.
     pub(super) fn is_as_good_as_possible(&mut self, correction: f64, floor: f64) -> bool {
+        if self.condensed.regularization > 0.0 {
+            return false;
+        }
         let amplification = self.condensed.amplification();
         amplification > NEARLY_SINGULAR
             && correction < 100.0 * floor * amplification.min(LARGEST_AMPLIFICATION)
