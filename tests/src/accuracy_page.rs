@@ -27,16 +27,9 @@ pub fn render(raw: &str) -> String {
     let of =
         |kind: &str| -> Vec<&Value> { lines.iter().filter(|line| line["kind"] == kind).collect() };
     let mut page = String::new();
-    for machine in of("machine") {
-        page += &format!(
-            "`{}`, commit {}, {}, {} cores, {}.\n",
-            text(machine, "command"),
-            text(machine, "commit"),
-            text(machine, "cpu"),
-            machine["cores"],
-            text(machine, "rustc")
-        );
-    }
+    of("machine")
+        .into_iter()
+        .for_each(|line| page += &machine(line));
     page += "\n## Published rotor\n\n";
     page += &rotor(&of("published rotor"));
     page += "\n## Reference values\n\n";
@@ -61,7 +54,19 @@ pub fn render(raw: &str) -> String {
     page
 }
 
-fn text(line: &Value, key: &str) -> String {
+/// On what the lines were measured.
+pub(crate) fn machine(line: &Value) -> String {
+    format!(
+        "`{}`, commit {}, {}, {} cores, {}.\n",
+        text(line, "command"),
+        text(line, "commit"),
+        text(line, "cpu"),
+        line["cores"],
+        text(line, "rustc")
+    )
+}
+
+pub(crate) fn text(line: &Value, key: &str) -> String {
     line[key].as_str().expect(key).to_owned()
 }
 
@@ -103,11 +108,11 @@ fn number(value: &Value) -> String {
     }
 }
 
-fn rows(lines: &[&Value], row: impl Fn(&Value) -> Vec<String>) -> Vec<Vec<String>> {
+pub(crate) fn rows(lines: &[&Value], row: impl Fn(&Value) -> Vec<String>) -> Vec<Vec<String>> {
     lines.iter().map(|line| row(line)).collect()
 }
 
-fn table(header: &[&str], rows: &[Vec<String>]) -> String {
+pub(crate) fn table(header: &[&str], rows: &[Vec<String>]) -> String {
     let mut page = format!(
         "| {} |\n|{}\n",
         header.join(" | "),

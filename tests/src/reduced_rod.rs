@@ -5,6 +5,7 @@ use std::sync::Arc;
 
 use dcb_formats::mesh::{Dimension, Direction};
 use dcb_reducer::Reduced;
+use dcb_runtime::simulation::Simulation;
 use dcb_runtime::{Compatibility, FlexibleBody};
 use dcb_samples::{RodSection, planar_rod};
 use faer::Mat;
@@ -12,7 +13,7 @@ use nalgebra::{DMatrix, RowDVector, Vector2};
 
 use crate::corotated_rod::{CorotatedRod, CorotatedSliderCrank, RodEnd};
 use crate::lowest;
-use crate::slider_crank::SliderCrank;
+use crate::slider_crank::{ROD, SliderCrank, rod_coordinates};
 
 /// Crank, speed and rod of a slider-crank; the slider has half of the rod's mass.
 #[derive(Clone, Copy, Debug)]
@@ -55,25 +56,35 @@ impl Benchmark {
 pub struct ReducedRod {
     benchmark: Benchmark,
     reduced: Reduced,
-    /// Row of the middle node's deflection among the recovered fields.
-    middle: usize,
+    /// Rows of the deflections of the middle node and of both ends among the recovered fields.
+    nodes: [usize; 3],
     /// As the runtime has it.
     pub body: Arc<FlexibleBody>,
 }
 
 impl ReducedRod {
-    /// Of an even number of elements.
+    /// Of an even number of elements, with attachments as dynamic coordinates.
     pub fn new(benchmark: Benchmark, elements: usize, modes: usize) -> Self {
+        Self::with(benchmark, elements, modes, Compatibility::Strong)
+    }
+
+    /// Of an even number of elements.
+    pub fn with(
+        benchmark: Benchmark,
+        elements: usize,
+        modes: usize,
+        compatibility: Compatibility,
+    ) -> Self {
         let reduced = lowest(&planar_rod(elements, &benchmark.section), modes);
-        let dofs = &reduced.recovery.dofs;
-        let middle = dofs
-            .iter()
-            .position(|dof| dof.node as usize == elements / 2 && dof.direction == Direction::Uy)
-            .expect("the middle node");
-        let body = FlexibleBody::from_superelement(&reduced.superelement, Compatibility::Strong);
+        let across = |node: usize| {
+            let mut dofs = reduced.recovery.dofs.iter();
+            dofs.position(|dof| dof.node as usize == node && dof.direction == Direction::Uy)
+                .expect("a node")
+        };
+        let body = FlexibleBody::from_superelement(&reduced.superelement, compatibility);
         Self {
             benchmark,
-            middle,
+            nodes: [across(elements / 2), across(0), across(elements)],
             body: Arc::new(body.expect("a body")),
             reduced,
         }
@@ -91,19 +102,43 @@ impl ReducedRod {
         }
     }
 
-    /// (v_mid - (v_a + v_b) / 2) / L for the dynamic coordinates y.
+    /// Time of one revolution of its crank.
+    pub fn revolution(&self) -> f64 {
+        self.benchmark.revolution()
+    }
+
+    /// (v_mid - (v_a + v_b) / 2) / L for the dynamic coordinates y of a rod with attachments among them.
     pub fn deflection(&self, y: &[f64]) -> f64 {
         let mut amplitudes = vec![0.0; self.body.original_coordinate_count()];
         self.body.original_coordinates(y, &mut amplitudes);
+        let (modal, attached) = amplitudes.split_at(self.reduced.recovery.modes.ncols());
+        self.recovered(modal, attached)
+    }
+
+    /// The same in a mechanism, whatever the rod's compatibility.
+    pub fn deflection_in(&self, simulation: &mut Simulation) -> f64 {
+        simulation.refresh();
+        let forces = simulation.interface_forces(ROD);
+        let y = rod_coordinates(simulation);
+        let modes = self.reduced.recovery.modes.ncols();
+        match self.body.compatibility {
+            Compatibility::Strong => self.deflection(y),
+            Compatibility::Static => self.recovered(y, &forces),
+            Compatibility::Weak => self.recovered(&y[..modes], &y[modes..]),
+        }
+    }
+
+    /// From amplitudes of modes and of G_res L_bᵀ.
+    fn recovered(&self, modal: &[f64], attached: &[f64]) -> f64 {
         let recovery = &self.reduced.recovery;
-        let (modal, attached) = amplitudes.split_at(recovery.modes.ncols());
-        let product = |matrix: &Mat<f64>, x: &[f64]| -> f64 {
+        let product = |matrix: &Mat<f64>, row: usize, x: &[f64]| -> f64 {
             let entries = x.iter().enumerate();
-            entries.map(|(k, x)| matrix[(self.middle, k)] * x).sum()
+            entries.map(|(k, x)| matrix[(row, k)] * x).sum()
         };
-        let middle = product(&recovery.modes, modal) + product(&recovery.residual, attached);
-        let end = |end: usize| self.body.attachment(end).expect("a frame").products(y).0.y;
-        (middle - 0.5 * (end(0) + end(1))) / self.benchmark.section.length
+        let [middle, a, b] = self.nodes.map(|row| {
+            product(&recovery.modes, row, modal) + product(&recovery.residual, row, attached)
+        });
+        (middle - 0.5 * (a + b)) / self.benchmark.section.length
     }
 
     /// The same for all modes kept, by the classical equations: the superelement's numbers as they are in the file.

@@ -68,7 +68,7 @@ impl SliderCrank {
     /// The started simulation.
     pub fn start(&self, rod: &RodStart, method: Method) -> Simulation {
         let mut builder = SystemBuilder::new(self.dimension, Vector3::zeros());
-        let small = 1e-3 * self.slider * self.crank * self.crank;
+        let small = 0.1 * self.slider * self.crank * self.crank;
         let half = 0.5 * self.crank;
         let crank = rigid(
             self.dimension,

@@ -1,0 +1,39 @@
+//! Measures motions against references, closed forms and conserved quantities, one JSON line per quantity or curve; with
+//! `--render`, turns such lines (`docs/data/motion.jsonl`) into the second generated part of `docs/accuracy.md` and its pictures.
+#![allow(clippy::unwrap_used, clippy::expect_used)]
+
+use std::path::Path;
+
+use dcb_tests::{
+    accuracy_sections, motion_deflection as deflection, motion_invariance, motion_order,
+    motion_page, motion_pictures, motion_published as published,
+};
+
+const COMMAND: &str = "cargo run --release -p dcb-tests --example motion";
+
+fn main() {
+    if std::env::args().any(|argument| argument == "--render") {
+        let docs = Path::new(env!("CARGO_MANIFEST_DIR")).join("../docs");
+        let raw =
+            std::fs::read_to_string(docs.join("data/motion.jsonl")).expect("data/motion.jsonl");
+        motion_pictures::write(&raw, &docs.join("pictures"));
+        print!("{}", motion_page::render(&raw));
+        return;
+    }
+    println!("{}", accuracy_sections::machine(COMMAND));
+    for section in [
+        deflection::step_convergence,
+        deflection::unreduced,
+        deflection::classical,
+        deflection::reduced,
+        deflection::weak,
+        published::test_set,
+        published::elements,
+        published::rigid,
+        published::flexible,
+        motion_order::order,
+        motion_invariance::invariance,
+    ] {
+        section().iter().for_each(|line| println!("{line}"));
+    }
+}
