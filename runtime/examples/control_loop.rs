@@ -27,7 +27,11 @@ fn control(mechanism: &mut Mechanism, gains: [f64; 2], duration: f64) -> Result<
     Ok(mechanism.output("angle")?[0])
 }
 
-fn main() -> Result<(), Error> {
+/// Tries two futures of the same pendulum, and one of them twice.
+///
+/// # Errors
+/// Whatever stops the start or a step.
+pub fn main() -> Result<(), Error> {
     let scene = Scene::parse(SCENE, Path::new("pendulum.json"))?;
     let mut mechanism = Mechanism::start(&scene)?;
     let start = mechanism.output("angle")?[0];

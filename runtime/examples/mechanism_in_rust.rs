@@ -68,7 +68,11 @@ fn scene() -> Scene {
     scene
 }
 
-fn main() -> Result<(), Error> {
+/// Runs the scene for two seconds.
+///
+/// # Errors
+/// Whatever stops the start or a step.
+pub fn main() -> Result<(), Error> {
     let mut mechanism = Mechanism::start(&scene())?;
     println!("time [s], height [m], torque [N m]");
     for step in 1..=2000 {

@@ -283,7 +283,7 @@ pub enum Error {
         role: &'static str,
     },
     /// No input has this name.
-    #[error("there is no input {name:?}; known are {}", known.join(", "))]
+    #[error("there is no input {name:?}; {}", if known.is_empty() { "the scene has none".to_owned() } else { format!("known are {}", known.join(", ")) })]
     UnknownInput {
         /// As given.
         name: String,

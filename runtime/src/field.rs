@@ -12,7 +12,7 @@ use dcb_formats::superelement::RecoveryBasis;
 use faer::Mat;
 use nalgebra::{Matrix3, Vector3};
 
-use crate::body::FlexibleBody;
+use crate::body::{Compatibility, FlexibleBody};
 use crate::error::Error;
 
 /// Translations of a body's nodes over its dynamic coordinates.
@@ -24,6 +24,8 @@ pub struct NodalField {
     rows: Vec<(usize, usize)>,
     /// Ψ_r, one column a coordinate.
     shapes: Mat<f64>,
+    /// G_res L_bᵀ where interface forces deflect the body beside its coordinates (static compatibility); else without columns.
+    residual: Mat<f64>,
     recovered: Vec<u8>,
 }
 
@@ -87,6 +89,12 @@ impl NodalField {
                 attached[(row, j - n_k)]
             }
         });
+        let residual = match body.compatibility {
+            Compatibility::Static => Mat::from_fn(translations.len(), transform.nrows(), |i, b| {
+                basis.residual[(translations[i], b)]
+            }),
+            Compatibility::Strong | Compatibility::Weak => Mat::zeros(translations.len(), 0),
+        };
         let place = |&row: &usize| {
             let dof = basis.dofs[row];
             (dof.node as usize, dof.direction.axis())
@@ -98,6 +106,7 @@ impl NodalField {
                 .collect(),
             rows: translations.iter().map(place).collect(),
             shapes,
+            residual,
             recovered,
         })
     }
@@ -122,6 +131,15 @@ impl NodalField {
             }
         }
         displacement
+    }
+
+    /// Adds what interface forces g, (n_b), deflect beside the coordinates; nothing but for static compatibility.
+    pub fn add_residual(&self, forces: &[f64], displacement: &mut [Vector3<f64>]) {
+        for (column, force) in self.residual.col_iter().zip(forces) {
+            for (&(node, axis), shape) in self.rows.iter().zip(column.iter()) {
+                displacement[node][axis] += shape * force;
+            }
+        }
     }
 
     /// World positions of the undeformed nodes, moved by the frame alone: R is the position of the body frame's

@@ -2,7 +2,7 @@
 
 use crate::error::Error;
 use crate::initial::InitialReport;
-use crate::integrator::newton::Effort;
+use crate::integrator::Effort;
 use crate::model::{Model, RecordedStep, Recorder};
 use crate::run;
 use crate::scene::Scene;

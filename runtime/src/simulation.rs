@@ -4,7 +4,8 @@ use crate::energy::{Energy, Works};
 use crate::error::Error;
 use crate::initial::{InitialReport, REGULARIZATION, Redundancy, Starter};
 use crate::integrator::adaptive::{StepSize, local_error};
-use crate::integrator::newton::{Corrector, Effort, Method, Profile};
+use crate::integrator::newton::Corrector;
+use crate::integrator::{Effort, Method, Profile};
 use crate::system::evaluation::Evaluation;
 use crate::system::{State, System};
 

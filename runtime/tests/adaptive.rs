@@ -9,8 +9,8 @@ use common::mechanisms::{about_z, formula, method, rigid, with_stiffness};
 use dcb_formats::mesh::Dimension;
 use dcb_runtime::Error;
 use dcb_runtime::initial::Redundancy;
+use dcb_runtime::integrator::Formulation;
 use dcb_runtime::integrator::adaptive::{AdaptiveStep, StepSize};
-use dcb_runtime::integrator::newton::Formulation;
 use dcb_runtime::simulation::Simulation;
 use dcb_runtime::system::builder::{Drawn, JointCoordinate, SystemBuilder, Turning};
 use dcb_runtime::system::{LoadAxes, State, System};
@@ -109,9 +109,12 @@ fn distance(a: &State, b: &State) -> f64 {
     (a.origins[0] - b.origins[0]).norm()
 }
 
+/// A name and a way to make a mechanism.
+type Case = (&'static str, fn() -> (System, State));
+
 #[test]
 fn errors_follow_the_tolerance_over_three_decades() {
-    let cases: [(&str, fn() -> (System, State)); 2] = [
+    let cases: [Case; 2] = [
         ("pendulum", || pendulum("0")),
         ("flexible crank", flexible_crank),
     ];

@@ -13,7 +13,7 @@ use common::Part;
 use common::mechanisms::{about_z, method};
 use dcb_formats::mesh::Dimension;
 use dcb_runtime::initial::Redundancy;
-use dcb_runtime::integrator::newton::Formulation;
+use dcb_runtime::integrator::Formulation;
 use dcb_runtime::simulation::Simulation;
 use dcb_runtime::system::builder::{Drawn, SystemBuilder, Turning};
 use dcb_runtime::{BodyAcceleration, BodyState, InertiaForces, InertiaTangent};

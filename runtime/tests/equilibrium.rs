@@ -12,7 +12,7 @@ use dcb_formats::mesh::Dimension;
 use dcb_runtime::Error;
 use dcb_runtime::equilibrium::{EquilibriumReport, EquilibriumSettings, find_equilibrium};
 use dcb_runtime::initial::Redundancy;
-use dcb_runtime::integrator::newton::Formulation;
+use dcb_runtime::integrator::Formulation;
 use dcb_runtime::joint::{Fixed, JointKind, Spherical};
 use dcb_runtime::measure::{Displacement, Elongation, Measure, Rotation};
 use dcb_runtime::simulation::Simulation;

@@ -8,7 +8,7 @@ use common::Part;
 use common::mechanisms::{about_z, method, rigid, with_stiffness};
 use dcb_formats::mesh::Dimension;
 use dcb_runtime::initial::Redundancy;
-use dcb_runtime::integrator::newton::Formulation;
+use dcb_runtime::integrator::Formulation;
 use dcb_runtime::joint::{JointKind, Revolute, Spherical};
 use dcb_runtime::simulation::Simulation;
 use dcb_runtime::system::builder::{Drawn, SystemBuilder, Turning};
@@ -109,9 +109,12 @@ fn errors(states: &[State], reference: &[State]) -> [f64; 3] {
     worst
 }
 
+/// A name and a way to make a mechanism.
+type Case = (&'static str, fn() -> (System, State));
+
 #[test]
 fn second_order_in_positions_velocities_and_forces() {
-    let cases: [(&str, fn() -> (System, State)); 2] = [
+    let cases: [Case; 2] = [
         ("double pendulum", double_pendulum),
         ("flexible", flexible_pendulum),
     ];

@@ -1,6 +1,6 @@
 //! Histories of the deflection of the slider-crank's rod, and how far they are apart.
 
-use dcb_runtime::integrator::newton::Method;
+use dcb_runtime::integrator::Method;
 
 use crate::mechanism::run;
 use crate::reduced_rod::ReducedRod;

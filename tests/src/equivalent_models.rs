@@ -4,7 +4,7 @@
 use std::sync::Arc;
 
 use dcb_formats::mesh::Dimension;
-use dcb_runtime::integrator::newton::Method;
+use dcb_runtime::integrator::Method;
 use dcb_runtime::{Compatibility, FlexibleBody};
 use dcb_samples::spatial_beam::{BeamSection, SpatialBeam};
 use dcb_samples::{Material, RodSection, planar_rod, spatial_beam};

@@ -3,7 +3,7 @@
 use std::f64::consts::{FRAC_PI_6, PI};
 
 use dcb_formats::mesh::Dimension;
-use dcb_runtime::integrator::newton::Method;
+use dcb_runtime::integrator::Method;
 use dcb_runtime::joint::{JointKind, Prismatic};
 use dcb_runtime::law::{Characteristic, Law};
 use dcb_runtime::measure::{Elongation, Measure};

@@ -11,7 +11,7 @@ use std::sync::Arc;
 use dcb_formats::component::{InterfaceKind, Role};
 use dcb_formats::mesh::Dimension;
 use dcb_formats::superelement::{BoundaryRow, Inertia, InterfaceFrame};
-use dcb_runtime::integrator::newton::Method;
+use dcb_runtime::integrator::Method;
 use dcb_runtime::simulation::Simulation;
 use dcb_runtime::{FlexibleBody, GeneralizedBody};
 use dcb_samples::RodSection;

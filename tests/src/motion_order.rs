@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use dcb_formats::mesh::Dimension;
 use dcb_runtime::FlexibleBody;
-use dcb_runtime::integrator::newton::{Formulation, Method};
+use dcb_runtime::integrator::{Formulation, Method};
 use dcb_runtime::joint::{JointKind, Spherical};
 use dcb_runtime::simulation::Simulation;
 use dcb_runtime::system::State;

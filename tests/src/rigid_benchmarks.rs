@@ -6,7 +6,7 @@
 
 use dcb_formats::mesh::Dimension;
 use dcb_runtime::initial::{InitialReport, Redundancy};
-use dcb_runtime::integrator::newton::Method;
+use dcb_runtime::integrator::Method;
 use dcb_runtime::joint::{Cylindrical, JointKind, Prismatic, Spherical, Universal};
 use dcb_runtime::simulation::Simulation;
 use dcb_runtime::system::builder::Drawn;

@@ -5,7 +5,7 @@ use std::sync::Arc;
 use dcb_formats::mesh::Dimension;
 use dcb_runtime::FlexibleBody;
 use dcb_runtime::function::{Function, TimeFunction};
-use dcb_runtime::integrator::newton::Method;
+use dcb_runtime::integrator::Method;
 use dcb_runtime::joint::{JointKind, Prismatic};
 use dcb_runtime::simulation::Simulation;
 use dcb_runtime::system::Signal;

@@ -1,5 +1,10 @@
 //! Time integration.
 
 pub mod adaptive;
+pub mod method;
 pub mod newton;
+pub mod profile;
 pub mod scheme;
+
+pub use method::{Effort, Formulation, Method, Tolerance};
+pub use profile::Profile;

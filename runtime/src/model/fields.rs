@@ -12,6 +12,7 @@ use crate::error::Error;
 use crate::field::NodalField;
 use crate::scene::{FieldRequest, Scene};
 use crate::system::builder::SystemBuilder;
+use crate::system::evaluation::Evaluation;
 use crate::system::{State, System};
 use crate::vtu::{FieldSeries, FieldSnapshot};
 
@@ -94,11 +95,17 @@ impl FieldWriter {
         })
     }
 
-    /// Writes the field if it is due: at the first step at or after each of its times.
+    /// Writes the field if it is due: at the first step at or after each of its times. The evaluation is the state's.
     ///
     /// # Errors
     /// [`Error::CannotWrite`].
-    pub fn write(&mut self, system: &System, state: &State, step: f64) -> Result<(), Error> {
+    pub fn write(
+        &mut self,
+        system: &System,
+        state: &State,
+        evaluation: &Evaluation,
+        step: f64,
+    ) -> Result<(), Error> {
         let mut is_due = false;
         while let Some(time) = self.plan.time(self.next) {
             if time > state.time + EARLY * step {
@@ -114,6 +121,9 @@ impl FieldWriter {
         let pose = state.pose(self.plan.body);
         let y = &state.coordinates[body.coordinates.clone()];
         let mut displacement = self.plan.field.displacement(y);
+        let mut forces = vec![0.0; body.flexible.rows.len()];
+        evaluation.write_interface_forces(system, self.plan.body, &mut forces);
+        self.plan.field.add_residual(&forces, &mut displacement);
         for vector in &mut displacement {
             *vector = pose.axes * *vector;
         }

@@ -4,8 +4,10 @@ mod bodies;
 mod couplings;
 mod fields;
 mod library;
+mod outputs;
 mod places;
 mod probe;
+mod quantities;
 mod recorder;
 
 use indexmap::IndexMap;

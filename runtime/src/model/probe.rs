@@ -6,7 +6,7 @@ use dcb_formats::mesh::{Dimension, Mesh};
 use dcb_formats::superelement::RecoveryBasis;
 use nalgebra::Vector3;
 
-use crate::body::FlexibleBody;
+use crate::body::{Compatibility, FlexibleBody};
 use crate::energy::{Energy, Works};
 use crate::measure::Measure;
 use crate::motion::{FrameMotion, Six};
@@ -102,6 +102,8 @@ pub(super) struct NodeShapes {
     position: Vector3<f64>,
     /// By axes, (n) each.
     shapes: [Vec<f64>; 3],
+    /// G_res L_bᵀ at the node by axes, (n_b) each, where interface forces deflect the body beside the coordinates; else empty.
+    residual: [Vec<f64>; 3],
 }
 
 impl NodeShapes {
@@ -111,12 +113,21 @@ impl NodeShapes {
             return None;
         }
         let mut shapes = [(); 3].map(|()| vec![0.0; body.coordinate_count()]);
+        let rows = match body.compatibility {
+            Compatibility::Static => body.rows.len(),
+            Compatibility::Strong | Compatibility::Weak => 0,
+        };
+        let mut residual = [(); 3].map(|()| vec![0.0; rows]);
         let mut found = 0;
         for (row, dof) in basis.dofs.iter().enumerate() {
             if dof.node != node || dof.direction.is_rotation() {
                 continue;
             }
             found += 1;
+            let own = &mut residual[dof.direction.axis()];
+            for (b, entry) in own.iter_mut().enumerate() {
+                *entry = basis.residual[(row, b)];
+            }
             let shape = &mut shapes[dof.direction.axis()];
             for (k, entry) in shape.iter_mut().enumerate() {
                 *entry = if k < body.mode_count {
@@ -132,15 +143,23 @@ impl NodeShapes {
         (found == mesh.dimension.coordinate_count()).then(|| Self {
             position: Vector3::from(mesh.position(node)) - Vector3::from(body.origin),
             shapes,
+            residual,
         })
     }
 
-    /// u, body axes.
-    pub fn displacement(&self, y: &[f64]) -> Vector3<f64> {
-        Vector3::from_fn(|axis, _| {
-            let shape = &self.shapes[axis];
-            shape.iter().zip(y).map(|(s, y)| s * y).sum()
-        })
+    /// u, body axes, of a node of body `index`.
+    fn displacement(&self, at: &Moment, index: usize) -> Vector3<f64> {
+        let body = &at.system.bodies[index];
+        let y = &at.state.coordinates[body.coordinates.clone()];
+        let product = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| a * b).sum::<f64>();
+        let mut u = Vector3::from_fn(|axis, _| product(&self.shapes[axis], y));
+        if !self.residual[0].is_empty() {
+            let mut forces = vec![0.0; self.residual[0].len()];
+            at.evaluation
+                .write_interface_forces(at.system, index, &mut forces);
+            u += Vector3::from_fn(|axis, _| product(&self.residual[axis], &forces));
+        }
+        u
     }
 }
 
@@ -173,9 +192,15 @@ impl Chord {
     }
 
     /// Deflection across the chord, divided by its length, body axes.
-    fn deflection(&self, y: &[f64]) -> Vector3<f64> {
-        let [a, b] = self.ends.each_ref().map(|end| end.displacement(y).0);
-        let off = self.node.displacement(y) - a * (1.0 - self.fraction) - b * self.fraction;
+    fn deflection(&self, at: &Moment, index: usize) -> Vector3<f64> {
+        let body = &at.system.bodies[index];
+        let y = &at.state.coordinates[body.coordinates.clone()];
+        let [a, b] = self.ends.each_ref().map(|end| {
+            let extra = at.evaluation.extra(at.system, at.state, end);
+            end.displacement(y).0 + halves(&extra).0
+        });
+        let node = self.node.displacement(at, index);
+        let off = node - a * (1.0 - self.fraction) - b * self.fraction;
         (off - self.direction * self.direction.dot(&off)) / self.length
     }
 }
@@ -184,10 +209,6 @@ impl Probe {
     /// Appends the quantity's numbers.
     pub fn write(&mut self, at: &Moment, row: &mut Vec<f64>) {
         let dimension = at.system.dimension;
-        let coordinates = |body: usize| {
-            let range = at.system.bodies[body].coordinates.clone();
-            &at.state.coordinates[range]
-        };
         match self {
             Self::Frame {
                 marker,
@@ -218,7 +239,7 @@ impl Probe {
                 }
             }
             Self::Chord { body, chord } => {
-                let off = chord.deflection(coordinates(*body));
+                let off = chord.deflection(at, *body);
                 match dimension {
                     // Across the chord, to the left of its direction.
                     Dimension::Planar => row.push(Vector3::z().cross(&chord.direction).dot(&off)),
@@ -226,11 +247,11 @@ impl Probe {
                 }
             }
             Self::NodeDisplacement { body, node } => {
-                push(row, dimension, &node.displacement(coordinates(*body)));
+                push(row, dimension, &node.displacement(at, *body));
             }
             Self::NodePosition { body, node } => {
                 let pose = &at.evaluation.poses[*body];
-                let u = node.displacement(coordinates(*body));
+                let u = node.displacement(at, *body);
                 push(
                     row,
                     dimension,
@@ -311,7 +332,13 @@ fn frame_motion(at: &Moment, marker: &Marker) -> FrameMotion {
     let y = &at.state.coordinates[owner.coordinates.clone()];
     let velocities = &at.state.velocities[owner.velocities.clone()];
     let accelerations = &at.state.accelerations[owner.velocities.clone()];
-    let (place, mut motion) = marker.place(pose, y, &Six::zeros());
+    let extra = at.evaluation.extra(at.system, at.state, marker);
+    let (mut place, mut motion) = marker.place(pose, y, &extra);
+    if !owner.residual_rows.is_empty() {
+        let rows = owner.residual_rows.clone();
+        place.extra_rate = marker.share(&at.state.residual_rates[rows.clone()]);
+        place.extra_acceleration = marker.share(&at.state.residual_accelerations[rows]);
+    }
     marker.add_velocity(
         &place,
         pose,

@@ -106,8 +106,10 @@ pub fn driven(
             if index > 0 {
                 motion.advance_to(time)?;
             }
-            record_state(&mut session, &system, motion.state())?;
-            session.write_fields(&system, motion.state(), integrator.step)?;
+            let mut evaluation = Evaluation::of(&system);
+            let state = motion.state();
+            session.record(&RecordedStep::at(&system, state, &mut evaluation))?;
+            session.write_fields((&system, state), &evaluation, integrator.step)?;
             observer.progress(time, integrator.end);
             times += 1;
             last = Some(time);

@@ -15,10 +15,11 @@ use serde_json::Value;
 
 use crate::error::Error;
 use crate::initial::{InitialReport, Redundancy};
-use crate::integrator::newton::{self, Method, Tolerance};
 use crate::integrator::scheme::Scheme;
+use crate::integrator::{self, Method, Tolerance};
 use crate::model::{FieldWriter, LoadedFile, Model, RecordedStep, Recorder};
 use crate::scene::{self, Analysis, Integrator, RedundantConstraints, Scene};
+use crate::system::evaluation::Evaluation;
 use crate::system::{State, System};
 pub use analyses::{DrivenReport, ModesReport, RestReport};
 pub use transient::RunReport;
@@ -124,8 +125,8 @@ pub fn method(integrator: &Integrator) -> Method {
             scene::Method::Hht { alpha } => Scheme::hht(alpha),
         },
         formulation: match integrator.formulation {
-            scene::Formulation::Index3 => newton::Formulation::Index3,
-            scene::Formulation::StabilizedIndex2 => newton::Formulation::StabilizedIndex2,
+            scene::Formulation::Index3 => integrator::Formulation::Index3,
+            scene::Formulation::StabilizedIndex2 => integrator::Formulation::StabilizedIndex2,
         },
         tolerance: Tolerance {
             relative: integrator.tolerance,
@@ -274,10 +275,15 @@ impl Session {
     }
 
     /// Writes the fields that are due.
-    fn write_fields(&mut self, system: &System, state: &State, step: f64) -> Result<(), Error> {
+    fn write_fields(
+        &mut self,
+        (system, state): (&System, &State),
+        evaluation: &Evaluation,
+        step: f64,
+    ) -> Result<(), Error> {
         self.fields
             .iter_mut()
-            .try_for_each(|field| field.write(system, state, step))
+            .try_for_each(|field| field.write(system, state, evaluation, step))
     }
 
     /// Tells somebody, and the file.

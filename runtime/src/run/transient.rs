@@ -9,7 +9,7 @@ use crate::compatibility_window::WeakWindow;
 use crate::error::Error;
 use crate::initial::InitialReport;
 use crate::integrator::adaptive::{AdaptiveStep, StepSize};
-use crate::integrator::newton::{Effort, Profile};
+use crate::integrator::{Effort, Profile};
 use crate::model::{Model, RecordedStep};
 use crate::scene::{Compatibility, Integrator, Record, Scene};
 use crate::simulation::Simulation;
@@ -144,8 +144,9 @@ impl Run<'_> {
         let end = self.integrator.end;
         self.write(simulation, Effort::default(), 0.0)?;
         let first = self.integrator.step;
+        let now = (simulation.system(), simulation.state());
         self.session
-            .write_fields(simulation.system(), simulation.state(), first)?;
+            .write_fields(now, simulation.evaluation(), first)?;
         let mut stepping = Stepping::of(&self.integrator, simulation.system());
         let mut index = 0;
         while let Some(planned) = stepping.next(simulation.state().time) {
@@ -163,8 +164,12 @@ impl Run<'_> {
                 let message = "passed a singular configuration (dead centre): constraint forces are not unique there";
                 self.session.tell(observer, time, message);
             }
+            if !self.session.fields.is_empty() {
+                simulation.refresh();
+            }
             let (system, state) = (simulation.system(), simulation.state());
-            self.session.write_fields(system, state, step)?;
+            self.session
+                .write_fields((system, state), simulation.evaluation(), step)?;
             let is_due = match self.record {
                 Record::Every(steps) => index % u64::from(steps) == 0,
                 Record::Interval(interval) => {

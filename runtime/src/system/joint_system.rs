@@ -142,6 +142,26 @@ impl JointSystem {
         self.factor.compute(matrix, MemStack::new(&mut self.stack))
     }
 
+    /// How much the last factor enlarges a right-hand side, in the scaled system: about one over its smallest eigenvalue. `probe` has
+    /// a number for each row and is overwritten.
+    pub fn amplification(&mut self, probe: &mut [f64]) -> f64 {
+        for (row, (entry, scale)) in probe.iter_mut().zip(&self.scale).enumerate() {
+            // Rows of different weight, so that symmetry hides no direction.
+            *entry = (1.0 + 0.1 * row as f64).cos() / scale;
+        }
+        self.solve(probe);
+        let mut most = 0.0_f64;
+        for (entry, scale) in probe.iter().zip(&self.scale) {
+            let size = (entry / scale).abs();
+            most = if size.is_nan() {
+                f64::INFINITY
+            } else {
+                most.max(size)
+            };
+        }
+        most
+    }
+
     /// Solves with the last factor, in place.
     pub fn solve(&mut self, right_hand_side: &mut [f64]) {
         for (b, scale) in right_hand_side.iter_mut().zip(&self.scale) {

@@ -16,9 +16,10 @@ use faer::{Mat, MatRef};
 use nalgebra::Matrix6;
 
 use super::evaluation::Evaluation;
-use super::marker::{MarkerPlace, turned_back};
+use super::marker::{Marker, MarkerPlace, turned_back};
 use super::{Body, State, System};
 use crate::body::Compatibility;
+use crate::motion::Six;
 
 impl Evaluation {
     /// Displacements of a body's markers beside the coordinates.
@@ -40,6 +41,27 @@ impl Evaluation {
                 for &marker in &body.markers {
                     self.extras[marker] = -system.markers[marker].share(resisting);
                 }
+            }
+        }
+    }
+
+    /// Displacement and turn, beside those of the coordinates, of any frame on a body's interfaces, body axes: at the state that was
+    /// evaluated last.
+    pub fn extra(&self, system: &System, state: &State, marker: &Marker) -> Six {
+        let Some(index) = marker.body else {
+            return Six::zeros();
+        };
+        let body = &system.bodies[index];
+        if body.residual_rows.is_empty() {
+            return Six::zeros();
+        }
+        match body.flexible.compatibility {
+            Compatibility::Strong | Compatibility::Static => {
+                marker.share(&state.residual_displacements[body.residual_rows.clone()])
+            }
+            Compatibility::Weak => {
+                let forces = &self.inertia_forces[index].elastic;
+                -marker.share(&forces[body.flexible.displacement_count()..])
             }
         }
     }

@@ -15,7 +15,7 @@ fn results_become_pictures_tables_and_lists() {
     assert!(
         folder
             .read("scene.csv")
-            .starts_with("time [s],angle [rad]\n0,0\n")
+            .starts_with("time [s],angle [rad]\n0.0,0.0\n")
     );
     assert_eq!(folder.read("scene.csv").lines().count(), 102);
     folder.refuses("plot scene.h5", &["scene.svg: exists already"]);

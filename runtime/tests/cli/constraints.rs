@@ -153,20 +153,24 @@ fn a_dead_centre_is_passed_and_told() {
         "integrator": {"generalized_alpha": {"step": 0.01, "end": 3.0}}
     });
     let folder = Folder::with(&scene);
-    let answer = folder.done("scene.json");
-    assert!(answer.stderr.contains("dead centre"), "{}", answer.stderr);
-    let events = folder.results().events().unwrap();
-    let told = events
-        .iter()
-        .filter(|event| event.message.contains("dead centre"));
-    let times: Vec<f64> = told.map(|event| event.time).collect();
-    assert_eq!(times.len(), 1, "{events:?}");
-    assert!(
-        (times[0] - std::f64::consts::FRAC_PI_2).abs() < 0.02,
-        "{times:?}"
-    );
-    let slider = folder.results().history("slider").unwrap();
-    let last = slider[(slider.nrows() - 1, 0)];
-    // It goes through to the other side.
-    assert!((last - 0.4 * 3.0_f64.cos()).abs() < 1e-6, "{last}");
+    // Steps that meet the dead centre to the last digit, and steps that come close.
+    let mut times = Vec::new();
+    for step in [std::f64::consts::PI / 400.0, 1e-3, 1e-4] {
+        folder.done(&format!("scene.json --force --step {step}"));
+        let results = folder.results();
+        let events = results.events().unwrap();
+        let told = events
+            .iter()
+            .filter(|event| event.message.contains("dead centre"));
+        times.extend(told.map(|event| event.time));
+        let slider = results.history("slider").unwrap();
+        let last = slider[(slider.nrows() - 1, 0)];
+        // It goes through to the other side.
+        assert!((last - 0.4 * 3.0_f64.cos()).abs() < 1e-10, "{last}");
+    }
+    // Rounding decides which of them notice it.
+    assert!(!times.is_empty());
+    for time in times {
+        assert!((time - std::f64::consts::FRAC_PI_2).abs() < 2e-3, "{time}");
+    }
 }

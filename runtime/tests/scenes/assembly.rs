@@ -111,8 +111,7 @@ fn a_held_superelement_neither_moves_nor_bends() {
 }
 
 #[test]
-fn the_dead_centre_is_passed() {
-    // Crank and rod of equal length fold over the axle, where the mechanism could also leave for another branch.
+fn the_driven_crank_passes_both_of_its_dead_centres() {
     let mut text = rough();
     text["bodies"]["crank"]["position"] = json!([0, 0]);
     text["bodies"]["crank"]["orientation"] = json!(0);

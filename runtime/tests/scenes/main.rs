@@ -5,8 +5,12 @@
 mod assembly;
 mod balance;
 mod control;
+#[path = "../../examples/control_loop.rs"]
+mod control_loop;
 mod drives;
 mod joints;
 mod loads;
+#[path = "../../examples/mechanism_in_rust.rs"]
+mod mechanism_in_rust;
 mod parts;
 mod springs;

@@ -13,23 +13,23 @@
 //! coordinates with each other by its spin, and the change of the rows' forces with the configuration. Both are of order h² and
 //! the exact matrix is in [`super::linearization`].
 
-use faer::Mat;
-use nalgebra::{Matrix3, Vector3};
+mod assemble;
+mod following;
 
-use super::body_factor::{BodyFactor, BodyMatrix, Elastic};
-use super::evaluation::Evaluation;
-use super::joint_system::JointSystem;
-use super::marker::{turned, turned_back};
-use super::residual::{add_product, marker_compliance, write_compliance};
-use super::{Demand, State, System};
-use crate::body::Compatibility;
+use faer::Mat;
+use nalgebra::Vector3;
+
+pub(super) use assemble::keep_rows_in_world;
+
 use crate::error::Error;
 use crate::frame::InertiaTangent;
 use crate::motion::Six;
-use crate::rotation::right_jacobian_inverse;
-
-/// A spring without stiffness counts as this many times softer than the bodies that it joins.
-const NO_STIFFNESS: f64 = 1e-12;
+use crate::system::body_factor::{BodyFactor, BodyMatrix, Elastic};
+use crate::system::evaluation::Evaluation;
+use crate::system::joint_system::JointSystem;
+use crate::system::marker::{turned, turned_back};
+use crate::system::residual::{marker_compliance, write_compliance};
+use crate::system::{Demand, State, System};
 
 /// How much of mass, damping and stiffness is in S.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -208,6 +208,12 @@ impl Condensed {
         }
     }
 
+    /// How much the joints' system enlarges what it solves for: large where constraints nearly depend on each other. Overwrites the last solve's
+    /// `force_step`.
+    pub fn amplification(&mut self) -> f64 {
+        self.joints.amplification(&mut self.force_step)
+    }
+
     /// Assembles and factors S and the joints' system at the last evaluation. `turns` are the rotation vectors Δφ from the start
     /// of the step, by which velocities follow the positions; `None` for a solve of accelerations or of a first guess.
     ///
@@ -271,125 +277,6 @@ impl Condensed {
         } else {
             Err(Error::SingularJoints { time: state.time })
         }
-    }
-
-    /// S of one body.
-    fn blend_body(
-        &mut self,
-        system: &System,
-        state: &State,
-        evaluation: &Evaluation,
-        index: usize,
-        blend: &Blend,
-        turn: &Vector3<f64>,
-    ) {
-        let body = &system.bodies[index];
-        let pose = &evaluation.poses[index];
-        let (at, acceleration) = system.body_motion(state, pose, index);
-        let (tangent, matrix) = (&mut self.tangents[index], &mut self.matrices[index]);
-        body.flexible.inertia.evaluate_tangent(
-            &at,
-            &acceleration,
-            &evaluation.inertia[index],
-            tangent,
-        );
-        let force = &evaluation.inertia_forces[index].force_body;
-        keep_rows_in_world(tangent, force);
-        // Rates follow a turn δφ of the frame as T⁻¹ δφ.
-        let follow = right_jacobian_inverse(turn);
-        let rigid = tangent.mass.rigid * blend.mass + tangent.damping.rigid * blend.damping;
-        matrix.rigid = rigid;
-        let turning = rigid.fixed_columns::<3>(3) * follow;
-        matrix.rigid.fixed_columns_mut::<3>(3).copy_from(&turning);
-        matrix.rigid += tangent.stiffness.rigid * blend.stiffness;
-        for (entry, ((m, c), k)) in matrix.rigid_elastic.iter_mut().zip(
-            tangent
-                .mass
-                .rigid_by_elastic
-                .iter()
-                .zip(&tangent.damping.rigid_by_elastic)
-                .zip(&tangent.stiffness.rigid_by_elastic),
-        ) {
-            *entry = blend.mass * m + blend.damping * c + blend.stiffness * k;
-        }
-        blend_elastic_rigid(matrix, tangent, blend, &follow);
-        for (i, d) in matrix.elastic.iter_mut().enumerate() {
-            let stiffness = body.flexible.stiffness[i];
-            let damping = 2.0 * body.flexible.damping[i] * stiffness.sqrt();
-            *d = blend.mass
-                + blend.damping * damping
-                + blend.stiffness * (stiffness + tangent.softening[i]);
-        }
-        // Interface forces as coordinates follow the rows' forces alone.
-        matrix.elastic[body.flexible.displacement_count()..].fill(f64::INFINITY);
-    }
-
-    /// Λ + diag(c), and its factor. Returns whether it is regular.
-    fn factor_joints(&mut self, system: &System, evaluation: &Evaluation, blend: &Blend) -> bool {
-        let values = self.joints.values_mut();
-        values.fill(0.0);
-        let mut place = 0;
-        for (index, own) in self.touches.iter().enumerate() {
-            let axes = &evaluation.poses[index].axes;
-            for (touch, gradient) in own.iter().zip(&mut self.gradients) {
-                *gradient = turned_back(axes, side(evaluation, touch));
-            }
-            let factor = &self.factors[index];
-            let markers = system.bodies[index].markers.len();
-            for (column, loaded) in own.iter().enumerate() {
-                for (seen, response) in self.responses[..markers].iter_mut().enumerate() {
-                    *response = factor.compliance(seen, loaded.local) * self.gradients[column];
-                }
-                for (row, touch) in own.iter().enumerate() {
-                    values[self.places[place]] +=
-                        self.gradients[row].dot(&self.responses[touch.local]);
-                    place += 1;
-                }
-            }
-        }
-        for (index, row) in system.rows.iter().enumerate() {
-            self.compliances[index] = match &row.demand {
-                Demand::Hold(_) | Demand::Follow(_) => 0.0,
-                Demand::Answer(law) => {
-                    let slopes =
-                        law.derivatives(evaluation.values[index], evaluation.value_rates[index]);
-                    let stiffness = -blend.stiffness * slopes.0 - blend.damping * slopes.1;
-                    let softest = self.joints.diagonal(index).abs() / NO_STIFFNESS;
-                    (1.0 / stiffness.max(0.0)).min(softest)
-                }
-            };
-            self.joints.add_to_diagonal(index, self.compliances[index]);
-        }
-        self.joints.factor(self.regularization)
-    }
-
-    /// Λ of the last factorization over some rows, dense.
-    pub fn joint_compliance(
-        &self,
-        system: &System,
-        evaluation: &Evaluation,
-        rows: &[usize],
-    ) -> Mat<f64> {
-        let mut position = vec![None; system.rows.len()];
-        for (index, row) in rows.iter().enumerate() {
-            position[*row] = Some(index);
-        }
-        let mut lambda = Mat::zeros(rows.len(), rows.len());
-        for (index, own) in self.touches.iter().enumerate() {
-            let axes = &evaluation.poses[index].axes;
-            let in_body = |touch: &Touch| turned_back(axes, side(evaluation, touch));
-            for column in own {
-                let gradient = in_body(column);
-                for row in own {
-                    let (Some(i), Some(j)) = (position[row.row], position[column.row]) else {
-                        continue;
-                    };
-                    let compliance = self.factors[index].compliance(row.local, column.local);
-                    lambda[(i, j)] += in_body(row).dot(&(compliance * gradient));
-                }
-            }
-        }
-        lambda
     }
 
     /// What each row's measure must change by: to the demand for constraints, and for springs by what the force still differs.
@@ -484,69 +371,6 @@ impl Condensed {
         self.solve_rows(system, evaluation, changes, residual, Interfaces::Held);
     }
 
-    /// How far interfaces are from where their forces at the evaluation put them.
-    fn find_gaps(&mut self, system: &System, state: &State, evaluation: &Evaluation) {
-        for (index, body) in system.bodies.iter().enumerate() {
-            let rows = body.residual_rows.clone();
-            if rows.is_empty() {
-                continue;
-            }
-            let forces = &mut self.force_gaps[rows.clone()];
-            forces.copy_from_slice(&evaluation.residual_forces[rows.clone()]);
-            let gaps = &mut self.gaps[rows.clone()];
-            match body.flexible.compatibility {
-                Compatibility::Strong | Compatibility::Static => {
-                    for (gap, x) in gaps.iter_mut().zip(&state.residual_displacements[rows]) {
-                        *gap = -x;
-                    }
-                }
-                Compatibility::Weak => {
-                    let own = &state.coordinates[body.coordinates.clone()];
-                    let own = &own[body.flexible.displacement_count()..];
-                    for (gap, g) in forces.iter_mut().zip(own) {
-                        *gap -= g;
-                    }
-                    gaps.fill(0.0);
-                }
-            }
-            add_product(self.residual_compliances[index].as_ref(), forces, gaps);
-        }
-    }
-
-    /// What the wrenches of the last solve make of interface forces and displacements.
-    fn follow_forces(&mut self, system: &System, evaluation: &Evaluation) {
-        for (index, body) in system.bodies.iter().enumerate() {
-            let rows = body.residual_rows.clone();
-            if rows.is_empty() {
-                continue;
-            }
-            let forces = &mut self.interface_step[rows.clone()];
-            forces.fill(0.0);
-            for &marker in body.markers.iter().filter(|m| self.coupled[**m]) {
-                let wrench = turned_back(&evaluation.poses[index].axes, &self.wrenches[marker]);
-                let place = &evaluation.places[marker];
-                system.markers[marker].add_interface_forces(place, &wrench, forces);
-            }
-            match body.flexible.compatibility {
-                Compatibility::Strong | Compatibility::Static => {
-                    let step = &mut self.residual_step[rows.clone()];
-                    step.copy_from_slice(&self.gaps[rows]);
-                    add_product(self.residual_compliances[index].as_ref(), forces, step);
-                }
-                Compatibility::Weak => {
-                    let own = &mut self.step[body.velocities.clone()][6..];
-                    let own = &mut own[body.flexible.displacement_count()..];
-                    for (step, (change, gap)) in own
-                        .iter_mut()
-                        .zip(forces.iter().zip(&self.force_gaps[rows]))
-                    {
-                        *step = change + gap;
-                    }
-                }
-            }
-        }
-    }
-
     fn solve_rows(
         &mut self,
         system: &System,
@@ -626,35 +450,5 @@ fn side<'a>(evaluation: &'a Evaluation, touch: &Touch) -> &'a Six {
     match touch.side {
         Side::A => &evaluation.gradients[touch.term].a,
         Side::B => &evaluation.gradients[touch.term].b,
-    }
-}
-
-/// Rows of forces stay in world axes while the frame turns: `Aᵀ δF = δ(Aᵀ F) - Aᵀ F × δφ`.
-pub(super) fn keep_rows_in_world(tangent: &mut InertiaTangent, force_body: &Vector3<f64>) {
-    let mut block = tangent.stiffness.rigid.fixed_view_mut::<3, 3>(0, 3);
-    block -= force_body.cross_matrix();
-}
-
-/// S_yr with the rotation's columns following the turn.
-fn blend_elastic_rigid(
-    matrix: &mut BodyMatrix,
-    tangent: &InertiaTangent,
-    blend: &Blend,
-    follow: &Matrix3<f64>,
-) {
-    let n = matrix.elastic.len();
-    let column = |part: &[f64], k: usize, l: usize| part[k * n + l];
-    for l in 0..n {
-        let mut row = Six::zeros();
-        for k in 0..6 {
-            row[k] = blend.mass * column(&tangent.mass.elastic_by_rigid, k, l)
-                + blend.damping * column(&tangent.damping.elastic_by_rigid, k, l);
-        }
-        let turning = follow.tr_mul(&row.fixed_rows::<3>(3));
-        for k in 0..6 {
-            let following = if k < 3 { row[k] } else { turning[k - 3] };
-            matrix.elastic_rigid[k * n + l] =
-                following + blend.stiffness * column(&tangent.stiffness.elastic_by_rigid, k, l);
-        }
     }
 }

@@ -1,9 +1,12 @@
 //! One step: predict, then correct until what is left is below the tolerance.
 
-use std::time::Instant;
+mod judge;
+mod predict;
 
 use nalgebra::{UnitQuaternion, Vector3};
 
+use super::method::{Effort, Formulation, Method};
+use super::profile::{Profile, Watch};
 use super::scheme::Scheme;
 use crate::error::Error;
 use crate::initial::REGULARIZATION;
@@ -12,90 +15,6 @@ use crate::system::body_factor::Elastic;
 use crate::system::condensed::{Blend, Condensed};
 use crate::system::evaluation::Evaluation;
 use crate::system::{Demand, State, System};
-
-/// At which level constraints are met.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum Formulation {
-    /// Positions only.
-    #[default]
-    Index3,
-    /// Positions and velocities: Gear, Gupta and Leimkuhler's stabilized index 2. Velocities meet the constraints by λ, positions by a
-    /// second set of multipliers that vanishes with the step.
-    StabilizedIndex2,
-}
-
-/// When an iteration is good enough.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Tolerance {
-    /// Error of the accelerations that a step may leave, relative to their size in the run.
-    pub relative: f64,
-    /// Iterations after which a step has failed.
-    pub max_iterations: usize,
-}
-
-/// How steps are made.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Method {
-    /// The member of the family.
-    pub scheme: Scheme,
-    /// The level of the constraints.
-    pub formulation: Formulation,
-    /// When a step is good enough.
-    pub tolerance: Tolerance,
-}
-
-/// What a step took.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct Effort {
-    /// Newton iterations.
-    pub iterations: usize,
-    /// Factorizations of the iteration matrix.
-    pub factorizations: usize,
-}
-
-/// Where the time of steps goes.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Profile {
-    /// Predicting the state at the end of the step, s.
-    pub predict: f64,
-    /// Evaluating frames, rows and forces.
-    pub evaluate: f64,
-    /// Assembling and factoring the iteration matrix.
-    pub factor: f64,
-    /// Solving with it.
-    pub solve: f64,
-    /// Correcting the state.
-    pub correct: f64,
-}
-
-impl Profile {
-    /// Time in all stages.
-    pub fn total(&self) -> f64 {
-        self.predict + self.evaluate + self.factor + self.solve + self.correct
-    }
-}
-
-/// A clock that runs only where somebody wants to know.
-struct Watch {
-    running: Option<Instant>,
-}
-
-impl Watch {
-    fn start(profile: Option<&Profile>) -> Self {
-        Self {
-            running: profile.map(|_| Instant::now()),
-        }
-    }
-
-    /// Adds the time since the last call to a stage.
-    fn lap(&mut self, profile: &mut Option<Profile>, stage: fn(&mut Profile) -> &mut f64) {
-        if let (Some(since), Some(profile)) = (self.running, profile) {
-            let now = Instant::now();
-            *stage(profile) += (now - since).as_secs_f64();
-            self.running = Some(now);
-        }
-    }
-}
 
 /// The solver of steps: trial state, factor and what it remembers of earlier steps.
 pub struct Corrector {
@@ -133,8 +52,6 @@ pub struct Corrector {
 
 /// An iteration that leaves more than this of the error asks for a new factor.
 const SLOW: f64 = 0.05;
-/// A constraint that stays this many times further open than the iteration's accuracy contradicts others.
-const VIOLATED: f64 = 1e4;
 /// One that leaves more than this asks for a new factor each time, and so do the next [`WARY`] steps from their start: near
 /// singular positions, where joint forces grow and change sign, a factor serves nowhere but where it was made.
 const FAILING: f64 = 0.3;
@@ -253,6 +170,11 @@ impl Corrector {
             }
             if effort.iterations >= tolerance.max_iterations {
                 self.factored_step = None;
+                if self.is_as_good_as_possible(correction, floor) {
+                    self.was_singular = true;
+                    self.refuse_contradiction(system, correction.max(allowed))?;
+                    return Ok(effort);
+                }
                 return Err(Error::NotConverged {
                     time: self.trial.time,
                     iterations: effort.iterations,
@@ -262,104 +184,6 @@ impl Corrector {
                 });
             }
             last = correction;
-        }
-    }
-
-    /// The change of the velocities that a larger step asks for.
-    ///
-    /// An increment lacks `h³ c` of the motion. Constraints on positions put that right in their own directions, by velocities that are
-    /// off by `h² c` there. Where the step is the same from step to step this is smooth and of second order; where it grows, and at the
-    /// start, the velocities have to be given it, or the accelerations jump by `h c` and the joints' forces with them
-    /// (Arnold, Brüls and Cardona 2015). Not where it shrinks: c comes from the change of the accelerations, and steps that are cut
-    /// again and again would feed on its rounding and ringing.
-    fn find_offset(
-        &mut self,
-        system: &System,
-        method: &Method,
-        start: &State,
-        step: f64,
-    ) -> Result<(), Error> {
-        self.trial.copy_from(start);
-        self.turns.fill(Vector3::zeros());
-        self.evaluate(system, method.formulation);
-        self.factor(system, &method.scheme, step)?;
-        let of_rate = method.scheme.increment_error() / start.earlier_step;
-        for (index, body) in system.bodies.iter().enumerate() {
-            let own = body.velocities.clone();
-            let (spin, spin_rate) = (
-                three(&start.velocities[own.clone()], 3),
-                three(&start.accelerations[own.clone()], 3),
-            );
-            let lack = &mut self.moving[own.clone()];
-            for (k, lack) in lack.iter_mut().enumerate() {
-                let i = own.start + k;
-                *lack = of_rate * (start.accelerations[i] - start.earlier_accelerations[i]);
-            }
-            // The rotation vector of a turn with changing spin.
-            let conical = spin.cross(&spin_rate) / 12.0;
-            let linear = self.evaluation.poses[index].axes.tr_mul(&three(lack, 0));
-            lack[..3].copy_from_slice(linear.as_slice());
-            for k in 0..3 {
-                lack[3 + k] += conical[k];
-            }
-        }
-        let squares = step * step - start.earlier_step * start.earlier_step;
-        self.condensed
-            .row_changes(system, &self.evaluation, &self.moving, &mut self.changes);
-        for change in &mut self.changes {
-            *change *= squares;
-        }
-        self.condensed
-            .solve_positions(system, &self.evaluation, &self.changes, &self.zeros);
-        self.offset.copy_from_slice(&self.condensed.step);
-        for (body, pose) in system.bodies.iter().zip(&self.evaluation.poses) {
-            let own = &mut self.offset[body.velocities.clone()];
-            let linear = pose.axes * three(own, 0);
-            own[..3].copy_from_slice(linear.as_slice());
-        }
-        Ok(())
-    }
-
-    /// The trial state at the end of the step, as far as the start tells it.
-    fn predict(&mut self, system: &System, scheme: &Scheme, start: &State, step: f64) {
-        let trial = &mut self.trial;
-        trial.time = start.time + step;
-        trial.angles.copy_from_slice(&start.angles);
-        trial.inputs.copy_from_slice(&start.inputs);
-        let ahead = step / start.earlier_step;
-        let carried = |now: f64, before: f64| now + ahead * (now - before);
-        for (i, acceleration) in trial.accelerations.iter_mut().enumerate() {
-            let before = start.accelerations[i];
-            // It belongs to a time ahead of the start by a part of the step.
-            let a = before + ahead * (start.algorithmic[i] - before);
-            *acceleration = carried(before, start.earlier_accelerations[i]);
-            let after = scheme.algorithmic(a, before, *acceleration);
-            let velocity = start.velocities[i] + self.offset[i];
-            trial.algorithmic[i] = after;
-            trial.velocities[i] = scheme.velocity(step, velocity, a, after);
-            self.increments[i] = scheme.increment(step, velocity, a, after);
-        }
-        for (i, force) in trial.forces.iter_mut().enumerate() {
-            *force = carried(start.forces[i], start.earlier_forces[i]);
-        }
-        for (i, x) in trial.residual_displacements.iter_mut().enumerate() {
-            let (rate, a) = (start.residual_rates[i], start.residual_accelerations[i]);
-            *x = start.residual_displacements[i] + scheme.increment(step, rate, a, a);
-            trial.residual_rates[i] = scheme.velocity(step, rate, a, a);
-            trial.residual_accelerations[i] = a;
-        }
-        for (index, body) in system.bodies.iter().enumerate() {
-            let increments = &self.increments[body.velocities.clone()];
-            trial.origins[index] = start.origins[index] + three(increments, 0);
-            self.turns[index] = three(increments, 3);
-            trial.orientations[index] =
-                start.orientations[index] * UnitQuaternion::new(self.turns[index]);
-            for (k, y) in trial.coordinates[body.coordinates.clone()]
-                .iter_mut()
-                .enumerate()
-            {
-                *y = start.coordinates[body.coordinates.start + k] + increments[6 + k];
-            }
         }
     }
 
@@ -454,33 +278,6 @@ impl Corrector {
         )
     }
 
-    /// With redundant constraints an iteration converges also where they contradict each other; then they stay violated.
-    fn refuse_contradiction(&self, system: &System, accuracy: f64) -> Result<(), Error> {
-        if self.condensed.regularization == 0.0 && !self.was_singular {
-            return Ok(());
-        }
-        for (index, row) in system.rows.iter().enumerate() {
-            if matches!(row.demand, Demand::Answer(_)) {
-                continue;
-            }
-            let term = &system.terms[row.terms.start];
-            let unit = if term.measure.is_length() {
-                1.0
-            } else {
-                system.bodies.iter().map(|b| b.length).fold(0.0, f64::max)
-            };
-            let misfit = self.evaluation.answers[index];
-            if misfit.abs() * unit > VIOLATED * accuracy {
-                return Err(Error::Contradiction {
-                    time: self.trial.time,
-                    joint: system.connections[row.connection].name.clone(),
-                    misfit,
-                });
-            }
-        }
-        Ok(())
-    }
-
     /// Adds the correction to the trial state; its size, as a length.
     fn apply(&mut self, system: &System, scheme: &Scheme, start: &State, step: f64) -> f64 {
         let (beta, gamma) = (scheme.acceleration_slope(step), scheme.velocity_slope(step));
@@ -535,85 +332,6 @@ impl Corrector {
             *force += change;
         }
         largest
-    }
-
-    /// The size of accelerations that corrections are compared with.
-    fn rescale(&mut self, system: &System, start: &State) -> f64 {
-        let mut scale = system.gravity.norm();
-        for body in &system.bodies {
-            let a = &start.accelerations[body.velocities.clone()];
-            let v = &start.velocities[body.velocities.clone()];
-            let norm = |x: &[f64]| x.iter().map(|x| x * x).sum::<f64>().sqrt();
-            let size = norm(&a[..3])
-                + body.length * (norm(&a[3..6]) + norm(&v[3..6]).powi(2))
-                + norm(&a[6..6 + body.flexible.displacement_count()])
-                    / body.flexible.inertia.mass().sqrt();
-            scale = scale.max(size);
-        }
-        self.acceleration_scale = scale.max(0.999 * self.acceleration_scale);
-        self.acceleration_scale
-    }
-
-    /// How far from the world's origin positions are, for their rounding.
-    fn reach(&self, system: &System) -> f64 {
-        system
-            .bodies
-            .iter()
-            .zip(&self.trial.origins)
-            .fold(0.0, |most: f64, (body, origin)| {
-                most.max(origin.amax() + body.length)
-            })
-    }
-
-    /// Why a correction is not finite: a function of time that has no value there, or the motion itself.
-    fn not_finite(&self, system: &System) -> Error {
-        let time = self.trial.time;
-        let bad = |signal: usize| {
-            Some(system.signal(signal, &self.trial).value).filter(|v| !v.is_finite())
-        };
-        let drives = system.rows.iter().filter_map(|row| match &row.demand {
-            Demand::Follow(signal) => {
-                Some((bad(*signal)?, &system.connections[row.connection].name))
-            }
-            Demand::Hold(_) | Demand::Answer(_) => None,
-        });
-        let loads = system.loads.iter().filter_map(|load| {
-            let signals = load.force.iter().chain(&load.torque).flatten();
-            let found = signals.copied().find_map(bad)?;
-            Some((found, &load.name))
-        });
-        match drives.chain(loads).next() {
-            Some((found, name)) => Error::FunctionNotFinite {
-                time,
-                name: name.clone(),
-                found,
-            },
-            None => Error::NotFinite {
-                time,
-                body: self.worst_body(system),
-            },
-        }
-    }
-
-    /// The body with the largest correction.
-    fn worst_body(&self, system: &System) -> String {
-        let size = |body: &crate::system::Body| {
-            self.condensed.step[body.velocities.clone()]
-                .iter()
-                .map(|x| x.abs())
-                .fold(0.0, |most: f64, x| {
-                    if x.is_nan() {
-                        f64::INFINITY
-                    } else {
-                        most.max(x)
-                    }
-                })
-        };
-        system
-            .bodies
-            .iter()
-            .max_by(|a, b| size(a).total_cmp(&size(b)))
-            .map_or_else(String::new, |body| body.name.clone())
     }
 }
 

@@ -1,0 +1,317 @@
+//! A scene's outputs, to channels and probes.
+
+use dcb_formats::mesh::Dimension;
+use dcb_formats::results::Channel;
+use nalgebra::{Matrix3, Vector3};
+
+use super::library::Library;
+use super::places::{Place, find};
+use super::probe::{Chord, FrameQuantity, NodeShapes, Probe, Rate};
+use super::quantities::Quantities;
+use super::{NamedJoint, Names};
+use crate::error::Error;
+use crate::measure::{Angle, Measure};
+use crate::scene::{AtPlace, Output, Scene};
+use crate::system::builder::{JointCoordinate, SystemBuilder, Turning, marker_of};
+use crate::system::marker::Marker;
+
+/// Makes channels and probes of a scene's outputs.
+pub(super) struct OutputBuilder<'a> {
+    pub(super) scene: &'a Scene,
+    pub(super) builder: &'a mut SystemBuilder,
+    pub(super) names: &'a Names,
+    pub(super) library: &'a mut Library,
+    pub(super) quantities: &'a Quantities,
+}
+
+impl OutputBuilder<'_> {
+    pub(super) fn output(
+        &mut self,
+        name: &str,
+        output: &Output,
+    ) -> Result<(Channel, Probe), Error> {
+        let (path, at) = (format!("outputs/{name}"), format!("outputs.{name}"));
+        let (q, dimension) = (self.quantities, self.scene.dimension);
+        Ok(match output {
+            Output::Position(of) => {
+                let channel = q.vector(&path, dimension, &q.length, "position, world axes");
+                (channel, self.frame(&at, of, FrameQuantity::Position)?)
+            }
+            Output::Displacement(of) => {
+                let channel = q.vector(&path, dimension, &q.length, "displacement, world axes");
+                (channel, self.frame(&at, of, FrameQuantity::Displacement)?)
+            }
+            Output::Velocity(of) => {
+                let channel = q.vector(&path, dimension, &q.velocity, "velocity, world axes");
+                (channel, self.frame(&at, of, FrameQuantity::Velocity)?)
+            }
+            Output::Acceleration(of) => {
+                let unit = &q.acceleration;
+                let channel = q.vector(&path, dimension, unit, "acceleration, world axes");
+                (channel, self.frame(&at, of, FrameQuantity::Acceleration)?)
+            }
+            Output::Orientation(of) => {
+                let channel = match dimension {
+                    Dimension::Planar => Channel::scalar(&path, "rad", "angle against the world"),
+                    Dimension::Spatial => {
+                        let names = ["w", "x", "y", "z"];
+                        Channel::vector(&path, &names, "1", "quaternion, own axes to world axes")
+                    }
+                };
+                (channel, self.frame(&at, of, FrameQuantity::Orientation)?)
+            }
+            Output::AngularVelocity(of) => {
+                let what = "angular velocity, world axes";
+                let channel = match dimension {
+                    Dimension::Planar => Channel::scalar(&path, &q.angular_velocity, what),
+                    Dimension::Spatial => q.vector(&path, dimension, &q.angular_velocity, what),
+                };
+                (
+                    channel,
+                    self.frame(&at, of, FrameQuantity::AngularVelocity)?,
+                )
+            }
+            Output::ChordDeflection(of) => {
+                let at = format!("{at}.chord_deflection");
+                let what = "deflection from the chord by the chord's length, body axes";
+                let channel = match dimension {
+                    Dimension::Planar => Channel::scalar(&path, "1", what),
+                    Dimension::Spatial => q.vector(&path, dimension, "1", what),
+                };
+                let body = self.body(&of.body);
+                let node = self.node(&at, &of.body, of.node)?;
+                let mut ends = Vec::new();
+                for interface in &of.between {
+                    let reference = format!("{}/{interface}", of.body);
+                    ends.push(self.marker(&format!("{at}.between"), &reference)?.1);
+                }
+                let chord = <[Marker; 2]>::try_from(ends).ok();
+                let chord = chord.and_then(|ends| Chord::between(node, ends));
+                let chord = chord.ok_or_else(|| {
+                    Error::described(format!("{at}.between"), "names two interfaces at one point")
+                })?;
+                let chord = Box::new(chord);
+                (channel, Probe::Chord { body, chord })
+            }
+            Output::NodeDisplacement(of) => {
+                let node = self.node(&format!("{at}.node_displacement"), &of.body, of.node)?;
+                let what = "elastic displacement of the node, body axes";
+                let body = self.body(&of.body);
+                let channel = q.vector(&path, dimension, &q.length, what);
+                (channel, Probe::NodeDisplacement { body, node })
+            }
+            Output::NodePosition(of) => {
+                let node = self.node(&format!("{at}.node_position"), &of.body, of.node)?;
+                let body = self.body(&of.body);
+                let channel = q.vector(
+                    &path,
+                    dimension,
+                    &q.length,
+                    "position of the node, world axes",
+                );
+                (channel, Probe::NodePosition { body, node })
+            }
+            Output::JointCoordinate(of) => self.coordinate(&path, &at, &of.joint, Rate::Value)?,
+            Output::JointRate(of) => self.coordinate(&path, &at, &of.joint, Rate::Rate)?,
+            Output::Reaction(of) => {
+                let connection = self.joint(&at, &of.joint)?.connection;
+                let connection = &self.builder.system().connections[connection];
+                let what = "force and moment of the joint on its first body";
+                let probe = Probe::Reaction {
+                    rows: connection.rows.clone(),
+                    a: connection.a,
+                    b: connection.b,
+                    axes: of.axes,
+                };
+                (q.wrench(&path, dimension, what), probe)
+            }
+            Output::InterfaceForce(of) => {
+                let (place, _) = self.marker(&format!("{at}.interface_force.at"), &of.at)?;
+                let Place::Body { body, interface } = place else {
+                    return Err(Error::described(at, "is on the ground"));
+                };
+                let system = self.builder.system();
+                let marker = system.bodies[body]
+                    .markers
+                    .iter()
+                    .copied()
+                    .find(|marker| system.markers[*marker].interface == Some(interface));
+                let marker = marker.ok_or_else(|| {
+                    Error::described(
+                        format!("{at}.interface_force.at"),
+                        format!(
+                            "nothing takes hold of {:?}: no joint, spring or load is there",
+                            of.at
+                        ),
+                    )
+                })?;
+                let what =
+                    "force on the interface and what is conjugate to its rotation, body axes";
+                (
+                    q.wrench(&path, dimension, what),
+                    Probe::InterfaceForce { marker },
+                )
+            }
+            Output::DriveEffort(of) => {
+                self.forces(&path, self.names.drives.get(&of.drive).copied(), &at)?
+            }
+            Output::SpringForce(of) => {
+                self.forces(&path, self.names.springs.get(&of.spring).copied(), &at)?
+            }
+            Output::Modal(of) => {
+                let body = &self.builder.system().bodies[self.body(&of.body)];
+                let names: Vec<String> = (1..=body.coordinates.len())
+                    .map(|k| k.to_string())
+                    .collect();
+                let names: Vec<&str> = names.iter().map(String::as_str).collect();
+                if names.is_empty() {
+                    return Err(Error::described(at, "is of a body without coordinates"));
+                }
+                let what = "dynamic coordinates: modes, then attachments";
+                (
+                    Channel::vector(&path, &names, &q.modal, what),
+                    Probe::Modal {
+                        coordinates: body.coordinates.clone(),
+                    },
+                )
+            }
+            Output::Energy => (q.energy(&path), Probe::Energy),
+        })
+    }
+
+    fn body(&self, name: &str) -> usize {
+        self.names.bodies.get(name).copied().unwrap_or_default()
+    }
+
+    fn joint(&self, at: &str, name: &str) -> Result<&NamedJoint, Error> {
+        let unknown = || Error::described(at, format!("there is no joint {name:?}"));
+        self.names.joints.get(name).ok_or_else(unknown)
+    }
+
+    /// A frame at a place that follows it without loading it.
+    fn marker(&self, at: &str, reference: &str) -> Result<(Place, Marker), Error> {
+        let place = find(self.scene, self.builder, self.names, at, reference)?;
+        let marker = match &place {
+            Place::Ground { position, axes } => Marker::on_ground(*position, *axes),
+            Place::Body { body, interface } => {
+                let flexible = &self.builder.system().bodies[*body].flexible;
+                let attachment = flexible
+                    .attachment(*interface)
+                    .map_err(|error| Error::described(at, error.to_string()))?;
+                marker_of(*body, flexible, *interface, attachment, Turning::Interface)
+            }
+        };
+        Ok((place, marker))
+    }
+
+    fn frame(&mut self, at: &str, of: &AtPlace, quantity: FrameQuantity) -> Result<Probe, Error> {
+        let (place, marker) = self.marker(&format!("{at}.at"), &of.at)?;
+        let at_start = match place {
+            Place::Ground { position, .. } => position,
+            Place::Body { body, interface } => {
+                self.builder.interface_frame(body, interface).position
+            }
+        };
+        let turns =
+            (quantity, self.scene.dimension) == (FrameQuantity::Orientation, Dimension::Planar);
+        let angle = match place {
+            Place::Body { body, interface } if turns => Some(self.turns(body, interface)?),
+            _ => None,
+        };
+        Ok(Probe::Frame {
+            marker: Box::new(marker),
+            quantity,
+            at_start,
+            angle,
+        })
+    }
+
+    /// Counts the turns of an interface against the world; planar.
+    fn turns(&mut self, body: usize, interface: usize) -> Result<usize, Error> {
+        let is_rigid = self.builder.system().bodies[body].coordinates.is_empty();
+        let turning = if is_rigid {
+            Turning::Body
+        } else {
+            Turning::Interface
+        };
+        let world = self.builder.ground(Vector3::zeros(), Matrix3::identity());
+        let marker = self.builder.marker(body, interface, turning)?;
+        Ok(self
+            .builder
+            .watch(world, marker, Measure::Angle(Angle::in_plane())))
+    }
+
+    fn node(&mut self, at: &str, body: &str, node: u32) -> Result<NodeShapes, Error> {
+        let fields = self.library.fields(self.scene, body, at)?;
+        let flexible = &self.builder.system().bodies[self.body(body)].flexible;
+        let (basis, mesh) = (&fields.0, &fields.1);
+        NodeShapes::of(flexible, basis, mesh, node).ok_or_else(|| {
+            let count = mesh.node_count();
+            Error::described(
+                format!("{at}.node"),
+                format!("is {node}, but the fields of body {body:?} don't have it (mesh of {count} nodes, counted from 0)"),
+            )
+        })
+    }
+
+    fn coordinate(
+        &mut self,
+        path: &str,
+        at: &str,
+        joint: &str,
+        is_rate: Rate,
+    ) -> Result<(Channel, Probe), Error> {
+        let named = self.joint(at, joint)?.clone();
+        let found = named.built.as_ref().and_then(|built| {
+            [JointCoordinate::Rotation, JointCoordinate::Translation]
+                .into_iter()
+                .find_map(|which| {
+                    built
+                        .coordinate(which)
+                        .map(|measure| (built, which, measure))
+                })
+        });
+        let Some((built, which, measure)) = found else {
+            return Err(Error::described(
+                at,
+                format!("joint {joint:?} has no coordinate"),
+            ));
+        };
+        let angle = matches!(measure, Measure::Angle(_))
+            .then(|| self.builder.watch(built.a, built.b, measure));
+        let q = self.quantities;
+        let unit = match (measure.is_length(), is_rate) {
+            (true, Rate::Value) => &q.length,
+            (true, Rate::Rate) => &q.velocity,
+            (false, Rate::Value) => "rad",
+            (false, Rate::Rate) => &q.angular_velocity,
+        };
+        let probe = Probe::Coordinate {
+            a: built.a,
+            b: built.b,
+            measure,
+            angle,
+            zero: named.zero(which),
+            is_rate,
+        };
+        Ok((
+            Channel::scalar(path, unit, "coordinate of the joint"),
+            probe,
+        ))
+    }
+
+    fn forces(
+        &self,
+        path: &str,
+        connection: Option<usize>,
+        at: &str,
+    ) -> Result<(Channel, Probe), Error> {
+        let unknown = || Error::described(at, "names nothing in the scene");
+        let system = self.builder.system();
+        let rows = system.connections[connection.ok_or_else(unknown)?]
+            .rows
+            .clone();
+        let channel = self.quantities.effort(path, system, &rows);
+        Ok((channel, Probe::Forces { rows }))
+    }
+}

@@ -1,0 +1,175 @@
+//! The iteration matrix: S of every body, and the joints' system.
+
+use faer::Mat;
+use nalgebra::{Matrix3, Vector3};
+
+use super::{Blend, Condensed, Touch, side};
+use crate::frame::InertiaTangent;
+use crate::motion::Six;
+use crate::rotation::right_jacobian_inverse;
+use crate::system::body_factor::BodyMatrix;
+use crate::system::evaluation::Evaluation;
+use crate::system::marker::turned_back;
+use crate::system::{Demand, State, System};
+
+/// A spring without stiffness counts as this many times softer than the bodies that it joins.
+const NO_STIFFNESS: f64 = 1e-12;
+
+impl Condensed {
+    /// S of one body.
+    pub(super) fn blend_body(
+        &mut self,
+        system: &System,
+        state: &State,
+        evaluation: &Evaluation,
+        index: usize,
+        blend: &Blend,
+        turn: &Vector3<f64>,
+    ) {
+        let body = &system.bodies[index];
+        let pose = &evaluation.poses[index];
+        let (at, acceleration) = system.body_motion(state, pose, index);
+        let (tangent, matrix) = (&mut self.tangents[index], &mut self.matrices[index]);
+        body.flexible.inertia.evaluate_tangent(
+            &at,
+            &acceleration,
+            &evaluation.inertia[index],
+            tangent,
+        );
+        let force = &evaluation.inertia_forces[index].force_body;
+        keep_rows_in_world(tangent, force);
+        // Rates follow a turn δφ of the frame as T⁻¹ δφ.
+        let follow = right_jacobian_inverse(turn);
+        let rigid = tangent.mass.rigid * blend.mass + tangent.damping.rigid * blend.damping;
+        matrix.rigid = rigid;
+        let turning = rigid.fixed_columns::<3>(3) * follow;
+        matrix.rigid.fixed_columns_mut::<3>(3).copy_from(&turning);
+        matrix.rigid += tangent.stiffness.rigid * blend.stiffness;
+        for (entry, ((m, c), k)) in matrix.rigid_elastic.iter_mut().zip(
+            tangent
+                .mass
+                .rigid_by_elastic
+                .iter()
+                .zip(&tangent.damping.rigid_by_elastic)
+                .zip(&tangent.stiffness.rigid_by_elastic),
+        ) {
+            *entry = blend.mass * m + blend.damping * c + blend.stiffness * k;
+        }
+        blend_elastic_rigid(matrix, tangent, blend, &follow);
+        for (i, d) in matrix.elastic.iter_mut().enumerate() {
+            let stiffness = body.flexible.stiffness[i];
+            let damping = 2.0 * body.flexible.damping[i] * stiffness.sqrt();
+            *d = blend.mass
+                + blend.damping * damping
+                + blend.stiffness * (stiffness + tangent.softening[i]);
+        }
+        // Interface forces as coordinates follow the rows' forces alone.
+        matrix.elastic[body.flexible.displacement_count()..].fill(f64::INFINITY);
+    }
+
+    /// Λ + diag(c), and its factor. Returns whether it is regular.
+    pub(super) fn factor_joints(
+        &mut self,
+        system: &System,
+        evaluation: &Evaluation,
+        blend: &Blend,
+    ) -> bool {
+        let values = self.joints.values_mut();
+        values.fill(0.0);
+        let mut place = 0;
+        for (index, own) in self.touches.iter().enumerate() {
+            let axes = &evaluation.poses[index].axes;
+            for (touch, gradient) in own.iter().zip(&mut self.gradients) {
+                *gradient = turned_back(axes, side(evaluation, touch));
+            }
+            let factor = &self.factors[index];
+            let markers = system.bodies[index].markers.len();
+            for (column, loaded) in own.iter().enumerate() {
+                for (seen, response) in self.responses[..markers].iter_mut().enumerate() {
+                    *response = factor.compliance(seen, loaded.local) * self.gradients[column];
+                }
+                for (row, touch) in own.iter().enumerate() {
+                    values[self.places[place]] +=
+                        self.gradients[row].dot(&self.responses[touch.local]);
+                    place += 1;
+                }
+            }
+        }
+        for (index, row) in system.rows.iter().enumerate() {
+            self.compliances[index] = match &row.demand {
+                Demand::Hold(_) | Demand::Follow(_) => 0.0,
+                Demand::Answer(law) => {
+                    let slopes =
+                        law.derivatives(evaluation.values[index], evaluation.value_rates[index]);
+                    let stiffness = -blend.stiffness * slopes.0 - blend.damping * slopes.1;
+                    let softest = self.joints.diagonal(index).abs() / NO_STIFFNESS;
+                    (1.0 / stiffness.max(0.0)).min(softest)
+                }
+            };
+            self.joints.add_to_diagonal(index, self.compliances[index]);
+        }
+        self.joints.factor(self.regularization)
+    }
+
+    /// Λ of the last factorization over some rows, dense.
+    pub fn joint_compliance(
+        &self,
+        system: &System,
+        evaluation: &Evaluation,
+        rows: &[usize],
+    ) -> Mat<f64> {
+        let mut position = vec![None; system.rows.len()];
+        for (index, row) in rows.iter().enumerate() {
+            position[*row] = Some(index);
+        }
+        let mut lambda = Mat::zeros(rows.len(), rows.len());
+        for (index, own) in self.touches.iter().enumerate() {
+            let axes = &evaluation.poses[index].axes;
+            let in_body = |touch: &Touch| turned_back(axes, side(evaluation, touch));
+            for column in own {
+                let gradient = in_body(column);
+                for row in own {
+                    let (Some(i), Some(j)) = (position[row.row], position[column.row]) else {
+                        continue;
+                    };
+                    let compliance = self.factors[index].compliance(row.local, column.local);
+                    lambda[(i, j)] += in_body(row).dot(&(compliance * gradient));
+                }
+            }
+        }
+        lambda
+    }
+}
+
+/// Rows of forces stay in world axes while the frame turns: `Aᵀ δF = δ(Aᵀ F) - Aᵀ F × δφ`.
+pub(in crate::system) fn keep_rows_in_world(
+    tangent: &mut InertiaTangent,
+    force_body: &Vector3<f64>,
+) {
+    let mut block = tangent.stiffness.rigid.fixed_view_mut::<3, 3>(0, 3);
+    block -= force_body.cross_matrix();
+}
+
+/// S_yr with the rotation's columns following the turn.
+fn blend_elastic_rigid(
+    matrix: &mut BodyMatrix,
+    tangent: &InertiaTangent,
+    blend: &Blend,
+    follow: &Matrix3<f64>,
+) {
+    let n = matrix.elastic.len();
+    let column = |part: &[f64], k: usize, l: usize| part[k * n + l];
+    for l in 0..n {
+        let mut row = Six::zeros();
+        for k in 0..6 {
+            row[k] = blend.mass * column(&tangent.mass.elastic_by_rigid, k, l)
+                + blend.damping * column(&tangent.damping.elastic_by_rigid, k, l);
+        }
+        let turning = follow.tr_mul(&row.fixed_rows::<3>(3));
+        for k in 0..6 {
+            let following = if k < 3 { row[k] } else { turning[k - 3] };
+            matrix.elastic_rigid[k * n + l] =
+                following + blend.stiffness * column(&tangent.stiffness.elastic_by_rigid, k, l);
+        }
+    }
+}
