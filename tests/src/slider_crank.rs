@@ -68,6 +68,7 @@ impl SliderCrank {
     /// The started simulation.
     pub fn start(&self, rod: &RodStart, method: Method) -> Simulation {
         let mut builder = SystemBuilder::new(self.dimension, Vector3::zeros());
+        // The crank is driven and the slider doesn't turn: what their moment of inertia is doesn't matter to the motion.
         let small = 0.1 * self.slider * self.crank * self.crank;
         let half = 0.5 * self.crank;
         let crank = rigid(
