@@ -29,7 +29,8 @@ def cell(runs):
         return "–"
     steps = runs[0]["steps"]
     used = [run["cpu_seconds"] / steps * 1e6 for run in runs if "cpu_seconds" in run]
-    times = f"{microseconds(runs):.0f}" + (f" / {median(used):.0f}" if used else "")
+    digits = 1 if microseconds(runs) < 100 else 0
+    times = f"{microseconds(runs):.{digits}f}" + (f" / {median(used):.{digits}f}" if used else "")
     return f"{times} ({runs[0]['newton_iterations'] / steps:.2f}, {runs[0]['jacobian_updates'] / steps:.3f})"
 
 
