@@ -2,59 +2,65 @@
 //!
 //! Arrays are column-major, `columns[k * n..][..n]` being column k. The widest instructions of the machine are chosen at run time.
 
-use pulp::Arch;
+use pulp::{Arch, Simd, WithSimd};
+
+use crate::frame::stacked::{add_scaled, dot};
 
 /// `y += Σ_k factors[k] columns_k`
 pub fn add_columns(y: &mut [f64], columns: &[f64], factors: &[f64]) {
-    let n = y.len();
-    if n == 0 {
-        return;
+    if !y.is_empty() {
+        debug_assert_eq!(columns.len(), y.len() * factors.len());
+        Arch::new().dispatch(AddColumns {
+            y,
+            columns,
+            factors,
+        });
     }
-    debug_assert_eq!(columns.len(), n * factors.len());
-    Arch::new().dispatch(
-        #[inline(always)]
-        || {
-            for (column, factor) in columns.chunks_exact(n).zip(factors) {
-                for (y, x) in y.iter_mut().zip(column) {
-                    *y += factor * x;
-                }
-            }
-        },
-    );
 }
 
 /// `products[k] += columns_k · x`
 pub fn add_products(products: &mut [f64], columns: &[f64], x: &[f64]) {
-    let n = x.len();
-    if n == 0 {
-        return;
+    if !x.is_empty() {
+        debug_assert_eq!(columns.len(), x.len() * products.len());
+        Arch::new().dispatch(AddProducts {
+            products,
+            columns,
+            x,
+        });
     }
-    debug_assert_eq!(columns.len(), n * products.len());
-    Arch::new().dispatch(
-        #[inline(always)]
-        || {
-            for (column, product) in columns.chunks_exact(n).zip(products) {
-                *product += dot(column, x);
-            }
-        },
-    );
 }
 
-/// `a · b` with four partial sums, so that the sum is not one chain of additions.
-#[inline(always)]
-fn dot(a: &[f64], b: &[f64]) -> f64 {
-    let mut sums = [0.0; 4];
-    let (a_blocks, b_blocks) = (a.chunks_exact(4), b.chunks_exact(4));
-    let rest: f64 = a_blocks
-        .remainder()
-        .iter()
-        .zip(b_blocks.remainder())
-        .map(|(a, b)| a * b)
-        .sum();
-    for (a, b) in a_blocks.zip(b_blocks) {
-        for i in 0..4 {
-            sums[i] += a[i] * b[i];
+struct AddColumns<'a> {
+    y: &'a mut [f64],
+    columns: &'a [f64],
+    factors: &'a [f64],
+}
+
+impl WithSimd for AddColumns<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, simd: S) {
+        for (column, factor) in self.columns.chunks_exact(self.y.len()).zip(self.factors) {
+            add_scaled(simd, *factor, column, self.y);
         }
     }
-    (sums[0] + sums[1]) + (sums[2] + sums[3]) + rest
+}
+
+struct AddProducts<'a> {
+    products: &'a mut [f64],
+    columns: &'a [f64],
+    x: &'a [f64],
+}
+
+impl WithSimd for AddProducts<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, simd: S) {
+        let columns = self.columns.chunks_exact(self.x.len());
+        for (column, product) in columns.zip(self.products) {
+            *product += dot(simd, column, self.x);
+        }
+    }
 }

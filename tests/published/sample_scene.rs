@@ -42,7 +42,9 @@ fn shipped_scene_follows_the_independent_history() {
     let deflection = results.history("midpoint_deflection").unwrap();
     let expected = reference();
     // Recorded every degree.
-    let found: Vec<f64> = (0..expected.len()).map(|k| deflection[(10 * k, 0)]).collect();
+    let found: Vec<f64> = (0..expected.len())
+        .map(|k| deflection[(10 * k, 0)])
+        .collect();
     let largest = expected.iter().fold(0.0, |most: f64, d| most.max(d.abs()));
     let error = found
         .iter()

@@ -6,9 +6,8 @@ use dcb_formats::component::InterfaceKind;
 use dcb_formats::superelement::{BoundaryRow, InterfaceFrame};
 use faer::MatRef;
 use nalgebra::{Matrix3, Vector3};
-use pulp::{Arch, Simd, WithSimd};
 
-use crate::frame::stacked::{add_scaled, dot};
+use crate::kernel::{add_columns, add_products};
 
 /// A frame of a body that joints, springs and loads act on.
 ///
@@ -93,63 +92,15 @@ impl Attachment {
 
     /// `(S_u y, S_θ y)`: displacement and rotation in body axes; of rates or second rates, their derivatives.
     pub fn products(&self, y: &[f64]) -> (Vector3<f64>, Vector3<f64>) {
-        if y.is_empty() {
-            return (Vector3::zeros(), Vector3::zeros());
-        }
-        Arch::new().dispatch(Products {
-            attachment: self,
-            y,
-        })
+        let mut six = [0.0; 6];
+        add_products(&mut six, &self.shapes, y);
+        let [ux, uy, uz, rx, ry, rz] = six;
+        (Vector3::new(ux, uy, uz), Vector3::new(rx, ry, rz))
     }
 
     /// `forces += S_uᵀ force + S_θᵀ moment`: what a force and a moment in body axes are on the coordinates.
     pub fn add_forces(&self, force: &Vector3<f64>, moment: &Vector3<f64>, forces: &mut [f64]) {
-        if forces.is_empty() {
-            return;
-        }
-        Arch::new().dispatch(Forces {
-            attachment: self,
-            wrench: [force, moment],
-            forces,
-        });
-    }
-}
-
-struct Products<'a> {
-    attachment: &'a Attachment,
-    y: &'a [f64],
-}
-
-impl WithSimd for Products<'_> {
-    type Output = (Vector3<f64>, Vector3<f64>);
-
-    #[inline(always)]
-    fn with_simd<S: Simd>(self, simd: S) -> Self::Output {
-        let Self { attachment, y } = self;
-        let product = |row: usize| dot(simd, attachment.shape(row), y);
-        (
-            Vector3::new(product(0), product(1), product(2)),
-            Vector3::new(product(3), product(4), product(5)),
-        )
-    }
-}
-
-struct Forces<'a> {
-    attachment: &'a Attachment,
-    wrench: [&'a Vector3<f64>; 2],
-    forces: &'a mut [f64],
-}
-
-impl WithSimd for Forces<'_> {
-    type Output = ();
-
-    #[inline(always)]
-    fn with_simd<S: Simd>(self, simd: S) {
-        for (part, vector) in self.wrench.into_iter().enumerate() {
-            for axis in 0..3 {
-                let shape = self.attachment.shape(3 * part + axis);
-                add_scaled(simd, vector[axis], shape, self.forces);
-            }
-        }
+        let six = [force.x, force.y, force.z, moment.x, moment.y, moment.z];
+        add_columns(forces, &self.shapes, &six);
     }
 }
