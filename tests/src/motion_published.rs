@@ -17,7 +17,7 @@ use crate::rigid_benchmarks::{
 /// What the test set publishes.
 const QUANTITIES: [&str; 9] = ["φ2", "x3", "q1", "q2", "q3", "q4", "λ1", "λ2", "λ3"];
 /// Bounds of the runtime at 200000 steps, and of the classical equations.
-const BOUNDS: [f64; 9] = [2e-9, 5e-9, 3e-7, 3e-6, 2e-5, 5e-5, 5e-4, 5e-4, 5e-4];
+const BOUNDS: [f64; 9] = [2e-9, 5e-9, 3e-7, 3e-6, 2e-5, 5e-5, 2e-3, 2e-3, 2e-3];
 const CLASSICAL_BOUNDS: [f64; 9] = [1e-10, 2e-9, 1e-9, 1e-9, 1e-9, 1e-9, 1e-8, 1e-8, 1e-8];
 
 fn all(answer: &Answer) -> Vec<f64> {
