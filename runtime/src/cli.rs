@@ -112,7 +112,7 @@ enum Command {
         #[arg(long)]
         force: bool,
     },
-    /// Print recorded quantities as CSV.
+    /// Write recorded quantities as CSV.
     Csv {
         /// Results.
         results: PathBuf,

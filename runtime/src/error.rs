@@ -206,6 +206,20 @@ pub enum Error {
         /// Estimated error of the last attempt, relative to the tolerance; infinite if it failed altogether.
         error: f64,
     },
+    /// A joint whose angle is counted turns too far in one step.
+    #[error(
+        "t = {time:.6e}: {b:?} turns by {turn:.2} rad against {a:?} in one step, and an angle between them is counted: more than half a turn can't be; take a smaller step"
+    )]
+    LongTurn {
+        /// When.
+        time: f64,
+        /// First body.
+        a: String,
+        /// Second body.
+        b: String,
+        /// Turn in the step, rad.
+        turn: f64,
+    },
     /// The joints can't be closed.
     #[error(
         "joint {joint:?} can't be closed: it stays open by {misfit:.3e} (allowed {allowed:.1e}); check the positions, lengths and drives"
@@ -409,6 +423,7 @@ impl Error {
                 | Self::NotFinite { .. }
                 | Self::FunctionNotFinite { .. }
                 | Self::NotConverged { .. }
+                | Self::LongTurn { .. }
                 | Self::StepTooSmall { .. }
                 | Self::NoEquilibrium { .. }
                 | Self::NoEigenvalues

@@ -5,7 +5,7 @@ use crate::error::Error;
 use crate::initial::{InitialReport, REGULARIZATION, Redundancy, Starter};
 use crate::integrator::adaptive::{StepSize, local_error};
 use crate::integrator::newton::Corrector;
-use crate::integrator::{Effort, Method, Profile};
+use crate::integrator::{Effort, Formulation, Method, Profile};
 use crate::system::evaluation::Evaluation;
 use crate::system::{State, System};
 
@@ -156,6 +156,7 @@ impl Simulation {
                 }
                 Err(
                     Error::NotConverged { .. }
+                    | Error::LongTurn { .. }
                     | Error::NotFinite { .. }
                     | Error::SingularBody { .. }
                     | Error::SingularJoints { .. },
@@ -193,6 +194,18 @@ impl Simulation {
     /// Where the time went since [`Simulation::start_profile`].
     pub fn profile(&self) -> Option<&Profile> {
         self.corrector.profile.as_ref()
+    }
+
+    /// What rounding is in the joints' forces at a step of this size, as a part of the forces of the run; zero where constraints are
+    /// on velocities too.
+    pub fn rounding_of_forces(&self, step: f64) -> f64 {
+        match self.method.formulation {
+            Formulation::Index3 => {
+                self.corrector
+                    .rounding_of_forces(&self.system, &self.method.scheme, step)
+            }
+            Formulation::StabilizedIndex2 => 0.0,
+        }
     }
 
     /// Whether the last step met a singular configuration, a dead centre, and passed it.

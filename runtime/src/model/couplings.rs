@@ -204,6 +204,14 @@ fn kind_of(
             let (axis, axis_b) = axes(joint);
             JointKind::Revolute(Revolute { axis, axis_b })
         }
+        Joint::Prismatic(AxisJoint {
+            axis_b: Some(_), ..
+        }) => {
+            return Err(Error::described(
+                format!("{location}.axis_b"),
+                "has no meaning: a prismatic joint keeps the orientation as drawn; leave it out",
+            ));
+        }
         Joint::Prismatic(joint) => JointKind::Prismatic(Prismatic {
             axis: axes(joint).0,
         }),

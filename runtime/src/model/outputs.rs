@@ -131,25 +131,21 @@ impl OutputBuilder<'_> {
                     return Err(Error::described(at, "is on the ground"));
                 };
                 let system = self.builder.system();
-                let marker = system.bodies[body]
-                    .markers
-                    .iter()
-                    .copied()
-                    .find(|marker| system.markers[*marker].interface == Some(interface));
-                let marker = marker.ok_or_else(|| {
-                    Error::described(
+                let markers = system.markers_on(body, interface);
+                if markers.is_empty() {
+                    return Err(Error::described(
                         format!("{at}.interface_force.at"),
                         format!(
                             "nothing takes hold of {:?}: no joint, spring or load is there",
                             of.at
                         ),
-                    )
-                })?;
+                    ));
+                }
                 let what =
                     "force on the interface and what is conjugate to its rotation, body axes";
                 (
                     q.wrench(&path, dimension, what),
-                    Probe::InterfaceForce { marker },
+                    Probe::InterfaceForce { markers },
                 )
             }
             Output::DriveEffort(of) => {

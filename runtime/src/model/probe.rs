@@ -75,7 +75,7 @@ pub(super) enum Probe {
         axes: ReactionAxes,
     },
     /// Force on the rows of an interface, body axes.
-    InterfaceForce { marker: usize },
+    InterfaceForce { markers: Vec<usize> },
     /// λ of rows.
     Forces { rows: Range<usize> },
     /// y of a body.
@@ -281,15 +281,20 @@ impl Probe {
                 };
                 push_wrench(row, dimension, &wrench);
             }
-            Self::InterfaceForce { marker } => {
-                if let Some(body) = at.system.markers[*marker].body {
+            Self::InterfaceForce { markers } => {
+                let mut total = Six::zeros();
+                for &marker in &*markers {
+                    let Some(body) = at.system.markers[marker].body else {
+                        continue;
+                    };
                     let axes = &at.evaluation.poses[body].axes;
-                    let wrench = turned_back(axes, &at.evaluation.wrenches[*marker]);
+                    let wrench = turned_back(axes, &at.evaluation.wrenches[marker]);
                     let (force, moment) = halves(&wrench);
                     // Conjugate to the rotation rows: J_lᵀ τ.
-                    let turn = at.evaluation.places[*marker].turn_jacobian.tr_mul(&moment);
-                    push_wrench(row, dimension, &crate::system::marker::six(&force, &turn));
+                    let turn = at.evaluation.places[marker].turn_jacobian.tr_mul(&moment);
+                    total += crate::system::marker::six(&force, &turn);
                 }
+                push_wrench(row, dimension, &total);
             }
             Self::Forces { rows } => row.extend(&at.state.forces[rows.clone()]),
             Self::Modal { coordinates } => row.extend(&at.state.coordinates[coordinates.clone()]),

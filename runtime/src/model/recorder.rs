@@ -65,7 +65,7 @@ impl<'a> RecordedStep<'a> {
 }
 
 impl<'a> RecordedStep<'a> {
-    /// A state that no simulation led to; nothing has done work.
+    /// A state that no simulation led to: works and the balance aren't known.
     pub fn at(system: &'a System, state: &'a State, evaluation: &'a mut Evaluation) -> Self {
         evaluation.refresh(system, state);
         let energy = Energy::at(system, state, evaluation);
@@ -74,8 +74,8 @@ impl<'a> RecordedStep<'a> {
             state,
             evaluation,
             energy,
-            works: Works::default(),
-            defect: 0.0,
+            works: Works::unknown(),
+            defect: f64::NAN,
             step: 0.0,
             iterations: 0,
         }
@@ -144,25 +144,23 @@ impl Recorder {
                 }
             }
         }
-        for body in &system.bodies {
+        for (body_index, body) in system.bodies.iter().enumerate() {
             let flexible = &body.flexible;
             if flexible.coordinate_count() == 0 {
                 continue;
             }
             for (index, interface) in flexible.interfaces.iter().enumerate() {
-                let found = body
-                    .markers
-                    .iter()
-                    .find(|marker| system.markers[**marker].interface == Some(index));
-                if let Some(&marker) = found {
-                    let path = format!("interface_forces/{}/{}", body.name, interface.name);
-                    let description =
-                        "force on the interface and what is conjugate to its rotation, body axes";
-                    self.add(
-                        quantities.wrench(&path, system.dimension, description),
-                        Probe::InterfaceForce { marker },
-                    );
+                let markers = system.markers_on(body_index, index);
+                if markers.is_empty() {
+                    continue;
                 }
+                let path = format!("interface_forces/{}/{}", body.name, interface.name);
+                let description =
+                    "force on the interface and what is conjugate to its rotation, body axes";
+                self.add(
+                    quantities.wrench(&path, system.dimension, description),
+                    Probe::InterfaceForce { markers },
+                );
             }
         }
         self.add(quantities.energy("energy/balance"), Probe::Energy);

@@ -98,6 +98,10 @@ pub fn driven(
     let mut follow = || {
         let (mut motion, initial) = DrivenMotion::start(&system, drawn.clone())?;
         tell_start(&initial, observer, &mut session);
+        if system.coordinate_count() > 0 {
+            let message = "a kinematic analysis takes flexible bodies as rigid ones";
+            session.tell(observer, 0.0, message);
+        }
         for index in 0..=count {
             if observer.is_stopped() {
                 break;

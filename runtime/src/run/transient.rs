@@ -84,6 +84,7 @@ pub fn transient(
         validity: Validity::of(simulation.system()),
         energy_defect: (0.0, 0.0),
         met_singular: false,
+        told_rounding: false,
         recorded: 0,
     };
     if target.profiling == Profiling::Stages {
@@ -121,6 +122,11 @@ pub fn transient(
     })
 }
 
+/// Rounding in the joints' forces beyond this part of them is told.
+const ROUNDING_TOLD: f64 = 1e-2;
+/// A defect of the energy balance beyond this part of the largest stored energy is told.
+const IMBALANCE_TOLD: f64 = 0.05;
+
 /// The loop over steps.
 struct Run<'a> {
     integrator: Integrator,
@@ -130,6 +136,8 @@ struct Run<'a> {
     energy_defect: (f64, f64),
     /// Whether a singular configuration has been told.
     met_singular: bool,
+    /// Whether rounding in the forces has been told.
+    told_rounding: bool,
     /// Records so far.
     recorded: u64,
 }
@@ -180,6 +188,7 @@ impl Run<'_> {
             if is_due || state.time >= end {
                 self.write(simulation, effort, step)?;
                 observer.progress(simulation.state().time, end);
+                self.tell_rounding(simulation, step, observer);
                 let (system, state) = (simulation.system(), simulation.state());
                 let session = &mut *self.session;
                 self.validity.check(system, state, |message| {
@@ -187,7 +196,33 @@ impl Run<'_> {
                 });
             }
         }
+        self.tell_imbalance(simulation.state().time, observer);
         Ok(true)
+    }
+
+    /// Forces that consist of rounding are told once.
+    fn tell_rounding(&mut self, simulation: &Simulation, step: f64, observer: &mut dyn Observer) {
+        let rounding = simulation.rounding_of_forces(step);
+        if rounding.is_finite() && rounding > ROUNDING_TOLD && !self.told_rounding {
+            self.told_rounding = true;
+            let message = format!(
+                "rounding of positions is {rounding:.0e} of the joints' forces at a step of {step:.1e}: take longer steps, \"formulation\": \"stabilized-index-2\", or a place nearer to the world's origin"
+            );
+            self.session
+                .tell(observer, simulation.state().time, &message);
+        }
+    }
+
+    /// A balance that doesn't close is told at the end.
+    fn tell_imbalance(&mut self, time: f64, observer: &mut dyn Observer) {
+        let (defect, largest) = self.energy_defect;
+        if largest > 0.0 && defect > IMBALANCE_TOLD * largest {
+            let message = format!(
+                "the energy balance lacks {:.1e} of the largest stored energy: the step doesn't resolve what happens; take a smaller one",
+                defect / largest
+            );
+            self.session.tell(observer, time, &message);
+        }
     }
 
     fn write(

@@ -217,6 +217,14 @@ impl System {
         }
     }
 
+    /// The markers on an interface of a body: one, or two where some couplings follow its rotation and others the body's.
+    pub fn markers_on(&self, body: usize, interface: usize) -> Vec<usize> {
+        let markers = self.bodies[body].markers.iter().copied();
+        markers
+            .filter(|marker| self.markers[*marker].interface == Some(interface))
+            .collect()
+    }
+
     /// The value of a signal at the state's time.
     pub fn signal(&self, index: usize, state: &State) -> FunctionValue {
         let signal = &self.signals[index];

@@ -1,16 +1,29 @@
 //! Whether an iteration has done, and why it can't.
 
-use super::Corrector;
+use nalgebra::Vector3;
+
+use super::{Corrector, ROUNDING, three};
 use crate::error::Error;
+use crate::initial::REGULARIZATION;
+use crate::integrator::method::{Formulation, Method};
+use crate::integrator::scheme::Scheme;
 use crate::system::{Demand, State, System};
 
 /// A constraint that stays this many times further open than the iteration's accuracy contradicts others.
-const VIOLATED: f64 = 1e4;
+const VIOLATED: f64 = 1e6;
 
 /// The joints' system enlarges its right-hand side by more than this only near a dead centre.
 const NEARLY_SINGULAR: f64 = 1e5;
 /// Rounding is taken to be enlarged by no more: a dead centre leaves half the digits of a position.
 const LARGEST_AMPLIFICATION: f64 = 1e8;
+/// Largest turn of a joint in one step whose angle is counted, rad.
+const LONGEST_TURN: f64 = 0.9 * std::f64::consts::PI;
+/// How much more than one rounding of a position forces scatter by, seen on pendulums.
+const SCATTER: f64 = 10.0;
+/// Part of the forces by which rounding may change redundant ones.
+const DETERMINED: f64 = 1e-2;
+/// Largest part of what a step's inertia gives way by which redundant constraints may.
+const LARGEST_REGULARIZATION: f64 = 1e-2;
 
 impl Corrector {
     /// With redundant constraints an iteration converges also where they contradict each other; then they stay violated.
@@ -128,5 +141,57 @@ impl Corrector {
             .iter()
             .max_by(|a, b| size(a).total_cmp(&size(b)))
             .map_or_else(String::new, |body| body.name.clone())
+    }
+
+    /// An angle can be counted on from its last value only if it turns by less than half a turn in a step.
+    pub(super) fn refuse_long_turns(&self, system: &System, step: f64) -> Result<(), Error> {
+        let spin = |marker: usize| match system.markers[marker].body {
+            None => Vector3::zeros(),
+            Some(body) => {
+                let own = system.bodies[body].velocities.clone();
+                self.evaluation.poses[body].axes * three(&self.trial.velocities[own], 3)
+            }
+        };
+        for term in system.terms.iter().filter(|term| term.angle.is_some()) {
+            let turn = (spin(term.b) - spin(term.a)).norm() * step;
+            if turn > LONGEST_TURN {
+                let of = |marker: usize| match system.markers[marker].body {
+                    None => "ground".to_owned(),
+                    Some(body) => system.bodies[body].name.clone(),
+                };
+                return Err(Error::LongTurn {
+                    time: self.trial.time,
+                    a: of(term.a),
+                    b: of(term.b),
+                    turn,
+                });
+            }
+        }
+        Ok(())
+    }
+
+    /// Redundant forces are determined by how little their constraints give way. That must be more than what rounding makes of the
+    /// positions in a step's forces, and stays far below what anybody sees.
+    pub(super) fn regularize(&mut self, system: &System, method: &Method, step: f64) {
+        let scheme = &method.scheme;
+        // Constraints on velocities have forces that rounding reaches by 1/h less.
+        let is_affected = method.formulation == Formulation::Index3;
+        if is_affected && self.condensed.regularization > 0.0 {
+            let of_rounding = ROUNDING * self.reach(system);
+            let of_forces = scheme.beta * step * step * self.acceleration_scale;
+            let needed = of_rounding / (DETERMINED * of_forces);
+            self.condensed.regularization = if needed.is_finite() {
+                needed.clamp(REGULARIZATION, LARGEST_REGULARIZATION)
+            } else {
+                REGULARIZATION
+            };
+        }
+    }
+
+    /// What rounding of the positions is in the joints' forces, as a part of the forces of the run: small steps and far places make it
+    /// large where constraints are on positions.
+    pub fn rounding_of_forces(&self, system: &System, scheme: &Scheme, step: f64) -> f64 {
+        let of_positions = SCATTER * ROUNDING * self.reach(system);
+        of_positions / (scheme.beta * step * step * self.acceleration_scale)
     }
 }

@@ -122,6 +122,7 @@ impl Corrector {
         }
         self.predict(system, scheme, start, step);
         let scale = self.rescale(system, start);
+        self.regularize(system, method, step);
         let mut last = f64::INFINITY;
         let allowed = tolerance.relative * scheme.beta * step * step * scale;
         let mut fresh = false;
@@ -166,6 +167,7 @@ impl Corrector {
                 || (correction > 0.5 * last && correction < 100.0 * floor)
             {
                 self.refuse_contradiction(system, correction.max(allowed).max(floor))?;
+                self.refuse_long_turns(system, step)?;
                 return Ok(effort);
             }
             if effort.iterations >= tolerance.max_iterations {
