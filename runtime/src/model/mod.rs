@@ -9,6 +9,7 @@ mod places;
 mod probe;
 mod quantities;
 mod recorder;
+mod springs;
 
 use indexmap::IndexMap;
 
@@ -104,7 +105,7 @@ impl Model {
             couplings::add_drive(&mut builder, &mut names, name, drive, end)?;
         }
         for (name, spring) in &scene.springs {
-            couplings::add_spring(scene, &mut builder, &mut names, name, spring)?;
+            springs::add_spring(scene, &mut builder, &mut names, name, spring)?;
         }
         for (name, load) in &scene.loads {
             couplings::add_load(scene, &mut builder, &names, name, load)?;
