@@ -154,9 +154,13 @@ impl FlexibleBody {
     /// interface forces as coordinates.
     pub fn internal_forces(&self, y: &[f64], rates: &[f64], forces: &mut [f64]) {
         for (i, force) in forces.iter_mut().enumerate() {
-            let stiffness = self.stiffness[i];
-            *force = stiffness * y[i] + 2.0 * self.damping[i] * stiffness.sqrt() * rates[i];
+            *force = self.stiffness[i] * y[i] + self.damping_coefficient(i) * rates[i];
         }
+    }
+
+    /// `2 ζ ω` of a coordinate, zero for interface forces: the damping force over the rate, coordinates having unit mass.
+    pub fn damping_coefficient(&self, coordinate: usize) -> f64 {
+        2.0 * self.damping[coordinate] * self.stiffness[coordinate].sqrt()
     }
 
     /// `½ yᵀ diag(ω², σ²) y`, and `½ gᵀ F_res g` where interface forces are coordinates.

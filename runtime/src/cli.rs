@@ -1,7 +1,7 @@
 //! The command line of `simulate`. Results go to standard output, everything else to standard error.
 
 use std::io::{ErrorKind, Write};
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 use clap::{Args, Parser, Subcommand, ValueEnum};
@@ -144,13 +144,25 @@ pub fn main() -> ExitCode {
             names,
             output,
             force,
-        }) => plot(results, names, output.as_ref(), replace(*force)),
+        }) => export(
+            results,
+            output.as_deref(),
+            replace(*force),
+            "svg",
+            |results, target| picture::plot(results, selection(names), target),
+        ),
         Some(Command::Csv {
             results,
             names,
             output,
             force,
-        }) => table(results, names, output.as_ref(), replace(*force)),
+        }) => export(
+            results,
+            output.as_deref(),
+            replace(*force),
+            "csv",
+            |results, target| csv::write_csv(results, selection(names), target),
+        ),
         Some(Command::Show { results }) => show(results),
         Some(Command::Schema) => schema(),
     };
@@ -215,35 +227,19 @@ fn selection(names: &[String]) -> Selection<'_> {
     }
 }
 
-fn plot(
-    path: &PathBuf,
-    names: &[String],
-    output: Option<&PathBuf>,
+/// A file made of results; without a name it stands beside them with the extension of its kind.
+fn export(
+    path: &Path,
+    output: Option<&Path>,
     replace: Replace,
+    extension: &str,
+    write: impl FnOnce(&Results, &Path) -> Result<(), Error>,
 ) -> Result<Done, Error> {
     let results = Results::open(path)?;
-    let target = output
-        .cloned()
-        .unwrap_or_else(|| path.with_extension("svg"));
+    let target = output.map_or_else(|| path.with_extension(extension), Path::to_path_buf);
     check_output(&target, replace)?;
-    refuse_inputs(&target, [path.as_path()], "the file of the results")?;
-    picture::plot(&results, selection(names), &target)?;
-    Ok(Done::with(format!("{}\n", target.display())))
-}
-
-fn table(
-    path: &PathBuf,
-    names: &[String],
-    output: Option<&PathBuf>,
-    replace: Replace,
-) -> Result<Done, Error> {
-    let results = Results::open(path)?;
-    let target = output
-        .cloned()
-        .unwrap_or_else(|| path.with_extension("csv"));
-    check_output(&target, replace)?;
-    refuse_inputs(&target, [path.as_path()], "the file of the results")?;
-    csv::write_csv(&results, selection(names), &target)?;
+    refuse_inputs(&target, [path], "the file of the results")?;
+    write(&results, &target)?;
     Ok(Done::with(format!("{}\n", target.display())))
 }
 

@@ -83,11 +83,8 @@ fn powers(system: &System, state: &State, evaluation: &Evaluation) -> [f64; 3] {
     }
     for body in &system.bodies {
         let rates = &state.velocities[body.velocities.clone()][6..];
-        let flexible = &body.flexible;
-        for ((rate, stiffness), damping) in
-            rates.iter().zip(&flexible.stiffness).zip(&flexible.damping)
-        {
-            dissipated += 2.0 * damping * stiffness.sqrt() * rate * rate;
+        for (i, rate) in rates.iter().enumerate() {
+            dissipated += body.flexible.damping_coefficient(i) * rate * rate;
         }
     }
     [drives, loads, dissipated]

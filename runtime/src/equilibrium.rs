@@ -20,7 +20,7 @@ use crate::simulation::count_turns;
 use crate::system::evaluation::Evaluation;
 use crate::system::free_directions::FreeDirections;
 use crate::system::linearization::Linearization;
-use crate::system::{Demand, State, System};
+use crate::system::{State, System};
 
 /// Largest turn of a body in one iteration.
 const LARGEST_TURN: f64 = 0.5;
@@ -259,7 +259,7 @@ fn balance_springs(system: &System, state: &mut State, evaluation: &mut Evaluati
     evaluation.add_velocities(system, state);
     evaluation.measure(system, state);
     for (index, row) in system.rows.iter().enumerate() {
-        if let Demand::Answer(_) = row.demand {
+        if !row.is_constraint() {
             state.forces[index] = evaluation.answers[index];
         }
     }

@@ -109,12 +109,7 @@ impl Starter<'_> {
             }
             last = misfit;
             let blend = match elastic {
-                Elastic::Frozen => Blend {
-                    mass: 1.0,
-                    damping: 0.0,
-                    stiffness: 0.0,
-                    elastic,
-                },
+                Elastic::Frozen => Blend::mass_alone(elastic),
                 // Deflection costs its strain energy, rigid motion next to nothing.
                 Elastic::Moving => Blend {
                     mass: 1e-3 * softest,
@@ -190,7 +185,7 @@ impl Starter<'_> {
     pub(super) fn worst_row(&self) -> (usize, f64) {
         let mut worst = (0, 0.0);
         for (index, row) in self.system.rows.iter().enumerate() {
-            if matches!(row.demand, Demand::Answer(_)) {
+            if !row.is_constraint() {
                 continue;
             }
             let term = &self.system.terms[row.terms.start];

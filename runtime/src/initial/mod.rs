@@ -25,7 +25,7 @@ use crate::simulation::count_turns;
 use crate::system::body_factor::Elastic;
 use crate::system::condensed::{Blend, Condensed};
 use crate::system::evaluation::Evaluation;
-use crate::system::{Demand, State, System};
+use crate::system::{State, System};
 pub(crate) use report::dependent_rows;
 
 /// Keeps the joints' system regular where constraints are redundant: a compliance of this part of what a step's inertia gives way.
@@ -162,12 +162,23 @@ impl<'a> Starter<'a> {
     /// What each constraint must change by; springs hold still.
     fn demand_changes(&mut self, change: impl Fn(&Evaluation, usize) -> Option<f64>) {
         for (index, row) in self.system.rows.iter().enumerate() {
-            self.changes[index] = match &row.demand {
-                Demand::Answer(_) => 0.0,
-                Demand::Hold(_) | Demand::Follow(_) => {
-                    change(&self.evaluation, index).unwrap_or_default()
-                }
+            self.changes[index] = if row.is_constraint() {
+                change(&self.evaluation, index).unwrap_or_default()
+            } else {
+                0.0
             };
+        }
+    }
+
+    /// Adds the last solve to velocities or accelerations, whose linear parts are in world axes.
+    fn add_step(&self, rates: &mut [f64]) {
+        for (index, body) in self.system.bodies.iter().enumerate() {
+            let step = &self.condensed.step[body.velocities.clone()];
+            let linear = self.evaluation.poses[index].axes * Vector3::from_column_slice(&step[..3]);
+            let rates = &mut rates[body.velocities.clone()];
+            for (k, rate) in rates.iter_mut().enumerate() {
+                *rate += if k < 3 { linear[k] } else { step[k] };
+            }
         }
     }
 
@@ -175,12 +186,7 @@ impl<'a> Starter<'a> {
     fn match_velocities(&mut self, state: &mut State) -> Result<(), Error> {
         let still = state.without_motion();
         for elastic in [Elastic::Frozen, Elastic::Moving] {
-            let blend = Blend {
-                mass: 1.0,
-                damping: 0.0,
-                stiffness: 0.0,
-                elastic,
-            };
+            let blend = Blend::mass_alone(elastic);
             self.refresh_inertia(&still);
             self.condensed
                 .factor(self.system, &still, &self.evaluation, &blend, None)?;
@@ -193,15 +199,7 @@ impl<'a> Starter<'a> {
                 let (evaluation, zeros) = (&self.evaluation, &self.zeros);
                 self.condensed
                     .solve(system, state, evaluation, &self.changes, zeros);
-                for (index, body) in self.system.bodies.iter().enumerate() {
-                    let step = &self.condensed.step[body.velocities.clone()];
-                    let shift =
-                        self.evaluation.poses[index].axes * Vector3::from_column_slice(&step[..3]);
-                    let velocities = &mut state.velocities[body.velocities.clone()];
-                    for (k, velocity) in velocities.iter_mut().enumerate() {
-                        *velocity += if k < 3 { shift[k] } else { step[k] };
-                    }
-                }
+                self.add_step(&mut state.velocities);
             }
         }
         Ok(())
@@ -236,19 +234,15 @@ impl<'a> Starter<'a> {
         self.evaluation.add_velocities(system, state);
         self.evaluation.measure(system, state);
         for (index, row) in system.rows.iter().enumerate() {
-            state.forces[index] = match &row.demand {
-                Demand::Answer(_) => self.evaluation.answers[index],
-                Demand::Hold(_) | Demand::Follow(_) => self.assembly[index],
+            state.forces[index] = if row.is_constraint() {
+                self.assembly[index]
+            } else {
+                self.evaluation.answers[index]
             };
         }
         self.evaluation.load(system, state);
         self.evaluation.resist(system, state);
-        let blend = Blend {
-            mass: 1.0,
-            damping: 0.0,
-            stiffness: 0.0,
-            elastic,
-        };
+        let blend = Blend::mass_alone(elastic);
         self.condensed
             .factor(system, state, &self.evaluation, &blend, None)?;
         // With redundant constraints one solve is as exact as their regularization; two are exact.
@@ -268,17 +262,9 @@ impl<'a> Starter<'a> {
                 &self.changes,
                 &self.evaluation.residual,
             );
-            for (index, body) in system.bodies.iter().enumerate() {
-                let step = &self.condensed.step[body.velocities.clone()];
-                let linear =
-                    self.evaluation.poses[index].axes * Vector3::from_column_slice(&step[..3]);
-                let accelerations = &mut state.accelerations[body.velocities.clone()];
-                for (k, acceleration) in accelerations.iter_mut().enumerate() {
-                    *acceleration += if k < 3 { linear[k] } else { step[k] };
-                }
-            }
+            self.add_step(&mut state.accelerations);
             for (index, row) in system.rows.iter().enumerate() {
-                if !matches!(row.demand, Demand::Answer(_)) {
+                if row.is_constraint() {
                     state.forces[index] += self.condensed.force_step[index];
                 }
             }

@@ -8,7 +8,7 @@ use crate::error::Error;
 use crate::system::body_factor::Elastic;
 use crate::system::condensed::Blend;
 use crate::system::residual::row_flexibility;
-use crate::system::{Body, Demand, State};
+use crate::system::{Body, State};
 
 /// Scaled pivots of the joints' system below this are redundant constraints.
 const DEPENDENT: f64 = 1e-9;
@@ -22,17 +22,10 @@ impl Starter<'_> {
     ) -> Result<(), Error> {
         let still = state.without_motion();
         self.refresh_inertia(&still);
-        let blend = Blend {
-            mass: 1.0,
-            damping: 0.0,
-            stiffness: 0.0,
-            elastic: Elastic::Moving,
-        };
+        let blend = Blend::mass_alone(Elastic::Moving);
         self.condensed
             .factor(self.system, &still, &self.evaluation, &blend, None)?;
-        let constraints: Vec<usize> = (0..self.system.rows.len())
-            .filter(|row| !matches!(self.system.rows[*row].demand, Demand::Answer(_)))
-            .collect();
+        let constraints = self.system.constraints();
         let mut lambda =
             self.condensed
                 .joint_compliance(self.system, &self.evaluation, &constraints);

@@ -54,9 +54,9 @@ impl BodyMatrix {
     }
 }
 
-/// S⁻¹ of one body and its responses at its markers.
+/// S⁻¹ of one body.
 #[derive(Clone, Debug, PartialEq)]
-pub struct BodyFactor {
+struct Elimination {
     /// Ŝ⁻¹; rows and columns of motions that the body hasn't are zero.
     schur_inverse: Matrix6<f64>,
     /// S_ryᵀ, (n, 6).
@@ -65,30 +65,10 @@ pub struct BodyFactor {
     elastic_rigid: Vec<f64>,
     /// D⁻¹, (n).
     elastic_inverse: Vec<f64>,
-    /// Rigid rows of Z, one (6, 6) block for each marker.
-    rigid_responses: Vec<Matrix6<f64>>,
-    /// Elastic rows of Z, (n, 6) by columns for each marker.
-    elastic_responses: Vec<f64>,
-    /// N Z by marker pairs, (twist at the row's marker, wrench at the column's).
-    compliance: Vec<Matrix6<f64>>,
 }
 
-impl BodyFactor {
-    /// Room for a body of n coordinates and its markers.
-    pub fn with_room(count: usize, markers: usize) -> Self {
-        Self {
-            schur_inverse: Matrix6::zeros(),
-            rigid_elastic: vec![0.0; 6 * count],
-            elastic_rigid: vec![0.0; 6 * count],
-            elastic_inverse: vec![0.0; count],
-            rigid_responses: vec![Matrix6::zeros(); markers],
-            elastic_responses: vec![0.0; 6 * count * markers],
-            compliance: vec![Matrix6::zeros(); markers * markers],
-        }
-    }
-
-    /// Eliminates the body. Returns whether its matrix is regular; if not, the factor can't be used.
-    pub fn factor(&mut self, matrix: &BodyMatrix, elastic: Elastic) -> bool {
+impl Elimination {
+    fn factor(&mut self, matrix: &BodyMatrix, elastic: Elastic) -> bool {
         let n = matrix.elastic.len();
         for (inverse, d) in self.elastic_inverse.iter_mut().zip(&matrix.elastic) {
             *inverse = match elastic {
@@ -123,8 +103,7 @@ impl BodyFactor {
                 .all(|inverse| inverse.is_finite())
     }
 
-    /// S⁻¹, in place.
-    pub fn solve(&self, rigid: &mut Six, elastic: &mut [f64]) {
+    fn solve(&self, rigid: &mut Six, elastic: &mut [f64]) {
         for (x, inverse) in elastic.iter_mut().zip(&self.elastic_inverse) {
             *x *= inverse;
         }
@@ -133,13 +112,52 @@ impl BodyFactor {
         *rigid = self.schur_inverse * (*rigid - Six::from(carried));
         add_columns(elastic, &self.elastic_rigid, (-*rigid).as_slice());
     }
+}
+
+/// S⁻¹ of one body and its responses at its markers.
+#[derive(Clone, Debug, PartialEq)]
+pub struct BodyFactor {
+    elimination: Elimination,
+    /// Rigid rows of Z, one (6, 6) block for each marker.
+    rigid_responses: Vec<Matrix6<f64>>,
+    /// Elastic rows of Z, (n, 6) by columns for each marker.
+    elastic_responses: Vec<f64>,
+    /// N Z by marker pairs, (twist at the row's marker, wrench at the column's).
+    compliance: Vec<Matrix6<f64>>,
+}
+
+impl BodyFactor {
+    /// Room for a body of n coordinates and its markers.
+    pub fn with_room(count: usize, markers: usize) -> Self {
+        Self {
+            elimination: Elimination {
+                schur_inverse: Matrix6::zeros(),
+                rigid_elastic: vec![0.0; 6 * count],
+                elastic_rigid: vec![0.0; 6 * count],
+                elastic_inverse: vec![0.0; count],
+            },
+            rigid_responses: vec![Matrix6::zeros(); markers],
+            elastic_responses: vec![0.0; 6 * count * markers],
+            compliance: vec![Matrix6::zeros(); markers * markers],
+        }
+    }
+
+    /// Eliminates the body. Returns whether its matrix is regular; if not, the factor can't be used.
+    pub fn factor(&mut self, matrix: &BodyMatrix, elastic: Elastic) -> bool {
+        self.elimination.factor(matrix, elastic)
+    }
+
+    /// S⁻¹, in place.
+    pub fn solve(&self, rigid: &mut Six, elastic: &mut [f64]) {
+        self.elimination.solve(rigid, elastic);
+    }
 
     /// Responses to wrenches at the markers, and the compliance between them.
     pub fn respond<'a>(
         &mut self,
         markers: impl Iterator<Item = (&'a Marker, &'a MarkerPlace)> + Clone,
     ) {
-        let n = self.elastic_inverse.len();
+        let n = self.elimination.elastic_inverse.len();
         let count = self.rigid_responses.len();
         for (k, (marker, place)) in markers.clone().enumerate() {
             let responses = &mut self.elastic_responses[6 * n * k..6 * n * (k + 1)];
@@ -150,14 +168,7 @@ impl BodyFactor {
                 let mut unit = Six::zeros();
                 unit[wrench] = 1.0;
                 marker.add_force(place, &unit, 1.0, &mut rigid, elastic);
-                // The same as `solve`, with the factor's parts borrowed separately.
-                for (x, inverse) in elastic.iter_mut().zip(&self.elastic_inverse) {
-                    *x *= inverse;
-                }
-                let mut carried = [0.0; 6];
-                add_products(&mut carried, &self.rigid_elastic, elastic);
-                let rigid = self.schur_inverse * (rigid - Six::from(carried));
-                add_columns(elastic, &self.elastic_rigid, (-rigid).as_slice());
+                self.elimination.solve(&mut rigid, elastic);
                 self.rigid_responses[k].set_column(wrench, &rigid);
             }
             for (l, (seen, seen_place)) in markers.clone().enumerate() {

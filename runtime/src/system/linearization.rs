@@ -51,9 +51,7 @@ impl Linearization {
     pub fn at(system: &System, state: &State, evaluation: &Evaluation) -> Result<Self, Error> {
         refuse_unhandled(system)?;
         let n = system.velocity_count();
-        let constraints: Vec<usize> = (0..system.rows.len())
-            .filter(|row| !matches!(system.rows[*row].demand, Demand::Answer(_)))
-            .collect();
+        let constraints = system.constraints();
         let mut this = Self {
             mass: Mat::zeros(n, n),
             damping: Mat::zeros(n, n),
@@ -142,7 +140,7 @@ impl Linearization {
             let stiffness = body.flexible.stiffness[k];
             let entry = (first + 6 + k, first + 6 + k);
             self.mass[entry] += 1.0;
-            self.damping[entry] += 2.0 * body.flexible.damping[k] * stiffness.sqrt();
+            self.damping[entry] += body.flexible.damping_coefficient(k);
             self.stiffness[entry] += stiffness;
             for l in 0..n {
                 self.damping[(first + 6 + k, first + 6 + l)] += elastic_damping[(k, l)];
@@ -292,9 +290,9 @@ fn refuse_unhandled(system: &System) -> Result<(), Error> {
         }
     }
     for row in &system.rows {
-        let Demand::Answer(_) = &row.demand else {
+        if row.is_constraint() {
             continue;
-        };
+        }
         for term in &system.terms[row.terms.clone()] {
             let owners = [term.a, term.b].map(|marker| system.markers[marker].body);
             for body in owners

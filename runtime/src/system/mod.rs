@@ -94,6 +94,16 @@ pub struct Row {
     pub demand: Demand,
 }
 
+impl Row {
+    /// Whether the measure is fixed, by a joint or a drive, and not answered by a force.
+    pub fn is_constraint(&self) -> bool {
+        match self.demand {
+            Demand::Hold(_) | Demand::Follow(_) => true,
+            Demand::Answer(_) => false,
+        }
+    }
+}
+
 /// What kind of thing a connection is, for reports.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum ConnectionKind {
@@ -198,6 +208,13 @@ impl System {
     /// Number of interface rows of the bodies that interface forces deflect beyond the coordinates.
     pub fn residual_row_count(&self) -> usize {
         self.bodies.last().map_or(0, |body| body.residual_rows.end)
+    }
+
+    /// Indices of the rows that are constraints.
+    pub fn constraints(&self) -> Vec<usize> {
+        (0..self.rows.len())
+            .filter(|row| self.rows[*row].is_constraint())
+            .collect()
     }
 
     /// Number of degrees of freedom before constraints: 3 + n or 6 + n for each body.

@@ -32,7 +32,7 @@ impl Corrector {
             return Ok(());
         }
         for (index, row) in system.rows.iter().enumerate() {
-            if matches!(row.demand, Demand::Answer(_)) {
+            if !row.is_constraint() {
                 continue;
             }
             let term = &system.terms[row.terms.start];

@@ -14,7 +14,7 @@ use crate::rotation::right_jacobian_inverse;
 use crate::system::body_factor::Elastic;
 use crate::system::condensed::{Blend, Condensed};
 use crate::system::evaluation::Evaluation;
-use crate::system::{Demand, State, System};
+use crate::system::{State, System};
 
 /// The solver of steps: trial state, factor and what it remembers of earlier steps.
 pub struct Corrector {
@@ -230,9 +230,10 @@ impl Corrector {
                 self.force_step.copy_from_slice(&self.condensed.force_step);
                 // What positions lack after that, in the metric of the iteration matrix.
                 for (index, row) in system.rows.iter().enumerate() {
-                    self.changes[index] = match &row.demand {
-                        Demand::Answer(_) => 0.0,
-                        _ => self.changes[index] - of_velocity[index],
+                    self.changes[index] = if row.is_constraint() {
+                        self.changes[index] - of_velocity[index]
+                    } else {
+                        0.0
                     };
                 }
                 self.force_changes = of_velocity;

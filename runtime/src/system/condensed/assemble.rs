@@ -58,7 +58,7 @@ impl Condensed {
         blend_elastic_rigid(matrix, tangent, blend, &follow);
         for (i, d) in matrix.elastic.iter_mut().enumerate() {
             let stiffness = body.flexible.stiffness[i];
-            let damping = 2.0 * body.flexible.damping[i] * stiffness.sqrt();
+            let damping = body.flexible.damping_coefficient(i);
             *d = blend.mass
                 + blend.damping * damping
                 + blend.stiffness * (stiffness + tangent.softening[i]);

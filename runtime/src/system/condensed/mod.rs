@@ -44,6 +44,18 @@ pub struct Blend {
     pub elastic: Elastic,
 }
 
+impl Blend {
+    /// The mass and nothing else: the metric of a smallest change.
+    pub fn mass_alone(elastic: Elastic) -> Self {
+        Self {
+            mass: 1.0,
+            damping: 0.0,
+            stiffness: 0.0,
+            elastic,
+        }
+    }
+}
+
 /// The side of a term on a body.
 #[derive(Clone, Copy, Debug)]
 struct Touch {
