@@ -18,7 +18,7 @@ use faer::{Conj, MatMut, Par, Side};
 use rayon::prelude::*;
 
 use crate::error::Error;
-use crate::ordering::{Ordering, nested_dissection};
+use crate::ordering::{Ordering, QuotientGraph, nested_dissection};
 
 /// Right-hand sides solved together; fixed, so that the kernels see the same shapes whatever the number of threads.
 const SOLVE_COLUMNS: usize = 8;
@@ -103,7 +103,8 @@ impl SymmetricFactor {
         mass: &SparseMatrix,
         groups: &[u32],
     ) -> Result<Self, Error> {
-        let ordering = nested_dissection(&[stiffness, mass], groups);
+        let graph = QuotientGraph::of_points(&[stiffness, mass], groups);
+        let ordering = Ordering::of_dofs(&graph, &nested_dissection(&graph));
         let pattern = shifted_lower(stiffness, mass, 0.0);
         let n = pattern.ncols();
         let wide = |order: &[u32]| -> Vec<usize> { order.iter().map(|i| *i as usize).collect() };

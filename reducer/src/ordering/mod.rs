@@ -1,0 +1,149 @@
+//! Fill-reducing order of the dofs: nested dissection of the graph of supervariables, expanded to dofs.
+//!
+//! The dofs of a node have nearly the same neighbours, so the graph of nodes has the same separators as the graph of
+//! dofs at a ninth of the size, and a node's dofs stay together in one supernode. Where the dof table says nothing about
+//! nodes, dofs with the same neighbours are found from the pattern ([`QuotientGraph::of_points`]).
+//!
+//! The dissection is METIS' (feature `metis`, a C library built with this crate) or, without that feature, that of
+//! `feral-metis` (feature `pure-rust-ordering`). Vertices with very many neighbours are kept out of it and come last.
+
+mod quotient;
+mod supervariables;
+
+#[cfg(test)]
+mod fill;
+
+#[cfg(not(feature = "metis"))]
+#[path = "feral.rs"]
+mod dissection;
+#[cfg(feature = "metis")]
+#[path = "metis.rs"]
+mod dissection;
+
+pub use quotient::QuotientGraph;
+
+#[cfg(not(any(feature = "metis", feature = "pure-rust-ordering")))]
+compile_error!("dcb-reducer needs an ordering: feature \"metis\" or \"pure-rust-ordering\"");
+
+/// A vertex with more than this many times the square root of the number of vertices as neighbours is eliminated last;
+/// the factor of AMD and CHOLMOD.
+const DENSE: f64 = 10.0;
+
+/// Components below this number of vertices are dissected together.
+const SMALL_COMPONENT: usize = 200;
+
+/// An elimination order: `forward[new] = old`, `inverse[old] = new`.
+#[derive(Clone, Debug)]
+pub struct Ordering {
+    /// Old index of each new position.
+    pub forward: Vec<u32>,
+    /// New position of each old index.
+    pub inverse: Vec<u32>,
+}
+
+impl Ordering {
+    /// The order of the dofs that belongs to an elimination order of the supervariables.
+    pub fn of_dofs(graph: &QuotientGraph, vertices: &[u32]) -> Self {
+        let mut forward = Vec::with_capacity(graph.dof_count());
+        for vertex in vertices {
+            forward.extend_from_slice(graph.members(*vertex));
+        }
+        let mut inverse = vec![0; forward.len()];
+        for (new, old) in forward.iter().enumerate() {
+            inverse[*old as usize] = new as u32;
+        }
+        Self { forward, inverse }
+    }
+}
+
+/// Elimination order of the supervariables: those that are eliminated first come first.
+///
+/// The same graph gives the same order whatever the number of threads.
+pub fn nested_dissection(graph: &QuotientGraph) -> Vec<u32> {
+    let (sparse, dense) = split_by_degree(graph);
+    if dense.is_empty() {
+        return dissect_components(graph);
+    }
+    let mut order = part_order(graph, &sparse, dissect_components);
+    order.extend(dense);
+    order
+}
+
+/// Vertices in two ascending lists: those to dissect, and those next to so many others that they come last.
+///
+/// A vertex eliminated last adds a row to the factor at most. In a separator it would do the same, but it makes
+/// separators harder to find, and pure minimum degree would spread it over the whole factor.
+fn split_by_degree(graph: &QuotientGraph) -> (Vec<u32>, Vec<u32>) {
+    let vertices = 0..graph.vertex_count() as u32;
+    let limit = DENSE * (graph.vertex_count() as f64).sqrt();
+    vertices.partition(|vertex| graph.neighbours(*vertex).len() as f64 <= limit)
+}
+
+/// Each connected component by itself, the small ones together: a separator of unequal components would split the larger
+/// at a worse place than its middle.
+fn dissect_components(graph: &QuotientGraph) -> Vec<u32> {
+    let mut parts = vec![Vec::new()];
+    for component in components(graph) {
+        if component.len() < SMALL_COMPONENT {
+            parts[0].extend(component);
+        } else {
+            parts.push(component);
+        }
+    }
+    if parts.iter().any(|part| part.len() == graph.vertex_count()) {
+        return dissect(graph);
+    }
+    parts[0].sort_unstable();
+    let orders = parts.iter().map(|part| part_order(graph, part, dissect));
+    orders.flatten().collect()
+}
+
+/// The order that `method` gives the subgraph of some vertices (ascending), in the graph's own indices.
+fn part_order(
+    graph: &QuotientGraph,
+    part: &[u32],
+    method: fn(&QuotientGraph) -> Vec<u32>,
+) -> Vec<u32> {
+    let order = method(&graph.induced(part));
+    order.into_iter().map(|v| part[v as usize]).collect()
+}
+
+/// The vertices of each connected component, ascending; components by their first vertex.
+fn components(graph: &QuotientGraph) -> Vec<Vec<u32>> {
+    let mut reached = vec![false; graph.vertex_count()];
+    let mut components = Vec::new();
+    for start in 0..graph.vertex_count() as u32 {
+        if reached[start as usize] {
+            continue;
+        }
+        reached[start as usize] = true;
+        let mut component = vec![start];
+        let mut next = 0;
+        while let Some(vertex) = component.get(next) {
+            next += 1;
+            for other in graph.neighbours(*vertex) {
+                if !reached[*other as usize] {
+                    reached[*other as usize] = true;
+                    component.push(*other);
+                }
+            }
+        }
+        component.sort_unstable();
+        components.push(component);
+    }
+    components
+}
+
+/// Nested dissection of all vertices by the library built in.
+fn dissect(graph: &QuotientGraph) -> Vec<u32> {
+    let natural = || (0..graph.vertex_count() as u32).collect();
+    // There must be an edge to have something to dissect.
+    if graph.vertex_count() < 3 || graph.all_neighbours().is_empty() {
+        return natural();
+    }
+    // Any order is a correct order: if the library refuses (out of memory), the natural one still factorizes.
+    dissection::dissect(graph).unwrap_or_else(natural)
+}
+
+#[cfg(test)]
+mod tests;
