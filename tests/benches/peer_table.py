@@ -16,6 +16,7 @@ LABELS = {
 COMPONENTS = ("conrod-10k", "conrod-50k", "conrod-150k", "block-150k", "plate-150k", "conrod-400k", "conrod-1M")
 SHAPES = {"conrod": "slender", "block": "compact", "plate": "thin"}
 STAGES = ("read", "order", "factor", "modes", "attachments")
+TOGETHER = ("factor_with_order", 2, "with order"), ("modes_with_factor", 3, "with factor")  # stages that can't be told apart
 BLOCK = 8  # columns of a block in `reduce`
 
 
@@ -71,6 +72,10 @@ class Case:
     def peak(self, tool, threads=None):
         runs = self.of(tool, threads)
         return max(run["peak_mb"] for run in runs) if runs else None
+
+
+def plural(threads):
+    return f"{threads} thread{'s'[: threads > 1]}"
 
 
 def stage(run, name):
@@ -152,7 +157,10 @@ def row(case, tool, threads):
     if not runs:
         rejected = [run for run in case.all_runs if (run["tool"], run["threads"]) == (tool, threads)]
         return f"| {threads} | {LABELS[tool]} | {why_not(rejected)} |" + " |" * 16
-    stages = [middle(runs, lambda run, name=name: stage(run, name)) for name in STAGES] + [middle(runs, rest)]
+    stages = [number(middle(runs, lambda run, name=name: stage(run, name))) for name in STAGES] + [number(middle(runs, rest))]
+    for together, place, note in TOGETHER:
+        if together in runs[0]["stages"]:
+            stages[place] = f"{number(middle(runs, lambda run: stage(run, together)))} ({note})"
     flops = case.factor["factor_flops"] if case.factor else None
     speed = middle(runs, lambda run: flops and stage(run, "factor") and flops / stage(run, "factor") / 1e9)
     compute, bandwidth = case.limit("dgemm", threads), case.limit("bandwidth", threads)
@@ -164,7 +172,7 @@ def row(case, tool, threads):
 
     moved = middle(runs, solve_speed) if tool not in judgement.MODES_ONLY else None
     cells = [
-        str(threads), LABELS[tool], spread([run["wall"] for run in runs]), *(number(value) for value in stages),
+        str(threads), LABELS[tool], spread([run["wall"] for run in runs]), *stages,
         number(max(run["peak_mb"] for run in runs), 4), scientific(worst(runs, "mode_residual")),
         scientific(worst(runs, "attachment_residual")), str(case.missed(runs)), number(speed),
         percent(speed and compute and speed / compute), number(moved), percent(moved and bandwidth and moved / bandwidth),
@@ -207,7 +215,7 @@ def part_table(case):
     for threads in case.threads():
         compute, bandwidth = case.limit("dgemm", threads), case.limit("bandwidth", threads)
         if compute and bandwidth:
-            facts.append(f"{threads} thread{'s'[: threads > 1]}: dgemm {number(compute)} GFLOP/s, triad {number(bandwidth)} GB/s")
+            facts.append(f"{plural(threads)}: dgemm {number(compute)} GFLOP/s, triad {number(bandwidth)} GB/s")
     yield "; ".join(facts) + "."
     yield ""
     yield (
@@ -245,7 +253,7 @@ def job_targets(case, wanted):
         yield target(f"{case.component}, {case.modes} modes: peak memory below the solvers'", "< 1", "", None)
         return
     ratio = peer[0] / ours[0]
-    how = f": {LABELS[peer[1]]}, {peer[2]} threads, {number(peer[0])} s; ours, {ours[2]} threads, {number(ours[0])} s"
+    how = f": {LABELS[peer[1]]}, {plural(peer[2])}, {number(peer[0])} s; ours, {plural(ours[2])}, {number(ours[0])} s"
     yield target(what, f"≥ {wanted}", number(ratio), ratio >= wanted, how)
     least = min((case.peak(tool), tool) for tool in SOLVERS if case.of(tool))
     share = case.peak("reduce") / least[0]
@@ -264,7 +272,7 @@ def modes_alone_target(case, tool, wanted, what):
     if peer is None or not ours:
         return target(what, f"≥ {wanted}", "", None)
     ratio = peer[0] / min(ours)[0]
-    how = f": {number(peer[0])} s at {peer[2]} threads; ours {number(min(ours)[0])} s at {min(ours)[1]}"
+    how = f": {number(peer[0])} s, {plural(peer[2])}; ours {number(min(ours)[0])} s, {plural(min(ours)[1])}"
     return target(what, f"≥ {wanted}", number(ratio), ratio >= wanted, how)
 
 
@@ -292,13 +300,13 @@ def targets(cases):
             ("time", lambda one: one.wall("reduce", threads)), ("memory", lambda one: one.peak("reduce", threads)),
         ):
             power = exponent(small, large, value)
-            label = f"growth of {what} from 50k to 400k dofs" + (f", {threads} thread{'s'[: threads > 1]}" if threads else "")
+            label = f"growth of {what} from 50k to 400k dofs" + (f", {plural(threads)}" if threads else "")
             yield target(label + ": exponent", "≤ 1.35", f"{power or 0:.2f}", None if power is None else power <= 1.35)
     for threads in large.threads() or [None]:
         runs = large.of("reduce", threads)
         bound = middle(runs, lambda run: machine_limit(large, run))
         share = bound and large.wall("reduce", threads) / bound
-        label = "conrod-400k, 30 modes: job against the machine's limit" + (f", {threads} thread{'s'[: threads > 1]}" if threads else "")
+        label = "conrod-400k, 30 modes: job against the machine's limit" + (f", {plural(threads)}" if threads else "")
         yield target(label, "≤ 2.5", number(share), None if share is None else share <= 2.5, f": limit {number(bound)} s")
     million = case("conrod-1M")
     runs, tried = million.of("reduce"), [run for run in million.all_runs if run["tool"] == "reduce"]
@@ -320,7 +328,8 @@ def provenance(runs):
     yield (
         f"Python {', '.join(sorted({run['machine']['python'] for run in runs}))}; {', '.join(versions)}"
         + (f"; OPENBLAS_CORETYPE {', '.join(cores)}" if cores else "")
-        + f"; `reduce` of commit {', '.join(sorted({run['commit'] for run in runs}))}."
+        + f"; `reduce` of commit {', '.join(sorted({run['commit'] for run in runs}))}"
+        + (", or so it was said: the program was given." if any(run.get("program_given") for run in runs) else ".")
     )
 
 

@@ -169,7 +169,7 @@ class Bench:
                 line |= dict(
                     wall=used["wall_with_start"], stages={row["stage"]: round(row["seconds"], 4) for row in timings["stages"]},
                     stage_peaks_mb={row["stage"]: row["peak_megabytes"] for row in timings["stages"]},
-                    work=timings.get("work"), versions=self.reduce_version(), file_mb=round(os.path.getsize(result) / 1e6, 1),
+                    work=timings.get("work"), program_given=self.options.given, versions=self.reduce_version(), file_mb=round(os.path.getsize(result) / 1e6, 1),
                 )
             elif failure is None:
                 told = json.loads(told)
@@ -282,7 +282,7 @@ def main():
     parser.add_argument("--data", default=os.environ.get("PERF_DATA", os.path.join(tempfile.gettempdir(), "perf-data")))
     parser.add_argument("--write", nargs="?", const=LINES, metavar="FILE")
     parser.add_argument("--resume", action="store_true")
-    parser.add_argument("--reduce", help="the program; built if not given")
+    parser.add_argument("--reduce", help="the program, taken to be of this commit; built if not given")
     parser.add_argument("--slepc-python", default="/usr/bin/python3")
     parser.add_argument("--quiet-wait", type=float, default=45, help="longest wait for a quiet machine before a run, s")
     parser.add_argument("--timeout", type=float, default=1800, help="of a run, s")
@@ -293,7 +293,8 @@ def main():
         parser.error(f"unknown tools: {', '.join(sorted(unknown))}; there are {', '.join(TOOLS)}")
     options.data = os.path.abspath(options.data)
     os.makedirs(options.data, exist_ok=True)
-    if not options.reduce:
+    options.given = bool(options.reduce)
+    if not options.given:
         subprocess.check_call(["cargo", "build", "--release", "--quiet", "-p", "dcb-reducer"], cwd=ROOT)
         options.reduce = os.path.join(os.environ.get("CARGO_TARGET_DIR", os.path.join(ROOT, "target")), "release", "reduce")
     bench = Bench(options)
