@@ -11,9 +11,11 @@ import judgement  # noqa: E402
 SOLVERS = ("cholmod-amd", "cholmod-metis", "cholmod-nesdis", "pardiso2", "mumps-metis")
 LABELS = {
     "reduce": "`reduce`", "cholmod-amd": "CHOLMOD AMD", "cholmod-metis": "CHOLMOD METIS", "cholmod-nesdis": "CHOLMOD NESDIS",
-    "pardiso2": "PARDISO", "mumps-metis": "MUMPS METIS", "slepc-mumps": "SLEPc + MUMPS, modes alone", "exudyn": "Exudyn, modes alone",
+    "pardiso2": "PARDISO", "mumps-metis": "MUMPS METIS", "slepc-mumps": "SLEPc + MUMPS, modes alone", "slepc-mumps-mpi": "SLEPc + MUMPS, a process each, modes alone",
+    "exudyn": "Exudyn, modes alone",
 }
 COMPONENTS = ("conrod-10k", "conrod-50k", "conrod-150k", "block-150k", "plate-150k", "conrod-400k", "conrod-1M")
+SLEPC = ("slepc-mumps", "slepc-mumps-mpi")
 SHAPES = {"conrod": "slender", "block": "compact", "plate": "thin"}
 STAGES = ("read", "order", "factor", "modes", "attachments")
 TOGETHER = ("factor_with_order", 2, "with order"), ("modes_with_factor", 3, "with factor")  # stages that can't be told apart
@@ -192,8 +194,8 @@ def why_not(rejected):
 
 def comparable(run, tool):
     """What of our run does the work of another tool's: all of it, or order, factor and modes."""
-    if tool == "slepc-mumps":
-        return sum(run["stages"][name] for name in ("order", "factor", "modes"))
+    if tool in SLEPC:
+        return sum(run["stages"].get(name, 0) for name in ("order", "factor", "modes"))
     return run["wall"]
 
 
@@ -225,7 +227,7 @@ def part_table(case):
     yield "| " + " | ".join(["---"] * 19) + " |"
     for threads in case.threads():
         for tool in LABELS:
-            if tool != "exudyn" or any(run["tool"] == tool for run in case.all_runs):
+            if tool not in ("exudyn", "slepc-mumps-mpi") or any((run["tool"], run["threads"]) == (tool, threads) for run in case.all_runs):
                 yield row(case, tool, threads)
 
 
@@ -261,11 +263,11 @@ def job_targets(case, wanted):
     yield target(f"{case.component}, {case.modes} modes: peak memory below the solvers'", "< 1", number(share), share < 1, how)
 
 
-def modes_alone_target(case, tool, wanted, what):
-    """Against a tool that computes modes alone: our order, factor and modes (SLEPc), or our whole job (Exudyn)."""
-    peer = case.fastest([tool])
+def modes_alone_target(case, tools, wanted, what):
+    """Against tools that compute modes alone: our order, factor and modes (SLEPc), or our whole job (Exudyn)."""
+    peer = case.fastest(tools)
     ours = [
-        (median(comparable(run, tool) for run in case.of("reduce", threads)), threads)
+        (median(comparable(run, tools[0]) for run in case.of("reduce", threads)), threads)
         for threads in case.threads()
         if case.of("reduce", threads)
     ]
@@ -288,12 +290,12 @@ def targets(cases):
         yield from job_targets(case(component), 3)
     for component in ("conrod-150k", "conrod-400k"):
         what = f"{component}, 30 modes: eigenpairs alone (order, factor, modes) against SLEPc + MUMPS"
-        yield modes_alone_target(case(component), "slepc-mumps", 2, what)
+        yield modes_alone_target(case(component), SLEPC, 2, what)
     for component in ("conrod-150k", "conrod-400k"):
         yield from job_targets(case(component, 100), 4)
     for component in ("conrod-10k", "conrod-50k"):
         what = f"{component}, 30 modes: whole job against Exudyn's mode computation alone"
-        yield modes_alone_target(case(component), "exudyn", 8, what)
+        yield modes_alone_target(case(component), ["exudyn"], 8, what)
     small, large = case("conrod-50k"), case("conrod-400k")
     for threads in sorted(set(small.threads()) & set(large.threads())) or [None]:
         for what, value in (

@@ -10,7 +10,7 @@ seconds: what other processes used meanwhile is in the line). What the machine c
 - `reduce`: wall is that of the whole process. Stages are its own `--timings`.
 - cholmod-amd, cholmod-metis, cholmod-nesdis, pardiso2, mumps-metis: `peers/reduction.py`, the same job from the same files to an HDF5 file. Wall is
   without starting Python and importing; `wall_with_start` is with it.
-- slepc-mumps, exudyn: eigenpairs alone, without reading or writing.
+- slepc-mumps, slepc-mumps-mpi, exudyn: eigenpairs alone, without reading or writing; -mpi is one process instead of a thread.
 
 Every result is checked by `peers/check_superelement.py` in a process of its own; runs without a passed check don't count. A tool whose run took
 longer than `--once-above` seconds isn't run in later rounds. `--write` appends the lines to docs/data/reduce_against_peers.jsonl, or to FILE;
@@ -37,7 +37,7 @@ PEERS = os.path.join(HERE, "peers")
 LINES = os.path.join(ROOT, "docs", "data", "reduce_against_peers.jsonl")
 BENCH = "reduce_against_peers"
 SOLVERS = ("cholmod-amd", "cholmod-metis", "cholmod-nesdis", "pardiso2", "mumps-metis")
-TOOLS = ("reduce", *SOLVERS, "slepc-mumps", "exudyn")
+TOOLS = ("reduce", *SOLVERS, "slepc-mumps", "slepc-mumps-mpi", "exudyn")
 COMPONENTS = (
     "conrod-10k,conrod-50k,conrod-150k,block-150k,plate-150k,conrod-400k,conrod-150k:100,conrod-400k:100,conrod-1M"
 )
@@ -78,8 +78,20 @@ def first_to_be_killed():
         file.write("1000")
 
 
+def end(group):
+    """Ends the process group that a run started. mpiexec needs the first signal to end its processes."""
+    try:
+        os.killpg(group, signal.SIGTERM)
+        time.sleep(5)
+        os.killpg(group, signal.SIGKILL)
+    except ProcessLookupError:
+        pass
+
+
 def environment(threads):
     found = dict(os.environ) | {name: str(threads) for name in THREAD_VARIABLES}
+    if os.getuid() == 0:  # Open MPI asks for these in a container
+        found |= dict(OMPI_ALLOW_RUN_AS_ROOT="1", OMPI_ALLOW_RUN_AS_ROOT_CONFIRM="1")
     with open("/proc/cpuinfo") as file:
         if "avx512f" in file.read():  # OpenBLAS doesn't know every processor that has these instructions
             found.setdefault("OPENBLAS_CORETYPE", "SkylakeX")
@@ -120,12 +132,14 @@ class Bench:
                 )
             except OSError as error:
                 return None, str(error), {}
-            timer = threading.Timer(self.options.timeout, os.killpg, (process.pid, signal.SIGKILL))
+            timer = threading.Timer(self.options.timeout, end, [process.pid])
             timer.start()
             _, status, usage = os.wait4(process.pid, 0)
             wall = time.perf_counter() - start
-            overdue = not timer.is_alive()
+            overdue = wall >= self.options.timeout
             timer.cancel()
+            if overdue:
+                timer.join()
             process.returncode = os.waitstatus_to_exitcode(status)
         processor = usage.ru_utime + usage.ru_stime
         used = dict(
@@ -149,10 +163,12 @@ class Bench:
                 "--threads", str(threads), "--timings", os.path.join(folder, "timings.json"),
             ], result
         result = os.path.join(folder, "result.h5" if tool in SOLVERS else "result.npz")
-        script = {"slepc-mumps": "slepc_modes.py", "exudyn": "exudyn_modes.py"}.get(tool, "reduction.py")
-        python = self.options.slepc_python if tool == "slepc-mumps" else sys.executable
-        named = [tool] if tool in SOLVERS else []
-        return [python, os.path.join(PEERS, script), part, *named, str(modes), result], result
+        if tool in SOLVERS:
+            return [sys.executable, os.path.join(PEERS, "reduction.py"), part, tool, str(modes), result], result
+        if tool == "exudyn":
+            return [sys.executable, os.path.join(PEERS, "exudyn_modes.py"), part, str(modes), result], result
+        start = ["mpiexec", "-n", str(threads)] if tool == "slepc-mumps-mpi" else []
+        return [*start, self.options.slepc_python, os.path.join(PEERS, "slepc_modes.py"), part, str(modes), result], result
 
     def run(self, component, modes, tool, threads, round_number):
         part = os.path.join(self.options.data, component)
@@ -161,7 +177,7 @@ class Bench:
         line = dict(kind="run", component=component, dofs=dofs, modes=modes, tool=tool, threads=threads, round=round_number)
         with tempfile.TemporaryDirectory(dir=self.options.data, prefix="run-") as folder:
             command, result = self.command(tool, part, modes, threads, folder)
-            told, failure, used = self.execute(command, threads, folder)
+            told, failure, used = self.execute(command, 1 if tool == "slepc-mumps-mpi" else threads, folder)
             line |= used
             if failure is None and tool == "reduce":
                 with open(os.path.join(folder, "timings.json")) as file:
@@ -196,17 +212,18 @@ class Bench:
             f"{component} {modes} modes, {tool}, {threads} threads, round {round_number}: {wall:.2f} s, {line.get('peak_mb', 0):.0f} MB, "
             f"others {line.get('others')} cores {outcome}", file=sys.stderr, flush=True,
         )
-        return wall
+        return line
 
     def reduce_version(self):
         text = subprocess.run([self.options.reduce, "--version"], stdout=subprocess.PIPE, text=True).stdout
         return dict(reduce=text.split()[-1])
 
     def done(self, **wanted):
-        return any(
-            all(line.get(name) == value for name, value in wanted.items()) and line["commit"] == self.commit and "failed" not in line
-            for line in self.lines
-        )
+        """The line of this commit that has these values, if there is one and it didn't fail."""
+        return next((
+            line for line in self.lines
+            if line["commit"] == self.commit and "failed" not in line and all(line.get(name) == value for name, value in wanted.items())
+        ), None)
 
     def limits(self, threads):
         if self.options.resume and self.done(kind="limit"):
@@ -247,9 +264,11 @@ class Bench:
                 turn = round_number % len(tools)
                 for tool in tools[turn:] + tools[:turn]:
                     key = dict(component=component, modes=modes, tool=tool, threads=count, round=round_number)
-                    if (tool, count) in slow or (self.options.resume and self.done(kind="run", **key)):
+                    if (tool, count) in slow or (tool == "slepc-mumps-mpi" and count == 1):
                         continue
-                    if self.run(component, modes, tool, count, round_number) > self.options.once_above:
+                    line = self.done(kind="run", **key) if self.options.resume else None
+                    line = line or self.run(component, modes, tool, count, round_number)
+                    if line.get("wall", line.get("wall_with_start", 0)) > self.options.once_above:
                         slow.add((tool, count))
 
 

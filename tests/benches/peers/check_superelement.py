@@ -10,8 +10,9 @@ and P' = I - M [R Phi] [R Phi]^T:
     rigid_orthogonality      largest entry of R^T M Phi
     attachment_residual      largest |K x - P' l| / |P' l|, l the column of L_b^T
     attachment_orthogonality largest entry of [R Phi]^T M X, relative to the column's norm in M
-    flexibility_difference   L_b X against F_res, of its largest entry; flexibility_asymmetry: F_res - F_res^T
-    mass_difference          X^T M X against M_res, of its largest entry
+    flexibility_difference   L_b X against F_res, entry by entry, relative to the root of the product of the diagonal entries of its row
+                             and its column (units differ, so the largest entry would hide the others); flexibility_asymmetry: F_res - F_res^T
+    mass_difference          X^T M X against M_res, in the same way
     inertia_difference       mass, centre (of the part's radius of gyration), tensor
     coupling_difference      I1 of all columns, L3 and I2 between a sample of SAMPLE columns, of the product of the columns' norms in M
 
@@ -127,12 +128,13 @@ def check_attachments(stiffness, mass, rows, kept, columns, flexibility, residua
         found_flexibility[:, part] = rows @ block
         found_mass[:, part] = columns @ weighted
     norms = np.sqrt(np.diag(found_mass))
-    scale, mass_scale = np.abs(found_flexibility).max(), np.abs(found_mass).max()
+    sizes = np.sqrt(np.abs(np.diag(found_flexibility)))
+    scale = sizes[:, None] * sizes  # rows differ in unit
     return dict(
         attachment_residual=max(defects), attachment_orthogonality=float((np.abs(inner) / norms).max()),
-        flexibility_difference=float(np.abs(found_flexibility - flexibility).max() / scale),
-        flexibility_asymmetry=float(np.abs(flexibility - flexibility.T).max() / scale),
-        mass_difference=float(np.abs(found_mass - residual_mass).max() / mass_scale),
+        flexibility_difference=float((np.abs(found_flexibility - flexibility) / scale).max()),
+        flexibility_asymmetry=float((np.abs(flexibility - flexibility.T) / scale).max()),
+        mass_difference=float((np.abs(found_mass - residual_mass) / (norms[:, None] * norms)).max()),
         attachments=count,
     )
 

@@ -6,7 +6,7 @@ OF_THE_REST = dict(
     attachment_residual=1e-8, attachment_orthogonality=1e-8, flexibility_difference=1e-8, flexibility_asymmetry=1e-8,
     mass_difference=1e-8, inertia_difference=1e-9, coupling_difference=1e-8,
 )
-MODES_ONLY = ("slepc-mumps", "exudyn")
+MODES_ONLY = ("slepc-mumps", "slepc-mumps-mpi", "exudyn")
 
 
 def failures(run):
