@@ -14,7 +14,7 @@ seconds: what other processes used meanwhile is in the line). What the machine c
 
 Every result is checked by `peers/check_superelement.py` in a process of its own; runs without a passed check don't count. A tool whose run took
 longer than `--once-above` seconds isn't run in later rounds. `--write` appends the lines to docs/data/reduce_against_peers.jsonl, or to FILE;
-else they are printed. `--resume` leaves out what the file has for this commit. Tables are printed at the end.
+else they are printed. `--resume` leaves out what the file has for this commit (the last that touched the program or the benches). Tables are printed at the end.
 
 Needs: pip install numpy scipy h5py gmsh fast_matrix_market pypardiso python-mumps exudyn; on Debian libsuitesparse-dev libopenblas-dev
 libmumps-seq-dev python3-slepc4py-real gcc. A tool that can't run is recorded as failed.
@@ -283,12 +283,13 @@ def machine():
 
 
 def commit():
-    """The commit, with a plus sign if the program's sources differ from it."""
-    def git(*arguments):
-        return subprocess.run(["git", "-C", ROOT, *arguments], stdout=subprocess.PIPE, text=True).stdout.strip()
+    """The last commit that touched the program or the benches, with a plus sign if they have changed since."""
+    sources = "reducer", "formats", "Cargo.toml", "Cargo.lock", "tests/benches"
 
-    changed = git("status", "--porcelain", "--", "reducer", "formats", "Cargo.toml", "Cargo.lock")
-    return git("rev-parse", "--short", "HEAD") + ("+" if changed else "")
+    def git(*arguments):
+        return subprocess.run(["git", "-C", ROOT, *arguments, "--", *sources], stdout=subprocess.PIPE, text=True).stdout.strip()
+
+    return git("log", "-1", "--format=%h") + ("+" if git("status", "--porcelain") else "")
 
 
 def main():

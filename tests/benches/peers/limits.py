@@ -101,9 +101,11 @@ def main():
         environment = dict(os.environ)
         for name in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"):
             environment[name] = str(threads)
+        plain = {name: value for name, value in environment.items() if name != "OPENBLAS_CORETYPE"}
         for library in ("numpy", "openblas", "mkl", "triad"):
             command = [sys.executable, os.path.abspath(__file__), "--one", library, "--threads", str(threads)]
-            print(subprocess.run(command, env=environment, stdout=subprocess.PIPE, text=True).stdout.strip(), flush=True)
+            for variables in (environment, plain) if library == "openblas" and plain != environment else (environment,):
+                print(subprocess.run(command, env=variables, stdout=subprocess.PIPE, text=True).stdout.strip(), flush=True)
 
 
 if __name__ == "__main__":
