@@ -1,11 +1,15 @@
 """Renders the tables of docs/performance.md from the raw lines in docs/data.
 
-    python3 tests/benches/render_performance.py
+    python3 tests/benches/render_performance.py [--peers FILE]
+
+`--peers` renders the comparison with the best solvers alone, from other raw lines.
 """
+import argparse
 import json
 import os
 
 import chain_table
+import peer_table
 
 DATA = os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "..", "docs", "data")
 
@@ -13,6 +17,14 @@ DATA = os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "..", "doc
 def lines(name):
     with open(os.path.join(DATA, name)) as file:
         return [json.loads(line) for line in file if line.strip()]
+
+
+def best_solvers(path=None):
+    path = path or os.path.join(DATA, "reduce_against_peers.jsonl")
+    if not os.path.exists(path):
+        yield "not run"
+        return
+    yield from peer_table.tables(lines(path))
 
 
 def reduction():
@@ -86,6 +98,14 @@ def chains():
 
 
 if __name__ == "__main__":
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--peers", metavar="FILE")
+    options = parser.parse_args()
+    print("### Reduction against the best solvers\n")
+    print("\n".join(best_solvers(options.peers)))
+    if options.peers:
+        raise SystemExit
+    print()
     print("### Reduction against SciPy\n")
     print("\n".join(reduction()))
     print("\n### Reading Matrix Market files\n")
