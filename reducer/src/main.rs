@@ -2,6 +2,9 @@
 
 use std::process::ExitCode;
 
+#[global_allocator]
+static ALLOCATOR: dcb_reducer::huge_pages::HugePages = dcb_reducer::huge_pages::HugePages;
+
 fn main() -> ExitCode {
     dcb_reducer::cli::main()
 }

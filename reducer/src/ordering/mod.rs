@@ -32,30 +32,6 @@ const DENSE: f64 = 10.0;
 /// Components below this number of vertices are dissected together.
 const SMALL_COMPONENT: usize = 200;
 
-/// An elimination order: `forward[new] = old`, `inverse[old] = new`.
-#[derive(Clone, Debug)]
-pub struct Ordering {
-    /// Old index of each new position.
-    pub forward: Vec<u32>,
-    /// New position of each old index.
-    pub inverse: Vec<u32>,
-}
-
-impl Ordering {
-    /// The order of the dofs that belongs to an elimination order of the supervariables.
-    pub fn of_dofs(graph: &QuotientGraph, vertices: &[u32]) -> Self {
-        let mut forward = Vec::with_capacity(graph.dof_count());
-        for vertex in vertices {
-            forward.extend_from_slice(graph.members(*vertex));
-        }
-        let mut inverse = vec![0; forward.len()];
-        for (new, old) in forward.iter().enumerate() {
-            inverse[*old as usize] = new as u32;
-        }
-        Self { forward, inverse }
-    }
-}
-
 /// Elimination order of the supervariables: those that are eliminated first come first.
 ///
 /// The same graph gives the same order whatever the number of threads.

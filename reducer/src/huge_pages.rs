@@ -1,0 +1,59 @@
+//! Memory in huge pages for large blocks.
+//!
+//! A reduction streams through blocks of gigabytes. With pages of 4 KiB, address translation alone halves the bandwidth, and touching a
+//! new block costs a page fault for each of them. Linux gives huge pages to who asks (`transparent_hugepage` is mostly set to
+//! `madvise`); elsewhere this is the system's allocator.
+
+use std::alloc::{GlobalAlloc, Layout, System};
+
+/// Blocks from this size on ask for huge pages.
+const LARGE: usize = 8 << 20;
+
+/// The system's allocator, with huge pages for large blocks.
+pub struct HugePages;
+
+// SAFETY: every call goes to the system's allocator unchanged; the advice changes neither contents nor ownership.
+unsafe impl GlobalAlloc for HugePages {
+    unsafe fn alloc(&self, layout: Layout) -> *mut u8 {
+        // SAFETY: the caller keeps the allocator's contract.
+        let block = unsafe { System.alloc(layout) };
+        advise(block, layout.size());
+        block
+    }
+
+    unsafe fn alloc_zeroed(&self, layout: Layout) -> *mut u8 {
+        // SAFETY: the caller keeps the allocator's contract.
+        let block = unsafe { System.alloc_zeroed(layout) };
+        advise(block, layout.size());
+        block
+    }
+
+    unsafe fn dealloc(&self, block: *mut u8, layout: Layout) {
+        // SAFETY: the caller keeps the allocator's contract.
+        unsafe { System.dealloc(block, layout) }
+    }
+
+    unsafe fn realloc(&self, block: *mut u8, layout: Layout, size: usize) -> *mut u8 {
+        // SAFETY: the caller keeps the allocator's contract.
+        let block = unsafe { System.realloc(block, layout, size) };
+        advise(block, size);
+        block
+    }
+}
+
+#[cfg(target_os = "linux")]
+fn advise(block: *mut u8, size: usize) {
+    if size < LARGE || block.is_null() {
+        return;
+    }
+    const PAGE: usize = 4096;
+    let start = (block as usize).next_multiple_of(PAGE);
+    let end = (block as usize + size) & !(PAGE - 1);
+    // SAFETY: whole pages of a block that the allocator has just handed out; the advice is only that.
+    unsafe {
+        libc::madvise(start as *mut libc::c_void, end - start, libc::MADV_HUGEPAGE);
+    }
+}
+
+#[cfg(not(target_os = "linux"))]
+fn advise(_: *mut u8, _: usize) {}

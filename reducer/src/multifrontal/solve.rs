@@ -1,0 +1,230 @@
+//! Triangular solutions over the tree: a front's right-hand sides go up to its parent as in the factorization, the solution
+//! comes down the same way. Subtrees are tasks of their own.
+
+use faer::MatMut;
+use faer::reborrow::*;
+use rayon::prelude::*;
+
+use super::fronts::Fronts;
+use super::kernels::{Real, backward, forward};
+
+/// Rows packed or unpacked by one task.
+const CHUNK: usize = 2048;
+
+/// Replaces the columns of `block` (at most `N`, a multiple of 8) by the solutions of `L Lᵀ x = b`.
+pub fn solve_columns<T: Real, const N: usize>(
+    fronts: &Fronts,
+    values: &[T],
+    block: MatMut<'_, f64>,
+) {
+    let count = block.ncols();
+    debug_assert!(count <= N);
+    let mut x = vec![[0.0; N]; fronts.dof_count()];
+    let source = block.rb();
+    x.par_chunks_mut(CHUNK)
+        .enumerate()
+        .for_each(|(chunk, rows)| {
+            let dofs = &fronts.forward[chunk * CHUNK..][..rows.len()];
+            for column in 0..count {
+                let source = source.col(column);
+                for (row, dof) in rows.iter_mut().zip(dofs) {
+                    row[column] = source[*dof as usize];
+                }
+            }
+        });
+    let solution = Solution::<T, N> { fronts, values };
+    solution.side_by_side_forward(fronts.roots(), &mut x);
+    solution.side_by_side_backward(fronts.roots(), &mut x, None);
+    block
+        .par_col_iter_mut()
+        .enumerate()
+        .for_each(|(column, target)| {
+            for (value, position) in target.iter_mut().zip(&fronts.inverse) {
+                *value = x[*position as usize][column];
+            }
+        });
+}
+
+struct Solution<'a, T, const N: usize> {
+    fronts: &'a Fronts,
+    values: &'a [T],
+}
+
+impl<T: Real, const N: usize> Solution<'_, T, N> {
+    fn packed(&self, front: usize) -> &[T] {
+        &self.values[self.fronts.value_range(front)]
+    }
+
+    /// The rows of the right-hand sides (or the solution) that belong to each subtree.
+    fn split<'x>(
+        &self,
+        subtrees: &[u32],
+        x: &'x mut [[f64; N]],
+    ) -> Vec<(usize, &'x mut [[f64; N]])> {
+        let mut rest = x;
+        let mut tasks = Vec::with_capacity(subtrees.len());
+        for front in subtrees {
+            let front = *front as usize;
+            let first = self
+                .fronts
+                .columns(self.fronts.first_descendant(front))
+                .start;
+            let length = self.fronts.columns(front).end - first;
+            let (own, after) = rest.split_at_mut(length);
+            tasks.push((front, own));
+            rest = after;
+        }
+        tasks
+    }
+
+    fn side_by_side_forward(&self, subtrees: &[u32], x: &mut [[f64; N]]) -> Vec<Vec<[f64; N]>> {
+        self.split(subtrees, x)
+            .into_par_iter()
+            .map(|(front, x)| self.up(front, x))
+            .collect()
+    }
+
+    /// Solves a subtree's rows; returns what it hands up.
+    fn up(&self, front: usize, x: &mut [[f64; N]]) -> Vec<[f64; N]> {
+        if self.fronts.is_one_task(front) {
+            return self.up_alone(front, x);
+        }
+        let own = self.fronts.column_count(front);
+        let (below, own) = x.split_at_mut(x.len() - own);
+        let handed = self.side_by_side_forward(self.fronts.children(front), below);
+        let mut w = vec![[0.0; N]; self.fronts.row_count(front)];
+        w[..own.len()].copy_from_slice(own);
+        for (child, update) in self.fronts.children(front).iter().zip(&handed) {
+            self.add_update(*child as usize, update, &mut w);
+        }
+        forward(self.packed(front), self.fronts.column_count(front), &mut w);
+        own.copy_from_slice(&w[..own.len()]);
+        w.drain(..own.len());
+        w
+    }
+
+    fn up_alone(&self, root: usize, x: &mut [[f64; N]]) -> Vec<[f64; N]> {
+        let fronts = self.fronts;
+        let first = fronts.first_descendant(root);
+        let base = fronts.columns(first).start;
+        // What fronts hand up, one above the other; a parent's children are on top when its turn comes.
+        let mut stack: Vec<[f64; N]> = Vec::new();
+        let mut w: Vec<[f64; N]> = Vec::new();
+        for front in first..=root {
+            let columns = fronts.columns(front);
+            let own = &mut x[columns.start - base..columns.end - base];
+            w.clear();
+            w.extend_from_slice(own);
+            w.resize(fronts.row_count(front), [0.0; N]);
+            let children = fronts.children(front);
+            let height: usize = children
+                .iter()
+                .map(|child| fronts.update_size(*child as usize))
+                .sum();
+            let start = stack.len() - height;
+            let mut at = start;
+            for child in children {
+                let size = fronts.update_size(*child as usize);
+                self.add_update(*child as usize, &stack[at..at + size], &mut w);
+                at += size;
+            }
+            forward(self.packed(front), self.fronts.column_count(front), &mut w);
+            let (solved, update) = w.split_at(own.len());
+            own.copy_from_slice(solved);
+            stack.truncate(start);
+            stack.extend_from_slice(update);
+        }
+        stack
+    }
+
+    fn add_update(&self, child: usize, update: &[[f64; N]], w: &mut [[f64; N]]) {
+        for run in self.fronts.rows_in_parent(child) {
+            let length = run.length as usize;
+            let source = &update[run.source as usize..][..length];
+            for (to, from) in w[run.target as usize..][..length].iter_mut().zip(source) {
+                for l in 0..N {
+                    to[l] += from[l];
+                }
+            }
+        }
+    }
+
+    fn side_by_side_backward(
+        &self,
+        subtrees: &[u32],
+        x: &mut [[f64; N]],
+        above: Option<&[[f64; N]]>,
+    ) {
+        self.split(subtrees, x)
+            .into_par_iter()
+            .for_each(|(front, x)| self.down(front, x, above));
+    }
+
+    fn down(&self, front: usize, x: &mut [[f64; N]], above: Option<&[[f64; N]]>) {
+        if self.fronts.is_one_task(front) {
+            return self.down_alone(front, x, above);
+        }
+        let own = self.fronts.column_count(front);
+        let (below, own) = x.split_at_mut(x.len() - own);
+        let mut w = Vec::new();
+        self.solve_down(front, own, above, &mut w);
+        self.side_by_side_backward(self.fronts.children(front), below, Some(&w));
+    }
+
+    /// One front: its rows below come from its parent's rows, its own are solved.
+    fn solve_down(
+        &self,
+        front: usize,
+        own: &mut [[f64; N]],
+        above: Option<&[[f64; N]]>,
+        w: &mut Vec<[f64; N]>,
+    ) {
+        let start = w.len();
+        w.extend_from_slice(own);
+        if let Some(above) = above {
+            for run in self.fronts.rows_in_parent(front) {
+                w.extend_from_slice(&above[run.target as usize..][..run.length as usize]);
+            }
+        }
+        backward(
+            self.packed(front),
+            self.fronts.column_count(front),
+            &mut w[start..],
+        );
+        own.copy_from_slice(&w[start..start + own.len()]);
+    }
+
+    fn down_alone(&self, root: usize, x: &mut [[f64; N]], above: Option<&[[f64; N]]>) {
+        let fronts = self.fronts;
+        let first = fronts.first_descendant(root);
+        let base = fronts.columns(first).start;
+        // The rows of the fronts from the root to the one at hand, one above the other, with where each starts.
+        let mut path: Vec<usize> = Vec::new();
+        let mut rows: Vec<[f64; N]> = Vec::new();
+        for front in (first..=root).rev() {
+            let depth = fronts.depth(front) - fronts.depth(root);
+            let start = path.get(depth).copied().unwrap_or(rows.len());
+            rows.truncate(start);
+            path.truncate(depth);
+            let columns = fronts.columns(front);
+            let own = &mut x[columns.start - base..columns.end - base];
+            match path.last() {
+                Some(parent) => {
+                    rows.extend_from_slice(own);
+                    for run in fronts.rows_in_parent(front) {
+                        let from = parent + run.target as usize;
+                        rows.extend_from_within(from..from + run.length as usize);
+                    }
+                    backward(
+                        self.packed(front),
+                        self.fronts.column_count(front),
+                        &mut rows[start..],
+                    );
+                    own.copy_from_slice(&rows[start..start + own.len()]);
+                }
+                None => self.solve_down(front, own, above, &mut rows),
+            }
+            path.push(start);
+        }
+    }
+}
