@@ -11,20 +11,25 @@ use faer::Mat;
 
 use crate::block_algebra::{largest_entry, symmetric_product};
 use crate::condensation::Model;
+use crate::diagnosis;
 use crate::error::Error;
 use crate::factorization::SymmetricFactor;
 use crate::free_modes::{FreeModes, residuals};
+use crate::inspect::stored_quality;
+use crate::interface_reduction::InterfaceReduction;
 use crate::invariants::inertia_invariants;
 use crate::localization::Localization;
 use crate::quality::{Quality, Sturm};
 use crate::residual::ResidualFlexibility;
 use crate::rigid_body::{MassProperties, RigidBodyModes};
-use crate::shift::absolute_energies;
+use crate::shift::{SpectrumScale, absolute_energies};
 use crate::summary::quality_lines;
 use crate::verify::{AGREEMENT, Findings};
 use crate::verify_layout::{check_mass_properties, has_same_layout};
-use crate::{Grounding, LoosePieces, ModeSelection, Reduction, reduce};
+use crate::{Grounding, InterfaceModes, LoosePieces, ModeSelection, Reduction, reduce};
 
+/// Errors of an interface reduction agree as closely as its eigenvalues; the worst direction divides by small ones.
+const REPORT_AGREEMENT: f64 = 1e-4;
 /// Modes found twice agree only as closely as their residuals allow, a pair of close ones less.
 const SHAPE_AGREEMENT: f64 = 1e-6;
 
@@ -129,6 +134,7 @@ fn check_fields(
     }
     let geometric = RigidBodyModes::of(component, model, properties)?;
     let defects = geometric.stiffness_defects(model);
+    let scale = SpectrumScale::of(model, &geometric, component.dimension(), properties.centre);
     let rigid = match element.frame_kind {
         FrameKind::MeanAxis => geometric,
         FrameKind::Given => geometric.none(),
@@ -184,14 +190,32 @@ fn check_fields(
         iterations: 0,
         added_for_cluster: 0,
     };
-    let residual =
-        ResidualFlexibility::from_shapes(model, localization, &rigid, &modes, attachments)?;
+    let mut factor = SymmetricFactor::analyse(&model.stiffness, &model.mass, &model.points())?;
+    let residual = match reported_reduction(element) {
+        Some(report) if report.leaves_out() => {
+            let Ok(positive) = factor.factorize(&model.stiffness, &model.mass, scale.shift())
+            else {
+                return Err(diagnosis::indefinite(model, &scale, &mut factor));
+            };
+            let whole = ResidualFlexibility::compute(
+                model,
+                localization,
+                &rigid,
+                &modes,
+                &positive,
+                &mut (),
+            )?;
+            let expected = whole.keeping(report.wanted, model, localization, &modes)?;
+            check_interface_reduction(&report, &expected, &attachments, findings);
+            expected.with_shapes(model, localization, &modes, attachments)?
+        }
+        _ => ResidualFlexibility::from_shapes(model, localization, &rigid, &modes, attachments)?,
+    };
     let inertia = inertia_invariants(
         component,
         properties,
         crate::joined(model, &modes, &residual).as_ref(),
     );
-    let mut factor = SymmetricFactor::analyse(&model.stiffness, &model.mass, &model.points())?;
     let sturm: Sturm = crate::certificate(model, &rigid, &modes, &mut factor);
     let quality = Quality::of(
         model,
@@ -212,7 +236,7 @@ fn check_fields(
     );
     findings.broken.extend(broken);
 
-    let scale = |matrix: &Mat<f64>, i: usize| matrix[(i, i)].abs().max(f64::MIN_POSITIVE).sqrt();
+    let root = |matrix: &Mat<f64>, i: usize| matrix[(i, i)].abs().max(f64::MIN_POSITIVE).sqrt();
     let difference = |stored: &Mat<f64>, computed: &Mat<f64>, reference: &dyn Fn(usize) -> f64| {
         let scaled = Mat::from_fn(stored.nrows(), stored.ncols(), |i, j| {
             let unit = reference(i) * reference(j);
@@ -232,7 +256,7 @@ fn check_fields(
     findings.check(
         "F_res",
         difference(&element.residual.flexibility, &residual.flexibility, &|i| {
-            scale(&residual.flexibility0, i)
+            root(&residual.flexibility0, i)
         }),
         AGREEMENT,
     );
@@ -249,6 +273,59 @@ fn check_fields(
         findings,
     );
     Ok(())
+}
+
+/// What the stored report says of an interface reduction.
+fn reported_reduction(element: &Superelement) -> Option<InterfaceReduction> {
+    stored_quality(element).and_then(|quality| quality.interface_reduction)
+}
+
+/// The reported interface reduction against the same one made anew, and the stored columns against its columns.
+fn check_interface_reduction(
+    reported: &InterfaceReduction,
+    expected: &ResidualFlexibility,
+    stored: &Mat<f64>,
+    findings: &mut Findings,
+) {
+    let Some(found) = &expected.interface_reduction else {
+        return;
+    };
+    let same = (reported.kept, reported.available) == (found.kept, found.available);
+    findings.require(
+        "directions of the interface reduction",
+        same,
+        &format!(
+            "{} of {}, recomputed {} of {}",
+            reported.kept, reported.available, found.kept, found.available
+        ),
+    );
+    let errors = |of: &InterfaceReduction| {
+        [
+            of.residual_error,
+            of.flexibility_error,
+            of.largest_left_out,
+            of.worst_direction_error,
+        ]
+    };
+    let apart = errors(reported)
+        .iter()
+        .zip(errors(found))
+        .map(|(a, b)| (a - b).abs())
+        .fold(0.0, f64::max);
+    findings.check("errors of the interface reduction", apart, REPORT_AGREEMENT);
+    let apart = stored - &expected.shapes;
+    let scale = |j: usize| largest_entry(expected.shapes.as_ref().subcols(j, 1));
+    let worst = (0..stored.ncols())
+        .map(|j| {
+            let unit = scale(j).max(AGREEMENT * largest_entry(expected.shapes.as_ref()));
+            largest_entry(apart.as_ref().subcols(j, 1)) / unit.max(f64::MIN_POSITIVE)
+        })
+        .fold(0.0, f64::max);
+    findings.check(
+        "G_res L_bᵀ of the interface reduction",
+        worst,
+        SHAPE_AGREEMENT,
+    );
 }
 
 /// I1, L3 and I2 against their recomputation, each column divided by the size of its basis vector.
@@ -310,6 +387,8 @@ fn check_by_reduction(
 ) -> Result<(), Error> {
     let options = Reduction {
         modes: ModeSelection::Lowest(element.mode_count()),
+        interface_modes: reported_reduction(element)
+            .map_or(InterfaceModes::All, |it| InterfaceModes::Softest(it.wanted)),
         grounding: if element.frame_kind == FrameKind::Given {
             Grounding::Allow
         } else {
