@@ -61,7 +61,7 @@ pub struct ReduceArguments {
     /// Keep every elastic mode below this frequency.
     #[arg(long, value_name = "HZ", allow_negative_numbers = true, value_parser = frequency)]
     pub max_frequency: Option<f64>,
-    /// Keep this many directions of the interfaces' residual flexibility, the softest [default: all].
+    /// Keep this many directions of residual flexibility, the softest [default: all].
     #[arg(long, value_name = "N", allow_negative_numbers = true, value_parser = interface_count)]
     pub interface_modes: Option<usize>,
     /// Mass matrix [default: PART.mass.mtx].

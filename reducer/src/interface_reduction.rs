@@ -248,3 +248,38 @@ impl ScaledSpectrum {
             .map(|largest| 1.0 / (largest.sqrt() * 2.0 * std::f64::consts::PI)))
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn spectrum(values: &[f64]) -> ScaledSpectrum {
+        ScaledSpectrum {
+            scale: vec![1.0; values.len()],
+            values: values.to_vec(),
+            vectors: Mat::identity(values.len(), values.len()),
+            whole: (
+                vec![1.0; values.len()],
+                Mat::identity(values.len(), values.len()),
+            ),
+        }
+    }
+
+    #[test]
+    fn a_multiple_eigenvalue_is_kept_whole() {
+        let spectrum = spectrum(&[0.9, 0.5, 0.5 - 1e-9, 0.5 - 2e-9, 0.1]);
+        let kept: Vec<usize> = (0..8).map(|wanted| spectrum.uncut(wanted)).collect();
+        assert_eq!(kept, [0, 1, 4, 4, 4, 5, 5, 5]);
+    }
+
+    #[test]
+    fn the_worst_direction_is_the_largest_eigenvalue_left_out() {
+        let spectrum = spectrum(&[0.9, 0.5, 0.1]);
+        let worst: Vec<f64> = (0..4)
+            .map(|kept| spectrum.worst_direction(kept).unwrap_or(f64::NAN))
+            .collect();
+        for (found, expected) in worst.iter().zip([0.9, 0.5, 0.1, 0.0]) {
+            assert!((found - expected).abs() < 1e-14, "{worst:?}");
+        }
+    }
+}

@@ -37,6 +37,7 @@ pub mod surface;
 pub mod timing;
 pub mod verify;
 pub mod verify_component;
+pub mod verify_interfaces;
 pub mod verify_layout;
 
 use dcb_formats::component::Component;

@@ -15,8 +15,6 @@ use crate::diagnosis;
 use crate::error::Error;
 use crate::factorization::SymmetricFactor;
 use crate::free_modes::{FreeModes, residuals};
-use crate::inspect::stored_quality;
-use crate::interface_reduction::InterfaceReduction;
 use crate::invariants::inertia_invariants;
 use crate::localization::Localization;
 use crate::quality::{Quality, Sturm};
@@ -25,13 +23,12 @@ use crate::rigid_body::{MassProperties, RigidBodyModes};
 use crate::shift::{SpectrumScale, absolute_energies};
 use crate::summary::quality_lines;
 use crate::verify::{AGREEMENT, Findings};
+use crate::verify_interfaces::{check_interface_reduction, reported_reduction};
 use crate::verify_layout::{check_mass_properties, has_same_layout};
 use crate::{Grounding, InterfaceModes, LoosePieces, ModeSelection, Reduction, reduce};
 
-/// Errors of an interface reduction agree as closely as its eigenvalues; the worst direction divides by small ones.
-const REPORT_AGREEMENT: f64 = 1e-4;
 /// Modes found twice agree only as closely as their residuals allow, a pair of close ones less.
-const SHAPE_AGREEMENT: f64 = 1e-6;
+pub const SHAPE_AGREEMENT: f64 = 1e-6;
 
 /// Checks everything that the component determines.
 ///
@@ -273,59 +270,6 @@ fn check_fields(
         findings,
     );
     Ok(())
-}
-
-/// What the stored report says of an interface reduction.
-fn reported_reduction(element: &Superelement) -> Option<InterfaceReduction> {
-    stored_quality(element).and_then(|quality| quality.interface_reduction)
-}
-
-/// The reported interface reduction against the same one made anew, and the stored columns against its columns.
-fn check_interface_reduction(
-    reported: &InterfaceReduction,
-    expected: &ResidualFlexibility,
-    stored: &Mat<f64>,
-    findings: &mut Findings,
-) {
-    let Some(found) = &expected.interface_reduction else {
-        return;
-    };
-    let same = (reported.kept, reported.available) == (found.kept, found.available);
-    findings.require(
-        "directions of the interface reduction",
-        same,
-        &format!(
-            "{} of {}, recomputed {} of {}",
-            reported.kept, reported.available, found.kept, found.available
-        ),
-    );
-    let errors = |of: &InterfaceReduction| {
-        [
-            of.residual_error,
-            of.flexibility_error,
-            of.largest_left_out,
-            of.worst_direction_error,
-        ]
-    };
-    let apart = errors(reported)
-        .iter()
-        .zip(errors(found))
-        .map(|(a, b)| (a - b).abs())
-        .fold(0.0, f64::max);
-    findings.check("errors of the interface reduction", apart, REPORT_AGREEMENT);
-    let apart = stored - &expected.shapes;
-    let scale = |j: usize| largest_entry(expected.shapes.as_ref().subcols(j, 1));
-    let worst = (0..stored.ncols())
-        .map(|j| {
-            let unit = scale(j).max(AGREEMENT * largest_entry(expected.shapes.as_ref()));
-            largest_entry(apart.as_ref().subcols(j, 1)) / unit.max(f64::MIN_POSITIVE)
-        })
-        .fold(0.0, f64::max);
-    findings.check(
-        "G_res L_bᵀ of the interface reduction",
-        worst,
-        SHAPE_AGREEMENT,
-    );
 }
 
 /// I1, L3 and I2 against their recomputation, each column divided by the size of its basis vector.

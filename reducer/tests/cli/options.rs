@@ -123,6 +123,22 @@ fn interface_modes_may_be_none_or_more_than_there_are() {
         folder.inspected("many.dcb.h5")["digest"],
         folder.inspected("all.dcb.h5")["digest"]
     );
+    folder.edit("rotor.json", |json| {
+        json["component"]["interfaces"] = json!([])
+    });
+    let answer = folder.warned(
+        "rotor.mtx --modes 3 --interface-modes 5 -o bare.dcb.h5",
+        &["no interface"],
+    );
+    assert!(
+        answer.stdout.contains("0 of 0: all, 5 were asked for"),
+        "{answer:?}"
+    );
+}
+
+#[test]
+fn interface_modes_that_belong_together_are_not_cut() {
+    let folder = Folder::rotor();
     // Both bearings bend alike about x and y.
     let shown = folder.done("rotor.mtx --modes 12 --interface-modes 4 -o four.dcb.h5");
     let kept = &folder.inspected("four.dcb.h5")["quality"]["interface_reduction"]["kept"];
