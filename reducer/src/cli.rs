@@ -61,6 +61,9 @@ pub struct ReduceArguments {
     /// Keep every elastic mode below this frequency.
     #[arg(long, value_name = "HZ", allow_negative_numbers = true, value_parser = frequency)]
     pub max_frequency: Option<f64>,
+    /// Keep this many directions of residual flexibility, the softest [default: all].
+    #[arg(long, value_name = "N", allow_negative_numbers = true, value_parser = interface_count)]
+    pub interface_modes: Option<usize>,
     /// Mass matrix [default: PART.mass.mtx].
     #[arg(long, value_name = "FILE")]
     pub mass: Option<PathBuf>,
@@ -135,6 +138,11 @@ enum Command {
 fn count(text: &str) -> Result<usize, String> {
     text.parse()
         .map_err(|_| "a number of modes is wanted, 0 or more".into())
+}
+
+fn interface_count(text: &str) -> Result<usize, String> {
+    text.parse()
+        .map_err(|_| "a number of interface modes is wanted, 0 or more".into())
 }
 
 fn frequency(text: &str) -> Result<f64, String> {

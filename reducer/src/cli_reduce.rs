@@ -17,7 +17,7 @@ use crate::inspect::hertz;
 use crate::plausibility::si_factor;
 use crate::summary::{quality_lines, summary};
 use crate::timing::{Display, StageClock, StageTime};
-use crate::{Grounding, LoosePieces, ModeSelection, Reduction, reduce};
+use crate::{Grounding, InterfaceModes, LoosePieces, ModeSelection, Reduction, reduce};
 
 /// Modes kept where nothing is said.
 const DEFAULT_MODES: usize = 20;
@@ -130,6 +130,9 @@ pub fn run(arguments: &ReduceArguments, common: &CommonArguments) -> Result<Outc
     let component = read_component(&files)?;
     let options = Reduction {
         modes: mode_selection(arguments, &component.units.time)?,
+        interface_modes: arguments
+            .interface_modes
+            .map_or(InterfaceModes::All, InterfaceModes::Softest),
         grounding: if arguments.allow_grounded {
             Grounding::Allow
         } else {
@@ -294,6 +297,7 @@ fn options_as_json(arguments: &ReduceArguments, options: &Reduction) -> serde_js
     json!({
         "modes": modes,
         "max_frequency_hz": arguments.max_frequency,
+        "interface_modes": arguments.interface_modes,
         "allow_grounded": arguments.allow_grounded,
         "allow_loose": arguments.allow_loose,
         "without_fields": arguments.without_fields,

@@ -178,9 +178,11 @@ pub fn interface_table(element: &Superelement) -> String {
         .take(6)
         .map(|s| format!("{:.4}", hertz(*s, &element.units.time)))
         .collect();
-    let start = match sigma.is_empty() {
-        true => "; the modes say all there is".to_owned(),
-        false => format!(
+    let reduction = stored_quality(element).and_then(|quality| quality.interface_reduction);
+    let start = match (sigma.is_empty(), reduction.filter(|it| it.leaves_out())) {
+        (true, None) => "; the modes say all there is".to_owned(),
+        (true, Some(it)) => format!("; {} direction(s) are left out", it.available - it.kept),
+        (false, _) => format!(
             "; their frequencies start at {} {}",
             sigma.join(", "),
             frequency_unit(&element.units.time)

@@ -19,6 +19,7 @@ pub mod frame;
 pub mod free_modes;
 pub mod huge_pages;
 pub mod inspect;
+pub mod interface_reduction;
 pub mod invariants;
 pub mod lanczos;
 pub mod localization;
@@ -38,6 +39,7 @@ pub mod surface;
 pub mod timing;
 pub mod verify;
 pub mod verify_component;
+pub mod verify_interfaces;
 pub mod verify_layout;
 
 use dcb_formats::component::Component;
@@ -50,6 +52,7 @@ pub use crate::diagnosis::{Grounding, LoosePieces};
 pub use crate::error::Error;
 use crate::factorization::SymmetricFactor;
 use crate::free_modes::{FreeModes, Search};
+pub use crate::interface_reduction::InterfaceModes;
 use crate::invariants::inertia_invariants;
 use crate::localization::Localization;
 use crate::observer::{Observer, Stage};
@@ -78,6 +81,8 @@ pub enum ModeSelection {
 pub struct Reduction {
     /// Modes to keep.
     pub modes: ModeSelection,
+    /// Directions of residual flexibility to keep.
+    pub interface_modes: InterfaceModes,
     /// What to do with a part that is held.
     pub grounding: Grounding,
     /// What to do with loose pieces and mechanisms.
@@ -89,6 +94,7 @@ impl Reduction {
     pub fn lowest(count: usize) -> Self {
         Self {
             modes: ModeSelection::Lowest(count),
+            interface_modes: InterfaceModes::All,
             grounding: Grounding::Refuse,
             loose_pieces: LoosePieces::Refuse,
         }
@@ -158,6 +164,12 @@ pub fn reduce(
         observer,
     )?;
     drop(factor);
+    let residual = match options.interface_modes {
+        InterfaceModes::All => residual,
+        InterfaceModes::Softest(wanted) => {
+            residual.keeping(wanted, &model, &localization, &modes)?
+        }
+    };
 
     observer.begin(Stage::Invariants);
     let basis = joined(&model, &modes, &residual);

@@ -10,6 +10,7 @@ use crate::attachment::residual_limit;
 use crate::block_algebra::{gram, symmetric_product};
 use crate::condensation::Model;
 use crate::free_modes::{FreeModes, RESIDUAL_TOLERANCE, residual_is_accepted};
+use crate::interface_reduction::InterfaceReduction;
 use crate::residual::ResidualFlexibility;
 use crate::rigid_body::{MassProperties, RigidBodyModes};
 
@@ -59,6 +60,9 @@ pub struct Quality {
     pub flexibility_rank: usize,
     /// Condition number of the scaled F_res over its rank.
     pub flexibility_condition: f64,
+    /// What an interface reduction left out of F_res; absent if none was asked for, and in files of older versions.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub interface_reduction: Option<InterfaceReduction>,
     /// Rigid motions of the frame, from geometry.
     pub rigid_motions: usize,
     /// Motions without stiffness by the eigenvalue count: what it leaves after the elastic modes found.
@@ -133,6 +137,7 @@ impl Quality {
             static_directions: residual.static_directions,
             flexibility_rank: residual.flexibility_rank,
             flexibility_condition: residual.condition,
+            interface_reduction: residual.interface_reduction.clone(),
             rigid_motions: rigid.count(),
             nullity: sturm
                 .counted

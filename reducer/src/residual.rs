@@ -13,6 +13,7 @@ use crate::dependency::{Dependency, dependencies};
 use crate::error::Error;
 use crate::factorization::PositiveFactor;
 use crate::free_modes::FreeModes;
+use crate::interface_reduction::{InterfaceReduction, Truncation};
 use crate::localization::Localization;
 use crate::observer::Observer;
 use crate::residual_filter::Filter;
@@ -53,6 +54,33 @@ pub struct ResidualFlexibility {
     pub iterations: usize,
     /// Rows that depend on others, by name.
     pub dependencies: Vec<Dependency>,
+    /// What was left out on request; `None` if nothing was requested.
+    pub interface_reduction: Option<InterfaceReduction>,
+    /// What the rows are to the attachments.
+    rows: RowKinds,
+}
+
+/// What the rows of L_b are to the attachments.
+#[derive(Clone, Debug)]
+struct RowKinds {
+    /// Rows that act and feel elastic motion.
+    elastic: Vec<bool>,
+    /// Those among them that feel some beyond the kept modes.
+    open: Vec<bool>,
+}
+
+impl RowKinds {
+    fn of(localization: &Localization, forces: &AttachmentForces) -> Self {
+        let elastic: Vec<bool> = (0..localization.len())
+            .map(|i| localization.is_attachment(i) && !forces.inert[i])
+            .collect();
+        let open = elastic
+            .iter()
+            .zip(&forces.spent)
+            .map(|(elastic, spent)| *elastic && !spent)
+            .collect();
+        Self { elastic, open }
+    }
 }
 
 impl ResidualFlexibility {
@@ -109,19 +137,81 @@ impl ResidualFlexibility {
         forces: &AttachmentForces,
         solved: SolvedColumns,
     ) -> Result<Self, Error> {
-        let n_b = localization.len();
         let (residual, residual_rounding) = solved
             .worst()
             .map_or((0.0, 0.0), |(_, residual, rounding)| (residual, rounding));
-        let shapes = solved.columns;
+        let iterations = solved.iterations;
+        let rows = RowKinds::of(localization, forces);
+        let made = Self::assemble(model, localization, modes, rows, solved.columns)?;
+        Ok(Self {
+            dependencies: dependencies(&made.flexibility0, localization),
+            residual,
+            residual_rounding,
+            iterations,
+            ..made
+        })
+    }
+
+    /// The same with only the `wanted` softest directions of F_res; untouched if it has no more than that.
+    ///
+    /// # Errors
+    /// [`Error::NotFinite`] if an eigenproblem fails.
+    pub fn keeping(
+        self,
+        wanted: usize,
+        model: &Model,
+        localization: &Localization,
+        modes: &FreeModes,
+    ) -> Result<Self, Error> {
+        let truncation = Truncation::of(&self, localization, wanted)?;
+        let kept = match truncation.report.leaves_out() {
+            true => {
+                let shapes = truncation.project(self.shapes.as_ref());
+                self.with_shapes(model, localization, modes, shapes)?
+            }
+            false => self,
+        };
+        Ok(Self {
+            interface_reduction: Some(truncation.report),
+            ..kept
+        })
+    }
+
+    /// What other columns, (n_c, n_b), amount to; everything that was found out on the way to these stays.
+    ///
+    /// # Errors
+    /// [`Error::NotPositive`] if their F_res has a negative eigenvalue beyond rounding.
+    pub fn with_shapes(
+        self,
+        model: &Model,
+        localization: &Localization,
+        modes: &FreeModes,
+        shapes: Mat<f64>,
+    ) -> Result<Self, Error> {
+        let made = Self::assemble(model, localization, modes, self.rows, shapes)?;
+        Ok(Self {
+            residual: self.residual,
+            residual_rounding: self.residual_rounding,
+            iterations: self.iterations,
+            dependencies: self.dependencies,
+            interface_reduction: self.interface_reduction,
+            ..made
+        })
+    }
+
+    /// The matrices and the transform of columns X.
+    fn assemble(
+        model: &Model,
+        localization: &Localization,
+        modes: &FreeModes,
+        rows: RowKinds,
+        shapes: Mat<f64>,
+    ) -> Result<Self, Error> {
+        let n_b = localization.len();
         let mass_shapes = symmetric_product(&model.mass, shapes.as_ref());
         let at_interfaces = localization.apply(shapes.as_ref());
-        // Rows that feel elastic motion, and those among them that feel some beyond the kept modes.
-        let elastic = |i: usize| localization.is_attachment(i) && !forces.inert[i];
-        let attached = |i: usize, j: usize| elastic(i) && elastic(j);
-        let open = |i: usize, j: usize| attached(i, j) && !forces.spent[i] && !forces.spent[j];
         let raw = Mat::from_fn(n_b, n_b, |i, j| {
-            if open(i, j) {
+            if rows.open[i] && rows.open[j] {
                 at_interfaces[(i, j)]
             } else {
                 0.0
@@ -134,7 +224,7 @@ impl ResidualFlexibility {
         let seen = localization.apply(modes.shapes.as_ref());
         let with_modes = |base: &Mat<f64>, power: i32| {
             Mat::from_fn(n_b, n_b, |i, j| {
-                let from_modes: f64 = match attached(i, j) {
+                let from_modes: f64 = match rows.elastic[i] && rows.elastic[j] {
                     true => (modes.zero_count..modes.count())
                         .map(|k| seen[(i, k)] * seen[(j, k)] / modes.eigenvalues[k].powi(power))
                         .sum(),
@@ -151,7 +241,7 @@ impl ResidualFlexibility {
             mass_shapes,
             mass,
             output_shapes: has_outputs.then_some(at_interfaces),
-            dependencies: dependencies(&flexibility0, localization),
+            dependencies: Vec::new(),
             flexibility: filter.flexibility,
             flexibility0,
             mass_diagonal0,
@@ -160,9 +250,11 @@ impl ResidualFlexibility {
             static_directions: filter.static_directions,
             condition: filter.condition,
             flexibility_rank: filter.flexibility_rank,
-            residual,
-            residual_rounding,
-            iterations: solved.iterations,
+            residual: 0.0,
+            residual_rounding: 0.0,
+            iterations: 0,
+            interface_reduction: None,
+            rows,
         })
     }
 

@@ -1,10 +1,12 @@
 //! What `reduce PART.mtx` prints when it is done.
 
+use std::cmp::Ordering;
 use std::fmt::Write as _;
 use std::path::Path;
 
 use crate::Reduced;
 use crate::inspect::{frequency_table, interface_table, mass_lines};
+use crate::interface_reduction::InterfaceReduction;
 use crate::quality::Quality;
 use crate::scientific::scientific;
 use crate::timing::StageTime;
@@ -79,6 +81,9 @@ pub fn quality_lines(quality: &Quality) -> String {
     line("rigid motions, |K r|", largest(&quality.rigid_defects));
     line("mass matrix as a rigid body", quality.mass_defect);
     line("condition of F_res (scaled)", quality.flexibility_condition);
+    if let Some(reduction) = &quality.interface_reduction {
+        text += &interface_lines(reduction);
+    }
     let sturm = match quality.sturm.limit {
         Some(limit) => format!(
             "{} eigenvalues counted below {}, {} found",
@@ -94,5 +99,51 @@ pub fn quality_lines(quality: &Quality) -> String {
         "  {:<46} {} from geometry, {} by the count",
         "motions without stiffness", quality.rigid_motions, quality.nullity
     );
+    text
+}
+
+/// What an interface reduction kept and lost.
+fn interface_lines(reduction: &InterfaceReduction) -> String {
+    let InterfaceReduction {
+        wanted,
+        kept,
+        available,
+        ..
+    } = reduction;
+    let mut text = String::new();
+    let mut line = |what: &str, found: &str| {
+        let _ = writeln!(text, "  {what:<46} {found}");
+    };
+    let why = match kept.cmp(wanted) {
+        Ordering::Less => format!(": all, {wanted} were asked for"),
+        Ordering::Equal => String::new(),
+        Ordering::Greater => format!(": {wanted} were asked for, a multiple one is not cut"),
+    };
+    line("interface modes", &format!("{kept} of {available}{why}"));
+    if !reduction.leaves_out() {
+        return text;
+    }
+    let number = |value: f64| scientific(value, 1);
+    let row = reduction.stiffened_most.as_deref().unwrap_or("");
+    line(
+        "  residual flexibility lost at a row, up to",
+        &number(reduction.residual_error),
+    );
+    line(
+        "  static flexibility lost at a row, up to",
+        &format!("{} at {row}", number(reduction.flexibility_error)),
+    );
+    line(
+        "  static flexibility lost in any direction",
+        &number(reduction.worst_direction_error),
+    );
+    line(
+        "  largest scaled eigenvalue left out",
+        &number(reduction.largest_left_out),
+    );
+    if let Some(frequency) = reduction.lowest_left_out {
+        let frequency = format!("{} per time unit", scientific(frequency, 6));
+        line("  lowest frequency left out", &frequency);
+    }
     text
 }

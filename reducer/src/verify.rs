@@ -314,6 +314,12 @@ fn report_drops(element: &Superelement, findings: &mut Findings) {
                 ),
             });
         }
+        if let Some(reduction) = quality.interface_reduction.filter(|it| it.leaves_out()) {
+            findings.note(&format!(
+                "interface reduction: {} of {} directions of F_res are kept",
+                reduction.kept, reduction.available
+            ));
+        }
         if quality.static_directions > 0 {
             findings.note(&format!(
                 "{} direction(s) without mass of their own are kept statically",

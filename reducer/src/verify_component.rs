@@ -11,6 +11,7 @@ use faer::Mat;
 
 use crate::block_algebra::{largest_entry, symmetric_product};
 use crate::condensation::Model;
+use crate::diagnosis;
 use crate::error::Error;
 use crate::factorization::SymmetricFactor;
 use crate::free_modes::{FreeModes, residuals};
@@ -19,14 +20,15 @@ use crate::localization::Localization;
 use crate::quality::{Quality, Sturm};
 use crate::residual::ResidualFlexibility;
 use crate::rigid_body::{MassProperties, RigidBodyModes};
-use crate::shift::absolute_energies;
+use crate::shift::{SpectrumScale, absolute_energies};
 use crate::summary::quality_lines;
 use crate::verify::{AGREEMENT, Findings};
+use crate::verify_interfaces::{check_interface_reduction, reported_reduction};
 use crate::verify_layout::{check_mass_properties, has_same_layout};
-use crate::{Grounding, LoosePieces, ModeSelection, Reduction, reduce};
+use crate::{Grounding, InterfaceModes, LoosePieces, ModeSelection, Reduction, reduce};
 
 /// Modes found twice agree only as closely as their residuals allow, a pair of close ones less.
-const SHAPE_AGREEMENT: f64 = 1e-6;
+pub const SHAPE_AGREEMENT: f64 = 1e-6;
 
 /// Checks everything that the component determines.
 ///
@@ -129,6 +131,7 @@ fn check_fields(
     }
     let geometric = RigidBodyModes::of(component, model, properties)?;
     let defects = geometric.stiffness_defects(model);
+    let scale = SpectrumScale::of(model, &geometric, component.dimension(), properties.centre);
     let rigid = match element.frame_kind {
         FrameKind::MeanAxis => geometric,
         FrameKind::Given => geometric.none(),
@@ -184,14 +187,32 @@ fn check_fields(
         iterations: 0,
         added_for_cluster: 0,
     };
-    let residual =
-        ResidualFlexibility::from_shapes(model, localization, &rigid, &modes, attachments)?;
+    let mut factor = SymmetricFactor::analyse(&model.stiffness, &model.mass, &model.points())?;
+    let residual = match reported_reduction(element) {
+        Some(report) if report.leaves_out() => {
+            let Ok(positive) = factor.factorize(&model.stiffness, &model.mass, scale.shift())
+            else {
+                return Err(diagnosis::indefinite(model, &scale, &mut factor));
+            };
+            let whole = ResidualFlexibility::compute(
+                model,
+                localization,
+                &rigid,
+                &modes,
+                &positive,
+                &mut (),
+            )?;
+            let expected = whole.keeping(report.wanted, model, localization, &modes)?;
+            check_interface_reduction(&report, &expected, &attachments, findings);
+            expected.with_shapes(model, localization, &modes, attachments)?
+        }
+        _ => ResidualFlexibility::from_shapes(model, localization, &rigid, &modes, attachments)?,
+    };
     let inertia = inertia_invariants(
         component,
         properties,
         crate::joined(model, &modes, &residual).as_ref(),
     );
-    let mut factor = SymmetricFactor::analyse(&model.stiffness, &model.mass, &model.points())?;
     let sturm: Sturm = crate::certificate(model, &rigid, &modes, &mut factor);
     let quality = Quality::of(
         model,
@@ -212,7 +233,7 @@ fn check_fields(
     );
     findings.broken.extend(broken);
 
-    let scale = |matrix: &Mat<f64>, i: usize| matrix[(i, i)].abs().max(f64::MIN_POSITIVE).sqrt();
+    let root = |matrix: &Mat<f64>, i: usize| matrix[(i, i)].abs().max(f64::MIN_POSITIVE).sqrt();
     let difference = |stored: &Mat<f64>, computed: &Mat<f64>, reference: &dyn Fn(usize) -> f64| {
         let scaled = Mat::from_fn(stored.nrows(), stored.ncols(), |i, j| {
             let unit = reference(i) * reference(j);
@@ -232,7 +253,7 @@ fn check_fields(
     findings.check(
         "F_res",
         difference(&element.residual.flexibility, &residual.flexibility, &|i| {
-            scale(&residual.flexibility0, i)
+            root(&residual.flexibility0, i)
         }),
         AGREEMENT,
     );
@@ -310,6 +331,8 @@ fn check_by_reduction(
 ) -> Result<(), Error> {
     let options = Reduction {
         modes: ModeSelection::Lowest(element.mode_count()),
+        interface_modes: reported_reduction(element)
+            .map_or(InterfaceModes::All, |it| InterfaceModes::Softest(it.wanted)),
         grounding: if element.frame_kind == FrameKind::Given {
             Grounding::Allow
         } else {

@@ -64,6 +64,92 @@ fn a_frequency_limit_below_the_first_mode_gets_a_warning() {
 }
 
 #[test]
+fn interface_modes_are_counted_and_what_they_lose_is_reported() {
+    let folder = Folder::rotor();
+    let shown = folder.done("rotor.mtx --modes 12 --interface-modes 7 -o seven.dcb.h5");
+    for says in [
+        "reduced to 12 modes and 12 attachment rows (rank 7)",
+        "attachment coordinates: 7 for 12 rows",
+        "interface modes                                7 of 12\n",
+        "static flexibility lost at a row, up to",
+        "at bearing-right/r",
+        "static flexibility lost in any direction",
+        "lowest frequency left out",
+    ] {
+        assert!(shown.contains(says), "{says} is missing:\n{shown}");
+    }
+    let inspected = folder.done("inspect seven.dcb.h5");
+    assert!(inspected.contains("7 of 12\n"), "{inspected}");
+    let found = folder.inspected("seven.dcb.h5");
+    assert_eq!(found["options"]["interface_modes"], json!(7));
+    assert_eq!(found["residual_rank"], json!(7));
+    let reduction = &found["quality"]["interface_reduction"];
+    assert_eq!(
+        (
+            &reduction["wanted"],
+            &reduction["kept"],
+            &reduction["available"]
+        ),
+        (&json!(7), &json!(7), &json!(12))
+    );
+    let error = reduction["flexibility_error"].as_f64().unwrap();
+    assert!(0.0 < error && error < 1.0, "{reduction}");
+    folder.done("rotor.mtx --modes 12 -o all.dcb.h5");
+    let all = folder.inspected("all.dcb.h5");
+    assert_eq!(all["options"]["interface_modes"], Value::Null);
+    assert_eq!(all["quality"]["interface_reduction"], Value::Null);
+    folder.done("compare seven.dcb.h5 all.dcb.h5");
+}
+
+#[test]
+fn interface_modes_may_be_none_or_more_than_there_are() {
+    let folder = Folder::rotor();
+    let shown = folder.done("rotor.mtx --modes 12 --interface-modes 0 -o none.dcb.h5");
+    for says in [
+        "attachment coordinates: 0 for 12 rows; 12 direction(s) are left out",
+        "interface modes                                0 of 12\n",
+    ] {
+        assert!(shown.contains(says), "{says} is missing:\n{shown}");
+    }
+    let shown = folder.done("rotor.mtx --modes 12 --interface-modes 40 -o many.dcb.h5");
+    assert!(
+        shown.contains(
+            "interface modes                                12 of 12: all, 40 were asked for\n"
+        ) && !shown.contains("lost"),
+        "{shown}"
+    );
+    folder.done("rotor.mtx --modes 12 -o all.dcb.h5");
+    assert_eq!(
+        folder.inspected("many.dcb.h5")["digest"],
+        folder.inspected("all.dcb.h5")["digest"]
+    );
+    folder.edit("rotor.json", |json| {
+        json["component"]["interfaces"] = json!([])
+    });
+    let answer = folder.warned(
+        "rotor.mtx --modes 3 --interface-modes 5 -o bare.dcb.h5",
+        &["no interface"],
+    );
+    assert!(
+        answer.stdout.contains("0 of 0: all, 5 were asked for"),
+        "{answer:?}"
+    );
+}
+
+#[test]
+fn interface_modes_that_belong_together_are_not_cut() {
+    let folder = Folder::rotor();
+    // Both bearings bend alike about x and y.
+    let shown = folder.done("rotor.mtx --modes 12 --interface-modes 4 -o four.dcb.h5");
+    let kept = &folder.inspected("four.dcb.h5")["quality"]["interface_reduction"]["kept"];
+    assert_eq!(
+        shown.contains("4 were asked for, a multiple one is not cut"),
+        *kept == json!(5),
+        "{shown}"
+    );
+}
+
+#[test]
 fn a_frequency_limit_needs_a_known_unit_of_time() {
     let folder = Folder::rotor();
     folder.edit("rotor.json", |json| {

@@ -75,6 +75,68 @@ fn every_kind_of_interface_is_verified() {
 }
 
 #[test]
+fn an_interface_reduction_is_verified_and_made_anew() {
+    let folder = Folder::rotor();
+    for (options, made_anew) in [("", false), ("--without-fields", true)] {
+        folder.done(&format!(
+            "rotor.mtx --modes 8 --interface-modes 5 --force {options}"
+        ));
+        let shown = folder.done("verify rotor.dcb.h5");
+        assert!(
+            shown.contains("interface reduction: 5 of 12 directions of F_res are kept")
+                && shown.contains(
+                    "rank of the residual transform                             5 stored, 5 found"
+                ),
+            "{shown}"
+        );
+        let shown = folder.done("verify rotor.dcb.h5 --component rotor.mtx");
+        assert_eq!(shown.contains("reduced anew"), made_anew, "{shown}");
+        for what in ["directions", "errors"].iter().filter(|_| !made_anew) {
+            let line = format!("ok   {what} of the interface reduction");
+            assert!(shown.contains(&line), "{shown}");
+        }
+    }
+}
+
+/// More is left out than the transform says, or less, or something else than the softest.
+#[test]
+fn an_altered_interface_reduction_does_not_verify() {
+    let folder = Folder::rotor();
+    folder.done("rotor.mtx --modes 8 --interface-modes 5");
+    altered(&folder, |it| {
+        let residual = &mut it.residual;
+        residual.transform = residual.transform.as_ref().subcols(0, 4).to_owned();
+        residual.sigma_squared.truncate(4);
+    });
+    folder.failed(
+        1,
+        "verify altered.dcb.h5",
+        &["rank of the residual transform: 4 stored, 5 found"],
+    );
+    altered(&folder, |it| it.residual.flexibility[(2, 2)] *= 1.01);
+    folder.failed(1, "verify altered.dcb.h5", &["T_rᵀ F_res T_r"]);
+    altered(&folder, |it| {
+        let report = &mut it.provenance.quality["interface_reduction"];
+        report["flexibility_error"] = serde_json::json!(1e-3);
+    });
+    folder.failed(
+        1,
+        "verify altered.dcb.h5 --component rotor.mtx",
+        &["errors of the interface reduction: "],
+    );
+    // Said to be whole.
+    altered(&folder, |it| {
+        let quality = it.provenance.quality.as_object_mut().unwrap();
+        quality.remove("interface_reduction");
+    });
+    folder.failed(
+        1,
+        "verify altered.dcb.h5 --component rotor.mtx",
+        &["the attachment residual"],
+    );
+}
+
+#[test]
 fn another_component_does_not_verify() {
     let folder = Folder::rotor();
     folder.done("rotor.mtx --modes 4");
