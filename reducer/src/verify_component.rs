@@ -23,7 +23,7 @@ use crate::shift::absolute_energies;
 use crate::summary::quality_lines;
 use crate::verify::{AGREEMENT, Findings};
 use crate::verify_layout::{check_mass_properties, has_same_layout};
-use crate::{Grounding, LoosePieces, ModeSelection, Reduction, reduce};
+use crate::{EigenSolver, Grounding, LoosePieces, ModeSelection, Reduction, reduce};
 
 /// Modes found twice agree only as closely as their residuals allow, a pair of close ones less.
 const SHAPE_AGREEMENT: f64 = 1e-6;
@@ -320,6 +320,7 @@ fn check_by_reduction(
         } else {
             LoosePieces::Refuse
         },
+        eigen_solver: EigenSolver::BlockLanczos,
     };
     let again = reduce(component, &options, &mut ())?.superelement;
     let same = again.mode_count() == element.mode_count() && again.rows.len() == element.rows.len();
