@@ -20,8 +20,8 @@
 #endif
 
 /* Wanted in a repeated search, and its Krylov space. */
-#define AGAIN_WANTED 2
-#define AGAIN_SPACE 32
+#define AGAIN_WANTED 1
+#define AGAIN_SPACE 24
 
 typedef struct {
   char      folder[PETSC_MAX_PATH_LEN];
@@ -121,6 +121,8 @@ static PetscErrorCode CreateSolver(const Task *task, Mat mass, Mat shifted, EPS 
   PetscCall(EPSSetType(*eps, EPSKRYLOVSCHUR));
   PetscCall(EPSSetWhichEigenpairs(*eps, EPS_LARGEST_REAL));
   PetscCall(EPSSetTolerances(*eps, task->tolerance, 1000));
+  /* Purification is for a semidefinite B; this one is definite. */
+  PetscCall(EPSSetPurify(*eps, PETSC_FALSE));
   PetscCall(EPSMonitorSet(*eps, Report, NULL, NULL));
   PetscCall(EPSGetST(*eps, &st));
   PetscCall(STGetKSP(st, &ksp));

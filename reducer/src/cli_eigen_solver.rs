@@ -70,6 +70,7 @@ fn words(command: &str) -> Option<Vec<String>> {
 }
 
 #[cfg(all(test, feature = "slepc"))]
+#[allow(clippy::unwrap_used)]
 mod tests {
     use super::words;
 

@@ -24,6 +24,8 @@ const PAUSE: Duration = Duration::from_millis(20);
 const REMEMBERED: usize = 16 * 1024;
 /// Lines of them that a failure repeats.
 const REPEATED_LINES: usize = 6;
+/// What PETSc says next describes the installation.
+const END_OF_PETSC_MESSAGE: &str = "for trouble shooting";
 
 /// Folders in use and the process groups that work there, for an interruption.
 static OPEN: Mutex<Open> = Mutex::new(Open {
@@ -241,6 +243,7 @@ fn failure(command: &[OsString], status: ExitStatus, said: &str) -> Error {
     let lines: Vec<&str> = said
         .lines()
         .map(without_rank)
+        .take_while(|line| !line.contains(END_OF_PETSC_MESSAGE))
         .filter(|line| line.contains(char::is_alphanumeric) && !line.contains("Error Message -"))
         .take(REPEATED_LINES)
         .collect();
@@ -282,6 +285,7 @@ fn messages(input: impl Read) -> String {
 }
 
 #[cfg(test)]
+#[allow(clippy::unwrap_used)]
 mod tests {
     use super::*;
 

@@ -176,6 +176,7 @@ fn read_values(input: &mut impl Read, length: usize, mut take: impl FnMut(f64)) 
 }
 
 #[cfg(test)]
+#[allow(clippy::unwrap_used)]
 mod tests {
     use super::*;
     use faer::sparse::Triplet;
