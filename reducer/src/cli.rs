@@ -105,7 +105,7 @@ pub enum SolverName {
     /// Block Lanczos, built in.
     #[default]
     BlockLanczos,
-    /// SLEPc with MUMPS under mpirun, for large parts (docs/slepc.md; builds with the feature slepc only).
+    /// SLEPc with MUMPS under mpirun (docs/slepc.md; only in builds with the feature slepc).
     Slepc,
 }
 

@@ -70,8 +70,8 @@ fn words(command: &str) -> Option<Vec<String>> {
 }
 
 #[cfg(all(test, feature = "slepc"))]
-#[allow(clippy::unwrap_used)]
 mod tests {
+    #![allow(clippy::unwrap_used)]
     use super::words;
 
     #[test]

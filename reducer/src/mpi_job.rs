@@ -285,8 +285,8 @@ fn messages(input: impl Read) -> String {
 }
 
 #[cfg(test)]
-#[allow(clippy::unwrap_used)]
 mod tests {
+    #![allow(clippy::unwrap_used)]
     use super::*;
 
     fn shell(script: &str) -> Vec<OsString> {

@@ -176,8 +176,8 @@ fn read_values(input: &mut impl Read, length: usize, mut take: impl FnMut(f64)) 
 }
 
 #[cfg(test)]
-#[allow(clippy::unwrap_used)]
 mod tests {
+    #![allow(clippy::unwrap_used)]
     use super::*;
     use faer::sparse::Triplet;
 
