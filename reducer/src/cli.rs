@@ -4,7 +4,7 @@ use std::io::{ErrorKind, Write};
 use std::path::PathBuf;
 use std::process::ExitCode;
 
-use clap::{Args, Parser, Subcommand};
+use clap::{Args, Parser, Subcommand, ValueEnum};
 
 use crate::cli_reduce::{self, Outcome};
 use crate::error::Error;
@@ -91,6 +91,25 @@ pub struct ReduceArguments {
     /// Accept loose pieces and mechanisms; their motions become modes of frequency zero.
     #[arg(long)]
     pub allow_loose: bool,
+    /// What finds the modes.
+    #[arg(long, value_name = "NAME", value_enum, default_value_t)]
+    pub eigen_solver: SolverName,
+    /// MPI processes of --eigen-solver slepc.
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..))]
+    pub ranks: Option<u32>,
+    /// Command that starts them; `-n N PROGRAM` is added to it [default: mpirun].
+    #[arg(long, value_name = "COMMAND")]
+    pub mpirun: Option<String>,
+}
+
+/// What finds the modes.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
+pub enum SolverName {
+    /// Block Lanczos, built in.
+    #[default]
+    BlockLanczos,
+    /// SLEPc with MUMPS under mpirun (docs/slepc.md; only in builds with the feature slepc).
+    Slepc,
 }
 
 /// What is verified, and against what.

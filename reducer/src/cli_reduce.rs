@@ -12,12 +12,15 @@ use dcb_formats::dcb::{
 use serde_json::json;
 
 use crate::cli::{CommonArguments, ReduceArguments, print_to_stderr};
+use crate::cli_eigen_solver::eigen_solver;
 use crate::error::Error;
 use crate::inspect::hertz;
 use crate::plausibility::si_factor;
 use crate::summary::{quality_lines, summary};
 use crate::timing::{Display, StageClock, StageTime};
-use crate::{Grounding, InterfaceModes, LoosePieces, ModeSelection, Reduction, reduce};
+use crate::{
+    EigenSolver, Grounding, InterfaceModes, LoosePieces, ModeSelection, Reduction, reduce,
+};
 
 /// Modes kept where nothing is said.
 const DEFAULT_MODES: usize = 20;
@@ -70,12 +73,14 @@ fn default_output(stiffness: &Path) -> PathBuf {
     PathBuf::from(name)
 }
 
-/// Removes the unfinished file and ends with status 130 when the user interrupts.
+/// Ends what was started, removes what is unfinished and ends with status 130 when the user interrupts.
 fn clean_up_on_interrupt(target: &Path) {
     let partial = partial_path(target);
     // A second handler can't be set (tests call the command twice in one process); the first one serves.
     let _ = ctrlc::set_handler(move || {
         INTERRUPTED.store(true, Ordering::SeqCst);
+        #[cfg(feature = "slepc")]
+        crate::mpi_job::end_all();
         let _ = std::fs::remove_file(&partial);
         let so_far = if WRITTEN.load(Ordering::SeqCst) {
             "the superelement is complete"
@@ -95,6 +100,7 @@ pub fn run(arguments: &ReduceArguments, common: &CommonArguments) -> Result<Outc
     let Some(stiffness) = &arguments.stiffness else {
         return Err(Error::Component("no stiffness matrix given".into()));
     };
+    let eigen_solver = eigen_solver(arguments)?;
     let target = arguments
         .output
         .clone()
@@ -143,6 +149,7 @@ pub fn run(arguments: &ReduceArguments, common: &CommonArguments) -> Result<Outc
         } else {
             LoosePieces::Refuse
         },
+        eigen_solver,
     };
     let mut reduced =
         reduce(&component, &options, &mut clock).map_err(|error| naming_the_file(error, &files))?;
@@ -294,7 +301,7 @@ fn options_as_json(arguments: &ReduceArguments, options: &Reduction) -> serde_js
         ModeSelection::Lowest(count) => json!({ "lowest": count }),
         ModeSelection::Below { eigenvalue } => json!({ "below_eigenvalue": eigenvalue }),
     };
-    json!({
+    let mut json = json!({
         "modes": modes,
         "max_frequency_hz": arguments.max_frequency,
         "interface_modes": arguments.interface_modes,
@@ -302,7 +309,11 @@ fn options_as_json(arguments: &ReduceArguments, options: &Reduction) -> serde_js
         "allow_loose": arguments.allow_loose,
         "without_fields": arguments.without_fields,
         "compress": arguments.compress,
-    })
+    });
+    if options.eigen_solver != EigenSolver::BlockLanczos {
+        json["eigen_solver"] = json!({ "slepc": { "ranks": arguments.ranks } });
+    }
+    json
 }
 
 fn write_timings(path: &Path, stages: &[StageTime]) -> Result<(), Error> {

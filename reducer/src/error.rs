@@ -72,6 +72,19 @@ pub enum Error {
         /// Relative tolerance.
         tolerance: f64,
     },
+    /// A program that another eigensolver needs can't be started.
+    #[cfg(feature = "slepc")]
+    #[error("slepc: cannot start {program}: {source}; docs/slepc.md says what is needed")]
+    CannotStart {
+        /// The program.
+        program: String,
+        /// The system's answer.
+        source: std::io::Error,
+    },
+    /// Another eigensolver failed.
+    #[cfg(feature = "slepc")]
+    #[error("slepc: {0}")]
+    EigenSolver(String),
     /// A dense eigenvalue problem failed, which only non-finite numbers cause.
     #[error("{what}: numbers overflowed; check the units of the matrices")]
     NotFinite {
@@ -83,6 +96,11 @@ pub enum Error {
 impl Error {
     /// Whether the input is to blame (exit status 2) rather than the numerics (exit status 1).
     pub fn is_unusable_input(&self) -> bool {
-        matches!(self, Self::Component(_) | Self::File(_))
+        match self {
+            Self::Component(_) | Self::File(_) => true,
+            #[cfg(feature = "slepc")]
+            Self::CannotStart { .. } => true,
+            _ => false,
+        }
     }
 }

@@ -116,10 +116,8 @@ impl FreeModes {
             let pairs = lanczos.ritz_pairs()?;
             let available = pairs.eigenvalues.len();
             // Where a multiple root ends shows only on converged values: two beyond the last kept one.
-            let kept = extended_to_gap(
-                &pairs,
-                search.wanted.max(motions_without_energy(&pairs, shift)),
-            );
+            let without_energy = motions_without_energy(&pairs.eigenvalues, shift);
+            let kept = extended_to_gap(&pairs.eigenvalues, search.wanted.max(without_energy));
             let needed = (kept + 2).min(available);
             let converged = pairs
                 .residuals
@@ -181,7 +179,20 @@ impl FreeModes {
         // A few further vectors keep the last wanted ones clean and tell where the spectrum goes on.
         let subspace = (kept + 2).min(pairs.eigenvalues.len());
         let first_guess = lanczos.ritz_vectors(pairs, subspace);
-        let mut x = lanczos.polish(first_guess.as_ref());
+        let x = lanczos.polish(first_guess.as_ref());
+        Self::of_subspace(model, rigid, x, kept, wanted, iterations)
+    }
+
+    /// Rayleigh–Ritz and the fixed basis rule on a polished subspace: the `kept` lowest pairs and a few further ones, all
+    /// without rigid motion.
+    pub(crate) fn of_subspace(
+        model: &Model,
+        rigid: &RigidBodyModes,
+        mut x: Mat<f64>,
+        kept: usize,
+        wanted: usize,
+        iterations: usize,
+    ) -> Result<Self, Error> {
         // Columns brought to comparable size before the small eigenproblem.
         for (j, norm) in mass_norms(&model.mass, x.as_ref()).into_iter().enumerate() {
             x.as_mut()
@@ -249,7 +260,7 @@ impl FreeModes {
     }
 
     /// Modes whose residual is above both limits.
-    fn unconverged(&self) -> impl Iterator<Item = usize> {
+    pub(crate) fn unconverged(&self) -> impl Iterator<Item = usize> {
         (0..self.count())
             .filter(|j| !residual_is_accepted(self.residuals[*j], self.residual_roundings[*j]))
     }
@@ -269,17 +280,15 @@ impl FreeModes {
 
 /// Values that can't be told from zero beside the shift. They are kept whatever is wanted: static flexibility exists only
 /// in the complement of every motion without energy.
-fn motions_without_energy(pairs: &RitzPairs, shift: f64) -> usize {
-    pairs
-        .eigenvalues
+pub(crate) fn motions_without_energy(eigenvalues: &[f64], shift: f64) -> usize {
+    eigenvalues
         .iter()
         .take_while(|lambda| **lambda < ZERO_BESIDE_SHIFT * shift)
         .count()
 }
 
 /// `wanted`, raised until the next eigenvalue is separated by more than [`CLUSTER_TOLERANCE`].
-fn extended_to_gap(pairs: &RitzPairs, wanted: usize) -> usize {
-    let lambda = &pairs.eigenvalues;
+pub(crate) fn extended_to_gap(lambda: &[f64], wanted: usize) -> usize {
     let mut kept = wanted.min(lambda.len());
     while kept > 0
         && kept < lambda.len()

@@ -8,11 +8,13 @@ pub mod assemble;
 pub mod attachment;
 pub mod block_algebra;
 pub mod cli;
+pub mod cli_eigen_solver;
 pub mod cli_reduce;
 pub mod compare;
 pub mod condensation;
 pub mod dependency;
 pub mod diagnosis;
+pub mod eigen_solver;
 pub mod error;
 pub mod factorization;
 pub mod frame;
@@ -23,10 +25,14 @@ pub mod interface_reduction;
 pub mod invariants;
 pub mod lanczos;
 pub mod localization;
+#[cfg(feature = "slepc")]
+pub mod mpi_job;
 pub mod multifrontal;
 pub mod multiplet;
 pub mod observer;
 pub mod ordering;
+#[cfg(feature = "slepc")]
+pub mod petsc_binary;
 pub mod plausibility;
 pub mod quality;
 pub mod residual;
@@ -34,6 +40,8 @@ pub mod residual_filter;
 pub mod rigid_body;
 pub mod scientific;
 pub mod shift;
+#[cfg(feature = "slepc")]
+pub mod slepc;
 pub mod summary;
 pub mod surface;
 pub mod timing;
@@ -49,6 +57,7 @@ use faer::Mat;
 use crate::condensation::Model;
 use crate::diagnosis::Support;
 pub use crate::diagnosis::{Grounding, LoosePieces};
+pub use crate::eigen_solver::EigenSolver;
 pub use crate::error::Error;
 use crate::factorization::SymmetricFactor;
 use crate::free_modes::{FreeModes, Search};
@@ -77,7 +86,7 @@ pub enum ModeSelection {
 }
 
 /// What to do.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct Reduction {
     /// Modes to keep.
     pub modes: ModeSelection,
@@ -87,6 +96,8 @@ pub struct Reduction {
     pub grounding: Grounding,
     /// What to do with loose pieces and mechanisms.
     pub loose_pieces: LoosePieces,
+    /// What finds the modes.
+    pub eigen_solver: EigenSolver,
 }
 
 impl Reduction {
@@ -97,6 +108,7 @@ impl Reduction {
             interface_modes: InterfaceModes::All,
             grounding: Grounding::Refuse,
             loose_pieces: LoosePieces::Refuse,
+            eigen_solver: EigenSolver::BlockLanczos,
         }
     }
 }
@@ -239,7 +251,7 @@ fn modes_and_residual(
         };
         observer.begin(Stage::Modes);
         missed += last_count.map_or(0, |sturm| sturm.counted.saturating_sub(sturm.found));
-        let modes = FreeModes::compute(
+        let modes = options.eigen_solver.free_modes(
             model,
             rigid,
             &positive,

@@ -25,7 +25,9 @@ use crate::summary::quality_lines;
 use crate::verify::{AGREEMENT, Findings};
 use crate::verify_interfaces::{check_interface_reduction, reported_reduction};
 use crate::verify_layout::{check_mass_properties, has_same_layout};
-use crate::{Grounding, InterfaceModes, LoosePieces, ModeSelection, Reduction, reduce};
+use crate::{
+    EigenSolver, Grounding, InterfaceModes, LoosePieces, ModeSelection, Reduction, reduce,
+};
 
 /// Modes found twice agree only as closely as their residuals allow, a pair of close ones less.
 pub const SHAPE_AGREEMENT: f64 = 1e-6;
@@ -343,6 +345,7 @@ fn check_by_reduction(
         } else {
             LoosePieces::Refuse
         },
+        eigen_solver: EigenSolver::BlockLanczos,
     };
     let again = reduce(component, &options, &mut ())?.superelement;
     let same = again.mode_count() == element.mode_count() && again.rows.len() == element.rows.len();

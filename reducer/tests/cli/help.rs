@@ -45,6 +45,9 @@ fn help_names_every_option_of_a_reduction() {
         "--threads",
         "--allow-grounded",
         "--allow-loose",
+        "--eigen-solver",
+        "--ranks",
+        "--mpirun",
     ] {
         assert!(shown.contains(option), "{option} is missing");
     }
@@ -92,4 +95,13 @@ fn slips_on_the_command_line_are_refused() {
     ] {
         folder.refused(arguments, &[says]);
     }
+}
+
+#[cfg(not(feature = "slepc"))]
+#[test]
+fn a_build_without_slepc_says_so() {
+    let folder = Folder::rotor();
+    let says = ["built without the feature slepc", "--features slepc"];
+    folder.refused("rotor.mtx --eigen-solver slepc --ranks 2", &says);
+    folder.refused("rotor.mtx --ranks 2", &["--eigen-solver slepc"]);
 }

@@ -1,0 +1,43 @@
+//! What finds the free modes. Whatever it is, the sharpening, the residuals and the eigenvalue count afterwards are the same.
+
+use crate::condensation::Model;
+use crate::error::Error;
+use crate::factorization::PositiveFactor;
+use crate::free_modes::{FreeModes, Search};
+use crate::observer::Observer;
+use crate::rigid_body::RigidBodyModes;
+#[cfg(feature = "slepc")]
+use crate::slepc::SlepcRun;
+
+/// What finds the free modes.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub enum EigenSolver {
+    /// Block Lanczos with the factorization that the attachments use too ([`crate::lanczos`]).
+    #[default]
+    BlockLanczos,
+    /// SLEPc with MUMPS on MPI processes.
+    #[cfg(feature = "slepc")]
+    Slepc(SlepcRun),
+}
+
+impl EigenSolver {
+    /// Finds the lowest modes.
+    ///
+    /// # Errors
+    /// Those of [`FreeModes::compute`], or of the other solver.
+    pub fn free_modes(
+        &self,
+        model: &Model,
+        rigid: &RigidBodyModes,
+        factor: &PositiveFactor,
+        shift: f64,
+        search: Search,
+        observer: &mut dyn Observer,
+    ) -> Result<FreeModes, Error> {
+        match self {
+            Self::BlockLanczos => FreeModes::compute(model, rigid, factor, shift, search, observer),
+            #[cfg(feature = "slepc")]
+            Self::Slepc(run) => run.free_modes(model, rigid, factor, shift, search, observer),
+        }
+    }
+}
