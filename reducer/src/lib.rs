@@ -10,6 +10,7 @@ pub mod block_algebra;
 pub mod cli;
 pub mod cli_eigen_solver;
 pub mod cli_reduce;
+pub mod column_products;
 pub mod compare;
 pub mod condensation;
 pub mod dependency;

@@ -4,6 +4,8 @@
 //! of an explicit boundary come last. Directions are those of the component's axes. A rigid interface's rows select the
 //! coordinates of the frame that [`crate::condensation`] puts in place of its nodes, so rows here are over *model* dofs.
 
+use std::ops::Range;
+
 use dcb_formats::Component;
 use dcb_formats::component::{Interface, InterfaceKind, Role, Weights};
 use dcb_formats::mesh::Direction;
@@ -117,12 +119,13 @@ impl Localization {
         }
     }
 
-    /// `L_bᵀ` as dense columns over the model's dofs, (n, n_b); columns of output rows are zero.
-    pub fn attachment_columns(&self, model_dofs: usize) -> Mat<f64> {
-        let mut columns = Mat::zeros(model_dofs, self.len());
-        for row in (0..self.len()).filter(|row| self.is_attachment(*row)) {
+    /// Some rows' columns of `L_bᵀ` over the model's dofs, (n, count); columns of output rows are zero.
+    pub fn attachment_columns(&self, model_dofs: usize, rows: Range<usize>) -> Mat<f64> {
+        let mut columns = Mat::zeros(model_dofs, rows.len());
+        let first = rows.start;
+        for row in rows.filter(|row| self.is_attachment(*row)) {
             for (dof, value) in &self.rows[row].coefficients {
-                columns[(*dof as usize, row)] = *value;
+                columns[(*dof as usize, row - first)] = *value;
             }
         }
         columns

@@ -6,8 +6,9 @@
 
 use faer::Mat;
 
-use crate::attachment::{AttachmentForces, Complement, SolvedColumns, residual_limit};
-use crate::block_algebra::{gram, symmetric_product, symmetrized};
+use crate::attachment::{AttachmentProblem, SolvedColumns, residual_limit};
+use crate::block_algebra::symmetrized;
+use crate::column_products::{StiffnessProducts, mass_products};
 use crate::condensation::Model;
 use crate::dependency::{Dependency, dependencies};
 use crate::error::Error;
@@ -24,8 +25,8 @@ use crate::rigid_body::RigidBodyModes;
 pub struct ResidualFlexibility {
     /// G_res L_bᵀ over the model's dofs, (n_c, n_b).
     pub shapes: Mat<f64>,
-    /// M G_res L_bᵀ, (n_c, n_b).
-    pub mass_shapes: Mat<f64>,
+    /// (G_res L_bᵀ)ᵀ K G_res L_bᵀ and Φᵀ K G_res L_bᵀ, for the report.
+    pub stiffness: StiffnessProducts,
     /// F_res, (n_b, n_b).
     pub flexibility: Mat<f64>,
     /// M_res, (n_b, n_b).
@@ -70,13 +71,13 @@ struct RowKinds {
 }
 
 impl RowKinds {
-    fn of(localization: &Localization, forces: &AttachmentForces) -> Self {
+    fn of(localization: &Localization, solved: &SolvedColumns) -> Self {
         let elastic: Vec<bool> = (0..localization.len())
-            .map(|i| localization.is_attachment(i) && !forces.inert[i])
+            .map(|i| localization.is_attachment(i) && !solved.inert[i])
             .collect();
         let open = elastic
             .iter()
-            .zip(&forces.spent)
+            .zip(&solved.spent)
             .map(|(elastic, spent)| *elastic && !spent)
             .collect();
         Self { elastic, open }
@@ -96,21 +97,20 @@ impl ResidualFlexibility {
         factor: &PositiveFactor,
         observer: &mut dyn Observer,
     ) -> Result<Self, Error> {
-        let complement = Complement::of(rigid, modes);
-        let forces = AttachmentForces::of(model, localization, &complement, rigid.length);
-        let solved = forces.solve(model, &complement, factor, observer);
-        if let Some((row, residual, rounding)) = solved
-            .worst()
-            .filter(|(_, r, rounding)| *r > residual_limit(*rounding))
+        let problem = AttachmentProblem::new(model, localization, rigid, modes);
+        let solved = problem.solve(factor, observer);
+        if let Some(worst) = solved
+            .worst
+            .filter(|worst| worst.residual > residual_limit(worst.rounding))
         {
             return Err(Error::AttachmentsNotConverged {
-                residual,
+                residual: worst.residual,
                 iterations: solved.iterations,
-                tolerance: residual_limit(rounding),
-                row: localization.row_name(row),
+                tolerance: residual_limit(worst.rounding),
+                row: localization.row_name(worst.row),
             });
         }
-        Self::from_columns(model, localization, modes, &forces, solved)
+        Self::from_columns(model, localization, modes, solved)
     }
 
     /// What given columns X = G_res L_bᵀ amount to, with the residual that they leave in K X = P' L_bᵀ.
@@ -124,25 +124,23 @@ impl ResidualFlexibility {
         modes: &FreeModes,
         columns: Mat<f64>,
     ) -> Result<Self, Error> {
-        let complement = Complement::of(rigid, modes);
-        let forces = AttachmentForces::of(model, localization, &complement, rigid.length);
-        let solved = forces.judge(model, &complement, columns);
-        Self::from_columns(model, localization, modes, &forces, solved)
+        let problem = AttachmentProblem::new(model, localization, rigid, modes);
+        Self::from_columns(model, localization, modes, problem.judge(columns))
     }
 
     fn from_columns(
         model: &Model,
         localization: &Localization,
         modes: &FreeModes,
-        forces: &AttachmentForces,
         solved: SolvedColumns,
     ) -> Result<Self, Error> {
         let (residual, residual_rounding) = solved
-            .worst()
-            .map_or((0.0, 0.0), |(_, residual, rounding)| (residual, rounding));
+            .worst
+            .map_or((0.0, 0.0), |worst| (worst.residual, worst.rounding));
         let iterations = solved.iterations;
-        let rows = RowKinds::of(localization, forces);
-        let made = Self::assemble(model, localization, modes, rows, solved.columns)?;
+        let rows = RowKinds::of(localization, &solved);
+        let (columns, stiffness) = (solved.columns, solved.stiffness);
+        let made = Self::assemble(model, localization, modes, rows, columns, stiffness)?;
         Ok(Self {
             dependencies: dependencies(&made.flexibility0, localization),
             residual,
@@ -188,7 +186,9 @@ impl ResidualFlexibility {
         modes: &FreeModes,
         shapes: Mat<f64>,
     ) -> Result<Self, Error> {
-        let made = Self::assemble(model, localization, modes, self.rows, shapes)?;
+        let stiffness =
+            StiffnessProducts::of(&model.stiffness, modes.shapes.as_ref(), shapes.as_ref());
+        let made = Self::assemble(model, localization, modes, self.rows, shapes, stiffness)?;
         Ok(Self {
             residual: self.residual,
             residual_rounding: self.residual_rounding,
@@ -206,9 +206,9 @@ impl ResidualFlexibility {
         modes: &FreeModes,
         rows: RowKinds,
         shapes: Mat<f64>,
+        stiffness: StiffnessProducts,
     ) -> Result<Self, Error> {
         let n_b = localization.len();
-        let mass_shapes = symmetric_product(&model.mass, shapes.as_ref());
         let at_interfaces = localization.apply(shapes.as_ref());
         let raw = Mat::from_fn(n_b, n_b, |i, j| {
             if rows.open[i] && rows.open[j] {
@@ -219,7 +219,7 @@ impl ResidualFlexibility {
         });
         let has_outputs = (0..n_b).any(|row| !localization.is_attachment(row));
         let flexibility = symmetrized(raw.as_ref());
-        let mass = symmetrized(gram(shapes.as_ref(), mass_shapes.as_ref()).as_ref());
+        let mass = mass_products(&model.mass, shapes.as_ref());
         // With no mode kept: G = Φ Ω⁻² Φᵀ + G_res over the kept elastic modes.
         let seen = localization.apply(modes.shapes.as_ref());
         let with_modes = |base: &Mat<f64>, power: i32| {
@@ -238,7 +238,7 @@ impl ResidualFlexibility {
         let filter = Filter::of(&flexibility, &mass, &flexibility0, &mass0)?;
         Ok(Self {
             shapes,
-            mass_shapes,
+            stiffness,
             mass,
             output_shapes: has_outputs.then_some(at_interfaces),
             dependencies: Vec::new(),

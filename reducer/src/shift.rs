@@ -17,7 +17,7 @@ use crate::rigid_body::RigidBodyModes;
 
 /// Shift σ of the factorized K + σ M as a fraction of the estimated first elastic eigenvalue: small enough that the
 /// first modes dominate, large enough that K + σ M is far from singular.
-const SHIFT_FRACTION: f64 = 0.05;
+const SHIFT_FRACTION: f64 = 1e-5;
 /// The shift stays this many times above what rounding does to a rigid motion's eigenvalue,
 const SHIFT_OVER_ROUNDING: f64 = 1e4;
 /// and this many times above what entries known to few digits do.

@@ -45,8 +45,9 @@ fn simulation_reproduces_the_published_solution() {
         let fine = simulated(1.0, method, 200_000);
         let errors = relative(&fine.positions, &PUBLISHED);
         assert_within(&errors, &[2e-9, 5e-9, 3e-7, 3e-6, 2e-5, 5e-5]);
-        // Rounding of the positions over h², which is what index-3 forces of such short steps consist of in the end.
-        assert_within(&relative(&fine.forces, &PUBLISHED_FORCES), &[2e-3; 3]);
+        // Rounding of the positions over h², which is what index-3 forces of such short steps consist of in the end: 1e-3 to
+        // 3e-3, depending on the machine's instructions.
+        assert_within(&relative(&fine.forces, &PUBLISHED_FORCES), &[6e-3; 3]);
         let ratio = relative(&coarse.positions, &PUBLISHED)[3] / errors[3];
         assert!((3.2..4.8).contains(&ratio), "error of q2 fell by {ratio}");
     }
