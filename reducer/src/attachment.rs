@@ -6,6 +6,7 @@
 //! the way, because the factor enlarges what rounding leaves of them. The columns are solved in blocks: nothing but X itself is ever as wide as L_bᵀ.
 
 use faer::{Mat, MatRef};
+use rayon::prelude::*;
 
 use crate::block_algebra::{
     absolute_product, add_combination, column_dots, combination, gram, symmetric_product,
@@ -226,12 +227,13 @@ impl<'a> AttachmentProblem<'a> {
     /// f - K x without its rigid part, which no x can change.
     fn remainder(&self, forces: &Forces, product: Mat<f64>) -> Mat<f64> {
         let mut left = product;
-        for j in 0..left.ncols() {
-            let forces = forces.columns.col(j);
-            for (left, force) in left.as_mut().col_mut(j).iter_mut().zip(forces.iter()) {
-                *left = force - *left;
-            }
-        }
+        left.par_col_iter_mut()
+            .zip(forces.columns.par_col_iter())
+            .for_each(|(left, forces)| {
+                for (left, force) in left.iter_mut().zip(forces.iter()) {
+                    *left = force - *left;
+                }
+            });
         self.project_force(&mut left);
         left
     }
@@ -379,14 +381,14 @@ impl<'a> AttachmentProblem<'a> {
 
 /// y += sign · factorⱼ p, column by column.
 fn add_scaled(y: &mut Mat<f64>, factors: &[f64], p: &Mat<f64>, sign: f64) {
-    for (j, factor) in factors.iter().enumerate() {
-        let source = p.col(j);
-        y.as_mut()
-            .col_mut(j)
-            .iter_mut()
-            .zip(source.iter())
-            .for_each(|(y, p)| *y += sign * factor * p);
-    }
+    y.par_col_iter_mut()
+        .zip(p.par_col_iter())
+        .zip(factors)
+        .for_each(|((y, p), factor)| {
+            for (y, p) in y.iter_mut().zip(p.iter()) {
+                *y += sign * factor * p;
+            }
+        });
 }
 
 /// Ratios; 0 where there is nothing to divide by.
@@ -403,14 +405,10 @@ pub fn residual_limit(rounding: f64) -> f64 {
 }
 
 fn weighted_norms(x: MatRef<'_, f64>, weights: &[f64]) -> Vec<f64> {
-    x.col_iter()
+    x.par_col_iter()
         .map(|column| {
-            column
-                .iter()
-                .zip(weights)
-                .map(|(value, w)| (value * w) * (value * w))
-                .sum::<f64>()
-                .sqrt()
+            let weighted = column.iter().zip(weights).map(|(value, w)| value * w);
+            weighted.map(|value| value * value).sum::<f64>().sqrt()
         })
         .collect()
 }

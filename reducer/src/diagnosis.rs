@@ -12,7 +12,7 @@ use crate::factorization::{NotPositive, SymmetricFactor};
 use crate::free_modes::ZERO_OVER_ROUNDING;
 use crate::lanczos::Lanczos;
 use crate::rigid_body::{RigidBodyModes, StiffnessDefects};
-use crate::shift::{SpectrumScale, absolute_energies};
+use crate::shift::{AbsoluteForces, SpectrumScale};
 
 /// Largest max|K r| / (max row sum |K| · max|r|) of a rigid motion that is not worth a word. Double-precision exports give
 /// 1e-16 to 1e-12.
@@ -292,7 +292,7 @@ fn nullity(
     let candidates = pairs.eigenvalues.len().min(3 * block);
     let vectors = lanczos.polish(lanczos.ritz_vectors(&pairs, candidates).as_ref());
     let forces = symmetric_product(&model.stiffness, vectors.as_ref());
-    let absolute = absolute_energies(&model.stiffness, vectors.as_ref());
+    let absolute = AbsoluteForces::of(&model.stiffness, vectors.as_ref()).energies;
     let energies = column_dots(vectors.as_ref(), forces.as_ref());
     let is_zero = |j: &usize| energies[*j] < ZERO_OVER_ROUNDING * f64::EPSILON * absolute[*j];
     Ok((0..candidates).filter(is_zero).count())

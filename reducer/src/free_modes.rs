@@ -8,8 +8,7 @@ use dcb_formats::SparseMatrix;
 use faer::{Mat, MatRef};
 
 use crate::block_algebra::{
-    absolute_product, column_dots, column_norms, combination, gram, symmetric_eigen,
-    symmetric_product, symmetrized,
+    column_norms, combination, gram, symmetric_eigen, symmetric_product, symmetrized,
 };
 use crate::condensation::Model;
 use crate::error::Error;
@@ -18,7 +17,7 @@ use crate::lanczos::{Lanczos, RitzPairs};
 use crate::multiplet::{canonical_basis, clusters};
 use crate::observer::Observer;
 use crate::rigid_body::RigidBodyModes;
-use crate::shift::absolute_energies;
+use crate::shift::AbsoluteForces;
 
 /// Two eigenvalues closer than this, relatively, are one multiple root that is never cut. Meshes of symmetric parts
 /// split a double root by rounding only (1e-9 and less), nearly double roots of slightly unsymmetric meshes by 1e-4 and more.
@@ -188,20 +187,14 @@ impl FreeModes {
     pub(crate) fn of_subspace(
         model: &Model,
         rigid: &RigidBodyModes,
-        mut x: Mat<f64>,
+        x: Mat<f64>,
         kept: usize,
         wanted: usize,
         iterations: usize,
     ) -> Result<Self, Error> {
-        // Columns brought to comparable size before the small eigenproblem.
-        for (j, norm) in mass_norms(&model.mass, x.as_ref()).into_iter().enumerate() {
-            x.as_mut()
-                .col_mut(j)
-                .iter_mut()
-                .for_each(|entry| *entry /= norm);
-        }
-        let (eigenvalues, x) = rayleigh_ritz(model, x.as_ref())?;
-        let absolute = absolute_energies(&model.stiffness, x.as_ref());
+        let (eigenvalues, x) = rayleigh_ritz(model, x)?;
+        let bounds = AbsoluteForces::of(&model.stiffness, x.as_ref().subcols(0, kept));
+        let absolute = &bounds.energies;
         let precision = rigid.stiffness_precision;
         let zero = (ZERO_OVER_ROUNDING * f64::EPSILON).max(ZERO_OVER_PRECISION * precision);
         if let Some(j) = (0..kept).find(|j| eigenvalues[*j] < -zero * absolute[*j]) {
@@ -229,6 +222,7 @@ impl FreeModes {
             mass_shapes.as_ref(),
             &eigenvalues,
             zero_count,
+            &bounds.norms,
             precision,
         );
         let eigenvalue_roundings = (0..kept)
@@ -300,29 +294,34 @@ pub(crate) fn extended_to_gap(lambda: &[f64], wanted: usize) -> usize {
 }
 
 /// Eigenpairs of (XᵀKX, XᵀMX), ascending, M-orthonormal.
-fn rayleigh_ritz(model: &Model, x: MatRef<'_, f64>) -> Result<(Vec<f64>, Mat<f64>), Error> {
+fn rayleigh_ritz(model: &Model, x: Mat<f64>) -> Result<(Vec<f64>, Mat<f64>), Error> {
     let failed = || Error::NotFinite {
         what: "the Rayleigh–Ritz step",
     };
-    let mut x = x.to_owned();
-    // Orthonormalised twice: the second time removes what rounding left of the first.
+    let mut mass_x = symmetric_product(&model.mass, x.as_ref());
+    let mut x = x;
+    // Orthonormalised twice: the second time removes what rounding left of the first. M x turns with x.
     for _ in 0..2 {
-        let mass = symmetrized(
-            gram(
-                x.as_ref(),
-                symmetric_product(&model.mass, x.as_ref()).as_ref(),
-            )
-            .as_ref(),
-        );
-        let (values, vectors) = symmetric_eigen(mass.as_ref()).ok_or_else(failed)?;
+        let mass = symmetrized(gram(x.as_ref(), mass_x.as_ref()).as_ref());
+        // Columns of comparable size before the small eigenproblem.
+        let sizes: Vec<f64> = (0..mass.ncols())
+            .map(|j| mass[(j, j)].max(0.0).sqrt())
+            .map(|size| if size > 0.0 { size } else { 1.0 })
+            .collect();
+        let scaled = Mat::from_fn(mass.nrows(), mass.ncols(), |i, j| {
+            mass[(i, j)] / (sizes[i] * sizes[j])
+        });
+        let (values, vectors) = symmetric_eigen(scaled.as_ref()).ok_or_else(failed)?;
         if values.first().is_some_and(|value| *value <= 0.0) {
             return Err(failed());
         }
-        let scaled = Mat::from_fn(vectors.nrows(), vectors.ncols(), |i, j| {
-            vectors[(i, j)] / values[j].sqrt()
+        let turn = Mat::from_fn(vectors.nrows(), vectors.ncols(), |i, j| {
+            vectors[(i, j)] / (sizes[i] * values[j].sqrt())
         });
-        x = combination(x.as_ref(), scaled.as_ref());
+        x = combination(x.as_ref(), turn.as_ref());
+        mass_x = combination(mass_x.as_ref(), turn.as_ref());
     }
+    drop(mass_x);
     let stiffness = symmetrized(
         gram(
             x.as_ref(),
@@ -334,36 +333,32 @@ fn rayleigh_ritz(model: &Model, x: MatRef<'_, f64>) -> Result<(Vec<f64>, Mat<f64
     Ok((values, combination(x.as_ref(), vectors.as_ref())))
 }
 
-fn mass_norms(mass: &SparseMatrix, x: MatRef<'_, f64>) -> Vec<f64> {
-    let mass_x = symmetric_product(mass, x);
-    column_dots(x, mass_x.as_ref())
-        .into_iter()
-        .map(|square| if square > 0.0 { square.sqrt() } else { 1.0 })
-        .collect()
-}
-
 /// Whether a mode's residual is as small as it should be, or as rounding allows.
 pub fn residual_is_accepted(residual: f64, rounding: f64) -> bool {
     residual <= RESIDUAL_TOLERANCE.max(RESIDUAL_OVER_ROUNDING * rounding)
 }
 
-/// ‖K φ - ω² M φ‖ / ‖K φ‖ per column, and the part of it that the precision ε of K's entries explains, ε ‖|K| |φ|‖ / ‖K φ‖.
+/// ‖K φ - ω² M φ‖ / ‖K φ‖ per column, and the part of it that the precision ε of K's entries explains, ε ‖|K| |φ|‖ / ‖K φ‖, from
+/// the norms of |K| |φ|.
 pub fn residuals(
     stiffness: &SparseMatrix,
     shapes: MatRef<'_, f64>,
     mass_shapes: MatRef<'_, f64>,
     eigenvalues: &[f64],
     zero_count: usize,
+    absolute_norms: &[f64],
     precision: f64,
 ) -> (Vec<f64>, Vec<f64>) {
-    let forces = symmetric_product(stiffness, shapes);
+    let mut forces = symmetric_product(stiffness, shapes);
     let norms = column_norms(forces.as_ref());
-    let difference = Mat::from_fn(forces.nrows(), forces.ncols(), |i, j| {
-        forces[(i, j)] - eigenvalues[j] * mass_shapes[(i, j)]
-    });
-    let absolute = absolute_product(stiffness, shapes);
-    let relative = |block: &Mat<f64>, factor: f64| {
-        let mut ratios: Vec<f64> = column_norms(block.as_ref())
+    for (j, eigenvalue) in eigenvalues.iter().enumerate() {
+        let inertia = mass_shapes.col(j).iter();
+        for (force, inertia) in forces.as_mut().col_mut(j).iter_mut().zip(inertia) {
+            *force -= eigenvalue * inertia;
+        }
+    }
+    let relative = |sizes: &[f64], factor: f64| {
+        let mut ratios: Vec<f64> = sizes
             .iter()
             .zip(&norms)
             .map(|(value, norm)| factor * value / norm.max(f64::MIN_POSITIVE))
@@ -371,7 +366,8 @@ pub fn residuals(
         ratios[..zero_count].fill(0.0);
         ratios
     };
-    (relative(&difference, 1.0), relative(&absolute, precision))
+    let left = column_norms(forces.as_ref());
+    (relative(&left, 1.0), relative(absolute_norms, precision))
 }
 
 /// The dof that moves most.

@@ -6,5 +6,6 @@ use std::process::ExitCode;
 static ALLOCATOR: dcb_reducer::huge_pages::HugePages = dcb_reducer::huge_pages::HugePages;
 
 fn main() -> ExitCode {
+    dcb_reducer::huge_pages::keep_freed_memory();
     dcb_reducer::cli::main()
 }

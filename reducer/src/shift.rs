@@ -8,9 +8,10 @@
 use dcb_formats::SparseMatrix;
 use dcb_formats::mesh::Dimension;
 use faer::{Mat, MatRef};
+use rayon::prelude::*;
 
 use crate::block_algebra::{
-    absolute_product, combination, gram, symmetric_eigen, symmetric_product,
+    absolute_product, column_norms, combination, gram, symmetric_eigen, symmetric_product,
 };
 use crate::condensation::Model;
 use crate::rigid_body::RigidBodyModes;
@@ -45,7 +46,7 @@ impl SpectrumScale {
         let mut fields = quadratic_fields(model, dimension, centre, rigid.length);
         rigid.project_out(&mut fields);
         let first_elastic = lowest_ritz_value(model, fields.as_ref()).unwrap_or(0.0);
-        let energies = absolute_energies(&model.stiffness, rigid.shapes.as_ref());
+        let energies = AbsoluteForces::of(&model.stiffness, rigid.shapes.as_ref()).energies;
         let largest = energies.into_iter().fold(0.0, f64::max);
         // A larger defect is not a matter of digits: the part is held, or the mesh is another's.
         let precision = match rigid.stiffness_precision {
@@ -66,18 +67,27 @@ impl SpectrumScale {
     }
 }
 
-/// `|x|ᵀ |K| |x|` of each column: times machine precision, the rounding in `xᵀ K x`.
-pub fn absolute_energies(stiffness: &SparseMatrix, x: MatRef<'_, f64>) -> Vec<f64> {
-    let forces = absolute_product(stiffness, x);
-    (0..x.ncols())
-        .map(|j| {
-            x.col(j)
-                .iter()
-                .zip(forces.col(j).iter())
-                .map(|(x, f)| x.abs() * f)
-                .sum()
-        })
-        .collect()
+/// |K| |x| of each column: times machine precision, a bound of the rounding in K x.
+pub struct AbsoluteForces {
+    /// `|x|ᵀ |K| |x|`: times machine precision, the rounding in `xᵀ K x`.
+    pub energies: Vec<f64>,
+    /// ‖|K| |x|‖.
+    pub norms: Vec<f64>,
+}
+
+impl AbsoluteForces {
+    /// Of columns x, (n, k).
+    pub fn of(stiffness: &SparseMatrix, x: MatRef<'_, f64>) -> Self {
+        let forces = absolute_product(stiffness, x);
+        let energy = |j: usize| -> f64 {
+            let pairs = x.col(j).iter().zip(forces.col(j).iter());
+            pairs.map(|(x, f)| x.abs() * f).sum()
+        };
+        Self {
+            energies: (0..x.ncols()).into_par_iter().map(energy).collect(),
+            norms: column_norms(forces.as_ref()),
+        }
+    }
 }
 
 /// All displacement fields with one quadratic or linear monomial in one component, with half their curl as rotations.

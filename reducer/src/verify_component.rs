@@ -20,7 +20,7 @@ use crate::localization::Localization;
 use crate::quality::{Quality, Sturm};
 use crate::residual::ResidualFlexibility;
 use crate::rigid_body::{MassProperties, RigidBodyModes};
-use crate::shift::{SpectrumScale, absolute_energies};
+use crate::shift::{AbsoluteForces, SpectrumScale};
 use crate::summary::quality_lines;
 use crate::verify::{AGREEMENT, Findings};
 use crate::verify_interfaces::{check_interface_reduction, reported_reduction};
@@ -157,16 +157,18 @@ fn check_fields(
         .take_while(|value| **value == 0.0)
         .count();
     let mass_shapes = symmetric_product(&model.mass, shapes.as_ref());
+    let absolute = AbsoluteForces::of(&model.stiffness, shapes.as_ref());
     let (mode_residuals, residual_roundings) = residuals(
         &model.stiffness,
         shapes.as_ref(),
         mass_shapes.as_ref(),
         &eigenvalues,
         zero_count,
+        &absolute.norms,
         rigid.stiffness_precision,
     );
-    let energies = absolute_energies(&model.stiffness, shapes.as_ref());
-    let eigenvalue_roundings = energies
+    let eigenvalue_roundings = absolute
+        .energies
         .iter()
         .zip(&eigenvalues)
         .map(|(energy, value)| {

@@ -213,10 +213,10 @@ impl<E: Elimination> Run<'_, E> {
         let fronts = self.fronts;
         let mut outcome = E::Outcome::default();
         let mut workspace = self.workspace();
-        let room = fronts.subtree_stack(root);
-        for stack in &mut workspace.stacks {
+        for (stack, room) in workspace.stacks.iter_mut().zip(fronts.stack_rooms(root)) {
             if stack.len() < room {
-                // Fresh zeros cost nothing until they are touched.
+                // The old one first, so that both are never held.
+                *stack = Vec::new();
                 *stack = vec![0.0; room];
             }
         }

@@ -332,6 +332,23 @@ impl Fronts {
         self.subtree_stack[front]
     }
 
+    /// Entries that the update matrices of fronts of even and of odd depth take at most while one thread eliminates a subtree; the
+    /// root's own is held elsewhere.
+    pub fn stack_rooms(&self, root: usize) -> [usize; 2] {
+        let (mut tops, mut rooms) = ([0_usize; 2], [0_usize; 2]);
+        for front in self.first_descendant(root)..root {
+            let own = self.depth(front) % 2;
+            let children = self.children(front).iter();
+            let handed: usize = children
+                .map(|child| self.update_size(*child as usize).pow(2))
+                .sum();
+            tops[1 - own] -= handed;
+            tops[own] += self.update_size(front).pow(2);
+            rooms[own] = rooms[own].max(tops[own]);
+        }
+        rooms
+    }
+
     /// Bound of the entries of update matrices held at once by so many threads.
     pub fn stack_bound(&self, threads: usize) -> usize {
         let mut bounds = vec![0_usize; self.len()];
