@@ -7,7 +7,7 @@ use faer::linalg::triangular_solve::solve_unit_lower_triangular_in_place;
 use faer::reborrow::*;
 use faer::{Accum, ColMut, Mat, MatMut, Par};
 
-use super::dense::{Panel, subtract_products};
+use super::dense::{Panel, subtract_from_update, subtract_products};
 use super::elimination::{Elimination, NotPositive};
 
 /// Columns within which pivots are chosen.
@@ -68,7 +68,6 @@ impl Elimination for Indefinite {
     ) -> Result<(), NotPositive> {
         let (rows, columns) = (panel.rows, panel.columns);
         let order = rows - columns;
-        let mut update = MatMut::from_column_major_slice_mut(update, order, order);
         let mut whole = panel.as_mut();
         for begin in (0..columns).step_by(BLOCK) {
             let width = BLOCK.min(columns - begin);
@@ -82,14 +81,14 @@ impl Elimination for Indefinite {
             let (scaled, below) = (scaled.as_ref(), below.rb());
             let kept = columns - begin - width;
             let trailing = rest.split_at_row_mut(width).1;
-            subtract_products(trailing, scaled, below, Accum::Add);
+            subtract_products(trailing, scaled, below);
             let accumulate = if begin == 0 {
                 Accum::Replace
             } else {
                 Accum::Add
             };
-            subtract_products(
-                update.rb_mut(),
+            subtract_from_update(
+                update,
                 scaled.subrows(kept, order),
                 below.subrows(kept, order),
                 accumulate,

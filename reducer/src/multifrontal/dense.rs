@@ -16,6 +16,57 @@ const BLOCK: usize = 192;
 /// Columns of an update that are one task, and rows of a triangular solution.
 const CHUNK: usize = 256;
 
+/// How an update matrix of order `n` is stored: its lower triangle by chunks of columns, each from the chunk's first diagonal entry
+/// down, column by column.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct UpdateLayout {
+    /// n.
+    pub order: usize,
+}
+
+impl UpdateLayout {
+    /// Number of entries.
+    pub fn len(self) -> usize {
+        self.chunk_start(self.order.div_ceil(CHUNK))
+    }
+
+    fn chunk_start(self, chunk: usize) -> usize {
+        let whole = chunk.min(self.order / CHUNK);
+        let start = whole * CHUNK * self.order - CHUNK * CHUNK * (whole * whole.max(1) - whole) / 2;
+        if chunk > whole {
+            let width = self.order - whole * CHUNK;
+            start + width * width
+        } else {
+            start
+        }
+    }
+
+    /// Where a column lies, and the row that it starts with.
+    pub fn column(self, column: usize) -> (std::ops::Range<usize>, usize) {
+        let chunk = column / CHUNK;
+        let first = chunk * CHUNK;
+        let rows = self.order - first;
+        let start = self.chunk_start(chunk) + (column - first) * rows;
+        (start..start + rows, first)
+    }
+
+    /// The chunks of an update matrix with the row that each starts with.
+    pub fn chunks(self, update: &mut [f64]) -> Vec<(usize, MatMut<'_, f64>)> {
+        let mut chunks = Vec::with_capacity(self.order.div_ceil(CHUNK));
+        let mut rest = update;
+        for first in (0..self.order).step_by(CHUNK) {
+            let (rows, width) = (self.order - first, CHUNK.min(self.order - first));
+            let (chunk, after) = rest.split_at_mut(rows * width);
+            chunks.push((
+                first,
+                MatMut::from_column_major_slice_mut(chunk, rows, width),
+            ));
+            rest = after;
+        }
+        chunks
+    }
+}
+
 /// The columns of a front: `rows` by `columns`, column by column; of the first `columns` rows only the lower triangle counts.
 pub struct Panel<'a> {
     /// Entries.
@@ -51,14 +102,13 @@ pub fn eliminate_positive(panel: &mut Panel<'_>, update: &mut [f64]) -> Result<(
         solve_below(diagonal.rb(), below.rb_mut());
         let below = below.rb();
         let trailing = rest.split_at_row_mut(width).1;
-        subtract_products(trailing, below, below, Accum::Add);
+        subtract_products(trailing, below, below);
     }
     let order = rows - columns;
     if order > 0 {
         let lower = panel.as_mut();
         let lower = lower.rb().subrows(columns, order);
-        let update = MatMut::from_column_major_slice_mut(update, order, order);
-        subtract_products(update, lower, lower, Accum::Replace);
+        subtract_from_update(update, lower, lower, Accum::Replace);
     }
     Ok(())
 }
@@ -88,51 +138,73 @@ fn solve_below(lower: MatRef<'_, f64>, below: MatMut<'_, f64>) {
     }
 }
 
-/// Subtracts `left rightᵀ` from (or replaces by its negative) the lower part of a trapezoid with as many rows as `left`, and as
-/// many columns as the first rows of `right` that belong to them.
-pub fn subtract_products(
-    target: MatMut<'_, f64>,
+/// Subtracts `left rightᵀ` from the lower part of a trapezoid with as many rows as `left`.
+pub fn subtract_products(target: MatMut<'_, f64>, left: MatRef<'_, f64>, right: MatRef<'_, f64>) {
+    let (rows, columns) = (target.nrows(), target.ncols());
+    let one = |index: usize, chunk: MatMut<'_, f64>| {
+        let first = index * CHUNK;
+        let chunk = chunk.subrows_mut(first, rows - first);
+        subtract_chunk(chunk, first, left, right, Accum::Add);
+    };
+    match columns {
+        0 => {}
+        1..=CHUNK => one(0, target),
+        _ => target
+            .par_col_chunks_mut(CHUNK)
+            .enumerate()
+            .for_each(|(index, chunk)| one(index, chunk)),
+    }
+}
+
+/// Subtracts `left rightᵀ` from an update matrix of as many rows as `left`, or replaces it by the negative.
+pub fn subtract_from_update(
+    update: &mut [f64],
     left: MatRef<'_, f64>,
     right: MatRef<'_, f64>,
     accumulate: Accum,
 ) {
-    let (rows, columns) = (target.nrows(), target.ncols());
-    if columns == 0 {
-        return;
-    }
-    let one = |index: usize, chunk: MatMut<'_, f64>| {
-        let first = index * CHUNK;
-        let width = chunk.ncols();
-        let (diagonal, below) = chunk
-            .submatrix_mut(first, 0, rows - first, width)
-            .split_at_row_mut(width);
-        let across = right.subrows(first, width).transpose();
-        triangular::matmul(
-            diagonal,
-            BlockStructure::TriangularLower,
-            accumulate,
-            left.subrows(first, width),
-            BlockStructure::Rectangular,
-            across,
-            BlockStructure::Rectangular,
-            -1.0,
-            Par::Seq,
-        );
-        matmul(
-            below,
-            accumulate,
-            left.subrows(first + width, rows - first - width),
-            across,
-            -1.0,
-            Par::Seq,
-        );
+    let layout = UpdateLayout {
+        order: left.nrows(),
     };
-    if columns <= CHUNK {
-        one(0, target);
+    let chunks = layout.chunks(update);
+    let one = |(first, chunk): (usize, MatMut<'_, f64>)| {
+        subtract_chunk(chunk, first, left, right, accumulate);
+    };
+    if chunks.len() <= 1 {
+        chunks.into_iter().for_each(one);
     } else {
-        target
-            .par_col_chunks_mut(CHUNK)
-            .enumerate()
-            .for_each(|(index, chunk)| one(index, chunk));
+        chunks.into_par_iter().for_each(one);
     }
+}
+
+/// One chunk of columns, from its first diagonal entry in row `first` down.
+fn subtract_chunk(
+    chunk: MatMut<'_, f64>,
+    first: usize,
+    left: MatRef<'_, f64>,
+    right: MatRef<'_, f64>,
+    accumulate: Accum,
+) {
+    let (rows, width) = (chunk.nrows(), chunk.ncols());
+    let (diagonal, below) = chunk.split_at_row_mut(width);
+    let across = right.subrows(first, width).transpose();
+    triangular::matmul(
+        diagonal,
+        BlockStructure::TriangularLower,
+        accumulate,
+        left.subrows(first, width),
+        BlockStructure::Rectangular,
+        across,
+        BlockStructure::Rectangular,
+        -1.0,
+        Par::Seq,
+    );
+    matmul(
+        below,
+        accumulate,
+        left.subrows(first + width, rows - width),
+        across,
+        -1.0,
+        Par::Seq,
+    );
 }

@@ -6,7 +6,7 @@ use std::sync::{Mutex, PoisonError};
 use dcb_formats::SparseMatrix;
 use rayon::prelude::*;
 
-use super::dense::{Panel, eliminate_positive};
+use super::dense::{Panel, UpdateLayout, eliminate_positive};
 use super::fronts::Fronts;
 use super::kernels::{Real, pack};
 
@@ -194,7 +194,7 @@ impl<E: Elimination> Run<'_, E> {
         let (mut outcome, updates) = self.side_by_side(self.fronts.children(front), below)?;
         let children: Vec<&[f64]> = updates.iter().map(Vec::as_slice).collect();
         let mut workspace = self.workspace();
-        let mut update = vec![0.0; self.fronts.update_size(front).pow(2)];
+        let mut update = vec![0.0; self.fronts.update_length(front)];
         self.front(
             front,
             panel,
@@ -220,7 +220,7 @@ impl<E: Elimination> Run<'_, E> {
                 *stack = vec![0.0; room];
             }
         }
-        let mut update_of_root = vec![0.0; fronts.update_size(root).pow(2)];
+        let mut update_of_root = vec![0.0; fronts.update_length(root)];
         let Workspace {
             local,
             stacks,
@@ -238,7 +238,7 @@ impl<E: Elimination> Run<'_, E> {
             let sizes = fronts
                 .children(front)
                 .iter()
-                .map(|child| fronts.update_size(*child as usize).pow(2));
+                .map(|child| fronts.update_length(*child as usize));
             let mut start = tops[their_top] - sizes.clone().sum::<usize>();
             tops[their_top] = start;
             let children: Vec<&[f64]> = sizes
@@ -248,7 +248,7 @@ impl<E: Elimination> Run<'_, E> {
                     update
                 })
                 .collect();
-            let size = fronts.update_size(front).pow(2);
+            let size = fronts.update_length(front);
             let update = if front == root {
                 &mut update_of_root[..]
             } else {
@@ -359,16 +359,17 @@ fn add_to_panel(
     columns: usize,
 ) {
     let runs = fronts.rows_in_parent(child);
-    let size = fronts.update_size(child);
+    let layout = fronts.update_layout(child);
     for (index, across) in runs
         .iter()
         .enumerate()
         .take_while(|(_, run)| (run.target as usize) < columns)
     {
         for offset in 0..across.length as usize {
-            let source = &theirs[(across.source as usize + offset) * size..][..size];
+            let (source, above) = layout.column(across.source as usize + offset);
+            let source = (&theirs[source], above);
             let target = &mut values[(across.target as usize + offset) * rows..][..rows];
-            add_runs(source, target, &runs[index..], offset, 0);
+            add_runs(source, (target, 0), &runs[index..], offset);
         }
     }
 }
@@ -383,33 +384,34 @@ fn add_to_update(
     columns: usize,
 ) {
     let runs = fronts.rows_in_parent(child);
-    let size = fronts.update_size(child);
-    let order = rows - columns;
+    let layout = fronts.update_layout(child);
+    let own_layout = UpdateLayout {
+        order: rows - columns,
+    };
     let first = runs.partition_point(|run| (run.target as usize) < columns);
     for (index, across) in runs.iter().enumerate().skip(first) {
         for offset in 0..across.length as usize {
-            let source = &theirs[(across.source as usize + offset) * size..][..size];
-            let target =
-                &mut update[(across.target as usize - columns + offset) * order..][..order];
-            add_runs(source, target, &runs[index..], offset, columns);
+            let (source, above) = layout.column(across.source as usize + offset);
+            let source = (&theirs[source], above);
+            let (target, above) = own_layout.column(across.target as usize - columns + offset);
+            let target = (&mut update[target], columns + above);
+            add_runs(source, target, &runs[index..], offset);
         }
     }
 }
 
-/// Adds a column from its diagonal on; the first run begins `skip` rows above the diagonal, targets count from `above`.
+/// Adds a column from its diagonal on; the first run begins `skip` rows above the diagonal. Both columns come with the row that
+/// they start with.
 fn add_runs(
-    source: &[f64],
-    target: &mut [f64],
+    (source, source_start): (&[f64], usize),
+    (target, target_start): (&mut [f64], usize),
     runs: &[super::fronts::Run],
     skip: usize,
-    above: usize,
 ) {
     let mut skip = skip;
     for run in runs {
-        let (from, to) = (
-            run.source as usize + skip,
-            run.target as usize - above + skip,
-        );
+        let from = run.source as usize + skip - source_start;
+        let to = run.target as usize + skip - target_start;
         let length = run.length as usize - skip;
         skip = 0;
         for (target, source) in target[to..to + length]

@@ -1,6 +1,7 @@
 //! The symbolic factorization: fronts, their rows, where a child's rows lie in its parent, and what the numbers will cost.
 
 use super::amalgamation::{Groups, gather};
+use super::dense::UpdateLayout;
 use super::elimination_tree::{NONE, OrderedGraph, children_of, postorder};
 use super::kernels::packed_length;
 use crate::ordering::QuotientGraph;
@@ -84,7 +85,12 @@ impl Fronts {
         // A subtree that needs much room beside what it leaves behind comes first (Liu 1986). Empty groups are roots without columns.
         let mut peaks = vec![0_usize; columns.len()];
         for group in 0..columns.len() {
-            let left = |g: &u32| updates[*g as usize] * updates[*g as usize];
+            let left = |g: &u32| {
+                UpdateLayout {
+                    order: updates[*g as usize],
+                }
+                .len()
+            };
             children[group].sort_by_key(|child| {
                 std::cmp::Reverse(peaks[*child as usize].saturating_sub(left(child)))
             });
@@ -94,7 +100,12 @@ impl Fronts {
                 peak = peak.max(held + peaks[*child as usize]);
                 held += left(child);
             }
-            peaks[group] = peak.max(held + updates[group] * updates[group]);
+            peaks[group] = peak.max(
+                held + UpdateLayout {
+                    order: updates[group],
+                }
+                .len(),
+            );
         }
         let roots: Vec<u32> = roots
             .into_iter()
@@ -254,6 +265,18 @@ impl Fronts {
         self.row_count(front) - self.column_count(front)
     }
 
+    /// How a front's update matrix is stored.
+    pub fn update_layout(&self, front: usize) -> UpdateLayout {
+        UpdateLayout {
+            order: self.update_size(front),
+        }
+    }
+
+    /// Entries of a front's update matrix.
+    pub fn update_length(&self, front: usize) -> usize {
+        self.update_layout(front).len()
+    }
+
     /// Rows below a front's columns: `target` is a position of the elimination order.
     pub fn rows_below(&self, front: usize) -> &[Run] {
         &self.below[front]
@@ -340,10 +363,10 @@ impl Fronts {
             let own = self.depth(front) % 2;
             let children = self.children(front).iter();
             let handed: usize = children
-                .map(|child| self.update_size(*child as usize).pow(2))
+                .map(|child| self.update_length(*child as usize))
                 .sum();
             tops[1 - own] -= handed;
-            tops[own] += self.update_size(front).pow(2);
+            tops[own] += self.update_length(front);
             rooms[own] = rooms[own].max(tops[own]);
         }
         rooms
@@ -352,7 +375,7 @@ impl Fronts {
     /// Bound of the entries of update matrices held at once by so many threads.
     pub fn stack_bound(&self, threads: usize) -> usize {
         let mut bounds = vec![0_usize; self.len()];
-        let square = |front: u32| self.update_size(front as usize).pow(2);
+        let square = |front: u32| self.update_length(front as usize);
         for front in 0..self.len() {
             bounds[front] = if self.is_one_task(front) {
                 self.subtree_stack[front]
@@ -367,7 +390,7 @@ impl Fronts {
 
     /// As many of the largest subtrees as there are threads at their peak, the others done.
     fn side_by_side(&self, subtrees: &[u32], bounds: &[usize], threads: usize) -> usize {
-        let square = |front: &u32| self.update_size(*front as usize).pow(2);
+        let square = |front: &u32| self.update_length(*front as usize);
         let mut extra: Vec<usize> = subtrees
             .iter()
             .map(|front| bounds[*front as usize].saturating_sub(square(front)))
