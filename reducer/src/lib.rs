@@ -42,6 +42,7 @@ pub mod scientific;
 pub mod shift;
 #[cfg(feature = "slepc")]
 pub mod slepc;
+pub mod sparse_product;
 pub mod summary;
 pub mod surface;
 pub mod timing;
