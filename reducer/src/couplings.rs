@@ -131,22 +131,23 @@ impl Couplings {
                 h[*c][*d] = basis.gram(mass_rotations.as_ref()).transpose().to_owned();
             }
         }
-        for d in 0..3 {
-            match component.dimension() {
-                // r_x = N_y X_z, r_y = -N_x X_z.
-                Dimension::Planar => {
-                    found.g[0][d] = h[1][d].row(0).iter().copied().collect();
-                    found.g[1][d] = h[0][d].row(0).iter().map(|value| -value).collect();
-                }
-                // r_c = N_{c+1} X_{c+2}.
-                Dimension::Spatial => {
-                    for c in 0..3 {
-                        let about = h[(c + 1) % 3][d].row((c + 2) % 3);
-                        found.g[c][d] = about.iter().copied().collect();
-                    }
-                }
-            }
-        }
+        found.g = match component.dimension() {
+            // r_x = N_y X_z, r_y = -N_x X_z.
+            Dimension::Planar => std::array::from_fn(|c| {
+                std::array::from_fn(|d| match c {
+                    0 => h[1][d].row(0).iter().copied().collect(),
+                    1 => h[0][d].row(0).iter().map(|value| -value).collect(),
+                    _ => Vec::new(),
+                })
+            }),
+            // r_c = N_{c+1} X_{c+2}.
+            Dimension::Spatial => std::array::from_fn(|c| {
+                std::array::from_fn(|d| {
+                    let about = h[(c + 1) % 3][d].row((c + 2) % 3);
+                    about.iter().copied().collect()
+                })
+            }),
+        };
         found
     }
 

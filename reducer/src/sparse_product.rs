@@ -7,6 +7,8 @@
 //!
 //! Every entry of the result is a sum in the order of the matrix's entries, whatever the number of threads.
 
+#![allow(clippy::needless_range_loop)] // loops of a constant length over several arrays, to be unrolled
+
 use std::cell::RefCell;
 
 use dcb_formats::SparseMatrix;
@@ -282,7 +284,7 @@ impl<'a> Ahead<'a> {
     /// Asks for the packed row, in so many lines, that the next rows start entry `k` with, and for entries of the matrix.
     #[inline(always)]
     fn ask<const L: usize, const T: usize>(&self, k: usize, packed: &[[Line; L]], lines: usize) {
-        if k % STEP == 0 {
+        if k.is_multiple_of(STEP) {
             for line in 0..(T * STEP).div_ceil(LINE) {
                 ask_for(self.values.wrapping_add(T * k + line * LINE));
             }
@@ -331,5 +333,64 @@ fn ask_for<E>(start: *const E) {
         use std::arch::x86_64::{_MM_HINT_T0, _mm_prefetch};
         // SAFETY: a prefetch of any address, mapped or not, has no effect but on caches.
         unsafe { _mm_prefetch::<_MM_HINT_T0>(start.cast()) };
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    #![allow(clippy::unwrap_used)]
+    use super::*;
+    use faer::sparse::Triplet;
+
+    /// Rows of a node that share a pattern, stand beside each other, or have lost an entry, and a node of one dof.
+    fn blocks() -> SparseMatrix {
+        let mut entries = Vec::new();
+        let nodes = 900_u32;
+        for node in 0..nodes {
+            for neighbour in [node, (node * 7 + 3) % nodes, (node + 1) % nodes] {
+                for c in 0..3 {
+                    for d in 0..3 {
+                        let value =
+                            f64::from(1 + (5 * node + 3 * neighbour + 2 * c + d) % 11) - 4.5;
+                        let kept = match node % 3 {
+                            0 => true,
+                            1 => c == d,
+                            _ => value != 0.5,
+                        };
+                        if kept {
+                            entries.push(Triplet::new(3 * node + c, 3 * neighbour + d, value));
+                        }
+                    }
+                }
+            }
+        }
+        entries.push(Triplet::new(3 * nodes, 3 * nodes, -2.0));
+        let n = 3 * nodes as usize + 1;
+        SparseMatrix::try_new_from_triplets(n, n, &entries).unwrap()
+    }
+
+    #[test]
+    fn products_of_any_width_are_sums_over_the_entries() {
+        let matrix = blocks();
+        let n = matrix.ncols();
+        for width in [1, 7, 8, 9, 16, 17, 25, 40] {
+            let x = Mat::from_fn(n, width, |i, j| ((i * (j + 3)) as f64 * 0.7).sin());
+            let mut plain = Mat::<f64>::zeros(n, width);
+            let mut absolute = Mat::<f64>::zeros(n, width);
+            for row in 0..n {
+                for (index, value) in matrix.row_idx_of_col(row).zip(matrix.val_of_col(row)) {
+                    for column in 0..width {
+                        plain[(row, column)] += value * x[(index, column)];
+                        absolute[(row, column)] += (value * x[(index, column)]).abs();
+                    }
+                }
+            }
+            let mut into = Mat::from_fn(n, width, |_, _| f64::NAN);
+            symmetric_product_into(&matrix, x.as_ref(), into.as_mut());
+            assert!((&into - &plain).norm_max() < 1e-13);
+            assert_eq!(into, transposed_product(&matrix, x.as_ref()));
+            let found = absolute_product(&matrix, x.as_ref());
+            assert!((&found - &absolute).norm_max() < 1e-13);
+        }
     }
 }
