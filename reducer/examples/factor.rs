@@ -1,12 +1,14 @@
-//! Times order, factorization, eigenvalue count and block solves of one part: `factor PART.mtx [ROUNDS]`, processor time beside
+//! Times order, factorization, eigenvalue count, block solves, products and invariants of one part: `factor PART.mtx [ROUNDS]`, processor time beside
 //! wall time.
 #![allow(clippy::unwrap_used, clippy::expect_used)]
 use std::time::Instant;
 
 use dcb_formats::component_files::{ComponentFiles, Overrides, read_component};
-use dcb_reducer::block_algebra::{largest_entry, symmetric_product};
+use dcb_reducer::block_algebra::{largest_entry, symmetric_product, symmetric_product_into};
 use dcb_reducer::condensation::Model;
 use dcb_reducer::factorization::SymmetricFactor;
+use dcb_reducer::invariants::inertia_invariants;
+use dcb_reducer::rigid_body::MassProperties;
 use faer::Mat;
 
 #[global_allocator]
@@ -79,11 +81,30 @@ fn main() {
         residual += faer::Scale(shift) * symmetric_product(&model.mass, x.as_ref());
         println!("residual {:.1e}", largest_entry(residual.as_ref()));
     }
-    let x = Mat::from_fn(model.len(), 8, |i, j| ((i * (j + 1)) as f64).sin());
-    timed(&format!("{rounds} K x, 8 columns"), || {
-        (0..rounds).for_each(|_| drop(symmetric_product(&model.stiffness, x.as_ref())));
+    for (name, matrix) in [("K", &model.stiffness), ("M", &model.mass)] {
+        let entries = matrix.compute_nnz() as f64;
+        for width in [1, 8, 16, 32] {
+            let x = Mat::from_fn(model.len(), width, |i, j| ((i * (j + 1)) as f64).sin());
+            let mut y = Mat::zeros(model.len(), width);
+            let start = Instant::now();
+            timed(&format!("{rounds} {name} x of {width}"), || {
+                for _ in 0..rounds {
+                    symmetric_product_into(matrix, x.as_ref(), y.as_mut());
+                }
+            });
+            let product = start.elapsed().as_secs_f64() / rounds as f64;
+            println!(
+                "{:.1} GFLOP/s, {:.1} GB/s of the matrix",
+                2e-9 * entries * width as f64 / product,
+                12e-9 * entries * width.div_ceil(16) as f64 / product
+            );
+        }
+    }
+    let properties = MassProperties::of(&component).unwrap();
+    let basis = Mat::from_fn(component.dofs.len(), 144, |i, j| {
+        ((i * (j + 1)) as f64).sin()
     });
-    timed(&format!("{rounds} M x, 8 columns"), || {
-        (0..rounds).for_each(|_| drop(symmetric_product(&model.mass, x.as_ref())));
+    timed("invariants, 144 columns", || {
+        inertia_invariants(&component, &properties, &[basis.as_ref()])
     });
 }

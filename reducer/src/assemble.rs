@@ -40,8 +40,14 @@ pub struct Parts<'a> {
 }
 
 impl Parts<'_> {
-    /// The superelement, its nodal shapes and its report; `basis` is Ψ over all dofs.
-    pub fn into_reduced(self, basis: Mat<f64>, quality: Quality, warnings: Vec<String>) -> Reduced {
+    /// The superelement, its nodal shapes and its report; `expanded` are modes and attachments over all dofs of the component,
+    /// where these are not the model's.
+    pub fn into_reduced(
+        self,
+        expanded: (Option<Mat<f64>>, Option<Mat<f64>>),
+        quality: Quality,
+        warnings: Vec<String>,
+    ) -> Reduced {
         let Self {
             component,
             properties,
@@ -75,7 +81,6 @@ impl Parts<'_> {
                 position: body(row.position),
             })
             .collect();
-        let n_k = modes.count();
         let interface_shapes = localization.apply(modes.shapes.as_ref());
         let (damping, residual_damping) = damping_ratios(
             &component.damping,
@@ -122,8 +127,8 @@ impl Parts<'_> {
         };
         let recovery = RecoveryBasis {
             dofs: component.dofs.dofs().to_vec(),
-            modes: basis.as_ref().subcols(0, n_k).to_owned(),
-            residual: basis.as_ref().subcols(n_k, basis.ncols() - n_k).to_owned(),
+            modes: expanded.0.unwrap_or(modes.shapes),
+            residual: expanded.1.unwrap_or(residual.shapes),
         };
         Reduced {
             superelement,

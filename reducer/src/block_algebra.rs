@@ -1,9 +1,8 @@
-//! Products of tall blocks (model-sized rows, few columns) with sparse matrices and with each other.
+//! Products of tall blocks (model-sized rows, few columns) with each other, and small dense eigenproblems.
 //!
 //! Rows are cut into chunks of a fixed length and partial sums are added in chunk order, so every result is the same to
 //! the last bit whatever the number of threads.
 
-use dcb_formats::SparseMatrix;
 use faer::dyn_stack::{MemBuffer, MemStack};
 use faer::linalg::evd::{
     ComputeEigenvectors, SelfAdjointEvdParams, self_adjoint_evd, self_adjoint_evd_scratch,
@@ -12,118 +11,12 @@ use faer::linalg::matmul::matmul;
 use faer::{Accum, Auto, Mat, MatMut, MatRef, Par};
 use rayon::prelude::*;
 
+pub use crate::sparse_product::{
+    absolute_product, symmetric_product, symmetric_product_into, transposed_product,
+};
+
 /// Rows per task of a dense product: long enough to feed a kernel, short enough to share among threads.
 const DENSE_CHUNK_ROWS: usize = 4096;
-/// Rows per task of a sparse product.
-const SPARSE_CHUNK_ROWS: usize = 1024;
-/// Columns of the block that a sparse product takes at a time: one cache line of doubles.
-const SPARSE_COLUMNS: usize = 8;
-
-/// `A x` for a symmetric sparse matrix in full storage, (n, k): the same as `Aᵀ x`.
-pub fn symmetric_product(matrix: &SparseMatrix, x: MatRef<'_, f64>) -> Mat<f64> {
-    transposed_product(matrix, x)
-}
-
-/// `Aᵀ x` for a square sparse matrix, (n, k): each output row is one dot product over the column of the same index.
-pub fn transposed_product(matrix: &SparseMatrix, x: MatRef<'_, f64>) -> Mat<f64> {
-    product(matrix, x, |value| value)
-}
-
-/// `|A| |x|` for a symmetric sparse matrix, (n, k): times machine precision, a bound of the rounding in `A x`.
-pub fn absolute_product(matrix: &SparseMatrix, x: MatRef<'_, f64>) -> Mat<f64> {
-    product(matrix, x, f64::abs)
-}
-
-fn product(
-    matrix: &SparseMatrix,
-    x: MatRef<'_, f64>,
-    of: impl Fn(f64) -> f64 + Copy + Sync,
-) -> Mat<f64> {
-    let mut y = Mat::zeros(x.nrows(), x.ncols());
-    let mut packed = vec![[0.0; SPARSE_COLUMNS]; x.nrows()];
-    for first in (0..x.ncols()).step_by(SPARSE_COLUMNS) {
-        let count = SPARSE_COLUMNS.min(x.ncols() - first);
-        pack_rows(x.subcols(first, count), &mut packed, of);
-        let out = y.as_mut().subcols_mut(first, count);
-        out.par_row_chunks_mut(SPARSE_CHUNK_ROWS)
-            .enumerate()
-            .for_each(|(chunk, rows)| {
-                // The widest vector instructions of the machine that runs this.
-                let first_row = chunk * SPARSE_CHUNK_ROWS;
-                pulp::Arch::new().dispatch(RowChunk {
-                    matrix,
-                    packed: &packed,
-                    of,
-                    first_row,
-                    rows,
-                });
-            });
-    }
-    y
-}
-
-/// Output rows of a sparse product, from `first_row` on.
-struct RowChunk<'a, F> {
-    matrix: &'a SparseMatrix,
-    packed: &'a [[f64; SPARSE_COLUMNS]],
-    of: F,
-    first_row: usize,
-    rows: MatMut<'a, f64>,
-}
-
-impl<F: Fn(f64) -> f64> pulp::WithSimd for RowChunk<'_, F> {
-    type Output = ();
-
-    #[inline(always)]
-    fn with_simd<S: pulp::Simd>(self, _: S) {
-        let Self {
-            matrix,
-            packed,
-            of,
-            first_row,
-            mut rows,
-        } = self;
-        for local in 0..rows.nrows() {
-            let row = first_row + local;
-            let mut sums = [0.0; SPARSE_COLUMNS];
-            for (index, value) in matrix
-                .row_idx_of_col_raw(row)
-                .iter()
-                .zip(matrix.val_of_col(row))
-            {
-                let value = of(*value);
-                for (sum, x) in sums.iter_mut().zip(&packed[*index as usize]) {
-                    *sum += value * x;
-                }
-            }
-            for (column, sum) in sums.iter().take(rows.ncols()).enumerate() {
-                rows[(local, column)] = *sum;
-            }
-        }
-    }
-}
-
-fn pack_rows(
-    x: MatRef<'_, f64>,
-    packed: &mut [[f64; SPARSE_COLUMNS]],
-    of: impl Fn(f64) -> f64 + Sync,
-) {
-    packed
-        .par_chunks_mut(SPARSE_CHUNK_ROWS)
-        .enumerate()
-        .for_each(|(chunk, rows)| {
-            let first = chunk * SPARSE_CHUNK_ROWS;
-            for (local, row) in rows.iter_mut().enumerate() {
-                for (column, value) in row.iter_mut().enumerate() {
-                    *value = if column < x.ncols() {
-                        of(x[(first + local, column)])
-                    } else {
-                        0.0
-                    };
-                }
-            }
-        });
-}
 
 /// `aᵀ b`, (k, l), for two blocks with the same number of rows.
 pub fn gram(a: MatRef<'_, f64>, b: MatRef<'_, f64>) -> Mat<f64> {
@@ -255,6 +148,7 @@ fn dense_residual(a: &Mat<f64>, (values, vectors): &(Vec<f64>, Mat<f64>)) -> f64
 mod tests {
     #![allow(clippy::unwrap_used)]
     use super::*;
+    use dcb_formats::SparseMatrix;
     use faer::sparse::Triplet;
 
     fn pseudo_random(rows: usize, columns: usize) -> Mat<f64> {

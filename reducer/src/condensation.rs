@@ -270,6 +270,14 @@ impl CowMat<'_> {
             Self::Owned(matrix) => matrix.as_ref(),
         }
     }
+
+    /// The matrix if it was computed.
+    pub fn computed(self) -> Option<Mat<f64>> {
+        match self {
+            Self::Borrowed(_) => None,
+            Self::Owned(matrix) => Some(matrix),
+        }
+    }
 }
 
 fn place_frame(

@@ -2,7 +2,8 @@
 //!
 //! From the mass matrix and the node coordinates alone, nothing lumped: exact for solids, whose three components share one
 //! shape function. Nodes with rotations interpolate differently per component; for them the element-integrated component
-//! masses M_cd = ∫ ρ N_cᵀ N_d, where given, make the coupling terms exact.
+//! masses M_cd = ∫ ρ N_cᵀ N_d, where given, make the coupling terms exact. With them, and on solids, everything follows from
+//! the couplings of directions ([`crate::couplings`]); other parts take the definitions below as they stand.
 //!
 //! ```text
 //! L1      = Tᵀ M Ψ                         (d, n)
@@ -13,35 +14,43 @@
 //! ```
 //! with Ω_a u = e_a × u at every node. Planar I1 is half of J1_zz.
 
-use dcb_formats::SparseMatrix;
-use dcb_formats::component::{Component, ComponentMasses};
+use dcb_formats::component::Component;
 use dcb_formats::mesh::{Dimension, Direction};
 use dcb_formats::superelement::Inertia;
 use faer::{Mat, MatRef};
 
-use crate::block_algebra::{gram, symmetric_product, symmetrized, transposed_product};
+use crate::block_algebra::{gram, symmetric_product, symmetrized};
+use crate::couplings::{Basis, Couplings, Solid};
 use crate::rigid_body::{MassProperties, component_columns};
 
-/// Pairs (a, b) in the order in which six-fold quantities are stored.
-pub const PAIRS: [(usize, usize); 6] = [(0, 0), (1, 1), (2, 2), (0, 1), (1, 2), (2, 0)];
-/// Columns rotated and multiplied by M at a time, to bound memory.
-const COLUMNS_AT_A_TIME: usize = 32;
+pub use crate::couplings::PAIRS;
 
-/// Computes all invariants over the component's own dofs; `basis` is Ψ, (n_e, n).
+/// Computes all invariants over the component's own dofs; `basis` is Ψ, (n_e, n), as blocks that stand side by side.
 pub fn inertia_invariants(
     component: &Component,
     properties: &MassProperties,
-    basis: MatRef<'_, f64>,
+    basis: &[MatRef<'_, f64>],
 ) -> Inertia {
+    let basis = Basis(basis);
+    let centre = properties.centre;
     let d = component.dimension().coordinate_count();
-    let x = component_columns(component, properties.centre);
+    let x = component_columns(component, centre);
     let mass_x = symmetric_product(&component.mass, x.as_ref());
-    let coupling = gram(mass_x.as_ref(), basis);
-    let l1 = coupling.as_ref().subrows(0, d).to_owned();
-    let i3 = coupling.as_ref().subrows(d, x.ncols() - d).to_owned();
-    let terms = match &component.component_masses {
-        Some(masses) => from_component_masses(component, masses, properties.centre, basis),
-        None => from_mass(component, properties.centre, basis),
+    let coupling = basis.gram(mass_x.as_ref());
+    let coupling = coupling.transpose();
+    let l1 = coupling.subrows(0, d).to_owned();
+    let i3 = coupling.subrows(d, x.ncols() - d).to_owned();
+    let couplings = match &component.component_masses {
+        Some(masses) => Some(Couplings::of_component_masses(
+            component, masses, centre, basis,
+        )),
+        None => {
+            Solid::of(component).map(|solid| Couplings::of_solid(component, &solid, centre, basis))
+        }
+    };
+    let terms = match &couplings {
+        Some(couplings) => from_couplings(component.dimension(), couplings),
+        None => from_mass(component, centre, basis),
     };
     Inertia {
         mass: properties.mass,
@@ -98,41 +107,11 @@ pub fn nodes_with_missing_translations(component: &Component) -> usize {
         .count()
 }
 
-/// Rows of Ω_a x.
+/// Ω_a x.
 fn crossed(partners: &[Option<(u32, f64)>], x: MatRef<'_, f64>) -> Mat<f64> {
     Mat::from_fn(partners.len(), x.ncols(), |i, j| {
         partners[i].map_or(0.0, |(row, sign)| sign * x[(row as usize, j)])
     })
-}
-
-/// (Ω_a x)ᵀ y without forming all of Ω_a x at once.
-fn crossed_gram(
-    partners: &[Option<(u32, f64)>],
-    x: MatRef<'_, f64>,
-    y: MatRef<'_, f64>,
-) -> Mat<f64> {
-    let mut product = Mat::zeros(x.ncols(), y.ncols());
-    for first in (0..x.ncols()).step_by(COLUMNS_AT_A_TIME) {
-        let count = COLUMNS_AT_A_TIME.min(x.ncols() - first);
-        let part = gram(crossed(partners, x.subcols(first, count)).as_ref(), y);
-        product.as_mut().subrows_mut(first, count).copy_from(&part);
-    }
-    product
-}
-
-/// M Ω_b x.
-fn mass_of_crossed(
-    mass: &SparseMatrix,
-    partners: &[Option<(u32, f64)>],
-    x: MatRef<'_, f64>,
-) -> Mat<f64> {
-    let mut product = Mat::zeros(x.nrows(), x.ncols());
-    for first in (0..x.ncols()).step_by(COLUMNS_AT_A_TIME) {
-        let count = COLUMNS_AT_A_TIME.min(x.ncols() - first);
-        let part = symmetric_product(mass, crossed(partners, x.subcols(first, count)).as_ref());
-        product.as_mut().subcols_mut(first, count).copy_from(&part);
-    }
-    product
 }
 
 fn antisymmetrized(a: &Mat<f64>) -> Mat<f64> {
@@ -140,17 +119,25 @@ fn antisymmetrized(a: &Mat<f64>) -> Mat<f64> {
 }
 
 /// Invariants as M and the node coordinates give them.
-fn from_mass(component: &Component, centre: [f64; 3], basis: MatRef<'_, f64>) -> Terms {
+fn from_mass(component: &Component, centre: [f64; 3], basis: Basis<'_>) -> Terms {
     let n = basis.ncols();
     match component.dimension() {
         Dimension::Planar => {
             let partners = cross_partners(component, 2);
-            let mass_basis = symmetric_product(&component.mass, basis);
-            let stretch = gram(positions(component, centre).as_ref(), mass_basis.as_ref());
-            let l3 = antisymmetrized(&crossed_gram(&partners, basis, mass_basis.as_ref()));
+            let mass_positions =
+                symmetric_product(&component.mass, positions(component, centre).as_ref());
+            let stretch = basis.gram(mass_positions.as_ref());
+            let mut l3 = Mat::zeros(n, n);
+            for (first, strip) in basis.strips() {
+                let mass_strip = symmetric_product(&component.mass, strip);
+                // Ω is antisymmetric: (Ω Ψ)ᵀ M Ψ = -Ψᵀ Ω (M Ψ).
+                let crossed = crossed(&partners, mass_strip.as_ref());
+                let mut l3 = l3.as_mut().subcols_mut(first, strip.ncols());
+                l3 -= basis.gram(crossed.as_ref());
+            }
             Terms {
-                i1: (0..n).map(|k| planar_i1(stretch[(0, k)])).collect(),
-                l3: vec![l3],
+                i1: (0..n).map(|k| planar_i1(stretch[(k, 0)])).collect(),
+                l3: vec![antisymmetrized(&l3)],
                 i2: Vec::new(),
             }
         }
@@ -159,86 +146,46 @@ fn from_mass(component: &Component, centre: [f64; 3], basis: MatRef<'_, f64>) ->
             let x = component_columns(component, centre);
             let rotations = x.as_ref().subcols(3, 3);
             let mut i1 = vec![[[0.0; 3]; 3]; n];
-            let mut l3 = Vec::new();
-            let mut i2: Vec<Mat<f64>> = vec![Mat::zeros(0, 0); PAIRS.len()];
-            for b in 0..3 {
-                let mass_crossed = mass_of_crossed(&component.mass, &partners[b], basis);
-                // (Ω_b Ψ)ᵀ M Ψ is the transpose of Ψᵀ (M Ω_b Ψ).
-                l3.push(antisymmetrized(&gram(mass_crossed.as_ref(), basis)));
-                let first_order = gram(rotations, mass_crossed.as_ref());
-                for (k, block) in i1.iter_mut().enumerate() {
-                    for a in 0..3 {
-                        block[a][b] += first_order[(a, k)];
-                        block[b][a] += first_order[(a, k)];
+            let mut l3 = vec![Mat::zeros(n, n); 3];
+            let mut i2 = vec![Mat::zeros(n, n); PAIRS.len()];
+            for (first, strip) in basis.strips() {
+                for b in 0..3 {
+                    let mass_crossed =
+                        symmetric_product(&component.mass, crossed(&partners[b], strip).as_ref());
+                    let first_order = gram(rotations, mass_crossed.as_ref());
+                    for (k, block) in i1[first..][..strip.ncols()].iter_mut().enumerate() {
+                        for a in 0..3 {
+                            block[a][b] += first_order[(a, k)];
+                            block[b][a] += first_order[(a, k)];
+                        }
                     }
-                }
-                for (pair, (first, second)) in PAIRS.iter().enumerate() {
-                    if *second == b {
-                        i2[pair] = symmetrized(
-                            crossed_gram(&partners[*first], basis, mass_crossed.as_ref()).as_ref(),
-                        );
+                    // (Ω_b Ψ)ᵀ M Ψ is the transpose of Ψᵀ (M Ω_b Ψ).
+                    let mut l3 = l3[b].as_mut().subcols_mut(first, strip.ncols());
+                    l3 -= basis.gram(mass_crossed.as_ref());
+                    for (pair, (a, second)) in PAIRS.iter().enumerate() {
+                        if *second == b {
+                            // Ω is antisymmetric: (Ω_a Ψ)ᵀ M Ω_b Ψ = -Ψᵀ Ω_a (M Ω_b Ψ).
+                            let crossed = crossed(&partners[*a], mass_crossed.as_ref());
+                            let mut i2 = i2[pair].as_mut().subcols_mut(first, strip.ncols());
+                            i2 -= basis.gram(crossed.as_ref());
+                        }
                     }
                 }
             }
-            Terms { i1, l3, i2 }
+            Terms {
+                i1,
+                l3: l3.iter().map(antisymmetrized).collect(),
+                i2: i2.iter().map(|i2| symmetrized(i2.as_ref())).collect(),
+            }
         }
     }
 }
 
-/// Invariants from S_cd = Ψᵀ M_cd Ψ and G_cd = ∫ ρ r_c ψ_d, which make up every one of them.
-///
-/// The position r inside the element, off the nodes' line or surface too, is what rigid rotations show: e_a × r = N X_a, so
-/// r_x = N_y X_z and so on round, and G_xd = X_zᵀ M_yd Ψ.
-fn from_component_masses(
-    component: &Component,
-    masses: &ComponentMasses,
-    centre: [f64; 3],
-    basis: MatRef<'_, f64>,
-) -> Terms {
-    let n = basis.ncols();
-    // Position in the stored order of M_cd; M_dc is its transpose.
-    let order: &[(usize, usize)] = match component.dimension() {
-        Dimension::Planar => &[(0, 0), (1, 1), (0, 1)],
-        Dimension::Spatial => &PAIRS,
-    };
-    let x = component_columns(component, centre);
-    let first_rotation = component.dimension().coordinate_count();
-    let rotations = x
-        .as_ref()
-        .subcols(first_rotation, x.ncols() - first_rotation);
-    let mut s: [[Mat<f64>; 3]; 3] =
-        std::array::from_fn(|_| std::array::from_fn(|_| Mat::zeros(n, n)));
-    // h[c][d] = X_rᵀ M_cd Ψ, one row per rotation.
-    let mut h: [[Mat<f64>; 3]; 3] =
-        std::array::from_fn(|_| std::array::from_fn(|_| Mat::zeros(rotations.ncols(), n)));
-    for ((c, d), matrix) in order.iter().zip(&masses.matrices) {
-        let transposed = transposed_product(matrix, basis);
-        s[*c][*d] = gram(transposed.as_ref(), basis);
-        h[*c][*d] = gram(transposed_product(matrix, rotations).as_ref(), basis);
-        if c != d {
-            s[*d][*c] = s[*c][*d].transpose().to_owned();
-            h[*d][*c] = gram(rotations, transposed.as_ref());
-        }
-    }
-    let g: [[Vec<f64>; 3]; 3] = match component.dimension() {
-        // r_x = N_y X_z, r_y = -N_x X_z.
-        Dimension::Planar => std::array::from_fn(|c| {
-            std::array::from_fn(|d| match c {
-                0 => (0..n).map(|k| h[1][d][(0, k)]).collect(),
-                1 => (0..n).map(|k| -h[0][d][(0, k)]).collect(),
-                _ => Vec::new(),
-            })
-        }),
-        // r_c = N_{c+1} X_{c+2}.
-        Dimension::Spatial => std::array::from_fn(|c| {
-            std::array::from_fn(|d| {
-                (0..n)
-                    .map(|k| h[(c + 1) % 3][d][((c + 2) % 3, k)])
-                    .collect()
-            })
-        }),
-    };
-    match component.dimension() {
+/// Invariants as linear combinations of S and G.
+fn from_couplings(dimension: Dimension, couplings: &Couplings) -> Terms {
+    let Couplings { s, g } = couplings;
+    let n = g[0][0].len();
+    match dimension {
         Dimension::Planar => Terms {
             i1: (0..n).map(|k| planar_i1(g[0][0][k] + g[1][1][k])).collect(),
             l3: vec![&s[0][1] - s[0][1].transpose()],
@@ -296,4 +243,93 @@ fn planar_i1(value: f64) -> [[f64; 3]; 3] {
     let mut block = [[0.0; 3]; 3];
     block[2][2] = value;
     block
+}
+
+#[cfg(test)]
+mod tests {
+    #![allow(clippy::unwrap_used)]
+    use super::*;
+    use crate::block_algebra::largest_entry;
+    use dcb_samples::{Material, RodSection, SolidElement};
+
+    fn pseudo_random(rows: usize, columns: usize) -> Mat<f64> {
+        let mut state = 5_u64;
+        Mat::from_fn(rows, columns, |_, _| {
+            state = state
+                .wrapping_mul(6364136223846793005)
+                .wrapping_add(1442695040888963407);
+            (state >> 11) as f64 / (1_u64 << 53) as f64 - 0.5
+        })
+    }
+
+    fn block() -> Component {
+        let size = [0.2, 0.1, 0.05];
+        dcb_samples::box_block(
+            [5, 4, 3],
+            size,
+            SolidElement::Hexahedron20,
+            &Material::STEEL,
+        )
+    }
+
+    fn largest_difference(a: &Mat<f64>, b: &Mat<f64>) -> f64 {
+        largest_entry((a - b).as_ref()) / largest_entry(b.as_ref())
+    }
+
+    /// Couplings of directions and the definitions are two ways to the same numbers.
+    #[test]
+    fn invariants_of_a_solid_agree_with_their_definitions() {
+        let component = block();
+        let solid = Solid::of(&component).unwrap();
+        let centre = MassProperties::of(&component).unwrap().centre;
+        let (modes, attachments) = (
+            pseudo_random(component.dofs.len(), 37),
+            pseudo_random(component.dofs.len(), 70),
+        );
+        let parts = [modes.as_ref(), attachments.as_ref()];
+        let basis = Basis(&parts);
+        let found = from_couplings(
+            component.dimension(),
+            &Couplings::of_solid(&component, &solid, centre, basis),
+        );
+        let defined = from_mass(&component, centre, basis);
+        for (a, b) in found.l3.iter().zip(&defined.l3) {
+            assert!(largest_difference(a, b) < 1e-13);
+        }
+        for (a, b) in found.i2.iter().zip(&defined.i2) {
+            assert!(largest_difference(a, b) < 1e-13);
+        }
+        let flat = |i1: &[[[f64; 3]; 3]]| {
+            Mat::from_fn(9 * i1.len(), 1, |i, _| i1[i / 9][i % 9 / 3][i % 3])
+        };
+        assert!(largest_difference(&flat(&found.i1), &flat(&defined.i1)) < 1e-13);
+    }
+
+    /// A mass that differs between directions, or couples them, is no solid's, however little.
+    #[test]
+    fn only_equal_directions_make_a_solid() {
+        let mut component = block();
+        component.mass.val_mut()[17] *= 1.0 + 1e-12;
+        assert!(Solid::of(&component).is_none());
+        let rod = dcb_samples::planar_rod(4, &RodSection::default());
+        assert!(Solid::of(&rod).is_none());
+    }
+
+    #[test]
+    fn invariants_do_not_depend_on_the_number_of_threads() {
+        let component = block();
+        let properties = MassProperties::of(&component).unwrap();
+        let basis = pseudo_random(component.dofs.len(), 40);
+        let run = |threads: usize| {
+            let pool = rayon::ThreadPoolBuilder::new()
+                .num_threads(threads)
+                .build()
+                .unwrap();
+            pool.install(|| inertia_invariants(&component, &properties, &[basis.as_ref()]))
+        };
+        let (one, three) = (run(1), run(3));
+        assert_eq!(one.l3, three.l3);
+        assert_eq!(one.i2, three.i2);
+        assert_eq!(one.i1, three.i1);
+    }
 }

@@ -13,6 +13,7 @@ pub mod cli_reduce;
 pub mod column_products;
 pub mod compare;
 pub mod condensation;
+pub mod couplings;
 pub mod dependency;
 pub mod diagnosis;
 pub mod eigen_solver;
@@ -43,6 +44,7 @@ pub mod scientific;
 pub mod shift;
 #[cfg(feature = "slepc")]
 pub mod slepc;
+pub mod sparse_product;
 pub mod summary;
 pub mod surface;
 pub mod timing;
@@ -53,7 +55,6 @@ pub mod verify_layout;
 
 use dcb_formats::component::Component;
 use dcb_formats::{RecoveryBasis, Superelement};
-use faer::Mat;
 
 use crate::condensation::Model;
 use crate::diagnosis::Support;
@@ -185,8 +186,13 @@ pub fn reduce(
     };
 
     observer.begin(Stage::Invariants);
-    let basis = joined(&model, &modes, &residual);
-    let inertia = inertia_invariants(component, &properties, basis.as_ref());
+    // Ψ = [Φ, G_res L_bᵀ] over all dofs of the component.
+    let (phi, x) = (
+        model.expand(modes.shapes.as_ref()),
+        model.expand(residual.shapes.as_ref()),
+    );
+    let inertia = inertia_invariants(component, &properties, &[phi.as_ref(), x.as_ref()]);
+    let expanded = (phi.computed(), x.computed());
 
     observer.begin(Stage::Quality);
     let defects = &defects.per_column;
@@ -217,7 +223,7 @@ pub fn reduce(
         inertia,
         support,
     };
-    Ok(parts.into_reduced(basis, quality, warnings))
+    Ok(parts.into_reduced(expanded, quality, warnings))
 }
 
 /// Steps that share the factorization, repeated more widely if the eigenvalue count finds modes missing.
@@ -327,17 +333,4 @@ fn certificate(
         counted: inertia.negative,
         found,
     }
-}
-
-/// Ψ = [Φ, G_res L_bᵀ] over all dofs of the component, (n_e, n_k + n_b).
-fn joined(model: &Model, modes: &FreeModes, residual: &ResidualFlexibility) -> Mat<f64> {
-    let (n_k, n_b) = (modes.count(), residual.shapes.ncols());
-    let (phi, x) = (
-        model.expand(modes.shapes.as_ref()),
-        model.expand(residual.shapes.as_ref()),
-    );
-    let mut basis = Mat::zeros(phi.as_ref().nrows(), n_k + n_b);
-    basis.as_mut().subcols_mut(0, n_k).copy_from(phi.as_ref());
-    basis.as_mut().subcols_mut(n_k, n_b).copy_from(x.as_ref());
-    basis
 }

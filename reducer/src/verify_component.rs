@@ -212,11 +212,11 @@ fn check_fields(
         }
         _ => ResidualFlexibility::from_shapes(model, localization, &rigid, &modes, attachments)?,
     };
-    let inertia = inertia_invariants(
-        component,
-        properties,
-        crate::joined(model, &modes, &residual).as_ref(),
+    let (phi, x) = (
+        model.expand(modes.shapes.as_ref()),
+        model.expand(residual.shapes.as_ref()),
     );
+    let inertia = inertia_invariants(component, properties, &[phi.as_ref(), x.as_ref()]);
     let sturm: Sturm = crate::certificate(model, &rigid, &modes, &mut factor);
     let quality = Quality::of(
         model,
