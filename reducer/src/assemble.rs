@@ -17,6 +17,7 @@ use crate::quality::Quality;
 use crate::residual::ResidualFlexibility;
 use crate::residual_filter::MASS_TOLERANCE;
 use crate::rigid_body::MassProperties;
+use crate::work::Work;
 
 /// A mass matrix whose directions disagree by more than this, relatively, does not move as a rigid body.
 const MASS_DEFECT: f64 = 1e-6;
@@ -41,7 +42,13 @@ pub struct Parts<'a> {
 
 impl Parts<'_> {
     /// The superelement, its nodal shapes and its report; `basis` is Ψ over all dofs.
-    pub fn into_reduced(self, basis: Mat<f64>, quality: Quality, warnings: Vec<String>) -> Reduced {
+    pub fn into_reduced(
+        self,
+        basis: Mat<f64>,
+        quality: Quality,
+        work: Work,
+        warnings: Vec<String>,
+    ) -> Reduced {
         let Self {
             component,
             properties,
@@ -129,6 +136,7 @@ impl Parts<'_> {
             superelement,
             recovery,
             quality,
+            work,
         }
     }
 }
