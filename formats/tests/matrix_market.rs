@@ -491,6 +491,55 @@ fn rounding_asymmetry_is_averaged_and_reported() {
 }
 
 #[test]
+fn averaging_completes_the_pattern_whatever_the_number_of_threads() {
+    let size = 2000u64;
+    let mut random = Random(11);
+    let mut lines = BTreeMap::new();
+    for _ in 0..60_000 {
+        let (row, column) = (1 + random.below(size), 1 + random.below(size));
+        let value = 1.0 + random.below(1000) as f64;
+        let is_pair = value > 300.0;
+        // Alone in its pair, an entry has to be rounding beside the diagonal.
+        let scale = if is_pair { 1.0 } else { 1e-9 };
+        if row != column && !lines.contains_key(&(column, row)) {
+            lines.insert((row, column), scale * value);
+            if is_pair {
+                lines.insert((column, row), scale * value * (1.0 + 1e-12 * value));
+            }
+        }
+    }
+    lines.extend((1..=size).map(|place| ((place, place), 1e4)));
+    let mut text = format!(
+        "%%MatrixMarket matrix coordinate real general\n{size} {size} {}\n",
+        lines.len()
+    );
+    for ((row, column), value) in &lines {
+        text += &format!("{row} {column} {value:e}\n");
+    }
+    let scratch = Scratch::new();
+    let path = scratch.file("k.mtx", text);
+    let mut expected = BTreeMap::new();
+    for (&(row, column), a) in &lines {
+        let b = lines.get(&(column, row)).copied().unwrap_or(0.0);
+        let mean = if *a == b { b } else { 0.5 * a + 0.5 * b };
+        expected.insert((column - 1, row - 1), mean);
+        expected.insert((row - 1, column - 1), mean);
+    }
+    for thread_count in [1, 2, 3] {
+        let pool = rayon::ThreadPoolBuilder::new()
+            .num_threads(thread_count)
+            .build()
+            .unwrap();
+        let (matrix, _) = pool.install(|| read_symmetric_operator(&path)).unwrap();
+        let found: BTreeMap<_, _> = matrix
+            .triplet_iter()
+            .map(|entry| ((entry.row as u64, entry.col as u64), *entry.val))
+            .collect();
+        assert!(found == expected, "{thread_count} threads");
+    }
+}
+
+#[test]
 fn real_asymmetry_is_refused_with_the_worst_pair() {
     let text = "%%MatrixMarket matrix coordinate real general\n3 3 7\n1 1 4\n2 2 4\n3 3 4\n1 2 1\n2 1 1.001\n1 3 1\n3 1 1.5\n";
     assert_eq!(

@@ -17,6 +17,7 @@ use crate::quality::Quality;
 use crate::residual::ResidualFlexibility;
 use crate::residual_filter::MASS_TOLERANCE;
 use crate::rigid_body::MassProperties;
+use crate::work::Work;
 
 /// A mass matrix whose directions disagree by more than this, relatively, does not move as a rigid body.
 const MASS_DEFECT: f64 = 1e-6;
@@ -46,6 +47,7 @@ impl Parts<'_> {
         self,
         expanded: (Option<Mat<f64>>, Option<Mat<f64>>),
         quality: Quality,
+        work: Work,
         warnings: Vec<String>,
     ) -> Reduced {
         let Self {
@@ -134,6 +136,7 @@ impl Parts<'_> {
             superelement,
             recovery,
             quality,
+            work,
         }
     }
 }

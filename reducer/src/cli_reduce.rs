@@ -19,7 +19,7 @@ use crate::plausibility::si_factor;
 use crate::summary::{quality_lines, summary};
 use crate::timing::{Display, StageClock, StageTime};
 use crate::{
-    EigenSolver, Grounding, InterfaceModes, LoosePieces, ModeSelection, Reduction, reduce,
+    EigenSolver, Grounding, InterfaceModes, LoosePieces, ModeSelection, Reduction, Work, reduce,
 };
 
 /// Modes kept where nothing is said.
@@ -196,7 +196,7 @@ pub fn run(arguments: &ReduceArguments, common: &CommonArguments) -> Result<Outc
     WRITTEN.store(true, Ordering::SeqCst);
     clock.clear();
     if let Some(path) = &arguments.timings {
-        write_timings(path, clock.stages())?;
+        write_timings(path, clock.stages(), &reduced.work)?;
     }
     if !common.quiet {
         for warning in &reduced.superelement.provenance.warnings {
@@ -316,9 +316,9 @@ fn options_as_json(arguments: &ReduceArguments, options: &Reduction) -> serde_js
     json
 }
 
-fn write_timings(path: &Path, stages: &[StageTime]) -> Result<(), Error> {
+fn write_timings(path: &Path, stages: &[StageTime], work: &Work) -> Result<(), Error> {
     let total: f64 = stages.iter().map(|stage| stage.seconds).sum();
-    let text = json!({ "stages": stages, "total_seconds": total }).to_string() + "\n";
+    let text = json!({ "stages": stages, "total_seconds": total, "work": work }).to_string() + "\n";
     std::fs::write(path, text).map_err(|source| {
         let _ = std::fs::remove_file(path);
         let action = "the superelement is complete, but the timings can't be written";

@@ -3,6 +3,8 @@
 //!
 //! The order is nested dissection on the nodes ([`crate::ordering`]), the numbers are made by [`crate::multifrontal`].
 
+use std::sync::atomic::{AtomicU64, Ordering};
+
 use dcb_formats::SparseMatrix;
 use faer::MatMut;
 
@@ -19,12 +21,29 @@ const MANY_COLUMNS: usize = 16;
 pub struct SymmetricFactor {
     fronts: Fronts,
     values: Vec<f64>,
+    solves: Solves,
+}
+
+/// Solutions made with the factors of one analysis.
+#[derive(Debug, Default)]
+struct Solves {
+    columns: AtomicU64,
+    passes: AtomicU64,
+}
+
+impl Solves {
+    /// One pass over the factor for `columns` right-hand sides.
+    fn count(&self, columns: usize) {
+        self.columns.fetch_add(columns as u64, Ordering::Relaxed);
+        self.passes.fetch_add(1, Ordering::Relaxed);
+    }
 }
 
 /// `K + σ M = L Lᵀ`, ready to solve.
 pub struct PositiveFactor<'a> {
     fronts: &'a Fronts,
     values: &'a [f64],
+    solves: &'a Solves,
 }
 
 /// Signs of the pivots of a symmetric matrix; by Sylvester's law those of its eigenvalues.
@@ -59,6 +78,7 @@ impl SymmetricFactor {
         Ok(Self {
             fronts,
             values: Vec::new(),
+            solves: Solves::default(),
         })
     }
 
@@ -67,9 +87,29 @@ impl SymmetricFactor {
         self.fronts.stored_entries()
     }
 
+    /// Number of entries of the factor's lower triangle, padding of the fronts included.
+    pub fn factor_entries(&self) -> usize {
+        self.fronts.factor_entries()
+    }
+
+    /// Memory of the stored factor.
+    pub fn stored_bytes(&self) -> usize {
+        size_of_val(self.values.as_slice())
+    }
+
     /// Floating-point operations of a factorization.
     pub fn flops(&self) -> f64 {
         self.fronts.flops()
+    }
+
+    /// Columns solved so far, by all factors together.
+    pub fn solve_columns(&self) -> u64 {
+        self.solves.columns.load(Ordering::Relaxed)
+    }
+
+    /// Passes over the factor so far: one forward and one backward sweep for a block of up to 16 columns.
+    pub fn solve_passes(&self) -> u64 {
+        self.solves.passes.load(Ordering::Relaxed)
     }
 
     /// Factorizes `K + shift · M`.
@@ -99,6 +139,7 @@ impl SymmetricFactor {
         Ok(PositiveFactor {
             fronts: &self.fronts,
             values: &self.values,
+            solves: &self.solves,
         })
     }
 
@@ -141,6 +182,7 @@ impl PositiveFactor<'_> {
                 MANY_COLUMNS.min(rest.ncols())
             };
             let (columns, after) = rest.split_at_col_mut(width);
+            self.solves.count(width);
             if few {
                 solve_columns::<f64, FEW_COLUMNS>(self.fronts, self.values, columns);
             } else {
@@ -208,6 +250,7 @@ mod tests {
             .factorize(&stiffness, &mass, 0.01)
             .unwrap()
             .solve_in_place(x.as_mut());
+        assert_eq!((factor.solve_columns(), factor.solve_passes()), (19, 2));
         let product = crate::block_algebra::symmetric_product(&stiffness, x.as_ref())
             + faer::Scale(0.01) * crate::block_algebra::symmetric_product(&mass, x.as_ref());
         assert!(crate::block_algebra::largest_entry((&product - &rhs).as_ref()) < 1e-11);

@@ -52,6 +52,7 @@ pub mod verify;
 pub mod verify_component;
 pub mod verify_interfaces;
 pub mod verify_layout;
+pub mod work;
 
 use dcb_formats::component::Component;
 use dcb_formats::{RecoveryBasis, Superelement};
@@ -71,6 +72,7 @@ use crate::quality::{Quality, Sturm};
 use crate::residual::ResidualFlexibility;
 use crate::rigid_body::{MassProperties, RigidBodyModes};
 use crate::shift::SpectrumScale;
+pub use crate::work::Work;
 
 /// Searches made, each wider than the one before, until the eigenvalue count agrees.
 const ATTEMPTS: usize = 3;
@@ -124,6 +126,8 @@ pub struct Reduced {
     pub recovery: RecoveryBasis,
     /// How good it is.
     pub quality: Quality,
+    /// What it took.
+    pub work: Work,
 }
 
 /// Reduces a component.
@@ -177,6 +181,7 @@ pub fn reduce(
         options,
         observer,
     )?;
+    let work = Work::of(&model, &factor, &modes, &residual);
     drop(factor);
     let residual = match options.interface_modes {
         InterfaceModes::All => residual,
@@ -223,7 +228,7 @@ pub fn reduce(
         inertia,
         support,
     };
-    Ok(parts.into_reduced(expanded, quality, warnings))
+    Ok(parts.into_reduced(expanded, quality, work, warnings))
 }
 
 /// Steps that share the factorization, repeated more widely if the eigenvalue count finds modes missing.

@@ -1,4 +1,4 @@
-//! Wall time and peak memory of each stage, and the progress bars of a terminal.
+//! Wall time, processor time and peak memory of each stage, and the progress bars of a terminal.
 
 use std::time::Instant;
 
@@ -14,6 +14,8 @@ pub struct StageTime {
     pub stage: String,
     /// Wall time, s.
     pub seconds: f64,
+    /// Processor time of all threads, s; absent where the system doesn't tell.
+    pub processor_seconds: Option<f64>,
     /// Largest resident memory of the process up to its end, MB; absent where the system doesn't tell.
     pub peak_megabytes: Option<f64>,
 }
@@ -27,10 +29,16 @@ pub enum Display {
     Silent,
 }
 
+struct Running {
+    stage: String,
+    start: Instant,
+    processor_start: Option<f64>,
+}
+
 /// Times the stages of a reduction and of the reading and writing around it.
 pub struct StageClock {
     finished: Vec<StageTime>,
-    running: Option<(String, Instant)>,
+    running: Option<Running>,
     bar: ProgressBar,
 }
 
@@ -66,15 +74,22 @@ impl StageClock {
             self.bar
                 .enable_steady_tick(std::time::Duration::from_millis(200));
         }
-        self.running = Some((name.to_owned(), Instant::now()));
+        self.running = Some(Running {
+            stage: name.to_owned(),
+            start: Instant::now(),
+            processor_start: processor_seconds(),
+        });
     }
 
     /// Ends the running stage.
     pub fn stop(&mut self) {
-        if let Some((stage, start)) = self.running.take() {
+        if let Some(running) = self.running.take() {
             let time = StageTime {
-                stage,
-                seconds: start.elapsed().as_secs_f64(),
+                stage: running.stage,
+                seconds: running.start.elapsed().as_secs_f64(),
+                processor_seconds: processor_seconds()
+                    .zip(running.processor_start)
+                    .map(|(now, start)| now - start),
                 peak_megabytes: peak_memory_megabytes(),
             };
             // A stage that runs again (a second factorization) adds to its row.
@@ -85,6 +100,10 @@ impl StageClock {
             {
                 Some(known) => {
                     known.seconds += time.seconds;
+                    known.processor_seconds = known
+                        .processor_seconds
+                        .zip(time.processor_seconds)
+                        .map(|(before, more)| before + more);
                     known.peak_megabytes = time.peak_megabytes;
                 }
                 None => self.finished.push(time),
@@ -113,6 +132,23 @@ impl Observer for StageClock {
         self.bar
             .set_position((share.clamp(0.0, 1.0) * BAR_STEPS as f64) as u64);
     }
+}
+
+/// Processor time of the process so far, all threads, s.
+#[cfg(unix)]
+fn processor_seconds() -> Option<f64> {
+    let mut time = libc::timespec {
+        tv_sec: 0,
+        tv_nsec: 0,
+    };
+    // SAFETY: the clock is written to a time that lives on.
+    let failed = unsafe { libc::clock_gettime(libc::CLOCK_PROCESS_CPUTIME_ID, &raw mut time) } != 0;
+    (!failed).then_some(time.tv_sec as f64 + 1e-9 * time.tv_nsec as f64)
+}
+
+#[cfg(not(unix))]
+fn processor_seconds() -> Option<f64> {
+    None
 }
 
 /// Largest resident memory of the process so far, MB (Linux).

@@ -20,13 +20,8 @@ impl Hash {
 
     /// More reals, little-endian.
     pub(super) fn update_reals(&mut self, values: &[f64]) {
-        let mut block = Vec::with_capacity(8 * values.len().min(4096));
-        for part in values.chunks(4096) {
-            block.clear();
-            part.iter()
-                .for_each(|value| block.extend_from_slice(&value.to_le_bytes()));
-            self.update(&block);
-        }
+        // SAFETY: reals have no padding, and any byte is a `u8`.
+        self.update(unsafe { bytes_of(values) });
     }
 
     /// Lower-case hexadecimal digits.
@@ -54,10 +49,18 @@ pub(super) fn of_reals(values: &[f64]) -> String {
 /// Hash of integers, little-endian.
 pub(super) fn of_integers(values: &[i64]) -> String {
     let mut hash = Hash::default();
-    values
-        .iter()
-        .for_each(|value| hash.update(&value.to_le_bytes()));
+    // SAFETY: integers have no padding, and any byte is a `u8`.
+    hash.update(unsafe { bytes_of(values) });
     hash.finish()
+}
+
+/// Numbers as they are in memory, which is little-endian (see `mod.rs`).
+///
+/// # Safety
+/// `T` has no padding.
+unsafe fn bytes_of<T>(values: &[T]) -> &[u8] {
+    // SAFETY: the bytes of the slice, borrowed as long as it is; all of them are initialised, as the caller says.
+    unsafe { std::slice::from_raw_parts(values.as_ptr().cast(), size_of_val(values)) }
 }
 
 /// Hash of strings, joined by line feeds.

@@ -114,15 +114,23 @@ impl<'a> Sink<'a> {
             _ => builder.no_chunk(),
         };
         let dataset = builder.shape(about.shape.clone()).create(path)?;
-        let mut hash = Hash::default();
-        if !empty {
-            for column in 0..fields.ncols() {
-                let values = fields.col_as_slice(column);
-                hash.update_reals(values);
-                dataset.write_slice(values, s![column, ..])?;
+        let columns = || (0..fields.ncols()).map(|column| fields.col_as_slice(column));
+        let write = || {
+            if empty {
+                return Ok(());
             }
-        }
-        self.annotate(&dataset, &about, Element::Real, hash.finish())
+            columns()
+                .enumerate()
+                .try_for_each(|(column, values)| dataset.write_slice(values, s![column, ..]))
+        };
+        let hash = || {
+            let mut hash = Hash::default();
+            columns().for_each(|values| hash.update_reals(values));
+            hash.finish()
+        };
+        let (written, sha256) = rayon::join(write, hash);
+        written?;
+        self.annotate(&dataset, &about, Element::Real, sha256)
     }
 
     /// Writes reals, row-major.

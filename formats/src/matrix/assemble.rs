@@ -1,15 +1,18 @@
 //! Compressed columns from entries in any order.
 //!
-//! Count, prefix sum, scatter, then sort and sum within each column. Every thread owns a range of columns and walks over the
-//! entries in file order, passing by chunks that don't touch its range; so a column's entries arrive in file order, duplicates
-//! are summed in file order, and neither depends on the number of threads. A file sorted by rows or columns needs no sorting.
+//! Count, prefix sum, scatter, then sort and sum within each column. Every chunk of the file has its own counters, so it knows
+//! where in each column its entries go and writes them there while others write theirs: a column's entries arrive in file order,
+//! duplicates are summed in file order, and neither depends on the number of threads. A file sorted by rows or columns needs no
+//! sorting. Chunks are given up one by one.
 
 use std::ops::Range;
+use std::sync::atomic::{AtomicU32, AtomicU64, Ordering};
 
 use faer::sparse::SymbolicSparseColMat;
 use rayon::prelude::*;
 
-use super::body::{Chunk, Triplet};
+use super::body::Chunk;
+use super::shared::{shared_indices, shared_reals};
 use crate::SparseMatrix;
 
 /// Where a stored entry (i, j) goes.
@@ -17,12 +20,26 @@ use crate::SparseMatrix;
 pub(super) enum Expansion {
     /// (i, j).
     AsStored,
-    /// (j, i).
-    Transposed,
     /// (i, j) and, off the diagonal, (j, i).
     Mirrored,
     /// (i, j) and, off the diagonal, (j, i) with the opposite sign.
     MirroredNegated,
+}
+
+impl Expansion {
+    /// Whether an entry goes to two places.
+    fn mirrors(self) -> bool {
+        self != Self::AsStored
+    }
+
+    /// The value in the mirrored place.
+    #[inline(always)]
+    fn image(self, value: f64) -> f64 {
+        match self {
+            Self::MirroredNegated => -value,
+            _ => value,
+        }
+    }
 }
 
 /// Compressed columns with ascending, unique rows.
@@ -46,23 +63,26 @@ pub(super) enum CannotAssemble {
     NotFinite { row: u32, column: u32 },
 }
 
-/// Threads beyond these would mostly wait for the same memory.
-const MOST_RANGES: usize = 16;
+/// Ranges of columns that are sorted one after the other.
+const MOST_RANGES: usize = 64;
 
 impl Columns {
     /// Sorts entries into columns and sums duplicates.
     pub(super) fn assemble(
-        chunks: &[Chunk],
+        mut chunks: Vec<Chunk>,
         row_count: usize,
         column_count: usize,
         expansion: Expansion,
     ) -> Result<Self, CannotAssemble> {
-        let range_count = (2 * rayon::current_num_threads()).min(MOST_RANGES);
-        let starts = column_starts(chunks, column_count, expansion, range_count)?;
+        let starts = place_columns(&mut chunks, column_count, expansion)?;
         let total = starts[column_count] as usize;
         let mut rows = vec![0u32; total];
         let mut values = vec![0f64; total];
-        let ranges = balanced_ranges(&starts, range_count);
+        let (to_rows, to_values) = (shared_indices(&mut rows), shared_reals(&mut values));
+        chunks
+            .into_par_iter()
+            .for_each(|chunk| scatter(chunk, expansion, to_rows, to_values));
+        let ranges = balanced_ranges(&starts, MOST_RANGES);
         let parts = split_at_ranges(&mut rows, &mut values, &starts, &ranges);
         let settled: Vec<Settled> = ranges
             .par_iter()
@@ -70,7 +90,6 @@ impl Columns {
             .zip(parts)
             .map(|(range, (rows, values))| {
                 let starts = &starts[range.start..=range.end];
-                scatter(chunks, expansion, range.clone(), starts, rows, values);
                 settle(expansion, range.start, starts, rows, values)
             })
             .collect();
@@ -139,83 +158,52 @@ impl Columns {
     }
 }
 
-/// Hands out (column, row, value) of every place an entry goes to, within a range of columns, in file order.
-#[inline]
-fn for_each_place(
-    chunks: &[Chunk],
-    expansion: Expansion,
-    range: &Range<usize>,
-    mut place: impl FnMut(usize, u32, f64),
-) {
-    let width = range.len();
-    let mut place_if_within = |column: u32, row: u32, value: f64| {
-        let local = (column as usize).wrapping_sub(range.start);
-        if local < width {
-            place(local, row, value);
-        }
-    };
-    for chunk in chunks {
-        let [first, last] = chunk.index_range;
-        if last < first || (last as usize) < range.start || first as usize >= range.end {
-            continue;
-        }
-        for &Triplet { row, column, value } in &chunk.entries {
-            match expansion {
-                Expansion::AsStored => place_if_within(column, row, value),
-                Expansion::Transposed => place_if_within(row, column, value),
-                Expansion::Mirrored | Expansion::MirroredNegated => {
-                    place_if_within(column, row, value);
-                    if row != column {
-                        let mirrored = if expansion == Expansion::Mirrored {
-                            value
-                        } else {
-                            -value
-                        };
-                        place_if_within(row, column, mirrored);
-                    }
-                }
-            }
-        }
-    }
-}
-
-/// Start of each column, duplicates included, and the total at the end.
-fn column_starts(
-    chunks: &[Chunk],
+/// Start of each column, and the end of the last; a chunk's counts become the places of its next entries.
+fn place_columns(
+    chunks: &mut [Chunk],
     column_count: usize,
     expansion: Expansion,
-    range_count: usize,
 ) -> Result<Vec<u32>, CannotAssemble> {
-    let stored: usize = chunks.iter().map(|chunk| chunk.entries.len()).sum();
-    let off_diagonal: usize = chunks
+    let images = |chunk: &Chunk| match expansion.mirrors() {
+        true => chunk.upper_count + chunk.lower_count,
+        false => 0,
+    };
+    let entries = chunks
         .iter()
-        .map(|chunk| chunk.upper_count + chunk.lower_count)
+        .map(|chunk| (chunk.entries.len() + images(chunk)) as u64)
         .sum();
-    let is_mirrored = matches!(expansion, Expansion::Mirrored | Expansion::MirroredNegated);
-    let entries = (stored + if is_mirrored { off_diagonal } else { 0 }) as u64;
     if entries > u64::from(u32::MAX) {
         return Err(CannotAssemble::TooMany { entries });
     }
-    let mut starts = vec![0u32; column_count + 1];
-    let width = column_count.div_ceil(range_count).max(1);
-    starts[1..]
-        .par_chunks_mut(width)
-        .enumerate()
-        .for_each(|(number, counts)| {
-            let first = number * width;
-            for_each_place(
-                chunks,
-                expansion,
-                &(first..first + counts.len()),
-                |column, _, _| counts[column] += 1,
-            );
-        });
+    let mut starts = Vec::with_capacity(column_count + 1);
     let mut total = 0;
-    for start in &mut starts {
-        total += *start;
-        *start = total;
+    for column in 0..column_count {
+        starts.push(total);
+        for chunk in &mut *chunks {
+            let here = &mut chunk.per_column[column];
+            (*here, total) = (total, total + *here);
+        }
     }
+    starts.push(total);
     Ok(starts)
+}
+
+/// Puts a chunk's entries into place.
+fn scatter(chunk: Chunk, expansion: Expansion, rows: &[AtomicU32], values: &[AtomicU64]) {
+    let mut next = chunk.per_column;
+    let mut put = |column: u32, row: u32, value: f64| {
+        let next = &mut next[column as usize];
+        let at = *next as usize;
+        *next += 1;
+        rows[at].store(row, Ordering::Relaxed);
+        values[at].store(value.to_bits(), Ordering::Relaxed);
+    };
+    chunk.entries.iter().for_each(|entry| {
+        put(entry.column, entry.row, entry.value);
+        if expansion.mirrors() && entry.row != entry.column {
+            put(entry.row, entry.column, expansion.image(entry.value));
+        }
+    });
 }
 
 /// Ranges of columns with about the same number of entries.
@@ -258,28 +246,6 @@ fn split_at_ranges<'a>(
     parts
 }
 
-/// Puts the entries of a range of columns into place, in file order.
-fn scatter(
-    chunks: &[Chunk],
-    expansion: Expansion,
-    range: Range<usize>,
-    starts: &[u32],
-    rows: &mut [u32],
-    values: &mut [f64],
-) {
-    let base = starts[0];
-    let mut next: Vec<u32> = starts[..range.len()]
-        .iter()
-        .map(|start| start - base)
-        .collect();
-    for_each_place(chunks, expansion, &range, |column, row, value| {
-        let at = next[column] as usize;
-        next[column] += 1;
-        rows[at] = row;
-        values[at] = value;
-    });
-}
-
 /// What sorting and summing did to a range of columns.
 #[derive(Debug, Default)]
 struct Settled {
@@ -319,9 +285,7 @@ fn settle(
                 values[length] = sum;
                 length += 1;
                 // Of an entry and its mirror image, only the lower one is counted: one line of the file.
-                let is_image =
-                    matches!(expansion, Expansion::Mirrored | Expansion::MirroredNegated)
-                        && row < column;
+                let is_image = expansion.mirrors() && row < column;
                 if !is_image {
                     settled.duplicates_summed += group.len() - 1;
                 }

@@ -1,39 +1,40 @@
 //! The entries of a Matrix Market file, read in parallel.
 //!
-//! The text is cut at line ends into chunks of a fixed size, so that the result doesn't depend on the number of threads.
+//! The text is cut at line ends into chunks that keep their entries in file order, so the result doesn't depend on their number.
 //! A chunk remembers byte offsets only; the line of an error is counted when there is one.
 
 use std::path::Path;
 
 use rayon::prelude::*;
 
+use super::entries::{Entries, Triplet};
 use super::header::{Field, Header, Layout, Symmetry, shown};
 use super::number::{self, NotANumber};
 use crate::Error;
 
-/// Text per chunk: fits a second-level cache, and large files give every thread many of them.
-const CHUNK_LENGTH: usize = 1 << 20;
-
-/// A stored entry, 0-based.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct Triplet {
-    pub(super) row: u32,
-    pub(super) column: u32,
-    pub(super) value: f64,
-}
+/// Chunks shorter than this aren't worth a thread.
+const SHORTEST_CHUNK: usize = 1 << 20;
+/// 32 bits count the entries of a longer one, of at least two bytes each.
+const LONGEST_CHUNK: usize = 1 << 32;
+/// Chunks for each thread, so that none waits long for another.
+const CHUNKS_PER_THREAD: usize = 4;
+/// Threads beyond these would mostly wait for the same memory.
+const MOST_CHUNKS: usize = 64;
+/// A column takes a counter of four bytes in every chunk: together at most a quarter of the text.
+const TEXT_PER_COUNTER: usize = 16;
 
 /// Entries of one stretch of the file, in file order.
 #[derive(Debug, Default)]
 pub(super) struct Chunk {
-    pub(super) entries: Vec<Triplet>,
+    pub(super) entries: Entries,
+    /// Entries for each column of the full matrix: of a file with one triangle, mirror images too.
+    pub(super) per_column: Vec<u32>,
     /// Entries stored as zero.
     pub(super) zero_count: usize,
     /// Entries above the diagonal.
     pub(super) upper_count: usize,
     /// Entries below the diagonal.
     pub(super) lower_count: usize,
-    /// Smallest and largest row or column.
-    pub(super) index_range: [u32; 2],
 }
 
 /// A bad place, before its line is known.
@@ -52,7 +53,7 @@ pub(super) fn read_entries(path: &Path, text: &[u8], header: &Header) -> Result<
         line,
         message,
     };
-    let limits = chunk_limits(text, header.body_start);
+    let limits = chunk_limits(text, header);
     let results: Vec<(Chunk, Option<BadEntry>)> = limits
         .par_iter()
         .map(|&[start, end]| read_chunk(text, start, end, header))
@@ -99,11 +100,18 @@ pub(super) fn line_of_stored_entry(text: &[u8], header: &Header, nth: usize) -> 
     line_of_entry(text, header.body_start, nth)
 }
 
-fn chunk_limits(text: &[u8], body_start: usize) -> Vec<[usize; 2]> {
+fn chunk_limits(text: &[u8], header: &Header) -> Vec<[usize; 2]> {
+    let total = text.len().saturating_sub(header.body_start);
+    let count = (CHUNKS_PER_THREAD * rayon::current_num_threads())
+        .min(MOST_CHUNKS)
+        .min(total / SHORTEST_CHUNK)
+        .min(total / TEXT_PER_COUNTER / header.columns.max(1))
+        .max(1);
+    let length = total.div_ceil(count).min(LONGEST_CHUNK);
     let mut limits = Vec::new();
-    let mut start = body_start;
+    let mut start = header.body_start;
     while start < text.len() {
-        let wanted = (start + CHUNK_LENGTH).min(text.len());
+        let wanted = (start + length).min(text.len());
         let to_line_end = text[wanted..].iter().position(|&byte| byte == b'\n');
         let end = to_line_end.map_or(text.len(), |length| wanted + length + 1);
         limits.push([start, end]);
@@ -141,18 +149,16 @@ fn read_chunk(text: &[u8], start: usize, end: usize, header: &Header) -> (Chunk,
     // The stretch's share of the announced entries, but never more than its bytes can hold (two bytes an entry).
     let share =
         header.entries as f64 * (end - start) as f64 / (text.len() - header.body_start) as f64;
-    let mut chunk = Chunk {
-        entries: Vec::with_capacity((share as usize + 64).min((end - start) / 2 + 1)),
-        index_range: [u32::MAX, 0],
-        ..Chunk::default()
-    };
+    let capacity = (share as usize + 64).min((end - start) / 2 + 1);
+    let mut chunk = Chunk::new(capacity, header);
     let mut reader = Reader {
         text: &text[..end],
         at: start,
     };
+    let mirrors = header.is_mirrored();
     while reader.advance_to_entry() {
         match reader.entry(header) {
-            Ok(triplet) => chunk.push(triplet),
+            Ok(triplet) => chunk.push(triplet, mirrors),
             Err(refusal) => return (chunk, Some(refusal)),
         }
     }
@@ -160,14 +166,27 @@ fn read_chunk(text: &[u8], start: usize, end: usize, header: &Header) -> (Chunk,
 }
 
 impl Chunk {
+    fn new(capacity: usize, header: &Header) -> Self {
+        Self {
+            entries: Entries::with_capacity(capacity),
+            per_column: vec![0; header.columns],
+            ..Self::default()
+        }
+    }
+
     #[inline]
-    fn push(&mut self, triplet: Triplet) {
+    fn push(&mut self, triplet: Triplet, mirrors: bool) {
         let Triplet { row, column, value } = triplet;
         self.zero_count += usize::from(value == 0.0);
         self.upper_count += usize::from(row < column);
         self.lower_count += usize::from(row > column);
-        self.index_range[0] = self.index_range[0].min(row).min(column);
-        self.index_range[1] = self.index_range[1].max(row).max(column);
+        // What 32 bits don't hold is refused before the counts are used.
+        let here = &mut self.per_column[column as usize];
+        *here = here.wrapping_add(1);
+        if mirrors && row != column {
+            let there = &mut self.per_column[row as usize];
+            *there = there.wrapping_add(1);
+        }
         self.entries.push(triplet);
     }
 }
@@ -206,8 +225,8 @@ impl Reader<'_> {
         }
         let value = match header.field {
             Field::Pattern => 1.0,
-            Field::Real => self.value(number::real)?,
-            Field::Integer => self.value(number::integer)?,
+            Field::Real => self.value(number::real(&self.text[self.at..]))?,
+            Field::Integer => self.value(number::integer(&self.text[self.at..]))?,
         };
         self.end_of_entry()?;
         if header.symmetry == Symmetry::Skew
@@ -247,11 +266,8 @@ impl Reader<'_> {
     }
 
     #[inline(always)]
-    fn value(
-        &mut self,
-        read: impl Fn(&[u8]) -> Result<(f64, usize), NotANumber>,
-    ) -> Result<f64, BadEntry> {
-        match read(&self.text[self.at..]) {
+    fn value(&mut self, read: Result<(f64, usize), NotANumber>) -> Result<f64, BadEntry> {
+        match read {
             Ok((value, length)) if self.is_word_end(self.at + length) => {
                 self.at += length;
                 Ok(value)
@@ -343,22 +359,15 @@ fn place_array_values(chunks: &mut [Chunk], header: &Header) {
     let mut column = 0;
     let mut row = first_row(0);
     for chunk in chunks {
-        let values = std::mem::take(&mut chunk.entries);
-        *chunk = Chunk {
-            index_range: [u32::MAX, 0],
-            ..Chunk::default()
-        };
-        for Triplet { value, .. } in values {
+        let values = std::mem::replace(chunk, Chunk::new(0, header)).entries;
+        for Triplet { value, .. } in values.iter() {
             while row >= header.rows && column < header.columns {
                 column += 1;
                 row = first_row(column);
             }
             if value != 0.0 {
-                chunk.push(Triplet {
-                    row: row as u32,
-                    column: column as u32,
-                    value,
-                });
+                let (row, column) = (row as u32, column as u32);
+                chunk.push(Triplet { row, column, value }, header.is_mirrored());
             }
             row += 1;
         }

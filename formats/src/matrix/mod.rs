@@ -1,15 +1,18 @@
 //! Sparse matrices from files, in the Matrix Market exchange format (plain or gzipped).
 //!
 //! Coordinate and array files with real, integer or pattern entries, general, symmetric or skew-symmetric; complex ones are
-//! refused. The file is mapped, cut at line ends, read by all threads and assembled into full, sorted compressed columns.
-//! The result is the same bit for bit whatever the number of threads. Nothing is allocated from an announced size before the
-//! file's length makes it plausible.
+//! refused. The file is mapped, cut at line ends, read by all threads and assembled into full, sorted compressed columns; what is
+//! stored on the way is half the matrix (and the text of a gzipped file, which goes before the matrix comes). The result is the
+//! same bit for bit whatever the number of threads. Nothing is allocated from an announced size before the file's length makes it
+//! plausible.
 
 mod assemble;
 mod body;
 mod bytes;
+mod entries;
 mod header;
 mod number;
+mod shared;
 mod symmetry;
 
 use std::path::Path;
@@ -79,8 +82,8 @@ enum Purpose {
     SymmetricOperator,
 }
 
-/// The matrix with what was counted on the way.
-struct Counted {
+/// The matrix with what was found on the way.
+struct Parsed {
     columns: Columns,
     stored_entries: usize,
     explicit_zeros: usize,
@@ -90,16 +93,16 @@ struct Counted {
 fn read(path: &Path, purpose: Purpose) -> Result<(SparseMatrix, MatrixReport), Error> {
     let file = FileBytes::open(path)?;
     let stored = file.as_slice();
-    let (counted, sha256) = rayon::join(
+    let (parsed, sha256) = rayon::join(
         || parse(path, stored, purpose),
         || bytes::sha256_hex(stored),
     );
-    let Counted {
+    let Parsed {
         columns,
         stored_entries,
         explicit_zeros,
         largest_asymmetry,
-    } = counted?;
+    } = parsed?;
     let report = MatrixReport {
         file_name: path
             .file_name()
@@ -120,39 +123,41 @@ fn read(path: &Path, purpose: Purpose) -> Result<(SparseMatrix, MatrixReport), E
 /// UTF-8's, which some editors put in front.
 const BYTE_ORDER_MARK: &[u8] = b"\xef\xbb\xbf";
 
-fn parse(path: &Path, stored: &[u8], purpose: Purpose) -> Result<Counted, Error> {
+fn parse(path: &Path, stored: &[u8], purpose: Purpose) -> Result<Parsed, Error> {
     let text = bytes::text_of(path, stored)?;
-    let text = text.strip_prefix(BYTE_ORDER_MARK).unwrap_or(&text);
-    let header = Header::read(path, text)?;
+    let without_mark = text.strip_prefix(BYTE_ORDER_MARK).unwrap_or(&text);
+    let header = Header::read(path, without_mark)?;
     if purpose == Purpose::SymmetricOperator {
         refuse_as_operator(path, &header)?;
     }
-    let chunks = body::read_entries(path, text, &header)?;
+    let chunks = body::read_entries(path, without_mark, &header)?;
     if header.is_mirrored() && header.layout == Layout::Coordinate {
-        symmetry::refuse_pairs_in_both_triangles(path, text, &header, &chunks)?;
+        symmetry::refuse_pairs_in_both_triangles(path, without_mark, &header, &chunks)?;
     }
-    let assemble = |expansion| {
-        Columns::assemble(&chunks, header.rows, header.columns, expansion).map_err(|refusal| {
+    drop(text);
+    let explicit_zeros = chunks.iter().map(|chunk| chunk.zero_count).sum();
+    let expansion = match header.symmetry {
+        Symmetry::General => Expansion::AsStored,
+        Symmetry::Symmetric | Symmetry::Hermitian => Expansion::Mirrored,
+        Symmetry::Skew => Expansion::MirroredNegated,
+    };
+    let columns =
+        Columns::assemble(chunks, header.rows, header.columns, expansion).map_err(|refusal| {
             Error::File {
                 path: path.into(),
                 message: cannot_assemble(refusal),
             }
-        })
-    };
-    let (columns, largest_asymmetry) = match header.symmetry {
-        Symmetry::Symmetric | Symmetry::Hermitian => (assemble(Expansion::Mirrored)?, 0.0),
-        Symmetry::Skew => (assemble(Expansion::MirroredNegated)?, 0.0),
-        Symmetry::General if purpose == Purpose::AnyMatrix => (assemble(Expansion::AsStored)?, 0.0),
-        Symmetry::General => symmetry::averaged(
-            path,
-            assemble(Expansion::AsStored)?,
-            assemble(Expansion::Transposed)?,
-        )?,
-    };
-    Ok(Counted {
+        })?;
+    let (columns, largest_asymmetry) =
+        if purpose == Purpose::SymmetricOperator && !header.is_mirrored() {
+            symmetry::averaged(path, columns)?
+        } else {
+            (columns, 0.0)
+        };
+    Ok(Parsed {
         columns,
         stored_entries: header.entries as usize,
-        explicit_zeros: chunks.iter().map(|chunk| chunk.zero_count).sum(),
+        explicit_zeros,
         largest_asymmetry,
     })
 }

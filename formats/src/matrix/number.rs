@@ -14,9 +14,35 @@ pub(super) enum NotANumber {
     NotFinite,
 }
 
+/// Digits at the front of eight bytes: their number and how many they are.
+#[inline(always)]
+fn leading_digits(bytes: [u8; 8]) -> (u64, usize) {
+    const LOW: u64 = 0x7f7f_7f7f_7f7f_7f7f;
+    // Digits become 0 to 9; the top bit of a byte tells what isn't one.
+    let values = u64::from_le_bytes(bytes) ^ 0x3030_3030_3030_3030;
+    let others = (((values & LOW) + 0x7676_7676_7676_7676) | values) & !LOW;
+    let length = others.trailing_zeros() / 8;
+    // The last digit to the top byte, zeros before the first; then pairs, fours and eights of digits.
+    let digits = values.checked_shl(64 - 8 * length).unwrap_or(0);
+    let pairs = (10 * digits + (digits >> 8)) & 0x00ff_00ff_00ff_00ff;
+    let fours = (100 * pairs + (pairs >> 16)) & 0x0000_ffff_0000_ffff;
+    let value = (10_000 * fours + (fours >> 32)) & 0xffff_ffff;
+    (value, length as usize)
+}
+
 /// Unsigned decimal integer.
 #[inline(always)]
 pub(super) fn unsigned(text: &[u8]) -> Result<(u64, usize), NotANumber> {
+    if let Some(bytes) = text.first_chunk() {
+        let (value, length) = leading_digits(*bytes);
+        if (1..8).contains(&length) {
+            return Ok((value, length));
+        }
+    }
+    unsigned_of_any_length(text)
+}
+
+fn unsigned_of_any_length(text: &[u8]) -> Result<(u64, usize), NotANumber> {
     let mut value = 0u64;
     let mut length = 0;
     for &byte in text {
@@ -58,7 +84,7 @@ pub(super) fn integer(text: &[u8]) -> Result<(f64, usize), NotANumber> {
 const D_EXPONENT_LENGTH: usize = 80;
 
 /// Finite decimal number; the exponent letter may be `e`, `E`, and Fortran's `d`, `D`.
-#[inline]
+#[inline(always)]
 pub(super) fn real(text: &[u8]) -> Result<(f64, usize), NotANumber> {
     let (value, length) =
         fast_float2::parse_partial::<f64, _>(text).map_err(|_| NotANumber::Unreadable)?;
@@ -127,6 +153,37 @@ mod tests {
         }
         for text in ["nan", "inf", "-Infinity", "1e310", "1d999"] {
             assert_eq!(real(text.as_bytes()), Err(NotANumber::NotFinite), "{text}");
+        }
+    }
+
+    #[test]
+    fn integers_of_every_length_end_where_the_digits_do() {
+        for digits in [
+            "7",
+            "09",
+            "123",
+            "4567",
+            "89012",
+            "345678",
+            "9012345",
+            "67890123",
+            "456789012",
+        ] {
+            for after in [
+                "",
+                " ",
+                "\n",
+                "\t1",
+                "/",
+                ":",
+                "x99999999",
+                "\u{e9}1234567",
+                " 12345678",
+            ] {
+                let read = unsigned(format!("{digits}{after}").as_bytes());
+                let expected = (digits.parse().unwrap_or(0), digits.len());
+                assert_eq!(read, Ok(expected), "{digits}{after}");
+            }
         }
     }
 

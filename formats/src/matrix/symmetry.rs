@@ -1,12 +1,15 @@
 //! Whether what should be symmetric is.
 
 use std::path::Path;
+use std::sync::atomic::Ordering;
 
 use rayon::prelude::*;
 
 use super::assemble::Columns;
-use super::body::{Chunk, Triplet, line_of_stored_entry};
+use super::body::{Chunk, line_of_stored_entry};
+use super::entries::Triplet;
 use super::header::Header;
+use super::shared::shared_reals;
 use crate::Error;
 
 /// Largest |a_ij - a_ji| relative to max(|a_ij|, |a_ji|, √|a_ii a_jj|) that counts as rounding. In a semi-definite matrix
@@ -30,36 +33,46 @@ pub(super) fn refuse_pairs_in_both_triangles(
     if upper_count == 0 || lower_count == 0 {
         return Ok(());
     }
-    let pair = |entry: &Triplet| (entry.row.min(entry.column), entry.row.max(entry.column));
+    let pair = |entry: Triplet| (entry.row.min(entry.column), entry.row.max(entry.column));
     let mut upper: Vec<(u32, u32)> = chunks
-        .iter()
-        .flat_map(|chunk| &chunk.entries)
+        .par_iter()
+        .flat_map_iter(|chunk| chunk.entries.iter())
         .filter(|entry| entry.row < entry.column)
         .map(pair)
         .collect();
     upper.par_sort_unstable();
-    let mut before = 0;
-    for chunk in chunks {
-        let is_repeated =
-            |entry: &Triplet| entry.row > entry.column && upper.binary_search(&pair(entry)).is_ok();
-        if let Some(at) = chunk.entries.par_iter().position_first(is_repeated) {
-            let Triplet { row, column, .. } = chunk.entries[at];
-            let (row, column) = (row + 1, column + 1);
-            return Err(Error::Line {
-                path: path.into(),
-                line: line_of_stored_entry(text, header, before + at),
-                message: format!(
-                    "({row}, {column}) and ({column}, {row}) are both stored, but the banner promises one triangle; \
-                     expected `general` in the banner or one of them"
-                ),
-            });
-        }
-        before += chunk.entries.len();
-    }
-    Ok(())
+    let is_repeated =
+        |entry: Triplet| entry.row > entry.column && upper.binary_search(&pair(entry)).is_ok();
+    let first = chunks
+        .par_iter()
+        .enumerate()
+        .find_map_first(|(number, chunk)| {
+            let found = chunk
+                .entries
+                .iter()
+                .enumerate()
+                .find(|(_, entry)| is_repeated(*entry));
+            found.map(|(at, entry)| (number, at, entry))
+        });
+    let Some((number, at, Triplet { row, column, .. })) = first else {
+        return Ok(());
+    };
+    let before: usize = chunks[..number]
+        .iter()
+        .map(|chunk| chunk.entries.len())
+        .sum();
+    let (row, column) = (row + 1, column + 1);
+    Err(Error::Line {
+        path: path.into(),
+        line: line_of_stored_entry(text, header, before + at),
+        message: format!(
+            "({row}, {column}) and ({column}, {row}) are both stored, but the banner promises one triangle; \
+             expected `general` in the banner or one of them"
+        ),
+    })
 }
 
-/// Relative difference of a pair across the diagonal, 0-based.
+/// Relative difference of a pair across the diagonal, 0-based; the row is below it.
 #[derive(Clone, Copy, Debug, Default)]
 struct Asymmetry {
     relative: f64,
@@ -68,54 +81,41 @@ struct Asymmetry {
     values: [f64; 2],
 }
 
+impl Asymmetry {
+    /// Of an entry and its mirror image, which are measured by at least `scale`.
+    fn of([row, column]: [usize; 2], [here, across]: [f64; 2], scale: f64) -> Self {
+        let largest = here.abs().max(across.abs()).max(scale);
+        let (row, column, values) = if row > column {
+            (row, column, [here, across])
+        } else {
+            (column, row, [across, here])
+        };
+        Self {
+            relative: (here - across).abs() / largest,
+            row,
+            column,
+            values,
+        }
+    }
+
+    /// The larger one, of equal ones the first.
+    fn worse(self, other: Self) -> Self {
+        let other_is_first = (other.column, other.row) < (self.column, self.row);
+        if other.relative > self.relative || (other.relative == self.relative && other_is_first) {
+            other
+        } else {
+            self
+        }
+    }
+}
+
 /// The mean of a matrix and its transpose, exactly symmetric, and its largest relative asymmetry.
 /// Where only one of a pair is stored, the other counts as zero, and both are stored afterwards.
 ///
 /// # Errors
 /// [`Error::File`] with the worst pair if it is beyond rounding.
-pub(super) fn averaged(
-    path: &Path,
-    stored: Columns,
-    transposed: Columns,
-) -> Result<(Columns, f64), Error> {
-    let diagonal: Vec<f64> = (0..stored.column_count())
-        .into_par_iter()
-        .map(|column| {
-            let range = stored.column(column);
-            let found = stored.rows[range.clone()].binary_search(&(column as u32));
-            found.map_or(0.0, |at| stored.values[range.start + at].abs())
-        })
-        .collect();
-    let columns: Vec<usize> = (0..stored.column_count()).collect();
-    let worst = columns
-        .par_iter()
-        .map(|&column| {
-            let mut worst = Asymmetry::default();
-            for_each_pair(&stored, &transposed, column, |row, a, b| {
-                let (row, difference) = (row as usize, (a - b).abs());
-                let scale = a
-                    .abs()
-                    .max(b.abs())
-                    .max(diagonal[row].sqrt() * diagonal[column].sqrt());
-                if row > column && difference > worst.relative * scale {
-                    worst = Asymmetry {
-                        relative: difference / scale,
-                        row,
-                        column,
-                        values: [a, b],
-                    };
-                }
-            });
-            worst
-        })
-        .reduce(Asymmetry::default, |a, b| {
-            let b_is_first = (b.column, b.row) < (a.column, a.row);
-            if b.relative > a.relative || (b.relative == a.relative && b_is_first) {
-                b
-            } else {
-                a
-            }
-        });
+pub(super) fn averaged(path: &Path, mut matrix: Columns) -> Result<(Columns, f64), Error> {
+    let (worst, unpaired_count) = worst_asymmetry(&matrix);
     if worst.relative > ROUNDING_ASYMMETRY {
         let Asymmetry {
             relative,
@@ -132,64 +132,130 @@ pub(super) fn averaged(
             ),
         });
     }
-    if worst.relative == 0.0 && stored.rows == transposed.rows && stored.starts == transposed.starts
-    {
-        return Ok((stored, 0.0));
+    if unpaired_count > 0 {
+        let places = unpaired(&matrix);
+        matrix = with_zeros_at(matrix, &places)?;
     }
-    Ok((mean(&stored, &transposed)?, worst.relative))
+    if worst.relative > 0.0 {
+        average_pairs(&mut matrix);
+    }
+    Ok((matrix, worst.relative))
 }
 
-/// Walks over the union of two columns: (row, value of the first, value of the second).
-fn for_each_pair(
-    first: &Columns,
-    second: &Columns,
-    column: usize,
-    mut pair: impl FnMut(u32, f64, f64),
-) {
-    let (mut a, mut b) = (first.column(column), second.column(column));
-    loop {
-        let row_a = first.rows[a.clone()].first().copied();
-        let row_b = second.rows[b.clone()].first().copied();
-        let row = match (row_a, row_b) {
-            (None, None) => return,
-            (Some(row), None) | (None, Some(row)) => row,
-            (Some(row_a), Some(row_b)) => row_a.min(row_b),
-        };
-        let value_of = |values: &[f64], range: &mut std::ops::Range<usize>, found: Option<u32>| {
-            if found != Some(row) {
-                return 0.0;
+/// Where (row, column) is stored.
+#[inline]
+fn position(matrix: &Columns, row: usize, column: usize) -> Option<usize> {
+    let range = matrix.column(column);
+    let found = matrix.rows[range.clone()].binary_search(&(row as u32));
+    found.ok().map(|at| range.start + at)
+}
+
+/// The worst pair, and how many entries have no mirror image. Of each pair across the diagonal at least one is stored; both are
+/// looked at from each that is.
+fn worst_asymmetry(matrix: &Columns) -> (Asymmetry, usize) {
+    let value_at = |row, column| position(matrix, row, column).map(|at| matrix.values[at]);
+    let scale: Vec<f64> = (0..matrix.column_count())
+        .into_par_iter()
+        .map(|column| value_at(column, column).unwrap_or(0.0).abs().sqrt())
+        .collect();
+    let in_column = |column: usize| {
+        let mut worst = Asymmetry::default();
+        let mut unpaired = 0;
+        for at in matrix.column(column) {
+            let (row, here) = (matrix.rows[at] as usize, matrix.values[at]);
+            let stored = value_at(column, row);
+            unpaired += usize::from(stored.is_none());
+            let across = stored.unwrap_or(0.0);
+            if here != across {
+                let scale = scale[row] * scale[column];
+                worst = worst.worse(Asymmetry::of([row, column], [here, across], scale));
             }
-            let value = values[range.start];
-            range.start += 1;
-            value
-        };
-        let value_a = value_of(&first.values, &mut a, row_a);
-        let value_b = value_of(&second.values, &mut b, row_b);
-        pair(row, value_a, value_b);
-    }
+        }
+        (worst, unpaired)
+    };
+    (0..matrix.column_count())
+        .into_par_iter()
+        .map(in_column)
+        .reduce(Default::default, |a, b| (a.0.worse(b.0), a.1 + b.1))
 }
 
-fn mean(stored: &Columns, transposed: &Columns) -> Result<Columns, Error> {
-    let mut starts = Vec::with_capacity(stored.starts.len());
-    let mut rows = Vec::with_capacity(stored.rows.len());
-    let mut values = Vec::with_capacity(stored.rows.len());
-    starts.push(0u32);
-    for column in 0..stored.column_count() {
-        for_each_pair(stored, transposed, column, |row, a, b| {
-            rows.push(row);
-            // Halving first can't overflow; equal values stay as they are.
-            values.push(if a == b { a } else { 0.5 * a + 0.5 * b });
+/// (column, row) of the places that aren't stored though their mirror images are, in order.
+fn unpaired(matrix: &Columns) -> Vec<(u32, u32)> {
+    let mut places: Vec<(u32, u32)> = (0..matrix.column_count())
+        .into_par_iter()
+        .flat_map_iter(|column| {
+            matrix.rows[matrix.column(column)]
+                .iter()
+                .filter(move |row| position(matrix, column, **row as usize).is_none())
+                .map(move |row| (*row, column as u32))
+        })
+        .collect();
+    places.par_sort_unstable();
+    places
+}
+
+/// Stores zeros at places (column, row), given in order, that weren't stored.
+fn with_zeros_at(matrix: Columns, places: &[(u32, u32)]) -> Result<Columns, Error> {
+    let total = matrix.rows.len() + places.len();
+    if u32::try_from(total).is_err() {
+        return Err(Error::Mismatch {
+            message: "more than 4294967295 entries after completing the pattern symmetrically"
+                .into(),
         });
-        starts.push(u32::try_from(rows.len()).map_err(|_| Error::Mismatch {
-            message:
-                "more than 4294967295 entries after completing the pattern symmetrically".into(),
-        })?);
     }
+    let mut starts = Vec::with_capacity(matrix.starts.len());
+    let mut rows = Vec::with_capacity(total);
+    let mut values = Vec::with_capacity(total);
+    let mut places = places.iter().peekable();
+    for column in 0..matrix.column_count() {
+        starts.push(rows.len() as u32);
+        for at in matrix.column(column) {
+            let place = (column as u32, matrix.rows[at]);
+            while let Some((_, row)) = places.next_if(|&&zero| zero < place) {
+                rows.push(*row);
+                values.push(0.0);
+            }
+            rows.push(matrix.rows[at]);
+            values.push(matrix.values[at]);
+        }
+        while let Some((_, row)) = places.next_if(|zero| zero.0 as usize == column) {
+            rows.push(*row);
+            values.push(0.0);
+        }
+    }
+    starts.push(rows.len() as u32);
     Ok(Columns {
-        row_count: stored.row_count,
         starts,
         rows,
         values,
-        duplicates_summed: stored.duplicates_summed,
+        ..matrix
     })
+}
+
+/// Puts the mean into both places of every pair of a symmetric pattern.
+fn average_pairs(matrix: &mut Columns) {
+    let mut values = std::mem::take(&mut matrix.values);
+    let shared = shared_reals(&mut values);
+    let load = |at: usize| f64::from_bits(shared[at].load(Ordering::Relaxed));
+    let matrix_ref = &*matrix;
+    (0..matrix_ref.column_count())
+        .into_par_iter()
+        .for_each(|column| {
+            let range = matrix_ref.column(column);
+            // Each pair is seen from its place below the diagonal only, by one thread.
+            for below in range.filter(|&at| matrix_ref.rows[at] as usize > column) {
+                let Some(above) = position(matrix_ref, column, matrix_ref.rows[below] as usize)
+                else {
+                    continue;
+                };
+                let (a, b) = (load(below), load(above));
+                if a != b {
+                    // Halving first can't overflow.
+                    let mean = (0.5 * a + 0.5 * b).to_bits();
+                    shared[below].store(mean, Ordering::Relaxed);
+                    shared[above].store(mean, Ordering::Relaxed);
+                }
+            }
+        });
+    matrix.values = values;
 }

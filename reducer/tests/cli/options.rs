@@ -288,6 +288,34 @@ fn timings_name_every_stage() {
 }
 
 #[test]
+fn timings_tell_how_much_was_computed() {
+    let folder = Folder::rotor();
+    folder.done("rotor.mtx --timings times.json");
+    let times: Value = serde_json::from_str(&folder.read("times.json")).unwrap();
+    let work = &times["work"];
+    let count = |name: &str| work[name].as_u64().unwrap();
+    for name in [
+        "dofs",
+        "factor_entries",
+        "stored_bytes",
+        "solve_columns",
+        "lanczos_block_steps",
+        "attachment_iterations",
+        "threads",
+    ] {
+        assert!(count(name) > 0, "{name}: {work}");
+    }
+    assert!(work["factor_flops"].as_f64().unwrap() >= count("factor_entries") as f64);
+    assert!(count("stored_bytes") >= 4 * count("factor_entries"));
+    // A pass solves 1 to 16 columns.
+    assert!(count("solve_passes") <= count("solve_columns"));
+    assert!(16 * count("solve_passes") >= count("solve_columns"));
+    for stage in times["stages"].as_array().unwrap() {
+        assert!(!cfg!(unix) || stage["processor_seconds"].as_f64().unwrap() >= 0.0);
+    }
+}
+
+#[test]
 fn the_same_run_twice_gives_the_same_digest() {
     let folder = Folder::rod();
     folder.done("rod.mtx");
