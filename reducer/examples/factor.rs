@@ -1,12 +1,15 @@
-//! Times order, factorization, eigenvalue count and block solves of one part: `factor PART.mtx [ROUNDS]`, processor time beside
-//! wall time.
+//! Times order, factorization, eigenvalue count and block solves of one part: `factor PART.mtx [ROUNDS [single|disk=FOLDER]]`,
+//! processor time beside wall time.
 #![allow(clippy::unwrap_used, clippy::expect_used)]
 use std::time::Instant;
 
 use dcb_formats::component_files::{ComponentFiles, Overrides, read_component};
 use dcb_reducer::block_algebra::{largest_entry, symmetric_product};
 use dcb_reducer::condensation::Model;
+use dcb_reducer::factor_store::{FactorStorage, Place, Precision};
 use dcb_reducer::factorization::SymmetricFactor;
+use dcb_reducer::rigid_body::{MassProperties, RigidBodyModes};
+use dcb_reducer::shift::SpectrumScale;
 use faer::Mat;
 
 #[global_allocator]
@@ -50,7 +53,25 @@ fn main() {
         factor.stored_entries() as f64 / 1e6,
         factor.flops() / 1e9
     );
-    let shift = 1e6;
+    let storage = match std::env::args().nth(3).as_deref() {
+        Some("single") => FactorStorage {
+            precision: Precision::Single,
+            place: Place::Memory,
+        },
+        Some(place) => FactorStorage {
+            precision: Precision::Double,
+            place: Place::Disk {
+                folder: place.strip_prefix("disk=").expect("disk=FOLDER").into(),
+            },
+        },
+        None => FactorStorage::default(),
+    };
+    factor.keep_in(storage, Place::Memory);
+    let properties = MassProperties::of(&component).unwrap();
+    let rigid = RigidBodyModes::of(&component, &model, &properties).unwrap();
+    let scale = SpectrumScale::of(&model, &rigid, component.dimension(), properties.centre);
+    let shift = scale.shift();
+    println!("shift {shift:e}");
     for _ in 0..2 {
         timed("factor", || {
             factor
@@ -63,6 +84,7 @@ fn main() {
         factor.inertia(&model.stiffness, &model.mass, 1e9)
     });
     println!("{} eigenvalues below 1e9", inertia.negative);
+    println!("{:?}", factor.warning());
     let positive = factor
         .factorize(&model.stiffness, &model.mass, shift)
         .unwrap();
@@ -77,7 +99,11 @@ fn main() {
         });
         let mut residual = symmetric_product(&model.stiffness, x.as_ref()) - &rhs;
         residual += faer::Scale(shift) * symmetric_product(&model.mass, x.as_ref());
-        println!("residual {:.1e}", largest_entry(residual.as_ref()));
+        println!(
+            "residual {:.1e} {:?}",
+            largest_entry(residual.as_ref()),
+            positive.least_accurate()
+        );
     }
     let x = Mat::from_fn(model.len(), 8, |i, j| ((i * (j + 1)) as f64).sin());
     timed(&format!("{rounds} K x, 8 columns"), || {

@@ -3,13 +3,18 @@
 //!
 //! The order is nested dissection on the nodes ([`crate::ordering`]), the numbers are made by [`crate::multifrontal`].
 
+use std::sync::{Mutex, PoisonError};
+
 use dcb_formats::SparseMatrix;
-use faer::MatMut;
+use faer::{Mat, MatMut};
 
 use crate::error::Error;
-pub use crate::multifrontal::NotPositive;
-use crate::multifrontal::{Cholesky, Fronts, Indefinite, Matrix, eliminate, solve_columns};
+use crate::factor_store::{FactorStorage, FactorValues, Place, Precision};
+use crate::multifrontal::{
+    Cholesky, Fronts, Indefinite, Matrix, NotPositive, Real, eliminate, solve_columns,
+};
 use crate::ordering::{QuotientGraph, nested_dissection};
+use crate::refinement::{Refined, Refinement};
 
 /// Right-hand sides solved together: one or two of the widest registers.
 const FEW_COLUMNS: usize = 8;
@@ -18,13 +23,43 @@ const MANY_COLUMNS: usize = 16;
 /// The pattern of `K + σ M` analysed once, with room for one factor.
 pub struct SymmetricFactor {
     fronts: Fronts,
-    values: Vec<f64>,
+    storage: FactorStorage,
+    /// Where the factor goes in double precision if single precision turns out not to be enough.
+    fallback: FactorStorage,
+    values: Option<FactorValues>,
+    warning: Option<String>,
 }
 
 /// `K + σ M = L Lᵀ`, ready to solve.
 pub struct PositiveFactor<'a> {
     fronts: &'a Fronts,
-    values: &'a [f64],
+    values: &'a FactorValues,
+    refinement: Option<Refinement<'a>>,
+    least_accurate: Mutex<Refined>,
+}
+
+/// Why there is no factor.
+#[derive(Debug)]
+pub enum Unfactorized {
+    /// The matrix isn't positive definite; the original dof whose pivot was not positive.
+    NotPositive {
+        /// Original dof.
+        dof: usize,
+    },
+    /// No room for the factor.
+    NoRoom(Error),
+}
+
+impl From<NotPositive> for Unfactorized {
+    fn from(NotPositive { dof }: NotPositive) -> Self {
+        Self::NotPositive { dof }
+    }
+}
+
+impl From<Error> for Unfactorized {
+    fn from(error: Error) -> Self {
+        Self::NoRoom(error)
+    }
 }
 
 /// Signs of the pivots of a symmetric matrix; by Sylvester's law those of its eigenvalues.
@@ -58,8 +93,16 @@ impl SymmetricFactor {
         let fronts = Fronts::analyse(&graph, &nested_dissection(&graph));
         Ok(Self {
             fronts,
-            values: Vec::new(),
+            storage: FactorStorage::default(),
+            fallback: FactorStorage::default(),
+            values: None,
+            warning: None,
         })
+    }
+
+    /// What is known of the factor before any number is computed.
+    pub fn fronts(&self) -> &Fronts {
+        &self.fronts
     }
 
     /// Number of stored entries of the factor, padding included.
@@ -72,34 +115,98 @@ impl SymmetricFactor {
         self.fronts.flops()
     }
 
-    /// Factorizes `K + shift · M`.
+    /// Decides how and where factors are kept from now on (at first: double precision in memory). `fallback` is for a matrix
+    /// for which single precision is not enough; it is always used in double precision.
+    pub fn keep_in(&mut self, storage: FactorStorage, fallback: Place) {
+        self.values = None;
+        self.storage = storage;
+        self.fallback = FactorStorage {
+            precision: Precision::Double,
+            place: fallback,
+        };
+    }
+
+    /// What a user should know of the factor's precision.
+    pub fn warning(&self) -> Option<&str> {
+        self.warning.as_deref()
+    }
+
+    /// Factorizes `K + shift · M`. A factor in single precision is tried on a block of columns, and made again in double precision if
+    /// refinement doesn't make up for what was rounded.
     ///
     /// # Errors
-    /// [`NotPositive`] with the original dof whose pivot was not positive.
-    pub fn factorize(
-        &mut self,
-        stiffness: &SparseMatrix,
-        mass: &SparseMatrix,
+    /// [`Unfactorized`]: not positive definite, or no room.
+    pub fn factorize<'a>(
+        &'a mut self,
+        stiffness: &'a SparseMatrix,
+        mass: &'a SparseMatrix,
         shift: f64,
-    ) -> Result<PositiveFactor<'_>, NotPositive> {
+    ) -> Result<PositiveFactor<'a>, Unfactorized> {
         let matrix = Matrix {
             stiffness,
             mass,
             shift,
         };
-        if self.values.is_empty() {
-            self.values = vec![0.0; self.fronts.stored_entries()];
+        self.compute(matrix)?;
+        if let Some(refined) = self.trial(matrix).filter(|trial| !trial.is_accurate()) {
+            self.warning = Some(format!(
+                "the factor was kept in double precision: with single precision a solution had the residual {:.0e} after {} refinements",
+                refined.residual, refined.steps
+            ));
+            self.values = None;
+            self.storage = self.fallback.clone();
+            self.compute(matrix)?;
         }
-        eliminate(
-            &self.fronts,
-            matrix,
-            &Cholesky::<f64>::default(),
-            &mut self.values,
-        )?;
-        Ok(PositiveFactor {
+        self.factor(matrix)
+            .ok_or_else(|| Error::OutOfMemory { what: "the factor" }.into())
+    }
+
+    /// Computes the entries.
+    fn compute(&mut self, matrix: Matrix<'_>) -> Result<(), Unfactorized> {
+        let mut values = match self.values.take() {
+            Some(values) => values,
+            None => FactorValues::zeros(&self.storage, self.fronts.stored_entries())?,
+        };
+        let done = match &mut values {
+            FactorValues::Double(values) => self.eliminate(matrix, values),
+            FactorValues::Single(values) => self.eliminate(matrix, values),
+        };
+        self.values = Some(values);
+        Ok(done?)
+    }
+
+    fn eliminate<T: Real>(
+        &self,
+        matrix: Matrix<'_>,
+        values: &mut [T],
+    ) -> Result<(), NotPositive> {
+        eliminate(&self.fronts, matrix, &Cholesky::<T>::default(), values)
+    }
+
+    fn factor<'a>(&'a self, matrix: Matrix<'a>) -> Option<PositiveFactor<'a>> {
+        let values = self.values.as_ref()?;
+        Some(PositiveFactor {
             fronts: &self.fronts,
-            values: &self.values,
+            values,
+            refinement: matches!(values, FactorValues::Single(_))
+                .then(|| Refinement::of(matrix)),
+            least_accurate: Mutex::default(),
         })
+    }
+
+    /// How well a rounded factor solves for a block of pseudo-random forces, which excite every motion.
+    fn trial(&self, matrix: Matrix<'_>) -> Option<Refined> {
+        let factor = self.factor(matrix)?;
+        factor.refinement.as_ref()?;
+        let mut state = 0x5eed_u64;
+        let mut block = Mat::from_fn(self.fronts.dof_count(), FEW_COLUMNS, |_, _| {
+            state = state
+                .wrapping_mul(6_364_136_223_846_793_005)
+                .wrapping_add(1_442_695_040_888_963_407);
+            (state >> 11) as f64 / (1_u64 << 53) as f64 - 0.5
+        });
+        factor.solve_in_place(block.as_mut());
+        Some(factor.least_accurate())
     }
 
     /// Counts the negative eigenvalues of `K - shift · M`, which are the eigenvalues of the pencil below `shift`
@@ -134,20 +241,47 @@ impl PositiveFactor<'_> {
     pub fn solve_in_place(&self, block: MatMut<'_, f64>) {
         let mut rest = block;
         while rest.ncols() > 0 {
-            let few = rest.ncols() <= FEW_COLUMNS;
-            let width = if few {
+            let width = if rest.ncols() <= FEW_COLUMNS {
                 rest.ncols()
             } else {
                 MANY_COLUMNS.min(rest.ncols())
             };
             let (columns, after) = rest.split_at_col_mut(width);
-            if few {
-                solve_columns::<f64, FEW_COLUMNS>(self.fronts, self.values, columns);
-            } else {
-                solve_columns::<f64, MANY_COLUMNS>(self.fronts, self.values, columns);
+            match (self.values, &self.refinement) {
+                (FactorValues::Double(values), _) => self.solve(values, columns),
+                (FactorValues::Single(values), None) => self.solve(values, columns),
+                (FactorValues::Single(values), Some(refinement)) => {
+                    let refined = refinement.solve_in_place(columns, |x| self.solve(values, x));
+                    self.note(refined);
+                }
             }
             rest = after;
         }
+    }
+
+    /// At most [`MANY_COLUMNS`] columns.
+    fn solve<T: Real>(&self, values: &[T], columns: MatMut<'_, f64>) {
+        if columns.ncols() <= FEW_COLUMNS {
+            solve_columns::<T, FEW_COLUMNS>(self.fronts, values, columns);
+        } else {
+            solve_columns::<T, MANY_COLUMNS>(self.fronts, values, columns);
+        }
+    }
+
+    fn note(&self, refined: Refined) {
+        let mut known = self
+            .least_accurate
+            .lock()
+            .unwrap_or_else(PoisonError::into_inner);
+        known.include(refined);
+    }
+
+    /// Most steps and largest residual of the refinements made with this factor; zeros for one in double precision.
+    pub fn least_accurate(&self) -> Refined {
+        *self
+            .least_accurate
+            .lock()
+            .unwrap_or_else(PoisonError::into_inner)
     }
 }
 

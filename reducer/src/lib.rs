@@ -16,6 +16,7 @@ pub mod dependency;
 pub mod diagnosis;
 pub mod eigen_solver;
 pub mod error;
+pub mod factor_store;
 pub mod factorization;
 pub mod frame;
 pub mod free_modes;
@@ -35,6 +36,7 @@ pub mod ordering;
 pub mod petsc_binary;
 pub mod plausibility;
 pub mod quality;
+pub mod refinement;
 pub mod residual;
 pub mod residual_filter;
 pub mod rigid_body;
@@ -247,7 +249,7 @@ fn modes_and_residual(
         observer.begin(Stage::Factor);
         let positive = match factor.factorize(&model.stiffness, &model.mass, shift) {
             Ok(positive) => positive,
-            Err(_) => return Err(diagnosis::indefinite(model, scale, factor)),
+            Err(why) => return Err(diagnosis::unfactorized(model, scale, factor, why)),
         };
         observer.begin(Stage::Modes);
         missed += last_count.map_or(0, |sturm| sturm.counted.saturating_sub(sturm.found));

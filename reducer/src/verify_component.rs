@@ -192,9 +192,10 @@ fn check_fields(
     let mut factor = SymmetricFactor::analyse(&model.stiffness, &model.mass, &model.points())?;
     let residual = match reported_reduction(element) {
         Some(report) if report.leaves_out() => {
-            let Ok(positive) = factor.factorize(&model.stiffness, &model.mass, scale.shift())
-            else {
-                return Err(diagnosis::indefinite(model, &scale, &mut factor));
+            let shift = scale.shift();
+            let positive = match factor.factorize(&model.stiffness, &model.mass, shift) {
+                Ok(positive) => positive,
+                Err(why) => return Err(diagnosis::unfactorized(model, &scale, &mut factor, why)),
             };
             let whole = ResidualFlexibility::compute(
                 model,
