@@ -149,16 +149,21 @@ impl SymmetricFactor {
         };
         self.compute(matrix)?;
         if let Some(refined) = self.trial(matrix).filter(|trial| !trial.is_accurate()) {
-            self.warning = Some(format!(
-                "the factor was kept in double precision: with single precision a solution had the residual {:.0e} after {} refinements",
-                refined.residual, refined.steps
-            ));
-            self.values = None;
-            self.storage = self.fallback.clone();
+            self.keep_in_double(refined);
             self.compute(matrix)?;
         }
         self.factor(matrix)
             .ok_or_else(|| Error::OutOfMemory { what: "the factor" }.into())
+    }
+
+    /// Gives up single precision, after refinements that ended so.
+    pub fn keep_in_double(&mut self, refined: Refined) {
+        self.warning = Some(format!(
+            "the factor was made again in double precision: in single precision a solution had the scaled residual {:.0e} after {} refinements",
+            refined.residual, refined.steps
+        ));
+        self.values = None;
+        self.storage = self.fallback.clone();
     }
 
     /// Computes the entries.

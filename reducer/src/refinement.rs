@@ -7,7 +7,7 @@
 
 use faer::{Mat, MatMut, MatRef};
 
-use crate::block_algebra::{column_norms, symmetric_product};
+use crate::block_algebra::symmetric_product;
 use crate::multifrontal::Matrix;
 
 /// Scaled residual of a solution that needs no further step.
@@ -113,25 +113,19 @@ impl<'a> Refinement<'a> {
     }
 
     fn relative(&self, residual: MatRef<'_, f64>, x: MatRef<'_, f64>) -> f64 {
-        let scaled = |x: MatRef<'_, f64>, factor: &dyn Fn(f64) -> f64| {
-            column_norms(
-                Mat::from_fn(x.nrows(), x.ncols(), |i, j| {
-                    x[(i, j)] * factor(self.scale[i])
-                })
-                .as_ref(),
-            )
-        };
-        let left = scaled(residual, &|s| 1.0 / s);
-        let whole = scaled(x, &|s| s);
-        left.iter()
-            .zip(&whole)
-            .map(|(left, whole)| if *left == 0.0 { 0.0 } else { left / whole })
-            .fold(0.0, |largest, value| {
-                if value > largest || value.is_nan() {
-                    value
-                } else {
-                    largest
-                }
-            })
+        let mut largest = 0.0_f64;
+        for (residual, x) in residual.col_iter().zip(x.col_iter()) {
+            let (mut left, mut whole) = (0.0, 0.0);
+            for ((r, x), s) in residual.iter().zip(x.iter()).zip(&self.scale) {
+                left += (r / s) * (r / s);
+                whole += (x * s) * (x * s);
+            }
+            let ratio = if left == 0.0 { 0.0 } else { (left / whole).sqrt() };
+            // What is not a number is not forgotten.
+            if ratio.is_nan() || ratio > largest {
+                largest = ratio;
+            }
+        }
+        largest
     }
 }

@@ -17,6 +17,7 @@ use crate::factorization::SymmetricFactor;
 use crate::free_modes::{FreeModes, residuals};
 use crate::invariants::inertia_invariants;
 use crate::localization::Localization;
+use crate::memory_limit::MemoryLimit;
 use crate::quality::{Quality, Sturm};
 use crate::residual::ResidualFlexibility;
 use crate::rigid_body::{MassProperties, RigidBodyModes};
@@ -347,6 +348,7 @@ fn check_by_reduction(
             LoosePieces::Refuse
         },
         eigen_solver: EigenSolver::BlockLanczos,
+        memory: MemoryLimit::default(),
     };
     let again = reduce(component, &options, &mut ())?.superelement;
     let same = again.mode_count() == element.mode_count() && again.rows.len() == element.rows.len();
