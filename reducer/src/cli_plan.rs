@@ -50,7 +50,9 @@ pub fn run(arguments: &PlanArguments) -> Result<Outcome, Error> {
         description: arguments.mesh.clone(),
         boundary: arguments.boundary.clone(),
     };
-    let limit = arguments.memory.limit(&default_output(&arguments.stiffness));
+    let limit = arguments
+        .memory
+        .limit(&default_output(&arguments.stiffness));
     let files = ComponentFiles::beside(&arguments.stiffness, &overrides)?;
     let component = read_component(&files)?;
     let modes = mode_selection(
@@ -58,9 +60,12 @@ pub fn run(arguments: &PlanArguments) -> Result<Outcome, Error> {
         arguments.max_frequency,
         &component.units.time,
     )?;
-    let forecast =
-        forecast(&component, modes).map_err(|error| naming_the_file(error, &files))?;
-    let form = if arguments.json { Form::Json } else { Form::Text };
+    let forecast = forecast(&component, modes).map_err(|error| naming_the_file(error, &files))?;
+    let form = if arguments.json {
+        Form::Json
+    } else {
+        Form::Text
+    };
     Ok(report(
         &arguments.stiffness.display().to_string(),
         &forecast,

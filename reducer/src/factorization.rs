@@ -180,11 +180,7 @@ impl SymmetricFactor {
         Ok(done?)
     }
 
-    fn eliminate<T: Real>(
-        &self,
-        matrix: Matrix<'_>,
-        values: &mut [T],
-    ) -> Result<(), NotPositive> {
+    fn eliminate<T: Real>(&self, matrix: Matrix<'_>, values: &mut [T]) -> Result<(), NotPositive> {
         eliminate(&self.fronts, matrix, &Cholesky::<T>::default(), values)
     }
 
@@ -193,8 +189,7 @@ impl SymmetricFactor {
         Some(PositiveFactor {
             fronts: &self.fronts,
             values,
-            refinement: matches!(values, FactorValues::Single(_))
-                .then(|| Refinement::of(matrix)),
+            refinement: matches!(values, FactorValues::Single(_)).then(|| Refinement::of(matrix)),
             least_accurate: Mutex::default(),
         })
     }
@@ -352,5 +347,63 @@ mod tests {
         assert!(crate::block_algebra::largest_entry((&product - &rhs).as_ref()) < 1e-11);
         // Below the lowest eigenvalue the matrix is indefinite and says so.
         assert!(factor.factorize(&stiffness, &mass, -1.0).is_err());
+    }
+
+    fn solved(
+        (stiffness, mass, shift): (&SparseMatrix, &SparseMatrix, f64),
+        storage: FactorStorage,
+        rhs: &Mat<f64>,
+    ) -> (Mat<f64>, Option<String>) {
+        let groups: Vec<u32> = (0..rhs.nrows() as u32).map(|i| i / 3).collect();
+        let mut factor = SymmetricFactor::analyse(stiffness, mass, &groups).unwrap();
+        factor.keep_in(storage, Place::Memory);
+        let mut x = rhs.clone();
+        factor
+            .factorize(stiffness, mass, shift)
+            .unwrap()
+            .solve_in_place(x.as_mut());
+        (x, factor.warning().map(str::to_owned))
+    }
+
+    fn stored(precision: Precision, place: Place) -> FactorStorage {
+        FactorStorage { precision, place }
+    }
+
+    #[test]
+    fn a_factor_on_disk_solves_to_the_same_last_bit() {
+        let (stiffness, mass) = chain(2000);
+        let rhs = Mat::from_fn(2000, 19, |i, j| ((i * (j + 1)) as f64).sin());
+        let folder = tempfile::tempdir().unwrap();
+        for precision in [Precision::Double, Precision::Single] {
+            let disk = Place::Disk {
+                folder: folder.path().into(),
+            };
+            let problem = (&stiffness, &mass, 0.01);
+            let (in_memory, _) = solved(problem, stored(precision, Place::Memory), &rhs);
+            let (on_disk, _) = solved(problem, stored(precision, disk), &rhs);
+            assert_eq!(in_memory, on_disk);
+        }
+        assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 0);
+    }
+
+    #[test]
+    fn single_precision_refines_to_double_or_gives_way_to_it() {
+        let (stiffness, mass) = chain(2000);
+        let rhs = Mat::from_fn(2000, 19, |i, j| ((i * (j + 1)) as f64).sin());
+        let largest = |x: &Mat<f64>| crate::block_algebra::largest_entry(x.as_ref());
+        let both = |shift: f64| {
+            let problem = (&stiffness, &mass, shift);
+            let (double, _) = solved(problem, stored(Precision::Double, Place::Memory), &rhs);
+            let (single, warning) = solved(problem, stored(Precision::Single, Place::Memory), &rhs);
+            (largest(&(&single - &double)) / largest(&double), warning)
+        };
+        let (difference, warning) = both(0.01);
+        assert!(difference < 1e-12 && warning.is_none(), "{difference:e}");
+        // A shift just above minus the lowest eigenvalue: nearly singular, with a condition number of 1e15.
+        let angle = std::f64::consts::PI / f64::from(4 * 2000 + 2);
+        let lowest = 4.0 * angle.sin().powi(2);
+        let (difference, warning) = both(-lowest * (1.0 - 1e-8));
+        assert_eq!(difference, 0.0);
+        assert!(warning.is_some_and(|w| w.contains("double precision")));
     }
 }

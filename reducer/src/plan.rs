@@ -72,14 +72,20 @@ pub fn text(forecast: &Forecast, limit: &MemoryLimit, speed: MachineSpeed) -> St
     };
     let million = |count: usize| format!("{:.3} million", count as f64 / 1e6);
     line("dofs", forecast.dofs.to_string());
-    line("entries of the stiffness matrix", million(forecast.stiffness_entries));
+    line(
+        "entries of the stiffness matrix",
+        million(forecast.stiffness_entries),
+    );
     line("entries of the mass matrix", million(forecast.mass_entries));
     let guess = match forecast.modes_are_assumed {
         true => " assumed, --max-frequency decides",
         false => "",
     };
     line("modes", format!("{}{guess}", forecast.modes));
-    line("attachment columns", forecast.attachment_columns.to_string());
+    line(
+        "attachment columns",
+        forecast.attachment_columns.to_string(),
+    );
     line(
         "entries of the factor",
         format!(
@@ -93,7 +99,10 @@ pub fn text(forecast: &Forecast, limit: &MemoryLimit, speed: MachineSpeed) -> St
         format!("{:.2} billion", forecast.flops / 1e9),
     );
     line("memory of the matrices", readable(forecast.matrix_bytes()));
-    line("memory of the factor", readable(forecast.factor_bytes(&storage)));
+    line(
+        "memory of the factor",
+        readable(forecast.factor_bytes(&storage)),
+    );
     line(
         "memory to compute it",
         format!(
@@ -110,7 +119,10 @@ pub fn text(forecast: &Forecast, limit: &MemoryLimit, speed: MachineSpeed) -> St
     }
     line(
         "largest memory",
-        format!("{}, give or take a fifth", readable(forecast.peak_bytes(&storage))),
+        format!(
+            "{}, give or take a fifth",
+            readable(forecast.peak_bytes(&storage))
+        ),
     );
     line(
         "time after the ordering",

@@ -120,7 +120,11 @@ impl<'a> Refinement<'a> {
                 left += (r / s) * (r / s);
                 whole += (x * s) * (x * s);
             }
-            let ratio = if left == 0.0 { 0.0 } else { (left / whole).sqrt() };
+            let ratio = if left == 0.0 {
+                0.0
+            } else {
+                (left / whole).sqrt()
+            };
             // What is not a number is not forgotten.
             if ratio.is_nan() || ratio > largest {
                 largest = ratio;

@@ -129,7 +129,8 @@ impl Observer for StageClock {
     fn forecast(&mut self, forecast: &Forecast, limit: &MemoryLimit) {
         if self.announces {
             let text = plan::text(forecast, limit, MachineSpeed::measure());
-            self.bar.suspend(|| print_to_stderr("forecast", &format!("\n{}", text.trim_end())));
+            self.bar
+                .suspend(|| print_to_stderr("forecast", &format!("\n{}", text.trim_end())));
         }
     }
 }
