@@ -8,6 +8,7 @@ use dcb_reducer::block_algebra::{largest_entry, symmetric_product};
 use dcb_reducer::condensation::Model;
 use dcb_reducer::factor_store::{FactorStorage, Place, Precision};
 use dcb_reducer::factorization::SymmetricFactor;
+use dcb_reducer::multifrontal::{Cholesky, Matrix, eliminate, solve_columns};
 use dcb_reducer::rigid_body::{MassProperties, RigidBodyModes};
 use dcb_reducer::shift::SpectrumScale;
 use faer::Mat;
@@ -35,6 +36,29 @@ fn timed<R>(what: &str, work: impl FnOnce() -> R) -> R {
         cpu() - before
     );
     result
+}
+
+/// Solutions with a factor in single precision as they are, without refinement.
+fn rounded_solves(factor: &SymmetricFactor, model: &Model, shift: f64, rounds: usize) {
+    let matrix = Matrix {
+        stiffness: &model.stiffness,
+        mass: &model.mass,
+        shift,
+    };
+    let fronts = factor.fronts();
+    let mut values = vec![0.0_f32; fronts.stored_entries()];
+    eliminate(fronts, matrix, &Cholesky::<f32>::default(), &mut values).unwrap();
+    let mut x = Mat::from_fn(model.len(), 16, |i, j| ((i * (j + 1)) as f64).sin());
+    timed(&format!("{rounds} solves of 8, rounded"), || {
+        for _ in 0..rounds {
+            solve_columns::<f32, 8>(fronts, &values, x.as_mut().subcols_mut(0, 8));
+        }
+    });
+    timed(&format!("{rounds} solves of 16, rounded"), || {
+        for _ in 0..rounds {
+            solve_columns::<f32, 16>(fronts, &values, x.as_mut());
+        }
+    });
 }
 
 fn main() {
@@ -105,6 +129,8 @@ fn main() {
             positive.least_accurate()
         );
     }
+    drop(positive);
+    rounded_solves(&factor, &model, shift, rounds);
     let x = Mat::from_fn(model.len(), 8, |i, j| ((i * (j + 1)) as f64).sin());
     timed(&format!("{rounds} K x, 8 columns"), || {
         (0..rounds).for_each(|_| drop(symmetric_product(&model.stiffness, x.as_ref())));

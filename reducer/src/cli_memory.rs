@@ -10,7 +10,7 @@ use crate::memory_limit::{FactorChoice, MemoryLimit, available, size};
 #[derive(Debug, Args)]
 pub struct MemoryArguments {
     /// Memory that may be taken, for example 8G [default: what the machine has available].
-    #[arg(long, value_name = "SIZE", allow_negative_numbers = true, value_parser = size)]
+    #[arg(long, value_name = "SIZE", allow_hyphen_values = true, value_parser = size)]
     pub memory: Option<u64>,
     /// Where the factor is kept.
     #[arg(long, value_name = "WHERE", value_enum, default_value_t)]

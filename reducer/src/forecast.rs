@@ -20,6 +20,8 @@ const TABLES_PER_DOF: u64 = 200;
 const PROGRAM: u64 = 15 << 20;
 /// Modes assumed where a frequency limit decides.
 const ASSUMED_MODES: usize = 50;
+/// Blocks of modes held beside the Krylov basis.
+const MODE_BLOCKS: f64 = 12.0;
 /// Blocks of attachment columns held while they are solved for.
 const ATTACHMENT_BLOCKS: f64 = 10.5;
 /// Blocks of all shapes held by invariants and quality.
@@ -146,7 +148,7 @@ impl Forecast {
             stage(Stage::Factor, base + resident + self.scratch_bytes()),
             stage(
                 Stage::Modes,
-                base + resident + self.columns(self.basis_columns() as f64 + 4.0 * modes + 64.0),
+                base + resident + self.columns(self.basis_columns() as f64 + MODE_BLOCKS * modes),
             ),
             stage(
                 Stage::Attachments,
