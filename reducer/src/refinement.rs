@@ -82,8 +82,7 @@ impl<'a> Refinement<'a> {
             let better = &residual + block.as_ref();
             residual = self.residual(&forces, better.as_ref());
             let now = self.relative(residual.as_ref(), better.as_ref());
-            // Written so that what is not a number is no gain.
-            if !(now < left) {
+            if now.is_nan() || now >= left {
                 break;
             }
             block.copy_from(&better);
