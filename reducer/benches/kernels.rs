@@ -56,7 +56,7 @@ fn solves(criterion: &mut Criterion, model: &Model, factor: &mut SymmetricFactor
     let positive = factor
         .factorize(&model.stiffness, &model.mass, SHIFT)
         .unwrap();
-    for columns in [1, 8, 16, 32] {
+    for columns in [1_usize, 8, 16, 32] {
         let passes = columns.div_ceil(16) as u64;
         group.throughput(Throughput::BytesDecimal(2 * bytes * passes));
         let right_sides = block(model.len(), columns);

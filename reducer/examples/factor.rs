@@ -1,14 +1,17 @@
-//! Times order, factorization, eigenvalue count, block solves, products and invariants of one part: `factor PART.mtx [ROUNDS]`, processor time beside
-//! wall time.
+//! Times order, factorization, eigenvalue count, block solves, products and invariants of one part:
+//! `factor PART.mtx [ROUNDS [single|disk=FOLDER]]`, processor time beside wall time.
 #![allow(clippy::unwrap_used, clippy::expect_used)]
 use std::time::Instant;
 
 use dcb_formats::component_files::{ComponentFiles, Overrides, read_component};
 use dcb_reducer::block_algebra::{largest_entry, symmetric_product, symmetric_product_into};
 use dcb_reducer::condensation::Model;
+use dcb_reducer::factor_store::{FactorStorage, Place, Precision};
 use dcb_reducer::factorization::SymmetricFactor;
 use dcb_reducer::invariants::inertia_invariants;
-use dcb_reducer::rigid_body::MassProperties;
+use dcb_reducer::multifrontal::{Cholesky, Matrix, eliminate, solve_columns};
+use dcb_reducer::rigid_body::{MassProperties, RigidBodyModes};
+use dcb_reducer::shift::SpectrumScale;
 use faer::Mat;
 
 #[global_allocator]
@@ -36,6 +39,29 @@ fn timed<R>(what: &str, work: impl FnOnce() -> R) -> R {
     result
 }
 
+/// Solutions with a factor in single precision as they are, without refinement.
+fn rounded_solves(factor: &SymmetricFactor, model: &Model, shift: f64, rounds: usize) {
+    let matrix = Matrix {
+        stiffness: &model.stiffness,
+        mass: &model.mass,
+        shift,
+    };
+    let fronts = factor.fronts();
+    let mut values = vec![0.0_f32; fronts.stored_entries()];
+    eliminate(fronts, matrix, &Cholesky::<f32>::default(), &mut values).unwrap();
+    let mut x = Mat::from_fn(model.len(), 16, |i, j| ((i * (j + 1)) as f64).sin());
+    timed(&format!("{rounds} solves of 8, rounded"), || {
+        for _ in 0..rounds {
+            solve_columns::<f32, 8>(fronts, &values, x.as_mut().subcols_mut(0, 8));
+        }
+    });
+    timed(&format!("{rounds} solves of 16, rounded"), || {
+        for _ in 0..rounds {
+            solve_columns::<f32, 16>(fronts, &values, x.as_mut());
+        }
+    });
+}
+
 fn main() {
     let path = std::env::args().nth(1).expect("PART.mtx");
     let rounds: usize = std::env::args().nth(2).map_or(5, |n| n.parse().unwrap());
@@ -52,7 +78,25 @@ fn main() {
         factor.stored_entries() as f64 / 1e6,
         factor.flops() / 1e9
     );
-    let shift = 1e6;
+    let storage = match std::env::args().nth(3).as_deref() {
+        Some("single") => FactorStorage {
+            precision: Precision::Single,
+            place: Place::Memory,
+        },
+        Some(place) => FactorStorage {
+            precision: Precision::Double,
+            place: Place::Disk {
+                folder: place.strip_prefix("disk=").expect("disk=FOLDER").into(),
+            },
+        },
+        None => FactorStorage::default(),
+    };
+    factor.keep_in(storage, Place::Memory);
+    let properties = MassProperties::of(&component).unwrap();
+    let rigid = RigidBodyModes::of(&component, &model, &properties).unwrap();
+    let scale = SpectrumScale::of(&model, &rigid, component.dimension(), properties.centre);
+    let shift = scale.shift();
+    println!("shift {shift:e}");
     for _ in 0..2 {
         timed("factor", || {
             factor
@@ -65,6 +109,7 @@ fn main() {
         factor.inertia(&model.stiffness, &model.mass, 1e9)
     });
     println!("{} eigenvalues below 1e9", inertia.negative);
+    println!("{:?}", factor.warning());
     let positive = factor
         .factorize(&model.stiffness, &model.mass, shift)
         .unwrap();
@@ -79,8 +124,14 @@ fn main() {
         });
         let mut residual = symmetric_product(&model.stiffness, x.as_ref()) - &rhs;
         residual += faer::Scale(shift) * symmetric_product(&model.mass, x.as_ref());
-        println!("residual {:.1e}", largest_entry(residual.as_ref()));
+        println!(
+            "residual {:.1e} {:?}",
+            largest_entry(residual.as_ref()),
+            positive.least_accurate()
+        );
     }
+    drop(positive);
+    rounded_solves(&factor, &model, shift, rounds);
     for (name, matrix) in [("K", &model.stiffness), ("M", &model.mass)] {
         let entries = matrix.compute_nnz() as f64;
         for width in [1, 8, 16, 32] {

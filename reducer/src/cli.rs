@@ -6,6 +6,8 @@ use std::process::ExitCode;
 
 use clap::{Args, Parser, Subcommand, ValueEnum};
 
+use crate::cli_memory::MemoryArguments;
+use crate::cli_plan::{self, PlanArguments};
 use crate::cli_reduce::{self, Outcome};
 use crate::error::Error;
 use crate::{compare, inspect, verify};
@@ -38,7 +40,7 @@ pub struct CommonArguments {
     /// Print no summary, warnings or progress.
     #[arg(long, short, global = true)]
     pub quiet: bool,
-    /// List every mode.
+    /// List every mode, and say beforehand what the reduction will cost.
     #[arg(long, short, global = true)]
     pub verbose: bool,
     /// Worker threads (default: one per processor). Results do not depend on it.
@@ -94,6 +96,9 @@ pub struct ReduceArguments {
     /// What finds the modes.
     #[arg(long, value_name = "NAME", value_enum, default_value_t)]
     pub eigen_solver: SolverName,
+    /// Memory.
+    #[command(flatten)]
+    pub memory: MemoryArguments,
     /// MPI processes of --eigen-solver slepc.
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..))]
     pub ranks: Option<u32>,
@@ -150,11 +155,14 @@ enum Command {
         /// Second superelement.
         b: PathBuf,
     },
+    /// Say what a reduction will cost, without doing it: factor, memory, time.
+    Plan(PlanArguments),
     /// Print the JSON schema of the component description.
     Schema,
 }
 
-fn count(text: &str) -> Result<usize, String> {
+/// A number of modes.
+pub(crate) fn count(text: &str) -> Result<usize, String> {
     text.parse()
         .map_err(|_| "a number of modes is wanted, 0 or more".into())
 }
@@ -164,7 +172,8 @@ fn interface_count(text: &str) -> Result<usize, String> {
         .map_err(|_| "a number of interface modes is wanted, 0 or more".into())
 }
 
-fn frequency(text: &str) -> Result<f64, String> {
+/// A frequency, Hz.
+pub(crate) fn frequency(text: &str) -> Result<f64, String> {
     match text.parse::<f64>() {
         Ok(hertz) if hertz.is_finite() && hertz > 0.0 => Ok(hertz),
         _ => Err("a positive number of Hz is wanted".into()),
@@ -192,6 +201,7 @@ pub fn main() -> ExitCode {
         ),
         Some(Command::Verify(arguments)) => verify::run(arguments),
         Some(Command::Compare { a, b }) => compare::run(a, b),
+        Some(Command::Plan(arguments)) => cli_plan::run(arguments),
         Some(Command::Schema) => schema(),
     };
     // What was asked for is printed also with --quiet; what was done along the way is not.

@@ -67,7 +67,7 @@ pub fn wait_if_interrupted() {
 }
 
 /// `PART.dcb.h5` beside `PART.mtx`.
-fn default_output(stiffness: &Path) -> PathBuf {
+pub(crate) fn default_output(stiffness: &Path) -> PathBuf {
     let mut name = stem(stiffness).into_os_string();
     name.push(".dcb.h5");
     PathBuf::from(name)
@@ -129,13 +129,21 @@ pub fn run(arguments: &ReduceArguments, common: &CommonArguments) -> Result<Outc
         }
     }
     clean_up_on_interrupt(&target);
+    let memory = arguments.memory.limit(&target);
 
     let show = !common.quiet && std::io::stderr().is_terminal();
     let mut clock = StageClock::new(if show { Display::Bars } else { Display::Silent });
+    if common.verbose && !common.quiet {
+        clock.announce_forecast();
+    }
     clock.start("read");
     let component = read_component(&files)?;
     let options = Reduction {
-        modes: mode_selection(arguments, &component.units.time)?,
+        modes: mode_selection(
+            arguments.modes,
+            arguments.max_frequency,
+            &component.units.time,
+        )?,
         interface_modes: arguments
             .interface_modes
             .map_or(InterfaceModes::All, InterfaceModes::Softest),
@@ -150,6 +158,7 @@ pub fn run(arguments: &ReduceArguments, common: &CommonArguments) -> Result<Outc
             LoosePieces::Refuse
         },
         eigen_solver,
+        memory,
     };
     let mut reduced =
         reduce(&component, &options, &mut clock).map_err(|error| naming_the_file(error, &files))?;
@@ -280,11 +289,17 @@ fn no_mode_warning(arguments: &ReduceArguments, element: &Superelement) -> Optio
     ))
 }
 
-fn mode_selection(arguments: &ReduceArguments, time_unit: &str) -> Result<ModeSelection, Error> {
-    let Some(hertz) = arguments.max_frequency else {
-        return Ok(ModeSelection::Lowest(
-            arguments.modes.unwrap_or(DEFAULT_MODES),
-        ));
+/// The modes that `--modes` and `--max-frequency` ask for.
+///
+/// # Errors
+/// [`Error::Component`] for a frequency in a time unit that is not known.
+pub(crate) fn mode_selection(
+    modes: Option<usize>,
+    max_frequency: Option<f64>,
+    time_unit: &str,
+) -> Result<ModeSelection, Error> {
+    let Some(hertz) = max_frequency else {
+        return Ok(ModeSelection::Lowest(modes.unwrap_or(DEFAULT_MODES)));
     };
     let second = si_factor(time_unit).ok_or_else(|| {
         Error::Component(format!(

@@ -8,7 +8,7 @@ use faer::Mat;
 use crate::block_algebra::{column_dots, symmetric_product};
 use crate::condensation::Model;
 use crate::error::Error;
-use crate::factorization::{NotPositive, SymmetricFactor};
+use crate::factorization::{SymmetricFactor, Unfactorized};
 use crate::free_modes::ZERO_OVER_ROUNDING;
 use crate::lanczos::Lanczos;
 use crate::rigid_body::{RigidBodyModes, StiffnessDefects};
@@ -279,7 +279,7 @@ fn nullity(
     let free = rigid.none();
     let positive = match factor.factorize(&model.stiffness, &model.mass, shift) {
         Ok(positive) => positive,
-        Err(NotPositive { .. }) => return Err(indefinite(model, scale, factor)),
+        Err(why) => return Err(unfactorized(model, scale, factor, why)),
     };
     let block = 16.min(model.len());
     let mut lanczos = Lanczos::start(model, &free, &positive, shift, block, 6 * block, 0x5eed)?;
@@ -332,6 +332,19 @@ pub fn loose(model: &Model, extra: usize, shapes: Option<&Mat<f64>>) -> Error {
     Error::Component(format!(
         "the part is a mechanism: {extra} motion(s) beyond the rigid ones cost no energy{moving}; look for hinges, cells joined at an edge or a node only, and missing rotational stiffness (or allow it with --allow-loose)"
     ))
+}
+
+/// Why K + σ M has no factor.
+pub fn unfactorized(
+    model: &Model,
+    scale: &SpectrumScale,
+    factor: &mut SymmetricFactor,
+    why: Unfactorized,
+) -> Error {
+    match why {
+        Unfactorized::NotPositive { .. } => indefinite(model, scale, factor),
+        Unfactorized::NoRoom(error) => error,
+    }
 }
 
 /// The message for a stiffness matrix that K + σ M can't make positive.

@@ -1,6 +1,8 @@
 //! Why a reduction could not be made. Unusable input and numerical failure are told apart, because a caller reacts to
 //! them differently.
 
+use crate::memory_limit::readable;
+
 /// A reduction that ended without a superelement.
 #[derive(Debug, thiserror::Error)]
 pub enum Error {
@@ -15,6 +17,20 @@ pub enum Error {
     OutOfMemory {
         /// What it was wanted for.
         what: &'static str,
+    },
+    /// The forecast exceeds the memory that may be taken; nothing was computed.
+    #[error(
+        "not enough memory: about {} are needed and {} may be taken; what helps: {remedies}",
+        readable(*.needed),
+        readable(*.available)
+    )]
+    NotEnoughMemory {
+        /// Forecast, bytes.
+        needed: u64,
+        /// Allowed, bytes.
+        available: u64,
+        /// What the user can do.
+        remedies: String,
     },
     /// The eigenvalue iteration stopped short.
     #[error(
@@ -97,7 +113,7 @@ impl Error {
     /// Whether the input is to blame (exit status 2) rather than the numerics (exit status 1).
     pub fn is_unusable_input(&self) -> bool {
         match self {
-            Self::Component(_) | Self::File(_) => true,
+            Self::Component(_) | Self::File(_) | Self::NotEnoughMemory { .. } => true,
             #[cfg(feature = "slepc")]
             Self::CannotStart { .. } => true,
             _ => false,

@@ -4,14 +4,18 @@
 //! The order is nested dissection on the nodes ([`crate::ordering`]), the numbers are made by [`crate::multifrontal`].
 
 use std::sync::atomic::{AtomicU64, Ordering};
+use std::sync::{Mutex, PoisonError};
 
 use dcb_formats::SparseMatrix;
-use faer::MatMut;
+use faer::{Mat, MatMut};
 
 use crate::error::Error;
-pub use crate::multifrontal::NotPositive;
-use crate::multifrontal::{Cholesky, Fronts, Indefinite, Matrix, eliminate, solve_columns};
+use crate::factor_store::{FactorStorage, FactorValues, Place, Precision};
+use crate::multifrontal::{
+    Cholesky, Fronts, Indefinite, Matrix, NotPositive, Real, eliminate, solve_columns,
+};
 use crate::ordering::{QuotientGraph, nested_dissection};
+use crate::refinement::{Refined, Refinement};
 
 /// Right-hand sides solved together: one or two of the widest registers.
 const FEW_COLUMNS: usize = 8;
@@ -20,7 +24,11 @@ const MANY_COLUMNS: usize = 16;
 /// The pattern of `K + σ M` analysed once, with room for one factor.
 pub struct SymmetricFactor {
     fronts: Fronts,
-    values: Vec<f64>,
+    storage: FactorStorage,
+    /// Where the factor goes in double precision if single precision turns out not to be enough.
+    fallback: FactorStorage,
+    values: Option<FactorValues>,
+    warning: Option<String>,
     solves: Solves,
 }
 
@@ -42,8 +50,34 @@ impl Solves {
 /// `K + σ M = L Lᵀ`, ready to solve.
 pub struct PositiveFactor<'a> {
     fronts: &'a Fronts,
-    values: &'a [f64],
+    values: &'a FactorValues,
     solves: &'a Solves,
+    refinement: Option<Refinement<'a>>,
+    least_accurate: Mutex<Refined>,
+}
+
+/// Why there is no factor.
+#[derive(Debug)]
+pub enum Unfactorized {
+    /// The matrix isn't positive definite; the original dof whose pivot was not positive.
+    NotPositive {
+        /// Original dof.
+        dof: usize,
+    },
+    /// No room for the factor.
+    NoRoom(Error),
+}
+
+impl From<NotPositive> for Unfactorized {
+    fn from(NotPositive { dof }: NotPositive) -> Self {
+        Self::NotPositive { dof }
+    }
+}
+
+impl From<Error> for Unfactorized {
+    fn from(error: Error) -> Self {
+        Self::NoRoom(error)
+    }
 }
 
 /// Signs of the pivots of a symmetric matrix; by Sylvester's law those of its eigenvalues.
@@ -77,9 +111,17 @@ impl SymmetricFactor {
         let fronts = Fronts::analyse(&graph, &nested_dissection(&graph));
         Ok(Self {
             fronts,
-            values: Vec::new(),
+            storage: FactorStorage::default(),
+            fallback: FactorStorage::default(),
+            values: None,
+            warning: None,
             solves: Solves::default(),
         })
+    }
+
+    /// What is known of the factor before any number is computed.
+    pub fn fronts(&self) -> &Fronts {
+        &self.fronts
     }
 
     /// Number of stored entries of the factor, padding included.
@@ -94,7 +136,7 @@ impl SymmetricFactor {
 
     /// Memory of the stored factor.
     pub fn stored_bytes(&self) -> usize {
-        size_of_val(self.values.as_slice())
+        self.values.as_ref().map_or(0, FactorValues::bytes)
     }
 
     /// Floating-point operations of a factorization.
@@ -112,35 +154,99 @@ impl SymmetricFactor {
         self.solves.passes.load(Ordering::Relaxed)
     }
 
-    /// Factorizes `K + shift · M`.
+    /// Decides how and where factors are kept from now on (at first: double precision in memory). `fallback` is for a matrix
+    /// for which single precision is not enough; it is always used in double precision.
+    pub fn keep_in(&mut self, storage: FactorStorage, fallback: Place) {
+        self.values = None;
+        self.storage = storage;
+        self.fallback = FactorStorage {
+            precision: Precision::Double,
+            place: fallback,
+        };
+    }
+
+    /// What a user should know of the factor's precision.
+    pub fn warning(&self) -> Option<&str> {
+        self.warning.as_deref()
+    }
+
+    /// Factorizes `K + shift · M`. A factor in single precision is tried on a block of columns, and made again in double precision if
+    /// refinement doesn't make up for what was rounded.
     ///
     /// # Errors
-    /// [`NotPositive`] with the original dof whose pivot was not positive.
-    pub fn factorize(
-        &mut self,
-        stiffness: &SparseMatrix,
-        mass: &SparseMatrix,
+    /// [`Unfactorized`]: not positive definite, or no room.
+    pub fn factorize<'a>(
+        &'a mut self,
+        stiffness: &'a SparseMatrix,
+        mass: &'a SparseMatrix,
         shift: f64,
-    ) -> Result<PositiveFactor<'_>, NotPositive> {
+    ) -> Result<PositiveFactor<'a>, Unfactorized> {
         let matrix = Matrix {
             stiffness,
             mass,
             shift,
         };
-        if self.values.is_empty() {
-            self.values = vec![0.0; self.fronts.stored_entries()];
+        self.compute(matrix)?;
+        if let Some(refined) = self.trial(matrix).filter(|trial| !trial.is_accurate()) {
+            self.keep_in_double(refined);
+            self.compute(matrix)?;
         }
-        eliminate(
-            &self.fronts,
-            matrix,
-            &Cholesky::<f64>::default(),
-            &mut self.values,
-        )?;
-        Ok(PositiveFactor {
+        self.factor(matrix)
+            .ok_or_else(|| Error::OutOfMemory { what: "the factor" }.into())
+    }
+
+    /// Gives up single precision, after refinements that ended so.
+    pub fn keep_in_double(&mut self, refined: Refined) {
+        self.warning = Some(format!(
+            "the factor was made again in double precision: in single precision a solution had the scaled residual {:.0e} after {} refinements",
+            refined.residual, refined.steps
+        ));
+        self.values = None;
+        self.storage = self.fallback.clone();
+    }
+
+    /// Computes the entries.
+    fn compute(&mut self, matrix: Matrix<'_>) -> Result<(), Unfactorized> {
+        let mut values = match self.values.take() {
+            Some(values) => values,
+            None => FactorValues::zeros(&self.storage, self.fronts.stored_entries())?,
+        };
+        let done = match &mut values {
+            FactorValues::Double(values) => self.eliminate(matrix, values),
+            FactorValues::Single(values) => self.eliminate(matrix, values),
+        };
+        self.values = Some(values);
+        Ok(done?)
+    }
+
+    fn eliminate<T: Real>(&self, matrix: Matrix<'_>, values: &mut [T]) -> Result<(), NotPositive> {
+        eliminate(&self.fronts, matrix, &Cholesky::<T>::default(), values)
+    }
+
+    fn factor<'a>(&'a self, matrix: Matrix<'a>) -> Option<PositiveFactor<'a>> {
+        let values = self.values.as_ref()?;
+        Some(PositiveFactor {
             fronts: &self.fronts,
-            values: &self.values,
             solves: &self.solves,
+            values,
+            refinement: matches!(values, FactorValues::Single(_)).then(|| Refinement::of(matrix)),
+            least_accurate: Mutex::default(),
         })
+    }
+
+    /// How well a rounded factor solves for a block of pseudo-random forces, which excite every motion.
+    fn trial(&self, matrix: Matrix<'_>) -> Option<Refined> {
+        let factor = self.factor(matrix)?;
+        factor.refinement.as_ref()?;
+        let mut state = 0x5eed_u64;
+        let mut block = Mat::from_fn(self.fronts.dof_count(), FEW_COLUMNS, |_, _| {
+            state = state
+                .wrapping_mul(6_364_136_223_846_793_005)
+                .wrapping_add(1_442_695_040_888_963_407);
+            (state >> 11) as f64 / (1_u64 << 53) as f64 - 0.5
+        });
+        factor.solve_in_place(block.as_mut());
+        Some(factor.least_accurate())
     }
 
     /// Counts the negative eigenvalues of `K - shift · M`, which are the eigenvalues of the pencil below `shift`
@@ -175,21 +281,48 @@ impl PositiveFactor<'_> {
     pub fn solve_in_place(&self, block: MatMut<'_, f64>) {
         let mut rest = block;
         while rest.ncols() > 0 {
-            let few = rest.ncols() <= FEW_COLUMNS;
-            let width = if few {
+            let width = if rest.ncols() <= FEW_COLUMNS {
                 rest.ncols()
             } else {
                 MANY_COLUMNS.min(rest.ncols())
             };
             let (columns, after) = rest.split_at_col_mut(width);
             self.solves.count(width);
-            if few {
-                solve_columns::<f64, FEW_COLUMNS>(self.fronts, self.values, columns);
-            } else {
-                solve_columns::<f64, MANY_COLUMNS>(self.fronts, self.values, columns);
+            match (self.values, &self.refinement) {
+                (FactorValues::Double(values), _) => self.solve(values, columns),
+                (FactorValues::Single(values), None) => self.solve(values, columns),
+                (FactorValues::Single(values), Some(refinement)) => {
+                    let refined = refinement.solve_in_place(columns, |x| self.solve(values, x));
+                    self.note(refined);
+                }
             }
             rest = after;
         }
+    }
+
+    /// At most [`MANY_COLUMNS`] columns.
+    fn solve<T: Real>(&self, values: &[T], columns: MatMut<'_, f64>) {
+        if columns.ncols() <= FEW_COLUMNS {
+            solve_columns::<T, FEW_COLUMNS>(self.fronts, values, columns);
+        } else {
+            solve_columns::<T, MANY_COLUMNS>(self.fronts, values, columns);
+        }
+    }
+
+    fn note(&self, refined: Refined) {
+        let mut known = self
+            .least_accurate
+            .lock()
+            .unwrap_or_else(PoisonError::into_inner);
+        known.include(refined);
+    }
+
+    /// Most steps and largest residual of the refinements made with this factor; zeros for one in double precision.
+    pub fn least_accurate(&self) -> Refined {
+        *self
+            .least_accurate
+            .lock()
+            .unwrap_or_else(PoisonError::into_inner)
     }
 }
 
@@ -256,5 +389,63 @@ mod tests {
         assert!(crate::block_algebra::largest_entry((&product - &rhs).as_ref()) < 1e-11);
         // Below the lowest eigenvalue the matrix is indefinite and says so.
         assert!(factor.factorize(&stiffness, &mass, -1.0).is_err());
+    }
+
+    fn solved(
+        (stiffness, mass, shift): (&SparseMatrix, &SparseMatrix, f64),
+        storage: FactorStorage,
+        rhs: &Mat<f64>,
+    ) -> (Mat<f64>, Option<String>) {
+        let groups: Vec<u32> = (0..rhs.nrows() as u32).map(|i| i / 3).collect();
+        let mut factor = SymmetricFactor::analyse(stiffness, mass, &groups).unwrap();
+        factor.keep_in(storage, Place::Memory);
+        let mut x = rhs.clone();
+        factor
+            .factorize(stiffness, mass, shift)
+            .unwrap()
+            .solve_in_place(x.as_mut());
+        (x, factor.warning().map(str::to_owned))
+    }
+
+    fn stored(precision: Precision, place: Place) -> FactorStorage {
+        FactorStorage { precision, place }
+    }
+
+    #[test]
+    fn a_factor_on_disk_solves_to_the_same_last_bit() {
+        let (stiffness, mass) = chain(2000);
+        let rhs = Mat::from_fn(2000, 19, |i, j| ((i * (j + 1)) as f64).sin());
+        let folder = tempfile::tempdir().unwrap();
+        for precision in [Precision::Double, Precision::Single] {
+            let disk = Place::Disk {
+                folder: folder.path().into(),
+            };
+            let problem = (&stiffness, &mass, 0.01);
+            let (in_memory, _) = solved(problem, stored(precision, Place::Memory), &rhs);
+            let (on_disk, _) = solved(problem, stored(precision, disk), &rhs);
+            assert_eq!(in_memory, on_disk);
+        }
+        assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 0);
+    }
+
+    #[test]
+    fn single_precision_refines_to_double_or_gives_way_to_it() {
+        let (stiffness, mass) = chain(2000);
+        let rhs = Mat::from_fn(2000, 19, |i, j| ((i * (j + 1)) as f64).sin());
+        let largest = |x: &Mat<f64>| crate::block_algebra::largest_entry(x.as_ref());
+        let both = |shift: f64| {
+            let problem = (&stiffness, &mass, shift);
+            let (double, _) = solved(problem, stored(Precision::Double, Place::Memory), &rhs);
+            let (single, warning) = solved(problem, stored(Precision::Single, Place::Memory), &rhs);
+            (largest(&(&single - &double)) / largest(&double), warning)
+        };
+        let (difference, warning) = both(0.01);
+        assert!(difference < 1e-12 && warning.is_none(), "{difference:e}");
+        // A shift just above minus the lowest eigenvalue: nearly singular, with a condition number of 1e15.
+        let angle = std::f64::consts::PI / f64::from(4 * 2000 + 2);
+        let lowest = 4.0 * angle.sin().powi(2);
+        let (difference, warning) = both(-lowest * (1.0 - 1e-8));
+        assert_eq!(difference, 0.0);
+        assert!(warning.is_some_and(|w| w.contains("double precision")));
     }
 }

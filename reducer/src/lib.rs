@@ -2,13 +2,15 @@
 //!
 //! [`reduce`] is the whole pipeline: rigid motions from geometry, one factorization of K + σ M that serves the free-free
 //! modes and the residual flexibility, inertia invariants, an eigenvalue count as certificate, and a quality report. Everything
-//! works on sparse matrices; nothing here reads clocks, prints or opens files ([`cli`] does).
+//! works on sparse matrices; nothing here reads clocks, prints or opens files ([`cli`] does), but for a factor that is kept on disk.
 
 pub mod assemble;
 pub mod attachment;
 pub mod block_algebra;
 pub mod cli;
 pub mod cli_eigen_solver;
+pub mod cli_memory;
+pub mod cli_plan;
 pub mod cli_reduce;
 pub mod column_products;
 pub mod compare;
@@ -18,7 +20,9 @@ pub mod dependency;
 pub mod diagnosis;
 pub mod eigen_solver;
 pub mod error;
+pub mod factor_store;
 pub mod factorization;
+pub mod forecast;
 pub mod frame;
 pub mod free_modes;
 pub mod huge_pages;
@@ -27,6 +31,8 @@ pub mod interface_reduction;
 pub mod invariants;
 pub mod lanczos;
 pub mod localization;
+pub mod machine_speed;
+pub mod memory_limit;
 #[cfg(feature = "slepc")]
 pub mod mpi_job;
 pub mod multifrontal;
@@ -35,8 +41,10 @@ pub mod observer;
 pub mod ordering;
 #[cfg(feature = "slepc")]
 pub mod petsc_binary;
+pub mod plan;
 pub mod plausibility;
 pub mod quality;
+pub mod refinement;
 pub mod residual;
 pub mod residual_filter;
 pub mod rigid_body;
@@ -62,11 +70,14 @@ use crate::diagnosis::Support;
 pub use crate::diagnosis::{Grounding, LoosePieces};
 pub use crate::eigen_solver::EigenSolver;
 pub use crate::error::Error;
+use crate::factor_store::{FactorStorage, Place};
 use crate::factorization::SymmetricFactor;
+use crate::forecast::Forecast;
 use crate::free_modes::{FreeModes, Search};
 pub use crate::interface_reduction::InterfaceModes;
 use crate::invariants::inertia_invariants;
 use crate::localization::Localization;
+use crate::memory_limit::{MemoryLimit, readable};
 use crate::observer::{Observer, Stage};
 use crate::quality::{Quality, Sturm};
 use crate::residual::ResidualFlexibility;
@@ -102,6 +113,8 @@ pub struct Reduction {
     pub loose_pieces: LoosePieces,
     /// What finds the modes.
     pub eigen_solver: EigenSolver,
+    /// How much memory may be taken, and where the factor is kept.
+    pub memory: MemoryLimit,
 }
 
 impl Reduction {
@@ -113,6 +126,7 @@ impl Reduction {
             grounding: Grounding::Refuse,
             loose_pieces: LoosePieces::Refuse,
             eigen_solver: EigenSolver::BlockLanczos,
+            memory: MemoryLimit::default(),
         }
     }
 }
@@ -157,6 +171,11 @@ pub fn reduce(
 
     observer.begin(Stage::Order);
     let mut factor = SymmetricFactor::analyse(&model.stiffness, &model.mass, &model.points())?;
+    let forecast = Forecast::of(&model, &localization, &factor, options.modes);
+    observer.forecast(&forecast, &options.memory);
+    let storage = options.memory.choose(&forecast)?;
+    let memory_warning = short_of_memory(&forecast, &storage, &options.memory);
+    factor.keep_in(storage, options.memory.fallback(&forecast));
     let (support, few_digits) = diagnosis::support(
         &model,
         &geometric,
@@ -182,6 +201,7 @@ pub fn reduce(
         observer,
     )?;
     let work = Work::of(&model, &factor, &modes, &residual);
+    let precision_warning = factor.warning().map(str::to_owned);
     drop(factor);
     let residual = match options.interface_modes {
         InterfaceModes::All => residual,
@@ -211,7 +231,10 @@ pub fn reduce(
         &inertia,
         sturm,
     );
-    let mut warnings: Vec<String> = few_digits.into_iter().collect();
+    let mut warnings: Vec<String> = [few_digits, memory_warning, precision_warning]
+        .into_iter()
+        .flatten()
+        .collect();
     warnings.extend(assemble::warnings(
         component,
         &properties,
@@ -229,6 +252,27 @@ pub fn reduce(
         support,
     };
     Ok(parts.into_reduced(expanded, quality, work, warnings))
+}
+
+/// What to say where the factor went to disk unasked.
+fn short_of_memory(
+    forecast: &Forecast,
+    storage: &FactorStorage,
+    limit: &MemoryLimit,
+) -> Option<String> {
+    let in_memory = FactorStorage::default();
+    match (&storage.place, limit.bytes) {
+        (Place::Disk { folder }, Some(bytes)) if !limit.allows(forecast, &in_memory) => {
+            Some(format!(
+                "the factor ({}) was kept on disk in {}: with it in memory about {} would be needed, and {} may be taken; results are the same",
+                readable(forecast.factor_bytes(storage)),
+                folder.display(),
+                readable(forecast.peak_bytes(&in_memory)),
+                readable(bytes)
+            ))
+        }
+        _ => None,
+    }
 }
 
 /// Steps that share the factorization, repeated more widely if the eigenvalue count finds modes missing.
@@ -259,11 +303,11 @@ fn modes_and_residual(
         observer.begin(Stage::Factor);
         let positive = match factor.factorize(&model.stiffness, &model.mass, shift) {
             Ok(positive) => positive,
-            Err(_) => return Err(diagnosis::indefinite(model, scale, factor)),
+            Err(why) => return Err(diagnosis::unfactorized(model, scale, factor, why)),
         };
         observer.begin(Stage::Modes);
         missed += last_count.map_or(0, |sturm| sturm.counted.saturating_sub(sturm.found));
-        let modes = options.eigen_solver.free_modes(
+        let found = options.eigen_solver.free_modes(
             model,
             rigid,
             &positive,
@@ -274,7 +318,15 @@ fn modes_and_residual(
                 missed,
             },
             observer,
-        )?;
+        );
+        let modes = match found {
+            Err(_) if !positive.least_accurate().is_accurate() => {
+                let refined = positive.least_accurate();
+                factor.keep_in_double(refined);
+                continue;
+            }
+            found => found?,
+        };
         if modes.zero_count > 0 && options.loose_pieces == LoosePieces::Refuse {
             let shapes = modes
                 .shapes
@@ -288,7 +340,13 @@ fn modes_and_residual(
         }
         observer.begin(Stage::Attachments);
         let residual =
-            ResidualFlexibility::compute(model, localization, rigid, &modes, &positive, observer)?;
+            ResidualFlexibility::compute(model, localization, rigid, &modes, &positive, observer);
+        let refined = positive.least_accurate();
+        if !refined.is_accurate() {
+            factor.keep_in_double(refined);
+            continue;
+        }
+        let residual = residual?;
         observer.begin(Stage::Certificate);
         let sturm = certificate(model, rigid, &modes, factor);
         if sturm.counted == sturm.found {

@@ -1,5 +1,8 @@
 //! How a caller follows a reduction: which stage runs, how far it is. Clocks, bars and printing are the caller's.
 
+use crate::forecast::Forecast;
+use crate::memory_limit::MemoryLimit;
+
 /// The stages of a reduction, in order.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Stage {
@@ -43,6 +46,8 @@ pub trait Observer {
     fn begin(&mut self, stage: Stage);
     /// The running stage has done about this share of its work, 0 to 1.
     fn progress(&mut self, share: f64);
+    /// What the reduction will cost, before the first factorization.
+    fn forecast(&mut self, _: &Forecast, _: &MemoryLimit) {}
 }
 
 /// Nobody is watching.

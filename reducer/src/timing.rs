@@ -5,7 +5,12 @@ use std::time::Instant;
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use serde::Serialize;
 
+use crate::cli::print_to_stderr;
+use crate::forecast::Forecast;
+use crate::machine_speed::MachineSpeed;
+use crate::memory_limit::MemoryLimit;
 use crate::observer::{Observer, Stage};
+use crate::plan;
 
 /// What one stage took.
 #[derive(Clone, Debug, PartialEq, Serialize)]
@@ -40,6 +45,7 @@ pub struct StageClock {
     finished: Vec<StageTime>,
     running: Option<Running>,
     bar: ProgressBar,
+    announces: bool,
 }
 
 /// Steps of a bar.
@@ -62,7 +68,13 @@ impl StageClock {
             finished: Vec::new(),
             running: None,
             bar,
+            announces: false,
         }
+    }
+
+    /// Prints the forecast before work starts.
+    pub fn announce_forecast(&mut self) {
+        self.announces = true;
     }
 
     /// Ends the running stage and starts one by name.
@@ -131,6 +143,14 @@ impl Observer for StageClock {
     fn progress(&mut self, share: f64) {
         self.bar
             .set_position((share.clamp(0.0, 1.0) * BAR_STEPS as f64) as u64);
+    }
+
+    fn forecast(&mut self, forecast: &Forecast, limit: &MemoryLimit) {
+        if self.announces {
+            let text = plan::text(forecast, limit, MachineSpeed::measure());
+            self.bar
+                .suspend(|| print_to_stderr("forecast", &format!("\n{}", text.trim_end())));
+        }
     }
 }
 

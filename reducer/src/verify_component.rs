@@ -17,6 +17,7 @@ use crate::factorization::SymmetricFactor;
 use crate::free_modes::{FreeModes, residuals};
 use crate::invariants::inertia_invariants;
 use crate::localization::Localization;
+use crate::memory_limit::MemoryLimit;
 use crate::quality::{Quality, Sturm};
 use crate::residual::ResidualFlexibility;
 use crate::rigid_body::{MassProperties, RigidBodyModes};
@@ -194,9 +195,10 @@ fn check_fields(
     let mut factor = SymmetricFactor::analyse(&model.stiffness, &model.mass, &model.points())?;
     let residual = match reported_reduction(element) {
         Some(report) if report.leaves_out() => {
-            let Ok(positive) = factor.factorize(&model.stiffness, &model.mass, scale.shift())
-            else {
-                return Err(diagnosis::indefinite(model, &scale, &mut factor));
+            let shift = scale.shift();
+            let positive = match factor.factorize(&model.stiffness, &model.mass, shift) {
+                Ok(positive) => positive,
+                Err(why) => return Err(diagnosis::unfactorized(model, &scale, &mut factor, why)),
             };
             let whole = ResidualFlexibility::compute(
                 model,
@@ -348,6 +350,7 @@ fn check_by_reduction(
             LoosePieces::Refuse
         },
         eigen_solver: EigenSolver::BlockLanczos,
+        memory: MemoryLimit::default(),
     };
     let again = reduce(component, &options, &mut ())?.superelement;
     let same = again.mode_count() == element.mode_count() && again.rows.len() == element.rows.len();

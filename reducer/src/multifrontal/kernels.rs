@@ -2,7 +2,7 @@
 //! so that a row is one or two registers. Every entry of the factor is loaded once for all right-hand sides.
 
 /// How the entries of a factor are stored; all arithmetic is in double precision.
-pub trait Real: Copy + Send + Sync + 'static {
+pub trait Real: pulp::bytemuck::Pod + Send + Sync {
     /// 0.
     const ZERO: Self;
 

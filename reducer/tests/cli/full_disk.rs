@@ -50,6 +50,18 @@ fn a_full_disk_is_told_and_keeps_the_old_output() {
 }
 
 #[test]
+fn a_disk_too_small_for_the_factor_is_told() {
+    let folder = Folder::rotor();
+    let place = folder.path("disk");
+    let Some(_disk) = SmallDisk::mount(&place, 64) else {
+        return skipped("mounting a small file system needs root; the full disk wasn't tested");
+    };
+    let says = ["disk: cannot keep the factor here", "No space left"];
+    folder.refused("rotor.mtx --factor disk --scratch disk", &says);
+    assert!(!folder.names().contains(&"rotor.dcb.h5".to_owned()));
+}
+
+#[test]
 fn a_full_standard_output_is_an_error() {
     let folder = Folder::rotor();
     folder.done("rotor.mtx");

@@ -13,6 +13,7 @@ fn every_command_has_help() {
         ("verify --help", "--component <PART.mtx>"),
         ("compare --help", "Usage: reduce compare [OPTIONS] <A> <B>"),
         ("schema --help", "JSON schema"),
+        ("plan --help", "Usage: reduce plan [OPTIONS] <PART.mtx>"),
         ("--version", env!("CARGO_PKG_VERSION")),
     ] {
         let shown = folder.done(arguments);
@@ -48,6 +49,9 @@ fn help_names_every_option_of_a_reduction() {
         "--eigen-solver",
         "--ranks",
         "--mpirun",
+        "--memory",
+        "--factor",
+        "--scratch",
     ] {
         assert!(shown.contains(option), "{option} is missing");
     }

@@ -9,6 +9,7 @@ mod full_disk;
 mod help;
 mod inspect;
 mod interruption;
+mod memory;
 mod options;
 mod output;
 mod support;

@@ -232,7 +232,7 @@ fn quiet_says_nothing_and_verbose_lists_every_mode() {
             .count()
     };
     let normal = folder.done("rotor.mtx --modes 20 --force");
-    let verbose = folder.done("rotor.mtx --modes 20 --force -v");
+    let verbose = folder.run("rotor.mtx --modes 20 --force -v").stdout;
     assert!(
         normal.contains("the last of 10 more") && !verbose.contains("more"),
         "{normal}\n{verbose}"

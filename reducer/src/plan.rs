@@ -1,0 +1,182 @@
+//! `reduce plan PART.mtx`: what a reduction will cost, without doing it.
+
+use std::fmt::Write as _;
+
+use dcb_formats::component::Component;
+use serde_json::json;
+
+use crate::cli_reduce::Outcome;
+use crate::condensation::Model;
+use crate::error::Error;
+use crate::factor_store::{FactorStorage, Place, Precision};
+use crate::factorization::SymmetricFactor;
+use crate::forecast::Forecast;
+use crate::localization::Localization;
+use crate::machine_speed::MachineSpeed;
+use crate::memory_limit::{MemoryLimit, readable};
+use crate::{ModeSelection, diagnosis};
+
+/// Text or JSON.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Form {
+    /// For people.
+    Text,
+    /// For programs.
+    Json,
+}
+
+/// Reads the pattern of a component and forecasts its reduction.
+///
+/// # Errors
+/// [`Error::Component`] where the component can't be reduced as it is.
+pub fn forecast(component: &Component, modes: ModeSelection) -> Result<Forecast, Error> {
+    diagnosis::check_rows(component)?;
+    let model = Model::of(component)?;
+    let localization = Localization::of(component, &model)?;
+    let factor = SymmetricFactor::analyse(&model.stiffness, &model.mass, &model.points())?;
+    Ok(Forecast::of(&model, &localization, &factor, modes))
+}
+
+/// What the command prints.
+pub fn report(name: &str, forecast: &Forecast, limit: &MemoryLimit, form: Form) -> Outcome {
+    let speed = MachineSpeed::measure();
+    let output = match form {
+        Form::Text => format!("{name}\n{}", text(forecast, limit, speed)),
+        Form::Json => json(forecast, limit, speed).to_string() + "\n",
+    };
+    Outcome {
+        output,
+        failure: None,
+    }
+}
+
+/// How a factor is kept, in words.
+pub fn described(storage: &FactorStorage) -> String {
+    match (&storage.place, storage.precision) {
+        (Place::Memory, Precision::Double) => "in memory".into(),
+        (Place::Memory, Precision::Single) => "in memory in single precision".into(),
+        (Place::Disk { folder }, _) => format!("on disk in {}", folder.display()),
+    }
+}
+
+/// The forecast for people.
+pub fn text(forecast: &Forecast, limit: &MemoryLimit, speed: MachineSpeed) -> String {
+    let chosen = limit.choose(forecast);
+    let storage = match &chosen {
+        Ok(storage) => storage.clone(),
+        Err(_) => limit.candidates().swap_remove(0),
+    };
+    let mut text = String::new();
+    let mut line = |what: &str, value: String| {
+        let _ = writeln!(text, "  {what:<34} {value}");
+    };
+    let million = |count: usize| format!("{:.3} million", count as f64 / 1e6);
+    line("dofs", forecast.dofs.to_string());
+    line(
+        "entries of the stiffness matrix",
+        million(forecast.stiffness_entries),
+    );
+    line("entries of the mass matrix", million(forecast.mass_entries));
+    let guess = match forecast.modes_are_assumed {
+        true => " assumed, --max-frequency decides",
+        false => "",
+    };
+    line("modes", format!("{}{guess}", forecast.modes));
+    line(
+        "attachment columns",
+        forecast.attachment_columns.to_string(),
+    );
+    line(
+        "entries of the factor",
+        format!(
+            "{}, {} stored",
+            million(forecast.factor_entries),
+            million(forecast.stored_entries)
+        ),
+    );
+    line(
+        "operations of a factorization",
+        format!("{:.2} billion", forecast.flops / 1e9),
+    );
+    line("memory of the matrices", readable(forecast.matrix_bytes()));
+    line(
+        "memory of the factor",
+        readable(forecast.factor_bytes(&storage)),
+    );
+    line(
+        "memory to compute it",
+        format!(
+            "{} with {} thread(s)",
+            readable(forecast.scratch_bytes()),
+            forecast.threads
+        ),
+    );
+    for stage in forecast.stages(&storage) {
+        line(
+            &format!("memory in stage {}", stage.stage.name()),
+            readable(stage.bytes),
+        );
+    }
+    line(
+        "largest memory",
+        format!(
+            "{}, give or take a fifth",
+            readable(forecast.peak_bytes(&storage))
+        ),
+    );
+    line(
+        "time after the ordering",
+        format!(
+            "{} s, within a factor of two ({:.0} billion operations and {:.0} GB a second here)",
+            rounded(forecast.seconds(&storage, speed)),
+            speed.flops / 1e9,
+            speed.bandwidth / 1e9
+        ),
+    );
+    if let Some(bytes) = limit.bytes {
+        line("memory allowed", readable(bytes));
+    }
+    match chosen {
+        Ok(storage) => line("the factor will be kept", described(&storage)),
+        Err(error) => line("the reduction will be refused", error.to_string()),
+    }
+    text
+}
+
+/// Two digits are more than the forecast is worth.
+fn rounded(seconds: f64) -> String {
+    match seconds {
+        s if s < 9.95 => format!("{s:.1}"),
+        s => format!("{s:.0}"),
+    }
+}
+
+fn json(forecast: &Forecast, limit: &MemoryLimit, speed: MachineSpeed) -> serde_json::Value {
+    let costs = |storage: &FactorStorage| {
+        let stages: serde_json::Map<_, _> = forecast
+            .stages(storage)
+            .into_iter()
+            .map(|stage| (stage.stage.name().to_owned(), json!(stage.bytes)))
+            .collect();
+        json!({
+            "factor": described(storage),
+            "factor_bytes": forecast.factor_bytes(storage),
+            "peak_bytes": forecast.peak_bytes(storage),
+            "stage_bytes": stages,
+            "seconds": forecast.seconds(storage, speed),
+            "fits": limit.allows(forecast, storage),
+        })
+    };
+    let chosen = limit.choose(forecast);
+    json!({
+        "sizes": forecast,
+        "matrix_bytes": forecast.matrix_bytes(),
+        "scratch_bytes": forecast.scratch_bytes(),
+        "memory_bytes": limit.bytes,
+        "choices": limit.candidates().iter().map(costs).collect::<Vec<_>>(),
+        "chosen": chosen.as_ref().ok().map(described),
+        "refusal": chosen.as_ref().err().map(ToString::to_string),
+        "operations_per_second": speed.flops,
+        "bytes_per_second": speed.bandwidth,
+    })
+}

@@ -1,0 +1,120 @@
+//! The forecast, and what happens where memory is short.
+
+use serde_json::Value;
+
+use crate::support::Folder;
+
+fn planned(folder: &Folder, options: &str) -> Value {
+    serde_json::from_str(&folder.done(&format!("plan rotor.mtx --json {options}"))).unwrap()
+}
+
+/// Between what the reduction needs with the factor in memory and on disk.
+fn too_little_for_memory(folder: &Folder) -> u64 {
+    let needed = |factor: &str| {
+        let plan = planned(folder, &format!("--factor {factor}"));
+        plan["choices"][0]["peak_bytes"].as_u64().unwrap()
+    };
+    needed("disk").midpoint(needed("memory")) / 1024
+}
+
+#[test]
+fn a_plan_writes_nothing_and_tells_sizes_memory_and_time() {
+    let folder = Folder::rotor();
+    let before = folder.names();
+    let shown = folder.done("plan rotor.mtx --modes 12 --memory 8G");
+    for says in [
+        "dofs                               345",
+        "entries of the factor",
+        "operations of a factorization",
+        "largest memory",
+        "time after the ordering",
+        "memory allowed                     8.0 GB",
+        "the factor will be kept            in memory",
+    ] {
+        assert!(shown.contains(says), "{says}: {shown}");
+    }
+    assert_eq!(folder.names(), before);
+    let plan = planned(&folder, "--modes 12");
+    assert_eq!(plan["sizes"]["dofs"], 345);
+    assert_eq!(plan["sizes"]["modes"], 12);
+    assert_eq!(plan["sizes"]["attachment_columns"], 12);
+    assert_eq!(plan["chosen"], "in memory");
+    let assumed = planned(&folder, "--max-frequency 500");
+    assert_eq!(assumed["sizes"]["modes_are_assumed"], true);
+    let refused = folder.done("plan rotor.mtx --memory 1M");
+    assert!(refused.contains("will be refused"), "{refused}");
+}
+
+#[test]
+fn verbose_says_the_forecast_before_the_work() {
+    let folder = Folder::rotor();
+    let answer = folder.run("rotor.mtx -v");
+    assert!(answer.stderr.contains("forecast:"), "{}", answer.stderr);
+    let answer = folder.run("rotor.mtx -v --quiet --force");
+    assert_eq!(answer.stderr, "");
+}
+
+#[test]
+fn too_little_memory_is_refused_before_any_work() {
+    let folder = Folder::rotor();
+    folder.refused(
+        "rotor.mtx --memory 1M",
+        &["not enough memory", "1 MB may be taken", "fewer --modes"],
+    );
+    assert!(!folder.names().contains(&"rotor.dcb.h5".to_owned()));
+}
+
+#[test]
+fn sizes_without_sense_are_refused() {
+    let folder = Folder::rotor();
+    for size in ["12x", "8", "-1G", "0G", "G", "nanG"] {
+        folder.refused(&format!("rotor.mtx --memory {size}"), &["8G or 512M"]);
+        folder.refused(&format!("plan rotor.mtx --memory {size}"), &["8G or 512M"]);
+    }
+    folder.refused("rotor.mtx --factor tape", &["possible values"]);
+    folder.refused(
+        "rotor.mtx --factor disk --scratch nowhere",
+        &["nowhere", "cannot keep the factor here", "--scratch"],
+    );
+}
+
+#[test]
+fn a_factor_on_disk_gives_the_same_numbers() {
+    let folder = Folder::rotor();
+    folder.done("rotor.mtx -o memory.dcb.h5 --factor memory");
+    folder.done("rotor.mtx -o disk.dcb.h5 --factor disk");
+    let digits = |file: &str| {
+        let found = folder.inspected(file);
+        [
+            found["eigenvalues"].clone(),
+            found["quality"]["mode_residuals"].clone(),
+            found["quality"]["attachment_residual"].clone(),
+        ]
+    };
+    assert_eq!(digits("memory.dcb.h5"), digits("disk.dcb.h5"));
+    // Unasked, with a word about it.
+    let little = too_little_for_memory(&folder);
+    let says = ["was kept on disk in", "results are the same"];
+    folder.warned(
+        &format!("rotor.mtx -o short.dcb.h5 --memory {little}K"),
+        &says,
+    );
+    assert_eq!(digits("short.dcb.h5"), digits("memory.dcb.h5"));
+    folder.refused(
+        &format!("rotor.mtx -o none.dcb.h5 --factor memory --memory {little}K"),
+        &["not enough memory", "--factor disk"],
+    );
+}
+
+#[test]
+fn single_precision_is_refined_to_the_same_modes() {
+    let folder = Folder::rotor();
+    folder.done("rotor.mtx -o double.dcb.h5");
+    folder.done("rotor.mtx -o single.dcb.h5 --factor single");
+    let values = |file: &str| -> Vec<f64> {
+        serde_json::from_value(folder.inspected(file)["eigenvalues"].clone()).unwrap()
+    };
+    for (a, b) in values("double.dcb.h5").iter().zip(values("single.dcb.h5")) {
+        assert!((a - b).abs() < 1e-9 * a, "{a} {b}");
+    }
+}
