@@ -33,8 +33,8 @@ const SOLVE_BLOCK: usize = 16;
 const ATTACHMENT_ITERATIONS: f64 = 7.0;
 /// Share of a dense product's speed that a factorization reaches.
 const FACTOR_EFFICIENCY: f64 = 0.7;
-/// A solution's time over that of reading the factor twice.
-const SOLVE_OVER_READING: f64 = 1.3;
+/// Share that a solution with the factor reaches.
+const SOLVE_EFFICIENCY: f64 = 0.4;
 /// Solutions with a rounded factor and refinement, over one with an exact factor.
 const REFINED_OVER_PLAIN: f64 = 5.0;
 
@@ -181,15 +181,20 @@ impl Forecast {
             4 => REFINED_OVER_PLAIN,
             _ => 1.0,
         };
-        let solution = 2.0 * SOLVE_OVER_READING * refined * doubles / speed.bandwidth;
+        // Forward and back; bound by reading or by arithmetic.
+        let solution = |columns: usize| {
+            let arithmetic =
+                (self.stored_entries * columns) as f64 / (SOLVE_EFFICIENCY * speed.flops);
+            2.0 * refined * arithmetic.max(doubles / speed.bandwidth)
+        };
         let product = self.matrix_bytes() as f64 / speed.bandwidth;
         let column = self.columns(1.0) as f64 / speed.bandwidth;
         let basis = self.basis_columns() as f64;
         let steps = basis / LANCZOS_BLOCK as f64 + 4.0;
-        let modes_time = steps * (solution + 3.0 * product + 3.0 * basis * column);
+        let modes_time = steps * (solution(LANCZOS_BLOCK) + 3.0 * product + 3.0 * basis * column);
         let blocks = (attached / SOLVE_BLOCK as f64).ceil();
         let attachments = ATTACHMENT_ITERATIONS
-            * (blocks * (1.5 * solution + 2.0 * product) + 30.0 * attached * column);
+            * (blocks * (solution(SOLVE_BLOCK) + 2.0 * product) + 30.0 * attached * column);
         let width = modes + attached;
         let invariants = 12.0 * self.dofs as f64 * width * width / speed.flops;
         2.1 * factorization + modes_time + attachments + invariants + 20.0 * width * column

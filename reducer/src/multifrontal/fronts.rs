@@ -307,7 +307,7 @@ impl Fronts {
         self.first_descendants[front] as usize
     }
 
-    /// Where a front's columns are stored, packed ([`super::kernels::pack`]).
+    /// Where a front's columns are stored, packed in strips of columns.
     pub fn value_range(&self, front: usize) -> std::ops::Range<usize> {
         self.values[front]..self.values[front + 1]
     }
