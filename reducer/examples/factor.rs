@@ -1,5 +1,5 @@
 //! Times order, factorization, eigenvalue count and block solves of one part: `factor PART.mtx [ROUNDS]`, processor time beside
-//! wall time.
+//! wall time. The same kernels on a generated part, with statistics, are `cargo bench -p dcb-reducer`.
 #![allow(clippy::unwrap_used, clippy::expect_used)]
 use std::time::Instant;
 
