@@ -84,7 +84,7 @@ pub struct ReduceArguments {
     /// Compress the nodal shapes (slower, a little smaller).
     #[arg(long)]
     pub compress: bool,
-    /// Write wall time, processor time and memory of each stage, and counts of the work done, as JSON (replaces an older one).
+    /// Write times and memory of each stage and counts of the work as JSON (replaces an older one).
     #[arg(long, value_name = "F.json")]
     pub timings: Option<PathBuf>,
     /// Accept a part that is held; its frame is then not on mean axes.
