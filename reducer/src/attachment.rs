@@ -175,9 +175,9 @@ impl<'a> AttachmentProblem<'a> {
     /// Solves for all columns, block by block.
     pub fn solve(&self, factor: &PositiveFactor, observer: &mut dyn Observer) -> SolvedColumns {
         let columns = Mat::zeros(self.model.len(), self.localization.len());
-        self.by_blocks(columns, |forces, mut block, share| {
+        self.by_blocks(columns, |forces, block, share| {
             observer.progress(share);
-            self.solve_block(factor, forces, &mut block)
+            self.solve_block(factor, forces, block)
         })
     }
 
