@@ -21,16 +21,14 @@ const PROGRAM: u64 = 15 << 20;
 /// Modes assumed where a frequency limit decides.
 const ASSUMED_MODES: usize = 50;
 /// Blocks of modes held beside the Krylov basis.
-const MODE_BLOCKS: f64 = 12.0;
-/// Blocks of attachment columns held while they are solved for.
-const ATTACHMENT_BLOCKS: f64 = 10.5;
-/// Blocks of all shapes held by invariants and quality.
-const SHAPE_BLOCKS: f64 = 5.0;
+const MODE_BLOCKS: f64 = 7.0;
+/// Blocks of [`SOLVE_BLOCK`] columns held beside all shapes while attachments are solved for, or invariants formed.
+const WORKING_BLOCKS: f64 = 8.0;
 /// Columns of a Lanczos block, and of a block of attachment columns.
 const LANCZOS_BLOCK: usize = 8;
 const SOLVE_BLOCK: usize = 16;
 /// Preconditioned iterations of the attachment columns.
-const ATTACHMENT_ITERATIONS: f64 = 7.0;
+const ATTACHMENT_ITERATIONS: f64 = 2.0;
 /// Share of a dense product's speed that a factorization reaches.
 const FACTOR_EFFICIENCY: f64 = 0.7;
 /// Share that a solution with the factor reaches.
@@ -142,7 +140,9 @@ impl Forecast {
         };
         let base = PROGRAM + self.matrix_bytes() + self.dofs as u64 * TABLES_PER_DOF;
         let (modes, attached) = (self.modes as f64, self.attachment_columns as f64);
-        let kept = 2.0 * modes;
+        // Φ, M Φ and X.
+        let shapes = 2.0 * modes + attached;
+        let working = shapes + WORKING_BLOCKS * SOLVE_BLOCK as f64;
         let stage = |stage, bytes| StageMemory { stage, bytes };
         vec![
             stage(Stage::Factor, base + resident + self.scratch_bytes()),
@@ -150,18 +150,12 @@ impl Forecast {
                 Stage::Modes,
                 base + resident + self.columns(self.basis_columns() as f64 + MODE_BLOCKS * modes),
             ),
-            stage(
-                Stage::Attachments,
-                base + resident + self.columns(kept + ATTACHMENT_BLOCKS * attached),
-            ),
+            stage(Stage::Attachments, base + resident + self.columns(working)),
             stage(
                 Stage::Certificate,
-                base + resident + self.columns(kept + 2.0 * attached) + self.scratch_bytes(),
+                base + resident + self.columns(shapes) + self.scratch_bytes(),
             ),
-            stage(
-                Stage::Quality,
-                base + self.columns(SHAPE_BLOCKS * (modes + attached)),
-            ),
+            stage(Stage::Quality, base + self.columns(working)),
         ]
     }
 
@@ -194,7 +188,7 @@ impl Forecast {
         let modes_time = steps * (solution(LANCZOS_BLOCK) + 3.0 * product + 3.0 * basis * column);
         let blocks = (attached / SOLVE_BLOCK as f64).ceil();
         let attachments = ATTACHMENT_ITERATIONS
-            * (blocks * (solution(SOLVE_BLOCK) + 2.0 * product) + 30.0 * attached * column);
+            * (blocks * (solution(SOLVE_BLOCK) + 2.0 * product) + 15.0 * attached * column);
         let width = modes + attached;
         let invariants = 12.0 * self.dofs as f64 * width * width / speed.flops;
         2.1 * factorization + modes_time + attachments + invariants + 20.0 * width * column
