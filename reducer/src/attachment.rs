@@ -255,9 +255,9 @@ impl<'a> AttachmentProblem<'a> {
     fn worst(&self, columns: &Mat<f64>, residuals: &[f64], norms: &[f64]) -> Option<WorstColumn> {
         let largest =
             (0..residuals.len()).max_by(|a, b| residuals[*a].total_cmp(&residuals[*b]))?;
-        let beyond = (0..residuals.len()).filter(|j| residuals[*j] > RESIDUAL_LIMIT);
-        let mut asked: Vec<usize> = beyond.chain([largest]).collect();
-        asked.dedup();
+        let asked: Vec<usize> = (0..residuals.len())
+            .filter(|j| *j == largest || residuals[*j] > RESIDUAL_LIMIT)
+            .collect();
         let candidates = asked.chunks(BLOCK).flat_map(|asked| {
             let mut block = Mat::zeros(columns.nrows(), asked.len());
             for (to, from) in asked.iter().enumerate() {

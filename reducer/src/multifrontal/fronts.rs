@@ -340,19 +340,9 @@ impl Fronts {
             .sum()
     }
 
-    /// Floating-point operations in the subtree of a front.
-    pub fn subtree_flops(&self, front: usize) -> f64 {
-        self.subtree_flops[front]
-    }
-
     /// Whether a subtree is small enough to be one task.
     pub fn is_one_task(&self, front: usize) -> bool {
         self.children(front).is_empty() || self.subtree_flops[front] * TASKS <= self.flops()
-    }
-
-    /// Largest number of entries of update matrices held at once while one thread eliminates a subtree.
-    pub fn subtree_stack(&self, front: usize) -> usize {
-        self.subtree_stack[front]
     }
 
     /// Entries that the update matrices of fronts of even and of odd depth take at most while one thread eliminates a subtree; the
