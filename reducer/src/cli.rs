@@ -5,6 +5,7 @@ use std::path::PathBuf;
 use std::process::ExitCode;
 
 use clap::{Args, Parser, Subcommand, ValueEnum};
+use dcb_formats::component_files::Overrides;
 
 use crate::cli_memory::MemoryArguments;
 use crate::cli_plan::{self, PlanArguments};
@@ -66,15 +67,9 @@ pub struct ReduceArguments {
     /// Keep this many directions of residual flexibility, the softest [default: all].
     #[arg(long, value_name = "N", allow_negative_numbers = true, value_parser = interface_count)]
     pub interface_modes: Option<usize>,
-    /// Mass matrix [default: PART.mass.mtx].
-    #[arg(long, value_name = "FILE")]
-    pub mass: Option<PathBuf>,
-    /// Component description [default: PART.json].
-    #[arg(long, value_name = "FILE")]
-    pub mesh: Option<PathBuf>,
-    /// Boundary localization, n_b x n_e [default: PART.boundary.mtx if there].
-    #[arg(long, value_name = "FILE")]
-    pub boundary: Option<PathBuf>,
+    /// Files beside the stiffness matrix.
+    #[command(flatten)]
+    pub siblings: SiblingArguments,
     /// Replace an existing output.
     #[arg(long)]
     pub force: bool,
@@ -250,4 +245,29 @@ fn schema() -> Result<Outcome, Error> {
         output: text + "\n",
         failure: None,
     })
+}
+
+/// The files that stand beside a stiffness matrix unless they are named.
+#[derive(Debug, Args)]
+pub struct SiblingArguments {
+    /// Mass matrix [default: PART.mass.mtx].
+    #[arg(long, value_name = "FILE")]
+    pub mass: Option<PathBuf>,
+    /// Component description [default: PART.json].
+    #[arg(long, value_name = "FILE")]
+    pub mesh: Option<PathBuf>,
+    /// Boundary localization, n_b x n_e [default: PART.boundary.mtx if there].
+    #[arg(long, value_name = "FILE")]
+    pub boundary: Option<PathBuf>,
+}
+
+impl SiblingArguments {
+    /// What replaces the names beside the stiffness matrix.
+    pub fn overrides(&self) -> Overrides {
+        Overrides {
+            mass: self.mass.clone(),
+            description: self.mesh.clone(),
+            boundary: self.boundary.clone(),
+        }
+    }
 }

@@ -3,9 +3,9 @@
 use std::path::PathBuf;
 
 use clap::Args;
-use dcb_formats::component_files::{ComponentFiles, Overrides, read_component};
+use dcb_formats::component_files::{ComponentFiles, read_component};
 
-use crate::cli::{count, frequency};
+use crate::cli::{SiblingArguments, count, frequency};
 use crate::cli_memory::MemoryArguments;
 use crate::cli_reduce::{Outcome, default_output, mode_selection, naming_the_file};
 use crate::error::Error;
@@ -23,15 +23,9 @@ pub struct PlanArguments {
     /// Every elastic mode below this frequency; how many that are isn't known yet.
     #[arg(long, value_name = "HZ", allow_negative_numbers = true, value_parser = frequency)]
     pub max_frequency: Option<f64>,
-    /// Mass matrix [default: PART.mass.mtx].
-    #[arg(long, value_name = "FILE")]
-    pub mass: Option<PathBuf>,
-    /// Component description [default: PART.json].
-    #[arg(long, value_name = "FILE")]
-    pub mesh: Option<PathBuf>,
-    /// Boundary localization, n_b x n_e [default: PART.boundary.mtx if there].
-    #[arg(long, value_name = "FILE")]
-    pub boundary: Option<PathBuf>,
+    /// Files beside the stiffness matrix.
+    #[command(flatten)]
+    pub siblings: SiblingArguments,
     /// Memory.
     #[command(flatten)]
     pub memory: MemoryArguments,
@@ -45,15 +39,10 @@ pub struct PlanArguments {
 /// # Errors
 /// Whatever makes the component unusable.
 pub fn run(arguments: &PlanArguments) -> Result<Outcome, Error> {
-    let overrides = Overrides {
-        mass: arguments.mass.clone(),
-        description: arguments.mesh.clone(),
-        boundary: arguments.boundary.clone(),
-    };
     let limit = arguments
         .memory
         .limit(&default_output(&arguments.stiffness));
-    let files = ComponentFiles::beside(&arguments.stiffness, &overrides)?;
+    let files = ComponentFiles::beside(&arguments.stiffness, &arguments.siblings.overrides())?;
     let component = read_component(&files)?;
     let modes = mode_selection(
         arguments.modes,

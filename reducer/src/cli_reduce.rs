@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicBool, Ordering};
 
 use dcb_formats::Superelement;
-use dcb_formats::component_files::{ComponentFiles, Overrides, read_component, stem};
+use dcb_formats::component_files::{ComponentFiles, read_component, stem};
 use dcb_formats::dcb::{
     Compression, Contents, Replace, WriteOptions, check_output, partial_path, write_superelement,
 };
@@ -110,12 +110,7 @@ pub fn run(arguments: &ReduceArguments, common: &CommonArguments) -> Result<Outc
     } else {
         Replace::Refuse
     };
-    let overrides = Overrides {
-        mass: arguments.mass.clone(),
-        description: arguments.mesh.clone(),
-        boundary: arguments.boundary.clone(),
-    };
-    let files = ComponentFiles::beside(stiffness, &overrides)?;
+    let files = ComponentFiles::beside(stiffness, &arguments.siblings.overrides())?;
     refuse_input_as_output(&files, &target)?;
     check_output(&target, replace)?;
     if let Some(timings) = &arguments.timings {
