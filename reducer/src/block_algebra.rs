@@ -8,15 +8,18 @@ use faer::linalg::evd::{
     ComputeEigenvectors, SelfAdjointEvdParams, self_adjoint_evd, self_adjoint_evd_scratch,
 };
 use faer::linalg::matmul::matmul;
+use faer::reborrow::*;
 use faer::{Accum, Auto, Mat, MatMut, MatRef, Par};
 use rayon::prelude::*;
+
+use crate::tall_products;
 
 pub use crate::sparse_product::{
     absolute_product, symmetric_product, symmetric_product_into, transposed_product,
 };
 
 /// Rows per task of a dense product: long enough to feed a kernel, short enough to share among threads.
-const DENSE_CHUNK_ROWS: usize = 4096;
+const DENSE_CHUNK_ROWS: usize = 2048;
 
 /// `aᵀ b`, (k, l), for two blocks with the same number of rows.
 pub fn gram(a: MatRef<'_, f64>, b: MatRef<'_, f64>) -> Mat<f64> {
@@ -25,14 +28,10 @@ pub fn gram(a: MatRef<'_, f64>, b: MatRef<'_, f64>) -> Mat<f64> {
         .zip(b.par_row_chunks(DENSE_CHUNK_ROWS))
         .map(|(a, b)| {
             let mut partial = Mat::zeros(a.ncols(), b.ncols());
-            matmul(
-                partial.as_mut(),
-                Accum::Replace,
-                a.transpose(),
-                b,
-                1.0,
-                Par::Seq,
-            );
+            if tall_products::dots(a, b, partial.as_mut()).is_none() {
+                let out = partial.as_mut();
+                matmul(out, Accum::Replace, a.transpose(), b, 1.0, Par::Seq);
+            }
             partial
         })
         .collect();
@@ -47,7 +46,13 @@ pub fn gram(a: MatRef<'_, f64>, b: MatRef<'_, f64>) -> Mat<f64> {
 pub fn add_combination(y: MatMut<'_, f64>, v: MatRef<'_, f64>, c: MatRef<'_, f64>, factor: f64) {
     y.par_row_chunks_mut(DENSE_CHUNK_ROWS)
         .zip(v.par_row_chunks(DENSE_CHUNK_ROWS))
-        .for_each(|(y, v)| matmul(y, Accum::Add, v, c, factor, Par::Seq));
+        .for_each(|(y, v)| add_chunk(y, v, c, factor));
+}
+
+fn add_chunk(mut y: MatMut<'_, f64>, v: MatRef<'_, f64>, c: MatRef<'_, f64>, factor: f64) {
+    if tall_products::add(y.as_mut(), v, c, factor).is_none() {
+        matmul(y, Accum::Add, v, c, factor, Par::Seq);
+    }
 }
 
 /// `v c` with v (n, k) and c (k, l).
@@ -57,14 +62,31 @@ pub fn combination(v: MatRef<'_, f64>, c: MatRef<'_, f64>) -> Mat<f64> {
     y
 }
 
+/// `x = x c` with x (n, k) and c (k, k), in place.
+pub fn turn(x: MatMut<'_, f64>, c: MatRef<'_, f64>) {
+    x.par_row_chunks_mut(DENSE_CHUNK_ROWS).for_each(|mut x| {
+        let before = x.rb().to_owned();
+        x.fill(0.0);
+        add_chunk(x, before.as_ref(), c, 1.0);
+    });
+}
+
+/// `to = from`.
+pub fn copy(from: MatRef<'_, f64>, to: MatMut<'_, f64>) {
+    to.par_col_iter_mut()
+        .zip(from.par_col_iter())
+        .for_each(|(mut to, from)| to.copy_from(from));
+}
+
 /// Euclidean norm of each column.
 pub fn column_norms(x: MatRef<'_, f64>) -> Vec<f64> {
-    x.col_iter().map(|column| column.norm_l2()).collect()
+    x.par_col_iter().map(|column| column.norm_l2()).collect()
 }
 
 /// `aᵢ · bᵢ` for each column.
 pub fn column_dots(a: MatRef<'_, f64>, b: MatRef<'_, f64>) -> Vec<f64> {
     (0..a.ncols())
+        .into_par_iter()
         .map(|j| a.col(j).transpose() * b.col(j))
         .collect()
 }

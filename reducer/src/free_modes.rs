@@ -6,9 +6,11 @@
 
 use dcb_formats::SparseMatrix;
 use faer::{Mat, MatRef};
+use rayon::prelude::*;
 
 use crate::block_algebra::{
-    column_norms, combination, gram, symmetric_eigen, symmetric_product, symmetrized,
+    column_norms, gram, symmetric_eigen, symmetric_product, symmetric_product_into, symmetrized,
+    turn,
 };
 use crate::condensation::Model;
 use crate::error::Error;
@@ -315,22 +317,18 @@ fn rayleigh_ritz(model: &Model, x: Mat<f64>) -> Result<(Vec<f64>, Mat<f64>), Err
         if values.first().is_some_and(|value| *value <= 0.0) {
             return Err(failed());
         }
-        let turn = Mat::from_fn(vectors.nrows(), vectors.ncols(), |i, j| {
+        let forward = Mat::from_fn(vectors.nrows(), vectors.ncols(), |i, j| {
             vectors[(i, j)] / (sizes[i] * values[j].sqrt())
         });
-        x = combination(x.as_ref(), turn.as_ref());
-        mass_x = combination(mass_x.as_ref(), turn.as_ref());
+        turn(x.as_mut(), forward.as_ref());
+        turn(mass_x.as_mut(), forward.as_ref());
     }
-    drop(mass_x);
-    let stiffness = symmetrized(
-        gram(
-            x.as_ref(),
-            symmetric_product(&model.stiffness, x.as_ref()).as_ref(),
-        )
-        .as_ref(),
-    );
+    let mut forces = mass_x;
+    symmetric_product_into(&model.stiffness, x.as_ref(), forces.as_mut());
+    let stiffness = symmetrized(gram(x.as_ref(), forces.as_ref()).as_ref());
     let (values, vectors) = symmetric_eigen(stiffness.as_ref()).ok_or_else(failed)?;
-    Ok((values, combination(x.as_ref(), vectors.as_ref())))
+    turn(x.as_mut(), vectors.as_ref());
+    Ok((values, x))
 }
 
 /// Whether a mode's residual is as small as it should be, or as rounding allows.
@@ -351,12 +349,15 @@ pub fn residuals(
 ) -> (Vec<f64>, Vec<f64>) {
     let mut forces = symmetric_product(stiffness, shapes);
     let norms = column_norms(forces.as_ref());
-    for (j, eigenvalue) in eigenvalues.iter().enumerate() {
-        let inertia = mass_shapes.col(j).iter();
-        for (force, inertia) in forces.as_mut().col_mut(j).iter_mut().zip(inertia) {
-            *force -= eigenvalue * inertia;
-        }
-    }
+    forces
+        .par_col_iter_mut()
+        .zip(mass_shapes.par_col_iter())
+        .zip(eigenvalues)
+        .for_each(|((forces, inertia), eigenvalue)| {
+            for (force, inertia) in forces.iter_mut().zip(inertia.iter()) {
+                *force -= eigenvalue * inertia;
+            }
+        });
     let relative = |sizes: &[f64], factor: f64| {
         let mut ratios: Vec<f64> = sizes
             .iter()

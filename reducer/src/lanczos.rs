@@ -7,8 +7,10 @@
 
 use faer::{Mat, MatRef};
 
+use crate::basis::Basis;
 use crate::block_algebra::{
     add_combination, column_dots, combination, gram, symmetric_eigen, symmetric_product,
+    symmetric_product_into, turn,
 };
 use crate::condensation::Model;
 use crate::error::Error;
@@ -41,7 +43,7 @@ pub struct Lanczos<'a> {
     factor: &'a PositiveFactor<'a>,
     shift: f64,
     /// M-orthonormal basis in the first `filled` columns, then the next block in `width` more.
-    basis: Mat<f64>,
+    basis: Basis,
     filled: usize,
     width: usize,
     /// M times the next block.
@@ -72,19 +74,12 @@ impl<'a> Lanczos<'a> {
     ) -> Result<Self, Error> {
         let n = model.len();
         let columns = capacity + block_width;
-        // Allocating a matrix that doesn't fit ends the process; asking first doesn't.
-        let mut room: Vec<f64> = Vec::new();
-        room.try_reserve_exact(columns.saturating_mul(n + columns).saturating_mul(2))
-            .map_err(|_| Error::OutOfMemory {
-                what: "the modes (ask for fewer)",
-            })?;
-        drop(room);
         let mut lanczos = Self {
             model,
             rigid,
             factor,
             shift,
-            basis: Mat::zeros(n, columns),
+            basis: Basis::with_capacity(n, columns)?,
             filled: 0,
             width: 0,
             mass_block: Mat::zeros(n, 0),
@@ -106,12 +101,12 @@ impl<'a> Lanczos<'a> {
 
     /// Whether another block fits.
     pub fn is_full(&self) -> bool {
-        self.filled + self.width + self.block_width > self.basis.ncols()
+        self.filled + self.width + self.block_width > self.basis.capacity()
     }
 
-    /// `S x` without its rigid part.
-    fn apply(&self, mass_times_x: MatRef<'_, f64>) -> Mat<f64> {
-        let mut y = mass_times_x.to_owned();
+    /// `S x` without its rigid part, from M x.
+    fn apply(&self, mass_times_x: Mat<f64>) -> Mat<f64> {
+        let mut y = mass_times_x;
         self.factor.solve_in_place(y.as_mut());
         self.rigid.project_out(&mut y);
         y
@@ -122,7 +117,8 @@ impl<'a> Lanczos<'a> {
     /// # Errors
     /// As [`Lanczos::start`].
     pub fn step(&mut self) -> Result<(), Error> {
-        let image = self.apply(self.mass_block.as_ref());
+        let mass_block = std::mem::replace(&mut self.mass_block, Mat::new());
+        let image = self.apply(mass_block);
         let first = self.filled;
         self.filled += self.width;
         let known = self.filled;
@@ -149,7 +145,7 @@ impl<'a> Lanczos<'a> {
     pub fn inject_random_block(&mut self) -> Result<(), Error> {
         let width = self
             .block_width
-            .min(self.basis.ncols().saturating_sub(self.filled));
+            .min(self.basis.capacity().saturating_sub(self.filled));
         let state = &mut self.random_state;
         let random = Mat::from_fn(self.model.len(), width, |_, _| {
             *state = state
@@ -158,7 +154,7 @@ impl<'a> Lanczos<'a> {
             (*state >> 11) as f64 / (1_u64 << 53) as f64 - 0.5
         });
         let mass_random = symmetric_product(&self.model.mass, random.as_ref());
-        let image = self.apply(mass_random.as_ref());
+        let image = self.apply(mass_random);
         let (mut next, _) = self.orthogonalized(image)?;
         // A random block is coupled to nothing before it.
         next.coupling = Mat::zeros(next.vectors.ncols(), 0);
@@ -169,10 +165,7 @@ impl<'a> Lanczos<'a> {
 
     fn accept_block(&mut self, next: NextBlock) {
         self.width = next.vectors.ncols();
-        self.basis
-            .as_mut()
-            .subcols_mut(self.filled, self.width)
-            .copy_from(&next.vectors);
+        self.basis.set(self.filled, next.vectors.as_ref());
         self.mass_block = next.mass_vectors;
         self.coupling = next.coupling;
     }
@@ -180,7 +173,7 @@ impl<'a> Lanczos<'a> {
     /// Removes the basis from a block (twice) and orthonormalises what is left. Returns the new block with its coupling
     /// to the old one and the amounts removed.
     fn orthogonalized(&self, mut block: Mat<f64>) -> Result<(NextBlock, Mat<f64>), Error> {
-        let known = self.basis.as_ref().subcols(0, self.filled);
+        let known = self.basis.columns(0, self.filled);
         let mut mass_block = symmetric_product(&self.model.mass, block.as_ref());
         let before = column_dots(block.as_ref(), mass_block.as_ref());
         let mut amounts = Mat::zeros(self.filled, block.ncols());
@@ -189,13 +182,22 @@ impl<'a> Lanczos<'a> {
             add_combination(block.as_mut(), known, removed.as_ref(), -1.0);
             // The basis carries rigid motion at rounding level, and every step would feed it back amplified.
             self.rigid.project_out(&mut block);
-            mass_block = symmetric_product(&self.model.mass, block.as_ref());
+            symmetric_product_into(&self.model.mass, block.as_ref(), mass_block.as_mut());
             amounts += removed;
         }
-        if let Some(next) = orthonormalized(self.model, &block, &mass_block, &before)? {
-            return Ok((next, amounts));
-        }
-        Ok((self.orthonormalized_one_by_one(block, &before), amounts))
+        let next = match orthonormalization(self.model, &block, &mass_block, &before)? {
+            Some(Orthonormalization { forward, coupling }) => {
+                turn(block.as_mut(), forward.as_ref());
+                turn(mass_block.as_mut(), forward.as_ref());
+                NextBlock {
+                    vectors: block,
+                    mass_vectors: mass_block,
+                    coupling,
+                }
+            }
+            None => self.orthonormalized_one_by_one(block, &before),
+        };
+        Ok((next, amounts))
     }
 
     /// Orthonormalises a block with nearly dependent columns: largest remainder first, each direction cleaned of the basis
@@ -224,7 +226,7 @@ impl<'a> Lanczos<'a> {
             let mut v = block.as_ref().subcols(pivot, 1).to_owned();
             v *= faer::Scale(1.0 / norms[pivot].sqrt());
             let known = [
-                self.basis.as_ref().subcols(0, self.filled),
+                self.basis.columns(0, self.filled),
                 vectors.as_ref().subcols(0, count),
             ];
             for basis in known.into_iter().chain(known) {
@@ -292,22 +294,14 @@ impl<'a> Lanczos<'a> {
     /// The first `count` Ritz vectors, (n_c, count).
     pub fn ritz_vectors(&self, pairs: &RitzPairs, count: usize) -> Mat<f64> {
         let coefficients = pairs.coefficients.as_ref().subcols(0, count);
-        combination(self.basis.as_ref().subcols(0, self.filled), coefficients)
+        combination(self.basis.columns(0, self.filled), coefficients)
     }
 
     /// Thick restart: keeps the first `count` Ritz vectors and the next block, and forgets the rest.
     pub fn restart(&mut self, pairs: &RitzPairs, count: usize) {
         let kept = self.ritz_vectors(pairs, count);
-        let next = self
-            .basis
-            .as_ref()
-            .subcols(self.filled, self.width)
-            .to_owned();
-        self.basis.as_mut().subcols_mut(0, count).copy_from(&kept);
-        self.basis
-            .as_mut()
-            .subcols_mut(count, self.width)
-            .copy_from(&next);
+        self.basis.shift(self.filled, count, self.width);
+        self.basis.set(0, kept.as_ref());
         self.projected.fill(0.0);
         for (i, lambda) in pairs.eigenvalues.iter().take(count).enumerate() {
             self.projected[(i, i)] = 1.0 / (lambda + self.shift);
@@ -326,7 +320,7 @@ impl<'a> Lanczos<'a> {
 
     /// One step of inverse iteration on any block: `(K + σ M)⁻¹ M x` without its rigid part, with M times the result.
     pub fn polish(&self, x: MatRef<'_, f64>) -> Mat<f64> {
-        self.apply(symmetric_product(&self.model.mass, x).as_ref())
+        self.apply(symmetric_product(&self.model.mass, x))
     }
 }
 
@@ -337,14 +331,20 @@ struct NextBlock {
     coupling: Mat<f64>,
 }
 
-/// Orthonormalises a block by its Gram matrix; `None` where a direction has fallen below [`NEARLY_DEPENDENT`] of its size
+/// `vectors = block · forward` and `block = vectors · coupling`.
+struct Orthonormalization {
+    forward: Mat<f64>,
+    coupling: Mat<f64>,
+}
+
+/// What orthonormalises a block by its Gram matrix; `None` where a direction has fallen below [`NEARLY_DEPENDENT`] of its size
 /// before, `reference` (squared), which a Gram matrix can't resolve.
-fn orthonormalized(
+fn orthonormalization(
     model: &Model,
     block: &Mat<f64>,
     mass_block: &Mat<f64>,
     reference: &[f64],
-) -> Result<Option<NextBlock>, Error> {
+) -> Result<Option<Orthonormalization>, Error> {
     if reference.iter().any(|r| *r <= 0.0) {
         return Ok(None);
     }
@@ -377,9 +377,5 @@ fn orthonormalized(
     let coupling = Mat::from_fn(width, width, |i, j| {
         vectors[(j, i)] * values[i].sqrt() * scale[j]
     });
-    Ok(Some(NextBlock {
-        vectors: combination(block.as_ref(), forward.as_ref()),
-        mass_vectors: combination(mass_block.as_ref(), forward.as_ref()),
-        coupling,
-    }))
+    Ok(Some(Orthonormalization { forward, coupling }))
 }

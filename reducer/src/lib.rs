@@ -6,6 +6,7 @@
 
 pub mod assemble;
 pub mod attachment;
+pub mod basis;
 pub mod block_algebra;
 pub mod cli;
 pub mod cli_eigen_solver;
@@ -55,6 +56,7 @@ pub mod slepc;
 pub mod sparse_product;
 pub mod summary;
 pub mod surface;
+pub mod tall_products;
 pub mod timing;
 pub mod verify;
 pub mod verify_component;
@@ -166,11 +168,21 @@ pub fn reduce(
             geometric.count()
         )));
     }
-    let defects = geometric.stiffness_defects(&model);
-    let scale = SpectrumScale::of(&model, &geometric, component.dimension(), properties.centre);
 
     observer.begin(Stage::Order);
-    let mut factor = SymmetricFactor::analyse(&model.stiffness, &model.mass, &model.points())?;
+    // The order is found by one thread; what the matrices say of the spectrum comes from the others meanwhile.
+    let (factor, (defects, scale)) = rayon::join(
+        || SymmetricFactor::analyse(&model.stiffness, &model.mass, &model.points()),
+        || {
+            let defects = geometric.stiffness_defects(&model);
+            let (dimension, centre) = (component.dimension(), properties.centre);
+            (
+                defects,
+                SpectrumScale::of(&model, &geometric, dimension, centre),
+            )
+        },
+    );
+    let mut factor = factor?;
     let forecast = Forecast::of(&model, &localization, &factor, options.modes);
     observer.forecast(&forecast, &options.memory);
     let storage = options.memory.choose(&forecast)?;

@@ -131,6 +131,20 @@ impl Localization {
         columns
     }
 
+    /// What unit forces at some rows do along motions x, (n, k): `xᵀ L_bᵀ`, (k, count); zero for output rows.
+    pub fn work(&self, x: faer::MatRef<'_, f64>, rows: Range<usize>) -> Mat<f64> {
+        let mut work = Mat::zeros(x.ncols(), rows.len());
+        let first = rows.start;
+        for row in rows.filter(|row| self.is_attachment(*row)) {
+            for (dof, value) in &self.rows[row].coefficients {
+                for k in 0..x.ncols() {
+                    work[(k, row - first)] += value * x[(*dof as usize, k)];
+                }
+            }
+        }
+        work
+    }
+
     /// `L_b x`, (n_b, k), for a block over the model's dofs.
     pub fn apply(&self, x: faer::MatRef<'_, f64>) -> Mat<f64> {
         Mat::from_fn(self.len(), x.ncols(), |row, column| {

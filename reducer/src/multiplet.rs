@@ -38,37 +38,40 @@ pub fn canonical_basis(mut x: MatMut<'_, f64>) {
         if length == 0.0 {
             return;
         }
-        let mut v = entries.clone();
-        v[0] += if entries[0] >= 0.0 { length } else { -length };
-        let v_squared: f64 = v.iter().map(|e| e * e).sum();
-        for i in 0..x.nrows() {
-            let along: f64 = v
-                .iter()
-                .enumerate()
-                .map(|(j, e)| e * x[(i, first + j)])
-                .sum();
-            for (j, e) in v.iter().enumerate() {
-                x[(i, first + j)] -= 2.0 * along / v_squared * e;
-            }
+        if entries.len() > 1 {
+            let mut v = entries.clone();
+            v[0] += if entries[0] >= 0.0 { length } else { -length };
+            reflect(x.as_mut().subcols_mut(first, v.len()), &v);
         }
         if x[(row, first)] < 0.0 {
-            for i in 0..x.nrows() {
-                x[(i, first)] = -x[(i, first)];
-            }
+            x.as_mut().col_mut(first).iter_mut().for_each(|x| *x = -*x);
+        }
+    }
+}
+
+/// The Householder reflection `x - 2 (x v) vᵀ / vᵀv`.
+fn reflect(mut x: MatMut<'_, f64>, v: &[f64]) {
+    let v_squared: f64 = v.iter().map(|e| e * e).sum();
+    for i in 0..x.nrows() {
+        let along: f64 = v.iter().enumerate().map(|(j, e)| e * x[(i, j)]).sum();
+        for (j, e) in v.iter().enumerate() {
+            x[(i, j)] -= 2.0 * along / v_squared * e;
         }
     }
 }
 
 /// First row whose length over the columns from `first` on ties with the longest.
 fn leading_row(x: faer::MatRef<'_, f64>, first: usize) -> usize {
-    let length = |i: usize| {
-        (first..x.ncols())
-            .map(|j| x[(i, j)] * x[(i, j)])
-            .sum::<f64>()
-    };
-    let longest = (0..x.nrows()).map(length).fold(0.0, f64::max);
-    (0..x.nrows())
-        .find(|i| length(*i) >= (1.0 - TIE) * longest)
+    let mut lengths = vec![0.0; x.nrows()];
+    for column in x.subcols(first, x.ncols() - first).col_iter() {
+        for (length, value) in lengths.iter_mut().zip(column.iter()) {
+            *length += value * value;
+        }
+    }
+    let longest = lengths.iter().copied().fold(0.0, f64::max);
+    lengths
+        .iter()
+        .position(|length| *length >= (1.0 - TIE) * longest)
         .unwrap_or(0)
 }
 

@@ -1,8 +1,8 @@
 //! Triangular solutions over the tree: a front's right-hand sides go up to its parent as in the factorization, the solution
 //! comes down the same way. Subtrees are tasks of their own.
 
-use faer::MatMut;
 use faer::reborrow::*;
+use faer::{MatMut, MatRef};
 use rayon::prelude::*;
 
 use super::fronts::Fronts;
@@ -10,6 +10,8 @@ use super::kernels::{Real, backward, forward};
 
 /// Rows packed or unpacked by one task.
 const CHUNK: usize = 2048;
+/// Rows turned to columns or back together, which stay in the nearest cache.
+const TILE: usize = 32;
 
 /// Replaces the columns of `block` (at most `N`, a multiple of 8) by the solutions of `L Lᵀ x = b`.
 pub fn solve_columns<T: Real, const N: usize>(
@@ -17,30 +19,57 @@ pub fn solve_columns<T: Real, const N: usize>(
     values: &[T],
     block: MatMut<'_, f64>,
 ) {
-    let count = block.ncols();
-    debug_assert!(count <= N);
-    let mut x = vec![[0.0; N]; fronts.dof_count()];
-    let source = block.rb();
-    x.par_chunks_mut(CHUNK)
-        .enumerate()
-        .for_each(|(chunk, rows)| {
-            let dofs = &fronts.forward[chunk * CHUNK..][..rows.len()];
-            for column in 0..count {
-                let source = source.col(column);
-                for (row, dof) in rows.iter_mut().zip(dofs) {
-                    row[column] = source[*dof as usize];
-                }
-            }
-        });
+    debug_assert!(block.ncols() <= N);
+    let mut x = packed::<N>(fronts, block.rb());
     let solution = Solution::<T, N> { fronts, values };
     solution.side_by_side_forward(fronts.roots(), &mut x);
     solution.side_by_side_backward(fronts.roots(), &mut x, None);
+    unpack(fronts, &x, block);
+}
+
+/// The right-hand sides by rows, in the order of elimination: turned to rows first, so that whole rows are fetched from here and there.
+fn packed<const N: usize>(fronts: &Fronts, block: MatRef<'_, f64>) -> Vec<[f64; N]> {
+    let mut rows = vec![[0.0; N]; block.nrows()];
+    rows.par_chunks_mut(CHUNK)
+        .zip(block.par_row_chunks(CHUNK))
+        .for_each(|(rows, block)| {
+            for (tile, rows) in rows.chunks_mut(TILE).enumerate() {
+                let block = block.subrows(tile * TILE, rows.len());
+                for (column, values) in block.col_iter().enumerate() {
+                    for (row, value) in rows.iter_mut().zip(values.iter()) {
+                        row[column] = *value;
+                    }
+                }
+            }
+        });
+    let mut x = vec![[0.0; N]; block.nrows()];
+    x.par_chunks_mut(CHUNK)
+        .zip(fronts.forward.par_chunks(CHUNK))
+        .for_each(|(x, dofs)| {
+            for (x, dof) in x.iter_mut().zip(dofs) {
+                *x = rows[*dof as usize];
+            }
+        });
+    x
+}
+
+/// The solution as columns, in the order of the dofs.
+fn unpack<const N: usize>(fronts: &Fronts, x: &[[f64; N]], block: MatMut<'_, f64>) {
     block
-        .par_col_iter_mut()
-        .enumerate()
-        .for_each(|(column, target)| {
-            for (value, position) in target.iter_mut().zip(&fronts.inverse) {
-                *value = x[*position as usize][column];
+        .par_row_chunks_mut(CHUNK)
+        .zip(fronts.inverse.par_chunks(CHUNK))
+        .for_each(|(mut block, positions)| {
+            let mut tile = [[0.0; N]; TILE];
+            for (number, positions) in positions.chunks(TILE).enumerate() {
+                for (row, position) in tile.iter_mut().zip(positions) {
+                    *row = x[*position as usize];
+                }
+                let rows = block.rb_mut().subrows_mut(number * TILE, positions.len());
+                for (column, values) in rows.col_iter_mut().enumerate() {
+                    for (value, row) in values.iter_mut().zip(&tile) {
+                        *value = row[column];
+                    }
+                }
             }
         });
 }

@@ -1,16 +1,18 @@
 //! Attachment columns: K X = P' L_bᵀ in the complement of the rigid and kept motions.
 //!
-//! They come from the one factorization of K + σ M by conjugate gradients, for which that factor is an almost exact
-//! preconditioner: the condition number is 1 + σ/ω²_{k+1}, with ω²_{k+1} the lowest eigenvalue that is not kept. P' has taken the
-//! kept modes out of the forces, so that they don't come back; only motions without stiffness are projected out on
-//! the way, because the factor enlarges what rounding leaves of them. The columns are solved in blocks: nothing but X itself is ever as wide as L_bᵀ.
+//! They come from the one factorization of K + σ M by refinement: what a solution with that factor leaves is about σ/ω²_{k+1}, with
+//! ω²_{k+1} the lowest eigenvalue that is not kept, so that two solutions mostly reach rounding; conjugate gradients with the factor as
+//! preconditioner go on where they don't. P' has taken the kept modes out of the forces, so that they don't come back; only
+//! motions without stiffness are projected out on the way, because the factor enlarges what rounding leaves of them. The columns are
+//! solved in blocks: nothing but X itself is ever as wide as L_bᵀ.
 
+mod iteration;
+
+use faer::reborrow::*;
 use faer::{Mat, MatRef};
 use rayon::prelude::*;
 
-use crate::block_algebra::{
-    absolute_product, add_combination, column_dots, combination, gram, symmetric_product,
-};
+use crate::block_algebra::{absolute_product, add_combination, copy, gram};
 use crate::column_products::{BLOCK, StiffnessProducts};
 use crate::condensation::Model;
 use crate::factorization::PositiveFactor;
@@ -19,17 +21,12 @@ use crate::localization::Localization;
 use crate::observer::Observer;
 use crate::rigid_body::RigidBodyModes;
 
-/// Relative residual of the attachment columns that is aimed at.
-const RESIDUAL_AIM: f64 = 1e-13;
+use iteration::Solution;
+
 /// Relative residual above which the columns are refused, where double precision can tell that much.
 pub const RESIDUAL_LIMIT: f64 = 1e-8;
 /// Otherwise the residual may be this many times the rounding in K x itself, ε ‖|K| |x|‖ / ‖f‖ (slender and thin parts).
 const RESIDUAL_OVER_ROUNDING: f64 = 10.0;
-/// Sweeps of refinement and iterations in each.
-const SWEEPS: usize = 6;
-const ITERATIONS_PER_SWEEP: usize = 60;
-/// Share of kept modes in an attachment column that is left there.
-const MODE_CONTENT: f64 = 1e-10;
 /// A force of which less than this fraction is left after its rigid and kept parts are removed is rounding.
 const INERT_FORCE: f64 = 1e-12;
 
@@ -42,12 +39,18 @@ struct Complement<'a> {
 impl Complement<'_> {
     /// x -= Φₐ (M Φₐ)ᵀ x
     fn project_motion(&self, x: &mut Mat<f64>) {
+        if self.shapes.ncols() == 0 {
+            return;
+        }
         let amounts = gram(self.mass_shapes, x.as_ref());
         add_combination(x.as_mut(), self.shapes, amounts.as_ref(), -1.0);
     }
 
     /// f -= M Φₐ Φₐᵀ f
     fn project_force(&self, f: &mut Mat<f64>) {
+        if self.shapes.ncols() == 0 {
+            return;
+        }
         let amounts = gram(self.shapes, f.as_ref());
         add_combination(f.as_mut(), self.mass_shapes, amounts.as_ref(), -1.0);
     }
@@ -59,6 +62,8 @@ pub struct AttachmentProblem<'a> {
     localization: &'a Localization,
     rigid: Complement<'a>,
     kept: Complement<'a>,
+    /// Norms of their shapes.
+    kept_norms: Vec<f64>,
     /// Kept modes without stiffness.
     loose: Complement<'a>,
     /// Relative precision of the stiffness entries.
@@ -110,7 +115,7 @@ impl<'a> AttachmentProblem<'a> {
         rigid: &'a RigidBodyModes,
         modes: &'a FreeModes,
     ) -> Self {
-        let weights = model
+        let weights: Vec<f64> = model
             .dofs
             .iter()
             .map(|dof| match dof.direction.is_rotation() {
@@ -134,15 +139,17 @@ impl<'a> AttachmentProblem<'a> {
                 mass_shapes: modes.mass_shapes.as_ref().subcols(0, modes.zero_count),
             },
             precision: rigid.stiffness_precision,
+            kept_norms: weighted_norms(modes.shapes.as_ref(), &weights),
             weights,
         }
     }
 
     /// Columns of P' L_bᵀ. What is left of a force at rounding level must not pass for a direction of its own: it is zero.
     fn forces(&self, first: usize, count: usize) -> Forces {
+        let rows = first..first + count;
         let mut columns = self
             .localization
-            .attachment_columns(self.model.len(), first..first + count);
+            .attachment_columns(self.model.len(), rows.clone());
         let whole = self.norms(columns.as_ref());
         let rounding_alone = |norms: &[f64]| -> Vec<bool> {
             let pairs = norms.iter().zip(&whole);
@@ -150,14 +157,22 @@ impl<'a> AttachmentProblem<'a> {
                 .map(|(left, whole)| *left <= INERT_FORCE * whole)
                 .collect()
         };
+        // What they do along the kept modes, from their few entries; no rigid motion changes it.
+        let along_kept = self.localization.work(self.kept.shapes, rows);
         for _ in 0..2 {
             self.rigid.project_force(&mut columns);
         }
         let inert = rounding_alone(&self.norms(columns.as_ref()));
-        for _ in 0..2 {
-            self.kept.project_force(&mut columns);
-            self.rigid.project_force(&mut columns);
-        }
+        add_combination(
+            columns.as_mut(),
+            self.kept.mass_shapes,
+            along_kept.as_ref(),
+            -1.0,
+        );
+        self.rigid.project_force(&mut columns);
+        // Again: what rounding left of large parts.
+        self.kept.project_force(&mut columns);
+        self.rigid.project_force(&mut columns);
         let mut norms = self.norms(columns.as_ref());
         let spent = rounding_alone(&norms);
         for (j, _) in spent.iter().enumerate().filter(|(_, spent)| **spent) {
@@ -174,23 +189,26 @@ impl<'a> AttachmentProblem<'a> {
 
     /// Solves for all columns, block by block.
     pub fn solve(&self, factor: &PositiveFactor, observer: &mut dyn Observer) -> SolvedColumns {
-        let columns = Mat::zeros(self.model.len(), self.localization.len());
-        self.by_blocks(columns, |forces, block, share| {
-            observer.progress(share);
-            self.solve_block(factor, forces, block)
+        let n_b = self.localization.len();
+        let columns = Mat::zeros(self.model.len(), n_b);
+        self.by_blocks(columns, |forces, first, _| {
+            observer.progress(first as f64 / n_b as f64);
+            self.solve_block(factor, forces)
         })
     }
 
     /// How well given columns X solve K X = P' L_bᵀ.
     pub fn judge(&self, columns: Mat<f64>) -> SolvedColumns {
-        self.by_blocks(columns, |_, _, _| 0)
+        self.by_blocks(columns, |forces, _, x| {
+            self.solution(forces, x.to_owned(), 0)
+        })
     }
 
-    /// Improves the columns block by block, and evaluates what they leave and what follows from K X.
+    /// Replaces the columns block by block, and evaluates what they leave and what follows from K X.
     fn by_blocks(
         &self,
         mut columns: Mat<f64>,
-        mut improve: impl FnMut(&Forces, &mut Mat<f64>, f64) -> usize,
+        mut solve: impl FnMut(&Forces, usize, MatRef<'_, f64>) -> Solution,
     ) -> SolvedColumns {
         let n_b = columns.ncols();
         let mut stiffness = StiffnessProducts::empty(self.kept.shapes.ncols(), n_b);
@@ -201,14 +219,13 @@ impl<'a> AttachmentProblem<'a> {
         for first in (0..n_b).step_by(BLOCK) {
             let count = BLOCK.min(n_b - first);
             let forces = self.forces(first, count);
-            let mut block = columns.as_ref().subcols(first, count).to_owned();
-            iterations = iterations.max(improve(&forces, &mut block, first as f64 / n_b as f64));
-            columns.as_mut().subcols_mut(first, count).copy_from(&block);
-            let product = symmetric_product(&self.model.stiffness, block.as_ref());
+            let block = columns.as_mut().subcols_mut(first, count);
+            let solution = solve(&forces, first, block.rb());
+            copy(solution.x.as_ref(), block);
+            iterations = iterations.max(solution.iterations);
             let known = columns.as_ref().subcols(0, first + count);
-            stiffness.add(self.kept.shapes, known, first, product.as_ref());
-            let left = self.remainder(&forces, product);
-            residuals.extend(relative(&self.norms(left.as_ref()), &forces.norms));
+            stiffness.add(self.kept.shapes, known, first, solution.product.as_ref());
+            residuals.extend(solution.residuals);
             norms.extend(forces.norms);
             inert.extend(forces.inert);
             spent.extend(forces.spent);
@@ -225,15 +242,9 @@ impl<'a> AttachmentProblem<'a> {
     }
 
     /// f - K x without its rigid part, which no x can change.
-    fn remainder(&self, forces: &Forces, product: Mat<f64>) -> Mat<f64> {
-        let mut left = product;
-        left.par_col_iter_mut()
-            .zip(forces.columns.par_col_iter())
-            .for_each(|(left, forces)| {
-                for (left, force) in left.iter_mut().zip(forces.iter()) {
-                    *left = force - *left;
-                }
-            });
+    fn remainder(&self, forces: &Forces, product: &Mat<f64>) -> Mat<f64> {
+        let mut left = forces.columns.clone();
+        add_scaled(&mut left, &vec![-1.0; product.ncols()], product);
         self.project_force(&mut left);
         left
     }
@@ -281,112 +292,19 @@ impl<'a> AttachmentProblem<'a> {
         candidates.max_by(|a, b| excess(a).total_cmp(&excess(b)))
     }
 
-    /// Refinement sweeps around preconditioned conjugate gradients; returns the iterations made.
-    fn solve_block(&self, factor: &PositiveFactor, forces: &Forces, x: &mut Mat<f64>) -> usize {
-        let mut left = forces.columns.clone();
-        let mut best: Option<(f64, Mat<f64>)> = None;
-        let mut iterations = 0;
-        for _ in 0..SWEEPS {
-            iterations += self.conjugate_gradients(factor, forces, left, x);
-            self.project_motion(x);
-            let product = symmetric_product(&self.model.stiffness, x.as_ref());
-            left = self.remainder(forces, product);
-            let worst = relative(&self.norms(left.as_ref()), &forces.norms)
-                .into_iter()
-                .fold(0.0, f64::max);
-            match &best {
-                // What doesn't become much better any more is as good as rounding allows.
-                Some((before, better)) if worst > 0.5 * before => {
-                    if worst > *before {
-                        x.copy_from(better);
-                    }
-                    break;
-                }
-                _ if worst <= RESIDUAL_AIM => break,
-                _ => best = Some((worst, x.clone())),
-            }
-        }
-        self.remove_kept_modes(x);
-        iterations
-    }
-
-    /// Takes kept modes out where the columns hold more of them than [`MODE_CONTENT`]. The exact solution has none; but with
-    /// modes that rounding leaves a residual, to take them out costs the columns as much of theirs.
-    fn remove_kept_modes(&self, x: &mut Mat<f64>) {
-        let amounts = gram(self.kept.mass_shapes, x.as_ref());
-        let content = combination(self.kept.shapes, amounts.as_ref());
-        let shares = relative(&self.norms(content.as_ref()), &self.norms(x.as_ref()));
-        if shares.into_iter().any(|share| share > MODE_CONTENT) {
-            *x -= content;
-        }
-    }
-
-    /// Adds to `x` an approximate solution of K dx = r in the complement of the motions without stiffness.
-    fn conjugate_gradients(
-        &self,
-        factor: &PositiveFactor,
-        forces: &Forces,
-        mut r: Mat<f64>,
-        x: &mut Mat<f64>,
-    ) -> usize {
-        let precondition = |r: &Mat<f64>| {
-            let mut z = r.clone();
-            factor.solve_in_place(z.as_mut());
-            self.project_motion(&mut z);
-            z
-        };
-        let mut p: Mat<f64> = Mat::zeros(0, 0);
-        let mut rz = Vec::new();
-        for iteration in 0..ITERATIONS_PER_SWEEP {
-            let left = relative(&self.norms(r.as_ref()), &forces.norms);
-            let open: Vec<bool> = left.iter().map(|left| *left > RESIDUAL_AIM).collect();
-            if !open.contains(&true) {
-                return iteration;
-            }
-            let z = precondition(&r);
-            let next = column_dots(r.as_ref(), z.as_ref());
-            if iteration == 0 {
-                p = z;
-            } else {
-                let momentum: Vec<f64> = next
-                    .iter()
-                    .zip(&rz)
-                    .map(|(next, rz): (&f64, &f64)| if *rz > 0.0 { next / rz } else { 0.0 })
-                    .collect();
-                let mut direction = z;
-                add_scaled(&mut direction, &momentum, &p, 1.0);
-                p = direction;
-            }
-            rz = next;
-            let kp = symmetric_product(&self.model.stiffness, p.as_ref());
-            let curvature = column_dots(p.as_ref(), kp.as_ref());
-            // A finished column stands still: its step is zero.
-            let step: Vec<f64> = (0..rz.len())
-                .map(|j| match open[j] && rz[j] > 0.0 && curvature[j] > 0.0 {
-                    true => rz[j] / curvature[j],
-                    false => 0.0,
-                })
-                .collect();
-            add_scaled(x, &step, &p, 1.0);
-            add_scaled(&mut r, &step, &kp, -1.0);
-            self.project_force(&mut r);
-        }
-        ITERATIONS_PER_SWEEP
-    }
-
     fn norms(&self, x: MatRef<'_, f64>) -> Vec<f64> {
         weighted_norms(x, &self.weights)
     }
 }
 
-/// y += sign · factorⱼ p, column by column.
-fn add_scaled(y: &mut Mat<f64>, factors: &[f64], p: &Mat<f64>, sign: f64) {
+/// y += factorⱼ p, column by column.
+fn add_scaled(y: &mut Mat<f64>, factors: &[f64], p: &Mat<f64>) {
     y.par_col_iter_mut()
         .zip(p.par_col_iter())
         .zip(factors)
         .for_each(|((y, p), factor)| {
             for (y, p) in y.iter_mut().zip(p.iter()) {
-                *y += sign * factor * p;
+                *y += factor * p;
             }
         });
 }

@@ -1,0 +1,183 @@
+//! One block of attachment columns: refinement with the factor of K + σ M, and conjugate gradients where that is slow.
+
+use faer::Mat;
+
+use super::{AttachmentProblem, Forces, add_scaled, relative};
+use crate::block_algebra::{add_combination, column_dots, gram, symmetric_product};
+use crate::factorization::PositiveFactor;
+
+/// Relative residual of the attachment columns that is aimed at.
+const RESIDUAL_AIM: f64 = 3e-13;
+/// Sweeps of refinement and iterations in each.
+const SWEEPS: usize = 6;
+const ITERATIONS_PER_SWEEP: usize = 60;
+/// A sweep with the factor that leaves less than this share of a residual is followed by another one.
+const FAST: f64 = 1e-2;
+/// Share of kept modes in an attachment column that is always left there, and that is left where taking it out costs accuracy.
+const MODE_CONTENT: f64 = 1e-10;
+const LARGEST_MODE_CONTENT: f64 = 5e-10;
+/// Relative residual that columns without kept modes may have.
+const CLEANED_RESIDUAL: f64 = 1e-12;
+
+/// A block of columns on the way.
+pub struct Solution {
+    pub x: Mat<f64>,
+    /// K x.
+    pub product: Mat<f64>,
+    /// What they leave of the forces.
+    pub left: Mat<f64>,
+    /// Its norm over that of the forces.
+    pub residuals: Vec<f64>,
+    pub iterations: usize,
+}
+
+impl Solution {
+    fn worst(&self) -> f64 {
+        self.residuals.iter().copied().fold(0.0, f64::max)
+    }
+}
+
+/// How residuals are made smaller.
+#[derive(Clone, Copy)]
+enum Sweep {
+    /// One solution with the factor of K + σ M.
+    Factor,
+    /// Conjugate gradients with that factor as preconditioner.
+    ConjugateGradients,
+}
+
+impl AttachmentProblem<'_> {
+    /// Sweeps of refinement until the residuals are small or as good as rounding allows. The factor alone mostly takes a residual
+    /// to rounding; where it doesn't, because the shift is not small beside the first eigenvalue, conjugate gradients go on.
+    pub(super) fn solve_block(&self, factor: &PositiveFactor, forces: &Forces) -> Solution {
+        let mut best = Solution {
+            x: Mat::zeros(forces.columns.nrows(), forces.columns.ncols()),
+            product: Mat::zeros(0, 0),
+            left: forces.columns.clone(),
+            residuals: relative(&forces.norms, &forces.norms),
+            iterations: 0,
+        };
+        let mut iterations = 0;
+        let mut sweep = Sweep::Factor;
+        for _ in 0..SWEEPS {
+            if best.worst() <= RESIDUAL_AIM {
+                break;
+            }
+            let left = best.left.clone();
+            let (mut x, made) = match sweep {
+                Sweep::Factor => (self.precondition(factor, left), 1),
+                Sweep::ConjugateGradients => self.conjugate_gradients(factor, forces, left),
+            };
+            iterations += made;
+            add_scaled(&mut x, &vec![1.0; best.x.ncols()], &best.x);
+            self.project_motion(&mut x);
+            let next = self.solution(forces, x, 0);
+            let share = next.worst() / best.worst();
+            if share < 1.0 {
+                best = next;
+            }
+            sweep = match sweep {
+                Sweep::Factor if share <= FAST => Sweep::Factor,
+                // What doesn't become much better any more is as good as rounding allows.
+                Sweep::ConjugateGradients if share > 0.5 => break,
+                _ => Sweep::ConjugateGradients,
+            };
+        }
+        if best.product.ncols() == 0 {
+            return self.solution(forces, best.x, iterations);
+        }
+        best.iterations = iterations;
+        self.without_kept_modes(forces, best)
+    }
+
+    /// A block of columns with what they leave.
+    pub(super) fn solution(&self, forces: &Forces, x: Mat<f64>, iterations: usize) -> Solution {
+        let product = symmetric_product(&self.model.stiffness, x.as_ref());
+        let left = self.remainder(forces, &product);
+        Solution {
+            residuals: relative(&self.norms(left.as_ref()), &forces.norms),
+            x,
+            product,
+            left,
+            iterations,
+        }
+    }
+
+    /// Takes kept modes out where the columns hold more of them than [`MODE_CONTENT`]. The exact solution has none; but with
+    /// modes that rounding leaves a residual, to take them out can cost the columns as much of theirs.
+    fn without_kept_modes(&self, forces: &Forces, solution: Solution) -> Solution {
+        let amounts = gram(self.kept.mass_shapes, solution.x.as_ref());
+        let sizes = self.norms(solution.x.as_ref());
+        let share = |j: usize| {
+            let content: f64 = (0..amounts.nrows())
+                .map(|k| (amounts[(k, j)] * self.kept_norms[k]).powi(2))
+                .sum();
+            content.sqrt() / sizes[j]
+        };
+        let shares = (0..sizes.len()).filter(|j| sizes[*j] > 0.0).map(share);
+        let largest = shares.fold(0.0, f64::max);
+        if largest <= MODE_CONTENT {
+            return solution;
+        }
+        let mut x = solution.x.clone();
+        add_combination(x.as_mut(), self.kept.shapes, amounts.as_ref(), -1.0);
+        let cleaned = self.solution(forces, x, solution.iterations);
+        let costs = cleaned.worst() > CLEANED_RESIDUAL.max(solution.worst());
+        match costs && largest <= LARGEST_MODE_CONTENT {
+            true => solution,
+            false => cleaned,
+        }
+    }
+
+    /// An approximate solution of K z = r without motions that have no stiffness.
+    fn precondition(&self, factor: &PositiveFactor, mut r: Mat<f64>) -> Mat<f64> {
+        factor.solve_in_place(r.as_mut());
+        self.project_motion(&mut r);
+        r
+    }
+
+    /// An approximate solution of K x = r in the complement of the motions without stiffness, and the iterations made.
+    fn conjugate_gradients(
+        &self,
+        factor: &PositiveFactor,
+        forces: &Forces,
+        mut r: Mat<f64>,
+    ) -> (Mat<f64>, usize) {
+        let mut x = Mat::zeros(r.nrows(), r.ncols());
+        let mut p: Mat<f64> = Mat::zeros(0, 0);
+        let mut rz = Vec::new();
+        for iteration in 0..ITERATIONS_PER_SWEEP {
+            let left = relative(&self.norms(r.as_ref()), &forces.norms);
+            let open: Vec<bool> = left.iter().map(|left| *left > RESIDUAL_AIM).collect();
+            if !open.contains(&true) {
+                return (x, iteration);
+            }
+            let mut z = self.precondition(factor, r.clone());
+            let next = column_dots(r.as_ref(), z.as_ref());
+            if iteration > 0 {
+                let momentum: Vec<f64> = next
+                    .iter()
+                    .zip(&rz)
+                    .map(|(next, rz): (&f64, &f64)| if *rz > 0.0 { next / rz } else { 0.0 })
+                    .collect();
+                add_scaled(&mut z, &momentum, &p);
+            }
+            p = z;
+            rz = next;
+            let kp = symmetric_product(&self.model.stiffness, p.as_ref());
+            let curvature = column_dots(p.as_ref(), kp.as_ref());
+            // A finished column stands still: its step is zero.
+            let step: Vec<f64> = (0..rz.len())
+                .map(|j| match open[j] && rz[j] > 0.0 && curvature[j] > 0.0 {
+                    true => rz[j] / curvature[j],
+                    false => 0.0,
+                })
+                .collect();
+            add_scaled(&mut x, &step, &p);
+            let back: Vec<f64> = step.iter().map(|step| -step).collect();
+            add_scaled(&mut r, &back, &kp);
+            self.project_force(&mut r);
+        }
+        (x, ITERATIONS_PER_SWEEP)
+    }
+}
