@@ -50,6 +50,7 @@ pub fn run(arguments: &PlanArguments) -> Result<Outcome, Error> {
         &component.units.time,
     )?;
     let forecast = forecast(&component, modes).map_err(|error| naming_the_file(error, &files))?;
+    let forecast = limit.fitted(forecast);
     let form = if arguments.json {
         Form::Json
     } else {

@@ -51,6 +51,9 @@ pub struct Forecast {
     pub modes_are_assumed: bool,
     /// Attachment columns.
     pub attachment_columns: usize,
+    /// Columns of the Krylov basis: three times the modes and guard vectors, fewer where memory is short
+    /// ([`Forecast::with_basis_within`]).
+    pub basis_columns: usize,
     /// Entries of the factor's lower triangle.
     pub factor_entries: usize,
     /// Entries stored for it, padding included.
@@ -95,6 +98,7 @@ impl Forecast {
             mass_entries: model.mass.compute_nnz(),
             modes: modes.min(model.len()),
             modes_are_assumed,
+            basis_columns: comfortable_basis(modes.min(model.len())),
             attachment_columns: localization.len(),
             factor_entries: fronts.factor_entries(),
             stored_entries: factor.stored_entries(),
@@ -125,10 +129,27 @@ impl Forecast {
         (count * self.dofs as f64) as u64 * DOUBLE
     }
 
-    /// Columns of the Krylov basis.
-    fn basis_columns(&self) -> usize {
-        let guarded = self.modes + LANCZOS_BLOCK;
-        (3 * guarded).max(guarded + 6 * LANCZOS_BLOCK) + LANCZOS_BLOCK
+    /// The same with a Krylov basis that lets the modes fit into so much memory: a smaller one is restarted more often.
+    pub fn with_basis_within(mut self, limit: u64, storage: &FactorStorage) -> Self {
+        let least = smallest_basis(self.modes);
+        while self.basis_columns > least && self.stage_bytes(Stage::Modes, storage) > limit {
+            self.basis_columns -= 1;
+        }
+        self
+    }
+
+    /// Columns that the Krylov basis is held to: no limit where memory isn't short.
+    pub fn basis_limit(&self) -> usize {
+        match self.basis_columns < comfortable_basis(self.modes) {
+            true => self.basis_columns,
+            false => usize::MAX,
+        }
+    }
+
+    fn stage_bytes(&self, stage: Stage, storage: &FactorStorage) -> u64 {
+        let stages = self.stages(storage);
+        let bytes = stages.iter().filter(|memory| memory.stage == stage);
+        bytes.map(|memory| memory.bytes).max().unwrap_or(0)
     }
 
     /// Memory of each stage.
@@ -148,7 +169,7 @@ impl Forecast {
             stage(Stage::Factor, base + resident + self.scratch_bytes()),
             stage(
                 Stage::Modes,
-                base + resident + self.columns(self.basis_columns() as f64 + MODE_BLOCKS * modes),
+                base + resident + self.columns(self.basis_columns as f64 + MODE_BLOCKS * modes),
             ),
             stage(Stage::Attachments, base + resident + self.columns(working)),
             stage(
@@ -183,7 +204,7 @@ impl Forecast {
         };
         let product = self.matrix_bytes() as f64 / speed.bandwidth;
         let column = self.columns(1.0) as f64 / speed.bandwidth;
-        let basis = self.basis_columns() as f64;
+        let basis = comfortable_basis(self.modes) as f64;
         let steps = basis / LANCZOS_BLOCK as f64 + 4.0;
         let modes_time = steps * (solution(LANCZOS_BLOCK) + 3.0 * product + 3.0 * basis * column);
         let blocks = (attached / SOLVE_BLOCK as f64).ceil();
@@ -193,4 +214,16 @@ impl Forecast {
         let invariants = 12.0 * self.dofs as f64 * width * width / speed.flops;
         2.1 * factorization + modes_time + attachments + invariants + 20.0 * width * column
     }
+}
+
+/// Columns of a Krylov basis that is rarely restarted.
+pub fn comfortable_basis(modes: usize) -> usize {
+    let guarded = modes + LANCZOS_BLOCK;
+    (3 * guarded).max(guarded + 6 * LANCZOS_BLOCK) + LANCZOS_BLOCK
+}
+
+/// Columns of the smallest Krylov basis that is restarted at all times with room for a few blocks.
+pub fn smallest_basis(modes: usize) -> usize {
+    let guarded = modes + LANCZOS_BLOCK;
+    guarded + guarded / 2 + 4 * LANCZOS_BLOCK
 }

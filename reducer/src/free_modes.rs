@@ -12,6 +12,7 @@ use crate::block_algebra::{
     column_norms, gram, symmetric_eigen, symmetric_product, symmetric_product_into, symmetrized,
     turn,
 };
+use crate::column_products::BLOCK;
 use crate::condensation::Model;
 use crate::error::Error;
 use crate::factorization::PositiveFactor;
@@ -36,6 +37,8 @@ const ZERO_OVER_PRECISION: f64 = 3.0;
 const ZERO_BESIDE_SHIFT: f64 = 1e-8;
 /// Columns of a Lanczos block: finds roots up to this multiplicity at once, and one cache line of a packed row.
 const BLOCK_WIDTH: usize = 8;
+/// Modes from which a block of twice as many columns is faster: fewer passes over the factor and the basis.
+const WIDE_FROM: usize = 200;
 /// Wanted accuracy of a Ritz vector under S before it is polished.
 const RITZ_TOLERANCE: f64 = 1e-8;
 
@@ -49,6 +52,20 @@ pub struct Search {
     /// How many modes the searches before are known to have missed: copies of a root of at least that multiplicity, perhaps,
     /// which only a block as wide finds together.
     pub missed: usize,
+    /// Columns of the Krylov basis that there is memory for; fewer than a restart needs are not taken for an answer.
+    pub basis_limit: usize,
+}
+
+impl Search {
+    /// The first search for the `wanted` lowest modes, with no limit of memory.
+    pub fn lowest(wanted: usize) -> Self {
+        Self {
+            wanted,
+            attempt: 0,
+            missed: 0,
+            basis_limit: usize::MAX,
+        }
+    }
 }
 
 /// Kept modes of the model, mass-normalised.
@@ -90,11 +107,20 @@ impl FreeModes {
         observer: &mut dyn Observer,
     ) -> Result<Self, Error> {
         let n = model.len();
-        let block = (BLOCK_WIDTH << search.attempt)
+        let width = match search.wanted < WIDE_FROM {
+            true => BLOCK_WIDTH,
+            false => 2 * BLOCK_WIDTH,
+        };
+        let block = (width << search.attempt)
             .max(search.missed + BLOCK_WIDTH)
             .min(n);
         let mut guarded = search.wanted + block.max(BLOCK_WIDTH);
-        let capacity = |guarded: usize| (3 * guarded).max(guarded + 6 * block).min(n + block);
+        let capacity = |guarded: usize| {
+            let comfortable = (3 * guarded).max(guarded + 6 * block);
+            let least = guarded + guarded / 2 + 3 * block;
+            let limit = search.basis_limit.saturating_sub(block);
+            comfortable.min(limit.max(least)).min(n + block)
+        };
         let seed = 0x5eed + search.attempt as u64;
         let mut lanczos =
             Lanczos::start(model, rigid, factor, shift, block, capacity(guarded), seed)?;
@@ -194,7 +220,7 @@ impl FreeModes {
         wanted: usize,
         iterations: usize,
     ) -> Result<Self, Error> {
-        let (eigenvalues, x) = rayleigh_ritz(model, x)?;
+        let (eigenvalues, mut x) = rayleigh_ritz(model, x)?;
         let bounds = AbsoluteForces::of(&model.stiffness, x.as_ref().subcols(0, kept));
         let absolute = &bounds.energies;
         let precision = rigid.stiffness_precision;
@@ -212,7 +238,8 @@ impl FreeModes {
         let first_omitted = eigenvalues.get(kept).copied().unwrap_or(f64::INFINITY);
         let mut eigenvalues = eigenvalues[..kept].to_vec();
         eigenvalues[..zero_count].fill(0.0);
-        let mut shapes = x.as_ref().subcols(0, kept).to_owned();
+        x.truncate(model.len(), kept);
+        let mut shapes = x;
         for (first, count) in clusters(&eigenvalues) {
             canonical_basis(shapes.as_mut().subcols_mut(first, count));
         }
@@ -347,17 +374,22 @@ pub fn residuals(
     absolute_norms: &[f64],
     precision: f64,
 ) -> (Vec<f64>, Vec<f64>) {
-    let mut forces = symmetric_product(stiffness, shapes);
-    let norms = column_norms(forces.as_ref());
-    forces
-        .par_col_iter_mut()
-        .zip(mass_shapes.par_col_iter())
-        .zip(eigenvalues)
-        .for_each(|((forces, inertia), eigenvalue)| {
-            for (force, inertia) in forces.iter_mut().zip(inertia.iter()) {
-                *force -= eigenvalue * inertia;
-            }
-        });
+    let (mut norms, mut left) = (Vec::new(), Vec::new());
+    for first in (0..shapes.ncols()).step_by(BLOCK) {
+        let count = BLOCK.min(shapes.ncols() - first);
+        let mut forces = symmetric_product(stiffness, shapes.subcols(first, count));
+        norms.extend(column_norms(forces.as_ref()));
+        forces
+            .par_col_iter_mut()
+            .zip(mass_shapes.subcols(first, count).par_col_iter())
+            .zip(&eigenvalues[first..first + count])
+            .for_each(|((forces, inertia), eigenvalue)| {
+                for (force, inertia) in forces.iter_mut().zip(inertia.iter()) {
+                    *force -= eigenvalue * inertia;
+                }
+            });
+        left.extend(column_norms(forces.as_ref()));
+    }
     let relative = |sizes: &[f64], factor: f64| {
         let mut ratios: Vec<f64> = sizes
             .iter()
@@ -367,7 +399,6 @@ pub fn residuals(
         ratios[..zero_count].fill(0.0);
         ratios
     };
-    let left = column_norms(forces.as_ref());
     (relative(&left, 1.0), relative(absolute_norms, precision))
 }
 

@@ -184,6 +184,7 @@ pub fn reduce(
     );
     let mut factor = factor?;
     let forecast = Forecast::of(&model, &localization, &factor, options.modes);
+    let forecast = options.memory.fitted(forecast);
     observer.forecast(&forecast, &options.memory);
     let storage = options.memory.choose(&forecast)?;
     let memory_warning = short_of_memory(&forecast, &storage, &options.memory);
@@ -209,6 +210,7 @@ pub fn reduce(
         &rigid,
         &scale,
         &mut factor,
+        forecast.basis_limit(),
         options,
         observer,
     )?;
@@ -295,6 +297,7 @@ fn modes_and_residual(
     rigid: &RigidBodyModes,
     scale: &SpectrumScale,
     factor: &mut SymmetricFactor,
+    basis_limit: usize,
     options: &Reduction,
     observer: &mut dyn Observer,
 ) -> Result<(FreeModes, ResidualFlexibility, Sturm), Error> {
@@ -328,6 +331,7 @@ fn modes_and_residual(
                 wanted,
                 attempt,
                 missed,
+                basis_limit,
             },
             observer,
         );

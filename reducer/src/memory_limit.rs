@@ -58,6 +58,19 @@ impl MemoryLimit {
         }
     }
 
+    /// The forecast with as large a Krylov basis as the memory leaves room for beside the factor.
+    pub fn fitted(&self, forecast: Forecast) -> Forecast {
+        let Some(limit) = self.bytes else {
+            return forecast;
+        };
+        let candidates = self.candidates();
+        let fits = |storage: &FactorStorage| {
+            let smaller = forecast.with_basis_within(limit, storage);
+            self.allows(&smaller, storage).then_some(smaller)
+        };
+        candidates.iter().find_map(fits).unwrap_or(forecast)
+    }
+
     /// Whether a reduction fits with the factor kept so.
     pub fn allows(&self, forecast: &Forecast, storage: &FactorStorage) -> bool {
         self.bytes

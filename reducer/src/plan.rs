@@ -87,6 +87,10 @@ pub fn text(forecast: &Forecast, limit: &MemoryLimit, speed: MachineSpeed) -> St
         forecast.attachment_columns.to_string(),
     );
     line(
+        "columns of the Krylov basis",
+        forecast.basis_columns.to_string(),
+    );
+    line(
         "entries of the factor",
         format!(
             "{}, {} stored",

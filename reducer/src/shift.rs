@@ -13,6 +13,7 @@ use rayon::prelude::*;
 use crate::block_algebra::{
     absolute_product, column_norms, combination, gram, symmetric_eigen, symmetric_product,
 };
+use crate::column_products::BLOCK;
 use crate::condensation::Model;
 use crate::rigid_body::RigidBodyModes;
 
@@ -78,15 +79,18 @@ pub struct AbsoluteForces {
 impl AbsoluteForces {
     /// Of columns x, (n, k).
     pub fn of(stiffness: &SparseMatrix, x: MatRef<'_, f64>) -> Self {
-        let forces = absolute_product(stiffness, x);
-        let energy = |j: usize| -> f64 {
-            let pairs = x.col(j).iter().zip(forces.col(j).iter());
-            pairs.map(|(x, f)| x.abs() * f).sum()
-        };
-        Self {
-            energies: (0..x.ncols()).into_par_iter().map(energy).collect(),
-            norms: column_norms(forces.as_ref()),
+        let (mut energies, mut norms) = (Vec::new(), Vec::new());
+        for first in (0..x.ncols()).step_by(BLOCK) {
+            let x = x.subcols(first, BLOCK.min(x.ncols() - first));
+            let forces = absolute_product(stiffness, x);
+            let energy = |j: usize| -> f64 {
+                let pairs = x.col(j).iter().zip(forces.col(j).iter());
+                pairs.map(|(x, f)| x.abs() * f).sum()
+            };
+            energies.par_extend((0..x.ncols()).into_par_iter().map(energy));
+            norms.extend(column_norms(forces.as_ref()));
         }
+        Self { energies, norms }
     }
 }
 
