@@ -20,12 +20,16 @@ pub use crate::sparse_product::{
 
 /// Rows per task of a dense product: long enough to feed a kernel, short enough to share among threads.
 const DENSE_CHUNK_ROWS: usize = 2048;
+/// Partial sums of a Gram matrix take at most this share of what its operands take.
+const PARTIAL_SHARE: usize = 32;
 
 /// `aᵀ b`, (k, l), for two blocks with the same number of rows.
 pub fn gram(a: MatRef<'_, f64>, b: MatRef<'_, f64>) -> Mat<f64> {
+    let (k, l) = (a.ncols(), b.ncols());
+    let chunk = DENSE_CHUNK_ROWS.max(PARTIAL_SHARE * k * l / (k + l).max(1));
     let partials: Vec<Mat<f64>> = a
-        .par_row_chunks(DENSE_CHUNK_ROWS)
-        .zip(b.par_row_chunks(DENSE_CHUNK_ROWS))
+        .par_row_chunks(chunk)
+        .zip(b.par_row_chunks(chunk))
         .map(|(a, b)| {
             let mut partial = Mat::zeros(a.ncols(), b.ncols());
             if tall_products::dots(a, b, partial.as_mut()).is_none() {
@@ -73,6 +77,7 @@ pub fn turn(x: MatMut<'_, f64>, c: MatRef<'_, f64>) {
 
 /// `to = from`.
 pub fn copy(from: MatRef<'_, f64>, to: MatMut<'_, f64>) {
+    assert_eq!((from.nrows(), from.ncols()), (to.nrows(), to.ncols()));
     to.par_col_iter_mut()
         .zip(from.par_col_iter())
         .for_each(|(mut to, from)| to.copy_from(from));

@@ -76,16 +76,6 @@ impl FactorValues {
     }
 }
 
-impl FactorValues {
-    /// Bytes that the entries take.
-    pub fn bytes(&self) -> usize {
-        match self {
-            Self::Double(values) => size_of_val::<[f64]>(values),
-            Self::Single(values) => size_of_val::<[f32]>(values),
-        }
-    }
-}
-
 /// Entries in memory or in a mapped file.
 pub enum Entries<T> {
     /// In memory.

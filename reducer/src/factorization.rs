@@ -134,9 +134,14 @@ impl SymmetricFactor {
         self.fronts.factor_entries()
     }
 
-    /// Memory of the stored factor.
+    /// Room that a factor takes.
     pub fn stored_bytes(&self) -> usize {
-        self.values.as_ref().map_or(0, FactorValues::bytes)
+        self.fronts.stored_entries() * self.storage.entry_bytes()
+    }
+
+    /// Gives up the factor's room; the next factorization takes it again.
+    pub fn release(&mut self) {
+        self.values = None;
     }
 
     /// Floating-point operations of a factorization.

@@ -3,6 +3,7 @@
 use serde::Serialize;
 
 use crate::ModeSelection;
+use crate::basis_size::{BasisSize, block_width};
 use crate::condensation::Model;
 use crate::factor_store::{FactorStorage, Place};
 use crate::factorization::SymmetricFactor;
@@ -21,11 +22,10 @@ const PROGRAM: u64 = 15 << 20;
 /// Modes assumed where a frequency limit decides.
 const ASSUMED_MODES: usize = 50;
 /// Blocks of modes held beside the Krylov basis.
-const MODE_BLOCKS: f64 = 7.0;
+const MODE_BLOCKS: f64 = 8.0;
 /// Blocks of [`SOLVE_BLOCK`] columns held beside all shapes while attachments are solved for, or invariants formed.
-const WORKING_BLOCKS: f64 = 8.0;
-/// Columns of a Lanczos block, and of a block of attachment columns.
-const LANCZOS_BLOCK: usize = 8;
+const WORKING_BLOCKS: f64 = 11.0;
+/// Columns of a block of attachment columns.
 const SOLVE_BLOCK: usize = 16;
 /// Preconditioned iterations of the attachment columns.
 const ATTACHMENT_ITERATIONS: f64 = 2.0;
@@ -51,9 +51,8 @@ pub struct Forecast {
     pub modes_are_assumed: bool,
     /// Attachment columns.
     pub attachment_columns: usize,
-    /// Columns of the Krylov basis: three times the modes and guard vectors, fewer where memory is short
-    /// ([`Forecast::with_basis_within`]).
-    pub basis_columns: usize,
+    /// How large the Krylov basis is; what memory leaves room for is decided by [`crate::memory_limit::MemoryLimit::fitted`].
+    pub basis: BasisSize,
     /// Entries of the factor's lower triangle.
     pub factor_entries: usize,
     /// Entries stored for it, padding included.
@@ -98,7 +97,7 @@ impl Forecast {
             mass_entries: model.mass.compute_nnz(),
             modes: modes.min(model.len()),
             modes_are_assumed,
-            basis_columns: comfortable_basis(modes.min(model.len())),
+            basis: BasisSize::Comfortable,
             attachment_columns: localization.len(),
             factor_entries: fronts.factor_entries(),
             stored_entries: factor.stored_entries(),
@@ -129,27 +128,9 @@ impl Forecast {
         (count * self.dofs as f64) as u64 * DOUBLE
     }
 
-    /// The same with a Krylov basis that lets the modes fit into so much memory: a smaller one is restarted more often.
-    pub fn with_basis_within(mut self, limit: u64, storage: &FactorStorage) -> Self {
-        let least = smallest_basis(self.modes);
-        while self.basis_columns > least && self.stage_bytes(Stage::Modes, storage) > limit {
-            self.basis_columns -= 1;
-        }
-        self
-    }
-
-    /// Columns that the Krylov basis is held to: no limit where memory isn't short.
-    pub fn basis_limit(&self) -> usize {
-        match self.basis_columns < comfortable_basis(self.modes) {
-            true => self.basis_columns,
-            false => usize::MAX,
-        }
-    }
-
-    fn stage_bytes(&self, stage: Stage, storage: &FactorStorage) -> u64 {
-        let stages = self.stages(storage);
-        let bytes = stages.iter().filter(|memory| memory.stage == stage);
-        bytes.map(|memory| memory.bytes).max().unwrap_or(0)
+    /// Columns of the Krylov basis.
+    pub fn basis_columns(&self) -> usize {
+        self.basis.all_columns(self.modes)
     }
 
     /// Memory of each stage.
@@ -169,12 +150,12 @@ impl Forecast {
             stage(Stage::Factor, base + resident + self.scratch_bytes()),
             stage(
                 Stage::Modes,
-                base + resident + self.columns(self.basis_columns as f64 + MODE_BLOCKS * modes),
+                base + resident + self.columns(self.basis_columns() as f64 + MODE_BLOCKS * modes),
             ),
             stage(Stage::Attachments, base + resident + self.columns(working)),
             stage(
                 Stage::Certificate,
-                base + resident + self.columns(shapes) + self.scratch_bytes(),
+                base + self.columns(shapes) + self.scratch_bytes(),
             ),
             stage(Stage::Quality, base + self.columns(working)),
         ]
@@ -204,9 +185,10 @@ impl Forecast {
         };
         let product = self.matrix_bytes() as f64 / speed.bandwidth;
         let column = self.columns(1.0) as f64 / speed.bandwidth;
-        let basis = comfortable_basis(self.modes) as f64;
-        let steps = basis / LANCZOS_BLOCK as f64 + 4.0;
-        let modes_time = steps * (solution(LANCZOS_BLOCK) + 3.0 * product + 3.0 * basis * column);
+        let block = block_width(self.modes);
+        let basis = BasisSize::Comfortable.all_columns(self.modes) as f64;
+        let steps = basis / block as f64 + 4.0;
+        let modes_time = steps * (solution(block) + 3.0 * product + 3.0 * basis * column);
         let blocks = (attached / SOLVE_BLOCK as f64).ceil();
         let attachments = ATTACHMENT_ITERATIONS
             * (blocks * (solution(SOLVE_BLOCK) + 2.0 * product) + 15.0 * attached * column);
@@ -214,16 +196,4 @@ impl Forecast {
         let invariants = 12.0 * self.dofs as f64 * width * width / speed.flops;
         2.1 * factorization + modes_time + attachments + invariants + 20.0 * width * column
     }
-}
-
-/// Columns of a Krylov basis that is rarely restarted.
-pub fn comfortable_basis(modes: usize) -> usize {
-    let guarded = modes + LANCZOS_BLOCK;
-    (3 * guarded).max(guarded + 6 * LANCZOS_BLOCK) + LANCZOS_BLOCK
-}
-
-/// Columns of the smallest Krylov basis that is restarted at all times with room for a few blocks.
-pub fn smallest_basis(modes: usize) -> usize {
-    let guarded = modes + LANCZOS_BLOCK;
-    guarded + guarded / 2 + 4 * LANCZOS_BLOCK
 }

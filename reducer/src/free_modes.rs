@@ -8,6 +8,7 @@ use dcb_formats::SparseMatrix;
 use faer::{Mat, MatRef};
 use rayon::prelude::*;
 
+use crate::basis_size::{BasisSize, block_width};
 use crate::block_algebra::{
     column_norms, gram, symmetric_eigen, symmetric_product, symmetric_product_into, symmetrized,
     turn,
@@ -35,10 +36,6 @@ pub const ZERO_OVER_ROUNDING: f64 = 1e3;
 const ZERO_OVER_PRECISION: f64 = 3.0;
 /// A Ritz value below this fraction of the shift may be a zero; the sharpened value decides.
 const ZERO_BESIDE_SHIFT: f64 = 1e-8;
-/// Columns of a Lanczos block: finds roots up to this multiplicity at once, and one cache line of a packed row.
-const BLOCK_WIDTH: usize = 8;
-/// Modes from which a block of twice as many columns is faster: fewer passes over the factor and the basis.
-const WIDE_FROM: usize = 200;
 /// Wanted accuracy of a Ritz vector under S before it is polished.
 const RITZ_TOLERANCE: f64 = 1e-8;
 
@@ -52,8 +49,8 @@ pub struct Search {
     /// How many modes the searches before are known to have missed: copies of a root of at least that multiplicity, perhaps,
     /// which only a block as wide finds together.
     pub missed: usize,
-    /// Columns of the Krylov basis that there is memory for; fewer than a restart needs are not taken for an answer.
-    pub basis_limit: usize,
+    /// How large the Krylov basis is.
+    pub basis: BasisSize,
 }
 
 impl Search {
@@ -63,7 +60,7 @@ impl Search {
             wanted,
             attempt: 0,
             missed: 0,
-            basis_limit: usize::MAX,
+            basis: BasisSize::Comfortable,
         }
     }
 }
@@ -107,20 +104,11 @@ impl FreeModes {
         observer: &mut dyn Observer,
     ) -> Result<Self, Error> {
         let n = model.len();
-        let width = match search.wanted < WIDE_FROM {
-            true => BLOCK_WIDTH,
-            false => 2 * BLOCK_WIDTH,
-        };
-        let block = (width << search.attempt)
-            .max(search.missed + BLOCK_WIDTH)
+        let block = (block_width(search.wanted) << search.attempt)
+            .max(search.missed + block_width(search.wanted))
             .min(n);
-        let mut guarded = search.wanted + block.max(BLOCK_WIDTH);
-        let capacity = |guarded: usize| {
-            let comfortable = (3 * guarded).max(guarded + 6 * block);
-            let least = guarded + guarded / 2 + 3 * block;
-            let limit = search.basis_limit.saturating_sub(block);
-            comfortable.min(limit.max(least)).min(n + block)
-        };
+        let mut guarded = search.wanted + block;
+        let capacity = |guarded: usize| search.basis.columns(guarded, block).min(n + block);
         let seed = 0x5eed + search.attempt as u64;
         let mut lanczos =
             Lanczos::start(model, rigid, factor, shift, block, capacity(guarded), seed)?;
@@ -160,6 +148,7 @@ impl FreeModes {
             if kept + 2 > guarded && !lanczos.is_exhausted() && complete {
                 // The multiple root reaches beyond the guard vectors: look further before deciding where it ends.
                 guarded = kept + 2 * block;
+                drop(lanczos);
                 lanczos =
                     Lanczos::start(model, rigid, factor, shift, block, capacity(guarded), seed)?;
                 continue;

@@ -41,15 +41,15 @@ unsafe impl GlobalAlloc for HugePages {
     }
 }
 
-/// Lets the allocator keep freed blocks of up to 32 MiB for the next ones instead of giving them back: a reduction allocates blocks
-/// of the same sizes again and again, and pages fresh from the system are cleared first. Larger ones would leave holes. For
-/// programs, at their start.
+/// Lets the allocator keep freed memory for the next blocks instead of giving it back: a reduction allocates blocks of the same
+/// sizes again and again, and pages fresh from the system are cleared first, or even fetched from a host that had taken them. It
+/// leaves holes, a tenth of the peak. For programs, at their start.
 pub fn keep_freed_memory() {
     #[cfg(all(target_os = "linux", target_env = "gnu"))]
     // SAFETY: settings of the C library's allocator; one that it doesn't know it ignores.
     unsafe {
         libc::mallopt(libc::M_MMAP_MAX, 0);
-        libc::mallopt(libc::M_TRIM_THRESHOLD, libc::c_int::MAX);
+        libc::mallopt(libc::M_TRIM_THRESHOLD, -1);
         libc::mallopt(libc::M_TOP_PAD, 64 << 20);
         libc::mallopt(libc::M_ARENA_MAX, 1);
     }

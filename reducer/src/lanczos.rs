@@ -7,7 +7,6 @@
 
 use faer::{Mat, MatRef};
 
-use crate::basis::Basis;
 use crate::block_algebra::{
     add_combination, column_dots, combination, gram, symmetric_eigen, symmetric_product,
     symmetric_product_into, turn,
@@ -15,6 +14,7 @@ use crate::block_algebra::{
 use crate::condensation::Model;
 use crate::error::Error;
 use crate::factorization::PositiveFactor;
+use crate::krylov_basis::KrylovBasis;
 use crate::rigid_body::RigidBodyModes;
 
 /// A new direction whose M norm has fallen below this fraction of the block's before orthogonalisation is dropped.
@@ -43,7 +43,7 @@ pub struct Lanczos<'a> {
     factor: &'a PositiveFactor<'a>,
     shift: f64,
     /// M-orthonormal basis in the first `filled` columns, then the next block in `width` more.
-    basis: Basis,
+    basis: KrylovBasis,
     filled: usize,
     width: usize,
     /// M times the next block.
@@ -79,7 +79,7 @@ impl<'a> Lanczos<'a> {
             rigid,
             factor,
             shift,
-            basis: Basis::with_capacity(n, columns)?,
+            basis: KrylovBasis::with_capacity(n, columns)?,
             filled: 0,
             width: 0,
             mass_block: Mat::zeros(n, 0),

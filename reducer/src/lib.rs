@@ -6,7 +6,7 @@
 
 pub mod assemble;
 pub mod attachment;
-pub mod basis;
+pub mod basis_size;
 pub mod block_algebra;
 pub mod cli;
 pub mod cli_eigen_solver;
@@ -30,6 +30,7 @@ pub mod huge_pages;
 pub mod inspect;
 pub mod interface_reduction;
 pub mod invariants;
+pub mod krylov_basis;
 pub mod lanczos;
 pub mod localization;
 pub mod machine_speed;
@@ -210,7 +211,7 @@ pub fn reduce(
         &rigid,
         &scale,
         &mut factor,
-        forecast.basis_limit(),
+        &forecast,
         options,
         observer,
     )?;
@@ -297,7 +298,7 @@ fn modes_and_residual(
     rigid: &RigidBodyModes,
     scale: &SpectrumScale,
     factor: &mut SymmetricFactor,
-    basis_limit: usize,
+    forecast: &Forecast,
     options: &Reduction,
     observer: &mut dyn Observer,
 ) -> Result<(FreeModes, ResidualFlexibility, Sturm), Error> {
@@ -311,6 +312,11 @@ fn modes_and_residual(
                 .saturating_sub(rigid.count())
         }
     };
+    let known = Forecast {
+        modes: wanted,
+        ..*forecast
+    };
+    let basis = options.memory.fitted(known).basis;
     let shift = scale.shift();
     let mut last_count: Option<Sturm> = None;
     let mut missed = 0;
@@ -331,7 +337,7 @@ fn modes_and_residual(
                 wanted,
                 attempt,
                 missed,
-                basis_limit,
+                basis,
             },
             observer,
         );
@@ -364,6 +370,7 @@ fn modes_and_residual(
         }
         let residual = residual?;
         observer.begin(Stage::Certificate);
+        factor.release();
         let sturm = certificate(model, rigid, &modes, factor);
         if sturm.counted == sturm.found {
             return Ok((modes, residual, sturm));

@@ -2,6 +2,7 @@
 
 use std::path::PathBuf;
 
+use crate::basis_size::BasisSize;
 use crate::error::Error;
 use crate::factor_store::{FactorStorage, Place, Precision};
 use crate::forecast::Forecast;
@@ -58,17 +59,16 @@ impl MemoryLimit {
         }
     }
 
-    /// The forecast with as large a Krylov basis as the memory leaves room for beside the factor.
+    /// The forecast with a short Krylov basis where that saves the factor's place in memory, or where nothing fits without.
     pub fn fitted(&self, forecast: Forecast) -> Forecast {
-        let Some(limit) = self.bytes else {
-            return forecast;
-        };
+        let sizes =
+            [BasisSize::Comfortable, BasisSize::Short].map(|basis| Forecast { basis, ..forecast });
         let candidates = self.candidates();
-        let fits = |storage: &FactorStorage| {
-            let smaller = forecast.with_basis_within(limit, storage);
-            self.allows(&smaller, storage).then_some(smaller)
-        };
-        candidates.iter().find_map(fits).unwrap_or(forecast)
+        let fitting = candidates.iter().find_map(|storage| {
+            let mut sizes = sizes.iter();
+            sizes.find(|forecast| self.allows(forecast, storage))
+        });
+        *fitting.unwrap_or(&sizes[1])
     }
 
     /// Whether a reduction fits with the factor kept so.
@@ -109,6 +109,10 @@ impl MemoryLimit {
 
     fn remedies(&self, forecast: &Forecast) -> String {
         let mut remedies = Vec::new();
+        let forecast = &Forecast {
+            basis: BasisSize::Short,
+            ..*forecast
+        };
         let mut offer = |storage: FactorStorage, option: &str| {
             if !self.candidates().contains(&storage) && self.allows(forecast, &storage) {
                 remedies.push(option.to_owned());

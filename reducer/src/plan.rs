@@ -88,7 +88,7 @@ pub fn text(forecast: &Forecast, limit: &MemoryLimit, speed: MachineSpeed) -> St
     );
     line(
         "columns of the Krylov basis",
-        forecast.basis_columns.to_string(),
+        forecast.basis_columns().to_string(),
     );
     line(
         "entries of the factor",

@@ -99,10 +99,9 @@ impl ResidualFlexibility {
     ) -> Result<Self, Error> {
         let problem = AttachmentProblem::new(model, localization, rigid, modes);
         let solved = problem.solve(factor, observer);
-        if let Some(worst) = solved
-            .worst
-            .filter(|worst| worst.residual > residual_limit(worst.rounding))
-        {
+        if let Some(worst) = solved.worst.filter(|worst| {
+            worst.residual.is_nan() || worst.residual > residual_limit(worst.rounding)
+        }) {
             return Err(Error::AttachmentsNotConverged {
                 residual: worst.residual,
                 iterations: solved.iterations,

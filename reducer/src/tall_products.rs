@@ -10,6 +10,8 @@ const TILE: usize = 4;
 
 /// `out = aᵀ b`, (k, l), for columns that are contiguous; `None` where they aren't.
 pub fn dots(a: MatRef<'_, f64>, b: MatRef<'_, f64>, out: MatMut<'_, f64>) -> Option<()> {
+    assert_eq!(a.nrows(), b.nrows());
+    assert_eq!((out.nrows(), out.ncols()), (a.ncols(), b.ncols()));
     let (a, b) = (Columns::of(a)?, Columns::of(b)?);
     pulp::Arch::new().dispatch(Dots { a, b, out });
     Some(())
@@ -17,6 +19,8 @@ pub fn dots(a: MatRef<'_, f64>, b: MatRef<'_, f64>, out: MatMut<'_, f64>) -> Opt
 
 /// `y += factor · v c` for columns that are contiguous; `None`, with nothing done, where they aren't.
 pub fn add(y: MatMut<'_, f64>, v: MatRef<'_, f64>, c: MatRef<'_, f64>, factor: f64) -> Option<()> {
+    assert_eq!((y.nrows(), y.ncols()), (v.nrows(), c.ncols()));
+    assert_eq!(v.ncols(), c.nrows());
     let v = Columns::of(v)?;
     if y.row_stride() != 1 {
         return None;
@@ -31,7 +35,7 @@ struct Columns<'a>(MatRef<'a, f64>);
 
 impl<'a> Columns<'a> {
     fn of(block: MatRef<'a, f64>) -> Option<Self> {
-        (block.row_stride() == 1 || block.nrows() <= 1).then_some(Self(block))
+        (block.row_stride() == 1).then_some(Self(block))
     }
 
     /// `TILE` columns from `first` on; beyond the end the last one stands again.
@@ -116,37 +120,36 @@ impl pulp::WithSimd for Add<'_> {
 
     #[inline(always)]
     fn with_simd<S: pulp::Simd>(self, simd: S) {
-        let Self { y, v, c, factor } = self;
-        let mut y = y;
+        let Self {
+            mut y,
+            v,
+            c,
+            factor,
+        } = self;
         for k in (0..v.0.ncols()).step_by(TILE) {
             let left = v.tile(k);
-            // Where the last column stands again it has no weight.
-            let weight = |s: usize, j: usize| match k + s < c.nrows() {
-                true => factor * c[(k + s, j)],
-                false => 0.0,
-            };
-            let mut columns = y.as_mut().col_iter_mut();
-            let mut next = || {
-                let column = columns.next()?;
-                Some(column.try_as_col_major_mut()?.as_slice_mut())
-            };
-            let mut j = 0;
-            while let Some(first) = next() {
+            for j in (0..y.ncols()).step_by(TILE) {
+                let count = TILE.min(y.ncols() - j);
+                // Where the last column stands again it has no weight.
                 let mut weights = [[0.0; TILE]; TILE];
-                let count = TILE.min(c.ncols() - j);
-                for s in 0..TILE {
+                for s in 0..TILE.min(c.nrows() - k) {
                     for t in 0..count {
-                        weights[s][t] = weight(s, j + t);
+                        weights[s][t] = factor * c[(k + s, j + t)];
                     }
                 }
+                let mut columns = y.as_mut().subcols_mut(j, count).col_iter_mut();
+                let mut next = || Some(columns.next()?.try_as_col_major_mut()?.as_slice_mut());
                 if count == TILE
-                    && let (Some(second), Some(third), Some(fourth)) = (next(), next(), next())
+                    && let (Some(y0), Some(y1), Some(y2), Some(y3)) =
+                        (next(), next(), next(), next())
                 {
-                    add_tile(simd, [first, second, third, fourth], left, &weights);
-                    j += TILE;
+                    add_tile(simd, [y0, y1, y2, y3], left, &weights);
                 } else {
-                    add_column(simd, first, left, &weights);
-                    j += 1;
+                    for t in 0..count {
+                        if let Some(y) = next() {
+                            add_column(simd, y, left, weights.map(|row| row[t]));
+                        }
+                    }
                 }
             }
         }
@@ -196,21 +199,21 @@ fn add_tile<S: pulp::Simd>(
     }
 }
 
-/// `y += Σₛ vₛ cₛ₀`
+/// `y += Σₛ vₛ cₛ`
 #[inline(always)]
-fn add_column<S: pulp::Simd>(simd: S, y: &mut [f64], v: [&[f64]; TILE], c: &[[f64; TILE]; TILE]) {
+fn add_column<S: pulp::Simd>(simd: S, y: &mut [f64], v: [&[f64]; TILE], c: [f64; TILE]) {
     let rows = y.len();
     let packed = rows / S::F64_LANES;
     for i in packed * S::F64_LANES..rows {
         for s in 0..TILE {
-            y[i] += v[s][i] * c[s][0];
+            y[i] += v[s][i] * c[s];
         }
     }
     let mut x: [&[S::f64s]; TILE] = [&[]; TILE];
     let mut weights = [simd.splat_f64s(0.0); TILE];
     for s in 0..TILE {
         x[s] = &S::as_simd_f64s(v[s]).0[..packed];
-        weights[s] = simd.splat_f64s(c[s][0]);
+        weights[s] = simd.splat_f64s(c[s]);
     }
     let y = &mut S::as_mut_simd_f64s(y).0[..packed];
     for i in 0..packed {
@@ -219,5 +222,55 @@ fn add_column<S: pulp::Simd>(simd: S, y: &mut [f64], v: [&[f64]; TILE], c: &[[f6
             sum = simd.mul_add_f64s(x[s][i], weights[s], sum);
         }
         y[i] = sum;
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    #![allow(clippy::unwrap_used)]
+    use super::*;
+    use faer::Mat;
+
+    fn filled(rows: usize, columns: usize, seed: usize) -> Mat<f64> {
+        Mat::from_fn(rows, columns, |i, j| {
+            ((i * (j + seed)) as f64 * 0.7 + 1.0).sin()
+        })
+    }
+
+    #[test]
+    fn products_of_any_shape_are_those_of_plain_loops() {
+        for rows in [0, 1, 7, 8, 9, 130] {
+            for k in [0, 1, 3, 4, 5, 9] {
+                for l in [0, 1, 2, 4, 7, 8] {
+                    let (a, b, c) = (filled(rows, k, 1), filled(rows, l, 2), filled(k, l, 3));
+                    let mut out = Mat::from_fn(k, l, |_, _| f64::NAN);
+                    dots(a.as_ref(), b.as_ref(), out.as_mut()).unwrap();
+                    let mut y = b.clone();
+                    add(y.as_mut(), a.as_ref(), c.as_ref(), -2.0).unwrap();
+                    for j in 0..l {
+                        for i in 0..k {
+                            let sum: f64 = (0..rows).map(|r| a[(r, i)] * b[(r, j)]).sum();
+                            assert!((out[(i, j)] - sum).abs() < 1e-12);
+                        }
+                        for r in 0..rows {
+                            let sum: f64 = (0..k).map(|i| a[(r, i)] * c[(i, j)]).sum();
+                            assert!((y[(r, j)] - (b[(r, j)] - 2.0 * sum)).abs() < 1e-12);
+                        }
+                    }
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn columns_that_are_not_contiguous_are_left_to_others() {
+        let (wide, b) = (filled(3, 40, 1), filled(40, 2, 2));
+        let mut out = Mat::zeros(3, 2);
+        assert!(dots(wide.transpose(), b.as_ref(), out.as_mut()).is_none());
+        let mut turned = filled(2, 40, 4);
+        let before = turned.clone();
+        let c = filled(2, 2, 5);
+        assert!(add(turned.as_mut().transpose_mut(), b.as_ref(), c.as_ref(), 1.0).is_none());
+        assert_eq!(turned, before);
     }
 }

@@ -98,8 +98,9 @@ fn modes_and_attachments_are_orthogonal_in_mass_and_stiffness() {
             "{name}: Φᵀ K G_res"
         );
         let cosine = largest_cosine(phi, &m_x, &norms(phi, &m_phi), &norms(x, &m_x));
-        // What rounding leaves of the modes' residuals comes back here where it is harmless.
-        assert!(cosine < 1e-9, "{name}: Φᵀ M G_res {cosine:e}");
+        // What convergence and rounding leave of the modes' residuals comes back here where it is harmless: up to the share of
+        // kept modes that an attachment column may hold.
+        assert!(cosine < 2e-9, "{name}: Φᵀ M G_res {cosine:e}");
         // Eq. 31
         let n = reduced.superelement.mode_count();
         assert!(

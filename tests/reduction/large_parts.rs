@@ -4,9 +4,11 @@
 
 use dcb_formats::Component;
 use dcb_formats::component::InterfaceKind;
+use dcb_reducer::basis_size::BasisSize;
 use dcb_reducer::condensation::Model;
-use dcb_reducer::factor_store::FactorStorage;
+use dcb_reducer::factor_store::{FactorStorage, Place};
 use dcb_reducer::factorization::SymmetricFactor;
+use dcb_reducer::forecast::Forecast;
 use dcb_reducer::memory_limit::{FactorChoice, MemoryLimit};
 use dcb_reducer::{Reduced, Reduction, plan};
 use dcb_samples::spatial_beam::{BeamSection, SpatialBeam, spatial_beam};
@@ -124,6 +126,8 @@ fn every_double_root_of_a_large_square_bar_is_found_twice() {
             true => {
                 // Copies of one root agree to rounding, and no third one is near.
                 assert!(eigenvalues[at + 1] / eigenvalues[at] - 1.0 < 1e-9);
+                let third = eigenvalues.get(at + 2);
+                assert!(third.is_none_or(|third| third / eigenvalues[at] - 1.0 > 1e-6));
                 (pairs, at) = (pairs + 1, at + 2);
             }
             false => {
@@ -133,16 +137,20 @@ fn every_double_root_of_a_large_square_bar_is_found_twice() {
         }
     }
     assert!(pairs >= 12, "{pairs} pairs");
-    // What is single is torsion and tension of a bar: multiples of two frequencies, within dispersion of the short waves.
-    let steps = |first: f64| singles.iter().filter(move |f| (*f / first).round() >= 1.0);
-    let fundamental = singles[0];
-    let torsion = steps(fundamental)
-        .filter(|f| {
-            let n = (*f / fundamental).round();
-            (*f / (n * fundamental) - 1.0).abs() < 0.01
-        })
-        .count();
-    assert!(torsion >= 4, "{torsion} of {}", singles.len());
+    // What is single is torsion and tension of a bar: multiples of the lowest of each, within the dispersion of short waves.
+    let (e, nu, rho) = (
+        Material::STEEL.youngs_modulus,
+        Material::STEEL.poisson_ratio,
+        Material::STEEL.density,
+    );
+    let tension = std::f64::consts::PI * (e / rho).sqrt();
+    // A square's torsion constant is 0.1406 a⁴, its polar moment a⁴/6.
+    let torsion = std::f64::consts::PI * (e / (2.0 * (1.0 + nu)) * 0.1406 * 6.0 / rho).sqrt();
+    let multiples = |first: f64| {
+        let near = |n: f64| singles.iter().any(|f| (f / (n * first) - 1.0).abs() < 0.01);
+        (1..4).filter(|n| near(f64::from(*n))).count()
+    };
+    assert_eq!((multiples(torsion), multiples(tension)), (3, 3));
 }
 
 #[test]
@@ -153,29 +161,39 @@ fn a_basis_that_memory_cuts_short_finds_the_same_modes() {
         SolidElement::Hexahedron20,
         &Material::STEEL,
     );
-    let options = Reduction::lowest(150);
-    let (storage, unlimited) = (
-        FactorStorage::default(),
-        plan::forecast(&bar, options.modes).unwrap(),
-    );
-    let least = unlimited.with_basis_within(0, &storage);
-    let bytes = least.peak_bytes(&storage);
-    assert!(
-        least.basis_columns < unlimited.basis_columns && bytes < unlimited.peak_bytes(&storage)
-    );
+    let options = Reduction::lowest(220);
+    let roomy = plan::forecast(&bar, options.modes).unwrap();
+    let short = Forecast {
+        basis: BasisSize::Short,
+        ..roomy
+    };
+    let in_memory = FactorStorage::default();
+    let bytes = short.peak_bytes(&in_memory);
+    assert!(bytes < roomy.peak_bytes(&in_memory));
     let memory = MemoryLimit {
         bytes: Some(bytes),
-        factor: FactorChoice::Memory,
         ..MemoryLimit::default()
     };
-    assert_eq!(memory.fitted(unlimited).basis_columns, least.basis_columns);
-    let short = with(
-        &bar,
-        &Reduction {
-            memory,
-            ..options.clone()
-        },
-    );
+    // The factor stays in memory for it, until not even that is enough.
+    assert_eq!(memory.fitted(roomy), short);
+    assert_eq!(memory.choose(&short).unwrap(), in_memory);
+    let less = MemoryLimit {
+        bytes: Some(bytes - 1),
+        ..memory.clone()
+    };
+    let elsewhere = less.choose(&less.fitted(roomy)).unwrap();
+    assert!(matches!(elsewhere.place, Place::Disk { .. }));
+    let refused = MemoryLimit {
+        factor: FactorChoice::Memory,
+        ..less
+    };
+    let message = refused.choose(&refused.fitted(roomy)).unwrap_err();
+    assert!(message.to_string().contains("--factor disk"), "{message}");
+    let limited = Reduction {
+        memory,
+        ..options.clone()
+    };
+    let short = with(&bar, &limited);
     let roomy = with(&bar, &options);
     assert!(short.quality.iterations.0 > roomy.quality.iterations.0);
     assert!(relative(modes(&short).0, modes(&roomy).0) < 1e-10);

@@ -15,7 +15,7 @@ const ITERATIONS_PER_SWEEP: usize = 60;
 const FAST: f64 = 1e-2;
 /// Share of kept modes in an attachment column that is always left there, and that is left where taking it out costs accuracy.
 const MODE_CONTENT: f64 = 1e-10;
-const LARGEST_MODE_CONTENT: f64 = 5e-10;
+const LARGEST_MODE_CONTENT: f64 = 2e-9;
 /// Relative residual that columns without kept modes may have.
 const CLEANED_RESIDUAL: f64 = 1e-12;
 
@@ -32,8 +32,10 @@ pub struct Solution {
 }
 
 impl Solution {
+    /// The largest residual; one that is no number is larger than any other.
     fn worst(&self) -> f64 {
-        self.residuals.iter().copied().fold(0.0, f64::max)
+        let largest = self.residuals.iter().copied().max_by(f64::total_cmp);
+        largest.unwrap_or(0.0)
     }
 }
 
@@ -79,7 +81,7 @@ impl AttachmentProblem<'_> {
             sweep = match sweep {
                 Sweep::Factor if share <= FAST => Sweep::Factor,
                 // What doesn't become much better any more is as good as rounding allows.
-                Sweep::ConjugateGradients if share > 0.5 => break,
+                Sweep::ConjugateGradients if share.is_nan() || share > 0.5 => break,
                 _ => Sweep::ConjugateGradients,
             };
         }

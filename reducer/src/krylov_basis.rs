@@ -9,7 +9,7 @@ use crate::error::Error;
 const LINE: usize = 8;
 
 /// Columns of length n, of which the first ones are in use.
-pub struct Basis {
+pub struct KrylovBasis {
     /// Column after column, as far as they are in use.
     values: Vec<f64>,
     /// Where the first column starts.
@@ -19,7 +19,7 @@ pub struct Basis {
     capacity: usize,
 }
 
-impl Basis {
+impl KrylovBasis {
     /// Room for `capacity` columns of `rows` rows.
     ///
     /// # Errors
@@ -58,6 +58,7 @@ impl Basis {
 
     /// Replaces columns from `first` on.
     pub fn set(&mut self, first: usize, columns: MatRef<'_, f64>) {
+        assert!(first + columns.ncols() <= self.capacity);
         let used = self.start + (first + columns.ncols()) * self.stride;
         if self.values.len() < used {
             self.values.resize(used, 0.0);
@@ -87,7 +88,7 @@ mod tests {
 
     #[test]
     fn columns_stay_where_they_are_put() {
-        let mut basis = Basis::with_capacity(13, 6).unwrap();
+        let mut basis = KrylovBasis::with_capacity(13, 6).unwrap();
         let columns = Mat::from_fn(13, 3, |i, j| (100 * j + i) as f64);
         basis.set(0, Mat::zeros(13, 2).as_ref());
         basis.set(2, columns.as_ref());
@@ -96,6 +97,6 @@ mod tests {
         basis.shift(3, 1, 2);
         assert_eq!(basis.columns(1, 2), columns.as_ref().subcols(1, 2));
         assert_eq!(basis.columns(0, 1).col(0).as_ptr() as usize % 64, 0);
-        assert!(Basis::with_capacity(usize::MAX / 8, 100).is_err());
+        assert!(KrylovBasis::with_capacity(usize::MAX / 8, 100).is_err());
     }
 }
