@@ -59,6 +59,9 @@ struct Pairs {
     restarts: usize,
 }
 
+/// Its shift over that of our factor: with as small a one, what rounding leaves of deflated motions would be found again.
+const OVER_SHIFT: f64 = 1e3;
+
 impl SlepcRun {
     /// `mpirun`, the program beside the running one (or where the build left it), the system's folder for temporary files.
     pub fn with_ranks(ranks: u32) -> Self {
@@ -89,6 +92,7 @@ impl SlepcRun {
         observer: &mut dyn Observer,
     ) -> Result<FreeModes, Error> {
         let mut asked = search.wanted + GUARDS + search.missed;
+        let shift = OVER_SHIFT * shift;
         loop {
             let pairs = self.lowest(model, rigid, shift, asked, search.attempt, observer)?;
             let available = pairs.eigenvalues.len();
