@@ -5,7 +5,6 @@
 Prints a line per way. An interval solve (`EPS` with `ALL`) factorizes K - s M at shifts it chooses and counts eigenvalues by the inertias; its
 interval is given the exact ends, which a user would not know. Needs Debian's python3-slepc4py-real; `reduce` is taken from target/release.
 """
-import glob
 import json
 import os
 import subprocess
@@ -13,42 +12,16 @@ import sys
 import tempfile
 import time
 
-for pattern in ("/usr/lib/petscdir/petsc*/*-real", "/usr/lib/slepcdir/slepc*/*-real"):
-    sys.path[:0] = glob.glob(pattern + "/lib/python3/dist-packages")
+sys.path.insert(0, os.path.join(os.path.dirname(os.path.abspath(__file__)), "peers"))
 
 import numpy as np  # noqa: E402
-import slepc4py  # noqa: E402
+from slepc_modes import PETSc, SLEPc, load, nearest, shift_invert  # noqa: E402
 
 # Inertias need MUMPS' own root node in sequence and zero pivots detected.
-slepc4py.init(["slepc", "-mat_mumps_icntl_7", "5", "-mat_mumps_icntl_13", "1", "-mat_mumps_icntl_24", "1", "-mat_mumps_cntl_3", "1e-12"])
-from petsc4py import PETSc  # noqa: E402
-from slepc4py import SLEPc  # noqa: E402
+for name, value in (("mat_mumps_icntl_13", 1), ("mat_mumps_icntl_24", 1), ("mat_mumps_cntl_3", 1e-12)):
+    PETSc.Options().setValue(name, value)
 
 ROOT = os.path.dirname(os.path.dirname(os.path.dirname(os.path.abspath(__file__))))
-
-
-def load(path):
-    arrays = np.load(path)
-    size = int(arrays["shape"][0])
-    rows = arrays["indptr"].astype(PETSc.IntType), arrays["indices"].astype(PETSc.IntType), arrays["data"]
-    matrix = PETSc.Mat().createAIJ(size=(size, size), csr=rows)
-    matrix.setOption(PETSc.Mat.Option.SYMMETRIC, True)
-    return matrix
-
-
-def solver_of(stiffness, mass, shift):
-    solver = SLEPc.EPS().create()
-    solver.setOperators(stiffness, mass)
-    solver.setProblemType(SLEPc.EPS.ProblemType.GHEP)
-    solver.setTolerances(1e-10)
-    transformation = solver.getST()
-    transformation.setType("sinvert")
-    transformation.setShift(shift)
-    linear = transformation.getKSP()
-    linear.setType("preonly")
-    linear.getPC().setType("cholesky")
-    linear.getPC().setFactorSolverType("mumps")
-    return solver
 
 
 def timed(name, solver):
@@ -64,12 +37,8 @@ def main(folder, modes):
     stiffness, mass = (load(os.path.join(folder, name + ".npz")) for name in ("stiffness", "mass"))
     with open(os.path.join(folder, "meta.json")) as file:
         shift = json.load(file)["shift"]
-    single = solver_of(stiffness, mass, shift)
-    single.setDimensions(6 + modes + 1)
-    single.setTarget(shift)
-    single.setWhichEigenpairs(SLEPc.EPS.Which.TARGET_MAGNITUDE)
-    values = timed("SLEPc, one shift", single)
-    sliced = solver_of(stiffness, mass, 0.5 * values[6])
+    values = timed("SLEPc, one shift", nearest(stiffness, mass, shift, 6 + modes + 1))
+    sliced = shift_invert(stiffness, mass, 0.5 * values[6])
     sliced.setWhichEigenpairs(SLEPc.EPS.Which.ALL)
     sliced.setInterval(0.5 * values[6], 0.5 * (values[5 + modes] + values[6 + modes]))
     sliced.setKrylovSchurDetectZeros(True)

@@ -6,34 +6,19 @@
     clippy::needless_range_loop
 )]
 
-use dcb_formats::{Component, SparseMatrix, Superelement};
+use dcb_formats::{Component, Superelement};
 use dcb_reducer::invariants::inertia_invariants;
 use dcb_reducer::rigid_body::{MassProperties, component_columns};
 use dcb_samples::spatial_beam::SpatialBeam;
 use dcb_samples::{RodSection, SolidElement};
 use dcb_tests::accuracy::basis;
-use dcb_tests::dense::{diagonal_roots, identity, largest, pseudo_random, scaled_difference};
+use dcb_tests::dense::{
+    diagonal_roots, identity, largest, pseudo_random, scaled_difference, times,
+};
 use dcb_tests::oracle::{Oracle, centre_of_mass, rigid_motions};
 use dcb_tests::{fields, lowest, nodal, parts};
 use faer::Mat;
 use nalgebra::{Matrix3, Vector3};
-
-/// `A x` entry by entry.
-fn times(matrix: &SparseMatrix, x: &Mat<f64>) -> Mat<f64> {
-    let mut y = Mat::zeros(x.nrows(), x.ncols());
-    for column in 0..matrix.ncols() {
-        for (row, value) in matrix
-            .row_idx_of_col_raw(column)
-            .iter()
-            .zip(matrix.val_of_col(column))
-        {
-            for k in 0..x.ncols() {
-                y[(*row as usize, k)] += value * x[(column, k)];
-            }
-        }
-    }
-    y
-}
 
 /// Energy norms of columns: with K (or M) times them.
 fn norms(x: &Mat<f64>, product: &Mat<f64>) -> Vec<f64> {
@@ -87,10 +72,13 @@ fn modes_and_attachments_are_orthogonal_in_mass_and_stiffness() {
         let reduced = lowest(&component, 8);
         let (phi, x) = (&reduced.recovery.modes, &reduced.recovery.residual);
         let (k_phi, m_phi) = (
-            times(&component.stiffness, phi),
-            times(&component.mass, phi),
+            times(&component.stiffness, phi.as_ref()),
+            times(&component.mass, phi.as_ref()),
         );
-        let (k_x, m_x) = (times(&component.stiffness, x), times(&component.mass, x));
+        let (k_x, m_x) = (
+            times(&component.stiffness, x.as_ref()),
+            times(&component.mass, x.as_ref()),
+        );
         let name = &component.name;
         // Eq. 29, 30
         assert!(
@@ -132,7 +120,7 @@ fn modes_and_attachments_are_orthogonal_in_mass_and_stiffness() {
         );
         // Eq. 39, 40: the columns are M-orthogonal to the rigid motions.
         let r = rigid_motions(&component, centre_of_mass_sparse(&component));
-        let m_r = times(&component.mass, &r);
+        let m_r = times(&component.mass, r.as_ref());
         let rigid = norms(&r, &m_r);
         assert!(
             largest_cosine(&m_r, phi, &rigid, &norms(phi, &m_phi)) < 1e-11,
@@ -160,8 +148,8 @@ fn centre_of_mass_sparse(component: &Component) -> [f64; 3] {
         }
     });
     let translations = x.as_ref().subcols(0, d).to_owned();
-    let moment = translations.transpose() * times(&component.mass, &field);
-    let mass = translations.transpose() * times(&component.mass, &translations);
+    let moment = translations.transpose() * times(&component.mass, field.as_ref());
+    let mass = translations.transpose() * times(&component.mass, translations.as_ref());
     std::array::from_fn(|i| {
         if i < d {
             moment[(i, i)] / mass[(i, i)]
@@ -267,7 +255,8 @@ fn kinetic_energy_of_a_solid_is_that_of_its_nodes() {
                 .map(|i| velocity + omega.cross(&(x[i] + u[i])) + u_rate[i])
                 .collect();
             let column = nodal::column(&component, &v);
-            let exact = 0.5 * (column.transpose() * times(&component.mass, &column))[(0, 0)];
+            let exact =
+                0.5 * (column.transpose() * times(&component.mass, column.as_ref()))[(0, 0)];
             let found = energy(&reduced.superelement, velocity, omega, &y, &rate);
             assert!(
                 (found / exact - 1.0).abs() < 1e-12,

@@ -13,23 +13,10 @@ use dcb_reducer::memory_limit::{FactorChoice, MemoryLimit};
 use dcb_reducer::{Reduced, Reduction, plan};
 use dcb_samples::spatial_beam::{BeamSection, SpatialBeam, spatial_beam};
 use dcb_samples::{Material, SolidElement, box_block};
-use dcb_tests::dense::{diagonal_roots, relative, scaled_difference};
+use dcb_tests::dense::{diagonal_roots, relative, scaled_difference, times};
 use dcb_tests::oracle::Oracle;
 use dcb_tests::{lowest, parts, with};
 use faer::{Mat, MatRef};
-
-/// A x by the columns of a sparse matrix.
-fn times(matrix: &dcb_formats::SparseMatrix, x: MatRef<'_, f64>) -> Mat<f64> {
-    let mut product = Mat::zeros(x.nrows(), x.ncols());
-    for column in 0..matrix.ncols() {
-        for (row, value) in matrix.row_idx_of_col(column).zip(matrix.val_of_col(column)) {
-            for j in 0..x.ncols() {
-                product[(row, j)] += value * x[(column, j)];
-            }
-        }
-    }
-    product
-}
 
 fn modes(reduced: &Reduced) -> (&[f64], MatRef<'_, f64>) {
     (
@@ -108,14 +95,20 @@ fn a_rigid_interface_of_a_thousand_nodes_does_not_fill_the_factor() {
     }
 }
 
-#[test]
-fn every_double_root_of_a_large_square_bar_is_found_twice() {
-    let bar = box_block(
+/// A bar of 1 m and square section, with 10 000 dofs.
+fn square_bar() -> Component {
+    let size = [1.0, 0.05, 0.05];
+    box_block(
         [40, 4, 4],
-        [1.0, 0.05, 0.05],
+        size,
         SolidElement::Hexahedron20,
         &Material::STEEL,
-    );
+    )
+}
+
+#[test]
+fn every_double_root_of_a_large_square_bar_is_found_twice() {
+    let bar = square_bar();
     let reduced = lowest(&bar, 36);
     let (eigenvalues, _) = modes(&reduced);
     assert!(bar.dofs.len() > 10_000 && eigenvalues.len() >= 36);
@@ -155,12 +148,7 @@ fn every_double_root_of_a_large_square_bar_is_found_twice() {
 
 #[test]
 fn a_basis_that_memory_cuts_short_finds_the_same_modes() {
-    let bar = box_block(
-        [40, 4, 4],
-        [1.0, 0.05, 0.05],
-        SolidElement::Hexahedron20,
-        &Material::STEEL,
-    );
+    let bar = square_bar();
     let options = Reduction::lowest(220);
     let roomy = plan::forecast(&bar, options.modes).unwrap();
     let short = Forecast {

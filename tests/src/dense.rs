@@ -41,6 +41,23 @@ pub fn sparse(matrix: &Mat<f64>) -> SparseMatrix {
         .expect("the entries are in range")
 }
 
+/// `A x` entry by entry.
+pub fn times(matrix: &SparseMatrix, x: MatRef<'_, f64>) -> Mat<f64> {
+    let mut y = Mat::zeros(x.nrows(), x.ncols());
+    for column in 0..matrix.ncols() {
+        for (row, value) in matrix
+            .row_idx_of_col_raw(column)
+            .iter()
+            .zip(matrix.val_of_col(column))
+        {
+            for k in 0..x.ncols() {
+                y[(*row as usize, k)] += value * x[(column, k)];
+            }
+        }
+    }
+    y
+}
+
 /// Ascending eigenvalues and eigenvectors of a symmetric matrix.
 pub fn eigen(a: &Mat<f64>) -> (Vec<f64>, Mat<f64>) {
     if a.nrows() == 0 {

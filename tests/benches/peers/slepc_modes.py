@@ -42,19 +42,12 @@ def total(number):
     return vector.sum()
 
 
-def main(folder, count, out):
-    stiffness, mass = (load(os.path.join(folder, name + ".npz")) for name in ("stiffness", "mass"))
-    with open(os.path.join(folder, "meta.json")) as file:
-        shift = json.load(file)["shift"]
-    PETSc.COMM_WORLD.barrier()
-    start, processor = time.perf_counter(), time.process_time()
+def shift_invert(stiffness, mass, shift):
+    """Krylov-Schur on MUMPS' factor of K - shift M, without saying which pairs are wanted."""
     solver = SLEPc.EPS().create()
     solver.setOperators(stiffness, mass)
     solver.setProblemType(SLEPc.EPS.ProblemType.GHEP)
-    solver.setDimensions(6 + count)
     solver.setTolerances(1e-10)
-    solver.setTarget(shift)
-    solver.setWhichEigenpairs(SLEPc.EPS.Which.TARGET_MAGNITUDE)
     transformation = solver.getST()
     transformation.setType("sinvert")
     transformation.setShift(shift)
@@ -62,6 +55,25 @@ def main(folder, count, out):
     linear.setType("preonly")
     linear.getPC().setType("cholesky")
     linear.getPC().setFactorSolverType("mumps")
+    return solver
+
+
+def nearest(stiffness, mass, shift, count):
+    """The same for the `count` pairs nearest to the shift."""
+    solver = shift_invert(stiffness, mass, shift)
+    solver.setDimensions(count)
+    solver.setTarget(shift)
+    solver.setWhichEigenpairs(SLEPc.EPS.Which.TARGET_MAGNITUDE)
+    return solver
+
+
+def main(folder, count, out):
+    stiffness, mass = (load(os.path.join(folder, name + ".npz")) for name in ("stiffness", "mass"))
+    with open(os.path.join(folder, "meta.json")) as file:
+        shift = json.load(file)["shift"]
+    PETSc.COMM_WORLD.barrier()
+    start, processor = time.perf_counter(), time.process_time()
+    solver = nearest(stiffness, mass, shift, 6 + count)
     solver.setUp()
     ready = time.perf_counter()
     solver.solve()
