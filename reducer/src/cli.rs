@@ -67,6 +67,10 @@ pub struct ReduceArguments {
     /// Keep this many directions of residual flexibility, the softest [default: all].
     #[arg(long, value_name = "N", allow_negative_numbers = true, value_parser = interface_count)]
     pub interface_modes: Option<usize>,
+    /// Add quasi-static responses to the basis: to centrifugal forces, to the part's named loads (PART.load.NAME.mtx), or the interfaces'
+    /// second Krylov block; separated by commas.
+    #[arg(long, value_name = "WHAT", value_enum, value_delimiter = ',')]
+    pub enrich: Vec<EnrichmentName>,
     /// Files beside the stiffness matrix.
     #[command(flatten)]
     pub siblings: SiblingArguments,
@@ -110,6 +114,17 @@ pub enum SolverName {
     BlockLanczos,
     /// SLEPc with MUMPS under mpirun (docs/slepc.md; only in builds with the feature slepc).
     Slepc,
+}
+
+/// What further columns answer to.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub enum EnrichmentName {
+    /// Centrifugal forces.
+    Spin,
+    /// Named loads.
+    Loads,
+    /// Second Krylov block.
+    Krylov,
 }
 
 /// What is verified, and against what.

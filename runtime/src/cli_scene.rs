@@ -17,7 +17,7 @@ use crate::csv;
 use crate::error::Error;
 use crate::history::Selection;
 use crate::model::Model;
-use crate::run::{self, ModesReport, Observer, Profiling, Report, RunReport, Target};
+use crate::run::{self, ModesReport, Observer, Profiling, Report, RunReport, Target, stiffened};
 use crate::scene::{BodyKind, Compatibility, Method, Scene, in_file};
 
 /// Whether the user has interrupted.
@@ -177,6 +177,10 @@ fn describe(scene: &Scene, model: &Model, common: &CommonArguments) -> String {
         model.files.len(),
         if model.files.len() == 1 { "" } else { "s" },
     );
+    let stiffened: Vec<&str> = stiffened(model).collect();
+    if !stiffened.is_empty() {
+        let _ = writeln!(text, "with geometric stiffening: {}", stiffened.join(", "));
+    }
     if common.verbose {
         for (name, body) in scene.bodies.keys().zip(&system.bodies) {
             let n = body.flexible.coordinate_count();

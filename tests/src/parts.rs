@@ -101,6 +101,8 @@ pub fn rotor() -> Component {
         component_masses: None,
         interfaces: description.interfaces.clone(),
         explicit_boundary: None,
+        loads: Vec::new(),
+        geometric_stiffness: None,
         damping: dcb_formats::component::Damping::None,
         sources: Vec::new(),
         notes: Vec::new(),

@@ -3,8 +3,9 @@
 
 use std::sync::Arc;
 
+use dcb_formats::Component;
 use dcb_formats::mesh::{Dimension, Direction};
-use dcb_reducer::Reduced;
+use dcb_reducer::{Reduced, Reduction};
 use dcb_runtime::simulation::Simulation;
 use dcb_runtime::{Compatibility, FlexibleBody};
 use dcb_samples::{RodSection, planar_rod};
@@ -12,7 +13,7 @@ use faer::Mat;
 use nalgebra::{DMatrix, RowDVector, Vector2};
 
 use crate::corotated_rod::{CorotatedRod, CorotatedSliderCrank, RodEnd};
-use crate::lowest;
+use crate::with;
 use crate::slider_crank::{ROD, SliderCrank, rod_coordinates};
 
 /// Crank, speed and rod of a slider-crank; the slider has half of the rod's mass.
@@ -75,7 +76,24 @@ impl ReducedRod {
         modes: usize,
         compatibility: Compatibility,
     ) -> Self {
-        let reduced = lowest(&planar_rod(elements, &benchmark.section), modes);
+        let component = planar_rod(elements, &benchmark.section);
+        Self::of(
+            benchmark,
+            &component,
+            &Reduction::lowest(modes),
+            compatibility,
+        )
+    }
+
+    /// Of a rod made for the benchmark, an even number of elements, reduced as asked for.
+    pub fn of(
+        benchmark: Benchmark,
+        component: &Component,
+        options: &Reduction,
+        compatibility: Compatibility,
+    ) -> Self {
+        let elements = component.mesh.node_count() - 1;
+        let reduced = with(component, options);
         let across = |node: usize| {
             let mut dofs = reduced.recovery.dofs.iter();
             dofs.position(|dof| dof.node as usize == node && dof.direction == Direction::Uy)
@@ -111,8 +129,14 @@ impl ReducedRod {
     pub fn deflection(&self, y: &[f64]) -> f64 {
         let mut amplitudes = vec![0.0; self.body.original_coordinate_count()];
         self.body.original_coordinates(y, &mut amplitudes);
-        let (modal, attached) = amplitudes.split_at(self.reduced.recovery.modes.ncols());
+        let recovery = &self.reduced.recovery;
+        let (modal, rest) = amplitudes.split_at(recovery.modes.ncols());
+        let (attached, further) = rest.split_at(recovery.residual.ncols());
         self.recovered(modal, attached)
+            + recovery
+                .enrichment
+                .as_ref()
+                .map_or(0.0, |fields| self.across(|row| product(fields, row, further)))
     }
 
     /// The same in a mechanism, whatever the rod's compatibility.
@@ -131,13 +155,14 @@ impl ReducedRod {
     /// From amplitudes of modes and of G_res L_bᵀ.
     fn recovered(&self, modal: &[f64], attached: &[f64]) -> f64 {
         let recovery = &self.reduced.recovery;
-        let product = |matrix: &Mat<f64>, row: usize, x: &[f64]| -> f64 {
-            let entries = x.iter().enumerate();
-            entries.map(|(k, x)| matrix[(row, k)] * x).sum()
-        };
-        let [middle, a, b] = self.nodes.map(|row| {
+        self.across(|row| {
             product(&recovery.modes, row, modal) + product(&recovery.residual, row, attached)
-        });
+        })
+    }
+
+    /// Of the displacements across the rod at the rows of the three nodes.
+    fn across(&self, displacement: impl Fn(usize) -> f64) -> f64 {
+        let [middle, a, b] = self.nodes.map(displacement);
         (middle - 0.5 * (a + b)) / self.benchmark.section.length
     }
 
@@ -179,4 +204,10 @@ impl ReducedRod {
             slider: 0.5 * inertia.mass,
         }
     }
+}
+
+/// Row `row` of `matrix x`.
+fn product(matrix: &Mat<f64>, row: usize, x: &[f64]) -> f64 {
+    let entries = x.iter().enumerate();
+    entries.map(|(k, x)| matrix[(row, k)] * x).sum()
 }

@@ -5,6 +5,7 @@ mod bad_components;
 mod bad_descriptions;
 mod bad_files;
 mod compare;
+mod extras;
 mod full_disk;
 mod help;
 mod inspect;

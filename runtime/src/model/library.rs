@@ -1,12 +1,13 @@
 //! The superelements of a scene, each file read once however many bodies are made of it.
 
+use std::borrow::Cow;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use dcb_formats::component::Units;
 use dcb_formats::dcb::SuperelementFile;
 use dcb_formats::mesh::{Dimension, Mesh};
-use dcb_formats::superelement::{RecoveryBasis, Superelement};
+use dcb_formats::superelement::{RecoveryBasis, Stiffening, Superelement};
 use indexmap::IndexMap;
 
 use super::bodies;
@@ -88,8 +89,22 @@ impl Library {
         if let Some((_, body)) = known {
             return Ok(body.clone());
         }
-        let mut body = FlexibleBody::from_superelement(&opened.superelement, compatibility)?
-            .with_inertia_change(bodies::inertia_change(of.inertia_change));
+        let superelement = match of.geometric_stiffening {
+            scene::GeometricStiffening::Stored => Cow::Borrowed(&opened.superelement),
+            scene::GeometricStiffening::Off => {
+                let mut plain = opened.superelement.clone();
+                plain.stiffening = Stiffening::default();
+                Cow::Owned(plain)
+            }
+        };
+        let mut body = FlexibleBody::from_superelement(&superelement, compatibility)?;
+        if body.is_stiffened() && of.inertia_change != scene::InertiaChange::SecondOrder {
+            return Err(Error::described(
+                format!("bodies.{name}.inertia_change"),
+                "must be \"second-order\" with geometric stiffening, which is of that order; or set \"geometric_stiffening\": \"off\"",
+            ));
+        }
+        body = body.with_inertia_change(bodies::inertia_change(of.inertia_change));
         if let Some(damping) = &of.damping {
             bodies::damp(&mut body, damping);
         }
@@ -173,6 +188,14 @@ impl Library {
             return Ok(fields.clone());
         }
         let basis = opened.file.recovery()?.ok_or_else(none)?;
+        if opened.superelement.enrichment.is_some() && basis.enrichment.is_none() {
+            return Err(Error::described(
+                at,
+                format!(
+                    "needs the nodal fields of the further columns of body {body:?}, which its file (of format 1.0) doesn't have; reduce it again"
+                ),
+            ));
+        }
         let mesh = opened.file.mesh()?.ok_or_else(none)?;
         let fields = Arc::new((basis, mesh));
         opened.fields = Some(fields.clone());

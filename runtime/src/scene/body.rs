@@ -46,6 +46,8 @@ pub struct SuperelementBody {
     pub damping: Option<DampingOverride>,
     /// How the deflection changes the inertia.
     pub inertia_change: InertiaChange,
+    /// Whether the file's geometric stiffening acts.
+    pub geometric_stiffening: GeometricStiffening,
 }
 
 /// Mass, inertia and points of a rigid body, in the frame of its component.
@@ -116,6 +118,17 @@ pub enum InertiaChange {
     /// All terms: energy and momentum are conserved.
     #[default]
     SecondOrder,
+}
+
+/// Whether the geometric stiffening of a superelement's file acts.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum GeometricStiffening {
+    /// What the file has.
+    #[default]
+    Stored,
+    /// None: the linear theory.
+    Off,
 }
 
 /// A frame at time zero in three dimensions; planar scenes move in the plane z = 0 and turn about z.
@@ -278,6 +291,9 @@ struct BodyPart {
     /// How the deflection of the superelement changes its inertia; `second-order` where absent.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     inertia_change: Option<InertiaChange>,
+    /// Whether the superelement's geometric stiffening acts, where its file has any; `stored` where absent.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    geometric_stiffening: Option<GeometricStiffening>,
     /// Origin of the component's frame, world axes; zero where absent.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     position: Option<Vec<f64>>,
@@ -307,12 +323,16 @@ impl TryFrom<BodyPart> for Body {
                 file,
                 damping: part.damping,
                 inertia_change: part.inertia_change.unwrap_or_default(),
+                geometric_stiffening: part.geometric_stiffening.unwrap_or_default(),
             }),
             (None, Some(_)) if part.damping.is_some() => {
                 return Err("a rigid body has no `damping`".into());
             }
             (None, Some(_)) if part.inertia_change.is_some() => {
                 return Err("a rigid body has no `inertia_change`".into());
+            }
+            (None, Some(_)) if part.geometric_stiffening.is_some() => {
+                return Err("a rigid body has no `geometric_stiffening`".into());
             }
             (None, Some(rigid)) => BodyKind::Rigid(rigid),
             (Some(_), Some(_)) => {
@@ -355,6 +375,9 @@ impl From<Body> for BodyPart {
                 damping: superelement.damping,
                 inertia_change: (superelement.inertia_change != InertiaChange::default())
                     .then_some(superelement.inertia_change),
+                geometric_stiffening: (superelement.geometric_stiffening
+                    != GeometricStiffening::default())
+                .then_some(superelement.geometric_stiffening),
                 ..state
             },
         }
