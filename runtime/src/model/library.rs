@@ -10,7 +10,7 @@ use dcb_formats::superelement::{RecoveryBasis, Superelement};
 use indexmap::IndexMap;
 
 use super::bodies;
-use crate::body::{Compatibility, FlexibleBody};
+use crate::body::{Compatibility, FlexibleBody, ModeTruncation};
 use crate::error::Error;
 use crate::scene::{self, Body, BodyKind, Scene, SuperelementBody};
 
@@ -37,7 +37,25 @@ struct OpenFile {
     file: SuperelementFile,
     superelement: Superelement,
     bodies: Vec<(SuperelementBody, Arc<FlexibleBody>)>,
-    fields: Option<Arc<(RecoveryBasis, Mesh)>>,
+    /// By the number of modes that a scene asks for.
+    fields: IndexMap<Option<u32>, Arc<(RecoveryBasis, Mesh)>>,
+}
+
+impl OpenFile {
+    /// The truncation that a body asks for with `modes`, if it does.
+    fn truncation(&self, name: &str, modes: Option<u32>) -> Result<Option<ModeTruncation>, Error> {
+        let Some(wanted) = modes else {
+            return Ok(None);
+        };
+        let available = self.superelement.mode_count();
+        if wanted as usize > available {
+            return Err(Error::described(
+                format!("bodies.{name}.modes"),
+                format!("is {wanted}, but the superelement has {available} modes"),
+            ));
+        }
+        ModeTruncation::of(&self.superelement, wanted as usize).map(Some)
+    }
 }
 
 impl Library {
@@ -88,7 +106,12 @@ impl Library {
         if let Some((_, body)) = known {
             return Ok(body.clone());
         }
-        let mut body = FlexibleBody::from_superelement(&opened.superelement, compatibility)?
+        let truncated = match opened.truncation(name, of.modes)? {
+            Some(truncation) => Some(truncation.superelement(&opened.superelement)?),
+            None => None,
+        };
+        let superelement = truncated.as_ref().unwrap_or(&opened.superelement);
+        let mut body = FlexibleBody::from_superelement(superelement, compatibility)?
             .with_inertia_change(bodies::inertia_change(of.inertia_change));
         if let Some(damping) = &of.damping {
             bodies::damp(&mut body, damping);
@@ -138,7 +161,7 @@ impl Library {
                 file,
                 superelement,
                 bodies: Vec::new(),
-                fields: None,
+                fields: IndexMap::new(),
             },
         );
         Ok(())
@@ -169,13 +192,17 @@ impl Library {
             .files
             .get_mut(&scene.resolve(&of.file))
             .ok_or_else(none)?;
-        if let Some(fields) = &opened.fields {
+        if let Some(fields) = opened.fields.get(&of.modes) {
             return Ok(fields.clone());
         }
         let basis = opened.file.recovery()?.ok_or_else(none)?;
         let mesh = opened.file.mesh()?.ok_or_else(none)?;
+        let basis = match opened.truncation(body, of.modes)? {
+            Some(truncation) => truncation.recovery(&basis),
+            None => basis,
+        };
         let fields = Arc::new((basis, mesh));
-        opened.fields = Some(fields.clone());
+        opened.fields.insert(of.modes, fields.clone());
         Ok(fields)
     }
 
