@@ -114,7 +114,8 @@ impl Library {
         let mut body = FlexibleBody::from_superelement(superelement, compatibility)?
             .with_inertia_change(bodies::inertia_change(of.inertia_change));
         if let Some(damping) = &of.damping {
-            bodies::damp(&mut body, damping);
+            let left_out = body.mode_count..opened.superelement.mode_count();
+            bodies::damp(&mut body, damping, left_out);
         }
         let body = Arc::new(body);
         opened.bodies.push((of.clone(), body.clone()));
