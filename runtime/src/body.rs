@@ -20,6 +20,7 @@ mod generalized;
 mod residual_coordinates;
 mod rigid;
 mod superelement;
+mod truncation;
 
 use std::path::Path;
 
@@ -34,6 +35,7 @@ pub use attachment::Attachment;
 pub use compatibility::Compatibility;
 pub use generalized::GeneralizedBody;
 pub use rigid::{RigidBody, RigidPoint};
+pub use truncation::ModeTruncation;
 
 /// Largest cosine between a rigid motion and a column of Ψ_r that still counts as rounding. The reducer holds the file's
 /// columns to 1e-8 of their size with no mode kept, and T_r magnifies weak attachments.

@@ -11,7 +11,7 @@ use dcb_formats::superelement::{RecoveryBasis, Stiffening, Superelement};
 use indexmap::IndexMap;
 
 use super::bodies;
-use crate::body::{Compatibility, FlexibleBody};
+use crate::body::{Compatibility, FlexibleBody, ModeTruncation};
 use crate::error::Error;
 use crate::scene::{self, Body, BodyKind, Scene, SuperelementBody};
 
@@ -38,7 +38,25 @@ struct OpenFile {
     file: SuperelementFile,
     superelement: Superelement,
     bodies: Vec<(SuperelementBody, Arc<FlexibleBody>)>,
-    fields: Option<Arc<(RecoveryBasis, Mesh)>>,
+    /// By the number of modes that a scene asks for.
+    fields: IndexMap<Option<u32>, Arc<(RecoveryBasis, Mesh)>>,
+}
+
+impl OpenFile {
+    /// The truncation that a body asks for with `modes`, if it does.
+    fn truncation(&self, name: &str, modes: Option<u32>) -> Result<Option<ModeTruncation>, Error> {
+        let Some(wanted) = modes else {
+            return Ok(None);
+        };
+        let available = self.superelement.mode_count();
+        if wanted as usize > available {
+            return Err(Error::described(
+                format!("bodies.{name}.modes"),
+                format!("is {wanted}, but the superelement has {available} modes"),
+            ));
+        }
+        ModeTruncation::of(&self.superelement, wanted as usize).map(Some)
+    }
 }
 
 impl Library {
@@ -89,14 +107,17 @@ impl Library {
         if let Some((_, body)) = known {
             return Ok(body.clone());
         }
-        let superelement = match of.geometric_stiffening {
-            scene::GeometricStiffening::Stored => Cow::Borrowed(&opened.superelement),
-            scene::GeometricStiffening::Off => {
-                let mut plain = opened.superelement.clone();
-                plain.stiffening = Stiffening::default();
-                Cow::Owned(plain)
-            }
+        let truncated = match opened.truncation(name, of.modes)? {
+            Some(truncation) => Some(truncation.superelement(&opened.superelement)?),
+            None => None,
         };
+        let mut superelement = match truncated {
+            Some(truncated) => Cow::Owned(truncated),
+            None => Cow::Borrowed(&opened.superelement),
+        };
+        if of.geometric_stiffening == scene::GeometricStiffening::Off {
+            superelement.to_mut().stiffening = Stiffening::default();
+        }
         let mut body = FlexibleBody::from_superelement(&superelement, compatibility)?;
         if body.is_stiffened() && of.inertia_change != scene::InertiaChange::SecondOrder {
             return Err(Error::described(
@@ -106,7 +127,8 @@ impl Library {
         }
         body = body.with_inertia_change(bodies::inertia_change(of.inertia_change));
         if let Some(damping) = &of.damping {
-            bodies::damp(&mut body, damping);
+            let left_out = body.mode_count..opened.superelement.mode_count();
+            bodies::damp(&mut body, damping, left_out);
         }
         let body = Arc::new(body);
         opened.bodies.push((of.clone(), body.clone()));
@@ -153,7 +175,7 @@ impl Library {
                 file,
                 superelement,
                 bodies: Vec::new(),
-                fields: None,
+                fields: IndexMap::new(),
             },
         );
         Ok(())
@@ -184,7 +206,7 @@ impl Library {
             .files
             .get_mut(&scene.resolve(&of.file))
             .ok_or_else(none)?;
-        if let Some(fields) = &opened.fields {
+        if let Some(fields) = opened.fields.get(&of.modes) {
             return Ok(fields.clone());
         }
         let basis = opened.file.recovery()?.ok_or_else(none)?;
@@ -197,8 +219,12 @@ impl Library {
             ));
         }
         let mesh = opened.file.mesh()?.ok_or_else(none)?;
+        let basis = match opened.truncation(body, of.modes)? {
+            Some(truncation) => truncation.recovery(&basis),
+            None => basis,
+        };
         let fields = Arc::new((basis, mesh));
-        opened.fields = Some(fields.clone());
+        opened.fields.insert(of.modes, fields.clone());
         Ok(fields)
     }
 

@@ -127,6 +127,26 @@ const ROUNDING_TOLD: f64 = 1e-2;
 /// A defect of the energy balance beyond this part of the largest stored energy is told.
 const IMBALANCE_TOLD: f64 = 0.05;
 
+/// What is told of forces that consist of rounding at steps of this size.
+pub(crate) fn rounding_warning(simulation: &Simulation, step: f64) -> Option<String> {
+    let rounding = simulation.rounding_of_forces(step);
+    (rounding.is_finite() && rounding > ROUNDING_TOLD).then(|| {
+        format!(
+            "rounding of positions is {rounding:.0e} of the joints' forces at a step of {step:.1e}: take longer steps, \"formulation\": \"stabilized-index-2\", or a place nearer to the world's origin"
+        )
+    })
+}
+
+/// What is told of an energy balance, given its largest defect and the largest energy that was stored.
+pub(crate) fn imbalance_warning((defect, largest): (f64, f64)) -> Option<String> {
+    (largest > 0.0 && defect > IMBALANCE_TOLD * largest).then(|| {
+        format!(
+            "the energy balance lacks {:.1e} of the largest stored energy: the step doesn't resolve what happens; take a smaller one",
+            defect / largest
+        )
+    })
+}
+
 /// The loop over steps.
 struct Run<'a> {
     integrator: Integrator,
@@ -202,12 +222,11 @@ impl Run<'_> {
 
     /// Forces that consist of rounding are told once.
     fn tell_rounding(&mut self, simulation: &Simulation, step: f64, observer: &mut dyn Observer) {
-        let rounding = simulation.rounding_of_forces(step);
-        if rounding.is_finite() && rounding > ROUNDING_TOLD && !self.told_rounding {
+        if self.told_rounding {
+            return;
+        }
+        if let Some(message) = rounding_warning(simulation, step) {
             self.told_rounding = true;
-            let message = format!(
-                "rounding of positions is {rounding:.0e} of the joints' forces at a step of {step:.1e}: take longer steps, \"formulation\": \"stabilized-index-2\", or a place nearer to the world's origin"
-            );
             self.session
                 .tell(observer, simulation.state().time, &message);
         }
@@ -215,12 +234,7 @@ impl Run<'_> {
 
     /// A balance that doesn't close is told at the end.
     fn tell_imbalance(&mut self, time: f64, observer: &mut dyn Observer) {
-        let (defect, largest) = self.energy_defect;
-        if largest > 0.0 && defect > IMBALANCE_TOLD * largest {
-            let message = format!(
-                "the energy balance lacks {:.1e} of the largest stored energy: the step doesn't resolve what happens; take a smaller one",
-                defect / largest
-            );
+        if let Some(message) = imbalance_warning(self.energy_defect) {
             self.session.tell(observer, time, &message);
         }
     }

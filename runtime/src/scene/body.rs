@@ -42,6 +42,8 @@ pub enum BodyKind {
 pub struct SuperelementBody {
     /// The `.dcb.h5` file; a relative path starts at the folder of the scene.
     pub file: PathBuf,
+    /// How many of the file's modes are used, the lowest; all where `None`. The others' flexibility stays, in the attachments.
+    pub modes: Option<u32>,
     /// Damping in place of the file's.
     pub damping: Option<DampingOverride>,
     /// How the deflection changes the inertia.
@@ -285,6 +287,10 @@ struct BodyPart {
         skip_serializing_if = "Option::is_none"
     )]
     rigid: Option<RigidBody>,
+    /// How many modes of the superelement are used, the lowest; all where absent. The flexibility of the others is kept in the
+    /// attachments.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    modes: Option<u32>,
     /// Damping in place of the superelement's own.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     damping: Option<DampingOverride>,
@@ -321,10 +327,14 @@ impl TryFrom<BodyPart> for Body {
         let kind = match (part.superelement, part.rigid) {
             (Some(file), None) => BodyKind::Superelement(SuperelementBody {
                 file,
+                modes: part.modes,
                 damping: part.damping,
                 inertia_change: part.inertia_change.unwrap_or_default(),
                 geometric_stiffening: part.geometric_stiffening.unwrap_or_default(),
             }),
+            (None, Some(_)) if part.modes.is_some() => {
+                return Err("a rigid body has no `modes`".into());
+            }
             (None, Some(_)) if part.damping.is_some() => {
                 return Err("a rigid body has no `damping`".into());
             }
@@ -372,6 +382,7 @@ impl From<Body> for BodyPart {
             },
             BodyKind::Superelement(superelement) => Self {
                 superelement: Some(superelement.file),
+                modes: superelement.modes,
                 damping: superelement.damping,
                 inertia_change: (superelement.inertia_change != InertiaChange::default())
                     .then_some(superelement.inertia_change),
