@@ -79,6 +79,9 @@ impl<R: Serialize + DeserializeOwned> Ledger<R> {
         let mut rows = BTreeMap::new();
         if whole == 0 {
             let line = serde_json::to_string(&head).map_err(|error| not_json(path, &error))?;
+            if !line.starts_with(&text) {
+                check_head(path, &text, &head)?;
+            }
             write_text(path, &(line + "\n"))?;
         } else {
             let mut lines = text[..whole].lines();
@@ -256,8 +259,11 @@ mod tests {
             "{message}"
         );
         assert!(open(&path, &settings(60), Start::Anew).unwrap().is_empty());
-        std::fs::write(&path, "modes,error\n").unwrap();
-        let refused = open(&path, &settings(60), Start::Continue).unwrap_err();
-        assert!(refused.to_string().contains("holds no study"), "{refused}");
+        for other in ["modes,error\n", "notes"] {
+            std::fs::write(&path, other).unwrap();
+            let refused = open(&path, &settings(60), Start::Continue).unwrap_err();
+            assert!(refused.to_string().contains("holds no study"), "{refused}");
+            assert_eq!(std::fs::read_to_string(&path).unwrap(), other);
+        }
     }
 }
