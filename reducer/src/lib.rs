@@ -13,6 +13,7 @@ pub mod cli_eigen_solver;
 pub mod cli_memory;
 pub mod cli_plan;
 pub mod cli_reduce;
+pub mod cli_study;
 pub mod column_products;
 pub mod compare;
 pub mod condensation;
@@ -55,6 +56,7 @@ pub mod shift;
 #[cfg(feature = "slepc")]
 pub mod slepc;
 pub mod sparse_product;
+pub mod study;
 pub mod summary;
 pub mod surface;
 pub mod tall_products;
