@@ -6,6 +6,7 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 
 use clap::Args;
 use dcb_formats::Component;
+use dcb_formats::component::{Interface, Role};
 use dcb_formats::component_files::{ComponentFiles, read_component, stem};
 use dcb_formats::dcb::partial_path;
 use dcb_formats::report::{Ledger, Start};
@@ -48,7 +49,7 @@ pub struct StudyArguments {
     /// Numbers of interface modes, beside all of them.
     #[arg(long, value_name = "N,…", value_delimiter = ',', allow_negative_numbers = true, value_parser = positive)]
     pub interface_modes: Vec<usize>,
-    /// Frequencies at which responses are compared, Hz [default: up to half the highest mode].
+    /// Band of frequencies, Hz [default: up to half the highest mode].
     #[arg(long, value_name = "FMIN:FMAX", allow_hyphen_values = true, value_parser = band)]
     pub band: Option<[f64; 2]>,
     /// Points of the band; resonances are added.
@@ -139,7 +140,15 @@ pub fn run(arguments: &StudyArguments, common: &CommonArguments) -> Result<Outco
         &ROWS,
     );
     progress.clear();
-    made.map_err(named)?;
+    if let Err(error) = made {
+        // Nothing is left of a study without a row.
+        if ledger.is_empty() {
+            drop(ledger);
+            let _ = std::fs::remove_file(folder.join(LEDGER));
+            let _ = std::fs::remove_dir(&folder);
+        }
+        return Err(named(error));
+    }
     let (reference, rows) = recorded(&study, &ledger).ok_or(Error::NotFinite {
         what: "the rows of the study",
     })?;
@@ -168,6 +177,12 @@ fn study(
     component: &Component,
     scratch: &Path,
 ) -> Result<Study, Error> {
+    let acts = |interface: &Interface| interface.role == Role::Attachment;
+    if component.explicit_boundary.is_none() && !component.interfaces.iter().any(acts) {
+        return Err(Error::Component(
+            "interfaces where forces act are what a study compares, and the component has none; describe one in its JSON".into(),
+        ));
+    }
     let modes = match &arguments.modes {
         Some(modes) => modes.clone(),
         None => {

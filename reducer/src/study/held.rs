@@ -1,8 +1,8 @@
 //! Eigenvalues with all interfaces held: of a reduced part by dense algebra, of the unreduced one by counting.
 //!
 //! *Reduced.* Coordinates y with stiffness diag(k), mass 1 or 0 each and interface motion B y: the motions with B y = 0 are spanned by Z, and
-//! the eigenvalues are those of (Zᵀ k Z, Zᵀ m Z). With all motions shifted by τ, A = (k + τ m)^½ Z has the singular values
-//! that decide; the lowest eigenvalues keep their digits however stiff the attachments are.
+//! the eigenvalues are those of (Zᵀ k Z, Zᵀ m Z). With all motions shifted by τ and (k + τ m)^½ Z = Q R they are those of the compliances
+//! R⁻ᵀ Zᵀ m Z R⁻¹, inverted; the lowest eigenvalues keep their digits however stiff the attachments are.
 //!
 //! *Unreduced.* Holding m independent rows of K - λ M takes as many pivots of one sign as H(λ) has (Sylvester's law for the bordered matrix):
 //!
@@ -11,12 +11,13 @@
 //! ```
 //! The free ones are certified, H(λ) is exact, so bisection finds every held eigenvalue (Wittrick and Williams).
 
-use faer::Mat;
+use faer::linalg::triangular_solve::solve_lower_triangular_in_place;
+use faer::{Mat, Par};
 
 use super::response::Response;
 use crate::block_algebra::symmetric_eigen;
 
-/// Singular values of the interface motions below this fraction of the largest belong to dependent rows.
+/// Pivots of the interface motions below this fraction of the largest belong to dependent rows.
 const DEPENDENT: f64 = 1e-10;
 /// Steps of a bisection: more than a double has digits.
 const BISECTIONS: usize = 70;
@@ -53,26 +54,28 @@ impl Coordinates {
         if n == 0 || self.shapes.nrows() == 0 {
             return Some(Vec::new());
         }
-        let decomposed = self.shapes.svd().ok()?;
-        let sizes: Vec<f64> = decomposed.S().column_vector().iter().copied().collect();
+        // B y = 0: what an orthonormal basis of the rows of B leaves. A factorization in finitely many steps, whatever repeats.
+        let of_rows = self.shapes.transpose().col_piv_qr();
+        let pivots = of_rows.thin_R();
+        let sizes: Vec<f64> = (0..pivots.nrows()).map(|i| pivots[(i, i)].abs()).collect();
         let limit = DEPENDENT * sizes.iter().copied().fold(0.0, f64::max);
         let rank = sizes.iter().filter(|size| **size > limit).count();
         let free = n - rank;
         if free == 0 {
             return Some(Vec::new());
         }
-        let motions = decomposed.V().subcols(rank, free).to_owned();
+        let motions = of_rows.compute_Q().subcols(rank, free).to_owned();
         let positive = self.stiffness[..dynamic].iter().filter(|k| **k > 0.0);
         let shift = positive.copied().reduce(f64::min).unwrap_or(1.0);
         let mass = |i: usize| if i < dynamic { 1.0 } else { 0.0 };
         let stretched = Mat::from_fn(n, free, |i, j| {
             (self.stiffness[i] + shift * mass(i)).sqrt() * motions[(i, j)]
         });
-        let stretched = stretched.thin_svd().ok()?;
-        let sizes: Vec<f64> = stretched.S().column_vector().iter().copied().collect();
-        let moving = motions.subrows(0, dynamic) * stretched.V();
-        let moving = Mat::from_fn(dynamic, free, |i, j| moving[(i, j)] / sizes[j]);
-        let product = moving.transpose() * &moving;
+        // A = Q R: the compliances are the squared singular values of m^1/2 Z R^-1, transposed here.
+        let triangle = stretched.qr().thin_R().transpose().to_owned();
+        let mut moving = motions.subrows(0, dynamic).transpose().to_owned();
+        solve_lower_triangular_in_place(triangle.as_ref(), moving.as_mut(), Par::Seq);
+        let product = &moving * moving.transpose();
         let (compliances, _) = symmetric_eigen(product.as_ref())?;
         // A direction without mass has the compliance zero: no eigenvalue.
         let largest = compliances.last().copied().unwrap_or(0.0);

@@ -207,7 +207,7 @@ impl Reference {
         drop(positive);
         drop(factor);
         let residual = problem.residual(&forces, sum, band.top());
-        if !(residual <= RESIDUAL_LIMIT) {
+        if residual.is_nan() || residual > RESIDUAL_LIMIT {
             return Err(Error::QualityLimit(format!(
                 "the reference leaves {residual:.1e} of the unreduced equations (limit {RESIDUAL_LIMIT:.0e}); take another band, or check the part for extreme stiffness contrasts"
             )));
