@@ -229,8 +229,10 @@ pub fn reference_curves(reference: &Reference, loss_factor: f64, drawn: Drawn) -
 
 fn entries(h: &Mat<c64>, drawn: Drawn) -> [f64; 2] {
     let column = drawn.collocated;
-    let transfer = drawn.transfer.map_or(0.0, |row| h[(row, column)].norm());
-    [h[(column, column)].norm(), transfer]
+    let transfer = drawn
+        .transfer
+        .map_or(0.0, |row| h[(row, column)].norm_sqr().sqrt());
+    [h[(column, column)].norm_sqr().sqrt(), transfer]
 }
 
 fn points(

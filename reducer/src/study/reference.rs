@@ -204,7 +204,6 @@ impl Reference {
         observer.begin(Stage::Attachments);
         let at_rows = |x: MatRef<'_, f64>| rows.scaled(localization.apply(x).as_ref());
         let (series, sum) = problem.series(&positive, first, band.top(), at_rows, observer)?;
-        drop(positive);
         drop(factor);
         let residual = problem.residual(&forces, sum, band.top());
         if residual.is_nan() || residual > RESIDUAL_LIMIT {

@@ -10,7 +10,8 @@ use dcb_formats::report::{
 use serde::Serialize;
 
 use super::best::{Best, best_rows};
-use super::record::{Measure, ReferenceRecord, Row};
+use super::errors::Deviation;
+use super::record::{Measure, ReferenceRecord, Row, StoredCurves};
 use super::variant::Variant;
 use crate::error::Error;
 use crate::inspect::hertz;
@@ -117,7 +118,7 @@ impl<'a> Report<'a> {
                 Cell::Number(row.file_bytes as f64 / 1e6),
             ];
             cells.extend((Measure::ALL.iter()).map(|measure| Cell::maybe(row.error(*measure))));
-            let level = |deviation: Option<super::errors::Deviation>| {
+            let level = |deviation: Option<Deviation>| {
                 Cell::maybe(deviation.and_then(|deviation| deviation.level_db))
             };
             cells.extend([
@@ -167,13 +168,13 @@ impl<'a> Report<'a> {
                 "Error against the time of the reduction; numbers are modes",
                 "reduction and writing [s]",
                 what,
-                &families(&|row| row.reduction_seconds),
+                &families(&|row: &Row| row.reduction_seconds),
             ),
             pareto_chart(
                 "Error against the unknowns of a simulation",
                 "unknowns of the body beside its frame",
                 what,
-                &families(&|row| row.unknowns as f64),
+                &families(&|row: &Row| row.unknowns as f64),
             ),
         ]
     }
@@ -208,20 +209,23 @@ impl<'a> Report<'a> {
                 shown.push(row);
             }
         }
-        let chart =
-            |title: &str, take: &dyn Fn(&super::record::StoredCurves) -> Vec<Option<f64>>| {
-                let mut series = vec![self.curve("unreduced", &take(&self.reference.curves))];
-                let rows = shown.iter();
-                series.extend(rows.map(|row| self.curve(&row.title(), &take(&row.curves))));
-                self.over_frequency(title, "|H|, scaled", series)
-            };
+        let chart = |title: &str, take: &dyn Fn(&StoredCurves) -> Vec<Option<f64>>| {
+            let mut series = vec![self.curve("unreduced", &take(&self.reference.curves))];
+            let rows = shown.iter();
+            series.extend(rows.map(|row| self.curve(&row.title(), &take(&row.curves))));
+            self.over_frequency(title, "|H|, scaled", series)
+        };
         let [own, between] = &self.reference.drawn;
         let mut charts = Vec::new();
         if let Some(what) = own {
-            charts.push(chart(what, &|curves| curves.collocated.clone()));
+            charts.push(chart(what, &|curves: &StoredCurves| {
+                curves.collocated.clone()
+            }));
         }
         if let Some(what) = between {
-            charts.push(chart(what, &|curves| curves.transfer.clone()));
+            charts.push(chart(what, &|curves: &StoredCurves| {
+                curves.transfer.clone()
+            }));
         }
         charts
     }
