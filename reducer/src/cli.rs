@@ -10,6 +10,7 @@ use dcb_formats::component_files::Overrides;
 use crate::cli_memory::MemoryArguments;
 use crate::cli_plan::{self, PlanArguments};
 use crate::cli_reduce::{self, Outcome};
+use crate::cli_study::{self, StudyArguments};
 use crate::error::Error;
 use crate::{compare, inspect, verify};
 
@@ -167,6 +168,8 @@ enum Command {
     },
     /// Say what a reduction will cost, without doing it: factor, memory, time.
     Plan(PlanArguments),
+    /// Reduce in many ways and say what each costs and how far it is off.
+    Study(StudyArguments),
     /// Print the JSON schema of the component description.
     Schema,
 }
@@ -212,10 +215,14 @@ pub fn main() -> ExitCode {
         Some(Command::Verify(arguments)) => verify::run(arguments),
         Some(Command::Compare { a, b }) => compare::run(a, b),
         Some(Command::Plan(arguments)) => cli_plan::run(arguments),
+        Some(Command::Study(arguments)) => cli_study::run(arguments, &cli.common),
         Some(Command::Schema) => schema(),
     };
     // What was asked for is printed also with --quiet; what was done along the way is not.
-    let is_report = matches!(cli.command, None | Some(Command::Verify(_)));
+    let is_report = matches!(
+        cli.command,
+        None | Some(Command::Verify(_) | Command::Study(_))
+    );
     let outcome = outcome.and_then(|outcome| {
         if !(is_report && cli.common.quiet) {
             print_to_stdout(&outcome.output)?;

@@ -73,21 +73,26 @@ pub(crate) fn default_output(stiffness: &Path) -> PathBuf {
     PathBuf::from(name)
 }
 
-/// Ends what was started, removes what is unfinished and ends with status 130 when the user interrupts.
+/// Removes what is unfinished when the user interrupts.
 fn clean_up_on_interrupt(target: &Path) {
     let partial = partial_path(target);
+    when_interrupted(move || {
+        let _ = std::fs::remove_file(&partial);
+        match WRITTEN.load(Ordering::SeqCst) {
+            true => "the superelement is complete".to_owned(),
+            false => "nothing was written".to_owned(),
+        }
+    });
+}
+
+/// Ends what was started, cleans up, says what there is, and ends with status 130 when the user interrupts.
+pub(crate) fn when_interrupted(clean_up: impl Fn() -> String + Send + 'static) {
     // A second handler can't be set (tests call the command twice in one process); the first one serves.
     let _ = ctrlc::set_handler(move || {
         INTERRUPTED.store(true, Ordering::SeqCst);
         #[cfg(feature = "slepc")]
         crate::mpi_job::end_all();
-        let _ = std::fs::remove_file(&partial);
-        let so_far = if WRITTEN.load(Ordering::SeqCst) {
-            "the superelement is complete"
-        } else {
-            "nothing was written"
-        };
-        print_to_stderr("interrupted", so_far);
+        print_to_stderr("interrupted", &clean_up());
         std::process::exit(130);
     });
 }

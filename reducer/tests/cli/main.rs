@@ -13,6 +13,7 @@ mod interruption;
 mod memory;
 mod options;
 mod output;
+mod study;
 mod support;
 mod unit_systems;
 mod verify;
