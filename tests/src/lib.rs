@@ -14,6 +14,7 @@ pub mod dense;
 pub mod equivalent_models;
 pub mod fields;
 pub mod governor;
+pub mod hard_case;
 pub mod interface_reduction;
 pub mod ivp_slider_crank;
 pub mod localization;
