@@ -1,0 +1,29 @@
+//! Runs every hard case, one JSON line each; with `--render`, turns such lines (`docs/data/hard_cases.jsonl`) into the generated part
+//! of `docs/hard-cases.md`.
+#![allow(clippy::unwrap_used, clippy::expect_used)]
+
+use dcb_tests::hard_case::HardCase;
+use dcb_tests::{accuracy_sections, hard_page, hard_reduction};
+
+const COMMAND: &str = "cargo run --release -p dcb-tests --example hard";
+
+/// Group by group, in the order of the page.
+fn cases() -> Vec<fn() -> HardCase> {
+    [hard_reduction::cases()].concat()
+}
+
+fn main() {
+    if std::env::args().any(|argument| argument == "--render") {
+        let path = format!(
+            "{}/../docs/data/hard_cases.jsonl",
+            env!("CARGO_MANIFEST_DIR")
+        );
+        let raw = std::fs::read_to_string(path).expect("docs/data/hard_cases.jsonl");
+        print!("{}", hard_page::render(&raw));
+        return;
+    }
+    println!("{}", accuracy_sections::machine(COMMAND));
+    for case in cases() {
+        println!("{}", case().line());
+    }
+}
