@@ -1,5 +1,6 @@
-//! Runs the paper's weak form over a grid of steps, spectral radii and modes, one JSON line per cell; with `--render`, turns such lines
-//! (`docs/data/weak_form_map.jsonl`) into the generated part of `docs/stability.md` and its picture.
+//! Runs the paper's weak form over a grid of steps, spectral radii and modes, and measures what the step, the spectral radius and the level
+//! of the constraints do to the default form, one JSON line each; with `--render`, turns such lines (`docs/data/weak_form_map.jsonl`) into
+//! the generated parts of `docs/stability.md` and the picture.
 #![allow(clippy::unwrap_used, clippy::expect_used)]
 
 use std::path::Path;
@@ -15,6 +16,8 @@ fn main() {
             .expect("data/weak_form_map.jsonl");
         weak_form_map::write_picture(&raw, &docs.join("pictures"));
         print!("{}", weak_form_map::render(&raw));
+        print!("{}", weak_form_map::RULE_MARKERS[0]);
+        print!("{}", weak_form_map::render_rules(&raw));
         return;
     }
     println!("{}", accuracy_sections::machine(COMMAND));

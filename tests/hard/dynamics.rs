@@ -4,8 +4,8 @@
 
 use dcb_tests::hard_case::HardCase;
 use dcb_tests::{
-    hard_dynamics_events as events, hard_dynamics_loops as loops, hard_dynamics_scales as scales,
-    hard_dynamics_steps as steps, weak_form_map,
+    hard_dynamics_events as events, hard_dynamics_loops as loops, hard_dynamics_motions as motions,
+    hard_dynamics_scales as scales, hard_dynamics_steps as steps, weak_form_map,
 };
 
 fn hold(case: fn() -> HardCase) {
@@ -91,17 +91,17 @@ fn dead_centre() {
 
 #[test]
 fn long_chain() {
-    hold(loops::long_chain);
+    hold(motions::long_chain);
 }
 
 #[test]
 fn whirling_bar() {
-    hold(loops::whirling_bar);
+    hold(motions::whirling_bar);
 }
 
 #[test]
 fn inconsistent_start() {
-    hold(loops::inconsistent_start);
+    hold(motions::inconsistent_start);
 }
 
 #[test]
@@ -122,7 +122,7 @@ fn spin_through_the_first_frequency() {
 #[test]
 #[ignore = "a million steps"]
 fn whirling_bar_ten_thousand_turns() {
-    hold(loops::whirling_bar_ten_thousand_turns);
+    hold(motions::whirling_bar_ten_thousand_turns);
 }
 
 #[test]

@@ -1,7 +1,9 @@
 //! Does `docs/stability.md` show what `docs/data/weak_form_map.jsonl` holds, and does the criterion say what happened there?
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic)]
 
-use dcb_tests::weak_form_map::{FULL, MARKERS, cells, measure, render, write_picture};
+use dcb_tests::weak_form_map::{
+    FULL, MARKERS, RULE_MARKERS, cells, measure, render, render_rules, write_picture,
+};
 
 fn docs(file: &str) -> String {
     std::fs::read_to_string(format!("{}/../docs/{file}", env!("CARGO_MANIFEST_DIR"))).unwrap()
@@ -16,6 +18,14 @@ fn the_page_is_what_the_raw_lines_render_to() {
         generated == render(&docs("data/weak_form_map.jsonl")),
         "paste what `--example weak_form_map -- --render` prints"
     );
+}
+
+#[test]
+fn the_rules_are_what_the_raw_lines_render_to() {
+    let page = docs("stability.md");
+    let (_, rest) = page.split_once(RULE_MARKERS[0]).expect("the first marker");
+    let (generated, _) = rest.split_once(RULE_MARKERS[1]).expect("the second marker");
+    assert!(generated == render_rules(&docs("data/weak_form_map.jsonl")));
 }
 
 #[test]

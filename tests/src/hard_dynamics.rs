@@ -3,6 +3,7 @@
 use crate::hard_case::HardCase;
 use crate::hard_dynamics_events as events;
 use crate::hard_dynamics_loops as loops;
+use crate::hard_dynamics_motions as motions;
 use crate::hard_dynamics_scales as scales;
 use crate::hard_dynamics_steps as steps;
 use crate::weak_form_map;
@@ -25,9 +26,9 @@ pub fn cases() -> Vec<fn() -> HardCase> {
         loops::nearly_redundant_loop,
         loops::closed_ring,
         loops::dead_centre,
-        loops::long_chain,
-        loops::whirling_bar,
-        loops::inconsistent_start,
+        motions::long_chain,
+        motions::whirling_bar,
+        motions::inconsistent_start,
         events::jump_of_a_drive,
         events::impulsive_load,
         events::spin_through_the_first_frequency,
@@ -37,7 +38,7 @@ pub fn cases() -> Vec<fn() -> HardCase> {
 /// Those that take a minute or more.
 pub fn long_cases() -> Vec<fn() -> HardCase> {
     vec![
-        loops::whirling_bar_ten_thousand_turns,
+        motions::whirling_bar_ten_thousand_turns,
         events::slider_crank_ten_thousand_turns,
     ]
 }

@@ -12,11 +12,11 @@ use dcb_runtime::{Compatibility, Error, Scene};
 use nalgebra::Vector3;
 
 use crate::assert_says;
-use crate::corotated_rod::CorotatedSliderCrank;
 use crate::deflection::{apart, history, reference_history, sampled};
 use crate::hard_case::{Bounded, HardCase};
 use crate::mechanism::{Scene as Pieces, between, method, revolute, slender_bar, stabilized};
 use crate::reduced_rod::{Benchmark, ReducedRod};
+use crate::step_rules::{self, STEPS, classical};
 use crate::weak_form_map::survived;
 
 /// The method of runs with weak compatibility, whose iteration converges slowly where steps are short.
@@ -37,27 +37,6 @@ fn rod(modes: usize) -> ReducedRod {
 fn started(rod: &ReducedRod, method: Method) -> Simulation {
     let mechanism = rod.mechanism();
     mechanism.start(&mechanism.rigid_start(), method)
-}
-
-/// Deflections of the classical equations at multiples of an interval, from zero on, in steps of at most `step`.
-fn classical(
-    rod: &ReducedRod,
-    equations: &CorotatedSliderCrank,
-    interval: f64,
-    count: usize,
-    step: f64,
-) -> Vec<f64> {
-    let start = rod.mechanism().rigid_start();
-    let n = equations.rod.stiffness.nrows();
-    let zeros = vec![0.0; n];
-    let mut motion = equations.start(&zeros, &zeros, start.spin);
-    let parts = (interval / step).ceil() as usize;
-    let mut deflections = vec![0.0];
-    for _ in 0..count {
-        equations.advance(&mut motion, interval / parts as f64, parts);
-        deflections.push(rod.deflection(motion.position.rows(3, n).as_slice()));
-    }
-    deflections
 }
 
 /// Steps of 1e-4 to 1e-7 s at four spectral radii: the default form against the classical equations over the same coordinates, integrated
@@ -116,41 +95,13 @@ pub fn tiny_steps() -> HardCase {
 
 /// Two revolutions at 5 to 720 steps each, and at 1e-2 and 1e-3 s: what nothing is said about is right.
 pub fn long_steps() -> HardCase {
-    let reduced = rod(5);
-    let whole = rod(12);
-    let expected = classical(
-        &whole,
-        &whole.classical(),
-        whole.revolution() / 360.0,
-        720,
-        whole.revolution() / 7200.0,
-    );
     let (mut trusted, mut untold): (f64, f64) = (0.0, 0.0);
-    for steps in [5, 10, 20, 40, 60, 90, 120, 180, 360, 720] {
-        let mut simulation = started(&reduced, method(0.8));
-        let (mut found, mut exact) = (vec![0.0], vec![0.0]);
-        let mut said = None;
-        let step = reduced.revolution() / steps as f64;
-        for index in 1..=2 * steps {
-            if let Err(error) = simulation.step(step) {
-                said = Some(error.to_string());
-                break;
-            }
-            if (index * 360) % steps == 0 {
-                found.push(reduced.deflection_in(&mut simulation));
-                exact.push(expected[index * 360 / steps]);
-            }
+    for finding in step_rules::step_findings(&STEPS) {
+        println!("{finding:?}");
+        if finding.said.is_none() {
+            trusted = trusted.max(finding.error);
         }
-        let error = apart(&found, &exact);
-        let resolution = simulation.resolution();
-        if !resolution.told().is_empty() || steps < 100 && !resolution.present().is_empty() {
-            said.get_or_insert_with(|| format!("{:?}", resolution.told()));
-        }
-        println!("{steps} steps a revolution: {error:.2e}, {said:?}");
-        if said.is_none() {
-            trusted = trusted.max(error);
-        }
-        untold = untold.max(error);
+        untold = untold.max(finding.error);
     }
     assert!(untold > 0.3, "long steps do no harm: {untold}");
     // 1e-2 s is an error, with time and advice; 1e-3 s is told.

@@ -18,6 +18,7 @@ pub mod hard_case;
 pub mod hard_dynamics;
 pub mod hard_dynamics_events;
 pub mod hard_dynamics_loops;
+pub mod hard_dynamics_motions;
 pub mod hard_dynamics_scales;
 pub mod hard_dynamics_steps;
 pub mod interface_reduction;
@@ -38,6 +39,7 @@ pub mod reduced_rod;
 pub mod reference;
 pub mod rigid_benchmarks;
 pub mod slider_crank;
+pub mod step_rules;
 pub mod weak_form_map;
 
 use dcb_formats::Component;

@@ -14,11 +14,18 @@ use crate::accuracy_page::{machine, table};
 use crate::hard_case::{Bounded, HardCase};
 use crate::hard_dynamics_steps::patient;
 use crate::reduced_rod::{Benchmark, ReducedRod};
+use crate::step_rules;
 
 /// The generated part of `docs/stability.md` stands between these lines.
 pub const MARKERS: [&str; 2] = [
     "<!-- generated from data/weak_form_map.jsonl -->\n",
     "<!-- end of the generated map -->\n",
+];
+
+/// The second generated part stands between these.
+pub const RULE_MARKERS: [&str; 2] = [
+    "<!-- rules from data/weak_form_map.jsonl -->\n",
+    "<!-- end of the generated rules -->\n",
 ];
 
 /// A deflection of the rod's middle beyond this part of its length is no motion of the mechanism, whose largest is 0.019.
@@ -184,6 +191,7 @@ fn growths(grid: &Grid) -> Vec<Value> {
 pub fn lines(grid: &Grid) -> Vec<Value> {
     let mut lines = growths(grid);
     lines.extend(measure(grid).iter().map(Cell::line));
+    lines.extend(step_rules::lines());
     lines
 }
 
@@ -267,6 +275,11 @@ pub fn render(raw: &str) -> String {
         page += &survival_table(&group);
     }
     page + "\n![steps survived over the step by the smallest stable one](pictures/weak-form-map.svg)\n"
+}
+
+/// The second generated part: the measured rules.
+pub fn render_rules(raw: &str) -> String {
+    step_rules::render(&parsed(raw))
 }
 
 /// Cells with the same value of something, in the order of their appearance.

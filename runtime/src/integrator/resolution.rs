@@ -29,6 +29,8 @@ const SIGNIFICANT: f64 = 0.02;
 const RUNG_OUT: f64 = 0.01;
 /// Most steps that a ringing is waited for.
 const LONGEST_RINGING: f64 = 100.0;
+/// A run of fewer steps is too short to tell what lasts.
+const SHORT_RUN: usize = 200;
 /// With fewer steps in a period than these, and velocities that change by this part of their largest size in a step, nothing of the motion
 /// is followed.
 const HOPELESS: f64 = 5.0;
@@ -74,6 +76,7 @@ pub struct Resolution {
     bodies: Vec<[Recent; 2]>,
     told: Vec<Unresolved>,
     fastest: f64,
+    steps: usize,
 }
 
 /// The last steps of one motion.
@@ -113,6 +116,7 @@ impl Resolution {
             bodies: vec![[Recent::default(); 2]; system.bodies.len()],
             told: Vec::with_capacity(2 * system.bodies.len()),
             fastest: 0.0,
+            steps: 0,
         }
     }
 
@@ -121,11 +125,17 @@ impl Resolution {
         &self.told
     }
 
-    /// The motions that the steps are too long for at present, whether they have lasted or not: after a run of a few steps there is no
-    /// telling.
-    pub fn present(&self) -> Vec<Unresolved> {
-        let all = self.bodies.iter().flatten();
-        all.filter_map(|recent| recent.found).collect()
+    /// The motions that the steps were too long for at the end of a run too short to tell whether that lasts.
+    pub fn at_end(&self) -> Vec<Unresolved> {
+        if self.steps >= SHORT_RUN {
+            return Vec::new();
+        }
+        let untold = self
+            .bodies
+            .iter()
+            .flatten()
+            .filter(|recent| !recent.is_told);
+        untold.filter_map(|recent| recent.found).collect()
     }
 
     /// Forgets the last steps, after which the motion goes on from elsewhere.
@@ -146,6 +156,7 @@ impl Resolution {
         let damping = RUNG_OUT.ln() / scheme.spectral_radius().ln();
         let patience = 2 * WINDOW + damping.abs().min(LONGEST_RINGING) as usize;
         let mut lost = None;
+        self.steps += 1;
         for (index, body) in system.bodies.iter().enumerate() {
             let (change, size) = place_change(body, start, end, step);
             self.fastest = self.fastest.max(size);

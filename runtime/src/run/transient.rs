@@ -129,9 +129,6 @@ const ROUNDING_TOLD: f64 = 1e-2;
 /// A defect of the energy balance beyond this part of the largest stored energy is told.
 const IMBALANCE_TOLD: f64 = 0.05;
 
-/// A run of fewer steps is too short to tell what lasts.
-const SHORT_RUN: u64 = 200;
-
 /// The steps are too long for a motion.
 fn unresolved(system: &System, found: &Unresolved) -> String {
     let what = match found.part {
@@ -219,13 +216,10 @@ impl Run<'_> {
                 });
             }
         }
-        // A run too short to tell what lasts.
-        if self.told_unresolved == 0 && index < SHORT_RUN {
-            let time = simulation.state().time;
-            for found in simulation.resolution().present() {
-                let message = unresolved(simulation.system(), &found);
-                self.session.tell(observer, time, &message);
-            }
+        for found in simulation.resolution().at_end() {
+            let message = unresolved(simulation.system(), &found);
+            self.session
+                .tell(observer, simulation.state().time, &message);
         }
         self.tell_imbalance(simulation.state().time, observer);
         Ok(true)
