@@ -40,6 +40,16 @@ fn forces_far_from_the_origin() {
 }
 
 #[test]
+fn unscaled_newton_matrix() {
+    hold(steps::unscaled_newton_matrix);
+}
+
+#[test]
+fn bushing_on_steel() {
+    hold(scales::bushing_on_steel);
+}
+
+#[test]
 fn coarse_map() {
     hold(weak_form_map::coarse_map);
 }

@@ -4,6 +4,7 @@
 use std::f64::consts::TAU;
 use std::sync::Arc;
 
+use dcb_formats::SparseMatrix;
 use dcb_formats::mesh::Dimension;
 use dcb_formats::superelement::Superelement;
 use dcb_runtime::law::{Characteristic, Law};
@@ -13,9 +14,10 @@ use dcb_runtime::system::builder::Drawn;
 use dcb_runtime::{Compatibility, FlexibleBody};
 use dcb_samples::{RodSection, planar_rod};
 use faer::{Mat, Side};
-use nalgebra::{Matrix3, Vector3};
+use nalgebra::{DMatrix, DVector, Matrix3, Unit, Vector3};
 
 use crate::deflection::{apart, history};
+use crate::dense::dense;
 use crate::hard_case::{Bounded, HardCase};
 use crate::hard_dynamics_steps::patient;
 use crate::lowest;
@@ -86,15 +88,10 @@ pub fn stiffness_ratio_1e10() -> HardCase {
     };
     let block = scene.body(&block, &drawn);
     let (ground, center) = (scene.ground([0.0; 3]), scene.on(block, 0));
-    let laws = [(Vector3::x_axis(), soft), (Vector3::y_axis(), stiff)].map(|(direction, slope)| {
-        let law = Law::new(
-            0.0,
-            Characteristic::Linear { slope },
-            Characteristic::Linear { slope: 0.0 },
-        );
-        let measure = Measure::Displacement(Displacement { direction });
-        (measure, law.expect("a law"))
-    });
+    let laws = [
+        linear(Vector3::x_axis(), soft),
+        linear(Vector3::y_axis(), stiff),
+    ];
     scene.builder().spring("bushing", ground, center, laws);
     let (mut simulation, _) = scene.start(method(0.8));
     let mut error: f64 = 0.0;
@@ -116,6 +113,94 @@ pub fn stiffness_ratio_1e10() -> HardCase {
             bound: 1e-3,
         }),
     }
+}
+
+/// A steel rod on a bushing of 100 N/m at one end and 1e12 N/m at the other, let go under its weight.
+pub fn bushing_on_steel() -> HardCase {
+    let (stiffness, step) = ([100.0, 1e12], 1e-4);
+    let component = planar_rod(4, &RodSection::default());
+    let square = |matrix: &SparseMatrix| {
+        let full = dense(matrix);
+        DMatrix::from_fn(full.nrows(), full.ncols(), |i, j| full[(i, j)])
+    };
+    let (mut k, m) = (square(&component.stiffness), square(&component.mass));
+    let n = m.nrows();
+    // ux uy rz at five nodes; the ends are the first and the last.
+    for (stiffness, first) in stiffness.into_iter().zip([0, n - 3]) {
+        k[(first, first)] += stiffness;
+        k[(first + 1, first + 1)] += stiffness;
+    }
+    let upward = DVector::from_fn(n, |i, _| if i % 3 == 1 { 1.0 } else { 0.0 });
+    let weight = -GRAVITY * (&m * upward);
+    let factor = m.clone().cholesky().expect("a mass matrix");
+
+    let (mut u, mut v) = (DVector::zeros(n), DVector::zeros(n));
+    let failed = (1..=1000).find(|_| {
+        v += step * factor.solve(&(&weight - &k * &u));
+        u += step * &v;
+        u.amax() > 1.0
+    });
+    let failed = failed.expect("leapfrog fails");
+
+    // u = Σ φ (φᵀ f / ω²) (1 - cos ω t)
+    let inverse = factor.l().try_inverse().expect("an inverse");
+    let modes = (&inverse * &k * inverse.transpose()).symmetric_eigen();
+    let shapes = inverse.transpose() * &modes.eigenvectors;
+    let loads = shapes.transpose() * &weight;
+    let soft_end = |time: f64| -> f64 {
+        let terms = modes.eigenvalues.iter().enumerate();
+        let term = |(j, square): (usize, &f64)| {
+            shapes[(1, j)] * loads[j] / square * (1.0 - (square.sqrt() * time).cos())
+        };
+        terms.map(term).sum()
+    };
+
+    let rod = ReducedRod::new(Benchmark::first(), 4, 12);
+    let mut scene = Scene::new(Dimension::Planar, Vector3::new(0.0, -GRAVITY, 0.0));
+    let body = scene.body(&rod.body, &Drawn::default());
+    for (end, slope) in stiffness.into_iter().enumerate() {
+        let x = RodSection::default().length * end as f64;
+        let (ground, at) = (scene.ground([x, 0.0, 0.0]), scene.on(body, end));
+        let laws = [Vector3::x_axis(), Vector3::y_axis()].map(|along| linear(along, slope));
+        scene
+            .builder()
+            .spring(&format!("bushing {end}"), ground, at, laws);
+    }
+    let soft = scene.on(body, 0);
+    let (mut simulation, _) = scene.start(method(0.8));
+    let (mut error, mut largest): (f64, f64) = (0.0, 0.0);
+    run(
+        &mut simulation,
+        0.1,
+        (0.1 / step).round() as usize,
+        |simulation| {
+            let expected = soft_end(simulation.state().time);
+            let found = simulation.refresh().motions[soft].position.y;
+            error = error.max((found - expected).abs());
+            largest = largest.max(expected.abs());
+        },
+    );
+    HardCase {
+        group: "dynamics",
+        name: "bushing_on_steel",
+        naive_method: "leapfrog on the finite elements at the same step of 0.1 ms",
+        naive: format!("an end is a metre away after {failed} steps"),
+        ours: "the soft end over a period of the swing, from the modes of the linear finite elements with their springs, by its largest".into(),
+        error: Some(Bounded {
+            found: error / largest,
+            bound: 3e-3,
+        }),
+    }
+}
+
+fn linear(direction: Unit<Vector3<f64>>, slope: f64) -> (Measure, Law) {
+    let law = Law::new(
+        0.0,
+        Characteristic::Linear { slope },
+        Characteristic::Linear { slope: 0.0 },
+    );
+    let measure = Measure::Displacement(Displacement { direction });
+    (measure, law.expect("a law"))
 }
 
 /// A kilogram that whirls about a pin at 100 rad/s.

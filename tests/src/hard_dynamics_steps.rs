@@ -8,13 +8,17 @@ use dcb_runtime::compatibility_window::WeakWindow;
 use dcb_runtime::integrator::scheme::Scheme;
 use dcb_runtime::integrator::{Method, Tolerance};
 use dcb_runtime::simulation::Simulation;
+use dcb_runtime::system::builder::Drawn;
 use dcb_runtime::{Compatibility, Error, Scene};
-use nalgebra::Vector3;
+use nalgebra::{Matrix3, Vector3};
 
 use crate::assert_says;
 use crate::deflection::{apart, history, reference_history, sampled};
 use crate::hard_case::{Bounded, HardCase};
-use crate::mechanism::{Scene as Pieces, between, method, revolute, slender_bar, stabilized};
+use crate::mechanism::{
+    Scene as Pieces, between, method, revolute, rigid, run, slender_bar, stabilized,
+};
+use crate::naive_constraints::unscaled_least_squares;
 use crate::reduced_rod::{Benchmark, ReducedRod};
 use crate::step_rules::{self, STEPS, classical};
 use crate::weak_form_map::survived;
@@ -54,7 +58,7 @@ pub fn tiny_steps() -> HardCase {
             let mut simulation = started(&reduced, method(radius));
             let mut found = vec![0.0];
             for _ in 0..SAMPLES {
-                crate::mechanism::run(&mut simulation, INTERVAL, per_interval, |_| {});
+                run(&mut simulation, INTERVAL, per_interval, |_| {});
                 found.push(reduced.deflection_in(&mut simulation));
             }
             let error = apart(&found, &expected);
@@ -267,6 +271,48 @@ pub fn forces_far_from_the_origin() -> HardCase {
         error: Some(Bounded {
             found: error,
             bound: 1e-5,
+        }),
+    }
+}
+
+/// A bob that passes its lowest point, at steps of 1e-6 s: entries of the matrix of Newton's iteration are 24 decades apart.
+pub fn unscaled_newton_matrix() -> HardCase {
+    let (step, steps) = (1e-6, 1000);
+    let naive = unscaled_least_squares(step, steps);
+    // The angle is t to its third order: T = g cos φ + v², v² = 1 - 2 g (1 - cos φ).
+    let angle = step * steps as f64;
+    let expected = 9.81 * angle.cos() + 1.0 - 2.0 * 9.81 * (1.0 - angle.cos());
+    assert!((naive / expected - 1.0).abs() > 0.5, "{naive}");
+    let mut scene = Pieces::new(Dimension::Planar, Vector3::new(0.0, -9.81, 0.0));
+    let bob = rigid(
+        Dimension::Planar,
+        1.0,
+        Matrix3::identity() * 1e-6,
+        &[[0.0, 1.0, 0.0]],
+    );
+    let drawn = Drawn {
+        position: -Vector3::y(),
+        velocity: Vector3::x(),
+        angular_velocity: Vector3::z(),
+        ..Drawn::default()
+    };
+    let bob = scene.body(&bob, &drawn);
+    let (ground, pin) = (scene.ground([0.0; 3]), scene.on(bob, 0));
+    scene.join(&revolute(Vector3::z()), ground, pin);
+    let (mut simulation, _) = scene.start(method(0.8));
+    run(&mut simulation, angle, steps, |_| {});
+    let force = simulation.state().forces[0].hypot(simulation.state().forces[1]);
+    HardCase {
+        group: "dynamics",
+        name: "unscaled_newton_matrix",
+        naive_method: "Newton's matrix as it stands, least squares with the usual cut at rounding",
+        naive: format!(
+            "the rod pulls with {naive:.2} N in place of {expected:.2} N: the constraint is cut off"
+        ),
+        ours: "steps of 1e-6 s on positions alone; force of the pin, relative".into(),
+        error: Some(Bounded {
+            found: (force / expected - 1.0).abs(),
+            bound: 1e-3,
         }),
     }
 }
