@@ -141,8 +141,8 @@ pub fn spin_through_the_first_frequency() -> HardCase {
     let bar = scene.body(&body, &Drawn::default());
     let (ground, end) = (scene.ground([0.0; 3]), scene.on(bar, 0));
     let bearing = scene.join(&revolute(Vector3::z()), ground, end);
-    // 1.5 of the first frequency after a second.
-    let rising = Function::Polynomial(vec![0.0, 0.0, 0.75 * first]);
+    // 1.5 of the first frequency after four seconds: slow enough that the spinning up itself bends it little.
+    let rising = Function::Polynomial(vec![0.0, 0.0, 0.75 * first / 4.0]);
     let rising = TimeFunction::new(&rising).expect("a polynomial");
     let rising = scene.builder().signal(signal(rising));
     let angle = bearing
@@ -154,8 +154,8 @@ pub fn spin_through_the_first_frequency() -> HardCase {
     let mut told: Vec<(f64, String)> = Vec::new();
     let mut largest: f64 = 0.0;
     let mut stopped = None;
-    for _ in 0..10_000 {
-        if let Err(error) = simulation.step(1e-4) {
+    for _ in 0..20_000 {
+        if let Err(error) = simulation.step(2e-4) {
             stopped = Some(error.to_string());
             break;
         }
@@ -174,7 +174,7 @@ pub fn spin_through_the_first_frequency() -> HardCase {
     };
     let (softened, message) = when("without geometric stiffening").expect("a warning");
     assert_says(&message, &["0.30 of its first frequency"]);
-    assert!((softened - 0.2).abs() < 1e-3, "{softened}");
+    assert!((softened - 0.8).abs() < 1e-3, "{softened}");
     let (deflected, _) = when("the theory is linear").expect("a warning");
     assert!(softened < deflected);
     HardCase {

@@ -144,7 +144,7 @@ pub fn unscaled_least_squares(step: f64, steps: usize) -> f64 {
     let gravity = Vector2::new(0.0, -GRAVITY);
     let (mut x, mut v) = (Vector2::new(0.0, -1.0), Vector2::new(1.0, 0.0));
     let mut a = Vector2::new(0.0, 1.0);
-    let mut pull = GRAVITY + 1.0;
+    let mut pull = 0.0;
     let slope = 4.0 / (step * step);
     for _ in 0..steps {
         let guess = x + step * v + 0.25 * step * step * a;
