@@ -168,35 +168,68 @@ impl ReducedRod {
 
     /// The same for all modes kept, by the classical equations: the superelement's numbers as they are in the file.
     pub fn classical(&self) -> CorotatedSliderCrank {
+        let modes = &self.reduced.superelement.modes;
+        let (n_k, n_b) = (modes.eigenvalues.len(), modes.interface_shapes.nrows());
+        self.classical_over(
+            &DMatrix::identity(n_k + n_b, n_k),
+            modes.eigenvalues.clone(),
+        )
+    }
+
+    /// The same with the attachments among the coordinates: modes and G_res L_bᵀ T_r.
+    pub fn classical_with_attachments(&self) -> CorotatedSliderCrank {
         let superelement = &self.reduced.superelement;
-        let n = superelement.modes.eigenvalues.len();
+        let (modes, residual) = (&superelement.modes, &superelement.residual);
+        let (n_k, n_b) = (modes.eigenvalues.len(), modes.interface_shapes.nrows());
+        let rank = residual.sigma_squared.len();
+        let columns = DMatrix::from_fn(n_k + n_b, n_k + rank, |i, j| match (i < n_k, j < n_k) {
+            (true, true) if i == j => 1.0,
+            (false, false) => residual.transform[(i - n_k, j - n_k)],
+            _ => 0.0,
+        });
+        let squares = modes.eigenvalues.iter().chain(&residual.sigma_squared);
+        self.classical_over(&columns, squares.copied().collect())
+    }
+
+    /// Over unit-mass coordinates y, of which the stored basis [Φ, G_res L_bᵀ] has `columns` times y.
+    fn classical_over(&self, columns: &DMatrix<f64>, squares: Vec<f64>) -> CorotatedSliderCrank {
+        let superelement = &self.reduced.superelement;
+        let (n_all, n) = columns.shape();
+        let n_k = superelement.modes.eigenvalues.len();
         let inertia = &superelement.inertia;
-        let leading =
-            |matrix: &Mat<f64>, rows: usize| DMatrix::from_fn(rows, n, |i, j| matrix[(i, j)]);
-        let shapes = &superelement.modes.interface_shapes;
+        let stored =
+            |matrix: &Mat<f64>, rows: usize| DMatrix::from_fn(rows, n_all, |i, j| matrix[(i, j)]);
+        let (modal, attached) = (
+            &superelement.modes.interface_shapes,
+            &superelement.residual.flexibility,
+        );
         let end = |index: usize| {
             let position = superelement.interfaces[index].position;
             let [x, y, _] = match superelement.rows.iter().find(|row| row.interface == index) {
                 Some(row) => row.position,
                 None => position,
             };
+            let shapes = DMatrix::from_fn(2, n_all, |i, j| match j < n_k {
+                true => modal[(2 * index + i, j)],
+                false => attached[(2 * index + i, j - n_k)],
+            });
             RodEnd {
                 position: Vector2::new(x, y),
-                shapes: DMatrix::from_fn(2, n, |i, j| shapes[(2 * index + i, j)]),
+                shapes: shapes * columns,
             }
         };
+        let i1 = RowDVector::from_fn(n_all, |_, k| inertia.i1[k][2][2]);
+        let i3 = RowDVector::from_fn(n_all, |_, k| inertia.i3[(0, k)]);
         CorotatedSliderCrank {
             rod: CorotatedRod {
                 mass: inertia.mass,
                 inertia: inertia.tensor[2][2],
-                l1: leading(&inertia.l1, 2),
-                i1: RowDVector::from_fn(n, |_, k| inertia.i1[k][2][2]),
-                i3: RowDVector::from_fn(n, |_, k| inertia.i3[(0, k)]),
-                l3: leading(&inertia.l3[0], n),
+                l1: stored(&inertia.l1, 2) * columns,
+                i1: i1 * columns,
+                i3: i3 * columns,
+                l3: columns.transpose() * stored(&inertia.l3[0], n_all) * columns,
                 reduced_mass: DMatrix::identity(n, n),
-                stiffness: DMatrix::from_diagonal(&nalgebra::DVector::from_vec(
-                    superelement.modes.eigenvalues.clone(),
-                )),
+                stiffness: DMatrix::from_diagonal(&nalgebra::DVector::from_vec(squares)),
                 ends: [end(0), end(1)],
             },
             crank: self.benchmark.crank,

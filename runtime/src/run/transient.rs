@@ -9,6 +9,7 @@ use crate::compatibility_window::WeakWindow;
 use crate::error::Error;
 use crate::initial::InitialReport;
 use crate::integrator::adaptive::{AdaptiveStep, StepSize};
+use crate::integrator::resolution::{Part, Unresolved};
 use crate::integrator::{Effort, Profile};
 use crate::model::{Model, RecordedStep};
 use crate::scene::{Compatibility, Integrator, Record, Scene};
@@ -85,6 +86,7 @@ pub fn transient(
         energy_defect: (0.0, 0.0),
         met_singular: false,
         told_rounding: false,
+        told_unresolved: 0,
         recorded: 0,
     };
     if target.profiling == Profiling::Stages {
@@ -147,6 +149,21 @@ pub(crate) fn imbalance_warning((defect, largest): (f64, f64)) -> Option<String>
     })
 }
 
+/// The steps are too long for a motion.
+fn unresolved(system: &System, found: &Unresolved) -> String {
+    let what = match found.part {
+        Part::Place => "motion",
+        Part::Deflection => "deflection",
+    };
+    format!(
+        "the {what} of body {:?} has {:.1} steps of {:.1e} in a period: its frequency and phase are wrong; to follow it take steps below {:.1e}",
+        system.bodies[found.body].name,
+        found.steps_per_period,
+        found.step,
+        found.advised_step()
+    )
+}
+
 /// The loop over steps.
 struct Run<'a> {
     integrator: Integrator,
@@ -158,6 +175,8 @@ struct Run<'a> {
     met_singular: bool,
     /// Whether rounding in the forces has been told.
     told_rounding: bool,
+    /// How many motions that the steps are too long for have been told.
+    told_unresolved: usize,
     /// Records so far.
     recorded: u64,
 }
@@ -192,6 +211,7 @@ impl Run<'_> {
                 let message = "passed a singular configuration (dead centre): constraint forces are not unique there";
                 self.session.tell(observer, time, message);
             }
+            self.tell_unresolved(simulation, observer);
             if !self.session.fields.is_empty() {
                 simulation.refresh();
             }
@@ -216,8 +236,24 @@ impl Run<'_> {
                 });
             }
         }
+        for found in simulation.resolution().at_end() {
+            let message = unresolved(simulation.system(), &found);
+            self.session
+                .tell(observer, simulation.state().time, &message);
+        }
         self.tell_imbalance(simulation.state().time, observer);
         Ok(true)
+    }
+
+    /// Motions that the steps are too long for are told once each.
+    fn tell_unresolved(&mut self, simulation: &Simulation, observer: &mut dyn Observer) {
+        let told = simulation.resolution().told();
+        for found in &told[self.told_unresolved..] {
+            let message = unresolved(simulation.system(), found);
+            self.session
+                .tell(observer, simulation.state().time, &message);
+        }
+        self.told_unresolved = told.len();
     }
 
     /// Forces that consist of rounding are told once.
