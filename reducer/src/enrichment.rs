@@ -340,14 +340,10 @@ impl Reducing<'_> {
             }
             match source {
                 EnrichmentSource::Spin => {
-                    let forces = spin_forces(self.component, self.properties.centre);
-                    names.extend(match self.component.dimension() {
-                        Dimension::Planar => vec!["spin".to_owned()],
-                        Dimension::Spatial => {
-                            PAIR_NAMES.iter().map(|pair| format!("spin {pair}")).collect()
-                        }
-                    });
-                    blocks.push(self.model.condensed_forces(forces));
+                    let (own, forces) =
+                        spin_patterns(self.component, self.properties, self.model);
+                    names.extend(own);
+                    blocks.push(forces);
                 }
                 EnrichmentSource::Loads => {
                     let loads = &self.component.loads;
@@ -393,6 +389,20 @@ fn side_by_side(rows: usize, blocks: &[Mat<f64>]) -> Mat<f64> {
         first += block.ncols();
     }
     all
+}
+
+/// Names and forces of the centrifugal patterns over the model's dofs, (n_c, 6), planar (n_c, 1).
+pub fn spin_patterns(
+    component: &Component,
+    properties: &MassProperties,
+    model: &Model,
+) -> (Vec<String>, Mat<f64>) {
+    let names = match component.dimension() {
+        Dimension::Planar => vec!["spin".to_owned()],
+        Dimension::Spatial => PAIR_NAMES.iter().map(|pair| format!("spin {pair}")).collect(),
+    };
+    let forces = spin_forces(component, properties.centre);
+    (names, model.condensed_forces(forces))
 }
 
 /// ∫ ρ Nᵀ S r, (n_e, 6) for S = e_a e_bᵀ + e_b e_aᵀ (a ≠ b) or e_a e_aᵀ; planar (n_e, 1) for S = I.

@@ -16,6 +16,7 @@ pub mod reference;
 pub mod report;
 pub mod response;
 pub mod rows;
+pub mod spin;
 pub mod sweep;
 pub mod timed;
 pub mod variant;
@@ -233,6 +234,7 @@ fn record(
         loss_factor: study.loss_factor,
         residual: reference.residual,
         terms: reference.terms,
+        spin: reference.spin.clone(),
         seconds: start.elapsed().as_secs_f64(),
         drawn: [
             Some(format!("{own} under a force there")),

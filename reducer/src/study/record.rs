@@ -42,6 +42,8 @@ pub struct ReferenceRecord {
     pub residual: f64,
     /// Terms of its series.
     pub terms: usize,
+    /// What 0, 1, … modes lack of the static response to centrifugal forces, in the norm of strain energy; empty where no spin strains the part.
+    pub spin: Vec<f64>,
     /// Time it took, s.
     pub seconds: f64,
     /// What the drawn responses are, on the diagonal and between interfaces.

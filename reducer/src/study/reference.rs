@@ -16,6 +16,7 @@ use super::band::Band;
 use super::held::counted_eigenvalues;
 use super::response::Response;
 use super::rows::InterfaceRows;
+use super::spin::spin_errors;
 use crate::block_algebra::{
     add_combination, column_norms, gram, largest_entry, symmetric_eigen, symmetric_product,
     symmetrized,
@@ -30,7 +31,7 @@ use crate::memory_limit::MemoryLimit;
 use crate::observer::{Observer, Stage};
 use crate::rigid_body::{MassProperties, RigidBodyModes};
 use crate::shift::SpectrumScale;
-use crate::{ModeSelection, Reduced, Reduction, reduce};
+use crate::{EnrichmentSource, ModeSelection, Reduced, Reduction, reduce};
 
 /// ω²_{N+1} is at least this many times λ at the upper end of the band.
 const REACH: f64 = 2.0;
@@ -71,6 +72,8 @@ pub struct Reference {
     pub residual: f64,
     /// Terms of the series.
     pub terms: usize,
+    /// What 0, 1, … modes lack of the response to centrifugal forces.
+    pub spin: Vec<f64>,
     /// The reduction that it starts from.
     pub element: Superelement,
     /// Its shapes over all dofs.
@@ -108,6 +111,7 @@ impl Reference {
         let options = |modes| Reduction {
             modes,
             memory: memory.clone(),
+            enrichment: vec![EnrichmentSource::Spin],
             ..Reduction::lowest(0)
         };
         let mut reduced = accepted(reduce(
@@ -229,7 +233,9 @@ impl Reference {
         let mut free = eigenvalues.clone();
         let beyond = element.modes.first_omitted_eigenvalue;
         free.extend(Some(beyond).filter(|value| value.is_finite()));
+        let spin = spin_errors(component, &properties, &model, &element, shapes_everywhere.as_ref());
         Ok(Self {
+            spin,
             terms: response.series.len(),
             rows,
             response,

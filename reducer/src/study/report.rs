@@ -100,6 +100,7 @@ impl<'a> Report<'a> {
             column("transfer_level", "transfer level", "dB"),
             column("interface_force_level", "interface force level", "dB"),
             column("next_free_frequency_error", "next free frequency", "1"),
+            column("spin_error", "response to spin", "1"),
         ]);
         for interface in &self.reference.interfaces {
             let name = format!("static_error_{interface}");
@@ -126,6 +127,7 @@ impl<'a> Report<'a> {
                 level(errors.transfer),
                 level(errors.interface_force),
                 Cell::maybe(errors.next_free_frequency),
+                Cell::maybe(self.reference.spin.get(row.modes).copied()),
             ]);
             let of_interfaces = errors.static_response.iter();
             cells.extend(of_interfaces.map(|one| Cell::Number(one.error)));
@@ -301,6 +303,18 @@ impl<'a> Report<'a> {
             .collect()
     }
 
+    /// What a part that spins should have besides; `None` where modes alone are as good as the tolerance.
+    fn proposal(&self) -> Option<String> {
+        let most = self.rows.iter().map(|row| row.modes).max()?;
+        let lacking = *self.reference.spin.get(most)?;
+        (lacking > self.tolerance).then(|| {
+            format!(
+                "if the part spins: {most} modes lack {} of its response to centrifugal forces; --enrich spin adds it",
+                scientific(lacking, 1),
+            )
+        })
+    }
+
     /// For the terminal.
     pub fn text(&self) -> String {
         let mut text = String::new();
@@ -341,6 +355,9 @@ impl<'a> Report<'a> {
         for line in self.advice() {
             let _ = writeln!(text, "  {line}");
         }
+        if let Some(proposal) = self.proposal() {
+            let _ = writeln!(text, "{proposal}");
+        }
         text
     }
 
@@ -355,6 +372,9 @@ impl<'a> Report<'a> {
             scientific(self.tolerance, 0)
         ));
         page.list(&self.advice());
+        if let Some(proposal) = self.proposal() {
+            page.paragraph(&proposal);
+        }
         page.heading("What an error costs");
         page.picture(pareto, "Rows that nothing beats are joined by steps.");
         let marked: Vec<usize> = self.best.iter().filter_map(|best| best.row).collect();
