@@ -2,8 +2,8 @@
 
 use dcb_formats::component::{Component, Damping};
 use dcb_formats::superelement::{
-    BoundaryRow, Enrichment, FrameKind, Inertia, InterfaceFrame, Modes, PartLoad, Provenance, RecoveryBasis, Residual,
-    Stiffening, Superelement,
+    BoundaryRow, Enrichment, FrameKind, Inertia, InterfaceFrame, Modes, PartLoad, Provenance,
+    RecoveryBasis, Residual, Stiffening, Superelement,
 };
 use faer::Mat;
 
@@ -249,7 +249,11 @@ pub fn warnings(
             quality.static_directions
         ));
     }
-    for name in quality.enrichment.iter().flat_map(|further| &further.left_out) {
+    for name in quality
+        .enrichment
+        .iter()
+        .flat_map(|further| &further.left_out)
+    {
         warnings.push(format!(
             "the response to {name} has nothing beyond the kept modes and rigid motions: no column"
         ));

@@ -19,7 +19,8 @@ use crate::plausibility::si_factor;
 use crate::summary::{quality_lines, summary};
 use crate::timing::{Display, StageClock, StageTime};
 use crate::{
-    EigenSolver, EnrichmentSource, Grounding, InterfaceModes, LoosePieces, ModeSelection, Reduction, Work, reduce,
+    EigenSolver, EnrichmentSource, Grounding, InterfaceModes, LoosePieces, ModeSelection,
+    Reduction, Work, reduce,
 };
 
 /// Modes kept where nothing is said.

@@ -141,7 +141,11 @@ impl FurtherColumns {
         shapes: Mat<f64>,
         of: &Reducing<'_>,
     ) -> Result<Option<Self>, Error> {
-        let begins = |word: &str| names.iter().any(|name| name.split(' ').next() == Some(word));
+        let begins = |word: &str| {
+            names
+                .iter()
+                .any(|name| name.split(' ').next() == Some(word))
+        };
         let sources: Vec<EnrichmentSource> = [
             ("spin", EnrichmentSource::Spin),
             ("load", EnrichmentSource::Loads),
@@ -302,12 +306,7 @@ impl FurtherColumns {
         Enrichment {
             names: self.names.clone(),
             interface_shapes: localization.apply(further),
-            reduced_mass: reduced(
-                &|_| 1.0,
-                &residual.mass,
-                &product(&model.mass),
-                &self.mass,
-            ),
+            reduced_mass: reduced(&|_| 1.0, &residual.mass, &product(&model.mass), &self.mass),
             reduced_stiffness: reduced(
                 &|k| modes.eigenvalues[k],
                 &residual.flexibility,
@@ -340,8 +339,7 @@ impl Reducing<'_> {
             }
             match source {
                 EnrichmentSource::Spin => {
-                    let (own, forces) =
-                        spin_patterns(self.component, self.properties, self.model);
+                    let (own, forces) = spin_patterns(self.component, self.properties, self.model);
                     names.extend(own);
                     blocks.push(forces);
                 }
@@ -365,9 +363,8 @@ impl Reducing<'_> {
                     let name = |row: &usize| format!("krylov {}", self.localization.row_name(*row));
                     names.extend(rows.iter().map(name));
                     let shapes = self.residual.shapes.as_ref();
-                    let attached = Mat::from_fn(shapes.nrows(), rows.len(), |i, j| {
-                        shapes[(i, rows[j])]
-                    });
+                    let attached =
+                        Mat::from_fn(shapes.nrows(), rows.len(), |i, j| shapes[(i, rows[j])]);
                     blocks.push(symmetric_product(&self.model.mass, attached.as_ref()));
                 }
             }
@@ -399,7 +396,10 @@ pub fn spin_patterns(
 ) -> (Vec<String>, Mat<f64>) {
     let names = match component.dimension() {
         Dimension::Planar => vec!["spin".to_owned()],
-        Dimension::Spatial => PAIR_NAMES.iter().map(|pair| format!("spin {pair}")).collect(),
+        Dimension::Spatial => PAIR_NAMES
+            .iter()
+            .map(|pair| format!("spin {pair}"))
+            .collect(),
     };
     let forces = spin_forces(component, properties.centre);
     (names, model.condensed_forces(forces))

@@ -43,9 +43,9 @@ pub mod multifrontal;
 pub mod multiplet;
 pub mod observer;
 pub mod ordering;
+pub mod part_loads;
 #[cfg(feature = "slepc")]
 pub mod petsc_binary;
-pub mod part_loads;
 pub mod plan;
 pub mod plausibility;
 pub mod quality;
@@ -231,13 +231,7 @@ pub fn reduce(
         residual,
         further,
         sturm,
-    } = modes_and_residual(
-        &shared,
-        &mut factor,
-        &forecast,
-        options,
-        observer,
-    )?;
+    } = modes_and_residual(&shared, &mut factor, &forecast, options, observer)?;
     let work = Work::of(&model, &factor, &modes, &residual);
     let precision_warning = factor.warning().map(str::to_owned);
     drop(factor);

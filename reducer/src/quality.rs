@@ -150,8 +150,11 @@ impl Quality {
     ) -> Self {
         let further_count = further.map_or(0, |further| further.names.len());
         let identities = Identities::of(model, modes, residual);
-        let (l1_norm, i3_norm) =
-            mean_axis_defects(properties, inertia, &basis_norms(modes, residual, further_count));
+        let (l1_norm, i3_norm) = mean_axis_defects(
+            properties,
+            inertia,
+            &basis_norms(modes, residual, further_count),
+        );
         let cycles = |eigenvalue: f64| eigenvalue.max(0.0).sqrt() / (2.0 * std::f64::consts::PI);
         Self {
             mode_residuals: modes.residuals.clone(),

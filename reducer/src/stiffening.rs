@@ -64,9 +64,10 @@ pub fn unused_rows(component: &Component, localization: &Localization) -> Vec<St
     given
         .flat_map(|given| &given.rows)
         .filter(|of_row| {
-            !localization.rows.iter().any(|row| {
-                row.interface == of_row.row.0 && row.direction == Some(of_row.row.1)
-            })
+            !localization
+                .rows
+                .iter()
+                .any(|row| row.interface == of_row.row.0 && row.direction == Some(of_row.row.1))
         })
         .map(|of_row| {
             format!(

@@ -44,7 +44,11 @@ pub fn check_further(
     findings.check("Φᵀ K X", found.stiffness_orthogonality, ORTHOGONALITY_LIMIT);
     let computed = found.stored(of.model, of.localization, of.modes, of.residual);
     for (what, a, b) in [
-        ("L_b X", &stored.interface_shapes, &computed.interface_shapes),
+        (
+            "L_b X",
+            &stored.interface_shapes,
+            &computed.interface_shapes,
+        ),
         ("reduced mass", &stored.reduced_mass, &computed.reduced_mass),
         (
             "reduced stiffness",
@@ -68,8 +72,16 @@ pub fn check_stiffening(
     let computed = stiffening(of.component, of.localization, basis);
     let stored = &element.stiffening;
     for (what, a, b) in [
-        ("centrifugal stiffening", &stored.centrifugal, &computed.centrifugal),
-        ("interface stiffening", &stored.interface, &computed.interface),
+        (
+            "centrifugal stiffening",
+            &stored.centrifugal,
+            &computed.centrifugal,
+        ),
+        (
+            "interface stiffening",
+            &stored.interface,
+            &computed.interface,
+        ),
     ] {
         if a.is_empty() && b.is_empty() {
             continue;
@@ -83,7 +95,10 @@ pub fn check_stiffening(
             let sizes = layers.iter().map(|layer| largest_entry(layer.as_ref()));
             sizes.fold(f64::MIN_POSITIVE, f64::max)
         };
-        let differences = a.iter().zip(b).map(|(a, b)| largest_entry((a - b).as_ref()));
+        let differences = a
+            .iter()
+            .zip(b)
+            .map(|(a, b)| largest_entry((a - b).as_ref()));
         let difference = differences.fold(0.0, f64::max);
         findings.check(what, difference / largest(b), AGREEMENT);
     }
@@ -104,15 +119,20 @@ pub fn check_loads(
     findings.require(
         "number of named loads",
         same,
-        &format!("{}, and {} of the component", element.loads.len(), computed.len()),
+        &format!(
+            "{}, and {} of the component",
+            element.loads.len(),
+            computed.len()
+        ),
     );
-    let flat = |load: &PartLoad| -> Vec<f64> {
-        [&load.force[..], &load.moment, &load.work].concat()
-    };
+    let flat =
+        |load: &PartLoad| -> Vec<f64> { [&load.force[..], &load.moment, &load.work].concat() };
     let mut worst = 0.0_f64;
     for (a, b) in element.loads.iter().zip(&computed) {
         let (a, b) = (flat(a), flat(b));
-        let size = b.iter().fold(f64::MIN_POSITIVE, |most, x| most.max(x.abs()));
+        let size = b
+            .iter()
+            .fold(f64::MIN_POSITIVE, |most, x| most.max(x.abs()));
         let differences = a.iter().zip(&b).map(|(a, b)| (a - b).abs() / size);
         worst = differences.fold(worst, f64::max);
     }

@@ -23,9 +23,7 @@ use dcb_runtime::system::evaluation::Evaluation;
 use dcb_runtime::system::linearization::Linearization;
 use dcb_runtime::system::{Demand, LoadAxes, State, System};
 use dcb_samples::spatial_beam::BeamSection;
-use dcb_samples::{
-    Material, RodSection, SpatialBeam, axial_prestress, planar_rod, spatial_beam,
-};
+use dcb_samples::{Material, RodSection, SpatialBeam, axial_prestress, planar_rod, spatial_beam};
 use faer::Mat;
 use faer::linalg::solvers::Solve;
 use frames::Random;

@@ -21,7 +21,10 @@ fn stiffened(component: Component, mass_per_length: f64) -> Component {
 
 fn rod(elements: usize) -> Component {
     let section = RodSection::default();
-    stiffened(planar_rod(elements, &section), section.density * section.area)
+    stiffened(
+        planar_rod(elements, &section),
+        section.density * section.area,
+    )
 }
 
 /// S of the first free-free bending mode φ: ∫ ½ μ (L x - x²) φ'² dx / ∫ μ φ² dx, the stiffness that a unit Ω² adds to unit modal mass.
@@ -70,7 +73,12 @@ fn bending_frequency(body: &FlexibleBody, spin: f64, expected: f64) -> f64 {
     let (mut zeros, mut time) = (0, 0.0);
     loop {
         let before = x[7];
-        integrate(|x, dx| free_motion(body, &mut terms, x, dx), &mut x, interval, &scale);
+        integrate(
+            |x, dx| free_motion(body, &mut terms, x, dx),
+            &mut x,
+            interval,
+            &scale,
+        );
         let after = x[7];
         time += interval;
         assert!(after.abs() < 1e-4, "the motion grows at t = {time}");
@@ -143,7 +151,11 @@ fn a_spinning_beam_flaps_as_fast_as_its_axial_force_says() {
         let spin = ratio * first;
         let expected = (first * first + spin * spin * factor).sqrt();
         let found = bending_frequency(&part.body, spin, expected);
-        println!("{ratio}: {:.4}, expected {:.4}", found / first, expected / first);
+        println!(
+            "{ratio}: {:.4}, expected {:.4}",
+            found / first,
+            expected / first
+        );
         assert!((found / expected - 1.0).abs() < 5e-3);
     }
 }
@@ -183,9 +195,18 @@ fn stiffened_bodies_conserve_energy_and_angular_momentum() {
             ))
             .collect();
         let mut x = state.pack();
-        integrate(|x, dx| free_motion(body, &mut terms, x, dx), &mut x, 0.01, &scale);
+        integrate(
+            |x, dx| free_motion(body, &mut terms, x, dx),
+            &mut x,
+            0.01,
+            &scale,
+        );
         let (after, turned) = FreeState::unpack(&x).invariants(body, &mut terms);
-        assert!((after / energy - 1.0).abs() < 1e-10, "{:e}", after / energy - 1.0);
+        assert!(
+            (after / energy - 1.0).abs() < 1e-10,
+            "{:e}",
+            after / energy - 1.0
+        );
         assert!((turned - momentum).norm() < 1e-10 * momentum.norm());
     }
 }

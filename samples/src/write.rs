@@ -152,7 +152,9 @@ fn write_matrix(out: &mut impl Write, matrix: &SparseMatrix, storage: Storage) -
 fn write_vector(out: &mut impl Write, values: &[f64]) -> io::Result<()> {
     writeln!(out, "%%MatrixMarket matrix array real general")?;
     writeln!(out, "{} 1", values.len())?;
-    values.iter().try_for_each(|value| writeln!(out, "{value:e}"))
+    values
+        .iter()
+        .try_for_each(|value| writeln!(out, "{value:e}"))
 }
 
 /// One point and one cell a line, so that small meshes can be read and compared.

@@ -44,7 +44,12 @@ fn the_axial_force_stiffens_the_rod_of_the_slider_crank() {
     let benchmark = Benchmark::first();
     for (elements, modes) in [(8, 5), (8, 10)] {
         let options = Reduction::lowest(modes);
-        let rod = ReducedRod::of(benchmark, &stiffened(elements), &options, Compatibility::Strong);
+        let rod = ReducedRod::of(
+            benchmark,
+            &stiffened(elements),
+            &options,
+            Compatibility::Strong,
+        );
         let (peak, lowest, at) = extremes(&rod);
         println!("{modes} modes: peak {peak:.5}, minimum {lowest:.5} at {at:.3} rad");
         assert!((peak / 0.01539 - 1.0).abs() < 0.01);

@@ -127,7 +127,11 @@ fn columns_answer_to_centrifugal_forces() {
                 true => r[d] - centre[d],
                 false => 0.0,
             };
-            if a == b { of(a, a) } else { of(a, b) + of(b, a) }
+            if a == b {
+                of(a, a)
+            } else {
+                of(a, b) + of(b, a)
+            }
         });
         let whole = &oracle.inverse * (&mass * field);
         // Without the kept modes' part.
@@ -156,7 +160,11 @@ fn columns_answer_to_centrifugal_forces() {
         })
     };
     for (what, found, expected) in [
-        ("mass", &further.reduced_mass, basis.transpose() * &mass * &basis),
+        (
+            "mass",
+            &further.reduced_mass,
+            basis.transpose() * &mass * &basis,
+        ),
         (
             "stiffness",
             &further.reduced_stiffness,
@@ -167,7 +175,10 @@ fn columns_answer_to_centrifugal_forces() {
             for i in 0..expected.nrows() {
                 let size = (expected[(i, i)] * expected[(j, j)]).sqrt();
                 let difference = (found[(i, j)] - expected[(i, j)]).abs();
-                assert!(difference <= 1e-8 * size, "{what} {i} {j}: {difference:e} of {size:e}");
+                assert!(
+                    difference <= 1e-8 * size,
+                    "{what} {i} {j}: {difference:e} of {size:e}"
+                );
             }
         }
     }
@@ -187,7 +198,10 @@ fn named_loads_are_exact_statically() {
     let f = Mat::from_fn(forces.len(), 1, |i, _| forces[i]);
     let exact = &oracle.inverse * &f;
     let reduced = with(&part, &enriched(8, &[EnrichmentSource::Loads]));
-    let (phi, x) = (&reduced.recovery.modes, reduced.recovery.enrichment.as_ref());
+    let (phi, x) = (
+        &reduced.recovery.modes,
+        reduced.recovery.enrichment.as_ref(),
+    );
     let further = reduced.superelement.enrichment.as_ref().unwrap();
     assert_eq!(further.names, ["load wind"]);
     let x = x.unwrap();
@@ -215,16 +229,25 @@ fn named_loads_are_exact_statically() {
 fn a_beam_has_the_patterns_that_pull_along_it() {
     let reduced = with(&skew_beam(), &enriched(4, &[EnrichmentSource::Spin]));
     let further = reduced.superelement.enrichment.as_ref().unwrap();
-    let body = FlexibleBody::from_superelement(&reduced.superelement, Compatibility::Strong).unwrap();
+    let body =
+        FlexibleBody::from_superelement(&reduced.superelement, Compatibility::Strong).unwrap();
     let attached = reduced.superelement.residual.sigma_squared.len();
-    println!("{:?}: {} of {}", further.names, body.coordinate_count(), 4 + attached);
+    println!(
+        "{:?}: {} of {}",
+        further.names,
+        body.coordinate_count(),
+        4 + attached
+    );
     // All patterns pull along the axis alone, in proportions: one coordinate.
     assert_eq!(body.coordinate_count(), 4 + attached + 1);
     let oracle_stretch = |length: f64, modulus: f64, density: f64, spin: f64| {
         density * spin * spin * length.powi(3) / (12.0 * modulus)
     };
     let section = RodSection::default();
-    let rod = with(&planar_rod(16, &section), &enriched(2, &[EnrichmentSource::Spin]));
+    let rod = with(
+        &planar_rod(16, &section),
+        &enriched(2, &[EnrichmentSource::Spin]),
+    );
     let field = reduced_deflection(&rod, Vector3::new(0.0, 0.0, 400.0));
     let along = |node: u32| {
         let dofs = rod.recovery.dofs.iter();
@@ -277,7 +300,9 @@ fn static_compatibility_leaves_the_columns_out() {
     let part = plate();
     let plain = with(&part, &enriched(5, &[])).superelement;
     let with_columns = with(&part, &enriched(5, &[EnrichmentSource::Spin])).superelement;
-    let body = |element| Arc::new(FlexibleBody::from_superelement(element, Compatibility::Static).unwrap());
+    let body = |element| {
+        Arc::new(FlexibleBody::from_superelement(element, Compatibility::Static).unwrap())
+    };
     let (plain, with_columns) = (body(&plain), body(&with_columns));
     assert_eq!(plain.coordinate_count(), with_columns.coordinate_count());
     assert_eq!(plain.stiffness, with_columns.stiffness);

@@ -13,8 +13,8 @@ use faer::Mat;
 use nalgebra::{DMatrix, RowDVector, Vector2};
 
 use crate::corotated_rod::{CorotatedRod, CorotatedSliderCrank, RodEnd};
-use crate::with;
 use crate::slider_crank::{ROD, SliderCrank, rod_coordinates};
+use crate::with;
 
 /// Crank, speed and rod of a slider-crank; the slider has half of the rod's mass.
 #[derive(Clone, Copy, Debug)]
@@ -133,10 +133,9 @@ impl ReducedRod {
         let (modal, rest) = amplitudes.split_at(recovery.modes.ncols());
         let (attached, further) = rest.split_at(recovery.residual.ncols());
         self.recovered(modal, attached)
-            + recovery
-                .enrichment
-                .as_ref()
-                .map_or(0.0, |fields| self.across(|row| product(fields, row, further)))
+            + recovery.enrichment.as_ref().map_or(0.0, |fields| {
+                self.across(|row| product(fields, row, further))
+            })
     }
 
     /// The same in a mechanism, whatever the rod's compatibility.

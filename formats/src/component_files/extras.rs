@@ -51,10 +51,7 @@ pub(super) fn named_siblings(
     match found.windows(2).find(|pair| pair[0].0 == pair[1].0) {
         Some(pair) => Err(Error::File {
             path: pair[1].1.clone(),
-            message: format!(
-                "{} is there as well; keep one of them",
-                pair[0].1.display()
-            ),
+            message: format!("{} is there as well; keep one of them", pair[0].1.display()),
         }),
         None => Ok(found),
     }
@@ -86,7 +83,11 @@ pub(super) fn read_loads(
             ));
         }
         let mut forces = vec![0.0; n_e];
-        for (row, value) in matrix.row_idx_of_col_raw(0).iter().zip(matrix.val_of_col(0)) {
+        for (row, value) in matrix
+            .row_idx_of_col_raw(0)
+            .iter()
+            .zip(matrix.val_of_col(0))
+        {
             if !value.is_finite() {
                 return wrong(format!("entry {} is not finite", row + 1));
             }

@@ -147,11 +147,7 @@ impl SuperelementFile {
                     false => None,
                 },
             };
-            let columns = [
-                self.counts.modes,
-                self.counts.rows,
-                self.counts.enrichment,
-            ];
+            let columns = [self.counts.modes, self.counts.rows, self.counts.enrichment];
             let points = self.inventory.entries.get("/mesh/points");
             let node_count = points.and_then(|entry| entry.line.shape.first().copied());
             check_fields::recovery(&basis, self.counts.dimension, columns, node_count)?;

@@ -327,14 +327,23 @@ impl<'a> Writer<'a> {
     fn loads(&mut self, of: &Superelement) -> hdf5::Result<()> {
         self.sink.group("loads")?;
         let d = of.dimension.coordinate_count();
-        let turns = if of.dimension == Dimension::Planar { 2..3 } else { 0..3 };
+        let turns = if of.dimension == Dimension::Planar {
+            2..3
+        } else {
+            0..3
+        };
         let names: Vec<String> = of.loads.iter().map(|load| load.name.clone()).collect();
         let forces = of.loads.iter().flat_map(|load| load.force[..d].to_vec());
-        let moments = of.loads.iter().flat_map(|load| load.moment[turns.clone()].to_vec());
+        let moments = of
+            .loads
+            .iter()
+            .flat_map(|load| load.moment[turns.clone()].to_vec());
         let work = of.loads.iter().flat_map(|load| load.work.clone());
         self.sink.texts("/loads/names", &names)?;
-        self.sink.reals("/loads/forces", &forces.collect::<Vec<_>>())?;
-        self.sink.reals("/loads/moments", &moments.collect::<Vec<_>>())?;
+        self.sink
+            .reals("/loads/forces", &forces.collect::<Vec<_>>())?;
+        self.sink
+            .reals("/loads/moments", &moments.collect::<Vec<_>>())?;
         self.sink.reals("/loads/work", &work.collect::<Vec<_>>())
     }
 

@@ -196,7 +196,11 @@ pub fn enriched(dimension: Dimension) -> Superelement {
         .map(|(index, name)| PartLoad {
             name: name.to_owned(),
             force: [0.5 + index as f64, -2.0, if axes == 1 { 0.0 } else { 3.0 }],
-            moment: if axes == 1 { [0.0, 0.0, 0.1] } else { [0.2, 0.3, -0.4] },
+            moment: if axes == 1 {
+                [0.0, 0.0, 0.1]
+            } else {
+                [0.2, 0.3, -0.4]
+            },
             work: (0..n).map(|k| noise(72 + index, k, 0)).collect(),
         })
         .collect();

@@ -47,9 +47,7 @@ impl Loads<'_> {
     pub fn columns(&self, model_dofs: usize, which: Range<usize>) -> Mat<f64> {
         match self {
             Self::Interfaces(localization) => localization.attachment_columns(model_dofs, which),
-            Self::Columns { forces, .. } => {
-                forces.subcols(which.start, which.len()).to_owned()
-            }
+            Self::Columns { forces, .. } => forces.subcols(which.start, which.len()).to_owned(),
         }
     }
 

@@ -233,7 +233,13 @@ impl Reference {
         let mut free = eigenvalues.clone();
         let beyond = element.modes.first_omitted_eigenvalue;
         free.extend(Some(beyond).filter(|value| value.is_finite()));
-        let spin = spin_errors(component, &properties, &model, &element, shapes_everywhere.as_ref());
+        let spin = spin_errors(
+            component,
+            &properties,
+            &model,
+            &element,
+            shapes_everywhere.as_ref(),
+        );
         Ok(Self {
             spin,
             terms: response.series.len(),

@@ -9,7 +9,12 @@ use crate::support::Folder;
 
 fn solid_with_load() -> Component {
     let material = dcb_samples::Material::STEEL;
-    let mut part = dcb_samples::box_block([4, 2, 1], [0.4, 0.1, 0.05], SolidElement::Tetra10, &material);
+    let mut part = dcb_samples::box_block(
+        [4, 2, 1],
+        [0.4, 0.1, 0.05],
+        SolidElement::Tetra10,
+        &material,
+    );
     part.loads = vec![NamedLoad {
         name: "wind".into(),
         forces: (0..part.dofs.len()).map(|i| (i as f64).sin()).collect(),
@@ -30,12 +35,21 @@ fn stiffened_rod() -> Component {
 fn further_columns_are_written_named_and_verified() {
     let folder = Folder::with(&solid_with_load());
     let shown = folder.done("part.mtx --modes 6 --enrich spin,loads,krylov -o part.dcb.h5");
-    assert!(shown.contains("19 further columns (spin xx, spin yy"), "{shown}");
+    assert!(
+        shown.contains("19 further columns (spin xx, spin yy"),
+        "{shown}"
+    );
     assert!(shown.contains("load wind, krylov left/ux"), "{shown}");
     let element = SuperelementFile::open(folder.path("part.dcb.h5")).unwrap();
     assert_eq!(element.format_version().to_string(), "1.1");
     assert_eq!(
-        element.recovery().unwrap().unwrap().enrichment.unwrap().ncols(),
+        element
+            .recovery()
+            .unwrap()
+            .unwrap()
+            .enrichment
+            .unwrap()
+            .ncols(),
         19
     );
     let shown = folder.done("verify part.dcb.h5 --component part.mtx");
@@ -61,7 +75,10 @@ fn geometric_stiffness_is_projected_and_verified() {
     let element = SuperelementFile::open(folder.path("part.dcb.h5")).unwrap();
     let stiffening = element.superelement().unwrap().stiffening;
     // Rows a/ux, a/uy, b/ux, b/uy; only those along the rod stiffen it, one pushing and one pulling.
-    assert_eq!((stiffening.centrifugal.len(), stiffening.interface.len()), (1, 4));
+    assert_eq!(
+        (stiffening.centrifugal.len(), stiffening.interface.len()),
+        (1, 4)
+    );
     let first = |row: usize| stiffening.interface[row][(0, 0)];
     assert!(stiffening.centrifugal[0][(0, 0)] > 0.0);
     assert!(first(0) < 0.0 && first(2) > 0.0 && first(1) == 0.0 && first(3) == 0.0);
@@ -83,7 +100,11 @@ fn geometric_stiffness_is_projected_and_verified() {
         })
         .collect();
     folder.write("part.stiffening.zz.mtx", doubled.join("\n") + "\n");
-    let shown = folder.failed(1, "verify part.dcb.h5 --component part.mtx", &["centrifugal stiffening"]);
+    let shown = folder.failed(
+        1,
+        "verify part.dcb.h5 --component part.mtx",
+        &["centrifugal stiffening"],
+    );
     assert!(shown.contains("not verified"), "{shown}");
 }
 
@@ -91,10 +112,19 @@ fn geometric_stiffness_is_projected_and_verified() {
 fn files_that_do_not_fit_are_refused_by_name() {
     let folder = Folder::rod();
     folder.refused("rod.mtx --enrich loads", &["rod.mtx", "PART.load.NAME.mtx"]);
-    folder.refused("rod.mtx --enrich gravity", &["gravity", "spin, loads, krylov"]);
-    folder.write("rod.load.wind.mtx", "%%MatrixMarket matrix array real general\n3 1\n1\n2\n3\n");
+    folder.refused(
+        "rod.mtx --enrich gravity",
+        &["gravity", "spin, loads, krylov"],
+    );
+    folder.write(
+        "rod.load.wind.mtx",
+        "%%MatrixMarket matrix array real general\n3 1\n1\n2\n3\n",
+    );
     folder.refused("rod.mtx", &["rod.load.wind.mtx", "3 x 1", "15 entries"]);
-    let zeros = format!("%%MatrixMarket matrix array real general\n15 1\n{}", "0\n".repeat(15));
+    let zeros = format!(
+        "%%MatrixMarket matrix array real general\n15 1\n{}",
+        "0\n".repeat(15)
+    );
     folder.write("rod.load.wind.mtx", &zeros);
     folder.refused("rod.mtx", &["rod.load.wind.mtx", "isn't zero"]);
     folder.remove("rod.load.wind.mtx");

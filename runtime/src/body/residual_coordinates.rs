@@ -65,9 +65,8 @@ impl ResidualCoordinates {
             false => 0.0,
         });
         let shared = attached.transpose() * mass.as_ref().subcols(n_b, n_x);
-        let own = Mat::from_fn(n_b + n_x, n_x, |i, j| {
-            if i == n_b + j { 1.0 } else { 0.0 }
-        }) - &attached * &shared;
+        let own = Mat::from_fn(n_b + n_x, n_x, |i, j| if i == n_b + j { 1.0 } else { 0.0 })
+            - &attached * &shared;
         // D X'ᵀ M X' D with D = diag(XᵀMX)^(-1/2): how much of each column is its own.
         let scale: Vec<f64> = (0..n_x)
             .map(|j| mass[(n_b + j, n_b + j)].max(0.0).sqrt())

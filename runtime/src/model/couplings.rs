@@ -391,8 +391,8 @@ fn add_part_load(
             ),
         ));
     };
-    let function =
-        TimeFunction::new(&part.factor).map_err(|error| error.within(&format!("{location}.factor")))?;
+    let function = TimeFunction::new(&part.factor)
+        .map_err(|error| error.within(&format!("{location}.factor")))?;
     let input = input_of(builder, name, &part.factor);
     let factor = builder.signal(Signal {
         function,

@@ -28,8 +28,8 @@ use serde::{Deserialize, Serialize};
 
 pub use attachment::Attachment;
 pub use body::{
-    Body, BodyKind, DampingOverride, GeometricStiffening, InertiaChange, ModalRatios, Placement, Point, PointFrame,
-    RigidBody, SuperelementBody,
+    Body, BodyKind, DampingOverride, GeometricStiffening, InertiaChange, ModalRatios, Placement,
+    Point, PointFrame, RigidBody, SuperelementBody,
 };
 pub use drive::{Drive, DriveFunction};
 pub use integrator::{AdaptiveStep, Formulation, Integrator, Method};

@@ -7,7 +7,8 @@ use nalgebra::{Matrix3, UnitQuaternion, Vector3};
 
 use super::marker::{Elasticity, Marker};
 use super::{
-    Body, Connection, ConnectionKind, Demand, Load, LoadAxes, PartLoad, Row, Signal, State, System, Term,
+    Body, Connection, ConnectionKind, Demand, Load, LoadAxes, PartLoad, Row, Signal, State, System,
+    Term,
 };
 use crate::body::{Attachment, FlexibleBody};
 use crate::error::Error;

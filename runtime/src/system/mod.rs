@@ -286,7 +286,10 @@ impl System {
         state: &'a State,
         index: usize,
     ) -> impl Iterator<Item = (f64, &'a BodyLoad)> {
-        let own = self.part_loads.iter().filter(move |load| load.body == index);
+        let own = self
+            .part_loads
+            .iter()
+            .filter(move |load| load.body == index);
         own.map(move |load| {
             let factor = self.signal(load.factor, state).value;
             (factor, &self.bodies[index].flexible.loads[load.load])

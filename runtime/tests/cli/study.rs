@@ -194,7 +194,10 @@ fn changed_inputs_are_noticed() {
     folder.refuses(words, &["rows.jsonl", "end", "0.004", "0.003", "--force"]);
     folder.done(&format!("{words} --force"));
     folder.store("rod.dcb.h5", &planar_rod(4, &RodSection::default()));
-    folder.refuses(words, &["rows.jsonl", "superelements", "rod.dcb.h5", "--force"]);
+    folder.refuses(
+        words,
+        &["rows.jsonl", "superelements", "rod.dcb.h5", "--force"],
+    );
 }
 
 #[test]
