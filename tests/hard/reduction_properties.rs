@@ -162,10 +162,11 @@ proptest! {
         by in prop::array::uniform3(-5.0..5.0_f64),
     ) {
         let component = recipe.component();
-        let turn = match component.dimension() {
-            Dimension::Planar => Rotation3::new(Vector3::z() * (3.0 * axis[2])),
-            Dimension::Spatial => Rotation3::new(Vector3::from(axis) * 3.0),
+        let (turn, by) = match component.dimension() {
+            Dimension::Planar => (Vector3::z() * axis[2], [by[0], by[1], 0.0]),
+            Dimension::Spatial => (Vector3::from(axis), by),
         };
+        let turn = Rotation3::new(3.0 * turn);
         let order = shuffled(component.mesh.node_count(), seed);
         let other = parts::renumbered(&turned(&component, &turn, by), &order);
         let count = some_modes(&component, share);

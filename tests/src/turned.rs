@@ -74,7 +74,7 @@ pub fn turned(component: &Component, turn: &Rotation3<f64>, by: [f64; 3]) -> Com
         };
         // M'_cd = Σ R_ca R_db Q M_ab Qᵀ
         let new = |(c, e): (usize, usize)| {
-            let mut sum = Mat::zeros(q.nrows(), q.nrows());
+            let mut sum = Mat::<f64>::zeros(q.nrows(), q.nrows());
             for a in 0..d {
                 for b in 0..d {
                     sum += of(a, b) * faer::Scale(turn[(c, a)] * turn[(e, b)]);
