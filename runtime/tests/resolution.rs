@@ -13,6 +13,7 @@ use dcb_runtime::Error;
 use dcb_runtime::initial::Redundancy;
 use dcb_runtime::integrator::Formulation;
 use dcb_runtime::integrator::resolution::Part;
+use dcb_runtime::integrator::scheme::Scheme;
 use dcb_runtime::measure::{Displacement, Measure};
 use dcb_runtime::simulation::Simulation;
 use dcb_runtime::system::builder::{Drawn, SystemBuilder, Turning};
@@ -68,6 +69,19 @@ fn stepped(mut simulation: Simulation, step: f64, count: usize) -> Simulation {
         simulation.step(step).unwrap();
     }
     simulation
+}
+
+/// What a step leaves of an infinitely stiff motion, by which the patience with a ringing goes.
+#[test]
+fn spectral_radii_are_those_asked_for() {
+    for radius in [0.0, 0.3, 0.8, 1.0] {
+        let found = Scheme::generalized_alpha(radius).spectral_radius();
+        assert!((found - radius).abs() < 1e-14, "{found}");
+    }
+    for alpha in [-1.0 / 3.0, -0.1, 0.0] {
+        let found = Scheme::hht(alpha).spectral_radius();
+        assert!((found - (1.0 + alpha) / (1.0 - alpha)).abs() < 1e-14);
+    }
 }
 
 #[test]

@@ -109,12 +109,12 @@ pub fn long_steps() -> HardCase {
     }
     assert!(untold > 0.3, "long steps do no harm: {untold}");
     // 1e-2 s is an error, with time and advice; 1e-3 s is told.
-    let mut simulation = started(&reduced, method(0.8));
+    let mut simulation = started(&rod(5), method(0.8));
     let failed = (0..9).find_map(|_| simulation.step(1e-2).err());
     let failed = failed.expect("an error at 1e-2 s");
     assert!(!failed.is_unusable_input());
     assert_says(&failed.to_string(), &["t = ", "take steps below"]);
-    let mut simulation = started(&reduced, method(0.8));
+    let mut simulation = started(&rod(5), method(0.8));
     let mut error = None;
     for _ in 0..84 {
         error = simulation.step(1e-3).err();

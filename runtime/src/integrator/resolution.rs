@@ -19,12 +19,12 @@ use crate::system::{Body, State, System};
 
 /// Steps that are looked at together.
 const WINDOW: usize = 8;
-/// Fewer steps in a period than these are told: the period is wrong by 3 % or more.
-const FEWEST: f64 = 10.0;
-/// Steps in a period to advise: the period is wrong by less than 1 %.
-const ADVISED: f64 = 20.0;
+/// Fewer steps in a period than these are told: the period is wrong by 1 % or more, the phase by half a radian after ten periods.
+const FEWEST: f64 = 20.0;
+/// Steps in a period to advise.
+const ADVISED: f64 = 50.0;
 /// Smaller changes in a step, by the largest size in the run, are no part of the motion that anybody looks at.
-const SIGNIFICANT: f64 = 0.02;
+const SIGNIFICANT: f64 = 0.05;
 /// A ringing is over when it has fallen to this part.
 const RUNG_OUT: f64 = 0.01;
 /// Most steps that a ringing is waited for.
@@ -35,8 +35,6 @@ const SHORT_RUN: usize = 200;
 /// is followed.
 const HOPELESS: f64 = 5.0;
 const OVERTURNED: f64 = 0.5;
-/// Steps in a row that are hopeless before the motion counts as lost: the ringing after a jump is shorter.
-const LOST: usize = 8;
 /// A body slower than this part of the fastest is not what the mechanism does.
 const SLOW: f64 = 0.1;
 
@@ -165,7 +163,7 @@ impl Resolution {
             let is_slow = place.largest < SLOW * self.fastest;
             if place.is_hopeless(change) && !is_slow {
                 place.hopeless += 1;
-                if place.hopeless >= LOST {
+                if place.hopeless > patience {
                     lost = Some(Unresolved {
                         body: index,
                         part: Part::Place,
