@@ -54,17 +54,11 @@ impl Coordinates {
         if n == 0 || self.shapes.nrows() == 0 {
             return Some(Vec::new());
         }
-        // B y = 0: what an orthonormal basis of the rows of B leaves. A factorization in finitely many steps, whatever repeats.
-        let of_rows = self.shapes.transpose().col_piv_qr();
-        let pivots = of_rows.thin_R();
-        let sizes: Vec<f64> = (0..pivots.nrows()).map(|i| pivots[(i, i)].abs()).collect();
-        let limit = DEPENDENT * sizes.iter().copied().fold(0.0, f64::max);
-        let rank = sizes.iter().filter(|size| **size > limit).count();
-        let free = n - rank;
+        let motions = free_motions(&self.shapes);
+        let free = motions.ncols();
         if free == 0 {
             return Some(Vec::new());
         }
-        let motions = of_rows.compute_Q().subcols(rank, free).to_owned();
         let positive = self.stiffness[..dynamic].iter().filter(|k| **k > 0.0);
         let shift = positive.copied().reduce(f64::min).unwrap_or(1.0);
         let mass = |i: usize| if i < dynamic { 1.0 } else { 0.0 };
@@ -89,24 +83,43 @@ impl Coordinates {
     }
 }
 
+/// Orthonormal Z with B Z = 0 for B (m, n): what the rows of B leave. Found in finitely many steps, whatever repeats.
+fn free_motions(rows: &Mat<f64>) -> Mat<f64> {
+    let n = rows.ncols();
+    if rows.nrows() == 0 {
+        return Mat::identity(n, n);
+    }
+    let of_rows = rows.transpose().col_piv_qr();
+    let pivots = of_rows.thin_R();
+    let sizes: Vec<f64> = (0..pivots.nrows()).map(|i| pivots[(i, i)].abs()).collect();
+    let limit = DEPENDENT * sizes.iter().copied().fold(0.0, f64::max);
+    let rank = sizes.iter().filter(|size| **size > limit).count();
+    of_rows.compute_Q().subcols(rank, n - rank).to_owned()
+}
+
 /// ω² with the interfaces held where interface forces are coordinates (weak), ascending; the growing motions, with negative ω², are left
 /// out, as are the `loose` lowest.
 ///
 /// ```text
-/// [ diag(k)   -Bᵀ T    ] [ y ]        [ y ]
-/// [ -Tᵀ B   -diag(σ²)  ] [ t ]  =  ω² [ t ]
+/// [ Zᵀ diag(k) Z   -Zᵀ Bᵀ T    ] [ y ]        [ y ]
+/// [   -Tᵀ B Z       -diag(σ²)  ] [ t ]  =  ω² [ t ]
 /// ```
+/// Z are the motions that don't move the rows in the `rigid` directions, in which the form has no residual flexibility.
 pub fn dual_eigenvalues(
     stiffness: &[f64],
     shapes: &Mat<f64>,
     sigma_squared: &[f64],
     forces: &Mat<f64>,
+    rigid: &Mat<f64>,
     loose: usize,
 ) -> Option<Vec<f64>> {
-    let (n, rank) = (stiffness.len(), sigma_squared.len());
-    let coupling = shapes.transpose() * forces;
+    let motions = free_motions(&(rigid.transpose() * shapes));
+    let (n, rank) = (motions.ncols(), sigma_squared.len());
+    let loaded = Mat::from_fn(stiffness.len(), n, |i, j| stiffness[i] * motions[(i, j)]);
+    let elastic = motions.transpose() * loaded;
+    let coupling = motions.transpose() * shapes.transpose() * forces;
     let matrix = Mat::from_fn(n + rank, n + rank, |i, j| match (i < n, j < n) {
-        (true, true) if i == j => stiffness[i],
+        (true, true) => 0.5 * (elastic[(i, j)] + elastic[(j, i)]),
         (false, false) if i == j => -sigma_squared[i - n],
         (true, false) => -coupling[(i, j - n)],
         (false, true) => -coupling[(j, i - n)],
@@ -216,7 +229,15 @@ mod tests {
     fn growing_motions_of_the_dual_form_are_left_out() {
         // K = [[1, -c], [-c, -4]] with c = 3: eigenvalues (-3 ± √61)/2.
         let unit = |value: f64| Mat::from_fn(1, 1, |_, _| value);
-        let found = dual_eigenvalues(&[1.0], &unit(3.0), &[4.0], &unit(1.0), 0).unwrap();
-        agree(&found, &[(61.0_f64.sqrt() - 3.0) / 2.0]);
+        let found = dual_eigenvalues(&[1.0], &unit(3.0), &[4.0], &unit(1.0), &Mat::zeros(1, 0), 0);
+        agree(&found.unwrap(), &[(61.0_f64.sqrt() - 3.0) / 2.0]);
+        // Without residual flexibility the row is held itself, and what is left of a chain of three is as above.
+        let (free, shapes) = chain();
+        let end = Mat::from_fn(1, 3, |_, j| shapes[(0, j)]);
+        let found = dual_eigenvalues(&free, &end, &[], &Mat::zeros(1, 0), &unit(1.0), 0);
+        agree(
+            &found.unwrap(),
+            &[(3.0 - 5.0_f64.sqrt()) / 2.0, (3.0 + 5.0_f64.sqrt()) / 2.0],
+        );
     }
 }

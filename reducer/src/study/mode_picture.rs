@@ -36,8 +36,8 @@ const MOST_PICTURES: usize = 6;
 #[derive(Clone, Debug, PartialEq)]
 struct Face {
     corners: Vec<u32>,
-    /// Middle of the volume behind it; `None` for what is seen from both sides.
-    inside: Option<[f64; 3]>,
+    /// Nodes of the volume behind it; `None` for what is seen from both sides.
+    behind: Option<Vec<u32>>,
 }
 
 /// Pictures of the lowest modes, at most six, fewer for large meshes, none without cells. `shapes` are over `dofs`.
@@ -81,7 +81,7 @@ fn faces(mesh: &Mesh) -> Vec<Face> {
                         1,
                         Face {
                             corners,
-                            inside: None,
+                            behind: None,
                         },
                     ),
                 );
@@ -97,9 +97,9 @@ fn faces(mesh: &Mesh) -> Vec<Face> {
                     Some(known) if !of_skin => known.0 += 1,
                     Some(_) => {}
                     None => {
-                        let inside = (!of_skin).then(|| middle(mesh, cell));
+                        let behind = (!of_skin).then(|| cell.to_vec());
                         order.push(key.clone());
-                        found.insert(key, (1, Face { corners, inside }));
+                        found.insert(key, (1, Face { corners, behind }));
                     }
                 }
             }
@@ -115,16 +115,6 @@ fn faces(mesh: &Mesh) -> Vec<Face> {
 
 fn corner_count(nodes: usize) -> usize {
     if nodes == 3 || nodes == 6 { 3 } else { 4 }
-}
-
-fn middle(mesh: &Mesh, nodes: &[u32]) -> [f64; 3] {
-    let mut sum = [0.0; 3];
-    for node in nodes {
-        for (sum, x) in sum.iter_mut().zip(mesh.position(*node)) {
-            *sum += x / nodes.len() as f64;
-        }
-    }
-    sum
 }
 
 /// Translations of each node, the largest one with length 1.
@@ -244,7 +234,7 @@ fn draw(mesh: &Mesh, faces: &[Face], moved: &[[f64; 3]], view: &View) -> String 
     };
     let mut visible: Vec<(f64, &Face)> = faces
         .iter()
-        .filter(|face| faces_viewer(face, &places, view))
+        .filter(|face| faces_viewer(face, &places))
         .map(|face| (depth(face), face))
         .collect();
     visible.sort_by(|a, b| a.0.total_cmp(&b.0));
@@ -273,8 +263,8 @@ fn draw(mesh: &Mesh, faces: &[Face], moved: &[[f64; 3]], view: &View) -> String 
 }
 
 /// Whether the outside of a face is seen.
-fn faces_viewer(face: &Face, places: &[[f64; 3]], view: &View) -> bool {
-    let Some(inside) = face.inside else {
+fn faces_viewer(face: &Face, places: &[[f64; 3]]) -> bool {
+    let Some(behind) = &face.behind else {
         return true;
     };
     let corner = |index: usize| places[face.corners[index] as usize];
@@ -285,7 +275,11 @@ fn faces_viewer(face: &Face, places: &[[f64; 3]], view: &View) -> bool {
         a[2] * b[0] - a[0] * b[2],
         a[0] * b[1] - a[1] * b[0],
     ];
-    let out = side(view.project(inside), corner(0));
+    let middle = [0, 1, 2].map(|axis| {
+        let sum: f64 = behind.iter().map(|node| places[*node as usize][axis]).sum();
+        sum / behind.len() as f64
+    });
+    let out = side(middle, corner(0));
     let outward: f64 = normal.iter().zip(&out).map(|(n, x)| n * x).sum();
     normal[2] * outward >= 0.0
 }

@@ -49,8 +49,10 @@ pub struct ReferenceRecord {
     /// What the drawn responses are, on the diagonal and between interfaces.
     pub drawn: [Option<String>; 2],
     /// |H| of these.
+    #[serde(default, skip_serializing_if = "StoredCurves::is_empty")]
     pub curves: StoredCurves,
     /// Pictures of the lowest modes, SVG and caption.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub pictures: Vec<(String, String)>,
 }
 
@@ -77,7 +79,8 @@ pub struct Row {
     pub file_bytes: u64,
     /// Errors.
     pub errors: Errors,
-    /// Responses over the band.
+    /// Responses over the band; `study.json` leaves them to the ledger.
+    #[serde(default, skip_serializing_if = "StoredCurves::is_empty")]
     pub curves: StoredCurves,
 }
 
@@ -95,6 +98,11 @@ pub struct StoredCurves {
 }
 
 impl StoredCurves {
+    /// Whether there is none.
+    pub fn is_empty(&self) -> bool {
+        self.collocated.is_empty()
+    }
+
     /// Rounds to five digits.
     pub fn of(curves: &Curves) -> Self {
         let short = |values: &[f64]| {

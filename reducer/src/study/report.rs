@@ -54,16 +54,23 @@ impl<'a> Report<'a> {
     /// [`Error::File`] where a file can't be written.
     pub fn write(&self, folder: &Path) -> Result<(), Error> {
         self.table().write_csv(&folder.join("study.csv"))?;
-        // Pictures are on the page; as text among numbers they would be in the way.
+        // Pictures are on the page, curves in the ledger; here they would be in the way of what is read.
         let reference = ReferenceRecord {
             pictures: Vec::new(),
+            curves: StoredCurves::default(),
             ..self.reference.clone()
         };
+        let rows: Vec<Row> = (self.rows.iter())
+            .map(|row| Row {
+                curves: StoredCurves::default(),
+                ..row.clone()
+            })
+            .collect();
         let whole = Whole {
             tolerance: self.tolerance,
             best: &self.best,
             reference: &reference,
-            rows: self.rows,
+            rows: &rows,
         };
         write_json(&folder.join("study.json"), &whole)?;
         let pareto = drawn(&self.pareto())?;

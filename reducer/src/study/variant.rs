@@ -115,7 +115,7 @@ impl ReducedPart {
             }
             Variant::Static => {
                 // In the size of the other columns.
-                let directions = faer::Scale(unit.sqrt()) * root(&flexibility)?;
+                let directions = faer::Scale(unit.sqrt()) * Directions::of(&flexibility)?.root;
                 let freedoms = poles.len() + directions.ncols();
                 let coordinates = Coordinates {
                     massless: directions.ncols(),
@@ -131,20 +131,24 @@ impl ReducedPart {
                 )
             }
             Variant::Weak => {
-                let directions = root(&flexibility)?.ncols();
+                let directions = Directions::of(&flexibility)?;
+                let soft = directions.root.ncols();
                 let forces = rows.unscaled_forces(element.residual.transform.as_ref());
                 let sigma = &element.residual.sigma_squared;
-                let held = if directions > sigma.len() {
-                    None
-                } else {
-                    Some(dual_eigenvalues(&poles, &kept, sigma, &forces, loose)?)
+                let held = match soft > sigma.len() {
+                    true => None,
+                    false => {
+                        let rigid = &directions.rigid;
+                        let all = dual_eigenvalues(&poles, &kept, sigma, &forces, rigid, loose);
+                        Some(all?)
+                    }
                 };
                 let mass = rows.scaled_square(element.residual.mass.as_ref());
                 let series = vec![flexibility, faer::Scale(unit) * &mass];
                 part(
                     response(&poles, &kept, series),
                     mode_count + rows.len(),
-                    poles.len() + directions,
+                    poles.len() + soft,
                     held,
                 )
             }
@@ -162,14 +166,27 @@ fn beside(a: MatRef<'_, f64>, b: MatRef<'_, f64>) -> Mat<f64> {
     })
 }
 
-/// V with V Vᵀ = F, a column for each direction of a positive semi-definite F that is not rounding.
-fn root(flexibility: &Mat<f64>) -> Option<Mat<f64>> {
-    let (values, vectors) = symmetric_eigen(flexibility.as_ref())?;
-    // The scaling makes the whole flexibility's diagonal at most 1: what is rounding of that is rounding.
-    let present: Vec<usize> = (0..values.len())
-        .filter(|k| values[*k] > MASS_TOLERANCE)
-        .collect();
-    Some(Mat::from_fn(values.len(), present.len(), |i, j| {
-        vectors[(i, present[j])] * values[present[j]].sqrt()
-    }))
+/// Directions of the rows, by their residual flexibility F.
+struct Directions {
+    /// V with V Vᵀ = F, a column for each direction that has some.
+    root: Mat<f64>,
+    /// Orthonormal directions that have none.
+    rigid: Mat<f64>,
+}
+
+impl Directions {
+    fn of(flexibility: &Mat<f64>) -> Option<Self> {
+        let (values, vectors) = symmetric_eigen(flexibility.as_ref())?;
+        // The scaling makes the whole flexibility's diagonal at most 1: what is rounding of that is rounding.
+        let first = values
+            .iter()
+            .filter(|value| **value <= MASS_TOLERANCE)
+            .count();
+        Some(Self {
+            root: Mat::from_fn(values.len(), values.len() - first, |i, j| {
+                vectors[(i, first + j)] * values[first + j].sqrt()
+            }),
+            rigid: vectors.subcols(0, first).to_owned(),
+        })
+    }
 }
