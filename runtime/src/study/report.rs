@@ -1,8 +1,8 @@
 //! What a study leaves for people and programs: a table, JSON, the Pareto front as a picture, and a page with all of it.
 
 use dcb_formats::report::{
-    Axis, Cell, Chart, Column, Family, Page, Series, Style, Table, pareto_chart, svg, write_json,
-    write_svg,
+    Axis, Cell, Chart, Column, Family, Note, Page, Series, Style, Table, pareto_chart,
+    pareto_front, svg, write_json, write_svg,
 };
 use serde_json::{Value, json};
 
@@ -83,6 +83,14 @@ fn front_chart(study: &Study) -> Chart {
         "largest error / range [1]",
         &families,
     );
+    // Words at every mark would hide each other.
+    let told = pareto_front(&candidates).into_iter();
+    chart.notes = told
+        .map(|index| Note {
+            text: candidates[index].label.clone(),
+            at: [candidates[index].cost, candidates[index].error],
+        })
+        .collect();
     let costs: Vec<f64> = (candidates.iter().map(|candidate| candidate.cost))
         .filter(|cost| cost.is_finite())
         .collect();
@@ -282,7 +290,8 @@ fn page(study: &Study, chart: &Chart, tolerance: f64) -> Page {
     if let Ok(picture) = svg(std::slice::from_ref(chart)) {
         page.picture(
             &picture,
-            "Each mark is a row, with its step as a multiple of the scene's; rows of one colour differ in the step alone. \
+            "Each mark is a row; rows of one colour differ in the step alone, which is told for those that no other beats, as a \
+             multiple of the scene's. \
              The error is the largest of all outputs over all times, relative to the output's range.",
         );
     }
