@@ -116,11 +116,7 @@ fn family(study: &Study, setting: &Setting) -> String {
         all.any(|other| Some(other) != first)
     };
     if study.subject.most_modes().is_some() {
-        let count = setting.modes_text();
-        parts.push(match count.as_str() {
-            "1" => "1 mode".to_owned(),
-            _ => format!("{count} modes"),
-        });
+        parts.push(setting.modes_told());
         parts.push(setting.compatibility_text().to_owned());
     }
     if varies(|setting| setting.inertia_text().to_owned()) {
@@ -317,7 +313,9 @@ fn page(study: &Study, chart: &Chart, tolerance: f64) -> Page {
     page.heading("Histories");
     let shown = shown(study, tolerance);
     page.pictures(&histories(study, &shown));
-    page.paragraph("Errors of the same runs, relative to the range:");
+    page.paragraph(
+        "Errors of the same runs, relative to the range; what is smaller than the reference is known is drawn at that:",
+    );
     page.pictures(&errors(study, &shown));
     page.heading("Reference");
     page.paragraph(&study.reference_told());
@@ -464,7 +462,10 @@ fn errors(study: &Study, shown: &[usize]) -> Vec<(String, String)> {
                 let reference = study.reference_trace.row(index)?;
                 let pairs = row[columns.clone()].iter().zip(&reference[columns.clone()]);
                 let square: f64 = pairs.map(|(a, b)| (a - b).powi(2)).sum();
-                Some([study.grid.time(index), square.sqrt() / scale])
+                Some([
+                    study.grid.time(index),
+                    (square.sqrt() / scale).max(known.relative()),
+                ])
             };
             let rows = (0..trace.len()).filter_map(|index| Some((index, trace.row(index)?)));
             Series {
