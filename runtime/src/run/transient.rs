@@ -129,26 +129,6 @@ const ROUNDING_TOLD: f64 = 1e-2;
 /// A defect of the energy balance beyond this part of the largest stored energy is told.
 const IMBALANCE_TOLD: f64 = 0.05;
 
-/// What is told of forces that consist of rounding at steps of this size.
-pub(crate) fn rounding_warning(simulation: &Simulation, step: f64) -> Option<String> {
-    let rounding = simulation.rounding_of_forces(step);
-    (rounding.is_finite() && rounding > ROUNDING_TOLD).then(|| {
-        format!(
-            "rounding of positions is {rounding:.0e} of the joints' forces at a step of {step:.1e}: take longer steps, \"formulation\": \"stabilized-index-2\", or a place nearer to the world's origin"
-        )
-    })
-}
-
-/// What is told of an energy balance, given its largest defect and the largest energy that was stored.
-pub(crate) fn imbalance_warning((defect, largest): (f64, f64)) -> Option<String> {
-    (largest > 0.0 && defect > IMBALANCE_TOLD * largest).then(|| {
-        format!(
-            "the energy balance lacks {:.1e} of the largest stored energy: the step doesn't resolve what happens; take a smaller one",
-            defect / largest
-        )
-    })
-}
-
 /// The steps are too long for a motion.
 fn unresolved(system: &System, found: &Unresolved) -> String {
     let what = match found.part {
@@ -381,4 +361,24 @@ fn check_window(
         .adaptive
         .map_or(integrator.step, |adaptive| adaptive.minimum_step);
     window.check(step)
+}
+
+/// What is told of forces that consist of rounding at steps of this size.
+pub(crate) fn rounding_warning(simulation: &Simulation, step: f64) -> Option<String> {
+    let rounding = simulation.rounding_of_forces(step);
+    (rounding.is_finite() && rounding > ROUNDING_TOLD).then(|| {
+        format!(
+            "rounding of positions is {rounding:.0e} of the joints' forces at a step of {step:.1e}: take longer steps, \"formulation\": \"stabilized-index-2\", or a place nearer to the world's origin"
+        )
+    })
+}
+
+/// What is told of an energy balance, given its largest defect and the largest energy that was stored.
+pub(crate) fn imbalance_warning((defect, largest): (f64, f64)) -> Option<String> {
+    (largest > 0.0 && defect > IMBALANCE_TOLD * largest).then(|| {
+        format!(
+            "the energy balance lacks {:.1e} of the largest stored energy: the step doesn't resolve what happens; take a smaller one",
+            defect / largest
+        )
+    })
 }

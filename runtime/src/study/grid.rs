@@ -103,6 +103,11 @@ impl Sampler {
         {
             self.trace.values.extend_from_slice(values);
         }
+        // A last step of no length, all but rounding, is no neighbour.
+        let before = self.recent.back().map(|(before, _)| *before);
+        if before.is_some_and(|before| time - before <= THERE * self.step) {
+            return;
+        }
         let mut row = match self.recent.len() == NEIGHBOURS {
             true => self
                 .recent
@@ -114,7 +119,8 @@ impl Sampler {
         row.extend_from_slice(values);
         self.recent.push_back((time, row));
         if self.recent.len() == NEIGHBOURS {
-            self.interpolate_up_to(self.recent[NEIGHBOURS - 2].0);
+            // A step that ends at a time of the grid is not interpolated.
+            self.interpolate_up_to(self.recent[NEIGHBOURS - 2].0 - THERE * self.step);
         }
     }
 
@@ -132,9 +138,9 @@ impl Sampler {
         (index < self.grid.count).then(|| self.grid.time(index))
     }
 
-    /// Times that have passed without a step ending there.
+    /// Times of the grid up to this one that no step has ended at.
     fn interpolate_up_to(&mut self, time: f64) {
-        while let Some(due) = self.due().filter(|due| *due <= time - THERE * self.step) {
+        while let Some(due) = self.due().filter(|due| *due <= time) {
             let weights = lagrange(self.recent.iter().map(|(time, _)| *time), due);
             for column in 0..self.trace.width {
                 let terms = weights.iter().zip(&self.recent);

@@ -1,8 +1,8 @@
 //! What a study leaves for people and programs: a table, JSON, the Pareto front as a picture, and a page with all of it.
 
 use dcb_formats::report::{
-    Axis, Cell, Chart, Column, Family, Page, Series, Style, Table, pareto_chart, svg, write_json,
-    write_svg,
+    Axis, Cell, Chart, Column, Family, Note, Page, Series, Style, Table, pareto_chart,
+    pareto_front, svg, write_json, write_svg,
 };
 use serde_json::{Value, json};
 
@@ -83,6 +83,14 @@ fn front_chart(study: &Study) -> Chart {
         "largest error / range [1]",
         &families,
     );
+    // Words at every mark would hide each other.
+    let told = pareto_front(&candidates).into_iter();
+    chart.notes = told
+        .map(|index| Note {
+            text: candidates[index].label.clone(),
+            at: [candidates[index].cost, candidates[index].error],
+        })
+        .collect();
     let costs: Vec<f64> = (candidates.iter().map(|candidate| candidate.cost))
         .filter(|cost| cost.is_finite())
         .collect();
@@ -108,11 +116,7 @@ fn family(study: &Study, setting: &Setting) -> String {
         all.any(|other| Some(other) != first)
     };
     if study.subject.most_modes().is_some() {
-        let count = setting.modes_text();
-        parts.push(match count.as_str() {
-            "1" => "1 mode".to_owned(),
-            _ => format!("{count} modes"),
-        });
+        parts.push(setting.modes_told());
         parts.push(setting.compatibility_text().to_owned());
     }
     if varies(|setting| setting.inertia_text().to_owned()) {
@@ -282,7 +286,8 @@ fn page(study: &Study, chart: &Chart, tolerance: f64) -> Page {
     if let Ok(picture) = svg(std::slice::from_ref(chart)) {
         page.picture(
             &picture,
-            "Each mark is a row, with its step as a multiple of the scene's; rows of one colour differ in the step alone. \
+            "Each mark is a row; rows of one colour differ in the step alone, which is told for those that no other beats, as a \
+             multiple of the scene's. \
              The error is the largest of all outputs over all times, relative to the output's range.",
         );
     }
@@ -308,7 +313,9 @@ fn page(study: &Study, chart: &Chart, tolerance: f64) -> Page {
     page.heading("Histories");
     let shown = shown(study, tolerance);
     page.pictures(&histories(study, &shown));
-    page.paragraph("Errors of the same runs, relative to the range:");
+    page.paragraph(
+        "Errors of the same runs, relative to the range; what is smaller than the reference is known is drawn at that:",
+    );
     page.pictures(&errors(study, &shown));
     page.heading("Reference");
     page.paragraph(&study.reference_told());
@@ -455,7 +462,10 @@ fn errors(study: &Study, shown: &[usize]) -> Vec<(String, String)> {
                 let reference = study.reference_trace.row(index)?;
                 let pairs = row[columns.clone()].iter().zip(&reference[columns.clone()]);
                 let square: f64 = pairs.map(|(a, b)| (a - b).powi(2)).sum();
-                Some([study.grid.time(index), square.sqrt() / scale])
+                Some([
+                    study.grid.time(index),
+                    (square.sqrt() / scale).max(known.relative()),
+                ])
             };
             let rows = (0..trace.len()).filter_map(|index| Some((index, trace.row(index)?)));
             Series {

@@ -111,7 +111,8 @@ impl Setting {
             if let ModeCount::Lowest(count) = self.modes {
                 keys.insert("modes".into(), json!(count.min(subject.mode_counts[name])));
             }
-            if let Some(change) = self.inertia_change {
+            let changed = self.inertia_change != subject.own.inertia_change;
+            if let Some(change) = self.inertia_change.filter(|_| changed) {
                 keys.insert("inertia_change".into(), json!(change));
             }
             if !keys.is_empty() {

@@ -3,16 +3,26 @@
 use std::fmt::Write as _;
 
 use super::reference::AGREEMENT;
-use super::setting::Setting;
+use super::setting::{ModeCount, Setting};
 use super::{Row, Study};
 
 impl Setting {
+    /// `1 mode`, `5 modes`, `all modes`, or `modes as in the scene`.
+    pub fn modes_told(&self) -> String {
+        match self.modes {
+            ModeCount::AsInScene => "modes as in the scene".to_owned(),
+            ModeCount::Lowest(1) => "1 mode".to_owned(),
+            ModeCount::Lowest(count) => format!("{count} modes"),
+            ModeCount::All => "all modes".to_owned(),
+        }
+    }
+
     /// For people; `time` is the unit of the step.
     pub fn told(&self, time: &str) -> String {
-        let modes = self.modes_text();
         let (compatibility, inertia) = (self.compatibility_text(), self.inertia_text());
         let mut text = format!(
-            "{modes} modes, {compatibility}, step {:.4e} {time}",
+            "{}, {compatibility}, step {:.4e} {time}",
+            self.modes_told(),
             self.step
         );
         // Writing to a string doesn't fail.
