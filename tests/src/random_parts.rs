@@ -138,6 +138,8 @@ impl Springs {
                 interface("last", InterfaceKind::Nodes, vec![last]),
             ],
             explicit_boundary: None,
+            loads: Vec::new(),
+            geometric_stiffness: None,
             damping: Damping::None,
             sources: Vec::new(),
             notes: Vec::new(),

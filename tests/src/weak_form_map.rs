@@ -343,6 +343,7 @@ fn chart(raw: &str) -> Chart {
         vertical: Axis::logarithmic("steps survived"),
         series,
         slopes: Vec::new(),
+        notes: Vec::new(),
     }
 }
 
