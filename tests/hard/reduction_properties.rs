@@ -141,7 +141,7 @@ fn some_modes(component: &Component, share: f64) -> usize {
 }
 
 proptest! {
-    #![proptest_config(config(48))]
+    #![proptest_config(config(96))]
 
     #[test]
     fn the_identities_of_the_method_hold(recipe in recipes(), share in 0.0..1.1_f64) {

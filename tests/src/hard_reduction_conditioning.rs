@@ -184,7 +184,7 @@ pub fn stiffness_contrast_1e8() -> HardCase {
                 &roots(&element.modes.eigenvalues[..6]),
                 &roots(&expected[6..12]),
             ),
-            bound: 1e-5,
+            bound: 1e-6,
         }),
     }
 }

@@ -141,7 +141,7 @@ pub fn orphan_dof() -> HardCase {
         name: "orphan_dof",
         naive_method: "(K + σM)⁻¹ by LU",
         naive: format!(
-            "{broken} of {} entries are no numbers",
+            "{broken} of {} entries are not finite",
             n * response.ncols()
         ),
         ours: opening(&message),

@@ -82,29 +82,14 @@ pub fn lumped_mass_with_zeros() -> HardCase {
         group: GROUP,
         name: "lumped_mass_with_zeros",
         naive_method: "M^(-1/2) K M^(-1/2) entry by entry, since M is diagonal",
-        naive: format!("{broken} of {} entries are no numbers", n * n),
+        naive: format!("{broken} of {} entries are not finite", n * n),
         ours: "every finite frequency of the statically condensed part".into(),
         error: Some(against_condensation(&block)),
     }
 }
 
-/// The number of `expected` values that `found` lacks, copies counted.
-fn missed(found: &[f64], expected: &[f64]) -> usize {
-    let mut left = found.to_vec();
-    let mut missed = 0;
-    for value in expected {
-        match left
-            .iter()
-            .position(|other| (other / value - 1.0).abs() < 1e-6)
-        {
-            Some(at) => {
-                left.remove(at);
-            }
-            None => missed += 1,
-        }
-    }
-    missed
-}
+/// The shift of the plain Lanczos, that of 100 Hz.
+const SHIFT: f64 = (100.0 * std::f64::consts::TAU) * (100.0 * std::f64::consts::TAU);
 
 /// A bar of square section: every bending frequency is double.
 pub fn double_roots() -> HardCase {
@@ -115,31 +100,33 @@ pub fn double_roots() -> HardCase {
         &Material::STEEL,
     );
     let oracle = Oracle::of(&bar);
-    let wanted = 8;
-    let expected = &oracle.eigenvalues[..wanted];
-    // A shift of 1 Hz.
-    let shift = std::f64::consts::TAU.powi(2);
+    // The first pair. Rounding lets copies in when many more steps are made, some of them and late.
+    let pair = &oracle.eigenvalues[..2];
     let found = block_lanczos(
         &oracle.stiffness,
         &oracle.mass,
         &oracle.rigid,
-        shift,
-        (1, wanted),
+        SHIFT,
+        (1, pair.len()),
     );
-    let missing = missed(&found, expected);
-    assert!(missing > 0);
+    let high = (found[1] / pair[1]).sqrt() - 1.0;
+    assert!(high > 0.01, "{found:?}");
 
-    let element = lowest(&bar, wanted).superelement;
+    let expected = &oracle.eigenvalues[..8];
+    let element = lowest(&bar, expected.len()).superelement;
     let error = relative(
-        &roots(&element.modes.eigenvalues[..wanted]),
+        &roots(&element.modes.eigenvalues[..expected.len()]),
         &roots(expected),
     );
     HardCase {
         group: GROUP,
         name: "double_roots",
         naive_method: "Lanczos with a single vector, until the modes wanted have converged",
-        naive: format!("{missing} of the {wanted} lowest modes missed"),
-        ours: "every pair found whole".into(),
+        naive: format!(
+            "one of the first pair missed: the second frequency is {:.0} % too high",
+            100.0 * high
+        ),
+        ours: "every pair among the eight lowest found whole".into(),
         error: Some(Bounded {
             found: error,
             bound: 1e-10,
@@ -215,12 +202,11 @@ pub fn fifty_fold_root() -> HardCase {
         + oracle
             .eigenvalues
             .partition_point(|v| *v < root * (1.0 - 1e-8));
-    let shift = std::f64::consts::TAU.powi(2);
     let found = block_lanczos(
         &oracle.stiffness,
         &oracle.mass,
         &oracle.rigid,
-        shift,
+        SHIFT,
         (8, wanted),
     );
     let copies = near(&found);
