@@ -274,7 +274,7 @@ pub fn force_of_a_pin() -> HardCase {
 /// Pendulums of a micrometre and of a kilometre, side by side.
 pub fn micrometre_beside_kilometre() -> HardCase {
     let (tiny, huge) = (1e-6, 1e3);
-    let (duration, steps) = (2e-3, 2000);
+    let (duration, steps) = (2e-3, 200);
     let naive = absolute_tolerance(1e-15, tiny, 1e-6, duration / steps as f64, steps);
     let naive = naive.expect("a solution");
     assert!(naive > 0.1, "{naive}");
@@ -307,7 +307,7 @@ pub fn micrometre_beside_kilometre() -> HardCase {
         ours: "both pendulums for 2 ms, a period of the short one; places by how far they fall, from the angles' own equations".into(),
         error: Some(Bounded {
             found: error,
-            bound: 1e-3,
+            bound: 2e-2,
         }),
     }
 }
