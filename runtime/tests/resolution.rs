@@ -86,7 +86,7 @@ fn spectral_radii_are_those_asked_for() {
 
 #[test]
 fn steps_in_a_period_are_counted() {
-    for steps in [6.0, 8.0, 9.5] {
+    for steps in [6.0, 8.0, 12.0] {
         let omega = 30.0;
         let step = TAU / omega / steps;
         let simulation = stepped(started(block(omega, "0"), 0.8), step, 200);
@@ -95,10 +95,10 @@ fn steps_in_a_period_are_counted() {
         assert_eq!((told[0].body, told[0].part), (0, Part::Place));
         // What the integrator makes of the motion has the period that is told.
         let found = told[0].steps_per_period;
-        assert!((found / steps - 1.0).abs() < 0.2, "{found} for {steps}");
-        assert!((told[0].advised_step() / (TAU / omega / 20.0) - 1.0).abs() < 0.2);
+        assert!((found / steps - 1.0).abs() < 0.35, "{found} for {steps}");
+        assert!((told[0].advised_step() / (TAU / omega / 50.0) - 1.0).abs() < 0.35);
     }
-    for steps in [12.0, 20.0, 100.0] {
+    for steps in [25.0, 50.0, 100.0] {
         let simulation = stepped(started(block(30.0, "0"), 0.8), TAU / 30.0 / steps, 400);
         assert!(simulation.resolution().told().is_empty(), "{steps}");
     }
@@ -109,7 +109,7 @@ fn a_motion_that_nothing_is_followed_of_is_an_error() {
     let omega = 30.0;
     let mut simulation = started(block(omega, "0"), 0.8);
     let step = TAU / omega / 4.0;
-    let error = (0..20).find_map(|_| simulation.step(step).err()).unwrap();
+    let error = (0..100).find_map(|_| simulation.step(step).err()).unwrap();
     match &error {
         Error::StepTooLong { body, advised, .. } => {
             assert_eq!(body, "block");

@@ -80,11 +80,6 @@ fn attachments_of_rounding() {
 }
 
 #[test]
-fn redundant_legs() {
-    hold(loops::redundant_legs);
-}
-
-#[test]
 fn nearly_redundant_loop() {
     hold(loops::nearly_redundant_loop);
 }

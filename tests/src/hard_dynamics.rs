@@ -24,7 +24,6 @@ pub fn cases() -> Vec<fn() -> HardCase> {
         scales::force_of_a_pin,
         scales::micrometre_beside_kilometre,
         scales::attachments_of_rounding,
-        loops::redundant_legs,
         loops::nearly_redundant_loop,
         loops::closed_ring,
         loops::dead_centre,

@@ -7,6 +7,7 @@ use std::sync::Arc;
 use dcb_formats::SparseMatrix;
 use dcb_formats::mesh::Dimension;
 use dcb_formats::superelement::Superelement;
+use dcb_runtime::initial::Redundancy;
 use dcb_runtime::law::{Characteristic, Law};
 use dcb_runtime::measure::{Displacement, Measure};
 use dcb_runtime::simulation::Simulation;
@@ -16,12 +17,15 @@ use dcb_samples::{RodSection, planar_rod};
 use faer::{Mat, Side};
 use nalgebra::{DMatrix, DVector, Matrix3, Unit, Vector3};
 
+use crate::assert_says;
 use crate::deflection::{apart, history};
 use crate::dense::dense;
 use crate::hard_case::{Bounded, HardCase};
 use crate::hard_dynamics_steps::patient;
 use crate::lowest;
-use crate::mechanism::{Scene, between, method, revolute, rigid, run, runge_kutta, slender_bar};
+use crate::mechanism::{
+    Scene, between, method, revolute, rigid, run, runge_kutta, slender_bar, start,
+};
 use crate::naive_constraints::{
     absolute_tolerance, explicit_springs, penalty_rod, sequential_impulses,
 };
@@ -51,19 +55,38 @@ pub fn mass_ratio_1e8() -> HardCase {
     let (head, center) = (scene.on(bar, 1), scene.on(weight, 0));
     scene.join(&z, ground, foot);
     scene.join(&z, head, center);
-    let (mut simulation, _) = scene.start(method(0.9));
-    run(&mut simulation, 2.0, 4000, |_| {});
+    let (system, state) = scene.finish();
     let torque = GRAVITY * (heavy + 0.5 * light) / (heavy + light / 3.0);
     let expected = runge_kutta([0.0, 0.0], 2.0, 20_000, |[angle, rate]| {
         [*rate, -torque * angle.cos()]
     });
-    let place = simulation.state().origins[1];
+    // The iteration leaves out what the joints' forces do as they turn, which a bar without inertia doesn't outweigh in long steps: they
+    // fail by name.
+    let (mut failed, mut found) = (Vec::new(), None);
+    for steps in [4000, 40_000, 400_000] {
+        let (mut simulation, _) = start(system.clone(), state.clone(), method(0.8));
+        let step = 2.0 / f64::from(steps);
+        match (0..steps).find_map(|_| simulation.step(step).err()) {
+            Some(error) => {
+                println!("{step}: {error}");
+                assert_says(&error.to_string(), &["t = ", "take"]);
+                failed.push(step);
+            }
+            None => {
+                found = Some((step, simulation.state().origins[1]));
+                break;
+            }
+        }
+    }
+    let (step, place) = found.expect("a step that is short enough");
     HardCase {
         group: "dynamics",
         name: "mass_ratio_1e8",
         naive_method: "sequential impulses, 100 sweeps a step",
         naive: format!("the string of 1 m stretches by {:.0} %", 100.0 * naive),
-        ours: "a tonne on a bar of 10 mg for 2 s; place, m, from the angle's own equation".into(),
+        ours: format!(
+            "a tonne on a bar of 10 mg for 2 s in steps of {step:.0e} s (stopped by name: {failed:?}); place, m, from the angle's own equation"
+        ),
         error: Some(Bounded {
             found: (place.x - expected[0].cos()).hypot(place.y - expected[0].sin()),
             bound: 1e-4,
@@ -251,10 +274,10 @@ pub fn force_of_a_pin() -> HardCase {
 /// Pendulums of a micrometre and of a kilometre, side by side.
 pub fn micrometre_beside_kilometre() -> HardCase {
     let (tiny, huge) = (1e-6, 1e3);
-    let (duration, steps) = (2e-3, 2000);
+    let (duration, steps) = (2e-3, 200);
     let naive = absolute_tolerance(1e-15, tiny, 1e-6, duration / steps as f64, steps);
     let naive = naive.expect("a solution");
-    assert!((naive - 1.0).abs() > 0.1, "{naive}");
+    assert!(naive > 0.1, "{naive}");
     let mut scene = Scene::new(Dimension::Planar, Vector3::new(0.0, -GRAVITY, 0.0));
     for (length, mass) in [(tiny, 1e-15), (huge, 1e9)] {
         let bar = slender_bar(Dimension::Planar, mass, length);
@@ -280,11 +303,11 @@ pub fn micrometre_beside_kilometre() -> HardCase {
         group: "dynamics",
         name: "micrometre_beside_kilometre",
         naive_method: "an iteration that ends at 1e-6 N and 1e-6 m",
-        naive: format!("the rod of a micrometre is {naive:.2} of its length at the end"),
+        naive: format!("the rod of a micrometre changes its length by {:.0} %", 100.0 * naive),
         ours: "both pendulums for 2 ms, a period of the short one; places by how far they fall, from the angles' own equations".into(),
         error: Some(Bounded {
             found: error,
-            bound: 1e-3,
+            bound: 2e-2,
         }),
     }
 }
@@ -324,16 +347,19 @@ pub fn attachments_of_rounding() -> HardCase {
                 rod: Arc::new(body),
                 ..ReducedRod::new(benchmark, 4, 10).mechanism()
             };
-            let mut simulation = mechanism.start(&mechanism.rigid_start(), patient(0.8));
-            let failed = fails_after(
-                &mut simulation,
-                benchmark.revolution() / steps as f64,
-                2 * steps,
-            );
-            format!(
-                "diverges after {} of {steps} steps a revolution",
-                failed.expect("the unfiltered body survives")
-            )
+            let (system, state) = mechanism.system(&mechanism.rigid_start());
+            let started = Simulation::start(system, state, patient(0.8), Redundancy::MinimumNorm);
+            match started {
+                Err(refused) => format!("doesn't start: {refused}"),
+                Ok((mut simulation, _)) => {
+                    let step = benchmark.revolution() / steps as f64;
+                    let failed = fails_after(&mut simulation, step, 2 * steps);
+                    format!(
+                        "diverges after {} of {steps} steps a revolution",
+                        failed.expect("the unfiltered body survives")
+                    )
+                }
+            }
         }
     };
     let filtered = history(&ReducedRod::new(benchmark, 4, 10), method(0.8), steps);

@@ -113,7 +113,7 @@ pub fn long_steps() -> HardCase {
     let failed = (0..9).find_map(|_| simulation.step(1e-2).err());
     let failed = failed.expect("an error at 1e-2 s");
     assert!(!failed.is_unusable_input());
-    assert_says(&failed.to_string(), &["t = ", "take steps below"]);
+    assert_says(&failed.to_string(), &["t = ", "take a smaller step"]);
     let mut simulation = started(&rod(5), method(0.8));
     let mut error = None;
     for _ in 0..84 {
@@ -135,7 +135,7 @@ pub fn long_steps() -> HardCase {
             .into(),
         error: Some(Bounded {
             found: trusted,
-            bound: 0.1,
+            bound: 0.15,
         }),
     }
 }
@@ -233,20 +233,25 @@ pub fn weak_form_below_its_window() -> HardCase {
     }
 }
 
-/// A bar on a pin a kilometre from the world's origin, let go from the horizontal: at steps of 1e-7 s the rounding of positions is all that
+/// A bar that spins on a pin a kilometre from the world's origin: at steps of 1e-7 s the rounding of positions is all that
 /// the forces of constraints on positions consist of.
 pub fn forces_far_from_the_origin() -> HardCase {
     let at = |method: Method| {
         let mut scene = Pieces::new(Dimension::Planar, Vector3::new(0.0, -9.81, 0.0));
         let bar = slender_bar(Dimension::Planar, 1.0, 1.0);
         let far = 1e3;
-        let drawn = between([far, 0.0, 0.0], [far + 1.0, 0.0, 0.0], [0.0; 3], [0.0; 3]);
+        let drawn = between(
+            [far, 0.0, 0.0],
+            [far + 1.0, 0.0, 0.0],
+            [0.0, 5.0, 0.0],
+            [0.0, 0.0, 10.0],
+        );
         let bar = scene.body(&bar, &drawn);
         let (ground, pin) = (scene.ground([far, 0.0, 0.0]), scene.on(bar, 0));
         scene.join(&revolute(Vector3::z()), ground, pin);
         let (mut simulation, _) = scene.start(method);
-        // A quarter of the weight at first; in 20 µs it changes by 1e-8 of that.
-        let expected = 0.25 * 9.81;
+        // A quarter of the weight and the pull of the spin at first; in 20 µs it changes by 1e-4 of that.
+        let expected = (0.25 * 9.81_f64).hypot(0.5 * 100.0);
         let (mut worst, mut rounding): (f64, f64) = (0.0, 0.0);
         for _ in 0..200 {
             simulation.step(1e-7).expect("a step");
@@ -270,7 +275,7 @@ pub fn forces_far_from_the_origin() -> HardCase {
             .into(),
         error: Some(Bounded {
             found: error,
-            bound: 1e-5,
+            bound: 1e-3,
         }),
     }
 }

@@ -161,13 +161,13 @@ impl Resolution {
             let place = &mut self.bodies[index][0];
             place.look_at(change, size);
             let is_slow = place.largest < SLOW * self.fastest;
-            if place.is_hopeless(change) && !is_slow {
+            if place.is_hopeless() && !is_slow {
                 place.hopeless += 1;
                 if place.hopeless > patience {
                     lost = Some(Unresolved {
                         body: index,
                         part: Part::Place,
-                        steps_per_period: change.steps_per_period(),
+                        steps_per_period: place.total().steps_per_period(),
                         step,
                     });
                 }
@@ -210,20 +210,28 @@ impl Recent {
         self.largest = self.largest.max(size);
     }
 
-    /// Steps in a period where they are too few, and the motion is no small one.
-    fn coarse_steps(&self) -> Option<f64> {
+    /// Of the last steps together.
+    fn total(&self) -> Change {
         let sum = |of: fn(&Change) -> f64| self.steps.iter().map(of).sum::<f64>();
-        let total = Change {
+        Change {
             square: sum(|change| change.square),
             curvature: sum(|change| change.curvature),
-        };
-        let size = (total.square / WINDOW as f64).sqrt();
-        let steps = total.steps_per_period();
-        (size > SIGNIFICANT * self.largest && steps < FEWEST).then_some(steps)
+        }
     }
 
-    fn is_hopeless(&self, change: Change) -> bool {
-        change.square.sqrt() > OVERTURNED * self.largest && change.steps_per_period() < HOPELESS
+    /// The mean change in a step, by the largest size in the run.
+    fn share(&self) -> f64 {
+        (self.total().square / WINDOW as f64).sqrt() / self.largest
+    }
+
+    /// Steps in a period where they are too few, and the motion is no small one.
+    fn coarse_steps(&self) -> Option<f64> {
+        let steps = self.total().steps_per_period();
+        (self.share() > SIGNIFICANT && steps < FEWEST).then_some(steps)
+    }
+
+    fn is_hopeless(&self) -> bool {
+        self.share() > OVERTURNED && self.total().steps_per_period() < HOPELESS
     }
 }
 
