@@ -56,10 +56,10 @@ pub struct StudyArguments {
     #[arg(long, value_name = "N", default_value_t = 400, value_parser = clap::value_parser!(u32).range(2..=100_000))]
     pub points: u32,
     /// Structural loss factor of the responses compared.
-    #[arg(long, value_name = "ETA", default_value_t = 0.02, allow_negative_numbers = true, value_parser = loss)]
+    #[arg(long, value_name = "ETA", default_value_t = 0.02, allow_hyphen_values = true, value_parser = loss)]
     pub loss_factor: f64,
     /// Error for which the best row is named.
-    #[arg(long, value_name = "E", default_value_t = 1e-3, allow_negative_numbers = true, value_parser = tolerance)]
+    #[arg(long, value_name = "E", default_value_t = 1e-3, allow_hyphen_values = true, value_parser = tolerance)]
     pub tolerance: f64,
     /// Files beside the stiffness matrix.
     #[command(flatten)]

@@ -263,6 +263,7 @@ impl<'a> Report<'a> {
         let [rows, independent] = reference.rows;
         let held = match reference.held_eigenvalues.len() {
             0 => "no frequency with held interfaces lies in the band".to_owned(),
+            1 => "1 frequency with held interfaces lies in the band".to_owned(),
             count => format!("{count} frequencies with held interfaces lie in the band"),
         };
         vec![
