@@ -59,7 +59,7 @@ pub enum CompatibilityArgument {
     Strong,
     /// Attachments follow the forces without inertia (stable).
     Static,
-    /// The dual form of the paper; unstable below a step, see --allow-unstable-weak.
+    /// The dual form of the paper; unstable below a step, refused there unless it is allowed by name.
     Weak,
 }
 

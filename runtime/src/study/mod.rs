@@ -9,6 +9,7 @@ pub mod comparison;
 pub mod grid;
 pub mod monitor;
 pub mod motion;
+mod pictures;
 pub mod reference;
 pub mod report;
 pub mod row;
