@@ -3,13 +3,13 @@
 #![allow(clippy::unwrap_used, clippy::expect_used)]
 
 use dcb_tests::hard_case::HardCase;
-use dcb_tests::{accuracy_sections, hard_page, hard_reduction};
+use dcb_tests::{accuracy_sections, hard_dynamics, hard_page, hard_reduction};
 
 const COMMAND: &str = "cargo run --release -p dcb-tests --example hard";
 
 /// Group by group, in the order of the page.
 fn cases() -> Vec<fn() -> HardCase> {
-    [hard_reduction::cases()].concat()
+    [hard_reduction::cases(), hard_dynamics::cases()].concat()
 }
 
 fn main() {
