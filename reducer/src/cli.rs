@@ -68,8 +68,7 @@ pub struct ReduceArguments {
     /// Keep this many directions of residual flexibility, the softest [default: all].
     #[arg(long, value_name = "N", allow_negative_numbers = true, value_parser = interface_count)]
     pub interface_modes: Option<usize>,
-    /// Add quasi-static responses to the basis: to centrifugal forces, to the part's named loads (PART.load.NAME.mtx), or the interfaces'
-    /// second Krylov block; separated by commas.
+    /// Add static responses: to spins, to loads (PART.load.NAME.mtx), or the second Krylov block.
     #[arg(long, value_name = "WHAT", value_enum, value_delimiter = ',')]
     pub enrich: Vec<EnrichmentName>,
     /// Files beside the stiffness matrix.

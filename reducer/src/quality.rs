@@ -148,7 +148,10 @@ impl Quality {
         inertia: &Inertia,
         sturm: Sturm,
     ) -> Self {
-        let further_count = further.map_or(0, |further| further.names.len());
+        let further_count = inertia
+            .i1
+            .len()
+            .saturating_sub(modes.count() + residual.mass_diagonal0.len());
         let identities = Identities::of(model, modes, residual);
         let (l1_norm, i3_norm) = mean_axis_defects(
             properties,

@@ -406,8 +406,9 @@ fn markers_and_rows_move_with_their_bodies() {
             assert!(error < 1e-7, "{dimension:?} rate of row {row}: {error:e}");
             let second = (after.rate(&system, row) - before.rate(&system, row)) / (2.0 * step);
             let error = (second - now.second_rate(&system, row)).abs();
+            // A difference over 1e-5 s errs by what third derivatives of the size 1e4 to 1e5 leave.
             assert!(
-                error < 1e-6,
+                error < 5e-6,
                 "{dimension:?} second rate of row {row}: {error:e}"
             );
         }

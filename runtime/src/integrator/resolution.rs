@@ -37,6 +37,8 @@ const HOPELESS: f64 = 5.0;
 const OVERTURNED: f64 = 0.5;
 /// A body slower than this part of the fastest is not what the mechanism does.
 const SLOW: f64 = 0.1;
+/// What moves by less than this part of its length in a step, or deflects by less, is at rest but for rounding.
+const AT_REST: f64 = 1e-11;
 
 /// What of a body moves.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -161,7 +163,8 @@ impl Resolution {
             let place = &mut self.bodies[index][0];
             place.look_at(change, size);
             let is_slow = place.largest < SLOW * self.fastest;
-            if place.is_hopeless() && !is_slow {
+            let travels = place.largest * step > AT_REST * body.length;
+            if place.is_hopeless() && !is_slow && travels {
                 place.hopeless += 1;
                 if place.hopeless > patience {
                     lost = Some(Unresolved {
@@ -175,12 +178,17 @@ impl Resolution {
                 place.hopeless = 0;
             }
             let (change, size) = deflection_change(body, start, end, step);
-            self.bodies[index][1].look_at(change, size);
-            for (part, recent) in [Part::Place, Part::Deflection]
+            let deflection = &mut self.bodies[index][1];
+            deflection.look_at(change, size);
+            // Coordinates are displacements by the root of the mass.
+            let mean = deflection.largest / body.flexible.inertia.mass().sqrt();
+            let bends = mean > AT_REST * body.length;
+            for ((part, moves), recent) in [(Part::Place, travels), (Part::Deflection, bends)]
                 .into_iter()
                 .zip(&mut self.bodies[index])
             {
-                recent.found = recent.coarse_steps().map(|steps_per_period| Unresolved {
+                let coarse = recent.coarse_steps().filter(|_| moves);
+                recent.found = coarse.map(|steps_per_period| Unresolved {
                     body: index,
                     part,
                     steps_per_period,
