@@ -1,5 +1,5 @@
-//! Runs every hard case, one JSON line each; with `--render`, turns such lines (`docs/data/hard_cases.jsonl`) into the generated part
-//! of `docs/hard-cases.md`.
+//! Runs every hard case and writes one JSON line each into `docs/data/hard_cases.jsonl`; with `--render`, turns these lines into the
+//! generated part of `docs/hard-cases.md`.
 #![allow(clippy::unwrap_used, clippy::expect_used)]
 
 use dcb_tests::hard_case::HardCase;
@@ -13,17 +13,18 @@ fn cases() -> Vec<fn() -> HardCase> {
 }
 
 fn main() {
+    let path = format!(
+        "{}/../docs/data/hard_cases.jsonl",
+        env!("CARGO_MANIFEST_DIR")
+    );
     if std::env::args().any(|argument| argument == "--render") {
-        let path = format!(
-            "{}/../docs/data/hard_cases.jsonl",
-            env!("CARGO_MANIFEST_DIR")
-        );
         let raw = std::fs::read_to_string(path).expect("docs/data/hard_cases.jsonl");
         print!("{}", hard_page::render(&raw));
         return;
     }
-    println!("{}", accuracy_sections::machine(COMMAND));
+    let mut lines = format!("{}\n", accuracy_sections::machine(COMMAND));
     for case in cases() {
-        println!("{}", case().line());
+        lines += &format!("{}\n", case().line());
     }
+    std::fs::write(path, lines).expect("docs/data/hard_cases.jsonl");
 }
