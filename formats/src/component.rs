@@ -120,6 +120,34 @@ pub struct ComponentMasses {
     pub matrices: Vec<SparseMatrix>,
 }
 
+/// A load on the inside of the part.
+#[derive(Clone, Debug, PartialEq)]
+pub struct NamedLoad {
+    /// Unique name.
+    pub name: String,
+    /// Force or moment on each dof, (n_e).
+    pub forces: Vec<f64>,
+}
+
+/// Geometric stiffness of the free part by what its prestress comes from, inertia relieved (the part accelerates under it).
+#[derive(Clone, Debug, Default)]
+pub struct GeometricStiffness {
+    /// (n_e, n_e) per product of spins ω_a ω_b, (rad/time)²: xx, yy, zz, xy, yz, zx, planar zz, `None` where there is none of it;
+    /// empty where spins weren't considered.
+    pub spins: Vec<Option<SparseMatrix>>,
+    /// (n_e, n_e) for a unit force on a row of an interface.
+    pub rows: Vec<RowStiffness>,
+}
+
+/// Geometric stiffness of a unit force along a row.
+#[derive(Clone, Debug)]
+pub struct RowStiffness {
+    /// Index of the interface and direction of its row.
+    pub row: (usize, Direction),
+    /// (n_e, n_e).
+    pub matrix: SparseMatrix,
+}
+
 /// A component ready to be reduced: every part has been checked against the others.
 #[derive(Clone, Debug)]
 pub struct Component {
@@ -141,6 +169,10 @@ pub struct Component {
     pub interfaces: Vec<Interface>,
     /// Rows of L_b given as a matrix, (n_rows, n_e); they follow the interfaces' rows.
     pub explicit_boundary: Option<SparseMatrix>,
+    /// Loads on the inside, by name.
+    pub loads: Vec<NamedLoad>,
+    /// Geometric stiffness, if the FE code gave it.
+    pub geometric_stiffness: Option<GeometricStiffness>,
     /// Damping.
     pub damping: Damping,
     /// Where everything came from.

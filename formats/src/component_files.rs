@@ -1,12 +1,14 @@
 //! A component from its files: the stiffness matrix, and beside it the mass matrix, the description and what else there is.
 //!
 //! `part.mtx` (or `part.mtx.gz`) is the stiffness; `part.mass.mtx`, `part.json` and the optional `part.boundary.mtx` and
-//! `part.mass.xx.mtx` … are found beside it, with or without `.gz`, unless named otherwise.
+//! `part.mass.xx.mtx` …, `part.load.NAME.mtx`, `part.stiffening.xx.mtx` … are found beside it, with or without `.gz`, unless named otherwise.
 
+mod extras;
 mod mass_moments;
 
 use std::path::{Path, PathBuf};
 
+use extras::{named_siblings, read_loads, read_stiffening};
 use mass_moments::check_moments;
 
 use crate::SparseMatrix;
@@ -33,6 +35,10 @@ pub struct ComponentFiles {
     pub description: PathBuf,
     /// L_b, if given or found.
     pub boundary: Option<PathBuf>,
+    /// Loads inside the part, by name.
+    pub loads: Vec<(String, PathBuf)>,
+    /// Geometric stiffness, by what the prestress comes from.
+    pub stiffening: Vec<(String, PathBuf)>,
 }
 
 /// Locations that override the siblings of the stiffness file.
@@ -131,6 +137,8 @@ impl ComponentFiles {
             mass,
             description,
             boundary,
+            loads: named_siblings(stiffness, ".load.")?,
+            stiffening: named_siblings(stiffness, ".stiffening.")?,
         })
     }
 
@@ -150,6 +158,12 @@ impl ComponentFiles {
                 self.component_masses(&SPATIAL_MASSES)
                     .into_iter()
                     .filter(|path| path.exists()),
+            )
+            .chain(
+                self.loads
+                    .iter()
+                    .chain(&self.stiffening)
+                    .map(|(_, path)| path.clone()),
             )
             .collect()
     }
@@ -248,6 +262,14 @@ pub fn read_component(files: &ComponentFiles) -> Result<Component, Error> {
             Some(matrix)
         }
     };
+    let loads = read_loads(&files.loads, n_e, &mut sources)?;
+    let geometric_stiffness = read_stiffening(
+        &files.stiffening,
+        (n_e, description.mesh.dimension),
+        &description.interfaces,
+        &mut sources,
+        &mut notes,
+    )?;
     Ok(Component {
         name: description.name,
         units: description.units,
@@ -258,6 +280,8 @@ pub fn read_component(files: &ComponentFiles) -> Result<Component, Error> {
         component_masses,
         interfaces: description.interfaces,
         explicit_boundary,
+        loads,
+        geometric_stiffness,
         damping: description.damping,
         sources,
         notes,

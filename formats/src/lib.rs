@@ -1,5 +1,5 @@
 //! Data model and files of flexible-body superelements: components as FE codes export them, and the
-//! `.dcb.h5` superelements made from them, and the results of simulations.
+//! `.dcb.h5` superelements made from them, the results of simulations, and the reports of studies.
 //!
 //! No numerics beyond shape, range and symmetry checks: the reduction is in `dcb-reducer`, the dynamics in `dcb-runtime`,
 //! and the two meet only through the types and files here.
@@ -11,6 +11,7 @@ pub mod description;
 pub mod error;
 pub mod matrix;
 pub mod mesh;
+pub mod report;
 pub mod results;
 pub mod superelement;
 

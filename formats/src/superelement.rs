@@ -118,15 +118,30 @@ pub struct Stiffening {
     pub interface: Vec<Mat<f64>>,
 }
 
-/// Further columns of the reduced basis, optional.
+/// Further columns X of the reduced basis, optional.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Enrichment {
+    /// What each column answers to, (n_x); empty where the file doesn't say.
+    pub names: Vec<String>,
     /// (n_b, n_x).
     pub interface_shapes: Mat<f64>,
     /// Reduced mass over the whole basis, (n, n).
     pub reduced_mass: Mat<f64>,
     /// Reduced stiffness over the whole basis, (n, n).
     pub reduced_stiffness: Mat<f64>,
+}
+
+/// A load on the inside of the part, by what it does to its motions; it keeps its direction in the body frame.
+#[derive(Clone, Debug, PartialEq)]
+pub struct PartLoad {
+    /// Unique name.
+    pub name: String,
+    /// Resultant force, body frame (planar: z = 0).
+    pub force: [f64; 3],
+    /// Resultant moment about the centre of mass, body frame (planar: only z).
+    pub moment: [f64; 3],
+    /// Ψᵀ f, (n): work on each column of the basis.
+    pub work: Vec<f64>,
 }
 
 /// What was done, from what, with which results: for people and for `verify`.
@@ -171,6 +186,8 @@ pub struct Superelement {
     pub stiffening: Stiffening,
     /// Further basis columns, if the file has them.
     pub enrichment: Option<Enrichment>,
+    /// Loads on the inside of the part, by name.
+    pub loads: Vec<PartLoad>,
     /// Where it came from.
     pub provenance: Provenance,
 }
@@ -205,4 +222,6 @@ pub struct RecoveryBasis {
     pub modes: Mat<f64>,
     /// G_res L_bᵀ, (n_f, n_b).
     pub residual: Mat<f64>,
+    /// X, (n_f, n_x); `None` where the basis has no further columns, or the file (of format 1.0) not their fields.
+    pub enrichment: Option<Mat<f64>>,
 }

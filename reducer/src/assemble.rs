@@ -2,8 +2,8 @@
 
 use dcb_formats::component::{Component, Damping};
 use dcb_formats::superelement::{
-    BoundaryRow, FrameKind, Inertia, InterfaceFrame, Modes, Provenance, RecoveryBasis, Residual,
-    Stiffening, Superelement,
+    BoundaryRow, Enrichment, FrameKind, Inertia, InterfaceFrame, Modes, PartLoad, Provenance,
+    RecoveryBasis, Residual, Stiffening, Superelement,
 };
 use faer::Mat;
 
@@ -34,8 +34,16 @@ pub struct Parts<'a> {
     pub modes: FreeModes,
     /// Attachments.
     pub residual: ResidualFlexibility,
+    /// Further columns over all dofs of the component, (n_e, n_x).
+    pub further_fields: Option<Mat<f64>>,
     /// Invariants.
     pub inertia: Inertia,
+    /// Geometric stiffness.
+    pub stiffening: Stiffening,
+    /// Further columns as the interfaces see them.
+    pub enrichment: Option<Enrichment>,
+    /// Loads on the inside.
+    pub loads: Vec<PartLoad>,
     /// Free or held.
     pub support: Support,
 }
@@ -56,7 +64,11 @@ impl Parts<'_> {
             localization,
             modes,
             residual,
+            further_fields,
             inertia,
+            stiffening,
+            enrichment,
+            loads,
             support,
         } = self;
         let body = |position: [f64; 3]| offset(position, properties.centre);
@@ -117,8 +129,9 @@ impl Parts<'_> {
                 output_shapes: residual.output_shapes,
             },
             inertia,
-            stiffening: Stiffening::default(),
-            enrichment: None,
+            stiffening,
+            enrichment,
+            loads,
             provenance: Provenance {
                 generator: format!("dcb-reducer {}", env!("CARGO_PKG_VERSION")),
                 inputs: component.sources.clone(),
@@ -131,6 +144,7 @@ impl Parts<'_> {
             dofs: component.dofs.dofs().to_vec(),
             modes: expanded.0.unwrap_or(modes.shapes),
             residual: expanded.1.unwrap_or(residual.shapes),
+            enrichment: further_fields,
         };
         Reduced {
             superelement,
@@ -233,6 +247,15 @@ pub fn warnings(
         warnings.push(format!(
             "{} attachment direction(s) have flexibility but hardly any mass of their own: kept statically",
             quality.static_directions
+        ));
+    }
+    for name in quality
+        .enrichment
+        .iter()
+        .flat_map(|further| &further.left_out)
+    {
+        warnings.push(format!(
+            "the response to {name} has nothing beyond the kept modes and rigid motions: no column"
         ));
     }
     warnings.extend(component.notes.iter().cloned());

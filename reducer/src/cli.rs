@@ -10,6 +10,7 @@ use dcb_formats::component_files::Overrides;
 use crate::cli_memory::MemoryArguments;
 use crate::cli_plan::{self, PlanArguments};
 use crate::cli_reduce::{self, Outcome};
+use crate::cli_study::{self, StudyArguments};
 use crate::error::Error;
 use crate::{compare, inspect, verify};
 
@@ -67,6 +68,9 @@ pub struct ReduceArguments {
     /// Keep this many directions of residual flexibility, the softest [default: all].
     #[arg(long, value_name = "N", allow_negative_numbers = true, value_parser = interface_count)]
     pub interface_modes: Option<usize>,
+    /// Add static responses: to spins, to loads (PART.load.NAME.mtx), or the second Krylov block.
+    #[arg(long, value_name = "WHAT", value_enum, value_delimiter = ',')]
+    pub enrich: Vec<EnrichmentName>,
     /// Files beside the stiffness matrix.
     #[command(flatten)]
     pub siblings: SiblingArguments,
@@ -112,6 +116,17 @@ pub enum SolverName {
     Slepc,
 }
 
+/// What further columns answer to.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub enum EnrichmentName {
+    /// Centrifugal forces.
+    Spin,
+    /// Named loads.
+    Loads,
+    /// Second Krylov block.
+    Krylov,
+}
+
 /// What is verified, and against what.
 #[derive(Debug, Args)]
 pub struct VerifyArguments {
@@ -152,6 +167,8 @@ enum Command {
     },
     /// Say what a reduction will cost, without doing it: factor, memory, time.
     Plan(PlanArguments),
+    /// Reduce in many ways and say what each costs and how far it is off.
+    Study(StudyArguments),
     /// Print the JSON schema of the component description.
     Schema,
 }
@@ -197,10 +214,14 @@ pub fn main() -> ExitCode {
         Some(Command::Verify(arguments)) => verify::run(arguments),
         Some(Command::Compare { a, b }) => compare::run(a, b),
         Some(Command::Plan(arguments)) => cli_plan::run(arguments),
+        Some(Command::Study(arguments)) => cli_study::run(arguments, &cli.common),
         Some(Command::Schema) => schema(),
     };
     // What was asked for is printed also with --quiet; what was done along the way is not.
-    let is_report = matches!(cli.command, None | Some(Command::Verify(_)));
+    let is_report = matches!(
+        cli.command,
+        None | Some(Command::Verify(_) | Command::Study(_))
+    );
     let outcome = outcome.and_then(|outcome| {
         if !(is_report && cli.common.quiet) {
             print_to_stdout(&outcome.output)?;

@@ -11,7 +11,7 @@ use dcb_formats::dcb::{
 };
 use serde_json::json;
 
-use crate::cli::{CommonArguments, ReduceArguments, print_to_stderr};
+use crate::cli::{CommonArguments, EnrichmentName, ReduceArguments, print_to_stderr};
 use crate::cli_eigen_solver::eigen_solver;
 use crate::error::Error;
 use crate::inspect::hertz;
@@ -19,7 +19,8 @@ use crate::plausibility::si_factor;
 use crate::summary::{quality_lines, summary};
 use crate::timing::{Display, StageClock, StageTime};
 use crate::{
-    EigenSolver, Grounding, InterfaceModes, LoosePieces, ModeSelection, Reduction, Work, reduce,
+    EigenSolver, EnrichmentSource, Grounding, InterfaceModes, LoosePieces, ModeSelection,
+    Reduction, Work, reduce,
 };
 
 /// Modes kept where nothing is said.
@@ -73,21 +74,26 @@ pub(crate) fn default_output(stiffness: &Path) -> PathBuf {
     PathBuf::from(name)
 }
 
-/// Ends what was started, removes what is unfinished and ends with status 130 when the user interrupts.
+/// Removes what is unfinished when the user interrupts.
 fn clean_up_on_interrupt(target: &Path) {
     let partial = partial_path(target);
+    when_interrupted(move || {
+        let _ = std::fs::remove_file(&partial);
+        match WRITTEN.load(Ordering::SeqCst) {
+            true => "the superelement is complete".to_owned(),
+            false => "nothing was written".to_owned(),
+        }
+    });
+}
+
+/// Ends what was started, cleans up, says what there is, and ends with status 130 when the user interrupts.
+pub(crate) fn when_interrupted(clean_up: impl Fn() -> String + Send + 'static) {
     // A second handler can't be set (tests call the command twice in one process); the first one serves.
     let _ = ctrlc::set_handler(move || {
         INTERRUPTED.store(true, Ordering::SeqCst);
         #[cfg(feature = "slepc")]
         crate::mpi_job::end_all();
-        let _ = std::fs::remove_file(&partial);
-        let so_far = if WRITTEN.load(Ordering::SeqCst) {
-            "the superelement is complete"
-        } else {
-            "nothing was written"
-        };
-        print_to_stderr("interrupted", so_far);
+        print_to_stderr("interrupted", &clean_up());
         std::process::exit(130);
     });
 }
@@ -142,6 +148,7 @@ pub fn run(arguments: &ReduceArguments, common: &CommonArguments) -> Result<Outc
         interface_modes: arguments
             .interface_modes
             .map_or(InterfaceModes::All, InterfaceModes::Softest),
+        enrichment: arguments.enrich.iter().map(source).collect(),
         grounding: if arguments.allow_grounded {
             Grounding::Allow
         } else {
@@ -306,6 +313,14 @@ pub(crate) fn mode_selection(
     })
 }
 
+fn source(name: &EnrichmentName) -> EnrichmentSource {
+    match name {
+        EnrichmentName::Spin => EnrichmentSource::Spin,
+        EnrichmentName::Loads => EnrichmentSource::Loads,
+        EnrichmentName::Krylov => EnrichmentSource::Krylov,
+    }
+}
+
 fn options_as_json(arguments: &ReduceArguments, options: &Reduction) -> serde_json::Value {
     let modes = match options.modes {
         ModeSelection::Lowest(count) => json!({ "lowest": count }),
@@ -315,6 +330,7 @@ fn options_as_json(arguments: &ReduceArguments, options: &Reduction) -> serde_js
         "modes": modes,
         "max_frequency_hz": arguments.max_frequency,
         "interface_modes": arguments.interface_modes,
+        "enrich": arguments.enrich.iter().map(|name| format!("{name:?}").to_lowercase()).collect::<Vec<_>>(),
         "allow_grounded": arguments.allow_grounded,
         "allow_loose": arguments.allow_loose,
         "without_fields": arguments.without_fields,

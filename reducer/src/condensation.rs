@@ -233,6 +233,22 @@ impl<'a> Model<'a> {
         contracted
     }
 
+    /// `Tᵀ f`, (n_c, k): forces on all dofs of the component as the model feels them.
+    pub fn condensed_forces(&self, f: Mat<f64>) -> Mat<f64> {
+        let Some(expansion) = &self.expansion else {
+            return f;
+        };
+        let mut condensed = Mat::zeros(self.len(), f.ncols());
+        for (row, entries) in expansion.iter().enumerate() {
+            for (dof, c) in entries {
+                for column in 0..f.ncols() {
+                    condensed[(*dof as usize, column)] += c * f[(row, column)];
+                }
+            }
+        }
+        condensed
+    }
+
     /// The point that each dof belongs to, for orderings and graphs.
     pub fn points(&self) -> Vec<u32> {
         self.dofs.iter().map(|dof| dof.point).collect()

@@ -88,6 +88,9 @@ pub enum Error {
         /// Relative tolerance.
         tolerance: f64,
     },
+    /// A limit of quality is broken where nothing can be concluded from such a reduction.
+    #[error("not good enough: {0}")]
+    QualityLimit(String),
     /// A program that another eigensolver needs can't be started.
     #[cfg(feature = "slepc")]
     #[error("slepc: cannot start {program}: {source}; docs/slepc.md says what is needed")]

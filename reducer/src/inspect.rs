@@ -13,7 +13,7 @@ use crate::error::Error;
 use crate::plausibility::si_factor;
 use crate::quality::Quality;
 use crate::scientific::{row, scientific};
-use crate::summary::quality_lines;
+use crate::summary::{further_columns, quality_lines};
 
 /// How to show it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -194,6 +194,10 @@ pub fn interface_table(element: &Superelement) -> String {
         element.residual.sigma_squared.len(),
         element.rows.len()
     );
+    let further = further_columns(element);
+    if let Some(further) = further.strip_prefix(", ") {
+        let _ = writeln!(text, "besides: {further}");
+    }
     text
 }
 

@@ -13,6 +13,7 @@ pub mod cli_eigen_solver;
 pub mod cli_memory;
 pub mod cli_plan;
 pub mod cli_reduce;
+pub mod cli_study;
 pub mod column_products;
 pub mod compare;
 pub mod condensation;
@@ -20,6 +21,7 @@ pub mod couplings;
 pub mod dependency;
 pub mod diagnosis;
 pub mod eigen_solver;
+pub mod enrichment;
 pub mod error;
 pub mod factor_store;
 pub mod factorization;
@@ -41,6 +43,7 @@ pub mod multifrontal;
 pub mod multiplet;
 pub mod observer;
 pub mod ordering;
+pub mod part_loads;
 #[cfg(feature = "slepc")]
 pub mod petsc_binary;
 pub mod plan;
@@ -55,12 +58,15 @@ pub mod shift;
 #[cfg(feature = "slepc")]
 pub mod slepc;
 pub mod sparse_product;
+pub mod stiffening;
+pub mod study;
 pub mod summary;
 pub mod surface;
 pub mod tall_products;
 pub mod timing;
 pub mod verify;
 pub mod verify_component;
+pub mod verify_further;
 pub mod verify_interfaces;
 pub mod verify_layout;
 pub mod work;
@@ -68,10 +74,12 @@ pub mod work;
 use dcb_formats::component::Component;
 use dcb_formats::{RecoveryBasis, Superelement};
 
-use crate::condensation::Model;
+use crate::condensation::{CowMat, Model};
 use crate::diagnosis::Support;
 pub use crate::diagnosis::{Grounding, LoosePieces};
 pub use crate::eigen_solver::EigenSolver;
+pub use crate::enrichment::EnrichmentSource;
+use crate::enrichment::{FurtherColumns, Reducing};
 pub use crate::error::Error;
 use crate::factor_store::{FactorStorage, Place};
 use crate::factorization::SymmetricFactor;
@@ -82,10 +90,12 @@ use crate::invariants::inertia_invariants;
 use crate::localization::Localization;
 use crate::memory_limit::{MemoryLimit, readable};
 use crate::observer::{Observer, Stage};
+use crate::part_loads::part_loads;
 use crate::quality::{Quality, Sturm};
 use crate::residual::ResidualFlexibility;
 use crate::rigid_body::{MassProperties, RigidBodyModes};
 use crate::shift::SpectrumScale;
+use crate::stiffening::stiffening;
 pub use crate::work::Work;
 
 /// Searches made, each wider than the one before, until the eigenvalue count agrees.
@@ -110,6 +120,8 @@ pub struct Reduction {
     pub modes: ModeSelection,
     /// Directions of residual flexibility to keep.
     pub interface_modes: InterfaceModes,
+    /// Further columns of the basis.
+    pub enrichment: Vec<EnrichmentSource>,
     /// What to do with a part that is held.
     pub grounding: Grounding,
     /// What to do with loose pieces and mechanisms.
@@ -126,6 +138,7 @@ impl Reduction {
         Self {
             modes: ModeSelection::Lowest(count),
             interface_modes: InterfaceModes::All,
+            enrichment: Vec::new(),
             grounding: Grounding::Refuse,
             loose_pieces: LoosePieces::Refuse,
             eigen_solver: EigenSolver::BlockLanczos,
@@ -205,16 +218,20 @@ pub fn reduce(
     if options.loose_pieces == LoosePieces::Refuse && diagnosis::pieces(&model).len() > 1 {
         return Err(diagnosis::loose(&model, 0, None));
     }
-    let (modes, residual, sturm) = modes_and_residual(
-        &model,
-        &localization,
-        &rigid,
-        &scale,
-        &mut factor,
-        &forecast,
-        options,
-        observer,
-    )?;
+    let shared = Shared {
+        component,
+        properties: &properties,
+        model: &model,
+        localization: &localization,
+        rigid: &rigid,
+        scale: &scale,
+    };
+    let Found {
+        modes,
+        residual,
+        further,
+        sturm,
+    } = modes_and_residual(&shared, &mut factor, &forecast, options, observer)?;
     let work = Work::of(&model, &factor, &modes, &residual);
     let precision_warning = factor.warning().map(str::to_owned);
     drop(factor);
@@ -231,8 +248,23 @@ pub fn reduce(
         model.expand(modes.shapes.as_ref()),
         model.expand(residual.shapes.as_ref()),
     );
-    let inertia = inertia_invariants(component, &properties, &[phi.as_ref(), x.as_ref()]);
+    let further_shapes = further
+        .as_ref()
+        .map(|further| model.expand(further.shapes.as_ref()));
+    let mut basis = vec![phi.as_ref(), x.as_ref()];
+    basis.extend(further_shapes.iter().map(CowMat::as_ref));
+    let inertia = inertia_invariants(component, &properties, &basis);
+    let stiffening = stiffening(component, &localization, &basis);
+    let loads = part_loads(component, properties.centre, &basis);
+    let enrichment = further
+        .as_ref()
+        .map(|further| further.stored(&model, &localization, &modes, &residual));
     let expanded = (phi.computed(), x.computed());
+    let further_fields = match (further_shapes.map(CowMat::computed), &further) {
+        (Some(None), Some(further)) => Some(further.shapes.clone()),
+        (Some(computed), _) => computed,
+        (None, _) => None,
+    };
 
     observer.begin(Stage::Quality);
     let defects = &defects.per_column;
@@ -243,6 +275,7 @@ pub fn reduce(
         defects,
         &modes,
         &residual,
+        further.as_ref(),
         &inertia,
         sturm,
     );
@@ -257,13 +290,18 @@ pub fn reduce(
         &modes,
         &quality,
     ));
+    warnings.extend(stiffening::unused_rows(component, &localization));
     let parts = assemble::Parts {
         component,
         properties,
         localization,
         modes,
         residual,
+        further_fields,
         inertia,
+        stiffening,
+        enrichment,
+        loads,
         support,
     };
     Ok(parts.into_reduced(expanded, quality, work, warnings))
@@ -290,18 +328,39 @@ fn short_of_memory(
     }
 }
 
+/// What the steps that share the factorization start from.
+struct Shared<'a> {
+    component: &'a Component,
+    properties: &'a MassProperties,
+    model: &'a Model<'a>,
+    localization: &'a Localization,
+    rigid: &'a RigidBodyModes,
+    scale: &'a SpectrumScale,
+}
+
+/// What they find.
+struct Found {
+    modes: FreeModes,
+    residual: ResidualFlexibility,
+    further: Option<FurtherColumns>,
+    sturm: Sturm,
+}
+
 /// Steps that share the factorization, repeated more widely if the eigenvalue count finds modes missing.
-#[allow(clippy::too_many_arguments)] // everything that was made before
 fn modes_and_residual(
-    model: &Model,
-    localization: &Localization,
-    rigid: &RigidBodyModes,
-    scale: &SpectrumScale,
+    shared: &Shared<'_>,
     factor: &mut SymmetricFactor,
     forecast: &Forecast,
     options: &Reduction,
     observer: &mut dyn Observer,
-) -> Result<(FreeModes, ResidualFlexibility, Sturm), Error> {
+) -> Result<Found, Error> {
+    let Shared {
+        model,
+        localization,
+        rigid,
+        scale,
+        ..
+    } = *shared;
     let wanted = match options.modes {
         ModeSelection::Lowest(count) => count,
         ModeSelection::Below { eigenvalue } => {
@@ -363,17 +422,37 @@ fn modes_and_residual(
         observer.begin(Stage::Attachments);
         let residual =
             ResidualFlexibility::compute(model, localization, rigid, &modes, &positive, observer);
+        let further = match &residual {
+            Ok(residual) => {
+                let of = Reducing {
+                    component: shared.component,
+                    properties: shared.properties,
+                    model,
+                    localization,
+                    rigid,
+                    modes: &modes,
+                    residual,
+                };
+                FurtherColumns::compute(&options.enrichment, &of, &positive, observer)
+            }
+            Err(_) => Ok(None),
+        };
         let refined = positive.least_accurate();
         if !refined.is_accurate() {
             factor.keep_in_double(refined);
             continue;
         }
-        let residual = residual?;
+        let (residual, further) = (residual?, further?);
         observer.begin(Stage::Certificate);
         factor.release();
         let sturm = certificate(model, rigid, &modes, factor);
         if sturm.counted == sturm.found {
-            return Ok((modes, residual, sturm));
+            return Ok(Found {
+                modes,
+                residual,
+                further,
+                sturm,
+            });
         }
         last_count = Some(sturm);
     }

@@ -9,6 +9,7 @@ use serde::{Deserialize, Serialize};
 use crate::attachment::residual_limit;
 use crate::block_algebra::{gram, symmetric_product};
 use crate::condensation::Model;
+use crate::enrichment::FurtherColumns;
 use crate::free_modes::{FreeModes, RESIDUAL_TOLERANCE, residual_is_accepted};
 use crate::interface_reduction::InterfaceReduction;
 use crate::residual::ResidualFlexibility;
@@ -63,6 +64,9 @@ pub struct Quality {
     /// What an interface reduction left out of F_res; absent if none was asked for, and in files of older versions.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub interface_reduction: Option<InterfaceReduction>,
+    /// Further columns of the basis; absent if there are none, and in files of older versions.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub enrichment: Option<EnrichmentQuality>,
     /// Rigid motions of the frame, from geometry.
     pub rigid_motions: usize,
     /// Motions without stiffness by the eigenvalue count: what it leaves after the elastic modes found.
@@ -90,6 +94,37 @@ pub struct Sturm {
     pub found: usize,
 }
 
+/// How good further columns are.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct EnrichmentQuality {
+    /// What each column answers to.
+    pub names: Vec<String>,
+    /// Largest relative residual of a column.
+    pub residual: f64,
+    /// The part of it that rounding explains.
+    pub residual_rounding: f64,
+    /// max |Φᵀ M X|; columns have unit M norm with no mode kept.
+    pub mass_orthogonality: f64,
+    /// max |Φᵀ K X|, over the square root of both stiffnesses.
+    pub stiffness_orthogonality: f64,
+    /// Responses that were asked for and have nothing beyond the kept modes.
+    pub left_out: Vec<String>,
+}
+
+impl EnrichmentQuality {
+    /// Of columns that were computed.
+    pub fn of(further: &FurtherColumns) -> Self {
+        Self {
+            names: further.names.clone(),
+            residual: further.residual,
+            residual_rounding: further.residual_rounding,
+            mass_orthogonality: further.mass_orthogonality,
+            stiffness_orthogonality: further.stiffness_orthogonality,
+            left_out: further.left_out.clone(),
+        }
+    }
+}
+
 /// A dependent row by name.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct DependentRow {
@@ -109,12 +144,20 @@ impl Quality {
         rigid_defects: &[f64],
         modes: &FreeModes,
         residual: &ResidualFlexibility,
+        further: Option<&FurtherColumns>,
         inertia: &Inertia,
         sturm: Sturm,
     ) -> Self {
+        let further_count = inertia
+            .i1
+            .len()
+            .saturating_sub(modes.count() + residual.mass_diagonal0.len());
         let identities = Identities::of(model, modes, residual);
-        let (l1_norm, i3_norm) =
-            mean_axis_defects(properties, inertia, &basis_norms(modes, residual));
+        let (l1_norm, i3_norm) = mean_axis_defects(
+            properties,
+            inertia,
+            &basis_norms(modes, residual, further_count),
+        );
         let cycles = |eigenvalue: f64| eigenvalue.max(0.0).sqrt() / (2.0 * std::f64::consts::PI);
         Self {
             mode_residuals: modes.residuals.clone(),
@@ -138,6 +181,7 @@ impl Quality {
             flexibility_rank: residual.flexibility_rank,
             flexibility_condition: residual.condition,
             interface_reduction: residual.interface_reduction.clone(),
+            enrichment: further.map(EnrichmentQuality::of),
             rigid_motions: rigid.count(),
             nullity: sturm
                 .counted
@@ -217,6 +261,23 @@ impl Quality {
             self.flexibility_identity,
             ORTHOGONALITY_LIMIT,
         );
+        if let Some(further) = &self.enrichment {
+            check(
+                "the residual of the further columns",
+                further.residual,
+                residual_limit(further.residual_rounding),
+            );
+            check(
+                "Φᵀ M X of the further columns",
+                further.mass_orthogonality,
+                ORTHOGONALITY_LIMIT,
+            );
+            check(
+                "Φᵀ K X of the further columns",
+                further.stiffness_orthogonality,
+                ORTHOGONALITY_LIMIT,
+            );
+        }
         check("L1 Ψ (Eq. 39)", self.l1_norm, ORTHOGONALITY_LIMIT);
         check("I3 Ψ (Eq. 40)", self.i3_norm, ORTHOGONALITY_LIMIT);
         if self.sturm.counted != self.sturm.found {
@@ -310,11 +371,12 @@ impl Identities {
     }
 }
 
-/// M norm of each basis column: 1 for a mode, for an attachment that with no mode kept (so a vanishing residual stays small).
-fn basis_norms(modes: &FreeModes, residual: &ResidualFlexibility) -> Vec<f64> {
+/// M norm of each basis column: 1 for a mode, for the others that with no mode kept (so a vanishing residual stays small).
+fn basis_norms(modes: &FreeModes, residual: &ResidualFlexibility, further: usize) -> Vec<f64> {
     let attachments = residual.mass_diagonal0.iter().map(|m| m.sqrt());
     std::iter::repeat_n(1.0, modes.count())
         .chain(attachments)
+        .chain(std::iter::repeat_n(1.0, further))
         .collect()
 }
 

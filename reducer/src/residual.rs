@@ -6,7 +6,7 @@
 
 use faer::Mat;
 
-use crate::attachment::{AttachmentProblem, SolvedColumns, residual_limit};
+use crate::attachment::{AttachmentProblem, Loads, SolvedColumns};
 use crate::block_algebra::symmetrized;
 use crate::column_products::{StiffnessProducts, mass_products};
 use crate::condensation::Model;
@@ -97,18 +97,9 @@ impl ResidualFlexibility {
         factor: &PositiveFactor,
         observer: &mut dyn Observer,
     ) -> Result<Self, Error> {
-        let problem = AttachmentProblem::new(model, localization, rigid, modes);
+        let problem = AttachmentProblem::new(model, Loads::Interfaces(localization), rigid, modes);
         let solved = problem.solve(factor, observer);
-        if let Some(worst) = solved.worst.filter(|worst| {
-            worst.residual.is_nan() || worst.residual > residual_limit(worst.rounding)
-        }) {
-            return Err(Error::AttachmentsNotConverged {
-                residual: worst.residual,
-                iterations: solved.iterations,
-                tolerance: residual_limit(worst.rounding),
-                row: localization.row_name(worst.row),
-            });
-        }
+        problem.refuse_unconverged(&solved)?;
         Self::from_columns(model, localization, modes, solved)
     }
 
@@ -123,7 +114,7 @@ impl ResidualFlexibility {
         modes: &FreeModes,
         columns: Mat<f64>,
     ) -> Result<Self, Error> {
-        let problem = AttachmentProblem::new(model, localization, rigid, modes);
+        let problem = AttachmentProblem::new(model, Loads::Interfaces(localization), rigid, modes);
         Self::from_columns(model, localization, modes, problem.judge(columns))
     }
 

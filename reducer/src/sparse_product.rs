@@ -194,7 +194,7 @@ impl<const L: usize, const ABSOLUTE: bool> Chunk<'_, L, ABSOLUTE> {
         let mut sums = [[simd.splat_f64s(0.0); R]; T];
         match shifts(&indices) {
             Some(shifts) => {
-                let rows = shifts.map(|shift| self.packed.as_ptr().wrapping_add(shift as usize));
+                let rows = shifts.map(|shift| self.packed.as_ptr().wrapping_offset(shift));
                 let lines = if shifts[T - 1] == 0 { L } else { T * L };
                 for t in 0..T {
                     values[t] = &values[t][..shared];
@@ -307,9 +307,9 @@ impl<'a> Ahead<'a> {
     }
 }
 
-/// How far the indices of each row stand above those of the first, if that is the same for all of a row's indices.
+/// How far the indices of each row stand above those of the first, if that is the same for all of a row's indices; below it where negative.
 #[inline(always)]
-fn shifts<const T: usize>(indices: &[&[u32]; T]) -> Option<[u32; T]> {
+fn shifts<const T: usize>(indices: &[&[u32]; T]) -> Option<[isize; T]> {
     let mut shifts = [0; T];
     let first = indices[0];
     let mut differences = 0;
@@ -317,9 +317,10 @@ fn shifts<const T: usize>(indices: &[&[u32]; T]) -> Option<[u32; T]> {
         if indices[t].len() != first.len() || first.is_empty() {
             return None;
         }
-        shifts[t] = indices[t][0].wrapping_sub(first[0]);
+        shifts[t] = indices[t][0] as isize - first[0] as isize;
+        let shift = indices[t][0].wrapping_sub(first[0]);
         for k in 0..first.len() {
-            differences |= first[k].wrapping_add(shifts[t]) ^ indices[t][k];
+            differences |= first[k].wrapping_add(shift) ^ indices[t][k];
         }
     }
     (differences == 0).then_some(shifts)
@@ -369,9 +370,27 @@ mod tests {
         SparseMatrix::try_new_from_triplets(n, n, &entries).unwrap()
     }
 
+    /// Two dofs a node, each coupled to its own direction at every node: the rows 3, 4, 5 begin at columns 1, 0, 1.
+    fn pairs() -> SparseMatrix {
+        let n = 22;
+        let mut entries = Vec::new();
+        for row in 0..n {
+            for column in (row % 2..n).step_by(2) {
+                let value = f64::from(1 + (3 * row + 5 * column) % 7);
+                entries.push(Triplet::new(row, column, value));
+            }
+        }
+        SparseMatrix::try_new_from_triplets(n as usize, n as usize, &entries).unwrap()
+    }
+
     #[test]
     fn products_of_any_width_are_sums_over_the_entries() {
-        let matrix = blocks();
+        for matrix in [blocks(), pairs()] {
+            assert_products(&matrix);
+        }
+    }
+
+    fn assert_products(matrix: &SparseMatrix) {
         let n = matrix.ncols();
         for width in [1, 7, 8, 9, 16, 17, 25, 40] {
             let x = Mat::from_fn(n, width, |i, j| ((i * (j + 3)) as f64 * 0.7).sin());
@@ -386,10 +405,10 @@ mod tests {
                 }
             }
             let mut into = Mat::from_fn(n, width, |_, _| f64::NAN);
-            symmetric_product_into(&matrix, x.as_ref(), into.as_mut());
+            symmetric_product_into(matrix, x.as_ref(), into.as_mut());
             assert!((&into - &plain).norm_max() < 1e-13);
-            assert_eq!(into, transposed_product(&matrix, x.as_ref()));
-            let found = absolute_product(&matrix, x.as_ref());
+            assert_eq!(into, transposed_product(matrix, x.as_ref()));
+            let found = absolute_product(matrix, x.as_ref());
             assert!((&found - &absolute).norm_max() < 1e-13);
         }
     }

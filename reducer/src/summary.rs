@@ -4,6 +4,8 @@ use std::cmp::Ordering;
 use std::fmt::Write as _;
 use std::path::Path;
 
+use dcb_formats::Superelement;
+
 use crate::Reduced;
 use crate::inspect::{frequency_table, interface_table, mass_lines};
 use crate::interface_reduction::InterfaceReduction;
@@ -23,11 +25,12 @@ pub fn summary(
     let mut text = String::new();
     let _ = writeln!(
         text,
-        "{}: {n_e} dofs reduced to {} modes and {} attachment rows (rank {})",
+        "{}: {n_e} dofs reduced to {} modes and {} attachment rows (rank {}){}",
         element.name,
         element.mode_count(),
         element.boundary_row_count(),
         reduced.quality.residual_rank,
+        further_columns(element),
     );
     text += &mass_lines(element);
     text += &frequency_table(element, Some(&reduced.quality), listed);
@@ -45,6 +48,21 @@ pub fn summary(
         );
     }
     let _ = writeln!(text, "wrote {}", target.display());
+    text
+}
+
+/// What stands beside modes and attachments, named; nothing where nothing does.
+pub fn further_columns(element: &Superelement) -> String {
+    let mut text = String::new();
+    if let Some(enrichment) = &element.enrichment {
+        let count = enrichment.interface_shapes.ncols();
+        let names = enrichment.names.join(", ");
+        let _ = write!(text, ", {count} further columns ({names})");
+    }
+    let stiffening = &element.stiffening;
+    if !(stiffening.centrifugal.is_empty() && stiffening.interface.is_empty()) {
+        text += ", geometric stiffening";
+    }
     text
 }
 
@@ -81,6 +99,11 @@ pub fn quality_lines(quality: &Quality) -> String {
     line("rigid motions, |K r|", largest(&quality.rigid_defects));
     line("mass matrix as a rigid body", quality.mass_defect);
     line("condition of F_res (scaled)", quality.flexibility_condition);
+    if let Some(further) = &quality.enrichment {
+        line("residual of further columns X", further.residual);
+        line("Φᵀ M X", further.mass_orthogonality);
+        line("Φᵀ K X", further.stiffness_orthogonality);
+    }
     if let Some(reduction) = &quality.interface_reduction {
         text += &interface_lines(reduction);
     }

@@ -6,7 +6,7 @@ use std::collections::HashMap;
 use dcb_formats::mesh::{Dimension, Mesh};
 
 /// Faces of a cell by local node numbers, corners first, in meshio's node order.
-fn faces_of(cell_type: &str, dimension: Dimension) -> &'static [&'static [usize]] {
+pub(crate) fn faces_of(cell_type: &str, dimension: Dimension) -> &'static [&'static [usize]] {
     match (dimension, cell_type) {
         (Dimension::Planar, "triangle") => &[&[0, 1], &[1, 2], &[2, 0]],
         (Dimension::Planar, "triangle6") => &[&[0, 1, 3], &[1, 2, 4], &[2, 0, 5]],
@@ -67,7 +67,7 @@ fn faces_of(cell_type: &str, dimension: Dimension) -> &'static [&'static [usize]
 }
 
 /// Whether cells of this type are surfaces (planar: edges) rather than volumes (planar: areas).
-fn is_skin(cell_type: &str, dimension: Dimension) -> bool {
+pub(crate) fn is_skin(cell_type: &str, dimension: Dimension) -> bool {
     match dimension {
         Dimension::Planar => cell_type.starts_with("line"),
         Dimension::Spatial => cell_type.starts_with("triangle") || cell_type.starts_with("quad"),

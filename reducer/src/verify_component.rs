@@ -12,6 +12,7 @@ use faer::Mat;
 use crate::block_algebra::{largest_entry, symmetric_product};
 use crate::condensation::Model;
 use crate::diagnosis;
+use crate::enrichment::Reducing;
 use crate::error::Error;
 use crate::factorization::SymmetricFactor;
 use crate::free_modes::{FreeModes, residuals};
@@ -24,6 +25,7 @@ use crate::rigid_body::{MassProperties, RigidBodyModes};
 use crate::shift::{AbsoluteForces, SpectrumScale};
 use crate::summary::quality_lines;
 use crate::verify::{AGREEMENT, Findings};
+use crate::verify_further::{check_further, check_loads, check_stiffening};
 use crate::verify_interfaces::{check_interface_reduction, reported_reduction};
 use crate::verify_layout::{check_mass_properties, has_same_layout};
 use crate::{
@@ -218,7 +220,25 @@ fn check_fields(
         model.expand(modes.shapes.as_ref()),
         model.expand(residual.shapes.as_ref()),
     );
-    let inertia = inertia_invariants(component, properties, &[phi.as_ref(), x.as_ref()]);
+    let further = basis.enrichment.as_ref();
+    let shapes = [phi.as_ref(), x.as_ref()];
+    let blocks: Vec<_> = shapes
+        .into_iter()
+        .chain(further.map(|further| further.as_ref()))
+        .collect();
+    let inertia = inertia_invariants(component, properties, &blocks);
+    let of = Reducing {
+        component,
+        properties,
+        model,
+        localization,
+        rigid: &rigid,
+        modes: &modes,
+        residual: &residual,
+    };
+    check_further(element, further, &of, findings)?;
+    check_stiffening(element, &blocks, &of, findings);
+    check_loads(element, &blocks, &of, findings);
     let sturm: Sturm = crate::certificate(model, &rigid, &modes, &mut factor);
     let quality = Quality::of(
         model,
@@ -227,6 +247,7 @@ fn check_fields(
         &defects.per_column,
         &modes,
         &residual,
+        None,
         &inertia,
         sturm,
     );
@@ -287,11 +308,9 @@ fn check_invariants(
     findings: &mut Findings,
 ) {
     let norm = |k: usize| {
-        if k < n_k {
-            1.0
-        } else {
-            mass_diagonal0[k - n_k].sqrt()
-        }
+        // Further columns have unit norm with no mode kept.
+        let attachment = k.checked_sub(n_k).and_then(|k| mass_diagonal0.get(k));
+        attachment.map_or(1.0, |mass| mass.sqrt())
     };
     let n = computed.i1.len();
     let largest_moment = (0..3)
@@ -339,6 +358,7 @@ fn check_by_reduction(
         modes: ModeSelection::Lowest(element.mode_count()),
         interface_modes: reported_reduction(element)
             .map_or(InterfaceModes::All, |it| InterfaceModes::Softest(it.wanted)),
+        enrichment: Vec::new(),
         grounding: if element.frame_kind == FrameKind::Given {
             Grounding::Allow
         } else {

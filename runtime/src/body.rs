@@ -17,14 +17,17 @@
 mod attachment;
 mod compatibility;
 mod generalized;
+mod residual_coordinates;
 mod rigid;
 mod superelement;
+mod truncation;
 
 use std::path::Path;
 
 use dcb_formats::component::{Role, Units};
 use dcb_formats::superelement::{BoundaryRow, InterfaceFrame};
 use faer::Mat;
+use nalgebra::Vector3;
 
 use crate::error::Error;
 use crate::frame::{FrameInertia, InertiaChange};
@@ -32,6 +35,7 @@ pub use attachment::Attachment;
 pub use compatibility::Compatibility;
 pub use generalized::GeneralizedBody;
 pub use rigid::{RigidBody, RigidPoint};
+pub use truncation::ModeTruncation;
 
 /// Largest cosine between a rigid motion and a column of Ψ_r that still counts as rounding. The reducer holds the file's
 /// columns to 1e-8 of their size with no mode kept, and T_r magnifies weak attachments.
@@ -44,6 +48,19 @@ pub struct GrowingDirections {
     pub shapes: Mat<f64>,
     /// σ², ascending, (rank), 1/time².
     pub sigma_squared: Vec<f64>,
+}
+
+/// A load on the inside of a body, which keeps its direction in the body frame.
+#[derive(Clone, Debug, PartialEq)]
+pub struct BodyLoad {
+    /// Name.
+    pub name: String,
+    /// Resultant force, body axes.
+    pub force: Vector3<f64>,
+    /// Resultant moment about the frame's origin, body axes.
+    pub moment: Vector3<f64>,
+    /// Force on each coordinate, (n).
+    pub elastic: Vec<f64>,
 }
 
 /// A flexible body, ready for the dynamics. Never changes during a simulation.
@@ -74,6 +91,8 @@ pub struct FlexibleBody {
     /// T, (n_b, rank): a nodal field is u = Φ η + G_res L_bᵀ T ζ. T is T_r where compatibility is strong, without columns where
     /// it is static, and the identity where it is weak.
     pub attachment_transform: Mat<f64>,
+    /// T_x, (n_x, rank), for further columns X of the basis: u = Φ η + (G_res L_bᵀ T + X T_x) ζ.
+    pub further_transform: Mat<f64>,
     /// What interface forces g do beyond the coordinates, u_Γ += F g, (n_b, n_b). Static: F_res. Strong: the directions of F_res
     /// without mass, `None` if there are none. Weak: F_res, already in `interface_shapes` and, as strain energy
     /// ½ gᵀ F_res g, not in `stiffness`. Rows of output interfaces are observed.
@@ -82,6 +101,11 @@ pub struct FlexibleBody {
     pub residual_mass: Option<Mat<f64>>,
     /// The directions in which interface forces grow where they are coordinates (weak); `None` otherwise.
     pub growing: Option<GrowingDirections>,
+    /// Geometric stiffness per unit force on each interface row, (n_b) of (n, n), or none: the row moves by −½ yᵀ K y besides, by which
+    /// its force does work.
+    pub interface_stiffening: Vec<Mat<f64>>,
+    /// Loads on the inside that a scene may apply.
+    pub loads: Vec<BodyLoad>,
     /// Inertia about the centre of mass and its dependence on y.
     pub inertia: FrameInertia,
     /// (N, n): the coordinates that the body was given in are this matrix times y.
@@ -214,7 +238,8 @@ impl FlexibleBody {
         self.attachments = interfaces
             .map(|(index, interface)| {
                 let shapes = self.interface_shapes.as_ref();
-                Attachment::of_interface(index, interface, &self.rows, shapes)
+                let stiffening = &self.interface_stiffening;
+                Attachment::of_interface(index, interface, &self.rows, shapes, stiffening)
             })
             .collect();
         self

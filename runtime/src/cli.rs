@@ -9,10 +9,11 @@ use dcb_formats::dcb::{Replace, check_output};
 use dcb_formats::results::Results;
 
 use crate::cli_scene;
+use crate::cli_study::{self, StudyArguments};
 use crate::error::Error;
 use crate::history::Selection;
 use crate::run::refuse_inputs;
-use crate::scene::scene_schema;
+use crate::scene::{Compatibility, scene_schema};
 use crate::{csv, picture};
 
 /// Simulates mechanisms of superelements and rigid bodies.
@@ -46,7 +47,7 @@ pub struct CommonArguments {
     /// Say more: what was loaded, every note.
     #[arg(long, short, global = true)]
     pub verbose: bool,
-    /// Worker threads. A scene is integrated by one; accepted for uniformity with `reduce`.
+    /// Worker threads of a study [default: all]. A scene is integrated by one.
     #[arg(long, global = true, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=1024))]
     pub threads: Option<u16>,
 }
@@ -58,8 +59,18 @@ pub enum CompatibilityArgument {
     Strong,
     /// Attachments follow the forces without inertia (stable).
     Static,
-    /// The dual form of the paper; unstable below a step, see --allow-unstable-weak.
+    /// The dual form of the paper; unstable below a step, refused there unless it is allowed by name.
     Weak,
+}
+
+impl From<CompatibilityArgument> for Compatibility {
+    fn from(argument: CompatibilityArgument) -> Self {
+        match argument {
+            CompatibilityArgument::Strong => Self::Strong,
+            CompatibilityArgument::Static => Self::Static,
+            CompatibilityArgument::Weak => Self::Weak,
+        }
+    }
 }
 
 /// Options of a run.
@@ -99,6 +110,8 @@ pub struct SceneArguments {
 
 #[derive(Debug, Subcommand)]
 enum Command {
+    /// Try options of a scene: what each costs, and how far it is off.
+    Study(StudyArguments),
     /// Draw recorded quantities over time as SVG.
     Plot {
         /// Results.
@@ -139,6 +152,7 @@ pub fn main() -> ExitCode {
     let cli = Cli::parse();
     let done = match &cli.command {
         None => cli_scene::run(&cli.scene, &cli.common),
+        Some(Command::Study(arguments)) => cli_study::run(arguments, &cli.common),
         Some(Command::Plot {
             results,
             names,
@@ -167,7 +181,7 @@ pub fn main() -> ExitCode {
         Some(Command::Schema) => schema(),
     };
     let done = done.and_then(|done| {
-        let is_report = cli.command.is_none();
+        let is_report = matches!(cli.command, None | Some(Command::Study(_)));
         if !(is_report && cli.common.quiet) {
             print_to_stdout(&done.output)?;
         }

@@ -10,20 +10,29 @@ use dcb_formats::results::Results;
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use serde_json::json;
 
-use crate::cli::{
-    CommonArguments, CompatibilityArgument, Done, Ending, SceneArguments, print_to_stderr, replace,
-};
+use crate::cli::{CommonArguments, Done, Ending, SceneArguments, print_to_stderr, replace};
 use crate::csv;
 use crate::error::Error;
 use crate::history::Selection;
 use crate::model::Model;
-use crate::run::{self, ModesReport, Observer, Profiling, Report, RunReport, Target};
-use crate::scene::{BodyKind, Compatibility, Method, Scene, in_file};
+use crate::run::{self, ModesReport, Observer, Profiling, Report, RunReport, Target, stiffened};
+use crate::scene::{BodyKind, Method, Scene, in_file};
 
 /// Whether the user has interrupted.
 static INTERRUPTED: AtomicBool = AtomicBool::new(false);
 /// Positions of the progress bar.
 const POSITIONS: u64 = 1000;
+
+/// From now on an interruption by the user is noticed instead of ending the program.
+pub fn watch_for_interruption() {
+    // A second handler can't be set (tests call the command twice in one process); the first one serves.
+    let _ = ctrlc::set_handler(|| INTERRUPTED.store(true, Ordering::SeqCst));
+}
+
+/// Whether the user has interrupted.
+pub fn is_interrupted() -> bool {
+    INTERRUPTED.load(Ordering::SeqCst)
+}
 
 /// Runs the command.
 ///
@@ -50,8 +59,7 @@ pub fn run(arguments: &SceneArguments, common: &CommonArguments) -> Result<Done,
     };
     check_output(&target.path, target.replace)?;
     check_targets(path, &scene, &target, arguments)?;
-    // A second handler can't be set (tests call the command twice in one process); the first one serves.
-    let _ = ctrlc::set_handler(|| INTERRUPTED.store(true, Ordering::SeqCst));
+    watch_for_interruption();
     let model = Model::load(&scene).map_err(|error| in_file(error, path))?;
     let mut watcher = Watcher::new(common);
     for note in &model.notes {
@@ -140,11 +148,7 @@ fn override_scene(scene: &mut Scene, arguments: &SceneArguments) -> Result<(), E
         }
     }
     if let Some(compatibility) = arguments.compatibility {
-        scene.compatibility = match compatibility {
-            CompatibilityArgument::Strong => Compatibility::Strong,
-            CompatibilityArgument::Static => Compatibility::Static,
-            CompatibilityArgument::Weak => Compatibility::Weak,
-        };
+        scene.compatibility = compatibility.into();
     }
     scene.allow_unstable_weak |= arguments.allow_unstable_weak;
     // The scene by itself has been found good.
@@ -177,6 +181,10 @@ fn describe(scene: &Scene, model: &Model, common: &CommonArguments) -> String {
         model.files.len(),
         if model.files.len() == 1 { "" } else { "s" },
     );
+    let stiffened: Vec<&str> = stiffened(model).collect();
+    if !stiffened.is_empty() {
+        let _ = writeln!(text, "with geometric stiffening: {}", stiffened.join(", "));
+    }
     if common.verbose {
         for (name, body) in scene.bodies.keys().zip(&system.bodies) {
             let n = body.flexible.coordinate_count();
@@ -326,6 +334,6 @@ impl Observer for Watcher {
     }
 
     fn is_stopped(&self) -> bool {
-        INTERRUPTED.load(Ordering::SeqCst)
+        is_interrupted()
     }
 }

@@ -81,6 +81,15 @@ fn powers(system: &System, state: &State, evaluation: &Evaluation) -> [f64; 3] {
             loads += wrench.dot(&six(&motion.velocity, &motion.spin));
         }
     }
+    for index in 0..system.bodies.len() {
+        let (rigid, rates) = state.body_rates(system, index);
+        let velocity = evaluation.poses[index].axes.tr_mul(&rigid.linear);
+        for (factor, load) in system.inside(state, index) {
+            let elastic: f64 = load.elastic.iter().zip(rates).map(|(f, r)| f * r).sum();
+            let power = load.force.dot(&velocity) + load.moment.dot(&rigid.angular) + elastic;
+            loads += factor * power;
+        }
+    }
     for body in &system.bodies {
         let rates = &state.velocities[body.velocities.clone()][6..];
         for (i, rate) in rates.iter().enumerate() {

@@ -206,6 +206,22 @@ pub enum Error {
         /// Estimated error of the last attempt, relative to the tolerance; infinite if it failed altogether.
         error: f64,
     },
+    /// Steps that follow nothing of a motion.
+    #[error(
+        "t = {time:.6e}: steps of {step:.2e} are too long: body {body:?} goes through a period of its motion in {steps_per_period:.1} of them, which follow nothing of it; take steps below {advised:.1e}"
+    )]
+    StepTooLong {
+        /// When.
+        time: f64,
+        /// Which body.
+        body: String,
+        /// Steps in a period of its motion.
+        steps_per_period: f64,
+        /// The step.
+        step: f64,
+        /// A step that would follow the motion.
+        advised: f64,
+    },
     /// A joint whose angle is counted turns too far in one step.
     #[error(
         "t = {time:.6e}: {b:?} turns by {turn:.2} rad against {a:?} in one step, and an angle between them is counted: more than half a turn can't be; take a smaller step"
@@ -425,6 +441,7 @@ impl Error {
                 | Self::NotConverged { .. }
                 | Self::LongTurn { .. }
                 | Self::StepTooSmall { .. }
+                | Self::StepTooLong { .. }
                 | Self::NoEquilibrium { .. }
                 | Self::NoEigenvalues
                 | Self::CannotAssemble { .. }

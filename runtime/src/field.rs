@@ -1,7 +1,7 @@
 //! Nodal displacements of a body, recovered from its dynamic coordinates.
 //!
 //! ```text
-//! u      =  Φ η  +  G_res L_bᵀ T_r ζ          (n_f), body axes; only translations are recovered
+//! u      =  Φ η  +  (G_res L_bᵀ T + X T_x) ζ  (n_f), body axes; only translations are recovered
 //! x      =  R  +  A (X − origin + u)          world position of the node that stands at X in the component
 //! ```
 //!
@@ -79,7 +79,19 @@ impl NodalField {
                     .to_owned(),
             );
         }
-        let attached = &basis.residual * transform;
+        let mut attached = &basis.residual * transform;
+        let further = &body.further_transform;
+        match &basis.enrichment {
+            Some(fields) if fields.ncols() == further.nrows() => attached += fields * further,
+            None if further.nrows() == 0 => {}
+            found => {
+                let found = found.as_ref().map_or(0, |fields| fields.ncols());
+                return refused(format!(
+                    "its nodal fields have {found} further columns, but the body has {}; read both from one file, of format 1.1 or later",
+                    further.nrows()
+                ));
+            }
+        }
         let n_k = body.mode_count;
         let shapes = Mat::from_fn(translations.len(), body.coordinate_count(), |i, j| {
             let row = translations[i];

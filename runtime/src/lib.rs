@@ -2,7 +2,7 @@
 //!
 //! A [`Scene`] says what moves, how it is held and driven and what is recorded; it is read from a JSON file or filled in by a
 //! program. [`Mechanism`] is a scene in motion: stepped, steered by inputs and asked for outputs by name. [`run`] is a whole run to
-//! a results file, which is what the program `simulate` does. Superelements come from `.dcb.h5` files; the reducer is not
+//! a results file, which is what the program `simulate` does; [`study`] tries options. Superelements come from `.dcb.h5` files; the reducer is not
 //! known here.
 //!
 //! ```
@@ -36,6 +36,7 @@
 pub mod body;
 pub mod cli;
 mod cli_scene;
+mod cli_study;
 pub mod compatibility_window;
 pub mod csv;
 pub mod driven;
@@ -61,11 +62,14 @@ pub mod rotation;
 pub mod run;
 pub mod scene;
 pub mod simulation;
+pub mod study;
 pub mod system;
 pub mod validity;
 pub mod vtu;
 
-pub use body::{Attachment, Compatibility, FlexibleBody, GeneralizedBody, RigidBody, RigidPoint};
+pub use body::{
+    Attachment, Compatibility, FlexibleBody, GeneralizedBody, ModeTruncation, RigidBody, RigidPoint,
+};
 pub use error::Error;
 pub use frame::{
     BodyAcceleration, BodyState, FrameInertia, InertiaChange, InertiaForces, InertiaTangent,

@@ -5,6 +5,7 @@ use crate::error::Error;
 use crate::initial::{InitialReport, REGULARIZATION, Redundancy, Starter};
 use crate::integrator::adaptive::{StepSize, local_error};
 use crate::integrator::newton::Corrector;
+use crate::integrator::resolution::{Resolution, Unresolved};
 use crate::integrator::{Effort, Formulation, Method, Profile};
 use crate::system::evaluation::Evaluation;
 use crate::system::{State, System};
@@ -26,6 +27,7 @@ pub struct Simulation {
     method: Method,
     state: State,
     corrector: Corrector,
+    resolution: Resolution,
     works: Works,
     reference_energy: f64,
     /// Effort so far.
@@ -68,6 +70,7 @@ impl Simulation {
         let mut simulation = Self {
             method,
             corrector,
+            resolution: Resolution::of(&system),
             works: Works::default(),
             reference_energy: 0.0,
             effort: Effort::default(),
@@ -86,7 +89,8 @@ impl Simulation {
     /// One step.
     ///
     /// # Errors
-    /// [`Error::BadNumber`] for a step that isn't positive, and those of [`Corrector::step`]; the state stays where it was.
+    /// [`Error::BadNumber`] for a step that isn't positive, [`Error::StepTooLong`] after several steps that follow nothing of a body's
+    /// motion, and those of [`Corrector::step`]; the state stays where it was.
     pub fn step(&mut self, step: f64) -> Result<Effort, Error> {
         if !(step > 0.0 && step.is_finite()) {
             return Err(Error::BadNumber {
@@ -101,6 +105,15 @@ impl Simulation {
         let effort = self
             .corrector
             .step(&self.system, &self.method, &self.state, step)?;
+        if let Some(lost) = self.watch(step) {
+            return Err(Error::StepTooLong {
+                time: self.corrector.trial.time,
+                body: self.system.bodies[lost.body].name.clone(),
+                steps_per_period: lost.steps_per_period,
+                step,
+                advised: lost.advised_step(),
+            });
+        }
         self.accept(step, effort);
         Ok(effort)
     }
@@ -148,6 +161,8 @@ impl Simulation {
                         if step == left {
                             trial.time = end;
                         }
+                        // What is lost here, the tolerance allows to be.
+                        self.watch(step);
                         self.accept(step, effort);
                         return Ok((step, effort));
                     }
@@ -167,6 +182,13 @@ impl Simulation {
                 Err(other) => return Err(other),
             }
         }
+    }
+
+    /// Looks whether the step to the trial state follows the motion.
+    fn watch(&mut self, step: f64) -> Option<Unresolved> {
+        let (scheme, trial) = (&self.method.scheme, &self.corrector.trial);
+        self.resolution
+            .observe(&self.system, scheme, &self.state, trial, step)
     }
 
     /// Makes the trial state the present one.
@@ -206,6 +228,11 @@ impl Simulation {
             }
             Formulation::StabilizedIndex2 => 0.0,
         }
+    }
+
+    /// Motions that the steps are too long for.
+    pub fn resolution(&self) -> &Resolution {
+        &self.resolution
     }
 
     /// Whether the last step met a singular configuration, a dead centre, and passed it.
@@ -316,6 +343,7 @@ impl Simulation {
     /// the last bit.
     pub fn save(&mut self) -> Snapshot {
         self.corrector.forget();
+        self.resolution.forget();
         Snapshot {
             state: self.state.clone(),
             works: self.works,
@@ -332,6 +360,7 @@ impl Simulation {
             return Err(Error::ForeignSnapshot);
         }
         self.corrector.forget();
+        self.resolution.forget();
         self.state.copy_from(&snapshot.state);
         self.works = snapshot.works;
         self.reference_energy = snapshot.reference_energy;

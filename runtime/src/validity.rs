@@ -2,7 +2,7 @@
 //!
 //! Deflections are taken as small: against the body's size, and turns of interfaces against one. A spin near the body's first
 //! frequency softens it by an artefact of the linear theory (by (Ω/ω₁)² of its stiffness), and above that frequency nothing
-//! is left that could be called right. Each limit is told once for each body.
+//! is left that could be called right, unless the body has geometric stiffening. Each limit is told once for each body.
 
 use crate::system::{State, System};
 
@@ -77,6 +77,10 @@ impl Validity {
                     "an interface of body {name:?} turns by {turn:.2} rad against the body; the theory is linear, good to about {TURN} rad"
                 ),
             );
+            // With geometric stiffening frequencies rise with the spin as they do.
+            if body.flexible.inertia.is_stiffened() {
+                continue;
+            }
             let spin = state.body_rates(system, index).0.angular.norm();
             let ratio = spin / self.first_frequencies[index];
             once(

@@ -8,7 +8,7 @@ use common::cloud::Cloud;
 use common::{Part, dense, parts, product};
 use dcb_formats::component::Role;
 use dcb_formats::mesh::Dimension;
-use dcb_formats::superelement::{FrameKind, Superelement};
+use dcb_formats::superelement::{Enrichment, FrameKind, Superelement};
 use dcb_runtime::{Compatibility, FlexibleBody, InertiaTerms, RigidBody, RigidPoint};
 use dcb_samples::{RodSection, planar_rod};
 use faer::Mat;
@@ -128,9 +128,28 @@ fn what_the_dynamics_does_not_handle_is_refused_by_name() {
     );
 
     let mut stiffened = part.reduced.superelement;
-    stiffened.stiffening.centrifugal = vec![Mat::zeros(6, 6)];
-    let message = refusal(&stiffened);
-    assert!(message.contains("stiffening"), "{message}");
+    stiffened.stiffening.centrifugal = vec![Mat::identity(6, 6)];
+    let weak = FlexibleBody::from_superelement(&stiffened, Compatibility::Weak);
+    let message = weak.unwrap_err().to_string();
+    assert!(
+        message.contains("stiffening") && message.contains("strong"),
+        "{message}"
+    );
+
+    // A further column that is the first mode again.
+    let mut parallel = stiffened;
+    let n = parallel.basis_count() + 1;
+    let unit =
+        |i: usize, j: usize| f64::from(u8::from(i == j || (i.min(j), i.max(j)) == (0, n - 1)));
+    parallel.stiffening = Default::default();
+    parallel.enrichment = Some(Enrichment {
+        names: Vec::new(),
+        interface_shapes: Mat::zeros(4, 1),
+        reduced_mass: Mat::from_fn(n, n, unit),
+        reduced_stiffness: Mat::from_fn(n, n, unit),
+    });
+    let message = refusal(&parallel);
+    assert!(message.contains("orthogonal"), "{message}");
 }
 
 #[test]

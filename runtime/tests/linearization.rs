@@ -11,6 +11,7 @@ use std::sync::Arc;
 
 use common::mechanisms::{about_z, formula, linear, rigid, with_stiffness};
 use common::{Part, numbers};
+use dcb_formats::Component;
 use dcb_formats::mesh::Dimension;
 use dcb_runtime::FlexibleBody;
 use dcb_runtime::joint::{JointKind, Spherical};
@@ -22,7 +23,7 @@ use dcb_runtime::system::evaluation::Evaluation;
 use dcb_runtime::system::linearization::Linearization;
 use dcb_runtime::system::{Demand, LoadAxes, State, System};
 use dcb_samples::spatial_beam::BeamSection;
-use dcb_samples::{Material, RodSection, SpatialBeam, planar_rod, spatial_beam};
+use dcb_samples::{Material, RodSection, SpatialBeam, axial_prestress, planar_rod, spatial_beam};
 use faer::Mat;
 use faer::linalg::solvers::Solve;
 use frames::Random;
@@ -110,7 +111,7 @@ fn flexible(dimension: Dimension) -> [Arc<FlexibleBody>; 2] {
                 angle,
                 ..RodSection::default()
             };
-            Part::reduced(planar_rod(4, &rod), 3)
+            Part::reduced(stiffened(planar_rod(4, &rod), 0.3), 3)
         }),
         Dimension::Spatial => [0.5, 0.8].map(|end| {
             let beam = SpatialBeam {
@@ -122,10 +123,18 @@ fn flexible(dimension: Dimension) -> [Arc<FlexibleBody>; 2] {
                 material: Material::SOFT,
                 ..SpatialBeam::default()
             };
-            Part::reduced(spatial_beam(&beam), 3)
+            Part::reduced(stiffened(spatial_beam(&beam), 0.7), 3)
         }),
     };
     parts.map(|part| with_stiffness(&part.body, 20.0, 0.03))
+}
+
+/// With geometric stiffening by spins and by forces at both ends.
+fn stiffened(component: Component, mass_per_length: f64) -> Component {
+    Component {
+        geometric_stiffness: Some(axial_prestress(&component, mass_per_length)),
+        ..component
+    }
 }
 
 /// A state far from everything: large turns, motion, deflections that turn interfaces by tenths of a radian.
@@ -397,8 +406,9 @@ fn markers_and_rows_move_with_their_bodies() {
             assert!(error < 1e-7, "{dimension:?} rate of row {row}: {error:e}");
             let second = (after.rate(&system, row) - before.rate(&system, row)) / (2.0 * step);
             let error = (second - now.second_rate(&system, row)).abs();
+            // A difference over 1e-5 s errs by what third derivatives of the size 1e4 to 1e5 leave.
             assert!(
-                error < 1e-6,
+                error < 5e-6,
                 "{dimension:?} second rate of row {row}: {error:e}"
             );
         }

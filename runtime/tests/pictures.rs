@@ -222,6 +222,7 @@ fn a_power_law_is_straight_and_parallel_to_its_reference() {
             exponent: 2.0,
             through: [1e-3, 1e-5],
         }],
+        notes: Vec::new(),
     };
     write_svg(&[chart], &path).unwrap();
     let svg = fs::read_to_string(&path).unwrap();
@@ -256,6 +257,7 @@ fn charts_of_odd_data_are_drawn_without_a_fuss() {
         vertical,
         series,
         slopes: Vec::new(),
+        notes: Vec::new(),
     };
     let many = (0..17)
         .map(|k| {

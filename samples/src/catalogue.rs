@@ -54,6 +54,11 @@ pub const CATALOGUE: &[Sample] = &[
         refinement: Some(("number of beam elements", 4)),
         make: |elements| planar_rod(elements as usize, &RodSection::default()),
     },
+    fixed(
+        "ivp-rod",
+        "planar rod of the slider-crank of the IVP test set, 8 elements",
+        |_| planar_rod(8, &RodSection::square(0.3, 0.008, 0.20e12, 7870.0)),
+    ),
     Sample {
         name: "beam",
         description: "spatial Euler-Bernoulli beam, 1 m, 20 x 30 mm, steel, with exact component masses",

@@ -26,6 +26,8 @@ pub(crate) fn component(
         component_masses: None,
         interfaces,
         explicit_boundary: None,
+        loads: Vec::new(),
+        geometric_stiffness: None,
         damping: Damping::None,
         sources: Vec::new(),
         notes: Vec::new(),

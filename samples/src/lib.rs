@@ -5,6 +5,7 @@
 //! columns sorted), mesh, dof table and interfaces. Units are SI; [`in_units`] gives the same part in other units and
 //! [`write()`] puts it on disk as the files `reduce` reads. Nothing here solves anything.
 
+pub mod axial_prestress;
 pub mod catalogue;
 mod component;
 pub mod connecting_rod;
@@ -19,6 +20,7 @@ pub mod spatial_beam;
 pub mod units;
 pub mod write;
 
+pub use axial_prestress::axial_prestress;
 pub use connecting_rod::connecting_rod;
 pub use material::Material;
 pub use planar_rod::{RodSection, planar_rod};

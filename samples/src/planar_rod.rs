@@ -44,6 +44,20 @@ impl RodSection {
     }
 }
 
+impl RodSection {
+    /// A rod of square section along x.
+    pub fn square(length: f64, side: f64, youngs_modulus: f64, density: f64) -> Self {
+        Self {
+            length,
+            area: side * side,
+            second_moment: side.powi(4) / 12.0,
+            youngs_modulus,
+            density,
+            angle: 0.0,
+        }
+    }
+}
+
 impl Default for RodSection {
     /// The connecting rod of the slider-crank benchmark: 0.3 m, round 6 mm, 0.2e12 Pa, 7870 kg/m³.
     fn default() -> Self {

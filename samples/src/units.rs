@@ -1,6 +1,6 @@
 //! The same part in another unit system.
 
-use dcb_formats::component::{Damping, Units};
+use dcb_formats::component::{Damping, RowStiffness, Units};
 use dcb_formats::{Component, SparseMatrix};
 
 use crate::sparse::map_entries;
@@ -59,6 +59,22 @@ pub fn in_units(component: &Component, scale: &UnitScale) -> Component {
         .flat_map(|masses| &mut masses.matrices)
     {
         *matrix = scaled(matrix, scale.mass);
+    }
+    let force = scale.mass * scale.length / (scale.time * scale.time);
+    for load in &mut result.loads {
+        for (value, power) in load.forces.iter_mut().zip(&rotation) {
+            *value *= force * scale.length.powi(*power);
+        }
+    }
+    if let Some(geometric) = &mut result.geometric_stiffness {
+        for matrix in geometric.spins.iter_mut().flatten() {
+            *matrix = scaled(matrix, scale.mass);
+        }
+        for RowStiffness { row, matrix } in &mut geometric.rows {
+            let moment = i32::from(row.1.is_rotation());
+            let per_force = 1.0 / (force * scale.length.powi(moment));
+            *matrix = scaled(matrix, scale.mass / (scale.time * scale.time) * per_force);
+        }
     }
     if let Some(boundary) = &mut result.explicit_boundary {
         let factors: Vec<f64> = rotation

@@ -25,8 +25,8 @@ enum Storage {
 /// Columns turned into text at a time; bounds the memory, not the result.
 const COLUMN_BATCH: usize = 8192;
 
-/// Writes `stem.mtx`, `stem.mass.mtx`, `stem.json`, one `stem.mass.xx.mtx` … per component mass and
-/// `stem.boundary.mtx` for explicit rows; returns the paths. The folder is made if needed, files are replaced.
+/// Writes `stem.mtx`, `stem.mass.mtx`, `stem.json`, one `stem.mass.xx.mtx` … per component mass,
+/// `stem.boundary.mtx` for explicit rows, `stem.stiffening.xx.mtx` … and `stem.load.NAME.mtx`; returns the paths. The folder is made if needed, files are replaced.
 ///
 /// # Errors
 /// [`Error::Io`] with the path the operating system refused.
@@ -61,6 +61,28 @@ pub fn write(component: &Component, folder: &Path, stem: &str) -> Result<Vec<Pat
     }
     if let Some(boundary) = &component.explicit_boundary {
         matrix(".boundary", boundary, Storage::General)?;
+    }
+    if let Some(geometric) = &component.geometric_stiffness {
+        let products: &[&str] = match component.dimension() {
+            Dimension::Planar => &["zz"],
+            Dimension::Spatial => &["xx", "yy", "zz", "xy", "yz", "zx"],
+        };
+        for (product, spin) in products.iter().zip(&geometric.spins) {
+            if let Some(spin) = spin {
+                matrix(&format!(".stiffening.{product}"), spin, Storage::Lower)?;
+            }
+        }
+        for of_row in &geometric.rows {
+            let (interface, direction) = of_row.row;
+            let name = &component.interfaces[interface].name;
+            let suffix = format!(".stiffening.{name}.{}", direction.name());
+            matrix(&suffix, &of_row.matrix, Storage::Lower)?;
+        }
+    }
+    for load in &component.loads {
+        let path = folder.join(format!("{stem}.load.{}.mtx", load.name));
+        replace(&path, |out| write_vector(out, &load.forces))?;
+        written.push(path);
     }
     let path = folder.join(format!("{stem}.json"));
     replace(&path, |out| write_mesh_json(out, component))?;
@@ -125,6 +147,14 @@ fn write_matrix(out: &mut impl Write, matrix: &SparseMatrix, storage: Storage) -
         }
     }
     Ok(())
+}
+
+fn write_vector(out: &mut impl Write, values: &[f64]) -> io::Result<()> {
+    writeln!(out, "%%MatrixMarket matrix array real general")?;
+    writeln!(out, "{} 1", values.len())?;
+    values
+        .iter()
+        .try_for_each(|value| writeln!(out, "{value:e}"))
 }
 
 /// One point and one cell a line, so that small meshes can be read and compared.

@@ -26,10 +26,10 @@ SPATIAL = """
 /inertia/L3 3,n,n | /inertia/I2 n,n,3,3
 """
 OPTIONAL = """
-/residual/output_shapes b,b | /enrichment/interface_shapes b,x | /reduced/mass n,n | /reduced/stiffness n,n
-/stiffening/interface b,n,n | /fields/dofs f,2 | /modes/shapes k,f | /residual/shapes b,f
+/residual/output_shapes b,b | /enrichment/interface_shapes b,x | /enrichment/names x | /enrichment/shapes x,f | /reduced/mass n,n | /reduced/stiffness n,n
+/stiffening/interface b,n,n | /loads/names l | /loads/forces l,d | /loads/work l,n | /fields/dofs f,2 | /modes/shapes k,f | /residual/shapes b,f
 """
-STRINGS = {"/interfaces/names", "/interfaces/kinds", "/interfaces/roles"}
+STRINGS = {"/interfaces/names", "/interfaces/kinds", "/interfaces/roles", "/enrichment/names", "/loads/names"}
 INTEGERS = {"/interfaces/dofs", "/interfaces/row_nodes", "/fields/dofs"}
 
 
@@ -115,14 +115,16 @@ def check(file):
 
     planar = attrs["dimension"] == 2
     sizes = {"d": 2 if planar else 3, "i": len(file["/interfaces/names"]), "b": len(file["/interfaces/dofs"]),
-             "k": len(file["/modes/eigenvalues"]), "r": len(file["/residual/sigma2"]), "x": 0, "f": 0}
+             "k": len(file["/modes/eigenvalues"]), "r": len(file["/residual/sigma2"]), "x": 0, "f": 0,
+             "l": len(file["/loads/names"]) if "/loads/names" in file else 0}
     if "/enrichment/interface_shapes" in file:
         sizes["x"] = file["/enrichment/interface_shapes"].shape[1]
     if "/fields/dofs" in file:
         sizes["f"] = len(file["/fields/dofs"])
     sizes["n"] = sizes["k"] + sizes["b"] + sizes["x"]
     required = parse(REQUIRED) | parse(PLANAR if planar else SPATIAL)
-    optional = parse(OPTIONAL) | {"/stiffening/centrifugal": ("1" if planar else "6") + ",n,n"}
+    optional = parse(OPTIONAL) | {
+        "/stiffening/centrifugal": ("1" if planar else "6") + ",n,n", "/loads/moments": "l" if planar else "l,3"}
     for path, axes in (required | optional).items():
         if path not in file:
             if path in required:

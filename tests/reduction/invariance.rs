@@ -100,22 +100,6 @@ fn units_change_nothing_but_the_numbers() {
     }
 }
 
-fn moved(component: &Component, by: [f64; 3]) -> Component {
-    let mut result = component.clone();
-    let d = component.dimension().coordinate_count();
-    for point in result.mesh.coordinates.chunks_exact_mut(d) {
-        point.iter_mut().zip(by).for_each(|(x, b)| *x += b);
-    }
-    for position in result
-        .interfaces
-        .iter_mut()
-        .filter_map(|interface| interface.position.as_mut())
-    {
-        position.iter_mut().zip(by).for_each(|(x, b)| *x += b);
-    }
-    result
-}
-
 #[test]
 fn a_part_far_from_the_origin_is_the_same_part() {
     for component in [
@@ -133,7 +117,10 @@ fn a_part_far_from_the_origin_is_the_same_part() {
                 0.0
             },
         ];
-        let (near, far) = (lowest(&component, 6), lowest(&moved(&component, by), 6));
+        let (near, far) = (
+            lowest(&component, 6),
+            lowest(&parts::moved(&component, by), 6),
+        );
         let (change, limit) = frequency_change(&near, &far);
         assert!(change < limit, "{}: {change:e}", component.name);
         let (a, b) = (&near.superelement, &far.superelement);

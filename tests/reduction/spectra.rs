@@ -8,16 +8,16 @@
 
 use dcb_formats::Component;
 use dcb_formats::component::InterfaceKind;
-use dcb_formats::mesh::{Direction, Dof, DofMap};
 use dcb_reducer::{ModeSelection, Reduction};
 use dcb_samples::spatial_beam::{BeamMass, BeamTheory};
 use dcb_samples::{Material, SolidElement, box_block, hard};
 use dcb_tests::dense::{
-    dense, diagonal_roots, eigen, relative, scaled_difference, solve, sparse, symmetric,
+    dense, diagonal_roots, relative, scaled_difference, solve, sparse, symmetric,
 };
+use dcb_tests::massless::Massless;
 use dcb_tests::oracle::{Oracle, centre_of_mass, rigid_motions};
 use dcb_tests::{lowest, parts, refusal, with};
-use faer::{Mat, Side};
+use faer::Side;
 
 fn roots(values: &[f64]) -> Vec<f64> {
     values.iter().map(|value| value.sqrt()).collect()
@@ -101,55 +101,9 @@ fn nearly_double_roots_are_two_roots() {
     );
 }
 
-/// A stiff box with `count` equal oscillators at one of its nodes: masses on three springs each, at the node's place.
-fn with_oscillators(count: usize) -> (Component, f64) {
-    let block = box_block(
-        [2, 1, 1],
-        [0.2, 0.1, 0.08],
-        SolidElement::Hexahedron,
-        &Material::STEEL,
-    );
-    let (nodes, n) = (block.mesh.node_count(), block.dofs.len());
-    let (stiffness, mass) = (2.0e6, 0.05);
-    let host = 4_u32;
-    let mut mesh = block.mesh.clone();
-    let mut dofs: Vec<Dof> = block.dofs.dofs().to_vec();
-    let size = n + 3 * count;
-    let (mut k, mut m) = (Mat::zeros(size, size), Mat::zeros(size, size));
-    k.as_mut()
-        .submatrix_mut(0, 0, n, n)
-        .copy_from(&dense(&block.stiffness));
-    m.as_mut()
-        .submatrix_mut(0, 0, n, n)
-        .copy_from(&dense(&block.mass));
-    for oscillator in 0..count {
-        mesh.coordinates.extend(block.mesh.position(host));
-        for axis in 0..3 {
-            let (at, base) = (n + 3 * oscillator + axis, 3 * host as usize + axis);
-            dofs.push(Dof {
-                node: (nodes + oscillator) as u32,
-                direction: Direction::ALL[axis],
-            });
-            m[(at, at)] = mass;
-            k[(at, at)] = stiffness;
-            k[(base, base)] += stiffness;
-            k[(at, base)] = -stiffness;
-            k[(base, at)] = -stiffness;
-        }
-    }
-    let component = Component {
-        dofs: DofMap::new(dofs, nodes + count).unwrap(),
-        stiffness: sparse(&k),
-        mass: sparse(&m),
-        mesh,
-        ..block
-    };
-    (component, stiffness / mass)
-}
-
 #[test]
 fn a_root_of_multiplicity_51_is_found_completely() {
-    let (component, root) = with_oscillators(18);
+    let (component, root) = parts::with_oscillators(18);
     // Differences of the oscillators leave the box at rest: 17 x 3 copies of k/m.
     let oracle = Oracle::of(&component);
     let near = |values: &[f64]| {
@@ -224,24 +178,9 @@ fn the_lumped_sample_is_reduced() {
 #[test]
 fn massless_rotations_follow_statically() {
     let beam = lumped_beam(6);
-    let (k, m) = (dense(&beam.stiffness), dense(&beam.mass));
-    // Massless dofs condensed: K_mm - K_ms K_ss⁻¹ K_sm against M_mm.
-    let (with_mass, without): (Vec<usize>, Vec<usize>) =
-        (0..m.nrows()).partition(|i| m[(*i, *i)] > 0.0);
-    assert_eq!(with_mass.len(), 22);
-    let pick = |a: &Mat<f64>, rows: &[usize], columns: &[usize]| {
-        Mat::from_fn(rows.len(), columns.len(), |i, j| a[(rows[i], columns[j])])
-    };
-    let coupling = pick(&k, &without, &with_mass);
-    let condensed = pick(&k, &with_mass, &with_mass)
-        - coupling.transpose() * solve(&pick(&k, &without, &without), &coupling);
-    let lower = pick(&m, &with_mass, &with_mass)
-        .llt(Side::Lower)
-        .unwrap()
-        .L()
-        .to_owned();
-    let half = solve(&lower, &condensed);
-    let (values, _) = eigen(&symmetric(&solve(&lower, &half.transpose().to_owned())));
+    let massless = Massless::of(&beam);
+    assert_eq!(massless.with_mass.len(), 22);
+    let values = massless.eigenvalues();
     let expected = roots(&values[6..]);
     let oracle = Oracle::of(&beam);
     assert_eq!(oracle.eigenvalues.len(), expected.len());

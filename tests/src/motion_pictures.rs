@@ -62,6 +62,7 @@ fn chart(horizontal: &str, vertical: &str, series: Vec<Series>) -> Chart {
         vertical: Axis::linear(vertical),
         series,
         slopes: Vec::new(),
+        notes: Vec::new(),
     }
 }
 

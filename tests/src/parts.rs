@@ -3,10 +3,13 @@
 use std::path::PathBuf;
 
 use dcb_formats::component::{Interface, InterfaceKind, Role, Weights};
-use dcb_formats::mesh::{Direction, DofMap, Mesh};
+use dcb_formats::mesh::{Direction, Dof, DofMap, Mesh};
 use dcb_formats::{Component, SparseMatrix};
 use dcb_samples::spatial_beam::{BeamMass, BeamTheory, SpatialBeam};
 use dcb_samples::{Material, RodSection, SolidElement, box_block, planar_rod, spatial_beam};
+use faer::Mat;
+
+use crate::dense::{dense, sparse};
 
 /// The planar rod of the slider-crank benchmark.
 pub fn rod(elements: usize) -> Component {
@@ -101,6 +104,8 @@ pub fn rotor() -> Component {
         component_masses: None,
         interfaces: description.interfaces.clone(),
         explicit_boundary: None,
+        loads: Vec::new(),
+        geometric_stiffness: None,
         damping: dcb_formats::component::Damping::None,
         sources: Vec::new(),
         notes: Vec::new(),
@@ -144,7 +149,7 @@ pub fn renumbered(component: &Component, order: &[u32]) -> Component {
         .iter()
         .map(|row| {
             let dof = component.dofs.dofs()[*row];
-            dcb_formats::mesh::Dof {
+            Dof {
                 node: new_of[dof.node as usize],
                 ..dof
             }
@@ -191,4 +196,68 @@ pub fn with_rows(matrix: &SparseMatrix, rows: &[usize]) -> SparseMatrix {
     }
     SparseMatrix::try_new_from_triplets(rows.len(), rows.len(), &entries)
         .expect("the entries are in range")
+}
+
+/// A stiff box with `count` equal oscillators at one of its nodes: masses on three springs each, at the node's place; and the ω² of
+/// their motions against each other.
+pub fn with_oscillators(count: usize) -> (Component, f64) {
+    let block = box_block(
+        [2, 1, 1],
+        [0.2, 0.1, 0.08],
+        SolidElement::Hexahedron,
+        &Material::STEEL,
+    );
+    let (nodes, n) = (block.mesh.node_count(), block.dofs.len());
+    let (stiffness, mass) = (2.0e6, 0.05);
+    let host = 4_u32;
+    let mut mesh = block.mesh.clone();
+    let mut dofs: Vec<Dof> = block.dofs.dofs().to_vec();
+    let size = n + 3 * count;
+    let (mut k, mut m) = (Mat::zeros(size, size), Mat::zeros(size, size));
+    k.as_mut()
+        .submatrix_mut(0, 0, n, n)
+        .copy_from(&dense(&block.stiffness));
+    m.as_mut()
+        .submatrix_mut(0, 0, n, n)
+        .copy_from(&dense(&block.mass));
+    for oscillator in 0..count {
+        mesh.coordinates.extend(block.mesh.position(host));
+        for axis in 0..3 {
+            let (at, base) = (n + 3 * oscillator + axis, 3 * host as usize + axis);
+            dofs.push(Dof {
+                node: (nodes + oscillator) as u32,
+                direction: Direction::ALL[axis],
+            });
+            m[(at, at)] = mass;
+            k[(at, at)] = stiffness;
+            k[(base, base)] += stiffness;
+            k[(at, base)] = -stiffness;
+            k[(base, at)] = -stiffness;
+        }
+    }
+    let component = Component {
+        dofs: DofMap::new(dofs, nodes + count).expect("a dof table"),
+        stiffness: sparse(&k),
+        mass: sparse(&m),
+        mesh,
+        ..block
+    };
+    (component, stiffness / mass)
+}
+
+/// The part elsewhere: coordinates and positions of interfaces increased by `by`.
+pub fn moved(component: &Component, by: [f64; 3]) -> Component {
+    let mut result = component.clone();
+    let d = component.dimension().coordinate_count();
+    for point in result.mesh.coordinates.chunks_exact_mut(d) {
+        point.iter_mut().zip(by).for_each(|(x, b)| *x += b);
+    }
+    for position in result
+        .interfaces
+        .iter_mut()
+        .filter_map(|interface| interface.position.as_mut())
+    {
+        position.iter_mut().zip(by).for_each(|(x, b)| *x += b);
+    }
+    result
 }

@@ -3,8 +3,9 @@
 
 use std::sync::Arc;
 
+use dcb_formats::Component;
 use dcb_formats::mesh::{Dimension, Direction};
-use dcb_reducer::Reduced;
+use dcb_reducer::{Reduced, Reduction};
 use dcb_runtime::simulation::Simulation;
 use dcb_runtime::{Compatibility, FlexibleBody};
 use dcb_samples::{RodSection, planar_rod};
@@ -12,8 +13,8 @@ use faer::Mat;
 use nalgebra::{DMatrix, RowDVector, Vector2};
 
 use crate::corotated_rod::{CorotatedRod, CorotatedSliderCrank, RodEnd};
-use crate::lowest;
 use crate::slider_crank::{ROD, SliderCrank, rod_coordinates};
+use crate::with;
 
 /// Crank, speed and rod of a slider-crank; the slider has half of the rod's mass.
 #[derive(Clone, Copy, Debug)]
@@ -75,7 +76,24 @@ impl ReducedRod {
         modes: usize,
         compatibility: Compatibility,
     ) -> Self {
-        let reduced = lowest(&planar_rod(elements, &benchmark.section), modes);
+        let component = planar_rod(elements, &benchmark.section);
+        Self::of(
+            benchmark,
+            &component,
+            &Reduction::lowest(modes),
+            compatibility,
+        )
+    }
+
+    /// Of a rod made for the benchmark, an even number of elements, reduced as asked for.
+    pub fn of(
+        benchmark: Benchmark,
+        component: &Component,
+        options: &Reduction,
+        compatibility: Compatibility,
+    ) -> Self {
+        let elements = component.mesh.node_count() - 1;
+        let reduced = with(component, options);
         let across = |node: usize| {
             let mut dofs = reduced.recovery.dofs.iter();
             dofs.position(|dof| dof.node as usize == node && dof.direction == Direction::Uy)
@@ -111,8 +129,13 @@ impl ReducedRod {
     pub fn deflection(&self, y: &[f64]) -> f64 {
         let mut amplitudes = vec![0.0; self.body.original_coordinate_count()];
         self.body.original_coordinates(y, &mut amplitudes);
-        let (modal, attached) = amplitudes.split_at(self.reduced.recovery.modes.ncols());
+        let recovery = &self.reduced.recovery;
+        let (modal, rest) = amplitudes.split_at(recovery.modes.ncols());
+        let (attached, further) = rest.split_at(recovery.residual.ncols());
         self.recovered(modal, attached)
+            + recovery.enrichment.as_ref().map_or(0.0, |fields| {
+                self.across(|row| product(fields, row, further))
+            })
     }
 
     /// The same in a mechanism, whatever the rod's compatibility.
@@ -131,47 +154,81 @@ impl ReducedRod {
     /// From amplitudes of modes and of G_res L_bᵀ.
     fn recovered(&self, modal: &[f64], attached: &[f64]) -> f64 {
         let recovery = &self.reduced.recovery;
-        let product = |matrix: &Mat<f64>, row: usize, x: &[f64]| -> f64 {
-            let entries = x.iter().enumerate();
-            entries.map(|(k, x)| matrix[(row, k)] * x).sum()
-        };
-        let [middle, a, b] = self.nodes.map(|row| {
+        self.across(|row| {
             product(&recovery.modes, row, modal) + product(&recovery.residual, row, attached)
-        });
+        })
+    }
+
+    /// Of the displacements across the rod at the rows of the three nodes.
+    fn across(&self, displacement: impl Fn(usize) -> f64) -> f64 {
+        let [middle, a, b] = self.nodes.map(displacement);
         (middle - 0.5 * (a + b)) / self.benchmark.section.length
     }
 
     /// The same for all modes kept, by the classical equations: the superelement's numbers as they are in the file.
     pub fn classical(&self) -> CorotatedSliderCrank {
+        let modes = &self.reduced.superelement.modes;
+        let (n_k, n_b) = (modes.eigenvalues.len(), modes.interface_shapes.nrows());
+        self.classical_over(
+            &DMatrix::identity(n_k + n_b, n_k),
+            modes.eigenvalues.clone(),
+        )
+    }
+
+    /// The same with the attachments among the coordinates: modes and G_res L_bᵀ T_r.
+    pub fn classical_with_attachments(&self) -> CorotatedSliderCrank {
         let superelement = &self.reduced.superelement;
-        let n = superelement.modes.eigenvalues.len();
+        let (modes, residual) = (&superelement.modes, &superelement.residual);
+        let (n_k, n_b) = (modes.eigenvalues.len(), modes.interface_shapes.nrows());
+        let rank = residual.sigma_squared.len();
+        let columns = DMatrix::from_fn(n_k + n_b, n_k + rank, |i, j| match (i < n_k, j < n_k) {
+            (true, true) if i == j => 1.0,
+            (false, false) => residual.transform[(i - n_k, j - n_k)],
+            _ => 0.0,
+        });
+        let squares = modes.eigenvalues.iter().chain(&residual.sigma_squared);
+        self.classical_over(&columns, squares.copied().collect())
+    }
+
+    /// Over unit-mass coordinates y, of which the stored basis [Φ, G_res L_bᵀ] has `columns` times y.
+    fn classical_over(&self, columns: &DMatrix<f64>, squares: Vec<f64>) -> CorotatedSliderCrank {
+        let superelement = &self.reduced.superelement;
+        let (n_all, n) = columns.shape();
+        let n_k = superelement.modes.eigenvalues.len();
         let inertia = &superelement.inertia;
-        let leading =
-            |matrix: &Mat<f64>, rows: usize| DMatrix::from_fn(rows, n, |i, j| matrix[(i, j)]);
-        let shapes = &superelement.modes.interface_shapes;
+        let stored =
+            |matrix: &Mat<f64>, rows: usize| DMatrix::from_fn(rows, n_all, |i, j| matrix[(i, j)]);
+        let (modal, attached) = (
+            &superelement.modes.interface_shapes,
+            &superelement.residual.flexibility,
+        );
         let end = |index: usize| {
             let position = superelement.interfaces[index].position;
             let [x, y, _] = match superelement.rows.iter().find(|row| row.interface == index) {
                 Some(row) => row.position,
                 None => position,
             };
+            let shapes = DMatrix::from_fn(2, n_all, |i, j| match j < n_k {
+                true => modal[(2 * index + i, j)],
+                false => attached[(2 * index + i, j - n_k)],
+            });
             RodEnd {
                 position: Vector2::new(x, y),
-                shapes: DMatrix::from_fn(2, n, |i, j| shapes[(2 * index + i, j)]),
+                shapes: shapes * columns,
             }
         };
+        let i1 = RowDVector::from_fn(n_all, |_, k| inertia.i1[k][2][2]);
+        let i3 = RowDVector::from_fn(n_all, |_, k| inertia.i3[(0, k)]);
         CorotatedSliderCrank {
             rod: CorotatedRod {
                 mass: inertia.mass,
                 inertia: inertia.tensor[2][2],
-                l1: leading(&inertia.l1, 2),
-                i1: RowDVector::from_fn(n, |_, k| inertia.i1[k][2][2]),
-                i3: RowDVector::from_fn(n, |_, k| inertia.i3[(0, k)]),
-                l3: leading(&inertia.l3[0], n),
+                l1: stored(&inertia.l1, 2) * columns,
+                i1: i1 * columns,
+                i3: i3 * columns,
+                l3: columns.transpose() * stored(&inertia.l3[0], n_all) * columns,
                 reduced_mass: DMatrix::identity(n, n),
-                stiffness: DMatrix::from_diagonal(&nalgebra::DVector::from_vec(
-                    superelement.modes.eigenvalues.clone(),
-                )),
+                stiffness: DMatrix::from_diagonal(&nalgebra::DVector::from_vec(squares)),
                 ends: [end(0), end(1)],
             },
             crank: self.benchmark.crank,
@@ -179,4 +236,10 @@ impl ReducedRod {
             slider: 0.5 * inertia.mass,
         }
     }
+}
+
+/// Row `row` of `matrix x`.
+fn product(matrix: &Mat<f64>, row: usize, x: &[f64]) -> f64 {
+    let entries = x.iter().enumerate();
+    entries.map(|(k, x)| matrix[(row, k)] * x).sum()
 }

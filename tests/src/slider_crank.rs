@@ -8,8 +8,8 @@ use dcb_runtime::function::{Function, TimeFunction};
 use dcb_runtime::integrator::Method;
 use dcb_runtime::joint::{JointKind, Prismatic};
 use dcb_runtime::simulation::Simulation;
-use dcb_runtime::system::Signal;
 use dcb_runtime::system::builder::{Drawn, JointCoordinate, SystemBuilder, Turning};
+use dcb_runtime::system::{Signal, State, System};
 use nalgebra::{Matrix3, UnitQuaternion, Vector3};
 
 use crate::mechanism::{revolute, rigid, start};
@@ -67,6 +67,12 @@ impl SliderCrank {
 
     /// The started simulation.
     pub fn start(&self, rod: &RodStart, method: Method) -> Simulation {
+        let (system, state) = self.system(rod);
+        start(system, state, method).0
+    }
+
+    /// The mechanism as drawn.
+    pub fn system(&self, rod: &RodStart) -> (System, State) {
         let mut builder = SystemBuilder::new(self.dimension, Vector3::zeros());
         // The crank is driven and the slider doesn't turn: what their moment of inertia is doesn't matter to the motion.
         let small = 0.1 * self.slider * self.crank * self.crank;
@@ -167,7 +173,7 @@ impl SliderCrank {
         let body = &system.bodies[ROD];
         state.coordinates[body.coordinates.clone()].copy_from_slice(&rod.y);
         state.velocities[body.velocities.clone()][6..].copy_from_slice(&rod.rates);
-        start(system, state, method).0
+        (system, state)
     }
 }
 

@@ -11,8 +11,8 @@ use super::shapes::text_attribute;
 use crate::component::{Source, Units};
 use crate::mesh::{Dimension, Direction, Dof};
 use crate::superelement::{
-    BoundaryRow, Enrichment, Inertia, InterfaceFrame, Modes, Provenance, Residual, Stiffening,
-    Superelement,
+    BoundaryRow, Enrichment, Inertia, InterfaceFrame, Modes, PartLoad, Provenance, Residual,
+    Stiffening, Superelement,
 };
 
 /// Everything but the nodal fields and the mesh.
@@ -42,6 +42,7 @@ pub(super) fn superelement(file: &SuperelementFile) -> Result<Superelement, Find
             interface: optional_layers(file, "/stiffening/interface")?,
         },
         enrichment: enrichment(file)?,
+        loads: loads(file)?,
         provenance: provenance(file)?,
     })
 }
@@ -236,6 +237,10 @@ fn enrichment(file: &SuperelementFile) -> Result<Option<Enrichment>, Finding> {
     }
     let n = basis_count(file);
     Ok(Some(Enrichment {
+        names: match file.has("/enrichment/names") {
+            true => file.texts("/enrichment/names")?,
+            false => Vec::new(),
+        },
         interface_shapes: matrix(
             file,
             "/enrichment/interface_shapes",
@@ -245,6 +250,27 @@ fn enrichment(file: &SuperelementFile) -> Result<Option<Enrichment>, Finding> {
         reduced_mass: matrix(file, "/reduced/mass", n, n)?,
         reduced_stiffness: matrix(file, "/reduced/stiffness", n, n)?,
     }))
+}
+
+fn loads(file: &SuperelementFile) -> Result<Vec<PartLoad>, Finding> {
+    if !file.has("/loads/names") {
+        return Ok(Vec::new());
+    }
+    let names = file.texts("/loads/names")?;
+    let (forces, moments) = (file.reals("/loads/forces")?, file.reals("/loads/moments")?);
+    let work = file.reals("/loads/work")?;
+    let d = file.counts().dimension.coordinate_count();
+    let n = basis_count(file);
+    let load = |(index, name): (usize, String)| PartLoad {
+        name,
+        force: point(&forces[index * d..(index + 1) * d]),
+        moment: match file.counts().dimension {
+            Dimension::Planar => [0.0, 0.0, moments[index]],
+            Dimension::Spatial => point(&moments[3 * index..3 * index + 3]),
+        },
+        work: work[index * n..(index + 1) * n].to_vec(),
+    };
+    Ok(names.into_iter().enumerate().map(load).collect())
 }
 
 fn basis_count(file: &SuperelementFile) -> usize {

@@ -90,7 +90,14 @@ pub(super) fn superelement(of: &Superelement) -> Checked {
         .try_for_each(|layer| mirrored("/inertia/I2", layer.as_ref(), 1.0, scale))?;
 
     stiffening(of)?;
+    loads(of)?;
     if let Some(enrichment) = &of.enrichment {
+        if !enrichment.names.is_empty() {
+            length("/enrichment/names", enrichment.names.len(), n - n_k - n_b)?;
+        }
+        for (index, text) in enrichment.names.iter().enumerate() {
+            name("/enrichment/names", &format!("name {index}"), text)?;
+        }
         matrix(
             "/enrichment/interface_shapes",
             &enrichment.interface_shapes,
@@ -340,6 +347,24 @@ fn stiffening(of: &Superelement) -> Checked {
                 .collect();
             mirrored(path, layer.as_ref(), 1.0, |i, j| largest[i].min(largest[j]))?;
         }
+    }
+    Ok(())
+}
+
+fn loads(of: &Superelement) -> Checked {
+    let mut names = std::collections::HashSet::new();
+    for (index, load) in of.loads.iter().enumerate() {
+        name("/loads/names", &format!("name {index}"), &load.name)?;
+        if !names.insert(load.name.as_str()) {
+            return wrong(
+                "/loads/names",
+                format!("{:?} stands there twice", load.name),
+            );
+        }
+        finite("/loads/forces", &load.force)?;
+        finite("/loads/moments", &load.moment)?;
+        length("/loads/work", load.work.len(), of.basis_count())?;
+        finite("/loads/work", &load.work)?;
     }
     Ok(())
 }

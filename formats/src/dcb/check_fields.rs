@@ -6,11 +6,11 @@ use crate::mesh::{Dimension, Mesh};
 use crate::superelement::RecoveryBasis;
 
 /// Checks nodal fields against their superelement, and against the number of nodes if there is a mesh.
-/// `columns` are n_k and n_b.
+/// `columns` are n_k, n_b and n_x.
 pub(super) fn recovery(
     basis: &RecoveryBasis,
     dimension: Dimension,
-    columns: (usize, usize),
+    columns: [usize; 3],
     node_count: Option<usize>,
 ) -> Checked {
     let n_f = basis.dofs.len();
@@ -34,8 +34,13 @@ pub(super) fn recovery(
             );
         }
     }
-    matrix("/modes/shapes", &basis.modes, n_f, columns.0)?;
-    matrix("/residual/shapes", &basis.residual, n_f, columns.1)
+    let [modes, rows, further] = columns;
+    matrix("/modes/shapes", &basis.modes, n_f, modes)?;
+    matrix("/residual/shapes", &basis.residual, n_f, rows)?;
+    match &basis.enrichment {
+        Some(shapes) => matrix("/enrichment/shapes", shapes, n_f, further),
+        None => Ok(()),
+    }
 }
 
 /// Checks a mesh.

@@ -49,6 +49,8 @@ pub(super) enum Axis {
     Rank,
     /// n_f.
     FieldDofs,
+    /// n_l.
+    Loads,
 }
 
 /// The numbers that all shapes follow from.
@@ -61,6 +63,7 @@ pub(super) struct Counts {
     pub(super) enrichment: usize,
     pub(super) rank: usize,
     pub(super) field_dofs: usize,
+    pub(super) loads: usize,
 }
 
 impl Counts {
@@ -79,6 +82,7 @@ impl Counts {
                 .saturating_add(self.enrichment),
             Axis::Rank => self.rank,
             Axis::FieldDofs => self.field_dofs,
+            Axis::Loads => self.loads,
         }
     }
 
@@ -103,6 +107,8 @@ pub(super) enum Presence {
     Fields,
     /// Where there are further basis columns.
     Enriched,
+    /// Where there are named loads.
+    Loaded,
     /// By itself or not.
     Optional,
 }

@@ -3,9 +3,11 @@
 
 use super::contract::Axis::{Basis, Coordinates, FieldDofs, Fixed, Interfaces, Modes, Rank, Rows};
 use super::contract::Element::{Integer, Real, Text};
-use super::contract::Presence::{Enriched, Fields, Optional, Required, Spatial};
+use super::contract::Presence::{Enriched, Fields, Loaded, Optional, Required, Spatial};
 use super::contract::{Axis, Dataset, Element, Presence};
-use super::units::{FIRST_MOMENT, Factor, INERTIA, LENGTH, MASS, ONE, PER_MODAL, Rule, SAME};
+use super::units::{
+    FIRST_MOMENT, FORCE, Factor, INERTIA, LENGTH, MASS, MOMENT, ONE, PER_MODAL, Rule, SAME,
+};
 
 /// The dataset at a path, if the contract has one there.
 pub(super) fn dataset(path: &str) -> Option<&'static Dataset> {
@@ -350,6 +352,62 @@ pub(super) const DATASETS: &[Dataset] = &[
         "L_b X",
         Rule::Product(&[Factor::Displacement, Factor::Uniform(ONE)]),
         "further basis columns at the boundary rows",
+    ),
+    same(
+        "/enrichment/names",
+        Text,
+        &[Axis::Enrichment],
+        Optional,
+        "",
+        PLAIN,
+        "what each further column answers to (since 1.1)",
+    ),
+    same(
+        "/enrichment/shapes",
+        Real,
+        &[Axis::Enrichment, FieldDofs],
+        Optional,
+        "X^T",
+        Rule::Product(&[Factor::Uniform(ONE), Factor::Field]),
+        "nodal shapes of the further columns, one a row (since 1.1)",
+    ),
+    same(
+        "/loads/names",
+        Text,
+        &[Axis::Loads],
+        Optional,
+        "",
+        PLAIN,
+        "unique names of loads on the inside of the part (since 1.1)",
+    ),
+    same(
+        "/loads/forces",
+        Real,
+        &[Axis::Loads, Coordinates],
+        Loaded,
+        "T^T f",
+        Rule::Product(&[Factor::Uniform(FORCE)]),
+        "resultant force of each load, body frame (since 1.1)",
+    ),
+    split(
+        "/loads/moments",
+        (&[Axis::Loads], Rule::Product(&[Factor::Uniform(MOMENT)])),
+        (
+            &[Axis::Loads, Fixed(3)],
+            Rule::Product(&[Factor::Uniform(MOMENT)]),
+        ),
+        Loaded,
+        "X_r^T f",
+        "resultant moment of each load about the centre of mass, body frame; planar about z (since 1.1)",
+    ),
+    same(
+        "/loads/work",
+        Real,
+        &[Axis::Loads, Basis],
+        Loaded,
+        "f^T Psi",
+        Rule::Product(&[SAME, Factor::PerCoordinate(MOMENT)]),
+        "work of each load on the columns of the basis (since 1.1)",
     ),
     same(
         "/reduced/mass",

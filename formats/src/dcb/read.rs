@@ -142,8 +142,12 @@ impl SuperelementFile {
                 dofs: assemble::field_dofs(self)?,
                 modes: self.field("/modes/shapes")?,
                 residual: self.field("/residual/shapes")?,
+                enrichment: match self.has("/enrichment/shapes") {
+                    true => Some(self.field("/enrichment/shapes")?),
+                    false => None,
+                },
             };
-            let columns = (self.counts.modes, self.counts.rows);
+            let columns = [self.counts.modes, self.counts.rows, self.counts.enrichment];
             let points = self.inventory.entries.get("/mesh/points");
             let node_count = points.and_then(|entry| entry.line.shape.first().copied());
             check_fields::recovery(&basis, self.counts.dimension, columns, node_count)?;

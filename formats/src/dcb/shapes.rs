@@ -118,6 +118,7 @@ pub(super) fn count(inventory: &Inventory) -> Result<Counts, Finding> {
         enrichment: optional("/enrichment/interface_shapes", 1)?,
         rank: size("/residual/sigma2", 0)?,
         field_dofs: optional("/fields/dofs", 0)?,
+        loads: optional("/loads/names", 0)?,
     })
 }
 
@@ -168,6 +169,7 @@ fn is_required(dataset: &Dataset, inventory: &Inventory, counts: &Counts) -> boo
         Presence::Spatial => counts.dimension == Dimension::Spatial,
         Presence::Optional => false,
         Presence::Fields => any(Presence::Fields),
+        Presence::Loaded => inventory.entries.contains_key("/loads/names"),
         Presence::Enriched => inventory
             .entries
             .contains_key("/enrichment/interface_shapes"),

@@ -42,12 +42,12 @@ const MODAL: Unit = Unit {
     length: 2,
     time: 0,
 };
-const FORCE: Unit = Unit {
+pub(super) const FORCE: Unit = Unit {
     mass: 2,
     length: 2,
     time: -4,
 };
-const MOMENT: Unit = FORCE.times(LENGTH);
+pub(super) const MOMENT: Unit = FORCE.times(LENGTH);
 /// Displacements `ux uy uz rx ry rz`.
 const FIELD_DIRECTIONS: [Unit; 6] = [LENGTH, LENGTH, LENGTH, ONE, ONE, ONE];
 

@@ -42,7 +42,11 @@ pub fn write_superelement(
         check_fields::recovery(
             recovery,
             of.dimension,
-            (of.mode_count(), of.boundary_row_count()),
+            [
+                of.mode_count(),
+                of.boundary_row_count(),
+                of.basis_count() - of.mode_count() - of.boundary_row_count(),
+            ],
             contents.mesh.map(Mesh::node_count),
         )
         .map_err(broken)?;
@@ -89,6 +93,7 @@ impl<'a> Writer<'a> {
             enrichment,
             rank: of.residual.sigma_squared.len(),
             field_dofs: fields.len(),
+            loads: of.loads.len(),
         };
         let units = UnitSystem {
             units: &of.units,
@@ -296,6 +301,9 @@ impl<'a> Writer<'a> {
                     .reals(&format!("/stiffening/{name}"), &stacked(matrices))?;
             }
         }
+        if !of.loads.is_empty() {
+            self.loads(of)?;
+        }
         if let Some(enrichment) = &of.enrichment {
             self.sink.group("enrichment")?;
             self.sink.group("reduced")?;
@@ -303,6 +311,9 @@ impl<'a> Writer<'a> {
                 "/enrichment/interface_shapes",
                 &row_major(&enrichment.interface_shapes),
             )?;
+            if !enrichment.names.is_empty() {
+                self.sink.texts("/enrichment/names", &enrichment.names)?;
+            }
             self.sink
                 .reals("/reduced/mass", &row_major(&enrichment.reduced_mass))?;
             self.sink.reals(
@@ -311,6 +322,29 @@ impl<'a> Writer<'a> {
             )?;
         }
         Ok(())
+    }
+
+    fn loads(&mut self, of: &Superelement) -> hdf5::Result<()> {
+        self.sink.group("loads")?;
+        let d = of.dimension.coordinate_count();
+        let turns = if of.dimension == Dimension::Planar {
+            2..3
+        } else {
+            0..3
+        };
+        let names: Vec<String> = of.loads.iter().map(|load| load.name.clone()).collect();
+        let forces = of.loads.iter().flat_map(|load| load.force[..d].to_vec());
+        let moments = of
+            .loads
+            .iter()
+            .flat_map(|load| load.moment[turns.clone()].to_vec());
+        let work = of.loads.iter().flat_map(|load| load.work.clone());
+        self.sink.texts("/loads/names", &names)?;
+        self.sink
+            .reals("/loads/forces", &forces.collect::<Vec<_>>())?;
+        self.sink
+            .reals("/loads/moments", &moments.collect::<Vec<_>>())?;
+        self.sink.reals("/loads/work", &work.collect::<Vec<_>>())
     }
 
     fn provenance(&mut self, of: &Superelement) -> hdf5::Result<()> {

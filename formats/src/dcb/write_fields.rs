@@ -18,7 +18,11 @@ impl Writer<'_> {
             .collect();
         self.sink.integers("/fields/dofs", &dofs)?;
         self.sink.field("/modes/shapes", &recovery.modes)?;
-        self.sink.field("/residual/shapes", &recovery.residual)
+        self.sink.field("/residual/shapes", &recovery.residual)?;
+        match &recovery.enrichment {
+            Some(shapes) => self.sink.field("/enrichment/shapes", shapes),
+            None => Ok(()),
+        }
     }
 
     /// Geometry; its names depend on the component, so the table of the contract doesn't have them.

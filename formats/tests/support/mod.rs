@@ -11,8 +11,8 @@ use dcb_formats::component::{InterfaceKind, Role, Source, Units};
 use dcb_formats::dcb::SuperelementFile;
 use dcb_formats::mesh::{CellBlock, Dimension, Direction, Dof, Mesh};
 use dcb_formats::superelement::{
-    BoundaryRow, Enrichment, FrameKind, Inertia, InterfaceFrame, Modes, Provenance, RecoveryBasis,
-    Residual, Stiffening, Superelement,
+    BoundaryRow, Enrichment, FrameKind, Inertia, InterfaceFrame, Modes, PartLoad, Provenance,
+    RecoveryBasis, Residual, Stiffening, Superelement,
 };
 use faer::Mat;
 
@@ -155,6 +155,7 @@ pub fn superelement(dimension: Dimension) -> Superelement {
         },
         stiffening: Stiffening::default(),
         enrichment: None,
+        loads: Vec::new(),
         provenance: Provenance {
             generator: "reduce 0.1.0".to_owned(),
             inputs: vec![Source {
@@ -178,6 +179,7 @@ pub fn enriched(dimension: Dimension) -> Superelement {
     let n = of.basis_count() + 2;
     let axes = if dimension == Dimension::Planar { 1 } else { 3 };
     of.enrichment = Some(Enrichment {
+        names: vec!["spin xx".to_owned(), "load \"wind\"".to_owned()],
         interface_shapes: matrix(30, n_b, 2),
         reduced_mass: symmetric(31, n),
         reduced_stiffness: symmetric(32, n),
@@ -188,6 +190,20 @@ pub fn enriched(dimension: Dimension) -> Superelement {
             .collect(),
         interface: (0..n_b).map(|b| symmetric(40 + b, n)).collect(),
     };
+    of.loads = ["wind", "Gewicht"]
+        .into_iter()
+        .enumerate()
+        .map(|(index, name)| PartLoad {
+            name: name.to_owned(),
+            force: [0.5 + index as f64, -2.0, if axes == 1 { 0.0 } else { 3.0 }],
+            moment: if axes == 1 {
+                [0.0, 0.0, 0.1]
+            } else {
+                [0.2, 0.3, -0.4]
+            },
+            work: (0..n).map(|k| noise(72 + index, k, 0)).collect(),
+        })
+        .collect();
     of.inertia.l1 = matrix(50, dimension.coordinate_count(), n);
     of.inertia.i1.resize(n, of.inertia.i1[0]);
     of.inertia.i3 = matrix(51, axes, n);
@@ -239,6 +255,10 @@ pub fn recovery(of: &Superelement) -> RecoveryBasis {
     RecoveryBasis {
         modes: matrix(80, dofs.len(), of.mode_count()),
         residual: matrix(81, dofs.len(), of.boundary_row_count()),
+        enrichment: of
+            .enrichment
+            .as_ref()
+            .map(|further| matrix(82, dofs.len(), further.interface_shapes.ncols())),
         dofs,
     }
 }
@@ -280,7 +300,10 @@ pub fn summary(file: &SuperelementFile) -> Result<serde_json::Value, Error> {
         "i2_12": of.inertia.i2.iter().map(|layer| layer[(1, 2)]).collect::<Vec<_>>(),
         "centrifugal_12": of.stiffening.centrifugal.iter().map(|layer| layer[(1, 2)]).collect::<Vec<_>>(),
         "interface_stiffening_12": of.stiffening.interface.iter().map(|layer| layer[(1, 2)]).collect::<Vec<_>>(),
+        "loads": of.loads.iter().map(|load| (load.name.clone(), load.force, load.moment, load.work.last().copied())).collect::<Vec<_>>(),
         "last_reduced_stiffness": of.enrichment.as_ref().map(|enrichment| last(&enrichment.reduced_stiffness)),
+        "enrichment_names": of.enrichment.as_ref().map(|enrichment| enrichment.names.clone()),
+        "last_enrichment_shape": recovery.as_ref().and_then(|recovery| recovery.enrichment.as_ref()).map(last),
         "field_dofs": recovery.as_ref().map(|recovery| recovery.dofs.len()),
         "last_mode_shape": recovery.as_ref().map(|recovery| last(&recovery.modes)),
         "last_residual_shape": recovery.as_ref().map(|recovery| last(&recovery.residual)),

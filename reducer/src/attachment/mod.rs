@@ -7,6 +7,7 @@
 //! solved in blocks: nothing but X itself is ever as wide as L_bᵀ.
 
 mod iteration;
+mod loads;
 
 use faer::reborrow::*;
 use faer::{Mat, MatRef};
@@ -15,13 +16,14 @@ use rayon::prelude::*;
 use crate::block_algebra::{absolute_product, add_combination, copy, gram};
 use crate::column_products::{BLOCK, StiffnessProducts};
 use crate::condensation::Model;
+use crate::error::Error;
 use crate::factorization::PositiveFactor;
 use crate::free_modes::FreeModes;
-use crate::localization::Localization;
 use crate::observer::Observer;
 use crate::rigid_body::RigidBodyModes;
 
 use iteration::Solution;
+pub use loads::Loads;
 
 /// Relative residual above which the columns are refused, where double precision can tell that much.
 pub const RESIDUAL_LIMIT: f64 = 1e-8;
@@ -56,10 +58,10 @@ impl Complement<'_> {
     }
 }
 
-/// K X = P' L_bᵀ, to be solved or to be checked.
+/// K X = P' L_bᵀ, or with other forces in place of L_bᵀ, to be solved or to be checked.
 pub struct AttachmentProblem<'a> {
     model: &'a Model<'a>,
-    localization: &'a Localization,
+    loads: Loads<'a>,
     rigid: Complement<'a>,
     kept: Complement<'a>,
     /// Norms of their shapes.
@@ -99,7 +101,7 @@ pub struct SolvedColumns {
 /// What an attachment column leaves of its equation.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct WorstColumn {
-    /// Its row of L_b.
+    /// Its row of L_b, or its place among the forces.
     pub row: usize,
     /// ‖K x - f‖ / ‖f‖.
     pub residual: f64,
@@ -108,10 +110,10 @@ pub struct WorstColumn {
 }
 
 impl<'a> AttachmentProblem<'a> {
-    /// The problem of a model, its interfaces and the modes that are kept.
+    /// The problem of a model, forces on it and the modes that are kept.
     pub fn new(
         model: &'a Model,
-        localization: &'a Localization,
+        loads: Loads<'a>,
         rigid: &'a RigidBodyModes,
         modes: &'a FreeModes,
     ) -> Self {
@@ -125,7 +127,7 @@ impl<'a> AttachmentProblem<'a> {
             .collect();
         Self {
             model,
-            localization,
+            loads,
             rigid: Complement {
                 shapes: rigid.shapes.as_ref(),
                 mass_shapes: rigid.mass_shapes.as_ref(),
@@ -147,9 +149,7 @@ impl<'a> AttachmentProblem<'a> {
     /// Columns of P' L_bᵀ. What is left of a force at rounding level must not pass for a direction of its own: it is zero.
     fn forces(&self, first: usize, count: usize) -> Forces {
         let rows = first..first + count;
-        let mut columns = self
-            .localization
-            .attachment_columns(self.model.len(), rows.clone());
+        let mut columns = self.loads.columns(self.model.len(), rows.clone());
         let whole = self.norms(columns.as_ref());
         let rounding_alone = |norms: &[f64]| -> Vec<bool> {
             let pairs = norms.iter().zip(&whole);
@@ -158,7 +158,7 @@ impl<'a> AttachmentProblem<'a> {
                 .collect()
         };
         // What they do along the kept modes, from their few entries; no rigid motion changes it.
-        let along_kept = self.localization.work(self.kept.shapes, rows);
+        let along_kept = self.loads.work(self.kept.shapes, rows);
         for _ in 0..2 {
             self.rigid.project_force(&mut columns);
         }
@@ -187,14 +187,38 @@ impl<'a> AttachmentProblem<'a> {
         }
     }
 
+    /// P' f: the forces without what moves the part rigidly or as its kept modes, (n_c, n).
+    pub fn relieved(&self) -> Mat<f64> {
+        self.forces(0, self.loads.len()).columns
+    }
+
     /// Solves for all columns, block by block.
     pub fn solve(&self, factor: &PositiveFactor, observer: &mut dyn Observer) -> SolvedColumns {
-        let n_b = self.localization.len();
+        let n_b = self.loads.len();
         let columns = Mat::zeros(self.model.len(), n_b);
         self.by_blocks(columns, |forces, first, _| {
             observer.progress(first as f64 / n_b as f64);
             self.solve_block(factor, forces)
         })
+    }
+
+    /// The error of columns that don't satisfy their equation.
+    ///
+    /// # Errors
+    /// [`Error::AttachmentsNotConverged`] naming the worst.
+    pub fn refuse_unconverged(&self, solved: &SolvedColumns) -> Result<(), Error> {
+        let refused = solved.worst.filter(|worst| {
+            worst.residual.is_nan() || worst.residual > residual_limit(worst.rounding)
+        });
+        match refused {
+            Some(worst) => Err(Error::AttachmentsNotConverged {
+                residual: worst.residual,
+                iterations: solved.iterations,
+                tolerance: residual_limit(worst.rounding),
+                row: self.loads.name(worst.row),
+            }),
+            None => Ok(()),
+        }
     }
 
     /// How well given columns X solve K X = P' L_bᵀ.

@@ -14,6 +14,7 @@ fn every_command_has_help() {
         ("compare --help", "Usage: reduce compare [OPTIONS] <A> <B>"),
         ("schema --help", "JSON schema"),
         ("plan --help", "Usage: reduce plan [OPTIONS] <PART.mtx>"),
+        ("study --help", "Usage: reduce study [OPTIONS] <PART.mtx>"),
         ("--version", env!("CARGO_PKG_VERSION")),
     ] {
         let shown = folder.done(arguments);

@@ -4,14 +4,15 @@ use std::collections::BTreeSet;
 
 use dcb_formats::component::InterfaceKind;
 use dcb_formats::superelement::{BoundaryRow, InterfaceFrame};
-use faer::MatRef;
+use faer::{Mat, MatRef};
 use nalgebra::{Matrix3, Vector3};
 
 use crate::kernel::{add_columns, add_products};
 
 /// A frame of a body that joints, springs and loads act on.
 ///
-/// Its origin is at `R + A (position + S_u y)` and its axes are `A exp(skew(S_θ y)) axes` for a body frame at R, A.
+/// Its origin is at `R + A (position + u)` and its axes are `A exp(skew(θ)) axes` for a body frame at R, A, with (u, θ) = S y, less
+/// ½ yᵀ K y where there is geometric stiffening K for the row.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Attachment {
     /// Name of the interface.
@@ -26,6 +27,8 @@ pub struct Attachment {
     pub rotations: [bool; 3],
     /// S_u, then S_θ, row by row, (n) each; zero where not known. 1/√mass, rotations 1/(√mass·length).
     shapes: Vec<f64>,
+    /// Geometric stiffness per unit force or moment along a slot of the six, (n, n), where there is any.
+    stiffening: Vec<(usize, Mat<f64>)>,
 }
 
 impl Attachment {
@@ -35,6 +38,7 @@ impl Attachment {
         interface: &InterfaceFrame,
         rows: &[BoundaryRow],
         shapes: MatRef<'_, f64>,
+        of_rows: &[Mat<f64>],
     ) -> Option<Self> {
         let own = || {
             let all = rows.iter().enumerate();
@@ -52,11 +56,15 @@ impl Attachment {
         let n = shapes.ncols();
         let mut known = [false; 6];
         let mut of_frame = vec![0.0; 6 * n];
+        let mut stiffening = Vec::new();
         for (row, BoundaryRow { direction, .. }) in own() {
             let direction = usize::try_from(*direction).ok().filter(|d| *d < 6)?;
             known[direction] = true;
             for k in 0..n {
                 of_frame[direction * n + k] = shapes[(row, k)];
+            }
+            if let Some(matrix) = of_rows.get(row).filter(|matrix| matrix.norm_max() > 0.0) {
+                stiffening.push((direction, matrix.clone()));
             }
         }
         let [ux, uy, uz, rx, ry, rz] = known;
@@ -67,6 +75,7 @@ impl Attachment {
             translations: [ux, uy, uz],
             rotations: [rx, ry, rz],
             shapes: of_frame,
+            stiffening,
         })
     }
 
@@ -83,6 +92,11 @@ impl Attachment {
     /// Row `axis` of S_θ, (n).
     pub fn rotation_shape(&self, axis: usize) -> &[f64] {
         self.shape(3 + axis)
+    }
+
+    /// Geometric stiffness by slots of the six, `ux uy uz rx ry rz`; what isn't there is zero.
+    pub fn stiffening(&self) -> &[(usize, Mat<f64>)] {
+        &self.stiffening
     }
 
     fn shape(&self, row: usize) -> &[f64] {

@@ -26,7 +26,7 @@ mod terms;
 
 use dcb_formats::mesh::Dimension;
 use dcb_formats::superelement::Inertia;
-use faer::{MatMut, MatRef};
+use faer::{Mat, MatMut, MatRef};
 use nalgebra::Vector3;
 use pulp::{Arch, Simd, WithSimd};
 
@@ -78,6 +78,17 @@ impl FrameInertia {
     pub fn with_attachment_mass(mut self, mass: AttachmentMass) -> Self {
         self.attachment_mass = Some(mass);
         self
+    }
+
+    /// The same with geometric stiffening by products of spins, over the coordinates that the columns combine.
+    pub fn with_stiffening(mut self, centrifugal: &[Mat<f64>], columns: MatRef<'_, f64>) -> Self {
+        self.rotation = self.rotation.with_stiffening(centrifugal, columns);
+        self
+    }
+
+    /// Whether spins stiffen the body.
+    pub fn is_stiffened(&self) -> bool {
+        self.rotation.is_stiffened()
     }
 
     /// The same with the change of the rotary inertia followed no further than `change`.

@@ -9,6 +9,10 @@
 //! A planar body has the pair zz and the axis z only, J1 is 2 I1, and J2 is the reduced mass: I_z + 2 I1 y + yᵀ M y. The term
 //! yᵀ M y of the paper's appendix is kept: dropping it alone would leave forces that derive from no energy. The part of the
 //! moment that would come from L' y' vanishes, because L3 is antisymmetric.
+//!
+//! Geometric stiffening by spins is a part of J2. A spin's prestress has the potential ½ Σ ω_a ω_b yᵀ K_ab y, and what shortens a part
+//! across its axis brings its ends nearer to the centre: subtracting K_aa from J2_aa and ½ K_ab from J2_ab makes both of one energy, so
+//! that energy and angular momentum are conserved with it as without.
 
 use std::ops::Range;
 
@@ -42,7 +46,7 @@ enum SecondOrder {
     None,
     /// Planar: J2 is the reduced mass.
     ReducedMass,
-    /// Spatial: six matrices by pairs of axes.
+    /// One matrix for each pair of axes: six in space, and one in the plane where it isn't the reduced mass.
     Pairs(Stacked),
 }
 
@@ -56,6 +60,8 @@ pub struct RotaryInertia {
     /// J1, pair by pair, (n) each; empty if the inertia is constant.
     first_order: Vec<f64>,
     second_order: SecondOrder,
+    /// Whether geometric stiffening is a part of `second_order`.
+    is_stiffened: bool,
     /// L3ᵀ, axis by axis.
     coupling: Stacked,
 }
@@ -100,15 +106,54 @@ impl RotaryInertia {
                     SecondOrder::Pairs(Stacked::of(second_order.iter().map(|m| m.as_ref())))
                 }
             },
+            is_stiffened: false,
             coupling: Stacked::of(transposed.iter().map(|m| m.transpose())),
         }
     }
 
-    /// The same body with the change of inertia followed no further than `change`; what isn't needed is dropped.
+    /// The same body stiffened by its spin: matrices (N, N) per product of spins ω_x², ω_y², ω_z², ω_xω_y, ω_yω_z, ω_zω_x (planar ω²), over
+    /// the coordinates that the columns combine. Nothing changes without any.
+    pub fn with_stiffening(mut self, centrifugal: &[Mat<f64>], columns: MatRef<'_, f64>) -> Self {
+        if centrifugal.iter().all(|matrix| matrix.norm_max() == 0.0) {
+            return self;
+        }
+        let n = self.count;
+        let pairs = self.pairs();
+        let stiffened: Vec<Mat<f64>> = centrifugal
+            .iter()
+            .zip(pairs)
+            .enumerate()
+            .map(|(which, (matrix, pair))| {
+                let (a, b) = PAIRS[pair];
+                let share = if a == b { 1.0 } else { 0.5 };
+                let projected = columns.transpose() * matrix * columns;
+                Mat::from_fn(n, n, |i, j| {
+                    let inertia = match &self.second_order {
+                        SecondOrder::None => 0.0,
+                        SecondOrder::ReducedMass => f64::from(u8::from(i == j)),
+                        SecondOrder::Pairs(matrices) => matrices.column(which, n, j)[i],
+                    };
+                    inertia - share * 0.5 * (projected[(i, j)] + projected[(j, i)])
+                })
+            })
+            .collect();
+        self.second_order = SecondOrder::Pairs(Stacked::of(stiffened.iter().map(|m| m.as_ref())));
+        self.is_stiffened = true;
+        self
+    }
+
+    /// Whether its spin stiffens it.
+    pub fn is_stiffened(&self) -> bool {
+        self.is_stiffened
+    }
+
+    /// The same body with the change of inertia followed no further than `change`; what isn't needed is dropped, geometric stiffening by
+    /// spins as well, which is of second order.
     pub fn with_change(mut self, change: InertiaChange) -> Self {
         self.change = self.change.min(change);
         if self.change < InertiaChange::SecondOrder {
             self.second_order = SecondOrder::None;
+            self.is_stiffened = false;
         }
         if self.change < InertiaChange::FirstOrder {
             self.first_order.clear();
@@ -211,10 +256,10 @@ impl RotaryInertia {
                 }
             }
             SecondOrder::Pairs(matrices) => {
-                for pair in 0..PAIRS.len() {
+                for (which, pair) in self.pairs().enumerate() {
                     let weight = spin_product(spin, pair);
                     for (l, column) in out.as_mut().col_iter_mut().enumerate() {
-                        let of_pair = matrices.column(pair, self.count, l);
+                        let of_pair = matrices.column(which, self.count, l);
                         for (out, entry) in column.iter_mut().zip(of_pair) {
                             *out -= weight * entry;
                         }
@@ -236,8 +281,12 @@ impl RotaryInertia {
             SecondOrder::ReducedMass => {
                 spin.z * spin.z * mass.map_or(1.0, |mass| mass.diagonal(self.count, k))
             }
-            SecondOrder::Pairs(matrices) => (0..PAIRS.len())
-                .map(|pair| spin_product(spin, pair) * matrices.column(pair, self.count, k)[k])
+            SecondOrder::Pairs(matrices) => self
+                .pairs()
+                .enumerate()
+                .map(|(which, pair)| {
+                    spin_product(spin, pair) * matrices.column(which, self.count, k)[k]
+                })
                 .sum(),
         }
     }

@@ -4,6 +4,7 @@ pub mod adaptive;
 pub mod method;
 pub mod newton;
 pub mod profile;
+pub mod resolution;
 pub mod scheme;
 
 pub use method::{Effort, Formulation, Method, Tolerance};

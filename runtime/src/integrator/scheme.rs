@@ -96,9 +96,9 @@ impl Scheme {
 
     /// Spectral radius of an infinitely stiff motion.
     pub fn spectral_radius(&self) -> f64 {
-        // Double roots at infinity: of the acceleration relation, and of the displacement.
-        let of_acceleration = (self.alpha_f / (1.0 - self.alpha_f)).abs();
-        let of_displacement = ((self.beta - self.gamma - 0.5) / self.beta + 1.0).abs();
-        of_acceleration.max(of_displacement.min(1.0))
+        // Roots at infinity: of the acceleration relation, and the double one of β λ² + (½ + γ - 2β) λ + ½ - γ + β with β = ¼ (γ + ½)².
+        let of_acceleration = self.alpha_f / (1.0 - self.alpha_f);
+        let of_displacement = (1.0 - 2.0 / (self.gamma + 0.5)).abs();
+        of_acceleration.max(of_displacement)
     }
 }

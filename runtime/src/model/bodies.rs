@@ -1,5 +1,7 @@
 //! Bodies as a scene describes them, to bodies as the dynamics has them.
 
+use std::ops::Range;
+
 use nalgebra::{Matrix3, Vector3};
 
 use crate::body::{FlexibleBody, RigidBody, RigidPoint};
@@ -52,15 +54,20 @@ pub(super) fn inertia_change(change: scene::InertiaChange) -> InertiaChange {
     }
 }
 
-/// Replaces the damping ratios; the last of a list holds for all further coordinates, attachments included.
-pub(super) fn damp(body: &mut FlexibleBody, damping: &DampingOverride) {
+/// Replaces the damping ratios; the last of a list holds for all further coordinates, attachments included. Entries of modes that
+/// are left out are nobody's.
+pub(super) fn damp(body: &mut FlexibleBody, damping: &DampingOverride, left_out: Range<usize>) {
     let DampingOverride::Modal(ratios) = damping;
     for (index, own) in body.damping.iter_mut().enumerate() {
         *own = match ratios {
             ModalRatios::Uniform(ratio) => *ratio,
             ModalRatios::PerMode(list) => {
                 let last = list.last().copied().unwrap_or(0.0);
-                list.get(index).copied().unwrap_or(last)
+                let entry = match index < left_out.start {
+                    true => index,
+                    false => index + left_out.len(),
+                };
+                list.get(entry).copied().unwrap_or(last)
             }
         };
     }

@@ -1,10 +1,12 @@
 //! Joints, drives, springs and loads of a scene, to rows and loads of the system.
 
+use dcb_formats::description::{listed, suggestion};
 use dcb_formats::mesh::Dimension;
 use nalgebra::Vector3;
 
 use super::places::{Place, Rotation, Turned, find, marker};
 use super::{NamedJoint, Names};
+use crate::body::Compatibility;
 use crate::error::Error;
 use crate::function::{Function, TimeFunction};
 use crate::joint::{
@@ -13,7 +15,7 @@ use crate::joint::{
 };
 use crate::measure::Measure;
 use crate::scene::{
-    self, AxisJoint, Drive, Joint, Load, LoadFunction, OrientationSource, Scene, Spring,
+    self, AxisJoint, Drive, Joint, Load, OrientationSource, PartLoadFunction, Scene, Spring,
 };
 use crate::system::builder::{BuiltJoint, JointCoordinate, SystemBuilder};
 use crate::system::{LoadAxes, Signal};
@@ -308,17 +310,14 @@ pub(super) fn add_load(
     name: &str,
     load: &Load,
 ) -> Result<(), Error> {
-    let (kind, function): (&str, &LoadFunction) = match load {
-        Load::Force(function) => ("force", function),
-        Load::Torque(function) => ("torque", function),
+    let (kind, rotation, function) = match load {
+        Load::PartLoad(part) => return add_part_load(builder, names, name, part),
+        Load::Force(function) => ("force", Rotation::None, function),
+        Load::Torque(function) => ("torque", Rotation::All, function),
     };
     let location = format!("loads.{name}.{kind}");
     let at = format!("{location}.at");
     let place = find(scene, builder, names, &at, &function.at)?;
-    let rotation = match load {
-        Load::Force(_) => Rotation::None,
-        Load::Torque(_) => Rotation::All,
-    };
     let marker = marker(builder, &at, &place, &rotation, Turned::Interface)?;
     let inputs = function
         .components
@@ -338,8 +337,8 @@ pub(super) fn add_load(
             name.to_owned()
         };
         let input = input_of(builder, &input_name, component);
-        let slot = match (load, scene.dimension) {
-            (Load::Torque(_), Dimension::Planar) => 2,
+        let slot = match (&rotation, scene.dimension) {
+            (Rotation::All, Dimension::Planar) => 2,
             _ => index,
         };
         signals[slot] = Some(builder.signal(Signal {
@@ -352,9 +351,54 @@ pub(super) fn add_load(
         scene::LoadAxes::World => LoadAxes::World,
         scene::LoadAxes::Follower => LoadAxes::Follower,
     };
-    match load {
-        Load::Force(_) => builder.load(name, marker, axes, signals, [None; 3]),
-        Load::Torque(_) => builder.load(name, marker, axes, [None; 3], signals),
+    let (force, torque) = match rotation {
+        Rotation::All => ([None; 3], signals),
+        _ => (signals, [None; 3]),
     };
+    builder.load(name, marker, axes, force, torque);
+    Ok(())
+}
+
+fn add_part_load(
+    builder: &mut SystemBuilder,
+    names: &Names,
+    name: &str,
+    part: &PartLoadFunction,
+) -> Result<(), Error> {
+    let location = format!("loads.{name}.part_load");
+    let body = names.bodies[part.body.as_str()];
+    let flexible = &builder.system().bodies[body].flexible;
+    if flexible.compatibility != Compatibility::Strong {
+        return Err(Error::described(
+            location,
+            "needs strong compatibility: the others leave out what loads off the interfaces do to them",
+        ));
+    }
+    let known = flexible.loads.iter().map(|load| load.name.as_str());
+    let index = known.clone().position(|known| known == part.load);
+    let Some(index) = index else {
+        let names = match listed(known.clone()) {
+            none if none.is_empty() => "its file has none".to_owned(),
+            names => format!("there are: {names}"),
+        };
+        return Err(Error::described(
+            format!("{location}.load"),
+            format!(
+                "no load of body {:?} is called {:?}{} ({names})",
+                part.body,
+                part.load,
+                suggestion(&part.load, known)
+            ),
+        ));
+    };
+    let function = TimeFunction::new(&part.factor)
+        .map_err(|error| error.within(&format!("{location}.factor")))?;
+    let input = input_of(builder, name, &part.factor);
+    let factor = builder.signal(Signal {
+        function,
+        input,
+        offset: 0.0,
+    });
+    builder.part_load(name, body, index, factor);
     Ok(())
 }

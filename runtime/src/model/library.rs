@@ -1,16 +1,17 @@
 //! The superelements of a scene, each file read once however many bodies are made of it.
 
+use std::borrow::Cow;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use dcb_formats::component::Units;
 use dcb_formats::dcb::SuperelementFile;
 use dcb_formats::mesh::{Dimension, Mesh};
-use dcb_formats::superelement::{RecoveryBasis, Superelement};
+use dcb_formats::superelement::{RecoveryBasis, Stiffening, Superelement};
 use indexmap::IndexMap;
 
 use super::bodies;
-use crate::body::{Compatibility, FlexibleBody};
+use crate::body::{Compatibility, FlexibleBody, ModeTruncation};
 use crate::error::Error;
 use crate::scene::{self, Body, BodyKind, Scene, SuperelementBody};
 
@@ -37,7 +38,25 @@ struct OpenFile {
     file: SuperelementFile,
     superelement: Superelement,
     bodies: Vec<(SuperelementBody, Arc<FlexibleBody>)>,
-    fields: Option<Arc<(RecoveryBasis, Mesh)>>,
+    /// By the number of modes that a scene asks for.
+    fields: IndexMap<Option<u32>, Arc<(RecoveryBasis, Mesh)>>,
+}
+
+impl OpenFile {
+    /// The truncation that a body asks for with `modes`, if it does.
+    fn truncation(&self, name: &str, modes: Option<u32>) -> Result<Option<ModeTruncation>, Error> {
+        let Some(wanted) = modes else {
+            return Ok(None);
+        };
+        let available = self.superelement.mode_count();
+        if wanted as usize > available {
+            return Err(Error::described(
+                format!("bodies.{name}.modes"),
+                format!("is {wanted}, but the superelement has {available} modes"),
+            ));
+        }
+        ModeTruncation::of(&self.superelement, wanted as usize).map(Some)
+    }
 }
 
 impl Library {
@@ -88,10 +107,28 @@ impl Library {
         if let Some((_, body)) = known {
             return Ok(body.clone());
         }
-        let mut body = FlexibleBody::from_superelement(&opened.superelement, compatibility)?
-            .with_inertia_change(bodies::inertia_change(of.inertia_change));
+        let truncated = match opened.truncation(name, of.modes)? {
+            Some(truncation) => Some(truncation.superelement(&opened.superelement)?),
+            None => None,
+        };
+        let mut superelement = match truncated {
+            Some(truncated) => Cow::Owned(truncated),
+            None => Cow::Borrowed(&opened.superelement),
+        };
+        if of.geometric_stiffening == scene::GeometricStiffening::Off {
+            superelement.to_mut().stiffening = Stiffening::default();
+        }
+        let mut body = FlexibleBody::from_superelement(&superelement, compatibility)?;
+        if body.is_stiffened() && of.inertia_change != scene::InertiaChange::SecondOrder {
+            return Err(Error::described(
+                format!("bodies.{name}.inertia_change"),
+                "must be \"second-order\" with geometric stiffening, which is of that order; or set \"geometric_stiffening\": \"off\"",
+            ));
+        }
+        body = body.with_inertia_change(bodies::inertia_change(of.inertia_change));
         if let Some(damping) = &of.damping {
-            bodies::damp(&mut body, damping);
+            let left_out = body.mode_count..opened.superelement.mode_count();
+            bodies::damp(&mut body, damping, left_out);
         }
         let body = Arc::new(body);
         opened.bodies.push((of.clone(), body.clone()));
@@ -138,7 +175,7 @@ impl Library {
                 file,
                 superelement,
                 bodies: Vec::new(),
-                fields: None,
+                fields: IndexMap::new(),
             },
         );
         Ok(())
@@ -169,13 +206,25 @@ impl Library {
             .files
             .get_mut(&scene.resolve(&of.file))
             .ok_or_else(none)?;
-        if let Some(fields) = &opened.fields {
+        if let Some(fields) = opened.fields.get(&of.modes) {
             return Ok(fields.clone());
         }
         let basis = opened.file.recovery()?.ok_or_else(none)?;
+        if opened.superelement.enrichment.is_some() && basis.enrichment.is_none() {
+            return Err(Error::described(
+                at,
+                format!(
+                    "needs the nodal fields of the further columns of body {body:?}, which its file (of format 1.0) doesn't have; reduce it again"
+                ),
+            ));
+        }
         let mesh = opened.file.mesh()?.ok_or_else(none)?;
+        let basis = match opened.truncation(body, of.modes)? {
+            Some(truncation) => truncation.recovery(&basis),
+            None => basis,
+        };
         let fields = Arc::new((basis, mesh));
-        opened.fields = Some(fields.clone());
+        opened.fields.insert(of.modes, fields.clone());
         Ok(fields)
     }
 

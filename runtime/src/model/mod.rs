@@ -13,6 +13,7 @@ mod springs;
 
 use indexmap::IndexMap;
 
+use crate::body::Compatibility;
 use crate::error::Error;
 use crate::scene::Scene;
 use crate::system::builder::{BuiltJoint, JointCoordinate, SystemBuilder};
@@ -89,6 +90,14 @@ impl Model {
         let mut notes = Vec::new();
         for (name, body) in &scene.bodies {
             let flexible = library.body(scene, name, body)?;
+            if flexible.further_transform.nrows() > 0
+                && flexible.compatibility != Compatibility::Strong
+            {
+                notes.push(format!(
+                    "body {name:?} has {} further columns, which only strong compatibility uses",
+                    flexible.further_transform.nrows()
+                ));
+            }
             let index = builder.body(name, flexible, &bodies::drawn(body));
             names.bodies.insert(name.clone(), index);
         }

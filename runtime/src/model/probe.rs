@@ -4,6 +4,7 @@ use std::ops::Range;
 
 use dcb_formats::mesh::{Dimension, Mesh};
 use dcb_formats::superelement::RecoveryBasis;
+use faer::Mat;
 use nalgebra::Vector3;
 
 use crate::body::{Compatibility, FlexibleBody};
@@ -12,7 +13,7 @@ use crate::measure::Measure;
 use crate::motion::{FrameMotion, Six};
 use crate::scene::ReactionAxes;
 use crate::system::evaluation::{Evaluation, unwound};
-use crate::system::marker::{Marker, halves, turned_back};
+use crate::system::marker::{Marker, MarkerPlace, halves, turned_back};
 use crate::system::state::rates;
 use crate::system::{State, System};
 
@@ -133,10 +134,15 @@ impl NodeShapes {
                 *entry = if k < body.mode_count {
                     basis.modes[(row, k)]
                 } else {
-                    let column = body.attachment_transform.col(k - body.mode_count);
-                    (0..column.nrows())
-                        .map(|b| basis.residual[(row, b)] * column[b])
-                        .sum()
+                    let at_row = |fields: &Mat<f64>, transform: &Mat<f64>| -> f64 {
+                        let column = transform.col(k - body.mode_count);
+                        (0..column.nrows())
+                            .map(|b| fields[(row, b)] * column[b])
+                            .sum()
+                    };
+                    let further = basis.enrichment.as_ref();
+                    at_row(&basis.residual, &body.attachment_transform)
+                        + further.map_or(0.0, |fields| at_row(fields, &body.further_transform))
                 };
             }
         }
@@ -338,7 +344,8 @@ fn frame_motion(at: &Moment, marker: &Marker) -> FrameMotion {
     let velocities = &at.state.velocities[owner.velocities.clone()];
     let accelerations = &at.state.accelerations[owner.velocities.clone()];
     let extra = at.evaluation.extra(at.system, at.state, marker);
-    let (mut place, mut motion) = marker.place(pose, y, &extra);
+    let mut place = MarkerPlace::of(marker);
+    let mut motion = marker.place(pose, y, &extra, &mut place);
     if !owner.residual_rows.is_empty() {
         let rows = owner.residual_rows.clone();
         place.extra_rate = marker.share(&at.state.residual_rates[rows.clone()]);

@@ -11,7 +11,7 @@ use std::path::{Path, PathBuf};
 use dcb_formats::component::Source;
 use dcb_formats::dcb::Replace;
 use dcb_formats::results::{Header, Outcome, ResultsWriter};
-use serde_json::Value;
+use serde_json::{Value, json};
 
 use crate::error::Error;
 use crate::initial::{InitialReport, Redundancy};
@@ -178,14 +178,27 @@ fn header(scene: &Scene, model: &Model, target: &Target) -> Header {
         file_name: file_name(&file.path),
         sha256: file.digest.clone(),
     };
+    let mut options = target.options.clone();
+    if let Some(options) = options.as_object_mut() {
+        let stiffened: Vec<&str> = stiffened(model).collect();
+        options.insert("geometric_stiffening".into(), json!(stiffened));
+    }
     Header {
         units: scene.units.clone(),
         generator: concat!("dcb simulate ", env!("CARGO_PKG_VERSION")).into(),
         scene: serde_json::to_value(scene).unwrap_or_default(),
         inputs: model.files.iter().map(input).collect(),
-        options: target.options.clone(),
+        options,
         warnings: model.notes.clone(),
     }
+}
+
+/// The bodies whose geometric stiffening acts.
+pub fn stiffened(model: &Model) -> impl Iterator<Item = &str> {
+    let bodies = model.system.bodies.iter();
+    bodies
+        .filter(|body| body.flexible.is_stiffened())
+        .map(|body| body.name.as_str())
 }
 
 fn file_name(path: &Path) -> String {

@@ -9,6 +9,7 @@ use crate::compatibility_window::WeakWindow;
 use crate::error::Error;
 use crate::initial::InitialReport;
 use crate::integrator::adaptive::{AdaptiveStep, StepSize};
+use crate::integrator::resolution::{Part, Unresolved};
 use crate::integrator::{Effort, Profile};
 use crate::model::{Model, RecordedStep};
 use crate::scene::{Compatibility, Integrator, Record, Scene};
@@ -85,6 +86,7 @@ pub fn transient(
         energy_defect: (0.0, 0.0),
         met_singular: false,
         told_rounding: false,
+        told_unresolved: 0,
         recorded: 0,
     };
     if target.profiling == Profiling::Stages {
@@ -127,6 +129,21 @@ const ROUNDING_TOLD: f64 = 1e-2;
 /// A defect of the energy balance beyond this part of the largest stored energy is told.
 const IMBALANCE_TOLD: f64 = 0.05;
 
+/// The steps are too long for a motion.
+fn unresolved(system: &System, found: &Unresolved) -> String {
+    let what = match found.part {
+        Part::Place => "motion",
+        Part::Deflection => "deflection",
+    };
+    format!(
+        "the {what} of body {:?} has {:.1} steps of {:.1e} in a period: its frequency and phase are wrong; to follow it take steps below {:.1e}",
+        system.bodies[found.body].name,
+        found.steps_per_period,
+        found.step,
+        found.advised_step()
+    )
+}
+
 /// The loop over steps.
 struct Run<'a> {
     integrator: Integrator,
@@ -138,6 +155,8 @@ struct Run<'a> {
     met_singular: bool,
     /// Whether rounding in the forces has been told.
     told_rounding: bool,
+    /// How many motions that the steps are too long for have been told.
+    told_unresolved: usize,
     /// Records so far.
     recorded: u64,
 }
@@ -172,6 +191,7 @@ impl Run<'_> {
                 let message = "passed a singular configuration (dead centre): constraint forces are not unique there";
                 self.session.tell(observer, time, message);
             }
+            self.tell_unresolved(simulation, observer);
             if !self.session.fields.is_empty() {
                 simulation.refresh();
             }
@@ -196,18 +216,33 @@ impl Run<'_> {
                 });
             }
         }
+        for found in simulation.resolution().at_end() {
+            let message = unresolved(simulation.system(), &found);
+            self.session
+                .tell(observer, simulation.state().time, &message);
+        }
         self.tell_imbalance(simulation.state().time, observer);
         Ok(true)
     }
 
+    /// Motions that the steps are too long for are told once each.
+    fn tell_unresolved(&mut self, simulation: &Simulation, observer: &mut dyn Observer) {
+        let told = simulation.resolution().told();
+        for found in &told[self.told_unresolved..] {
+            let message = unresolved(simulation.system(), found);
+            self.session
+                .tell(observer, simulation.state().time, &message);
+        }
+        self.told_unresolved = told.len();
+    }
+
     /// Forces that consist of rounding are told once.
     fn tell_rounding(&mut self, simulation: &Simulation, step: f64, observer: &mut dyn Observer) {
-        let rounding = simulation.rounding_of_forces(step);
-        if rounding.is_finite() && rounding > ROUNDING_TOLD && !self.told_rounding {
+        if self.told_rounding {
+            return;
+        }
+        if let Some(message) = rounding_warning(simulation, step) {
             self.told_rounding = true;
-            let message = format!(
-                "rounding of positions is {rounding:.0e} of the joints' forces at a step of {step:.1e}: take longer steps, \"formulation\": \"stabilized-index-2\", or a place nearer to the world's origin"
-            );
             self.session
                 .tell(observer, simulation.state().time, &message);
         }
@@ -215,12 +250,7 @@ impl Run<'_> {
 
     /// A balance that doesn't close is told at the end.
     fn tell_imbalance(&mut self, time: f64, observer: &mut dyn Observer) {
-        let (defect, largest) = self.energy_defect;
-        if largest > 0.0 && defect > IMBALANCE_TOLD * largest {
-            let message = format!(
-                "the energy balance lacks {:.1e} of the largest stored energy: the step doesn't resolve what happens; take a smaller one",
-                defect / largest
-            );
+        if let Some(message) = imbalance_warning(self.energy_defect) {
             self.session.tell(observer, time, &message);
         }
     }
@@ -331,4 +361,24 @@ fn check_window(
         .adaptive
         .map_or(integrator.step, |adaptive| adaptive.minimum_step);
     window.check(step)
+}
+
+/// What is told of forces that consist of rounding at steps of this size.
+pub(crate) fn rounding_warning(simulation: &Simulation, step: f64) -> Option<String> {
+    let rounding = simulation.rounding_of_forces(step);
+    (rounding.is_finite() && rounding > ROUNDING_TOLD).then(|| {
+        format!(
+            "rounding of positions is {rounding:.0e} of the joints' forces at a step of {step:.1e}: take longer steps, \"formulation\": \"stabilized-index-2\", or a place nearer to the world's origin"
+        )
+    })
+}
+
+/// What is told of an energy balance, given its largest defect and the largest energy that was stored.
+pub(crate) fn imbalance_warning((defect, largest): (f64, f64)) -> Option<String> {
+    (largest > 0.0 && defect > IMBALANCE_TOLD * largest).then(|| {
+        format!(
+            "the energy balance lacks {:.1e} of the largest stored energy: the step doesn't resolve what happens; take a smaller one",
+            defect / largest
+        )
+    })
 }

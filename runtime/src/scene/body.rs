@@ -42,10 +42,14 @@ pub enum BodyKind {
 pub struct SuperelementBody {
     /// The `.dcb.h5` file; a relative path starts at the folder of the scene.
     pub file: PathBuf,
+    /// How many of the file's modes are used, the lowest; all where `None`. The others' flexibility stays, in the attachments.
+    pub modes: Option<u32>,
     /// Damping in place of the file's.
     pub damping: Option<DampingOverride>,
     /// How the deflection changes the inertia.
     pub inertia_change: InertiaChange,
+    /// Whether the file's geometric stiffening acts.
+    pub geometric_stiffening: GeometricStiffening,
 }
 
 /// Mass, inertia and points of a rigid body, in the frame of its component.
@@ -116,6 +120,17 @@ pub enum InertiaChange {
     /// All terms: energy and momentum are conserved.
     #[default]
     SecondOrder,
+}
+
+/// Whether the geometric stiffening of a superelement's file acts.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum GeometricStiffening {
+    /// What the file has.
+    #[default]
+    Stored,
+    /// None: the linear theory.
+    Off,
 }
 
 /// A frame at time zero in three dimensions; planar scenes move in the plane z = 0 and turn about z.
@@ -272,12 +287,19 @@ struct BodyPart {
         skip_serializing_if = "Option::is_none"
     )]
     rigid: Option<RigidBody>,
+    /// How many modes of the superelement are used, the lowest; all where absent. The flexibility of the others is kept in the
+    /// attachments.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    modes: Option<u32>,
     /// Damping in place of the superelement's own.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     damping: Option<DampingOverride>,
     /// How the deflection of the superelement changes its inertia; `second-order` where absent.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     inertia_change: Option<InertiaChange>,
+    /// Whether the superelement's geometric stiffening acts, where its file has any; `stored` where absent.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    geometric_stiffening: Option<GeometricStiffening>,
     /// Origin of the component's frame, world axes; zero where absent.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     position: Option<Vec<f64>>,
@@ -305,14 +327,22 @@ impl TryFrom<BodyPart> for Body {
         let kind = match (part.superelement, part.rigid) {
             (Some(file), None) => BodyKind::Superelement(SuperelementBody {
                 file,
+                modes: part.modes,
                 damping: part.damping,
                 inertia_change: part.inertia_change.unwrap_or_default(),
+                geometric_stiffening: part.geometric_stiffening.unwrap_or_default(),
             }),
+            (None, Some(_)) if part.modes.is_some() => {
+                return Err("a rigid body has no `modes`".into());
+            }
             (None, Some(_)) if part.damping.is_some() => {
                 return Err("a rigid body has no `damping`".into());
             }
             (None, Some(_)) if part.inertia_change.is_some() => {
                 return Err("a rigid body has no `inertia_change`".into());
+            }
+            (None, Some(_)) if part.geometric_stiffening.is_some() => {
+                return Err("a rigid body has no `geometric_stiffening`".into());
             }
             (None, Some(rigid)) => BodyKind::Rigid(rigid),
             (Some(_), Some(_)) => {
@@ -352,9 +382,13 @@ impl From<Body> for BodyPart {
             },
             BodyKind::Superelement(superelement) => Self {
                 superelement: Some(superelement.file),
+                modes: superelement.modes,
                 damping: superelement.damping,
                 inertia_change: (superelement.inertia_change != InertiaChange::default())
                     .then_some(superelement.inertia_change),
+                geometric_stiffening: (superelement.geometric_stiffening
+                    != GeometricStiffening::default())
+                .then_some(superelement.geometric_stiffening),
                 ..state
             },
         }

@@ -18,6 +18,21 @@ pub enum Load {
     /// A torque: 1 (planar) or 3 components.
     #[serde(deserialize_with = "object")]
     Torque(LoadFunction),
+    /// A load on the inside of a part, by its name in the superelement's file; it turns with the body.
+    #[serde(deserialize_with = "object")]
+    PartLoad(PartLoadFunction),
+}
+
+/// A load of a superelement's file and how large it is.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct PartLoadFunction {
+    /// The body.
+    pub body: String,
+    /// The load's name in the file of its superelement.
+    pub load: String,
+    /// What the load is multiplied by, a function of time.
+    pub factor: Function,
 }
 
 /// Where a load acts and how large it is.
@@ -47,6 +62,7 @@ pub enum LoadAxes {
 impl Load {
     pub(super) fn check(&self, location: &str, checker: &Checker) -> Result<(), Error> {
         let (kind, count, load) = match self {
+            Self::PartLoad(load) => return load.check(&format!("{location}.part_load"), checker),
             Self::Force(load) => ("force", checker.dimension_count(), load),
             Self::Torque(load) => ("torque", checker.rotation_count(), load),
         };
@@ -66,17 +82,28 @@ impl Load {
             ));
         }
         for (index, function) in load.components.iter().enumerate() {
-            let place = format!("{components}[{index}]");
-            let start = TimeFunction::new(function)
-                .map_err(|error| error.within(&place))?
-                .evaluate(0.0, 0.0);
-            if !start.value.is_finite() {
-                return Err(Error::described(
-                    place,
-                    format!("is {} at t = 0; it must be finite", start.value),
-                ));
-            }
+            starts_finite(&format!("{components}[{index}]"), function)?;
         }
         Ok(())
+    }
+}
+
+impl PartLoadFunction {
+    fn check(&self, location: &str, checker: &Checker) -> Result<(), Error> {
+        checker.superelement(&format!("{location}.body"), &self.body)?;
+        starts_finite(&format!("{location}.factor"), &self.factor)
+    }
+}
+
+fn starts_finite(place: &str, function: &Function) -> Result<(), Error> {
+    let start = TimeFunction::new(function)
+        .map_err(|error| error.within(place))?
+        .evaluate(0.0, 0.0);
+    match start.value.is_finite() {
+        true => Ok(()),
+        false => Err(Error::described(
+            place,
+            format!("is {} at t = 0; it must be finite", start.value),
+        )),
     }
 }

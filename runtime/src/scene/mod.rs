@@ -28,8 +28,8 @@ use serde::{Deserialize, Serialize};
 
 pub use attachment::Attachment;
 pub use body::{
-    Body, BodyKind, DampingOverride, InertiaChange, ModalRatios, Placement, Point, PointFrame,
-    RigidBody, SuperelementBody,
+    Body, BodyKind, DampingOverride, GeometricStiffening, InertiaChange, ModalRatios, Placement,
+    Point, PointFrame, RigidBody, SuperelementBody,
 };
 pub use drive::{Drive, DriveFunction};
 pub use integrator::{AdaptiveStep, Formulation, Integrator, Method};
@@ -37,7 +37,7 @@ pub use joint::{
     AxisJoint, DistanceJoint, FixedJoint, Gear, Joint, LineJoint, OrientationSource, PointJoint,
     Rack, UniversalJoint,
 };
-pub use load::{Load, LoadAxes, LoadFunction};
+pub use load::{Load, LoadAxes, LoadFunction, PartLoadFunction};
 pub use named::Named;
 pub(crate) use named::Object;
 pub use output::{

@@ -7,7 +7,8 @@ use nalgebra::{Matrix3, UnitQuaternion, Vector3};
 
 use super::marker::{Elasticity, Marker};
 use super::{
-    Body, Connection, ConnectionKind, Demand, Load, LoadAxes, Row, Signal, State, System, Term,
+    Body, Connection, ConnectionKind, Demand, Load, LoadAxes, PartLoad, Row, Signal, State, System,
+    Term,
 };
 use crate::body::{Attachment, FlexibleBody};
 use crate::error::Error;
@@ -105,6 +106,7 @@ impl SystemBuilder {
                 rows: Vec::new(),
                 connections: Vec::new(),
                 loads: Vec::new(),
+                part_loads: Vec::new(),
                 signals: Vec::new(),
                 inputs: Vec::new(),
                 angle_count: 0,
@@ -325,6 +327,17 @@ impl SystemBuilder {
         self.system.loads.len() - 1
     }
 
+    /// A load on the inside of a body, by its index among the body's own; the factor is a function of time by index.
+    pub fn part_load(&mut self, name: &str, body: usize, load: usize, factor: usize) -> usize {
+        self.system.part_loads.push(PartLoad {
+            name: name.to_owned(),
+            body,
+            load,
+            factor,
+        });
+        self.system.part_loads.len() - 1
+    }
+
     /// A function of time.
     pub fn signal(&mut self, signal: Signal) -> usize {
         self.system.signals.push(signal);
@@ -427,6 +440,12 @@ pub(crate) fn marker_of(
         axes: attachment.axes,
         shapes,
         elasticity,
+        stiffening: attachment
+            .stiffening()
+            .iter()
+            .filter(|(slot, _)| rotates || *slot < 3)
+            .cloned()
+            .collect(),
         rows,
     }
 }

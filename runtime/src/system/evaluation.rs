@@ -53,16 +53,7 @@ impl Evaluation {
                 };
                 system.bodies.len()
             ],
-            places: vec![
-                MarkerPlace {
-                    arm: zero.position,
-                    turn: zero.position,
-                    turn_jacobian: zero.axes,
-                    extra_rate: Six::zeros(),
-                    extra_acceleration: Six::zeros(),
-                };
-                markers
-            ],
+            places: system.markers.iter().map(MarkerPlace::of).collect(),
             motions: vec![zero; markers],
             extras: vec![Six::zeros(); markers],
             residual_forces: vec![0.0; system.residual_row_count()],
@@ -102,8 +93,9 @@ impl Evaluation {
             }
             let y = &state.coordinates[body.coordinates.clone()];
             for &marker in &body.markers {
-                (self.places[marker], self.motions[marker]) =
-                    system.markers[marker].place(&pose, y, &self.extras[marker]);
+                let place = &mut self.places[marker];
+                self.motions[marker] =
+                    system.markers[marker].place(&pose, y, &self.extras[marker], place);
             }
             if deflects_beyond {
                 self.carry_interfaces(system, state, index);
@@ -218,6 +210,12 @@ impl Evaluation {
                     &mut rigid,
                     elastic,
                 );
+            }
+            for (factor, load) in system.inside(state, index) {
+                rigid -= six(&load.force, &load.moment) * factor;
+                for (left, force) in elastic.iter_mut().zip(&load.elastic) {
+                    *left -= factor * force;
+                }
             }
             rigid_rows.copy_from_slice(rigid.as_slice());
             // Interface forces that are coordinates must be those of the rows and loads.

@@ -67,6 +67,7 @@ impl Linearization {
         for body in 0..system.bodies.len() {
             this.add_inertia(system, state, evaluation, body);
             this.add_carried_wrenches(system, evaluation, body);
+            this.add_inner_loads(system, state, body);
         }
         let motions = MarkerJacobians::of(system, state, evaluation);
         this.add_rows(system, state, evaluation, &motions);
@@ -157,7 +158,16 @@ impl Linearization {
             let place = &evaluation.places[marker];
             let axes = &evaluation.poses[index].axes;
             let (f, t) = halves(&turned_back(axes, &evaluation.wrenches[marker]));
-            let shapes = Shapes::of(&system.markers[marker].shapes, n);
+            let shapes = Shapes::of(system.markers[marker].current_shapes(place), n);
+            let by_slot = system.markers[marker].forces_by_slot(place, &six(&f, &t));
+            for (slot, stiffening) in &system.markers[marker].stiffening {
+                for k in 0..n {
+                    for l in 0..n {
+                        self.stiffness[(first + 6 + k, first + 6 + l)] +=
+                            by_slot[*slot] * stiffening[(k, l)];
+                    }
+                }
+            }
             // F_φ = r × f + τ,  δf = f × δφ,  δτ = τ × δφ,  δr = S_u δy
             let turning = place.arm.cross_matrix() * f.cross_matrix() + t.cross_matrix();
             self.subtract_block(first + 3, first + 3, &turning);
@@ -177,6 +187,15 @@ impl Linearization {
                     self.stiffness[(first + 6 + k, first + 6 + l)] -= change;
                 }
             }
+        }
+    }
+
+    /// Loads on the inside turn with the body: in rows along world axes δ(A F) = A (δφ × F).
+    fn add_inner_loads(&mut self, system: &System, state: &State, index: usize) {
+        let first = system.bodies[index].velocities.start;
+        for (factor, load) in system.inside(state, index) {
+            let turning = -factor * load.force.cross_matrix();
+            self.subtract_block(first, first + 3, &turning);
         }
     }
 
@@ -337,6 +356,19 @@ impl<'a> Shapes<'a> {
     }
 }
 
+/// How the rates of displacement and turn change with each coordinate: −K y' by slots, (n).
+fn rate_changes(stiffening: &[(usize, Mat<f64>)], rates: &[f64]) -> Vec<Six> {
+    let mut changes = vec![Six::zeros(); rates.len()];
+    for (slot, matrix) in stiffening {
+        for (column, rate) in matrix.col_iter().zip(rates) {
+            for (change, k) in changes.iter_mut().zip(column.iter()) {
+                change[*slot] -= k * rate;
+            }
+        }
+    }
+    changes
+}
+
 /// World twists of the markers by the coordinates of their bodies, and of their velocities' change with the pose.
 struct MarkerJacobians {
     first: Vec<Option<usize>>,
@@ -365,11 +397,12 @@ impl MarkerJacobians {
             let (place, pose) = (&evaluation.places[index], &evaluation.poses[body_index]);
             let velocities = &state.velocities[body.velocities.clone()];
             let spin = rates(velocities).angular;
-            let (u_rate, turn_rate) = marker.with_extra(&velocities[6..], &place.extra_rate);
+            let (u_rate, turn_rate) = marker.with_extra(place, &velocities[6..], &place.extra_rate);
             let relative = spin.cross(&place.arm) + u_rate;
             let turning = spin + place.turn_jacobian * turn_rate;
             let jacobian_slope = -left_jacobian_transpose_derivative(&-place.turn, &turn_rate);
-            let shapes = Shapes::of(&marker.shapes, n);
+            let shapes = Shapes::of(marker.current_shapes(place), n);
+            let stiffening = rate_changes(&marker.stiffening, &velocities[6..]);
             let (mut twist, mut rate) = (Mat::zeros(6, 6 + n), Mat::zeros(6, 6 + n));
             let mut y = vec![0.0; n];
             for column in 0..6 + n {
@@ -381,7 +414,11 @@ impl MarkerJacobians {
                 } else {
                     y[column - 6] = 1.0;
                     let (u, o) = (shapes.place(column - 6), shapes.turn(column - 6));
-                    six(&spin.cross(&u), &(jacobian_slope * o))
+                    let (u_change, turn_change) = halves(&stiffening[column - 6]);
+                    six(
+                        &(spin.cross(&u) + u_change),
+                        &(jacobian_slope * o + place.turn_jacobian * turn_change),
+                    )
                 };
                 let moved = turned(&pose.axes, &marker.twist(place, &rigid, &y));
                 let changed = turned(&pose.axes, &change);

@@ -5,8 +5,11 @@
 //! variation    δp = δR + A (δφ × r + S_u δy)    δψ = A (δφ + J_l(θ) S_θ δy)       r = x + S_u y, θ = S_θ y
 //! force        F_R = f,   F_φ = r × Aᵀf + Aᵀτ,   F_y = S_uᵀ Aᵀf + S_θᵀ J_lᵀ Aᵀτ
 //! ```
-//! with δφ the turn of the body frame in its own axes, `δA = A skew(δφ)`.
+//! with δφ the turn of the body frame in its own axes, `δA = A skew(δφ)`. Under geometric stiffening displacement and turn are S y − ½ yᵀ K y
+//! row by row, and S − (K y)ᵀ stands for S in variations, rates and forces: the force of a row then stiffens the body by K, and does
+//! its work on the motion that it belongs to.
 
+use faer::Mat;
 use nalgebra::{Matrix3, Rotation3, Vector3};
 
 use crate::kernel::{add_columns, add_products};
@@ -39,12 +42,14 @@ pub struct Marker {
     pub shapes: Vec<f64>,
     /// What `shapes` does.
     pub elasticity: Elasticity,
+    /// Geometric stiffness K per unit force along a slot of the six, (n, n), where there is any.
+    pub stiffening: Vec<(usize, Mat<f64>)>,
     /// Rows of the body's interfaces that are the marker's displacement and turn along the body axes, where there are any.
     pub rows: [Option<usize>; 6],
 }
 
 /// A marker at one configuration of its body.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct MarkerPlace {
     /// r, from the body frame's origin, body axes.
     pub arm: Vector3<f64>,
@@ -56,6 +61,26 @@ pub struct MarkerPlace {
     pub extra_rate: Six,
     /// Second rates of the same.
     pub extra_acceleration: Six,
+    /// Sᵀ − K y, (n, 6) by columns, under geometric stiffening; empty where S doesn't change.
+    pub shapes: Vec<f64>,
+}
+
+impl MarkerPlace {
+    /// Of a marker of a body of n coordinates, nowhere yet.
+    pub fn of(marker: &Marker) -> Self {
+        let room = match marker.stiffening.is_empty() {
+            true => 0,
+            false => marker.shapes.len(),
+        };
+        Self {
+            arm: Vector3::zeros(),
+            turn: Vector3::zeros(),
+            turn_jacobian: Matrix3::identity(),
+            extra_rate: Six::zeros(),
+            extra_acceleration: Six::zeros(),
+            shapes: vec![0.0; room],
+        }
+    }
 }
 
 /// Pose of a body frame.
@@ -86,24 +111,63 @@ impl Marker {
             axes,
             shapes: Vec::new(),
             elasticity: Elasticity::Rigid,
+            stiffening: Vec::new(),
             rows: [None; 6],
         }
     }
 
-    /// S_u y and S_θ y.
+    /// Displacement and turn at the coordinates y, body axes.
     pub fn displacement(&self, y: &[f64]) -> (Vector3<f64>, Vector3<f64>) {
+        let mut six = self.products(&self.shapes, y);
+        for (slot, matrix) in &self.stiffening {
+            six[*slot] -= 0.5 * quadratic(matrix, y);
+        }
+        halves(&six)
+    }
+
+    /// S and, under geometric stiffening, S − (K y)ᵀ.
+    pub fn current_shapes<'a>(&'a self, place: &'a MarkerPlace) -> &'a [f64] {
+        match place.shapes.is_empty() {
+            true => &self.shapes,
+            false => &place.shapes,
+        }
+    }
+
+    fn products(&self, shapes: &[f64], x: &[f64]) -> Six {
         let mut six = [0.0; 6];
         match self.elasticity {
             Elasticity::Rigid => {}
-            Elasticity::Place => add_products(&mut six[..3], &self.shapes[..3 * y.len()], y),
-            Elasticity::PlaceAndAxes => add_products(&mut six, &self.shapes, y),
+            Elasticity::Place => add_products(&mut six[..3], &shapes[..3 * x.len()], x),
+            Elasticity::PlaceAndAxes => add_products(&mut six, shapes, x),
         }
-        halves(&Six::from(six))
+        Six::from(six)
+    }
+
+    /// Brings the shapes of a place up to the coordinates y.
+    fn stiffen(&self, y: &[f64], place: &mut MarkerPlace) {
+        if self.stiffening.is_empty() {
+            return;
+        }
+        place.shapes.copy_from_slice(&self.shapes);
+        let n = y.len();
+        for (slot, matrix) in &self.stiffening {
+            let row = &mut place.shapes[slot * n..(slot + 1) * n];
+            for (column, y) in matrix.col_iter().zip(y) {
+                for (entry, k) in row.iter_mut().zip(column.iter()) {
+                    *entry -= k * y;
+                }
+            }
+        }
     }
 
     /// Rates of displacement and turn, those beside the coordinates included.
-    pub fn with_extra(&self, y_rates: &[f64], extra: &Six) -> (Vector3<f64>, Vector3<f64>) {
-        let (displacement, turn) = self.displacement(y_rates);
+    pub fn with_extra(
+        &self,
+        place: &MarkerPlace,
+        y_rates: &[f64],
+        extra: &Six,
+    ) -> (Vector3<f64>, Vector3<f64>) {
+        let (displacement, turn) = halves(&self.products(self.current_shapes(place), y_rates));
         let (extra_displacement, extra_turn) = halves(extra);
         (displacement + extra_displacement, turn + extra_turn)
     }
@@ -113,10 +177,15 @@ impl Marker {
         Six::from_fn(|slot, _| self.rows[slot].map_or(0.0, |row| values[row]))
     }
 
-    /// Adds what a wrench `(f, τ)` in body axes is on the rows of the body's interfaces: `(f, J_lᵀ τ)`.
-    pub fn add_interface_forces(&self, place: &MarkerPlace, wrench: &Six, forces: &mut [f64]) {
+    /// What a wrench `(f, τ)` in body axes is on the slots of displacement and turn: `(f, J_lᵀ τ)`.
+    pub fn forces_by_slot(&self, place: &MarkerPlace, wrench: &Six) -> Six {
         let (force, torque) = halves(wrench);
-        let own = six(&force, &place.turn_jacobian.tr_mul(&torque));
+        six(&force, &place.turn_jacobian.tr_mul(&torque))
+    }
+
+    /// Adds it on the rows of the body's interfaces.
+    pub fn add_interface_forces(&self, place: &MarkerPlace, wrench: &Six, forces: &mut [f64]) {
+        let own = self.forces_by_slot(place, wrench);
         for (slot, row) in self.rows.iter().enumerate() {
             if let Some(row) = row {
                 forces[*row] += own[slot];
@@ -130,33 +199,31 @@ impl Marker {
         six(&displacement, &(place.turn_jacobian * turn))
     }
 
-    /// Where the marker is on its body, and its motion at rest. `extra` is a displacement and turn of the interface (body
+    /// Brings `place`, where the marker is on its body, up to date; returns its motion at rest. `extra` is a displacement and turn of the interface (body
     /// axes) beside those of the coordinates.
-    pub fn place(&self, pose: &BodyPose, y: &[f64], extra: &Six) -> (MarkerPlace, FrameMotion) {
+    pub fn place(
+        &self,
+        pose: &BodyPose,
+        y: &[f64],
+        extra: &Six,
+        place: &mut MarkerPlace,
+    ) -> FrameMotion {
+        self.stiffen(y, place);
         let (displacement, turn) = self.displacement(y);
         let (extra_displacement, extra_turn) = halves(extra);
-        let arm = self.position + displacement + extra_displacement;
-        let origin = pose.origin + pose.axes * arm;
+        place.arm = self.position + displacement + extra_displacement;
+        place.extra_rate = Six::zeros();
+        place.extra_acceleration = Six::zeros();
+        let origin = pose.origin + pose.axes * place.arm;
         if self.elasticity != Elasticity::PlaceAndAxes {
-            let place = MarkerPlace {
-                arm,
-                turn: Vector3::zeros(),
-                turn_jacobian: Matrix3::identity(),
-                extra_rate: Six::zeros(),
-                extra_acceleration: Six::zeros(),
-            };
-            return (place, FrameMotion::at_rest(origin, pose.axes * self.axes));
+            place.turn = Vector3::zeros();
+            place.turn_jacobian = Matrix3::identity();
+            return FrameMotion::at_rest(origin, pose.axes * self.axes);
         }
-        let turn = turn + extra_turn;
-        let place = MarkerPlace {
-            arm,
-            turn,
-            turn_jacobian: left_jacobian(&turn),
-            extra_rate: Six::zeros(),
-            extra_acceleration: Six::zeros(),
-        };
-        let turned = Rotation3::new(turn).into_inner() * self.axes;
-        (place, FrameMotion::at_rest(origin, pose.axes * turned))
+        place.turn = turn + extra_turn;
+        place.turn_jacobian = left_jacobian(&place.turn);
+        let turned = Rotation3::new(place.turn).into_inner() * self.axes;
+        FrameMotion::at_rest(origin, pose.axes * turned)
     }
 
     /// Fills in velocity and spin.
@@ -168,7 +235,7 @@ impl Marker {
         y_rates: &[f64],
         motion: &mut FrameMotion,
     ) {
-        let (displacement, turn) = self.with_extra(y_rates, &place.extra_rate);
+        let (displacement, turn) = self.with_extra(place, y_rates, &place.extra_rate);
         motion.velocity =
             rates.linear + pose.axes * (rates.angular.cross(&place.arm) + displacement);
         motion.spin = pose.axes * (rates.angular + place.turn_jacobian * turn);
@@ -183,8 +250,12 @@ impl Marker {
         (accelerations, y_accelerations): (&BodyRates, &[f64]),
         motion: &mut FrameMotion,
     ) {
-        let (u_rate, turn_rate) = self.with_extra(y_rates, &place.extra_rate);
-        let (u_second, turn_second) = self.with_extra(y_accelerations, &place.extra_acceleration);
+        let (u_rate, turn_rate) = self.with_extra(place, y_rates, &place.extra_rate);
+        let mut extra = place.extra_acceleration;
+        for (slot, matrix) in &self.stiffening {
+            extra[*slot] -= quadratic(matrix, y_rates);
+        }
+        let (u_second, turn_second) = self.with_extra(place, y_accelerations, &extra);
         let (spin, spin_rate) = (rates.angular, accelerations.angular);
         let arm = spin_rate.cross(&place.arm)
             + spin.cross(&(spin.cross(&place.arm) + u_rate * 2.0))
@@ -199,7 +270,7 @@ impl Marker {
     /// `(δp, δψ)` in body axes of a variation `(Aᵀ δR, δφ)` and δy.
     pub fn twist(&self, place: &MarkerPlace, rigid: &Six, y: &[f64]) -> Six {
         let (origin, turn) = halves(rigid);
-        let (displacement, own_turn) = self.displacement(y);
+        let (displacement, own_turn) = halves(&self.products(self.current_shapes(place), y));
         six(
             &(origin + turn.cross(&place.arm) + displacement),
             &(turn + place.turn_jacobian * own_turn),
@@ -218,17 +289,26 @@ impl Marker {
         let (force, torque) = halves(wrench);
         *rigid += six(&force, &(place.arm.cross(&force) + torque)) * factor;
         let n = elastic.len();
+        let shapes = self.current_shapes(place);
         match self.elasticity {
             Elasticity::Rigid => {}
             Elasticity::Place => {
-                add_columns(elastic, &self.shapes[..3 * n], (force * factor).as_slice());
+                add_columns(elastic, &shapes[..3 * n], (force * factor).as_slice());
             }
             Elasticity::PlaceAndAxes => {
                 let own = six(&force, &place.turn_jacobian.tr_mul(&torque)) * factor;
-                add_columns(elastic, &self.shapes, own.as_slice());
+                add_columns(elastic, shapes, own.as_slice());
             }
         }
     }
+}
+
+/// `xᵀ K x`
+fn quadratic(matrix: &Mat<f64>, x: &[f64]) -> f64 {
+    let columns = matrix.col_iter().zip(x);
+    columns
+        .map(|(column, x_k)| x_k * column.iter().zip(x).map(|(k, x)| k * x).sum::<f64>())
+        .sum()
 }
 
 /// Both halves in other axes.

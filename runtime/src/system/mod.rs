@@ -28,7 +28,7 @@ use std::sync::Arc;
 use dcb_formats::mesh::Dimension;
 use nalgebra::Vector3;
 
-use crate::body::FlexibleBody;
+use crate::body::{BodyLoad, FlexibleBody};
 use crate::frame::{BodyAcceleration, BodyState};
 use crate::function::{FunctionValue, TimeFunction};
 use crate::law::Law;
@@ -154,6 +154,19 @@ pub struct Load {
     pub torque: [Option<usize>; 3],
 }
 
+/// A load on the inside of a body, of those that the body brings along.
+#[derive(Clone, Debug)]
+pub struct PartLoad {
+    /// Name in the scene.
+    pub name: String,
+    /// The body.
+    pub body: usize,
+    /// Index among its [`crate::FlexibleBody::loads`].
+    pub load: usize,
+    /// What it is multiplied by: index of a function of time.
+    pub factor: usize,
+}
+
 /// A function of time, and the input it listens to if it does.
 #[derive(Clone, Debug)]
 pub struct Signal {
@@ -184,6 +197,8 @@ pub struct System {
     pub connections: Vec<Connection>,
     /// Loads.
     pub loads: Vec<Load>,
+    /// Loads on the inside of bodies.
+    pub part_loads: Vec<PartLoad>,
     /// Functions of time.
     pub signals: Vec<Signal>,
     /// Names of the inputs and their values at the start.
@@ -263,6 +278,22 @@ impl System {
             }
         };
         six(&part(&load.force), &part(&load.torque))
+    }
+
+    /// Loads on the inside of body `index` with their factors.
+    pub fn inside<'a>(
+        &'a self,
+        state: &'a State,
+        index: usize,
+    ) -> impl Iterator<Item = (f64, &'a BodyLoad)> {
+        let own = self
+            .part_loads
+            .iter()
+            .filter(move |load| load.body == index);
+        own.map(move |load| {
+            let factor = self.signal(load.factor, state).value;
+            (factor, &self.bodies[index].flexible.loads[load.load])
+        })
     }
 
     /// What a body's inertia forces depend on, in its own axes.

@@ -7,5 +7,6 @@ mod options;
 mod output;
 mod runs;
 mod scenes;
+mod study;
 mod superelements;
 mod support;

@@ -43,6 +43,47 @@ fn too_large_a_step_names_time_residual_and_worst_body() {
 }
 
 #[test]
+fn steps_that_follow_nothing_stop_the_run() {
+    let spring = json!({
+        "dimension": 2,
+        "units": {"length": "m", "mass": "kg", "time": "s"},
+        "bodies": {"block": {
+            "rigid": {"mass": 1, "inertia": 1, "points": {"center": [0, 0]}},
+            "position": [0.1, 0]
+        }},
+        "springs": {"mount": {"bushing": {"a": "ground", "b": "block/center", "translation": [900, 900]}}},
+        "integrator": {"generalized_alpha": {"step": 0.05, "end": 5}}
+    });
+    // Free where it is drawn: it is pushed.
+    let mut scene = spring;
+    scene["bodies"]["block"]["velocity"] = json!([1, 0]);
+    let folder = Folder::with(&scene);
+    folder.run("scene.json").assert(
+        1,
+        &["error: t = ", "too long", "\"block\"", "take steps below"],
+    );
+    let (reason, time, _) = folder.stopped();
+    assert!(reason.contains("too long") && time.is_some(), "{reason}");
+}
+
+#[test]
+fn steps_too_long_for_a_vibration_are_told_once() {
+    let folder = Folder::slider_crank();
+    let answer = folder.done("scene.json --step 0.0008 --end 0.08");
+    let told = answer
+        .stderr
+        .matches("the deflection of body \"rod\" has")
+        .count();
+    assert_eq!(told, 1, "{}", answer.stderr);
+    let events = folder.results().events().unwrap();
+    assert!(
+        events
+            .iter()
+            .any(|event| event.message.contains("to follow it take steps below"))
+    );
+}
+
+#[test]
 fn an_interrupted_run_keeps_its_rows() {
     let folder = Folder::slider_crank();
     folder.edit("scene.json", |scene| {

@@ -27,7 +27,11 @@ pub struct Part {
 
 impl Part {
     pub fn reduced(component: Component, modes: usize) -> Self {
-        let reduced = reduce(&component, &Reduction::lowest(modes), &mut ()).unwrap();
+        Self::with(component, &Reduction::lowest(modes))
+    }
+
+    pub fn with(component: Component, options: &Reduction) -> Self {
+        let reduced = reduce(&component, options, &mut ()).unwrap();
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("part.dcb.h5");
         let contents = Contents {
@@ -47,7 +51,10 @@ impl Part {
     /// Ψ_r over all dofs, (n_e, n).
     pub fn basis(&self) -> Mat<f64> {
         let recovery = &self.reduced.recovery;
-        let attachments = &recovery.residual * &self.body.attachment_transform;
+        let mut attachments = &recovery.residual * &self.body.attachment_transform;
+        if let Some(further) = &recovery.enrichment {
+            attachments += further * &self.body.further_transform;
+        }
         let n_k = recovery.modes.ncols();
         Mat::from_fn(
             recovery.modes.nrows(),

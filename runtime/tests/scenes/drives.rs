@@ -112,7 +112,8 @@ fn cases() -> Vec<Case> {
 fn run(mechanism: &mut Mechanism, steps: u32, coordinate: fn(f64) -> f64, what: &Value) -> f64 {
     let mut lacking = 0.0_f64;
     for _ in 0..steps {
-        mechanism.step(0.8 / f64::from(steps)).unwrap();
+        let step = mechanism.step(0.8 / f64::from(steps));
+        assert!(step.is_ok(), "{what}: {step:?}");
         let t = mechanism.time();
         let (found, asked) = (number(mechanism, "coordinate"), coordinate(t));
         assert!(

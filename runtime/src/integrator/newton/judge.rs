@@ -109,7 +109,9 @@ impl Corrector {
             let found = signals.copied().find_map(bad)?;
             Some((found, &load.name))
         });
-        match drives.chain(loads).next() {
+        let inside = system.part_loads.iter();
+        let inside = inside.filter_map(|load| Some((bad(load.factor)?, &load.name)));
+        match drives.chain(loads).chain(inside).next() {
             Some((found, name)) => Error::FunctionNotFinite {
                 time,
                 name: name.clone(),

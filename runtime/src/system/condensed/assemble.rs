@@ -63,6 +63,17 @@ impl Condensed {
                 + blend.damping * damping
                 + blend.stiffness * (stiffness + tangent.softening[i]);
         }
+        for &marker in &body.markers {
+            let axes = &pose.axes;
+            let place = &evaluation.places[marker];
+            let wrench = turned_back(axes, &evaluation.wrenches[marker]);
+            let by_slot = system.markers[marker].forces_by_slot(place, &wrench);
+            for (slot, stiffening) in &system.markers[marker].stiffening {
+                for (i, d) in matrix.elastic.iter_mut().enumerate() {
+                    *d += blend.stiffness * by_slot[*slot] * stiffening[(i, i)];
+                }
+            }
+        }
         // Interface forces as coordinates follow the rows' forces alone.
         matrix.elastic[body.flexible.displacement_count()..].fill(f64::INFINITY);
     }

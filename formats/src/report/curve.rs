@@ -51,8 +51,8 @@ fn thinned(piece: &[[f64; 2]], x: &Ruler) -> Vec<[f64; 2]> {
 
 #[cfg(test)]
 mod tests {
-    use super::super::Scale;
     use super::super::axis::Ends;
+    use super::super::chart::Scale;
     use super::*;
 
     #[test]

@@ -5,7 +5,7 @@ use std::path::Path;
 use plotters::chart::ChartContext;
 use plotters::coord::Shift;
 use plotters::coord::cartesian::Cartesian2d;
-use plotters::element::{Circle, DashedPathElement, PathElement, Text};
+use plotters::element::{Circle, DashedPathElement, EmptyElement, PathElement, Text};
 use plotters::prelude::{
     Color, DrawingArea, DrawingBackend, IntoDrawingArea, IntoFont, RGBColor, SVGBackend, WHITE,
 };
@@ -13,8 +13,9 @@ use plotters::style::TextStyle;
 use plotters::style::text_anchor::{HPos, Pos, VPos};
 
 use super::axis::{Ends, Ruler};
+use super::chart::{Chart, Note, ReferenceSlope, Scale, Style};
 use super::curve::pieces;
-use super::{Chart, ReferenceSlope, Scale, Style};
+use super::write_text;
 use crate::error::Error;
 
 /// Okabe and Ito's colours, which colour-blind readers tell apart; yellow is left out, being too pale on white.
@@ -46,28 +47,41 @@ const MARK: i32 = 4;
 
 type Plane<'a, B> = ChartContext<'a, B, Cartesian2d<Ruler, Ruler>>;
 
+/// Why there is no picture.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+pub enum NotDrawn {
+    /// No chart, or no point in all of them.
+    #[error("there are no values to draw")]
+    Empty,
+    /// The plotting library refused.
+    #[error("the picture can't be drawn: {0}")]
+    Refused(String),
+}
+
+/// Charts below each other as the text of one SVG picture.
+///
+/// # Errors
+/// [`NotDrawn`].
+pub fn svg(charts: &[Chart]) -> Result<String, NotDrawn> {
+    let is_empty = |chart: &Chart| chart.series.iter().all(|series| series.points.is_empty());
+    if charts.iter().all(is_empty) {
+        return Err(NotDrawn::Empty);
+    }
+    let mut svg = String::new();
+    draw(charts, &mut svg).map_err(NotDrawn::Refused)?;
+    Ok(svg)
+}
+
 /// Writes charts below each other into one SVG file; an existing file is replaced.
 ///
 /// # Errors
-/// [`Error::NothingToShow`] if there is no chart, or no point in all of them; [`Error::CannotWrite`].
+/// [`Error::File`] if nothing can be drawn; [`Error::Io`].
 pub fn write_svg(charts: &[Chart], path: &Path) -> Result<(), Error> {
-    let is_empty = |chart: &Chart| chart.series.iter().all(|series| series.points.is_empty());
-    if charts.iter().all(is_empty) {
-        return Err(Error::NothingToShow {
-            path: path.to_owned(),
-            message: "there are no values to draw".to_owned(),
-        });
-    }
-    let mut svg = String::new();
-    draw(charts, &mut svg).map_err(|message| cannot_write(path, std::io::Error::other(message)))?;
-    std::fs::write(path, svg).map_err(|source| cannot_write(path, source))
-}
-
-fn cannot_write(path: &Path, source: std::io::Error) -> Error {
-    Error::CannotWrite {
+    let text = svg(charts).map_err(|why| Error::File {
         path: path.to_owned(),
-        source,
-    }
+        message: why.to_string(),
+    })?;
+    write_text(path, &text)
 }
 
 fn draw(charts: &[Chart], svg: &mut String) -> Result<(), String> {
@@ -178,6 +192,9 @@ fn panel<B: DrawingBackend>(
             }
         }
     }
+    for note in &chart.notes {
+        word(&mut plane, note, &x, &y)?;
+    }
     if chart.series.len() > 1 {
         legend(chart, &legend_area)?;
     }
@@ -235,6 +252,23 @@ fn reference<B: DrawingBackend>(
     let line = DashedPathElement::new(points, 6, 4, REFERENCE.stroke_width(1));
     plane.draw_series([line])?;
     plane.draw_series([Text::new(slope.name.clone(), near_end, style)])?;
+    Ok(())
+}
+
+/// A word above and right of its point.
+fn word<B: DrawingBackend>(
+    plane: &mut Plane<B>,
+    note: &Note,
+    x: &Ruler,
+    y: &Ruler,
+) -> Result<(), Failure<B>> {
+    let [right, up] = note.at;
+    if x.contains(right) && y.contains(up) {
+        let style = text_style(0.8 * FONT, &INK).pos(Pos::new(HPos::Left, VPos::Bottom));
+        let word =
+            EmptyElement::at((right, up)) + Text::new(note.text.clone(), (MARK + 1, -MARK), style);
+        plane.draw_series([word])?;
+    }
     Ok(())
 }
 

@@ -1,0 +1,188 @@
+//! Optional files with a name of their own: loads inside the part, and geometric stiffness.
+//!
+//! `part.load.NAME.mtx` is a load vector, (n_e, 1). `part.stiffening.xx.mtx` … are stiffness matrices per product of spins, planar
+//! `part.stiffening.zz.mtx`; `part.stiffening.INTERFACE.ux.mtx` is one per unit force along a row of an interface.
+
+use std::path::{Path, PathBuf};
+
+use super::{SPATIAL_MASSES, source, stem};
+use crate::SparseMatrix;
+use crate::component::{
+    GeometricStiffness, Interface, InterfaceKind, NamedLoad, Role, RowStiffness, Source,
+};
+use crate::error::Error;
+use crate::matrix::{read_matrix, read_symmetric_operator};
+use crate::mesh::{Dimension, Direction};
+
+/// Files `STEM + infix + NAME + .mtx` (or `.mtx.gz`) beside the stiffness matrix by NAME, sorted.
+///
+/// # Errors
+/// [`Error::Io`] if the folder can't be listed, [`Error::File`] if one name stands twice, plain and packed.
+pub(super) fn named_siblings(
+    stiffness: &Path,
+    infix: &str,
+) -> Result<Vec<(String, PathBuf)>, Error> {
+    let stem = stem(stiffness);
+    let folder = match stem.parent() {
+        Some(folder) if !folder.as_os_str().is_empty() => folder,
+        _ => Path::new("."),
+    };
+    let Some(prefix) = stem.file_name().map(|name| name.to_string_lossy() + infix) else {
+        return Ok(Vec::new());
+    };
+    let failed = |source| Error::Io {
+        path: folder.to_owned(),
+        action: "cannot list the folder",
+        source,
+    };
+    let mut found: Vec<(String, PathBuf)> = Vec::new();
+    for entry in std::fs::read_dir(folder).map_err(failed)? {
+        let file_name = entry.map_err(failed)?.file_name();
+        let file_name = file_name.to_string_lossy();
+        let Some(rest) = file_name.strip_prefix(prefix.as_ref()) else {
+            continue;
+        };
+        let rest = rest.strip_suffix(".gz").unwrap_or(rest);
+        if let Some(name) = rest.strip_suffix(".mtx").filter(|name| !name.is_empty()) {
+            found.push((name.to_owned(), stem.with_file_name(file_name.as_ref())));
+        }
+    }
+    found.sort();
+    match found.windows(2).find(|pair| pair[0].0 == pair[1].0) {
+        Some(pair) => Err(Error::File {
+            path: pair[1].1.clone(),
+            message: format!("{} is there as well; keep one of them", pair[0].1.display()),
+        }),
+        None => Ok(found),
+    }
+}
+
+/// Reads the load vectors.
+///
+/// # Errors
+/// The first file that isn't a finite vector of n_e entries.
+pub(super) fn read_loads(
+    files: &[(String, PathBuf)],
+    n_e: usize,
+    sources: &mut Vec<Source>,
+) -> Result<Vec<NamedLoad>, Error> {
+    let mut loads = Vec::with_capacity(files.len());
+    for (name, path) in files {
+        let (matrix, report) = read_matrix(path)?;
+        let wrong = |message: String| {
+            Err(Error::File {
+                path: path.clone(),
+                message,
+            })
+        };
+        if (matrix.nrows(), matrix.ncols()) != (n_e, 1) {
+            return wrong(format!(
+                "{} x {}, but a load of this component is one column of {n_e} entries, one for each dof",
+                matrix.nrows(),
+                matrix.ncols()
+            ));
+        }
+        let mut forces = vec![0.0; n_e];
+        for (row, value) in matrix
+            .row_idx_of_col_raw(0)
+            .iter()
+            .zip(matrix.val_of_col(0))
+        {
+            if !value.is_finite() {
+                return wrong(format!("entry {} is not finite", row + 1));
+            }
+            forces[*row as usize] = *value;
+        }
+        if forces.iter().all(|force| *force == 0.0) {
+            return wrong("has no entry that isn't zero".into());
+        }
+        sources.push(source(&format!("load.{name}"), &report));
+        loads.push(NamedLoad {
+            name: name.clone(),
+            forces,
+        });
+    }
+    Ok(loads)
+}
+
+/// Reads the geometric stiffness; `None` without any file.
+///
+/// # Errors
+/// The first file that isn't a symmetric (n_e, n_e) matrix, or whose name is neither a product of spins nor a row of an attached
+/// interface.
+pub(super) fn read_stiffening(
+    files: &[(String, PathBuf)],
+    (n_e, dimension): (usize, Dimension),
+    interfaces: &[Interface],
+    sources: &mut Vec<Source>,
+    notes: &mut Vec<String>,
+) -> Result<Option<GeometricStiffness>, Error> {
+    if files.is_empty() {
+        return Ok(None);
+    }
+    let products: &[&str] = match dimension {
+        Dimension::Planar => &["zz"],
+        Dimension::Spatial => &SPATIAL_MASSES,
+    };
+    let mut stiffness = GeometricStiffness::default();
+    let mut spins: Vec<Option<SparseMatrix>> = products.iter().map(|_| None).collect();
+    for (name, path) in files {
+        let (matrix, report) = read_symmetric_operator(path)?;
+        if matrix.nrows() != n_e {
+            return Err(Error::File {
+                path: path.clone(),
+                message: format!(
+                    "{} x {}, but the component has {n_e} dofs",
+                    matrix.nrows(),
+                    matrix.ncols()
+                ),
+            });
+        }
+        sources.push(source(&format!("stiffening.{name}"), &report));
+        match products.iter().position(|product| product == name) {
+            Some(product) => spins[product] = Some(matrix),
+            None => stiffness.rows.push(RowStiffness {
+                row: row_of(name, interfaces).ok_or_else(|| Error::File {
+                    path: path.clone(),
+                    message: unknown(name, products, interfaces),
+                })?,
+                matrix,
+            }),
+        }
+    }
+    let absent: Vec<&str> = products
+        .iter()
+        .zip(&spins)
+        .filter(|(_, matrix)| matrix.is_none())
+        .map(|(product, _)| *product)
+        .collect();
+    if absent.len() < products.len() {
+        if !absent.is_empty() {
+            notes.push(format!(
+                "geometric stiffness: no file for the spin products {}; taken as zero",
+                absent.join(", ")
+            ));
+        }
+        stiffness.spins = spins;
+    }
+    Ok(Some(stiffness))
+}
+
+/// Interface and direction of a name such as `big-end.ux`; only attachments have rows that forces act on.
+fn row_of(name: &str, interfaces: &[Interface]) -> Option<(usize, Direction)> {
+    let (interface, direction) = name.rsplit_once('.')?;
+    let index = interfaces.iter().position(|one| one.name == interface)?;
+    let of = &interfaces[index];
+    let moves_as_one = of.kind != InterfaceKind::Nodes || of.nodes.len() == 1;
+    let direction = Direction::from_name(direction)?;
+    (moves_as_one && of.role == Role::Attachment).then_some((index, direction))
+}
+
+fn unknown(name: &str, products: &[&str], interfaces: &[Interface]) -> String {
+    let rows: Vec<&str> = interfaces.iter().map(|one| one.name.as_str()).collect();
+    format!(
+        "{name:?} is neither a product of spins ({}) nor INTERFACE.ux, .uy, … of an attached interface that moves as one ({})",
+        products.join(", "),
+        rows.join(", ")
+    )
+}

@@ -1,0 +1,128 @@
+//! A report as one HTML page: text, tables and pictures in a single file that needs no other and no network.
+
+use std::path::Path;
+
+use super::table::Table;
+use super::write_text;
+use crate::error::Error;
+
+/// How it looks: plain, wide tables scroll by themselves, pictures shrink with the window, and it prints.
+const STYLE: &str = "body{font:16px/1.45 sans-serif;color:#222;max-width:72rem;margin:2rem auto;padding:0 1rem}\
+h1{font-size:1.6rem}h2{font-size:1.25rem;margin-top:2.2rem;border-bottom:1px solid #ddd}\
+table{border-collapse:collapse;font-size:.85rem}th,td{padding:.25rem .6rem;border-bottom:1px solid #ddd;text-align:left}\
+th{vertical-align:bottom}td.number{text-align:right;font-variant-numeric:tabular-nums;white-space:nowrap}\
+tr.marked td{background:#fff3cd}.wide{overflow-x:auto}figure{margin:1rem 0}figure svg{max-width:100%;height:auto}\
+figcaption{font-size:.9rem;color:#555}.pictures{display:flex;flex-wrap:wrap;gap:1rem}.pictures figure{flex:1 1 20rem;margin:0}";
+
+/// Text as it may stand in HTML and in SVG, in attributes as well.
+pub fn escaped(text: &str) -> String {
+    let mut safe = String::with_capacity(text.len());
+    for character in text.chars() {
+        match character {
+            '&' => safe += "&amp;",
+            '<' => safe += "&lt;",
+            '>' => safe += "&gt;",
+            '"' => safe += "&quot;",
+            other => safe.push(other),
+        }
+    }
+    safe
+}
+
+/// A page that grows from top to bottom. All text is escaped; pictures are SVG and taken as they are.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Page {
+    title: String,
+    body: String,
+}
+
+impl Page {
+    /// A page with its title as heading.
+    pub fn new(title: &str) -> Self {
+        Self {
+            title: title.to_owned(),
+            body: format!("<h1>{}</h1>\n", escaped(title)),
+        }
+    }
+
+    /// A section begins.
+    pub fn heading(&mut self, text: &str) {
+        self.body += &format!("<h2>{}</h2>\n", escaped(text));
+    }
+
+    /// A paragraph.
+    pub fn paragraph(&mut self, text: &str) {
+        self.body += &format!("<p>{}</p>\n", escaped(text));
+    }
+
+    /// A list of points.
+    pub fn list<T: AsRef<str>>(&mut self, points: &[T]) {
+        self.body += "<ul>\n";
+        for point in points {
+            self.body += &format!("<li>{}</li>\n", escaped(point.as_ref()));
+        }
+        self.body += "</ul>\n";
+    }
+
+    /// A table, in which the rows at `marked` stand out.
+    pub fn table(&mut self, table: &Table, marked: &[usize]) {
+        self.body += &table.html(marked);
+    }
+
+    /// A picture with its caption.
+    pub fn picture(&mut self, svg: &str, caption: &str) {
+        self.body += &figure(svg, caption);
+    }
+
+    /// Small pictures side by side, each with its caption.
+    pub fn pictures(&mut self, pictures: &[(String, String)]) {
+        self.body += "<div class=\"pictures\">\n";
+        for (svg, caption) in pictures {
+            self.body += &figure(svg, caption);
+        }
+        self.body += "</div>\n";
+    }
+
+    /// All of it.
+    pub fn html(&self) -> String {
+        format!(
+            "<!DOCTYPE html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n<meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\n<title>{}</title>\n<style>{STYLE}</style>\n</head>\n<body>\n{}</body>\n</html>\n",
+            escaped(&self.title),
+            self.body
+        )
+    }
+
+    /// Writes it, whole or not at all; an existing file is replaced.
+    ///
+    /// # Errors
+    /// As [`write_text`].
+    pub fn write(&self, path: &Path) -> Result<(), Error> {
+        write_text(path, &self.html())
+    }
+}
+
+fn figure(svg: &str, caption: &str) -> String {
+    format!(
+        "<figure>\n{}\n<figcaption>{}</figcaption>\n</figure>\n",
+        svg.trim(),
+        escaped(caption)
+    )
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_page_is_self_contained_and_escapes_names() {
+        let mut page = Page::new("<rod> & \"co\"");
+        page.paragraph("1 < 2");
+        page.picture("<svg></svg>", "a > b");
+        let html = page.html();
+        assert!(html.contains("<title>&lt;rod&gt; &amp; &quot;co&quot;</title>"));
+        assert!(
+            html.contains("1 &lt; 2") && html.contains("a &gt; b") && html.contains("<svg></svg>")
+        );
+        assert!(!html.contains("http") && !html.contains("<script"));
+    }
+}

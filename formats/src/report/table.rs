@@ -1,0 +1,169 @@
+//! A table of a study, for a CSV file and for a page.
+
+use std::fmt::Write as _;
+use std::path::Path;
+
+use super::page::escaped;
+use super::write_text;
+use crate::error::Error;
+
+/// One column.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Column {
+    /// Name in files, for example `frequency_error_held`.
+    pub name: String,
+    /// Heading for people, for example `frequency error, held`.
+    pub heading: String,
+    /// Unit, `1` for none; empty for text and counts.
+    pub unit: String,
+}
+
+impl Column {
+    /// A column with its unit.
+    pub fn new(name: &str, heading: &str, unit: &str) -> Self {
+        Self {
+            name: name.to_owned(),
+            heading: heading.to_owned(),
+            unit: unit.to_owned(),
+        }
+    }
+
+    fn title(&self, text: &str) -> String {
+        match self.unit.as_str() {
+            "" => text.to_owned(),
+            unit => format!("{text} [{unit}]"),
+        }
+    }
+}
+
+/// One entry.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Cell {
+    /// A name.
+    Text(String),
+    /// A number of things.
+    Count(u64),
+    /// A quantity.
+    Number(f64),
+    /// Not applicable.
+    Empty,
+}
+
+impl Cell {
+    /// A quantity, or nothing.
+    pub fn maybe(value: Option<f64>) -> Self {
+        value.map_or(Self::Empty, Self::Number)
+    }
+
+    /// With every digit.
+    fn exact(&self) -> String {
+        match self {
+            Self::Text(text) => text.clone(),
+            Self::Count(count) => count.to_string(),
+            Self::Number(value) => format!("{value:?}"),
+            Self::Empty => String::new(),
+        }
+    }
+
+    /// For people: three digits.
+    fn short(&self) -> String {
+        match self {
+            Self::Number(value) if *value == 0.0 => "0".to_owned(),
+            Self::Number(value) if (0.01..1e4).contains(&value.abs()) => {
+                let decimals = (2 - value.abs().log10().floor() as i32).max(0) as usize;
+                format!("{value:.decimals$}")
+            }
+            Self::Number(value) => format!("{value:.2e}"),
+            other => other.exact(),
+        }
+    }
+}
+
+/// Rows under columns.
+#[derive(Clone, Debug, PartialEq, Default)]
+pub struct Table {
+    /// Columns.
+    pub columns: Vec<Column>,
+    /// Rows, a cell for each column.
+    pub rows: Vec<Vec<Cell>>,
+}
+
+impl Table {
+    /// As comma-separated values, titled `name [unit]`, with as few digits as give the same numbers back.
+    ///
+    /// # Errors
+    /// As [`write_text`].
+    pub fn write_csv(&self, path: &Path) -> Result<(), Error> {
+        let told = |source: std::io::Error| Error::Io {
+            path: path.to_owned(),
+            action: "cannot write",
+            source,
+        };
+        let mut writer = csv::Writer::from_writer(Vec::new());
+        let titles = self.columns.iter().map(|column| column.title(&column.name));
+        (writer.write_record(titles)).map_err(|error| told(error.into()))?;
+        for row in &self.rows {
+            (writer.write_record(row.iter().map(Cell::exact)))
+                .map_err(|error| told(error.into()))?;
+        }
+        let bytes = (writer.into_inner()).map_err(|error| told(error.into_error()))?;
+        write_text(path, &String::from_utf8_lossy(&bytes))
+    }
+
+    /// As HTML; the rows at `marked` stand out.
+    pub fn html(&self, marked: &[usize]) -> String {
+        let mut html = String::from("<div class=\"wide\"><table>\n<tr>");
+        for column in &self.columns {
+            let _ = write!(html, "<th>{}</th>", escaped(&column.title(&column.heading)));
+        }
+        html += "</tr>\n";
+        for (index, row) in self.rows.iter().enumerate() {
+            html += match marked.contains(&index) {
+                true => "<tr class=\"marked\">",
+                false => "<tr>",
+            };
+            for cell in row {
+                let class = match cell {
+                    Cell::Text(_) => "",
+                    _ => " class=\"number\"",
+                };
+                let _ = write!(html, "<td{class}>{}</td>", escaped(&cell.short()));
+            }
+            html += "</tr>\n";
+        }
+        html + "</table></div>\n"
+    }
+}
+
+#[cfg(test)]
+#[allow(clippy::unwrap_used)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_table_keeps_every_digit_in_files_and_three_on_pages() {
+        let table = Table {
+            columns: vec![
+                Column::new("name", "name", ""),
+                Column::new("error", "its error", "1"),
+            ],
+            rows: vec![
+                vec![Cell::Text("a, \"b\" <c>".into()), Cell::Number(1.0 / 3.0)],
+                vec![Cell::Empty, Cell::Number(1.0 / 3.0 * 1e-9)],
+            ],
+        };
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("table.csv");
+        table.write_csv(&path).unwrap();
+        let mut reader = csv::Reader::from_path(&path).unwrap();
+        assert_eq!(reader.headers().unwrap(), vec!["name", "error [1]"]);
+        let rows: Vec<_> = reader.records().map(|row| row.unwrap()).collect();
+        assert_eq!(&rows[0][0], "a, \"b\" <c>");
+        assert_eq!(rows[0][1].parse::<f64>().unwrap(), 1.0 / 3.0);
+        let html = table.html(&[1]);
+        assert!(
+            html.contains("&lt;c&gt;") && html.contains(">0.333<") && html.contains(">3.33e-10<")
+        );
+        assert_eq!(html.matches("class=\"marked\"").count(), 1);
+    }
+}

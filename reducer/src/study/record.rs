@@ -1,0 +1,207 @@
+//! What is kept of a study: the reference and the rows, as lines of `rows.jsonl` and in `study.json`.
+
+use serde::{Deserialize, Serialize};
+
+use super::errors::{Curves, Errors};
+use super::variant::Variant;
+
+/// A line of the ledger.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Entry {
+    /// What all rows are compared with.
+    Reference(Box<ReferenceRecord>),
+    /// One row.
+    Row(Box<Row>),
+}
+
+/// The unreduced part.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct ReferenceRecord {
+    /// Name of the part.
+    pub name: String,
+    /// Its unit of time: eigenvalues are in its inverse square.
+    pub time_unit: String,
+    /// Dofs.
+    pub dofs: usize,
+    /// Interfaces on which forces act.
+    pub interfaces: Vec<String>,
+    /// Their rows, and how many of them are independent.
+    pub rows: [usize; 2],
+    /// Free elastic ω² that are known.
+    pub free_eigenvalues: Vec<f64>,
+    /// ω² with the interfaces held, within the band.
+    pub held_eigenvalues: Vec<f64>,
+    /// Motions that the interfaces leave free.
+    pub loose_motions: usize,
+    /// ω² of each point of the band.
+    pub band: Vec<f64>,
+    /// Structural loss factor η of the responses.
+    pub loss_factor: f64,
+    /// What the reference leaves of the unreduced equations.
+    pub residual: f64,
+    /// Terms of its series.
+    pub terms: usize,
+    /// What 0, 1, … modes lack of the static response to centrifugal forces, in the norm of strain energy; empty where no spin strains the part.
+    pub spin: Vec<f64>,
+    /// Time it took, s.
+    pub seconds: f64,
+    /// What the drawn responses are, on the diagonal and between interfaces.
+    pub drawn: [Option<String>; 2],
+    /// |H| of these.
+    #[serde(default, skip_serializing_if = "StoredCurves::is_empty")]
+    pub curves: StoredCurves,
+    /// Pictures of the lowest modes, SVG and caption.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub pictures: Vec<(String, String)>,
+}
+
+/// One way to reduce the part.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Row {
+    /// Form of use.
+    pub variant: Variant,
+    /// Modes asked for.
+    pub asked_modes: usize,
+    /// Interface modes asked for; `None` for all.
+    pub asked_interface_modes: Option<usize>,
+    /// Modes kept.
+    pub modes: usize,
+    /// Attachment coordinates that the superelement offers.
+    pub attachments: usize,
+    /// Coordinates of a simulation beside the body's frame.
+    pub unknowns: usize,
+    /// Time of the reduction and of writing the file, s.
+    pub reduction_seconds: f64,
+    /// Of so many repeats the shortest.
+    pub repeats: usize,
+    /// Size of the file, bytes.
+    pub file_bytes: u64,
+    /// Errors.
+    pub errors: Errors,
+    /// Responses over the band; `study.json` leaves them to the ledger.
+    #[serde(default, skip_serializing_if = "StoredCurves::is_empty")]
+    pub curves: StoredCurves,
+}
+
+/// Curves with as many digits as a picture shows. What isn't finite is `None`.
+#[derive(Clone, Debug, PartialEq, Default, Serialize, Deserialize)]
+pub struct StoredCurves {
+    /// ‖H - H_ref‖ / ‖H_ref‖.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub error: Vec<Option<f64>>,
+    /// |H| on the diagonal.
+    pub collocated: Vec<Option<f64>>,
+    /// |H| between interfaces.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub transfer: Vec<Option<f64>>,
+}
+
+impl StoredCurves {
+    /// Whether there is none.
+    pub fn is_empty(&self) -> bool {
+        self.collocated.is_empty()
+    }
+
+    /// Rounds to five digits.
+    pub fn of(curves: &Curves) -> Self {
+        let short = |values: &[f64]| {
+            let one = |value: &f64| format!("{value:.4e}").parse().ok();
+            values
+                .iter()
+                .map(|value| one(value).filter(|short: &f64| short.is_finite()))
+                .collect()
+        };
+        Self {
+            error: short(&curves.error),
+            collocated: short(&curves.collocated),
+            transfer: short(&curves.transfer),
+        }
+    }
+}
+
+/// What a row may be judged by.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Measure {
+    /// Frequencies with the interfaces held.
+    HeldFrequencies,
+    /// Static response.
+    StaticResponse,
+    /// Receptance of each interface at itself.
+    CollocatedResponse,
+    /// Receptance between interfaces.
+    TransferResponse,
+    /// Forces that move the interfaces.
+    InterfaceForces,
+}
+
+impl Measure {
+    /// All, in the order of tables.
+    pub const ALL: [Self; 5] = [
+        Self::HeldFrequencies,
+        Self::StaticResponse,
+        Self::CollocatedResponse,
+        Self::TransferResponse,
+        Self::InterfaceForces,
+    ];
+
+    /// For people.
+    pub fn title(self) -> &'static str {
+        match self {
+            Self::HeldFrequencies => "frequencies with held interfaces",
+            Self::StaticResponse => "static response",
+            Self::CollocatedResponse => "collocated response",
+            Self::TransferResponse => "transfer response",
+            Self::InterfaceForces => "interface forces",
+        }
+    }
+
+    /// For files.
+    pub fn column(self) -> &'static str {
+        match self {
+            Self::HeldFrequencies => "held_frequency_error",
+            Self::StaticResponse => "static_error",
+            Self::CollocatedResponse => "collocated_error",
+            Self::TransferResponse => "transfer_error",
+            Self::InterfaceForces => "interface_force_error",
+        }
+    }
+}
+
+impl Row {
+    /// Its error by a measure; `None` where it has no such response, or nothing is measured.
+    pub fn error(&self, measure: Measure) -> Option<f64> {
+        let errors = &self.errors;
+        match measure {
+            Measure::HeldFrequencies => {
+                let all = errors.held_frequencies.as_ref()?.iter().copied();
+                all.reduce(f64::max)
+            }
+            Measure::StaticResponse => {
+                let all = errors.static_response.iter().map(|one| one.error);
+                all.reduce(f64::max)
+            }
+            Measure::CollocatedResponse => Some(errors.collocated.largest),
+            Measure::TransferResponse => errors.transfer.map(|one| one.largest),
+            Measure::InterfaceForces => errors.interface_force.map(|one| one.largest),
+        }
+    }
+
+    /// Name of the row for people, for example `strong, 20 modes`.
+    pub fn title(&self) -> String {
+        let interface = match self.asked_interface_modes {
+            Some(count) => format!(", {count} interface modes"),
+            None => String::new(),
+        };
+        format!("{}, {} modes{interface}", self.variant.name(), self.modes)
+    }
+
+    /// What its curve is called: the form, and interface modes where they are limited.
+    pub fn family(&self) -> String {
+        match self.asked_interface_modes {
+            Some(count) => format!("{}, {count} interface modes", self.variant.name()),
+            None => self.variant.name().to_owned(),
+        }
+    }
+}

@@ -1,0 +1,252 @@
+//! `study`: what it leaves in its folder, how it goes on, and what it refuses.
+
+use std::collections::BTreeMap;
+use std::fs;
+use std::process::{Command, Stdio};
+use std::time::Duration;
+
+use serde_json::Value;
+
+use crate::support::Folder;
+
+const SMALL: &str = "study rotor.mtx --modes 3,6 --points 30";
+
+fn json(folder: &Folder, name: &str) -> Value {
+    serde_json::from_str(&folder.read(name)).unwrap()
+}
+
+/// The rows of the ledger by their keys.
+fn rows(folder: &Folder, study: &str) -> BTreeMap<String, Value> {
+    let text = folder.read(&format!("{study}/rows.jsonl"));
+    let lines = text.lines().skip(1);
+    lines
+        .map(|line| {
+            let value: Value = serde_json::from_str(line).unwrap();
+            (value["key"].as_str().unwrap().to_owned(), value)
+        })
+        .collect()
+}
+
+#[test]
+fn a_study_leaves_tables_pictures_and_a_page() {
+    let folder = Folder::rotor();
+    let shown = folder.done(SMALL);
+    for says in [
+        "rotor: 345 dofs; forces act on 12 rows (12 independent) of bearing-left, bearing-right",
+        "loss factor 0.02",
+        "fewest unknowns with an error up to 1e-03",
+        "all of them:",
+        "wrote rotor.study/report.html",
+    ] {
+        assert!(shown.contains(says), "{says}: {shown}");
+    }
+    let made: Vec<String> = folder
+        .names()
+        .into_iter()
+        .filter(|name| name.starts_with("rotor.study/"))
+        .collect();
+    let expected = [
+        "pareto.svg",
+        "report.html",
+        "rows.jsonl",
+        "study.csv",
+        "study.json",
+    ];
+    assert_eq!(made, expected.map(|name| format!("rotor.study/{name}")));
+
+    let whole = json(&folder, "rotor.study/study.json");
+    assert_eq!(whole["reference"]["dofs"], 345);
+    assert_eq!(whole["reference"]["interfaces"][1], "bearing-right");
+    let rows = whole["rows"].as_array().unwrap();
+    let variants: Vec<&str> = rows
+        .iter()
+        .map(|row| row["variant"].as_str().unwrap())
+        .collect();
+    let once = ["strong", "static", "weak", "free"];
+    assert_eq!(variants, [once, once].concat());
+    for row in rows {
+        assert!(row["reduction_seconds"].as_f64().unwrap() > 0.0);
+        // Nodal shapes of all columns are in the file.
+        let columns = row["modes"].as_u64().unwrap() + 12;
+        assert!(row["file_bytes"].as_u64().unwrap() > 8 * 345 * columns);
+        let unknowns = match row["variant"].as_str().unwrap() {
+            "strong" => row["modes"].as_u64().unwrap() + row["attachments"].as_u64().unwrap(),
+            "weak" => columns,
+            _ => row["modes"].as_u64().unwrap(),
+        };
+        assert_eq!(row["unknowns"], unknowns, "{row}");
+    }
+    let table = folder.read("rotor.study/study.csv");
+    assert_eq!(table.lines().count(), 9);
+    assert!(
+        table.starts_with("variant,modes,interface_modes,"),
+        "{table}"
+    );
+
+    let page = folder.read("rotor.study/report.html");
+    assert!(page.contains("<svg") && page.contains("mode 1, 104.637") && page.contains("</html>"));
+    // Nothing is fetched from anywhere.
+    let links = page.replace("http://www.w3.org/2000/svg", "");
+    assert!(!links.contains("http") && !links.contains("src=") && !links.contains("<script"));
+    assert!(folder.read("rotor.study/pareto.svg").starts_with("<svg"));
+}
+
+#[test]
+fn interface_modes_are_rows_of_their_own() {
+    let folder = Folder::rotor();
+    folder.done(
+        "study rotor.mtx --modes 5 --points 20 --interface-modes 4 --variants strong,free -o s",
+    );
+    let keys: Vec<String> = rows(&folder, "s").into_keys().collect();
+    assert_eq!(keys, ["free/5", "reference", "strong/5", "strong/5/4"]);
+    let whole = json(&folder, "s/study.json");
+    let of = |row: usize, name: &str| {
+        let interfaces = whole["rows"][row]["errors"]["static_response"]
+            .as_array()
+            .unwrap();
+        let named = interfaces
+            .iter()
+            .find(|one| one["interface"] == name)
+            .unwrap();
+        named["error"].as_f64().unwrap()
+    };
+    assert_eq!(whole["rows"][1]["asked_interface_modes"], 4);
+    assert!(of(0, "bearing-left") < 1e-9 && of(1, "bearing-left") > 1e-4);
+}
+
+#[test]
+fn a_study_goes_on_where_it_ended() {
+    let folder = Folder::rotor();
+    folder.done(SMALL);
+    let first = rows(&folder, "rotor.study");
+    let page = folder.read("rotor.study/report.html");
+
+    // All is there: nothing is made again, and the same page comes of it.
+    let ledger = folder.read("rotor.study/rows.jsonl");
+    folder.remove("rotor.study/report.html");
+    folder.done(SMALL);
+    assert_eq!(folder.read("rotor.study/rows.jsonl"), ledger);
+    assert_eq!(folder.read("rotor.study/report.html"), page);
+
+    // Stopped in the middle of a line: that row and those after it are made again, and no other.
+    let lines: Vec<&str> = ledger.lines().collect();
+    let cut = format!("{}\n{}", lines[..5].join("\n"), &lines[5][..40]);
+    folder.write("rotor.study/rows.jsonl", cut);
+    folder.done(SMALL);
+    let again = rows(&folder, "rotor.study");
+    assert_eq!(
+        again.keys().collect::<Vec<_>>(),
+        first.keys().collect::<Vec<_>>()
+    );
+    let kept = folder.read("rotor.study/rows.jsonl");
+    assert!(kept.starts_with(&format!("{}\n", lines[..5].join("\n"))));
+    // What isn't a time is the same to the last bit.
+    for (key, row) in first.iter().filter(|(key, _)| *key != "reference") {
+        assert_eq!(
+            row["row"]["row"]["errors"], again[key]["row"]["row"]["errors"],
+            "{key}"
+        );
+    }
+}
+
+#[test]
+fn rows_of_another_study_are_not_mixed_in() {
+    let folder = Folder::rotor();
+    folder.done(SMALL);
+    folder.refused(
+        "study rotor.mtx --modes 3,6 --points 31",
+        &["rows.jsonl", "`points` is 30 there and 31 now", "--force"],
+    );
+    folder.refused(
+        "study rotor.mtx --modes 3,8 --points 30",
+        &["`band.up_to_half_of_mode` is 6 there and 8 now"],
+    );
+    folder.edit("rotor.json", |description| {
+        description["component"]["name"] = "other".into();
+    });
+    folder.refused(SMALL, &["`inputs.mesh`", "--force"]);
+    let before = folder.read("rotor.study/rows.jsonl");
+    folder.done(&format!("{SMALL} --force"));
+    assert!(folder.read("rotor.study/rows.jsonl") != before);
+    assert!(
+        folder
+            .read("rotor.study/report.html")
+            .contains("other: a study")
+    );
+}
+
+#[test]
+fn slips_are_refused_before_anything_is_made() {
+    let folder = Folder::rotor();
+    for (options, says) in [
+        ("--modes 0", "numbers above 0 are wanted"),
+        ("--modes 5,x", "numbers above 0 are wanted"),
+        ("--variants strong,rubin", "possible values"),
+        ("--interface-modes 0", "numbers above 0 are wanted"),
+        ("--band 10", "two frequencies in Hz"),
+        ("--band 20:10", "two frequencies in Hz"),
+        ("--band 0:10", "two frequencies in Hz"),
+        ("--points 1", "2..=100000"),
+        ("--loss-factor 0", "above 0 and up to 1"),
+        ("--tolerance -1e-3", "a relative error above 0"),
+        ("-o rotor.mtx", "is no folder"),
+    ] {
+        folder.refused(&format!("study rotor.mtx {options}"), &[says]);
+    }
+    folder.refused("study missing.mtx", &["missing.mtx"]);
+    fs::create_dir(folder.path("there")).unwrap();
+    folder.write("there/notes.txt", "mine");
+    folder.refused(
+        "study rotor.mtx -o there",
+        &["there", "holds no study", "--force"],
+    );
+    folder.edit("rotor.json", |description| {
+        for interface in description["component"]["interfaces"]
+            .as_array_mut()
+            .unwrap()
+        {
+            interface["role"] = "output".into();
+        }
+    });
+    folder.refused("study rotor.mtx", &["interfaces where forces act"]);
+}
+
+#[test]
+fn an_interrupted_study_keeps_its_rows() {
+    let folder = Folder::with(&dcb_samples::connecting_rod(0));
+    let arguments = "study part.mtx --modes 4,6,8,10,12,14 --points 20 --variants strong,free";
+    let mut child = folder
+        .command(arguments)
+        .stdout(Stdio::piped())
+        .stderr(Stdio::piped())
+        .spawn()
+        .unwrap();
+    let ledger = folder.path("part.study/rows.jsonl");
+    let complete = || fs::read_to_string(&ledger).map_or(0, |text| text.matches('\n').count());
+    // The settings, the reference and a row.
+    while complete() < 3 && child.try_wait().unwrap().is_none() {
+        std::thread::sleep(Duration::from_millis(5));
+    }
+    let _ = Command::new("kill")
+        .args(["-INT", &child.id().to_string()])
+        .status();
+    let output = child.wait_with_output().unwrap();
+    let stderr = String::from_utf8_lossy(&output.stderr);
+    assert_eq!(output.status.code(), Some(130), "{stderr}");
+    assert!(
+        stderr.starts_with("interrupted: ") && stderr.contains("goes on from there"),
+        "{stderr}"
+    );
+    let names = folder.names();
+    assert!(
+        !names
+            .iter()
+            .any(|name| name.contains("timing") || name.contains("partial"))
+    );
+    let before = fs::read_to_string(&ledger).unwrap();
+    folder.done(arguments);
+    let after = fs::read_to_string(&ledger).unwrap();
+    let whole = before.rfind('\n').unwrap() + 1;
+    assert!(after.starts_with(&before[..whole]));
+    assert_eq!(after.lines().count(), 2 + 12);
+}

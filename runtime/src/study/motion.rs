@@ -1,0 +1,282 @@
+//! One run of a study: once for its values, and by itself for its time.
+
+use std::time::Instant;
+
+use serde::{Deserialize, Serialize};
+
+use super::grid::{Grid, Sampler, Trace};
+use super::monitor::Monitor;
+use super::subject::{Quantity, Subject};
+use crate::compatibility_window::WeakWindow;
+use crate::error::Error;
+use crate::integrator::Effort;
+use crate::model::{Model, RecordedStep, Recorder};
+use crate::run::transient::{imbalance_warning, rounding_warning};
+use crate::run::{method, redundancy};
+use crate::scene::{Compatibility, Integrator, Scene};
+use crate::simulation::Simulation;
+use crate::validity::Validity;
+
+/// A timing goes on until this many seconds have been measured,
+const LONG_ENOUGH: f64 = 0.3;
+/// or this many runs.
+const MOST_RUNS: u32 = 5;
+/// Steps between two looks at whether to stop.
+const STEPS_BETWEEN_LOOKS: u64 = 256;
+
+/// How a run went.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Course {
+    /// Dynamic coordinates: rigid motions and deflections of all bodies.
+    pub freedoms: usize,
+    /// Those among them that are deflections.
+    pub elastic: usize,
+    /// Constraint and spring rows, one unknown force each.
+    pub rows: usize,
+    /// Steps made.
+    pub steps: u64,
+    /// Newton iterations.
+    pub iterations: usize,
+    /// Largest defect of the energy balance.
+    pub energy_defect: f64,
+    /// The largest energy that was stored.
+    pub largest_energy: f64,
+    /// What a user would be told.
+    pub warnings: Vec<String>,
+    /// Why the run did not come to its end; `None` if it did.
+    pub stopped: Option<String>,
+}
+
+/// What integrating took.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Timing {
+    /// Wall time of the fastest run, s: steps only.
+    pub seconds: f64,
+    /// Its steps.
+    pub steps: u64,
+    /// Runs made.
+    pub runs: u32,
+}
+
+/// Runs a scene and samples the subject's quantities; `None` if the user stopped it.
+///
+/// # Errors
+/// What can't be blamed on the options: files that can't be read, memory. Everything else is told in [`Course::stopped`].
+pub fn follow(
+    subject: &Subject,
+    scene: &Scene,
+    grid: Grid,
+    monitor: &Monitor,
+) -> Result<Option<(Course, Trace)>, Error> {
+    let (mut course, trace, outcome) = attempt(subject, scene, grid, monitor)?;
+    match outcome {
+        Ok(true) => Ok(Some((course, trace))),
+        Ok(false) => Ok(None),
+        Err(error @ (Error::File(_) | Error::OutOfMemory)) => Err(error),
+        Err(error) => {
+            let counted = course.steps / STEPS_BETWEEN_LOOKS * STEPS_BETWEEN_LOOKS;
+            monitor.advance(steps_of(scene)? - counted);
+            course.stopped = Some(error.to_string());
+            Ok(Some((course, trace)))
+        }
+    }
+}
+
+/// The same for a run that has to come to its end.
+///
+/// # Errors
+/// Whatever stopped it.
+pub fn follow_to_the_end(
+    subject: &Subject,
+    scene: &Scene,
+    grid: Grid,
+    monitor: &Monitor,
+) -> Result<Option<(Course, Trace)>, Error> {
+    let (course, trace, outcome) = attempt(subject, scene, grid, monitor)?;
+    Ok(outcome?.then_some((course, trace)))
+}
+
+/// Course and trace as far as the run came, and whether that is the end: not if the user or an error stopped it.
+fn attempt(
+    subject: &Subject,
+    scene: &Scene,
+    grid: Grid,
+    monitor: &Monitor,
+) -> Result<(Course, Trace, Result<bool, Error>), Error> {
+    let mut course = Course::default();
+    let widths = subject.quantities.iter().map(Quantity::width);
+    let width: usize = widths.sum();
+    let mut sampler = Sampler::new(grid, step_of(scene)?.step, width);
+    let outcome = begin(scene, &mut course).and_then(|(simulation, recorder)| {
+        let mut run = Run {
+            validity: Validity::of(simulation.system()),
+            simulation,
+            recorder,
+            places: Vec::with_capacity(width),
+            values: Vec::with_capacity(width),
+            sampler: &mut sampler,
+            course: &mut course,
+        };
+        for quantity in &subject.quantities {
+            run.places.extend(quantity.places(&run.recorder)?);
+        }
+        run.integrate(scene, grid, monitor)
+    });
+    Ok((course, sampler.finish(), outcome))
+}
+
+/// Measures how long integrating takes, recording nothing; `None` if the user stopped it. Nothing else should run meanwhile.
+///
+/// # Errors
+/// Those of the start and of the steps.
+pub fn time(scene: &Scene, monitor: &Monitor) -> Result<Option<Timing>, Error> {
+    let integrator = step_of(scene)?;
+    let (mut simulation, _) = start(Model::load(scene)?, scene)?;
+    let drawn = simulation.save();
+    let mut timing = Timing {
+        seconds: f64::INFINITY,
+        steps: step_count(&integrator),
+        runs: 0,
+    };
+    let mut total = 0.0;
+    while timing.runs < MOST_RUNS && (timing.runs == 0 || total < LONG_ENOUGH) {
+        simulation.restore(&drawn)?;
+        let clock = Instant::now();
+        for index in 1..=timing.steps {
+            simulation.step(next_step(&integrator, &simulation, index))?;
+            if index % STEPS_BETWEEN_LOOKS == 0 && monitor.is_stopped() {
+                return Ok(None);
+            }
+        }
+        let seconds = clock.elapsed().as_secs_f64();
+        timing.seconds = timing.seconds.min(seconds);
+        timing.runs += 1;
+        total += seconds;
+    }
+    Ok(Some(timing))
+}
+
+/// Steps that a run of this scene takes.
+///
+/// # Errors
+/// [`Error::Description`] without an integrator.
+pub fn steps_of(scene: &Scene) -> Result<u64, Error> {
+    Ok(step_count(&step_of(scene)?))
+}
+
+/// A run that is sampled.
+struct Run<'a> {
+    simulation: Simulation,
+    recorder: Recorder,
+    validity: Validity,
+    /// Where the quantities are in a recorded row.
+    places: Vec<usize>,
+    values: Vec<f64>,
+    sampler: &'a mut Sampler,
+    course: &'a mut Course,
+}
+
+impl Run<'_> {
+    /// Whether the end was reached; else the user stopped it.
+    fn integrate(&mut self, scene: &Scene, grid: Grid, monitor: &Monitor) -> Result<bool, Error> {
+        let integrator = step_of(scene)?;
+        let stride = grid.steps_between(integrator.step).unwrap_or(1);
+        let count = step_count(&integrator);
+        self.sample();
+        for index in 1..=count {
+            if index % STEPS_BETWEEN_LOOKS == 0 {
+                monitor.advance(STEPS_BETWEEN_LOOKS);
+                if monitor.is_stopped() {
+                    return Ok(false);
+                }
+            }
+            let step = next_step(&integrator, &self.simulation, index);
+            let effort = self.simulation.step(step)?;
+            self.course.steps = index;
+            self.course.iterations += effort.iterations;
+            if index % stride == 0 || index == count {
+                self.sample();
+            }
+        }
+        monitor.advance(count % STEPS_BETWEEN_LOOKS);
+        let warnings = &mut self.course.warnings;
+        warnings.extend(rounding_warning(&self.simulation, integrator.step));
+        let balance = (self.course.energy_defect, self.course.largest_energy);
+        warnings.extend(imbalance_warning(balance));
+        Ok(true)
+    }
+
+    fn sample(&mut self) {
+        let now = RecordedStep::of(&mut self.simulation, 0.0, Effort::default());
+        let stored = now.energy.kinetic + now.energy.strain + now.energy.springs;
+        // JSON has no infinity.
+        let larger = |most: f64, now: f64| most.max(now).min(f64::MAX);
+        self.course.energy_defect = larger(self.course.energy_defect, now.defect.abs());
+        self.course.largest_energy = larger(self.course.largest_energy, stored);
+        let row = self.recorder.row(&now);
+        self.values.clear();
+        self.values
+            .extend(self.places.iter().map(|place| row[*place]));
+        self.sampler.take(now.state.time, &self.values);
+        let warnings = &mut self.course.warnings;
+        self.validity
+            .check(now.system, now.state, |message| warnings.push(message));
+    }
+}
+
+/// Loads and starts, and notes the size of the system.
+fn begin(scene: &Scene, course: &mut Course) -> Result<(Simulation, Recorder), Error> {
+    let model = Model::load(scene)?;
+    course.freedoms = model.system.freedom_count();
+    course.elastic = model.system.coordinate_count();
+    course.rows = model.system.rows.len();
+    let (simulation, recorder) = start(model, scene)?;
+    if scene.compatibility == Compatibility::Weak {
+        let integrator = step_of(scene)?;
+        let scheme = method(&integrator).scheme;
+        let window = WeakWindow::of(simulation.system(), simulation.state(), &scheme);
+        let count = window.negative_eigenvalue_count;
+        if count > 0 {
+            course.warnings.push(format!(
+                "weak compatibility: {count} negative eigenvalue{}",
+                if count == 1 { "" } else { "s" }
+            ));
+        }
+        if !scene.allow_unstable_weak {
+            window.check(integrator.step)?;
+        }
+    }
+    Ok((simulation, recorder))
+}
+
+fn start(model: Model, scene: &Scene) -> Result<(Simulation, Recorder), Error> {
+    let Model {
+        system,
+        drawn,
+        recorder,
+        held,
+        ..
+    } = model;
+    let method = method(&step_of(scene)?);
+    let (simulation, _) =
+        Simulation::start_holding(system, drawn, method, redundancy(scene), &held)?;
+    Ok((simulation, recorder))
+}
+
+fn step_of(scene: &Scene) -> Result<Integrator, Error> {
+    let missing = || Error::described("integrator", "is missing");
+    scene.integrator.ok_or_else(missing)
+}
+
+/// A remainder below rounding is no step.
+fn step_count(integrator: &Integrator) -> u64 {
+    (integrator.end / integrator.step - 1e-9).ceil().max(0.0) as u64
+}
+
+/// The last step ends the run.
+fn next_step(integrator: &Integrator, simulation: &Simulation, index: u64) -> f64 {
+    match index == step_count(integrator) {
+        true => integrator.end - simulation.state().time,
+        false => integrator.step,
+    }
+}

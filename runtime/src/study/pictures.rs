@@ -1,0 +1,205 @@
+//! The pictures of a study: error against time, and histories of chosen rows with their errors.
+
+use dcb_formats::report::{
+    Axis, Chart, Family, Note, Series, Style, pareto_chart, pareto_front, svg,
+};
+
+use super::Study;
+use super::comparison::places;
+use super::grid::Trace;
+use super::setting::Setting;
+
+/// Runs whose histories the page shows, the reference not among them.
+const MOST_HISTORIES: usize = 3;
+
+/// Error against cost: rows of different steps are joined.
+pub(super) fn front_chart(study: &Study) -> Chart {
+    let mut families: Vec<Family> = Vec::new();
+    let mut order: Vec<usize> = (0..study.rows.len()).collect();
+    order.sort_by(|a, b| {
+        let step = |index: &usize| study.rows[*index].setting.step;
+        step(a).total_cmp(&step(b))
+    });
+    let names: Vec<String> = study
+        .rows
+        .iter()
+        .map(|row| family(study, &row.setting))
+        .collect();
+    // Families in the order of the rows, their members in that of the steps.
+    for name in &names {
+        if families.iter().all(|family| family.name != *name) {
+            families.push(Family {
+                name: name.clone(),
+                candidates: Vec::new(),
+            });
+        }
+    }
+    let candidates = study.candidates();
+    for index in order {
+        let candidate = &candidates[index];
+        let family = families
+            .iter_mut()
+            .find(|family| family.name == names[index]);
+        if let Some(family) = family
+            && candidate.cost.is_finite()
+            && candidate.error.is_finite()
+        {
+            family.candidates.push(candidate.clone());
+        }
+    }
+    families.retain(|family| !family.candidates.is_empty());
+    let time = &study.subject.scene.units.time;
+    let mut chart = pareto_chart(
+        "",
+        &format!("wall time for 1 {time} of motion [s]"),
+        "largest error / range [1]",
+        &families,
+    );
+    // Words at every mark would hide each other.
+    let told = pareto_front(&candidates).into_iter();
+    chart.notes = told
+        .map(|index| Note {
+            text: candidates[index].label.clone(),
+            at: [candidates[index].cost, candidates[index].error],
+        })
+        .collect();
+    let costs: Vec<f64> = (candidates.iter().map(|candidate| candidate.cost))
+        .filter(|cost| cost.is_finite())
+        .collect();
+    let least = costs.iter().copied().fold(f64::INFINITY, f64::min);
+    let most = costs.iter().copied().fold(0.0, f64::max);
+    let limit = study.reference.uncertainty();
+    if limit > 0.0 && least < most {
+        chart.series.push(Series {
+            name: "reference ±".to_owned(),
+            points: vec![[least, limit], [most, limit]],
+            style: Style::Line,
+        });
+    }
+    chart
+}
+
+/// What rows that differ in their step alone have in common, as far as the study varies it.
+fn family(study: &Study, setting: &Setting) -> String {
+    let mut parts = Vec::new();
+    let varies = |of: fn(&Setting) -> String| {
+        let mut all = study.rows.iter().map(|row| of(&row.setting));
+        let first = all.next();
+        all.any(|other| Some(other) != first)
+    };
+    if study.subject.most_modes().is_some() {
+        parts.push(setting.modes_told());
+        parts.push(setting.compatibility_text().to_owned());
+    }
+    if varies(|setting| setting.inertia_text().to_owned()) {
+        parts.push(setting.inertia_text().to_owned());
+    }
+    if varies(|setting| format!("{:?}", setting.rho_infinity)) {
+        parts.push(format!("ρ {}", setting.rho_infinity.unwrap_or(f64::NAN)));
+    }
+    match parts.is_empty() {
+        true => "rows".to_owned(),
+        false => parts.join(", "),
+    }
+}
+
+/// Rows whose histories are shown: the best one, the fastest, and that of the scene's own options, each once.
+pub(super) fn shown(study: &Study, tolerance: f64) -> Vec<usize> {
+    let own = study
+        .rows
+        .iter()
+        .position(|row| row.setting == study.subject.own);
+    let fastest = study.front().first().copied();
+    let mut shown = Vec::new();
+    for index in [study.best(tolerance), fastest, own].into_iter().flatten() {
+        if !shown.contains(&index) && study.rows[index].is_stable() {
+            shown.push(index);
+        }
+    }
+    shown.truncate(MOST_HISTORIES);
+    shown
+}
+
+/// One picture for each column of each quantity.
+pub(super) fn histories(study: &Study, shown: &[usize]) -> Vec<(String, String)> {
+    let mut pictures = Vec::new();
+    let columns = places(&study.subject.quantities);
+    for (quantity, columns) in study.subject.quantities.iter().zip(columns) {
+        for (label, column) in quantity.labels.iter().zip(columns) {
+            let series = |name: &str, trace: &Trace| Series {
+                name: name.to_owned(),
+                points: points(study, trace, |row| row[column]),
+                style: Style::Line,
+            };
+            let mut all: Vec<Series> = (shown.iter())
+                .map(|index| series(&format!("row {}", index + 1), &study.traces[*index]))
+                .collect();
+            all.push(series("reference", &study.reference_trace));
+            let name = match label.as_str() {
+                "" => quantity.name.clone(),
+                label => format!("{}.{label}", quantity.name),
+            };
+            let axis = Axis::linear(&format!("{name} [{}]", quantity.unit));
+            pictures.extend(drawn(study, &name, axis, all));
+        }
+    }
+    pictures
+}
+
+/// The error of each quantity over time.
+pub(super) fn errors(study: &Study, shown: &[usize]) -> Vec<(String, String)> {
+    let mut pictures = Vec::new();
+    let columns = places(&study.subject.quantities);
+    let quantities = study.subject.quantities.iter().zip(columns);
+    for ((quantity, columns), known) in quantities.zip(&study.reference.convergence) {
+        let Some(scale) = known.scale else {
+            continue;
+        };
+        let series = shown.iter().map(|shown| {
+            let trace = &study.traces[*shown];
+            let distance = |(index, row): (usize, &[f64])| {
+                let reference = study.reference_trace.row(index)?;
+                let pairs = row[columns.clone()].iter().zip(&reference[columns.clone()]);
+                let square: f64 = pairs.map(|(a, b)| (a - b).powi(2)).sum();
+                Some([
+                    study.grid.time(index),
+                    (square.sqrt() / scale).max(known.relative()),
+                ])
+            };
+            let rows = (0..trace.len()).filter_map(|index| Some((index, trace.row(index)?)));
+            Series {
+                name: format!("row {}", shown + 1),
+                points: rows.filter_map(distance).collect(),
+                style: Style::Line,
+            }
+        });
+        let axis = Axis::logarithmic(&format!("error of {} / range [1]", quantity.name));
+        pictures.extend(drawn(study, &quantity.name, axis, series.collect()));
+    }
+    pictures
+}
+
+fn points(study: &Study, trace: &Trace, value: impl Fn(&[f64]) -> f64) -> Vec<[f64; 2]> {
+    let rows = (0..trace.len()).filter_map(|index| Some((index, trace.row(index)?)));
+    rows.map(|(index, row)| [study.grid.time(index), value(row)])
+        .collect()
+}
+
+/// A picture over time, and its caption; nothing where there is nothing to draw.
+fn drawn(
+    study: &Study,
+    caption: &str,
+    vertical: Axis,
+    series: Vec<Series>,
+) -> Option<(String, String)> {
+    let chart = Chart {
+        title: String::new(),
+        horizontal: Axis::linear(&format!("time [{}]", study.subject.scene.units.time)),
+        vertical,
+        series,
+        slopes: Vec::new(),
+        notes: Vec::new(),
+    };
+    let picture = svg(&[chart]).ok()?;
+    Some((picture, caption.to_owned()))
+}

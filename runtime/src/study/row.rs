@@ -1,0 +1,164 @@
+//! One row of a study: options, what they cost, and how far the motion is off.
+
+use dcb_formats::report::Candidate;
+use serde::Serialize;
+
+use super::comparison::{Distance, places};
+use super::grid::Trace;
+use super::motion::{Course, Timing};
+use super::reference::Reference;
+use super::setting::Setting;
+use super::subject::Subject;
+
+/// One row.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Row {
+    /// Its options.
+    pub setting: Setting,
+    /// How the run went.
+    pub course: Course,
+    /// What it took; `None` for a run that didn't come to its end.
+    pub timing: Option<Timing>,
+    /// Quantity by quantity; empty for a run that didn't come to its end.
+    pub deviations: Vec<Deviation>,
+}
+
+/// How far one quantity of a row is from the reference.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Deviation {
+    /// In the quantity's unit.
+    pub distance: Distance,
+    /// Relative to the quantity's range in the reference; `None` where that is zero.
+    pub relative: Option<Distance>,
+    /// Whether it is no larger than what the reference itself may be off.
+    pub is_below_reference: bool,
+}
+
+impl Row {
+    /// Compares a run with the reference.
+    pub fn of(
+        subject: &Subject,
+        setting: Setting,
+        (course, trace): (Course, &Trace),
+        timing: Option<Timing>,
+        (reference, reference_trace): (&Reference, &Trace),
+    ) -> Self {
+        let columns = places(&subject.quantities);
+        let deviation = |(index, columns): (usize, &std::ops::Range<usize>)| {
+            let known = &reference.convergence[index];
+            let distance = Distance::between(trace, reference_trace, columns.clone());
+            Deviation {
+                distance,
+                relative: known.scale.map(|scale| distance.scaled(1.0 / scale)),
+                is_below_reference: distance.maximum <= known.uncertainty.maximum,
+            }
+        };
+        let deviations = match course.stopped {
+            None => columns.iter().enumerate().map(deviation).collect(),
+            Some(_) => Vec::new(),
+        };
+        Self {
+            setting,
+            course,
+            timing,
+            deviations,
+        }
+    }
+
+    /// Whether the run came to its end. Its values are finite then: steps that aren't are refused.
+    pub fn is_stable(&self) -> bool {
+        self.course.stopped.is_none()
+    }
+
+    /// Wall time for a unit of simulated time, s.
+    pub fn cost(&self, end: f64) -> Option<f64> {
+        self.timing.map(|timing| timing.seconds / end)
+    }
+
+    /// Steps in a second.
+    pub fn speed(&self) -> Option<f64> {
+        self.timing
+            .map(|timing| timing.steps as f64 / timing.seconds)
+    }
+
+    /// The largest relative error of all quantities, as it was measured; infinite for a run that didn't come to its end.
+    pub fn error(&self) -> f64 {
+        if !self.is_stable() {
+            return f64::INFINITY;
+        }
+        let relative = self
+            .deviations
+            .iter()
+            .filter_map(|deviation| deviation.relative);
+        relative.fold(0.0, |most, relative| most.max(relative.maximum))
+    }
+
+    /// The same, but no smaller than what the reference itself may be off: what can be claimed.
+    pub fn claim(&self, reference: &Reference) -> Claim {
+        let (error, limit) = (self.error(), reference.uncertainty());
+        match error > limit {
+            true => Claim::Measured(error),
+            false => Claim::AtMost(limit),
+        }
+    }
+
+    /// As a candidate of the Pareto front.
+    pub fn candidate(&self, subject: &Subject, reference: &Reference) -> Candidate {
+        Candidate {
+            label: multiple(self.setting.step / subject.own.step),
+            cost: self.cost(subject.end).unwrap_or(f64::INFINITY),
+            error: self.claim(reference).value(),
+        }
+    }
+}
+
+/// An error that can be claimed.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Claim {
+    /// This.
+    Measured(f64),
+    /// No more than this: the reference isn't known better.
+    AtMost(f64),
+}
+
+impl Claim {
+    /// The number.
+    pub fn value(self) -> f64 {
+        match self {
+            Self::Measured(error) | Self::AtMost(error) => error,
+        }
+    }
+}
+
+impl std::fmt::Display for Claim {
+    fn fmt(&self, f: &mut std::fmt::Formatter) -> std::fmt::Result {
+        match self {
+            Self::Measured(error) => write!(f, "{error:.1e}"),
+            Self::AtMost(limit) => write!(f, "≤ {limit:.1e}"),
+        }
+    }
+}
+
+/// A step as a multiple of the scene's: `4 h`, `h/2`.
+fn multiple(ratio: f64) -> String {
+    let whole = |ratio: f64| (ratio - ratio.round()).abs() < 1e-9 * ratio;
+    match (ratio == 1.0, whole(ratio), whole(1.0 / ratio)) {
+        (true, _, _) => "h".to_owned(),
+        (_, true, _) => format!("{ratio:.0} h"),
+        (_, _, true) => format!("h/{:.0}", 1.0 / ratio),
+        _ => format!("{ratio:.3} h"),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn steps_are_told_as_multiples() {
+        for (ratio, text) in [(1.0, "h"), (16.0, "16 h"), (0.25, "h/4"), (1.5, "1.500 h")] {
+            assert_eq!(multiple(ratio), text);
+        }
+        assert_eq!(Claim::AtMost(3.14e-6).to_string(), "≤ 3.1e-6");
+    }
+}

@@ -1,0 +1,126 @@
+//! What a study says in words: how good the reference is, which row to take, and under which conditions it was measured.
+
+use std::fmt::Write as _;
+
+use super::reference::AGREEMENT;
+use super::setting::{ModeCount, Setting};
+use super::{Row, Study};
+
+impl Setting {
+    /// `1 mode`, `5 modes`, `all modes`, or `modes as in the scene`.
+    pub fn modes_told(&self) -> String {
+        match self.modes {
+            ModeCount::AsInScene => "modes as in the scene".to_owned(),
+            ModeCount::Lowest(1) => "1 mode".to_owned(),
+            ModeCount::Lowest(count) => format!("{count} modes"),
+            ModeCount::All => "all modes".to_owned(),
+        }
+    }
+
+    /// For people; `time` is the unit of the step.
+    pub fn told(&self, time: &str) -> String {
+        let (compatibility, inertia) = (self.compatibility_text(), self.inertia_text());
+        let mut text = format!(
+            "{}, {compatibility}, step {:.4e} {time}",
+            self.modes_told(),
+            self.step
+        );
+        // Writing to a string doesn't fail.
+        if let Some(rho) = self.rho_infinity {
+            let _ = write!(text, ", ρ∞ {rho}");
+        }
+        if self.inertia_change.is_some() {
+            let _ = write!(text, ", inertia {inertia}");
+        }
+        text
+    }
+}
+
+impl Study {
+    /// Which row is the fastest for an error, or how near the rows come.
+    pub fn verdict(&self, tolerance: f64) -> String {
+        let time = &self.subject.scene.units.time;
+        let limit = self.reference.uncertainty();
+        if let Some(index) = self.best(tolerance) {
+            let row = &self.rows[index];
+            return format!(
+                "Fastest with an error up to {tolerance:e} of each output's range: row {}, {}; error {}, {:.3} s for 1 {time}, {:.0} steps in a second.",
+                index + 1,
+                row.setting.told(time),
+                row.claim(&self.reference),
+                row.cost(self.subject.end).unwrap_or(f64::NAN),
+                row.speed().unwrap_or(f64::NAN),
+            );
+        }
+        let mut text = format!("No row has an error up to {tolerance:e} of each output's range");
+        let stable = self.rows.iter().filter(|row| row.is_stable());
+        match stable.map(Row::error).min_by(f64::total_cmp) {
+            // Writing to a string doesn't fail.
+            None => text += ": none came to its end.",
+            Some(_) if limit > tolerance => {
+                let _ = write!(
+                    text,
+                    " that can be told: the reference itself is known to {limit:.1e} only; study shorter steps too."
+                );
+            }
+            Some(least) => {
+                let _ = write!(
+                    text,
+                    "; the smallest is {least:.1e}. Study shorter steps or more modes."
+                );
+            }
+        }
+        text
+    }
+
+    /// What the rows are compared with, and how well converged it is.
+    pub fn reference_told(&self) -> String {
+        let time = &self.subject.scene.units.time;
+        let steps: Vec<String> = self
+            .reference
+            .steps
+            .iter()
+            .map(|h| format!("{h:.3e}"))
+            .collect();
+        let limit = self.reference.uncertainty();
+        let convergence = match self.reference.is_converged() {
+            true => format!(
+                "converged: its error is estimated as {limit:.1e} of an output's range at most"
+            ),
+            false => format!(
+                "not converged to {AGREEMENT:e}: its error is estimated as {limit:.1e} of an output's range at most"
+            ),
+        };
+        format!(
+            "Reference: {}; steps {} {time}; {convergence}.",
+            self.reference.setting.told(time),
+            steps.join(", ")
+        )
+    }
+
+    /// How the numbers came about.
+    pub fn conditions(&self) -> Vec<String> {
+        let time = &self.subject.scene.units.time;
+        vec![
+            format!(
+                "Errors: at {} times from 0 to {:.6e} {time}, {:.4e} {time} apart; steps that end elsewhere are interpolated by a cubic.",
+                self.grid.count,
+                self.grid.time(self.grid.count - 1),
+                self.grid.spacing
+            ),
+            "A maximum is over these times; of a vector, it is that of its length. Relative errors are by the output's range in the \
+             reference, the diagonal of the box that it stays in."
+                .to_owned(),
+            "Errors are those of the step and of the options that were varied. The reference has the modes of the superelements' files; \
+             what these leave out is no part of them."
+                .to_owned(),
+            "Times: steps alone, without reading, start and recording; the shortest of up to five runs, made one after the other \
+             with nothing beside them in this program."
+                .to_owned(),
+            format!(
+                "Runs for values were not timed; up to {} of them went beside each other.",
+                self.threads
+            ),
+        ]
+    }
+}
