@@ -68,7 +68,9 @@ pub struct ReduceArguments {
     /// Keep this many directions of residual flexibility, the softest [default: all].
     #[arg(long, value_name = "N", allow_negative_numbers = true, value_parser = interface_count)]
     pub interface_modes: Option<usize>,
-    /// Add static responses: to spins, to loads (PART.load.NAME.mtx), or the second Krylov block.
+    /// Add responses to spins, loads or a Krylov block.
+    ///
+    /// Static responses to centrifugal forces, to the part's own loads (PART.load.NAME.mtx), or the second Krylov block of its interfaces.
     #[arg(long, value_name = "WHAT", value_enum, value_delimiter = ',')]
     pub enrich: Vec<EnrichmentName>,
     /// Files beside the stiffness matrix.
