@@ -70,7 +70,7 @@ pub struct ReduceArguments {
     pub interface_modes: Option<usize>,
     /// Add responses to spins, loads or a Krylov block.
     ///
-    /// Static responses to centrifugal forces, to the part's own loads (PART.load.NAME.mtx), or the second Krylov block of its interfaces.
+    /// Static responses to centrifugal forces, to loads PART.load.NAME.mtx, or the interfaces' second block.
     #[arg(long, value_name = "WHAT", value_enum, value_delimiter = ',')]
     pub enrich: Vec<EnrichmentName>,
     /// Files beside the stiffness matrix.

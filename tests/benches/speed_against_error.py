@@ -301,6 +301,37 @@ def window(folder):
                        steps_per_revolution=count, error=largest, mean_error=mean)
 
 
+def reductions(folder, rounds, peers):
+    """The reduction itself: `reduce study` on the connecting rod, and SciPy making the same modes and attachments."""
+    part = samples(folder, "connecting-rod", "rod", "--refinement", "0")
+    modes = [5, 10, 20, 40]
+    out = os.path.join(folder, "rod.study")
+    runner.run([os.path.join(BINARIES, "reduce"), "study", part, "--modes", ",".join(map(str, modes)), "--variants", "strong,static,free", "--band", "10:4000",
+                "-o", out, "--threads", "1", "--quiet"])
+    with open(os.path.join(out, "study.json")) as file:
+        rows = json.load(file)["rows"]
+    errors_of = {}
+    for row in rows:
+        error = max(row["errors"]["collocated"]["largest"], row["errors"]["transfer"]["largest"])
+        errors_of[row["variant"], row["modes"]] = error
+        yield dict(kind="reduction", tool="reduce", variant=row["variant"], modes=row["modes"], unknowns=row["unknowns"],
+                   seconds=row["reduction_seconds"], error=error)
+    for count in modes if peers else []:
+        found, times = os.path.join(folder, "scipy.json"), []
+        for _ in range(rounds):
+            runner.run([sys.executable, os.path.join(runner.HERE, "scipy_reduction.py"), part, str(count), found])
+            with open(found) as file:
+                theirs = json.load(file)
+            times.append(sum(seconds for stage, seconds in theirs["stages"].items() if stage != "read"))
+        with h5py.File(reduce(part, os.path.join(folder, "ours.dcb.h5"), count)) as file:
+            ours = file["residual/flexibility"][:]
+            frequencies = np.sqrt(file["modes/eigenvalues"][:]) / (2 * np.pi)
+        difference = np.abs(ours - np.array(theirs["flexibility"])).max() / np.abs(ours).max()
+        off = np.abs(frequencies / np.array(theirs["frequencies"])[: len(frequencies)] - 1).max()
+        yield dict(kind="reduction", tool="scipy", variant="strong", modes=count, seconds=min(times), all_seconds=times,
+                   error=errors_of["strong", count], flexibility_difference=float(difference), frequency_difference=float(off))
+
+
 def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--problems", default=",".join(PROBLEMS))
@@ -317,7 +348,7 @@ def main():
                 lines.append(line)
                 print(json.dumps(line), flush=True)
     with tempfile.TemporaryDirectory() as folder:
-        for line in window(folder):
+        for line in [*window(folder), *reductions(folder, options.rounds, not options.without_peers)]:
             lines.append(line)
             print(json.dumps(line), flush=True)
     if options.write:

@@ -121,7 +121,50 @@ pub fn render(raw: &str) -> String {
             page += "\nExudyn: not run.\n";
         }
     }
-    page + &window(&lines)
+    page + &window(&lines) + &reductions(&lines)
+}
+
+/// Form or tool of a line about reductions.
+fn reduced_by(line: &Value) -> String {
+    match text(line, "tool").as_str() {
+        "scipy" => "SciPy, the basis of `strong`".to_owned(),
+        _ => text(line, "variant"),
+    }
+}
+
+/// The reduction itself, beside SciPy.
+fn reductions(lines: &[Value]) -> String {
+    let own = lines.iter().filter(|line| line["kind"] == "reduction");
+    let rows: Vec<Vec<String>> = own
+        .map(|line| {
+            let short = |key: &str| {
+                line[key]
+                    .as_f64()
+                    .map_or("–".to_owned(), |value| format!("{value:.1e}"))
+            };
+            vec![
+                reduced_by(line),
+                format!("{}", line["modes"]),
+                format!("{:.3}", line["seconds"].as_f64().unwrap_or(f64::NAN)),
+                short("error"),
+                short("flexibility_difference"),
+                short("frequency_difference"),
+            ]
+        })
+        .collect();
+    let header = [
+        "form",
+        "modes",
+        "reduction [s]",
+        "response error",
+        "F_res, ours against theirs",
+        "frequencies, ours against theirs",
+    ];
+    format!(
+        "\n## reduction\n\n![error against time](pictures/speed-reduction.svg)\n\nThe connecting rod of steel, one thread, without reading: `reduce study`'s time of a whole reduction with invariants, certificate and file, and SciPy's of modes and attachments alone \
+         (`tests/benches/scipy_reduction.py`). The response error is that of [study.md](study.md), the larger of collocated and transfer.\n\n{}",
+        table(&header, &rows)
+    )
 }
 
 /// The three forms inside the window of the paper's own.
@@ -200,6 +243,7 @@ fn fastest(runs: &[Run<'_>]) -> String {
 /// Names of the pictures and their charts: the runs of each family that no other of it beats, and all others as marks.
 pub fn pictures(raw: &str) -> Vec<(String, Vec<Chart>)> {
     let lines = lines(raw);
+    let of_reductions = reduction_chart(&lines);
     problems(&lines)
         .into_iter()
         .map(|(reference, runs)| {
@@ -230,7 +274,33 @@ pub fn pictures(raw: &str) -> Vec<(String, Vec<Chart>)> {
             };
             (format!("speed-{name}.svg"), vec![chart])
         })
+        .chain([("speed-reduction.svg".to_owned(), vec![of_reductions])])
         .collect()
+}
+
+fn reduction_chart(lines: &[Value]) -> Chart {
+    let mut series: Vec<Series> = Vec::new();
+    for line in lines.iter().filter(|line| line["kind"] == "reduction") {
+        let name = reduced_by(line).replace('`', "");
+        let number = |key: &str| line[key].as_f64().unwrap_or(f64::NAN);
+        let point = [number("seconds"), number("error")];
+        match series.iter_mut().find(|series| series.name == name) {
+            Some(series) => series.points.push(point),
+            None => series.push(Series {
+                name,
+                points: vec![point],
+                style: Style::LineAndMarks,
+            }),
+        }
+    }
+    Chart {
+        title: "reduction".into(),
+        horizontal: Axis::logarithmic("time of the reduction [s]"),
+        vertical: Axis::logarithmic("error of the response"),
+        series,
+        slopes: Vec::new(),
+        notes: Vec::new(),
+    }
 }
 
 /// Writes them into a folder.
