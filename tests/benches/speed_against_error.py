@@ -303,9 +303,9 @@ def window(folder):
 
 def reductions(folder, rounds, peers):
     """The reduction itself: `reduce study` on the connecting rod, and SciPy making the same modes and attachments."""
-    part = samples(folder, "connecting-rod", "rod", "--refinement", "0")
+    part = samples(folder, "connecting-rod", "connecting", "--refinement", "0")
     modes = [5, 10, 20, 40]
-    out = os.path.join(folder, "rod.study")
+    out = os.path.join(folder, "connecting.study")
     runner.run([os.path.join(BINARIES, "reduce"), "study", part, "--modes", ",".join(map(str, modes)), "--variants", "strong,static,free", "--band", "10:4000",
                 "-o", out, "--threads", "1", "--quiet"])
     with open(os.path.join(out, "study.json")) as file:
