@@ -147,7 +147,7 @@ pub fn whirling_bar() -> HardCase {
 
 /// Ten thousand turns.
 pub fn whirling_bar_ten_thousand_turns() -> HardCase {
-    whirling("whirling_bar_ten_thousand_turns", 1_000_000, 1e-3)
+    whirling("whirling_bar_ten_thousand_turns", 1_000_000, 5e-3)
 }
 
 /// A bar that is drawn with a velocity its pin doesn't allow.

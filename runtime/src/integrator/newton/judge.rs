@@ -1,5 +1,7 @@
 //! Whether an iteration has done, and why it can't.
 
+use std::f64::consts::TAU;
+
 use nalgebra::Vector3;
 
 use super::{Corrector, ROUNDING, three};
@@ -70,14 +72,18 @@ impl Corrector {
         self.acceleration_scale
     }
 
-    /// How far from the world's origin positions are, for their rounding.
+    /// How far from the world's origin positions are, for their rounding; angles beyond a turn, which are counted on, are as coarse as
+    /// an arc of that length.
     pub(super) fn reach(&self, system: &System) -> f64 {
+        let angles = self.trial.angles.iter();
+        let turned = angles.fold(0.0, |most: f64, angle| most.max(angle.abs() - TAU));
         system
             .bodies
             .iter()
             .zip(&self.trial.origins)
             .fold(0.0, |most: f64, (body, origin)| {
                 most.max(origin.amax() + body.length)
+                    .max(turned * body.length)
             })
     }
 
