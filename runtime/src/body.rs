@@ -20,6 +20,7 @@ mod generalized;
 mod residual_coordinates;
 mod rigid;
 mod superelement;
+mod symmetric_part;
 mod truncation;
 
 use std::path::Path;

@@ -225,7 +225,7 @@ impl Done {
 }
 
 /// What happens to an existing file.
-pub fn replace(force: bool) -> Replace {
+pub(crate) fn replace(force: bool) -> Replace {
     if force {
         Replace::Overwrite
     } else {

@@ -3,8 +3,9 @@
 use dcb_formats::component::Units;
 use dcb_formats::mesh::Dimension;
 use dcb_formats::superelement::{BoundaryRow, Inertia, InterfaceFrame};
-use faer::{Mat, MatRef, Side};
+use faer::{Mat, MatRef};
 
+use super::symmetric_part::symmetric_part_eigen;
 use super::{Compatibility, FlexibleBody};
 use crate::error::Error;
 use crate::frame::{FrameInertia, FrameMomentum};
@@ -148,18 +149,9 @@ impl GeneralizedBody {
         required: &'static str,
         matrix: MatRef<'_, f64>,
     ) -> Result<(Mat<f64>, Vec<f64>), Error> {
-        let symmetric = Mat::from_fn(matrix.nrows(), matrix.ncols(), |i, j| {
-            0.5 * (matrix[(i, j)] + matrix[(j, i)])
-        });
-        let finite = symmetric
-            .col_iter()
-            .all(|column| column.iter().all(|entry| entry.is_finite()));
-        let eigen = finite
-            .then(|| symmetric.self_adjoint_eigen(Side::Lower).ok())
-            .flatten()
+        let (values, vectors) = symmetric_part_eigen(matrix)
             .ok_or_else(|| self.not_positive(quantity, required, f64::NAN))?;
-        let values = eigen.S().column_vector().iter().copied().collect();
-        Ok((eigen.U().to_owned(), values))
+        Ok((vectors, values))
     }
 
     fn not_positive(&self, quantity: &'static str, required: &'static str, found: f64) -> Error {

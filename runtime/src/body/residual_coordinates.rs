@@ -7,8 +7,9 @@
 //! the reducer filters attachments, and both are diagonalised together.
 
 use dcb_formats::superelement::{Enrichment, Superelement};
-use faer::{Mat, MatRef, Side};
+use faer::{Mat, MatRef};
 
+use super::symmetric_part::symmetric_part_eigen;
 use crate::error::Error;
 
 /// Largest entry of Φᵀ M X, relative to the norm of X's column, that still counts as rounding.
@@ -139,16 +140,5 @@ fn eigen(
     superelement: &Superelement,
     matrix: MatRef<'_, f64>,
 ) -> Result<(Vec<f64>, Mat<f64>), Error> {
-    let symmetric = Mat::from_fn(matrix.nrows(), matrix.ncols(), |i, j| {
-        0.5 * (matrix[(i, j)] + matrix[(j, i)])
-    });
-    let finite = symmetric
-        .col_iter()
-        .all(|column| column.iter().all(|entry| entry.is_finite()));
-    let eigen = finite
-        .then(|| symmetric.self_adjoint_eigen(Side::Lower).ok())
-        .flatten()
-        .ok_or_else(|| not_positive(superelement, f64::NAN))?;
-    let values = eigen.S().column_vector().iter().copied().collect();
-    Ok((values, eigen.U().to_owned()))
+    symmetric_part_eigen(matrix).ok_or_else(|| not_positive(superelement, f64::NAN))
 }

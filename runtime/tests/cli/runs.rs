@@ -1,8 +1,5 @@
 //! Runs that end early, and what they say on the way.
 
-use std::process::{Command, Stdio};
-use std::time::Duration;
-
 use serde_json::json;
 
 use super::support::{Folder, pendulum};
@@ -90,23 +87,7 @@ fn an_interrupted_run_keeps_its_rows() {
         scene["record"] = json!({"every": 1});
         scene["integrator"]["generalized_alpha"]["end"] = json!(1000);
     });
-    let child = folder
-        .command("scene.json --csv scene.csv")
-        .stdout(Stdio::piped())
-        .stderr(Stdio::piped())
-        .spawn()
-        .unwrap();
-    while !folder.path("scene.h5").exists() {
-        std::thread::sleep(Duration::from_millis(5));
-    }
-    std::thread::sleep(Duration::from_millis(300));
-    let sent = Command::new("kill")
-        .args(["-INT", &child.id().to_string()])
-        .status();
-    assert!(sent.unwrap().success());
-    let output = child.wait_with_output().unwrap();
-    assert_eq!(output.status.code(), Some(130));
-    let stdout = String::from_utf8(output.stdout).unwrap();
+    let stdout = folder.interrupted("scene.json --csv scene.csv", "scene.h5");
     assert!(stdout.contains("scene.h5 (incomplete)"), "{stdout}");
     let (reason, time, rows) = folder.stopped();
     assert_eq!(reason, "interrupted");

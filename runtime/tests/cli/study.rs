@@ -1,8 +1,5 @@
 //! `simulate study`: what it measures, what it leaves, and how it goes on.
 
-use std::process::{Command, Stdio};
-use std::time::Duration;
-
 use dcb_formats::dcb::{Contents, WriteOptions, write_superelement};
 use dcb_formats::results::Results;
 use dcb_reducer::{Reduction, reduce};
@@ -218,24 +215,8 @@ fn an_interrupted_study_keeps_its_rows() {
     });
     // The first row is short, the others would take minutes.
     let words = "study scene.json --step 1e-4,1e-7 --threads 2";
-    let child = folder
-        .command(words)
-        .stdout(Stdio::piped())
-        .stderr(Stdio::piped())
-        .spawn()
-        .unwrap();
-    let first = folder.path("scene.study/histories/all_strong_1e-4_0.8_second-order.h5");
-    while !first.exists() {
-        std::thread::sleep(Duration::from_millis(5));
-    }
-    std::thread::sleep(Duration::from_millis(300));
-    let sent = Command::new("kill")
-        .args(["-INT", &child.id().to_string()])
-        .status();
-    assert!(sent.unwrap().success());
-    let output = child.wait_with_output().unwrap();
-    assert_eq!(output.status.code(), Some(130));
-    let stdout = String::from_utf8(output.stdout).unwrap();
+    let first = "scene.study/histories/all_strong_1e-4_0.8_second-order.h5";
+    let stdout = folder.interrupted(words, first);
     assert!(stdout.contains("scene.study: stopped"), "{stdout}");
     let lines = folder.read("scene.study/rows.jsonl");
     assert_eq!(lines.lines().count(), 2, "{lines}");

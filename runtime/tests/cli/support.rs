@@ -4,6 +4,7 @@ use std::collections::BTreeMap;
 use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
+use std::time::Duration;
 
 use dcb_formats::Component;
 use dcb_formats::component::{Interface, InterfaceKind, Role};
@@ -150,6 +151,28 @@ impl Folder {
                 (name, contents)
             })
             .collect()
+    }
+
+    /// What a run says on standard output that is interrupted soon after this file is there; it ends with 130.
+    #[track_caller]
+    pub fn interrupted(&self, words: &str, file: &str) -> String {
+        let child = self
+            .command(words)
+            .stdout(Stdio::piped())
+            .stderr(Stdio::piped())
+            .spawn()
+            .unwrap();
+        while !self.path(file).exists() {
+            std::thread::sleep(Duration::from_millis(5));
+        }
+        std::thread::sleep(Duration::from_millis(300));
+        let sent = Command::new("kill")
+            .args(["-INT", &child.id().to_string()])
+            .status();
+        assert!(sent.unwrap().success());
+        let output = child.wait_with_output().unwrap();
+        assert_eq!(output.status.code(), Some(130));
+        String::from_utf8(output.stdout).unwrap()
     }
 
     /// The program with these words, in this folder.
