@@ -9,6 +9,7 @@ pub mod component_files;
 pub mod dcb;
 pub mod description;
 pub mod error;
+pub mod further_column;
 pub mod matrix;
 pub mod mesh;
 pub mod report;

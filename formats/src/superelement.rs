@@ -7,7 +7,7 @@
 use faer::Mat;
 
 use crate::component::{InterfaceKind, Role, Source, Units};
-use crate::mesh::{Dimension, Dof};
+use crate::mesh::{Dimension, Direction, Dof};
 
 /// How the body frame follows the body.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -203,6 +203,24 @@ impl Superelement {
         self.modes.eigenvalues.len()
     }
 
+    /// What a row of the boundary localization is called.
+    pub fn row_name(&self, row: usize) -> String {
+        let BoundaryRow {
+            interface,
+            direction,
+            node,
+            ..
+        } = self.rows[row];
+        let first = self.rows.partition_point(|row| row.interface < interface);
+        let direction = usize::try_from(direction).ok();
+        row_name(
+            &self.interfaces[interface].name,
+            direction.and_then(Direction::from_index),
+            u32::try_from(node).ok(),
+            row - first,
+        )
+    }
+
     /// n = n_k + n_b + n_x, the number of columns of the stored basis.
     pub fn basis_count(&self) -> usize {
         let enrichment = self
@@ -210,6 +228,20 @@ impl Superelement {
             .as_ref()
             .map_or(0, |e| e.interface_shapes.ncols());
         self.mode_count() + self.boundary_row_count() + enrichment
+    }
+}
+
+/// What a row of an interface is called, the `place`th of its rows: by direction and node, where it has them.
+pub fn row_name(
+    interface: &str,
+    direction: Option<Direction>,
+    node: Option<u32>,
+    place: usize,
+) -> String {
+    match (direction, node) {
+        (Some(direction), Some(node)) => format!("{interface}/{} at node {node}", direction.name()),
+        (Some(direction), None) => format!("{interface}/{}", direction.name()),
+        (None, _) => format!("{interface}/row {}", place + 1),
     }
 }
 

@@ -12,7 +12,7 @@ use crate::cli_plan::{self, PlanArguments};
 use crate::cli_reduce::{self, Outcome};
 use crate::cli_study::{self, StudyArguments};
 use crate::error::Error;
-use crate::{compare, inspect, verify};
+use crate::{EnrichmentSource, compare, inspect, verify};
 
 /// Turns a component's finite-element stiffness and mass into a superelement for flexible multibody dynamics.
 ///
@@ -72,7 +72,7 @@ pub struct ReduceArguments {
     ///
     /// Static responses to centrifugal forces, to loads PART.load.NAME.mtx, or the interfaces' second block.
     #[arg(long, value_name = "WHAT", value_enum, value_delimiter = ',')]
-    pub enrich: Vec<EnrichmentName>,
+    pub enrich: Vec<EnrichmentSource>,
     /// Files beside the stiffness matrix.
     #[command(flatten)]
     pub siblings: SiblingArguments,
@@ -116,17 +116,6 @@ pub enum SolverName {
     BlockLanczos,
     /// SLEPc with MUMPS under mpirun (docs/slepc.md; only in builds with the feature slepc).
     Slepc,
-}
-
-/// What further columns answer to.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
-pub enum EnrichmentName {
-    /// Centrifugal forces.
-    Spin,
-    /// Named loads.
-    Loads,
-    /// Second Krylov block.
-    Krylov,
 }
 
 /// What is verified, and against what.

@@ -11,7 +11,7 @@ use dcb_formats::dcb::{
 };
 use serde_json::json;
 
-use crate::cli::{CommonArguments, EnrichmentName, ReduceArguments, print_to_stderr};
+use crate::cli::{CommonArguments, ReduceArguments, print_to_stderr};
 use crate::cli_eigen_solver::eigen_solver;
 use crate::error::Error;
 use crate::inspect::hertz;
@@ -19,8 +19,7 @@ use crate::plausibility::si_factor;
 use crate::summary::{quality_lines, summary};
 use crate::timing::{Display, StageClock, StageTime};
 use crate::{
-    EigenSolver, EnrichmentSource, Grounding, InterfaceModes, LoosePieces, ModeSelection,
-    Reduction, Work, reduce,
+    EigenSolver, Grounding, InterfaceModes, LoosePieces, ModeSelection, Reduction, Work, reduce,
 };
 
 /// Modes kept where nothing is said.
@@ -148,7 +147,7 @@ pub fn run(arguments: &ReduceArguments, common: &CommonArguments) -> Result<Outc
         interface_modes: arguments
             .interface_modes
             .map_or(InterfaceModes::All, InterfaceModes::Softest),
-        enrichment: arguments.enrich.iter().map(source).collect(),
+        enrichment: arguments.enrich.clone(),
         grounding: if arguments.allow_grounded {
             Grounding::Allow
         } else {
@@ -313,14 +312,6 @@ pub(crate) fn mode_selection(
     })
 }
 
-fn source(name: &EnrichmentName) -> EnrichmentSource {
-    match name {
-        EnrichmentName::Spin => EnrichmentSource::Spin,
-        EnrichmentName::Loads => EnrichmentSource::Loads,
-        EnrichmentName::Krylov => EnrichmentSource::Krylov,
-    }
-}
-
 fn options_as_json(arguments: &ReduceArguments, options: &Reduction) -> serde_json::Value {
     let modes = match options.modes {
         ModeSelection::Lowest(count) => json!({ "lowest": count }),
@@ -330,7 +321,7 @@ fn options_as_json(arguments: &ReduceArguments, options: &Reduction) -> serde_js
         "modes": modes,
         "max_frequency_hz": arguments.max_frequency,
         "interface_modes": arguments.interface_modes,
-        "enrich": arguments.enrich.iter().map(|name| format!("{name:?}").to_lowercase()).collect::<Vec<_>>(),
+        "enrich": arguments.enrich,
         "allow_grounded": arguments.allow_grounded,
         "allow_loose": arguments.allow_loose,
         "without_fields": arguments.without_fields,

@@ -12,6 +12,7 @@ use dcb_formats::dcb::partial_path;
 use dcb_formats::report::{Ledger, Start};
 use serde_json::{Value, json};
 
+use crate::EnrichmentSource;
 use crate::cli::{CommonArguments, SiblingArguments};
 use crate::cli_memory::MemoryArguments;
 use crate::cli_reduce::{Outcome, naming_the_file, when_interrupted};
@@ -21,6 +22,7 @@ use crate::plausibility::si_factor;
 use crate::study::progress::Progress;
 use crate::study::reference::BandChoice;
 use crate::study::report::Report;
+use crate::study::sources::Sources;
 use crate::study::sweep::Sweep;
 use crate::study::variant::Variant;
 use crate::study::{Study, missing, recorded, run as make};
@@ -49,6 +51,11 @@ pub struct StudyArguments {
     /// Numbers of interface modes, beside all of them.
     #[arg(long, value_name = "N,…", value_delimiter = ',', allow_negative_numbers = true, value_parser = positive)]
     pub interface_modes: Vec<usize>,
+    /// Further columns of strong rows, beside none [default: krylov].
+    ///
+    /// Responses to spins, loads or a Krylov block as in `reduce --enrich`; several at once as spin+krylov. `none`: no such rows.
+    #[arg(long, value_name = "WHAT,…", value_delimiter = ',')]
+    pub enrich: Option<Vec<Sources>>,
     /// Band of frequencies, Hz [default: up to half the highest mode].
     #[arg(long, value_name = "FMIN:FMAX", allow_hyphen_values = true, value_parser = band)]
     pub band: Option<[f64; 2]>,
@@ -192,6 +199,7 @@ fn study(
             Sweep::default_modes(elastic)
         }
     };
+    let enrichments = enrichments(arguments, component)?;
     let band = match arguments.band {
         None => BandChoice::HalfOfHighest,
         Some([from, to]) => {
@@ -213,12 +221,30 @@ fn study(
             modes,
             variants: arguments.variants.clone(),
             interface_modes: arguments.interface_modes.clone(),
+            enrichments,
         },
         band,
         points: arguments.points as usize,
         loss_factor: arguments.loss_factor,
         memory: arguments.memory.limit(scratch),
     })
+}
+
+/// The further columns that are asked for, those of the second Krylov block if nothing is said.
+fn enrichments(arguments: &StudyArguments, component: &Component) -> Result<Vec<Sources>, Error> {
+    let Some(asked) = &arguments.enrich else {
+        return Ok(vec![Sources::of(&[EnrichmentSource::Krylov])]);
+    };
+    for source in asked.iter().flat_map(Sources::as_slice) {
+        source.check(component)?;
+    }
+    let further = asked.iter().any(|sources| !sources.is_empty());
+    if further && !arguments.variants.contains(&Variant::Strong) {
+        return Err(Error::Component(
+            "--enrich adds rows in the strong form, the only one that has further columns as coordinates, and --variants leaves it out; name strong there, or leave --enrich out".into(),
+        ));
+    }
+    Ok(asked.clone())
 }
 
 /// What all rows have in common. More modes or forms may be added later, as far as the band doesn't depend on them.

@@ -12,11 +12,14 @@
 //!
 //! Gravity moves the part rigidly and the Euler force of an angular acceleration is rigid too: neither needs a column.
 
+use clap::ValueEnum;
 use dcb_formats::SparseMatrix;
 use dcb_formats::component::{Component, ComponentMasses};
+use dcb_formats::further_column::Answer;
 use dcb_formats::mesh::Dimension;
 use dcb_formats::superelement::Enrichment;
 use faer::{Mat, MatRef};
+use serde::{Deserialize, Serialize};
 
 use crate::attachment::{AttachmentProblem, Loads};
 use crate::block_algebra::{gram, symmetric_product, symmetrized, transposed_product};
@@ -31,14 +34,13 @@ use crate::residual::ResidualFlexibility;
 use crate::residual_filter::MASS_TOLERANCE;
 use crate::rigid_body::{MassProperties, RigidBodyModes, component_columns};
 
-/// Names of [`PAIRS`].
-const PAIR_NAMES: [&str; 6] = ["xx", "yy", "zz", "xy", "yz", "zx"];
 /// A pattern whose response carries less than this part of the strain energy of the strongest is left out: what discretisation leaves of
 /// a rigid motion, as for a pattern across a straight beam.
 const WEAK_PATTERN: f64 = 1e-10;
 
 /// What further columns answer to.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize, ValueEnum)]
+#[serde(rename_all = "lowercase")]
 pub enum EnrichmentSource {
     /// Centrifugal forces: six patterns in space, one in the plane.
     Spin,
@@ -46,6 +48,33 @@ pub enum EnrichmentSource {
     Loads,
     /// The second Krylov block of the interfaces.
     Krylov,
+}
+
+impl EnrichmentSource {
+    /// All, in the order of columns.
+    pub const ALL: [Self; 3] = [Self::Spin, Self::Loads, Self::Krylov];
+
+    /// Name in options and files.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Spin => "spin",
+            Self::Loads => "loads",
+            Self::Krylov => "krylov",
+        }
+    }
+
+    /// Refuses what the component has nothing for.
+    ///
+    /// # Errors
+    /// [`Error::Component`] if loads are asked for and there are none.
+    pub fn check(self, component: &Component) -> Result<(), Error> {
+        if self == Self::Loads && component.loads.is_empty() {
+            return Err(Error::Component(
+                "there are no load vectors to enrich the basis with; put PART.load.NAME.mtx, one column of as many entries as there are dofs, beside the stiffness matrix".into(),
+            ));
+        }
+        Ok(())
+    }
 }
 
 /// Forces over the model's dofs, with their names.
@@ -329,14 +358,11 @@ impl Reducing<'_> {
     fn forces(&self, sources: &[EnrichmentSource]) -> Result<Forces, Error> {
         let mut names = Vec::new();
         let mut blocks = Vec::new();
-        for source in [
-            EnrichmentSource::Spin,
-            EnrichmentSource::Loads,
-            EnrichmentSource::Krylov,
-        ] {
+        for source in EnrichmentSource::ALL {
             if !sources.contains(&source) {
                 continue;
             }
+            source.check(self.component)?;
             match source {
                 EnrichmentSource::Spin => {
                     let (own, forces) = spin_patterns(self.component, self.properties, self.model);
@@ -345,12 +371,7 @@ impl Reducing<'_> {
                 }
                 EnrichmentSource::Loads => {
                     let loads = &self.component.loads;
-                    if loads.is_empty() {
-                        return Err(Error::Component(
-                            "there are no load vectors to enrich the basis with; put PART.load.NAME.mtx, one column of as many entries as there are dofs, beside the stiffness matrix".into(),
-                        ));
-                    }
-                    names.extend(loads.iter().map(|load| format!("load {}", load.name)));
+                    names.extend((loads.iter()).map(|load| Answer::Load(&load.name).to_string()));
                     let forces = Mat::from_fn(self.component.dofs.len(), loads.len(), |i, j| {
                         loads[j].forces[i]
                     });
@@ -360,7 +381,8 @@ impl Reducing<'_> {
                     let rows: Vec<usize> = (0..self.localization.len())
                         .filter(|row| self.localization.is_attachment(*row))
                         .collect();
-                    let name = |row: &usize| format!("krylov {}", self.localization.row_name(*row));
+                    let name =
+                        |row: &usize| Answer::Krylov(&self.localization.row_name(*row)).to_string();
                     names.extend(rows.iter().map(name));
                     let shapes = self.residual.shapes.as_ref();
                     let attached =
@@ -394,13 +416,8 @@ pub fn spin_patterns(
     properties: &MassProperties,
     model: &Model,
 ) -> (Vec<String>, Mat<f64>) {
-    let names = match component.dimension() {
-        Dimension::Planar => vec!["spin".to_owned()],
-        Dimension::Spatial => PAIR_NAMES
-            .iter()
-            .map(|pair| format!("spin {pair}"))
-            .collect(),
-    };
+    let spins = Answer::spins(component.dimension());
+    let names = spins.iter().map(Answer::to_string).collect();
     let forces = spin_forces(component, properties.centre);
     (names, model.condensed_forces(forces))
 }

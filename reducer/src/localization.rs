@@ -9,6 +9,7 @@ use std::ops::Range;
 use dcb_formats::Component;
 use dcb_formats::component::{Interface, InterfaceKind, Role, Weights};
 use dcb_formats::mesh::Direction;
+use dcb_formats::superelement::row_name;
 use faer::Mat;
 
 use crate::condensation::Model;
@@ -112,11 +113,7 @@ impl Localization {
         let first = self
             .rows
             .partition_point(|other| other.interface < *interface);
-        match (direction, node) {
-            (Some(direction), Some(node)) => format!("{name}/{} at node {node}", direction.name()),
-            (Some(direction), None) => format!("{name}/{}", direction.name()),
-            (None, _) => format!("{name}/row {}", row - first + 1),
-        }
+        row_name(name, *direction, *node, row - first)
     }
 
     /// Some rows' columns of `L_bᵀ` over the model's dofs, (n, count); columns of output rows are zero.

@@ -21,6 +21,7 @@ mod residual_coordinates;
 mod rigid;
 mod superelement;
 mod symmetric_part;
+mod truncated_columns;
 mod truncation;
 
 use std::path::Path;

@@ -5,17 +5,20 @@
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic)]
 
 use dcb_formats::Component;
-use dcb_formats::component::{InterfaceKind, Role};
+use dcb_formats::component::{InterfaceKind, NamedLoad, Role};
 use dcb_formats::superelement::{FrameKind, Inertia, Superelement};
-use dcb_reducer::{Grounding, InterfaceModes, LoosePieces, Reduced, Reduction};
+use dcb_reducer::{EnrichmentSource, Grounding, InterfaceModes, LoosePieces, Reduced, Reduction};
 use dcb_runtime::{Compatibility, FlexibleBody, ModeTruncation};
 use dcb_samples::{SolidElement, hard};
-use dcb_tests::dense::{difference, identity, largest, relative, scaled_difference};
+use dcb_tests::dense::{difference, identity, largest, pseudo_random, relative, scaled_difference};
 use dcb_tests::{parts, with};
 use faer::Mat;
 
 /// What may differ by rounding: eigenvectors by the rounding of their eigenvalues over the gaps between these.
 const ROUNDING: f64 = 1e-7;
+
+/// What frequencies beyond the modes may: a reader's filter magnifies the rounding of further columns that hardly differ.
+const FREQUENCY_ROUNDING: f64 = 1e-5;
 
 /// Reduces with many modes and with few, and compares the few with what is left of the many.
 fn check(component: &Component, options: &Reduction, many: usize, few: usize) -> Superelement {
@@ -61,8 +64,24 @@ fn check(component: &Component, options: &Reduction, many: usize, few: usize) ->
             expected.residual_flexibility.is_some(),
             "{name}"
         );
+        if compatibility == Compatibility::Strong {
+            let error = relative_beyond(&found.stiffness, &expected.stiffness);
+            assert!(
+                error < FREQUENCY_ROUNDING,
+                "{name}: frequencies differ by {error:.1e}"
+            );
+        }
     }
     found
+}
+
+/// Largest relative difference; motions without stiffness have none.
+fn relative_beyond(found: &[f64], expected: &[f64]) -> f64 {
+    let least = 1e-9 * expected.iter().copied().fold(0.0, f64::max);
+    let pairs = found.iter().zip(expected);
+    pairs
+        .map(|(found, expected)| (found - expected).abs() / expected.max(least))
+        .fold(0.0, f64::max)
 }
 
 fn compare(name: &str, found: &Superelement, expected: &Reduced) {
@@ -145,7 +164,53 @@ fn compare(name: &str, found: &Superelement, expected: &Reduced) {
     }
     let mut columns = vec![1.0; expected.mode_count()];
     columns.extend(&masses);
+    columns.resize(expected.basis_count(), 1.0);
     compare_inertia(name, &found.inertia, &expected.inertia, &columns);
+    for (load, all) in found.loads.iter().zip(&expected.loads) {
+        assert_eq!((&load.name, load.force), (&all.name, all.force), "{name}");
+        let over = |work: &[f64]| Mat::from_fn(work.len(), 1, |i, _| work[i]);
+        let scale = |work: &Mat<f64>| {
+            Mat::from_fn(work.nrows(), 1, |i, _| {
+                work[(i, 0)] * columns[i].max(f64::MIN_POSITIVE).recip()
+            })
+        };
+        let (load, all) = (scale(&over(&load.work)), scale(&over(&all.work)));
+        close("the work of a load", difference(&load, &all));
+    }
+    assert_eq!(
+        found.enrichment.is_some(),
+        expected.enrichment.is_some(),
+        "{name}"
+    );
+    let Some((found, all)) = found.enrichment.as_ref().zip(expected.enrichment.as_ref()) else {
+        return;
+    };
+    assert_eq!(found.names, all.names, "{name}");
+    close(
+        "L_b X",
+        difference(&found.interface_shapes, &all.interface_shapes),
+    );
+    close(
+        "ΨᵀMΨ",
+        scaled_difference(&found.reduced_mass, &all.reduced_mass, &columns),
+    );
+    let mut stiffnesses: Vec<f64> = expected
+        .modes
+        .eigenvalues
+        .iter()
+        .map(|square| square.sqrt())
+        .collect();
+    stiffnesses.extend(&flexibilities);
+    let further = stiffnesses.len()..expected.basis_count();
+    stiffnesses.extend(further.map(|j| all.reduced_stiffness[(j, j)].sqrt()));
+    close(
+        "ΨᵀKΨ",
+        scaled_difference(
+            &found.reduced_stiffness,
+            &all.reduced_stiffness,
+            &stiffnesses,
+        ),
+    );
 }
 
 /// Columns are scaled to unit mass with no mode kept.
@@ -197,6 +262,15 @@ fn compare_fields(name: &str, truncation: &ModeTruncation, whole: &Reduced, expe
     assert_eq!(found.dofs, all.dofs, "{name}");
     let error = difference(&found.modes, &all.modes);
     assert!(error < ROUNDING, "{name}: Φ differs by {error:.1e}");
+    assert_eq!(
+        found.enrichment.is_some(),
+        all.enrichment.is_some(),
+        "{name}"
+    );
+    if let Some((found, all)) = found.enrichment.as_ref().zip(all.enrichment.as_ref()) {
+        let error = difference(found, all);
+        assert!(error < ROUNDING, "{name}: X differs by {error:.1e}");
+    }
     // Against the whole static response of each row.
     for column in 0..all.residual.ncols() {
         let of = |matrix: &Mat<f64>| Mat::from_fn(matrix.nrows(), 1, |i, _| matrix[(i, column)]);
@@ -258,8 +332,8 @@ fn all_that_the_modes_gave_up_comes_back_where_nothing_was_left() {
     check(&parts::tilted_rod(4), &free(), 12, 4);
 }
 
-#[test]
-fn observed_and_rigid_interfaces_follow() {
+/// A rigid interface, an averaged one, and one that is observed only.
+fn watched() -> Component {
     let part = parts::steel_box([5, 2, 2], SolidElement::Hexahedron);
     let [left, right] = ["x_min", "x_max"].map(|set| part.mesh.point_sets[set].clone());
     let inner: Vec<u32> = (0..part.mesh.node_count() as u32)
@@ -274,7 +348,12 @@ fn observed_and_rigid_interfaces_follow() {
         watched,
         parts::interface("right", InterfaceKind::Average, right),
     ];
-    let found = check(&parts::with_interfaces(&part, interfaces), &free(), 15, 4);
+    parts::with_interfaces(&part, interfaces)
+}
+
+#[test]
+fn observed_and_rigid_interfaces_follow() {
+    let found = check(&watched(), &free(), 15, 4);
     let shapes = found.residual.output_shapes.unwrap();
     assert!(
         (6..12).any(|row| shapes[(row, 0)].abs() > 0.0),
@@ -314,10 +393,118 @@ fn motions_without_stiffness_and_multiple_roots_are_not_cut() {
 
 #[test]
 fn nothing_changes_where_nothing_is_left_out() {
-    let whole = with(&parts::tilted_rod(4), &Reduction::lowest(5)).superelement;
-    for wanted in [5, 6, 100] {
-        let truncation = ModeTruncation::of(&whole, wanted).unwrap();
-        assert_eq!(truncation.superelement(&whole).unwrap(), whole);
+    for options in [Reduction::lowest(5), enriched(&EnrichmentSource::ALL)] {
+        let part = loaded(parts::tilted_rod(4));
+        let modes = Reduction::lowest(5).modes;
+        let whole = with(&part, &Reduction { modes, ..options });
+        for wanted in [5, 6, 100] {
+            let truncation = ModeTruncation::of(&whole.superelement, wanted).unwrap();
+            let left = truncation.superelement(&whole.superelement).unwrap();
+            assert_eq!(left, whole.superelement);
+            assert_eq!(truncation.recovery(&whole.recovery), whole.recovery);
+        }
+    }
+}
+
+fn enriched(sources: &[EnrichmentSource]) -> Reduction {
+    Reduction {
+        enrichment: sources.to_vec(),
+        ..free()
+    }
+}
+
+/// With two loads inside the part.
+fn loaded(part: Component) -> Component {
+    let mut random = pseudo_random(3);
+    let loads = ["wind", "heat"].map(|name| NamedLoad {
+        name: name.into(),
+        forces: (0..part.dofs.len()).map(|_| random()).collect(),
+    });
+    Component {
+        loads: loads.to_vec(),
+        ..part
+    }
+}
+
+#[test]
+fn further_columns_take_what_the_modes_did_of_their_responses() {
+    use EnrichmentSource::{Krylov, Loads, Spin};
+    for sources in [&[Spin][..], &[Loads], &[Krylov], &EnrichmentSource::ALL] {
+        for few in [0, 2, 5] {
+            check(&loaded(parts::tilted_rod(4)), &enriched(sources), 7, few);
+        }
+        for few in [0, 3, 7] {
+            check(&loaded(parts::skew_beam()), &enriched(sources), 12, few);
+        }
+        let box_of_steel = parts::steel_box([5, 2, 2], SolidElement::Hexahedron);
+        for few in [0, 4, 11] {
+            check(&loaded(box_of_steel.clone()), &enriched(sources), 15, few);
+        }
+    }
+    check(&parts::rotor(), &enriched(&[Spin, Krylov]), 14, 6);
+}
+
+#[test]
+fn further_columns_of_held_parts_and_beside_observed_and_rigid_interfaces_follow() {
+    let sources = enriched(&EnrichmentSource::ALL);
+    let held = Reduction {
+        grounding: Grounding::Allow,
+        ..sources.clone()
+    };
+    check(&loaded(hard::grounded_block()), &held, 12, 3);
+    let loosely = Reduction {
+        loose_pieces: LoosePieces::Allow,
+        ..sources.clone()
+    };
+    check(&loaded(hard::two_loose_blocks()), &loosely, 12, 7);
+    check(&loaded(watched()), &sources, 15, 4);
+}
+
+/// Where the modes carry a response whole there is no column for it in the file; with fewer there would have to be one.
+#[test]
+fn a_column_that_more_modes_made_superfluous_is_missed() {
+    for (source, modes) in [(EnrichmentSource::Spin, 12), (EnrichmentSource::Krylov, 9)] {
+        let options = Reduction {
+            modes: Reduction::lowest(modes).modes,
+            ..enriched(&[source])
+        };
+        let whole = with(&parts::rod(4), &options).superelement;
+        let left_out = &whole.provenance.quality["enrichment"]["left_out"];
+        assert!(!left_out.as_array().unwrap().is_empty(), "{source:?}");
+        let refused = ModeTruncation::of(&whole, 4).unwrap_err().to_string();
+        assert!(refused.contains("needs a further column"), "{refused}");
+    }
+}
+
+/// Columns of other programs, and names that don't fit.
+#[test]
+fn columns_that_are_something_else_are_refused() {
+    let options = Reduction {
+        modes: Reduction::lowest(8).modes,
+        ..enriched(&[EnrichmentSource::Spin, EnrichmentSource::Loads])
+    };
+    let whole = with(&loaded(parts::skew_beam()), &options).superelement;
+    let renamed = |change: &dyn Fn(&mut Vec<String>)| {
+        let mut other = whole.clone();
+        change(&mut other.enrichment.as_mut().unwrap().names);
+        ModeTruncation::of(&other, 4).unwrap_err().to_string()
+    };
+    for refused in [
+        renamed(&|names| names.clear()),
+        renamed(&|names| names[0] = "gust".into()),
+        renamed(&|names| names[0] = "load snow".into()),
+        renamed(&|names| names[0] = "krylov nowhere/ux".into()),
+    ] {
+        assert!(
+            refused.contains("other than those of `reduce --enrich`"),
+            "{refused}"
+        );
+    }
+    for refused in [
+        renamed(&|names| names.swap(0, 1)),
+        renamed(&|names| names.reverse()),
+    ] {
+        assert!(refused.contains("don't answer to"), "{refused}");
     }
 }
 

@@ -14,8 +14,10 @@ pub mod progress;
 pub mod record;
 pub mod reference;
 pub mod report;
+pub mod residual_coordinates;
 pub mod response;
 pub mod rows;
+pub mod sources;
 pub mod spin;
 pub mod sweep;
 pub mod timed;
@@ -163,6 +165,7 @@ fn rows_of(
     let options = Reduction {
         modes: ModeSelection::Lowest(run.modes),
         interface_modes: run.interface_modes,
+        enrichment: run.enrichment.as_slice().to_vec(),
         memory: study.memory.clone(),
         ..Reduction::lowest(run.modes)
     };
@@ -177,6 +180,7 @@ fn rows_of(
     let parts = parts.ok_or(Error::NotFinite {
         what: "a row of the study",
     })?;
+    let spin_error = (reference.spin.as_ref()).and_then(|spin| spin.beyond(element));
     let modes = vec![element.mode_count(); parts.len()];
     let found = evaluate(reference, &parts, &modes, study.loss_factor, drawn);
     Ok((run.variants.iter().zip(&parts).zip(found))
@@ -188,6 +192,7 @@ fn rows_of(
                     (Variant::Free, _) | (_, InterfaceModes::All) => None,
                     (_, InterfaceModes::Softest(count)) => Some(count),
                 },
+                enrichment: run.enrichment.clone(),
                 modes: element.mode_count(),
                 attachments: element.residual.sigma_squared.len(),
                 unknowns: part.unknowns,
@@ -195,6 +200,7 @@ fn rows_of(
                 repeats: timed.repeats,
                 file_bytes: timed.file_bytes,
                 errors,
+                spin_error,
                 curves: StoredCurves::of(&curves),
             };
             (run.key(*variant), row)
@@ -234,7 +240,7 @@ fn record(
         loss_factor: study.loss_factor,
         residual: reference.residual,
         terms: reference.terms,
-        spin: reference.spin.clone(),
+        spin: (reference.spin.as_ref()).map_or_else(Vec::new, |spin| spin.beyond_modes.clone()),
         seconds: start.elapsed().as_secs_f64(),
         drawn: [
             Some(format!("{own} under a force there")),

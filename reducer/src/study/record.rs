@@ -3,6 +3,7 @@
 use serde::{Deserialize, Serialize};
 
 use super::errors::{Curves, Errors};
+use super::sources::Sources;
 use super::variant::Variant;
 
 /// A line of the ledger.
@@ -65,6 +66,9 @@ pub struct Row {
     pub asked_modes: usize,
     /// Interface modes asked for; `None` for all.
     pub asked_interface_modes: Option<usize>,
+    /// Further columns asked for; studies from before there were any in them don't say.
+    #[serde(default)]
+    pub enrichment: Sources,
     /// Modes kept.
     pub modes: usize,
     /// Attachment coordinates that the superelement offers.
@@ -79,6 +83,10 @@ pub struct Row {
     pub file_bytes: u64,
     /// Errors.
     pub errors: Errors,
+    /// What modes and further columns lack of the static response to centrifugal forces, in the norm of strain energy; `None` where no spin strains
+    /// the part, and in studies from before rows said it.
+    #[serde(default)]
+    pub spin_error: Option<f64>,
     /// Responses over the band; `study.json` leaves them to the ledger.
     #[serde(default, skip_serializing_if = "StoredCurves::is_empty")]
     pub curves: StoredCurves,
@@ -188,20 +196,33 @@ impl Row {
         }
     }
 
-    /// Name of the row for people, for example `strong, 20 modes`.
+    /// Name of the row for people, for example `strong, 20 modes`, or `strong+krylov, 20 modes, 8 interface modes`.
     pub fn title(&self) -> String {
-        let interface = match self.asked_interface_modes {
-            Some(count) => format!(", {count} interface modes"),
-            None => String::new(),
-        };
-        format!("{}, {} modes{interface}", self.variant.name(), self.modes)
+        format!(
+            "{}, {} modes{}",
+            self.form(),
+            self.modes,
+            self.interface_modes()
+        )
     }
 
     /// What its curve is called: the form, and interface modes where they are limited.
     pub fn family(&self) -> String {
+        format!("{}{}", self.form(), self.interface_modes())
+    }
+
+    /// The form with its further columns, for example `strong+krylov`.
+    pub fn form(&self) -> String {
+        match self.enrichment.is_empty() {
+            true => self.variant.name().to_owned(),
+            false => format!("{}+{}", self.variant.name(), self.enrichment),
+        }
+    }
+
+    fn interface_modes(&self) -> String {
         match self.asked_interface_modes {
-            Some(count) => format!("{}, {count} interface modes", self.variant.name()),
-            None => self.variant.name().to_owned(),
+            Some(count) => format!(", {count} interface modes"),
+            None => String::new(),
         }
     }
 }

@@ -16,7 +16,7 @@ use super::band::Band;
 use super::held::counted_eigenvalues;
 use super::response::Response;
 use super::rows::InterfaceRows;
-use super::spin::spin_errors;
+use super::spin::SpinStrain;
 use crate::block_algebra::{
     add_combination, column_norms, gram, largest_entry, symmetric_eigen, symmetric_product,
     symmetrized,
@@ -72,8 +72,8 @@ pub struct Reference {
     pub residual: f64,
     /// Terms of the series.
     pub terms: usize,
-    /// What 0, 1, … modes lack of the response to centrifugal forces.
-    pub spin: Vec<f64>,
+    /// The strain that centrifugal forces make; `None` where no spin strains the part.
+    pub spin: Option<SpinStrain>,
     /// The reduction that it starts from.
     pub element: Superelement,
     /// Its shapes over all dofs.
@@ -233,15 +233,8 @@ impl Reference {
         let mut free = eigenvalues.clone();
         let beyond = element.modes.first_omitted_eigenvalue;
         free.extend(Some(beyond).filter(|value| value.is_finite()));
-        let spin = spin_errors(
-            component,
-            &properties,
-            &model,
-            &element,
-            shapes_everywhere.as_ref(),
-        );
         Ok(Self {
-            spin,
+            spin: SpinStrain::of(&element),
             terms: response.series.len(),
             rows,
             response,

@@ -94,6 +94,7 @@ impl<'a> Report<'a> {
             column("variant", "variant", ""),
             column("modes", "modes", ""),
             column("interface_modes", "interface modes", ""),
+            column("enrichment", "further columns", ""),
             column("attachments", "attachments", ""),
             column("unknowns", "unknowns", ""),
             column("reduction_time", "reduction", "s"),
@@ -120,6 +121,10 @@ impl<'a> Report<'a> {
                 Cell::Text(row.variant.name().to_owned()),
                 count(row.modes),
                 row.asked_interface_modes.map_or(Cell::Empty, count),
+                match row.enrichment.is_empty() {
+                    true => Cell::Empty,
+                    false => Cell::Text(row.enrichment.to_string()),
+                },
                 count(row.attachments),
                 count(row.unknowns),
                 Cell::Number(row.reduction_seconds),
@@ -134,7 +139,7 @@ impl<'a> Report<'a> {
                 level(errors.transfer),
                 level(errors.interface_force),
                 Cell::maybe(errors.next_free_frequency),
-                Cell::maybe(self.reference.spin.get(row.modes).copied()),
+                Cell::maybe(self.spin_error(row)),
             ]);
             let of_interfaces = errors.static_response.iter();
             cells.extend(of_interfaces.map(|one| Cell::Number(one.error)));
@@ -144,6 +149,12 @@ impl<'a> Report<'a> {
             rows: rows.collect(),
             columns,
         }
+    }
+
+    /// Rows that don't say it have no further columns.
+    fn spin_error(&self, row: &Row) -> Option<f64> {
+        let by_modes = &self.reference.spin;
+        row.spin_error.or_else(|| by_modes.get(row.modes).copied())
     }
 
     /// Response error against time, and against unknowns.
@@ -241,18 +252,20 @@ impl<'a> Report<'a> {
 
     /// For each form the error over the band, a curve for each number of modes.
     fn errors(&self) -> Vec<Chart> {
-        (Variant::ALL.iter())
-            .filter_map(|variant| {
-                let rows = self.rows.iter().filter(|row| row.variant == *variant);
-                let series: Vec<Series> = rows
-                    .map(|row| self.curve(&row.title(), &row.curves.error))
-                    .collect();
-                (!series.is_empty()).then(|| {
-                    let title = format!("Error over the band: {}", variant.name());
-                    self.over_frequency(&title, "|H - H_ref| / |H_ref|", series)
-                })
-            })
-            .collect()
+        let mut forms: Vec<(String, Vec<Series>)> = Vec::new();
+        for row in self.rows {
+            let series = self.curve(&row.title(), &row.curves.error);
+            let form = row.form();
+            match forms.iter_mut().find(|(known, _)| *known == form) {
+                Some((_, all)) => all.push(series),
+                None => forms.push((form, vec![series])),
+            }
+        }
+        let charts = forms.into_iter().map(|(form, series)| {
+            let title = format!("Error over the band: {form}");
+            self.over_frequency(&title, "|H - H_ref| / |H_ref|", series)
+        });
+        charts.collect()
     }
 
     fn introduction(&self) -> Vec<String> {
@@ -329,9 +342,11 @@ impl<'a> Report<'a> {
         for line in self.introduction() {
             let _ = writeln!(text, "{line}");
         }
+        let forms = self.rows.iter().map(|row| row.form().len());
+        let width = forms.max().unwrap_or(0).max("variant".len());
         let _ = writeln!(
             text,
-            "{:<8} {:>6} {:>9} {:>9} {:>10} {:>8}  largest errors: held     static   collocated  transfer   forces",
+            "{:<width$} {:>6} {:>9} {:>9} {:>10} {:>8}  largest errors: held     static   collocated  transfer   forces    spin",
             "variant", "modes", "interface", "unknowns", "time [s]", "MB"
         );
         for row in self.rows {
@@ -339,8 +354,8 @@ impl<'a> Report<'a> {
             let interface = interface.map_or_else(|| "all".to_owned(), |count| count.to_string());
             let _ = write!(
                 text,
-                "{:<8} {:>6} {:>9} {:>9} {:>10.4} {:>8.2}                 ",
-                row.variant.name(),
+                "{:<width$} {:>6} {:>9} {:>9} {:>10.4} {:>8.2}                 ",
+                row.form(),
                 row.modes,
                 if row.variant == Variant::Free {
                     "-"
@@ -351,8 +366,8 @@ impl<'a> Report<'a> {
                 row.reduction_seconds,
                 row.file_bytes as f64 / 1e6
             );
-            for measure in Measure::ALL {
-                let error = row.error(measure);
+            let measured = Measure::ALL.map(|measure| row.error(measure));
+            for error in measured.into_iter().chain([self.spin_error(row)]) {
                 let error = error.map_or_else(|| "-".to_owned(), |error| scientific(error, 1));
                 let _ = write!(text, " {error:>9} ");
             }
@@ -388,7 +403,9 @@ impl<'a> Report<'a> {
         let marked: Vec<usize> = self.best.iter().filter_map(|best| best.row).collect();
         page.table(&self.table(), &marked);
         page.paragraph(
-            "Errors are relative, the largest of the band; rows of the interfaces are scaled by their own flexibility. An empty field: the row has no such response.",
+            "Errors are relative, the largest of the band; rows of the interfaces are scaled by their own flexibility. An empty field: the row has no such response. \
+             Further columns are static responses beside modes and attachments, as reduce --enrich makes them: krylov is the interfaces' second Krylov block, spin the \
+             response to centrifugal forces, loads that to the part's named loads.",
         );
         page.heading("Responses");
         page.picture(

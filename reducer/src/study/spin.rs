@@ -1,59 +1,131 @@
-//! What modes lack of the static response to centrifugal forces: the reason for `--enrich spin`.
+//! What a basis lacks of the static response to centrifugal forces: the reason for `--enrich spin`.
 //!
-//! A pattern f has the strain energy ½ fᵀ G f, of which a mode has ½ (φᵀ f)² / ω² and the column X = s G_res f the rest. The error of k modes is
-//! the root of the part that is beyond them, over all patterns.
+//! A pattern f has the strain energy ½ fᵀ G f, of which a mode has ½ (φᵀ f)² / ω² and further columns, orthogonal to the modes in K, have
+//! ½ fᵀX (XᵀKX)⁻¹ Xᵀf. The error is the root of the part that is beyond them, over all patterns, each scaled so that G f has unit M norm.
 
-use dcb_formats::{Component, Superelement};
+use dcb_formats::Superelement;
+use dcb_formats::further_column::Answer;
+use dcb_formats::superelement::Enrichment;
+use faer::Mat;
 
-use crate::block_algebra::gram;
-use crate::condensation::Model;
-use crate::enrichment::spin_patterns;
-use crate::rigid_body::MassProperties;
+use crate::block_algebra::{symmetric_eigen, symmetrized};
+use crate::residual_filter::MASS_TOLERANCE;
 
-/// Errors of 0, 1, … modes, up to those of a superelement that was made with centrifugal columns; empty for a part that no spin strains.
-/// `shapes` are its modes over the model's dofs.
-pub fn spin_errors(
-    component: &Component,
-    properties: &MassProperties,
-    model: &Model,
-    element: &Superelement,
-    shapes: faer::MatRef<'_, f64>,
-) -> Vec<f64> {
-    let Some(further) = &element.enrichment else {
-        return Vec::new();
-    };
-    let (names, forces) = spin_patterns(component, properties, model);
-    let amounts = gram(shapes, forces.as_ref());
-    let eigenvalues = &element.modes.eigenvalues;
-    let first = element.mode_count() + element.boundary_row_count();
-    let mut lacking = vec![0.0; eigenvalues.len() + 1];
-    for (column, name) in further.names.iter().enumerate() {
-        let Some(pattern) = names.iter().position(|known| known == name) else {
-            continue;
-        };
-        let at = (first + column, first + column);
-        let carried = |power: i32| -> f64 {
-            let modes = eigenvalues.iter().enumerate();
-            modes
-                .map(|(k, square)| amounts[(k, pattern)].powi(2) / square.powi(power))
-                .sum()
-        };
-        // With no mode kept the column has unit norm: 1 = XᵀMX + s² Σ (φᵀf)² / ω⁴.
-        let all = carried(2);
-        let scale = match all > 0.0 {
-            true => (1.0 - further.reduced_mass[at]).max(0.0) / all,
-            false => 0.0,
-        };
-        let mut beyond = further.reduced_stiffness[at] + scale * carried(1);
-        lacking[0] += beyond;
-        for (k, square) in eigenvalues.iter().enumerate() {
-            beyond -= scale * amounts[(k, pattern)].powi(2) / square;
-            lacking[k + 1] += beyond.max(0.0);
+/// The strain that centrifugal forces make in a part.
+#[derive(Clone, Debug)]
+pub struct SpinStrain {
+    patterns: Vec<Pattern>,
+    /// What 0, 1, … modes lack of it, relative, up to those of the superelement that it is known from.
+    pub beyond_modes: Vec<f64>,
+}
+
+/// One pattern f.
+#[derive(Clone, Debug)]
+struct Pattern {
+    /// Its place among all patterns.
+    place: usize,
+    /// s² with s G f of unit M norm.
+    scale: f64,
+    /// s² fᵀ G f.
+    whole: f64,
+}
+
+impl SpinStrain {
+    /// From a superelement with centrifugal columns; `None` for a part that no spin strains.
+    pub fn of(element: &Superelement) -> Option<Self> {
+        let further = element.enrichment.as_ref()?;
+        let eigenvalues = &element.modes.eigenvalues;
+        let amounts = works(element, 0..eigenvalues.len());
+        let first = element.mode_count() + element.boundary_row_count();
+        let mut patterns = Vec::new();
+        let mut lacking = vec![0.0; eigenvalues.len() + 1];
+        for (column, name) in further.names.iter().enumerate() {
+            let Some(Answer::Spin(_, place)) = Answer::named(name, element.dimension) else {
+                continue;
+            };
+            let at = (first + column, first + column);
+            let carried = |power: i32| -> f64 {
+                let modes = eigenvalues.iter().zip(&amounts);
+                modes
+                    .map(|(square, work)| work[place].powi(2) / square.powi(power))
+                    .sum()
+            };
+            // With no mode kept the column has unit norm, 1 = XᵀMX + s² Σ (φᵀf)² / ω⁴, and XᵀKX = s Xᵀf: whichever keeps its digits.
+            let (mass, stiffness) = (further.reduced_mass[at], further.reduced_stiffness[at]);
+            let own = element.inertia.spin_work(element.dimension, at.0)[place];
+            let scale = match mass < 0.5 {
+                true => (1.0 - mass) / carried(2),
+                false => (stiffness / own).powi(2),
+            };
+            if !scale.is_finite() {
+                continue;
+            }
+            let whole = stiffness + scale * carried(1);
+            patterns.push(Pattern {
+                place,
+                scale,
+                whole,
+            });
+            let mut beyond = whole;
+            lacking[0] += beyond;
+            for (k, square) in eigenvalues.iter().enumerate() {
+                beyond -= scale * amounts[k][place].powi(2) / square;
+                lacking[k + 1] += beyond.max(0.0);
+            }
         }
+        let whole = lacking[0];
+        (whole > 0.0).then(|| Self {
+            beyond_modes: lacking.iter().map(|part| (part / whole).sqrt()).collect(),
+            patterns,
+        })
     }
-    let whole = lacking[0];
-    if whole <= 0.0 {
-        return Vec::new();
+
+    /// What the modes and further columns of a superelement of the same part lack, relative; `None` if an eigenproblem fails.
+    pub fn beyond(&self, element: &Superelement) -> Option<f64> {
+        let Some(further) = &element.enrichment else {
+            return self.beyond_modes.get(element.mode_count()).copied();
+        };
+        let eigenvalues = &element.modes.eigenvalues;
+        let of_modes = works(element, 0..eigenvalues.len());
+        let first = element.mode_count() + element.boundary_row_count();
+        let of_further = works(element, first..element.basis_count());
+        let directions = softest(further, first)?;
+        let mut lacking = 0.0;
+        for pattern in &self.patterns {
+            let modal = eigenvalues.iter().zip(&of_modes);
+            let modal: f64 = modal
+                .map(|(square, work)| work[pattern.place].powi(2) / square)
+                .sum();
+            let amounts = Mat::from_fn(of_further.len(), 1, |j, _| of_further[j][pattern.place]);
+            let columns = (directions.transpose() * amounts).squared_norm_l2();
+            lacking += (pattern.whole - pattern.scale * (modal + columns)).max(0.0);
+        }
+        let whole: f64 = self.patterns.iter().map(|pattern| pattern.whole).sum();
+        Some((lacking / whole).sqrt())
     }
-    lacking.iter().map(|part| (part / whole).sqrt()).collect()
+}
+
+/// ψᵀ f of columns of the basis for every pattern.
+fn works(element: &Superelement, columns: std::ops::Range<usize>) -> Vec<Vec<f64>> {
+    columns
+        .map(|column| element.inertia.spin_work(element.dimension, column))
+        .collect()
+}
+
+/// V with V Vᵀ = (XᵀKX)⁻¹ over what is independent of the columns X, (n_x, r).
+fn softest(further: &Enrichment, first: usize) -> Option<Mat<f64>> {
+    let n = further.interface_shapes.ncols();
+    let own = further.reduced_stiffness.submatrix(first, first, n, n);
+    let scale: Vec<f64> = (0..n)
+        .map(|j| match own[(j, j)] {
+            stiffness if stiffness > 0.0 => 1.0 / stiffness.sqrt(),
+            _ => 0.0,
+        })
+        .collect();
+    let scaled = Mat::from_fn(n, n, |i, j| scale[i] * own[(i, j)] * scale[j]);
+    let (values, vectors) = symmetric_eigen(symmetrized(scaled.as_ref()).as_ref())?;
+    let kept: Vec<usize> = (0..n).filter(|k| values[*k] > MASS_TOLERANCE).collect();
+    Some(Mat::from_fn(n, kept.len(), |i, k| {
+        scale[i] * vectors[(i, kept[k])] / values[kept[k]].sqrt()
+    }))
 }

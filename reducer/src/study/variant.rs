@@ -6,6 +6,7 @@ use faer::{Mat, MatRef};
 use serde::{Deserialize, Serialize};
 
 use super::held::{Coordinates, dual_eigenvalues};
+use super::residual_coordinates::ResidualCoordinates;
 use super::response::Response;
 use super::rows::InterfaceRows;
 use crate::block_algebra::symmetric_eigen;
@@ -15,7 +16,7 @@ use crate::residual_filter::MASS_TOLERANCE;
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize, ValueEnum)]
 #[serde(rename_all = "kebab-case")]
 pub enum Variant {
-    /// Attachments are dynamic coordinates (Rubin): the default of simulations.
+    /// Attachments and further columns are dynamic coordinates (Rubin): the default of simulations.
     Strong,
     /// Attachments follow the forces without inertia (MacNeal).
     Static,
@@ -52,7 +53,7 @@ pub struct ReducedPart {
     /// ω² with all interfaces held, ascending, without those of motions that the interfaces leave free; `None` where the form has none
     /// (weak, with attachments that have no mass).
     pub held: Option<Vec<f64>>,
-    /// The lowest ω² that attachments add to those of the modes; `None` without dynamic attachments.
+    /// The lowest ω² that attachments and further columns add to those of the modes; `None` without such coordinates.
     pub first_attachment: Option<f64>,
 }
 
@@ -72,8 +73,6 @@ impl ReducedPart {
         let mut poles = vec![0.0; rows.rigid.ncols()];
         poles.extend(&element.modes.eigenvalues);
         let kept = beside(rows.rigid.as_ref(), modes.as_ref());
-        let attachments =
-            rows.scaled((&element.residual.flexibility * &element.residual.transform).as_ref());
         let part = |response: Response, unknowns: usize, freedoms: usize, held| Self {
             response,
             unknowns,
@@ -99,15 +98,15 @@ impl ReducedPart {
                 )
             }
             Variant::Strong => {
-                let sigma = &element.residual.sigma_squared;
-                let poles = [poles.as_slice(), sigma].concat();
-                let shapes = beside(kept.as_ref(), attachments.as_ref());
+                let ResidualCoordinates { squares, shapes } = ResidualCoordinates::of(element)?;
+                let poles = [poles.as_slice(), &squares].concat();
+                let shapes = beside(kept.as_ref(), rows.scaled(shapes.as_ref()).as_ref());
                 let held = Coordinates::dynamic(&poles, &shapes).held(loose)?;
                 Self {
-                    first_attachment: sigma.first().copied(),
+                    first_attachment: squares.first().copied(),
                     ..part(
                         response(&poles, &shapes, Vec::new()),
-                        mode_count + sigma.len(),
+                        mode_count + squares.len(),
                         poles.len(),
                         Some(held),
                     )

@@ -62,14 +62,18 @@ fn a_study_leaves_tables_pictures_and_a_page() {
         .iter()
         .map(|row| row["variant"].as_str().unwrap())
         .collect();
-    let once = ["strong", "static", "weak", "free"];
+    let once = ["strong", "static", "weak", "strong", "free"];
     assert_eq!(variants, [once, once].concat());
     for row in rows {
         assert!(row["reduction_seconds"].as_f64().unwrap() > 0.0);
         // Nodal shapes of all columns are in the file.
         let columns = row["modes"].as_u64().unwrap() + 12;
         assert!(row["file_bytes"].as_u64().unwrap() > 8 * 345 * columns);
+        let enriched = row["enrichment"] == serde_json::json!(["krylov"]);
+        assert!(enriched || row["enrichment"].as_array().unwrap().is_empty());
         let unknowns = match row["variant"].as_str().unwrap() {
+            // The second block of twelve rows.
+            "strong" if enriched => columns + 12,
             "strong" => row["modes"].as_u64().unwrap() + row["attachments"].as_u64().unwrap(),
             "weak" => columns,
             _ => row["modes"].as_u64().unwrap(),
@@ -77,14 +81,16 @@ fn a_study_leaves_tables_pictures_and_a_page() {
         assert_eq!(row["unknowns"], unknowns, "{row}");
     }
     let table = folder.read("rotor.study/study.csv");
-    assert_eq!(table.lines().count(), 9);
+    assert_eq!(table.lines().count(), 11);
     assert!(
-        table.starts_with("variant,modes,interface_modes,"),
+        table.starts_with("variant,modes,interface_modes,enrichment,"),
         "{table}"
     );
+    assert!(table.contains("\nstrong,3,,krylov,12,27,"), "{table}");
 
     let page = folder.read("rotor.study/report.html");
     assert!(page.contains("<svg") && page.contains("mode 1, 104.637") && page.contains("</html>"));
+    assert!(page.contains("Error over the band: strong+krylov"));
     // Nothing is fetched from anywhere.
     let links = page.replace("http://www.w3.org/2000/svg", "");
     assert!(!links.contains("http") && !links.contains("src=") && !links.contains("<script"));
@@ -95,7 +101,7 @@ fn a_study_leaves_tables_pictures_and_a_page() {
 fn interface_modes_are_rows_of_their_own() {
     let folder = Folder::rotor();
     folder.done(
-        "study rotor.mtx --modes 5 --points 20 --interface-modes 4 --variants strong,free -o s",
+        "study rotor.mtx --modes 5 --points 20 --interface-modes 4 --variants strong,free --enrich none -o s",
     );
     let keys: Vec<String> = rows(&folder, "s").into_keys().collect();
     assert_eq!(keys, ["free/5", "reference", "strong/5", "strong/5/4"]);
@@ -112,6 +118,64 @@ fn interface_modes_are_rows_of_their_own() {
     };
     assert_eq!(whole["rows"][1]["asked_interface_modes"], 4);
     assert!(of(0, "bearing-left") < 1e-9 && of(1, "bearing-left") > 1e-4);
+}
+
+#[test]
+fn further_columns_are_rows_of_their_own() {
+    let folder = Folder::rotor();
+    let shown = folder.done(
+        "study rotor.mtx --modes 5 --points 20 --enrich krylov,krylov+spin --variants strong,static",
+    );
+    let keys: Vec<String> = rows(&folder, "rotor.study").into_keys().collect();
+    let expected = [
+        "reference",
+        "static/5",
+        "strong/5",
+        "strong/5+krylov",
+        "strong/5+spin+krylov",
+    ];
+    assert_eq!(keys, expected);
+    assert!(shown.contains("\nstrong+spin+krylov "), "{shown}");
+    let whole = json(&folder, "rotor.study/study.json");
+    let rows = whole["rows"].as_array().unwrap();
+    let spin = |row: usize| rows[row]["spin_error"].as_f64().unwrap();
+    // strong, static, with spin and krylov, with krylov.
+    assert_eq!(spin(0), whole["reference"]["spin"][5].as_f64().unwrap());
+    assert_eq!(spin(0), spin(1));
+    assert!(spin(2) < 1e-6 && spin(2) < spin(3) && spin(3) < spin(0));
+    assert_eq!(rows[2]["enrichment"], serde_json::json!(["spin", "krylov"]));
+}
+
+/// Rows of studies from before there were further columns in them.
+#[test]
+fn an_older_study_goes_on() {
+    let folder = Folder::rotor();
+    folder.done(&format!("{SMALL} --enrich none"));
+    let table = folder.read("rotor.study/study.csv");
+    let ledger = folder.read("rotor.study/rows.jsonl");
+    let older: Vec<String> = (ledger.lines())
+        .map(|line| {
+            let mut line: Value = serde_json::from_str(line).unwrap();
+            if let Some(row) = line["row"]["row"].as_object_mut() {
+                assert!(row.remove("enrichment").is_some() && row.remove("spin_error").is_some());
+            }
+            line.to_string()
+        })
+        .collect();
+    let older = older.join("\n") + "\n";
+    folder.write("rotor.study/rows.jsonl", &older);
+    folder.done(&format!("{SMALL} --enrich none"));
+    assert_eq!(folder.read("rotor.study/rows.jsonl"), older);
+    assert_eq!(folder.read("rotor.study/study.csv"), table);
+    // The rows that are there now besides are added, and no other is made again.
+    folder.done(SMALL);
+    let after = folder.read("rotor.study/rows.jsonl");
+    assert!(after.starts_with(&older));
+    let keys: Vec<String> = rows(&folder, "rotor.study").into_keys().collect();
+    assert_eq!(keys.len(), 11);
+    assert!(keys.contains(&"strong/6+krylov".to_owned()), "{keys:?}");
+    let now = folder.read("rotor.study/study.csv");
+    assert!(table.lines().all(|row| now.contains(row)), "{now}");
 }
 
 #[test]
@@ -183,6 +247,13 @@ fn slips_are_refused_before_anything_is_made() {
         ("--modes 5,x", "numbers above 0 are wanted"),
         ("--variants strong,rubin", "possible values"),
         ("--interface-modes 0", "numbers above 0 are wanted"),
+        ("--enrich gravity", "spin, loads, krylov"),
+        ("--enrich spin+", "spin, loads, krylov"),
+        ("--enrich loads", "PART.load.NAME.mtx"),
+        (
+            "--enrich spin --variants static",
+            "the only one that has further columns",
+        ),
         ("--band 10", "two frequencies in Hz"),
         ("--band 20:10", "two frequencies in Hz"),
         ("--band 0:10", "two frequencies in Hz"),
@@ -248,5 +319,5 @@ fn an_interrupted_study_keeps_its_rows() {
     let after = fs::read_to_string(&ledger).unwrap();
     let whole = before.rfind('\n').unwrap() + 1;
     assert!(after.starts_with(&before[..whole]));
-    assert_eq!(after.lines().count(), 2 + 12);
+    assert_eq!(after.lines().count(), 2 + 18);
 }

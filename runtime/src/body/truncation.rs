@@ -10,12 +10,12 @@
 //! Ψ'     = Ψ S                        S = [I 0; 0 W; 0 I], rows: modes kept, modes left out, attachments
 //! ```
 //! so that L1, I1, I3 become L1 S and so on, L3, J2 and the stiffening matrices Sᵀ L3 S. T_r and σ² are found anew by the filter of
-//! theory §6. The result is what the reducer makes of the component with so many modes, to rounding
-//! (`tests/reduction/fewer_modes.rs`).
+//! theory §6. Further columns follow in S ([`super::truncated_columns`]). The result is what the reducer makes of the component with so many modes, to
+//! rounding (`tests/reduction/fewer_modes.rs`).
 
 use dcb_formats::component::Role;
 use dcb_formats::superelement::{
-    Inertia, Modes, PartLoad, RecoveryBasis, Residual, Stiffening, Superelement,
+    Enrichment, Inertia, Modes, PartLoad, RecoveryBasis, Residual, Stiffening, Superelement,
 };
 use faer::dyn_stack::{MemBuffer, MemStack};
 use faer::linalg::evd::{
@@ -23,6 +23,7 @@ use faer::linalg::evd::{
 };
 use faer::{Auto, Mat, MatRef, Par};
 
+use super::truncated_columns::TruncatedColumns;
 use crate::error::Error;
 
 /// Eigenvalues closer than this, relatively, are one multiple root, which isn't cut: the reducer's rule.
@@ -35,6 +36,8 @@ pub struct ModeTruncation {
     kept: usize,
     /// W = Ω⁻² Cᵀ, (modes left out, n_b).
     absorbed: Mat<f64>,
+    /// What becomes of further columns, if there are any.
+    further: Option<TruncatedColumns>,
 }
 
 impl ModeTruncation {
@@ -42,16 +45,26 @@ impl ModeTruncation {
     /// all where there are no more.
     ///
     /// # Errors
-    /// [`Error::NotHandled`] if modes are to be left out of a superelement with enrichment columns, or of one with a reduced
-    /// number of interface directions: what these would become isn't in the file.
+    /// [`Error::NotHandled`] if modes are to be left out of a superelement with a reduced number of interface directions, or with further columns
+    /// that aren't those of `reduce --enrich`, or of which fewer modes need more: what these would become isn't in the file.
     pub fn of(superelement: &Superelement, wanted: usize) -> Result<Self, Error> {
         let eigenvalues = &superelement.modes.eigenvalues;
         let kept = up_to_gap(eigenvalues, wanted.max(without_stiffness(eigenvalues)));
-        if kept < eigenvalues.len() {
-            refuse_unhandled(superelement)?;
-        }
-        let absorbed = absorbed_from(superelement, kept);
-        Ok(Self { kept, absorbed })
+        let further = match &superelement.enrichment {
+            _ if kept == eigenvalues.len() => None,
+            enrichment => {
+                refuse_reduced_interfaces(superelement)?;
+                let further = enrichment.as_ref();
+                further
+                    .map(|further| TruncatedColumns::of(superelement, further, kept))
+                    .transpose()?
+            }
+        };
+        Ok(Self {
+            kept,
+            absorbed: absorbed_from(superelement, kept),
+            further,
+        })
     }
 
     /// How many modes stay.
@@ -82,6 +95,7 @@ impl ModeTruncation {
                 centrifugal: congruent(&whole.stiffening.centrifugal, basis.as_ref()),
                 interface: congruent(&whole.stiffening.interface, basis.as_ref()),
             },
+            enrichment: self.enrichment(whole, basis.as_ref()),
             loads: whole
                 .loads
                 .iter()
@@ -96,26 +110,54 @@ impl ModeTruncation {
 
     /// Its nodal fields.
     pub fn recovery(&self, whole: &RecoveryBasis) -> RecoveryBasis {
+        let left_out = whole.modes.get(.., self.kept..);
+        let further = match &self.further {
+            None => whole.enrichment.clone(),
+            Some(further) => {
+                (whole.enrichment.as_ref()).map(|fields| further.over(fields.as_ref(), left_out))
+            }
+        };
         RecoveryBasis {
             dofs: whole.dofs.clone(),
             modes: whole.modes.get(.., ..self.kept).to_owned(),
-            residual: &whole.residual + whole.modes.get(.., self.kept..) * &self.absorbed,
-            enrichment: None,
+            residual: &whole.residual + left_out * &self.absorbed,
+            enrichment: further,
         }
     }
 
-    /// S, (n_k + n_b, kept + n_b).
+    /// S, (n, n after it).
     fn basis(&self) -> Mat<f64> {
         let (kept, left_out, n_b) = (self.kept, self.absorbed.nrows(), self.absorbed.ncols());
         let n_k = kept + left_out;
-        Mat::from_fn(n_k + n_b, kept + n_b, |i, j| {
-            let is_mode = j < kept;
-            match (i < kept, i < n_k, is_mode) {
-                (false, true, false) => self.absorbed[(i - kept, j - kept)],
-                (true, _, true) => f64::from(u8::from(i == j)),
-                (false, false, false) => f64::from(u8::from(i - n_k == j - kept)),
-                _ => 0.0,
-            }
+        let (n_x, further) = (self.further.as_ref()).map_or((0, 0), TruncatedColumns::counts);
+        let mut basis = Mat::zeros(n_k + n_b + n_x, kept + n_b + further);
+        let mut block = |row: usize, column: usize, entries: MatRef<'_, f64>| {
+            basis
+                .as_mut()
+                .submatrix_mut(row, column, entries.nrows(), entries.ncols())
+                .copy_from(entries);
+        };
+        let identity = Mat::identity;
+        block(0, 0, identity(kept, kept).as_ref());
+        block(kept, kept, self.absorbed.as_ref());
+        block(n_k, kept, identity(n_b, n_b).as_ref());
+        if let Some(columns) = &self.further {
+            block(kept, kept + n_b, columns.absorbed());
+            let shares = Mat::from_fn(n_x, further, |place, j| columns.share(place, j));
+            block(n_k + n_b, kept + n_b, shares.as_ref());
+        }
+        basis
+    }
+
+    fn enrichment(&self, whole: &Superelement, basis: MatRef<'_, f64>) -> Option<Enrichment> {
+        let (further, enrichment) = self.further.as_ref().zip(whole.enrichment.as_ref())?;
+        let reduced = |matrix: &Mat<f64>| symmetrized(basis.transpose() * matrix * basis);
+        let left_out = whole.modes.interface_shapes.get(.., self.kept..);
+        Some(Enrichment {
+            names: further.names(&enrichment.names),
+            interface_shapes: further.over(enrichment.interface_shapes.as_ref(), left_out),
+            reduced_mass: reduced(&enrichment.reduced_mass),
+            reduced_stiffness: reduced(&enrichment.reduced_stiffness),
         })
     }
 
@@ -175,7 +217,7 @@ fn absorbed_from(superelement: &Superelement, first: usize) -> Mat<f64> {
 }
 
 /// How many of the lowest eigenvalues are motions without stiffness: loose pieces.
-fn without_stiffness(eigenvalues: &[f64]) -> usize {
+pub(super) fn without_stiffness(eigenvalues: &[f64]) -> usize {
     let zero = eigenvalues.iter().take_while(|value| **value <= 0.0);
     zero.count()
 }
@@ -193,7 +235,7 @@ fn up_to_gap(eigenvalues: &[f64], wanted: usize) -> usize {
 }
 
 /// Rows that have columns: those of attachments that feel any elastic motion.
-fn acting_rows(superelement: &Superelement) -> Vec<bool> {
+pub(super) fn acting_rows(superelement: &Superelement) -> Vec<bool> {
     let rows = superelement.rows.iter();
     rows.zip(&superelement.residual.mass_diagonal0)
         .map(|(row, mass)| {
@@ -202,26 +244,14 @@ fn acting_rows(superelement: &Superelement) -> Vec<bool> {
         .collect()
 }
 
-fn refuse_unhandled(superelement: &Superelement) -> Result<(), Error> {
-    let refused = |what, remedy| {
-        Err(Error::NotHandled {
-            body: superelement.name.clone(),
-            what,
-            remedy,
-        })
-    };
-    if superelement.enrichment.is_some() {
-        return refused(
-            "it has enrichment columns, which belong to the modes that it was made with",
-            "reduce it with fewer modes instead of leaving some out",
-        );
-    }
+fn refuse_reduced_interfaces(superelement: &Superelement) -> Result<(), Error> {
     let reduction = &superelement.provenance.quality["interface_reduction"];
     if reduction["kept"].as_u64() < reduction["available"].as_u64() {
-        return refused(
-            "it was made with a reduced number of interface directions, which belong to its modes",
-            "reduce it with fewer modes instead of leaving some out",
-        );
+        return Err(Error::NotHandled {
+            body: superelement.name.clone(),
+            what: "it was made with a reduced number of interface directions, which belong to its modes",
+            remedy: "reduce it with fewer modes instead of leaving some out",
+        });
     }
     Ok(())
 }
