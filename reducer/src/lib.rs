@@ -58,6 +58,7 @@ pub mod shift;
 #[cfg(feature = "slepc")]
 pub mod slepc;
 pub mod sparse_product;
+pub mod spin_forces;
 pub mod stiffening;
 pub mod study;
 pub mod summary;

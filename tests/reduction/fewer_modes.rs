@@ -506,6 +506,18 @@ fn columns_that_are_something_else_are_refused() {
     ] {
         assert!(refused.contains("don't answer to"), "{refused}");
     }
+    // Where the invariants don't tell the centrifugal forces: rotations, and no component masses.
+    let bare = Component {
+        component_masses: None,
+        ..parts::skew_beam()
+    };
+    let options = Reduction {
+        enrichment: vec![EnrichmentSource::Spin],
+        ..options
+    };
+    let whole = with(&bare, &options).superelement;
+    let refused = ModeTruncation::of(&whole, 4).unwrap_err().to_string();
+    assert!(refused.contains("don't answer to"), "{refused}");
 }
 
 #[test]

@@ -180,7 +180,8 @@ fn rows_of(
     let parts = parts.ok_or(Error::NotFinite {
         what: "a row of the study",
     })?;
-    let spin_error = (reference.spin.as_ref()).and_then(|spin| spin.beyond(element));
+    let spin = reference.spin.as_ref();
+    let spin_error = spin.and_then(|spin| spin.beyond(element, &timed.recovery));
     let modes = vec![element.mode_count(); parts.len()];
     let found = evaluate(reference, &parts, &modes, study.loss_factor, drawn);
     Ok((run.variants.iter().zip(&parts).zip(found))

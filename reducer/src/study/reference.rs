@@ -234,7 +234,7 @@ impl Reference {
         let beyond = element.modes.first_omitted_eigenvalue;
         free.extend(Some(beyond).filter(|value| value.is_finite()));
         Ok(Self {
-            spin: SpinStrain::of(&element),
+            spin: SpinStrain::of(component, &properties, &element, &reduced.recovery),
             terms: response.series.len(),
             rows,
             response,

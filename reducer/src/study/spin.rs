@@ -3,17 +3,22 @@
 //! A pattern f has the strain energy ½ fᵀ G f, of which a mode has ½ (φᵀ f)² / ω² and further columns, orthogonal to the modes in K, have
 //! ½ fᵀX (XᵀKX)⁻¹ Xᵀf. The error is the root of the part that is beyond them, over all patterns, each scaled so that G f has unit M norm.
 
-use dcb_formats::Superelement;
 use dcb_formats::further_column::Answer;
 use dcb_formats::superelement::Enrichment;
+use dcb_formats::{Component, RecoveryBasis, Superelement};
 use faer::Mat;
 
-use crate::block_algebra::{symmetric_eigen, symmetrized};
+use crate::block_algebra::{gram, symmetric_eigen, symmetrized};
 use crate::residual_filter::MASS_TOLERANCE;
+use crate::rigid_body::MassProperties;
+use crate::spin_forces::spin_forces;
 
 /// The strain that centrifugal forces make in a part.
 #[derive(Clone, Debug)]
 pub struct SpinStrain {
+    /// Forces of all patterns over the component's dofs, (n_e, 6), planar (n_e, 1).
+    forces: Mat<f64>,
+    /// Those that strain the part.
     patterns: Vec<Pattern>,
     /// What 0, 1, … modes lack of it, relative, up to those of the superelement that it is known from.
     pub beyond_modes: Vec<f64>,
@@ -32,10 +37,17 @@ struct Pattern {
 
 impl SpinStrain {
     /// From a superelement with centrifugal columns; `None` for a part that no spin strains.
-    pub fn of(element: &Superelement) -> Option<Self> {
-        let further = element.enrichment.as_ref()?;
+    pub fn of(
+        component: &Component,
+        properties: &MassProperties,
+        element: &Superelement,
+        recovery: &RecoveryBasis,
+    ) -> Option<Self> {
+        let (further, fields) = (element.enrichment.as_ref()?, recovery.enrichment.as_ref()?);
+        let forces = spin_forces(component, properties.centre);
         let eigenvalues = &element.modes.eigenvalues;
-        let amounts = works(element, 0..eigenvalues.len());
+        let amounts = gram(recovery.modes.as_ref(), forces.as_ref());
+        let own = gram(fields.as_ref(), forces.as_ref());
         let first = element.mode_count() + element.boundary_row_count();
         let mut patterns = Vec::new();
         let mut lacking = vec![0.0; eigenvalues.len() + 1];
@@ -45,17 +57,16 @@ impl SpinStrain {
             };
             let at = (first + column, first + column);
             let carried = |power: i32| -> f64 {
-                let modes = eigenvalues.iter().zip(&amounts);
+                let modes = eigenvalues.iter().enumerate();
                 modes
-                    .map(|(square, work)| work[place].powi(2) / square.powi(power))
+                    .map(|(k, square)| amounts[(k, place)].powi(2) / square.powi(power))
                     .sum()
             };
             // With no mode kept the column has unit norm, 1 = XᵀMX + s² Σ (φᵀf)² / ω⁴, and XᵀKX = s Xᵀf: whichever keeps its digits.
             let (mass, stiffness) = (further.reduced_mass[at], further.reduced_stiffness[at]);
-            let own = element.inertia.spin_work(element.dimension, at.0)[place];
             let scale = match mass < 0.5 {
                 true => (1.0 - mass) / carried(2),
-                false => (stiffness / own).powi(2),
+                false => (stiffness / own[(column, place)]).powi(2),
             };
             if !scale.is_finite() {
                 continue;
@@ -69,7 +80,7 @@ impl SpinStrain {
             let mut beyond = whole;
             lacking[0] += beyond;
             for (k, square) in eigenvalues.iter().enumerate() {
-                beyond -= scale * amounts[k][place].powi(2) / square;
+                beyond -= scale * amounts[(k, place)].powi(2) / square;
                 lacking[k + 1] += beyond.max(0.0);
             }
         }
@@ -77,39 +88,35 @@ impl SpinStrain {
         (whole > 0.0).then(|| Self {
             beyond_modes: lacking.iter().map(|part| (part / whole).sqrt()).collect(),
             patterns,
+            forces,
         })
     }
 
     /// What the modes and further columns of a superelement of the same part lack, relative; `None` if an eigenproblem fails.
-    pub fn beyond(&self, element: &Superelement) -> Option<f64> {
-        let Some(further) = &element.enrichment else {
+    pub fn beyond(&self, element: &Superelement, recovery: &RecoveryBasis) -> Option<f64> {
+        let Some((further, fields)) = element
+            .enrichment
+            .as_ref()
+            .zip(recovery.enrichment.as_ref())
+        else {
             return self.beyond_modes.get(element.mode_count()).copied();
         };
-        let eigenvalues = &element.modes.eigenvalues;
-        let of_modes = works(element, 0..eigenvalues.len());
         let first = element.mode_count() + element.boundary_row_count();
-        let of_further = works(element, first..element.basis_count());
-        let directions = softest(further, first)?;
+        let of_modes = gram(recovery.modes.as_ref(), self.forces.as_ref());
+        let of_further = gram(fields.as_ref(), self.forces.as_ref());
+        let of_further = softest(further, first)?.transpose() * of_further;
         let mut lacking = 0.0;
         for pattern in &self.patterns {
-            let modal = eigenvalues.iter().zip(&of_modes);
+            let modal = element.modes.eigenvalues.iter().enumerate();
             let modal: f64 = modal
-                .map(|(square, work)| work[pattern.place].powi(2) / square)
+                .map(|(k, square)| of_modes[(k, pattern.place)].powi(2) / square)
                 .sum();
-            let amounts = Mat::from_fn(of_further.len(), 1, |j, _| of_further[j][pattern.place]);
-            let columns = (directions.transpose() * amounts).squared_norm_l2();
+            let columns = of_further.col(pattern.place).squared_norm_l2();
             lacking += (pattern.whole - pattern.scale * (modal + columns)).max(0.0);
         }
         let whole: f64 = self.patterns.iter().map(|pattern| pattern.whole).sum();
         Some((lacking / whole).sqrt())
     }
-}
-
-/// ψᵀ f of columns of the basis for every pattern.
-fn works(element: &Superelement, columns: std::ops::Range<usize>) -> Vec<Vec<f64>> {
-    columns
-        .map(|column| element.inertia.spin_work(element.dimension, column))
-        .collect()
 }
 
 /// V with V Vᵀ = (XᵀKX)⁻¹ over what is independent of the columns X, (n_x, r).

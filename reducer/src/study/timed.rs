@@ -4,7 +4,7 @@ use std::path::Path;
 use std::time::Instant;
 
 use dcb_formats::dcb::{Compression, Contents, Replace, WriteOptions, write_superelement};
-use dcb_formats::{Component, Superelement};
+use dcb_formats::{Component, RecoveryBasis, Superelement};
 
 use crate::error::Error;
 use crate::{Reduction, reduce};
@@ -18,6 +18,8 @@ const MOST_REPEATS: usize = 5;
 pub struct Timed {
     /// The superelement.
     pub element: Superelement,
+    /// Its shapes over all dofs.
+    pub recovery: RecoveryBasis,
     /// Time of the reduction and of writing its file, s; the shortest of all repeats.
     pub seconds: f64,
     /// How often it was made.
@@ -65,6 +67,7 @@ pub fn timed(component: &Component, options: &Reduction, scratch: &Path) -> Resu
         if total >= LONG_ENOUGH || repeats == MOST_REPEATS {
             return Ok(Timed {
                 element: reduced.superelement,
+                recovery: reduced.recovery,
                 seconds: shortest,
                 repeats,
                 file_bytes,
