@@ -4,6 +4,35 @@
 //! A [`Demand`] is read off a scene without integrating it, and without the part's superelement: names, places and directions of its
 //! interfaces are enough. It says what a reduction of the part must be good for, and so what it may leave out. Where the scene
 //! doesn't decide a question, the demand is the larger one, and says why.
+//!
+//! ```
+//! use std::path::Path;
+//! use dcb_runtime::demand::{Demand, PartInterface, Parts};
+//! use dcb_runtime::Scene;
+//! use nalgebra::{Matrix3, Vector3};
+//!
+//! let scene = Scene::parse(r#"{
+//!     "dimension": 3, "units": {"length": "m", "mass": "kg", "time": "s"},
+//!     "bodies": {"arm": {"superelement": "arm.dcb.h5"}},
+//!     "joints": {"hinge": {"revolute": {"a": "ground", "b": "arm/root", "axis": [0, 0, 1]}}},
+//!     "outputs": {"tip": {"position": {"at": "arm/tip"}}},
+//!     "integrator": {"generalized_alpha": {"step": 1e-3, "end": 1}}
+//! }"#, Path::new("arm.json"))?;
+//! let interface = |name: &str, x: f64| PartInterface {
+//!     name: name.into(),
+//!     position: Vector3::new(x, 0.0, 0.0),
+//!     orientation: Matrix3::identity(),
+//!     directions: [true; 6],
+//! };
+//! let arm = vec![interface("root", 0.0), interface("tip", 1.0), interface("spare", 0.5)];
+//! let demand = Demand::of(&scene, "arm", &Parts::from_iter([("arm".to_owned(), arm)]))?;
+//! // A hinge about z transmits every force, and moments about x and y. Nothing is at "spare".
+//! assert_eq!(demand.interfaces[0].wrenches.len(), 5);
+//! assert_eq!(demand.interfaces[1].observed_by, ["outputs.tip"]);
+//! assert_eq!(demand.interfaces.len(), 2);
+//! println!("{demand}");
+//! # Ok::<(), dcb_runtime::Error>(())
+//! ```
 
 mod band;
 mod course;
