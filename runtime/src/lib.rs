@@ -30,7 +30,7 @@
 //! ```
 //!
 //! Where to look further: [`scene`] for what scenes say, [`model`] for how they become a [`system`], [`initial`] for the start,
-//! [`integrator`] for steps, [`energy`] for the balance. [`FlexibleBody`] is one superelement in dynamic coordinates, and [`frame`]
+//! [`integrator`] for steps, [`energy`] for the balance, [`demand`] for what a scene asks of a part. [`FlexibleBody`] is one superelement in dynamic coordinates, and [`frame`]
 //! the inertia of its floating frame. The examples `mechanism_in_rust` and `control_loop` are programs to start from.
 
 pub mod body;
@@ -39,6 +39,7 @@ mod cli_scene;
 mod cli_study;
 pub mod compatibility_window;
 pub mod csv;
+pub mod demand;
 pub mod driven;
 pub mod eigenmodes;
 pub mod energy;
@@ -70,6 +71,7 @@ pub mod vtu;
 pub use body::{
     Attachment, Compatibility, FlexibleBody, GeneralizedBody, ModeTruncation, RigidBody, RigidPoint,
 };
+pub use demand::Demand;
 pub use error::Error;
 pub use frame::{
     BodyAcceleration, BodyState, FrameInertia, InertiaChange, InertiaForces, InertiaTangent,

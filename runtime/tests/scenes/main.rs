@@ -7,6 +7,7 @@ mod balance;
 mod control;
 #[path = "../../examples/control_loop.rs"]
 mod control_loop;
+mod demands;
 mod drives;
 mod joints;
 mod loads;
@@ -14,3 +15,4 @@ mod loads;
 mod mechanism_in_rust;
 mod parts;
 mod springs;
+mod wrenches;

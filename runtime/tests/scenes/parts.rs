@@ -46,7 +46,7 @@ impl Folder {
     }
 }
 
-fn store(component: &Component, path: &Path) {
+pub fn store(component: &Component, path: &Path) {
     let reduced = reduce(component, &Reduction::lowest(3), &mut ()).unwrap();
     let contents = Contents {
         superelement: &reduced.superelement,
