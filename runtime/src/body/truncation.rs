@@ -1,29 +1,12 @@
-//! A superelement with fewer modes, made of one with more: neither matrices of the component nor its nodes are needed.
+//! A superelement with fewer modes, made of one with more: the lowest of them, as the reducer chooses.
 //!
-//! What a mode does to the interfaces statically goes into the residual flexibility when the mode is left out (`docs/theory.md` §3
-//! and §6). With C = L_b Φ over the modes left out, zero in the rows of output interfaces, and W = Ω⁻² Cᵀ:
-//!
-//! ```text
-//! X'     = X + Φ W                    G_res L_bᵀ over the modes kept
-//! F_res' = F_res + C Ω⁻² Cᵀ           = L_b X'
-//! M_res' = M_res + C Ω⁻⁴ Cᵀ           = X'ᵀ M X', because Φᵀ M Φ = I and Φᵀ M X = 0
-//! Ψ'     = Ψ S                        S = [I 0; 0 W; 0 I], rows: modes kept, modes left out, attachments
-//! ```
-//! so that L1, I1, I3 become L1 S and so on, L3, J2 and the stiffening matrices Sᵀ L3 S. T_r and σ² are found anew by the filter of
-//! theory §6. The result is what the reducer makes of the component with so many modes, to rounding
+//! [`crate::selection`] does the algebra; the result is what the reducer makes of the component with so many modes, to rounding
 //! (`tests/reduction/fewer_modes.rs`).
 
-use dcb_formats::component::Role;
-use dcb_formats::superelement::{
-    Inertia, Modes, PartLoad, RecoveryBasis, Residual, Stiffening, Superelement,
-};
-use faer::dyn_stack::{MemBuffer, MemStack};
-use faer::linalg::evd::{
-    ComputeEigenvectors, SelfAdjointEvdParams, self_adjoint_evd, self_adjoint_evd_scratch,
-};
-use faer::{Auto, Mat, MatRef, Par};
+use dcb_formats::superelement::{RecoveryBasis, Superelement};
 
 use crate::error::Error;
+use crate::selection::{Basis, Selection};
 
 /// Eigenvalues closer than this, relatively, are one multiple root, which isn't cut: the reducer's rule.
 const CLUSTER_TOLERANCE: f64 = 1e-5;
@@ -33,8 +16,7 @@ const CLUSTER_TOLERANCE: f64 = 1e-5;
 pub struct ModeTruncation {
     /// Modes that stay, the lowest.
     kept: usize,
-    /// W = Ω⁻² Cᵀ, (modes left out, n_b).
-    absorbed: Mat<f64>,
+    basis: Basis,
 }
 
 impl ModeTruncation {
@@ -43,15 +25,14 @@ impl ModeTruncation {
     ///
     /// # Errors
     /// [`Error::NotHandled`] if modes are to be left out of a superelement with enrichment columns, or of one with a reduced
-    /// number of interface directions: what these would become isn't in the file.
+    /// number of interface directions: what these would become isn't in the file. [`Error::NoEigenvalues`] if the residual matrices
+    /// aren't finite.
     pub fn of(superelement: &Superelement, wanted: usize) -> Result<Self, Error> {
         let eigenvalues = &superelement.modes.eigenvalues;
         let kept = up_to_gap(eigenvalues, wanted.max(without_stiffness(eigenvalues)));
-        if kept < eigenvalues.len() {
-            refuse_unhandled(superelement)?;
-        }
-        let absorbed = absorbed_from(superelement, kept);
-        Ok(Self { kept, absorbed })
+        let selection = Selection::everything(superelement).with_modes(0..kept)?;
+        let basis = selection.basis(superelement)?;
+        Ok(Self { kept, basis })
     }
 
     /// How many modes stay.
@@ -64,114 +45,13 @@ impl ModeTruncation {
     /// # Errors
     /// [`Error::NoEigenvalues`] if the residual matrices aren't finite.
     pub fn superelement(&self, whole: &Superelement) -> Result<Superelement, Error> {
-        if self.absorbed.nrows() == 0 {
-            return Ok(whole.clone());
-        }
-        let basis = self.basis();
-        Ok(Superelement {
-            modes: Modes {
-                eigenvalues: whole.modes.eigenvalues[..self.kept].to_vec(),
-                damping: whole.modes.damping[..self.kept].to_vec(),
-                interface_shapes: whole.modes.interface_shapes.get(.., ..self.kept).to_owned(),
-                first_omitted_eigenvalue: whole.modes.eigenvalues[self.kept],
-                ..whole.modes.clone()
-            },
-            residual: self.residual(whole)?,
-            inertia: over(&whole.inertia, basis.as_ref()),
-            stiffening: Stiffening {
-                centrifugal: congruent(&whole.stiffening.centrifugal, basis.as_ref()),
-                interface: congruent(&whole.stiffening.interface, basis.as_ref()),
-            },
-            loads: whole
-                .loads
-                .iter()
-                .map(|load| PartLoad {
-                    work: worked(&load.work, basis.as_ref()),
-                    ..load.clone()
-                })
-                .collect(),
-            ..whole.clone()
-        })
+        self.basis.superelement(whole)
     }
 
     /// Its nodal fields.
     pub fn recovery(&self, whole: &RecoveryBasis) -> RecoveryBasis {
-        RecoveryBasis {
-            dofs: whole.dofs.clone(),
-            modes: whole.modes.get(.., ..self.kept).to_owned(),
-            residual: &whole.residual + whole.modes.get(.., self.kept..) * &self.absorbed,
-            enrichment: None,
-        }
+        self.basis.recovery(whole)
     }
-
-    /// S, (n_k + n_b, kept + n_b).
-    fn basis(&self) -> Mat<f64> {
-        let (kept, left_out, n_b) = (self.kept, self.absorbed.nrows(), self.absorbed.ncols());
-        let n_k = kept + left_out;
-        Mat::from_fn(n_k + n_b, kept + n_b, |i, j| {
-            let is_mode = j < kept;
-            match (i < kept, i < n_k, is_mode) {
-                (false, true, false) => self.absorbed[(i - kept, j - kept)],
-                (true, _, true) => f64::from(u8::from(i == j)),
-                (false, false, false) => f64::from(u8::from(i - n_k == j - kept)),
-                _ => 0.0,
-            }
-        })
-    }
-
-    fn residual(&self, whole: &Superelement) -> Result<Residual, Error> {
-        let residual = &whole.residual;
-        let shapes = &whole.modes.interface_shapes;
-        let mass = symmetrized(&residual.mass + self.absorbed.transpose() * &self.absorbed);
-        // C W, of which only the acting rows belong to F_res; the columns of output interfaces are zero in W.
-        let added = shapes.get(.., self.kept..) * &self.absorbed;
-        let acting = acting_rows(whole);
-        let flexibility = Mat::from_fn(added.nrows(), added.ncols(), |i, j| {
-            residual.flexibility[(i, j)] + if acting[i] { added[(i, j)] } else { 0.0 }
-        });
-        let flexibility = symmetrized(flexibility);
-        // With no mode kept.
-        let all = absorbed_from(whole, without_stiffness(&whole.modes.eigenvalues));
-        let mass0 = symmetrized(&residual.mass + all.transpose() * &all);
-        let (transform, sigma_squared) = filtered(residual, &flexibility, &mass, &mass0)?;
-        Ok(Residual {
-            output_shapes: residual
-                .output_shapes
-                .as_ref()
-                .map(|shapes| shapes + &added),
-            flexibility,
-            mass,
-            transform,
-            sigma_squared,
-            ..residual.clone()
-        })
-    }
-}
-
-/// Sᵀ f.
-fn worked(work: &[f64], basis: MatRef<'_, f64>) -> Vec<f64> {
-    let columns = basis.col_iter();
-    columns
-        .map(|column| column.iter().zip(work).map(|(s, f)| s * f).sum())
-        .collect()
-}
-
-/// Ω⁻² Cᵀ over the modes from `first` on, (those, n_b).
-fn absorbed_from(superelement: &Superelement, first: usize) -> Mat<f64> {
-    let Modes {
-        eigenvalues,
-        interface_shapes,
-        ..
-    } = &superelement.modes;
-    let acting = acting_rows(superelement);
-    Mat::from_fn(
-        eigenvalues.len() - first,
-        acting.len(),
-        |i, row| match acting[row] {
-            true => interface_shapes[(row, first + i)] / eigenvalues[first + i],
-            false => 0.0,
-        },
-    )
 }
 
 /// How many of the lowest eigenvalues are motions without stiffness: loose pieces.
@@ -192,17 +72,7 @@ fn up_to_gap(eigenvalues: &[f64], wanted: usize) -> usize {
     kept
 }
 
-/// Rows that have columns: those of attachments that feel any elastic motion.
-fn acting_rows(superelement: &Superelement) -> Vec<bool> {
-    let rows = superelement.rows.iter();
-    rows.zip(&superelement.residual.mass_diagonal0)
-        .map(|(row, mass)| {
-            superelement.interfaces[row.interface].role == Role::Attachment && *mass > 0.0
-        })
-        .collect()
-}
-
-fn refuse_unhandled(superelement: &Superelement) -> Result<(), Error> {
+pub(crate) fn refuse_unhandled(superelement: &Superelement) -> Result<(), Error> {
     let refused = |what, remedy| {
         Err(Error::NotHandled {
             body: superelement.name.clone(),
@@ -224,113 +94,4 @@ fn refuse_unhandled(superelement: &Superelement) -> Result<(), Error> {
         );
     }
     Ok(())
-}
-
-/// Invariants over the basis Ψ S.
-fn over(whole: &Inertia, basis: MatRef<'_, f64>) -> Inertia {
-    Inertia {
-        l1: &whole.l1 * basis,
-        i1: basis
-            .col_iter()
-            .map(|column| combined(&whole.i1, column.iter()))
-            .collect(),
-        i3: &whole.i3 * basis,
-        l3: congruent(&whole.l3, basis),
-        i2: congruent(&whole.i2, basis),
-        ..whole.clone()
-    }
-}
-
-fn combined<'a>(blocks: &[[[f64; 3]; 3]], weights: impl Iterator<Item = &'a f64>) -> [[f64; 3]; 3] {
-    let mut sum = [[0.0; 3]; 3];
-    for (block, weight) in blocks.iter().zip(weights) {
-        for (sum, row) in sum.iter_mut().zip(block) {
-            for (sum, entry) in sum.iter_mut().zip(row) {
-                *sum += weight * entry;
-            }
-        }
-    }
-    sum
-}
-
-/// Sᵀ A S for each A.
-fn congruent(matrices: &[Mat<f64>], basis: MatRef<'_, f64>) -> Vec<Mat<f64>> {
-    let of = |matrix: &Mat<f64>| basis.transpose() * (matrix * basis);
-    matrices.iter().map(of).collect()
-}
-
-fn symmetrized(matrix: Mat<f64>) -> Mat<f64> {
-    Mat::from_fn(matrix.nrows(), matrix.ncols(), |i, j| {
-        0.5 * (matrix[(i, j)] + matrix[(j, i)])
-    })
-}
-
-/// T_r and σ²: the directions of D M_res D above the file's tolerance times the largest eigenvalue of D M_res D with no mode
-/// kept, D = diag(M_res with no mode kept)^(-1/2), and among them the eigenvectors of F_res.
-fn filtered(
-    whole: &Residual,
-    flexibility: &Mat<f64>,
-    mass: &Mat<f64>,
-    mass0: &Mat<f64>,
-) -> Result<(Mat<f64>, Vec<f64>), Error> {
-    let scale: Vec<f64> = whole
-        .mass_diagonal0
-        .iter()
-        .map(|mass| {
-            if *mass > 0.0 {
-                mass.sqrt().recip()
-            } else {
-                0.0
-            }
-        })
-        .collect();
-    let scaled = |matrix: &Mat<f64>| {
-        Mat::from_fn(scale.len(), scale.len(), |i, j| {
-            scale[i] * matrix[(i, j)] * scale[j]
-        })
-    };
-    let (all, _) = symmetric_eigen(&scaled(mass0))?;
-    let least = whole.tolerance * all.last().copied().unwrap_or(0.0);
-    let (masses, vectors) = symmetric_eigen(&scaled(mass))?;
-    let kept: Vec<usize> = (0..masses.len()).filter(|i| masses[*i] > least).collect();
-    let normalised = Mat::from_fn(scale.len(), kept.len(), |i, j| {
-        scale[i] * vectors[(i, kept[j])] / masses[kept[j]].sqrt()
-    });
-    let stiffness = symmetrized(normalised.transpose() * flexibility * &normalised);
-    let (squares, rotation) = symmetric_eigen(&stiffness)?;
-    let sigma_squared = squares.into_iter().map(|square| square.max(0.0)).collect();
-    Ok((normalised * rotation, sigma_squared))
-}
-
-/// Eigenvalues, ascending, and orthonormal eigenvectors. Scaled by a power of two, because faer neglects what is small beside 1,
-/// and by QR iteration: its divide and conquer loses digits where eigenvalues repeat.
-fn symmetric_eigen(matrix: &Mat<f64>) -> Result<(Vec<f64>, Mat<f64>), Error> {
-    let n = matrix.nrows();
-    if !matrix.as_ref().is_all_finite() {
-        return Err(Error::NoEigenvalues);
-    }
-    let scale = match matrix.as_ref().norm_max() {
-        0.0 => 1.0,
-        largest => largest.log2().floor().exp2(),
-    };
-    let scaled = Mat::from_fn(n, n, |i, j| matrix[(i, j)] / scale);
-    let params = SelfAdjointEvdParams {
-        recursion_threshold: usize::MAX,
-        ..<SelfAdjointEvdParams as Auto<f64>>::auto()
-    };
-    let (mut values, mut vectors) = (faer::Col::<f64>::zeros(n), Mat::zeros(n, n));
-    let scratch =
-        self_adjoint_evd_scratch::<f64>(n, ComputeEigenvectors::Yes, Par::Seq, params.into());
-    let mut memory = MemBuffer::new(scratch);
-    self_adjoint_evd(
-        scaled.as_ref(),
-        values.as_mut().as_diagonal_mut(),
-        Some(vectors.as_mut()),
-        Par::Seq,
-        MemStack::new(&mut memory),
-        params.into(),
-    )
-    .map_err(|_| Error::NoEigenvalues)?;
-    let values = values.iter().map(|value| value * scale).collect();
-    Ok((values, vectors))
 }
