@@ -38,6 +38,7 @@ pub use compatibility::Compatibility;
 pub use generalized::GeneralizedBody;
 pub use rigid::{RigidBody, RigidPoint};
 pub use truncation::ModeTruncation;
+pub(crate) use truncation::refuse_reduced_interfaces;
 
 /// Largest cosine between a rigid motion and a column of Ψ_r that still counts as rounding. The reducer holds the file's
 /// columns to 1e-8 of their size with no mode kept, and T_r magnifies weak attachments.

@@ -42,6 +42,17 @@ pub enum Error {
         /// What to do instead.
         remedy: &'static str,
     },
+    /// Something is selected of a superelement that it doesn't have, or that can't be left out.
+    #[error("body {body:?}: {message}")]
+    Selection {
+        /// Name of the body.
+        body: String,
+        /// What was asked for, and what would be right.
+        message: String,
+    },
+    /// A part that isn't symmetric about a plane is to move in it alone.
+    #[error(transparent)]
+    Asymmetric(#[from] crate::selection::Asymmetry),
     /// The frame is called mean-axis, but the basis has momentum in it.
     #[error(
         "body {body:?}: {quantity} of the basis is {found:.1e} of a rigid motion's, but a mean-axis frame allows {limit:.0e}; reduce the component again"

@@ -62,6 +62,7 @@ pub mod picture;
 pub mod rotation;
 pub mod run;
 pub mod scene;
+pub mod selection;
 pub mod simulation;
 pub mod study;
 pub mod system;
@@ -80,3 +81,4 @@ pub use frame::{
 pub use function::{Function, TimeFunction};
 pub use mechanism::Mechanism;
 pub use scene::Scene;
+pub use selection::Selection;

@@ -50,6 +50,7 @@ pub mod random_parts;
 pub mod reduced_rod;
 pub mod reference;
 pub mod rigid_benchmarks;
+pub mod same_superelement;
 pub mod slider_crank;
 pub mod step_rules;
 pub mod turned;

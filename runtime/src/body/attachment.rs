@@ -1,7 +1,5 @@
 //! A frame of a body that joints, springs and loads act on: an interface that moves as one.
 
-use std::collections::BTreeSet;
-
 use dcb_formats::component::InterfaceKind;
 use dcb_formats::superelement::{BoundaryRow, InterfaceFrame};
 use faer::{Mat, MatRef};
@@ -44,15 +42,7 @@ impl Attachment {
             let all = rows.iter().enumerate();
             all.filter(|(_, row)| row.interface == index)
         };
-        let position = match interface.kind {
-            InterfaceKind::Average | InterfaceKind::Rigid => interface.position,
-            InterfaceKind::Nodes => {
-                let nodes: BTreeSet<i64> = own().map(|(_, row)| row.node).collect();
-                let (_, first) = own().next().filter(|_| nodes.len() == 1)?;
-                first.position
-            }
-            InterfaceKind::Boundary => return None,
-        };
+        let position = frame_position(index, interface, rows)?;
         let n = shapes.ncols();
         let mut known = [false; 6];
         let mut of_frame = vec![0.0; 6 * n];
@@ -70,7 +60,7 @@ impl Attachment {
         let [ux, uy, uz, rx, ry, rz] = known;
         Some(Self {
             name: interface.name.clone(),
-            position: Vector3::from(position),
+            position,
             axes: Matrix3::from_fn(|i, j| interface.orientation[i][j]),
             translations: [ux, uy, uz],
             rotations: [rx, ry, rz],
@@ -117,4 +107,23 @@ impl Attachment {
         let six = [force.x, force.y, force.z, moment.x, moment.y, moment.z];
         add_columns(forces, &self.shapes, &six);
     }
+}
+
+/// Where the frame of interface `index` is, body frame, or `None` if its rows don't describe one: several nodes, or explicit rows.
+pub(super) fn frame_position(
+    index: usize,
+    interface: &InterfaceFrame,
+    rows: &[BoundaryRow],
+) -> Option<Vector3<f64>> {
+    let mut own = rows.iter().filter(|row| row.interface == index);
+    let position = match interface.kind {
+        InterfaceKind::Average | InterfaceKind::Rigid => interface.position,
+        InterfaceKind::Nodes => {
+            let first = own.next()?;
+            own.all(|row| row.node == first.node)
+                .then_some(first.position)?
+        }
+        InterfaceKind::Boundary => return None,
+    };
+    Some(Vector3::from(position))
 }

@@ -2,10 +2,11 @@
 
 use dcb_formats::component::{InterfaceKind, Role, Units};
 use dcb_formats::mesh::Dimension;
-use dcb_formats::superelement::{BoundaryRow, Inertia, InterfaceFrame};
+use dcb_formats::superelement::{BoundaryRow, Inertia, InterfaceFrame, Superelement};
 use faer::Mat;
 use nalgebra::{Matrix3, Vector3};
 
+use super::attachment::frame_position;
 use super::{Compatibility, FlexibleBody};
 use crate::error::Error;
 use crate::frame::FrameInertia;
@@ -41,6 +42,30 @@ pub struct RigidPoint {
     pub position: Vector3<f64>,
     /// Rotation matrix, point's axes to component axes: its columns are the point's axes.
     pub axes: Matrix3<f64>,
+}
+
+impl RigidBody {
+    /// A superelement that doesn't deform: its mass and its interfaces. Interfaces of several nodes or explicit rows have no frame and are left out.
+    pub fn locked(of: &Superelement) -> Self {
+        let origin = Vector3::from(of.origin);
+        let points = of.interfaces.iter().enumerate();
+        let points = points.filter_map(|(index, interface)| {
+            Some(RigidPoint {
+                name: interface.name.clone(),
+                position: origin + frame_position(index, interface, &of.rows)?,
+                axes: Matrix3::from_fn(|i, j| interface.orientation[i][j]),
+            })
+        });
+        Self {
+            name: of.name.clone(),
+            units: of.units.clone(),
+            dimension: of.dimension,
+            mass: of.inertia.mass,
+            tensor: Matrix3::from_fn(|i, j| of.inertia.tensor[i][j]),
+            center: origin,
+            points: points.collect(),
+        }
+    }
 }
 
 impl FlexibleBody {

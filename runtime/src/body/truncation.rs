@@ -244,7 +244,7 @@ pub(super) fn acting_rows(superelement: &Superelement) -> Vec<bool> {
         .collect()
 }
 
-fn refuse_reduced_interfaces(superelement: &Superelement) -> Result<(), Error> {
+pub(crate) fn refuse_reduced_interfaces(superelement: &Superelement) -> Result<(), Error> {
     let reduction = &superelement.provenance.quality["interface_reduction"];
     if reduction["kept"].as_u64() < reduction["available"].as_u64() {
         return Err(Error::NotHandled {

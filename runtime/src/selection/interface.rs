@@ -1,0 +1,95 @@
+//! What happens at an interface.
+
+use dcb_formats::component::Role;
+use dcb_formats::mesh::Direction;
+use dcb_formats::superelement::Superelement;
+use faer::Mat;
+
+/// What a scene does at an interface.
+#[derive(Clone, Debug, PartialEq)]
+pub enum InterfaceSelection {
+    /// Forces act on all its rows.
+    Loaded,
+    /// Forces act along some directions only, which its attachments then answer to; the displacement of all its rows stays known.
+    LoadedAlong(Mat<f64>),
+    /// Only its displacement is asked for.
+    Observed,
+    /// Nothing: its rows go.
+    Dropped,
+}
+
+/// An interface of the whole.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) struct Place {
+    pub name: String,
+    role: Role,
+    rows: usize,
+}
+
+impl Place {
+    pub fn all(whole: &Superelement) -> Vec<Self> {
+        let interfaces = whole.interfaces.iter().enumerate();
+        interfaces
+            .map(|(index, interface)| Self {
+                name: interface.name.clone(),
+                role: interface.role,
+                rows: rows_of(whole, index).len(),
+            })
+            .collect()
+    }
+
+    pub fn refuse_misfit(&self, wanted: &InterfaceSelection) -> Result<(), String> {
+        let Self { name, role, rows } = self;
+        match wanted {
+            InterfaceSelection::Loaded | InterfaceSelection::LoadedAlong(_)
+                if *role == Role::Output =>
+            {
+                Err(format!(
+                    "interface {name:?} is for output; make it an attachment and reduce again"
+                ))
+            }
+            InterfaceSelection::LoadedAlong(forces)
+                if forces.nrows() != *rows
+                    || forces.ncols() == 0
+                    || !forces.as_ref().is_all_finite()
+                    || forces.col_iter().any(|force| force.norm_max() == 0.0) =>
+            {
+                Err(format!(
+                    "forces on interface {name:?} are {} by {}; give finite columns that aren't zero, over its {rows} rows",
+                    forces.nrows(),
+                    forces.ncols()
+                ))
+            }
+            _ => Ok(()),
+        }
+    }
+}
+
+/// Rows of an interface, which stand together.
+pub(super) fn rows_of(whole: &Superelement, interface: usize) -> std::ops::Range<usize> {
+    let before = |upto: usize| whole.rows.partition_point(|row| row.interface < upto);
+    before(interface)..before(interface + 1)
+}
+
+impl InterfaceSelection {
+    /// Forces along these directions of an interface; [`Self::Observed`] if it has none of them, [`Self::Loaded`] if it has no others.
+    pub fn along(whole: &Superelement, interface: usize, directions: &[Direction]) -> Self {
+        let rows = rows_of(whole, interface);
+        let along: Vec<usize> = (rows.clone())
+            .filter(|row| {
+                let direction = usize::try_from(whole.rows[*row].direction).ok();
+                directions
+                    .iter()
+                    .any(|wanted| Some(wanted.index()) == direction)
+            })
+            .map(|row| row - rows.start)
+            .collect();
+        match along.len() {
+            0 => Self::Observed,
+            count if count == rows.len() => Self::Loaded,
+            count => Self::LoadedAlong(Mat::from_fn(rows.len(), count, |i, j| {
+                f64::from(u8::from(i == along[j]))
+            })),
+        }
+    }
+}

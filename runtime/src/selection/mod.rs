@@ -1,0 +1,274 @@
+//! From a large superelement the smaller one that a scene needs, without the component's matrices.
+//!
+//! A [`Selection`] says which modes stay, what happens at each interface, which further columns and whose nodal fields are kept. The
+//! result is the superelement that `reduce` would have made of the component with these options, to rounding
+//! (`tests/reduction/selection.rs`). Modes that are left out are absorbed in the attachments: with C = L_b Φ over them and W = Ω⁻² Cᵀ,
+//!
+//! ```text
+//! X'     = (X + Φ W) P                 G_res L_bᵀ over the modes kept, under the forces that are left
+//! F_res' = L_b X',  M_res' = Pᵀ (M_res + Wᵀ W) P
+//! Ψ'     = Ψ S                         L1, I1, I3 become L1 S and so on; L3, J2 and the stiffening matrices Sᵀ L3 S
+//! ```
+//! P has a column for each row that stays: the row's own unit force, nothing for a row that is only observed, and for interfaces that are
+//! loaded along some forces B only the nearest of these in energy ([`projection`]). T_r and σ² are found anew by the filter of
+//! `docs/theory.md` §6.
+//!
+//! What is left out has a price: [`Selection::receptance_difference`] and [`Selection::participation`] say which.
+//! [`InPlane`] selects what a motion in a plane needs, [`RigidBody::locked`](crate::RigidBody::locked) nothing but the mass.
+
+mod basis;
+mod filter;
+mod in_plane;
+mod interface;
+mod parity;
+mod participation;
+mod planar;
+mod ports;
+mod projection;
+mod receptance;
+mod statics;
+mod symmetric_eigen;
+mod symmetry;
+
+use std::collections::BTreeSet;
+
+use dcb_formats::component::Role;
+use dcb_formats::superelement::{RecoveryBasis, Superelement};
+use faer::Mat;
+
+use crate::body::refuse_reduced_interfaces;
+use crate::error::Error;
+pub(crate) use basis::Basis;
+use basis::Choice;
+pub use in_plane::{InPlane, Normal};
+pub use interface::InterfaceSelection;
+use interface::Place;
+pub use receptance::{LOSS_FACTOR, ReceptanceDifference};
+pub use symmetry::Asymmetry;
+
+/// Whose displacements a file's nodal fields hold.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub enum NodeSelection {
+    /// Every node that has them.
+    #[default]
+    All,
+    /// These nodes.
+    Only(BTreeSet<u32>),
+}
+
+/// What a scene needs of a superelement.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Selection {
+    body: String,
+    places: Vec<Place>,
+    further: Vec<String>,
+    eigenvalues: Vec<f64>,
+    /// Orthogonal combinations of modes of one multiple root, (n_k, n_k), to be made first; `None` where modes stay as they are.
+    turn: Option<Mat<f64>>,
+    modes: Vec<usize>,
+    interfaces: Vec<InterfaceSelection>,
+    enrichment: Vec<usize>,
+    nodes: NodeSelection,
+}
+
+impl Selection {
+    /// All that there is.
+    pub fn everything(whole: &Superelement) -> Self {
+        let (modes, further) = (whole.mode_count(), further_names(whole));
+        Self {
+            body: whole.name.clone(),
+            places: Place::all(whole),
+            eigenvalues: whole.modes.eigenvalues.clone(),
+            turn: None,
+            modes: (0..modes).collect(),
+            interfaces: (whole.interfaces.iter())
+                .map(|interface| match interface.role {
+                    Role::Attachment => InterfaceSelection::Loaded,
+                    Role::Output => InterfaceSelection::Observed,
+                })
+                .collect(),
+            enrichment: (0..further.len()).collect(),
+            further,
+            nodes: NodeSelection::All,
+        }
+    }
+
+    /// The same with these modes only, by their places among all; in any order.
+    ///
+    /// # Errors
+    /// [`Error::Selection`] for a mode that isn't there, or if a motion without stiffness were left out, which no attachment can stand for.
+    pub fn with_modes(self, modes: impl IntoIterator<Item = usize>) -> Result<Self, Error> {
+        let kept: BTreeSet<usize> = modes.into_iter().collect();
+        let count = self.eigenvalues.len();
+        if let Some(last) = kept.last().filter(|last| **last >= count) {
+            return self.refused(format!(
+                "there is no mode {last} of {count}, counted from 0"
+            ));
+        }
+        let zero = |mode: &usize| self.eigenvalues[*mode] <= 0.0 && !kept.contains(mode);
+        if let Some(mode) = (0..count).find(zero) {
+            return self.refused(format!(
+                "mode {mode} is a motion without stiffness, which no attachment can stand for; keep it"
+            ));
+        }
+        Ok(Self {
+            modes: kept.into_iter().collect(),
+            ..self
+        })
+    }
+
+    /// The same with another use of an interface.
+    ///
+    /// # Errors
+    /// [`Error::Selection`] for an unknown name, forces on an interface that is only observed in the whole, or forces that don't fit its rows.
+    pub fn with_interface(mut self, name: &str, wanted: InterfaceSelection) -> Result<Self, Error> {
+        let Some(at) = self.places.iter().position(|place| place.name == name) else {
+            return self.refused(format!("it has no interface {name:?}"));
+        };
+        if let Err(message) = self.places[at].refuse_misfit(&wanted) {
+            return self.refused(message);
+        }
+        self.interfaces[at] = wanted;
+        Ok(self)
+    }
+
+    /// The same with only these of the further columns.
+    ///
+    /// # Errors
+    /// [`Error::Selection`] for an unknown name.
+    pub fn with_enrichment(self, names: &[&str]) -> Result<Self, Error> {
+        if let Some(name) = names
+            .iter()
+            .find(|name| !self.further.iter().any(|of| of == *name))
+        {
+            return self.refused(format!("it has no further column {name:?}"));
+        }
+        let places = 0..self.further.len();
+        let kept = places.filter(|at| names.contains(&self.further[*at].as_str()));
+        Ok(Self {
+            enrichment: kept.collect(),
+            ..self
+        })
+    }
+
+    /// The same with nodal fields of these nodes only.
+    pub fn with_nodes(self, nodes: NodeSelection) -> Self {
+        Self { nodes, ..self }
+    }
+
+    /// Places of the modes that stay, ascending.
+    pub fn modes(&self) -> &[usize] {
+        &self.modes
+    }
+
+    /// What happens at each interface of the whole, in its order.
+    pub fn interfaces(&self) -> &[InterfaceSelection] {
+        &self.interfaces
+    }
+
+    /// The superelement that is left of the one that the selection was made for.
+    ///
+    /// `first_omitted_eigenvalue` is the lowest ω² left out, be it below the highest kept.
+    ///
+    /// # Errors
+    /// [`Error::Selection`] if `whole` is another one; [`Error::NotHandled`] if modes are to be left out of a superelement with further
+    /// columns or a reduced number of interface directions; [`Error::NoEigenvalues`] if its matrices aren't finite.
+    pub fn superelement(&self, whole: &Superelement) -> Result<Superelement, Error> {
+        self.basis(whole)?.superelement(whole)
+    }
+
+    /// Its nodal fields. A mesh may go with them or not: where it does, nodes without fields move with the frame.
+    ///
+    /// # Errors
+    /// Those of [`Selection::superelement`].
+    pub fn recovery(
+        &self,
+        whole: &Superelement,
+        fields: &RecoveryBasis,
+    ) -> Result<RecoveryBasis, Error> {
+        Ok(self.basis(whole)?.recovery(fields))
+    }
+
+    /// S and what it was made of.
+    pub(crate) fn basis(&self, whole: &Superelement) -> Result<Basis, Error> {
+        let rows = self.rows(whole);
+        self.basis_over(whole, rows)
+    }
+
+    /// The same over some of the selected rows, in any order within an interface.
+    fn basis_over(&self, whole: &Superelement, rows: Vec<usize>) -> Result<Basis, Error> {
+        self.refuse_other(whole)?;
+        if self.modes.len() < whole.mode_count() {
+            self.refuse_bound_to_modes(whole)?;
+        }
+        Basis::of(
+            whole,
+            Choice {
+                turn: self.turn.clone(),
+                modes: self.modes.clone(),
+                interfaces: &self.interfaces,
+                rows,
+                further: self.enrichment.clone(),
+                nodes: self.nodes.clone(),
+            },
+        )
+    }
+
+    /// Rows of the interfaces that aren't dropped.
+    fn rows(&self, whole: &Superelement) -> Vec<usize> {
+        let stays = |row: &usize| {
+            let interface = self.interfaces.get(whole.rows[*row].interface);
+            interface.is_some_and(|interface| *interface != InterfaceSelection::Dropped)
+        };
+        (0..whole.rows.len()).filter(stays).collect()
+    }
+
+    fn refuse_other(&self, whole: &Superelement) -> Result<(), Error> {
+        let is_same = self.eigenvalues == whole.modes.eigenvalues
+            && self.places == Place::all(whole)
+            && self.further == further_names(whole);
+        if is_same {
+            return Ok(());
+        }
+        self.refused("the selection was made for another superelement".to_owned())
+    }
+
+    /// What belongs to the modes that a superelement was made with, and isn't known for fewer.
+    fn refuse_bound_to_modes(&self, whole: &Superelement) -> Result<(), Error> {
+        if basis::has_cut_directions(whole) {
+            return Err(Error::NotHandled {
+                body: self.body.clone(),
+                what: "its interfaces are loaded along some forces only, which belongs to its modes",
+                remedy: "leave modes out of the superelement that this one was made of",
+            });
+        }
+        if !self.enrichment.is_empty() {
+            return Err(Error::NotHandled {
+                body: self.body.clone(),
+                what: "it has further columns, which belong to the modes that it was made with",
+                remedy: "leave out its further columns too, or keep all of its modes",
+            });
+        }
+        refuse_reduced_interfaces(whole)
+    }
+
+    fn refused<T>(&self, message: String) -> Result<T, Error> {
+        Err(Error::Selection {
+            body: self.body.clone(),
+            message,
+        })
+    }
+}
+
+/// Names of the further columns; their places where the file doesn't name them.
+fn further_names(whole: &Superelement) -> Vec<String> {
+    let Some(enrichment) = &whole.enrichment else {
+        return Vec::new();
+    };
+    match enrichment.names.is_empty() {
+        true => (0..enrichment.interface_shapes.ncols())
+            .map(|place| place.to_string())
+            .collect(),
+        false => enrichment.names.clone(),
+    }
+}

@@ -1,0 +1,123 @@
+//! A spatial superelement that moves in a plane only, as a planar one.
+
+use dcb_formats::mesh::Dimension;
+use dcb_formats::superelement::{
+    BoundaryRow, Inertia, InterfaceFrame, PartLoad, Stiffening, Superelement,
+};
+use faer::Mat;
+
+use super::in_plane::Normal;
+
+/// Axes that differ less than this are the same: the file's rule for rotation matrices.
+const SAME_AXIS: f64 = 1e-9;
+/// What the thickness adds to the inertia counts from this part of the mass on.
+const ROUNDING: f64 = 1e-12;
+
+/// `spatial` has nothing but rows, modes and further columns in the plane.
+pub(super) fn planar(spatial: &Superelement, normal: Normal, loads: &[usize]) -> Superelement {
+    let [a, b, c] = normal.axes();
+    let flat = |of: [f64; 3]| [of[a], of[b], 0.0];
+    Superelement {
+        dimension: Dimension::Planar,
+        origin: flat(spatial.origin),
+        interfaces: (spatial.interfaces.iter())
+            .map(|interface| InterfaceFrame {
+                position: flat(interface.position),
+                orientation: orientation(&interface.orientation, normal),
+                ..interface.clone()
+            })
+            .collect(),
+        rows: (spatial.rows.iter())
+            .map(|row| BoundaryRow {
+                direction: usize::try_from(row.direction)
+                    .ok()
+                    .and_then(|direction| normal.planar_direction(direction))
+                    .map_or(-1, |direction| direction as i64),
+                position: flat(row.position),
+                ..*row
+            })
+            .collect(),
+        inertia: inertia(&spatial.inertia, normal),
+        stiffening: stiffening(spatial, c),
+        loads: (loads.iter())
+            .map(|place| &spatial.loads[*place])
+            .map(|load| PartLoad {
+                force: flat(load.force),
+                moment: [0.0, 0.0, load.moment[c]],
+                ..load.clone()
+            })
+            .collect(),
+        ..spatial.clone()
+    }
+}
+
+/// About the normal, if that is the frame's third axis.
+fn orientation(of: &[[f64; 3]; 3], normal: Normal) -> [[f64; 3]; 3] {
+    let [a, b, c] = normal.axes();
+    let (cosine, sine) = match of[c][2] > 1.0 - SAME_AXIS {
+        true => {
+            let size = of[a][0].hypot(of[b][0]);
+            (of[a][0] / size, of[b][0] / size)
+        }
+        false => (1.0, 0.0),
+    };
+    [[cosine, -sine, 0.0], [sine, cosine, 0.0], [0.0, 0.0, 1.0]]
+}
+
+fn about_z(value: f64) -> [[f64; 3]; 3] {
+    let mut block = [[0.0; 3]; 3];
+    block[2][2] = value;
+    block
+}
+
+fn inertia(spatial: &Inertia, normal: Normal) -> Inertia {
+    let axes = normal.axes();
+    let [.., c] = axes;
+    let picked = |matrix: &Mat<f64>, rows: &[usize]| {
+        Mat::from_fn(rows.len(), matrix.ncols(), |i, k| matrix[(rows[i], k)])
+    };
+    Inertia {
+        mass: spatial.mass,
+        tensor: about_z(spatial.tensor[c][c]),
+        l1: picked(&spatial.l1, &axes[..2]),
+        i1: (spatial.i1.iter())
+            .map(|block| about_z(0.5 * block[c][c]))
+            .collect(),
+        i3: picked(&spatial.i3, &axes[2..]),
+        l3: vec![spatial.l3[c].clone()],
+        i2: Vec::new(),
+    }
+}
+
+/// Planar files have I2 = Ψᵀ M Ψ, in which motions along the normal count as if they turned the part; they are taken back here.
+fn stiffening(spatial: &Superelement, normal: usize) -> Stiffening {
+    let mass = reduced_mass(spatial);
+    let across = &mass - &spatial.inertia.i2[normal];
+    let n = across.ncols();
+    let matters = (0..n).any(|k| across[(k, k)].abs() > ROUNDING * mass[(k, k)]);
+    let stored = spatial.stiffening.centrifugal.get(normal);
+    let centrifugal = match stored {
+        Some(stored) if matters => vec![stored + across],
+        Some(stored) => vec![stored.clone()],
+        None if matters => vec![across],
+        None => Vec::new(),
+    };
+    Stiffening {
+        centrifugal,
+        interface: spatial.stiffening.interface.clone(),
+    }
+}
+
+/// Ψᵀ M Ψ.
+fn reduced_mass(of: &Superelement) -> Mat<f64> {
+    if let Some(enrichment) = &of.enrichment {
+        return enrichment.reduced_mass.clone();
+    }
+    let n_k = of.mode_count();
+    Mat::from_fn(of.basis_count(), of.basis_count(), |k, l| {
+        match (k.checked_sub(n_k), l.checked_sub(n_k)) {
+            (Some(i), Some(j)) => of.residual.mass[(i, j)],
+            _ => f64::from(u8::from(k == l)),
+        }
+    })
+}
