@@ -5,19 +5,15 @@
 
 mod extras;
 mod mass_moments;
+mod sources;
 
-use std::fs::File;
-use std::io::Read;
 use std::path::{Path, PathBuf};
-
-use rayon::iter::{IntoParallelIterator, ParallelIterator};
 
 use extras::{named_siblings, read_loads, read_stiffening};
 use mass_moments::check_moments;
 
 use crate::SparseMatrix;
 use crate::component::{Component, ComponentMasses, Source};
-use crate::dcb::digest::Hash;
 use crate::description::read_description;
 use crate::error::Error;
 use crate::matrix::{MatrixReport, check_operator_header, read_matrix, read_symmetric_operator};
@@ -28,8 +24,6 @@ const SPATIAL_MASSES: [&str; 6] = ["xx", "yy", "zz", "xy", "yz", "zx"];
 const PLANAR_MASSES: [&str; 3] = ["xx", "yy", "xy"];
 /// The component masses of the three axes must add up to the mass matrix this closely, relative to its largest entry.
 const MASS_SUM_TOLERANCE: f64 = 1e-8;
-/// Bytes of a file that are hashed together.
-const HASHED_AT_ONCE: usize = 1 << 20;
 
 /// Where a component's parts are.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -154,55 +148,6 @@ impl ComponentFiles {
         self.by_role().into_iter().map(|(_, path)| path).collect()
     }
 
-    /// Names and SHA-256 of every file, without reading what is in it: those of [`Component::sources`], and of component masses that
-    /// its dimension has no use for.
-    ///
-    /// # Errors
-    /// [`Error::Io`] for a file that can't be read.
-    pub fn sources(&self) -> Result<Vec<Source>, Error> {
-        self.by_role()
-            .into_par_iter()
-            .map(|(role, path)| {
-                let sha256 = sha256(&path).map_err(|source| Error::Io {
-                    path: path.clone(),
-                    action: "cannot read",
-                    source,
-                })?;
-                Ok(Source {
-                    role,
-                    file_name: file_name(&path),
-                    sha256,
-                })
-            })
-            .collect()
-    }
-
-    fn by_role(&self) -> Vec<(String, PathBuf)> {
-        let named = [
-            ("stiffness", Some(&self.stiffness)),
-            ("mass", Some(&self.mass)),
-            ("mesh", Some(&self.description)),
-            ("boundary", self.boundary.as_ref()),
-        ];
-        let masses = SPATIAL_MASSES
-            .into_iter()
-            .zip(self.component_masses(&SPATIAL_MASSES))
-            .filter(|(_, path)| path.exists())
-            .map(|(name, path)| (format!("mass.{name}"), path));
-        let further = |kind: &'static str, files: &[(String, PathBuf)]| {
-            let role =
-                move |(name, path): &(String, PathBuf)| (format!("{kind}.{name}"), path.clone());
-            files.iter().map(role).collect::<Vec<_>>()
-        };
-        named
-            .into_iter()
-            .filter_map(|(role, path)| Some((role.to_owned(), path?.clone())))
-            .chain(masses)
-            .chain(further("load", &self.loads))
-            .chain(further("stiffening", &self.stiffening))
-            .collect()
-    }
-
     fn component_masses(&self, names: &[&str]) -> Vec<PathBuf> {
         let stem = stem(&self.stiffness);
         names
@@ -321,19 +266,6 @@ pub fn read_component(files: &ComponentFiles) -> Result<Component, Error> {
         sources,
         notes,
     })
-}
-
-/// SHA-256 of a file, hexadecimal.
-fn sha256(path: &Path) -> std::io::Result<String> {
-    let mut file = File::open(path)?;
-    let mut hash = Hash::default();
-    let mut buffer = vec![0; HASHED_AT_ONCE];
-    loop {
-        match file.read(&mut buffer)? {
-            0 => return Ok(hash.finish()),
-            count => hash.update(&buffer[..count]),
-        }
-    }
 }
 
 fn file_name(path: &Path) -> String {
