@@ -5,6 +5,7 @@
 
 mod extras;
 mod mass_moments;
+mod sources;
 
 use std::path::{Path, PathBuf};
 
@@ -144,28 +145,7 @@ impl ComponentFiles {
 
     /// Every file that is read, the component masses where they are there.
     pub fn all(&self) -> Vec<PathBuf> {
-        let named = [
-            Some(&self.stiffness),
-            Some(&self.mass),
-            Some(&self.description),
-            self.boundary.as_ref(),
-        ];
-        named
-            .into_iter()
-            .flatten()
-            .cloned()
-            .chain(
-                self.component_masses(&SPATIAL_MASSES)
-                    .into_iter()
-                    .filter(|path| path.exists()),
-            )
-            .chain(
-                self.loads
-                    .iter()
-                    .chain(&self.stiffening)
-                    .map(|(_, path)| path.clone()),
-            )
-            .collect()
+        self.by_role().into_iter().map(|(_, path)| path).collect()
     }
 
     fn component_masses(&self, names: &[&str]) -> Vec<PathBuf> {

@@ -1,5 +1,6 @@
 //! The command line of `reduce`. Results go to standard output, everything else to standard error.
 
+use std::ffi::OsString;
 use std::io::{ErrorKind, Write};
 use std::path::PathBuf;
 use std::process::ExitCode;
@@ -7,6 +8,9 @@ use std::process::ExitCode;
 use clap::{Args, Parser, Subcommand, ValueEnum};
 use dcb_formats::component_files::Overrides;
 
+use crate::batch::manifest::batch_schema;
+use crate::cli_batch::{self, BatchArguments};
+use crate::cli_cache::{self, CacheArguments, InventoryArguments};
 use crate::cli_memory::MemoryArguments;
 use crate::cli_plan::{self, PlanArguments};
 use crate::cli_reduce::{self, Outcome};
@@ -100,12 +104,34 @@ pub struct ReduceArguments {
     /// Memory.
     #[command(flatten)]
     pub memory: MemoryArguments,
+    /// Cache.
+    #[command(flatten)]
+    pub cache: CacheArguments,
     /// MPI processes of --eigen-solver slepc.
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..))]
     pub ranks: Option<u32>,
     /// Command that starts them; `-n N PROGRAM` is added to it [default: mpirun].
     #[arg(long, value_name = "COMMAND")]
     pub mpirun: Option<String>,
+}
+
+impl ReduceArguments {
+    /// The arguments of `reduce`, without the name of the program.
+    ///
+    /// # Errors
+    /// [`Error::Component`] for what `reduce` refuses.
+    pub fn of(arguments: Vec<OsString>) -> Result<Self, Error> {
+        #[derive(Parser)]
+        #[command(no_binary_name = true)]
+        struct Alone {
+            #[command(flatten)]
+            reduce: ReduceArguments,
+        }
+        match Alone::try_parse_from(arguments) {
+            Ok(alone) => Ok(alone.reduce),
+            Err(error) => Err(Error::Component(error.to_string())),
+        }
+    }
 }
 
 /// What finds the modes.
@@ -137,6 +163,16 @@ pub struct VerifyArguments {
     pub boundary: Option<PathBuf>,
 }
 
+/// What there is a schema of.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
+enum SchemaName {
+    /// Component description, PART.json.
+    #[default]
+    Component,
+    /// Manifest of `reduce batch`.
+    Batch,
+}
+
 #[derive(Debug, Subcommand)]
 enum Command {
     /// Show what a superelement holds.
@@ -160,8 +196,16 @@ enum Command {
     Plan(PlanArguments),
     /// Reduce in many ways and say what each costs and how far it is off.
     Study(StudyArguments),
-    /// Print the JSON schema of the component description.
-    Schema,
+    /// List or clear the superelements that --cache keeps.
+    Cache(InventoryArguments),
+    /// Reduce many parts, or one in many ways, as a manifest says.
+    Batch(BatchArguments),
+    /// Print the JSON schema of the component description, or of a manifest.
+    Schema {
+        /// Of what.
+        #[arg(value_enum, default_value_t)]
+        of: SchemaName,
+    },
 }
 
 /// A number of modes.
@@ -206,12 +250,14 @@ pub fn main() -> ExitCode {
         Some(Command::Compare { a, b }) => compare::run(a, b),
         Some(Command::Plan(arguments)) => cli_plan::run(arguments),
         Some(Command::Study(arguments)) => cli_study::run(arguments, &cli.common),
-        Some(Command::Schema) => schema(),
+        Some(Command::Cache(arguments)) => cli_cache::run(arguments),
+        Some(Command::Batch(arguments)) => cli_batch::run(arguments, &cli.common),
+        Some(Command::Schema { of }) => schema(*of),
     };
     // What was asked for is printed also with --quiet; what was done along the way is not.
     let is_report = matches!(
         cli.command,
-        None | Some(Command::Verify(_) | Command::Study(_))
+        None | Some(Command::Verify(_) | Command::Study(_) | Command::Batch(_))
     );
     let outcome = outcome.and_then(|outcome| {
         if !(is_report && cli.common.quiet) {
@@ -249,8 +295,11 @@ pub fn print_to_stderr(kind: &str, message: &str) {
     let _ = writeln!(std::io::stderr(), "{kind}: {message}");
 }
 
-fn schema() -> Result<Outcome, Error> {
-    let schema = dcb_formats::component_schema();
+fn schema(of: SchemaName) -> Result<Outcome, Error> {
+    let schema = match of {
+        SchemaName::Component => dcb_formats::component_schema(),
+        SchemaName::Batch => batch_schema(),
+    };
     let text = serde_json::to_string_pretty(&schema)
         .map_err(|_| Error::NotFinite { what: "the schema" })?;
     Ok(Outcome {

@@ -11,7 +11,9 @@ use dcb_formats::dcb::{
 };
 use serde_json::json;
 
+use crate::cache::Claim;
 use crate::cli::{CommonArguments, ReduceArguments, print_to_stderr};
+use crate::cli_cached::{Told, claim, keep, request, serve};
 use crate::cli_eigen_solver::eigen_solver;
 use crate::error::Error;
 use crate::inspect::hertz;
@@ -23,7 +25,7 @@ use crate::{
 };
 
 /// Modes kept where nothing is said.
-const DEFAULT_MODES: usize = 20;
+pub(crate) const DEFAULT_MODES: usize = 20;
 /// Modes listed unless all are asked for.
 const LISTED_MODES: usize = 10;
 
@@ -74,10 +76,12 @@ pub(crate) fn default_output(stiffness: &Path) -> PathBuf {
 }
 
 /// Removes what is unfinished when the user interrupts.
-fn clean_up_on_interrupt(target: &Path) {
-    let partial = partial_path(target);
+fn clean_up_on_interrupt(written: &[&Path]) {
+    let partial: Vec<PathBuf> = written.iter().map(|path| partial_path(path)).collect();
     when_interrupted(move || {
-        let _ = std::fs::remove_file(&partial);
+        for path in &partial {
+            let _ = std::fs::remove_file(path);
+        }
         match WRITTEN.load(Ordering::SeqCst) {
             true => "the superelement is complete".to_owned(),
             false => "nothing was written".to_owned(),
@@ -128,17 +132,64 @@ pub fn run(arguments: &ReduceArguments, common: &CommonArguments) -> Result<Outc
             )));
         }
     }
-    clean_up_on_interrupt(&target);
-    let memory = arguments.memory.limit(&target);
-
+    let cache = match arguments.cache.cache {
+        Some(_) => arguments.cache.open()?,
+        None => None,
+    };
+    let told = if common.quiet {
+        Told::Nothing
+    } else {
+        Told::Everything
+    };
+    let options = WriteOptions {
+        replace_existing: replace,
+        compression: if arguments.compress {
+            Compression::Deflate
+        } else {
+            Compression::None
+        },
+    };
+    let listed = if common.verbose {
+        usize::MAX
+    } else {
+        LISTED_MODES
+    };
     let show = !common.quiet && std::io::stderr().is_terminal();
     let mut clock = StageClock::new(if show { Display::Bars } else { Display::Silent });
     if common.verbose && !common.quiet {
         clock.announce_forecast();
     }
+    let mut reservation = None;
+    if let Some(cache) = &cache {
+        clock.start("cache");
+        let request = request(&files, arguments)?;
+        clean_up_on_interrupt(&[&target, &cache.superelement_path(&request.key())]);
+        match claim(cache, &request, told) {
+            Some(Claim::Found(entry)) => {
+                let outcome = serve(
+                    &entry,
+                    arguments,
+                    &target,
+                    &options,
+                    &mut clock,
+                    (told, listed),
+                )?;
+                WRITTEN.store(true, Ordering::SeqCst);
+                if let Some(path) = &arguments.timings {
+                    write_timings(path, clock.stages(), None)?;
+                }
+                return Ok(outcome);
+            }
+            Some(Claim::Missing(place)) => reservation = Some((place, request)),
+            None => {}
+        }
+    } else {
+        clean_up_on_interrupt(&[&target]);
+    }
+    let memory = arguments.memory.limit(&target);
     clock.start("read");
     let component = read_component(&files)?;
-    let options = Reduction {
+    let reduction = Reduction {
         modes: mode_selection(
             arguments.modes,
             arguments.max_frequency,
@@ -161,8 +212,8 @@ pub fn run(arguments: &ReduceArguments, common: &CommonArguments) -> Result<Outc
         eigen_solver,
         memory,
     };
-    let mut reduced =
-        reduce(&component, &options, &mut clock).map_err(|error| naming_the_file(error, &files))?;
+    let mut reduced = reduce(&component, &reduction, &mut clock)
+        .map_err(|error| naming_the_file(error, &files))?;
     let broken_limits = reduced.quality.broken_limits();
     if !broken_limits.is_empty() {
         clock.clear();
@@ -180,7 +231,7 @@ pub fn run(arguments: &ReduceArguments, common: &CommonArguments) -> Result<Outc
     let empty = no_mode_warning(arguments, &reduced.superelement);
     let provenance = &mut reduced.superelement.provenance;
     provenance.warnings.extend(empty);
-    provenance.options = options_as_json(arguments, &options);
+    provenance.options = options_as_json(arguments, &reduction);
     if let Some(quality) = provenance.quality.as_object_mut() {
         quality.insert("stages".into(), json!(clock.stages()));
     }
@@ -190,34 +241,34 @@ pub fn run(arguments: &ReduceArguments, common: &CommonArguments) -> Result<Outc
         recovery: (!arguments.without_fields).then_some(&reduced.recovery),
         mesh: (!arguments.without_fields).then_some(&component.mesh),
     };
-    let compression = if arguments.compress {
-        Compression::Deflate
-    } else {
-        Compression::None
-    };
-    write_superelement(
-        &target,
-        &contents,
-        &WriteOptions {
-            replace_existing: replace,
-            compression,
-        },
-    )?;
+    write_superelement(&target, &contents, &options)?;
     WRITTEN.store(true, Ordering::SeqCst);
+    clock.stop();
+    match reservation {
+        // Files that changed since they were hashed would be kept under a key that isn't theirs.
+        Some((place, request)) if request.is_of(&component.sources) => {
+            let seconds = clock.stages().iter().map(|stage| stage.seconds).sum();
+            clock.start("cache");
+            keep(
+                *place,
+                arguments,
+                &mut reduced,
+                &component.mesh,
+                seconds,
+                told,
+            );
+        }
+        _ => {}
+    }
     clock.clear();
     if let Some(path) = &arguments.timings {
-        write_timings(path, clock.stages(), &reduced.work)?;
+        write_timings(path, clock.stages(), Some(&reduced.work))?;
     }
     if !common.quiet {
         for warning in &reduced.superelement.provenance.warnings {
             print_to_stderr("warning", warning);
         }
     }
-    let listed = if common.verbose {
-        usize::MAX
-    } else {
-        LISTED_MODES
-    };
     Ok(Outcome {
         output: summary(
             &reduced,
@@ -333,7 +384,7 @@ fn options_as_json(arguments: &ReduceArguments, options: &Reduction) -> serde_js
     json
 }
 
-fn write_timings(path: &Path, stages: &[StageTime], work: &Work) -> Result<(), Error> {
+fn write_timings(path: &Path, stages: &[StageTime], work: Option<&Work>) -> Result<(), Error> {
     let total: f64 = stages.iter().map(|stage| stage.seconds).sum();
     let text = json!({ "stages": stages, "total_seconds": total, "work": work }).to_string() + "\n";
     std::fs::write(path, text).map_err(|source| {

@@ -7,8 +7,13 @@
 pub mod assemble;
 pub mod attachment;
 pub mod basis_size;
+pub mod batch;
 pub mod block_algebra;
+pub mod cache;
 pub mod cli;
+pub mod cli_batch;
+pub mod cli_cache;
+pub mod cli_cached;
 pub mod cli_eigen_solver;
 pub mod cli_memory;
 pub mod cli_plan;

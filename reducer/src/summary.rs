@@ -36,7 +36,14 @@ pub fn summary(
     text += &frequency_table(element, Some(&reduced.quality), listed);
     text += &interface_table(element);
     text += &quality_lines(&reduced.quality);
-    let _ = writeln!(text, "stages, with the peak memory so far");
+    text += &stage_lines(stages);
+    let _ = writeln!(text, "wrote {}", target.display());
+    text
+}
+
+/// Times and memory.
+pub fn stage_lines(stages: &[StageTime]) -> String {
+    let mut text = String::from("stages, with the peak memory so far\n");
     for stage in stages {
         let memory = stage
             .peak_megabytes
@@ -47,7 +54,6 @@ pub fn summary(
             stage.stage, stage.seconds
         );
     }
-    let _ = writeln!(text, "wrote {}", target.display());
     text
 }
 

@@ -86,7 +86,7 @@ fn units(text: &str) -> Result<Units, Finding> {
 }
 
 /// Two or three coordinates; the third of two is 0.
-fn point(coordinates: &[f64]) -> [f64; 3] {
+pub(super) fn point(coordinates: &[f64]) -> [f64; 3] {
     let mut point = [0.0; 3];
     point
         .iter_mut()

@@ -21,8 +21,8 @@ const STACK_BYTES: usize = 1 << 26;
 /// An open HDF5 file.
 pub(crate) struct Container {
     file: hdf5_pure::File,
+    source: Shared,
     length: u64,
-    allowance: Arc<AtomicU64>,
 }
 
 impl fmt::Debug for Container {
@@ -37,19 +37,18 @@ impl Container {
     /// # Errors
     /// It isn't HDF5, or not all of it.
     pub(crate) fn open(file: File, length: u64, meant: &str) -> Result<Self, String> {
-        let allowance = Arc::new(AtomicU64::new(SPARE_BYTES));
         let told = |error: hdf5_pure::Error| match error {
             hdf5_pure::Error::Format(FormatError::SignatureNotFound) => {
                 format!("isn't an HDF5 file; {meant}")
             }
             other => format!("is an HDF5 file that can't be opened: {other}"),
         };
-        let source = MeteredSource {
+        let source = Shared(Arc::new(MeteredSource {
             bytes: ReadSeekSource::new(file).map_err(|error| told(error.into()))?,
             pages: Mutex::default(),
-            allowance: Arc::clone(&allowance),
-        };
-        let file = hdf5_pure::File::from_source(source).map_err(told)?;
+            allowance: AtomicU64::new(SPARE_BYTES),
+        }));
+        let file = hdf5_pure::File::from_source(source.clone()).map_err(told)?;
         let end = file.superblock().eof_address;
         if end > length {
             return Err(format!(
@@ -58,8 +57,8 @@ impl Container {
         }
         Ok(Self {
             file,
+            source,
             length,
-            allowance,
         })
     }
 
@@ -77,7 +76,20 @@ impl Container {
     /// circles, or to the same bytes again and again, runs out of this.
     pub(crate) fn allow_reading(&self) {
         let allowance = self.length.saturating_add(SPARE_BYTES);
-        self.allowance.store(allowance, Relaxed);
+        self.source.0.allowance.store(allowance, Relaxed);
+    }
+
+    /// Little-endian reals from a place in the file.
+    ///
+    /// # Errors
+    /// They can't be read, or the allowance is used up.
+    pub(crate) fn reals_at(&self, offset: u64, count: usize) -> Result<Vec<f64>, String> {
+        let mut bytes = vec![0; count * size_of::<f64>()];
+        self.source
+            .read_at(offset, &mut bytes)
+            .map_err(|error| error.to_string())?;
+        let (reals, _) = bytes.as_chunks();
+        Ok(reals.iter().map(|real| f64::from_le_bytes(*real)).collect())
     }
 }
 
@@ -98,7 +110,21 @@ pub(crate) fn on_large_stack<T: Send>(open: impl FnOnce() -> T + Send) -> std::i
 struct MeteredSource {
     bytes: ReadSeekSource<File>,
     pages: Mutex<HashMap<u64, Vec<u8>>>,
-    allowance: Arc<AtomicU64>,
+    allowance: AtomicU64,
+}
+
+/// One source for the HDF5 library and for reading beside it.
+#[derive(Clone)]
+struct Shared(Arc<MeteredSource>);
+
+impl Source for Shared {
+    fn len(&self) -> u64 {
+        self.0.len()
+    }
+
+    fn read_at(&self, offset: u64, buffer: &mut [u8]) -> Result<(), FormatError> {
+        self.0.read_at(offset, buffer)
+    }
 }
 
 impl MeteredSource {

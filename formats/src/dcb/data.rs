@@ -1,7 +1,7 @@
 //! A file's data, read when they are asked for and checked against their hashes.
 
 use faer::Mat;
-use hdf5_pure::{DType, VlenStringReadOptions};
+use hdf5_pure::{DType, Layout, VlenStringReadOptions};
 
 use super::contract::Element;
 use super::digest::{self, Hash};
@@ -78,6 +78,63 @@ impl SuperelementFile {
             fields.col_as_slice_mut(row).copy_from_slice(values)
         })?;
         Ok(fields)
+    }
+
+    /// Some columns of a field array, each as a row. Of contiguous data only their bytes are read, which can't be compared with a
+    /// hash over all of them; of any other layout everything is read and compared.
+    pub(super) fn field_columns(&self, path: &str, columns: &[usize]) -> Result<Mat<f64>, Finding> {
+        let entry = self.entry(path)?;
+        let [rows, n_f] = entry.line.shape[..] else {
+            return Err(Finding::at(path, "isn't a matrix"));
+        };
+        let mut fields = Mat::zeros(columns.len(), rows);
+        let unreadable = |message: String| Finding::at(path, format!("can't be read: {message}"));
+        let layout = entry.dataset.layout();
+        let Layout::Contiguous {
+            address: Some(address),
+            size,
+        } = layout.map_err(|error| unreadable(error.to_string()))?
+        else {
+            self.each_row(path, |row, values| {
+                for (to, column) in columns.iter().enumerate() {
+                    fields[(to, row)] = values[*column];
+                }
+            })?;
+            return Ok(fields);
+        };
+        let right = (rows * n_f * size_of::<f64>()) as u64;
+        let end = address.checked_add(size);
+        if size != right || end.is_none_or(|end| end > self.container().length()) {
+            let message = format!("has {size} bytes from {address}, which isn't possible");
+            return Err(Finding::at(path, message));
+        }
+        self.container().allow_reading();
+        // Adjacent columns, such as the dofs of a node, are read together.
+        for run in columns.chunk_by(|a, b| a + 1 == *b) {
+            let to = columns.partition_point(|column| *column < run[0]);
+            for row in 0..rows {
+                let offset = address + ((row * n_f + run[0]) * size_of::<f64>()) as u64;
+                let values = self.container().reals_at(offset, run.len());
+                for (i, value) in values.map_err(unreadable)?.into_iter().enumerate() {
+                    fields[(to + i, row)] = value;
+                }
+            }
+        }
+        Ok(fields)
+    }
+
+    /// A few rows of a matrix, which can't be compared with the hash over all of them.
+    pub(super) fn some_rows(
+        &self,
+        path: &str,
+        start: usize,
+        count: usize,
+    ) -> Result<Vec<f64>, Finding> {
+        let entry = self.entry(path)?;
+        let width: usize = entry.line.shape.iter().skip(1).product();
+        self.read(path, count * width, || {
+            entry.dataset.read_f64_rows(start as u64, count as u64)
+        })
     }
 
     /// Reads a matrix by and by, whole chunks at a time; the hash is checked at the end.

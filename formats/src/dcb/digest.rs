@@ -10,11 +10,11 @@ use super::contract::Element;
 
 /// Hash of bytes that come in pieces.
 #[derive(Clone, Default)]
-pub(super) struct Hash(Sha256);
+pub(crate) struct Hash(Sha256);
 
 impl Hash {
     /// More bytes.
-    pub(super) fn update(&mut self, bytes: &[u8]) {
+    pub(crate) fn update(&mut self, bytes: &[u8]) {
         self.0.update(bytes);
     }
 
@@ -25,7 +25,7 @@ impl Hash {
     }
 
     /// Lower-case hexadecimal digits.
-    pub(super) fn finish(self) -> String {
+    pub(crate) fn finish(self) -> String {
         hexadecimal(&self.0.finalize())
     }
 }

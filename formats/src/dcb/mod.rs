@@ -29,7 +29,7 @@ mod units;
 mod write;
 mod write_fields;
 
-pub use output::{check_output, partial_path};
+pub use output::{check_output, copy_whole, partial_path};
 pub use read::{SuperelementFile, read_superelement};
 pub use write::write_superelement;
 

@@ -70,6 +70,21 @@ fn check_path(target: &Path, replace: Replace) -> Result<&Path, Error> {
     }
 }
 
+/// Copies a file that is known to be right: complete and durable under its new name, or not at all.
+///
+/// # Errors
+/// [`Error::OutputExists`]; [`Error::Io`] where the system refuses, a full disk included.
+pub fn copy_whole(from: &Path, target: &Path, replace: Replace) -> Result<(), Error> {
+    write_whole(target, replace, |partial| {
+        let copied = fs::copy(from, partial).map(drop);
+        copied.map_err(|source| Error::Io {
+            path: target.to_owned(),
+            action: "cannot write",
+            source,
+        })
+    })
+}
+
 /// Lets `fill` write the unfinished file, then puts it in the target's place. On any error the target is as
 /// before and nothing else is left.
 pub(crate) fn write_whole(

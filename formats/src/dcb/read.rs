@@ -1,16 +1,19 @@
 //! A superelement from a file that anybody may have made.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::fs::File;
 use std::path::{Path, PathBuf};
+use std::sync::OnceLock;
+
+use faer::Mat;
 
 use super::container::{Container, on_large_stack};
 use super::contract::Counts;
 use super::inventory::{self, Finding, Hashes, Inventory};
 use super::shapes::{Kind, check_shapes, count, read_version, text_attribute};
-use super::{FORMAT, FORMAT_VERSION, FormatVersion, assemble, check, check_fields, names};
+use super::{FORMAT, FORMAT_VERSION, FormatVersion, assemble, check, check_fields, names, rules};
 use crate::Error;
-use crate::mesh::{CellBlock, Mesh};
+use crate::mesh::{CellBlock, Dof, Mesh};
 use crate::superelement::{RecoveryBasis, Superelement};
 
 /// What is read here.
@@ -32,6 +35,8 @@ pub struct SuperelementFile {
     counts: Counts,
     version: FormatVersion,
     digest: String,
+    /// Read when fields are first asked for.
+    field_dofs: OnceLock<Vec<Dof>>,
 }
 
 /// Reads a superelement without its nodal fields.
@@ -106,6 +111,7 @@ impl SuperelementFile {
             counts,
             version,
             digest,
+            field_dofs: OnceLock::new(),
         })
     }
 
@@ -138,22 +144,88 @@ impl SuperelementFile {
             return Ok(None);
         }
         let read = || {
-            let basis = RecoveryBasis {
-                dofs: assemble::field_dofs(self)?,
-                modes: self.field("/modes/shapes")?,
-                residual: self.field("/residual/shapes")?,
-                enrichment: match self.has("/enrichment/shapes") {
-                    true => Some(self.field("/enrichment/shapes")?),
-                    false => None,
-                },
-            };
-            let columns = [self.counts.modes, self.counts.rows, self.counts.enrichment];
-            let points = self.inventory.entries.get("/mesh/points");
-            let node_count = points.and_then(|entry| entry.line.shape.first().copied());
-            check_fields::recovery(&basis, self.counts.dimension, columns, node_count)?;
-            Ok(basis)
+            let dofs = self.field_dofs()?.to_vec();
+            self.checked_recovery(dofs, |path| self.field(path))
         };
         read().map(Some).map_err(|finding| self.told(finding))
+    }
+
+    /// Reads the nodal fields of some nodes, if the file has fields: the basis has only rows of these nodes, and none of a node that
+    /// the fields leave out.
+    ///
+    /// Of fields stored contiguously, as `reduce` writes them, only the bytes of these rows are read, however large the file. They
+    /// can't be compared with a `sha256` over the whole array; [`SuperelementFile::verify_digests`] does that. Compressed fields are
+    /// read and compared as a whole, a row at a time.
+    ///
+    /// # Errors
+    /// As [`SuperelementFile::superelement`].
+    pub fn recovery_of(&self, nodes: &[u32]) -> Result<Option<RecoveryBasis>, Error> {
+        if !self.has("/fields/dofs") {
+            return Ok(None);
+        }
+        let read = || {
+            let all = self.field_dofs()?;
+            let wanted: BTreeSet<u32> = nodes.iter().copied().collect();
+            let columns: Vec<usize> = (0..all.len())
+                .filter(|column| wanted.contains(&all[*column].node))
+                .collect();
+            let dofs = columns.iter().map(|column| all[*column]).collect();
+            self.checked_recovery(dofs, |path| self.field_columns(path, &columns))
+        };
+        read().map(Some).map_err(|finding| self.told(finding))
+    }
+
+    fn checked_recovery(
+        &self,
+        dofs: Vec<Dof>,
+        field: impl Fn(&str) -> Result<Mat<f64>, Finding>,
+    ) -> Result<RecoveryBasis, Finding> {
+        let basis = RecoveryBasis {
+            dofs,
+            modes: field("/modes/shapes")?,
+            residual: field("/residual/shapes")?,
+            enrichment: match self.has("/enrichment/shapes") {
+                true => Some(field("/enrichment/shapes")?),
+                false => None,
+            },
+        };
+        let columns = [self.counts.modes, self.counts.rows, self.counts.enrichment];
+        check_fields::recovery(&basis, self.counts.dimension, columns, self.node_count())?;
+        Ok(basis)
+    }
+
+    fn field_dofs(&self) -> Result<&[Dof], Finding> {
+        match self.field_dofs.get() {
+            Some(dofs) => Ok(dofs),
+            None => {
+                let dofs = assemble::field_dofs(self)?;
+                Ok(self.field_dofs.get_or_init(|| dofs))
+            }
+        }
+    }
+
+    /// Nodes of the mesh, if the file has one.
+    pub fn node_count(&self) -> Option<usize> {
+        let points = self.inventory.entries.get("/mesh/points")?;
+        points.line.shape.first().copied()
+    }
+
+    /// Where a node of the mesh is, component axes; `None` if there is no mesh, or no such node in it. Only these coordinates are
+    /// read, and they aren't compared with a hash.
+    ///
+    /// # Errors
+    /// As [`SuperelementFile::superelement`].
+    pub fn node_position(&self, node: u32) -> Result<Option<[f64; 3]>, Error> {
+        let node = node as usize;
+        if self.node_count().is_none_or(|count| node >= count) {
+            return Ok(None);
+        }
+        let path = "/mesh/points";
+        let position = self.some_rows(path, node, 1).and_then(|coordinates| {
+            rules::finite(path, &coordinates)?;
+            Ok(assemble::point(&coordinates))
+        });
+        position.map(Some).map_err(|finding| self.told(finding))
     }
 
     /// Reads the mesh, if the file has one.

@@ -15,6 +15,11 @@ fn every_command_has_help() {
         ("schema --help", "JSON schema"),
         ("plan --help", "Usage: reduce plan [OPTIONS] <PART.mtx>"),
         ("study --help", "Usage: reduce study [OPTIONS] <PART.mtx>"),
+        ("cache --help", "Usage: reduce cache [OPTIONS]"),
+        (
+            "batch --help",
+            "Usage: reduce batch [OPTIONS] <MANIFEST.json>",
+        ),
         ("--version", env!("CARGO_PKG_VERSION")),
     ] {
         let shown = folder.done(arguments);
@@ -53,6 +58,8 @@ fn help_names_every_option_of_a_reduction() {
         "--memory",
         "--factor",
         "--scratch",
+        "--cache",
+        "--cache-limit",
     ] {
         assert!(shown.contains(option), "{option} is missing");
     }
@@ -69,6 +76,19 @@ fn the_schema_is_the_documented_one() {
     let schema: serde_json::Value = serde_json::from_str(&shown).unwrap();
     assert_eq!(schema["title"], "Component description");
     assert_eq!(folder.done("schema --quiet"), shown);
+}
+
+#[test]
+fn the_schema_of_manifests_is_the_documented_one() {
+    let shown = Folder::empty().done("schema batch");
+    let documented = std::fs::read_to_string(stored("docs/batch.schema.json")).unwrap();
+    assert_eq!(shown, documented);
+    let schema: serde_json::Value = serde_json::from_str(&shown).unwrap();
+    let of = |place: &str| schema.pointer(place).unwrap();
+    assert_eq!(of("/title"), "Manifest of `reduce batch`");
+    assert_eq!(of("/properties/parts/items/$ref"), "#/$defs/PartEntry");
+    assert!(of("/properties/defaults/properties/modes").is_object());
+    assert!(schema["properties"]["defaults"]["properties"]["part"].is_null());
 }
 
 #[test]
@@ -95,6 +115,13 @@ fn slips_on_the_command_line_are_refused() {
         ("rotor.mtx --interface-modes", "a value is required"),
         ("rotor.mtx --threads 0", "1..=1024"),
         ("inspect", "<FILE>"),
+        ("batch", "<MANIFEST.json>"),
+        ("batch m.json --shard 0/4", "I from 1 to N"),
+        ("batch m.json --shard 5/4", "I from 1 to N"),
+        ("batch m.json --jobs 0", "1..=1024"),
+        ("batch m.json --no-cache --cache", "cannot be used with"),
+        ("cache --clear --json", "cannot be used with"),
+        ("rotor.mtx --cache --cache-limit 5", "a size such as"),
         ("compare rotor.dcb.h5", "<B>"),
         ("verify rotor.dcb.h5 --json", "'--json'"),
     ] {

@@ -4,6 +4,8 @@
 mod bad_components;
 mod bad_descriptions;
 mod bad_files;
+mod batch;
+mod cache;
 mod compare;
 mod extras;
 mod full_disk;

@@ -149,6 +149,8 @@ impl Folder {
         command
             .args(arguments.split_whitespace())
             .current_dir(self.place.path())
+            .env("DCB_CACHE", self.path("default-cache"))
+            .env_remove("DCB_CACHE_LIMIT")
             .stdin(Stdio::null());
         command
     }

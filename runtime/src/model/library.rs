@@ -26,6 +26,14 @@ pub struct LoadedFile {
     pub warnings: Vec<String>,
 }
 
+/// Nodal fields of one node.
+pub struct FieldsOfNode {
+    /// Rows of this node alone.
+    pub basis: RecoveryBasis,
+    /// At rest, component axes.
+    pub position: [f64; 3],
+}
+
 /// Files that were opened and bodies that were made of them.
 pub struct Library {
     units: Units,
@@ -57,6 +65,37 @@ impl OpenFile {
         }
         ModeTruncation::of(&self.superelement, wanted as usize).map(Some)
     }
+
+    /// Nodal fields of the file as a body with so many modes has them.
+    fn recovered(
+        &self,
+        basis: RecoveryBasis,
+        modes: Option<u32>,
+        body: &str,
+        at: &str,
+    ) -> Result<RecoveryBasis, Error> {
+        if self.superelement.enrichment.is_some() && basis.enrichment.is_none() {
+            return Err(Error::described(
+                at,
+                format!(
+                    "needs the nodal fields of the further columns of body {body:?}, which its file (of format 1.0) doesn't have; reduce it again"
+                ),
+            ));
+        }
+        Ok(match self.truncation(body, modes)? {
+            Some(truncation) => truncation.recovery(&basis),
+            None => basis,
+        })
+    }
+}
+
+fn without_fields(body: &str, at: &str) -> Error {
+    Error::described(
+        at,
+        format!(
+            "needs nodal fields, but the superelement of body {body:?} has none; reduce it with them"
+        ),
+    )
 }
 
 impl Library {
@@ -181,7 +220,7 @@ impl Library {
         Ok(())
     }
 
-    /// Nodal fields and mesh of a body's superelement, read when they are first asked for. `at` is who asks.
+    /// Nodal fields and mesh of a body's superelement, all of them, read when they are first asked for. `at` is who asks.
     ///
     /// # Errors
     /// [`Error::File`]; [`Error::Description`] if the file has none.
@@ -191,41 +230,56 @@ impl Library {
         body: &str,
         at: &str,
     ) -> Result<Arc<(RecoveryBasis, Mesh)>, Error> {
-        let none = || {
-            Error::described(
-                at,
-                format!(
-                    "needs nodal fields, but the superelement of body {body:?} has none; reduce it with them"
-                ),
-            )
-        };
-        let Some(BodyKind::Superelement(of)) = scene.bodies.get(body).map(|body| &body.kind) else {
-            return Err(none());
-        };
-        let opened = self
-            .files
-            .get_mut(&scene.resolve(&of.file))
-            .ok_or_else(none)?;
-        if let Some(fields) = opened.fields.get(&of.modes) {
+        let none = || without_fields(body, at);
+        let (opened, modes) = self.flexible(scene, body).ok_or_else(none)?;
+        if let Some(fields) = opened.fields.get(&modes) {
             return Ok(fields.clone());
         }
         let basis = opened.file.recovery()?.ok_or_else(none)?;
-        if opened.superelement.enrichment.is_some() && basis.enrichment.is_none() {
-            return Err(Error::described(
-                at,
-                format!(
-                    "needs the nodal fields of the further columns of body {body:?}, which its file (of format 1.0) doesn't have; reduce it again"
-                ),
-            ));
-        }
+        let basis = opened.recovered(basis, modes, body, at)?;
         let mesh = opened.file.mesh()?.ok_or_else(none)?;
-        let basis = match opened.truncation(body, of.modes)? {
-            Some(truncation) => truncation.recovery(&basis),
-            None => basis,
-        };
         let fields = Arc::new((basis, mesh));
-        opened.fields.insert(of.modes, fields.clone());
+        opened.fields.insert(modes, fields.clone());
         Ok(fields)
+    }
+
+    /// Nodal fields of one node of a body's superelement, without those of the others; `at` is who asks.
+    ///
+    /// # Errors
+    /// As [`Library::fields`], and [`Error::Description`] if they don't have the node.
+    pub fn fields_of_node(
+        &mut self,
+        scene: &Scene,
+        body: &str,
+        node: u32,
+        at: &str,
+    ) -> Result<FieldsOfNode, Error> {
+        let none = || without_fields(body, at);
+        let (opened, modes) = self.flexible(scene, body).ok_or_else(none)?;
+        let basis = opened.file.recovery_of(&[node])?.ok_or_else(none)?;
+        let basis = opened.recovered(basis, modes, body, at)?;
+        let node_count = opened.file.node_count().ok_or_else(none)?;
+        let moves = basis.dofs.iter().filter(|dof| !dof.direction.is_rotation());
+        match opened.file.node_position(node)? {
+            Some(position) if moves.count() == self.dimension.coordinate_count() => {
+                Ok(FieldsOfNode { basis, position })
+            }
+            _ => Err(Error::described(
+                format!("{at}.node"),
+                format!(
+                    "is {node}, but the fields of body {body:?} don't have it (mesh of {node_count} nodes, counted from 0)"
+                ),
+            )),
+        }
+    }
+
+    /// The open file that a body is made of, and the number of modes that the body asks for.
+    fn flexible(&mut self, scene: &Scene, body: &str) -> Option<(&mut OpenFile, Option<u32>)> {
+        let BodyKind::Superelement(of) = &scene.bodies.get(body)?.kind else {
+            return None;
+        };
+        let opened = self.files.get_mut(&scene.resolve(&of.file))?;
+        Some((opened, of.modes))
     }
 
     /// What was read.

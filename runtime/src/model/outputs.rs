@@ -238,16 +238,9 @@ impl OutputBuilder<'_> {
     }
 
     fn node(&mut self, at: &str, body: &str, node: u32) -> Result<NodeShapes, Error> {
-        let fields = self.library.fields(self.scene, body, at)?;
+        let fields = self.library.fields_of_node(self.scene, body, node, at)?;
         let flexible = &self.builder.system().bodies[self.body(body)].flexible;
-        let (basis, mesh) = (&fields.0, &fields.1);
-        NodeShapes::of(flexible, basis, mesh, node).ok_or_else(|| {
-            let count = mesh.node_count();
-            Error::described(
-                format!("{at}.node"),
-                format!("is {node}, but the fields of body {body:?} don't have it (mesh of {count} nodes, counted from 0)"),
-            )
-        })
+        Ok(NodeShapes::of(flexible, &fields))
     }
 
     fn coordinate(

@@ -2,11 +2,11 @@
 
 use std::ops::Range;
 
-use dcb_formats::mesh::{Dimension, Mesh};
-use dcb_formats::superelement::RecoveryBasis;
+use dcb_formats::mesh::Dimension;
 use faer::Mat;
 use nalgebra::Vector3;
 
+use super::library::FieldsOfNode;
 use crate::body::{Compatibility, FlexibleBody};
 use crate::energy::{Energy, Works};
 use crate::measure::Measure;
@@ -108,23 +108,19 @@ pub(super) struct NodeShapes {
 }
 
 impl NodeShapes {
-    /// Of a node of the mesh; `None` if the fields don't have it.
-    pub fn of(body: &FlexibleBody, basis: &RecoveryBasis, mesh: &Mesh, node: u32) -> Option<Self> {
-        if node as usize >= mesh.node_count() {
-            return None;
-        }
+    /// Of the node whose fields these are.
+    pub fn of(body: &FlexibleBody, fields: &FieldsOfNode) -> Self {
+        let basis = &fields.basis;
         let mut shapes = [(); 3].map(|()| vec![0.0; body.coordinate_count()]);
         let rows = match body.compatibility {
             Compatibility::Static => body.rows.len(),
             Compatibility::Strong | Compatibility::Weak => 0,
         };
         let mut residual = [(); 3].map(|()| vec![0.0; rows]);
-        let mut found = 0;
         for (row, dof) in basis.dofs.iter().enumerate() {
-            if dof.node != node || dof.direction.is_rotation() {
+            if dof.direction.is_rotation() {
                 continue;
             }
-            found += 1;
             let own = &mut residual[dof.direction.axis()];
             for (b, entry) in own.iter_mut().enumerate() {
                 *entry = basis.residual[(row, b)];
@@ -146,11 +142,11 @@ impl NodeShapes {
                 };
             }
         }
-        (found == mesh.dimension.coordinate_count()).then(|| Self {
-            position: Vector3::from(mesh.position(node)) - Vector3::from(body.origin),
+        Self {
+            position: Vector3::from(fields.position) - Vector3::from(body.origin),
             shapes,
             residual,
-        })
+        }
     }
 
     /// u, body axes, of a node of body `index`.
