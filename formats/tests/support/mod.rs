@@ -155,6 +155,7 @@ pub fn superelement(dimension: Dimension) -> Superelement {
         },
         stiffening: Stiffening::default(),
         enrichment: None,
+        moments: None,
         loads: Vec::new(),
         provenance: Provenance {
             generator: "reduce 0.1.0".to_owned(),
