@@ -283,7 +283,12 @@ fn check_fields(
     let sturm: Sturm = crate::certificate(model, &rigid, &modes, &mut factor);
     if let (Some(stored), Some(computed)) = (&element.moments, moments) {
         let certified = sturm.counted == sturm.found;
-        check_moments(stored, &computed.certified(&modes, sturm), certified, findings);
+        check_moments(
+            stored,
+            &computed.certified(&modes, sturm),
+            certified,
+            findings,
+        );
     }
     let quality = Quality::of(
         model,

@@ -384,11 +384,7 @@ fn moments(of: &Superelement) -> Checked {
         );
     }
     for (path, values, count) in [
-        (
-            "/error/eigenvalue_errors",
-            &moments.eigenvalue_errors,
-            n_k,
-        ),
+        ("/error/eigenvalue_errors", &moments.eigenvalue_errors, n_k),
         ("/error/rounding", &moments.rounding, n),
     ] {
         length(path, values.len(), count)?;

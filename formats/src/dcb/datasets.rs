@@ -5,9 +5,7 @@ use super::contract::Axis::{
     Basis, Coordinates, FieldDofs, Fixed, Interfaces, Modes, Rank, Residual, Rigid, Rows,
 };
 use super::contract::Element::{Integer, Real, Text};
-use super::contract::Presence::{
-    Enriched, Estimated, Fields, Loaded, Optional, Required, Spatial,
-};
+use super::contract::Presence::{Enriched, Estimated, Fields, Loaded, Optional, Required, Spatial};
 use super::contract::{Axis, Dataset, Element, Presence};
 use super::units::{
     FIRST_MOMENT, FORCE, Factor, INERTIA, LENGTH, MASS, MODAL, MOMENT, ONE, PER_MODAL, Rule, SAME,

@@ -84,12 +84,7 @@ impl ErrorEstimate {
             }
         }
         let m = &self.moments;
-        let (m2p, m3g, m3p, m4g) = (
-            &m.second * &p,
-            &m.third * &g,
-            &m.third * &p,
-            &m.fourth * &g,
-        );
+        let (m2p, m3g, m3p, m4g) = (&m.second * &p, &m.third * &g, &m.third * &p, &m.fourth * &g);
         let far = match self.eigenvalue_bound.is_finite() {
             true => lambda / (c64::new(self.eigenvalue_bound, 0.0) - lambda),
             false => zero,
@@ -207,7 +202,10 @@ impl ErrorEstimate {
             (p2.clone(), p2, disc * disc),
         ];
         Mat::from_fn(rows.len(), rows.len(), |i, j| {
-            pairs.iter().map(|(a, b, factor)| factor * a[i] * b[j]).sum()
+            pairs
+                .iter()
+                .map(|(a, b, factor)| factor * a[i] * b[j])
+                .sum()
         })
     }
 }

@@ -17,6 +17,8 @@ const DEPENDENT: f64 = 1e-10;
 /// Decades below the reduced eigenvalue that are looked through, and the steps of a bisection over them.
 const DECADES: f64 = 15.0;
 const STEPS: usize = 12;
+/// A count at a pole is made this far beside it, relatively.
+const BESIDE: f64 = 1e-13;
 /// A search that ends above this isn't told from the whole.
 const WHOLE: f64 = 1.0 - 1e-3;
 
@@ -169,8 +171,21 @@ impl ErrorEstimate {
         coordinates.held(holding.loose)
     }
 
-    /// Held eigenvalues below λ, the motions that are left free included: at most (from above) or at least (from below).
+    /// Held eigenvalues below λ, the motions that are left free included: at most (from above) or at least (from below). Where λ is a pole a
+    /// count beside it serves, on the side on which it can only be worse.
     fn count(&self, holding: &Holding, lambda: f64, side: Side) -> Option<usize> {
+        if holding.independent.ncols() == 0 {
+            return Some(self.free_below(lambda));
+        }
+        let beside = match side {
+            Side::Above => lambda * (1.0 + BESIDE),
+            Side::Below => lambda * (1.0 - BESIDE),
+        };
+        let counted = self.counted(holding, lambda, side);
+        counted.or_else(|| self.counted(holding, beside, side))
+    }
+
+    fn counted(&self, holding: &Holding, lambda: f64, side: Side) -> Option<usize> {
         let rows = &holding.rows;
         let found = self.deviation(rows, rows, c64::new(lambda, 0.0));
         let margin = |i: usize| -> f64 { (0..rows.len()).map(|j| found.rounding[(i, j)]).sum() };
@@ -185,10 +200,13 @@ impl ErrorEstimate {
         let held = holding.independent.transpose() * bound * &holding.independent;
         let (values, _) = symmetric_eigen(symmetrized(held.as_ref()).as_ref())?;
         let negative = values.iter().filter(|value| **value < 0.0).count();
-        let free = self.rows.poles.iter().filter(|pole| **pole < lambda).count();
-        Some(free.saturating_sub(negative))
+        Some(self.free_below(lambda).saturating_sub(negative))
     }
 
+    fn free_below(&self, lambda: f64) -> usize {
+        let poles = self.rows.poles.iter();
+        poles.filter(|pole| **pole < lambda).count()
+    }
 }
 
 /// The largest share for which something holds and the smallest for which it doesn't, as a bisection over decades finds them; `None` if it

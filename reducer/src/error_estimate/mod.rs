@@ -191,7 +191,11 @@ impl ErrorEstimate {
             most
         };
         let held = self.held(rows, band.top()).ok_or(NOT_FINITE)?;
-        let pole_error = self.rows.pole_errors.iter().fold(0.0, |a: f64, b| a.max(*b));
+        let pole_error = self
+            .rows
+            .pole_errors
+            .iter()
+            .fold(0.0, |a: f64, b| a.max(*b));
         Ok(Estimate {
             held_frequency: largest_held(&held, band.top()),
             held,
@@ -206,7 +210,12 @@ impl ErrorEstimate {
     ///
     /// # Errors
     /// As [`ErrorEstimate::over`].
-    pub fn at(&self, rows: &[usize], square: f64, loss_factor: f64) -> Result<ErrorMatrices, Error> {
+    pub fn at(
+        &self,
+        rows: &[usize],
+        square: f64,
+        loss_factor: f64,
+    ) -> Result<ErrorMatrices, Error> {
         let forced = self.forced(rows)?;
         self.refuse_beyond(square)?;
         let damping = c64::new(1.0, loss_factor);
@@ -226,7 +235,8 @@ impl ErrorEstimate {
             })
         };
         let radius = Mat::from_fn(rows.len(), forced.len(), |i, j| {
-            let rest = found.rest[(i, i)].re.max(0.0) * found.rest[(places[j], places[j])].re.max(0.0);
+            let rest =
+                found.rest[(i, i)].re.max(0.0) * found.rest[(places[j], places[j])].re.max(0.0);
             (rest.sqrt() + found.rounding[(i, j)] + found.of_modes[(i, j)]) * unscaled(i, j)
                 / damping.norm()
         });
@@ -271,8 +281,9 @@ impl ErrorEstimate {
             lower: 0.0,
             upper: 0.0,
         };
-        let mut interfaces: Vec<usize> =
-            (forced.iter()).map(|row| self.rows.interface[*row]).collect();
+        let mut interfaces: Vec<usize> = (forced.iter())
+            .map(|row| self.rows.interface[*row])
+            .collect();
         interfaces.dedup();
         let elastic = self.rows.zero_count..self.rows.poles.len();
         for interface in interfaces {
@@ -287,7 +298,8 @@ impl ErrorEstimate {
                     let mut rounding = roots[*row] * roots[*column];
                     let mut of_modes = 0.0;
                     for pole in elastic.clone() {
-                        let part = self.rows.shapes[(*row, pole)] * self.rows.shapes[(*column, pole)]
+                        let part = self.rows.shapes[(*row, pole)]
+                            * self.rows.shapes[(*column, pole)]
                             / self.rows.poles[pole];
                         of_modes += part;
                         rounding += part.abs()

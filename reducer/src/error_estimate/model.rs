@@ -74,9 +74,13 @@ impl Model {
         let flexibility = rows.scaled_square(stored);
         let directions = directions(moments, rows, &flexibility)?;
         let (n_b, n) = (rows.count(), moments.first.nrows());
-        let base = Mat::from_fn(n, n_b, |i, j| {
-            if i < n_b { directions[(i, j)] } else { 0.0 }
-        });
+        let base = Mat::from_fn(
+            n,
+            n_b,
+            |i, j| {
+                if i < n_b { directions[(i, j)] } else { 0.0 }
+            },
+        );
         let coordinates = match (form, &element.enrichment) {
             (Form::Static, _) => Coordinates::none(n),
             (Form::Strong, None) => Coordinates::of_attachments(element),
@@ -119,10 +123,9 @@ impl Model {
         (0..self.base.nrows())
             .map(|i| {
                 let base = if attached { self.base[(i, row)] } else { 0.0 };
-                (weights.iter().enumerate())
-                    .fold(c64::new(base, 0.0), |sum, (k, w)| {
-                        sum + w * combinations[(i, k)]
-                    })
+                (weights.iter().enumerate()).fold(c64::new(base, 0.0), |sum, (k, w)| {
+                    sum + w * combinations[(i, k)]
+                })
             })
             .collect()
     }
