@@ -131,6 +131,30 @@ pub struct Enrichment {
     pub reduced_stiffness: Mat<f64>,
 }
 
+/// What the modes leave out as power moments: an error estimate follows from it over any band, optional.
+///
+/// M_j = L (G M)^(j-1) G Lᵀ = Σ c cᵀ / μ^j over the omitted modes, c their rows and μ their ω², with G the flexibility without rigid and
+/// kept motions. The rows L are those of the boundary, output interfaces included, and then the work of each further column's load.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Moments {
+    /// No omitted ω² is below this, 1/time²; infinite if nothing was omitted.
+    pub eigenvalue_bound: f64,
+    /// Relative bounds of what ω² of the kept modes may be off, (n_k).
+    pub eigenvalue_errors: Vec<f64>,
+    /// M-orthonormal rigid motions at the boundary rows, (n_b, 3 or 6); no column for a part that is held.
+    pub rigid_shapes: Mat<f64>,
+    /// M_1, the flexibility, (n_b + n_x, n_b + n_x), symmetric.
+    pub first: Mat<f64>,
+    /// M_2, the mass of the static shapes, likewise.
+    pub second: Mat<f64>,
+    /// M_3, likewise; zero between rows of output interfaces.
+    pub third: Mat<f64>,
+    /// M_4, likewise; zero in rows of output interfaces.
+    pub fourth: Mat<f64>,
+    /// Relative rounding in the moments of each row, (n_b + n_x).
+    pub rounding: Vec<f64>,
+}
+
 /// A load on the inside of the part, by what it does to its motions; it keeps its direction in the body frame.
 #[derive(Clone, Debug, PartialEq)]
 pub struct PartLoad {
@@ -186,6 +210,8 @@ pub struct Superelement {
     pub stiffening: Stiffening,
     /// Further basis columns, if the file has them.
     pub enrichment: Option<Enrichment>,
+    /// What the modes leave out, if the file has it (since 1.2).
+    pub moments: Option<Moments>,
     /// Loads on the inside of the part, by name.
     pub loads: Vec<PartLoad>,
     /// Where it came from.

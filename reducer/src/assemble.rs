@@ -2,8 +2,8 @@
 
 use dcb_formats::component::{Component, Damping};
 use dcb_formats::superelement::{
-    BoundaryRow, Enrichment, FrameKind, Inertia, InterfaceFrame, Modes, PartLoad, Provenance,
-    RecoveryBasis, Residual, Stiffening, Superelement,
+    BoundaryRow, Enrichment, FrameKind, Inertia, InterfaceFrame, Modes, Moments, PartLoad,
+    Provenance, RecoveryBasis, Residual, Stiffening, Superelement,
 };
 use faer::Mat;
 
@@ -42,6 +42,8 @@ pub struct Parts<'a> {
     pub stiffening: Stiffening,
     /// Further columns as the interfaces see them.
     pub enrichment: Option<Enrichment>,
+    /// What the modes leave out.
+    pub moments: Option<Moments>,
     /// Loads on the inside.
     pub loads: Vec<PartLoad>,
     /// Free or held.
@@ -68,6 +70,7 @@ impl Parts<'_> {
             inertia,
             stiffening,
             enrichment,
+            moments,
             loads,
             support,
         } = self;
@@ -131,6 +134,7 @@ impl Parts<'_> {
             inertia,
             stiffening,
             enrichment,
+            moments,
             loads,
             provenance: Provenance {
                 generator: format!("dcb-reducer {}", env!("CARGO_PKG_VERSION")),

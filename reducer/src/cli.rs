@@ -182,6 +182,9 @@ enum Command {
         /// As JSON.
         #[arg(long)]
         json: bool,
+        /// Band of frequencies for the errors, Hz [default: up to half the highest mode].
+        #[arg(long, value_name = "FMIN:FMAX", allow_hyphen_values = true, value_parser = cli_study::band)]
+        band: Option<[f64; 2]>,
     },
     /// Recompute what can be recomputed: from the file alone, or everything from the component.
     Verify(VerifyArguments),
@@ -238,13 +241,14 @@ pub fn main() -> ExitCode {
     }
     let outcome = match &cli.command {
         None => cli_reduce::run(&cli.reduce, &cli.common),
-        Some(Command::Inspect { file, json }) => inspect::run(
+        Some(Command::Inspect { file, json, band }) => inspect::run(
             file,
             if *json {
                 inspect::Form::Json
             } else {
                 inspect::Form::Text
             },
+            *band,
         ),
         Some(Command::Verify(arguments)) => verify::run(arguments),
         Some(Command::Compare { a, b }) => compare::run(a, b),

@@ -101,7 +101,8 @@ fn tolerance(text: &str) -> Result<f64, String> {
     number(text, f64::MAX, "a relative error above 0 is wanted")
 }
 
-fn band(text: &str) -> Result<[f64; 2], String> {
+/// Two frequencies, Hz.
+pub(crate) fn band(text: &str) -> Result<[f64; 2], String> {
     let wanted = || "two frequencies in Hz are wanted, for example 10:2000".to_owned();
     let (from, to) = text.split_once(':').ok_or_else(wanted)?;
     let parsed = [from, to].map(|end| end.trim().parse::<f64>());

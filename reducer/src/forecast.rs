@@ -153,6 +153,11 @@ impl Forecast {
                 base + resident + self.columns(self.basis_columns() as f64 + MODE_BLOCKS * modes),
             ),
             stage(Stage::Attachments, base + resident + self.columns(working)),
+            // M X, its responses, and X once more where other columns stand beside it.
+            stage(
+                Stage::Estimate,
+                base + resident + self.columns(working + 3.0 * attached),
+            ),
             stage(
                 Stage::Certificate,
                 base + self.columns(shapes) + self.scratch_bytes(),
@@ -192,8 +197,15 @@ impl Forecast {
         let blocks = (attached / SOLVE_BLOCK as f64).ceil();
         let attachments = ATTACHMENT_ITERATIONS
             * (blocks * (solution(SOLVE_BLOCK) + 2.0 * product) + 15.0 * attached * column);
+        // As many once more, and one solution for what the modes leave.
+        let estimate = attachments + (modes / SOLVE_BLOCK as f64).ceil() * solution(SOLVE_BLOCK);
         let width = modes + attached;
         let invariants = 12.0 * self.dofs as f64 * width * width / speed.flops;
-        2.1 * factorization + modes_time + attachments + invariants + 20.0 * width * column
+        2.1 * factorization
+            + modes_time
+            + attachments
+            + estimate
+            + invariants
+            + 20.0 * width * column
     }
 }

@@ -36,6 +36,8 @@ pub const ZERO_OVER_ROUNDING: f64 = 1e3;
 const ZERO_OVER_PRECISION: f64 = 3.0;
 /// A Ritz value below this fraction of the shift may be a zero; the sharpened value decides.
 const ZERO_BESIDE_SHIFT: f64 = 1e-8;
+/// The eigenvalue count is made this far below the first eigenvalue left out, relatively, or in the middle of a narrower gap.
+const CERTIFICATE_ROOM: f64 = 1e-2;
 /// Wanted accuracy of a Ritz vector under S before it is polished.
 const RITZ_TOLERANCE: f64 = 1e-8;
 
@@ -277,13 +279,15 @@ impl FreeModes {
             .filter(|j| !residual_is_accepted(self.residuals[*j], self.residual_roundings[*j]))
     }
 
-    /// Where an eigenvalue count certifies the kept modes, and how far it may be moved: in the gap above the highest one,
-    /// or above all if every finite mode is kept. `None` for a part without elastic motion.
+    /// Where an eigenvalue count certifies the kept modes, and how far it may be moved: in the gap above the highest one, close to the
+    /// first one left out, because the count bounds that from below; or above all if every finite mode is kept. `None` for a part without
+    /// elastic motion.
     pub fn certificate_shift(&self) -> Option<(f64, f64)> {
         let last = self.eigenvalues.last().copied().unwrap_or(0.0);
         if self.first_omitted.is_finite() {
             let half_gap = 0.5 * (self.first_omitted - last);
-            Some((last + half_gap, half_gap))
+            let room = half_gap.min(CERTIFICATE_ROOM * self.first_omitted);
+            Some((self.first_omitted - room, room))
         } else {
             (last > 0.0).then_some((2.0 * last, last))
         }

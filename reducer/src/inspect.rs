@@ -10,6 +10,7 @@ use serde_json::json;
 
 use crate::cli_reduce::Outcome;
 use crate::error::Error;
+use crate::error_estimate::report::Report;
 use crate::plausibility::si_factor;
 use crate::quality::Quality;
 use crate::scientific::{row, scientific};
@@ -24,16 +25,17 @@ pub enum Form {
     Json,
 }
 
-/// Runs the command.
+/// Runs the command; errors are estimated over a band in Hz, or over the usual one.
 ///
 /// # Errors
-/// If the file is not a superelement, or not an intact one.
-pub fn run(path: &Path, form: Form) -> Result<Outcome, Error> {
+/// If the file is not a superelement, or not an intact one; if it knows nothing of the band.
+pub fn run(path: &Path, form: Form, band: Option<[f64; 2]>) -> Result<Outcome, Error> {
     let file = SuperelementFile::open(path)?;
     let element = file.superelement()?;
+    let errors = Report::of(&element, band)?;
     let output = match form {
-        Form::Text => text(&file, &element)?,
-        Form::Json => as_json(&file, &element)?,
+        Form::Text => text(&file, &element, errors.as_ref())?,
+        Form::Json => as_json(&file, &element, errors.as_ref())?,
     };
     Ok(Outcome {
         output,
@@ -206,7 +208,11 @@ pub fn stored_quality(element: &Superelement) -> Option<Quality> {
     serde_json::from_value(element.provenance.quality.clone()).ok()
 }
 
-fn text(file: &SuperelementFile, element: &Superelement) -> Result<String, Error> {
+fn text(
+    file: &SuperelementFile,
+    element: &Superelement,
+    errors: Option<&Report>,
+) -> Result<String, Error> {
     let mut text = String::new();
     let _ = writeln!(
         text,
@@ -237,6 +243,9 @@ fn text(file: &SuperelementFile, element: &Superelement) -> Result<String, Error
     if let Some(quality) = &quality {
         text += &quality_lines(quality);
     }
+    if let Some(errors) = errors {
+        text += &errors.text();
+    }
     for input in &element.provenance.inputs {
         let _ = writeln!(
             text,
@@ -251,7 +260,11 @@ fn text(file: &SuperelementFile, element: &Superelement) -> Result<String, Error
     Ok(text)
 }
 
-fn as_json(file: &SuperelementFile, element: &Superelement) -> Result<String, Error> {
+fn as_json(
+    file: &SuperelementFile,
+    element: &Superelement,
+    errors: Option<&Report>,
+) -> Result<String, Error> {
     let time = &element.units.time;
     let interfaces: Vec<_> = element
         .interfaces
@@ -300,6 +313,7 @@ fn as_json(file: &SuperelementFile, element: &Superelement) -> Result<String, Er
         "residual_rank": element.residual.sigma_squared.len(),
         "residual_sigma_squared": element.residual.sigma_squared,
         "has_fields": file.recovery()?.is_some(),
+        "errors": errors.map(Report::json),
         "quality": element.provenance.quality,
         "options": element.provenance.options,
         "generator": element.provenance.generator,

@@ -28,6 +28,7 @@ pub mod diagnosis;
 pub mod eigen_solver;
 pub mod enrichment;
 pub mod error;
+pub mod error_estimate;
 pub mod factor_store;
 pub mod factorization;
 pub mod forecast;
@@ -75,6 +76,7 @@ pub mod verify_component;
 pub mod verify_further;
 pub mod verify_interfaces;
 pub mod verify_layout;
+pub mod verify_moments;
 pub mod work;
 
 use dcb_formats::component::Component;
@@ -87,6 +89,7 @@ pub use crate::eigen_solver::EigenSolver;
 pub use crate::enrichment::EnrichmentSource;
 use crate::enrichment::{FurtherColumns, Reducing};
 pub use crate::error::Error;
+use crate::error_estimate::PowerMoments;
 use crate::factor_store::{FactorStorage, Place};
 use crate::factorization::SymmetricFactor;
 use crate::forecast::Forecast;
@@ -236,11 +239,16 @@ pub fn reduce(
         modes,
         residual,
         further,
+        moments,
         sturm,
     } = modes_and_residual(&shared, &mut factor, &forecast, options, observer)?;
     let work = Work::of(&model, &factor, &modes, &residual);
     let precision_warning = factor.warning().map(str::to_owned);
     drop(factor);
+    let (moments, estimate_warning) = match moments {
+        Ok(moments) => (Some(moments.certified(&modes, sturm)), None),
+        Err(why) => (None, Some(format!("no error estimate: {why}"))),
+    };
     let residual = match options.interface_modes {
         InterfaceModes::All => residual,
         InterfaceModes::Softest(wanted) => {
@@ -285,10 +293,15 @@ pub fn reduce(
         &inertia,
         sturm,
     );
-    let mut warnings: Vec<String> = [few_digits, memory_warning, precision_warning]
-        .into_iter()
-        .flatten()
-        .collect();
+    let mut warnings: Vec<String> = [
+        few_digits,
+        memory_warning,
+        precision_warning,
+        estimate_warning,
+    ]
+    .into_iter()
+    .flatten()
+    .collect();
     warnings.extend(assemble::warnings(
         component,
         &properties,
@@ -307,6 +320,7 @@ pub fn reduce(
         inertia,
         stiffening,
         enrichment,
+        moments,
         loads,
         support,
     };
@@ -349,6 +363,8 @@ struct Found {
     modes: FreeModes,
     residual: ResidualFlexibility,
     further: Option<FurtherColumns>,
+    /// Or why there are none.
+    moments: Result<PowerMoments, Error>,
     sturm: Sturm,
 }
 
@@ -428,27 +444,28 @@ fn modes_and_residual(
         observer.begin(Stage::Attachments);
         let residual =
             ResidualFlexibility::compute(model, localization, rigid, &modes, &positive, observer);
-        let further = match &residual {
-            Ok(residual) => {
-                let of = Reducing {
-                    component: shared.component,
-                    properties: shared.properties,
-                    model,
-                    localization,
-                    rigid,
-                    modes: &modes,
-                    residual,
-                };
-                FurtherColumns::compute(&options.enrichment, &of, &positive, observer)
-            }
-            Err(_) => Ok(None),
-        };
+        let found = residual.and_then(|residual| {
+            let of = Reducing {
+                component: shared.component,
+                properties: shared.properties,
+                model,
+                localization,
+                rigid,
+                modes: &modes,
+                residual: &residual,
+            };
+            let further = FurtherColumns::compute(&options.enrichment, &of, &positive, observer)?;
+            observer.begin(Stage::Estimate);
+            let columns = further.as_ref().map(|further| further.shapes.as_ref());
+            let moments = PowerMoments::compute(&of, columns, &positive, shift, observer);
+            Ok((residual, further, moments))
+        });
         let refined = positive.least_accurate();
         if !refined.is_accurate() {
             factor.keep_in_double(refined);
             continue;
         }
-        let (residual, further) = (residual?, further?);
+        let (residual, further, moments) = found?;
         observer.begin(Stage::Certificate);
         factor.release();
         let sturm = certificate(model, rigid, &modes, factor);
@@ -457,6 +474,7 @@ fn modes_and_residual(
                 modes,
                 residual,
                 further,
+                moments,
                 sturm,
             });
         }

@@ -16,6 +16,8 @@ pub enum Stage {
     Modes,
     /// Attachment columns.
     Attachments,
+    /// Moments of what the modes leave out.
+    Estimate,
     /// Inertia invariants.
     Invariants,
     /// Sturm count.
@@ -33,6 +35,7 @@ impl Stage {
             Self::Factor => "factor",
             Self::Modes => "modes",
             Self::Attachments => "attachments",
+            Self::Estimate => "estimate",
             Self::Invariants => "invariants",
             Self::Certificate => "certificate",
             Self::Quality => "quality",

@@ -14,8 +14,10 @@ use crate::condensation::Model;
 use crate::diagnosis;
 use crate::enrichment::Reducing;
 use crate::error::Error;
+use crate::error_estimate::PowerMoments;
 use crate::factorization::SymmetricFactor;
 use crate::free_modes::{FreeModes, residuals};
+use crate::interface_reduction::InterfaceReduction;
 use crate::invariants::inertia_invariants;
 use crate::localization::Localization;
 use crate::memory_limit::MemoryLimit;
@@ -28,6 +30,7 @@ use crate::verify::{AGREEMENT, Findings};
 use crate::verify_further::{check_further, check_loads, check_stiffening};
 use crate::verify_interfaces::{check_interface_reduction, reported_reduction};
 use crate::verify_layout::{check_mass_properties, has_same_layout};
+use crate::verify_moments::check_moments;
 use crate::{
     EigenSolver, Grounding, InterfaceModes, LoosePieces, ModeSelection, Reduction, reduce,
 };
@@ -195,26 +198,64 @@ fn check_fields(
         added_for_cluster: 0,
     };
     let mut factor = SymmetricFactor::analyse(&model.stiffness, &model.mass, &model.points())?;
-    let residual = match reported_reduction(element) {
-        Some(report) if report.leaves_out() => {
+    let further_shapes = (basis.enrichment.as_ref()).map(|shapes| model.contract(shapes.as_ref()));
+    let reduction = reported_reduction(element).filter(InterfaceReduction::leaves_out);
+    let mut moments = None;
+    let residual = match (&reduction, &element.moments) {
+        (None, None) => {
+            ResidualFlexibility::from_shapes(model, localization, &rigid, &modes, attachments)?
+        }
+        _ => {
             let shift = scale.shift();
             let positive = match factor.factorize(&model.stiffness, &model.mass, shift) {
                 Ok(positive) => positive,
                 Err(why) => return Err(diagnosis::unfactorized(model, &scale, &mut factor, why)),
             };
-            let whole = ResidualFlexibility::compute(
-                model,
-                localization,
-                &rigid,
-                &modes,
-                &positive,
-                &mut (),
-            )?;
-            let expected = whole.keeping(report.wanted, model, localization, &modes)?;
-            check_interface_reduction(&report, &expected, &attachments, findings);
-            expected.with_shapes(model, localization, &modes, attachments)?
+            let whole = match &reduction {
+                Some(_) => ResidualFlexibility::compute(
+                    model,
+                    localization,
+                    &rigid,
+                    &modes,
+                    &positive,
+                    &mut (),
+                )?,
+                None => ResidualFlexibility::from_shapes(
+                    model,
+                    localization,
+                    &rigid,
+                    &modes,
+                    attachments.clone(),
+                )?,
+            };
+            if element.moments.is_some() {
+                let of = Reducing {
+                    component,
+                    properties,
+                    model,
+                    localization,
+                    rigid: &rigid,
+                    modes: &modes,
+                    residual: &whole,
+                };
+                let further = further_shapes.as_ref().map(|shapes| shapes.as_ref());
+                moments = Some(PowerMoments::compute(
+                    &of,
+                    further,
+                    &positive,
+                    shift,
+                    &mut (),
+                )?);
+            }
+            match &reduction {
+                Some(report) => {
+                    let expected = whole.keeping(report.wanted, model, localization, &modes)?;
+                    check_interface_reduction(report, &expected, &attachments, findings);
+                    expected.with_shapes(model, localization, &modes, attachments)?
+                }
+                None => whole,
+            }
         }
-        _ => ResidualFlexibility::from_shapes(model, localization, &rigid, &modes, attachments)?,
     };
     let (phi, x) = (
         model.expand(modes.shapes.as_ref()),
@@ -240,6 +281,15 @@ fn check_fields(
     check_stiffening(element, &blocks, &of, findings);
     check_loads(element, &blocks, &of, findings);
     let sturm: Sturm = crate::certificate(model, &rigid, &modes, &mut factor);
+    if let (Some(stored), Some(computed)) = (&element.moments, moments) {
+        let certified = sturm.counted == sturm.found;
+        check_moments(
+            stored,
+            &computed.certified(&modes, sturm),
+            certified,
+            findings,
+        );
+    }
     let quality = Quality::of(
         model,
         properties,
@@ -397,6 +447,11 @@ fn check_by_reduction(
         .map(|(a, b)| (a - b).abs() / b.abs().max(f64::MIN_POSITIVE))
         .fold(0.0, f64::max);
     findings.check("eigenvalues", worst, AGREEMENT);
+    if let (Some(stored), Some(computed), None) =
+        (&element.moments, &again.moments, &element.enrichment)
+    {
+        check_moments(stored, computed, true, findings);
+    }
     // The sum over modes is the same whatever the signs, and the axes of a multiple root.
     let seen =
         |of: &Superelement| &of.modes.interface_shapes * of.modes.interface_shapes.transpose();

@@ -12,6 +12,7 @@ pub mod corotated_rod;
 pub mod deflection;
 pub mod dense;
 pub mod equivalent_models;
+pub mod error_estimate;
 pub mod evidence_page;
 pub mod fields;
 pub mod governor;

@@ -11,8 +11,8 @@ use super::shapes::text_attribute;
 use crate::component::{Source, Units};
 use crate::mesh::{Dimension, Direction, Dof};
 use crate::superelement::{
-    BoundaryRow, Enrichment, Inertia, InterfaceFrame, Modes, PartLoad, Provenance, Residual,
-    Stiffening, Superelement,
+    BoundaryRow, Enrichment, Inertia, InterfaceFrame, Modes, Moments, PartLoad, Provenance,
+    Residual, Stiffening, Superelement,
 };
 
 /// Everything but the nodal fields and the mesh.
@@ -42,6 +42,7 @@ pub(super) fn superelement(file: &SuperelementFile) -> Result<Superelement, Find
             interface: optional_layers(file, "/stiffening/interface")?,
         },
         enrichment: enrichment(file)?,
+        moments: moments(file)?,
         loads: loads(file)?,
         provenance: provenance(file)?,
     })
@@ -249,6 +250,25 @@ fn enrichment(file: &SuperelementFile) -> Result<Option<Enrichment>, Finding> {
         )?,
         reduced_mass: matrix(file, "/reduced/mass", n, n)?,
         reduced_stiffness: matrix(file, "/reduced/stiffness", n, n)?,
+    }))
+}
+
+fn moments(file: &SuperelementFile) -> Result<Option<Moments>, Finding> {
+    if !file.has("/error/moment_1") {
+        return Ok(None);
+    }
+    let counts = file.counts();
+    let n = counts.length(super::contract::Axis::Residual);
+    let moment = |path| matrix(file, path, n, n);
+    Ok(Some(Moments {
+        eigenvalue_bound: real(file, "/error", "eigenvalue_bound")?,
+        eigenvalue_errors: file.reals("/error/eigenvalue_errors")?,
+        rigid_shapes: matrix(file, "/error/rigid_shapes", counts.rows, counts.rigid)?,
+        first: moment("/error/moment_1")?,
+        second: moment("/error/moment_2")?,
+        third: moment("/error/moment_3")?,
+        fourth: moment("/error/moment_4")?,
+        rounding: file.reals("/error/rounding")?,
     }))
 }
 

@@ -91,6 +91,7 @@ pub(super) fn superelement(of: &Superelement) -> Checked {
 
     stiffening(of)?;
     loads(of)?;
+    moments(of)?;
     if let Some(enrichment) = &of.enrichment {
         if !enrichment.names.is_empty() {
             length("/enrichment/names", enrichment.names.len(), n - n_k - n_b)?;
@@ -365,6 +366,40 @@ fn loads(of: &Superelement) -> Checked {
         finite("/loads/moments", &load.moment)?;
         length("/loads/work", load.work.len(), of.basis_count())?;
         finite("/loads/work", &load.work)?;
+    }
+    Ok(())
+}
+
+fn moments(of: &Superelement) -> Checked {
+    let Some(moments) = &of.moments else {
+        return Ok(());
+    };
+    let (n_k, n_b) = (of.mode_count(), of.boundary_row_count());
+    let n = of.basis_count() - n_k;
+    let bound = moments.eigenvalue_bound;
+    if bound.is_nan() || bound <= 0.0 {
+        return wrong(
+            "/error",
+            format!("eigenvalue_bound is {bound}; it must be positive"),
+        );
+    }
+    for (path, values, count) in [
+        ("/error/eigenvalue_errors", &moments.eigenvalue_errors, n_k),
+        ("/error/rounding", &moments.rounding, n),
+    ] {
+        length(path, values.len(), count)?;
+        not_negative(path, values)?;
+    }
+    let rigid = moments.rigid_shapes.ncols();
+    matrix("/error/rigid_shapes", &moments.rigid_shapes, n_b, rigid)?;
+    for (path, moment) in [
+        ("/error/moment_1", &moments.first),
+        ("/error/moment_2", &moments.second),
+        ("/error/moment_3", &moments.third),
+        ("/error/moment_4", &moments.fourth),
+    ] {
+        matrix(path, moment, n, n)?;
+        symmetric(path, moment.as_ref())?;
     }
     Ok(())
 }

@@ -51,6 +51,10 @@ pub(super) enum Axis {
     FieldDofs,
     /// n_l.
     Loads,
+    /// n_b + n_x.
+    Residual,
+    /// n_r.
+    Rigid,
 }
 
 /// The numbers that all shapes follow from.
@@ -64,6 +68,7 @@ pub(super) struct Counts {
     pub(super) rank: usize,
     pub(super) field_dofs: usize,
     pub(super) loads: usize,
+    pub(super) rigid: usize,
 }
 
 impl Counts {
@@ -83,6 +88,8 @@ impl Counts {
             Axis::Rank => self.rank,
             Axis::FieldDofs => self.field_dofs,
             Axis::Loads => self.loads,
+            Axis::Residual => self.rows.saturating_add(self.enrichment),
+            Axis::Rigid => self.rigid,
         }
     }
 
@@ -109,6 +116,8 @@ pub(super) enum Presence {
     Enriched,
     /// Where there are named loads.
     Loaded,
+    /// All or none of the datasets with this mark.
+    Estimated,
     /// By itself or not.
     Optional,
 }

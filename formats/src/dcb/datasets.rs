@@ -1,12 +1,15 @@
 //! Every dataset of the format but those under `/mesh`: where it is, its axes, symbol, unit and meaning.
 //! `docs/format.md` has the same table in words.
 
-use super::contract::Axis::{Basis, Coordinates, FieldDofs, Fixed, Interfaces, Modes, Rank, Rows};
+use super::contract::Axis::{
+    Basis, Coordinates, FieldDofs, Fixed, Interfaces, Modes, Rank, Residual, Rigid, Rows,
+};
 use super::contract::Element::{Integer, Real, Text};
-use super::contract::Presence::{Enriched, Fields, Loaded, Optional, Required, Spatial};
+use super::contract::Presence::{Enriched, Estimated, Fields, Loaded, Optional, Required, Spatial};
 use super::contract::{Axis, Dataset, Element, Presence};
 use super::units::{
-    FIRST_MOMENT, FORCE, Factor, INERTIA, LENGTH, MASS, MOMENT, ONE, PER_MODAL, Rule, SAME,
+    FIRST_MOMENT, FORCE, Factor, INERTIA, LENGTH, MASS, MODAL, MOMENT, ONE, PER_MODAL, Rule, SAME,
+    TIME,
 };
 
 /// The dataset at a path, if the contract has one there.
@@ -20,7 +23,29 @@ const PER_BASIS_INERTIA: Rule = Rule::Product(&[Factor::PerCoordinate(INERTIA)])
 const BASIS_MASS: Rule = Rule::Product(&[Factor::MassPerCoordinate, Factor::MassPerCoordinate]);
 const BASIS_MASS_LAYERS: Rule =
     Rule::Product(&[SAME, Factor::MassPerCoordinate, Factor::MassPerCoordinate]);
+const PER_TIME: Rule = Rule::Product(&[
+    Factor::PerResidual(MODAL.over(TIME)),
+    Factor::PerResidual(MODAL.over(TIME)),
+]);
 const FLEXIBILITY: Rule = Rule::Product(&[Factor::Displacement, Factor::PerForce]);
+
+/// M_j in √mass·length·time^(j-2) over both coordinates.
+const fn moment(
+    path: &'static str,
+    symbol: &'static str,
+    units: Rule,
+    description: &'static str,
+) -> Dataset {
+    same(
+        path,
+        Real,
+        &[Residual, Residual],
+        Estimated,
+        symbol,
+        units,
+        description,
+    )
+}
 
 /// A dataset with the same axes and units in planar and spatial files.
 const fn same(
@@ -429,5 +454,62 @@ pub(super) const DATASETS: &[Dataset] = &[
             Factor::StiffnessPerCoordinate,
         ]),
         "reduced stiffness over the whole basis, symmetric",
+    ),
+    same(
+        "/error/eigenvalue_errors",
+        Real,
+        &[Modes],
+        Estimated,
+        "",
+        PLAIN,
+        "bounds of the kept eigenvalues' relative errors (since 1.2)",
+    ),
+    same(
+        "/error/rigid_shapes",
+        Real,
+        &[Rows, Rigid],
+        Estimated,
+        "L_b R",
+        Rule::Product(&[Factor::Displacement, PER_MODAL]),
+        "mass-normalized rigid motions at the boundary rows (since 1.2)",
+    ),
+    moment(
+        "/error/moment_1",
+        "L G L^T",
+        PER_TIME,
+        "flexibility beyond the modes, output interfaces and loads of further columns included (since 1.2)",
+    ),
+    moment(
+        "/error/moment_2",
+        "L G M G L^T",
+        Rule::Product(&[Factor::PerResidual(MODAL), Factor::PerResidual(MODAL)]),
+        "mass of the static shapes beyond the modes (since 1.2)",
+    ),
+    moment(
+        "/error/moment_3",
+        "L (G M)^2 G L^T",
+        Rule::Product(&[
+            Factor::PerResidual(MODAL.times(TIME)),
+            Factor::PerResidual(MODAL.times(TIME)),
+        ]),
+        "third power moment of what the modes leave out; zero between rows of output interfaces (since 1.2)",
+    ),
+    moment(
+        "/error/moment_4",
+        "L (G M)^3 G L^T",
+        Rule::Product(&[
+            Factor::PerResidual(MODAL.times(TIME).times(TIME)),
+            Factor::PerResidual(MODAL.times(TIME).times(TIME)),
+        ]),
+        "fourth power moment of what the modes leave out; zero in rows of output interfaces (since 1.2)",
+    ),
+    same(
+        "/error/rounding",
+        Real,
+        &[Residual],
+        Estimated,
+        "",
+        PLAIN,
+        "relative rounding in the moments of each row (since 1.2)",
     ),
 ];

@@ -119,6 +119,7 @@ pub(super) fn count(inventory: &Inventory) -> Result<Counts, Finding> {
         rank: size("/residual/sigma2", 0)?,
         field_dofs: optional("/fields/dofs", 0)?,
         loads: optional("/loads/names", 0)?,
+        rigid: optional("/error/rigid_shapes", 1)?,
     })
 }
 
@@ -169,6 +170,7 @@ fn is_required(dataset: &Dataset, inventory: &Inventory, counts: &Counts) -> boo
         Presence::Spatial => counts.dimension == Dimension::Spatial,
         Presence::Optional => false,
         Presence::Fields => any(Presence::Fields),
+        Presence::Estimated => any(Presence::Estimated),
         Presence::Loaded => inventory.entries.contains_key("/loads/names"),
         Presence::Enriched => inventory
             .entries

@@ -37,7 +37,7 @@ pub(super) const TIME: Unit = Unit {
 };
 pub(super) const FIRST_MOMENT: Unit = MASS.times(LENGTH);
 pub(super) const INERTIA: Unit = FIRST_MOMENT.times(LENGTH);
-const MODAL: Unit = Unit {
+pub(super) const MODAL: Unit = Unit {
     mass: 1,
     length: 2,
     time: 0,
@@ -137,6 +137,8 @@ pub(super) enum Factor {
     MassPerCoordinate,
     /// One basis column each: √mass·length/(time·coordinate); a pair makes a generalised stiffness.
     StiffnessPerCoordinate,
+    /// One attachment or further column each: the unit given over the coordinate's.
+    PerResidual(Unit),
     /// One field dof each, displacement: told by dof index through `/fields/dofs`.
     Field,
 }
@@ -245,6 +247,7 @@ impl UnitSystem<'_> {
             Factor::MassPerForce => rows(|row| MODAL.over(force(row))),
             Factor::MassPerForceSquared => rows(|row| INERTIA.over(force(row)).over(force(row))),
             Factor::PerCoordinate(top) => columns(top),
+            Factor::PerResidual(top) => columns(top).split_off(self.mode_count),
             Factor::MassPerCoordinate => columns(MODAL),
             Factor::StiffnessPerCoordinate => columns(MODAL.over(TIME)),
             Factor::Field if self.fields_have_rotations => FIELD_DIRECTIONS.to_vec(),

@@ -16,7 +16,7 @@ use super::{
 };
 use crate::Error;
 use crate::mesh::{Dimension, Mesh};
-use crate::superelement::Superelement;
+use crate::superelement::{Moments, Superelement};
 
 /// Writes a superelement: complete and durable under its name, or not at all.
 ///
@@ -94,6 +94,7 @@ impl<'a> Writer<'a> {
             rank: of.residual.sigma_squared.len(),
             field_dofs: fields.len(),
             loads: of.loads.len(),
+            rigid: (of.moments.as_ref()).map_or(0, |moments| moments.rigid_shapes.ncols()),
         };
         let units = UnitSystem {
             units: &of.units,
@@ -116,6 +117,9 @@ impl<'a> Writer<'a> {
         self.residual(of)?;
         self.inertia(of)?;
         self.optional(of)?;
+        if let Some(moments) = &of.moments {
+            self.error(moments)?;
+        }
         if let Some(recovery) = self.contents.recovery {
             self.recovery(recovery)?;
         }
@@ -322,6 +326,28 @@ impl<'a> Writer<'a> {
             )?;
         }
         Ok(())
+    }
+
+    fn error(&mut self, moments: &Moments) -> hdf5::Result<()> {
+        self.sink.group("error")?;
+        self.sink.attribute(
+            "/error",
+            "eigenvalue_bound",
+            Value::Real(moments.eigenvalue_bound),
+        )?;
+        self.sink
+            .reals("/error/eigenvalue_errors", &moments.eigenvalue_errors)?;
+        self.sink
+            .reals("/error/rigid_shapes", &row_major(&moments.rigid_shapes))?;
+        for (path, moment) in [
+            ("/error/moment_1", &moments.first),
+            ("/error/moment_2", &moments.second),
+            ("/error/moment_3", &moments.third),
+            ("/error/moment_4", &moments.fourth),
+        ] {
+            self.sink.reals(path, &row_major(moment))?;
+        }
+        self.sink.reals("/error/rounding", &moments.rounding)
     }
 
     fn loads(&mut self, of: &Superelement) -> hdf5::Result<()> {

@@ -11,8 +11,8 @@ use dcb_formats::component::{InterfaceKind, Role, Source, Units};
 use dcb_formats::dcb::SuperelementFile;
 use dcb_formats::mesh::{CellBlock, Dimension, Direction, Dof, Mesh};
 use dcb_formats::superelement::{
-    BoundaryRow, Enrichment, FrameKind, Inertia, InterfaceFrame, Modes, PartLoad, Provenance,
-    RecoveryBasis, Residual, Stiffening, Superelement,
+    BoundaryRow, Enrichment, FrameKind, Inertia, InterfaceFrame, Modes, Moments, PartLoad,
+    Provenance, RecoveryBasis, Residual, Stiffening, Superelement,
 };
 use faer::Mat;
 
@@ -155,6 +155,7 @@ pub fn superelement(dimension: Dimension) -> Superelement {
         },
         stiffening: Stiffening::default(),
         enrichment: None,
+        moments: None,
         loads: Vec::new(),
         provenance: Provenance {
             generator: "reduce 0.1.0".to_owned(),
@@ -204,6 +205,16 @@ pub fn enriched(dimension: Dimension) -> Superelement {
             work: (0..n).map(|k| noise(72 + index, k, 0)).collect(),
         })
         .collect();
+    of.moments = Some(Moments {
+        eigenvalue_bound: 4.5e7,
+        eigenvalue_errors: vec![0.0, 1e-12, 1e-13, 1e-14],
+        rigid_shapes: matrix(90, n_b, if axes == 1 { 3 } else { 6 }),
+        first: symmetric(91, n_b + 2),
+        second: symmetric(92, n_b + 2),
+        third: symmetric(93, n_b + 2),
+        fourth: symmetric(94, n_b + 2),
+        rounding: (0..n_b + 2).map(|b| 1e-14 * (1.0 + b as f64)).collect(),
+    });
     of.inertia.l1 = matrix(50, dimension.coordinate_count(), n);
     of.inertia.i1.resize(n, of.inertia.i1[0]);
     of.inertia.i3 = matrix(51, axes, n);
@@ -302,6 +313,12 @@ pub fn summary(file: &SuperelementFile) -> Result<serde_json::Value, Error> {
         "interface_stiffening_12": of.stiffening.interface.iter().map(|layer| layer[(1, 2)]).collect::<Vec<_>>(),
         "loads": of.loads.iter().map(|load| (load.name.clone(), load.force, load.moment, load.work.last().copied())).collect::<Vec<_>>(),
         "last_reduced_stiffness": of.enrichment.as_ref().map(|enrichment| last(&enrichment.reduced_stiffness)),
+        "eigenvalue_bound": of.moments.as_ref().map(|moments| moments.eigenvalue_bound),
+        "last_moments": of.moments.as_ref().map(|moments| {
+            [&moments.first, &moments.second, &moments.third, &moments.fourth].map(last)
+        }),
+        "last_rigid_shape": of.moments.as_ref().map(|moments| last(&moments.rigid_shapes)),
+        "last_bounds": of.moments.as_ref().map(|moments| (moments.eigenvalue_errors.last().copied(), moments.rounding.last().copied())),
         "enrichment_names": of.enrichment.as_ref().map(|enrichment| enrichment.names.clone()),
         "last_enrichment_shape": recovery.as_ref().and_then(|recovery| recovery.enrichment.as_ref()).map(last),
         "field_dofs": recovery.as_ref().map(|recovery| recovery.dofs.len()),

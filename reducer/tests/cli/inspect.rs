@@ -40,7 +40,7 @@ fn text_shows_the_same_in_columns() {
     folder.done("rotor.mtx --modes 4");
     let shown = folder.done("inspect rotor.dcb.h5");
     for words in [
-        "rotor: spatial superelement, format 1.1, units m kg s, frame mean-axis",
+        "rotor: spatial superelement, format 1.2, units m kg s, frame mean-axis",
         "mass      7.796604705e+01 kg",
         "   1          104.637010551",
         "bearing-left   average",
@@ -109,6 +109,49 @@ fn a_frozen_file_of_the_first_version_is_shown() {
         assert!(shown.contains("format 1.0"), "{shown}");
         folder.inspected(&path.display().to_string());
     }
+}
+
+#[test]
+fn errors_are_shown_between_their_bounds() {
+    let folder = Folder::rotor();
+    folder.done("rotor.mtx --modes 4");
+    let found = folder.inspected("rotor.dcb.h5");
+    let errors = &found["errors"];
+    assert_eq!(errors["loss_factor"], 0.02);
+    for form in ["strong", "static"] {
+        for measure in ["collocated", "transfer"] {
+            let bounds = &errors[form][measure]["largest"];
+            let bound = |key: &str| bounds[key].as_f64().unwrap();
+            assert!(
+                0.0 < bound("lower") && bound("lower") < bound("upper"),
+                "{form} {measure}: {bounds}"
+            );
+        }
+    }
+    let of = |form: &str| errors[form]["collocated"]["largest"]["upper"].as_f64();
+    assert!(of("strong") < of("static"), "{errors}");
+    let shown = folder.done("inspect rotor.dcb.h5 --band 1:20");
+    for words in [
+        "errors, rigorous bounds from 1.0000 to 20.0000 Hz, loss factor 0.02",
+        "collocated response",
+        "kept free frequencies              up to ",
+    ] {
+        assert!(shown.contains(words), "`{words}` is missing:\n{shown}");
+    }
+    folder.refused(
+        "inspect rotor.dcb.h5 --band 10:1000",
+        &["1000", "first frequency left out", "keep more modes"],
+    );
+    folder.refused("inspect rotor.dcb.h5 --band 100", &["10:2000"]);
+    let old = stored("tests/data/frozen/planar-1.1.dcb.h5");
+    folder.refused(
+        &format!("inspect {} --band 1:2", old.display()),
+        &["no moments", "reduce the part again"],
+    );
+    assert_eq!(
+        folder.inspected(&old.display().to_string())["errors"],
+        json!(null)
+    );
 }
 
 #[test]

@@ -271,6 +271,7 @@ fn timings_name_every_stage() {
         "factor",
         "modes",
         "attachments",
+        "estimate",
         "invariants",
         "certificate",
         "quality",

@@ -47,6 +47,9 @@ fn an_honest_superelement_is_verified_against_everything() {
         "L_b Φ",
         "F_res",
         "M_res",
+        "no eigenvalue left out is below the stored bound",
+        "M_1 of the error estimate",
+        "M_4 of the error estimate",
         "I1",
         "L3",
         "I2",
@@ -322,4 +325,31 @@ fn the_component_may_have_its_parts_elsewhere() {
         "verify rotor.dcb.h5 --component rotor.mtx --mesh elsewhere.json --mass elsewhere.mass.mtx --boundary nowhere",
         &["nowhere", "--boundary"],
     );
+}
+
+#[test]
+fn a_better_error_than_the_true_one_is_found() {
+    let folder = Folder::rotor();
+    folder.done("rotor.mtx --modes 4");
+    let changes: [(&str, fn(&mut dcb_formats::superelement::Moments)); 3] = [
+        ("M_3 of the error estimate", |moments| {
+            moments.third[(0, 0)] *= 0.9;
+        }),
+        ("no eigenvalue left out is below", |moments| {
+            moments.eigenvalue_bound *= 2.0;
+        }),
+        ("rounding and eigenvalue errors", |moments| {
+            moments.rounding[2] = 0.0;
+        }),
+    ];
+    for (says, change) in changes {
+        altered(&folder, |superelement| {
+            change(superelement.moments.as_mut().unwrap());
+        });
+        folder.failed(
+            1,
+            "verify altered.dcb.h5 --component rotor.mtx",
+            &["not verified", says],
+        );
+    }
 }

@@ -90,6 +90,7 @@ impl ModeTruncation {
                 ..whole.modes.clone()
             },
             residual: self.residual(whole)?,
+            moments: None,
             inertia: over(&whole.inertia, basis.as_ref()),
             stiffening: Stiffening {
                 centrifugal: congruent(&whole.stiffening.centrifugal, basis.as_ref()),

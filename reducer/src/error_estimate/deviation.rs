@@ -1,0 +1,211 @@
+//! What a form is off at one λ: a known part, and bounds of the rest.
+//!
+//! With u = X g the motion that a form has for a force, W = X (I - g) + λ Z g is its residual seen through the flexibility, and
+//!
+//! ```text
+//! Lᵀ A(λ) L = M_1 + λ M_2 + λ² (M_3 g + gᵀ M_3 P) + λ³ gᵀ M_4 g + rest,   P = I - g
+//! rest = λ Σ f(μ) (W-part of mode μ)²,   f(μ) = λ / (μ - λ),   N = Wᵀ M W = Pᵀ M_2 P + λ (Pᵀ M_3 g + gᵀ M_3 P) + λ² gᵀ M_4 g
+//! ```
+//! whatever g is. For Re λ below the eigenvalue bound μ₁ all f(μ) lie in the disc with 0 and f(μ₁) at the ends of a diameter: its middle goes
+//! to the known part, its radius times N bounds what is left. For a real λ that is a two-sided bound as a quadratic form.
+
+use faer::{Mat, c64};
+
+use super::ErrorEstimate;
+use super::moments::DENSE_ROUNDING;
+
+/// H of a form at one λ, and what it lacks, between some rows and those of them that forces act on; rows are scaled.
+pub(super) struct Deviation {
+    /// H of the form.
+    pub reduced: Mat<c64>,
+    /// The known part of H - H of the form.
+    pub known: Mat<c64>,
+    /// A Hermitian form over all of the rows that bounds the rest: a block of the rest is not larger than the root of the product of the
+    /// blocks on its diagonals.
+    pub rest: Mat<c64>,
+    /// What rounding can add to each entry, without that in the kept modes.
+    pub rounding: Mat<f64>,
+    /// What errors of the kept modes can add to each entry.
+    pub of_modes: Mat<f64>,
+}
+
+/// Complex copies of the scaled moments, (n, n).
+pub(super) struct ScaledMoments {
+    pub first: Mat<c64>,
+    pub second: Mat<c64>,
+    pub third: Mat<c64>,
+    pub fourth: Mat<c64>,
+    /// Root of the rounding in each row of M_1 to M_4.
+    pub roots: [Vec<f64>; 4],
+}
+
+impl ScaledMoments {
+    pub(super) fn of(moments: [Mat<f64>; 4], rounding: &[f64], eigenvalue_bound: f64) -> Self {
+        let complex =
+            |m: &Mat<f64>| Mat::from_fn(m.nrows(), m.ncols(), |i, j| c64::new(m[(i, j)], 0.0));
+        let root = |moment: usize| -> Vec<f64> {
+            (0..rounding.len())
+                .map(|i| {
+                    // Where a higher moment isn't known it is below the one before over the bound.
+                    let own = (0..=moment)
+                        .rev()
+                        .map(|m| {
+                            let steps = (moment - m) as i32;
+                            moments[m][(i, i)] / eigenvalue_bound.powi(steps)
+                        })
+                        .find(|size| *size > 0.0);
+                    (rounding[i] * own.unwrap_or(0.0)).sqrt()
+                })
+                .collect()
+        };
+        let [first, second, third, fourth] = &moments;
+        Self {
+            first: complex(first),
+            second: complex(second),
+            third: complex(third),
+            fourth: complex(fourth),
+            roots: [root(0), root(1), root(2), root(3)],
+        }
+    }
+}
+
+impl ErrorEstimate {
+    /// `rows` with those that forces act on, `forced`, all below the eigenvalue bound.
+    pub(super) fn deviation(&self, rows: &[usize], forced: &[usize], lambda: c64) -> Deviation {
+        let (n, count) = (self.moments.first.nrows(), rows.len());
+        let zero = c64::new(0.0, 0.0);
+        let mut g = Mat::<c64>::zeros(n, count);
+        let mut p = Mat::<c64>::zeros(n, count);
+        for (column, row) in rows.iter().enumerate() {
+            for (i, amount) in self.model.amounts(*row, lambda).into_iter().enumerate() {
+                g[(i, column)] = amount;
+                let unit = if i == *row { 1.0 } else { 0.0 };
+                p[(i, column)] = c64::new(unit, 0.0) - amount;
+            }
+        }
+        let m = &self.moments;
+        let (m2p, m3g, m3p, m4g) = (&m.second * &p, &m.third * &g, &m.third * &p, &m.fourth * &g);
+        let far = match self.eigenvalue_bound.is_finite() {
+            true => lambda / (c64::new(self.eigenvalue_bound, 0.0) - lambda),
+            false => zero,
+        };
+        let (middle, radius) = (far * 0.5, 0.5 * far.norm());
+        // Wᵀ M W and Wᴴ M W.
+        let (gm3p, pm3g, gm4g) = (
+            g.transpose() * &m3p,
+            p.transpose() * &m3g,
+            g.transpose() * &m4g,
+        );
+        let bilinear = Mat::from_fn(count, count, |i, j| {
+            (p.col(i).transpose() * m2p.col(j))
+                + lambda * (pm3g[(i, j)] + gm3p[(i, j)])
+                + lambda * lambda * gm4g[(i, j)]
+        });
+        let (pg, gp, gg, pp) = (
+            p.adjoint() * &m3g,
+            g.adjoint() * &m3p,
+            g.adjoint() * &m4g,
+            p.adjoint() * &m2p,
+        );
+        let size = lambda.norm();
+        let rest = Mat::from_fn(count, count, |i, j| {
+            let form = pp[(i, j)]
+                + lambda * pg[(i, j)]
+                + lambda.conj() * gp[(i, j)]
+                + gg[(i, j)] * (size * size);
+            form * (radius * size)
+        });
+        let places: Vec<usize> = forced
+            .iter()
+            .filter_map(|row| rows.iter().position(|known| known == row))
+            .collect();
+        let between = |make: &dyn Fn(usize, usize) -> c64| {
+            Mat::from_fn(count, places.len(), |i, j| make(i, places[j]))
+        };
+        let response = between(&|i, j| self.model.response(rows[i], rows[j], lambda));
+        let known = between(&|i, j| {
+            let (row, column) = (rows[i], rows[j]);
+            let series = m.first[(row, column)]
+                + lambda * m.second[(row, column)]
+                + lambda * lambda * (m3g[(row, j)] + gm3p[(i, j)])
+                + lambda * lambda * lambda * gm4g[(i, j)];
+            series - self.model.response(row, column, lambda) + middle * lambda * bilinear[(i, j)]
+        });
+        let of_poles = |i: usize, j: usize| {
+            (self.rows.poles.iter().enumerate()).fold(zero, |sum, (pole, square)| {
+                let both = self.rows.shapes[(rows[i], pole)] * self.rows.shapes[(rows[j], pole)];
+                sum + c64::new(both, 0.0) / (c64::new(*square, 0.0) - lambda)
+            })
+        };
+        let poles = between(&of_poles);
+        let rounding = self.rounding(rows, &g, &p, size, far.norm());
+        let mode_error = |i: usize, j: usize| -> f64 {
+            (self.rows.zero_count..self.rows.poles.len())
+                .map(|pole| {
+                    let square = self.rows.poles[pole];
+                    let distance = (c64::new(square, 0.0) - lambda).norm();
+                    let error = self.rows.pole_errors[pole];
+                    let both =
+                        self.rows.shapes[(rows[i], pole)] * self.rows.shapes[(rows[j], pole)];
+                    both.abs() / distance
+                        * (error * square / distance + 2.0 * error + DENSE_ROUNDING)
+                })
+                .sum()
+        };
+        Deviation {
+            reduced: poles + response,
+            known,
+            rest,
+            rounding: Mat::from_fn(count, places.len(), |i, j| rounding[(i, places[j])]),
+            of_modes: Mat::from_fn(count, places.len(), |i, j| mode_error(i, places[j])),
+        }
+    }
+
+    /// Rounding of every product that the known part and the rest are made of.
+    fn rounding(
+        &self,
+        rows: &[usize],
+        g: &Mat<c64>,
+        p: &Mat<c64>,
+        size: f64,
+        far: f64,
+    ) -> Mat<f64> {
+        let [first, second, third, fourth] = &self.moments.roots;
+        let own = |roots: &[f64], factor: f64| -> Vec<f64> {
+            rows.iter().map(|row| factor * roots[*row]).collect()
+        };
+        let along = |amounts: &Mat<c64>, roots: &[f64], factor: f64| -> Vec<f64> {
+            (0..rows.len())
+                .map(|j| {
+                    let sum: f64 = (0..roots.len())
+                        .map(|i| amounts[(i, j)].norm() * roots[i])
+                        .sum();
+                    factor * sum
+                })
+                .collect()
+        };
+        let (half, whole) = (size.sqrt(), size);
+        let disc = far.sqrt();
+        let (g3, p3, g4) = (
+            along(g, third, whole),
+            along(p, third, whole),
+            along(g, fourth, whole * half),
+        );
+        let p2 = along(p, second, half);
+        let pairs = [
+            (own(first, 1.0), own(first, 1.0), 1.0),
+            (own(second, half), own(second, half), 1.0),
+            (own(third, whole), g3.clone(), 1.0),
+            (g3.clone(), p3.clone(), 1.0 + far),
+            (p3, g3, far),
+            (g4.clone(), g4, 1.0 + far),
+            (p2.clone(), p2, disc * disc),
+        ];
+        Mat::from_fn(rows.len(), rows.len(), |i, j| {
+            pairs
+                .iter()
+                .map(|(a, b, factor)| factor * a[i] * b[j])
+                .sum()
+        })
+    }
+}

@@ -1,0 +1,412 @@
+//! How far a superelement is off, from the superelement alone: rigorous bounds of its receptance, static response and held frequencies.
+//!
+//! The file's power moments ([`dcb_formats::superelement::Moments`], computed by [`moments`]) bound what the modes leave out on both sides:
+//! no finer reduction and no further solution is needed, whatever the band and whichever rows are of interest. `docs/error-estimate.md` has
+//! the derivation. Measures, scales and norms are those of `reduce study`.
+
+mod deviation;
+mod held;
+mod model;
+pub mod moments;
+pub mod report;
+mod rows;
+
+use dcb_formats::Superelement;
+use faer::{Mat, c64};
+use rayon::prelude::*;
+use serde::{Deserialize, Serialize};
+
+pub use self::held::HeldEigenvalue;
+pub use self::model::Form;
+pub use self::moments::PowerMoments;
+
+use self::deviation::{Deviation, ScaledMoments};
+use self::model::Model;
+use self::rows::Rows;
+use crate::error::Error;
+use crate::study::band::Band;
+
+/// An error between its bounds.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Bracket {
+    /// The error is not below this.
+    pub lower: f64,
+    /// The error is not above this.
+    pub upper: f64,
+}
+
+impl Bracket {
+    fn including(self, other: Self) -> Self {
+        Self {
+            lower: self.lower.max(other.lower),
+            upper: self.upper.max(other.upper),
+        }
+    }
+}
+
+/// The largest error of a response over a band.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct ResponseError {
+    /// Largest ‖H - H_ref‖ / ‖H_ref‖ of the frequencies, over all entries concerned.
+    pub largest: Bracket,
+    /// ω² where the upper bound is largest.
+    pub at: f64,
+}
+
+/// Errors of a superelement over a band. All are relative; rows are scaled by their own flexibility.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Estimate {
+    /// Largest error of a frequency with the rows held, within the band; 1 for one that the superelement lacks. Absent if no such frequency
+    /// can be there.
+    pub held_frequency: Option<Bracket>,
+    /// Those frequencies.
+    pub held: Vec<HeldEigenvalue>,
+    /// Static response with the inertia relieved, of the worst interface.
+    pub static_response: Bracket,
+    /// Receptance of each interface at itself.
+    pub collocated: ResponseError,
+    /// Receptance between different interfaces; absent with one.
+    pub transfer: Option<ResponseError>,
+    /// Upper bound of the relative errors of the kept free frequencies.
+    pub free_frequency: f64,
+}
+
+/// H of a superelement between rows at one frequency, with what it is off; in the file's units, forces act on the columns' rows.
+#[derive(Clone, Debug)]
+pub struct ErrorMatrices {
+    /// Rows that forces act on, which the columns belong to.
+    pub forced: Vec<usize>,
+    /// H(λ) of the superelement.
+    pub reduced: Mat<c64>,
+    /// H - H of the superelement is this,
+    pub difference: Mat<c64>,
+    /// give or take this, entry by entry.
+    pub radius: Mat<f64>,
+}
+
+/// What is known of a superelement's errors in one form.
+pub struct ErrorEstimate {
+    form: Form,
+    eigenvalue_bound: f64,
+    rows: Rows,
+    moments: ScaledMoments,
+    model: Model,
+    /// ω² of the highest kept mode.
+    highest: Option<f64>,
+}
+
+impl ErrorEstimate {
+    /// Of a superelement that has moments; `None` if it hasn't, as files before format 1.2.
+    ///
+    /// # Errors
+    /// [`Error::NotFinite`] if a dense eigenproblem fails.
+    pub fn of(element: &Superelement, form: Form) -> Result<Option<Self>, Error> {
+        let Some(moments) = &element.moments else {
+            return Ok(None);
+        };
+        let rows = Rows::of(element, moments);
+        let model = Model::of(element, moments, &rows, form).ok_or(NOT_FINITE)?;
+        let scaled = [
+            &moments.first,
+            &moments.second,
+            &moments.third,
+            &moments.fourth,
+        ]
+        .map(|moment| rows.scaled_square(moment));
+        Ok(Some(Self {
+            form,
+            eigenvalue_bound: moments.eigenvalue_bound,
+            moments: ScaledMoments::of(scaled, &moments.rounding, moments.eigenvalue_bound),
+            model,
+            rows,
+            highest: element.modes.eigenvalues.last().copied(),
+        }))
+    }
+
+    /// The form.
+    pub fn form(&self) -> Form {
+        self.form
+    }
+
+    /// No omitted ω² is below this: errors are known for ω² below it.
+    pub fn eigenvalue_bound(&self) -> f64 {
+        self.eigenvalue_bound
+    }
+
+    /// Rows that forces act on.
+    pub fn attached_rows(&self) -> Vec<usize> {
+        (0..self.rows.count())
+            .filter(|row| self.rows.attached[*row])
+            .collect()
+    }
+
+    /// The band of a study: so many points up to half the frequency of the highest kept mode, with the resonances; without modes up to half
+    /// the lowest frequency. `None` if there is neither.
+    pub fn usual_band(&self, points: usize) -> Option<Band> {
+        let highest = self.highest.filter(|highest| *highest > 0.0);
+        let limit = highest.or(Some(self.eigenvalue_bound).filter(|bound| bound.is_finite()))?;
+        Some(self.band(None, 0.25 * limit, points))
+    }
+
+    /// So many points between two ω², with the resonances between them.
+    pub fn band(&self, from: Option<f64>, to: f64, points: usize) -> Band {
+        Band::new(from, to, points, &self.rows.poles[self.rows.zero_count..])
+    }
+
+    /// Errors between some rows of L_b over a band, with a structural loss factor η of the responses: λ = ω² / (1 + iη). Rows of output
+    /// interfaces move, but no force acts on them.
+    ///
+    /// # Errors
+    /// [`Error::Component`] if the band isn't below the eigenvalue bound, or no force acts on the rows; [`Error::NotFinite`].
+    pub fn over(&self, rows: &[usize], band: &Band, loss_factor: f64) -> Result<Estimate, Error> {
+        let forced = self.forced(rows)?;
+        self.refuse_beyond(band.top())?;
+        let lambdas: Vec<c64> = band.damped(loss_factor).collect();
+        let several = {
+            let first = self.rows.interface[rows[0]];
+            rows.iter().any(|row| self.rows.interface[*row] != first)
+        };
+        let errors: Vec<[Bracket; 2]> = lambdas
+            .par_iter()
+            .map(|lambda| {
+                let deviation = self.deviation(rows, &forced, *lambda);
+                let blocks = Blocks::of(&deviation, &self.rows.interface, rows, &forced);
+                [blocks.error(Kind::Collocated), blocks.error(Kind::Transfer)]
+            })
+            .collect();
+        let largest = |kind: usize| {
+            let mut most = ResponseError {
+                largest: Bracket {
+                    lower: 0.0,
+                    upper: 0.0,
+                },
+                at: band.top(),
+            };
+            for (error, square) in errors.iter().zip(&band.squares) {
+                if error[kind].upper > most.largest.upper {
+                    most.at = *square;
+                }
+                most.largest = most.largest.including(error[kind]);
+            }
+            most
+        };
+        let held = self.held(rows, band.top()).ok_or(NOT_FINITE)?;
+        let pole_error = self
+            .rows
+            .pole_errors
+            .iter()
+            .fold(0.0, |a: f64, b| a.max(*b));
+        Ok(Estimate {
+            held_frequency: largest_held(&held, band.top()),
+            held,
+            static_response: self.static_error(rows, &forced),
+            collocated: largest(0),
+            transfer: several.then(|| largest(1)),
+            free_frequency: 0.5 * pole_error,
+        })
+    }
+
+    /// H and its errors between some rows at ω², in the file's units.
+    ///
+    /// # Errors
+    /// As [`ErrorEstimate::over`].
+    pub fn at(
+        &self,
+        rows: &[usize],
+        square: f64,
+        loss_factor: f64,
+    ) -> Result<ErrorMatrices, Error> {
+        let forced = self.forced(rows)?;
+        self.refuse_beyond(square)?;
+        let damping = c64::new(1.0, loss_factor);
+        let lambda = c64::new(square, 0.0) / damping;
+        let found = self.deviation(rows, &forced, lambda);
+        let places: Vec<usize> = (0..rows.len())
+            .filter(|i| self.rows.attached[rows[*i]])
+            .collect();
+        // Back from scaled rows, and H / (1 + iη) is the damped part's.
+        let unscaled = |i: usize, j: usize| {
+            let whole = self.rows.scale[rows[i]] * self.rows.scale[forced[j]];
+            if whole > 0.0 { 1.0 / whole } else { 0.0 }
+        };
+        let damped = |matrix: &Mat<c64>| {
+            Mat::from_fn(matrix.nrows(), matrix.ncols(), |i, j| {
+                matrix[(i, j)] * unscaled(i, j) / damping
+            })
+        };
+        let radius = Mat::from_fn(rows.len(), forced.len(), |i, j| {
+            let rest =
+                found.rest[(i, i)].re.max(0.0) * found.rest[(places[j], places[j])].re.max(0.0);
+            (rest.sqrt() + found.rounding[(i, j)] + found.of_modes[(i, j)]) * unscaled(i, j)
+                / damping.norm()
+        });
+        Ok(ErrorMatrices {
+            reduced: damped(&found.reduced),
+            difference: damped(&found.known),
+            radius,
+            forced,
+        })
+    }
+
+    fn forced(&self, rows: &[usize]) -> Result<Vec<usize>, Error> {
+        let forced: Vec<usize> = (rows.iter().copied())
+            .filter(|row| self.rows.attached.get(*row) == Some(&true))
+            .collect();
+        let known = rows.iter().all(|row| *row < self.rows.count());
+        if forced.is_empty() || !known {
+            return Err(Error::Component(format!(
+                "no force acts on the rows {rows:?} of {}: errors are those of rows of attachments",
+                self.rows.count()
+            )));
+        }
+        Ok(forced)
+    }
+
+    fn refuse_beyond(&self, square: f64) -> Result<(), Error> {
+        if square > 0.0 && square < self.eigenvalue_bound {
+            return Ok(());
+        }
+        let cycles = |square: f64| square.max(0.0).sqrt() / (2.0 * std::f64::consts::PI);
+        Err(Error::Component(format!(
+            "the band ends at {:.6} cycles per time unit, and errors are known up to {:.6}, below the first frequency left out; take a band that ends lower, or keep more modes",
+            cycles(square),
+            cycles(self.eigenvalue_bound)
+        )))
+    }
+
+    /// The largest over the interfaces, of the responses to forces at its rows.
+    fn static_error(&self, rows: &[usize], forced: &[usize]) -> Bracket {
+        let still = c64::new(0.0, 0.0);
+        let mut worst = Bracket {
+            lower: 0.0,
+            upper: 0.0,
+        };
+        let mut interfaces: Vec<usize> = (forced.iter())
+            .map(|row| self.rows.interface[*row])
+            .collect();
+        interfaces.dedup();
+        let elastic = self.rows.zero_count..self.rows.poles.len();
+        for interface in interfaces {
+            let (mut off, mut whole, mut margin) = (0.0_f64, 0.0_f64, 0.0_f64);
+            for column in forced
+                .iter()
+                .filter(|row| self.rows.interface[**row] == interface)
+            {
+                for row in rows {
+                    let exact = self.moments.first[(*row, *column)].re;
+                    let roots = &self.moments.roots[0];
+                    let mut rounding = roots[*row] * roots[*column];
+                    let mut of_modes = 0.0;
+                    for pole in elastic.clone() {
+                        let part = self.rows.shapes[(*row, pole)]
+                            * self.rows.shapes[(*column, pole)]
+                            / self.rows.poles[pole];
+                        of_modes += part;
+                        rounding += part.abs()
+                            * (3.0 * self.rows.pole_errors[pole] + moments::DENSE_ROUNDING);
+                    }
+                    let found = self.model.response(*row, *column, still).re;
+                    off += (exact - found).powi(2);
+                    whole += (exact + of_modes).powi(2);
+                    margin += rounding.powi(2);
+                }
+            }
+            worst = worst.including(bracket(off.sqrt(), margin.sqrt(), whole.sqrt()));
+        }
+        worst
+    }
+}
+
+const NOT_FINITE: Error = Error::NotFinite {
+    what: "the error estimate",
+};
+
+/// ‖known ± margin‖ over ‖whole ± margin‖.
+fn bracket(known: f64, margin: f64, whole: f64) -> Bracket {
+    if whole + margin <= 0.0 {
+        return Bracket {
+            lower: 0.0,
+            upper: 0.0,
+        };
+    }
+    Bracket {
+        lower: (known - margin).max(0.0) / (whole + margin),
+        upper: match whole > margin {
+            true => (known + margin) / (whole - margin),
+            false => f64::INFINITY,
+        },
+    }
+}
+
+/// Errors of held frequencies: those that may be in the band bound it from above, those that surely are from below.
+fn largest_held(held: &[HeldEigenvalue], top: f64) -> Option<Bracket> {
+    let mut worst: Option<Bracket> = None;
+    for one in held.iter().filter(|one| one.lower < top) {
+        let (lower, upper) = one.error();
+        let error = Bracket {
+            lower: if one.upper < top { lower } else { 0.0 },
+            upper,
+        };
+        worst = Some(worst.map_or(error, |worst| worst.including(error)));
+    }
+    worst
+}
+
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum Kind {
+    Collocated,
+    Transfer,
+}
+
+/// Squares of Frobenius norms over the blocks of interfaces.
+struct Blocks {
+    known: [f64; 2],
+    whole: [f64; 2],
+    margin: [f64; 2],
+}
+
+impl Blocks {
+    fn of(found: &Deviation, interface: &[usize], rows: &[usize], forced: &[usize]) -> Self {
+        let whole = &found.reduced + &found.known;
+        let count = interface.iter().max().map_or(0, |most| most + 1);
+        let of_row = |i: usize| interface[rows[i]];
+        // ‖N_aa‖ for each interface.
+        let mut own = vec![0.0_f64; count];
+        for j in 0..rows.len() {
+            for i in (0..rows.len()).filter(|i| of_row(*i) == of_row(j)) {
+                own[of_row(j)] += found.rest[(i, j)].norm_sqr();
+            }
+        }
+        let mut rounding = Mat::<f64>::zeros(count, count);
+        let mut present = Mat::<f64>::zeros(count, count);
+        let (mut known_sum, mut whole_sum) = ([0.0; 2], [0.0; 2]);
+        for (j, column) in forced.iter().enumerate() {
+            for i in 0..rows.len() {
+                let (a, b) = (of_row(i), interface[*column]);
+                let kind = usize::from(a != b);
+                known_sum[kind] += found.known[(i, j)].norm_sqr();
+                whole_sum[kind] += whole[(i, j)].norm_sqr();
+                rounding[(a, b)] += (found.rounding[(i, j)] + found.of_modes[(i, j)]).powi(2);
+                present[(a, b)] = 1.0;
+            }
+        }
+        let mut margin = [0.0; 2];
+        for b in 0..count {
+            for a in (0..count).filter(|a| present[(*a, b)] > 0.0) {
+                let rest = (own[a].sqrt() * own[b].sqrt()).sqrt();
+                margin[usize::from(a != b)] += (rest + rounding[(a, b)].sqrt()).powi(2);
+            }
+        }
+        Self {
+            known: known_sum,
+            whole: whole_sum,
+            margin,
+        }
+    }
+
+    fn error(&self, kind: Kind) -> Bracket {
+        let kind = usize::from(kind == Kind::Transfer);
+        let root = |values: &[f64; 2]| values[kind].sqrt();
+        bracket(root(&self.known), root(&self.margin), root(&self.whole))
+    }
+}

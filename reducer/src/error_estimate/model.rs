@@ -1,0 +1,279 @@
+//! What a superelement takes for the motions beyond its modes, in combinations of the static shapes X of [`super::moments`].
+//!
+//! A unit force at row j moves the part by X g_j(λ) beside its rigid motions and modes, and the rows by C_j(λ):
+//!
+//! ```text
+//! strong   g = Q + T diag(λ / (σ² (σ² - λ))) Bᵀ     C = F + B diag(λ / (σ² (σ² - λ))) Bᵀ
+//! static   g = Q                                     C = F
+//! ```
+//! F is the file's L G_res Lᵀ, T its dynamic coordinates ζ with their σ², B what ζ do to the rows, and Q the directions that an interface
+//! reduction has left (the identity where there was none). At λ = 0 both forms are the same, directions without mass included.
+
+use dcb_formats::Superelement;
+use dcb_formats::superelement::{Enrichment, Moments};
+use faer::{Mat, c64};
+use serde::{Deserialize, Serialize};
+
+use super::rows::Rows;
+use crate::block_algebra::{largest_entry, symmetric_eigen, symmetrized};
+use crate::residual_filter::MASS_TOLERANCE;
+
+/// Matrices that differ by less than this, scaled, are the same flexibility.
+const SAME_FLEXIBILITY: f64 = 1e-12;
+
+/// The form in which a superelement is used.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Form {
+    /// Attachments and further columns are dynamic coordinates.
+    Strong,
+    /// Attachments follow the forces without inertia; further columns aren't used.
+    Static,
+}
+
+impl Form {
+    /// Name in tables and files.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Strong => "strong",
+            Self::Static => "static",
+        }
+    }
+}
+
+/// Dynamic coordinates ζ, each M-orthonormal, in scaled rows.
+struct Dynamic {
+    /// σ², (r).
+    squares: Vec<f64>,
+    /// T, (n_b + n_x, r).
+    combinations: Mat<f64>,
+    /// B, (n_b, r).
+    seen: Mat<f64>,
+}
+
+/// The residual part of a superelement in one form, in scaled rows.
+pub(super) struct Model {
+    /// Q, (n_b + n_x, n_b).
+    base: Mat<f64>,
+    /// F, (n_b, n_b), columns of output rows zero.
+    flexibility: Mat<f64>,
+    dynamic: Dynamic,
+    attached: Vec<bool>,
+}
+
+impl Model {
+    /// `None` if a dense eigenproblem fails, which only numbers that aren't finite cause.
+    pub(super) fn of(
+        element: &Superelement,
+        moments: &Moments,
+        rows: &Rows,
+        form: Form,
+    ) -> Option<Self> {
+        let residual = &element.residual;
+        let stored = (residual.output_shapes.as_ref()).unwrap_or(&residual.flexibility);
+        let flexibility = rows.scaled_square(stored);
+        let directions = directions(moments, rows, &flexibility)?;
+        let (n_b, n) = (rows.count(), moments.first.nrows());
+        let base = Mat::from_fn(
+            n,
+            n_b,
+            |i, j| {
+                if i < n_b { directions[(i, j)] } else { 0.0 }
+            },
+        );
+        let coordinates = match (form, &element.enrichment) {
+            (Form::Static, _) => Coordinates::none(n),
+            (Form::Strong, None) => Coordinates::of_attachments(element),
+            (Form::Strong, Some(further)) => Coordinates::with_further(element, further)?,
+        };
+        // Coordinates of attachments and further columns as the file has them; T in all static shapes is Q times that.
+        let amounts = rows.scaled_amounts(&coordinates.combinations);
+        let combinations = Mat::from_fn(n, amounts.ncols(), |i, j| match i < n_b {
+            true => (0..n_b).map(|k| directions[(i, k)] * amounts[(k, j)]).sum(),
+            false => amounts[(i, j)],
+        });
+        let mut seen = &flexibility * amounts.subrows(0, n_b);
+        if let Some(further) = &element.enrichment {
+            let shapes = rows.scaled_further(&further.interface_shapes);
+            seen += shapes * amounts.subrows(n_b, n - n_b);
+        }
+        Some(Self {
+            base,
+            flexibility,
+            dynamic: Dynamic {
+                squares: coordinates.squares,
+                combinations,
+                seen,
+            },
+            attached: rows.attached.clone(),
+        })
+    }
+
+    /// g for a force at a row, (n_b + n_x). Output rows feel none: theirs is what the dynamic coordinates say.
+    pub(super) fn amounts(&self, row: usize, lambda: c64) -> Vec<c64> {
+        let Dynamic {
+            squares,
+            combinations,
+            seen,
+        } = &self.dynamic;
+        let attached = self.attached[row];
+        let weights: Vec<c64> = (0..squares.len())
+            .map(|k| seen[(row, k)] * weight(squares[k], lambda, attached))
+            .collect();
+        (0..self.base.nrows())
+            .map(|i| {
+                let base = if attached { self.base[(i, row)] } else { 0.0 };
+                (weights.iter().enumerate()).fold(c64::new(base, 0.0), |sum, (k, w)| {
+                    sum + w * combinations[(i, k)]
+                })
+            })
+            .collect()
+    }
+
+    /// C between a row and a row that forces act on.
+    pub(super) fn response(&self, row: usize, forced: usize, lambda: c64) -> c64 {
+        let Dynamic { squares, seen, .. } = &self.dynamic;
+        (0..squares.len()).fold(c64::new(self.flexibility[(row, forced)], 0.0), |sum, k| {
+            sum + weight(squares[k], lambda, true) * (seen[(row, k)] * seen[(forced, k)])
+        })
+    }
+
+    /// σ² and B of the dynamic coordinates.
+    pub(super) fn dynamic(&self) -> (&[f64], &Mat<f64>) {
+        (&self.dynamic.squares, &self.dynamic.seen)
+    }
+
+    /// Flexibility between rows that forces act on which no dynamic coordinate carries.
+    pub(super) fn massless(&self, rows: &[usize]) -> Mat<f64> {
+        let Dynamic { squares, seen, .. } = &self.dynamic;
+        let rest = Mat::from_fn(rows.len(), rows.len(), |i, j| {
+            let (i, j) = (rows[i], rows[j]);
+            let carried: f64 = (0..squares.len())
+                .filter(|k| squares[*k] > 0.0)
+                .map(|k| seen[(i, k)] * seen[(j, k)] / squares[k])
+                .sum();
+            self.flexibility[(i, j)] - carried
+        });
+        symmetrized(rest.as_ref())
+    }
+}
+
+/// λ / (σ² (σ² - λ)), or 1 / (σ² - λ) where the static part isn't told apart.
+fn weight(square: f64, lambda: c64, beyond_static: bool) -> c64 {
+    if square <= 0.0 {
+        return c64::new(0.0, 0.0);
+    }
+    let dynamic = c64::new(1.0, 0.0) / (c64::new(square, 0.0) - lambda);
+    match beyond_static {
+        true => dynamic * lambda / square,
+        false => dynamic,
+    }
+}
+
+/// Q in scaled rows: the projector on the forces that an interface reduction has left, E U Uᵀ E⁻¹ with U the range of E F E and E the
+/// scale in which it was made.
+fn directions(moments: &Moments, rows: &Rows, flexibility: &Mat<f64>) -> Option<Mat<f64>> {
+    let n_b = rows.count();
+    let whole = rows.scaled_square(&moments.first.get(..n_b, ..n_b).to_owned());
+    let between = |i: usize, j: usize| rows.attached[i] && rows.attached[j];
+    let apart = Mat::from_fn(n_b, n_b, |i, j| match between(i, j) {
+        true => whole[(i, j)] - flexibility[(i, j)],
+        false => 0.0,
+    });
+    if largest_entry(apart.as_ref()) <= SAME_FLEXIBILITY {
+        return Some(Mat::identity(n_b, n_b));
+    }
+    // The scale of a reduction leaves rigid motions out.
+    let scale: Vec<f64> = (0..n_b)
+        .map(|i| match rows.elastic_flexibility[i] {
+            whole if whole > 0.0 => 1.0 / whole.sqrt(),
+            _ => 0.0,
+        })
+        .collect();
+    let scaled = Mat::from_fn(n_b, n_b, |i, j| match between(i, j) {
+        true => scale[i] * flexibility[(i, j)] * scale[j],
+        false => 0.0,
+    });
+    let (values, vectors) = symmetric_eigen(symmetrized(scaled.as_ref()).as_ref())?;
+    let limit = MASS_TOLERANCE * values.last().copied().unwrap_or(0.0);
+    let kept: Vec<usize> = (0..n_b).filter(|k| values[*k] > limit).collect();
+    Some(Mat::from_fn(n_b, n_b, |i, j| match scale[j] > 0.0 {
+        true => {
+            let shared: f64 = (kept.iter())
+                .map(|k| vectors[(i, *k)] * vectors[(j, *k)])
+                .sum();
+            scale[i] * shared / scale[j]
+        }
+        false => 0.0,
+    }))
+}
+
+/// Coordinates over attachments and further columns, M-orthonormal and diagonal in K.
+struct Coordinates {
+    /// σ², (r).
+    squares: Vec<f64>,
+    /// (n_b + n_x, r).
+    combinations: Mat<f64>,
+}
+
+impl Coordinates {
+    fn none(count: usize) -> Self {
+        Self {
+            squares: Vec::new(),
+            combinations: Mat::zeros(count, 0),
+        }
+    }
+
+    fn of_attachments(element: &Superelement) -> Self {
+        Self {
+            squares: element.residual.sigma_squared.clone(),
+            combinations: element.residual.transform.clone(),
+        }
+    }
+
+    /// As a simulation makes them: the part of each further column that the attachments don't have, filtered, and both diagonalised
+    /// together.
+    fn with_further(element: &Superelement, further: &Enrichment) -> Option<Self> {
+        let (n_k, n_b) = (element.mode_count(), element.boundary_row_count());
+        let n_x = further.interface_shapes.ncols();
+        let block = |matrix: &Mat<f64>| matrix.get(n_k.., n_k..).to_owned();
+        let (mass, stiffness) = (
+            block(&further.reduced_mass),
+            block(&further.reduced_stiffness),
+        );
+        let transform = &element.residual.transform;
+        let attached = Mat::from_fn(n_b + n_x, transform.ncols(), |i, j| {
+            if i < n_b { transform[(i, j)] } else { 0.0 }
+        });
+        let shared = attached.transpose() * mass.get(.., n_b..);
+        let own = Mat::from_fn(n_b + n_x, n_x, |i, j| f64::from(u8::from(i == n_b + j)))
+            - &attached * &shared;
+        let scale: Vec<f64> = (n_b..n_b + n_x)
+            .map(|i| match mass[(i, i)] {
+                norm if norm > 0.0 => 1.0 / norm.sqrt(),
+                _ => 0.0,
+            })
+            .collect();
+        let gram = own.transpose() * &mass * &own;
+        let scaled = Mat::from_fn(n_x, n_x, |i, j| scale[i] * gram[(i, j)] * scale[j]);
+        let (fractions, vectors) = symmetric_eigen(symmetrized(scaled.as_ref()).as_ref())?;
+        let kept: Vec<usize> = (0..n_x)
+            .filter(|k| fractions[*k] > element.residual.tolerance)
+            .collect();
+        let combined = Mat::from_fn(n_x, kept.len(), |i, j| {
+            scale[i] * vectors[(i, kept[j])] / fractions[kept[j]].sqrt()
+        });
+        let own = own * combined;
+        let rank = attached.ncols();
+        let all = Mat::from_fn(n_b + n_x, rank + own.ncols(), |i, j| match j < rank {
+            true => attached[(i, j)],
+            false => own[(i, j - rank)],
+        });
+        let product = all.transpose() * &stiffness * &all;
+        let (squares, rotation) = symmetric_eigen(symmetrized(product.as_ref()).as_ref())?;
+        Some(Self {
+            squares: squares.into_iter().map(|square| square.max(0.0)).collect(),
+            combinations: all * rotation,
+        })
+    }
+}

@@ -1,0 +1,159 @@
+//! The estimate of a file, for people and as JSON.
+
+use std::fmt::Write as _;
+
+use dcb_formats::Superelement;
+use serde_json::{Value, json};
+
+use super::{Bracket, ErrorEstimate, Estimate, Form};
+use crate::error::Error;
+use crate::inspect::hertz;
+use crate::plausibility::si_factor;
+use crate::scientific::scientific;
+use crate::study::band::Band;
+
+/// Equally spaced points of a band, and the structural loss factor of the responses: those of a study.
+pub const POINTS: usize = 400;
+/// Structural loss factor.
+pub const LOSS_FACTOR: f64 = 0.02;
+
+/// What is known of a superelement's errors in both forms.
+pub struct Report {
+    time_unit: String,
+    band: Band,
+    forms: Vec<(Form, Estimate)>,
+}
+
+impl Report {
+    /// Over a band in Hz, or over the usual one; `None` where a file has no moments, or nothing that could be off.
+    ///
+    /// # Errors
+    /// [`Error::Component`] for a band that isn't below the first frequency left out, or that is asked for where nothing is known.
+    pub fn of(element: &Superelement, hertz: Option<[f64; 2]>) -> Result<Option<Self>, Error> {
+        let mut forms = Vec::new();
+        let mut used = None;
+        for form in [Form::Strong, Form::Static] {
+            let Some(estimate) = ErrorEstimate::of(element, form)? else {
+                break;
+            };
+            let rows = estimate.attached_rows();
+            let band = match hertz {
+                Some(ends) => Some(between(&estimate, element, ends)?),
+                None => estimate.usual_band(POINTS),
+            };
+            let Some(band) = band.filter(|_| !rows.is_empty()) else {
+                break;
+            };
+            forms.push((form, estimate.over(&rows, &band, LOSS_FACTOR)?));
+            used = Some(band);
+        }
+        match (used, hertz) {
+            (Some(band), _) => Ok(Some(Self {
+                time_unit: element.units.time.clone(),
+                band,
+                forms,
+            })),
+            (None, None) => Ok(None),
+            (None, Some(_)) => Err(Error::Component(format!(
+                "{}: errors are asked for with --band, but the file has no moments to estimate them from (files before format 1.2 haven't), or no interface; reduce the part again",
+                element.name
+            ))),
+        }
+    }
+
+    /// Lines of `reduce inspect`.
+    pub fn text(&self) -> String {
+        let ends = self.ends().map(|end| format!("{end:.4}"));
+        let unit = match si_factor(&self.time_unit) {
+            Some(_) => "Hz".to_owned(),
+            None => format!("1/{}", self.time_unit),
+        };
+        let mut text = format!(
+            "errors, rigorous bounds from {} to {} {unit}, loss factor {LOSS_FACTOR}\n",
+            ends[0], ends[1]
+        );
+        let shown = |bracket: Option<Bracket>| match bracket {
+            Some(Bracket { lower, upper }) => {
+                format!("{} to {}", scientific(lower, 2), scientific(upper, 2))
+            }
+            None => "none".to_owned(),
+        };
+        let mut line = |what: &str, found: [String; 2]| {
+            let _ = writeln!(text, "  {what:<34} {:<24} {}", found[0], found[1]);
+        };
+        line("", ["strong".into(), "static".into()]);
+        for (what, take) in MEASURES {
+            let both: Vec<String> = self.forms.iter().map(|(_, of)| shown(take(of))).collect();
+            if let Ok(both) = <[String; 2]>::try_from(both) {
+                line(what, both);
+            }
+        }
+        let free = self.forms.iter().map(|(_, of)| of.free_frequency);
+        let free = free.fold(0.0, f64::max);
+        let _ = writeln!(
+            text,
+            "  {:<34} up to {}",
+            "kept free frequencies",
+            scientific(free, 2)
+        );
+        text
+    }
+
+    /// For programs.
+    pub fn json(&self) -> Value {
+        let squares = [self.band.squares.first(), self.band.squares.last()];
+        let mut value = json!({
+            "band_eigenvalues": squares,
+            "band_hz": si_factor(&self.time_unit).map(|_| self.ends()),
+            "points": self.band.squares.len(),
+            "loss_factor": LOSS_FACTOR,
+        });
+        for (form, estimate) in &self.forms {
+            value[form.name()] = json!(estimate);
+        }
+        value
+    }
+
+    fn ends(&self) -> [f64; 2] {
+        let square = |value: Option<&f64>| value.copied().unwrap_or(0.0);
+        let squares = &self.band.squares;
+        [squares.first(), squares.last()].map(|end| hertz(square(end), &self.time_unit))
+    }
+}
+
+/// Title of a measure, and where it stands in an estimate.
+type Measure = (&'static str, fn(&Estimate) -> Option<Bracket>);
+
+const MEASURES: [Measure; 4] = [
+    ("held frequency", |of| of.held_frequency),
+    ("static response", |of| Some(of.static_response)),
+    ("collocated response", |of| Some(of.collocated.largest)),
+    ("transfer response", |of| {
+        of.transfer.map(|transfer| transfer.largest)
+    }),
+];
+
+fn between(
+    estimate: &ErrorEstimate,
+    element: &Superelement,
+    ends: [f64; 2],
+) -> Result<Band, Error> {
+    let time = &element.units.time;
+    let second = si_factor(time).ok_or_else(|| {
+        Error::Component(format!(
+            "{}: --band is in Hz, but the time unit {time:?} is not known",
+            element.name
+        ))
+    })?;
+    let [from, to] = ends.map(|hertz| (2.0 * std::f64::consts::PI * hertz * second).powi(2));
+    let bound = estimate.eigenvalue_bound();
+    if to >= bound {
+        return Err(Error::Component(format!(
+            "{}: the band ends at {:.6} Hz, and errors are known below {:.6} Hz, next to the first frequency left out; take a band that ends lower, or keep more modes",
+            element.name,
+            ends[1],
+            hertz(bound, time)
+        )));
+    }
+    Ok(estimate.band(Some(from), to, POINTS))
+}
