@@ -68,7 +68,7 @@ pub fn follow(
     grid: Grid,
     monitor: &Monitor,
 ) -> Result<Option<(Course, Trace)>, Error> {
-    let (mut course, trace, outcome) = attempt(subject, scene, grid, monitor)?;
+    let (mut course, trace, outcome) = attempt(subject, scene, grid, monitor, &mut |_| {})?;
     match outcome {
         Ok(true) => Ok(Some((course, trace))),
         Ok(false) => Ok(None),
@@ -82,7 +82,7 @@ pub fn follow(
     }
 }
 
-/// The same for a run that has to come to its end.
+/// The same for a run that has to come to its end; `watch` sees every state that is sampled.
 ///
 /// # Errors
 /// Whatever stopped it.
@@ -91,8 +91,9 @@ pub fn follow_to_the_end(
     scene: &Scene,
     grid: Grid,
     monitor: &Monitor,
+    watch: &mut dyn FnMut(&Simulation),
 ) -> Result<Option<(Course, Trace)>, Error> {
-    let (course, trace, outcome) = attempt(subject, scene, grid, monitor)?;
+    let (course, trace, outcome) = attempt(subject, scene, grid, monitor, watch)?;
     Ok(outcome?.then_some((course, trace)))
 }
 
@@ -102,6 +103,7 @@ fn attempt(
     scene: &Scene,
     grid: Grid,
     monitor: &Monitor,
+    watch: &mut dyn FnMut(&Simulation),
 ) -> Result<(Course, Trace, Result<bool, Error>), Error> {
     let mut course = Course::default();
     let widths = subject.quantities.iter().map(Quantity::width);
@@ -116,6 +118,7 @@ fn attempt(
             values: Vec::with_capacity(width),
             sampler: &mut sampler,
             course: &mut course,
+            watch,
         };
         for quantity in &subject.quantities {
             run.places.extend(quantity.places(&run.recorder)?);
@@ -174,6 +177,7 @@ struct Run<'a> {
     values: Vec<f64>,
     sampler: &'a mut Sampler,
     course: &'a mut Course,
+    watch: &'a mut dyn FnMut(&Simulation),
 }
 
 impl Run<'_> {
@@ -221,6 +225,7 @@ impl Run<'_> {
         let warnings = &mut self.course.warnings;
         self.validity
             .check(now.system, now.state, |message| warnings.push(message));
+        (self.watch)(&self.simulation);
     }
 }
 

@@ -1,0 +1,84 @@
+//! The fewest coordinates that keep an error within a tolerance.
+
+use crate::error::Error;
+
+/// One number of coordinates that was tried.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Trial {
+    /// Coordinates kept, the first of the ranking.
+    pub kept: usize,
+    /// The error with them; infinite where the run didn't come to its end.
+    pub error: f64,
+}
+
+/// Trials in the order in which they were made, and the smallest number of coordinates found good.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Searched {
+    /// Every trial once.
+    pub trials: Vec<Trial>,
+    /// The smallest good one; all coordinates where nothing less is good.
+    pub best: Trial,
+}
+
+/// Bisects between none and all of `count` coordinates; with all of them the error is `whole`. `None` if a trial says that the
+/// user wants an end.
+///
+/// The error needn't fall with every coordinate: what is returned was tried, not inferred.
+///
+/// # Errors
+/// Those of the trials.
+pub fn fewest(
+    count: usize,
+    whole: f64,
+    tolerance: f64,
+    mut trial: impl FnMut(usize) -> Result<Option<f64>, Error>,
+) -> Result<Option<Searched>, Error> {
+    let mut trials = Vec::new();
+    let mut best = Trial {
+        kept: count,
+        error: whole,
+    };
+    // Good at `best.kept`; bad below `bad`.
+    let mut bad = 0;
+    while bad < best.kept {
+        let kept = (bad + best.kept) / 2;
+        let Some(error) = trial(kept)? else {
+            return Ok(None);
+        };
+        let tried = Trial { kept, error };
+        trials.push(tried);
+        if error <= tolerance {
+            best = tried;
+        } else {
+            bad = kept + 1;
+        }
+    }
+    Ok(Some(Searched { trials, best }))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_fewest_good_coordinates_are_found() -> Result<(), Error> {
+        for needed in 0..=13 {
+            let mut made = 0;
+            let found = fewest(13, 0.0, 1e-3, |kept| {
+                made += 1;
+                Ok(Some(if kept >= needed { 1e-4 } else { 1e-2 }))
+            })?;
+            assert_eq!(found.map(|found| found.best.kept), Some(needed));
+            assert!(made <= 4, "{made} trials");
+        }
+        Ok(())
+    }
+
+    #[test]
+    fn what_is_never_good_keeps_everything_and_a_stop_is_no_answer() -> Result<(), Error> {
+        let none = fewest(5, 0.0, 1e-3, |_| Ok(Some(f64::INFINITY)))?;
+        assert_eq!(none.map(|found| found.best.kept), Some(5));
+        assert_eq!(fewest(5, 0.0, 1e-3, |_| Ok(None))?, None);
+        Ok(())
+    }
+}
