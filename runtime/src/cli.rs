@@ -8,6 +8,7 @@ use clap::{Args, Parser, Subcommand, ValueEnum};
 use dcb_formats::dcb::{Replace, check_output};
 use dcb_formats::results::Results;
 
+use crate::cli_prepare::{self, PrepareArguments};
 use crate::cli_scene;
 use crate::cli_study::{self, StudyArguments};
 use crate::error::Error;
@@ -106,12 +107,33 @@ pub struct SceneArguments {
     /// Say where the time goes.
     #[arg(long)]
     pub profile: bool,
+    /// What of the superelements is carried.
+    #[arg(long, value_name = "WHAT", value_enum, default_value_t)]
+    pub model: ModelArgument,
+    /// How far a body's response may change by what is left out.
+    #[arg(long, value_name = "E", default_value_t = crate::pruning::DEFAULT_TOLERANCE, allow_negative_numbers = true)]
+    pub tolerance: f64,
+    /// List what of each body is left out, why, and at which estimated cost.
+    #[arg(long)]
+    pub explain: bool,
+}
+
+/// What of the superelements is carried.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
+pub enum ModelArgument {
+    /// What the scene needs.
+    #[default]
+    Needed,
+    /// All that is in the files.
+    Everything,
 }
 
 #[derive(Debug, Subcommand)]
 enum Command {
     /// Try options of a scene: what each costs, and how far it is off.
     Study(StudyArguments),
+    /// Reduce the parts of a scene, and leave out of them what its outputs don't need.
+    Prepare(PrepareArguments),
     /// Draw recorded quantities over time as SVG.
     Plot {
         /// Results.
@@ -152,6 +174,7 @@ pub fn main() -> ExitCode {
     let cli = Cli::parse();
     let done = match &cli.command {
         None => cli_scene::run(&cli.scene, &cli.common),
+        Some(Command::Prepare(arguments)) => cli_prepare::run(arguments, &cli.common),
         Some(Command::Study(arguments)) => cli_study::run(arguments, &cli.common),
         Some(Command::Plot {
             results,

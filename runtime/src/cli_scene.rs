@@ -10,11 +10,14 @@ use dcb_formats::results::Results;
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use serde_json::json;
 
-use crate::cli::{CommonArguments, Done, Ending, SceneArguments, print_to_stderr, replace};
+use crate::cli::{
+    CommonArguments, Done, Ending, ModelArgument, SceneArguments, print_to_stderr, replace,
+};
 use crate::csv;
 use crate::error::Error;
 use crate::history::Selection;
 use crate::model::Model;
+use crate::pruning::Pruning;
 use crate::run::{self, ModesReport, Observer, Profiling, Report, RunReport, Target, stiffened};
 use crate::scene::{BodyKind, Method, Scene, in_file};
 
@@ -44,7 +47,7 @@ pub fn run(arguments: &SceneArguments, common: &CommonArguments) -> Result<Done,
     };
     let mut scene = Scene::read(path)?;
     override_scene(&mut scene, arguments)?;
-    let target = Target {
+    let mut target = Target {
         path: arguments
             .output
             .clone()
@@ -60,12 +63,26 @@ pub fn run(arguments: &SceneArguments, common: &CommonArguments) -> Result<Done,
     check_output(&target.path, target.replace)?;
     check_targets(path, &scene, &target, arguments)?;
     watch_for_interruption();
+    let pruning = match arguments.model {
+        ModelArgument::Everything => None,
+        ModelArgument::Needed => {
+            let found = Pruning::of(&scene, arguments.tolerance);
+            Some(found.map_err(|error| in_file(error, path))?)
+        }
+    };
+    if let Some(pruning) = &pruning {
+        scene = pruning.applied_to(&scene);
+        target.options["left_out"] = left_out(pruning);
+    }
     let model = Model::load(&scene).map_err(|error| in_file(error, path))?;
     let mut watcher = Watcher::new(common);
     for note in &model.notes {
         watcher.note(0.0, note);
     }
-    let loaded = describe(&scene, &model, common);
+    let mut loaded = describe(&scene, &model, common);
+    if let Some(pruning) = &pruning {
+        loaded += &told_of(pruning, arguments);
+    }
     let report = run::run(&scene, model, &target, &mut watcher);
     watcher.bar.finish_and_clear();
     let report = report?;
@@ -80,6 +97,16 @@ pub fn run(arguments: &SceneArguments, common: &CommonArguments) -> Result<Done,
             Ending::Interrupted
         },
     })
+}
+
+/// What is left out, body by body.
+fn left_out(pruning: &Pruning) -> serde_json::Value {
+    let bodies = pruning.bodies.iter();
+    let told = bodies.map(|(name, pruned)| {
+        let lines = pruned.left_out.iter().map(ToString::to_string);
+        (name.clone(), lines.collect::<serde_json::Value>())
+    });
+    told.collect::<serde_json::Map<_, _>>().into()
 }
 
 /// Nothing that is read may be written, and nothing that is written may be written over.
@@ -167,7 +194,22 @@ fn options(arguments: &SceneArguments) -> serde_json::Value {
         "end": arguments.end,
         "rho_infinity": arguments.rho_infinity,
         "compatibility": arguments.compatibility.map(|c| format!("{c:?}").to_lowercase()),
+        "model": format!("{:?}", arguments.model).to_lowercase(),
+        "tolerance": arguments.tolerance,
     })
+}
+
+/// That something is left out, or with `--explain` what.
+fn told_of(pruning: &Pruning, arguments: &SceneArguments) -> String {
+    match (arguments.explain, pruning.count()) {
+        (true, _) => pruning.to_string(),
+        (false, 0) => String::new(),
+        (false, count) => format!(
+            "{count} thing{} of the superelements left out, which changes the response of a body by {:.1e} at most (--explain lists what, --model everything carries all)\n",
+            if count == 1 { "" } else { "s" },
+            pruning.error()
+        ),
+    }
 }
 
 /// What was loaded.

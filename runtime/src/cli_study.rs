@@ -197,7 +197,7 @@ fn threads(common: &CommonArguments) -> NonZeroUsize {
         .unwrap_or(NonZeroUsize::MIN)
 }
 
-fn bar(common: &CommonArguments) -> ProgressBar {
+pub(crate) fn bar(common: &CommonArguments) -> ProgressBar {
     let bar = ProgressBar::with_draw_target(Some(0), ProgressDrawTarget::stderr());
     if common.quiet || !std::io::stderr().is_terminal() {
         bar.set_draw_target(ProgressDrawTarget::hidden());

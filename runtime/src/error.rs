@@ -429,6 +429,16 @@ pub enum Error {
         /// Where it doesn't.
         found: String,
     },
+    /// `reduce` did not make a superelement; it has said why itself.
+    #[error("{}: not reduced ({status})", part.display())]
+    Reduction {
+        /// Stiffness matrix of the part.
+        part: PathBuf,
+        /// How the program ended.
+        status: String,
+        /// Whether it found its input unusable.
+        is_unusable_input: bool,
+    },
     /// A scene, or a function of time, says something that can't be used.
     #[error("{location}: {message}")]
     Description {
@@ -442,6 +452,12 @@ pub enum Error {
 impl Error {
     /// Whether the input, and not the computation, is at fault.
     pub fn is_unusable_input(&self) -> bool {
+        if let Self::Reduction {
+            is_unusable_input, ..
+        } = self
+        {
+            return *is_unusable_input;
+        }
         !matches!(
             self,
             Self::OutOfMemory

@@ -35,6 +35,7 @@
 
 pub mod body;
 pub mod cli;
+mod cli_prepare;
 mod cli_scene;
 mod cli_study;
 pub mod compatibility_window;
@@ -45,6 +46,7 @@ pub mod eigenmodes;
 pub mod energy;
 pub mod equilibrium;
 pub mod error;
+mod fewest;
 pub mod field;
 pub mod frame;
 pub mod function;
@@ -59,6 +61,8 @@ pub mod mechanism;
 pub mod model;
 pub mod motion;
 pub mod picture;
+pub mod prepare;
+pub mod pruning;
 pub mod rotation;
 pub mod run;
 pub mod scene;

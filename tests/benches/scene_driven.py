@@ -1,4 +1,5 @@
-"""What superelements made for a scene save: everything kept, a fixed number of modes, and `simulate prepare` at three tolerances.
+"""What superelements made for a scene save: everything kept, a fixed number of modes, and `simulate prepare` at three tolerances,
+with the scene's steps and with steps that it lengthens.
 
     pip install numpy h5py
     python3 tests/benches/scene_driven.py [--scenes NAME,...] [--rounds 3] [--write]
@@ -31,7 +32,8 @@ DATA = os.path.join(ROOT, "docs", "data", "scene_driven.jsonl")
 BINARIES = single.BINARIES
 FIXED = 20  # modes of the row that counts them by hand
 TOLERANCES = ["1e-2", "1e-3", "1e-4"]
-RECORDS = 400
+STEPS = [[], ["--lengthen-steps"]]
+RECORDS = 100
 RHO = 0.8
 
 
@@ -115,11 +117,11 @@ def reduced(folder, scene, modes):
     return os.path.join(folder, "scene.json"), seconds, os.path.getsize(output)
 
 
-def prepared(folder, tolerance):
+def prepared(folder, tolerance, *options):
     """The scene as `simulate prepare` makes it: scene file, seconds, bytes, report."""
     scene = os.path.join(os.path.dirname(folder), "scene.json")
     start = time.perf_counter()
-    runner.run([os.path.join(BINARIES, "simulate"), "prepare", scene, "--tolerance", tolerance, "-o", folder, "--quiet"])
+    runner.run([os.path.join(BINARIES, "simulate"), "prepare", scene, "--tolerance", tolerance, "-o", folder, "--quiet", *options])
     seconds = time.perf_counter() - start
     with open(os.path.join(folder, "report.json")) as file:
         report = json.load(file)
@@ -147,17 +149,21 @@ def error(found, expected):
 def study(name, rounds, folder):
     make, everything = SCENES[name]
     scene, end, step = make(folder)
-    steps = round(end / step / RECORDS) * RECORDS
+    # Steps up to sixteen times as long end at the times that are recorded.
+    steps = round(end / step / RECORDS / 16) * 16 * RECORDS
     scene["record"] = {"every": steps // RECORDS}
     scene["integrator"] = {"generalized_alpha": {"step": end / steps, "end": end, "rho_infinity": RHO}}
     write(os.path.join(folder, "scene.json"), scene)
-    rows = [dict(row="everything"), dict(row=f"{FIXED} modes")] + [dict(row="scene-driven", tolerance=float(t)) for t in TOLERANCES]
+    rows = [dict(row="everything"), dict(row=f"{FIXED} modes")] + [
+        dict(row="scene-driven" + (", longer steps" if options else ""), tolerance=float(t)) for t in TOLERANCES for options in STEPS
+    ]
     files = []
     for row, modes in zip(rows, (everything, FIXED)):
         path, row["preparation_seconds"], row["file_bytes"] = reduced(os.path.join(folder, row["row"].replace(" ", "-")), scene, modes)
         files.append(path)
-    for row, tolerance in zip(rows[2:], TOLERANCES):
-        path, row["preparation_seconds"], row["file_bytes"], row["report"] = prepared(os.path.join(folder, "at-" + tolerance), tolerance)
+    for row, (tolerance, options) in zip(rows[2:], [(t, o) for t in TOLERANCES for o in STEPS]):
+        target = os.path.join(folder, "-".join(["at", tolerance, *options]))
+        path, row["preparation_seconds"], row["file_bytes"], row["report"] = prepared(target, tolerance, *options)
         files.append(path)
     expected = None
     for _ in range(rounds):

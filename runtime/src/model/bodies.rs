@@ -1,7 +1,5 @@
 //! Bodies as a scene describes them, to bodies as the dynamics has them.
 
-use std::ops::Range;
-
 use nalgebra::{Matrix3, Vector3};
 
 use crate::body::{FlexibleBody, RigidBody, RigidPoint};
@@ -54,18 +52,23 @@ pub(super) fn inertia_change(change: scene::InertiaChange) -> InertiaChange {
     }
 }
 
-/// Replaces the damping ratios; the last of a list holds for all further coordinates, attachments included. Entries of modes that
-/// are left out are nobody's.
-pub(super) fn damp(body: &mut FlexibleBody, damping: &DampingOverride, left_out: Range<usize>) {
+/// Replaces the damping ratios; the last of a list holds for all further coordinates, attachments included. `modes` are the places of the body's
+/// modes among the `mode_count` of its file: entries of modes that are left out are nobody's.
+pub(super) fn damp(
+    body: &mut FlexibleBody,
+    damping: &DampingOverride,
+    modes: &[usize],
+    mode_count: usize,
+) {
     let DampingOverride::Modal(ratios) = damping;
     for (index, own) in body.damping.iter_mut().enumerate() {
         *own = match ratios {
             ModalRatios::Uniform(ratio) => *ratio,
             ModalRatios::PerMode(list) => {
                 let last = list.last().copied().unwrap_or(0.0);
-                let entry = match index < left_out.start {
-                    true => index,
-                    false => index + left_out.len(),
+                let entry = match modes.get(index) {
+                    Some(mode) => *mode,
+                    None => mode_count + index - modes.len(),
                 };
                 list.get(entry).copied().unwrap_or(last)
             }

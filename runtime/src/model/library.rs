@@ -11,8 +11,9 @@ use dcb_formats::superelement::{RecoveryBasis, Stiffening, Superelement};
 use indexmap::IndexMap;
 
 use super::bodies;
-use crate::body::{Compatibility, FlexibleBody, ModeTruncation};
+use crate::body::{Compatibility, FlexibleBody, ModeTruncation, RigidBody};
 use crate::error::Error;
+use crate::pruning::Carried;
 use crate::scene::{self, Body, BodyKind, Scene, SuperelementBody};
 
 /// What reading one file gave.
@@ -46,8 +47,7 @@ struct OpenFile {
     file: SuperelementFile,
     superelement: Superelement,
     bodies: Vec<(SuperelementBody, Arc<FlexibleBody>)>,
-    /// By the number of modes that a scene asks for.
-    fields: IndexMap<Option<u32>, Arc<(RecoveryBasis, Mesh)>>,
+    fields: Vec<(SuperelementBody, Arc<(RecoveryBasis, Mesh)>)>,
 }
 
 impl OpenFile {
@@ -66,11 +66,62 @@ impl OpenFile {
         ModeTruncation::of(&self.superelement, wanted as usize).map(Some)
     }
 
-    /// Nodal fields of the file as a body with so many modes has them.
+    /// The superelement with as many modes as a body asks for.
+    fn truncated(&self, name: &str, of: &SuperelementBody) -> Result<Cow<'_, Superelement>, Error> {
+        Ok(match self.truncation(name, of.modes)? {
+            Some(truncation) => Cow::Owned(truncation.superelement(&self.superelement)?),
+            None => Cow::Borrowed(&self.superelement),
+        })
+    }
+
+    /// The superelement as a body uses it.
+    fn used(&self, name: &str, of: &SuperelementBody) -> Result<Cow<'_, Superelement>, Error> {
+        let mut superelement = self.truncated(name, of)?;
+        if of.geometric_stiffening == scene::GeometricStiffening::Off {
+            superelement.to_mut().stiffening = Stiffening::default();
+        }
+        Ok(match &of.carried {
+            Some(Carried::Selection(selection)) => {
+                Cow::Owned(selection.superelement(&superelement)?)
+            }
+            Some(Carried::Rigid) | None => superelement,
+        })
+    }
+
+    /// The body in its own coordinates.
+    fn flexible_body(
+        &self,
+        name: &str,
+        of: &SuperelementBody,
+        compatibility: Compatibility,
+    ) -> Result<FlexibleBody, Error> {
+        let superelement = self.used(name, of)?;
+        if of.carried == Some(Carried::Rigid) {
+            return FlexibleBody::rigid(&RigidBody::locked(&superelement));
+        }
+        let mut body = FlexibleBody::from_superelement(&superelement, compatibility)?;
+        if body.is_stiffened() && of.inertia_change != scene::InertiaChange::SecondOrder {
+            return Err(Error::described(
+                format!("bodies.{name}.inertia_change"),
+                "must be \"second-order\" with geometric stiffening, which is of that order; or set \"geometric_stiffening\": \"off\"",
+            ));
+        }
+        body = body.with_inertia_change(bodies::inertia_change(of.inertia_change));
+        if let Some(damping) = &of.damping {
+            let modes: Vec<usize> = match &of.carried {
+                Some(Carried::Selection(selection)) => selection.modes().to_vec(),
+                Some(Carried::Rigid) | None => (0..body.mode_count).collect(),
+            };
+            bodies::damp(&mut body, damping, &modes, self.superelement.mode_count());
+        }
+        Ok(body)
+    }
+
+    /// Nodal fields of the file as a body has them.
     fn recovered(
         &self,
         basis: RecoveryBasis,
-        modes: Option<u32>,
+        of: &SuperelementBody,
         body: &str,
         at: &str,
     ) -> Result<RecoveryBasis, Error> {
@@ -82,10 +133,16 @@ impl OpenFile {
                 ),
             ));
         }
-        Ok(match self.truncation(body, modes)? {
+        let basis = match self.truncation(body, of.modes)? {
             Some(truncation) => truncation.recovery(&basis),
             None => basis,
-        })
+        };
+        match &of.carried {
+            Some(Carried::Selection(selection)) => {
+                selection.recovery(&self.truncated(body, of)?.into_owned(), &basis)
+            }
+            Some(Carried::Rigid) | None => Ok(basis),
+        }
     }
 }
 
@@ -146,29 +203,7 @@ impl Library {
         if let Some((_, body)) = known {
             return Ok(body.clone());
         }
-        let truncated = match opened.truncation(name, of.modes)? {
-            Some(truncation) => Some(truncation.superelement(&opened.superelement)?),
-            None => None,
-        };
-        let mut superelement = match truncated {
-            Some(truncated) => Cow::Owned(truncated),
-            None => Cow::Borrowed(&opened.superelement),
-        };
-        if of.geometric_stiffening == scene::GeometricStiffening::Off {
-            superelement.to_mut().stiffening = Stiffening::default();
-        }
-        let mut body = FlexibleBody::from_superelement(&superelement, compatibility)?;
-        if body.is_stiffened() && of.inertia_change != scene::InertiaChange::SecondOrder {
-            return Err(Error::described(
-                format!("bodies.{name}.inertia_change"),
-                "must be \"second-order\" with geometric stiffening, which is of that order; or set \"geometric_stiffening\": \"off\"",
-            ));
-        }
-        body = body.with_inertia_change(bodies::inertia_change(of.inertia_change));
-        if let Some(damping) = &of.damping {
-            let left_out = body.mode_count..opened.superelement.mode_count();
-            bodies::damp(&mut body, damping, left_out);
-        }
+        let body = opened.flexible_body(name, of, compatibility)?;
         let body = Arc::new(body);
         opened.bodies.push((of.clone(), body.clone()));
         Ok(body)
@@ -214,7 +249,7 @@ impl Library {
                 file,
                 superelement,
                 bodies: Vec::new(),
-                fields: IndexMap::new(),
+                fields: Vec::new(),
             },
         );
         Ok(())
@@ -231,15 +266,16 @@ impl Library {
         at: &str,
     ) -> Result<Arc<(RecoveryBasis, Mesh)>, Error> {
         let none = || without_fields(body, at);
-        let (opened, modes) = self.flexible(scene, body).ok_or_else(none)?;
-        if let Some(fields) = opened.fields.get(&modes) {
+        let (opened, of) = self.flexible(scene, body).ok_or_else(none)?;
+        let known = opened.fields.iter().find(|(same, _)| same == of);
+        if let Some((_, fields)) = known {
             return Ok(fields.clone());
         }
         let basis = opened.file.recovery()?.ok_or_else(none)?;
-        let basis = opened.recovered(basis, modes, body, at)?;
+        let basis = opened.recovered(basis, of, body, at)?;
         let mesh = opened.file.mesh()?.ok_or_else(none)?;
         let fields = Arc::new((basis, mesh));
-        opened.fields.insert(modes, fields.clone());
+        opened.fields.push((of.clone(), fields.clone()));
         Ok(fields)
     }
 
@@ -255,9 +291,9 @@ impl Library {
         at: &str,
     ) -> Result<FieldsOfNode, Error> {
         let none = || without_fields(body, at);
-        let (opened, modes) = self.flexible(scene, body).ok_or_else(none)?;
+        let (opened, of) = self.flexible(scene, body).ok_or_else(none)?;
         let basis = opened.file.recovery_of(&[node])?.ok_or_else(none)?;
-        let basis = opened.recovered(basis, modes, body, at)?;
+        let basis = opened.recovered(basis, of, body, at)?;
         let node_count = opened.file.node_count().ok_or_else(none)?;
         let moves = basis.dofs.iter().filter(|dof| !dof.direction.is_rotation());
         match opened.file.node_position(node)? {
@@ -273,13 +309,17 @@ impl Library {
         }
     }
 
-    /// The open file that a body is made of, and the number of modes that the body asks for.
-    fn flexible(&mut self, scene: &Scene, body: &str) -> Option<(&mut OpenFile, Option<u32>)> {
+    /// The open file that a body is made of, and how the body uses it.
+    fn flexible<'s>(
+        &mut self,
+        scene: &'s Scene,
+        body: &str,
+    ) -> Option<(&mut OpenFile, &'s SuperelementBody)> {
         let BodyKind::Superelement(of) = &scene.bodies.get(body)?.kind else {
             return None;
         };
         let opened = self.files.get_mut(&scene.resolve(&of.file))?;
-        Some((opened, of.modes))
+        Some((opened, of))
     }
 
     /// What was read.

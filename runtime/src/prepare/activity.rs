@@ -47,6 +47,10 @@ fn followed(body: &Body, coordinate: usize, forces: &[f64]) -> f64 {
         return 0.0;
     }
     let shape = flexible.interface_shapes.col(coordinate);
-    let work: f64 = shape.iter().zip(forces).map(|(shape, force)| shape * force).sum();
+    let work: f64 = shape
+        .iter()
+        .zip(forces)
+        .map(|(shape, force)| shape * force)
+        .sum();
     work / stiffness
 }

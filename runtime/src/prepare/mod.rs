@@ -1,41 +1,56 @@
 //! The smallest superelements with which a scene's outputs stay within a tolerance, found by running the scene.
 //!
-//! One run with everything is the reference, at the scene's own step. It says how much each coordinate moves by itself ([`Activity`]);
-//! the coordinates are left out in this order, the least active first, as many as the outputs allow. What is left out keeps its
-//! flexibility: modes in the attachments, attachments as massless flexibility. Every answer was run; nothing is inferred.
+//! A run with everything is the reference, at the scene's own step. What the scene doesn't need by itself is left out first
+//! ([`crate::pruning`]). A run without it says how much each coordinate moves on its own ([`Activity`]), and the least active ones are left out, as many
+//! as the outputs allow. What is left out keeps its flexibility: modes in the attachments, attachments as flexibility without mass. Every answer was
+//! run; nothing is inferred.
 
 mod activity;
+mod files;
 mod ranking;
-mod search;
 mod trials;
 
-
 pub use activity::Activity;
-pub use ranking::{Coordinate, Part, Ranking};
-pub use search::{Searched, Trial, fewest};
+pub use files::{PreparedFile, write};
+pub use ranking::{Coordinate, Flexible, Ranking};
 
 use crate::error::Error;
-use crate::model::Model;
+pub use crate::fewest::Trial;
+use crate::pruning::Pruning;
 use crate::scene::{Compatibility, Scene};
-use trials::Trials;
 use crate::study::Subject;
-
 use crate::study::grid::Grid;
 use crate::study::monitor::Monitor;
 use crate::study::motion::{self, Course};
+use trials::Trials;
 
 /// Part of the tolerance that a search may use: the rest is for what the large superelements themselves are off.
 const SHARE: f64 = 0.8;
+/// Part of the tolerance for what the scene doesn't need by itself.
+const PRUNED: f64 = 0.1;
+
+/// Whether a preparation may lengthen the steps.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Steps {
+    /// They stay as the scene has them.
+    #[default]
+    OfScene,
+    /// 2, 4, 8 or 16 times the scene's, as long as the outputs stay within the tolerance.
+    Lengthened,
+}
+
+/// Longest steps that are tried, in those of the scene.
+const LONGEST: u32 = 16;
 
 /// A scene whose superelements were made small.
 #[derive(Clone, Debug)]
 pub struct Prepared {
-    /// The scene with the coordinates chosen.
+    /// The scene, with what is carried of each superelement.
     pub scene: Scene,
-    /// Superelement files by the order of their first bodies.
-    pub parts: Vec<Part>,
-    /// What is kept of each: modes, and a number of attachments.
-    pub kept: Vec<(Vec<usize>, usize)>,
+    /// What wasn't needed before anything was run.
+    pub pruning: Pruning,
+    /// Elastic coordinates that are left.
+    pub coordinates: usize,
     /// Largest relative distance of an output from the run with everything.
     pub error: f64,
     /// Every number of coordinates that was run, in this order.
@@ -44,13 +59,14 @@ pub struct Prepared {
     pub reference: Course,
 }
 
-/// Chooses the coordinates; `None` if the user stopped it.
+/// Chooses what is carried; `None` if the user stopped it.
 ///
 /// # Errors
 /// [`Error::Description`] with weak compatibility; what stops the run with everything; files that can't be read.
 pub fn prepare(
     subject: &Subject,
     tolerance: f64,
+    steps: Steps,
     monitor: &Monitor,
 ) -> Result<Option<Prepared>, Error> {
     if subject.scene.compatibility == Compatibility::Weak {
@@ -60,35 +76,49 @@ pub fn prepare(
         ));
     }
     let scene = subject.own.applied_to(subject)?;
-    let parts = ranking::parts(&scene, &Model::load(&scene)?);
-    let grid = Grid::of([subject.own.step], subject.end);
+    // Every time of comparison is the end of a step.
+    let grid = Grid::of([f64::from(LONGEST) * subject.own.step], subject.end);
     monitor.tell("everything");
     monitor.expect(motion::steps_of(&scene)?);
-    let mut activity = Activity::default();
-    let mut watch = |simulation: &_| activity.watch(simulation);
-    let Some((reference, expected)) =
-        motion::follow_to_the_end(subject, &scene, grid, monitor, &mut watch)?
-    else {
+    let mut unseen = |_: &_| {};
+    let whole = motion::follow_to_the_end(subject, &scene, grid, monitor, &mut unseen)?;
+    let Some((reference, expected)) = whole else {
         return Ok(None);
     };
-    let run = Trials {
+    let trials = Trials {
         subject,
-        scene: &scene,
-        parts: &parts,
         grid,
         expected: &expected,
         monitor,
     };
-    let Some(found) = run.fewest(&Ranking::of(&parts, &activity), SHARE * tolerance)? else {
+    let limit = SHARE * tolerance;
+    let mut pruning = Pruning::of(&scene, PRUNED * tolerance)?;
+    let mut start = trials.start(&pruning.applied_to(&scene))?;
+    if start.as_ref().is_some_and(|start| start.error > limit) {
+        pruning = Pruning::nothing(&scene)?;
+        start = trials.start(&pruning.applied_to(&scene))?;
+    }
+    let Some(start) = start else {
         return Ok(None);
     };
-    let (chosen, error, trials) = found;
+    let Some((chosen, error, made)) = trials.fewest(&start, limit)? else {
+        return Ok(None);
+    };
+    let coordinates = chosen.order.len();
+    let chosen = start.with(&chosen)?;
+    let lengthened = match steps {
+        Steps::OfScene => Some((chosen, error)),
+        Steps::Lengthened => trials.longest_step(chosen, coordinates, error, limit)?,
+    };
+    let Some((scene, error)) = lengthened else {
+        return Ok(None);
+    };
     Ok(Some(Prepared {
-        scene: run.with(&chosen),
-        kept: (0..parts.len()).map(|part| chosen.of_part(part)).collect(),
-        parts,
+        scene,
+        coordinates,
+        pruning,
         error,
-        trials,
+        trials: made,
         reference,
     }))
 }

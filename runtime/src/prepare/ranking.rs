@@ -1,70 +1,47 @@
 //! Coordinates of all superelements of a scene in one order: those first that move most by themselves.
 
-use indexmap::IndexMap;
-
 use super::activity::Activity;
-use crate::model::Model;
-use crate::scene::{BodyKind, Scene};
 
-/// One dynamic coordinate of a superelement file.
+/// What a coordinate is.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Coordinate {
-    /// A mode, from 0.
+    /// A mode, by its place among those of the body.
     Mode(usize),
     /// An attachment. Which one it is doesn't matter: as many stay as are named, the softest.
     Attachment,
 }
 
-/// What the bodies of one file have.
-#[derive(Clone, Debug, Default, PartialEq)]
-pub struct Part {
-    /// Bodies made of it, by index in the scene.
-    pub bodies: Vec<usize>,
+/// A body that deflects.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Flexible {
+    /// Its name.
+    pub name: String,
+    /// Its index in the scene.
+    pub index: usize,
     /// Modes.
     pub modes: usize,
     /// Dynamic attachments.
     pub attachments: usize,
 }
 
-/// The coordinates of some parts, the most active first.
+/// Coordinates of some bodies, the most active first.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Ranking {
-    /// Part, as it is counted in [`parts`], and coordinate.
+    /// Body, by its place among those that deflect, and coordinate.
     pub order: Vec<(usize, Coordinate)>,
 }
 
-/// The superelements of a scene by file, in the order of their first bodies.
-pub fn parts(scene: &Scene, model: &Model) -> Vec<Part> {
-    let mut parts: IndexMap<_, Part> = IndexMap::new();
-    for (index, body) in scene.bodies.values().enumerate() {
-        let BodyKind::Superelement(of) = &body.kind else {
-            continue;
-        };
-        let flexible = &model.system.bodies[index].flexible;
-        let part = parts.entry(scene.resolve(&of.file)).or_default();
-        part.bodies.push(index);
-        part.modes = flexible.mode_count;
-        part.attachments = flexible.displacement_count() - flexible.mode_count;
-    }
-    parts.into_values().collect()
-}
-
 impl Ranking {
-    /// By what the coordinates did in a run, the most active body of a part counting.
-    pub fn of(parts: &[Part], activity: &Activity) -> Self {
+    /// By what the coordinates did in a run.
+    pub fn of(bodies: &[Flexible], activity: &Activity) -> Self {
         let mut ranked = Vec::new();
-        for (index, part) in parts.iter().enumerate() {
-            for coordinate in 0..part.modes + part.attachments {
-                let bodies = part.bodies.iter();
-                let most = bodies.fold(0.0, |most: f64, body| {
-                    let own = activity.of_body(*body).get(coordinate);
-                    most.max(own.copied().unwrap_or(0.0))
-                });
-                let kind = match coordinate < part.modes {
+        for (place, body) in bodies.iter().enumerate() {
+            for (coordinate, moved) in activity.of_body(body.index).iter().enumerate() {
+                let kind = match coordinate < body.modes {
                     true => Coordinate::Mode(coordinate),
                     false => Coordinate::Attachment,
                 };
-                ranked.push((most, (index, kind)));
+                ranked.push((*moved, (place, kind)));
             }
         }
         ranked.sort_by(|a, b| b.0.total_cmp(&a.0));
@@ -73,9 +50,9 @@ impl Ranking {
         }
     }
 
-    /// The modes of a part among the coordinates, ascending, and how many of its attachments.
-    pub fn of_part(&self, part: usize) -> (Vec<usize>, usize) {
-        let own = self.order.iter().filter(|(index, _)| *index == part);
+    /// The modes of a body among the coordinates, ascending, and how many of its attachments.
+    pub fn of_body(&self, place: usize) -> (Vec<usize>, usize) {
+        let own = self.order.iter().filter(|(body, _)| *body == place);
         let (mut modes, mut attachments) = (Vec::new(), 0);
         for (_, coordinate) in own {
             match coordinate {
@@ -87,32 +64,48 @@ impl Ranking {
         (modes, attachments)
     }
 
-    /// The first of these coordinates.
-    pub fn first(&self, count: usize) -> Self {
-        Self {
-            order: self.order[..count].to_vec(),
-        }
-    }
-
     /// All coordinates but those of a kind, of which the first stay.
     pub fn with_first(&self, count: usize, is_of_kind: impl Fn(Coordinate) -> bool) -> Self {
+        let mut order = self.order.clone();
         let mut left = count;
-        let stays = |(_, coordinate): &&(usize, Coordinate)| -> bool {
-            if !is_of_kind(*coordinate) {
-                return true;
+        order.retain(|(_, coordinate)| {
+            let stays = !is_of_kind(*coordinate) || left > 0;
+            if is_of_kind(*coordinate) {
+                left = left.saturating_sub(1);
             }
-            let stays = left > 0;
-            left = left.saturating_sub(1);
             stays
-        };
-        Self {
-            order: self.order.iter().filter(stays).copied().collect(),
-        }
+        });
+        Self { order }
     }
 
     /// How many there are of a kind.
     pub fn count(&self, is_of_kind: impl Fn(Coordinate) -> bool) -> usize {
         let kinds = self.order.iter().map(|(_, coordinate)| *coordinate);
         kinds.filter(|coordinate| is_of_kind(*coordinate)).count()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_first_of_a_kind_stay_and_all_of_the_others() {
+        let mode = Coordinate::Mode;
+        let all = Ranking {
+            order: vec![
+                (0, mode(2)),
+                (1, Coordinate::Attachment),
+                (0, mode(0)),
+                (1, mode(1)),
+                (0, Coordinate::Attachment),
+            ],
+        };
+        let is_mode = |coordinate: Coordinate| coordinate != Coordinate::Attachment;
+        assert_eq!(all.count(is_mode), 3);
+        let fewer = all.with_first(2, is_mode);
+        assert_eq!(fewer.of_body(0), (vec![0, 2], 1));
+        assert_eq!(fewer.of_body(1), (vec![], 1));
+        assert_eq!(all.with_first(1, |_| true).order, [(0, mode(2))]);
     }
 }

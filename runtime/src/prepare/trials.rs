@@ -1,49 +1,80 @@
 //! Runs with fewer coordinates, compared with the run with everything.
 
-use super::ranking::{Coordinate, Part, Ranking};
-use super::search::{Trial, fewest};
+use super::LONGEST;
+use super::activity::Activity;
+use super::ranking::{Coordinate, Flexible, Ranking};
 use crate::error::Error;
-use crate::scene::{BodyKind, Coordinates, Scene};
+use crate::fewest::{Trial, fewest};
+use crate::model::Model;
+use crate::pruning::Carried;
+use crate::scene::{BodyKind, Record, Scene};
+use crate::simulation::Simulation;
 use crate::study::Subject;
 use crate::study::comparison::{Distance, places, scale};
 use crate::study::grid::{Grid, Trace};
 use crate::study::monitor::Monitor;
 use crate::study::motion;
 
-/// What runs are made of and compared with.
+/// What runs are compared with.
 pub(super) struct Trials<'a> {
     pub subject: &'a Subject,
-    /// With everything.
-    pub scene: &'a Scene,
-    pub parts: &'a [Part],
     pub grid: Grid,
     pub expected: &'a Trace,
     pub monitor: &'a Monitor,
+}
+
+/// The run from which coordinates are left out.
+pub(super) struct Start {
+    scene: Scene,
+    bodies: Vec<Flexible>,
+    ranking: Ranking,
+    /// Its error.
+    pub error: f64,
 }
 
 /// Coordinates that are enough, the error with them, and what was tried.
 pub(super) type Found = (Ranking, f64, Vec<Trial>);
 
 impl Trials<'_> {
-    /// The fewest coordinates in the order of a ranking, then the fewest attachments and the fewest modes among them.
+    /// Runs a scene and ranks its coordinates. `None` if the user stopped it.
+    pub fn start(&self, scene: &Scene) -> Result<Option<Start>, Error> {
+        let bodies = flexible(scene, &Model::load(scene)?);
+        let mut activity = Activity::default();
+        let mut watch = |simulation: &Simulation| activity.watch(simulation);
+        let count: usize = bodies
+            .iter()
+            .map(|body| body.modes + body.attachments)
+            .sum();
+        let error = self.error(scene, count, &mut watch)?;
+        Ok(error.map(|error| Start {
+            ranking: Ranking::of(&bodies, &activity),
+            scene: scene.clone(),
+            bodies,
+            error,
+        }))
+    }
+
+    /// The fewest coordinates in the order of the ranking, then the fewest attachments and the fewest modes among them.
     /// `None` if the user stopped it.
-    pub fn fewest(&self, ranking: &Ranking, tolerance: f64) -> Result<Option<Found>, Error> {
-        let (mut chosen, mut error, mut trials) = (ranking.clone(), 0.0, Vec::new());
+    pub fn fewest(&self, start: &Start, tolerance: f64) -> Result<Option<Found>, Error> {
+        let (mut chosen, mut error) = (start.ranking.clone(), start.error);
+        let mut trials = Vec::new();
         let any = |_: Coordinate| true;
         let attachment = |coordinate: Coordinate| coordinate == Coordinate::Attachment;
         let mode = |coordinate: Coordinate| coordinate != Coordinate::Attachment;
         let kinds: [&dyn Fn(Coordinate) -> bool; 3] = [&any, &attachment, &mode];
         for is_of_kind in kinds {
             let candidate = |count: usize| chosen.with_first(count, is_of_kind);
+            let others = chosen.order.len() - chosen.count(is_of_kind);
             let searched = fewest(chosen.count(is_of_kind), error, tolerance, |count| {
-                self.error(&candidate(count))
+                let scene = start.with(&candidate(count))?;
+                self.error(&scene, others + count, &mut |_| {})
             })?;
             let Some(searched) = searched else {
                 return Ok(None);
             };
             let best = candidate(searched.best.kept);
             error = searched.best.error;
-            let others = chosen.order.len() - chosen.count(is_of_kind);
             trials.extend(searched.trials.iter().map(|trial| Trial {
                 kept: trial.kept + others,
                 ..*trial
@@ -53,33 +84,47 @@ impl Trials<'_> {
         Ok(Some((chosen, error, trials)))
     }
 
-    /// The scene with these coordinates.
-    pub fn with(&self, chosen: &Ranking) -> Scene {
-        let mut scene = self.scene.clone();
-        for (index, part) in self.parts.iter().enumerate() {
-            let (modes, attachments) = chosen.of_part(index);
-            for body in &part.bodies {
-                let body = scene.bodies.get_index_mut(*body).map(|(_, body)| body);
-                if let Some(BodyKind::Superelement(of)) = body.map(|body| &mut body.kind) {
-                    of.coordinates = Some(Coordinates {
-                        modes: modes.clone(),
-                        attachments,
-                    });
-                }
+    /// The scene with its steps doubled as often as the tolerance allows, and its error. `None` if the user stopped it.
+    pub fn longest_step(
+        &self,
+        scene: Scene,
+        coordinates: usize,
+        error: f64,
+        tolerance: f64,
+    ) -> Result<Option<(Scene, f64)>, Error> {
+        let mut best = (scene, error);
+        let mut factor = 1;
+        while factor < LONGEST {
+            factor *= 2;
+            let mut longer = best.0.clone();
+            if let Some(integrator) = &mut longer.integrator {
+                integrator.step *= 2.0;
+            }
+            // What is recorded stays at the same times as long as it can.
+            if let Some(Record::Every(every)) = &mut longer.record {
+                *every = every.div_ceil(2);
+            }
+            match self.error(&longer, coordinates, &mut |_| {})? {
+                None => return Ok(None),
+                Some(error) if error <= tolerance => best = (longer, error),
+                Some(_) => break,
             }
         }
-        scene
+        Ok(Some(best))
     }
 
     /// Largest distance of an output from the run with everything, relative to its range there; infinite where the run doesn't come to
     /// its end. `None` if the user stopped it.
-    fn error(&self, chosen: &Ranking) -> Result<Option<f64>, Error> {
-        let scene = self.with(chosen);
-        self.monitor
-            .tell(&format!("{} coordinates", chosen.order.len()));
-        self.monitor.expect(motion::steps_of(&scene)?);
-        let Some((course, trace)) = motion::follow(self.subject, &scene, self.grid, self.monitor)?
-        else {
+    fn error(
+        &self,
+        scene: &Scene,
+        coordinates: usize,
+        watch: &mut dyn FnMut(&Simulation),
+    ) -> Result<Option<f64>, Error> {
+        self.monitor.tell(&format!("{coordinates} coordinates"));
+        self.monitor.expect(motion::steps_of(scene)?);
+        let made = motion::follow(self.subject, scene, self.grid, self.monitor, watch)?;
+        let Some((course, trace)) = made else {
             return Ok(None);
         };
         if course.stopped.is_some() {
@@ -92,4 +137,43 @@ impl Trials<'_> {
         });
         Ok(Some(errors.fold(0.0, f64::max)))
     }
+}
+
+impl Start {
+    /// The scene with these coordinates only.
+    pub fn with(&self, chosen: &Ranking) -> Result<Scene, Error> {
+        let mut scene = self.scene.clone();
+        for (place, body) in self.bodies.iter().enumerate() {
+            let (modes, attachments) = chosen.of_body(place);
+            let Some((_, described)) = scene.bodies.get_index_mut(body.index) else {
+                continue;
+            };
+            if let BodyKind::Superelement(of) = &mut described.kind
+                && let Some(Carried::Selection(selection)) = &of.carried
+            {
+                let all = selection.modes();
+                let kept = modes.into_iter().map(|mode| all[mode]);
+                let fewer = selection.clone().with_modes(kept)?;
+                of.carried = Some(Carried::Selection(fewer.with_attachments(attachments)));
+            }
+        }
+        Ok(scene)
+    }
+}
+
+/// Bodies of a scene that deflect.
+fn flexible(scene: &Scene, model: &Model) -> Vec<Flexible> {
+    let bodies = scene.bodies.iter().zip(&model.system.bodies).enumerate();
+    let selected = bodies.filter(|(_, ((_, described), _))| match &described.kind {
+        BodyKind::Superelement(of) => matches!(of.carried, Some(Carried::Selection(_))),
+        BodyKind::Rigid(_) => false,
+    });
+    selected
+        .map(|(index, ((name, _), body))| Flexible {
+            name: name.clone(),
+            index,
+            modes: body.flexible.mode_count,
+            attachments: body.flexible.displacement_count() - body.flexible.mode_count,
+        })
+        .collect()
 }

@@ -100,6 +100,7 @@ pub fn transient(
     let time = simulation.state().time;
     let summary = json!({
         "steps": steps,
+        "elastic_coordinates": simulation.system().coordinate_count(),
         "newton_iterations": effort.iterations,
         "jacobian_updates": effort.factorizations,
         "integration_seconds": seconds,

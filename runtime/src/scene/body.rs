@@ -11,6 +11,7 @@ use super::named::{object, unique};
 use super::values::{not_negative, positive};
 use super::{AngularVelocity, Named, Orientation, RotaryInertia};
 use crate::Error;
+use crate::pruning::Carried;
 
 /// A body and its state at time zero.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
@@ -50,6 +51,8 @@ pub struct SuperelementBody {
     pub inertia_change: InertiaChange,
     /// Whether the file's geometric stiffening acts.
     pub geometric_stiffening: GeometricStiffening,
+    /// What of the superelement is carried, of its modes as they are above; all where `None`. Not part of a scene's file.
+    pub carried: Option<Carried>,
 }
 
 /// Mass, inertia and points of a rigid body, in the frame of its component.
@@ -331,6 +334,7 @@ impl TryFrom<BodyPart> for Body {
                 damping: part.damping,
                 inertia_change: part.inertia_change.unwrap_or_default(),
                 geometric_stiffening: part.geometric_stiffening.unwrap_or_default(),
+                carried: None,
             }),
             (None, Some(_)) if part.modes.is_some() => {
                 return Err("a rigid body has no `modes`".into());

@@ -195,6 +195,7 @@ impl Basis {
                 Some(enrichment) if !self.further.is_empty() => Some(self.enrichment(enrichment)),
                 _ => None,
             },
+            moments: None,
             loads: (whole.loads.iter())
                 .map(|load| PartLoad {
                     work: worked(&load.work, columns),
@@ -412,14 +413,14 @@ fn turned(columns: &Mat<f64>, turn: Option<&Mat<f64>>) -> Mat<f64> {
 }
 
 /// Sᵀ f.
-fn worked(work: &[f64], columns: MatRef<'_, f64>) -> Vec<f64> {
+pub(super) fn worked(work: &[f64], columns: MatRef<'_, f64>) -> Vec<f64> {
     (columns.col_iter())
         .map(|column| column.iter().zip(work).map(|(s, f)| s * f).sum())
         .collect()
 }
 
 /// Invariants over the basis Ψ S.
-fn over(whole: &Inertia, columns: MatRef<'_, f64>) -> Inertia {
+pub(super) fn over(whole: &Inertia, columns: MatRef<'_, f64>) -> Inertia {
     Inertia {
         l1: &whole.l1 * columns,
         i1: columns
@@ -446,7 +447,7 @@ fn combined<'a>(blocks: &[[[f64; 3]; 3]], weights: impl Iterator<Item = &'a f64>
 }
 
 /// Sᵀ A S for each A.
-fn congruent(matrices: &[Mat<f64>], columns: MatRef<'_, f64>) -> Vec<Mat<f64>> {
+pub(super) fn congruent(matrices: &[Mat<f64>], columns: MatRef<'_, f64>) -> Vec<Mat<f64>> {
     matrices
         .iter()
         .map(|matrix| squeezed(matrix, columns))
@@ -454,6 +455,6 @@ fn congruent(matrices: &[Mat<f64>], columns: MatRef<'_, f64>) -> Vec<Mat<f64>> {
 }
 
 /// Sᵀ A S.
-fn squeezed(matrix: &Mat<f64>, columns: MatRef<'_, f64>) -> Mat<f64> {
+pub(super) fn squeezed(matrix: &Mat<f64>, columns: MatRef<'_, f64>) -> Mat<f64> {
     columns.transpose() * (matrix * columns)
 }

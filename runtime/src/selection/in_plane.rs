@@ -40,6 +40,11 @@ impl Normal {
         }
     }
 
+    /// Whether a direction, of `ux uy uz rx ry rz`, is one of the plane: a translation in it or the rotation about the normal.
+    pub fn moves(self, direction: usize) -> bool {
+        self.planar_direction(direction).is_some()
+    }
+
     /// Directions in the plane: two translations and the rotation about the normal.
     fn directions(self) -> [Direction; 3] {
         let [a, b, c] = self.axes();

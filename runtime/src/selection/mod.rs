@@ -20,6 +20,7 @@ mod basis;
 mod filter;
 mod in_plane;
 mod interface;
+mod observation;
 mod parity;
 mod participation;
 mod planar;
@@ -43,6 +44,7 @@ use basis::Choice;
 pub use in_plane::{InPlane, Normal};
 pub use interface::InterfaceSelection;
 use interface::Place;
+pub use observation::ObservedNodes;
 pub use receptance::{LOSS_FACTOR, ReceptanceDifference};
 pub use symmetry::Asymmetry;
 
@@ -68,6 +70,8 @@ pub struct Selection {
     modes: Vec<usize>,
     interfaces: Vec<InterfaceSelection>,
     enrichment: Vec<usize>,
+    /// Dynamic attachments at most; all where `None`.
+    attachments: Option<usize>,
     nodes: NodeSelection,
 }
 
@@ -89,6 +93,7 @@ impl Selection {
                 .collect(),
             enrichment: (0..further.len()).collect(),
             further,
+            attachments: None,
             nodes: NodeSelection::All,
         }
     }
@@ -151,9 +156,27 @@ impl Selection {
         })
     }
 
+    /// The same with no more than this many dynamic attachments, the softest. The flexibility of the others acts without inertia.
+    pub fn with_attachments(self, count: usize) -> Self {
+        Self {
+            attachments: Some(count),
+            ..self
+        }
+    }
+
     /// The same with nodal fields of these nodes only.
     pub fn with_nodes(self, nodes: NodeSelection) -> Self {
         Self { nodes, ..self }
+    }
+
+    /// Whose nodal fields stay.
+    pub fn nodes(&self) -> &NodeSelection {
+        &self.nodes
+    }
+
+    /// Whether further columns stay.
+    pub fn has_enrichment(&self) -> bool {
+        !self.enrichment.is_empty()
     }
 
     /// Places of the modes that stay, ascending.
@@ -174,7 +197,15 @@ impl Selection {
     /// [`Error::Selection`] if `whole` is another one; [`Error::NotHandled`] if modes are to be left out of a superelement with further
     /// columns or a reduced number of interface directions; [`Error::NoEigenvalues`] if its matrices aren't finite.
     pub fn superelement(&self, whole: &Superelement) -> Result<Superelement, Error> {
-        self.basis(whole)?.superelement(whole)
+        let mut superelement = self.basis(whole)?.superelement(whole)?;
+        let residual = &mut superelement.residual;
+        if let Some(count) = self.attachments
+            && count < residual.sigma_squared.len()
+        {
+            residual.transform = residual.transform.get(.., ..count).to_owned();
+            residual.sigma_squared.truncate(count);
+        }
+        Ok(superelement)
     }
 
     /// Its nodal fields. A mesh may go with them or not: where it does, nodes without fields move with the frame.

@@ -58,7 +58,7 @@ pub struct Timing {
     pub runs: u32,
 }
 
-/// Runs a scene and samples the subject's quantities; `None` if the user stopped it.
+/// Runs a scene and samples the subject's quantities; `watch` sees every state that is sampled. `None` if the user stopped it.
 ///
 /// # Errors
 /// What can't be blamed on the options: files that can't be read, memory. Everything else is told in [`Course::stopped`].
@@ -67,8 +67,9 @@ pub fn follow(
     scene: &Scene,
     grid: Grid,
     monitor: &Monitor,
+    watch: &mut dyn FnMut(&Simulation),
 ) -> Result<Option<(Course, Trace)>, Error> {
-    let (mut course, trace, outcome) = attempt(subject, scene, grid, monitor, &mut |_| {})?;
+    let (mut course, trace, outcome) = attempt(subject, scene, grid, monitor, watch)?;
     match outcome {
         Ok(true) => Ok(Some((course, trace))),
         Ok(false) => Ok(None),
@@ -82,7 +83,7 @@ pub fn follow(
     }
 }
 
-/// The same for a run that has to come to its end; `watch` sees every state that is sampled.
+/// The same for a run that has to come to its end.
 ///
 /// # Errors
 /// Whatever stopped it.

@@ -99,12 +99,13 @@ impl Reference {
         for run in 0..MOST_RUNS {
             let scene = setting.applied_to(subject)?;
             monitor.expect(steps_of(&scene)?);
-            let (course, trace) = match follow_to_the_end(subject, &scene, grid, monitor, &mut |_| {}) {
-                Ok(Some(followed)) => followed,
-                Ok(None) => return Ok(None),
-                Err(_) if run > 1 => break,
-                Err(error) => return Err(error),
-            };
+            let (course, trace) =
+                match follow_to_the_end(subject, &scene, grid, monitor, &mut |_| {}) {
+                    Ok(Some(followed)) => followed,
+                    Ok(None) => return Ok(None),
+                    Err(_) if run > 1 => break,
+                    Err(error) => return Err(error),
+                };
             let mut steps = Vec::new();
             let mut convergence = Vec::new();
             if let Some((coarser, coarser_trace)) = &found {

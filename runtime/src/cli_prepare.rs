@@ -1,0 +1,320 @@
+//! The `simulate prepare SCENE.json` command: reduce the parts of a scene, and leave out of them what its outputs don't need.
+
+use std::fmt::Write as _;
+use std::path::{Path, PathBuf};
+use std::process::Command;
+
+use clap::Args;
+use dcb_formats::dcb::check_output;
+use serde_json::json;
+
+use crate::cli::{CommonArguments, Done, Ending, replace};
+use crate::cli_scene::{is_interrupted, watch_for_interruption};
+use crate::cli_study::bar;
+use crate::error::Error;
+use crate::prepare::{Prepared, PreparedFile, Steps, prepare, write};
+use crate::scene::{BodyKind, Scene, in_file};
+use crate::study::Subject;
+use crate::study::monitor::Monitor;
+
+/// Part of the tolerance that the reductions may use.
+const REDUCTION_SHARE: f64 = 0.1;
+
+/// Options of a preparation.
+#[derive(Debug, Args)]
+pub struct PrepareArguments {
+    /// Scene.
+    #[arg(value_name = "SCENE.json")]
+    scene: PathBuf,
+    /// How far an output may be off, relative to its range.
+    #[arg(
+        long,
+        value_name = "E",
+        default_value_t = 1e-3,
+        allow_negative_numbers = true
+    )]
+    tolerance: f64,
+    /// Names of outputs or recorded channels that are kept within it [default: all outputs].
+    #[arg(long, value_name = "LIST", value_delimiter = ',')]
+    outputs: Vec<String>,
+    /// Time at which the runs of the preparation end [default: the scene's].
+    #[arg(long, value_name = "T", allow_negative_numbers = true)]
+    end: Option<f64>,
+    /// Lengthen the steps too, up to 16 times, as far as the tolerance allows.
+    #[arg(long)]
+    lengthen_steps: bool,
+    /// Folder of the prepared scene [default: SCENE.prepared].
+    #[arg(long, short, value_name = "FOLDER")]
+    output: Option<PathBuf>,
+    /// Replace files in it.
+    #[arg(long)]
+    force: bool,
+    /// Reductions beside each other.
+    #[arg(long, value_name = "N", default_value_t = 1, value_parser = clap::value_parser!(u16).range(1..=1024))]
+    jobs: u16,
+    /// Memory that all of them may take together, for example 8G [default: what `reduce` finds available].
+    #[arg(long, value_name = "SIZE", value_parser = size)]
+    memory: Option<(f64, String)>,
+    /// The program that reduces [default: `reduce` beside this one, or on the path].
+    #[arg(long, value_name = "FILE")]
+    reduce: Option<PathBuf>,
+}
+
+/// Runs the command.
+///
+/// # Errors
+/// Whatever made it impossible to read, to reduce, to make the run with everything, or to write.
+pub fn run(arguments: &PrepareArguments, common: &CommonArguments) -> Result<Done, Error> {
+    let tolerance = arguments.tolerance;
+    if !(tolerance > 0.0 && tolerance < 1.0) {
+        return Err(Error::described(
+            "--tolerance",
+            format!("is {tolerance}, expected a number between 0 and 1"),
+        ));
+    }
+    let path = &arguments.scene;
+    let mut scene = Scene::read(path)?;
+    let end = scene.integrator.map(|integrator| integrator.end);
+    if let (Some(given), Some(integrator)) = (arguments.end, &mut scene.integrator) {
+        integrator.end = given;
+        scene.check()?;
+    }
+    let default = path.with_extension("prepared");
+    let folder = arguments.output.as_ref().unwrap_or(&default);
+    let replace = replace(arguments.force);
+    create(folder)?;
+    for name in ["scene.json", "report.json"] {
+        check_output(&folder.join(name), replace)?;
+    }
+    watch_for_interruption();
+    let reduced = reduce_parts(&mut scene, arguments, folder)?;
+    if is_interrupted() {
+        return Ok(stopped(folder));
+    }
+    let subject = Subject::of(scene, &arguments.outputs).map_err(|error| in_file(error, path))?;
+    let monitor = Monitor::new(bar(common), is_interrupted);
+    let steps = match arguments.lengthen_steps {
+        true => Steps::Lengthened,
+        false => Steps::OfScene,
+    };
+    let prepared = prepare(&subject, tolerance, steps, &monitor);
+    monitor.close();
+    let Some(mut prepared) = prepared? else {
+        return Ok(stopped(folder));
+    };
+    if let (Some(end), Some(integrator)) = (end, &mut prepared.scene.integrator) {
+        integrator.end = end;
+    }
+    prepared.scene.fields = subject.scene.fields.clone();
+    let files = write(&prepared, folder, replace)?;
+    for large in &reduced {
+        // What is left over can stay.
+        let _ = std::fs::remove_file(large);
+    }
+    report(&prepared, &files, tolerance, folder)?;
+    Ok(Done {
+        output: told(&prepared, &files, tolerance, folder),
+        ending: Ending::Complete,
+    })
+}
+
+fn stopped(folder: &Path) -> Done {
+    Done {
+        output: format!("{}: stopped, nothing was prepared\n", folder.display()),
+        ending: Ending::Interrupted,
+    }
+}
+
+fn create(folder: &Path) -> Result<(), Error> {
+    std::fs::create_dir_all(folder).map_err(|source| {
+        Error::File(dcb_formats::Error::Io {
+            path: folder.to_owned(),
+            action: "cannot create",
+            source,
+        })
+    })
+}
+
+/// Reduces every part whose matrix stands beside where the scene has its superelement, and puts the large superelements in its place; their files.
+fn reduce_parts(
+    scene: &mut Scene,
+    arguments: &PrepareArguments,
+    folder: &Path,
+) -> Result<Vec<PathBuf>, Error> {
+    let mut parts: Vec<(PathBuf, PathBuf, PathBuf)> = Vec::new();
+    for body in scene.bodies.values() {
+        let BodyKind::Superelement(of) = &body.kind else {
+            continue;
+        };
+        let file = scene.resolve(&of.file);
+        let Some(matrix) = matrix_of(&file) else {
+            continue;
+        };
+        if parts.iter().all(|(known, ..)| *known != of.file) {
+            let name = file.file_name().unwrap_or_default().to_string_lossy();
+            let large = folder.join(format!("large-{name}"));
+            parts.push((of.file.clone(), matrix, large));
+        }
+    }
+    let mut waiting = parts.iter();
+    let mut failure = None;
+    loop {
+        let batch: Vec<_> = waiting.by_ref().take(arguments.jobs.into()).collect();
+        if batch.is_empty() {
+            break;
+        }
+        let share = batch.len();
+        let mut running = Vec::new();
+        for (_, matrix, large) in batch {
+            running.push((matrix, reduction(arguments, matrix, large, share).spawn()));
+        }
+        for (matrix, child) in running {
+            let status = child.and_then(|mut child| child.wait());
+            match status {
+                Ok(status) if status.success() => {}
+                Ok(status) => {
+                    failure.get_or_insert(Error::Reduction {
+                        part: matrix.clone(),
+                        status: status.to_string(),
+                        is_unusable_input: status.code() == Some(2),
+                    });
+                }
+                Err(source) => {
+                    failure.get_or_insert(Error::File(dcb_formats::Error::Io {
+                        path: program(arguments),
+                        action: "cannot run",
+                        source,
+                    }));
+                }
+            }
+        }
+    }
+    if let Some(failure) = failure.filter(|_| !is_interrupted()) {
+        return Err(failure);
+    }
+    let directory = std::path::absolute(folder).unwrap_or_else(|_| folder.to_owned());
+    for body in scene.bodies.values_mut() {
+        if let BodyKind::Superelement(of) = &mut body.kind
+            && let Some((.., large)) = parts.iter().find(|(file, ..)| *file == of.file)
+        {
+            of.file = directory.join(large.file_name().unwrap_or_default());
+        }
+    }
+    Ok(parts.into_iter().map(|(.., large)| large).collect())
+}
+
+/// `NAME.mtx` or `NAME.mtx.gz` beside `NAME.dcb.h5`, if there is one.
+fn matrix_of(superelement: &Path) -> Option<PathBuf> {
+    let name = superelement.file_name()?.to_str()?;
+    let stem = name.strip_suffix(".dcb.h5")?;
+    let candidates = [".mtx", ".mtx.gz"].map(|ending| format!("{stem}{ending}"));
+    let mut candidates = candidates
+        .iter()
+        .map(|name| superelement.with_file_name(name));
+    candidates.find(|candidate| candidate.is_file())
+}
+
+fn reduction(arguments: &PrepareArguments, matrix: &Path, large: &Path, share: usize) -> Command {
+    let mut command = Command::new(program(arguments));
+    command
+        .arg(matrix)
+        .arg("--scene")
+        .arg(&arguments.scene)
+        .arg("--tolerance")
+        .arg((REDUCTION_SHARE * arguments.tolerance).to_string())
+        .arg("-o")
+        .arg(large)
+        .args(["--force", "--quiet"]);
+    if let Some((size, unit)) = &arguments.memory {
+        command.arg("--memory");
+        command.arg(format!("{}{unit}", size / share as f64));
+    }
+    command
+}
+
+/// A size and its unit, which `reduce` understands.
+fn size(text: &str) -> Result<(f64, String), String> {
+    let number = text.trim_end_matches(|c: char| c.is_ascii_alphabetic());
+    match number.trim().parse::<f64>() {
+        Ok(size) if size > 0.0 && size.is_finite() => Ok((size, text[number.len()..].to_owned())),
+        _ => Err(format!("{text:?} is no size; give for example 8G")),
+    }
+}
+
+/// `reduce` beside this program, or wherever the system finds it.
+fn program(arguments: &PrepareArguments) -> PathBuf {
+    if let Some(given) = &arguments.reduce {
+        return given.clone();
+    }
+    let name = format!("reduce{}", std::env::consts::EXE_SUFFIX);
+    let beside = std::env::current_exe().map(|own| own.with_file_name(&name));
+    match beside {
+        Ok(beside) if beside.is_file() => beside,
+        _ => PathBuf::from(name),
+    }
+}
+
+fn report(
+    prepared: &Prepared,
+    files: &[PreparedFile],
+    tolerance: f64,
+    folder: &Path,
+) -> Result<(), Error> {
+    let bodies = prepared.pruning.bodies.iter();
+    let left_out: serde_json::Map<String, serde_json::Value> = bodies
+        .map(|(name, pruned)| {
+            let told = pruned.left_out.iter().map(ToString::to_string);
+            (name.clone(), told.collect())
+        })
+        .collect();
+    let trials = prepared.trials.iter();
+    let trials: Vec<_> = trials
+        .map(|trial| {
+            json!({"coordinates": trial.kept, "error": trial.error.is_finite().then_some(trial.error)})
+        })
+        .collect();
+    let text = json!({
+        "tolerance": tolerance,
+        "error": prepared.error,
+        "coordinates": prepared.coordinates,
+        "of_coordinates": prepared.reference.elastic,
+        "step": prepared.scene.integrator.map(|integrator| integrator.step),
+        "left_out": left_out,
+        "trials": trials,
+        "files": files,
+    });
+    let path = folder.join("report.json");
+    std::fs::write(&path, format!("{text:#}\n")).map_err(|source| {
+        Error::File(dcb_formats::Error::Io {
+            path,
+            action: "cannot write",
+            source,
+        })
+    })
+}
+
+fn told(prepared: &Prepared, files: &[PreparedFile], tolerance: f64, folder: &Path) -> String {
+    let mut text = prepared.pruning.to_string();
+    // Writing to a string doesn't fail.
+    let _ = writeln!(
+        text,
+        "{} of {} elastic coordinates are enough, found by {} runs: no output is further than {:.1e} of its range from the run with everything (allowed {tolerance:.0e})",
+        prepared.coordinates,
+        prepared.reference.elastic,
+        prepared.trials.len() + 2,
+        prepared.error
+    );
+    for file in files {
+        let _ = writeln!(
+            text,
+            "{}: {} of {} coordinates, {} of {} bytes",
+            folder.join(&file.file).display(),
+            file.coordinates,
+            file.of_coordinates,
+            file.size,
+            file.of_size
+        );
+    }
+    let _ = writeln!(text, "{}", folder.join("scene.json").display());
+    text
+}

@@ -1,0 +1,240 @@
+//! All superelements of a scene, each as the scene needs it.
+
+use std::fmt::{self, Display, Formatter};
+use std::path::PathBuf;
+
+use dcb_formats::dcb::SuperelementFile;
+use dcb_formats::superelement::{Stiffening, Superelement};
+use indexmap::IndexMap;
+
+use super::{Carried, Pruned};
+use crate::body::ModeTruncation;
+use crate::demand::{Demand, NodeDemand, PartInterface, Parts};
+use crate::error::Error;
+use crate::scene::{BodyKind, Compatibility, GeometricStiffening, Scene, SuperelementBody};
+use crate::selection::{ObservedNodes, Selection};
+
+/// What a scene carries of its superelements.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Pruning {
+    /// By the names of the bodies.
+    pub bodies: IndexMap<String, Pruned>,
+}
+
+/// A body and the superelement that it is made of, as far as the scene says itself.
+struct Given<'a> {
+    name: &'a str,
+    file: &'a SuperelementFile,
+    whole: Superelement,
+    /// What became of the modes by the scene's own number of them.
+    truncation: Option<ModeTruncation>,
+}
+
+impl Pruning {
+    /// Finds out. Nothing is left out with weak compatibility, whose interface forces are coordinates.
+    ///
+    /// # Errors
+    /// Those of files that can't be read, of [`Demand::of`] and of [`Pruned::of`].
+    pub fn of(scene: &Scene, tolerance: f64) -> Result<Self, Error> {
+        if scene.compatibility == Compatibility::Weak {
+            return Ok(Self::default());
+        }
+        let files = opened(scene)?;
+        let given: Result<Vec<Given>, Error> = superelements(scene)
+            .map(|(name, of)| Given::of(name, of, &files[&scene.resolve(&of.file)]))
+            .collect();
+        let given = given?;
+        let parts: Parts = (given.iter())
+            .map(|given| (given.name.to_owned(), PartInterface::all_of(&given.whole)))
+            .collect();
+        let prune = |planes: Planes| -> Result<Self, Error> {
+            let mut bodies = IndexMap::new();
+            for given in &given {
+                let pruned = given.pruned(scene, &parts, tolerance, planes)?;
+                bodies.insert(given.name.to_owned(), pruned);
+            }
+            Ok(Self { bodies })
+        };
+        // A plane of motion is one if every part is symmetric to it.
+        let in_planes = prune(Planes::Scene)?;
+        match in_planes.leaves_no_plane() {
+            true => Ok(in_planes),
+            false => prune(Planes::None),
+        }
+    }
+
+    /// Everything is carried, as far as it isn't rigid.
+    ///
+    /// # Errors
+    /// Those of files that can't be read.
+    pub fn nothing(scene: &Scene) -> Result<Self, Error> {
+        let files = opened(scene)?;
+        let mut bodies = IndexMap::new();
+        for (name, of) in superelements(scene) {
+            let given = Given::of(name, of, &files[&scene.resolve(&of.file)])?;
+            let everything = Pruned {
+                carried: Carried::Selection(Selection::everything(&given.whole)),
+                left_out: Vec::new(),
+                plane: None,
+                error: 0.0,
+            };
+            bodies.insert(name.to_owned(), everything);
+        }
+        Ok(Self { bodies })
+    }
+
+    /// Whether every body stays in a plane, or none does.
+    fn leaves_no_plane(&self) -> bool {
+        let mut planar = self.bodies.values().map(|pruned| match &pruned.carried {
+            Carried::Selection(_) => Some(pruned.plane),
+            Carried::Rigid => None,
+        });
+        let first = planar.by_ref().flatten().next();
+        planar.flatten().all(|plane| Some(plane) == first)
+    }
+
+    /// The scene with what is carried.
+    pub fn applied_to(&self, scene: &Scene) -> Scene {
+        let mut scene = scene.clone();
+        for (name, pruned) in &self.bodies {
+            let body = scene.bodies.get_mut(name).map(|body| &mut body.kind);
+            if let Some(BodyKind::Superelement(of)) = body {
+                of.carried = Some(pruned.carried.clone());
+            }
+        }
+        scene
+    }
+
+    /// How many things are left out.
+    pub fn count(&self) -> usize {
+        self.bodies
+            .values()
+            .map(|pruned| pruned.left_out.len())
+            .sum()
+    }
+
+    /// The largest change of a body's response.
+    pub fn error(&self) -> f64 {
+        let errors = self.bodies.values().map(|pruned| pruned.error);
+        errors.fold(0.0, f64::max)
+    }
+}
+
+impl Display for Pruning {
+    fn fmt(&self, f: &mut Formatter) -> fmt::Result {
+        for (name, pruned) in &self.bodies {
+            if pruned.left_out.is_empty() {
+                writeln!(f, "body {name:?}: everything is carried")?;
+                continue;
+            }
+            writeln!(f, "body {name:?}:")?;
+            for left_out in &pruned.left_out {
+                writeln!(f, "  {left_out}")?;
+            }
+        }
+        Ok(())
+    }
+}
+
+/// Which planes count.
+#[derive(Clone, Copy)]
+enum Planes {
+    Scene,
+    None,
+}
+
+impl<'a> Given<'a> {
+    fn of(
+        name: &'a str,
+        of: &SuperelementBody,
+        file: &'a (SuperelementFile, Superelement),
+    ) -> Result<Self, Error> {
+        let (file, read) = file;
+        let wanted = of
+            .modes
+            .map(|modes| (modes as usize).min(read.mode_count()));
+        let truncation = wanted
+            .map(|wanted| ModeTruncation::of(read, wanted))
+            .transpose()?;
+        let mut whole = match &truncation {
+            Some(truncation) => truncation.superelement(read)?,
+            None => read.clone(),
+        };
+        if of.geometric_stiffening == GeometricStiffening::Off {
+            whole.stiffening = Stiffening::default();
+        }
+        Ok(Self {
+            name,
+            file,
+            whole,
+            truncation,
+        })
+    }
+
+    fn pruned(
+        &self,
+        scene: &Scene,
+        parts: &Parts,
+        tolerance: f64,
+        planes: Planes,
+    ) -> Result<Pruned, Error> {
+        let mut demand = Demand::of(scene, self.name, parts)?;
+        if matches!(planes, Planes::None) {
+            demand.planes.planes.clear();
+        }
+        let nodes = match &demand.nodes {
+            NodeDemand::None => None,
+            NodeDemand::Some(nodes) => {
+                let nodes: Vec<u32> = nodes.keys().copied().collect();
+                self.observed(&nodes)?
+            }
+            NodeDemand::All(_) => None,
+        };
+        Pruned::of(&self.whole, &demand, nodes.as_ref(), tolerance)
+    }
+
+    /// Nodes of the file; `None` if it has no fields, of which the model will complain.
+    fn observed(&self, nodes: &[u32]) -> Result<Option<ObservedNodes>, Error> {
+        let Some(basis) = self.file.recovery_of(nodes)? else {
+            return Ok(None);
+        };
+        let origin = self.whole.origin;
+        let mut positions = Vec::new();
+        for node in nodes {
+            if let Some(position) = self.file.node_position(*node)? {
+                let relative = std::array::from_fn(|axis| position[axis] - origin[axis]);
+                positions.push((*node, relative));
+            }
+        }
+        Ok(Some(ObservedNodes {
+            basis: match &self.truncation {
+                Some(truncation) => truncation.recovery(&basis),
+                None => basis,
+            },
+            positions,
+        }))
+    }
+}
+
+fn superelements(scene: &Scene) -> impl Iterator<Item = (&str, &SuperelementBody)> {
+    scene
+        .bodies
+        .iter()
+        .filter_map(|(name, body)| match &body.kind {
+            BodyKind::Superelement(of) => Some((name.as_str(), of)),
+            BodyKind::Rigid(_) => None,
+        })
+}
+
+fn opened(scene: &Scene) -> Result<IndexMap<PathBuf, (SuperelementFile, Superelement)>, Error> {
+    let mut files = IndexMap::new();
+    for (_, of) in superelements(scene) {
+        let path = scene.resolve(&of.file);
+        if !files.contains_key(&path) {
+            let file = SuperelementFile::open(&path)?;
+            let superelement = file.superelement()?;
+            files.insert(path, (file, superelement));
+        }
+    }
+    Ok(files)
+}
