@@ -14,6 +14,7 @@ use crate::cli_cache::{self, CacheArguments, InventoryArguments};
 use crate::cli_memory::MemoryArguments;
 use crate::cli_plan::{self, PlanArguments};
 use crate::cli_reduce::{self, Outcome};
+use crate::cli_scene::SceneArguments;
 use crate::cli_study::{self, StudyArguments};
 use crate::error::Error;
 use crate::{EnrichmentSource, compare, inspect, verify};
@@ -63,7 +64,7 @@ pub struct ReduceArguments {
     /// Output [default: PART.dcb.h5].
     #[arg(long, short, value_name = "FILE")]
     pub output: Option<PathBuf>,
-    /// Keep this many elastic modes, or more where that would cut a multiple root [default: 20].
+    /// Keep this many elastic modes, or more where that would cut a multiple root [default: 20]. With --scene: at most.
     #[arg(long, value_name = "N", conflicts_with = "max_frequency", allow_negative_numbers = true, value_parser = count)]
     pub modes: Option<usize>,
     /// Keep every elastic mode below this frequency.
@@ -77,6 +78,9 @@ pub struct ReduceArguments {
     /// Static responses to centrifugal forces, to loads PART.load.NAME.mtx, or the interfaces' second block.
     #[arg(long, value_name = "WHAT", value_enum, value_delimiter = ',')]
     pub enrich: Vec<EnrichmentSource>,
+    /// Reducing for a scene.
+    #[command(flatten)]
+    pub scene: SceneArguments,
     /// Files beside the stiffness matrix.
     #[command(flatten)]
     pub siblings: SiblingArguments,

@@ -6,14 +6,13 @@ use std::path::Path;
 
 use dcb_formats::component_files::ComponentFiles;
 use dcb_formats::dcb::{Compression, Contents, WriteOptions, copy_whole, write_superelement};
-use dcb_formats::mesh::Mesh;
 use serde_json::{Value, json};
 
-use crate::Reduced;
 use crate::cache::{Cache, Claim, Entry, ModeRequest, Request, Reservation, Stored};
 use crate::cli::{ReduceArguments, print_to_stderr};
 use crate::cli_memory::FactorPlace;
 use crate::cli_reduce::{DEFAULT_MODES, Outcome};
+use crate::cli_scene::Made;
 use crate::error::Error;
 use crate::inspect::{frequency_table, interface_table, mass_lines};
 use crate::memory_limit::readable;
@@ -169,21 +168,20 @@ pub fn serve(
 pub fn keep(
     reservation: Reservation<'_>,
     arguments: &ReduceArguments,
-    reduced: &mut Reduced,
-    mesh: &Mesh,
+    made: &mut Made,
     seconds: f64,
     told: Told,
 ) {
-    let form = &mut reduced.superelement.provenance.options;
+    let form = &mut made.superelement.provenance.options;
     form["without_fields"] = json!(false);
     form["compress"] = json!(false);
     let contents = Contents {
-        superelement: &reduced.superelement,
-        recovery: Some(&reduced.recovery),
-        mesh: Some(mesh),
+        superelement: &made.superelement,
+        recovery: made.fields.as_ref(),
+        mesh: made.mesh.as_ref(),
     };
     let stored = reservation.store(&contents, seconds);
-    say_form(&mut reduced.superelement.provenance.options, arguments);
+    say_form(&mut made.superelement.provenance.options, arguments);
     let why = match stored {
         Ok(Stored::Kept) => return,
         Ok(Stored::TooLarge { bytes }) => format!(

@@ -15,9 +15,11 @@ use crate::cache::Claim;
 use crate::cli::{CommonArguments, ReduceArguments, print_to_stderr};
 use crate::cli_cached::{Told, claim, keep, request, serve};
 use crate::cli_eigen_solver::eigen_solver;
+use crate::cli_scene::Made;
 use crate::error::Error;
 use crate::inspect::hertz;
 use crate::plausibility::si_factor;
+use crate::scene::place;
 use crate::summary::{quality_lines, summary};
 use crate::timing::{Display, StageClock, StageTime};
 use crate::{
@@ -121,9 +123,13 @@ pub fn run(arguments: &ReduceArguments, common: &CommonArguments) -> Result<Outc
     };
     let files = ComponentFiles::beside(stiffness, &arguments.siblings.overrides())?;
     refuse_input_as_output(&files, &target)?;
+    let part = arguments.scene.part(&target, &default_output(stiffness))?;
+    let scene = part.as_ref().map(|part| part.path.as_path());
+    refuse_scene_as_output(scene, &target)?;
     check_output(&target, replace)?;
     if let Some(timings) = &arguments.timings {
         refuse_input_as_output(&files, timings)?;
+        refuse_scene_as_output(scene, timings)?;
         check_output(timings, Replace::Overwrite)?;
         if is_same_place(timings, &target) {
             return Err(Error::Component(format!(
@@ -160,7 +166,8 @@ pub fn run(arguments: &ReduceArguments, common: &CommonArguments) -> Result<Outc
         clock.announce_forecast();
     }
     let mut reservation = None;
-    if let Some(cache) = &cache {
+    // What is made for a scene is made of cached reductions; it isn't one itself.
+    if let Some(cache) = cache.as_ref().filter(|_| part.is_none()) {
         clock.start("cache");
         let request = request(&files, arguments)?;
         clean_up_on_interrupt(&[&target, &cache.superelement_path(&request.key())]);
@@ -189,6 +196,7 @@ pub fn run(arguments: &ReduceArguments, common: &CommonArguments) -> Result<Outc
     let memory = arguments.memory.limit(&target);
     clock.start("read");
     let component = read_component(&files)?;
+    let (n_e, sources) = (component.dofs.len(), component.sources.clone());
     let reduction = Reduction {
         modes: mode_selection(
             arguments.modes,
@@ -212,9 +220,23 @@ pub fn run(arguments: &ReduceArguments, common: &CommonArguments) -> Result<Outc
         eigen_solver,
         memory,
     };
-    let mut reduced = reduce(&component, &reduction, &mut clock)
-        .map_err(|error| naming_the_file(error, &files))?;
-    let broken_limits = reduced.quality.broken_limits();
+    let naming = |error| naming_the_file(error, &files);
+    let mut made = match &part {
+        Some(part) => (arguments.scene)
+            .reduce(part, component, &reduction, arguments.modes, &mut clock)
+            .map_err(naming)?,
+        None => {
+            let reduced = reduce(&component, &reduction, &mut clock).map_err(naming)?;
+            Made {
+                superelement: reduced.superelement,
+                fields: Some(reduced.recovery),
+                mesh: Some(component.mesh),
+                quality: reduced.quality,
+                work: reduced.work,
+            }
+        }
+    };
+    let broken_limits = made.quality.broken_limits();
     if !broken_limits.is_empty() {
         clock.clear();
         let what = format!(
@@ -222,63 +244,73 @@ pub fn run(arguments: &ReduceArguments, common: &CommonArguments) -> Result<Outc
             stiffness.display()
         );
         return Ok(Outcome::unless(
-            quality_lines(&reduced.quality),
+            quality_lines(&made.quality),
             &what,
             &broken_limits,
         ));
     }
     clock.stop();
-    let empty = no_mode_warning(arguments, &reduced.superelement);
-    let provenance = &mut reduced.superelement.provenance;
+    let empty = no_mode_warning(arguments, &made.superelement);
+    let provenance = &mut made.superelement.provenance;
     provenance.warnings.extend(empty);
+    let selections = provenance.options["selections"].take();
     provenance.options = options_as_json(arguments, &reduction);
+    if let Some(part) = &part {
+        provenance.options["modes"] = json!({ "at_most": arguments.modes });
+        provenance.options["scene"] = arguments.scene.as_json(part);
+        provenance.options["selections"] = selections;
+    }
     if let Some(quality) = provenance.quality.as_object_mut() {
         quality.insert("stages".into(), json!(clock.stages()));
     }
     clock.start("write");
     let contents = Contents {
-        superelement: &reduced.superelement,
-        recovery: (!arguments.without_fields).then_some(&reduced.recovery),
-        mesh: (!arguments.without_fields).then_some(&component.mesh),
+        superelement: &made.superelement,
+        recovery: made.fields.as_ref().filter(|_| !arguments.without_fields),
+        mesh: made.mesh.as_ref().filter(|_| !arguments.without_fields),
     };
     write_superelement(&target, &contents, &options)?;
     WRITTEN.store(true, Ordering::SeqCst);
     clock.stop();
     match reservation {
         // Files that changed since they were hashed would be kept under a key that isn't theirs.
-        Some((place, request)) if request.is_of(&component.sources) => {
+        Some((place, request)) if request.is_of(&sources) => {
             let seconds = clock.stages().iter().map(|stage| stage.seconds).sum();
             clock.start("cache");
-            keep(
-                *place,
-                arguments,
-                &mut reduced,
-                &component.mesh,
-                seconds,
-                told,
-            );
+            keep(*place, arguments, &mut made, seconds, told);
         }
         _ => {}
     }
     clock.clear();
     if let Some(path) = &arguments.timings {
-        write_timings(path, clock.stages(), Some(&reduced.work))?;
+        write_timings(path, clock.stages(), Some(&made.work))?;
     }
     if !common.quiet {
-        for warning in &reduced.superelement.provenance.warnings {
+        for warning in &made.superelement.provenance.warnings {
             print_to_stderr("warning", warning);
         }
     }
     Ok(Outcome {
         output: summary(
-            &reduced,
-            component.dofs.len(),
+            &made.superelement,
+            &made.quality,
+            n_e,
             &target,
             clock.stages(),
             listed,
         ),
         failure: None,
     })
+}
+
+fn refuse_scene_as_output(scene: Option<&Path>, target: &Path) -> Result<(), Error> {
+    match scene.filter(|scene| is_same_place(scene, target)) {
+        None => Ok(()),
+        Some(scene) => Err(Error::Component(format!(
+            "{}: is the scene and can't be an output; name another file",
+            scene.display()
+        ))),
+    }
 }
 
 fn refuse_input_as_output(files: &ComponentFiles, target: &Path) -> Result<(), Error> {
@@ -297,16 +329,7 @@ fn refuse_input_as_output(files: &ComponentFiles, target: &Path) -> Result<(), E
 
 /// Whether both lead to one place: the same file, or the same name in the same folder.
 fn is_same_place(a: &Path, b: &Path) -> bool {
-    let real = |path: &Path| {
-        path.canonicalize().ok().or_else(|| {
-            let folder = path
-                .parent()
-                .filter(|folder| !folder.as_os_str().is_empty())
-                .unwrap_or(Path::new("."));
-            Some(folder.canonicalize().ok()?.join(path.file_name()?))
-        })
-    };
-    real(a).is_some() && real(a) == real(b)
+    place(a).is_some() && place(a) == place(b)
 }
 
 /// The reduction knows no files; its message begins with what is wrong, and that tells which of them is meant.
@@ -366,7 +389,9 @@ pub(crate) fn mode_selection(
 fn options_as_json(arguments: &ReduceArguments, options: &Reduction) -> serde_json::Value {
     let modes = match options.modes {
         ModeSelection::Lowest(count) => json!({ "lowest": count }),
-        ModeSelection::Below { eigenvalue } => json!({ "below_eigenvalue": eigenvalue }),
+        ModeSelection::Below { eigenvalue } | ModeSelection::BelowAtMost { eigenvalue, .. } => {
+            json!({ "below_eigenvalue": eigenvalue })
+        }
     };
     let mut json = json!({
         "modes": modes,

@@ -1,6 +1,8 @@
 //! Why a reduction could not be made. Unusable input and numerical failure are told apart, because a caller reacts to
 //! them differently.
 
+use std::path::PathBuf;
+
 use crate::memory_limit::readable;
 
 /// A reduction that ended without a superelement.
@@ -12,6 +14,17 @@ pub enum Error {
     /// A file can't be used or written.
     #[error(transparent)]
     File(#[from] dcb_formats::Error),
+    /// A scene and the component that it is about don't fit each other.
+    #[error("{}: {message}", path.display())]
+    InScene {
+        /// The scene's file.
+        path: PathBuf,
+        /// What was found and what would be right.
+        message: String,
+    },
+    /// A scene can't be read, or what it needs can't be taken out of a superelement.
+    #[error(transparent)]
+    Scene(#[from] dcb_runtime::Error),
     /// Memory ran out.
     #[error("out of memory for {what}: use a machine with more memory, or a coarser mesh")]
     OutOfMemory {
@@ -116,7 +129,11 @@ impl Error {
     /// Whether the input is to blame (exit status 2) rather than the numerics (exit status 1).
     pub fn is_unusable_input(&self) -> bool {
         match self {
-            Self::Component(_) | Self::File(_) | Self::NotEnoughMemory { .. } => true,
+            Self::Component(_)
+            | Self::InScene { .. }
+            | Self::File(_)
+            | Self::NotEnoughMemory { .. } => true,
+            Self::Scene(error) => error.is_unusable_input(),
             #[cfg(feature = "slepc")]
             Self::CannotStart { .. } => true,
             _ => false,

@@ -86,10 +86,14 @@ impl Forecast {
     ) -> Self {
         let threads = rayon::current_num_threads();
         let fronts = factor.fronts();
-        let modes_are_assumed = matches!(modes, ModeSelection::Below { .. });
+        let modes_are_assumed = matches!(
+            modes,
+            ModeSelection::Below { .. } | ModeSelection::BelowAtMost { .. }
+        );
         let modes = match modes {
             ModeSelection::Lowest(count) => count,
             ModeSelection::Below { .. } => ASSUMED_MODES,
+            ModeSelection::BelowAtMost { count, .. } => count.min(ASSUMED_MODES),
         };
         Self {
             dofs: model.len(),

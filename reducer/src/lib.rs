@@ -18,6 +18,7 @@ pub mod cli_eigen_solver;
 pub mod cli_memory;
 pub mod cli_plan;
 pub mod cli_reduce;
+pub mod cli_scene;
 pub mod cli_study;
 pub mod column_products;
 pub mod compare;
@@ -59,6 +60,7 @@ pub mod refinement;
 pub mod residual;
 pub mod residual_filter;
 pub mod rigid_body;
+pub mod scene;
 pub mod scientific;
 pub mod shift;
 #[cfg(feature = "slepc")]
@@ -119,6 +121,13 @@ pub enum ModeSelection {
     Below {
         /// The limit.
         eigenvalue: f64,
+    },
+    /// The same, but no more than so many, the lowest (or more where that would cut a multiple root).
+    BelowAtMost {
+        /// The limit.
+        eigenvalue: f64,
+        /// How many.
+        count: usize,
     },
 }
 
@@ -383,15 +392,17 @@ fn modes_and_residual(
         scale,
         ..
     } = *shared;
+    let mut below = |eigenvalue: f64| {
+        observer.begin(Stage::Certificate);
+        factor
+            .inertia(&model.stiffness, &model.mass, eigenvalue)
+            .negative
+            .saturating_sub(rigid.count())
+    };
     let wanted = match options.modes {
         ModeSelection::Lowest(count) => count,
-        ModeSelection::Below { eigenvalue } => {
-            observer.begin(Stage::Certificate);
-            factor
-                .inertia(&model.stiffness, &model.mass, eigenvalue)
-                .negative
-                .saturating_sub(rigid.count())
-        }
+        ModeSelection::Below { eigenvalue } => below(eigenvalue),
+        ModeSelection::BelowAtMost { eigenvalue, count } => below(eigenvalue).min(count),
     };
     let known = Forecast {
         modes: wanted,

@@ -14,6 +14,7 @@ use crate::free_modes::{FreeModes, RESIDUAL_TOLERANCE, residual_is_accepted};
 use crate::interface_reduction::InterfaceReduction;
 use crate::residual::ResidualFlexibility;
 use crate::rigid_body::{MassProperties, RigidBodyModes};
+use crate::scene::SceneFit;
 
 /// Limit of the orthogonality defects (Eq. 29–32, 39–40).
 pub const ORTHOGONALITY_LIMIT: f64 = 1e-8;
@@ -81,6 +82,9 @@ pub struct Quality {
     pub dependent_rows: Vec<DependentRow>,
     /// Lanczos block steps and preconditioned iterations of the attachments.
     pub iterations: (usize, usize),
+    /// The scene that the superelement was made for; absent if it was made for none, and in files of older versions.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub scene: Option<SceneFit>,
 }
 
 /// An eigenvalue count by the inertia of K - μ M.
@@ -201,6 +205,7 @@ impl Quality {
                 })
                 .collect(),
             iterations: (modes.iterations, residual.iterations),
+            scene: None,
         }
     }
 

@@ -6,7 +6,6 @@ use std::path::Path;
 
 use dcb_formats::Superelement;
 
-use crate::Reduced;
 use crate::inspect::{frequency_table, interface_table, mass_lines};
 use crate::interface_reduction::InterfaceReduction;
 use crate::quality::Quality;
@@ -15,13 +14,13 @@ use crate::timing::StageTime;
 
 /// All of it, with the first `listed` modes.
 pub fn summary(
-    reduced: &Reduced,
+    element: &Superelement,
+    quality: &Quality,
     n_e: usize,
     target: &Path,
     stages: &[StageTime],
     listed: usize,
 ) -> String {
-    let element = &reduced.superelement;
     let mut text = String::new();
     let _ = writeln!(
         text,
@@ -29,13 +28,13 @@ pub fn summary(
         element.name,
         element.mode_count(),
         element.boundary_row_count(),
-        reduced.quality.residual_rank,
+        quality.residual_rank,
         further_columns(element),
     );
     text += &mass_lines(element);
-    text += &frequency_table(element, Some(&reduced.quality), listed);
+    text += &frequency_table(element, Some(quality), listed);
     text += &interface_table(element);
-    text += &quality_lines(&reduced.quality);
+    text += &quality_lines(quality);
     text += &stage_lines(stages);
     let _ = writeln!(text, "wrote {}", target.display());
     text

@@ -211,12 +211,20 @@ fn check_transform(element: &Superelement, findings: &mut Findings) -> Result<()
         .ok_or_else(failed)?;
     let limit = MASS_TOLERANCE * reference.last().copied().unwrap_or(0.0);
     let rank = values.iter().filter(|value| **value > limit).count();
+    // The inertia of attachments may be left out on purpose.
+    let fewer = is_selection(element) && t.ncols() < rank;
     findings.require(
         "rank of the residual transform",
-        rank == t.ncols(),
+        fewer || rank == t.ncols(),
         &format!("{} stored, {rank} found", t.ncols()),
     );
     Ok(())
+}
+
+/// Whether it was taken out of a larger superelement.
+pub(crate) fn is_selection(element: &Superelement) -> bool {
+    let selections = element.provenance.options["selections"].as_array();
+    selections.is_some_and(|selections| !selections.is_empty())
 }
 
 /// Mean axes, antisymmetry of L3, a positive inertia tensor, and second-order terms with the trace they must have.

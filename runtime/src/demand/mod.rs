@@ -44,6 +44,7 @@ mod part;
 mod plane;
 mod spin;
 mod transmission;
+mod union;
 mod wrench_space;
 
 use serde::Serialize;

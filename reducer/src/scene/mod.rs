@@ -1,0 +1,24 @@
+//! Reducing a part for a scene: the smallest superelement with which the part's responses are right within a tolerance, as far as the scene asks.
+//!
+//! [`PartInScene`] finds the bodies that are made of the part, [`Asked`] what the scene does with them ([`dcb_runtime::demand`]). [`Search`]
+//! reduces with more and more modes until the bounds of [`crate::error_estimate`], over the scene's frequencies and between the rows and nodes that
+//! it uses, leave half of the tolerance. [`Fitted`] spends the other half on leaving out of the result what nobody asks for
+//! ([`dcb_runtime::pruning`]): interfaces, directions, modes, the inertia of attachments, nodes. [`SceneFit`] says all of it.
+//!
+//! Errors are those of the part: receptances ‖H − H_ref‖ / ‖H_ref‖ as in studies, not errors of the scene's outputs.
+
+mod asked;
+mod bodies;
+mod fit;
+mod interfaces;
+mod report;
+mod search;
+mod spin;
+
+pub use asked::Asked;
+pub use bodies::{PartInScene, place};
+pub use fit::Fitted;
+pub use interfaces::part_interfaces;
+pub use report::{Amounts, Kept, Omission, SceneFit};
+pub use search::{Limits, Round, Search, Whole};
+pub use spin::SpinColumns;
