@@ -174,7 +174,8 @@ impl Simulation {
                     | Error::LongTurn { .. }
                     | Error::NotFinite { .. }
                     | Error::SingularBody { .. }
-                    | Error::SingularJoints { .. },
+                    | Error::SingularJoints { .. }
+                    | Error::RestAtDeadCentre { .. },
                 ) => {
                     size.failed(self.state.time + step, step)?;
                     self.corrector.forget_factor();
@@ -224,7 +225,7 @@ impl Simulation {
         match self.method.formulation {
             Formulation::Index3 => {
                 self.corrector
-                    .rounding_of_forces(&self.system, &self.method.scheme, step)
+                    .rounding_of_forces(&self.method.scheme, step)
             }
             Formulation::StabilizedIndex2 => 0.0,
         }

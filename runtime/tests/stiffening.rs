@@ -8,8 +8,10 @@ use common::free::{FreeState, free_motion, integrate};
 use common::{Part, numbers};
 use dcb_formats::Component;
 use dcb_runtime::FlexibleBody;
+use dcb_runtime::validity::rod_frequency_deficit;
 use dcb_samples::spatial_beam::BeamSection;
 use dcb_samples::{Material, RodSection, SpatialBeam, axial_prestress, planar_rod, spatial_beam};
+use faer::Mat;
 use nalgebra::Vector3;
 
 fn stiffened(component: Component, mass_per_length: f64) -> Component {
@@ -129,6 +131,28 @@ fn without_stiffening_it_softens() {
     }
 }
 
+/// What `simulate` tells of a spinning body without the matrices is what its frequency lacks of that with them.
+#[test]
+fn what_is_told_of_a_spin_is_what_the_frequency_lacks() {
+    let linear = Part::reduced(planar_rod(16, &RodSection::default()), 8);
+    let stiff = Part::reduced(rod(16), 8);
+    let first = linear.body.stiffness[0].sqrt();
+    let factor = first_mode_stiffening();
+    for (ratio, told) in [(0.1, 0.015), (0.3, 0.123), (0.8, 0.605)] {
+        let (spin, square) = (ratio * first, ratio * ratio);
+        let softened = first * f64::sqrt(1.0 - square);
+        let stiffened = first * f64::sqrt(1.0 + (factor - 1.0) * square);
+        let found = 1.0
+            - bending_frequency(&linear.body, spin, softened)
+                / bending_frequency(&stiff.body, spin, stiffened);
+        let deficit = rod_frequency_deficit(ratio);
+        println!("{ratio}: {found:.4}, told {deficit:.4}");
+        assert!((deficit - (1.0 - softened / stiffened)).abs() < 1e-6);
+        assert!((deficit - told).abs() < 1e-3);
+        assert!((found - deficit).abs() < 4e-3);
+    }
+}
+
 /// Out of the plane of the spin nothing softens: ω² = ω₁² + Ω² S, in space, with the beam in any direction.
 #[test]
 fn a_spinning_beam_flaps_as_fast_as_its_axial_force_says() {
@@ -157,6 +181,63 @@ fn a_spinning_beam_flaps_as_fast_as_its_axial_force_says() {
             expected / first
         );
         assert!((found / expected - 1.0).abs() < 5e-3);
+    }
+}
+
+/// Nothing pulls along a shaft that spins about its own axis: below its first frequency and above, the linear frame lets it swing in a plane
+/// that stays in space.
+#[test]
+fn a_shaft_that_spins_about_its_axis_swings_as_if_it_did_not() {
+    let beam = SpatialBeam {
+        elements: 12,
+        end: [0.4, 0.0, 0.0],
+        section: BeamSection::rectangle(0.004, 0.004),
+        ..SpatialBeam::default()
+    };
+    let part = Part::reduced(spatial_beam(&beam), 4);
+    let body = &part.body;
+    let first = body.stiffness[0].sqrt();
+    assert!((body.stiffness[1].sqrt() / first - 1.0).abs() < 1e-9);
+    let (n, size) = (body.coordinate_count(), 1e-6);
+    for ratio in [0.4, 1.5] {
+        let speed = ratio * first;
+        let mut state = FreeState::spinning(body, Vector3::new(speed, 0.0, 0.0));
+        // In a turning frame what has no velocity in space has -ω × y.
+        let (mut damping, mut stiffness) = (Mat::zeros(n, n), Mat::zeros(n, n));
+        let inertia = &body.inertia;
+        let still = Vector3::zeros();
+        inertia.write_elastic_tangent(
+            &state.spin,
+            &still,
+            damping.as_mut(),
+            stiffness.as_mut(),
+        );
+        let turning = 0.5 * damping[(0, 1)];
+        assert!((turning.abs() / speed - 1.0).abs() < 1e-3);
+        state.y[0] = size;
+        state.rates[1] = turning * size;
+        let scale: Vec<f64> = std::iter::repeat_n(1e-9, 4)
+            .chain(std::iter::repeat_n(1e-9 * speed, 3))
+            .chain(std::iter::repeat_n(1e-6 * size, n))
+            .chain(std::iter::repeat_n(1e-6 * size * first, n))
+            .collect();
+        let mut terms = part.terms();
+        let mut x = state.pack();
+        let interval = 0.1 * std::f64::consts::TAU / first;
+        for k in 1..=20 {
+            let motion = |x: &[f64], dx: &mut [f64]| free_motion(body, &mut terms, x, dx);
+            integrate(motion, &mut x, interval, &scale);
+            let time = f64::from(k) * interval;
+            let swing = size * (first * time).cos();
+            let expected = [
+                swing * (speed * time).cos(),
+                swing * (speed * time).sin() * turning.signum(),
+            ];
+            let found = FreeState::unpack(&x).y;
+            for (found, expected) in found.iter().zip(expected) {
+                assert!((found - expected).abs() < 1e-2 * size, "{ratio}, {k}");
+            }
+        }
     }
 }
 

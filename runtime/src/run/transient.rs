@@ -130,21 +130,6 @@ const ROUNDING_TOLD: f64 = 1e-2;
 /// A defect of the energy balance beyond this part of the largest stored energy is told.
 const IMBALANCE_TOLD: f64 = 0.05;
 
-/// The steps are too long for a motion.
-fn unresolved(system: &System, found: &Unresolved) -> String {
-    let what = match found.part {
-        Part::Place => "motion",
-        Part::Deflection => "deflection",
-    };
-    format!(
-        "the {what} of body {:?} has {:.1} steps of {:.1e} in a period: its frequency and phase are wrong; to follow it take steps below {:.1e}",
-        system.bodies[found.body].name,
-        found.steps_per_period,
-        found.step,
-        found.advised_step()
-    )
-}
-
 /// The loop over steps.
 struct Run<'a> {
     integrator: Integrator,
@@ -218,7 +203,7 @@ impl Run<'_> {
             }
         }
         for found in simulation.resolution().at_end() {
-            let message = unresolved(simulation.system(), &found);
+            let message = unresolved_warning(simulation.system(), &found);
             self.session
                 .tell(observer, simulation.state().time, &message);
         }
@@ -230,7 +215,7 @@ impl Run<'_> {
     fn tell_unresolved(&mut self, simulation: &Simulation, observer: &mut dyn Observer) {
         let told = simulation.resolution().told();
         for found in &told[self.told_unresolved..] {
-            let message = unresolved(simulation.system(), found);
+            let message = unresolved_warning(simulation.system(), found);
             self.session
                 .tell(observer, simulation.state().time, &message);
         }
@@ -362,6 +347,21 @@ fn check_window(
         .adaptive
         .map_or(integrator.step, |adaptive| adaptive.minimum_step);
     window.check(step)
+}
+
+/// What is told of steps that are too long for a motion.
+pub(crate) fn unresolved_warning(system: &System, found: &Unresolved) -> String {
+    let what = match found.part {
+        Part::Place => "motion",
+        Part::Deflection => "deflection",
+    };
+    format!(
+        "the {what} of body {:?} has {:.1} steps of {:.1e} in a period: its frequency and phase are wrong; to follow it take steps below {:.1e}",
+        system.bodies[found.body].name,
+        found.steps_per_period,
+        found.step,
+        found.advised_step()
+    )
 }
 
 /// What is told of forces that consist of rounding at steps of this size.

@@ -11,7 +11,7 @@ use crate::compatibility_window::WeakWindow;
 use crate::error::Error;
 use crate::integrator::Effort;
 use crate::model::{Model, RecordedStep, Recorder};
-use crate::run::transient::{imbalance_warning, rounding_warning};
+use crate::run::transient::{imbalance_warning, rounding_warning, unresolved_warning};
 use crate::run::{method, redundancy};
 use crate::scene::{Compatibility, Integrator, Scene};
 use crate::simulation::Simulation;
@@ -205,6 +205,10 @@ impl Run<'_> {
         }
         monitor.advance(count % STEPS_BETWEEN_LOOKS);
         let warnings = &mut self.course.warnings;
+        let (system, resolution) = (self.simulation.system(), self.simulation.resolution());
+        let lasting = resolution.told().iter().copied();
+        let unresolved = lasting.chain(resolution.at_end());
+        warnings.extend(unresolved.map(|found| unresolved_warning(system, &found)));
         warnings.extend(rounding_warning(&self.simulation, integrator.step));
         let balance = (self.course.energy_defect, self.course.largest_energy);
         warnings.extend(imbalance_warning(balance));

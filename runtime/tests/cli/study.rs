@@ -264,6 +264,35 @@ fn rows_that_are_not_stable_are_told_and_fail_nothing() {
     assert!(number(&weak["course"]["steps"]) > 0.0, "{weak}");
 }
 
+/// Steps that are too long are told in the rows that have them, in the words of a run with the same step.
+#[test]
+fn rows_tell_of_steps_that_are_too_long() {
+    let folder = one_turn();
+    folder.done("study scene.json --step 1e-4,5e-4 --outputs midpoint_deflection");
+    let study = json_of(&folder);
+    let told = |step: f64| -> Vec<String> {
+        let row = row(&study, "all", "strong", step);
+        let warnings = row["course"]["warnings"].as_array().unwrap().iter();
+        let warnings = warnings.map(|warning| warning.as_str().unwrap().to_owned());
+        warnings.filter(|said| said.contains("in a period")).collect()
+    };
+    let of_run = |step: f64| -> Vec<String> {
+        folder.edit("scene.json", |scene| {
+            scene["integrator"]["generalized_alpha"]["step"] = json!(step);
+        });
+        folder.done("scene.json --force");
+        let events = folder.results().events().unwrap().into_iter();
+        let said = events.map(|event| event.message);
+        said.filter(|said| said.contains("in a period")).collect()
+    };
+    assert_eq!(told(1e-4), of_run(1e-4));
+    assert!(told(1e-4).is_empty());
+    assert_eq!(told(5e-4), of_run(5e-4));
+    assert!(told(5e-4)[0].contains("take steps below"));
+    let page = folder.read("scene.study/report.html");
+    assert!(page.contains("take steps below"));
+}
+
 #[test]
 fn one_list_at_a_time_varies_around_the_scene() {
     let folder = Folder::slider_crank();
