@@ -8,6 +8,7 @@ pub mod assemble;
 pub mod attachment;
 pub mod basis_size;
 pub mod block_algebra;
+pub mod cell_coupling;
 pub mod cli;
 pub mod cli_eigen_solver;
 pub mod cli_memory;
