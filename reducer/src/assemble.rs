@@ -8,6 +8,7 @@ use dcb_formats::superelement::{
 use faer::Mat;
 
 use crate::Reduced;
+use crate::cell_coupling::cell_warning;
 use crate::diagnosis::Support;
 use crate::frame::offset;
 use crate::free_modes::FreeModes;
@@ -262,6 +263,7 @@ pub fn warnings(
             "the response to {name} has nothing beyond the kept modes and rigid motions: no column"
         ));
     }
+    warnings.extend(cell_warning(component));
     warnings.extend(component.notes.iter().cloned());
     warnings
 }

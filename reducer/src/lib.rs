@@ -10,6 +10,7 @@ pub mod basis_size;
 pub mod batch;
 pub mod block_algebra;
 pub mod cache;
+pub mod cell_coupling;
 pub mod cli;
 pub mod cli_batch;
 pub mod cli_cache;

@@ -4,6 +4,7 @@
 
 mod common;
 
+use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 
 use common::*;
@@ -231,6 +232,68 @@ fn stored_rotor_fits_its_mesh_and_the_reference() {
     for set in ["bearing_left", "bearing_right"] {
         assert_eq!(json["point_sets"][set].as_array().unwrap().len(), 9);
     }
+}
+
+/// Least determinant of the map from the cube [-1, 1]³ at its Gauss points, and the volume.
+fn hexahedron(corners: &[[f64; 3]; 8]) -> (f64, f64) {
+    let signs = [
+        [-1., -1., -1.],
+        [1., -1., -1.],
+        [1., 1., -1.],
+        [-1., 1., -1.],
+        [-1., -1., 1.],
+        [1., -1., 1.],
+        [1., 1., 1.],
+        [-1., 1., 1.],
+    ];
+    let (mut least, mut volume) = (f64::INFINITY, 0.0);
+    for at in signs.map(|sign: [f64; 3]| sign.map(|s| s / 3f64.sqrt())) {
+        let mut map = nalgebra::Matrix3::<f64>::zeros();
+        for (corner, sign) in corners.iter().zip(signs) {
+            for local in 0..3 {
+                let slope: f64 = (0..3)
+                    .filter(|other| *other != local)
+                    .map(|other| 1.0 + sign[other] * at[other])
+                    .product();
+                for axis in 0..3 {
+                    map[(axis, local)] += 0.125 * sign[local] * slope * corner[axis];
+                }
+            }
+        }
+        least = least.min(map.determinant());
+        volume += map.determinant();
+    }
+    (least, volume)
+}
+
+#[test]
+fn stored_rotor_cells_are_those_of_its_matrices() {
+    let path = data("rotor").join("rotor.json");
+    let mesh = dcb_formats::read_description(&path).unwrap().mesh;
+    let (rows, _, mass) = read_matrix(&data("rotor").join("rotor.mass.mtx"));
+    let (mut volume, mut joined) = (0.0, BTreeSet::new());
+    for cell in mesh.cells[0].cells() {
+        let corners = std::array::from_fn(|at| mesh.position(cell[at]));
+        let (least, of_cell) = hexahedron(&corners);
+        assert!(least > 0.0, "cell {cell:?} is inside out: {least:e}");
+        volume += of_cell;
+        for &a in cell {
+            joined.extend(cell.iter().map(|&b| (a.max(b) as usize, a.min(b) as usize)));
+        }
+    }
+    let along_x: f64 = mass
+        .iter()
+        .filter(|(row, column, _)| row == column && row % 3 == 0)
+        .map(|(_, _, value)| value)
+        .sum();
+    assert_eq!(rows, 3 * mesh.node_count());
+    assert!(relative(7850.0 * volume, along_x) < 1e-9);
+    let (_, _, stiffness) = read_matrix(&data("rotor").join("rotor.mtx"));
+    let coupled: BTreeSet<_> = stiffness
+        .iter()
+        .map(|(row, column, _)| (row / 3, column / 3))
+        .collect();
+    assert_eq!(joined, coupled);
 }
 
 #[test]

@@ -127,6 +127,26 @@ fn a_mesh_in_another_node_order_is_recognised() {
 }
 
 #[test]
+fn cells_in_another_node_order_get_a_warning() {
+    let folder = Folder::rotor();
+    let answer = folder.run("rotor.mtx --modes 4");
+    assert!(!answer.stderr.contains("cells"), "{answer:?}");
+    folder.edit("rotor.json", |json| {
+        for cell in json["cells"][0]["data"].as_array_mut().unwrap() {
+            for node in cell.as_array_mut().unwrap() {
+                *node = json!(114 - node.as_u64().unwrap());
+            }
+        }
+    });
+    let answer = folder.run("rotor.mtx --modes 4 --force");
+    assert_eq!(answer.code, Some(0), "{answer:?}");
+    assert!(
+        answer.stderr.contains("of 48 cells looked at join nodes"),
+        "{answer:?}"
+    );
+}
+
+#[test]
 fn mixed_units_get_a_warning() {
     for (units, says) in [
         (
