@@ -223,10 +223,7 @@ impl Simulation {
     /// on velocities too.
     pub fn rounding_of_forces(&self, step: f64) -> f64 {
         match self.method.formulation {
-            Formulation::Index3 => {
-                self.corrector
-                    .rounding_of_forces(&self.method.scheme, step)
-            }
+            Formulation::Index3 => self.corrector.rounding_of_forces(&self.method.scheme, step),
             Formulation::StabilizedIndex2 => 0.0,
         }
     }

@@ -206,12 +206,7 @@ fn a_shaft_that_spins_about_its_axis_swings_as_if_it_did_not() {
         let (mut damping, mut stiffness) = (Mat::zeros(n, n), Mat::zeros(n, n));
         let inertia = &body.inertia;
         let still = Vector3::zeros();
-        inertia.write_elastic_tangent(
-            &state.spin,
-            &still,
-            damping.as_mut(),
-            stiffness.as_mut(),
-        );
+        inertia.write_elastic_tangent(&state.spin, &still, damping.as_mut(), stiffness.as_mut());
         let turning = 0.5 * damping[(0, 1)];
         assert!((turning.abs() / speed - 1.0).abs() < 1e-3);
         state.y[0] = size;

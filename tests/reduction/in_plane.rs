@@ -95,7 +95,8 @@ fn a_symmetric_part_moves_in_the_plane_as_in_space() {
             "{}: {} coordinates in space, {} of them in the plane, {} planar; apart {of_fewer:.1e} and {of_planar:.1e}, without the thickness {without:.1e}",
             part.name, all.0, half.0, flat.0
         );
-        assert!(of_planar < 1e-8 && of_fewer < 1e-8);
+        assert!(of_planar < 1e-10 && of_fewer < 1e-10);
+        assert!(without > 1e-10, "the thickness isn't seen");
         assert_eq!(half.0, flat.0);
         assert!(flat.0 < all.0 && flat.0 > 6);
         assert_eq!(planar.dimension, Dimension::Planar);

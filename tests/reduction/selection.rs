@@ -10,7 +10,7 @@ use dcb_formats::mesh::Direction;
 use dcb_formats::superelement::Superelement;
 use dcb_reducer::{EnrichmentSource, Reduced, Reduction};
 use dcb_runtime::body::RigidBody;
-use dcb_runtime::selection::{InterfaceSelection, LOSS_FACTOR, NodeSelection};
+use dcb_runtime::selection::{InPlane, InterfaceSelection, LOSS_FACTOR, NodeSelection, Normal};
 use dcb_runtime::system::builder::Drawn;
 use dcb_runtime::system::{LoadAxes, Signal};
 use dcb_runtime::{Compatibility, FlexibleBody, Function, Selection, TimeFunction};
@@ -273,6 +273,19 @@ fn attachments_of_chosen_forces_answer_to_them_as_before() {
         assert!(difference(&found.residual.flexibility, &energy) < ROUNDING);
         assert!(difference(&found.residual.mass, &kinetic) < ROUNDING);
         assert_eq!(found.residual.sigma_squared.len(), 6 + 2);
+        // The rule of the file for the diagonal with no mode kept.
+        let (modes, residual) = (&found.modes, &found.residual);
+        for (row, of) in found.rows.iter().enumerate() {
+            let modal: f64 = (0..kept)
+                .map(|k| (modes.interface_shapes[(row, k)] / modes.eigenvalues[k]).powi(2))
+                .sum();
+            let expected = match found.interfaces[of.interface].role {
+                Role::Attachment => residual.mass[(row, row)] + modal,
+                Role::Output => 0.0,
+            };
+            let apart = (residual.mass_diagonal0[row] - expected).abs();
+            assert!(apart <= 1e-9 * expected, "row {row}");
+        }
         let first = found
             .rows
             .iter()
@@ -533,6 +546,52 @@ fn nothing_differs_where_nothing_is_left_out() {
         .largest();
     println!("without the attachments at the top: {transfer:.1e} {together:.1e}");
     assert!(transfer > 0.0 && together < 1e-2);
+}
+
+/// The table of `docs/scene-driven.md`.
+#[test]
+fn costs_are_those_of_the_documentation() {
+    let part = parts::steel_box([10, 4, 4], SolidElement::Hexahedron);
+    let whole = lowest(&part, 20).superelement;
+    let top = 0.25 * whole.modes.eigenvalues[19];
+    let squares: Vec<f64> = (1..=400).map(|i| f64::from(i) / 400.0 * top).collect();
+    let everything = || Selection::everything(&whole);
+    let plane = [Direction::Ux, Direction::Uy];
+    let along = || {
+        let wanted = InterfaceSelection::along(&whole, 1, &plane);
+        everything().with_interface("right", wanted).unwrap()
+    };
+    let observed = everything().with_interface("right", InterfaceSelection::Observed);
+    let in_plane = InPlane::of(&whole, Normal::Z, 1e-7).unwrap();
+    for (selection, coordinates, errors) in [
+        (everything(), 32, ["0e0", "0e0"]),
+        (
+            everything().with_modes(0..10).unwrap(),
+            22,
+            ["2.8e-2", "2.2e-2"],
+        ),
+        (along(), 28, ["2.5e-4", "1.8e-3"]),
+        (along().with_modes(0..10).unwrap(), 18, ["3.6e-2", "4.8e-2"]),
+        (observed.unwrap(), 26, ["6.2e-5", "2.1e-3"]),
+        (in_plane.selection().clone(), 15, ["", ""]),
+    ] {
+        let found = selection.superelement(&whole).unwrap();
+        let count = found.mode_count() + found.residual.sigma_squared.len();
+        assert_eq!(count, coordinates);
+        let [collocated, transfer, _] = selection
+            .receptance_difference(&whole, &squares)
+            .unwrap()
+            .largest();
+        if errors[0].is_empty() {
+            assert!(collocated.max(transfer) < 1e-9, "in the plane");
+            continue;
+        }
+        let shown = [collocated, transfer].map(|error| match error {
+            0.0 => "0e0".to_owned(),
+            _ => format!("{error:.1e}"),
+        });
+        assert_eq!(shown, errors);
+    }
 }
 
 /// Against dense algebra in the bases with and without each mode.

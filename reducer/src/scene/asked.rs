@@ -85,7 +85,11 @@ impl Asked {
             idle_loads: Vec::new(),
         };
         let acting = &asked.demand.part_loads;
-        for load in asked.component.loads.extract_if(.., |load| !acting.contains(&load.name)) {
+        for load in asked
+            .component
+            .loads
+            .extract_if(.., |load| !acting.contains(&load.name))
+        {
             asked.idle_loads.push(load.name);
         }
         asked.watch_nodes();
@@ -225,19 +229,17 @@ fn refuse_misfit(part: &PartInScene, component: &Component) -> Result<(), Error>
 }
 
 /// Nodes and loads that the component doesn't have.
-fn refuse_unknown(
-    part: &PartInScene,
-    demand: &Demand,
-    component: &Component,
-) -> Result<(), Error> {
+fn refuse_unknown(part: &PartInScene, demand: &Demand, component: &Component) -> Result<(), Error> {
     if let NodeDemand::Some(nodes) = &demand.nodes {
         let directions = &Direction::ALL[..component.dimension().coordinate_count()];
         let moves = |node: u32| {
-            directions.iter().all(|direction| component.dofs.row(node, *direction).is_some())
+            directions
+                .iter()
+                .all(|direction| component.dofs.row(node, *direction).is_some())
         };
         let count = component.mesh.node_count();
-        if let Some((node, by)) = (nodes.iter())
-            .find(|(node, _)| **node as usize >= count || !moves(**node))
+        if let Some((node, by)) =
+            (nodes.iter()).find(|(node, _)| **node as usize >= count || !moves(**node))
         {
             return Err(part.refused(&format!(
                 "{} names node {node}, which the component doesn't have with every translation (mesh of {count} nodes, counted from 0)",
@@ -248,8 +250,11 @@ fn refuse_unknown(
     let has = |name: &String| component.loads.iter().any(|load| load.name == *name);
     match demand.part_loads.iter().find(|name| !has(name)) {
         Some(name) => {
-            let known: Vec<String> =
-                component.loads.iter().map(|load| format!("{:?}", load.name)).collect();
+            let known: Vec<String> = component
+                .loads
+                .iter()
+                .map(|load| format!("{:?}", load.name))
+                .collect();
             let known = match known.is_empty() {
                 true => "it has none".to_owned(),
                 false => format!("it has {}", known.join(", ")),

@@ -43,7 +43,8 @@ impl PartInScene {
                 let is_output = |file: &Path| output_place.is_some() && place(file) == output_place;
                 let names = [output.file_name(), usual_output.file_name()];
                 let has_its_name = |file: &Path| {
-                    file.file_name().is_some_and(|name| names.contains(&Some(name)))
+                    file.file_name()
+                        .is_some_and(|name| names.contains(&Some(name)))
                 };
                 match made_of(&is_output) {
                     none if none.is_empty() => made_of(&has_its_name),
@@ -64,7 +65,11 @@ impl PartInScene {
                 found.inventory()
             )));
         }
-        match found.bodies.iter().find(|name| found.superelement(name).is_none()) {
+        match found
+            .bodies
+            .iter()
+            .find(|name| found.superelement(name).is_none())
+        {
             Some(other) => Err(found.refused(&format!(
                 "no superelement is called {other:?}; {}",
                 found.inventory()
@@ -94,10 +99,14 @@ impl PartInScene {
 
     /// What the scene has.
     fn inventory(&self) -> String {
-        let bodies = self.scene.bodies.iter().map(|(name, body)| match &body.kind {
-            BodyKind::Superelement(of) => format!("{name:?} ({})", of.file.display()),
-            BodyKind::Rigid(_) => format!("{name:?} (rigid)"),
-        });
+        let bodies = self
+            .scene
+            .bodies
+            .iter()
+            .map(|(name, body)| match &body.kind {
+                BodyKind::Superelement(of) => format!("{name:?} ({})", of.file.display()),
+                BodyKind::Rigid(_) => format!("{name:?} (rigid)"),
+            });
         let bodies: Vec<String> = bodies.collect();
         match bodies.is_empty() {
             true => "it has no bodies".to_owned(),

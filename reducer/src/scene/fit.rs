@@ -72,7 +72,9 @@ impl Fitted {
         fit.left_out = left_out.into_iter().map(Omission::from).collect();
         fit.kept = Kept {
             modes: Amounts::of(&superelement, &element, Superelement::mode_count),
-            attachments: Amounts::of(&superelement, &element, |of| of.residual.sigma_squared.len()),
+            attachments: Amounts::of(&superelement, &element, |of| {
+                of.residual.sigma_squared.len()
+            }),
             rows: Amounts::of(&superelement, &element, Superelement::boundary_row_count),
             nodes: match asked.demand.nodes {
                 NodeDemand::None => Amounts {
@@ -170,7 +172,11 @@ fn without_watched(reduced: Reduced, asked: &Asked) -> Result<Reduced, Error> {
         NodeDemand::Some(_) => asked.named_nodes().into_keys().collect(),
     };
     let mut selection = Selection::everything(element).with_nodes(NodeSelection::Only(nodes));
-    if element.interfaces.iter().any(|interface| interface.name == WATCHED) {
+    if element
+        .interfaces
+        .iter()
+        .any(|interface| interface.name == WATCHED)
+    {
         selection = selection.with_interface(WATCHED, InterfaceSelection::Dropped)?;
     }
     let mut superelement = selection.superelement(element)?;
@@ -217,8 +223,11 @@ fn nodes_of(recovery: &RecoveryBasis, component: &Component) -> Amounts {
 
 /// Loads on the inside that don't act.
 fn left_out_loads(asked: &Asked) -> Option<LeftOut> {
-    let names: Vec<String> =
-        asked.idle_loads.iter().map(|name| format!("{name:?}")).collect();
+    let names: Vec<String> = asked
+        .idle_loads
+        .iter()
+        .map(|name| format!("{name:?}"))
+        .collect();
     (!names.is_empty()).then(|| LeftOut {
         what: format!("loads {}", names.join(", ")),
         why: "the scene doesn't apply them".to_owned(),
@@ -235,7 +244,9 @@ fn fitted_quality(
 ) -> Quality {
     let picked = |values: &[f64]| -> Vec<f64> {
         let places = selection.modes().iter();
-        places.filter_map(|mode| values.get(*mode).copied()).collect()
+        places
+            .filter_map(|mode| values.get(*mode).copied())
+            .collect()
     };
     let cycles = |square: f64| square.max(0.0).sqrt() / std::f64::consts::TAU;
     let modes = &superelement.modes;
@@ -256,7 +267,9 @@ fn fitted_quality(
         dependent_rows: (whole.dependent_rows.into_iter())
             .filter(|row| stays(&row.row))
             .collect(),
-        enrichment: whole.enrichment.filter(|_| superelement.enrichment.is_some()),
+        enrichment: whole
+            .enrichment
+            .filter(|_| superelement.enrichment.is_some()),
         scene: Some(fit),
         ..whole
     }

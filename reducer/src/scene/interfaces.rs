@@ -17,7 +17,12 @@ pub fn part_interfaces(component: &Component) -> Result<Vec<PartInterface>, Erro
     let localization = Localization::of(component, &model)?;
     let placed = localization.interfaces.iter().enumerate();
     let interfaces = placed.map(|(index, interface)| {
-        let own = || localization.rows.iter().filter(|row| row.interface == index);
+        let own = || {
+            localization
+                .rows
+                .iter()
+                .filter(|row| row.interface == index)
+        };
         let mut directions = [false; 6];
         for direction in own().filter_map(|row| row.direction) {
             directions[direction.index()] = true;

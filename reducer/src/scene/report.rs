@@ -103,7 +103,12 @@ impl SceneFit {
             scene: name.map_or(String::new(), |name| name.to_string_lossy().into_owned()),
             bodies: part.bodies.clone(),
             tolerance: limits.tolerance,
-            asked: asked.demand.to_string().lines().map(str::to_owned).collect(),
+            asked: asked
+                .demand
+                .to_string()
+                .lines()
+                .map(str::to_owned)
+                .collect(),
             notes: asked.notes.clone(),
             ..Self::default()
         }
@@ -149,7 +154,11 @@ impl SceneFit {
                 ),
                 None => "not enough for the scene's highest frequency".to_owned(),
             };
-            let _ = writeln!(text, "{} modes: error of the responses {found}", round.modes);
+            let _ = writeln!(
+                text,
+                "{} modes: error of the responses {found}",
+                round.modes
+            );
         }
         let left_out = scientific(self.left_out_error, 1);
         let tolerance = scientific(self.tolerance, 1);
@@ -163,11 +172,12 @@ impl SceneFit {
                 "{} by what is left out; no force acts on an interface whose error could be certified",
                 scientific(total, 1)
             ),
-            (None, _) => {
-                "not known, without a limit of the scene's frequencies".to_owned()
-            }
+            (None, _) => "not known, without a limit of the scene's frequencies".to_owned(),
         };
-        let _ = writeln!(text, "error of the part's responses: {total}; tolerance {tolerance}");
+        let _ = writeln!(
+            text,
+            "error of the part's responses: {total}; tolerance {tolerance}"
+        );
         text
     }
 }

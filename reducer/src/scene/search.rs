@@ -127,7 +127,9 @@ impl Search<'_> {
             let squares = self.squares(element);
             let found = self.round(element, &squares)?;
             let good_enough = found.is_none_or(|round| {
-                round.upper.is_some_and(|upper| upper <= SHARE * self.limits.tolerance)
+                round
+                    .upper
+                    .is_some_and(|upper| upper <= SHARE * self.limits.tolerance)
             });
             let before = rounds.last().and_then(|round: &Round| round.upper);
             rounds.extend(found);
@@ -195,7 +197,12 @@ impl Search<'_> {
 
     /// The scene's frequencies: equally spaced, with the resonances.
     fn squares(&self, element: &Superelement) -> Vec<f64> {
-        let Some(frequency) = self.asked.demand.band.frequency.filter(|_| !self.asked.is_rigid())
+        let Some(frequency) = self
+            .asked
+            .demand
+            .band
+            .frequency
+            .filter(|_| !self.asked.is_rigid())
         else {
             return Vec::new();
         };
@@ -228,7 +235,9 @@ impl Search<'_> {
             Error::QualityLimit(why.map_or("no error estimate", String::as_str).to_owned())
         })?;
         let attached = estimate.attached_rows();
-        let Some(end) = squares.last().filter(|_| rows.iter().any(|row| attached.contains(row)))
+        let Some(end) = squares
+            .last()
+            .filter(|_| rows.iter().any(|row| attached.contains(row)))
         else {
             return Ok(None);
         };
@@ -274,9 +283,10 @@ impl Search<'_> {
                 *modes,
                 format!("the error is certified to be between {lower:.1e} and {upper:.1e}"),
             ),
-            Some(Round { modes, .. }) => {
-                (*modes, "the modes don't reach its highest frequency".to_owned())
-            }
+            Some(Round { modes, .. }) => (
+                *modes,
+                "the modes don't reach its highest frequency".to_owned(),
+            ),
             None => (0, "there is no error bound".to_owned()),
         };
         let remedy = match (stands_still, most_modes) {

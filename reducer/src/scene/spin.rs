@@ -42,7 +42,10 @@ impl SpinColumns {
     /// Why nothing can be lost, if that is clear without computing the columns.
     pub fn unneeded(asked: &Asked, reduced: &Reduced, tolerance: f64) -> Option<String> {
         let (spin, element) = (&asked.demand.spin, &reduced.superelement);
-        let outputs = element.interfaces.iter().any(|one| one.role == Role::Output);
+        let outputs = element
+            .interfaces
+            .iter()
+            .any(|one| one.role == Role::Output);
         let none = |why: &str| Some(format!("no columns for centrifugal forces: {why}"));
         if asked.demand.nodes == NodeDemand::None && !outputs {
             return none("nothing but interfaces with attachments is looked at");
@@ -144,21 +147,28 @@ fn watched_rows(
     let further = fields.enrichment.as_ref();
     let (n_k, n_b) = (element.mode_count(), element.boundary_row_count());
     let residual = &element.residual;
-    let seen = residual.output_shapes.as_ref().unwrap_or(&residual.flexibility);
-    Mat::from_fn(nodes.len() + outputs.len(), element.basis_count(), |i, k| {
-        let (modes, attached, columns, row) = match i.checked_sub(nodes.len()) {
-            None => (&fields.modes, &fields.residual, further, nodes[i]),
-            Some(i) => {
-                let columns = Some(&enrichment.interface_shapes);
-                (&element.modes.interface_shapes, seen, columns, outputs[i])
+    let seen = residual
+        .output_shapes
+        .as_ref()
+        .unwrap_or(&residual.flexibility);
+    Mat::from_fn(
+        nodes.len() + outputs.len(),
+        element.basis_count(),
+        |i, k| {
+            let (modes, attached, columns, row) = match i.checked_sub(nodes.len()) {
+                None => (&fields.modes, &fields.residual, further, nodes[i]),
+                Some(i) => {
+                    let columns = Some(&enrichment.interface_shapes);
+                    (&element.modes.interface_shapes, seen, columns, outputs[i])
+                }
+            };
+            match k.checked_sub(n_k) {
+                None => modes[(row, k)],
+                Some(k) if k < n_b => attached[(row, k)],
+                Some(k) => columns.map_or(0.0, |columns| columns[(row, k - n_b)]),
             }
-        };
-        match k.checked_sub(n_k) {
-            None => modes[(row, k)],
-            Some(k) if k < n_b => attached[(row, k)],
-            Some(k) => columns.map_or(0.0, |columns| columns[(row, k - n_b)]),
-        }
-    })
+        },
+    )
 }
 
 /// Largest displacement of a row under a unit spin that is lost without the columns for centrifugal forces.
@@ -172,7 +182,9 @@ fn largest_loss(
     let n = stiffness.nrows();
     let further = element.mode_count() + element.boundary_row_count();
     let is_spin = |k: usize| {
-        let name = k.checked_sub(further).and_then(|at| enrichment.names.get(at));
+        let name = k
+            .checked_sub(further)
+            .and_then(|at| enrichment.names.get(at));
         name.is_some_and(|name| name == "spin" || name.starts_with("spin "))
     };
     let others: Vec<usize> = (0..n).filter(|k| !is_spin(*k)).collect();
@@ -188,7 +200,11 @@ fn largest_loss(
         }
         match element.dimension {
             Dimension::Planar => sum[(2, 2)].abs(),
-            Dimension::Spatial => 0.5 * (0.5 * (sum + sum.transpose())).symmetric_eigenvalues().amax(),
+            Dimension::Spatial => {
+                0.5 * (0.5 * (sum + sum.transpose()))
+                    .symmetric_eigenvalues()
+                    .amax()
+            }
         }
     });
     Ok(most.fold(0.0, f64::max))
@@ -209,7 +225,9 @@ fn responses(stiffness: &Mat<f64>, rows: &Mat<f64>, columns: &[usize]) -> Result
         symmetric_eigen(symmetrized(scaled.as_ref()).as_ref()).ok_or(Error::NotFinite {
             what: "the reduced stiffness",
         })?;
-    let kept: Vec<usize> = (0..values.len()).filter(|k| values[*k] > DEPENDENT).collect();
+    let kept: Vec<usize> = (0..values.len())
+        .filter(|k| values[*k] > DEPENDENT)
+        .collect();
     // Columns of K⁺ = U Λ⁻¹ Uᵀ in the scale.
     let unit = Mat::from_fn(columns.len(), kept.len(), |i, k| {
         scale[i] * vectors[(i, kept[k])] / values[kept[k]].sqrt()

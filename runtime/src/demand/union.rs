@@ -231,12 +231,19 @@ mod tests {
     const ABOUT_Z: [f64; 6] = [0.0, 0.0, 0.0, 0.0, 0.0, 1.0];
 
     fn part() -> [PartInterface; 3] {
-        [interface("a", 0.0), interface("b", 0.3), interface("c", 0.2)]
+        [
+            interface("a", 0.0),
+            interface("b", 0.3),
+            interface("c", 0.2),
+        ]
     }
 
     #[test]
     fn interfaces_are_those_of_all_bodies_in_the_order_of_the_part() {
-        let one = demand("one", vec![used("c", &[X], "joints.c"), used("b", &[X], "joints.b")]);
+        let one = demand(
+            "one",
+            vec![used("c", &[X], "joints.c"), used("b", &[X], "joints.b")],
+        );
         let two = demand("two", vec![used("b", &[OBLIQUE, ABOUT_Z], "joints.d")]);
         let all = Demand::united(&[one, two], &part()).unwrap();
         let names: Vec<&str> = all.interfaces.iter().map(|one| one.name.as_str()).collect();
@@ -300,7 +307,10 @@ mod tests {
     #[test]
     fn one_body_is_itself_and_none_is_nothing() {
         let one = demand("one", vec![used("a", &[X], "joints.a")]);
-        assert_eq!(Demand::united(std::slice::from_ref(&one), &part()), Some(one));
+        assert_eq!(
+            Demand::united(std::slice::from_ref(&one), &part()),
+            Some(one)
+        );
         assert_eq!(Demand::united(&[], &part()), None);
     }
 }

@@ -282,16 +282,11 @@ impl Basis {
             }
         }));
         let mass = symmetrized(self.forces.transpose() * &statics.mass * &self.forces);
-        let mass0 = Mat::from_fn(rows.len(), rows.len(), |i, j| {
-            match loaded[i] && loaded[j] {
-                true => statics.mass0[(rows[i], rows[j])],
-                false => 0.0,
-            }
-        });
-        let mass_diagonal0: Vec<f64> = (rows.iter().zip(&loaded))
-            .map(|(row, loaded)| match loaded {
-                true => whole.residual.mass_diagonal0[*row],
-                false => 0.0,
+        let mass0 = self.mass0(whole, &mass);
+        let mass_diagonal0: Vec<f64> = (rows.iter().enumerate())
+            .map(|(place, row)| match whole.residual.mass_diagonal0[*row] {
+                felt if felt > 0.0 && loaded[place] => mass0[(place, place)].max(0.0),
+                _ => 0.0,
             })
             .collect();
         let tolerance = whole.residual.tolerance;
@@ -312,6 +307,22 @@ impl Basis {
             transform,
             sigma_squared,
             tolerance,
+        })
+    }
+
+    /// M_res with no mode kept, of which `mass` is M_res with those that stay; zero where no force acts.
+    pub(super) fn mass0(&self, whole: &Superelement, mass: &Mat<f64>) -> Mat<f64> {
+        let Statics {
+            mass: absorbed,
+            mass0,
+            ..
+        } = &self.statics;
+        Mat::from_fn(self.rows.len(), self.rows.len(), |i, j| {
+            let (row, column) = (self.rows[i], self.rows[j]);
+            match self.is_loaded(whole, row) && self.is_loaded(whole, column) {
+                true => mass[(i, j)] + (mass0[(row, column)] - absorbed[(row, column)]),
+                false => 0.0,
+            }
         })
     }
 

@@ -55,14 +55,7 @@ impl Selection {
         let beyond = &responses - &basis.statics().mass * &transform * &along;
         let beyond = basis.forces().transpose() * beyond;
         let masses = &part.residual.mass_diagonal0;
-        let mass0 = basis.statics().mass0.as_ref();
-        let rows = basis.rows();
-        let mass0 = Mat::from_fn(rows.len(), rows.len(), |i, j| {
-            match masses[i] > 0.0 && masses[j] > 0.0 {
-                true => mass0[(rows[i], rows[j])],
-                false => 0.0,
-            }
-        });
+        let mass0 = basis.mass0(whole, &part.residual.mass);
         let least = part.residual.tolerance * largest_mass(masses, &mass0)?;
         let adds_as_much = |mode: usize| {
             let rows = (0..masses.len()).filter(|row| masses[*row] > 0.0);

@@ -274,7 +274,9 @@ fn rows_tell_of_steps_that_are_too_long() {
         let row = row(&study, "all", "strong", step);
         let warnings = row["course"]["warnings"].as_array().unwrap().iter();
         let warnings = warnings.map(|warning| warning.as_str().unwrap().to_owned());
-        warnings.filter(|said| said.contains("in a period")).collect()
+        warnings
+            .filter(|said| said.contains("in a period"))
+            .collect()
     };
     let of_run = |step: f64| -> Vec<String> {
         folder.edit("scene.json", |scene| {

@@ -45,9 +45,8 @@ impl Corrector {
             let step = &self.condensed.step[body.velocities.clone()];
             let squares = step[6..6 + body.flexible.displacement_count()].iter();
             let deflection = squares.map(|y| y * y).sum::<f64>() / body.flexible.inertia.mass();
-            let size = three(step, 0).norm()
-                + body.length * three(step, 3).norm()
-                + deflection.sqrt();
+            let size =
+                three(step, 0).norm() + body.length * three(step, 3).norm() + deflection.sqrt();
             let floor = self.roundings.of_body(index);
             let in_tolerances = size / allowed.max(floor);
             if in_tolerances > all.in_tolerances || in_tolerances.is_nan() {

@@ -12,12 +12,12 @@ use super::profile::{Profile, Watch};
 use super::scheme::Scheme;
 use crate::error::Error;
 use crate::initial::REGULARIZATION;
-use rounding::Roundings;
 use crate::rotation::right_jacobian_inverse;
 use crate::system::body_factor::Elastic;
 use crate::system::condensed::{Blend, Condensed};
 use crate::system::evaluation::Evaluation;
 use crate::system::{State, System};
+use rounding::Roundings;
 
 /// The solver of steps: trial state, factor and what it remembers of earlier steps.
 pub struct Corrector {
@@ -240,7 +240,11 @@ impl Corrector {
             if is_regular && is_fresh && self.contraction > FAILING && self.is_at_dead_centre() {
                 return Ok(Outcome::Singular);
             }
-            growths = if now > DIVERGING * last { growths + 1 } else { 0 };
+            growths = if now > DIVERGING * last {
+                growths + 1
+            } else {
+                0
+            };
             let is_lost = growths > 1 && correction.length > self.roundings.reach();
             if is_lost || iterations >= tolerance.max_iterations {
                 self.factored_step = None;
