@@ -165,7 +165,7 @@ pub fn serve(
 }
 
 /// Keeps a superelement that was made, with nodal fields whether or not they were asked for. Where that fails there is a warning.
-pub fn keep(
+pub(crate) fn keep(
     reservation: Reservation<'_>,
     arguments: &ReduceArguments,
     made: &mut Made,

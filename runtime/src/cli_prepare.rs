@@ -9,7 +9,7 @@ use dcb_formats::dcb::check_output;
 use serde_json::json;
 
 use crate::cli::{CommonArguments, Done, Ending, replace};
-use crate::cli_scene::{is_interrupted, watch_for_interruption};
+use crate::cli_scene::{check_tolerance, is_interrupted, watch_for_interruption};
 use crate::cli_study::bar;
 use crate::error::Error;
 use crate::prepare::{Prepared, PreparedFile, Steps, prepare, write};
@@ -66,12 +66,7 @@ pub struct PrepareArguments {
 /// Whatever made it impossible to read, to reduce, to make the run with everything, or to write.
 pub fn run(arguments: &PrepareArguments, common: &CommonArguments) -> Result<Done, Error> {
     let tolerance = arguments.tolerance;
-    if !(tolerance > 0.0 && tolerance < 1.0) {
-        return Err(Error::described(
-            "--tolerance",
-            format!("is {tolerance}, expected a number between 0 and 1"),
-        ));
-    }
+    check_tolerance(tolerance)?;
     let path = &arguments.scene;
     let mut scene = Scene::read(path)?;
     let end = scene.integrator.map(|integrator| integrator.end);

@@ -45,6 +45,7 @@ pub fn run(arguments: &SceneArguments, common: &CommonArguments) -> Result<Done,
     let Some(path) = &arguments.scene else {
         return Err(Error::described("SCENE.json", "is missing"));
     };
+    check_tolerance(arguments.tolerance)?;
     let mut scene = Scene::read(path)?;
     override_scene(&mut scene, arguments)?;
     let mut target = Target {
@@ -63,6 +64,8 @@ pub fn run(arguments: &SceneArguments, common: &CommonArguments) -> Result<Done,
     check_output(&target.path, target.replace)?;
     check_targets(path, &scene, &target, arguments)?;
     watch_for_interruption();
+    // What the scene asks of its superelements is found wrong, or good, with all that they have.
+    let mut model = Model::load(&scene).map_err(|error| in_file(error, path))?;
     let pruning = match arguments.model {
         ModelArgument::Everything => None,
         ModelArgument::Needed => {
@@ -71,10 +74,12 @@ pub fn run(arguments: &SceneArguments, common: &CommonArguments) -> Result<Done,
         }
     };
     if let Some(pruning) = &pruning {
-        scene = pruning.applied_to(&scene);
         target.options["left_out"] = left_out(pruning);
+        if pruning.count() > 0 {
+            scene = pruning.applied_to(&scene);
+            model = Model::load(&scene).map_err(|error| in_file(error, path))?;
+        }
     }
-    let model = Model::load(&scene).map_err(|error| in_file(error, path))?;
     let mut watcher = Watcher::new(common);
     for note in &model.notes {
         watcher.note(0.0, note);
@@ -107,6 +112,20 @@ fn left_out(pruning: &Pruning) -> serde_json::Value {
         (name.clone(), lines.collect::<serde_json::Value>())
     });
     told.collect::<serde_json::Map<_, _>>().into()
+}
+
+/// A tolerance is a part of something.
+///
+/// # Errors
+/// [`Error::Description`] if it isn't between 0 and 1.
+pub(crate) fn check_tolerance(tolerance: f64) -> Result<(), Error> {
+    match tolerance > 0.0 && tolerance < 1.0 {
+        true => Ok(()),
+        false => Err(Error::described(
+            "--tolerance",
+            format!("is {tolerance}, expected a number between 0 and 1"),
+        )),
+    }
 }
 
 /// Nothing that is read may be written, and nothing that is written may be written over.

@@ -11,6 +11,7 @@ mod chosen;
 mod explanation;
 mod scene;
 
+use dcb_formats::mesh::Dimension;
 use dcb_formats::superelement::Superelement;
 
 pub use scene::Pruning;
@@ -70,7 +71,7 @@ impl Pruned {
         let is_seen = (demand.interfaces.iter()).any(|interface| !interface.observed_by.is_empty());
         let rigid = match demand.involvement {
             Involvement::Unused => Some("nothing refers to the body"),
-            Involvement::Locked if !is_seen => {
+            Involvement::Locked if !is_seen && has_frames(whole, demand) => {
                 Some("the body is fixed to the ground and nothing looks at it")
             }
             Involvement::Locked | Involvement::Involved => None,
@@ -89,4 +90,17 @@ impl Pruned {
             None => Chooser::of(whole, demand, nodes, tolerance)?.choose(),
         }
     }
+}
+
+/// Whether every interface in use has all its directions: a rigid body has, and would hide that a joint needs one that isn't there.
+fn has_frames(whole: &Superelement, demand: &Demand) -> bool {
+    let all = match whole.dimension {
+        Dimension::Planar => 3,
+        Dimension::Spatial => 6,
+    };
+    demand.interfaces.iter().all(|used| {
+        let rows = whole.rows.iter();
+        let own = rows.filter(|row| whole.interfaces[row.interface].name == used.name);
+        own.count() == all
+    })
 }

@@ -3,6 +3,7 @@
 
 mod commands;
 mod constraints;
+mod needed;
 mod options;
 mod output;
 mod runs;

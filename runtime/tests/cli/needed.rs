@@ -1,0 +1,199 @@
+//! What a run leaves out of its superelements, and `simulate prepare`.
+
+use std::path::Path;
+
+use dcb_formats::dcb::read_superelement;
+use dcb_formats::results::Results;
+use serde_json::{Value, json};
+
+use super::support::Folder;
+
+/// A beam on a hinge about z that falls in the x-y plane, damped so that what the start excites dies.
+fn falling_beam() -> Folder {
+    Folder::beam(&json!({
+        "dimension": 3,
+        "units": {"length": "m", "mass": "kg", "time": "s"},
+        "gravity": [0, -9.81, 0],
+        "bodies": {"beam": {"superelement": "beam.dcb.h5", "damping": {"modal": 0.05}}},
+        "joints": {"hinge": {"revolute": {"a": "ground", "b": "beam/a", "axis": [0, 0, 1]}}},
+        "outputs": {"tip": {"position": {"at": "beam/b"}}, "angle": {"joint_coordinate": {"joint": "hinge"}}},
+        "integrator": {"generalized_alpha": {"step": 1e-4, "end": 0.2, "rho_infinity": 0.8}}
+    }))
+}
+
+/// Largest difference of two runs in an output, relative to its range in the second.
+fn apart(a: &Path, b: &Path, name: &str) -> f64 {
+    let history = |path: &Path| {
+        let results = Results::open(path).unwrap();
+        results.history(&format!("outputs/{name}")).unwrap()
+    };
+    let (a, b) = (history(a), history(b));
+    assert_eq!((a.nrows(), a.ncols()), (b.nrows(), b.ncols()));
+    let ranges = b.col_iter().map(|column| {
+        let most = column.iter().copied().fold(f64::NEG_INFINITY, f64::max);
+        most - column.iter().copied().fold(f64::INFINITY, f64::min)
+    });
+    let range = ranges.map(|range| range * range).sum::<f64>().sqrt();
+    let distances = (&a - &b)
+        .row_iter()
+        .map(|row| row.norm_l2())
+        .fold(0.0, f64::max);
+    distances / range
+}
+
+#[test]
+fn a_run_carries_what_its_scene_needs_and_says_what_it_leaves_out() {
+    let folder = falling_beam();
+    let told = folder.done("scene.json -o needed.h5 --explain").stdout;
+    for text in [
+        "body \"beam\":",
+        "without interface \"pair\": nothing acts on it or looks at it",
+        "without interface \"bare\": nothing acts on it or looks at it",
+        "without interface \"watched\": nothing acts on it or looks at it",
+        "without attachments of interface \"b\": nothing acts on it",
+    ] {
+        assert!(told.contains(text), "no {text:?} in {told}");
+    }
+    let short = folder.done("scene.json -o short.h5").stdout;
+    assert!(short.contains("--explain lists what"), "{short}");
+    let all = folder
+        .done("scene.json -o all.h5 --model everything --explain")
+        .stdout;
+    assert!(!all.contains("without"), "{all}");
+    let freedoms = |told: &str| -> usize {
+        let words: Vec<&str> = told.split_whitespace().collect();
+        let at = words.iter().position(|word| *word == "freedoms,").unwrap();
+        words[at - 1].parse().unwrap()
+    };
+    assert!(freedoms(&told) + 12 < freedoms(&all), "{told}{all}");
+    for output in ["tip", "angle"] {
+        let found = apart(&folder.path("needed.h5"), &folder.path("all.h5"), output);
+        assert!(found < 1e-4, "{output}: {found:e}");
+    }
+    let results = Results::open(folder.path("needed.h5")).unwrap();
+    let left_out = &results.provenance("options").unwrap()["left_out"]["beam"];
+    assert!(left_out.as_array().unwrap().len() > 3, "{left_out}");
+}
+
+#[test]
+fn a_body_that_nothing_moves_is_rigid() {
+    let folder = falling_beam();
+    folder.edit("scene.json", |scene| {
+        scene["bodies"]["base"] = json!({"superelement": "beam.dcb.h5", "position": [0, 3, 0]});
+        scene["joints"]["clamp"] = json!({"fixed": {"a": "ground/base", "b": "base/a"}});
+        scene["ground"] = json!({"points": {"base": [0, 3, 0]}});
+    });
+    let told = folder.done("scene.json -o needed.h5 --explain").stdout;
+    assert!(
+        told.contains("body \"base\":\n  without all deflection"),
+        "{told}"
+    );
+}
+
+#[test]
+fn tolerances_are_positive_and_below_one() {
+    let folder = falling_beam();
+    folder.refuses("scene.json --tolerance 0", &["--tolerance", "is 0"]);
+    folder.refuses("scene.json --tolerance -1", &["--tolerance", "is -1"]);
+    folder.refuses("prepare scene.json --tolerance 1", &["--tolerance", "is 1"]);
+}
+
+/// The slider-crank for one turn, every step recorded.
+fn one_turn() -> Folder {
+    let folder = Folder::slider_crank();
+    folder.edit("scene.json", |scene| {
+        scene["integrator"]["generalized_alpha"]["end"] = json!(0.042);
+        scene["record"] = json!({"every": 16});
+    });
+    folder
+}
+
+fn report(folder: &Folder, name: &str) -> Value {
+    serde_json::from_str(&folder.read(&format!("{name}/report.json"))).unwrap()
+}
+
+#[test]
+fn a_prepared_scene_keeps_its_outputs_with_fewer_coordinates() {
+    let folder = one_turn();
+    folder.done("scene.json -o all.h5 --model everything");
+    let mut fewest = usize::MAX;
+    for (name, tolerance) in [("fine", 1e-3), ("coarse", 3e-2)] {
+        let told = folder
+            .done(&format!(
+                "prepare scene.json --tolerance {tolerance} -o {name}"
+            ))
+            .stdout;
+        assert!(told.contains("elastic coordinates are enough"), "{told}");
+        folder.done(&format!(
+            "{name}/scene.json -o {name}.h5 --model everything"
+        ));
+        let report = report(&folder, name);
+        let claimed = report["error"].as_f64().unwrap();
+        assert!(claimed <= tolerance, "{claimed:e}");
+        for output in ["midpoint_deflection", "crank_angle", "slider_position"] {
+            let found = apart(
+                &folder.path(&format!("{name}.h5")),
+                &folder.path("all.h5"),
+                output,
+            );
+            assert!(
+                found <= 1.01 * claimed + 1e-9,
+                "{name} {output}: {found:e}, {claimed:e}"
+            );
+        }
+        let small = read_superelement(&folder.path(&format!("{name}/rod.dcb.h5"))).unwrap();
+        let kept = small.mode_count() + small.residual.sigma_squared.len();
+        assert_eq!(report["coordinates"], json!(kept));
+        assert!(kept < fewest, "{kept} with {tolerance}");
+        fewest = kept;
+        let sizes = &report["files"][0];
+        assert!(
+            sizes["size"].as_u64() < sizes["of_size"].as_u64(),
+            "{sizes}"
+        );
+    }
+}
+
+#[test]
+fn longer_steps_stay_within_the_tolerance() {
+    let folder = one_turn();
+    folder.done("scene.json -o all.h5 --model everything");
+    folder.done("prepare scene.json --tolerance 2e-2 --lengthen-steps -o longer");
+    let report = report(&folder, "longer");
+    let steps = report["step"].as_f64().unwrap() / 1.163_552_834_662_886_4e-5;
+    assert!(steps > 1.5 && steps < 16.5, "{steps}");
+    folder.done("longer/scene.json -o longer.h5 --model everything");
+    let found = apart(
+        &folder.path("longer.h5"),
+        &folder.path("all.h5"),
+        "midpoint_deflection",
+    );
+    assert!(found <= 2e-2, "{found:e}");
+}
+
+#[test]
+fn preparations_that_cannot_be_made_are_refused() {
+    let folder = one_turn();
+    folder.edit("scene.json", |scene| scene["compatibility"] = json!("weak"));
+    folder
+        .run("prepare scene.json")
+        .assert(2, &["compatibility", "weak"]);
+    folder.edit("scene.json", |scene| {
+        scene["compatibility"] = json!("strong")
+    });
+    folder.done("prepare scene.json --end 0.002");
+    folder
+        .run("prepare scene.json --end 0.002")
+        .assert(2, &["scene.json", "exists"]);
+    folder.done("prepare scene.json --end 0.002 --force");
+    // The scene itself keeps its end.
+    let prepared: Value = serde_json::from_str(&folder.read("scene.prepared/scene.json")).unwrap();
+    assert_eq!(
+        prepared["integrator"]["generalized_alpha"]["end"],
+        json!(0.042)
+    );
+    folder.write("rod.mtx", "no matrix");
+    folder
+        .run("prepare scene.json --force --reduce ./nobody")
+        .assert(2, &["nobody", "cannot run"]);
+}
