@@ -12,7 +12,7 @@ use serde_json::{Value, json};
 use crate::cli_reduce::DEFAULT_MODES;
 use crate::error::Error;
 use crate::quality::Quality;
-use crate::scene::{Asked, Fitted, Limits, PartInScene, SceneFit, Search};
+use crate::scene::{Asked, Extent, Fitted, Limits, PartInScene, SceneFit, Search};
 use crate::timing::StageClock;
 use crate::{Reduction, Work};
 
@@ -28,6 +28,9 @@ pub struct SceneArguments {
     /// Relative error that the part's responses may have [default: 1e-3].
     #[arg(long, value_name = "E", requires = "file", allow_hyphen_values = true, value_parser = tolerance)]
     pub tolerance: Option<f64>,
+    /// Keep enough modes for the scene, and leave nothing out.
+    #[arg(long, requires = "file")]
+    pub keep_all: bool,
     /// Bodies of the scene that are made of the part [default: those whose file has the output's name].
     #[arg(long, value_name = "NAME", requires = "file", value_delimiter = ',')]
     pub body: Vec<String>,
@@ -79,6 +82,10 @@ impl SceneArguments {
             tolerance: self.tolerance.unwrap_or(DEFAULT_TOLERANCE),
             most_modes,
             default_modes: DEFAULT_MODES,
+            extent: match self.keep_all {
+                true => Extent::Everything,
+                false => Extent::Needed,
+            },
         };
         let asked = Asked::of(part, component)?;
         let fit = SceneFit::new(part, &asked, &limits);

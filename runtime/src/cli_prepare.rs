@@ -219,7 +219,7 @@ fn reduction(arguments: &PrepareArguments, matrix: &Path, large: &Path, share: u
         .arg((REDUCTION_SHARE * arguments.tolerance).to_string())
         .arg("-o")
         .arg(large)
-        .args(["--force", "--quiet"]);
+        .args(["--keep-all", "--force", "--quiet"]);
     if let Some((size, unit)) = &arguments.memory {
         command.arg("--memory");
         command.arg(format!("{}{unit}", size / share as f64));

@@ -11,7 +11,7 @@ use dcb_runtime::selection::{InterfaceSelection, NodeSelection, ObservedNodes, S
 
 use super::asked::{Asked, WATCHED};
 use super::report::{Amounts, Kept, Omission, SceneFit};
-use super::search::{Limits, Whole};
+use super::search::{Extent, Limits, Whole};
 use crate::error::Error;
 use crate::frame::offset;
 use crate::quality::Quality;
@@ -62,7 +62,10 @@ impl Fitted {
             squares: &squares,
             nodes: observed(&element, &recovery, asked),
         };
-        let (selection, mut left_out, error) = leaving_out.within(share)?;
+        let (selection, mut left_out, error) = match limits.extent {
+            Extent::Needed => leaving_out.within(share)?,
+            Extent::Everything => (Selection::everything(&element), Vec::new(), 0.0),
+        };
         let superelement = selection.superelement(&element)?;
         let recovery = selection.recovery(&element, &recovery)?;
         let unused_loads = left_out_loads(asked);

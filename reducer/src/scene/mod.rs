@@ -20,5 +20,5 @@ pub use bodies::{PartInScene, place};
 pub use fit::Fitted;
 pub use interfaces::part_interfaces;
 pub use report::{Amounts, Kept, Omission, SceneFit};
-pub use search::{Limits, Round, Search, Whole};
+pub use search::{Extent, Limits, Round, Search, Whole};
 pub use spin::SpinColumns;

@@ -27,6 +27,16 @@ const PROGRESS: f64 = 0.95;
 /// Of the first elastic frequency: where a scene has no frequencies, or slower ones, this counts as none.
 const QUASISTATIC: f64 = 0.01;
 
+/// Whether what a scene doesn't ask for is left out.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Extent {
+    /// It is.
+    #[default]
+    Needed,
+    /// It stays: the superelement has enough for the scene, and more.
+    Everything,
+}
+
 /// What a search may do.
 #[derive(Clone, Debug)]
 pub struct Limits {
@@ -36,6 +46,8 @@ pub struct Limits {
     pub most_modes: Option<usize>,
     /// Modes where the scene doesn't say how fast it is.
     pub default_modes: usize,
+    /// Whether anything is left out in the end.
+    pub extent: Extent,
 }
 
 /// One reduction of a search.

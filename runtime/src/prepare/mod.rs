@@ -93,10 +93,10 @@ pub fn prepare(
     };
     let limit = SHARE * tolerance;
     let mut pruning = Pruning::of(&scene, PRUNED * tolerance)?;
-    let mut start = trials.start(&pruning.applied_to(&scene))?;
+    let mut start = trials.start(&scene, &pruning)?;
     if start.as_ref().is_some_and(|start| start.error > limit) {
         pruning = Pruning::nothing(&scene)?;
-        start = trials.start(&pruning.applied_to(&scene))?;
+        start = trials.start(&scene, &pruning)?;
     }
     let Some(start) = start else {
         return Ok(None);
@@ -104,7 +104,7 @@ pub fn prepare(
     let Some((chosen, error, made)) = trials.fewest(&start, limit)? else {
         return Ok(None);
     };
-    let coordinates = chosen.order.len();
+    let coordinates = start.bound() + chosen.order.len();
     let chosen = start.with(&chosen)?;
     let lengthened = match steps {
         Steps::OfScene => Some((chosen, error)),

@@ -22,6 +22,8 @@ pub struct Flexible {
     pub modes: usize,
     /// Dynamic attachments.
     pub attachments: usize,
+    /// Whether all modes have to stay.
+    pub has_bound_modes: bool,
 }
 
 /// Coordinates of some bodies, the most active first.
@@ -36,7 +38,9 @@ impl Ranking {
     pub fn of(bodies: &[Flexible], activity: &Activity) -> Self {
         let mut ranked = Vec::new();
         for (place, body) in bodies.iter().enumerate() {
-            for (coordinate, moved) in activity.of_body(body.index).iter().enumerate() {
+            let first = if body.has_bound_modes { body.modes } else { 0 };
+            let moved = activity.of_body(body.index).iter().enumerate();
+            for (coordinate, moved) in moved.skip(first) {
                 let kind = match coordinate < body.modes {
                     true => Coordinate::Mode(coordinate),
                     false => Coordinate::Attachment,

@@ -6,7 +6,7 @@ use super::ranking::{Coordinate, Flexible, Ranking};
 use crate::error::Error;
 use crate::fewest::{Trial, fewest};
 use crate::model::Model;
-use crate::pruning::Carried;
+use crate::pruning::{Carried, Pruning};
 use crate::scene::{BodyKind, Record, Scene};
 use crate::simulation::Simulation;
 use crate::study::Subject;
@@ -37,8 +37,9 @@ pub(super) type Found = (Ranking, f64, Vec<Trial>);
 
 impl Trials<'_> {
     /// Runs a scene and ranks its coordinates. `None` if the user stopped it.
-    pub fn start(&self, scene: &Scene) -> Result<Option<Start>, Error> {
-        let bodies = flexible(scene, &Model::load(scene)?);
+    pub fn start(&self, scene: &Scene, pruning: &Pruning) -> Result<Option<Start>, Error> {
+        let scene = &pruning.applied_to(scene);
+        let bodies = flexible(scene, pruning, &Model::load(scene)?);
         let mut activity = Activity::default();
         let mut watch = |simulation: &Simulation| activity.watch(simulation);
         let count: usize = bodies
@@ -65,7 +66,7 @@ impl Trials<'_> {
         let kinds: [&dyn Fn(Coordinate) -> bool; 3] = [&any, &attachment, &mode];
         for is_of_kind in kinds {
             let candidate = |count: usize| chosen.with_first(count, is_of_kind);
-            let others = chosen.order.len() - chosen.count(is_of_kind);
+            let others = start.bound() + chosen.order.len() - chosen.count(is_of_kind);
             let searched = fewest(chosen.count(is_of_kind), error, tolerance, |count| {
                 let scene = start.with(&candidate(count))?;
                 self.error(&scene, others + count, &mut |_| {})
@@ -140,6 +141,12 @@ impl Trials<'_> {
 }
 
 impl Start {
+    /// Coordinates that have to stay whatever is chosen.
+    pub fn bound(&self) -> usize {
+        let bound = self.bodies.iter().filter(|body| body.has_bound_modes);
+        bound.map(|body| body.modes).sum()
+    }
+
     /// The scene with these coordinates only.
     pub fn with(&self, chosen: &Ranking) -> Result<Scene, Error> {
         let mut scene = self.scene.clone();
@@ -152,8 +159,13 @@ impl Start {
                 && let Some(Carried::Selection(selection)) = &of.carried
             {
                 let all = selection.modes();
-                let kept = modes.into_iter().map(|mode| all[mode]);
-                let fewer = selection.clone().with_modes(kept)?;
+                let fewer = match body.has_bound_modes {
+                    true => selection.clone(),
+                    false => {
+                        let kept = modes.into_iter().map(|mode| all[mode]);
+                        selection.clone().with_modes(kept)?
+                    }
+                };
                 of.carried = Some(Carried::Selection(fewer.with_attachments(attachments)));
             }
         }
@@ -162,7 +174,7 @@ impl Start {
 }
 
 /// Bodies of a scene that deflect.
-fn flexible(scene: &Scene, model: &Model) -> Vec<Flexible> {
+fn flexible(scene: &Scene, pruning: &Pruning, model: &Model) -> Vec<Flexible> {
     let bodies = scene.bodies.iter().zip(&model.system.bodies).enumerate();
     let selected = bodies.filter(|(_, ((_, described), _))| match &described.kind {
         BodyKind::Superelement(of) => matches!(of.carried, Some(Carried::Selection(_))),
@@ -173,6 +185,8 @@ fn flexible(scene: &Scene, model: &Model) -> Vec<Flexible> {
             name: name.clone(),
             index,
             modes: body.flexible.mode_count,
+            has_bound_modes: (pruning.bodies.get(name))
+                .is_some_and(|pruned| pruned.has_bound_modes),
             attachments: body.flexible.displacement_count() - body.flexible.mode_count,
         })
         .collect()

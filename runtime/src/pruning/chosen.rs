@@ -67,7 +67,7 @@ impl<'a> Chooser<'a> {
         self.left_out.extend(of_interfaces);
         let mut selection = self.without_columns(selection)?;
         let mut error = 0.0;
-        let needs_all = self.keeps_every_coordinate(&selection);
+        let needs_all = self.keeps_every_coordinate();
         if !needs_all {
             let reference = Reference {
                 chooser: &self,
@@ -87,6 +87,7 @@ impl<'a> Chooser<'a> {
             NodeDemand::All(_) => NodeSelection::All,
         };
         Ok(Pruned {
+            has_bound_modes: !selection.allows_fewer_modes(whole),
             carried: Carried::Selection(selection.with_nodes(nodes)),
             left_out: self.left_out,
             plane: normal,
@@ -146,12 +147,11 @@ impl<'a> Chooser<'a> {
 
     /// Whether modes and attachments have to stay: nobody says how fast the motion is, their coordinates are shown, or what loads inside the part,
     /// further columns and geometric stiffening would lose isn't known.
-    fn keeps_every_coordinate(&self, selection: &Selection) -> bool {
+    fn keeps_every_coordinate(&self) -> bool {
         self.squares.is_empty()
             || !self.demand.coordinates_shown_by.is_empty()
             || !self.demand.part_loads.is_empty()
             || matches!(self.demand.nodes, NodeDemand::All(_))
-            || selection.has_enrichment()
             || !self.whole.stiffening.centrifugal.is_empty()
             || !self.whole.stiffening.interface.is_empty()
     }
@@ -192,13 +192,16 @@ impl Reference<'_, '_> {
     /// The fewest modes, by their participation; what is left out; the error.
     fn fewest_modes(&self) -> Result<(Selection, Vec<LeftOut>, f64), Error> {
         let chooser = self.chooser;
+        let modes = self.selection.modes();
+        if !self.selection.allows_fewer_modes(chooser.whole) {
+            return Ok((self.selection.clone(), Vec::new(), 0.0));
+        }
         let participation = match &chooser.observed {
             Some(observed) => {
                 (self.selection.observing(observed)).participation(observed, &chooser.squares)?
             }
             None => (self.selection).participation(chooser.whole, &chooser.squares)?,
         };
-        let modes = self.selection.modes();
         let mut order: Vec<usize> = (0..modes.len()).collect();
         order.sort_by(|a, b| participation[*b].total_cmp(&participation[*a]));
         // Motions without stiffness stay.

@@ -53,6 +53,8 @@ pub struct Pruned {
     pub left_out: Vec<LeftOut>,
     /// The normal of the plane that the part moves in, if that was made use of.
     pub plane: Option<Normal>,
+    /// Whether the modes can't be fewer, because other columns belong to them.
+    pub has_bound_modes: bool,
     /// Largest relative change of the receptance by all of it, over the demand's band: collocated, transfer or centrifugal.
     pub error: f64,
 }
@@ -85,6 +87,7 @@ impl Pruned {
                     cost: None,
                 }],
                 plane: None,
+                has_bound_modes: false,
                 error: 0.0,
             }),
             None => Chooser::of(whole, demand, nodes, tolerance)?.choose(),

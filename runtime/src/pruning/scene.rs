@@ -72,8 +72,10 @@ impl Pruning {
         let mut bodies = IndexMap::new();
         for (name, of) in superelements(scene) {
             let given = Given::of(name, of, &files[&scene.resolve(&of.file)])?;
+            let selection = Selection::everything(&given.whole);
             let everything = Pruned {
-                carried: Carried::Selection(Selection::everything(&given.whole)),
+                has_bound_modes: !selection.allows_fewer_modes(&given.whole),
+                carried: Carried::Selection(selection),
                 left_out: Vec::new(),
                 plane: None,
                 error: 0.0,

@@ -169,6 +169,11 @@ impl Selection {
         Self { nodes, ..self }
     }
 
+    /// Whether modes can be left out of a superelement together with the rest of this selection.
+    pub fn allows_fewer_modes(&self, whole: &Superelement) -> bool {
+        self.refuse_bound_to_modes(whole).is_ok()
+    }
+
     /// Whose nodal fields stay.
     pub fn nodes(&self) -> &NodeSelection {
         &self.nodes
