@@ -36,6 +36,16 @@ const SOLVE_EFFICIENCY: f64 = 0.4;
 /// Solutions with a rounded factor and refinement, over one with an exact factor.
 const REFINED_OVER_PLAIN: f64 = 5.0;
 
+/// Whether what an error estimate needs is computed.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum EstimateChoice {
+    /// It is.
+    Computed,
+    /// Memory has no room for its columns.
+    LeftOut,
+}
+
 /// Sizes that decide what a reduction costs.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct Forecast {
@@ -53,6 +63,8 @@ pub struct Forecast {
     pub attachment_columns: usize,
     /// How large the Krylov basis is; what memory leaves room for is decided by [`crate::memory_limit::MemoryLimit::fitted`].
     pub basis: BasisSize,
+    /// Whether the error estimate is made; decided as the basis is.
+    pub estimate: EstimateChoice,
     /// Entries of the factor's lower triangle.
     pub factor_entries: usize,
     /// Entries stored for it, padding included.
@@ -102,6 +114,7 @@ impl Forecast {
             modes: modes.min(model.len()),
             modes_are_assumed,
             basis: BasisSize::Comfortable,
+            estimate: EstimateChoice::Computed,
             attachment_columns: localization.len(),
             factor_entries: fronts.factor_entries(),
             stored_entries: factor.stored_entries(),
@@ -150,6 +163,11 @@ impl Forecast {
         let shapes = 2.0 * modes + attached;
         let working = shapes + WORKING_BLOCKS * SOLVE_BLOCK as f64;
         let stage = |stage, bytes| StageMemory { stage, bytes };
+        // M X, its responses, and X once more where other columns stand beside it.
+        let estimating = match self.estimate {
+            EstimateChoice::Computed => working + 3.0 * attached,
+            EstimateChoice::LeftOut => 0.0,
+        };
         vec![
             stage(Stage::Factor, base + resident + self.scratch_bytes()),
             stage(
@@ -157,11 +175,7 @@ impl Forecast {
                 base + resident + self.columns(self.basis_columns() as f64 + MODE_BLOCKS * modes),
             ),
             stage(Stage::Attachments, base + resident + self.columns(working)),
-            // M X, its responses, and X once more where other columns stand beside it.
-            stage(
-                Stage::Estimate,
-                base + resident + self.columns(working + 3.0 * attached),
-            ),
+            stage(Stage::Estimate, base + resident + self.columns(estimating)),
             stage(
                 Stage::Certificate,
                 base + self.columns(shapes) + self.scratch_bytes(),

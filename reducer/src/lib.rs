@@ -95,7 +95,7 @@ pub use crate::error::Error;
 use crate::error_estimate::PowerMoments;
 use crate::factor_store::{FactorStorage, Place};
 use crate::factorization::SymmetricFactor;
-use crate::forecast::Forecast;
+use crate::forecast::{EstimateChoice, Forecast};
 use crate::free_modes::{FreeModes, Search};
 pub use crate::interface_reduction::InterfaceModes;
 use crate::invariants::inertia_invariants;
@@ -374,7 +374,7 @@ struct Found {
     residual: ResidualFlexibility,
     further: Option<FurtherColumns>,
     /// Or why there are none.
-    moments: Result<PowerMoments, Error>,
+    moments: Result<PowerMoments, String>,
     sturm: Sturm,
 }
 
@@ -409,7 +409,9 @@ fn modes_and_residual(
         modes: wanted,
         ..*forecast
     };
-    let basis = options.memory.fitted(known).basis;
+    let Forecast {
+        basis, estimate, ..
+    } = options.memory.fitted(known);
     let shift = scale.shift();
     let mut last_count: Option<Sturm> = None;
     let mut missed = 0;
@@ -467,9 +469,18 @@ fn modes_and_residual(
                 residual: &residual,
             };
             let further = FurtherColumns::compute(&options.enrichment, &of, &positive, observer)?;
-            observer.begin(Stage::Estimate);
             let columns = further.as_ref().map(|further| further.shapes.as_ref());
-            let moments = PowerMoments::compute(&of, columns, &positive, shift, observer);
+            let moments = match estimate {
+                EstimateChoice::LeftOut => Err(format!(
+                    "memory has no room for {} more columns; allow more with --memory",
+                    3 * localization.len()
+                )),
+                EstimateChoice::Computed => {
+                    observer.begin(Stage::Estimate);
+                    PowerMoments::compute(&of, columns, &positive, shift, observer)
+                        .map_err(|why| why.to_string())
+                }
+            };
             Ok((residual, further, moments))
         });
         let refined = positive.least_accurate();

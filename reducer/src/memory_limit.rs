@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use crate::basis_size::BasisSize;
 use crate::error::Error;
 use crate::factor_store::{FactorStorage, Place, Precision};
-use crate::forecast::Forecast;
+use crate::forecast::{EstimateChoice, Forecast};
 
 /// Where the factor is kept.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -59,16 +59,25 @@ impl MemoryLimit {
         }
     }
 
-    /// The forecast with a short Krylov basis where that saves the factor's place in memory, or where nothing fits without.
+    /// The forecast with a short Krylov basis, and then without an error estimate, where that saves the factor's place in memory, or where
+    /// nothing fits without.
     pub fn fitted(&self, forecast: Forecast) -> Forecast {
-        let sizes =
-            [BasisSize::Comfortable, BasisSize::Short].map(|basis| Forecast { basis, ..forecast });
+        let sizes = [
+            (BasisSize::Comfortable, EstimateChoice::Computed),
+            (BasisSize::Short, EstimateChoice::Computed),
+            (BasisSize::Short, EstimateChoice::LeftOut),
+        ]
+        .map(|(basis, estimate)| Forecast {
+            basis,
+            estimate,
+            ..forecast
+        });
         let candidates = self.candidates();
         let fitting = candidates.iter().find_map(|storage| {
             let mut sizes = sizes.iter();
             sizes.find(|forecast| self.allows(forecast, storage))
         });
-        *fitting.unwrap_or(&sizes[1])
+        *fitting.unwrap_or(&sizes[2])
     }
 
     /// Whether a reduction fits with the factor kept so.
@@ -111,6 +120,7 @@ impl MemoryLimit {
         let mut remedies = Vec::new();
         let forecast = &Forecast {
             basis: BasisSize::Short,
+            estimate: EstimateChoice::LeftOut,
             ..*forecast
         };
         let mut offer = |storage: FactorStorage, option: &str| {

@@ -282,6 +282,21 @@ pub fn summary(file: &SuperelementFile) -> Result<serde_json::Value, Error> {
         (0, _) | (_, 0) => serde_json::Value::Null,
         (rows, columns) => matrix[(rows - 1, columns - 1)].into(),
     };
+    let moments = of.moments.as_ref().map(|moments| {
+        let matrices = [
+            &moments.first,
+            &moments.second,
+            &moments.third,
+            &moments.fourth,
+            &moments.rigid_shapes,
+        ];
+        serde_json::json!([
+            moments.eigenvalue_bound,
+            matrices.map(last),
+            moments.eigenvalue_errors,
+            moments.rounding
+        ])
+    });
     Ok(serde_json::json!({
         "source": "synthetic numbers of formats/tests/support/mod.rs; tolerance 0",
         "digest": file.digest(),
@@ -313,12 +328,7 @@ pub fn summary(file: &SuperelementFile) -> Result<serde_json::Value, Error> {
         "interface_stiffening_12": of.stiffening.interface.iter().map(|layer| layer[(1, 2)]).collect::<Vec<_>>(),
         "loads": of.loads.iter().map(|load| (load.name.clone(), load.force, load.moment, load.work.last().copied())).collect::<Vec<_>>(),
         "last_reduced_stiffness": of.enrichment.as_ref().map(|enrichment| last(&enrichment.reduced_stiffness)),
-        "eigenvalue_bound": of.moments.as_ref().map(|moments| moments.eigenvalue_bound),
-        "last_moments": of.moments.as_ref().map(|moments| {
-            [&moments.first, &moments.second, &moments.third, &moments.fourth].map(last)
-        }),
-        "last_rigid_shape": of.moments.as_ref().map(|moments| last(&moments.rigid_shapes)),
-        "last_bounds": of.moments.as_ref().map(|moments| (moments.eigenvalue_errors.last().copied(), moments.rounding.last().copied())),
+        "moments": moments,
         "enrichment_names": of.enrichment.as_ref().map(|enrichment| enrichment.names.clone()),
         "last_enrichment_shape": recovery.as_ref().and_then(|recovery| recovery.enrichment.as_ref()).map(last),
         "field_dofs": recovery.as_ref().map(|recovery| recovery.dofs.len()),
