@@ -18,7 +18,7 @@ use crate::study::Subject;
 use crate::study::monitor::Monitor;
 
 /// Part of the tolerance that the reductions may use.
-const REDUCTION_SHARE: f64 = 0.1;
+const REDUCTION_SHARE: f64 = 0.2;
 
 /// Options of a preparation.
 #[derive(Debug, Args)]

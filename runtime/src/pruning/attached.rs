@@ -11,6 +11,22 @@ use crate::selection::{InterfaceSelection, Normal, Selection};
 /// Components of a wrench below this are rounding.
 const NOTHING: f64 = 1e-9;
 
+/// How much of the interfaces is left out. Attachments that no force needs are coordinates all the same, and improve the answers to other forces a little.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Economy {
+    /// Interfaces that aren't used, and directions in which nothing acts.
+    Directions,
+    /// Interfaces that aren't used.
+    Interfaces,
+    /// Nothing.
+    None,
+}
+
+impl Economy {
+    /// The largest first.
+    pub const ALL: [Self; 3] = [Self::Directions, Self::Interfaces, Self::None];
+}
+
 /// The selection with its interfaces loaded and observed as the demand says, and what of them is left out.
 ///
 /// # Errors
@@ -20,8 +36,12 @@ pub(super) fn as_used(
     whole: &Superelement,
     demand: &Demand,
     plane: Option<Normal>,
+    economy: Economy,
 ) -> Result<(Selection, Vec<LeftOut>), Error> {
     let mut left_out = Vec::new();
+    if economy == Economy::None {
+        return Ok((selection, left_out));
+    }
     let mut tell = |what: String, why: String| {
         left_out.push(LeftOut {
             what,
@@ -58,6 +78,7 @@ pub(super) fn as_used(
                 );
                 selection = selection.with_interface(name, InterfaceSelection::Observed)?;
             }
+            Forces::Some(_) if economy != Economy::Directions => {}
             Forces::Some(along) => {
                 tell(
                     format!(

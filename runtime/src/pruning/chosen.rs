@@ -6,7 +6,7 @@ use std::f64::consts::TAU;
 use dcb_formats::superelement::Superelement;
 use nalgebra::Vector3;
 
-use super::attached::as_used;
+use super::attached::{Economy, as_used};
 use super::centrifugal::{lost, strain};
 use super::explanation::ranges;
 use super::{Carried, LeftOut, Pruned};
@@ -63,16 +63,27 @@ impl<'a> Chooser<'a> {
             Some((normal, in_plane)) => (in_plane.selection().clone(), Some(*normal)),
             None => (everything, None),
         };
-        let (selection, of_interfaces) = as_used(selection, whole, demand, normal)?;
+        let selection = self.without_columns(selection)?;
+        let mut found = (selection.clone(), Vec::new(), 0.0);
+        for economy in Economy::ALL {
+            let (used, left_out) = as_used(selection.clone(), whole, demand, normal, economy)?;
+            let error = match self.squares.is_empty() {
+                true => 0.0,
+                false => self.change(&used)?,
+            };
+            found = (used, left_out, error);
+            if error <= self.tolerance {
+                break;
+            }
+        }
+        let (mut selection, of_interfaces, mut error) = found;
         self.left_out.extend(of_interfaces);
-        let mut selection = self.without_columns(selection)?;
-        let mut error = 0.0;
-        let needs_all = self.keeps_every_coordinate();
-        if !needs_all {
+        if !self.keeps_every_coordinate() {
             let reference = Reference {
                 chooser: &self,
                 spin: self.centrifugal(&selection)?,
                 selection: selection.clone(),
+                error,
             };
             let (modes, left_out, found) = reference.fewest_modes()?;
             let (attachments, others, found) = reference.fewest_attachments(&modes, found)?;
@@ -184,6 +195,8 @@ impl<'a> Chooser<'a> {
 struct Reference<'a, 'b> {
     chooser: &'b Chooser<'a>,
     selection: Selection,
+    /// What its interfaces cost.
+    error: f64,
     /// E, and how much its loss counts.
     spin: (f64, f64),
 }
@@ -194,7 +207,7 @@ impl Reference<'_, '_> {
         let chooser = self.chooser;
         let modes = self.selection.modes();
         if !self.selection.allows_fewer_modes(chooser.whole) {
-            return Ok((self.selection.clone(), Vec::new(), 0.0));
+            return Ok((self.selection.clone(), Vec::new(), self.error));
         }
         let participation = match &chooser.observed {
             Some(observed) => {
@@ -214,9 +227,9 @@ impl Reference<'_, '_> {
             self.selection.clone().with_modes(kept)
         };
         let tried = |count: usize| self.error(&with(count)?).map(Some);
-        let found = fewest(modes.len() - fixed, 0.0, chooser.tolerance, tried)?;
+        let found = fewest(modes.len() - fixed, self.error, chooser.tolerance, tried)?;
         let Some(best) = found.map(|found| found.best) else {
-            return Ok((self.selection.clone(), Vec::new(), 0.0));
+            return Ok((self.selection.clone(), Vec::new(), self.error));
         };
         let selection = with(best.kept)?;
         let gone: Vec<usize> = (modes.iter().copied())

@@ -2,23 +2,20 @@
 
 use dcb_formats::component::Role;
 use dcb_formats::superelement::{
-    BoundaryRow, Enrichment, Inertia, InterfaceFrame, Modes, PartLoad, Provenance, RecoveryBasis,
-    Residual, Stiffening, Superelement,
+    BoundaryRow, Enrichment, InterfaceFrame, Modes, PartLoad, Provenance, RecoveryBasis, Residual,
+    Stiffening, Superelement,
 };
-use faer::{Mat, MatRef};
-use serde_json::{Value, json};
+use faer::Mat;
+use serde_json::Value;
 
 use super::NodeSelection;
+use super::congruence::{congruent, over, squeezed, worked};
 use super::filter::filtered;
 use super::interface::InterfaceSelection;
 use super::projection::projector;
+use super::record::{record, recorded};
 use super::statics::{Statics, symmetrized};
 use crate::error::Error;
-
-/// Key of the provenance's options under which selections are listed.
-const RECORD: &str = "selections";
-/// Key of one selection's interfaces that are loaded along some forces only.
-const LOADED_ALONG: &str = "loaded_along";
 
 /// What a basis is made of.
 pub(super) struct Choice<'a> {
@@ -342,65 +339,6 @@ impl Basis {
     }
 }
 
-/// Whether an earlier selection took away directions in which an interface is loaded.
-pub(super) fn has_cut_directions(whole: &Superelement) -> bool {
-    let selections = whole.provenance.options[RECORD].as_array();
-    selections.into_iter().flatten().any(|selection| {
-        let along = selection[LOADED_ALONG].as_object();
-        along.is_some_and(|along| {
-            let names = whole.interfaces.iter().map(|interface| &interface.name);
-            names.into_iter().any(|name| along.contains_key(name))
-        })
-    })
-}
-
-/// What was selected, in words.
-fn record(
-    whole: &Superelement,
-    modes: &[usize],
-    wanted: &[InterfaceSelection],
-    further: &[usize],
-) -> Value {
-    let named = |is: fn(&InterfaceSelection) -> bool| -> Vec<&str> {
-        let interfaces = whole.interfaces.iter().zip(wanted);
-        let those = interfaces.filter(|(_, wanted)| is(wanted));
-        those
-            .map(|(interface, _)| interface.name.as_str())
-            .collect()
-    };
-    let along: serde_json::Map<String, Value> = (whole.interfaces.iter().zip(wanted))
-        .filter_map(|(interface, wanted)| match wanted {
-            InterfaceSelection::LoadedAlong(forces) => {
-                Some((interface.name.clone(), json!(forces.ncols())))
-            }
-            _ => None,
-        })
-        .collect();
-    json!({
-        "modes": modes,
-        "of_modes": whole.mode_count(),
-        LOADED_ALONG: along,
-        "observed": named(|wanted| *wanted == InterfaceSelection::Observed),
-        "dropped": named(|wanted| *wanted == InterfaceSelection::Dropped),
-        "further_columns": further,
-    })
-}
-
-/// Options with one more selection; as they are where they have no keys.
-fn recorded(options: &Value, record: &Value) -> Value {
-    let mut options = match options {
-        Value::Null => json!({}),
-        other => other.clone(),
-    };
-    if let Some(keys) = options.as_object_mut() {
-        let list = keys.entry(RECORD).or_insert_with(|| json!([]));
-        if let Some(list) = list.as_array_mut() {
-            list.push(record.clone());
-        }
-    }
-    options
-}
-
 /// A P for columns A; columns of P that are unit forces or nothing are copied.
 fn combinations(columns: &Mat<f64>, forces: &Mat<f64>) -> Mat<f64> {
     let mut all = Mat::zeros(columns.nrows(), forces.ncols());
@@ -421,51 +359,4 @@ fn turned(columns: &Mat<f64>, turn: Option<&Mat<f64>>) -> Mat<f64> {
         Some(turn) => columns * turn,
         None => columns.clone(),
     }
-}
-
-/// Sᵀ f.
-pub(super) fn worked(work: &[f64], columns: MatRef<'_, f64>) -> Vec<f64> {
-    (columns.col_iter())
-        .map(|column| column.iter().zip(work).map(|(s, f)| s * f).sum())
-        .collect()
-}
-
-/// Invariants over the basis Ψ S.
-pub(super) fn over(whole: &Inertia, columns: MatRef<'_, f64>) -> Inertia {
-    Inertia {
-        l1: &whole.l1 * columns,
-        i1: columns
-            .col_iter()
-            .map(|column| combined(&whole.i1, column.iter()))
-            .collect(),
-        i3: &whole.i3 * columns,
-        l3: congruent(&whole.l3, columns),
-        i2: congruent(&whole.i2, columns),
-        ..whole.clone()
-    }
-}
-
-fn combined<'a>(blocks: &[[[f64; 3]; 3]], weights: impl Iterator<Item = &'a f64>) -> [[f64; 3]; 3] {
-    let mut sum = [[0.0; 3]; 3];
-    for (block, weight) in blocks.iter().zip(weights) {
-        for (sum, row) in sum.iter_mut().zip(block) {
-            for (sum, entry) in sum.iter_mut().zip(row) {
-                *sum += weight * entry;
-            }
-        }
-    }
-    sum
-}
-
-/// Sᵀ A S for each A.
-pub(super) fn congruent(matrices: &[Mat<f64>], columns: MatRef<'_, f64>) -> Vec<Mat<f64>> {
-    matrices
-        .iter()
-        .map(|matrix| squeezed(matrix, columns))
-        .collect()
-}
-
-/// Sᵀ A S.
-pub(super) fn squeezed(matrix: &Mat<f64>, columns: MatRef<'_, f64>) -> Mat<f64> {
-    columns.transpose() * (matrix * columns)
 }

@@ -10,13 +10,14 @@
 //! Ψ'     = Ψ S                         L1, I1, I3 become L1 S and so on; L3, J2 and the stiffening matrices Sᵀ L3 S
 //! ```
 //! P has a column for each row that stays: the row's own unit force, nothing for a row that is only observed, and for interfaces that are
-//! loaded along some forces B only the nearest of these in energy ([`projection`]). T_r and σ² are found anew by the filter of
+//! loaded along some forces B only the nearest of these in energy (`projection.rs`). T_r and σ² are found anew by the filter of
 //! `docs/theory.md` §6.
 //!
 //! What is left out has a price: [`Selection::receptance_difference`] and [`Selection::participation`] say which.
 //! [`InPlane`] selects what a motion in a plane needs, [`RigidBody::locked`](crate::RigidBody::locked) nothing but the mass.
 
 mod basis;
+mod congruence;
 mod filter;
 mod in_plane;
 mod interface;
@@ -27,6 +28,7 @@ mod planar;
 mod ports;
 mod projection;
 mod receptance;
+mod record;
 mod statics;
 mod symmetric_eigen;
 mod symmetry;
@@ -271,7 +273,7 @@ impl Selection {
 
     /// What belongs to the modes that a superelement was made with, and isn't known for fewer.
     fn refuse_bound_to_modes(&self, whole: &Superelement) -> Result<(), Error> {
-        if basis::has_cut_directions(whole) {
+        if record::has_cut_directions(whole) {
             return Err(Error::NotHandled {
                 body: self.body.clone(),
                 what: "its interfaces are loaded along some forces only, which belongs to its modes",

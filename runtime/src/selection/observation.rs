@@ -7,7 +7,7 @@ use dcb_formats::superelement::{
 };
 use faer::{Mat, MatRef};
 
-use super::basis::{congruent, over, squeezed, worked};
+use super::congruence::{congruent, over, squeezed, worked};
 use super::{InterfaceSelection, Selection};
 
 /// Displacements of single nodes.
