@@ -73,7 +73,7 @@ impl Band {
             None => "the steps",
         };
         let by_step = format!(
-            "{which} of {step:e} follow periods of {per_period:.1} steps or more within {:.0} %: up to {followed:.4e}",
+            "{which} of {step:.4e} follow periods of {per_period:.1} steps or more within {:.0} %: up to {followed:.4e}",
             100.0 * PERIOD_ERROR
         );
         Ok(match Excitation::of(scene, integrator.end)? {
