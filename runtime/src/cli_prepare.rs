@@ -17,6 +17,8 @@ use crate::scene::{BodyKind, Scene, in_file};
 use crate::study::Subject;
 use crate::study::monitor::Monitor;
 
+/// Folder of the superelements that are reduced, in that of the prepared scene, until it is done.
+const LARGE: &str = "large";
 /// Part of the tolerance that the reductions may use.
 const REDUCTION_SHARE: f64 = 0.2;
 
@@ -82,7 +84,7 @@ pub fn run(arguments: &PrepareArguments, common: &CommonArguments) -> Result<Don
         check_output(&folder.join(name), replace)?;
     }
     watch_for_interruption();
-    let reduced = reduce_parts(&mut scene, arguments, folder)?;
+    reduce_parts(&mut scene, arguments, folder)?;
     if is_interrupted() {
         return Ok(stopped(folder));
     }
@@ -102,10 +104,8 @@ pub fn run(arguments: &PrepareArguments, common: &CommonArguments) -> Result<Don
     }
     prepared.scene.fields = subject.scene.fields.clone();
     let files = write(&prepared, folder, replace)?;
-    for large in &reduced {
-        // What is left over can stay.
-        let _ = std::fs::remove_file(large);
-    }
+    // What is left over can stay.
+    let _ = std::fs::remove_dir_all(folder.join(LARGE));
     report(&prepared, &files, tolerance, folder)?;
     Ok(Done {
         output: told(&prepared, &files, tolerance, folder),
@@ -130,12 +130,12 @@ fn create(folder: &Path) -> Result<(), Error> {
     })
 }
 
-/// Reduces every part whose matrix stands beside where the scene has its superelement, and puts the large superelements in its place; their files.
+/// Reduces every part whose matrix stands beside where the scene has its superelement, and puts the large superelements in its place.
 fn reduce_parts(
     scene: &mut Scene,
     arguments: &PrepareArguments,
     folder: &Path,
-) -> Result<Vec<PathBuf>, Error> {
+) -> Result<(), Error> {
     let mut parts: Vec<(PathBuf, PathBuf, PathBuf)> = Vec::new();
     for body in scene.bodies.values() {
         let BodyKind::Superelement(of) = &body.kind else {
@@ -147,7 +147,9 @@ fn reduce_parts(
         };
         if parts.iter().all(|(known, ..)| *known != of.file) {
             let name = file.file_name().unwrap_or_default().to_string_lossy();
-            let large = folder.join(format!("large-{name}"));
+            let place = folder.join(LARGE).join(parts.len().to_string());
+            create(&place)?;
+            let large = place.join(&*name);
             parts.push((of.file.clone(), matrix, large));
         }
     }
@@ -187,15 +189,14 @@ fn reduce_parts(
     if let Some(failure) = failure.filter(|_| !is_interrupted()) {
         return Err(failure);
     }
-    let directory = std::path::absolute(folder).unwrap_or_else(|_| folder.to_owned());
     for body in scene.bodies.values_mut() {
         if let BodyKind::Superelement(of) = &mut body.kind
             && let Some((.., large)) = parts.iter().find(|(file, ..)| *file == of.file)
         {
-            of.file = directory.join(large.file_name().unwrap_or_default());
+            of.file = std::path::absolute(large).unwrap_or_else(|_| large.clone());
         }
     }
-    Ok(parts.into_iter().map(|(.., large)| large).collect())
+    Ok(())
 }
 
 /// `NAME.mtx` or `NAME.mtx.gz` beside `NAME.dcb.h5`, if there is one.

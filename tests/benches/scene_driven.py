@@ -173,7 +173,7 @@ def study(name, rounds, folder):
             row.setdefault("seconds", []).append(summary["integration_seconds"])
             row["error"] = error(outputs, expected)
             row["steps"], row["iterations"] = summary["steps"], summary["newton_iterations"]
-            row["coordinates"] = summary["elastic_coordinates"]
+            row["coordinates"], row["used_step"] = summary["elastic_coordinates"], end / summary["steps"]
     for row in rows:
         yield dict(kind="row", scene=name, end=end, step=end / steps, seconds_per_second=min(row["seconds"]) / end, **row)
 

@@ -52,6 +52,7 @@ pub mod reduced_rod;
 pub mod reference;
 pub mod rigid_benchmarks;
 pub mod same_superelement;
+pub mod scene_driven_page;
 pub mod slider_crank;
 pub mod step_rules;
 pub mod turned;
