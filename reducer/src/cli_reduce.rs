@@ -172,7 +172,7 @@ pub fn run(arguments: &ReduceArguments, common: &CommonArguments) -> Result<Outc
             stiffness.display()
         );
         return Ok(Outcome::unless(
-            quality_lines(&reduced.quality),
+            quality_lines(&reduced.quality, &reduced.superelement.units.time),
             &what,
             &broken_limits,
         ));
