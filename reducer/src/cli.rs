@@ -5,7 +5,8 @@ use std::io::{ErrorKind, Write};
 use std::path::PathBuf;
 use std::process::ExitCode;
 
-use clap::{Args, Parser, Subcommand, ValueEnum};
+use clap::error::{ContextKind, ContextValue, ErrorKind as Misuse};
+use clap::{Args, CommandFactory, Parser, Subcommand, ValueEnum};
 use dcb_formats::component_files::Overrides;
 
 use crate::batch::manifest::batch_schema;
@@ -51,7 +52,7 @@ pub struct CommonArguments {
     #[arg(long, short, global = true)]
     pub verbose: bool,
     /// Worker threads (default: one per processor). Results do not depend on it.
-    #[arg(long, global = true, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=1024))]
+    #[arg(long, global = true, value_name = "N", allow_negative_numbers = true, value_parser = clap::value_parser!(u16).range(1..=1024))]
     pub threads: Option<u16>,
 }
 
@@ -68,7 +69,7 @@ pub struct ReduceArguments {
     #[arg(long, value_name = "N", conflicts_with = "max_frequency", allow_negative_numbers = true, value_parser = count)]
     pub modes: Option<usize>,
     /// Keep every elastic mode below this frequency.
-    #[arg(long, value_name = "HZ", allow_negative_numbers = true, value_parser = frequency)]
+    #[arg(long, value_name = "HZ", allow_hyphen_values = true, value_parser = frequency)]
     pub max_frequency: Option<f64>,
     /// Keep this many directions of residual flexibility, the softest [default: all].
     #[arg(long, value_name = "N", allow_negative_numbers = true, value_parser = interface_count)]
@@ -236,7 +237,7 @@ pub(crate) fn frequency(text: &str) -> Result<f64, String> {
 
 /// Runs the program.
 pub fn main() -> ExitCode {
-    let cli = Cli::parse();
+    let cli = Cli::try_parse().unwrap_or_else(|error| in_our_words(error).exit());
     if let Some(threads) = cli.common.threads {
         // Fails only if a pool exists already, which then serves as well.
         let _ = rayon::ThreadPoolBuilder::new()
@@ -284,6 +285,19 @@ pub fn main() -> ExitCode {
             print_to_stderr("error", &error.to_string());
             ExitCode::from(if error.is_unusable_input() { 2 } else { 1 })
         }
+    }
+}
+
+/// A second file, or a misspelt command before a file, is a conflict of commands to the parser: said as what it is.
+fn in_our_words(error: clap::Error) -> clap::Error {
+    match (error.kind(), error.get(ContextKind::InvalidSubcommand)) {
+        (Misuse::ArgumentConflict, Some(ContextValue::String(word))) => {
+            let message = format!(
+                "{word:?} is one argument too many: one PART.mtx is wanted, or the name of a command first (see --help)"
+            );
+            Cli::command().error(Misuse::TooManyValues, message)
+        }
+        _ => error,
     }
 }
 

@@ -244,7 +244,7 @@ pub fn run(arguments: &ReduceArguments, common: &CommonArguments) -> Result<Outc
             stiffness.display()
         );
         return Ok(Outcome::unless(
-            quality_lines(&made.quality),
+            quality_lines(&made.quality, &made.superelement.units.time),
             &what,
             &broken_limits,
         ));

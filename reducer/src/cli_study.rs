@@ -131,7 +131,7 @@ pub fn run(arguments: &StudyArguments, common: &CommonArguments) -> Result<Outco
         Start::Continue
     };
     prepare(&folder, start)?;
-    let settings = settings(&study, &component);
+    let settings = settings(&study, arguments.band, &component);
     let mut ledger = Ledger::open(&folder.join(LEDGER), "reduction", &settings, start)?;
     let scratch = folder.join(SCRATCH);
     last_words(&scratch);
@@ -249,13 +249,13 @@ fn enrichments(arguments: &StudyArguments, component: &Component) -> Result<Vec<
 }
 
 /// What all rows have in common. More modes or forms may be added later, as far as the band doesn't depend on them.
-fn settings(study: &Study, component: &Component) -> Value {
+fn settings(study: &Study, band: Option<[f64; 2]>, component: &Component) -> Value {
     let inputs: serde_json::Map<String, Value> = (component.sources.iter())
         .map(|source| (source.role.clone(), json!(source.sha256)))
         .collect();
-    let band = match study.band {
-        BandChoice::HalfOfHighest => json!({ "up_to_half_of_mode": study.sweep.most_modes() }),
-        BandChoice::Between { from, to } => json!({ "from_eigenvalue": from, "to_eigenvalue": to }),
+    let band = match band {
+        None => format!("up to half of mode {}", study.sweep.most_modes()),
+        Some([from, to]) => format!("{from}:{to} Hz"),
     };
     json!({
         "program": concat!("reduce ", env!("CARGO_PKG_VERSION")),

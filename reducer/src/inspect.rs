@@ -48,7 +48,8 @@ pub fn hertz(eigenvalue: f64, time_unit: &str) -> f64 {
     eigenvalue.max(0.0).sqrt() / (2.0 * std::f64::consts::PI * si_factor(time_unit).unwrap_or(1.0))
 }
 
-fn frequency_unit(time_unit: &str) -> String {
+/// `Hz`, or the inverse of a unit whose length is not known.
+pub fn frequency_unit(time_unit: &str) -> String {
     if si_factor(time_unit).is_some() {
         "Hz".into()
     } else {
@@ -241,7 +242,7 @@ fn text(
     });
     let _ = writeln!(text, "fields   {fields}; mesh {mesh}");
     if let Some(quality) = &quality {
-        text += &quality_lines(quality);
+        text += &quality_lines(quality, &element.units.time);
     }
     if let Some(errors) = errors {
         text += &errors.text();

@@ -6,8 +6,9 @@ use std::path::Path;
 
 use dcb_formats::Superelement;
 
-use crate::inspect::{frequency_table, interface_table, mass_lines};
+use crate::inspect::{frequency_table, frequency_unit, interface_table, mass_lines};
 use crate::interface_reduction::InterfaceReduction;
+use crate::plausibility::si_factor;
 use crate::quality::Quality;
 use crate::scientific::scientific;
 use crate::timing::StageTime;
@@ -34,7 +35,7 @@ pub fn summary(
     text += &mass_lines(element);
     text += &frequency_table(element, Some(quality), listed);
     text += &interface_table(element);
-    text += &quality_lines(quality);
+    text += &quality_lines(quality, &element.units.time);
     text += &stage_lines(stages);
     let _ = writeln!(text, "wrote {}", target.display());
     text
@@ -71,8 +72,8 @@ pub fn further_columns(element: &Superelement) -> String {
     text
 }
 
-/// The quality report for people.
-pub fn quality_lines(quality: &Quality) -> String {
+/// The quality report for people; `time` is the part's unit of it.
+pub fn quality_lines(quality: &Quality, time: &str) -> String {
     let largest = |values: &[f64]| values.iter().copied().fold(0.0, f64::max);
     let mut text = String::from("quality\n");
     let mut line = |what: &str, value: f64| {
@@ -110,7 +111,7 @@ pub fn quality_lines(quality: &Quality) -> String {
         line("Φᵀ K X", further.stiffness_orthogonality);
     }
     if let Some(reduction) = &quality.interface_reduction {
-        text += &interface_lines(reduction);
+        text += &interface_lines(reduction, time);
     }
     let sturm = match quality.sturm.limit {
         Some(limit) => format!(
@@ -131,7 +132,7 @@ pub fn quality_lines(quality: &Quality) -> String {
 }
 
 /// What an interface reduction kept and lost.
-fn interface_lines(reduction: &InterfaceReduction) -> String {
+fn interface_lines(reduction: &InterfaceReduction, time: &str) -> String {
     let InterfaceReduction {
         wanted,
         kept,
@@ -170,8 +171,9 @@ fn interface_lines(reduction: &InterfaceReduction) -> String {
         &number(reduction.largest_left_out),
     );
     if let Some(frequency) = reduction.lowest_left_out {
-        let frequency = format!("{} per time unit", scientific(frequency, 6));
-        line("  lowest frequency left out", &frequency);
+        let second = si_factor(time).unwrap_or(1.0);
+        let told = format!("{:.4} {}", frequency / second, frequency_unit(time));
+        line("  lowest frequency left out", &told);
     }
     text
 }

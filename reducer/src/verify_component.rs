@@ -305,7 +305,7 @@ fn check_fields(
         &inertia,
         sturm,
     );
-    findings.text += &quality_lines(&quality);
+    findings.text += &quality_lines(&quality, &component.units.time);
     let broken = quality.broken_limits();
     findings.require(
         "identities recomputed with K and M",

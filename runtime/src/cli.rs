@@ -4,7 +4,8 @@ use std::io::{ErrorKind, Write};
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
-use clap::{Args, Parser, Subcommand, ValueEnum};
+use clap::error::{ContextKind, ContextValue, ErrorKind as Misuse};
+use clap::{Args, CommandFactory, Parser, Subcommand, ValueEnum};
 use dcb_formats::dcb::{Replace, check_output};
 use dcb_formats::results::Results;
 
@@ -49,7 +50,7 @@ pub struct CommonArguments {
     #[arg(long, short, global = true)]
     pub verbose: bool,
     /// Worker threads of a study [default: all]. A scene is integrated by one.
-    #[arg(long, global = true, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=1024))]
+    #[arg(long, global = true, value_name = "N", allow_negative_numbers = true, value_parser = clap::value_parser!(u16).range(1..=1024))]
     pub threads: Option<u16>,
 }
 
@@ -84,13 +85,13 @@ pub struct SceneArguments {
     #[arg(long, short, value_name = "FILE")]
     pub output: Option<PathBuf>,
     /// Step, in the scene's unit of time.
-    #[arg(long, value_name = "H", allow_negative_numbers = true)]
+    #[arg(long, value_name = "H", allow_hyphen_values = true)]
     pub step: Option<f64>,
     /// Time at which the run ends.
-    #[arg(long, value_name = "T", allow_negative_numbers = true)]
+    #[arg(long, value_name = "T", allow_hyphen_values = true)]
     pub end: Option<f64>,
     /// Spectral radius at infinite frequency of generalized alpha.
-    #[arg(long, value_name = "R", allow_negative_numbers = true)]
+    #[arg(long, value_name = "R", allow_hyphen_values = true)]
     pub rho_infinity: Option<f64>,
     /// How interfaces follow the coordinates.
     #[arg(long, value_enum)]
@@ -171,7 +172,7 @@ enum Command {
 
 /// Runs the program.
 pub fn main() -> ExitCode {
-    let cli = Cli::parse();
+    let cli = Cli::try_parse().unwrap_or_else(|error| in_our_words(error).exit());
     let done = match &cli.command {
         None => cli_scene::run(&cli.scene, &cli.common),
         Some(Command::Prepare(arguments)) => cli_prepare::run(arguments, &cli.common),
@@ -313,6 +314,19 @@ fn show(path: &PathBuf) -> Result<Done, Error> {
 fn schema() -> Result<Done, Error> {
     let text = serde_json::to_string_pretty(&scene_schema()).unwrap_or_default();
     Ok(Done::with(text + "\n"))
+}
+
+/// A second file, or a misspelt command before a file, is a conflict of commands to the parser: said as what it is.
+fn in_our_words(error: clap::Error) -> clap::Error {
+    match (error.kind(), error.get(ContextKind::InvalidSubcommand)) {
+        (Misuse::ArgumentConflict, Some(ContextValue::String(word))) => {
+            let message = format!(
+                "{word:?} is one argument too many: one SCENE.json is wanted, or the name of a command first (see --help)"
+            );
+            Cli::command().error(Misuse::TooManyValues, message)
+        }
+        _ => error,
+    }
 }
 
 /// A reader that closes the pipe early (`| head`) is not an error.

@@ -49,7 +49,7 @@ pub struct StudyArguments {
     #[arg(value_name = "SCENE.json")]
     scene: PathBuf,
     /// Numbers of modes, for every superelement: `1,2,5,all`.
-    #[arg(long, value_name = "LIST", value_delimiter = ',', value_parser = mode_count)]
+    #[arg(long, value_name = "LIST", value_delimiter = ',', allow_hyphen_values = true, value_parser = mode_count)]
     modes: Vec<ModeCount>,
     /// How interfaces follow the coordinates: `strong,static,weak`.
     #[arg(long, value_name = "LIST", value_delimiter = ',', value_enum)]
@@ -59,7 +59,7 @@ pub struct StudyArguments {
         long,
         value_name = "LIST",
         value_delimiter = ',',
-        allow_negative_numbers = true
+        allow_hyphen_values = true
     )]
     step: Vec<f64>,
     /// Spectral radii at infinite frequency of generalized alpha.
@@ -67,7 +67,7 @@ pub struct StudyArguments {
         long,
         value_name = "LIST",
         value_delimiter = ',',
-        allow_negative_numbers = true
+        allow_hyphen_values = true
     )]
     rho_infinity: Vec<f64>,
     /// How far the inertia follows the deflection: `constant,first-order,second-order`.
@@ -84,7 +84,7 @@ pub struct StudyArguments {
         long,
         value_name = "E",
         default_value_t = 1e-3,
-        allow_negative_numbers = true
+        allow_hyphen_values = true
     )]
     tolerance: f64,
     /// Folder of the study [default: SCENE.study]. One that was stopped, or is done, goes on.
@@ -215,7 +215,10 @@ fn told(study: &Study, store: &Store, tolerance: f64) -> String {
     let subject = &study.subject;
     let time = &subject.scene.units.time;
     let stable = study.rows.iter().filter(|row| row.is_stable()).count();
-    let mut text = format!("{} rows, {stable} of them stable\n", study.rows.len());
+    let mut text = match study.rows.len() {
+        1 => format!("1 row, {stable} of it stable\n"),
+        count => format!("{count} rows, {stable} of them stable\n"),
+    };
     // Writing to a string doesn't fail.
     let _ = writeln!(text, "{}", study.reference_told());
     let _ = writeln!(

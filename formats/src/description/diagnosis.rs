@@ -105,6 +105,25 @@ fn explained(said: &str, example: fn(&str) -> Option<&'static str>) -> String {
             return format!("{before}{we_say} `{found}`{hint} (known here: {valid})");
         }
     }
+    in_words(said)
+}
+
+/// The names of a program's types as what they are to the writer of a file.
+fn in_words(said: &str) -> String {
+    let types = [
+        (
+            ["u8", "u16", "u32", "u64", "usize"].as_slice(),
+            "a whole number from 0",
+        ),
+        (["f64"].as_slice(), "a number"),
+    ];
+    for (names, words) in types {
+        for name in names {
+            if let Some(before) = said.strip_suffix(&format!("expected {name}")) {
+                return format!("{before}expected {words}");
+            }
+        }
+    }
     said.to_owned()
 }
 
@@ -121,6 +140,15 @@ mod tests {
         assert_eq!(nearest_name("UX", ["ux", "uy"]), Some("ux"));
         assert_eq!(nearest_name("temperature", ["ux", "uy"]), None);
         assert_eq!(nearest_name("a", []), None);
+    }
+
+    #[test]
+    fn types_are_said_in_words() {
+        assert_eq!(
+            in_words("invalid value: integer `-1`, expected u32"),
+            "invalid value: integer `-1`, expected a whole number from 0"
+        );
+        assert_eq!(in_words("expected value"), "expected value");
     }
 
     #[test]

@@ -8,6 +8,8 @@ use super::chart::Scale;
 
 /// Part of the range that is left free at each end of a linear axis of values.
 const MARGIN: f64 = 0.05;
+/// And at an end of a logarithmic one, where a value is nearer to it than that.
+const LOGARITHMIC_MARGIN: f64 = 0.03;
 /// Values within which ticks are written without a power of ten.
 const PLAIN: Range<f64> = 1e-3..1e5;
 
@@ -47,7 +49,7 @@ impl Ruler {
         );
         match scale {
             Scale::Linear => Self::linear(least, most, ends, tick_count),
-            Scale::Logarithmic => Self::logarithmic(least, most, tick_count),
+            Scale::Logarithmic => Self::logarithmic(least, most, ends, tick_count),
         }
     }
 
@@ -80,7 +82,7 @@ impl Ruler {
     }
 
     /// Ends at 1, 2 or 5 times a power of ten; ticks at the powers, and within one or two decades at 2 and 5 times them.
-    fn logarithmic(least: f64, most: f64, tick_count: usize) -> Self {
+    fn logarithmic(least: f64, most: f64, ends: Ends, tick_count: usize) -> Self {
         let (least, most) = if least <= most {
             (least, most)
         } else {
@@ -100,13 +102,23 @@ impl Ruler {
                 (first..=last).step_by(stride).map(power).collect()
             }
         };
+        let ticks = (ticks.into_iter())
+            .filter(|tick| (start..=end).contains(tick))
+            .collect();
+        let mut range = start..end;
+        if ends == Ends::Loose {
+            let room = (end / start).powf(LOGARITHMIC_MARGIN);
+            if least < start * room {
+                range.start /= room;
+            }
+            if most > end / room {
+                range.end *= room;
+            }
+        }
         Self {
             scale: Scale::Logarithmic,
-            ticks: ticks
-                .into_iter()
-                .filter(|tick| (start..=end).contains(tick))
-                .collect(),
-            range: start..end,
+            ticks,
+            range,
             step: 0.0,
         }
     }
@@ -149,8 +161,18 @@ impl Ruler {
         lengths.max().unwrap_or(0)
     }
 
+    /// Whether ticks stand within the decades too, and none of them needs a power of ten.
+    fn has_plain_steps(&self) -> bool {
+        let is_power = |tick: &f64| (tick.log10() - tick.log10().round()).abs() < 1e-9;
+        !self.ticks.iter().all(is_power) && self.ticks.iter().all(|tick| PLAIN.contains(tick))
+    }
+
     fn label(&self, value: f64) -> String {
         match self.scale {
+            Scale::Logarithmic if self.has_plain_steps() => {
+                let decimals = (-(value * (1.0 + 1e-9)).log10().floor()).max(0.0) as usize;
+                format!("{value:.decimals$}")
+            }
             Scale::Logarithmic => scientific(value, 0),
             Scale::Linear => {
                 let size = self
@@ -296,5 +318,24 @@ mod tests {
         let ruler = Ruler::around(values.into_iter(), Scale::Logarithmic, Ends::Tight, 6);
         assert_eq!(labels(&ruler), ["10⁻⁴", "10⁻³", "10⁻²", "10⁻¹"]);
         assert!((ruler.fraction(2e-3) - 0.5).abs() < 1e-12);
+    }
+
+    #[test]
+    fn within_a_decade_ticks_are_plain_numbers() {
+        let around = |values: [f64; 2]| {
+            Ruler::around(values.into_iter(), Scale::Logarithmic, Ends::Loose, 6)
+        };
+        assert_eq!(labels(&around([0.3, 4.0])), ["0.2", "0.5", "1", "2", "5"]);
+        assert_eq!(labels(&around([3e-6, 6e-6])), ["2×10⁻⁶", "5×10⁻⁶", "10⁻⁵"]);
+    }
+
+    #[test]
+    fn a_mark_at_a_tick_stands_off_the_end_of_a_loose_axis() {
+        let values = || [5.0, 52.0, 100.0].into_iter();
+        let loose = Ruler::around(values(), Scale::Logarithmic, Ends::Loose, 6);
+        assert!(loose.fraction(5.0) > 0.02 && loose.fraction(100.0) < 0.98);
+        assert_eq!(labels(&loose), ["5", "10", "20", "50", "100"]);
+        let tight = Ruler::around(values(), Scale::Logarithmic, Ends::Tight, 6);
+        assert_eq!(tight.ends(), [5.0, 100.0]);
     }
 }

@@ -5,7 +5,7 @@ use std::path::Path;
 use plotters::chart::ChartContext;
 use plotters::coord::Shift;
 use plotters::coord::cartesian::Cartesian2d;
-use plotters::element::{Circle, DashedPathElement, EmptyElement, PathElement, Text};
+use plotters::element::{Circle, DashedPathElement, PathElement, Text};
 use plotters::prelude::{
     Color, DrawingArea, DrawingBackend, IntoDrawingArea, IntoFont, RGBColor, SVGBackend, WHITE,
 };
@@ -13,8 +13,9 @@ use plotters::style::TextStyle;
 use plotters::style::text_anchor::{HPos, Pos, VPos};
 
 use super::axis::{Ends, Ruler};
-use super::chart::{Chart, Note, ReferenceSlope, Scale, Style};
+use super::chart::{Chart, ReferenceSlope, Scale, Style};
 use super::curve::pieces;
+use super::words::{Mark, Word, placed};
 use super::write_text;
 use crate::error::Error;
 
@@ -32,18 +33,26 @@ const INK: RGBColor = RGBColor(40, 40, 40);
 const GRID: RGBColor = RGBColor(222, 222, 222);
 const REFERENCE: RGBColor = RGBColor(120, 120, 120);
 
-/// Sizes in dots; a picture is scaled to where it is shown.
-const WIDTH: u32 = 960;
-const HEIGHT: u32 = 400;
-const FONT: f64 = 18.0;
+/// So many steps has a drawing for a dot of the picture: the drawing's coordinates are whole numbers, and curves are smooth.
+const DOT: u32 = 4;
+/// Sizes in steps of the drawing; a picture is scaled to where it is shown.
+const WIDTH: u32 = 960 * DOT;
+const HEIGHT: u32 = 400 * DOT;
+const SMALL_WIDTH: u32 = 560 * DOT;
+const SMALL_HEIGHT: u32 = 320 * DOT;
+const FONT: f64 = 18.0 * DOT as f64;
+/// Words at points, by the font of everything else.
+const SMALLER: f64 = 0.8;
 /// Width of a character of a sans-serif font, in heights, on the safe side.
 const CHARACTER: f64 = 0.5;
-const MARGIN: u32 = 14;
+const MARGIN: u32 = 14 * DOT;
 /// The sample of a line in the legend.
-const SAMPLE: i32 = 28;
-const LEGEND_LINE: i32 = 24;
-const LINE: u32 = 2;
-const MARK: i32 = 4;
+const SAMPLE: i32 = 28 * DOT as i32;
+const LEGEND_LINE: i32 = 24 * DOT as i32;
+const THIN: u32 = DOT;
+const LINE: u32 = 2 * DOT;
+const MARK: i32 = 4 * DOT as i32;
+const TICK: u32 = 5 * DOT;
 
 type Plane<'a, B> = ChartContext<'a, B, Cartesian2d<Ruler, Ruler>>;
 
@@ -63,13 +72,32 @@ pub enum NotDrawn {
 /// # Errors
 /// [`NotDrawn`].
 pub fn svg(charts: &[Chart]) -> Result<String, NotDrawn> {
+    let longest = charts.iter().map(|chart| chart.series.len()).max();
+    let legend = LEGEND_LINE as u32 * (longest.unwrap_or(0) as u32 + 3);
+    sized(charts, [WIDTH, HEIGHT.max(legend)], [8, 6])
+}
+
+/// A chart for pages where several stand side by side: smaller, so that its words are as large as theirs.
+///
+/// # Errors
+/// [`NotDrawn`].
+pub fn small_svg(chart: &Chart) -> Result<String, NotDrawn> {
+    let size = [SMALL_WIDTH, SMALL_HEIGHT];
+    sized(std::slice::from_ref(chart), size, [5, 5])
+}
+
+/// Charts of this size each, with about so many ticks along and up.
+fn sized(charts: &[Chart], size: [u32; 2], ticks: [usize; 2]) -> Result<String, NotDrawn> {
     let is_empty = |chart: &Chart| chart.series.iter().all(|series| series.points.is_empty());
     if charts.iter().all(is_empty) {
         return Err(NotDrawn::Empty);
     }
+    let [width, height] = [size[0], size[1] * charts.len() as u32];
     let mut svg = String::new();
-    draw(charts, &mut svg).map_err(NotDrawn::Refused)?;
-    Ok(svg)
+    draw(charts, (width, height), ticks, &mut svg).map_err(NotDrawn::Refused)?;
+    let drawing = format!("width=\"{width}\" height=\"{height}\"");
+    let shown = format!("width=\"{}\" height=\"{}\"", width / DOT, height / DOT);
+    Ok(svg.replacen(&drawing, &shown, 1))
 }
 
 /// Writes charts below each other into one SVG file; an existing file is replaced.
@@ -84,14 +112,16 @@ pub fn write_svg(charts: &[Chart], path: &Path) -> Result<(), Error> {
     write_text(path, &text)
 }
 
-fn draw(charts: &[Chart], svg: &mut String) -> Result<(), String> {
-    let longest = charts.iter().map(|chart| chart.series.len()).max();
-    let height = HEIGHT.max(LEGEND_LINE as u32 * (longest.unwrap_or(0) as u32 + 3));
-    let size = (WIDTH, height * charts.len() as u32);
+fn draw(
+    charts: &[Chart],
+    size: (u32, u32),
+    ticks: [usize; 2],
+    svg: &mut String,
+) -> Result<(), String> {
     let root = SVGBackend::with_string(svg, size).into_drawing_area();
     let told = |error: &dyn std::fmt::Display| error.to_string();
     root.fill(&WHITE).map_err(|error| told(&error))?;
-    let rulers: Vec<(Ruler, Ruler)> = charts.iter().map(rulers).collect();
+    let rulers: Vec<(Ruler, Ruler)> = (charts.iter()).map(|chart| rulers(chart, ticks)).collect();
     let label_lengths = rulers.iter().map(|(_, y)| y.label_length());
     let widths = Widths {
         labels: text_width(label_lengths.max().unwrap_or(0)),
@@ -117,7 +147,7 @@ fn text_width(characters: usize) -> u32 {
     (characters as f64 * CHARACTER * FONT) as u32
 }
 
-fn rulers(chart: &Chart) -> (Ruler, Ruler) {
+fn rulers(chart: &Chart, ticks: [usize; 2]) -> (Ruler, Ruler) {
     let values = |index: usize| {
         let points = chart.series.iter().flat_map(|series| &series.points);
         points.map(move |point| point[index])
@@ -127,8 +157,8 @@ fn rulers(chart: &Chart) -> (Ruler, Ruler) {
         .iter()
         .all(|series| series.style == Style::Line);
     let ends = if is_history { Ends::Tight } else { Ends::Loose };
-    let x = Ruler::around(values(0), chart.horizontal.scale, ends, 8);
-    let y = Ruler::around(values(1), chart.vertical.scale, Ends::Loose, 6);
+    let x = Ruler::around(values(0), chart.horizontal.scale, ends, ticks[0]);
+    let y = Ruler::around(values(1), chart.vertical.scale, Ends::Loose, ticks[1]);
     (x, y)
 }
 
@@ -161,9 +191,10 @@ fn panel<B: DrawingBackend>(
     let mut plane = builder.build_cartesian_2d(x.clone(), y.clone())?;
     plane
         .configure_mesh()
-        .bold_line_style(GRID)
+        .bold_line_style(GRID.stroke_width(THIN))
         .light_line_style(WHITE)
-        .axis_style(INK)
+        .axis_style(INK.stroke_width(THIN))
+        .set_all_tick_mark_size(TICK)
         .label_style(text_style(FONT, &INK))
         .axis_desc_style(text_style(FONT, &INK))
         .x_desc(chart.horizontal.label.as_str())
@@ -192,9 +223,7 @@ fn panel<B: DrawingBackend>(
             }
         }
     }
-    for note in &chart.notes {
-        word(&mut plane, note, &x, &y)?;
-    }
+    words(chart, &mut plane, &x, &y)?;
     if chart.series.len() > 1 {
         legend(chart, &legend_area)?;
     }
@@ -208,13 +237,13 @@ struct Look {
     dash: Option<u32>,
 }
 
-const GAP: u32 = 5;
+const GAP: u32 = 5 * DOT;
 
 fn look(index: usize) -> Look {
     let round = (index / COLOURS.len()) as u32;
     Look {
         colour: COLOURS[index % COLOURS.len()],
-        dash: (round > 0).then(|| 12 / round.min(4)),
+        dash: (round > 0).then(|| 12 * DOT / round.min(4)),
     }
 }
 
@@ -249,25 +278,50 @@ fn reference<B: DrawingBackend>(
         HPos::Left
     };
     let style = text_style(0.9 * FONT, &REFERENCE).pos(Pos::new(side, VPos::Bottom));
-    let line = DashedPathElement::new(points, 6, 4, REFERENCE.stroke_width(1));
+    let line = DashedPathElement::new(points, 6 * DOT, 4 * DOT, REFERENCE.stroke_width(THIN));
     plane.draw_series([line])?;
     plane.draw_series([Text::new(slope.name.clone(), near_end, style)])?;
     Ok(())
 }
 
-/// A word above and right of its point.
-fn word<B: DrawingBackend>(
+/// The notes beside their points, where they hide neither each other nor a mark.
+fn words<B: DrawingBackend>(
+    chart: &Chart,
     plane: &mut Plane<B>,
-    note: &Note,
     x: &Ruler,
     y: &Ruler,
 ) -> Result<(), Failure<B>> {
-    let [right, up] = note.at;
-    if x.contains(right) && y.contains(up) {
-        let style = text_style(0.8 * FONT, &INK).pos(Pos::new(HPos::Left, VPos::Bottom));
-        let word =
-            EmptyElement::at((right, up)) + Text::new(note.text.clone(), (MARK + 1, -MARK), style);
-        plane.draw_series([word])?;
+    let (along, up) = plane.plotting_area().get_pixel_range();
+    let place = |[right, high]: [f64; 2]| {
+        let is_shown = x.contains(right) && y.contains(high);
+        is_shown.then(|| plane.backend_coord(&(right, high)))
+    };
+    let marked = (chart.series.iter()).filter(|series| series.style != Style::Line);
+    let marks: Vec<Mark> = (marked.flat_map(|series| &series.points))
+        .filter_map(|point| place(*point))
+        .map(|at| Mark { at, radius: MARK })
+        .collect();
+    let height = SMALLER * FONT;
+    let wanted: Vec<Word> = (chart.notes.iter())
+        .filter_map(|note| {
+            let width = note.text.chars().count() as f64 * CHARACTER * height;
+            Some(Word {
+                at: place(note.at)?,
+                size: (width as i32, height as i32),
+                distance: MARK + DOT as i32,
+            })
+        })
+        .collect();
+    let texts = (chart.notes.iter()).filter(|note| place(note.at).is_some());
+    let style = text_style(height, &INK).pos(Pos::new(HPos::Left, VPos::Top));
+    let area = plane.plotting_area().strip_coord_spec();
+    let origin = area.get_base_pixel();
+    for (note, corner) in texts.zip(placed(&wanted, &marks, (along, up))) {
+        let Some((left, top)) = corner else {
+            continue;
+        };
+        let corner = (left - origin.0, top - origin.1);
+        area.draw(&Text::new(note.text.clone(), corner, style.clone()))?;
     }
     Ok(())
 }
@@ -306,7 +360,7 @@ fn legend<B: DrawingBackend>(
                 look.colour.filled(),
             ))?;
         }
-        let place = (SAMPLE + 8, height);
+        let place = (SAMPLE + 8 * DOT as i32, height);
         area.draw(&Text::new(series.name.clone(), place, style.clone()))?;
     }
     Ok(())

@@ -5,7 +5,7 @@
 //!
 //! - [`Ledger`]: rows as lines of JSON, each on disk before the next run starts; a later run goes on where it ended;
 //! - [`pareto_front`], [`cheapest_within`]: which rows are worth their cost; [`pareto_chart`] shows it;
-//! - [`Chart`], [`svg`], [`write_svg`]: line charts, linear or logarithmic;
+//! - [`Chart`], [`svg`], [`small_svg`], [`write_svg`]: line charts, linear or logarithmic;
 //! - [`Table`]: for a CSV file and for a page;
 //! - [`Page`]: one HTML file that needs no other;
 //! - [`write_text`], [`write_json`]: files written whole or not at all.
@@ -18,13 +18,14 @@ mod ledger;
 mod page;
 mod pareto;
 mod table;
+mod words;
 
 use std::path::Path;
 
 use serde::Serialize;
 
 pub use chart::{Axis, Chart, Note, ReferenceSlope, Scale, Series, Style};
-pub use draw::{NotDrawn, svg, write_svg};
+pub use draw::{NotDrawn, small_svg, svg, write_svg};
 pub use ledger::{Ledger, Start};
 pub use page::{Page, escaped};
 pub use pareto::{Candidate, Family, cheapest_within, pareto_chart, pareto_front};

@@ -6,13 +6,15 @@ use super::table::Table;
 use super::write_text;
 use crate::error::Error;
 
-/// How it looks: plain, wide tables scroll by themselves, pictures shrink with the window, and it prints.
-const STYLE: &str = "body{font:16px/1.45 sans-serif;color:#222;max-width:72rem;margin:2rem auto;padding:0 1rem}\
+/// How it looks: plain, dark on light whatever the system prefers, wide tables scroll by themselves, pictures shrink with the
+/// window, and it prints.
+const STYLE: &str = ":root{color-scheme:light}body{font:16px/1.45 sans-serif;color:#222;background:#fff;max-width:72rem;margin:2rem auto;padding:0 1rem}\
 h1{font-size:1.6rem}h2{font-size:1.25rem;margin-top:2.2rem;border-bottom:1px solid #ddd}\
-table{border-collapse:collapse;font-size:.85rem}th,td{padding:.25rem .6rem;border-bottom:1px solid #ddd;text-align:left}\
-th{vertical-align:bottom}td.number{text-align:right;font-variant-numeric:tabular-nums;white-space:nowrap}\
+table{border-collapse:collapse;font-size:.85rem}th,td{padding:.25rem .45rem;border-bottom:1px solid #ddd;text-align:left}\
+th{vertical-align:bottom}td.number{text-align:right;font-variant-numeric:tabular-nums}td.number,td.word{white-space:nowrap}\
 tr.marked td{background:#fff3cd}.wide{overflow-x:auto}figure{margin:1rem 0}figure svg{max-width:100%;height:auto}\
-figcaption{font-size:.9rem;color:#555}.pictures{display:flex;flex-wrap:wrap;gap:1rem}.pictures figure{flex:1 1 20rem;margin:0}";
+figcaption{font-size:.9rem;color:#555}.pictures{display:grid;grid-template-columns:repeat(auto-fill,minmax(min(100%,21rem),1fr));gap:1rem}\
+.pictures figure{margin:0}@media print{.wide{overflow:visible}table{font-size:.6rem}}";
 
 /// Text as it may stand in HTML and in SVG, in attributes as well.
 pub fn escaped(text: &str) -> String {

@@ -7,6 +7,9 @@ use super::page::escaped;
 use super::write_text;
 use crate::error::Error;
 
+/// Text with more bytes than this may be broken into lines on a page.
+const LONG: usize = 32;
+
 /// One column.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Column {
@@ -28,10 +31,17 @@ impl Column {
         }
     }
 
-    fn title(&self, text: &str) -> String {
+    fn title_in_files(&self) -> String {
         match self.unit.as_str() {
-            "" => text.to_owned(),
-            unit => format!("{text} [{unit}]"),
+            "" => self.name.clone(),
+            unit => format!("{} [{unit}]", self.name),
+        }
+    }
+
+    fn title_on_pages(&self) -> String {
+        match self.unit.as_str() {
+            "" | "1" => self.heading.clone(),
+            unit => format!("{} [{unit}]", self.heading),
         }
     }
 }
@@ -100,7 +110,7 @@ impl Table {
             source,
         };
         let mut writer = csv::Writer::from_writer(Vec::new());
-        let titles = self.columns.iter().map(|column| column.title(&column.name));
+        let titles = self.columns.iter().map(Column::title_in_files);
         (writer.write_record(titles)).map_err(|error| told(error.into()))?;
         for row in &self.rows {
             (writer.write_record(row.iter().map(Cell::exact)))
@@ -110,11 +120,16 @@ impl Table {
         write_text(path, &String::from_utf8_lossy(&bytes))
     }
 
-    /// As HTML; the rows at `marked` stand out.
+    /// As HTML, without columns that have no entry; the rows at `marked` stand out.
     pub fn html(&self, marked: &[usize]) -> String {
         let mut html = String::from("<div class=\"wide\"><table>\n<tr>");
-        for column in &self.columns {
-            let _ = write!(html, "<th>{}</th>", escaped(&column.title(&column.heading)));
+        let has_entries = |index: usize| self.rows.iter().any(|row| row[index] != Cell::Empty);
+        let shown: Vec<usize> = (0..self.columns.len())
+            .filter(|index| has_entries(*index))
+            .collect();
+        for index in &shown {
+            let title = self.columns[*index].title_on_pages();
+            let _ = write!(html, "<th>{}</th>", escaped(&title));
         }
         html += "</tr>\n";
         for (index, row) in self.rows.iter().enumerate() {
@@ -122,9 +137,10 @@ impl Table {
                 true => "<tr class=\"marked\">",
                 false => "<tr>",
             };
-            for cell in row {
+            for cell in shown.iter().map(|index| &row[*index]) {
                 let class = match cell {
-                    Cell::Text(_) => "",
+                    Cell::Text(text) if text.len() > LONG => "",
+                    Cell::Text(_) => " class=\"word\"",
                     _ => " class=\"number\"",
                 };
                 let _ = write!(html, "<td{class}>{}</td>", escaped(&cell.short()));
@@ -165,5 +181,21 @@ mod tests {
             html.contains("&lt;c&gt;") && html.contains(">0.333<") && html.contains(">3.33e-10<")
         );
         assert_eq!(html.matches("class=\"marked\"").count(), 1);
+        assert!(html.contains("<th>its error</th>"), "{html}");
+    }
+
+    #[test]
+    fn a_column_without_entries_is_in_files_alone() {
+        let table = Table {
+            columns: vec![Column::new("a", "a", ""), Column::new("b", "b", "")],
+            rows: vec![vec![Cell::Empty, Cell::Count(3)]; 2],
+        };
+        let html = table.html(&[]);
+        assert!(!html.contains("<th>a</th>") && html.contains("<th>b</th>"));
+        assert_eq!(html.matches("<td").count(), 2);
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("table.csv");
+        table.write_csv(&path).unwrap();
+        assert!(std::fs::read_to_string(&path).unwrap().starts_with("a,b\n"));
     }
 }

@@ -255,7 +255,7 @@ fn points(
                 Blocks::of(reference, &difference),
             );
             let sample = |kind| Sample::of_blocks(&blocks, &found_blocks, &difference_blocks, kind);
-            // With fewer freedoms than rows some motion needs infinite forces.
+            // With fewer independent motions than rows some motion needs infinite forces.
             let has_forces = part.freedoms >= reference.independent.ncols();
             let force = has_forces.then(|| {
                 let found = inverted(reference, &found);

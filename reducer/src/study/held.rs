@@ -83,6 +83,11 @@ impl Coordinates {
     }
 }
 
+/// How many independent motions B (m, n) gives its rows.
+pub fn rank(shapes: &Mat<f64>) -> usize {
+    shapes.ncols() - free_motions(shapes).ncols()
+}
+
 /// Orthonormal Z with B Z = 0 for B (m, n): what the rows of B leave. Found in finitely many steps, whatever repeats.
 fn free_motions(rows: &Mat<f64>) -> Mat<f64> {
     let n = rows.ncols();

@@ -415,10 +415,11 @@ impl<'a> Report<'a> {
         page.heading("Where the error is");
         page.picture(
             &drawn(&self.errors())?,
-            "All entries of the receptance together.",
+            "All entries of the receptance together. Where a row is exact there is nothing to draw.",
         );
         if !self.reference.pictures.is_empty() {
             page.heading("Free modes");
+            page.paragraph("Pale places hardly move, red ones most.");
             page.pictures(&self.reference.pictures);
         }
         Ok(page)

@@ -5,7 +5,7 @@ use dcb_formats::Superelement;
 use faer::{Mat, MatRef};
 use serde::{Deserialize, Serialize};
 
-use super::held::{Coordinates, dual_eigenvalues};
+use super::held::{Coordinates, dual_eigenvalues, rank};
 use super::residual_coordinates::ResidualCoordinates;
 use super::response::Response;
 use super::rows::InterfaceRows;
@@ -48,7 +48,7 @@ pub struct ReducedPart {
     pub response: Response,
     /// Coordinates beside the six (planar: three) of the frame.
     pub unknowns: usize,
-    /// Motions that the rows can have at all.
+    /// Independent motions that the rows can have at all.
     pub freedoms: usize,
     /// ω² with all interfaces held, ascending, without those of motions that the interfaces leave free; `None` where the form has none
     /// (weak, with attachments that have no mass).
@@ -93,7 +93,7 @@ impl ReducedPart {
                 part(
                     response(&poles, &kept, Vec::new()),
                     mode_count,
-                    poles.len(),
+                    rank(&kept),
                     Some(held),
                 )
             }
@@ -107,7 +107,7 @@ impl ReducedPart {
                     ..part(
                         response(&poles, &shapes, Vec::new()),
                         mode_count + squares.len(),
-                        poles.len(),
+                        rank(&shapes),
                         Some(held),
                     )
                 }
@@ -115,7 +115,6 @@ impl ReducedPart {
             Variant::Static => {
                 // In the size of the other columns.
                 let directions = faer::Scale(unit.sqrt()) * Directions::of(&flexibility)?.root;
-                let freedoms = poles.len() + directions.ncols();
                 let coordinates = Coordinates {
                     massless: directions.ncols(),
                     stiffness: [poles.clone(), vec![unit; directions.ncols()]].concat(),
@@ -125,7 +124,7 @@ impl ReducedPart {
                 part(
                     response(&poles, &kept, vec![flexibility]),
                     mode_count,
-                    freedoms,
+                    rank(&coordinates.shapes),
                     Some(held),
                 )
             }
@@ -147,7 +146,7 @@ impl ReducedPart {
                 part(
                     response(&poles, &kept, series),
                     mode_count + rows.len(),
-                    poles.len() + soft,
+                    rank(&beside(kept.as_ref(), directions.root.as_ref())),
                     held,
                 )
             }

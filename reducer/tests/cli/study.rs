@@ -214,6 +214,16 @@ fn a_study_goes_on_where_it_ended() {
 }
 
 #[test]
+fn bending_modes_alone_have_no_forces_along_the_rod() {
+    let folder = Folder::rod();
+    folder.done("study rod.mtx --modes 5 --variants strong,free");
+    let study = json(&folder, "rod.study/study.json");
+    // Three rigid motions and five modes for four rows, but none of the modes stretches the rod.
+    assert!(study["rows"][0]["errors"]["interface_force"].is_object());
+    assert!(study["rows"][1]["errors"]["interface_force"].is_null());
+}
+
+#[test]
 fn rows_of_another_study_are_not_mixed_in() {
     let folder = Folder::rotor();
     folder.done(SMALL);
@@ -223,7 +233,7 @@ fn rows_of_another_study_are_not_mixed_in() {
     );
     folder.refused(
         "study rotor.mtx --modes 3,8 --points 30",
-        &["`band.up_to_half_of_mode` is 6 there and 8 now"],
+        &["`band` is \"up to half of mode 6\" there and \"up to half of mode 8\" now"],
     );
     folder.edit("rotor.json", |description| {
         description["component"]["name"] = "other".into();

@@ -86,6 +86,9 @@ pub(super) fn text(path: &Path) -> Result<String, Error> {
             "is not UTF-8 text ({error}); expected a scene (JSON)"
         ))
     })?;
+    if text.trim().is_empty() {
+        return Err(whole("is empty; expected a scene (JSON)".into()).into());
+    }
     Ok(text)
 }
 

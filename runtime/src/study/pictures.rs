@@ -1,7 +1,7 @@
 //! The pictures of a study: error against time, and histories of chosen rows with their errors.
 
 use dcb_formats::report::{
-    Axis, Chart, Family, Note, Series, Style, pareto_chart, pareto_front, svg,
+    Axis, Chart, Family, Note, Series, Style, pareto_chart, pareto_front, small_svg,
 };
 
 use super::Study;
@@ -11,6 +11,8 @@ use super::setting::Setting;
 
 /// Runs whose histories the page shows, the reference not among them.
 const MOST_HISTORIES: usize = 3;
+/// A column that stays below this part of its quantity's range is zero up to rounding: nothing to look at.
+const NOTHING: f64 = 1e-10;
 
 /// Error against cost: rows of different steps are joined.
 pub(super) fn front_chart(study: &Study) -> Chart {
@@ -120,12 +122,21 @@ pub(super) fn shown(study: &Study, tolerance: f64) -> Vec<usize> {
     shown
 }
 
-/// One picture for each column of each quantity.
+/// One picture for each column of each quantity that isn't zero.
 pub(super) fn histories(study: &Study, shown: &[usize]) -> Vec<(String, String)> {
     let mut pictures = Vec::new();
     let columns = places(&study.subject.quantities);
-    for (quantity, columns) in study.subject.quantities.iter().zip(columns) {
+    let quantities = study.subject.quantities.iter().zip(columns);
+    for ((quantity, columns), known) in quantities.zip(&study.reference.convergence) {
+        let least = known.scale.map_or(0.0, |scale| NOTHING * scale);
         for (label, column) in quantity.labels.iter().zip(columns) {
+            let traces = shown.iter().map(|index| &study.traces[*index]);
+            let mut rows = traces
+                .chain([&study.reference_trace])
+                .flat_map(|trace| (0..trace.len()).filter_map(|index| trace.row(index)));
+            if rows.all(|row| row[column].abs() <= least) {
+                continue;
+            }
             let series = |name: &str, trace: &Trace| Series {
                 name: name.to_owned(),
                 points: points(study, trace, |row| row[column]),
@@ -200,6 +211,6 @@ fn drawn(
         slopes: Vec::new(),
         notes: Vec::new(),
     };
-    let picture = svg(&[chart]).ok()?;
+    let picture = small_svg(&chart).ok()?;
     Some((picture, caption.to_owned()))
 }

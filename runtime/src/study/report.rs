@@ -28,7 +28,9 @@ pub fn write(study: &Study, store: &Store, tolerance: f64) -> Result<(), Error> 
 enum Detail {
     /// What a choice is made by.
     Essential,
-    /// Errors of every quantity, and why runs stopped.
+    /// Options, errors of every quantity, and why runs stopped.
+    Errors,
+    /// All of it.
     Everything,
 }
 
@@ -42,6 +44,8 @@ fn table(study: &Study, detail: Detail) -> Table {
         Column::new("step", "step", time),
         Column::new("rho_infinity", "ρ∞", "1"),
         Column::new("inertia_change", "inertia", ""),
+    ];
+    let course = [
         Column::new("stable", "stable", ""),
         Column::new("elastic", "elastic coordinates", ""),
         Column::new("freedoms", "all coordinates", ""),
@@ -57,7 +61,10 @@ fn table(study: &Study, detail: Detail) -> Table {
         Column::new("energy_defect", "energy defect / largest", "1"),
         Column::new("warnings", "warnings", ""),
     ];
-    if detail == Detail::Everything {
+    if detail != Detail::Errors {
+        columns.extend(course);
+    }
+    if detail != Detail::Essential {
         for quantity in &study.subject.quantities {
             let of = |what: &str, unit: &str| {
                 let title = format!("{} {what}", quantity.name);
@@ -81,7 +88,7 @@ fn table(study: &Study, detail: Detail) -> Table {
 }
 
 fn cells(study: &Study, index: usize, row: &Row, detail: Detail) -> Vec<Cell> {
-    let (setting, course) = (&row.setting, &row.course);
+    let (setting, run) = (&row.setting, &row.course);
     let text = |text: &str| Cell::Text(text.to_owned());
     let count = |count: usize| Cell::Count(count as u64);
     let claim = row.claim(&study.reference);
@@ -94,10 +101,12 @@ fn cells(study: &Study, index: usize, row: &Row, detail: Detail) -> Vec<Cell> {
         Cell::Number(setting.step),
         Cell::maybe(setting.rho_infinity),
         text(setting.inertia_text()),
+    ];
+    let course = [
         text(if row.is_stable() { "yes" } else { "no" }),
-        count(course.elastic),
-        count(course.freedoms),
-        count(course.rows),
+        count(run.elastic),
+        count(run.freedoms),
+        count(run.rows),
         Cell::maybe(row.cost(study.subject.end)),
         Cell::maybe(row.speed()),
         Cell::maybe(row.is_stable().then(|| claim.value())),
@@ -106,9 +115,12 @@ fn cells(study: &Study, index: usize, row: &Row, detail: Detail) -> Vec<Cell> {
             false => Cell::Empty,
         },
         Cell::maybe(relative_defect(row)),
-        count(course.warnings.len()),
+        count(run.warnings.len()),
     ];
-    if detail == Detail::Everything {
+    if detail != Detail::Errors {
+        cells.extend(course);
+    }
+    if detail != Detail::Essential {
         for place in 0..study.subject.quantities.len() {
             match row.deviations.get(place) {
                 Some(deviation) => cells.extend([
@@ -121,7 +133,7 @@ fn cells(study: &Study, index: usize, row: &Row, detail: Detail) -> Vec<Cell> {
                 None => cells.extend((0..5).map(|_| Cell::Empty)),
             }
         }
-        cells.push(course.stopped.as_deref().map_or(Cell::Empty, text));
+        cells.push(run.stopped.as_deref().map_or(Cell::Empty, text));
     }
     cells
 }
@@ -214,6 +226,7 @@ fn page(study: &Study, chart: &Chart, tolerance: f64) -> Page {
     page.heading("Histories");
     let shown = shown(study, tolerance);
     page.pictures(&histories(study, &shown));
+    page.paragraph("Columns that stay zero are left out.");
     page.paragraph(
         "Errors of the same runs, relative to the range; what is smaller than the reference is known is drawn at that:",
     );
@@ -222,7 +235,7 @@ fn page(study: &Study, chart: &Chart, tolerance: f64) -> Page {
     page.paragraph(&study.reference_told());
     page.table(&convergence(study), &[]);
     page.heading("Errors of every output");
-    page.table(&table(study, Detail::Everything), &front);
+    page.table(&table(study, Detail::Errors), &front);
     page.heading("How it was measured");
     page.list(&study.conditions());
     page

@@ -233,7 +233,9 @@ fn settings(subject: &Subject, first: &Setting, grid: Grid) -> Value {
         .map(|file| json!({"file": file_of(&file.path), "digest": file.digest}))
         .collect();
     let quantities = subject.quantities.iter().map(|quantity| &quantity.name);
+    // The first difference is told, in alphabetical order: the step that was asked for before what follows from it.
     json!({
+        "finest step": 2.0 * first.step,
         "program": generator(),
         "scene": subject.scene,
         "superelements": files,
