@@ -156,7 +156,7 @@ fn an_older_study_goes_on() {
     let older: Vec<String> = (ledger.lines())
         .map(|line| {
             let mut line: Value = serde_json::from_str(line).unwrap();
-            if let Some(row) = line["row"]["row"].as_object_mut() {
+            if let Some(row) = line.pointer_mut("/row/row").and_then(Value::as_object_mut) {
                 assert!(row.remove("enrichment").is_some() && row.remove("spin_error").is_some());
             }
             line.to_string()
