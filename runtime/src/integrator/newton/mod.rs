@@ -252,6 +252,9 @@ impl Corrector {
                     self.was_singular = true;
                     return Ok(Outcome::Converged);
                 }
+                if self.was_singular {
+                    self.refuse_rest(system, start)?;
+                }
                 return Err(Error::NotConverged {
                     time: self.trial.time,
                     iterations,
