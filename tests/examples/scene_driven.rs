@@ -5,7 +5,10 @@
 use dcb_tests::scene_driven_page;
 
 fn main() {
-    let path = concat!(env!("CARGO_MANIFEST_DIR"), "/../docs/data/scene_driven.jsonl");
+    let path = concat!(
+        env!("CARGO_MANIFEST_DIR"),
+        "/../docs/data/scene_driven.jsonl"
+    );
     let raw = std::fs::read_to_string(path).unwrap();
     print!("{}", scene_driven_page::render(&raw));
 }

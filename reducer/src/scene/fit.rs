@@ -128,7 +128,7 @@ impl LeavingOut<'_> {
             };
             found = pruned.error.max(self.change(&selection)?);
             if found <= share {
-                return Ok((selection, pruned.left_out, found));
+                return Ok((*selection, pruned.left_out, found));
             }
             // Between the frequencies that were looked at it changes more.
             tolerance *= 0.5 * share / found;

@@ -331,7 +331,8 @@ fn the_component_may_have_its_parts_elsewhere() {
 fn a_better_error_than_the_true_one_is_found() {
     let folder = Folder::rotor();
     folder.done("rotor.mtx --modes 4");
-    let changes: [(&str, fn(&mut dcb_formats::superelement::Moments)); 3] = [
+    type Change = fn(&mut dcb_formats::superelement::Moments);
+    let changes: [(&str, Change); 3] = [
         ("M_3 of the error estimate", |moments| {
             moments.third[(0, 0)] *= 0.9;
         }),

@@ -139,7 +139,8 @@ impl OpenFile {
         };
         match &of.carried {
             Some(Carried::Selection(selection)) => {
-                selection.recovery(&self.truncated(body, of)?.into_owned(), &basis)
+                let whole = self.truncated(body, of)?;
+                selection.recovery(&whole, &basis)
             }
             Some(Carried::Rigid) | None => Ok(basis),
         }

@@ -203,7 +203,7 @@ impl Group {
     /// A body that doesn't deflect keeps its interfaces, without a coordinate.
     fn selection(&self, whole: &Superelement) -> Result<Selection, Error> {
         match &self.of.carried {
-            Some(Carried::Selection(selection)) => Ok(selection.clone()),
+            Some(Carried::Selection(selection)) => Ok((**selection).clone()),
             None => Ok(Selection::everything(whole)),
             Some(Carried::Rigid) => {
                 let loose = whole

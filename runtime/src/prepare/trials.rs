@@ -160,13 +160,15 @@ impl Start {
             {
                 let all = selection.modes();
                 let fewer = match body.has_bound_modes {
-                    true => selection.clone(),
+                    true => (**selection).clone(),
                     false => {
                         let kept = modes.into_iter().map(|mode| all[mode]);
-                        selection.clone().with_modes(kept)?
+                        (**selection).clone().with_modes(kept)?
                     }
                 };
-                of.carried = Some(Carried::Selection(fewer.with_attachments(attachments)));
+                of.carried = Some(Carried::Selection(Box::new(
+                    fewer.with_attachments(attachments),
+                )));
             }
         }
         Ok(scene)

@@ -99,7 +99,7 @@ impl<'a> Chooser<'a> {
         };
         Ok(Pruned {
             has_bound_modes: !selection.allows_fewer_modes(whole),
-            carried: Carried::Selection(selection.with_nodes(nodes)),
+            carried: Carried::Selection(Box::new(selection.with_nodes(nodes))),
             left_out: self.left_out,
             plane: normal,
             error,

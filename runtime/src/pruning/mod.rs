@@ -28,7 +28,7 @@ pub const DEFAULT_TOLERANCE: f64 = 1e-4;
 #[derive(Clone, Debug, PartialEq)]
 pub enum Carried {
     /// A smaller superelement.
-    Selection(Selection),
+    Selection(Box<Selection>),
     /// Its mass and its interfaces: it doesn't deform.
     Rigid,
 }

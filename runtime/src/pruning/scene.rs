@@ -75,7 +75,7 @@ impl Pruning {
             let selection = Selection::everything(&given.whole);
             let everything = Pruned {
                 has_bound_modes: !selection.allows_fewer_modes(&given.whole),
-                carried: Carried::Selection(selection),
+                carried: Carried::Selection(Box::new(selection)),
                 left_out: Vec::new(),
                 plane: None,
                 error: 0.0,
