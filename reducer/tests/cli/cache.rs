@@ -5,6 +5,7 @@ use std::path::PathBuf;
 use std::process::{Child, Command, Stdio};
 use std::time::{Duration, Instant};
 
+use dcb_reducer::cache::{Cache, ModeRequest, Request};
 use serde_json::Value;
 
 use crate::support::{Answer, Folder, answer};
@@ -430,4 +431,46 @@ fn the_cache_is_listed_and_cleared() {
             .all(|name| name.ends_with(".lock") || name.ends_with("CACHEDIR.TAG")),
         "{left:?}"
     );
+}
+
+/// The rotor has modes at 104.6 (2), 187.8, 212.3, 224.6, 238.7, 284.2 (2) Hz.
+#[test]
+fn an_entry_with_enough_modes_is_found() {
+    let folder = Folder::rotor();
+    for (name, modes) in [
+        ("a", "--modes 4"),
+        ("b", "--modes 6"),
+        ("c", "--modes 8 --enrich spin"),
+    ] {
+        folder.done(&format!("rotor.mtx {modes} --cache=c -o {name}.dcb.h5"));
+    }
+    let cache = Cache::existing(&folder.path("c"), 0);
+    let entries = cache.entries();
+    let plain = entries
+        .iter()
+        .find(|entry| entry.record.modes == 6)
+        .unwrap();
+    let found = |modes: ModeRequest| {
+        let request = Request {
+            modes,
+            ..plain.record.request.clone()
+        };
+        cache
+            .find_at_least(&request)
+            .map(|entry| entry.record.modes)
+    };
+    let (lowest, below) = (ModeRequest::Lowest, ModeRequest::BelowHertz);
+    assert_eq!(
+        [3, 4, 5, 7].map(|count| found(lowest(count))),
+        [Some(4), Some(4), Some(6), None]
+    );
+    assert_eq!(
+        [222.0, 250.0, 290.0].map(|hertz| found(below(hertz))),
+        [Some(4), Some(6), None]
+    );
+    let other = Request {
+        inputs: Default::default(),
+        ..plain.record.request.clone()
+    };
+    assert_eq!(cache.find_at_least(&other), None);
 }
