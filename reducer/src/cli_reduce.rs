@@ -19,6 +19,7 @@ use crate::cli_scene::Made;
 use crate::error::Error;
 use crate::inspect::hertz;
 use crate::plausibility::si_factor;
+use crate::scene::CachedReductions;
 use crate::scene::place;
 use crate::summary::{quality_lines, summary};
 use crate::timing::{Display, StageClock, StageTime};
@@ -221,9 +222,23 @@ pub fn run(arguments: &ReduceArguments, common: &CommonArguments) -> Result<Outc
         memory,
     };
     let naming = |error| naming_the_file(error, &files);
+    let cached = match (&cache, &part) {
+        (Some(cache), Some(_)) => Some(CachedReductions {
+            cache,
+            request: request(&files, arguments)?,
+        }),
+        _ => None,
+    };
     let mut made = match &part {
         Some(part) => (arguments.scene)
-            .reduce(part, component, &reduction, arguments.modes, &mut clock)
+            .reduce(
+                part,
+                component,
+                &reduction,
+                arguments.modes,
+                cached.as_ref(),
+                &mut clock,
+            )
             .map_err(naming)?,
         None => {
             let reduced = reduce(&component, &reduction, &mut clock).map_err(naming)?;

@@ -12,7 +12,9 @@ use serde_json::{Value, json};
 use crate::cli_reduce::DEFAULT_MODES;
 use crate::error::Error;
 use crate::quality::Quality;
-use crate::scene::{Asked, Extent, Fitted, Limits, PartInScene, SceneFit, Search};
+use crate::scene::{
+    Asked, CachedReductions, Extent, Fitted, Limits, PartInScene, SceneFit, Search,
+};
 use crate::timing::StageClock;
 use crate::{Reduction, Work};
 
@@ -76,6 +78,7 @@ impl SceneArguments {
         component: Component,
         options: &Reduction,
         most_modes: Option<usize>,
+        cached: Option<&CachedReductions<'_>>,
         clock: &mut StageClock,
     ) -> Result<Made, Error> {
         let limits = Limits {
@@ -93,6 +96,7 @@ impl SceneArguments {
             asked: &asked,
             options,
             limits: &limits,
+            cached,
         };
         let whole = search.whole(clock)?;
         clock.start("leave out");

@@ -7,8 +7,8 @@ use crate::factorization::SymmetricFactor;
 use crate::free_modes::FreeModes;
 use crate::residual::ResidualFlexibility;
 
-/// What a reduction took.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+/// What a reduction took; all zero where it was made before.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
 pub struct Work {
     /// Dofs of the model, rigid interfaces condensed.
     pub dofs: usize,

@@ -57,6 +57,9 @@ pub struct PrepareArguments {
     /// Memory that all of them may take together, for example 8G [default: what `reduce` finds available].
     #[arg(long, value_name = "SIZE", value_parser = size)]
     memory: Option<(f64, String)>,
+    /// Let the reductions use a cache (docs/cache.md).
+    #[arg(long, value_name = "FOLDER", num_args = 0..=1, require_equals = true)]
+    cache: Option<Option<PathBuf>>,
     /// The program that reduces [default: `reduce` beside this one, or on the path].
     #[arg(long, value_name = "FILE")]
     reduce: Option<PathBuf>,
@@ -221,6 +224,15 @@ fn reduction(arguments: &PrepareArguments, matrix: &Path, large: &Path, share: u
         .arg("-o")
         .arg(large)
         .args(["--keep-all", "--force", "--quiet"]);
+    match &arguments.cache {
+        None => {}
+        Some(None) => {
+            command.arg("--cache");
+        }
+        Some(Some(folder)) => {
+            command.arg(format!("--cache={}", folder.display()));
+        }
+    }
     if let Some((size, unit)) = &arguments.memory {
         command.arg("--memory");
         command.arg(format!("{}{unit}", size / share as f64));

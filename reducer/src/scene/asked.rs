@@ -118,6 +118,13 @@ impl Asked {
         }
     }
 
+    /// Nodes whose displacement is bounded too.
+    pub(super) fn watched_nodes(&self) -> &[u32] {
+        let mut interfaces = self.component.interfaces.iter();
+        let watched = interfaces.find(|interface| interface.name == WATCHED);
+        watched.map_or(&[], |watched| watched.nodes.as_slice())
+    }
+
     fn watch_nodes(&mut self) {
         let nodes: Vec<u32> = self.named_nodes().into_keys().collect();
         match (&self.demand.nodes, nodes.len()) {

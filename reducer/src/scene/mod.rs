@@ -9,6 +9,7 @@
 
 mod asked;
 mod bodies;
+mod cached;
 mod fit;
 mod interfaces;
 mod report;
@@ -17,6 +18,7 @@ mod spin;
 
 pub use asked::Asked;
 pub use bodies::{PartInScene, place};
+pub use cached::CachedReductions;
 pub use fit::Fitted;
 pub use interfaces::part_interfaces;
 pub use report::{Amounts, Kept, Omission, SceneFit};

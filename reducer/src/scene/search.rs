@@ -6,6 +6,7 @@ use dcb_formats::superelement::Superelement;
 use serde::{Deserialize, Serialize};
 
 use super::asked::{Asked, WATCHED};
+use super::cached::CachedReductions;
 use super::spin::SpinColumns;
 use crate::error::Error;
 use crate::error_estimate::report::{LOSS_FACTOR, POINTS};
@@ -89,6 +90,8 @@ pub struct Search<'a> {
     pub options: &'a Reduction,
     /// Limits.
     pub limits: &'a Limits,
+    /// Where reductions are kept, if anywhere.
+    pub cached: Option<&'a CachedReductions<'a>>,
 }
 
 impl Search<'_> {
@@ -199,7 +202,10 @@ impl Search<'_> {
             enrichment: sources.to_vec(),
             ..self.options.clone()
         };
-        let reduced = reduce(&self.asked.component, &options, observer)?;
+        let reduced = match self.cached {
+            Some(cached) => cached.reduced(self.asked, &options, observer)?,
+            None => reduce(&self.asked.component, &options, observer)?,
+        };
         let broken = reduced.quality.broken_limits();
         match broken.is_empty() {
             true => Ok(reduced),
