@@ -128,6 +128,9 @@ pub fn quality_lines(quality: &Quality, time: &str) -> String {
         "  {:<46} {} from geometry, {} by the count",
         "motions without stiffness", quality.rigid_motions, quality.nullity
     );
+    if let Some(scene) = &quality.scene {
+        text += &scene.text();
+    }
     text
 }
 

@@ -15,6 +15,7 @@ mod interruption;
 mod memory;
 mod options;
 mod output;
+mod scene;
 mod study;
 mod support;
 mod unit_systems;

@@ -1,0 +1,238 @@
+//! Reducing a part for a scene: what is printed, what is written, what is refused.
+
+use std::fs;
+
+use serde_json::{Value, json};
+
+use crate::support::{Folder, stored};
+
+/// The planar rod and the slider-crank that it belongs to, whose steps are ten times as long, so that the rod's four elements have enough modes.
+fn slider_crank() -> Folder {
+    let folder = Folder::rod();
+    let scene = fs::read_to_string(stored("samples/slider-crank/scene.json")).unwrap();
+    folder.write("scene.json", scene);
+    folder.edit("scene.json", |scene| {
+        scene["integrator"]["generalized_alpha"]["step"] = json!(1e-4);
+    });
+    folder
+}
+
+#[test]
+fn the_rod_of_the_slider_crank_is_reduced_for_it() {
+    let folder = slider_crank();
+    let shown = folder.done("rod.mtx --scene scene.json --tolerance 1e-3");
+    for says in [
+        "made for scene.json, which asks",
+        "interface    \"a\" takes fx fy from joints.wrist",
+        "node         2 for outputs.midpoint_deflection",
+        "fields of 1 of 5 nodes",
+        "error of the responses certified between",
+        "tolerance 1.0e-3",
+    ] {
+        assert!(shown.contains(says), "{says} is missing:\n{shown}");
+    }
+    folder.done("verify rod.dcb.h5");
+    let verified = folder.done("verify rod.dcb.h5 --component rod.mtx");
+    assert!(
+        verified.contains("taken out of a larger superelement"),
+        "{verified}"
+    );
+    // It is all in the file.
+    let inspected = folder.done("inspect rod.dcb.h5");
+    assert!(
+        inspected.contains("made for scene.json, which asks"),
+        "{inspected}"
+    );
+    let found = folder.inspected("rod.dcb.h5");
+    let fit = &found["quality"]["scene"];
+    let number = |key: &str| fit[key].as_f64().unwrap();
+    assert!(
+        number("certified") <= 0.5e-3 && number("total") <= 1e-3,
+        "{fit}"
+    );
+    assert!(number("certified") <= number("total"));
+    assert_eq!(fit["bodies"], json!(["rod"]));
+    assert_eq!(
+        found["options"]["scene"],
+        json!({"file": "scene.json", "bodies": ["rod"], "tolerance": 1e-3})
+    );
+    let modes = found["eigenvalues"].as_array().unwrap().len();
+    assert_eq!(fit["kept"]["modes"]["kept"], json!(modes));
+    assert_eq!(
+        found["quality"]["mode_residuals"].as_array().unwrap().len(),
+        modes
+    );
+}
+
+#[test]
+fn bodies_are_found_by_file_or_named() {
+    let folder = slider_crank();
+    // By the part's own name, whatever the output is called.
+    folder.done("rod.mtx --scene scene.json -o other.dcb.h5");
+    folder.edit("scene.json", |scene| {
+        scene["bodies"]["rod"]["superelement"] = json!("arm.dcb.h5");
+    });
+    folder.done("rod.mtx --scene scene.json -o arm.dcb.h5");
+    folder.done("rod.mtx --scene scene.json --body rod");
+    let says = [
+        "scene.json: no body is made of x.dcb.h5",
+        "\"rod\" (arm.dcb.h5)",
+        "\"crank\" (rigid)",
+        "--body",
+    ];
+    folder.refused("rod.mtx --scene scene.json -o x.dcb.h5", &says);
+    let says = [
+        "no superelement is called \"crank\"",
+        "\"rod\" (arm.dcb.h5)",
+    ];
+    folder.refused("rod.mtx --scene scene.json -o x.dcb.h5 --body crank", &says);
+    folder.refused(
+        "rod.mtx --scene scene.json -o x.dcb.h5 --body rod,wheel",
+        &["no superelement is called \"wheel\""],
+    );
+}
+
+#[test]
+fn slips_and_broken_scenes_are_refused() {
+    let folder = slider_crank();
+    for (arguments, says) in [
+        ("--scene scene.json --tolerance 0", "above 0 and below 1"),
+        ("--scene scene.json --tolerance 1", "above 0 and below 1"),
+        (
+            "--scene scene.json --tolerance -1e-3",
+            "above 0 and below 1",
+        ),
+        ("--scene scene.json --tolerance nan", "above 0 and below 1"),
+        ("--tolerance 1e-3", "--scene <SCENE.json>"),
+        ("--body rod", "--scene <SCENE.json>"),
+        (
+            "--scene scene.json --max-frequency 100",
+            "cannot be used with",
+        ),
+        (
+            "--scene scene.json --interface-modes 2",
+            "cannot be used with",
+        ),
+        ("--scene scene.json --without-fields", "cannot be used with"),
+        ("--scene none.json", "none.json"),
+        ("--scene rod.json", "rod.json"),
+        ("--scene scene.json -o scene.json --force", "is the scene"),
+        ("--scene scene.json --timings scene.json", "is the scene"),
+    ] {
+        folder.refused(&format!("rod.mtx {arguments}"), &[says]);
+    }
+    let sound: Value = serde_json::from_str(&folder.read("scene.json")).unwrap();
+    let broken = |change: &dyn Fn(&mut Value), says: &[&str]| {
+        let mut scene = sound.clone();
+        change(&mut scene);
+        folder.write("scene.json", scene.to_string());
+        folder.refused("rod.mtx --scene scene.json", says);
+    };
+    broken(
+        &|scene| scene["joints"]["pin"]["revolute"]["a"] = json!("rod/c"),
+        &["scene.json", "joints.pin.revolute.a", "no interface \"c\""],
+    );
+    broken(
+        &|scene| scene["outputs"]["midpoint_deflection"]["chord_deflection"]["node"] = json!(9),
+        &[
+            "scene.json",
+            "outputs.midpoint_deflection names node 9",
+            "mesh of 5 nodes",
+        ],
+    );
+    broken(
+        &|scene| scene["units"]["length"] = json!("mm"),
+        &[
+            "scene.json",
+            "in mm, kg, s, but the component is in m, kg, s",
+        ],
+    );
+    broken(
+        &|scene| {
+            scene["loads"] =
+                json!({"wind": {"part_load": {"body": "rod", "load": "wind", "factor": 1}}})
+        },
+        &["scene.json", "no load \"wind\"", "it has none"],
+    );
+    broken(
+        &|scene| scene["joints"] = json!([]),
+        &["scene.json", "line 1"],
+    );
+    folder.write("scene.json", "{");
+    folder.refused("rod.mtx --scene scene.json", &["scene.json", "line 1"]);
+    folder.write("scene.json", sound.to_string());
+    folder.write("rod.dcb.h5", "precious");
+    folder.refused("rod.mtx --scene scene.json", &["exists already", "--force"]);
+}
+
+#[test]
+fn spatial_parts_are_not_for_planar_scenes() {
+    let folder = Folder::rotor();
+    let scene = fs::read_to_string(stored("samples/slider-crank/scene.json")).unwrap();
+    folder.write("scene.json", scene);
+    folder.refused(
+        "rotor.mtx --scene scene.json --body rod",
+        &[
+            "scene.json",
+            "the scene is planar, but the component is spatial",
+        ],
+    );
+}
+
+#[test]
+fn a_tolerance_that_is_not_reached_is_a_failure_with_numbers() {
+    let folder = slider_crank();
+    let says = ["with 1 modes", "5.0e-7", "--modes 1", "--tolerance"];
+    folder.failed(
+        1,
+        "rod.mtx --scene scene.json --tolerance 1e-6 --modes 1",
+        &says,
+    );
+    // Enough of them; what is more than needed is left out again.
+    folder.done("rod.mtx --scene scene.json --tolerance 1e-2 --modes 12");
+}
+
+#[test]
+fn a_body_that_nothing_refers_to_could_be_rigid() {
+    let folder = slider_crank();
+    folder.edit("scene.json", |scene| {
+        scene["bodies"]["spare"] = json!({"superelement": "spare.dcb.h5"});
+    });
+    let answer = folder.warned(
+        "rod.mtx --scene scene.json -o spare.dcb.h5",
+        &[
+            "nothing shows a deflection of spare",
+            "a rigid body would do",
+        ],
+    );
+    assert!(
+        answer.stdout.contains("no mode is kept"),
+        "{}",
+        answer.stdout
+    );
+    let found = folder.inspected("spare.dcb.h5");
+    assert_eq!(found["eigenvalues"], json!([]));
+    assert_eq!(found["interfaces"], json!([]));
+    folder.run("verify spare.dcb.h5");
+}
+
+#[test]
+fn loads_that_act_get_columns_and_others_go() {
+    let folder = slider_crank();
+    for name in ["wind", "idle"] {
+        let mut text = String::from("%%MatrixMarket matrix array real general\n15 1\n");
+        for dof in 0..15 {
+            text += if dof % 3 == 1 { "1\n" } else { "0\n" };
+        }
+        folder.write(&format!("rod.load.{name}.mtx"), text);
+    }
+    folder.edit("scene.json", |scene| {
+        scene["loads"] = json!({"gust": {"part_load": {"body": "rod", "load": "wind", "factor": {"formula": "sin(9*t)"}}}});
+    });
+    let shown = folder.done("rod.mtx --scene scene.json --tolerance 1e-2");
+    assert!(
+        shown.contains("without loads \"idle\": the scene doesn't apply them"),
+        "{shown}"
+    );
+    assert!(shown.contains("load wind"), "{shown}");
+}
