@@ -140,16 +140,6 @@ pub enum Error {
         /// When.
         time: f64,
     },
-    /// A mechanism stops where it could go on in two ways.
-    #[error(
-        "t = {time:.6e}: body {body:?} comes to rest at a dead centre, where the mechanism could go on in two ways; let it pass, or stop before"
-    )]
-    RestAtDeadCentre {
-        /// When.
-        time: f64,
-        /// Which.
-        body: String,
-    },
     /// A motion became infinite or undefined.
     #[error("t = {time:.6e}: the motion of body {body:?} is not finite; take a smaller step")]
     NotFinite {
@@ -473,7 +463,6 @@ impl Error {
             Self::OutOfMemory
                 | Self::SingularBody { .. }
                 | Self::SingularJoints { .. }
-                | Self::RestAtDeadCentre { .. }
                 | Self::NotFinite { .. }
                 | Self::FunctionNotFinite { .. }
                 | Self::NotConverged { .. }

@@ -174,8 +174,7 @@ impl Simulation {
                     | Error::LongTurn { .. }
                     | Error::NotFinite { .. }
                     | Error::SingularBody { .. }
-                    | Error::SingularJoints { .. }
-                    | Error::RestAtDeadCentre { .. },
+                    | Error::SingularJoints { .. },
                 ) => {
                     size.failed(self.state.time + step, step)?;
                     self.corrector.forget_factor();
@@ -223,7 +222,10 @@ impl Simulation {
     /// on velocities too.
     pub fn rounding_of_forces(&self, step: f64) -> f64 {
         match self.method.formulation {
-            Formulation::Index3 => self.corrector.rounding_of_forces(&self.method.scheme, step),
+            Formulation::Index3 => {
+                self.corrector
+                    .rounding_of_forces(&self.system, &self.method.scheme, step)
+            }
             Formulation::StabilizedIndex2 => 0.0,
         }
     }

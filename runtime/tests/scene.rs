@@ -612,7 +612,7 @@ fn a_file_is_read_whole_or_refused() {
     std::fs::write(&path, nested).unwrap();
     assert!(message(&path).contains("column "));
     std::fs::write(&path, "").unwrap();
-    assert!(message(&path).contains("EOF"));
+    assert!(message(&path).contains("is empty; expected a scene"));
     assert!(message(folder.path()).contains("cannot read"));
     assert!(message(&folder.path().join("none.json")).contains("cannot read"));
 }

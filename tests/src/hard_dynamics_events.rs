@@ -173,10 +173,7 @@ pub fn spin_through_the_first_frequency() -> HardCase {
         found.map(|(time, message)| (*time, message.clone()))
     };
     let (softened, message) = when("without geometric stiffening").expect("a warning");
-    assert_says(
-        &message,
-        &["0.30 of its first frequency", "too low by about 12 %"],
-    );
+    assert_says(&message, &["0.30 of its first frequency"]);
     assert!((softened - 0.8).abs() < 1e-3, "{softened}");
     let (deflected, _) = when("the theory is linear").expect("a warning");
     assert!(softened < deflected);

@@ -219,8 +219,13 @@ fn bending_modes_alone_have_no_forces_along_the_rod() {
     folder.done("study rod.mtx --modes 5 --variants strong,free");
     let study = json(&folder, "rod.study/study.json");
     // Three rigid motions and five modes for four rows, but none of the modes stretches the rod.
-    assert!(study["rows"][0]["errors"]["interface_force"].is_object());
-    assert!(study["rows"][1]["errors"]["interface_force"].is_null());
+    let row = |variant: &str| {
+        let rows = study["rows"].as_array().unwrap();
+        let mut rows = rows.iter().filter(|row| row["variant"] == variant);
+        rows.next().unwrap()["errors"]["interface_force"].clone()
+    };
+    assert!(row("strong").is_object());
+    assert!(row("free").is_null());
 }
 
 #[test]

@@ -135,7 +135,7 @@ fn an_altered_interface_reduction_does_not_verify() {
     folder.failed(
         1,
         "verify altered.dcb.h5 --component rotor.mtx",
-        &["the attachment residual"],
+        &["identities recomputed with K and M"],
     );
 }
 

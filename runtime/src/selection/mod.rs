@@ -283,8 +283,8 @@ impl Selection {
         if !self.enrichment.is_empty() {
             return Err(Error::NotHandled {
                 body: self.body.clone(),
-                what: "it has further columns, which belong to the modes that it was made with",
-                remedy: "leave out its further columns too, or keep all of its modes",
+                what: "it has enrichment columns, which belong to the modes that it was made with",
+                remedy: "leave out these columns too, or keep all of its modes",
             });
         }
         refuse_reduced_interfaces(whole)

@@ -157,10 +157,9 @@ impl Linearization {
         for &marker in &body.markers {
             let place = &evaluation.places[marker];
             let axes = &evaluation.poses[index].axes;
-            let wrench = turned_back(axes, &evaluation.wrenches[marker]);
-            let (f, t) = halves(&wrench);
+            let (f, t) = halves(&turned_back(axes, &evaluation.wrenches[marker]));
             let shapes = Shapes::of(system.markers[marker].current_shapes(place), n);
-            let by_slot = system.markers[marker].forces_by_slot(place, &wrench);
+            let by_slot = system.markers[marker].forces_by_slot(place, &six(&f, &t));
             for (slot, stiffening) in &system.markers[marker].stiffening {
                 for k in 0..n {
                     for l in 0..n {
@@ -169,8 +168,9 @@ impl Linearization {
                     }
                 }
             }
-            self.subtract_block(first + 3, first + 3, &-place.turning_stiffness(&wrench));
-            // F_φ = r × f + τ,  δr = S_u δy
+            // F_φ = r × f + τ,  δf = f × δφ,  δτ = τ × δφ,  δr = S_u δy
+            let turning = place.arm.cross_matrix() * f.cross_matrix() + t.cross_matrix();
+            self.subtract_block(first + 3, first + 3, &turning);
             let share = left_jacobian_transpose_derivative(&place.turn, &t);
             for k in 0..n {
                 let (u, o) = (shapes.place(k), shapes.turn(k));

@@ -81,13 +81,6 @@ impl MarkerPlace {
             shapes: vec![0.0; room],
         }
     }
-
-    /// What a wrench (body axes) that stays in world axes adds to the stiffness of the body against turning: minus the change of its moment
-    /// about the frame's origin, by δφ. F_φ = r × f + τ with δf = f × δφ and δτ = τ × δφ.
-    pub fn turning_stiffness(&self, wrench: &Six) -> Matrix3<f64> {
-        let (force, torque) = halves(wrench);
-        -(self.arm.cross_matrix() * force.cross_matrix() + torque.cross_matrix())
-    }
 }
 
 /// Pose of a body frame.

@@ -24,7 +24,7 @@ fn a_formula_that_ends_in_nothing_stops_the_run_at_its_time() {
 #[test]
 fn too_large_a_step_names_time_residual_and_worst_body() {
     let folder = Folder::slider_crank();
-    folder.run("scene.json --step 0.006 --end 0.084").assert(
+    folder.run("scene.json --step 0.004 --end 0.08").assert(
         1,
         &[
             "error: t = ",

@@ -1,9 +1,12 @@
 //! Whether an iteration has done, and why it can't.
 
+use std::f64::consts::TAU;
+
 use nalgebra::Vector3;
 
-use super::{Corrector, three};
+use super::{Corrector, ROUNDING, three};
 use crate::error::Error;
+use crate::initial::REGULARIZATION;
 use crate::integrator::method::{Formulation, Method};
 use crate::integrator::scheme::Scheme;
 use crate::system::{Demand, State, System};
@@ -11,6 +14,10 @@ use crate::system::{Demand, State, System};
 /// A constraint that stays this many times further open than the iteration's accuracy contradicts others.
 const VIOLATED: f64 = 1e6;
 
+/// The joints' system enlarges its right-hand side by more than this only near a dead centre.
+const NEARLY_SINGULAR: f64 = 1e5;
+/// Rounding is taken to be enlarged by no more: a dead centre leaves half the digits of a position.
+const LARGEST_AMPLIFICATION: f64 = 1e8;
 /// Largest turn of a joint in one step whose angle is counted, rad.
 const LONGEST_TURN: f64 = 0.9 * std::f64::consts::PI;
 /// How much more than one rounding of a position forces scatter by, seen on pendulums.
@@ -20,59 +27,12 @@ const DETERMINED: f64 = 1e-2;
 /// Largest part of what a step's inertia gives way by which redundant constraints may.
 const LARGEST_REGULARIZATION: f64 = 1e-2;
 
-/// The size of a correction. A body's is its translation, turn by its length and deflection together, a length.
-#[derive(Clone, Copy, Debug, Default)]
-pub(super) struct Correction {
-    /// The largest.
-    pub length: f64,
-    /// The largest by what is allowed for the body.
-    pub in_tolerances: f64,
-    /// The largest by the rounding of the body's place.
-    pub in_roundings: f64,
-    /// The body that is furthest from what is allowed.
-    pub worst: usize,
-    /// Its own.
-    pub of_worst: f64,
-}
-
 impl Corrector {
-    /// The size of the last correction, where `allowed` is enough or what rounding leaves.
-    pub(super) fn size_up(&self, system: &System, allowed: f64) -> Correction {
-        let mut all = Correction::default();
-        // `max` would drop a NaN.
-        let larger = |a: f64, b: f64| if a > b || a.is_nan() { a } else { b };
-        for (index, body) in system.bodies.iter().enumerate() {
-            let step = &self.condensed.step[body.velocities.clone()];
-            let squares = step[6..6 + body.flexible.displacement_count()].iter();
-            let deflection = squares.map(|y| y * y).sum::<f64>() / body.flexible.inertia.mass();
-            let size =
-                three(step, 0).norm() + body.length * three(step, 3).norm() + deflection.sqrt();
-            let floor = self.roundings.of_body(index);
-            let in_tolerances = size / allowed.max(floor);
-            if in_tolerances > all.in_tolerances || in_tolerances.is_nan() {
-                (all.worst, all.of_worst) = (index, size);
-            }
-            all.length = larger(size, all.length);
-            all.in_tolerances = larger(in_tolerances, all.in_tolerances);
-            all.in_roundings = larger(size / floor, all.in_roundings);
-        }
-        all
-    }
-
     /// With redundant constraints an iteration converges also where they contradict each other; then they stay violated.
-    pub(super) fn refuse_contradiction(
-        &self,
-        system: &System,
-        allowed: f64,
-        correction: &Correction,
-    ) -> Result<(), Error> {
-        if self.condensed.regularization == 0.0 {
+    pub(super) fn refuse_contradiction(&self, system: &System, accuracy: f64) -> Result<(), Error> {
+        if self.condensed.regularization == 0.0 && !self.was_singular {
             return Ok(());
         }
-        let accuracy = correction
-            .length
-            .max(allowed)
-            .max(self.roundings.coarsest());
         for (index, row) in system.rows.iter().enumerate() {
             if !row.is_constraint() {
                 continue;
@@ -96,7 +56,7 @@ impl Corrector {
     }
 
     /// The size of accelerations that corrections are compared with.
-    pub(super) fn rescale(&mut self, system: &System, start: &State) {
+    pub(super) fn rescale(&mut self, system: &System, start: &State) -> f64 {
         let mut scale = system.gravity.norm();
         for body in &system.bodies {
             let a = &start.accelerations[body.velocities.clone()];
@@ -109,10 +69,37 @@ impl Corrector {
             scale = scale.max(size);
         }
         self.acceleration_scale = scale.max(0.999 * self.acceleration_scale);
+        self.acceleration_scale
+    }
+
+    /// How far from the world's origin positions are, for their rounding; angles beyond a turn, which are counted on, are as coarse as
+    /// an arc of that length.
+    pub(super) fn reach(&self, system: &System) -> f64 {
+        let angles = self.trial.angles.iter();
+        let turned = angles.fold(0.0, |most: f64, angle| most.max(angle.abs() - TAU));
+        system
+            .bodies
+            .iter()
+            .zip(&self.trial.origins)
+            .fold(0.0, |most: f64, (body, origin)| {
+                most.max(origin.amax() + body.length)
+                    .max(turned * body.length)
+            })
+    }
+
+    /// Whether a correction is what rounding leaves at a dead centre: there the constraints nearly depend on each other, and
+    /// positions are known by so much less. Redundant constraints always look like that, so nothing is forgiven where there are some.
+    pub(super) fn is_as_good_as_possible(&mut self, correction: f64, floor: f64) -> bool {
+        if self.condensed.regularization > 0.0 {
+            return false;
+        }
+        let amplification = self.condensed.amplification();
+        amplification > NEARLY_SINGULAR
+            && correction < 100.0 * floor * amplification.min(LARGEST_AMPLIFICATION)
     }
 
     /// Why a correction is not finite: a function of time that has no value there, or the motion itself.
-    pub(super) fn not_finite(&self, system: &System, correction: &Correction) -> Error {
+    pub(super) fn not_finite(&self, system: &System) -> Error {
         let time = self.trial.time;
         let bad = |signal: usize| {
             Some(system.signal(signal, &self.trial).value).filter(|v| !v.is_finite())
@@ -138,9 +125,30 @@ impl Corrector {
             },
             None => Error::NotFinite {
                 time,
-                body: system.bodies[correction.worst].name.clone(),
+                body: self.worst_body(system),
             },
         }
+    }
+
+    /// The body with the largest correction.
+    pub(super) fn worst_body(&self, system: &System) -> String {
+        let size = |body: &crate::system::Body| {
+            self.condensed.step[body.velocities.clone()]
+                .iter()
+                .map(|x| x.abs())
+                .fold(0.0, |most: f64, x| {
+                    if x.is_nan() {
+                        f64::INFINITY
+                    } else {
+                        most.max(x)
+                    }
+                })
+        };
+        system
+            .bodies
+            .iter()
+            .max_by(|a, b| size(a).total_cmp(&size(b)))
+            .map_or_else(String::new, |body| body.name.clone())
     }
 
     /// An angle can be counted on from its last value only if it turns by less than half a turn in a step.
@@ -170,29 +178,28 @@ impl Corrector {
         Ok(())
     }
 
-    /// Forces of constraints that depend on each other are determined by how little these give way. That must be more than what rounding
-    /// makes of the positions in a step's forces, and stays far below what anybody sees: at least `least`, as a part of what a step's
-    /// inertia gives way by.
-    pub(super) fn regularize(&mut self, method: &Method, step: f64, least: f64) {
+    /// Redundant forces are determined by how little their constraints give way. That must be more than what rounding makes of the
+    /// positions in a step's forces, and stays far below what anybody sees.
+    pub(super) fn regularize(&mut self, system: &System, method: &Method, step: f64) {
+        let scheme = &method.scheme;
         // Constraints on velocities have forces that rounding reaches by 1/h less.
-        let needed = match method.formulation {
-            Formulation::Index3 => {
-                let of_forces = method.scheme.beta * step * step * self.acceleration_scale;
-                self.roundings.coarsest() / (DETERMINED * of_forces)
-            }
-            Formulation::StabilizedIndex2 => least,
-        };
-        self.condensed.regularization = if needed.is_finite() {
-            needed.clamp(least, LARGEST_REGULARIZATION)
-        } else {
-            least
-        };
+        let is_affected = method.formulation == Formulation::Index3;
+        if is_affected && self.condensed.regularization > 0.0 {
+            let of_rounding = ROUNDING * self.reach(system);
+            let of_forces = scheme.beta * step * step * self.acceleration_scale;
+            let needed = of_rounding / (DETERMINED * of_forces);
+            self.condensed.regularization = if needed.is_finite() {
+                needed.clamp(REGULARIZATION, LARGEST_REGULARIZATION)
+            } else {
+                REGULARIZATION
+            };
+        }
     }
 
     /// What rounding of the positions is in the joints' forces, as a part of the forces of the run: small steps and far places make it
     /// large where constraints are on positions.
-    pub fn rounding_of_forces(&self, scheme: &Scheme, step: f64) -> f64 {
-        let of_positions = SCATTER * self.roundings.coarsest();
+    pub fn rounding_of_forces(&self, system: &System, scheme: &Scheme, step: f64) -> f64 {
+        let of_positions = SCATTER * ROUNDING * self.reach(system);
         of_positions / (scheme.beta * step * step * self.acceleration_scale)
     }
 }

@@ -1,9 +1,7 @@
 //! One step: predict, then correct until what is left is below the tolerance.
 
-mod dead_centre;
 mod judge;
 mod predict;
-mod rounding;
 
 use nalgebra::{UnitQuaternion, Vector3};
 
@@ -17,7 +15,6 @@ use crate::system::body_factor::Elastic;
 use crate::system::condensed::{Blend, Condensed};
 use crate::system::evaluation::Evaluation;
 use crate::system::{State, System};
-use rounding::Roundings;
 
 /// The solver of steps: trial state, factor and what it remembers of earlier steps.
 pub struct Corrector {
@@ -29,7 +26,7 @@ pub struct Corrector {
     pub condensed: Condensed,
     /// Where the time goes, if it is to be known.
     pub profile: Option<Profile>,
-    /// Whether the last step ended at a singular configuration, and passed it with regularized constraints.
+    /// Whether the last step met a singular configuration, and passed it with regularized constraints.
     pub was_singular: bool,
     /// δq of the accelerations' change, where positions have one of their own beside.
     moving: Vec<f64>,
@@ -51,16 +48,6 @@ pub struct Corrector {
     wary: usize,
     /// Size of the accelerations in the run so far: length/time², by bodies' lengths.
     acceleration_scale: f64,
-    roundings: Roundings,
-}
-
-/// How an iteration ended.
-enum Outcome {
-    Converged,
-    /// The factor of an earlier step led away from the solution.
-    Astray,
-    /// Constraints that are independent elsewhere depend on each other where the step ends: a dead centre.
-    Singular,
 }
 
 /// An iteration that leaves more than this of the error asks for a new factor.
@@ -70,10 +57,6 @@ const SLOW: f64 = 0.05;
 const FAILING: f64 = 0.3;
 /// Steps that begin with a new factor after one has failed.
 const WARY: usize = 50;
-/// A correction that is more than this many times the one before, twice in a row, is on its way to nowhere.
-const DIVERGING: f64 = 10.0;
-/// A correction that gets no smaller is rounding up to this many times that of the place.
-const STAGNANT: f64 = 100.0;
 /// Corrections below this many units in the last place of the positions are rounding.
 const ROUNDING: f64 = 16.0 * f64::EPSILON;
 
@@ -101,7 +84,6 @@ impl Corrector {
             contraction: 1.0,
             wary: 0,
             acceleration_scale: 0.0,
-            roundings: Roundings::of(system),
         })
     }
 
@@ -121,7 +103,7 @@ impl Corrector {
     /// Advances `start` by `step` into `trial`. The start has a past: `earlier_step` is above zero.
     ///
     /// # Errors
-    /// [`Error::NotConverged`], [`Error::NotFinite`], [`Error::RestAtDeadCentre`], and those of [`Condensed::factor`].
+    /// [`Error::NotConverged`], [`Error::NotFinite`], and those of [`Condensed::factor`].
     pub fn step(
         &mut self,
         system: &System,
@@ -129,6 +111,7 @@ impl Corrector {
         start: &State,
         step: f64,
     ) -> Result<Effort, Error> {
+        let (scheme, tolerance) = (&method.scheme, &method.tolerance);
         let mut watch = Watch::start(self.profile.as_ref());
         self.was_singular = false;
         let mut effort = Effort::default();
@@ -137,133 +120,72 @@ impl Corrector {
             self.find_offset(system, method, start, step)?;
             effort.factorizations += 1;
         }
-        self.rescale(system, start);
-        self.roundings.update(system, start);
-        if self.condensed.regularization > 0.0 {
-            self.regularize(method, step, REGULARIZATION);
-        }
+        self.predict(system, scheme, start, step);
+        let scale = self.rescale(system, start);
+        self.regularize(system, method, step);
+        let mut last = f64::INFINITY;
+        let allowed = tolerance.relative * scheme.beta * step * step * scale;
+        let mut fresh = false;
         if self.wary > 0 {
             self.wary -= 1;
             self.factored_step = None;
         }
-        let mut method = *method;
-        let result = loop {
-            self.predict(system, &method.scheme, start, step);
-            if self.was_singular {
-                let forces = &self.trial.forces;
-                self.condensed.resting_forces.copy_from_slice(forces);
-            }
-            watch.lap(&mut self.profile, |profile| &mut profile.predict);
-            match self.iterate(system, &method, (start, step), &mut effort, &mut watch) {
-                Ok(Outcome::Converged) => break Ok(effort),
-                Ok(Outcome::Astray) => {
-                    self.wary = WARY;
-                    self.factored_step = None;
-                }
-                Ok(Outcome::Singular) => self.enter_dead_centre(&mut method, step),
-                Err(error) => break Err(error),
-            }
-        };
-        if self.was_singular {
-            self.leave_dead_centre();
-        }
-        result
-    }
-
-    /// Newton's iteration from the prediction.
-    fn iterate(
-        &mut self,
-        system: &System,
-        method: &Method,
-        (start, step): (&State, f64),
-        effort: &mut Effort,
-        watch: &mut Watch,
-    ) -> Result<Outcome, Error> {
-        let (scheme, tolerance) = (&method.scheme, &method.tolerance);
-        let allowed = tolerance.relative * scheme.beta * step * step * self.acceleration_scale;
-        let is_regular = self.condensed.regularization == 0.0;
-        let is_aged = is_regular && self.factored_step == Some(step);
-        let (mut is_fresh, mut iterations, mut growths) = (false, 0, 0);
-        let mut last = f64::INFINITY;
+        watch.lap(&mut self.profile, |profile| &mut profile.predict);
         loop {
             self.evaluate(system, method.formulation);
             watch.lap(&mut self.profile, |profile| &mut profile.evaluate);
             // A factor of redundant constraints serves the gradients that it was made of only: which share of λ does nothing turns
             // with them.
-            let is_stale = !is_fresh && self.contraction > SLOW || self.contraction > FAILING;
-            if iterations > 0 && self.contraction > FAILING {
+            let stale = !fresh && self.contraction > SLOW || self.contraction > FAILING;
+            if effort.iterations > 0 && self.contraction > FAILING {
                 self.wary = WARY;
             }
-            if iterations > 0 && is_stale || self.factored_step != Some(step) || !is_regular {
-                match self.factor(system, scheme, step) {
-                    Err(Error::SingularJoints { .. }) if is_regular => {
-                        return Ok(Outcome::Singular);
-                    }
-                    other => other?,
-                }
+            if effort.iterations > 0 && stale
+                || self.factored_step != Some(step)
+                || self.condensed.regularization > 0.0
+            {
+                self.factor(system, scheme, step)?;
                 effort.factorizations += 1;
-                is_fresh = true;
+                fresh = true;
                 watch.lap(&mut self.profile, |profile| &mut profile.factor);
             }
             self.solve(system, method, step);
             watch.lap(&mut self.profile, |profile| &mut profile.solve);
-            self.apply(system, scheme, start, step);
-            let correction = self.size_up(system, allowed);
+            let correction = self.apply(system, scheme, start, step);
             watch.lap(&mut self.profile, |profile| &mut profile.correct);
-            iterations += 1;
             effort.iterations += 1;
-            if !correction.length.is_finite() {
-                match is_aged {
-                    true => return Ok(Outcome::Astray),
-                    false => return Err(self.not_finite(system, &correction)),
-                }
+            if !correction.is_finite() {
+                return Err(self.not_finite(system));
             }
-            let now = correction.in_tolerances;
-            if iterations > 1 && last > 0.0 {
-                self.contraction = (now / last).max(0.2 * self.contraction);
+            if effort.iterations > 1 && last > 0.0 {
+                self.contraction = (correction / last).max(0.2 * self.contraction);
             }
-            let left = now * (self.contraction / (1.0 - self.contraction).max(0.05));
-            if left.min(now) <= 1.0 && self.contraction < 0.9
-                || correction.in_roundings <= 1.0
-                || (now > 0.5 * last && correction.in_roundings < STAGNANT)
+            let floor = ROUNDING * self.reach(system);
+            let left = correction * (self.contraction / (1.0 - self.contraction).max(0.05));
+            if left.min(correction) <= allowed.max(floor) && self.contraction < 0.9
+                || correction <= floor
+                || (correction > 0.5 * last && correction < 100.0 * floor)
             {
-                if self.was_singular {
-                    self.refuse_rest(system, start)?;
-                }
-                self.refuse_contradiction(system, allowed, &correction)?;
+                self.refuse_contradiction(system, correction.max(allowed).max(floor))?;
                 self.refuse_long_turns(system, step)?;
-                return Ok(Outcome::Converged);
+                return Ok(effort);
             }
-            if is_aged && now > last {
-                return Ok(Outcome::Astray);
-            }
-            if is_regular && is_fresh && self.contraction > FAILING && self.is_at_dead_centre() {
-                return Ok(Outcome::Singular);
-            }
-            growths = if now > DIVERGING * last {
-                growths + 1
-            } else {
-                0
-            };
-            let is_lost = growths > 1 && correction.length > self.roundings.reach();
-            if is_lost || iterations >= tolerance.max_iterations {
+            if effort.iterations >= tolerance.max_iterations {
                 self.factored_step = None;
-                if is_regular && !is_lost && self.is_as_good_as_possible(&correction) {
+                if self.is_as_good_as_possible(correction, floor) {
                     self.was_singular = true;
-                    return Ok(Outcome::Converged);
-                }
-                if self.was_singular {
-                    self.refuse_rest(system, start)?;
+                    self.refuse_contradiction(system, correction.max(allowed))?;
+                    return Ok(effort);
                 }
                 return Err(Error::NotConverged {
                     time: self.trial.time,
-                    iterations,
-                    residual: correction.of_worst,
-                    tolerance: correction.of_worst / now,
-                    worst: system.bodies[correction.worst].name.clone(),
+                    iterations: effort.iterations,
+                    residual: correction,
+                    tolerance: allowed.max(floor),
+                    worst: self.worst_body(system),
                 });
             }
-            last = now;
+            last = correction;
         }
     }
 
@@ -332,23 +254,39 @@ impl Corrector {
             stiffness: 1.0,
             elastic: Elastic::Moving,
         };
-        self.condensed.factor(
-            system,
-            &self.trial,
-            &self.evaluation,
-            &blend,
-            Some(&self.turns),
-        )?;
+        let factored = self.factor_once(system, &blend);
+        match factored {
+            // A dead centre: constraints that are independent elsewhere meet here.
+            Err(Error::SingularJoints { .. }) if self.condensed.regularization == 0.0 => {
+                self.was_singular = true;
+                self.condensed.regularization = REGULARIZATION;
+                let regularized = self.factor_once(system, &blend);
+                self.condensed.regularization = 0.0;
+                regularized?;
+            }
+            other => other?,
+        }
         self.factored_step = Some(step);
         self.contraction = SLOW;
         Ok(())
     }
 
-    /// Adds the correction to the trial state.
-    fn apply(&mut self, system: &System, scheme: &Scheme, start: &State, step: f64) {
+    fn factor_once(&mut self, system: &System, blend: &Blend) -> Result<(), Error> {
+        self.condensed.factor(
+            system,
+            &self.trial,
+            &self.evaluation,
+            blend,
+            Some(&self.turns),
+        )
+    }
+
+    /// Adds the correction to the trial state; its size, as a length.
+    fn apply(&mut self, system: &System, scheme: &Scheme, start: &State, step: f64) -> f64 {
         let (beta, gamma) = (scheme.acceleration_slope(step), scheme.velocity_slope(step));
         let to_algorithmic = 1.0 / (scheme.beta * step * step);
         let trial = &mut self.trial;
+        let mut largest: f64 = 0.0;
         for (index, body) in system.bodies.iter().enumerate() {
             let first = body.velocities.start;
             let correction = &self.condensed.step[body.velocities.clone()];
@@ -360,9 +298,13 @@ impl Corrector {
             self.turns[index] += follow * turn;
             trial.orientations[index] =
                 start.orientations[index] * UnitQuaternion::new(self.turns[index]);
+            let mut deflection = 0.0;
             let coordinates = &mut trial.coordinates[body.coordinates.clone()];
             for (y, change) in coordinates.iter_mut().zip(&correction[6..]) {
                 *y += change;
+            }
+            for change in &correction[6..6 + body.flexible.displacement_count()] {
+                deflection += change * change;
             }
             let (linear, angular) = (axes * three(moving, 0), follow * three(moving, 3));
             for (k, change) in moving.iter().enumerate() {
@@ -375,6 +317,14 @@ impl Corrector {
                 trial.velocities[first + k] += gamma * change;
                 trial.algorithmic[first + k] += to_algorithmic * change;
             }
+            let deflection = (deflection / body.flexible.inertia.mass()).sqrt();
+            let size = shift.norm() + body.length * turn.norm() + deflection;
+            // `max` would drop a NaN.
+            largest = if size > largest || size.is_nan() {
+                size
+            } else {
+                largest
+            };
         }
         for (i, change) in self.condensed.residual_step.iter().enumerate() {
             trial.residual_displacements[i] += change;
@@ -384,6 +334,7 @@ impl Corrector {
         for (force, change) in trial.forces.iter_mut().zip(&self.condensed.force_step) {
             *force += change;
         }
+        largest
     }
 }
 

@@ -2,7 +2,6 @@
 
 use nalgebra::{UnitQuaternion, Vector3};
 
-use super::dead_centre::COMPLIANCE;
 use super::{Corrector, three};
 use crate::error::Error;
 use crate::integrator::method::Method;
@@ -27,7 +26,7 @@ impl Corrector {
         self.trial.copy_from(start);
         self.turns.fill(Vector3::zeros());
         self.evaluate(system, method.formulation);
-        self.factor_start(system, &method.scheme, step)?;
+        self.factor(system, &method.scheme, step)?;
         let of_rate = method.scheme.increment_error() / start.earlier_step;
         for (index, body) in system.bodies.iter().enumerate() {
             let own = body.velocities.clone();
@@ -63,22 +62,6 @@ impl Corrector {
             own[..3].copy_from_slice(linear.as_slice());
         }
         Ok(())
-    }
-
-    /// The factor at the start of a step, which can be at a dead centre.
-    fn factor_start(&mut self, system: &System, scheme: &Scheme, step: f64) -> Result<(), Error> {
-        let factored = self.factor(system, scheme, step);
-        let is_regular = self.condensed.regularization == 0.0;
-        match factored {
-            Err(Error::SingularJoints { .. }) if is_regular => {}
-            Ok(()) if is_regular && self.is_at_dead_centre() => {}
-            other => return other,
-        }
-        self.condensed.regularization = COMPLIANCE;
-        let regularized = self.factor(system, scheme, step);
-        self.condensed.regularization = 0.0;
-        self.factored_step = None;
-        regularized
     }
 
     /// The trial state at the end of the step, as far as the start tells it.

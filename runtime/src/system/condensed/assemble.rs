@@ -1,7 +1,7 @@
 //! The iteration matrix: S of every body, and the joints' system.
 
 use faer::Mat;
-use nalgebra::{Matrix3, Matrix6, Vector3};
+use nalgebra::{Matrix3, Vector3};
 
 use super::{Blend, Condensed, Touch, side};
 use crate::frame::InertiaTangent;
@@ -63,12 +63,10 @@ impl Condensed {
                 + blend.damping * damping
                 + blend.stiffness * (stiffness + tangent.softening[i]);
         }
-        let mut turning = Matrix3::zeros();
         for &marker in &body.markers {
             let axes = &pose.axes;
             let place = &evaluation.places[marker];
             let wrench = turned_back(axes, &evaluation.wrenches[marker]);
-            turning += place.turning_stiffness(&wrench);
             let by_slot = system.markers[marker].forces_by_slot(place, &wrench);
             for (slot, stiffening) in &system.markers[marker].stiffening {
                 for (i, d) in matrix.elastic.iter_mut().enumerate() {
@@ -76,11 +74,6 @@ impl Condensed {
                 }
             }
         }
-        add_turning(
-            &mut matrix.rigid,
-            &(turning * blend.stiffness),
-            system.free_motions(),
-        );
         // Interface forces as coordinates follow the rows' forces alone.
         matrix.elastic[body.flexible.displacement_count()..].fill(f64::INFINITY);
     }
@@ -166,22 +159,6 @@ pub(in crate::system) fn keep_rows_in_world(
 ) {
     let mut block = tangent.stiffness.rigid.fixed_view_mut::<3, 3>(0, 3);
     block -= force_body.cross_matrix();
-}
-
-/// What the forces on a body hold against its turning, unless they push it over by more than half of what its inertia holds: under a large
-/// push S of a light body would be singular at some step.
-fn add_turning(rigid: &mut Matrix6<f64>, turning: &Matrix3<f64>, free: [bool; 6]) {
-    let mut inertia = rigid.fixed_view_mut::<3, 3>(3, 3);
-    let mut left = 0.5 * &inertia + turning;
-    left += left.transpose();
-    for axis in (0..3).filter(|axis| !free[3 + axis]) {
-        left.row_mut(axis).fill(0.0);
-        left.column_mut(axis).fill(0.0);
-        left[(axis, axis)] = 1.0;
-    }
-    if left.cholesky().is_some() {
-        inertia += turning;
-    }
 }
 
 /// S_yr with the rotation's columns following the turn.

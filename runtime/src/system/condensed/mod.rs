@@ -10,8 +10,8 @@
 //! [`super::residual`].
 //!
 //! δq counts `(Aᵀ δR, δφ, δy)` for each body. Two parts of the exact matrix are left to the iteration: the coupling of a body's
-//! coordinates with each other by its spin, and the change of the rows' forces with the configuration but for the moment that they gain
-//! as the body turns under them. Both are of order h² and the exact matrix is in [`super::linearization`].
+//! coordinates with each other by its spin, and the change of the rows' forces with the configuration. Both are of order h² and
+//! the exact matrix is in [`super::linearization`].
 
 mod assemble;
 mod following;
@@ -105,8 +105,6 @@ pub struct Condensed {
     held: Vec<bool>,
     /// Added to the unit diagonal of the joints' system where constraints are redundant.
     pub regularization: f64,
-    /// λ at which constraints with a regularization don't give way.
-    pub resting_forces: Vec<f64>,
     /// δq of the last solve, laid out as velocities, rigid parts in body axes.
     pub step: Vec<f64>,
     /// δλ of the last solve.
@@ -207,7 +205,6 @@ impl Condensed {
             residual_step: vec![0.0; residual_rows],
             held: vec![false; system.bodies.len()],
             regularization: 0.0,
-            resting_forces: vec![0.0; system.rows.len()],
             step: vec![0.0; system.velocity_count()],
             force_step: vec![0.0; system.rows.len()],
         })
@@ -346,8 +343,7 @@ impl Condensed {
 
     /// How far a constraint gives way to its force by the regularization.
     pub fn yielding(&self, state: &State, row: usize) -> f64 {
-        let compliance = self.joints.regularizing_compliance(row);
-        compliance * (state.forces[row] - self.resting_forces[row])
+        self.joints.regularizing_compliance(row) * state.forces[row]
     }
 
     /// Whether a row touches a body whose interfaces are deflected by their forces: such a row has no velocity constraint of
