@@ -74,6 +74,11 @@ impl Folder {
     /// `scene.json` and `beam.dcb.h5`, a spatial beam: `a` and `b` are its ends, `pair` two nodes, `watched` an output, `bare` a node
     /// without rotation rows.
     pub fn beam(scene: &Value) -> Self {
+        Self::beam_with_modes(scene, 3)
+    }
+
+    /// The same with so many modes.
+    pub fn beam_with_modes(scene: &Value, modes: usize) -> Self {
         let made = Self::with(scene);
         let mut beam = spatial_beam(&SpatialBeam {
             elements: 4,
@@ -99,12 +104,16 @@ impl Folder {
             directions: Some(vec![Direction::Ux, Direction::Uy, Direction::Uz]),
             ..bare
         });
-        made.store("beam.dcb.h5", &beam);
+        made.store_lowest("beam.dcb.h5", &beam, modes);
         made
     }
 
     pub fn store(&self, name: &str, component: &Component) {
-        let reduced = reduce(component, &Reduction::lowest(3), &mut ()).unwrap();
+        self.store_lowest(name, component, 3);
+    }
+
+    fn store_lowest(&self, name: &str, component: &Component, modes: usize) {
+        let reduced = reduce(component, &Reduction::lowest(modes), &mut ()).unwrap();
         let contents = Contents {
             superelement: &reduced.superelement,
             recovery: None,
