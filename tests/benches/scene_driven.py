@@ -96,8 +96,8 @@ def six_bodies(folder):
 # Name: how it is written, and how many modes are everything.
 SCENES = {
     "slider-crank": (one_body(single.slider_crank, 1.16e-5), 24),
-    "solid-slider-crank": (one_body(single.solid_slider_crank, 2e-5), 40),
-    "six-bodies": (six_bodies, 40),
+    "solid-slider-crank": (one_body(single.solid_slider_crank, 2e-5), 320),
+    "six-bodies": (six_bodies, 320),
 }
 
 
