@@ -20,7 +20,7 @@ use crate::study::monitor::Monitor;
 /// Folder of the superelements that are reduced, in that of the prepared scene, until it is done.
 const LARGE: &str = "large";
 /// Part of the tolerance that the reductions may use.
-const REDUCTION_SHARE: f64 = 0.2;
+const REDUCTION_SHARE: f64 = 0.5;
 
 /// Options of a preparation.
 #[derive(Debug, Args)]
