@@ -63,6 +63,7 @@ fn try_to_fit(component: &Component, scene: &Value, limits: &Limits) -> Result<O
         asked: &asked,
         options: &options,
         limits,
+        cached: None,
     };
     let whole = search.whole(&mut ())?;
     let fitted = Fitted::of(whole, &asked, limits, fit)?;
