@@ -65,7 +65,7 @@ pub struct ReduceArguments {
     /// Output [default: PART.dcb.h5].
     #[arg(long, short, value_name = "FILE")]
     pub output: Option<PathBuf>,
-    /// Keep this many elastic modes, or more where that would cut a multiple root; with --scene at most [default: 20].
+    /// Keep this many elastic modes, a multiple root whole; with --scene at most [default: 20].
     #[arg(long, value_name = "N", conflicts_with = "max_frequency", allow_negative_numbers = true, value_parser = count)]
     pub modes: Option<usize>,
     /// Keep every elastic mode below this frequency.

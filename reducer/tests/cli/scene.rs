@@ -27,7 +27,7 @@ fn the_rod_of_the_slider_crank_is_reduced_for_it() {
         "node         2 for outputs.midpoint_deflection",
         "fields of 1 of 5 nodes",
         "error of the responses certified between",
-        "tolerance 1.0e-3",
+        "tolerance 1.0e-03",
     ] {
         assert!(shown.contains(says), "{says} is missing:\n{shown}");
     }
@@ -156,10 +156,10 @@ fn slips_and_broken_scenes_are_refused() {
     );
     broken(
         &|scene| scene["joints"] = json!([]),
-        &["scene.json", "line 1"],
+        &["scene.json", "scene.json:1"],
     );
     folder.write("scene.json", "{");
-    folder.refused("rod.mtx --scene scene.json", &["scene.json", "line 1"]);
+    folder.refused("rod.mtx --scene scene.json", &["scene.json", "scene.json:1"]);
     folder.write("scene.json", sound.to_string());
     folder.write("rod.dcb.h5", "precious");
     folder.refused("rod.mtx --scene scene.json", &["exists already", "--force"]);
