@@ -29,7 +29,7 @@ pub struct BatchArguments {
     /// Parts at a time.
     #[arg(long, value_name = "N", default_value_t = 1, value_parser = clap::value_parser!(u16).range(1..=1024))]
     pub jobs: u16,
-    /// Memory that all of them may take together, for example 64G [default: what the machine has available].
+    /// Memory for all of them, for example 64G [default: what the machine has available].
     #[arg(long, value_name = "SIZE", allow_hyphen_values = true, value_parser = size)]
     pub memory: Option<u64>,
     /// Folder of factors on disk [default: the output].

@@ -33,7 +33,7 @@ pub struct SceneArguments {
     /// Keep enough modes for the scene, and leave nothing out.
     #[arg(long, requires = "file")]
     pub keep_all: bool,
-    /// Bodies of the scene that are made of the part [default: those whose file has the output's name].
+    /// Bodies made of the part [default: those whose file has the output's name].
     #[arg(long, value_name = "NAME", requires = "file", value_delimiter = ',')]
     pub body: Vec<String>,
 }
