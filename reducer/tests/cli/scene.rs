@@ -159,7 +159,10 @@ fn slips_and_broken_scenes_are_refused() {
         &["scene.json", "scene.json:1"],
     );
     folder.write("scene.json", "{");
-    folder.refused("rod.mtx --scene scene.json", &["scene.json", "scene.json:1"]);
+    folder.refused(
+        "rod.mtx --scene scene.json",
+        &["scene.json", "scene.json:1"],
+    );
     folder.write("scene.json", sound.to_string());
     folder.write("rod.dcb.h5", "precious");
     folder.refused("rod.mtx --scene scene.json", &["exists already", "--force"]);
