@@ -133,8 +133,8 @@ pub struct Enrichment {
 
 /// What the modes leave out as power moments: an error estimate follows from it over any band, optional.
 ///
-/// M_j = L (G M)^(j-1) G Lᵀ = Σ c cᵀ / μ^j over the omitted modes, c their rows and μ their ω², with G the flexibility without rigid and
-/// kept motions. The rows L are those of the boundary, output interfaces included, and then the work of each further column's load.
+/// M_1 = Σ c cᵀ / μ, M_2 = Σ c cᵀ / μ², M_3 = Σ c cᵀ / (μ² (μ + σ)), M_4 = Σ c cᵀ / (μ² (μ + σ)²) over the omitted modes, c their rows, μ
+/// their ω² and σ the shift. The rows L are those of the boundary, output interfaces included, and then the work of each further column's load.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Moments {
     /// No omitted ω² is below this, 1/time²; infinite if nothing was omitted.
@@ -143,13 +143,15 @@ pub struct Moments {
     pub eigenvalue_errors: Vec<f64>,
     /// M-orthonormal rigid motions at the boundary rows, (n_b, 3 or 6); no column for a part that is held.
     pub rigid_shapes: Mat<f64>,
+    /// σ, 1/time².
+    pub shift: f64,
     /// M_1, the flexibility, (n_b + n_x, n_b + n_x), symmetric.
     pub first: Mat<f64>,
     /// M_2, the mass of the static shapes, likewise.
     pub second: Mat<f64>,
-    /// M_3, likewise; zero between rows of output interfaces.
+    /// M_3, likewise.
     pub third: Mat<f64>,
-    /// M_4, likewise; zero in rows of output interfaces.
+    /// M_4, likewise.
     pub fourth: Mat<f64>,
     /// Relative rounding in the moments of each row, (n_b + n_x).
     pub rounding: Vec<f64>,

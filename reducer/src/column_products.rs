@@ -73,7 +73,7 @@ pub fn mass_products(mass: &SparseMatrix, columns: MatRef<'_, f64>) -> Mat<f64> 
 }
 
 /// Enters columns from `first` on of a symmetric matrix, down to the diagonal, and their mirror image.
-fn enter_symmetric(matrix: &mut Mat<f64>, first: usize, upper: &Mat<f64>) {
+pub fn enter_symmetric(matrix: &mut Mat<f64>, first: usize, upper: &Mat<f64>) {
     for j in 0..upper.ncols() {
         for i in 0..=first + j {
             matrix[(i, first + j)] = upper[(i, j)];

@@ -163,9 +163,9 @@ impl Forecast {
         let shapes = 2.0 * modes + attached;
         let working = shapes + WORKING_BLOCKS * SOLVE_BLOCK as f64;
         let stage = |stage, bytes| StageMemory { stage, bytes };
-        // M X, its responses, and X once more where other columns stand beside it.
+        // Z, and X once more where other columns stand beside it.
         let estimating = match self.estimate {
-            EstimateChoice::Computed => working + 3.0 * attached,
+            EstimateChoice::Computed => working + 2.0 * attached,
             EstimateChoice::LeftOut => 0.0,
         };
         vec![
@@ -215,8 +215,10 @@ impl Forecast {
         let blocks = (attached / SOLVE_BLOCK as f64).ceil();
         let attachments = ATTACHMENT_ITERATIONS
             * (blocks * (solution(SOLVE_BLOCK) + 2.0 * product) + 15.0 * attached * column);
-        // As many once more, and one solution for what the modes leave.
-        let estimate = attachments + (modes / SOLVE_BLOCK as f64).ceil() * solution(SOLVE_BLOCK);
+        // One solution for each column, and one for what each mode leaves.
+        let estimate = blocks * (solution(SOLVE_BLOCK) + 2.0 * product)
+            + 15.0 * attached * column
+            + (modes / SOLVE_BLOCK as f64).ceil() * solution(SOLVE_BLOCK);
         let width = modes + attached;
         let invariants = 12.0 * self.dofs as f64 * width * width / speed.flops;
         2.1 * factorization

@@ -473,7 +473,7 @@ fn modes_and_residual(
             let moments = match estimate {
                 EstimateChoice::LeftOut => Err(format!(
                     "memory has no room for {} more columns; allow more with --memory",
-                    3 * localization.len()
+                    2 * localization.len()
                 )),
                 EstimateChoice::Computed => {
                     observer.begin(Stage::Estimate);

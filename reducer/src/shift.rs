@@ -94,6 +94,49 @@ impl AbsoluteForces {
     }
 }
 
+/// A bound of |x|ᵀ |K| |x| that costs one pass over K for any number of columns: Σ wᵢ xᵢ² with wᵢ = √kᵢᵢ Σⱼ |kᵢⱼ| / √kⱼⱼ, from
+/// 2 |xᵢ xⱼ| ≤ √(kᵢᵢ/kⱼⱼ) xᵢ² + √(kⱼⱼ/kᵢᵢ) xⱼ². It doesn't depend on units, and for motions that are smooth it is hardly above.
+pub struct EnergyBound {
+    weights: Vec<f64>,
+}
+
+impl EnergyBound {
+    /// Of a symmetric matrix with all its entries.
+    pub fn of(stiffness: &SparseMatrix) -> Self {
+        let n = stiffness.ncols();
+        let roots: Vec<f64> = (0..n)
+            .into_par_iter()
+            .map(|i| {
+                let entry = stiffness.as_ref().get(i, i).copied().unwrap_or(0.0);
+                entry.max(0.0).sqrt()
+            })
+            .collect();
+        let weights = (0..n)
+            .into_par_iter()
+            .map(|j| {
+                let rows = stiffness.as_ref().row_idx_of_col(j);
+                let entries = rows.zip(stiffness.as_ref().val_of_col(j));
+                let scaled = |(i, entry): (usize, &f64)| match roots[i] {
+                    root if root > 0.0 => entry.abs() / root,
+                    _ => 0.0,
+                };
+                roots[j] * entries.map(scaled).sum::<f64>()
+            })
+            .collect();
+        Self { weights }
+    }
+
+    /// Of each column x, (n, k).
+    pub fn energies(&self, x: MatRef<'_, f64>) -> Vec<f64> {
+        x.par_col_iter()
+            .map(|column| {
+                let pairs = column.iter().zip(&self.weights);
+                pairs.map(|(x, weight)| weight * x * x).sum()
+            })
+            .collect()
+    }
+}
+
 /// All displacement fields with one quadratic or linear monomial in one component, with half their curl as rotations.
 fn quadratic_fields(
     model: &Model,

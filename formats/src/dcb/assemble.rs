@@ -264,6 +264,7 @@ fn moments(file: &SuperelementFile) -> Result<Option<Moments>, Finding> {
         eigenvalue_bound: real(file, "/error", "eigenvalue_bound")?,
         eigenvalue_errors: file.reals("/error/eigenvalue_errors")?,
         rigid_shapes: matrix(file, "/error/rigid_shapes", counts.rows, counts.rigid)?,
+        shift: real_or_zero(file, "/error", "shift")?,
         first: moment("/error/moment_1")?,
         second: moment("/error/moment_2")?,
         third: moment("/error/moment_3")?,
@@ -326,6 +327,13 @@ fn optional_layers(file: &SuperelementFile, path: &str) -> Result<Vec<Mat<f64>>,
         layers(file, path)
     } else {
         Ok(Vec::new())
+    }
+}
+
+fn real_or_zero(file: &SuperelementFile, path: &str, name: &str) -> Result<f64, Finding> {
+    match file.inventory().attribute(path, name) {
+        None => Ok(0.0),
+        Some(_) => real(file, path, name),
     }
 }
 

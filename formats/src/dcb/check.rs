@@ -383,6 +383,13 @@ fn moments(of: &Superelement) -> Checked {
             format!("eigenvalue_bound is {bound}; it must be positive"),
         );
     }
+    let shift = moments.shift;
+    if !shift.is_finite() || shift < 0.0 {
+        return wrong(
+            "/error",
+            format!("shift is {shift}; it must be finite and not negative"),
+        );
+    }
     for (path, values, count) in [
         ("/error/eigenvalue_errors", &moments.eigenvalue_errors, n_k),
         ("/error/rounding", &moments.rounding, n),

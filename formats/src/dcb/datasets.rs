@@ -487,21 +487,21 @@ pub(super) const DATASETS: &[Dataset] = &[
     ),
     moment(
         "/error/moment_3",
-        "L (G M)^2 G L^T",
+        "L G M G_s M G L^T",
         Rule::Product(&[
             Factor::PerResidual(MODAL.times(TIME)),
             Factor::PerResidual(MODAL.times(TIME)),
         ]),
-        "third power moment of what the modes leave out; zero between rows of output interfaces (since 1.2)",
+        "third power moment of what the modes leave out, G_s with the shift (since 1.2)",
     ),
     moment(
         "/error/moment_4",
-        "L (G M)^3 G L^T",
+        "L G M G_s M G_s M G L^T",
         Rule::Product(&[
             Factor::PerResidual(MODAL.times(TIME).times(TIME)),
             Factor::PerResidual(MODAL.times(TIME).times(TIME)),
         ]),
-        "fourth power moment of what the modes leave out; zero in rows of output interfaces (since 1.2)",
+        "fourth power moment of what the modes leave out, G_s with the shift (since 1.2)",
     ),
     same(
         "/error/rounding",

@@ -336,6 +336,8 @@ impl<'a> Writer<'a> {
             Value::Real(moments.eigenvalue_bound),
         )?;
         self.sink
+            .attribute("/error", "shift", Value::Real(moments.shift))?;
+        self.sink
             .reals("/error/eigenvalue_errors", &moments.eigenvalue_errors)?;
         self.sink
             .reals("/error/rigid_shapes", &row_major(&moments.rigid_shapes))?;

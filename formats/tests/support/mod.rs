@@ -209,6 +209,7 @@ pub fn enriched(dimension: Dimension) -> Superelement {
         eigenvalue_bound: 4.5e7,
         eigenvalue_errors: vec![0.0, 1e-12, 1e-13, 1e-14],
         rigid_shapes: matrix(90, n_b, if axes == 1 { 3 } else { 6 }),
+        shift: 1.25e2,
         first: symmetric(91, n_b + 2),
         second: symmetric(92, n_b + 2),
         third: symmetric(93, n_b + 2),
@@ -292,6 +293,7 @@ pub fn summary(file: &SuperelementFile) -> Result<serde_json::Value, Error> {
         ];
         serde_json::json!([
             moments.eigenvalue_bound,
+            moments.shift,
             matrices.map(last),
             moments.eigenvalue_errors,
             moments.rounding

@@ -6,6 +6,7 @@
 //! motions without stiffness are projected out on the way, because the factor enlarges what rounding leaves of them. The columns are
 //! solved in blocks: nothing but X itself is ever as wide as L_bᵀ.
 
+mod complement;
 mod iteration;
 mod loads;
 
@@ -13,7 +14,7 @@ use faer::reborrow::*;
 use faer::{Mat, MatRef};
 use rayon::prelude::*;
 
-use crate::block_algebra::{absolute_product, add_combination, copy, gram};
+use crate::block_algebra::{absolute_product, add_combination, copy};
 use crate::column_products::{BLOCK, StiffnessProducts};
 use crate::condensation::Model;
 use crate::error::Error;
@@ -22,6 +23,7 @@ use crate::free_modes::FreeModes;
 use crate::observer::Observer;
 use crate::rigid_body::RigidBodyModes;
 
+pub use complement::Complement;
 use iteration::Solution;
 pub use loads::Loads;
 
@@ -31,32 +33,6 @@ pub const RESIDUAL_LIMIT: f64 = 1e-8;
 const RESIDUAL_OVER_ROUNDING: f64 = 10.0;
 /// A force of which less than this fraction is left after its rigid and kept parts are removed is rounding.
 const INERT_FORCE: f64 = 1e-12;
-
-/// Projectors onto the complement of some motions.
-struct Complement<'a> {
-    shapes: MatRef<'a, f64>,
-    mass_shapes: MatRef<'a, f64>,
-}
-
-impl Complement<'_> {
-    /// x -= Φₐ (M Φₐ)ᵀ x
-    fn project_motion(&self, x: &mut Mat<f64>) {
-        if self.shapes.ncols() == 0 {
-            return;
-        }
-        let amounts = gram(self.mass_shapes, x.as_ref());
-        add_combination(x.as_mut(), self.shapes, amounts.as_ref(), -1.0);
-    }
-
-    /// f -= M Φₐ Φₐᵀ f
-    fn project_force(&self, f: &mut Mat<f64>) {
-        if self.shapes.ncols() == 0 {
-            return;
-        }
-        let amounts = gram(self.shapes, f.as_ref());
-        add_combination(f.as_mut(), self.mass_shapes, amounts.as_ref(), -1.0);
-    }
-}
 
 /// K X = P' L_bᵀ, or with other forces in place of L_bᵀ, to be solved or to be checked.
 pub struct AttachmentProblem<'a> {
@@ -128,18 +104,9 @@ impl<'a> AttachmentProblem<'a> {
         Self {
             model,
             loads,
-            rigid: Complement {
-                shapes: rigid.shapes.as_ref(),
-                mass_shapes: rigid.mass_shapes.as_ref(),
-            },
-            kept: Complement {
-                shapes: modes.shapes.as_ref(),
-                mass_shapes: modes.mass_shapes.as_ref(),
-            },
-            loose: Complement {
-                shapes: modes.shapes.as_ref().subcols(0, modes.zero_count),
-                mass_shapes: modes.mass_shapes.as_ref().subcols(0, modes.zero_count),
-            },
+            rigid: Complement::of_rigid(rigid),
+            kept: Complement::of_modes(modes),
+            loose: Complement::of_loose_modes(modes),
             precision: rigid.stiffness_precision,
             kept_norms: weighted_norms(modes.shapes.as_ref(), &weights),
             weights,

@@ -1,10 +1,11 @@
 //! What a form is off at one λ: a known part, and bounds of the rest.
 //!
-//! With u = X g the motion that a form has for a force, W = X (I - g) + λ Z g is its residual seen through the flexibility, and
+//! With u = X g the motion that a form has for a force, the residual of mode μ is r = c (P + λ g/μ), P = I - g. For λ' = λ + σ, μ' = μ + σ
 //!
 //! ```text
-//! Lᵀ A(λ) L = M_1 + λ M_2 + λ² (M_3 g + gᵀ M_3 P) + λ³ gᵀ M_4 g + rest,   P = I - g
-//! rest = λ Σ f(μ) (W-part of mode μ)²,   f(μ) = λ / (μ - λ),   N = Wᵀ M W = Pᵀ M_2 P + λ (Pᵀ M_3 g + gᵀ M_3 P) + λ² gᵀ M_4 g
+//! L A(λ) Lᵀ = M_1 + λ A_2 + λ λ' (B_3 g + gᵀ B_3 P) - λ' σ Pᵀ B_3 P + λ λ'² gᵀ M_4 g + rest
+//! rest = λ' Σ f(μ) r rᵀ/μ'²,   f(μ) = λ' / (μ - λ),   N = Σ r rᵀ/μ'² = Pᵀ B_2 P + λ (Pᵀ B_3 g + gᵀ B_3 P) + λ² gᵀ M_4 g
+//! A_2 = M_2 - σ M_3,   B_2 = A_2 - σ B_3,   B_3 = M_3 - σ M_4
 //! ```
 //! whatever g is. For Re λ below the eigenvalue bound μ₁ all f(μ) lie in the disc with 0 and f(μ₁) at the ends of a diameter: its middle goes
 //! to the known part, its radius times N bounds what is left. For a real λ that is a two-sided bound as a quadratic form.
@@ -29,20 +30,36 @@ pub(super) struct Deviation {
     pub of_modes: Mat<f64>,
 }
 
-/// Complex copies of the scaled moments, (n, n).
+/// What the sums are made of, of scaled moments, (n, n).
 pub(super) struct ScaledMoments {
+    /// σ
+    shift: f64,
+    /// M_1
     pub first: Mat<c64>,
-    pub second: Mat<c64>,
-    pub third: Mat<c64>,
-    pub fourth: Mat<c64>,
+    /// A_2
+    second: Mat<c64>,
+    /// B_2
+    residual: Mat<c64>,
+    /// B_3
+    third: Mat<c64>,
+    /// M_4
+    fourth: Mat<c64>,
     /// Root of the rounding in each row of M_1 to M_4.
     pub roots: [Vec<f64>; 4],
 }
 
 impl ScaledMoments {
-    pub(super) fn of(moments: [Mat<f64>; 4], rounding: &[f64], eigenvalue_bound: f64) -> Self {
+    pub(super) fn of(
+        moments: [Mat<f64>; 4],
+        shift: f64,
+        rounding: &[f64],
+        eigenvalue_bound: f64,
+    ) -> Self {
         let complex =
             |m: &Mat<f64>| Mat::from_fn(m.nrows(), m.ncols(), |i, j| c64::new(m[(i, j)], 0.0));
+        let less = |a: &Mat<f64>, b: &Mat<f64>| {
+            Mat::from_fn(a.nrows(), a.ncols(), |i, j| a[(i, j)] - shift * b[(i, j)])
+        };
         let root = |moment: usize| -> Vec<f64> {
             (0..rounding.len())
                 .map(|i| {
@@ -59,10 +76,13 @@ impl ScaledMoments {
                 .collect()
         };
         let [first, second, third, fourth] = &moments;
+        let (second, third) = (less(second, third), less(third, fourth));
         Self {
+            shift,
             first: complex(first),
-            second: complex(second),
-            third: complex(third),
+            residual: complex(&less(&second, &third)),
+            second: complex(&second),
+            third: complex(&third),
             fourth: complex(fourth),
             roots: [root(0), root(1), root(2), root(3)],
         }
@@ -84,15 +104,17 @@ impl ErrorEstimate {
             }
         }
         let m = &self.moments;
-        let (m2p, m3g, m3p, m4g) = (&m.second * &p, &m.third * &g, &m.third * &p, &m.fourth * &g);
+        let (m2p, m3g, m3p, m4g) = (&m.residual * &p, &m.third * &g, &m.third * &p, &m.fourth * &g);
+        let shifted = lambda + m.shift;
         let far = match self.eigenvalue_bound.is_finite() {
-            true => lambda / (c64::new(self.eigenvalue_bound, 0.0) - lambda),
+            true => shifted / (c64::new(self.eigenvalue_bound, 0.0) - lambda),
             false => zero,
         };
         let (middle, radius) = (far * 0.5, 0.5 * far.norm());
-        // Wᵀ M W and Wᴴ M W.
-        let (gm3p, pm3g, gm4g) = (
+        // Σ r rᵀ/μ'² and Σ r̄ rᵀ/μ'².
+        let (gm3p, pm3p, pm3g, gm4g) = (
             g.transpose() * &m3p,
+            p.transpose() * &m3p,
             p.transpose() * &m3g,
             g.transpose() * &m4g,
         );
@@ -113,7 +135,7 @@ impl ErrorEstimate {
                 + lambda * pg[(i, j)]
                 + lambda.conj() * gp[(i, j)]
                 + gg[(i, j)] * (size * size);
-            form * (radius * size)
+            form * (radius * shifted.norm())
         });
         let places: Vec<usize> = forced
             .iter()
@@ -127,9 +149,10 @@ impl ErrorEstimate {
             let (row, column) = (rows[i], rows[j]);
             let series = m.first[(row, column)]
                 + lambda * m.second[(row, column)]
-                + lambda * lambda * (m3g[(row, j)] + gm3p[(i, j)])
-                + lambda * lambda * lambda * gm4g[(i, j)];
-            series - self.model.response(row, column, lambda) + middle * lambda * bilinear[(i, j)]
+                + lambda * shifted * (m3g[(row, j)] + gm3p[(i, j)])
+                - shifted * m.shift * pm3p[(i, j)]
+                + lambda * shifted * shifted * gm4g[(i, j)];
+            series - self.model.response(row, column, lambda) + middle * shifted * bilinear[(i, j)]
         });
         let of_poles = |i: usize, j: usize| {
             (self.rows.poles.iter().enumerate()).fold(zero, |sum, (pole, square)| {
@@ -138,7 +161,7 @@ impl ErrorEstimate {
             })
         };
         let poles = between(&of_poles);
-        let rounding = self.rounding(rows, &g, &p, size, far.norm());
+        let rounding = self.rounding(rows, &g, &p, shifted.norm(), far.norm());
         let mode_error = |i: usize, j: usize| -> f64 {
             (self.rows.zero_count..self.rows.poles.len())
                 .map(|pole| {

@@ -6,10 +6,12 @@
 
 mod deviation;
 mod held;
+mod mode_residuals;
 mod model;
 pub mod moments;
 pub mod report;
 mod rows;
+mod second_responses;
 
 use dcb_formats::Superelement;
 use faer::{Mat, c64};
@@ -116,7 +118,12 @@ impl ErrorEstimate {
         Ok(Some(Self {
             form,
             eigenvalue_bound: moments.eigenvalue_bound,
-            moments: ScaledMoments::of(scaled, &moments.rounding, moments.eigenvalue_bound),
+            moments: ScaledMoments::of(
+                scaled,
+                moments.shift,
+                &moments.rounding,
+                moments.eigenvalue_bound,
+            ),
             model,
             rows,
             highest: element.modes.eigenvalues.last().copied(),
