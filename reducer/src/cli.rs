@@ -91,6 +91,9 @@ pub struct ReduceArguments {
     /// Leave out mesh and nodal shapes: nothing of the inside of the part is handed over.
     #[arg(long)]
     pub without_fields: bool,
+    /// Leave out the bounds of the file's errors.
+    #[arg(long)]
+    pub without_estimate: bool,
     /// Compress the nodal shapes (slower, a little smaller).
     #[arg(long)]
     pub compress: bool,

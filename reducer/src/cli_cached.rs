@@ -42,6 +42,9 @@ fn options(arguments: &ReduceArguments) -> BTreeMap<String, Value> {
         let names = arguments.enrich.iter().map(|name| format!("{name:?}"));
         say("enrich", json!(names.collect::<Vec<_>>()));
     }
+    if arguments.without_estimate {
+        say("without_estimate", json!(true));
+    }
     if arguments.allow_grounded {
         say("allow_grounded", json!(true));
     }

@@ -24,7 +24,8 @@ use crate::scene::place;
 use crate::summary::{quality_lines, summary};
 use crate::timing::{Display, StageClock, StageTime};
 use crate::{
-    EigenSolver, Grounding, InterfaceModes, LoosePieces, ModeSelection, Reduction, Work, reduce,
+    EigenSolver, EstimateChoice, Grounding, InterfaceModes, LoosePieces, ModeSelection, Reduction,
+    Work, reduce,
 };
 
 /// Modes kept where nothing is said.
@@ -208,6 +209,11 @@ pub fn run(arguments: &ReduceArguments, common: &CommonArguments) -> Result<Outc
             .interface_modes
             .map_or(InterfaceModes::All, InterfaceModes::Softest),
         enrichment: arguments.enrich.clone(),
+        estimate: if arguments.without_estimate {
+            EstimateChoice::LeftOut
+        } else {
+            EstimateChoice::Computed
+        },
         grounding: if arguments.allow_grounded {
             Grounding::Allow
         } else {
@@ -416,6 +422,7 @@ fn options_as_json(arguments: &ReduceArguments, options: &Reduction) -> serde_js
         "allow_grounded": arguments.allow_grounded,
         "allow_loose": arguments.allow_loose,
         "without_fields": arguments.without_fields,
+        "without_estimate": arguments.without_estimate,
         "compress": arguments.compress,
     });
     if options.eigen_solver != EigenSolver::BlockLanczos {

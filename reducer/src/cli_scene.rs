@@ -25,7 +25,7 @@ const DEFAULT_TOLERANCE: f64 = 1e-3;
 #[derive(Debug, Args)]
 pub struct SceneArguments {
     /// Keep what this scene asks of the part, and leave out the rest (docs/scene-driven.md).
-    #[arg(long = "scene", value_name = "SCENE.json", conflicts_with_all = ["max_frequency", "interface_modes", "without_fields"])]
+    #[arg(long = "scene", value_name = "SCENE.json", conflicts_with_all = ["max_frequency", "interface_modes", "without_fields", "without_estimate"])]
     pub file: Option<PathBuf>,
     /// Relative error that the part's responses may have [default: 1e-3].
     #[arg(long, value_name = "E", requires = "file", allow_hyphen_values = true, value_parser = tolerance)]

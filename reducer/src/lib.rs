@@ -95,7 +95,8 @@ pub use crate::error::Error;
 use crate::error_estimate::PowerMoments;
 use crate::factor_store::{FactorStorage, Place};
 use crate::factorization::SymmetricFactor;
-use crate::forecast::{EstimateChoice, Forecast};
+pub use crate::forecast::EstimateChoice;
+use crate::forecast::Forecast;
 use crate::free_modes::{FreeModes, Search};
 pub use crate::interface_reduction::InterfaceModes;
 use crate::invariants::inertia_invariants;
@@ -141,6 +142,8 @@ pub struct Reduction {
     pub interface_modes: InterfaceModes,
     /// Further columns of the basis.
     pub enrichment: Vec<EnrichmentSource>,
+    /// Whether the superelement says how far it is off; where memory is short it doesn't, with a warning.
+    pub estimate: EstimateChoice,
     /// What to do with a part that is held.
     pub grounding: Grounding,
     /// What to do with loose pieces and mechanisms.
@@ -158,6 +161,7 @@ impl Reduction {
             modes: ModeSelection::Lowest(count),
             interface_modes: InterfaceModes::All,
             enrichment: Vec::new(),
+            estimate: EstimateChoice::Computed,
             grounding: Grounding::Refuse,
             loose_pieces: LoosePieces::Refuse,
             eigen_solver: EigenSolver::BlockLanczos,
@@ -216,7 +220,10 @@ pub fn reduce(
         },
     );
     let mut factor = factor?;
-    let forecast = Forecast::of(&model, &localization, &factor, options.modes);
+    let forecast = Forecast {
+        estimate: options.estimate,
+        ..Forecast::of(&model, &localization, &factor, options.modes)
+    };
     let forecast = options.memory.fitted(forecast);
     observer.forecast(&forecast, &options.memory);
     let storage = options.memory.choose(&forecast)?;
@@ -256,7 +263,7 @@ pub fn reduce(
     let precision_warning = factor.warning().map(str::to_owned);
     drop(factor);
     let (moments, estimate_warning) = match moments {
-        Ok(moments) => (Some(moments.certified(&modes, sturm)), None),
+        Ok(moments) => (moments.map(|moments| moments.certified(&modes, sturm)), None),
         Err(why) => (None, Some(format!("no error estimate: {why}"))),
     };
     let residual = match options.interface_modes {
@@ -373,8 +380,8 @@ struct Found {
     modes: FreeModes,
     residual: ResidualFlexibility,
     further: Option<FurtherColumns>,
-    /// Or why there are none.
-    moments: Result<PowerMoments, String>,
+    /// None where they aren't wanted, or why there are none.
+    moments: Result<Option<PowerMoments>, String>,
     sturm: Sturm,
 }
 
@@ -407,6 +414,7 @@ fn modes_and_residual(
     };
     let known = Forecast {
         modes: wanted,
+        estimate: options.estimate,
         ..*forecast
     };
     let Forecast {
@@ -471,6 +479,7 @@ fn modes_and_residual(
             let further = FurtherColumns::compute(&options.enrichment, &of, &positive, observer)?;
             let columns = further.as_ref().map(|further| further.shapes.as_ref());
             let moments = match estimate {
+                EstimateChoice::LeftOut if options.estimate == EstimateChoice::LeftOut => Ok(None),
                 EstimateChoice::LeftOut => Err(format!(
                     "memory has no room for {} more columns; allow more with --memory",
                     2 * localization.len()
@@ -478,6 +487,7 @@ fn modes_and_residual(
                 EstimateChoice::Computed => {
                     observer.begin(Stage::Estimate);
                     PowerMoments::compute(&of, columns, &positive, shift, observer)
+                        .map(Some)
                         .map_err(|why| why.to_string())
                 }
             };

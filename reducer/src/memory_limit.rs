@@ -63,8 +63,8 @@ impl MemoryLimit {
     /// nothing fits without.
     pub fn fitted(&self, forecast: Forecast) -> Forecast {
         let sizes = [
-            (BasisSize::Comfortable, EstimateChoice::Computed),
-            (BasisSize::Short, EstimateChoice::Computed),
+            (BasisSize::Comfortable, forecast.estimate),
+            (BasisSize::Short, forecast.estimate),
             (BasisSize::Short, EstimateChoice::LeftOut),
         ]
         .map(|(basis, estimate)| Forecast {

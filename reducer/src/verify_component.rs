@@ -32,7 +32,8 @@ use crate::verify_interfaces::{check_interface_reduction, reported_reduction};
 use crate::verify_layout::{check_mass_properties, has_same_layout};
 use crate::verify_moments::check_moments;
 use crate::{
-    EigenSolver, Grounding, InterfaceModes, LoosePieces, ModeSelection, Reduction, reduce,
+    EigenSolver, EstimateChoice, Grounding, InterfaceModes, LoosePieces, ModeSelection, Reduction,
+    reduce,
 };
 
 /// Modes found twice agree only as closely as their residuals allow, a pair of close ones less.
@@ -409,6 +410,10 @@ fn check_by_reduction(
 ) -> Result<(), Error> {
     let options = Reduction {
         modes: ModeSelection::Lowest(element.mode_count()),
+        estimate: match element.moments {
+            Some(_) => EstimateChoice::Computed,
+            None => EstimateChoice::LeftOut,
+        },
         interface_modes: reported_reduction(element)
             .map_or(InterfaceModes::All, |it| InterfaceModes::Softest(it.wanted)),
         enrichment: Vec::new(),

@@ -10,7 +10,7 @@ import judgement  # noqa: E402
 
 SOLVERS = ("cholmod-amd", "cholmod-metis", "cholmod-nesdis", "pardiso2", "mumps-metis")
 LABELS = {
-    "reduce": "`reduce`", "cholmod-amd": "CHOLMOD AMD", "cholmod-metis": "CHOLMOD METIS", "cholmod-nesdis": "CHOLMOD NESDIS",
+    "reduce": "`reduce`", "reduce-bounds": "`reduce` with error bounds", "cholmod-amd": "CHOLMOD AMD", "cholmod-metis": "CHOLMOD METIS", "cholmod-nesdis": "CHOLMOD NESDIS",
     "pardiso2": "PARDISO", "mumps-metis": "MUMPS METIS", "slepc-mumps": "SLEPc + MUMPS, modes alone", "slepc-mumps-mpi": "SLEPc + MUMPS, a process each, modes alone",
     "exudyn": "Exudyn, modes alone",
 }
@@ -227,7 +227,7 @@ def part_table(case):
     yield "| " + " | ".join(["---"] * 19) + " |"
     for threads in case.threads():
         for tool in LABELS:
-            if tool not in ("exudyn", "slepc-mumps-mpi") or any((run["tool"], run["threads"]) == (tool, threads) for run in case.all_runs):
+            if tool not in ("reduce-bounds", "exudyn", "slepc-mumps-mpi") or any((run["tool"], run["threads"]) == (tool, threads) for run in case.all_runs):
                 yield row(case, tool, threads)
 
 

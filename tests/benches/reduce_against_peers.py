@@ -7,7 +7,8 @@ A component is SHAPE-SIZE[:MODES] (see `peers/components.py`); missing ones are 
 number of threads, `reduce` and the peers run one after the other, each in a fresh process, after the machine has become quiet (or `--quiet-wait`
 seconds: what other processes used meanwhile is in the line). What the machine can do is measured first.
 
-- `reduce`: wall is that of the whole process. Stages are its own `--timings`.
+- reduce: the job that the peers do (`--without-estimate`); reduce-bounds: with the bounds of the file's errors, which is what `reduce` does if nothing
+  is said. Wall is that of the whole process. Stages are its own `--timings`.
 - cholmod-amd, cholmod-metis, cholmod-nesdis, pardiso2, mumps-metis: `peers/reduction.py`, the same job from the same files to an HDF5 file. Wall is
   without starting Python and importing; `wall_with_start` is with it.
 - slepc-mumps, slepc-mumps-mpi, exudyn: eigenpairs alone, without reading or writing; -mpi is one process instead of a thread.
@@ -37,7 +38,8 @@ PEERS = os.path.join(HERE, "peers")
 LINES = os.path.join(ROOT, "docs", "data", "reduce_against_peers.jsonl")
 BENCH = "reduce_against_peers"
 SOLVERS = ("cholmod-amd", "cholmod-metis", "cholmod-nesdis", "pardiso2", "mumps-metis")
-TOOLS = ("reduce", *SOLVERS, "slepc-mumps", "slepc-mumps-mpi", "exudyn")
+OURS = ("reduce", "reduce-bounds")
+TOOLS = (*OURS, *SOLVERS, "slepc-mumps", "slepc-mumps-mpi", "exudyn")
 COMPONENTS = (
     "conrod-10k,conrod-50k,conrod-150k,block-150k,plate-150k,conrod-400k,conrod-150k:100,conrod-400k:100,conrod-1M"
 )
@@ -50,7 +52,7 @@ def tools_for(component, tools):
     if size not in ("10k", "50k"):
         tools = [tool for tool in tools if tool != "exudyn"]
     if size.endswith("M"):
-        tools = [tool for tool in tools if tool in ("reduce", "cholmod-metis", "pardiso2")]
+        tools = [tool for tool in tools if tool in (*OURS, "cholmod-metis", "pardiso2")]
     return tools
 
 
@@ -156,11 +158,12 @@ class Bench:
 
     def command(self, tool, part, modes, threads, folder):
         """The command, and the result's path."""
-        if tool == "reduce":
+        if tool in OURS:
+            job = ["--without-estimate"] if tool == "reduce" else []
             result = os.path.join(folder, "part.dcb.h5")
             return [
                 self.options.reduce, os.path.join(part, "part.mtx"), "--modes", str(modes), "-o", result, "--force", "--quiet",
-                "--threads", str(threads), "--timings", os.path.join(folder, "timings.json"),
+                "--threads", str(threads), "--timings", os.path.join(folder, "timings.json"), *job,
             ], result
         result = os.path.join(folder, "result.h5" if tool in SOLVERS else "result.npz")
         if tool in SOLVERS:
@@ -179,7 +182,7 @@ class Bench:
             command, result = self.command(tool, part, modes, threads, folder)
             told, failure, used = self.execute(command, 1 if tool == "slepc-mumps-mpi" else threads, folder)
             line |= used
-            if failure is None and tool == "reduce":
+            if failure is None and tool in OURS:
                 with open(os.path.join(folder, "timings.json")) as file:
                     timings = json.load(file)
                 line |= dict(

@@ -65,6 +65,6 @@ fn row(line: &Value) -> Vec<String> {
         cell("naive"),
         cell("ours"),
         number("error", 1),
-        number("bound", 0),
+        number("bound", 1),
     ]
 }

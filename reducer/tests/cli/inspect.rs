@@ -155,6 +155,18 @@ fn errors_are_shown_between_their_bounds() {
 }
 
 #[test]
+fn errors_can_be_left_out() {
+    let folder = Folder::rotor();
+    folder.done("rotor.mtx --modes 4 -o with.dcb.h5");
+    folder.done("rotor.mtx --modes 4 -o without.dcb.h5 --without-estimate");
+    let [with, without] = ["with.dcb.h5", "without.dcb.h5"].map(|file| folder.inspected(file));
+    assert!(with["errors"].is_object() && without["errors"].is_null());
+    assert_eq!(with["eigenvalues"], without["eigenvalues"]);
+    assert_eq!(without["warnings"], json!([]));
+    folder.done("verify without.dcb.h5 --component rotor.mtx");
+}
+
+#[test]
 fn other_files_are_refused() {
     let folder = Folder::rotor();
     folder.refused("inspect nowhere.h5", &["nowhere.h5", "cannot read"]);
