@@ -53,6 +53,7 @@ pub mod reference;
 pub mod rigid_benchmarks;
 pub mod same_superelement;
 pub mod scene_driven_page;
+pub mod scene_reduction_page;
 pub mod slider_crank;
 pub mod step_rules;
 pub mod turned;
