@@ -32,6 +32,7 @@ pub mod hard_reduction_spectra;
 pub mod identity_defects;
 pub mod interface_reduction;
 pub mod ivp_slider_crank;
+pub mod large_file_page;
 pub mod localization;
 pub mod massless;
 pub mod mechanism;
