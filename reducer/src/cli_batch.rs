@@ -12,7 +12,7 @@ use crate::batch::results::RESULTS;
 use crate::batch::table::{table, word};
 use crate::batch::{Batch, Earlier, Fate, io_error, run as make};
 use crate::cli::{CommonArguments, print_to_stderr};
-use crate::cli_cache::CacheArguments;
+use crate::cli_cache::{CacheArguments, Told};
 use crate::cli_reduce::{Outcome, when_interrupted};
 use crate::error::Error;
 use crate::memory_limit::{available, size};
@@ -94,7 +94,7 @@ pub fn run(arguments: &BatchArguments, common: &CommonArguments) -> Result<Outco
     refuse_inputs_as_outputs(&parts, &folder)?;
     let cache = match arguments.no_cache {
         true => None,
-        false => arguments.cache.open()?,
+        false => arguments.cache.open(Told::of(common))?,
     };
     let jobs = usize::from(arguments.jobs);
     let processors = std::thread::available_parallelism().map_or(1, usize::from);

@@ -12,10 +12,35 @@ use crate::cache::folder::{
     DEFAULT_LIMIT, FOLDER_VARIABLE, LIMIT_VARIABLE, default_folder, variable,
 };
 use crate::cache::{Cache, Listed, ModeRequest};
-use crate::cli::print_to_stderr;
+use crate::cli::{CommonArguments, print_to_stderr};
 use crate::cli_reduce::Outcome;
 use crate::error::Error;
 use crate::memory_limit::{readable, size};
+
+/// Whether the user is told what goes on.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Told {
+    /// On standard error.
+    Everything,
+    /// Nothing but errors.
+    Nothing,
+}
+
+impl Told {
+    /// As the options of every command have it.
+    pub fn of(common: &CommonArguments) -> Self {
+        match common.quiet {
+            true => Self::Nothing,
+            false => Self::Everything,
+        }
+    }
+
+    pub(crate) fn say(self, kind: &str, message: &str) {
+        if self == Self::Everything {
+            print_to_stderr(kind, message);
+        }
+    }
+}
 
 /// Superelements that were made before.
 #[derive(Clone, Debug, Args)]
@@ -59,7 +84,7 @@ impl CacheArguments {
     ///
     /// # Errors
     /// As [`CacheArguments::limit`].
-    pub fn open(&self) -> Result<Option<Cache>, Error> {
+    pub fn open(&self, told: Told) -> Result<Option<Cache>, Error> {
         let limit = self.limit()?;
         let opened = match self.folder() {
             Some(folder) => {
@@ -72,7 +97,7 @@ impl CacheArguments {
         match opened {
             Ok(cache) => Ok(Some(cache)),
             Err(why) => {
-                print_to_stderr("warning", &format!("the cache isn't used: {why}"));
+                told.say("warning", &format!("the cache isn't used: {why}"));
                 Ok(None)
             }
         }

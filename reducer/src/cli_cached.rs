@@ -9,7 +9,8 @@ use dcb_formats::dcb::{Compression, Contents, WriteOptions, copy_whole, write_su
 use serde_json::{Value, json};
 
 use crate::cache::{Cache, Claim, Entry, ModeRequest, Request, Reservation, Stored};
-use crate::cli::{ReduceArguments, print_to_stderr};
+use crate::cli::ReduceArguments;
+use crate::cli_cache::Told;
 use crate::cli_memory::FactorPlace;
 use crate::cli_reduce::{DEFAULT_MODES, Outcome};
 use crate::cli_scene::Made;
@@ -90,23 +91,6 @@ pub fn claim<'c>(cache: &'c Cache, request: &Request, told: Told) -> Option<Clai
                 &format!("the cache isn't used: {folder}: {error}"),
             );
             None
-        }
-    }
-}
-
-/// Whether the user is told.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Told {
-    /// On standard error.
-    Everything,
-    /// Nothing but errors.
-    Nothing,
-}
-
-impl Told {
-    fn say(self, kind: &str, message: &str) {
-        if self == Self::Everything {
-            print_to_stderr(kind, message);
         }
     }
 }

@@ -13,7 +13,8 @@ use serde_json::json;
 
 use crate::cache::Claim;
 use crate::cli::{CommonArguments, ReduceArguments, print_to_stderr};
-use crate::cli_cached::{Told, claim, keep, request, serve};
+use crate::cli_cache::Told;
+use crate::cli_cached::{claim, keep, request, serve};
 use crate::cli_eigen_solver::eigen_solver;
 use crate::cli_scene::Made;
 use crate::error::Error;
@@ -140,14 +141,10 @@ pub fn run(arguments: &ReduceArguments, common: &CommonArguments) -> Result<Outc
             )));
         }
     }
+    let told = Told::of(common);
     let cache = match arguments.cache.cache {
-        Some(_) => arguments.cache.open()?,
+        Some(_) => arguments.cache.open(told)?,
         None => None,
-    };
-    let told = if common.quiet {
-        Told::Nothing
-    } else {
-        Told::Everything
     };
     let options = WriteOptions {
         replace_existing: replace,

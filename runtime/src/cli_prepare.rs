@@ -3,9 +3,11 @@
 use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
 use std::process::Command;
+use std::time::Instant;
 
 use clap::Args;
 use dcb_formats::dcb::check_output;
+use serde::Serialize;
 use serde_json::json;
 
 use crate::cli::{CommonArguments, Done, Ending, replace};
@@ -87,7 +89,9 @@ pub fn run(arguments: &PrepareArguments, common: &CommonArguments) -> Result<Don
         check_output(&folder.join(name), replace)?;
     }
     watch_for_interruption();
+    let clock = Instant::now();
     reduce_parts(&mut scene, arguments, folder)?;
+    let reduction = clock.elapsed().as_secs_f64();
     if is_interrupted() {
         return Ok(stopped(folder));
     }
@@ -109,11 +113,24 @@ pub fn run(arguments: &PrepareArguments, common: &CommonArguments) -> Result<Don
     let files = write(&prepared, folder, replace)?;
     // What is left over can stay.
     let _ = std::fs::remove_dir_all(folder.join(LARGE));
-    report(&prepared, &files, tolerance, folder)?;
+    let seconds = Seconds {
+        reduction,
+        runs: clock.elapsed().as_secs_f64() - reduction,
+    };
+    report(&prepared, &files, tolerance, &seconds, folder)?;
     Ok(Done {
         output: told(&prepared, &files, tolerance, folder),
         ending: Ending::Complete,
     })
+}
+
+/// What a preparation took.
+#[derive(Serialize)]
+struct Seconds {
+    /// Reducing the parts.
+    reduction: f64,
+    /// Running the scene, choosing and writing.
+    runs: f64,
 }
 
 fn stopped(folder: &Path) -> Done {
@@ -266,6 +283,7 @@ fn report(
     prepared: &Prepared,
     files: &[PreparedFile],
     tolerance: f64,
+    seconds: &Seconds,
     folder: &Path,
 ) -> Result<(), Error> {
     let bodies = prepared.pruning.bodies.iter();
@@ -289,6 +307,7 @@ fn report(
         "step": prepared.scene.integrator.map(|integrator| integrator.step),
         "left_out": left_out,
         "trials": trials,
+        "seconds": seconds,
         "files": files,
     });
     let path = folder.join("report.json");

@@ -20,6 +20,7 @@ use crate::model::Model;
 use crate::pruning::Pruning;
 use crate::run::{self, ModesReport, Observer, Profiling, Report, RunReport, Target, stiffened};
 use crate::scene::{BodyKind, Method, Scene, in_file};
+use crate::superelement_files::SuperelementFiles;
 
 /// Whether the user has interrupted.
 static INTERRUPTED: AtomicBool = AtomicBool::new(false);
@@ -65,11 +66,12 @@ pub fn run(arguments: &SceneArguments, common: &CommonArguments) -> Result<Done,
     check_targets(path, &scene, &target, arguments)?;
     watch_for_interruption();
     // What the scene asks of its superelements is found wrong, or good, with all that they have.
-    let mut model = Model::load(&scene).map_err(|error| in_file(error, path))?;
+    let open = SuperelementFiles::default();
+    let mut model = Model::load_from(&scene, &open).map_err(|error| in_file(error, path))?;
     let pruning = match arguments.model {
         ModelArgument::Everything => None,
         ModelArgument::Needed => {
-            let found = Pruning::of(&scene, arguments.tolerance);
+            let found = Pruning::of(&scene, &open, arguments.tolerance);
             Some(found.map_err(|error| in_file(error, path))?)
         }
     };
@@ -77,9 +79,10 @@ pub fn run(arguments: &SceneArguments, common: &CommonArguments) -> Result<Done,
         target.options["left_out"] = left_out(pruning);
         if pruning.count() > 0 {
             scene = pruning.applied_to(&scene);
-            model = Model::load(&scene).map_err(|error| in_file(error, path))?;
+            model = Model::load_from(&scene, &open).map_err(|error| in_file(error, path))?;
         }
     }
+    drop(open);
     let mut watcher = Watcher::new(common);
     for note in &model.notes {
         watcher.note(0.0, note);

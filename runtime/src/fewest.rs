@@ -2,6 +2,9 @@
 
 use crate::error::Error;
 
+/// Precision with which the fewest coordinates are found.
+pub const EXACTLY: f64 = 0.0;
+
 /// One number of coordinates that was tried.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Trial {
@@ -20,8 +23,8 @@ pub struct Searched {
     pub best: Trial,
 }
 
-/// Bisects between none and all of `count` coordinates; with all of them the error is `whole`. `None` if a trial says that the
-/// user wants an end.
+/// Bisects between none and all of `count` coordinates; with all of them the error is `whole`. What is found is larger than the fewest
+/// by less than its part `precision`. `None` if a trial says that the user wants an end.
 ///
 /// The error needn't fall with every coordinate: what is returned was tried, not inferred.
 ///
@@ -31,6 +34,7 @@ pub fn fewest(
     count: usize,
     whole: f64,
     tolerance: f64,
+    precision: f64,
     mut trial: impl FnMut(usize) -> Result<Option<f64>, Error>,
 ) -> Result<Option<Searched>, Error> {
     let mut trials = Vec::new();
@@ -40,7 +44,7 @@ pub fn fewest(
     };
     // Good at `best.kept`; bad below `bad`.
     let mut bad = 0;
-    while bad < best.kept {
+    while bad < best.kept && (best.kept - bad) as f64 >= precision * best.kept as f64 {
         let kept = (bad + best.kept) / 2;
         let Some(error) = trial(kept)? else {
             return Ok(None);
@@ -64,7 +68,7 @@ mod tests {
     fn the_fewest_good_coordinates_are_found() -> Result<(), Error> {
         for needed in 0..=13 {
             let mut made = 0;
-            let found = fewest(13, 0.0, 1e-3, |kept| {
+            let found = fewest(13, 0.0, 1e-3, EXACTLY, |kept| {
                 made += 1;
                 Ok(Some(if kept >= needed { 1e-4 } else { 1e-2 }))
             })?;
@@ -75,10 +79,27 @@ mod tests {
     }
 
     #[test]
+    fn nearly_the_fewest_take_fewer_trials() -> Result<(), Error> {
+        for needed in [1, 7, 100, 199, 333, 500] {
+            let found = fewest(500, 0.0, 1e-3, 0.05, |kept| {
+                Ok(Some(if kept >= needed { 1e-4 } else { 1e-2 }))
+            })?;
+            let is_close = |found: Searched| {
+                let kept = found.best.kept;
+                kept >= needed
+                    && (kept - needed) as f64 <= 0.05 * kept as f64
+                    && (needed < 100 || found.trials.len() <= 7)
+            };
+            assert!(found.clone().is_some_and(is_close), "{needed}: {found:?}");
+        }
+        Ok(())
+    }
+
+    #[test]
     fn what_is_never_good_keeps_everything_and_a_stop_is_no_answer() -> Result<(), Error> {
-        let none = fewest(5, 0.0, 1e-3, |_| Ok(Some(f64::INFINITY)))?;
+        let none = fewest(5, 0.0, 1e-3, EXACTLY, |_| Ok(Some(f64::INFINITY)))?;
         assert_eq!(none.map(|found| found.best.kept), Some(5));
-        assert_eq!(fewest(5, 0.0, 1e-3, |_| Ok(None))?, None);
+        assert_eq!(fewest(5, 0.0, 1e-3, EXACTLY, |_| Ok(None))?, None);
         Ok(())
     }
 }

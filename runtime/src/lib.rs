@@ -69,6 +69,7 @@ pub mod scene;
 pub mod selection;
 pub mod simulation;
 pub mod study;
+pub mod superelement_files;
 pub mod system;
 pub mod validity;
 pub mod vtu;

@@ -2,7 +2,7 @@
 with the scene's steps and with steps that it lengthens.
 
     pip install numpy h5py
-    python3 tests/benches/scene_driven.py [--scenes NAME,...] [--rounds 3] [--write]
+    python3 tests/benches/scene_driven.py [--scenes NAME,...] [--rounds 3] [--data FOLDER] [--write [FILE]] [--resume]
 
 - `slider-crank`: the planar benchmark with a slender rod of 8 elements, two revolutions.
 - `solid-slider-crank`: the generated connecting rod between a flywheel's crank and a slider, in space.
@@ -10,7 +10,11 @@ with the scene's steps and with steps that it lengthens.
 
 Every row runs with the same step and method. Errors are those of all outputs against the run with everything kept: the largest distance over all
 recorded times by the output's range, and the largest of these. Times are those of the steps alone, on one thread, the least of all rounds; rows take
-turns. `--write` puts the raw lines in place of docs/data/scene_driven.jsonl; `--example scene_driven` renders the page's part of them.
+turns. Longer steps don't change what a part is reduced to: their preparation takes the reduction of the same tolerance from a cache, and counts what that took.
+
+One JSON line per preparation and per run. `--write` puts each into docs/data/scene_driven.jsonl, or FILE, as it is made; a row that is made again
+takes the place of that of an earlier commit. `--resume` leaves out what the file has for this commit (the last that touched the programs or the benches);
+prepared scenes are kept in the data folder for that. `--example scene_driven` renders the page's part of the lines.
 """
 import argparse
 import json
@@ -106,95 +110,169 @@ def write(path, scene):
         json.dump(scene, file)
 
 
+def parts(scene, folder):
+    """Superelements of a scene: all of them together, bytes."""
+    files = {body["superelement"] for body in scene["bodies"].values() if "superelement" in body}
+    return sum(os.path.getsize(os.path.join(folder, name)) for name in files)
+
+
 def reduced(folder, scene, modes):
-    """The scene with its part reduced to so many modes, in a folder of its own: scene file, seconds, bytes."""
+    """The scene with its part reduced to so many modes, in a folder of its own: what it took."""
     os.makedirs(folder)
     output = os.path.join(folder, "part.dcb.h5")
     start = time.perf_counter()
     single.reduce(os.path.join(os.path.dirname(folder), "part.mtx"), output, modes)
     seconds = time.perf_counter() - start
     write(os.path.join(folder, "scene.json"), scene)
-    return os.path.join(folder, "scene.json"), seconds, os.path.getsize(output)
+    return dict(preparation_seconds=seconds, file_bytes=parts(scene, folder))
 
 
-def prepared(folder, tolerance, *options):
-    """The scene as `simulate prepare` makes it: scene file, seconds, bytes, report."""
-    scene = os.path.join(os.path.dirname(folder), "scene.json")
-    start = time.perf_counter()
-    runner.run([os.path.join(BINARIES, "simulate"), "prepare", scene, "--tolerance", tolerance, "-o", folder, "--quiet", *options])
-    seconds = time.perf_counter() - start
+def prepared(folder, tolerance, options, reduction_seconds):
+    """The scene as `simulate prepare` makes it: what it took, and its report."""
+    above = os.path.dirname(folder)
+    command = [os.path.join(BINARIES, "simulate"), "prepare", os.path.join(above, "scene.json"), "--tolerance", tolerance, "-o", folder]
+    runner.run([*command, f"--cache={os.path.join(above, f'cache-{float(tolerance)}')}", "--quiet", "--force", *options])
     with open(os.path.join(folder, "report.json")) as file:
         report = json.load(file)
-    sizes = [os.path.getsize(os.path.join(folder, name)) for name in os.listdir(folder) if name.endswith(".dcb.h5")]
-    return os.path.join(folder, "scene.json"), seconds, sum(sizes), report
+    for file in report["files"]:
+        del file["from"]
+    seconds = report["seconds"]["runs"] + (reduction_seconds or report["seconds"]["reduction"])
+    return dict(preparation_seconds=seconds, file_bytes=sum(file["size"] for file in report["files"]), report=report)
 
 
 def run(scene):
     results = scene.removesuffix(".json") + ".h5"
     runner.run([os.path.join(BINARIES, "simulate"), scene, "-o", results, "--model", "everything", "--threads", "1", "--quiet", "--force"])
     with h5py.File(results) as file:
-        summary = json.loads(file["provenance"].attrs["summary"])
-        outputs = {name: data[:].reshape(len(data), -1) for name, data in file["outputs"].items()}
-    return summary, outputs
+        return json.loads(file["provenance"].attrs["summary"])
 
 
-def error(found, expected):
+def error(folder, expected):
     """Largest distance by the range, of all outputs."""
+    def outputs(of):
+        with h5py.File(os.path.join(of, "scene.h5")) as file:
+            return {name: data[:].reshape(len(data), -1) for name, data in file["outputs"].items()}
+
+    found, expected = outputs(folder), outputs(expected)
+
     def of(name):
         range_ = np.linalg.norm(np.ptp(expected[name], axis=0))
         return np.linalg.norm(found[name] - expected[name], axis=1).max() / range_
     return float(max(of(name) for name in expected))
 
 
-def study(name, rounds, folder):
-    make, everything = SCENES[name]
-    scene, end, step = make(folder)
-    # Steps up to sixteen times as long end at the times that are recorded.
-    steps = round(end / step / RECORDS / 16) * 16 * RECORDS
-    scene["record"] = {"every": steps // RECORDS}
-    scene["integrator"] = {"generalized_alpha": {"step": end / steps, "end": end, "rho_infinity": RHO}}
-    write(os.path.join(folder, "scene.json"), scene)
-    rows = [dict(row="everything"), dict(row=f"{FIXED} modes")] + [
-        dict(row="scene-driven" + (", longer steps" if options else ""), tolerance=float(t)) for t in TOLERANCES for options in STEPS
-    ]
-    files = []
-    for row, modes in zip(rows, (everything, FIXED)):
-        path, row["preparation_seconds"], row["file_bytes"] = reduced(os.path.join(folder, row["row"].replace(" ", "-")), scene, modes)
-        files.append(path)
-    for row, (tolerance, options) in zip(rows[2:], [(t, o) for t in TOLERANCES for o in STEPS]):
-        target = os.path.join(folder, "-".join(["at", tolerance, *options]))
-        path, row["preparation_seconds"], row["file_bytes"], row["report"] = prepared(target, tolerance, *options)
-        files.append(path)
-    expected = None
-    for _ in range(rounds):
-        for row, path in zip(rows, files):
-            summary, outputs = run(path)
-            expected = expected or outputs
-            row.setdefault("seconds", []).append(summary["integration_seconds"])
-            row["error"] = error(outputs, expected)
-            row["steps"], row["iterations"] = summary["steps"], summary["newton_iterations"]
-            row["coordinates"], row["used_step"] = summary["elastic_coordinates"], end / summary["steps"]
-    for row in rows:
-        yield dict(kind="row", scene=name, end=end, step=end / steps, seconds_per_second=min(row["seconds"]) / end, **row)
+class Bench:
+    def __init__(self, options):
+        self.options = options
+        self.commit = commit()
+        self.lines = []
+        if options.write and os.path.exists(options.write):
+            with open(options.write) as file:
+                self.lines = [json.loads(text) for text in file]
+        if not self.done("conditions"):
+            machine = runner.conditions()["machine"]
+            command = "python3 tests/benches/scene_driven.py " + " ".join(sys.argv[1:])
+            self.add("conditions", dict(commit=self.commit), command=command, machine=machine, rho_infinity=RHO)
+
+    def done(self, kind, **key):
+        """The line of this commit with this key."""
+        return next((
+            line for line in self.lines
+            if line["kind"] == kind and line["commit"] == self.commit and all(line.get(name) == value for name, value in key.items())
+        ), None)
+
+    def add(self, kind, key, **values):
+        """A line in place of that with the same key; a preparation also in place of the runs of what was prepared before."""
+        line = dict(kind=kind, commit=self.commit) | key | values
+        replaced = {"preparation": ["preparation", "run"]}.get(kind, [kind])
+        is_replaced = lambda old: old["kind"] in replaced and all(old.get(name) == value for name, value in key.items())
+        self.lines = [old for old in self.lines if not is_replaced(old)] + [line]
+        used = {self.commit, *(line["commit"] for line in self.lines if line["kind"] != "conditions")}
+        self.lines = [line for line in self.lines if line["commit"] in used]
+        if self.options.write:
+            with open(self.options.write + ".part", "w") as file:
+                file.writelines(json.dumps(line) + "\n" for line in self.lines)
+            os.replace(self.options.write + ".part", self.options.write)
+        told = {name: value for name, value in line.items() if name != "report"}
+        print(json.dumps(told), file=sys.stderr, flush=True)
+        return line
+
+    def study(self, name):
+        make, everything = SCENES[name]
+        folder = os.path.join(self.options.data, self.commit, name)
+        os.makedirs(folder, exist_ok=True)
+        scene, end, step = make(folder)
+        # Steps up to sixteen times as long end at the times that are recorded.
+        steps = round(end / step / RECORDS / 16) * 16 * RECORDS
+        scene["record"] = {"every": steps // RECORDS}
+        scene["integrator"] = {"generalized_alpha": {"step": end / steps, "end": end, "rho_infinity": RHO}}
+        write(os.path.join(folder, "scene.json"), scene)
+        rows = [dict(row="everything", modes=everything), dict(row=f"{FIXED} modes", modes=FIXED)] + [
+            dict(row="scene-driven" + (", longer steps" if options else ""), tolerance=float(tolerance), options=options)
+            for tolerance in TOLERANCES for options in STEPS
+        ]
+        places = [self.prepare(name, folder, scene, row) for row in rows]
+        for round_number in range(self.options.rounds):
+            for row, place in zip(rows, places):
+                self.run(name, end, row, place, places[0], round_number)
+
+    def prepare(self, name, folder, scene, row):
+        """The folder of a row's scene, made if it isn't there."""
+        key = dict(scene=name, row=row["row"], tolerance=row.get("tolerance"))
+        words = row["row"].replace(",", "").split() + ([str(row["tolerance"])] if "tolerance" in row else [])
+        place = os.path.join(folder, "-".join(words))
+        if self.options.resume and self.done("preparation", **key) and os.path.exists(os.path.join(place, "scene.json")):
+            return place
+        shutil.rmtree(place, ignore_errors=True)
+        if "modes" in row:
+            made = reduced(place, scene, row["modes"])
+        else:
+            if not row["options"]:
+                shutil.rmtree(os.path.join(folder, "cache-" + str(row["tolerance"])), ignore_errors=True)
+            tolerance = next(text for text in TOLERANCES if float(text) == row["tolerance"])
+            same = row["options"] and self.done("preparation", scene=name, row="scene-driven", tolerance=row["tolerance"])
+            made = prepared(place, tolerance, row["options"], same and same["report"]["seconds"]["reduction"])
+        self.add("preparation", key, step=scene["integrator"]["generalized_alpha"]["step"], **made)
+        return place
+
+    def run(self, name, end, row, place, expected, round_number):
+        key = dict(scene=name, row=row["row"], tolerance=row.get("tolerance"), round=round_number)
+        reference = os.path.join(expected, "scene.h5")
+        if self.options.resume and self.done("run", **key) and (place != expected or os.path.exists(reference)):
+            return
+        summary = run(os.path.join(place, "scene.json"))
+        self.add("run", key, seconds_per_second=summary["integration_seconds"] / end, error=error(place, expected), steps=summary["steps"],
+                 iterations=summary["newton_iterations"], coordinates=summary["elastic_coordinates"], used_step=end / summary["steps"])
+
+
+def commit():
+    """The last commit that touched the programs or the benches, with a plus sign if they have changed since."""
+    sources = "reducer", "formats", "runtime", "samples", "Cargo.toml", "Cargo.lock", "tests/benches"
+
+    def git(*arguments):
+        return subprocess.run(["git", "-C", ROOT, *arguments, "--", *sources], stdout=subprocess.PIPE, text=True).stdout.strip()
+
+    return git("log", "-1", "--format=%h") + ("+" if git("status", "--porcelain") else "")
 
 
 def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--scenes", default=",".join(SCENES))
     parser.add_argument("--rounds", type=int, default=3)
-    parser.add_argument("--write", action="store_true")
+    parser.add_argument("--data", default=os.path.join(tempfile.gettempdir(), "scene-driven-data"))
+    parser.add_argument("--write", nargs="?", const=DATA, metavar="FILE")
+    parser.add_argument("--resume", action="store_true")
     options = parser.parse_args()
+    names = options.scenes.split(",")
+    if unknown := set(names) - set(SCENES):
+        parser.error(f"unknown scenes: {', '.join(sorted(unknown))}; there are {', '.join(SCENES)}")
+    if options.resume and not options.write:
+        parser.error("--resume needs --write, the file that says what is done")
+    options.data = os.path.abspath(options.data)
     subprocess.check_call(["cargo", "build", "--release", "--quiet", "--bins"], cwd=ROOT)
-    lines = [dict(kind="conditions", **runner.conditions(), rho_infinity=RHO)]
-    lines[0]["command"] = "python3 tests/benches/scene_driven.py " + " ".join(sys.argv[1:])
-    for name in options.scenes.split(","):
-        with tempfile.TemporaryDirectory() as folder:
-            for line in study(name, options.rounds, folder):
-                lines.append(line)
-                print(json.dumps(line), flush=True)
-    if options.write:
-        with open(DATA, "w") as file:
-            file.writelines(json.dumps(line) + "\n" for line in lines)
+    bench = Bench(options)
+    for name in names:
+        bench.study(name)
 
 
 if __name__ == "__main__":

@@ -1,14 +1,14 @@
-//! Turns the lines of `docs/data/scene_driven.jsonl`, which `tests/benches/scene_driven.py` measures, into the generated part of
-//! `docs/scene-driven.md` (printed).
+//! Turns the lines of `docs/data/scene_reduction.jsonl`, which `tests/reduction/scene_driven.rs` prints, and `docs/data/scene_driven.jsonl`,
+//! which `tests/benches/scene_driven.py` measures, into the generated parts of `docs/scene-driven.md` (printed, in this order).
 #![allow(clippy::unwrap_used, clippy::expect_used)]
 
-use dcb_tests::scene_driven_page;
+use dcb_tests::{scene_driven_page, scene_reduction_page};
 
 fn main() {
-    let path = concat!(
-        env!("CARGO_MANIFEST_DIR"),
-        "/../docs/data/scene_driven.jsonl"
-    );
-    let raw = std::fs::read_to_string(path).unwrap();
-    print!("{}", scene_driven_page::render(&raw));
+    let raw = |name: &str| {
+        let folder = concat!(env!("CARGO_MANIFEST_DIR"), "/../docs/data");
+        std::fs::read_to_string(format!("{folder}/{name}.jsonl")).unwrap()
+    };
+    println!("{}", scene_reduction_page::render(&raw("scene_reduction")));
+    print!("{}", scene_driven_page::render(&raw("scene_driven")));
 }

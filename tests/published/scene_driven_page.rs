@@ -1,34 +1,67 @@
-//! Does `docs/scene-driven.md` show what `docs/data/scene_driven.jsonl` holds, and does that keep what is promised?
+//! Does `docs/scene-driven.md` show what `docs/data/scene_driven.jsonl` and `scene_reduction.jsonl` hold, and do they keep what is promised?
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic)]
 
-use dcb_tests::scene_driven_page::{MARKERS, render};
-use serde_json::Value;
+use std::collections::BTreeMap;
+
+use dcb_tests::{scene_driven_page, scene_reduction_page};
 
 fn docs(file: &str) -> String {
     std::fs::read_to_string(format!("{}/../docs/{file}", env!("CARGO_MANIFEST_DIR"))).unwrap()
 }
 
-#[test]
-fn the_page_is_what_the_raw_lines_render_to() {
+fn assert_shows(markers: [&str; 2], expected: &str) {
     let page = docs("scene-driven.md");
-    let (_, rest) = page.split_once(MARKERS[0]).expect("the first marker");
-    let (generated, _) = rest.split_once(MARKERS[1]).expect("the second marker");
+    let (_, rest) = page.split_once(markers[0]).expect("the first marker");
+    let (generated, _) = rest.split_once(markers[1]).expect("the second marker");
     assert!(
-        generated == render(&docs("data/scene_driven.jsonl")),
-        "paste what `--example scene_driven` prints"
+        generated == expected,
+        "paste what `--example scene_driven` prints:\n{expected}"
     );
 }
 
 #[test]
-fn no_prepared_scene_is_further_off_than_its_tolerance() {
-    let mut count = 0;
-    for line in docs("data/scene_driven.jsonl").lines() {
-        let line: Value = serde_json::from_str(line).unwrap();
-        if let Some(tolerance) = line["tolerance"].as_f64() {
-            let error = line["error"].as_f64().unwrap();
-            assert!(error <= tolerance, "{line}");
-            count += 1;
-        }
+fn the_page_is_what_the_raw_lines_render_to() {
+    use scene_driven_page::{MARKERS, render};
+    assert_shows(MARKERS, &render(&docs("data/scene_driven.jsonl")));
+}
+
+#[test]
+fn bounds_and_true_errors_are_what_their_lines_render_to() {
+    use scene_reduction_page::{MARKERS, render};
+    assert_shows(MARKERS, &render(&docs("data/scene_reduction.jsonl")));
+}
+
+#[test]
+fn true_errors_are_below_bounds_and_these_below_tolerances() {
+    for line in scene_reduction_page::lines(&docs("data/scene_reduction.jsonl")) {
+        let [error, bound, tolerance] =
+            ["true_error", "bound", "tolerance"].map(|key| line[key].as_f64().unwrap());
+        assert!(error <= bound && bound <= tolerance, "{line}");
     }
-    assert!(count >= 6, "{count} rows");
+}
+
+/// Scenes that were measured, each prepared in six ways.
+const SCENES: usize = 1;
+
+#[test]
+fn no_prepared_scene_is_further_off_than_its_tolerance() {
+    let lines = scene_driven_page::lines(&docs("data/scene_driven.jsonl"));
+    let rows = scene_driven_page::rows(&lines);
+    let prepared = rows.iter().filter_map(|row| Some((row, row.tolerance()?)));
+    let mut scenes = BTreeMap::new();
+    for (row, tolerance) in prepared {
+        assert!(
+            row.error() <= tolerance,
+            "{}: {:e}",
+            row.prepared,
+            row.error()
+        );
+        *scenes
+            .entry(row.prepared["scene"].as_str().unwrap())
+            .or_insert(0) += 1;
+    }
+    assert!(
+        scenes.len() >= SCENES && scenes.values().all(|count| *count == 6),
+        "{scenes:?}"
+    );
 }

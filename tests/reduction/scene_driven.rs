@@ -1,5 +1,8 @@
 //! Parts reduced for a scene: is the error of their responses, over the scene's frequencies, forces and places, within the tolerance? Against
 //! the whole matrices, solved at every frequency.
+//!
+//! Rows of the table in `docs/scene-driven.md` are compared with `docs/data/scene_reduction.jsonl`. Its lines are what is printed here:
+//! `cargo test --release -p dcb-tests --test scene_driven -- --nocapture --test-threads 1 | grep '^{"part"'`.
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic)]
 
 use std::collections::BTreeSet;
@@ -21,6 +24,7 @@ use dcb_samples::{SolidElement, connecting_rod};
 use dcb_tests::dense::{dense, solve};
 use dcb_tests::localization::localization;
 use dcb_tests::oracle::{Oracle, centre_of_mass, rigid_motions};
+use dcb_tests::scene_reduction_page;
 use dcb_tests::{lowest, parts};
 use faer::linalg::solvers::Solve as _;
 use faer::sparse::{SparseColMat, Triplet};
@@ -313,6 +317,43 @@ impl Places {
     }
 }
 
+/// Prints the row of a part in the table of the documentation, and compares it with the one that stands there.
+fn compare_with_the_table(
+    part: &str,
+    component: &Component,
+    outcome: &Outcome,
+    tolerance: f64,
+    error: f64,
+) {
+    let row = json!({
+        "part": part,
+        "dofs": component.dofs.len(),
+        "tolerance": tolerance,
+        "coordinates": coordinates(&outcome.fitted.superelement),
+        "bound": outcome.fit.total,
+        "true_error": error,
+    });
+    println!("{row}");
+    let path = concat!(
+        env!("CARGO_MANIFEST_DIR"),
+        "/../docs/data/scene_reduction.jsonl"
+    );
+    let table = scene_reduction_page::lines(&fs::read_to_string(path).unwrap());
+    let known = (table.iter())
+        .find(|line| line["part"] == part && line["tolerance"] == row["tolerance"])
+        .expect("a row of the table");
+    for exact in ["dofs", "coordinates"] {
+        assert_eq!(known[exact], row[exact], "{exact}");
+    }
+    for rounded in ["bound", "true_error"] {
+        let [known, row] = [known, &row].map(|line| line[rounded].as_f64().unwrap());
+        assert!(
+            (row / known - 1.0).abs() < 0.05,
+            "{rounded}: {row:e}, in the table {known:e}"
+        );
+    }
+}
+
 /// Rᵀ M R = I.
 fn normalised(component: &Component, rigid: &Mat<f64>) -> Mat<f64> {
     let gram = rigid.transpose() * dcb_tests::dense::times(&component.mass, rigid.as_ref());
@@ -365,6 +406,8 @@ fn the_rod_of_the_slider_crank() {
         assert_eq!(places.nodes, BTreeSet::from([2]));
         let error = places.error(&found, &rod, &frequencies(&found, 150));
         assert!(error <= tolerance, "{error:e} above {tolerance:e}");
+        let name = "rod of 16 elements in the slider-crank, with its node 2";
+        compare_with_the_table(name, &rod, &found, tolerance, error);
         let (basis, mesh) = found.fitted.fields.unwrap();
         assert!(
             basis.dofs.iter().all(|dof| dof.node == 2),
@@ -440,6 +483,8 @@ fn a_connecting_rod_in_space_moves_in_its_plane() {
     let places = Places::of(&found, &rod, &forces);
     let error = places.error(&found, &rod, &frequencies(&found, 3));
     assert!(error <= tolerance, "{error:e}");
+    let name = "connecting rod in a slider-crank in space, with a node";
+    compare_with_the_table(name, &rod, &found, tolerance, error);
     // Neither what leads out of the plane nor the moments of the pins.
     let element = &found.fitted.superelement;
     assert!(element.residual.sigma_squared.len() <= 4);
@@ -489,7 +534,7 @@ fn unused_interfaces_and_directions_without_force_are_left_out() {
     let mut forces = vec![("right", Direction::Uy)];
     forces.extend(Direction::ALL.map(|direction| ("left", direction)));
     let mut told: Vec<String> = Vec::new();
-    for tolerance in [1e-4, 1e-3, 1e-2, 1e-1] {
+    for tolerance in [1e-1, 1e-2, 1e-3, 1e-4] {
         let found = fitted(&part, &scene, tolerance);
         let element = &found.fitted.superelement;
         assert_eq!(names(element), ["left", "right"]);
@@ -497,6 +542,8 @@ fn unused_interfaces_and_directions_without_force_are_left_out() {
         let places = Places::of(&found, &part, &forces);
         let error = places.error(&found, &part, &frequencies(&found, 40));
         assert!(error <= tolerance, "{error:e} above {tolerance:e}");
+        let name = "box fixed at one end, a force at the other, a third interface unused";
+        compare_with_the_table(name, &part, &found, tolerance, error);
         let what = |one: &Omission| one.what.clone();
         told.extend(found.fit.left_out.iter().map(what));
     }

@@ -18,11 +18,17 @@ fn text<'a>(line: &'a Value, key: &str) -> &'a str {
     line[key].as_str().unwrap_or("")
 }
 
+/// The raw lines: conditions, preparations and runs.
+pub fn lines(raw: &str) -> Vec<Value> {
+    let lines = raw.lines();
+    lines
+        .map(|line| serde_json::from_str(line).expect("a line of JSON"))
+        .collect()
+}
+
 /// Everything between the markers.
 pub fn render(raw: &str) -> String {
-    let lines: Vec<Value> = (raw.lines())
-        .map(|line| serde_json::from_str(line).expect("a line of JSON"))
-        .collect();
+    let lines = lines(raw);
     let mut page = String::new();
     for line in lines.iter().filter(|line| line["kind"] == "conditions") {
         let machine = &line["machine"];
@@ -35,34 +41,81 @@ pub fn render(raw: &str) -> String {
             line["rho_infinity"],
         );
     }
-    let rows: Vec<&Value> = lines.iter().filter(|line| line["kind"] == "row").collect();
-    let mut scenes: Vec<&str> = rows.iter().map(|row| text(row, "scene")).collect();
+    let rows = rows(&lines);
+    let mut scenes: Vec<&str> = rows.iter().map(|row| text(row.prepared, "scene")).collect();
     scenes.dedup();
     for scene in scenes {
-        let own: Vec<&Value> = (rows.iter().copied())
-            .filter(|row| text(row, "scene") == scene)
-            .collect();
+        let of_scene = |row: &&Row| text(row.prepared, "scene") == scene;
+        let own: Vec<&Row> = rows.iter().filter(of_scene).collect();
         page += &format!("\n#### {scene}\n\n{}", scene_table(&own));
     }
     page
 }
 
-fn scene_table(rows: &[&Value]) -> String {
-    let fixed = rows.iter().find(|row| text(row, "row").ends_with(" modes"));
-    let fixed = fixed.map_or(f64::NAN, |row| number(row, "seconds_per_second"));
+/// What was prepared and run in one way, runs of all rounds.
+pub struct Row<'a> {
+    /// The line of its preparation.
+    pub prepared: &'a Value,
+    /// Those of its runs.
+    pub runs: Vec<&'a Value>,
+}
+
+impl Row<'_> {
+    /// What the scene was prepared for, if it was.
+    pub fn tolerance(&self) -> Option<f64> {
+        self.prepared["tolerance"].as_f64()
+    }
+
+    /// The largest of all runs.
+    pub fn error(&self) -> f64 {
+        let errors = self.runs.iter().map(|run| number(run, "error"));
+        errors.fold(0.0, f64::max)
+    }
+
+    /// The least of all runs.
+    fn seconds_per_second(&self) -> f64 {
+        let seconds = self
+            .runs
+            .iter()
+            .map(|run| number(run, "seconds_per_second"));
+        seconds.fold(f64::INFINITY, f64::min)
+    }
+}
+
+/// Every row that was run.
+pub fn rows(lines: &[Value]) -> Vec<Row<'_>> {
+    let same = |a: &Value, b: &Value| {
+        ["scene", "row", "tolerance"]
+            .iter()
+            .all(|key| a[*key] == b[*key])
+    };
+    let of_kind = |kind: &'static str| lines.iter().filter(move |line| line["kind"] == kind);
+    of_kind("preparation")
+        .map(|prepared| Row {
+            prepared,
+            runs: of_kind("run").filter(|run| same(run, prepared)).collect(),
+        })
+        .filter(|row| !row.runs.is_empty())
+        .collect()
+}
+
+fn scene_table(rows: &[&Row]) -> String {
+    let fixed = (rows.iter()).find(|row| text(row.prepared, "row").ends_with(" modes"));
+    let fixed = fixed.map_or(f64::NAN, |row| row.seconds_per_second());
     let cells: Vec<Vec<String>> = (rows.iter())
         .map(|row| {
-            let tolerance = row["tolerance"].as_f64();
+            let run = row.runs[0];
             vec![
-                text(row, "row").to_owned(),
-                tolerance.map_or("–".to_owned(), |tolerance| format!("{tolerance:.0e}")),
-                row["coordinates"].to_string(),
-                format!("{:.2e}", number(row, "used_step")),
-                format!("{:.0}", number(row, "file_bytes") / 1024.0),
-                format!("{:.2}", number(row, "preparation_seconds")),
-                format!("{:.3}", number(row, "seconds_per_second")),
-                format!("{:.2}", fixed / number(row, "seconds_per_second")),
-                format!("{:.1e}", number(row, "error")),
+                text(row.prepared, "row").to_owned(),
+                row.tolerance()
+                    .map_or("–".to_owned(), |tolerance| format!("{tolerance:.0e}")),
+                run["coordinates"].to_string(),
+                format!("{:.2e}", number(run, "used_step")),
+                format!("{:.0}", number(row.prepared, "file_bytes") / 1024.0),
+                format!("{:.2}", number(row.prepared, "preparation_seconds")),
+                format!("{:.3}", row.seconds_per_second()),
+                format!("{:.2}", fixed / row.seconds_per_second()),
+                format!("{:.1e}", row.error()),
             ]
         })
         .collect();

@@ -5,7 +5,6 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use dcb_formats::component::Units;
-use dcb_formats::dcb::SuperelementFile;
 use dcb_formats::mesh::{Dimension, Mesh};
 use dcb_formats::superelement::{RecoveryBasis, Stiffening, Superelement};
 use indexmap::IndexMap;
@@ -15,6 +14,7 @@ use crate::body::{Compatibility, FlexibleBody, ModeTruncation, RigidBody};
 use crate::error::Error;
 use crate::pruning::Carried;
 use crate::scene::{self, Body, BodyKind, Scene, SuperelementBody};
+use crate::superelement_files::{OpenSuperelement, SuperelementFiles};
 
 /// What reading one file gave.
 #[derive(Clone, Debug, PartialEq)]
@@ -40,12 +40,12 @@ pub struct Library {
     units: Units,
     dimension: Dimension,
     compatibility: Compatibility,
+    open: SuperelementFiles,
     files: IndexMap<PathBuf, OpenFile>,
 }
 
 struct OpenFile {
-    file: SuperelementFile,
-    superelement: Superelement,
+    read: Arc<OpenSuperelement>,
     bodies: Vec<(SuperelementBody, Arc<FlexibleBody>)>,
     fields: Vec<(SuperelementBody, Arc<(RecoveryBasis, Mesh)>)>,
 }
@@ -56,21 +56,21 @@ impl OpenFile {
         let Some(wanted) = modes else {
             return Ok(None);
         };
-        let available = self.superelement.mode_count();
+        let available = self.read.superelement.mode_count();
         if wanted as usize > available {
             return Err(Error::described(
                 format!("bodies.{name}.modes"),
                 format!("is {wanted}, but the superelement has {available} modes"),
             ));
         }
-        ModeTruncation::of(&self.superelement, wanted as usize).map(Some)
+        ModeTruncation::of(&self.read.superelement, wanted as usize).map(Some)
     }
 
     /// The superelement with as many modes as a body asks for.
     fn truncated(&self, name: &str, of: &SuperelementBody) -> Result<Cow<'_, Superelement>, Error> {
         Ok(match self.truncation(name, of.modes)? {
-            Some(truncation) => Cow::Owned(truncation.superelement(&self.superelement)?),
-            None => Cow::Borrowed(&self.superelement),
+            Some(truncation) => Cow::Owned(truncation.superelement(&self.read.superelement)?),
+            None => Cow::Borrowed(&self.read.superelement),
         })
     }
 
@@ -112,7 +112,12 @@ impl OpenFile {
                 Some(Carried::Selection(selection)) => selection.modes().to_vec(),
                 Some(Carried::Rigid) | None => (0..body.mode_count).collect(),
             };
-            bodies::damp(&mut body, damping, &modes, self.superelement.mode_count());
+            bodies::damp(
+                &mut body,
+                damping,
+                &modes,
+                self.read.superelement.mode_count(),
+            );
         }
         Ok(body)
     }
@@ -125,7 +130,7 @@ impl OpenFile {
         body: &str,
         at: &str,
     ) -> Result<RecoveryBasis, Error> {
-        if self.superelement.enrichment.is_some() && basis.enrichment.is_none() {
+        if self.read.superelement.enrichment.is_some() && basis.enrichment.is_none() {
             return Err(Error::described(
                 at,
                 format!(
@@ -158,7 +163,7 @@ fn without_fields(body: &str, at: &str) -> Error {
 
 impl Library {
     /// Empty, for superelements in the scene's units and dimension.
-    pub fn for_scene(scene: &Scene) -> Self {
+    pub fn for_scene(scene: &Scene, open: &SuperelementFiles) -> Self {
         Self {
             units: scene.units.clone(),
             dimension: scene.dimension,
@@ -167,6 +172,7 @@ impl Library {
                 scene::Compatibility::Static => Compatibility::Static,
                 scene::Compatibility::Weak => Compatibility::Weak,
             },
+            open: open.clone(),
             files: IndexMap::new(),
         }
     }
@@ -214,8 +220,8 @@ impl Library {
         if self.files.contains_key(path) {
             return Ok(());
         }
-        let file = SuperelementFile::open(path)?;
-        let superelement = file.superelement()?;
+        let read = self.open.at(path)?;
+        let superelement = &read.superelement;
         let at = format!("bodies.{name}.superelement");
         if superelement.dimension != self.dimension {
             return Err(Error::described(
@@ -247,8 +253,7 @@ impl Library {
         self.files.insert(
             path.to_owned(),
             OpenFile {
-                file,
-                superelement,
+                read,
                 bodies: Vec::new(),
                 fields: Vec::new(),
             },
@@ -272,9 +277,9 @@ impl Library {
         if let Some((_, fields)) = known {
             return Ok(fields.clone());
         }
-        let basis = opened.file.recovery()?.ok_or_else(none)?;
+        let basis = opened.read.file.recovery()?.ok_or_else(none)?;
         let basis = opened.recovered(basis, of, body, at)?;
-        let mesh = opened.file.mesh()?.ok_or_else(none)?;
+        let mesh = opened.read.file.mesh()?.ok_or_else(none)?;
         let fields = Arc::new((basis, mesh));
         opened.fields.push((of.clone(), fields.clone()));
         Ok(fields)
@@ -293,11 +298,11 @@ impl Library {
     ) -> Result<FieldsOfNode, Error> {
         let none = || without_fields(body, at);
         let (opened, of) = self.flexible(scene, body).ok_or_else(none)?;
-        let basis = opened.file.recovery_of(&[node])?.ok_or_else(none)?;
+        let basis = opened.read.file.recovery_of(&[node])?.ok_or_else(none)?;
         let basis = opened.recovered(basis, of, body, at)?;
-        let node_count = opened.file.node_count().ok_or_else(none)?;
+        let node_count = opened.read.file.node_count().ok_or_else(none)?;
         let moves = basis.dofs.iter().filter(|dof| !dof.direction.is_rotation());
-        match opened.file.node_position(node)? {
+        match opened.read.file.node_position(node)? {
             Some(position) if moves.count() == self.dimension.coordinate_count() => {
                 Ok(FieldsOfNode { basis, position })
             }
@@ -329,8 +334,8 @@ impl Library {
             .into_iter()
             .map(|(path, opened)| LoadedFile {
                 path,
-                digest: opened.file.digest().to_owned(),
-                warnings: opened.superelement.provenance.warnings,
+                digest: opened.read.file.digest().to_owned(),
+                warnings: opened.read.superelement.provenance.warnings.clone(),
             })
             .collect()
     }

@@ -16,6 +16,7 @@ use indexmap::IndexMap;
 use crate::body::Compatibility;
 use crate::error::Error;
 use crate::scene::Scene;
+use crate::superelement_files::SuperelementFiles;
 use crate::system::builder::{BuiltJoint, JointCoordinate, SystemBuilder};
 use crate::system::{State, System};
 
@@ -79,7 +80,15 @@ impl Model {
     /// [`Error::File`] for a superelement that can't be read; [`Error::Description`] with the path of keys where the scene asks
     /// for something that a superelement hasn't, or of other units or dimension.
     pub fn load(scene: &Scene) -> Result<Self, Error> {
-        let mut library = Library::for_scene(scene);
+        Self::load_from(scene, &SuperelementFiles::default())
+    }
+
+    /// The same with files of which some may be open already.
+    ///
+    /// # Errors
+    /// As [`Model::load`].
+    pub fn load_from(scene: &Scene, open: &SuperelementFiles) -> Result<Self, Error> {
+        let mut library = Library::for_scene(scene, open);
         let mut builder = SystemBuilder::new(scene.dimension, scene.gravity_in_space());
         let mut names = Names {
             bodies: IndexMap::new(),

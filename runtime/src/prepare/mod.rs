@@ -22,6 +22,7 @@ use crate::study::Subject;
 use crate::study::grid::Grid;
 use crate::study::monitor::Monitor;
 use crate::study::motion::{self, Course};
+use crate::superelement_files::SuperelementFiles;
 use trials::Trials;
 
 /// Part of the tolerance that a search may use: the rest is for what the large superelements themselves are off.
@@ -92,10 +93,11 @@ pub fn prepare(
         monitor,
     };
     let limit = SHARE * tolerance;
-    let mut pruning = Pruning::of(&scene, PRUNED * tolerance)?;
+    let open = SuperelementFiles::default();
+    let mut pruning = Pruning::of(&scene, &open, PRUNED * tolerance)?;
     let mut start = trials.start(&scene, &pruning)?;
     if start.as_ref().is_some_and(|start| start.error > limit) {
-        pruning = Pruning::nothing(&scene)?;
+        pruning = Pruning::nothing(&scene, &open)?;
         start = trials.start(&scene, &pruning)?;
     }
     let Some(start) = start else {

@@ -15,6 +15,9 @@ use crate::study::grid::{Grid, Trace};
 use crate::study::monitor::Monitor;
 use crate::study::motion;
 
+/// So small a part of the coordinates isn't worth another run.
+const PRECISION: f64 = 0.03;
+
 /// What runs are compared with.
 pub(super) struct Trials<'a> {
     pub subject: &'a Subject,
@@ -67,10 +70,16 @@ impl Trials<'_> {
         for is_of_kind in kinds {
             let candidate = |count: usize| chosen.with_first(count, is_of_kind);
             let others = start.bound() + chosen.order.len() - chosen.count(is_of_kind);
-            let searched = fewest(chosen.count(is_of_kind), error, tolerance, |count| {
-                let scene = start.with(&candidate(count))?;
-                self.error(&scene, others + count, &mut |_| {})
-            })?;
+            let searched = fewest(
+                chosen.count(is_of_kind),
+                error,
+                tolerance,
+                PRECISION,
+                |count| {
+                    let scene = start.with(&candidate(count))?;
+                    self.error(&scene, others + count, &mut |_| {})
+                },
+            )?;
             let Some(searched) = searched else {
                 return Ok(None);
             };

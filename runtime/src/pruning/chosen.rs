@@ -12,7 +12,7 @@ use super::explanation::ranges;
 use super::{Carried, LeftOut, Pruned};
 use crate::demand::{Deflection, Demand, NodeDemand, PlaneOfMotion};
 use crate::error::Error;
-use crate::fewest::fewest;
+use crate::fewest::{EXACTLY, fewest};
 use crate::selection::{InPlane, NodeSelection, Normal, ObservedNodes, Selection};
 
 /// Frequencies of comparison, equally apart in their logarithm over three decades.
@@ -227,7 +227,13 @@ impl Reference<'_, '_> {
             self.selection.clone().with_modes(kept)
         };
         let tried = |count: usize| self.error(&with(count)?).map(Some);
-        let found = fewest(modes.len() - fixed, self.error, chooser.tolerance, tried)?;
+        let found = fewest(
+            modes.len() - fixed,
+            self.error,
+            chooser.tolerance,
+            EXACTLY,
+            tried,
+        )?;
         let Some(best) = found.map(|found| found.best) else {
             return Ok((self.selection.clone(), Vec::new(), self.error));
         };
@@ -262,7 +268,7 @@ impl Reference<'_, '_> {
             .len();
         let with = |count: usize| modes.clone().with_attachments(count);
         let tried = |count: usize| self.error(&with(count)).map(Some);
-        let found = fewest(all, before, chooser.tolerance, tried)?;
+        let found = fewest(all, before, chooser.tolerance, EXACTLY, tried)?;
         let Some(best) = found.map(|found| found.best).filter(|best| best.kept < all) else {
             return Ok((modes.clone(), Vec::new(), before));
         };

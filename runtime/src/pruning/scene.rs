@@ -2,6 +2,7 @@
 
 use std::fmt::{self, Display, Formatter};
 use std::path::PathBuf;
+use std::sync::Arc;
 
 use dcb_formats::dcb::SuperelementFile;
 use dcb_formats::superelement::{Stiffening, Superelement};
@@ -13,6 +14,7 @@ use crate::demand::{Demand, NodeDemand, PartInterface, Parts};
 use crate::error::Error;
 use crate::scene::{BodyKind, Compatibility, GeometricStiffening, Scene, SuperelementBody};
 use crate::selection::{ObservedNodes, Selection};
+use crate::superelement_files::{OpenSuperelement, SuperelementFiles};
 
 /// What a scene carries of its superelements.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -35,11 +37,11 @@ impl Pruning {
     ///
     /// # Errors
     /// Those of files that can't be read, of [`Demand::of`] and of [`Pruned::of`].
-    pub fn of(scene: &Scene, tolerance: f64) -> Result<Self, Error> {
+    pub fn of(scene: &Scene, open: &SuperelementFiles, tolerance: f64) -> Result<Self, Error> {
         if scene.compatibility == Compatibility::Weak {
             return Ok(Self::default());
         }
-        let files = opened(scene)?;
+        let files = opened(scene, open)?;
         let given: Result<Vec<Given>, Error> = superelements(scene)
             .map(|(name, of)| Given::of(name, of, &files[&scene.resolve(&of.file)]))
             .collect();
@@ -67,8 +69,8 @@ impl Pruning {
     ///
     /// # Errors
     /// Those of files that can't be read.
-    pub fn nothing(scene: &Scene) -> Result<Self, Error> {
-        let files = opened(scene)?;
+    pub fn nothing(scene: &Scene, open: &SuperelementFiles) -> Result<Self, Error> {
+        let files = opened(scene, open)?;
         let mut bodies = IndexMap::new();
         for (name, of) in superelements(scene) {
             let given = Given::of(name, of, &files[&scene.resolve(&of.file)])?;
@@ -149,9 +151,12 @@ impl<'a> Given<'a> {
     fn of(
         name: &'a str,
         of: &SuperelementBody,
-        file: &'a (SuperelementFile, Superelement),
+        opened: &'a OpenSuperelement,
     ) -> Result<Self, Error> {
-        let (file, read) = file;
+        let OpenSuperelement {
+            file,
+            superelement: read,
+        } = opened;
         let wanted = of
             .modes
             .map(|modes| (modes as usize).min(read.mode_count()));
@@ -228,15 +233,15 @@ fn superelements(scene: &Scene) -> impl Iterator<Item = (&str, &SuperelementBody
         })
 }
 
-fn opened(scene: &Scene) -> Result<IndexMap<PathBuf, (SuperelementFile, Superelement)>, Error> {
+fn opened(
+    scene: &Scene,
+    open: &SuperelementFiles,
+) -> Result<IndexMap<PathBuf, Arc<OpenSuperelement>>, Error> {
     let mut files = IndexMap::new();
     for (_, of) in superelements(scene) {
         let path = scene.resolve(&of.file);
-        if !files.contains_key(&path) {
-            let file = SuperelementFile::open(&path)?;
-            let superelement = file.superelement()?;
-            files.insert(path, (file, superelement));
-        }
+        let opened = open.at(&path)?;
+        files.insert(path, opened);
     }
     Ok(files)
 }

@@ -1,5 +1,6 @@
 //! Superelements that a scene can't use, and interfaces that a joint can't.
 
+use dcb_formats::dcb::read_superelement;
 use dcb_samples::{RodSection, UnitScale, in_units, planar_rod};
 use serde_json::{Value, json};
 
@@ -157,4 +158,54 @@ fn rotation_rows_are_needed_by_what_turns_and_the_body_can_lend_its_own() {
     );
     let warnings = folder.results().provenance("warnings").unwrap();
     assert!(warnings.to_string().contains("clamp"), "{warnings}");
+}
+
+/// What a node's fields say, which are read alone, and what the rows of the interface say that consists of this node.
+#[test]
+fn a_node_moves_as_the_interface_that_it_is() {
+    let folder = Folder::slider_crank();
+    let rod = read_superelement(&folder.path("rod.dcb.h5")).unwrap();
+    let node_of = |interface: usize| {
+        let row = rod.rows.iter().find(|row| row.interface == interface);
+        row.unwrap().node
+    };
+    for modes in [json!(null), json!(2)] {
+        folder.edit("scene.json", |scene| {
+            scene["bodies"]["rod"]["modes"] = modes.clone();
+            if modes.is_null() {
+                scene["bodies"]["rod"]
+                    .as_object_mut()
+                    .unwrap()
+                    .remove("modes");
+            }
+            scene["outputs"] = json!({
+                "a": {"position": {"at": "rod/a"}},
+                "b": {"position": {"at": "rod/b"}},
+                "node_a": {"node_position": {"body": "rod", "node": node_of(0)}},
+                "node_b": {"node_position": {"body": "rod", "node": node_of(1)}},
+            });
+        });
+        folder.done("scene.json --force");
+        let results = folder.results();
+        for (interface, node) in [("a", "node_a"), ("b", "node_b")] {
+            let (interface, node) = (
+                results.history(interface).unwrap(),
+                results.history(node).unwrap(),
+            );
+            assert_eq!(interface.ncols(), 2);
+            for row in 0..interface.nrows() {
+                for axis in 0..2 {
+                    let (a, b) = (interface[(row, axis)], node[(row, axis)]);
+                    assert!((a - b).abs() < 1e-12, "{modes}: {a} {b}");
+                }
+            }
+        }
+    }
+    folder.edit("scene.json", |scene| {
+        scene["outputs"]["node_a"]["node_position"]["node"] = json!(77);
+    });
+    folder.refuses(
+        "scene.json --force",
+        &["outputs.node_a", "node: is 77", "counted from 0"],
+    );
 }
