@@ -255,6 +255,10 @@ impl Reference<'_, '_> {
         before: f64,
     ) -> Result<(Selection, Vec<LeftOut>, f64), Error> {
         let chooser = self.chooser;
+        // Equilibria are found with the inertia of all that gives way.
+        if chooser.demand.deflection == Deflection::Static {
+            return Ok((modes.clone(), Vec::new(), before));
+        }
         let all = modes
             .superelement(chooser.whole)?
             .residual
