@@ -66,6 +66,7 @@ pub mod pruning;
 pub mod rotation;
 pub mod run;
 pub mod scene;
+pub mod scope;
 pub mod selection;
 pub mod simulation;
 pub mod study;

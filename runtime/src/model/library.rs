@@ -11,10 +11,11 @@ use dcb_formats::superelement::{RecoveryBasis, Stiffening, Superelement};
 use indexmap::IndexMap;
 
 use super::bodies;
-use crate::body::{Compatibility, FlexibleBody, ModeTruncation, RigidBody};
+use crate::body::{Compatibility, FlexibleBody, MadeFor, ModeTruncation, RigidBody};
 use crate::error::Error;
 use crate::pruning::Carried;
 use crate::scene::{self, Body, BodyKind, Scene, SuperelementBody};
+use crate::selection::SelectionRecord;
 
 /// What reading one file gave.
 #[derive(Clone, Debug, PartialEq)]
@@ -100,6 +101,8 @@ impl OpenFile {
             return FlexibleBody::rigid(&RigidBody::locked(&superelement));
         }
         let mut body = FlexibleBody::from_superelement(&superelement, compatibility)?;
+        let of_file = SelectionRecord::all_of(&self.superelement).len();
+        body.made_for = MadeFor::of_run(&superelement, of_file);
         if body.is_stiffened() && of.inertia_change != scene::InertiaChange::SecondOrder {
             return Err(Error::described(
                 format!("bodies.{name}.inertia_change"),

@@ -15,12 +15,12 @@ use crate::error::Error;
 use crate::fewest::fewest;
 use crate::selection::{InPlane, NodeSelection, Normal, ObservedNodes, Selection};
 
+/// Couplings of a part that counts as symmetric are below this.
+const SYMMETRY: f64 = 1e-6;
 /// Frequencies of comparison, equally apart in their logarithm over three decades.
 const FREQUENCIES: usize = 49;
 /// Of the first frequency, where the band has none of its own.
 const QUASISTATIC: f64 = 0.01;
-/// Couplings of a part that counts as symmetric are below this.
-const SYMMETRY: f64 = 1e-6;
 /// A normal is an axis of the component within this angle.
 const PARALLEL: f64 = 1e-6;
 /// Deflections of interest are this part of a body's size: what spin does to the size is compared with them.
@@ -99,7 +99,9 @@ impl<'a> Chooser<'a> {
         };
         Ok(Pruned {
             has_bound_modes: !selection.allows_fewer_modes(whole),
-            carried: Carried::Selection(Box::new(selection.with_nodes(nodes))),
+            carried: Carried::Selection(Box::new(
+                selection.with_nodes(nodes).up_to(demand.band.frequency),
+            )),
             left_out: self.left_out,
             plane: normal,
             error,

@@ -6,14 +6,13 @@ use dcb_formats::superelement::{
     Stiffening, Superelement,
 };
 use faer::Mat;
-use serde_json::Value;
 
 use super::NodeSelection;
 use super::congruence::{congruent, over, squeezed, worked};
 use super::filter::filtered;
 use super::interface::InterfaceSelection;
 use super::projection::projector;
-use super::record::{record, recorded};
+use super::record::{SelectionRecord, recorded};
 use super::statics::{Statics, symmetrized};
 use crate::error::Error;
 
@@ -27,6 +26,8 @@ pub(super) struct Choice<'a> {
     pub rows: Vec<usize>,
     pub further: Vec<usize>,
     pub nodes: NodeSelection,
+    /// Cycles per time.
+    pub up_to: Option<f64>,
 }
 
 /// S and what it was made of.
@@ -48,7 +49,7 @@ pub(crate) struct Basis {
     columns: Mat<f64>,
     is_everything: bool,
     /// For the provenance.
-    record: Value,
+    record: SelectionRecord,
 }
 
 impl Basis {
@@ -62,6 +63,7 @@ impl Basis {
             rows,
             further,
             nodes,
+            up_to,
         } = choice;
         let (n_k, n_b) = (whole.mode_count(), whole.rows.len());
         let n = whole.basis_count();
@@ -124,7 +126,7 @@ impl Basis {
                 InterfaceSelection::Observed => frame.role == Role::Output,
                 InterfaceSelection::LoadedAlong(_) | InterfaceSelection::Dropped => false,
             });
-        let record = record(whole, &modes, wanted, &further);
+        let record = SelectionRecord::of(whole, &modes, wanted, &further, up_to);
         Ok(Self {
             turn,
             modes,
@@ -200,7 +202,7 @@ impl Basis {
                 })
                 .collect(),
             provenance: Provenance {
-                options: recorded(&whole.provenance.options, &self.record),
+                options: recorded(whole, &self.record, &self.rows),
                 ..whole.provenance.clone()
             },
             ..whole.clone()

@@ -8,6 +8,7 @@ mod options;
 mod output;
 mod runs;
 mod scenes;
+mod scope;
 mod study;
 mod superelements;
 mod support;
