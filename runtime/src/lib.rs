@@ -60,6 +60,7 @@ pub mod measure;
 pub mod mechanism;
 pub mod model;
 pub mod motion;
+mod part_file;
 pub mod picture;
 pub mod prepare;
 pub mod pruning;

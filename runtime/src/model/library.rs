@@ -5,7 +5,6 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use dcb_formats::component::Units;
-use dcb_formats::dcb::SuperelementFile;
 use dcb_formats::mesh::{Dimension, Mesh};
 use dcb_formats::superelement::{RecoveryBasis, Stiffening, Superelement};
 use indexmap::IndexMap;
@@ -13,7 +12,8 @@ use indexmap::IndexMap;
 use super::bodies;
 use crate::body::{Compatibility, FlexibleBody, MadeFor, ModeTruncation, RigidBody};
 use crate::error::Error;
-use crate::pruning::Carried;
+use crate::part_file::PartFile;
+use crate::pruning::{Carried, LeftOut};
 use crate::scene::{self, Body, BodyKind, Scene, SuperelementBody};
 use crate::selection::SelectionRecord;
 
@@ -45,8 +45,7 @@ pub struct Library {
 }
 
 struct OpenFile {
-    file: SuperelementFile,
-    superelement: Superelement,
+    file: PartFile,
     bodies: Vec<(SuperelementBody, Arc<FlexibleBody>)>,
     fields: Vec<(SuperelementBody, Arc<(RecoveryBasis, Mesh)>)>,
 }
@@ -57,21 +56,21 @@ impl OpenFile {
         let Some(wanted) = modes else {
             return Ok(None);
         };
-        let available = self.superelement.mode_count();
+        let available = self.file.superelement().mode_count();
         if wanted as usize > available {
             return Err(Error::described(
                 format!("bodies.{name}.modes"),
                 format!("is {wanted}, but the superelement has {available} modes"),
             ));
         }
-        ModeTruncation::of(&self.superelement, wanted as usize).map(Some)
+        ModeTruncation::of(self.file.superelement(), wanted as usize).map(Some)
     }
 
     /// The superelement with as many modes as a body asks for.
     fn truncated(&self, name: &str, of: &SuperelementBody) -> Result<Cow<'_, Superelement>, Error> {
         Ok(match self.truncation(name, of.modes)? {
-            Some(truncation) => Cow::Owned(truncation.superelement(&self.superelement)?),
-            None => Cow::Borrowed(&self.superelement),
+            Some(truncation) => Cow::Owned(truncation.superelement(self.file.superelement())?),
+            None => Cow::Borrowed(self.file.superelement()),
         })
     }
 
@@ -101,7 +100,7 @@ impl OpenFile {
             return FlexibleBody::rigid(&RigidBody::locked(&superelement));
         }
         let mut body = FlexibleBody::from_superelement(&superelement, compatibility)?;
-        let of_file = SelectionRecord::all_of(&self.superelement).len();
+        let of_file = SelectionRecord::all_of(self.file.superelement()).len();
         body.made_for = MadeFor::of_run(&superelement, of_file);
         if body.is_stiffened() && of.inertia_change != scene::InertiaChange::SecondOrder {
             return Err(Error::described(
@@ -115,7 +114,12 @@ impl OpenFile {
                 Some(Carried::Selection(selection)) => selection.modes().to_vec(),
                 Some(Carried::Rigid) | None => (0..body.mode_count).collect(),
             };
-            bodies::damp(&mut body, damping, &modes, self.superelement.mode_count());
+            bodies::damp(
+                &mut body,
+                damping,
+                &modes,
+                self.file.superelement().mode_count(),
+            );
         }
         Ok(body)
     }
@@ -128,7 +132,7 @@ impl OpenFile {
         body: &str,
         at: &str,
     ) -> Result<RecoveryBasis, Error> {
-        if self.superelement.enrichment.is_some() && basis.enrichment.is_none() {
+        if self.file.superelement().enrichment.is_some() && basis.enrichment.is_none() {
             return Err(Error::described(
                 at,
                 format!(
@@ -217,21 +221,9 @@ impl Library {
         if self.files.contains_key(path) {
             return Ok(());
         }
-        let file = SuperelementFile::open(path)?;
-        let superelement = file.superelement()?;
         let at = format!("bodies.{name}.superelement");
-        if superelement.dimension != self.dimension {
-            return Err(Error::described(
-                at,
-                format!(
-                    "{} is {}, but the scene is {}; reduce a component of the scene's dimension",
-                    path.display(),
-                    called(superelement.dimension),
-                    called(self.dimension)
-                ),
-            ));
-        }
-        let (found, expected) = (&superelement.units, &self.units);
+        let file = PartFile::open(path, self.dimension, &at)?;
+        let (found, expected) = (&file.superelement().units, &self.units);
         if found != expected {
             return Err(Error::described(
                 at,
@@ -251,7 +243,6 @@ impl Library {
             path.to_owned(),
             OpenFile {
                 file,
-                superelement,
                 bodies: Vec::new(),
                 fields: Vec::new(),
             },
@@ -274,6 +265,14 @@ impl Library {
         let known = opened.fields.iter().find(|(same, _)| same == of);
         if let Some((_, fields)) = known {
             return Ok(fields.clone());
+        }
+        if opened.file.left_out().is_some() {
+            return Err(Error::described(
+                at,
+                format!(
+                    "needs the mesh of body {body:?} in the plane, but its superelement is spatial; ask for nodes in outputs, or use the part in space"
+                ),
+            ));
         }
         let basis = opened.file.recovery()?.ok_or_else(none)?;
         let basis = opened.recovered(basis, of, body, at)?;
@@ -313,6 +312,12 @@ impl Library {
         }
     }
 
+    /// What of a body's superelement leads out of the plane of the scene; `None` for rigid bodies and superelements of the scene's dimension.
+    pub fn out_of_plane(&mut self, scene: &Scene, body: &str) -> Option<&LeftOut> {
+        let (opened, _) = self.flexible(scene, body)?;
+        opened.file.left_out()
+    }
+
     /// The open file that a body is made of, and how the body uses it.
     fn flexible<'s>(
         &mut self,
@@ -333,15 +338,8 @@ impl Library {
             .map(|(path, opened)| LoadedFile {
                 path,
                 digest: opened.file.digest().to_owned(),
-                warnings: opened.superelement.provenance.warnings,
+                warnings: opened.file.superelement().provenance.warnings.clone(),
             })
             .collect()
-    }
-}
-
-fn called(dimension: Dimension) -> &'static str {
-    match dimension {
-        Dimension::Planar => "planar",
-        Dimension::Spatial => "spatial",
     }
 }

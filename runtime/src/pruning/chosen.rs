@@ -13,10 +13,8 @@ use super::{Carried, LeftOut, Pruned};
 use crate::demand::{Deflection, Demand, NodeDemand, PlaneOfMotion};
 use crate::error::Error;
 use crate::fewest::fewest;
-use crate::selection::{InPlane, NodeSelection, Normal, ObservedNodes, Selection};
+use crate::selection::{InPlane, NodeSelection, Normal, ObservedNodes, SYMMETRIC, Selection};
 
-/// Couplings of a part that counts as symmetric are below this.
-const SYMMETRY: f64 = 1e-6;
 /// Frequencies of comparison, equally apart in their logarithm over three decades.
 const FREQUENCIES: usize = 49;
 /// Of the first frequency, where the band has none of its own.
@@ -113,7 +111,7 @@ impl<'a> Chooser<'a> {
         let found = self.demand.planes.planes.iter().find_map(|plane| {
             let normal = axis(plane)?;
             passes_through(plane, self.whole).then_some(())?;
-            let in_plane = InPlane::of(self.whole, normal, SYMMETRY).ok()?;
+            let in_plane = InPlane::of(self.whole, normal, SYMMETRIC).ok()?;
             Some((normal, in_plane))
         })?;
         let kept = found.1.selection().modes().len();

@@ -3,7 +3,6 @@
 use std::fmt::{self, Display, Formatter};
 use std::path::PathBuf;
 
-use dcb_formats::dcb::SuperelementFile;
 use dcb_formats::superelement::{Stiffening, Superelement};
 use indexmap::IndexMap;
 
@@ -11,6 +10,7 @@ use super::{Carried, Pruned};
 use crate::body::ModeTruncation;
 use crate::demand::{Demand, NodeDemand, PartInterface, Parts};
 use crate::error::Error;
+use crate::part_file::PartFile;
 use crate::scene::{BodyKind, Compatibility, GeometricStiffening, Scene, SuperelementBody};
 use crate::selection::{ObservedNodes, Selection};
 
@@ -24,7 +24,7 @@ pub struct Pruning {
 /// A body and the superelement that it is made of, as far as the scene says itself.
 struct Given<'a> {
     name: &'a str,
-    file: &'a SuperelementFile,
+    file: &'a PartFile,
     whole: Superelement,
     /// What became of the modes by the scene's own number of them.
     truncation: Option<ModeTruncation>,
@@ -146,12 +146,8 @@ enum Planes {
 }
 
 impl<'a> Given<'a> {
-    fn of(
-        name: &'a str,
-        of: &SuperelementBody,
-        file: &'a (SuperelementFile, Superelement),
-    ) -> Result<Self, Error> {
-        let (file, read) = file;
+    fn of(name: &'a str, of: &SuperelementBody, file: &'a PartFile) -> Result<Self, Error> {
+        let read = file.superelement();
         let wanted = of
             .modes
             .map(|modes| (modes as usize).min(read.mode_count()));
@@ -192,7 +188,9 @@ impl<'a> Given<'a> {
             }
             NodeDemand::All(_) => None,
         };
-        Pruned::of(&self.whole, &demand, nodes.as_ref(), tolerance)
+        let mut pruned = Pruned::of(&self.whole, &demand, nodes.as_ref(), tolerance)?;
+        pruned.left_out.splice(..0, self.file.left_out().cloned());
+        Ok(pruned)
     }
 
     /// Nodes of the file; `None` if it has no fields, of which the model will complain.
@@ -228,14 +226,14 @@ fn superelements(scene: &Scene) -> impl Iterator<Item = (&str, &SuperelementBody
         })
 }
 
-fn opened(scene: &Scene) -> Result<IndexMap<PathBuf, (SuperelementFile, Superelement)>, Error> {
+fn opened(scene: &Scene) -> Result<IndexMap<PathBuf, PartFile>, Error> {
     let mut files = IndexMap::new();
-    for (_, of) in superelements(scene) {
+    for (name, of) in superelements(scene) {
         let path = scene.resolve(&of.file);
         if !files.contains_key(&path) {
-            let file = SuperelementFile::open(&path)?;
-            let superelement = file.superelement()?;
-            files.insert(path, (file, superelement));
+            let at = format!("bodies.{name}.superelement");
+            let file = PartFile::open(&path, scene.dimension, &at)?;
+            files.insert(path, file);
         }
     }
     Ok(files)

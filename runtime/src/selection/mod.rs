@@ -43,7 +43,7 @@ use crate::body::refuse_reduced_interfaces;
 use crate::error::Error;
 pub(crate) use basis::Basis;
 use basis::Choice;
-pub use in_plane::{InPlane, Normal};
+pub use in_plane::{InPlane, Normal, SYMMETRIC};
 pub use interface::InterfaceSelection;
 use interface::Place;
 pub use observation::ObservedNodes;

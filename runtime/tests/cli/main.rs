@@ -6,6 +6,7 @@ mod constraints;
 mod needed;
 mod options;
 mod output;
+mod planar_scenes;
 mod runs;
 mod scenes;
 mod scope;
