@@ -2,8 +2,8 @@
 
 use dcb_formats::component::Role;
 use dcb_formats::superelement::{
-    BoundaryRow, Enrichment, InterfaceFrame, Modes, PartLoad, Provenance, RecoveryBasis, Residual,
-    Stiffening, Superelement,
+    BoundaryRow, Enrichment, InterfaceFrame, Modes, Moments, PartLoad, Provenance, RecoveryBasis,
+    Residual, Stiffening, Superelement,
 };
 use faer::Mat;
 
@@ -11,6 +11,7 @@ use super::NodeSelection;
 use super::congruence::{congruent, over, squeezed, worked};
 use super::filter::filtered;
 use super::interface::InterfaceSelection;
+use super::moments::{Kept, moments};
 use super::projection::projector;
 use super::record::{SelectionRecord, recorded};
 use super::statics::{Statics, symmetrized};
@@ -194,7 +195,7 @@ impl Basis {
                 Some(enrichment) if !self.further.is_empty() => Some(self.enrichment(enrichment)),
                 _ => None,
             },
-            moments: None,
+            moments: self.moments(whole),
             loads: (whole.loads.iter())
                 .map(|load| PartLoad {
                     work: worked(&load.work, columns),
@@ -266,6 +267,25 @@ impl Basis {
             first_omitted_eigenvalue: left_out.fold(whole.first_omitted_eigenvalue, f64::min),
             residual_damping: whole.residual_damping,
         }
+    }
+
+    /// `None` where interfaces are loaded along some forces only, or modes were turned: the estimate doesn't know of these.
+    fn moments(&self, whole: &Superelement) -> Option<Moments> {
+        let of = whole.moments.as_ref()?;
+        if self.turn.is_some() || !self.record.loaded_along.is_empty() {
+            return None;
+        }
+        let kept = Kept {
+            shapes: whole.modes.interface_shapes.as_ref(),
+            modes: &self.modes,
+            left_out: &self.left_out,
+            rows: &self.rows,
+            roles: (self.rows.iter())
+                .map(|row| self.interfaces[self.interface_of(whole, *row)].1)
+                .collect(),
+            further: &self.further,
+        };
+        Some(moments(whole, of, &kept))
     }
 
     fn residual(&self, whole: &Superelement) -> Result<Residual, Error> {

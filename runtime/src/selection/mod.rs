@@ -21,6 +21,7 @@ mod congruence;
 mod filter;
 mod in_plane;
 mod interface;
+mod moments;
 mod observation;
 mod parity;
 mod participation;

@@ -47,6 +47,8 @@ pub(super) fn planar(spatial: &Superelement, normal: Normal, loads: &[usize]) ->
                 ..load.clone()
             })
             .collect(),
+        // Bounds of the modes out of the plane would be among them.
+        moments: None,
         ..spatial.clone()
     }
 }
