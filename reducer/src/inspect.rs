@@ -6,6 +6,7 @@ use std::path::Path;
 use dcb_formats::Superelement;
 use dcb_formats::dcb::SuperelementFile;
 use dcb_formats::mesh::{Dimension, Direction};
+use dcb_runtime::selection::SelectionRecord;
 use serde_json::json;
 
 use crate::cli_reduce::Outcome;
@@ -100,9 +101,12 @@ pub fn frequency_table(element: &Superelement, quality: Option<&Quality>, listed
         let heading = format!("frequency [{}]", frequency_unit(time));
         let _ = writeln!(text, "mode   {heading:>20}    damping   residual");
     }
+    let reported = quality.map(|quality| quality.mode_residuals.as_slice());
+    let reported = reported.unwrap_or_default();
+    let places = places_in_report(element, reported.len());
     for (i, eigenvalue) in element.modes.eigenvalues.iter().enumerate().take(listed) {
-        let residual = quality
-            .and_then(|q| q.mode_residuals.get(i))
+        let residual = (places.get(i).copied().flatten())
+            .and_then(|place| reported.get(place))
             .map_or(String::new(), |r| scientific(*r, 1));
         let damping = element.modes.damping.get(i).copied().unwrap_or(0.0);
         let _ = writeln!(
@@ -132,6 +136,22 @@ pub fn frequency_table(element: &Superelement, quality: Option<&Quality>, listed
         let _ = writeln!(text, "       every finite mode is kept");
     }
     text
+}
+
+/// Where each mode is in a report on this many: selections made after the report have left out modes.
+fn places_in_report(element: &Superelement, reported: usize) -> Vec<Option<usize>> {
+    let mut places: Vec<Option<usize>> = (0..element.mode_count()).map(Some).collect();
+    let mut count = places.len();
+    for selection in SelectionRecord::all_of(element).iter().rev() {
+        if count == reported {
+            break;
+        }
+        for place in &mut places {
+            *place = place.and_then(|place| selection.modes.get(place).copied());
+        }
+        count = selection.of_modes;
+    }
+    places
 }
 
 /// The interfaces with their rows.

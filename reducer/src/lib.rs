@@ -263,7 +263,10 @@ pub fn reduce(
     let precision_warning = factor.warning().map(str::to_owned);
     drop(factor);
     let (moments, estimate_warning) = match moments {
-        Ok(moments) => (moments.map(|moments| moments.certified(&modes, sturm)), None),
+        Ok(moments) => (
+            moments.map(|moments| moments.certified(&modes, sturm)),
+            None,
+        ),
         Err(why) => (None, Some(format!("no error estimate: {why}"))),
     };
     let residual = match options.interface_modes {

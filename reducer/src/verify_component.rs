@@ -50,6 +50,10 @@ pub fn check(
     findings: &mut Findings,
 ) -> Result<(), Error> {
     check_sources(element, component, findings);
+    if is_selection(element) && element.dimension != component.dimension() {
+        findings.note("it is what moves in a plane of a spatial superelement: it isn't compared with the component");
+        return Ok(());
+    }
     let same_kind = element.dimension == component.dimension() && element.units == component.units;
     findings.require(
         "dimension and units",

@@ -17,6 +17,7 @@
 mod attachment;
 mod compatibility;
 mod generalized;
+mod made_for;
 mod residual_coordinates;
 mod rigid;
 mod superelement;
@@ -36,6 +37,7 @@ use crate::frame::{FrameInertia, InertiaChange};
 pub use attachment::Attachment;
 pub use compatibility::Compatibility;
 pub use generalized::GeneralizedBody;
+pub use made_for::{FrequencyLimit, LeftOutBy, LoadedDirections, MadeFor};
 pub use rigid::{RigidBody, RigidPoint};
 pub use truncation::ModeTruncation;
 pub(crate) use truncation::refuse_reduced_interfaces;
@@ -89,6 +91,8 @@ pub struct FlexibleBody {
     pub damping: Vec<f64>,
     /// The lowest ω² that the modes leave out; infinite if nothing is.
     pub first_omitted_eigenvalue: f64,
+    /// What the superelement was made for.
+    pub made_for: MadeFor,
     /// L_b Ψ_r, (n_b, n), 1/√mass (rotation rows: 1/(√mass·length)).
     pub interface_shapes: Mat<f64>,
     /// T, (n_b, rank): a nodal field is u = Φ η + G_res L_bᵀ T ζ. T is T_r where compatibility is strong, without columns where

@@ -6,7 +6,8 @@ use std::process::Command;
 use std::time::Instant;
 
 use clap::Args;
-use dcb_formats::dcb::check_output;
+use dcb_formats::dcb::{SuperelementFile, check_output};
+use dcb_formats::mesh::Dimension;
 use serde::Serialize;
 use serde_json::json;
 
@@ -165,6 +166,9 @@ fn reduce_parts(
         let Some(matrix) = matrix_of(&file) else {
             continue;
         };
+        if is_spatial_in_plane(scene, &file) {
+            continue;
+        }
         if parts.iter().all(|(known, ..)| *known != of.file) {
             let name = file.file_name().unwrap_or_default().to_string_lossy();
             let place = folder.join(LARGE).join(parts.len().to_string());
@@ -217,6 +221,14 @@ fn reduce_parts(
         }
     }
     Ok(())
+}
+
+/// Whether a planar scene uses a spatial superelement: its component can't be reduced for the scene.
+fn is_spatial_in_plane(scene: &Scene, superelement: &Path) -> bool {
+    let read = SuperelementFile::open(superelement).and_then(|file| file.superelement());
+    read.is_ok_and(|read| {
+        (scene.dimension, read.dimension) == (Dimension::Planar, Dimension::Spatial)
+    })
 }
 
 /// `NAME.mtx` or `NAME.mtx.gz` beside `NAME.dcb.h5`, if there is one.

@@ -67,6 +67,45 @@ fn check(name: &str, whole: &Reduced, selection: &Selection, expected: &Reduced)
     compare_fields(name, &fields, &expected.recovery);
 }
 
+/// What the error estimate of a selection sums over: the modes that the other reduction left out.
+fn compare_moments(name: &str, whole: &Reduced, selection: &Selection, expected: &Reduced) {
+    let found = selection.superelement(&whole.superelement).unwrap();
+    let modes = &expected.superelement.modes;
+    let (of, all) = (
+        found.moments.as_ref().unwrap(),
+        expected.superelement.moments.as_ref().unwrap(),
+    );
+    let pairs = [
+        (&of.first, &all.first),
+        (&of.second, &all.second),
+        (&of.third, &all.third),
+        (&of.fourth, &all.fourth),
+    ];
+    for (power, (found, all)) in (1..).zip(pairs) {
+        let scale: Vec<f64> = (0..all.nrows())
+            .map(|row| {
+                let elastic = modes.eigenvalues.iter().enumerate();
+                let kept = elastic.filter(|(_, square)| **square > 0.0);
+                let kept = kept.map(|(k, square)| {
+                    modes.interface_shapes[(row, k)].powi(2) / square.powi(power)
+                });
+                (all[(row, row)] + kept.sum::<f64>()).sqrt()
+            })
+            .collect();
+        let error = scaled_difference(found, all, &scale);
+        assert!(error < ROUNDING, "{name}: M_{power} differs by {error:.1e}");
+    }
+    assert!(difference(&of.rigid_shapes, &all.rigid_shapes) < ROUNDING);
+    assert_eq!(of.eigenvalue_errors.len(), found.mode_count());
+    assert_eq!(of.rounding.len(), all.rounding.len());
+    let first = found.modes.first_omitted_eigenvalue;
+    assert!(of.eigenvalue_bound <= first, "{name}");
+    assert!(
+        of.eigenvalue_bound > all.eigenvalue_bound * (1.0 - 1e-6),
+        "{name}"
+    );
+}
+
 #[test]
 fn fewer_interfaces_are_those_of_a_component_without_the_others() {
     for (part, modes) in [(box_with_places(), 10), (rod_with_places(), 7)] {
@@ -84,7 +123,9 @@ fn fewer_interfaces_are_those_of_a_component_without_the_others() {
             check(&name, &whole, &selection, &lowest(&without, modes));
             // And with fewer modes at once.
             let fewer = selection.with_modes(0..4).unwrap();
-            check(&name, &whole, &fewer, &lowest(&without, 4));
+            let all = lowest(&without, 4);
+            check(&name, &whole, &fewer, &all);
+            compare_moments(&name, &whole, &fewer, &all);
         }
     }
 }
@@ -104,7 +145,9 @@ fn interfaces_that_are_only_observed_are_output_interfaces() {
                 .with_modes(0..5)
                 .unwrap();
             let name = format!("{} with {observed} observed", part.name);
-            check(&name, &whole, &selection, &lowest(&only_seen, 5));
+            let all = lowest(&only_seen, 5);
+            check(&name, &whole, &selection, &all);
+            compare_moments(&name, &whole, &selection, &all);
         }
     }
 }

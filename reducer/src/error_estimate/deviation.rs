@@ -104,7 +104,12 @@ impl ErrorEstimate {
             }
         }
         let m = &self.moments;
-        let (m2p, m3g, m3p, m4g) = (&m.residual * &p, &m.third * &g, &m.third * &p, &m.fourth * &g);
+        let (m2p, m3g, m3p, m4g) = (
+            &m.residual * &p,
+            &m.third * &g,
+            &m.third * &p,
+            &m.fourth * &g,
+        );
         let shifted = lambda + m.shift;
         let far = match self.eigenvalue_bound.is_finite() {
             true => shifted / (c64::new(self.eigenvalue_bound, 0.0) - lambda),

@@ -147,11 +147,15 @@ impl ErrorEstimate {
             .collect()
     }
 
-    /// The band of a study: so many points up to half the frequency of the highest kept mode, with the resonances; without modes up to half
-    /// the lowest frequency. `None` if there is neither.
+    /// The band of a study: so many points up to half the frequency of the highest kept mode, with the resonances; up to half of the lowest one
+    /// that was left out where that is less, or no mode is kept. `None` if there is neither.
     pub fn usual_band(&self, points: usize) -> Option<Band> {
         let highest = self.highest.filter(|highest| *highest > 0.0);
-        let limit = highest.or(Some(self.eigenvalue_bound).filter(|bound| bound.is_finite()))?;
+        let limits = [
+            highest,
+            Some(self.eigenvalue_bound).filter(|bound| bound.is_finite()),
+        ];
+        let limit = limits.into_iter().flatten().reduce(f64::min)?;
         Some(self.band(None, 0.25 * limit, points))
     }
 

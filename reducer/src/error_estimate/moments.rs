@@ -195,7 +195,9 @@ impl<'a> StaticShapes<'a> {
         let of_output = (self.output_energies.iter()).find(|(row, _)| *row == column);
         let energy = match of_output {
             Some((_, energy)) => *energy,
-            None if column < of.localization.len() => of.residual.stiffness.columns[(column, column)],
+            None if column < of.localization.len() => {
+                of.residual.stiffness.columns[(column, column)]
+            }
             None => flexibility,
         };
         match flexibility > 0.0 {

@@ -39,7 +39,10 @@ impl SecondResponses {
     ) -> Self {
         let n = shapes.ncols();
         let mass = &of.model.mass;
-        let complements = [Complement::of_rigid(of.rigid), Complement::of_modes(of.modes)];
+        let complements = [
+            Complement::of_rigid(of.rigid),
+            Complement::of_modes(of.modes),
+        ];
         let mut second = Mat::zeros(n, n);
         let mut raw = Mat::zeros(n, n);
         let mut fourth = Mat::zeros(n, n);

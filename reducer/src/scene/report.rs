@@ -132,9 +132,10 @@ impl SceneFit {
         let of = |amounts: Amounts| format!("{} of {}", amounts.kept, amounts.of);
         let _ = writeln!(
             text,
-            "kept: {} modes, {} attachments, {} rows, fields of {} nodes",
+            "kept: {} modes, {} dynamic attachments ({} beside all modes), {} rows, fields of {} nodes",
             of(modes),
-            of(attachments),
+            attachments.kept,
+            attachments.of,
             of(rows),
             of(nodes)
         );

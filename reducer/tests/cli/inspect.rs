@@ -1,5 +1,8 @@
 //! `reduce inspect`.
 
+use dcb_formats::Superelement;
+use dcb_formats::dcb::{Contents, Replace, SuperelementFile, WriteOptions, write_superelement};
+use dcb_runtime::Selection;
 use serde_json::json;
 
 use crate::support::{Folder, stored};
@@ -78,6 +81,58 @@ fn text_shows_the_same_in_columns() {
         columns(lines[tensor]),
         columns(lines[tensor + 2]),
         "{shown} {ends:?}"
+    );
+}
+
+/// Residuals stand beside the modes that they are of, also where modes in between were left out after the report.
+#[test]
+fn residuals_of_selected_modes_are_their_own() {
+    let folder = Folder::rotor();
+    folder.done("rotor.mtx --modes 6");
+    let path = folder.path("rotor.dcb.h5");
+    let file = SuperelementFile::open(&path).unwrap();
+    let mut whole = file.superelement().unwrap();
+    whole.provenance.quality["mode_residuals"] = json!([1e-11, 2e-11, 3e-11, 4e-11, 5e-11, 6e-11]);
+    // Twice: the second selection counts among the modes of the first.
+    let selected = |of: &Superelement, modes: &[usize]| {
+        let selection = Selection::everything(of).with_modes(modes.iter().copied());
+        selection.unwrap().superelement(of).unwrap()
+    };
+    let first = selected(&whole, &[0, 1, 3, 5]);
+    let second = selected(&first, &[1, 2, 3]);
+    let residuals = |element: &Superelement| -> Vec<String> {
+        let contents = Contents {
+            superelement: element,
+            recovery: None,
+            mesh: None,
+        };
+        let options = WriteOptions {
+            replace_existing: Replace::Overwrite,
+            ..WriteOptions::default()
+        };
+        write_superelement(&path, &contents, &options).unwrap();
+        let shown = folder.done("inspect rotor.dcb.h5");
+        let lines = shown.lines().skip_while(|line| !line.starts_with("mode "));
+        let lines = lines.skip(1).take(element.mode_count());
+        lines
+            .map(|line| line.split_whitespace().last().unwrap().to_owned())
+            .collect()
+    };
+    assert_eq!(
+        residuals(&whole),
+        [
+            "1.0e-11", "2.0e-11", "3.0e-11", "4.0e-11", "5.0e-11", "6.0e-11"
+        ]
+    );
+    assert_eq!(
+        residuals(&first),
+        ["1.0e-11", "2.0e-11", "4.0e-11", "6.0e-11"]
+    );
+    assert_eq!(residuals(&second), ["2.0e-11", "4.0e-11", "6.0e-11"]);
+    let verified = folder.done("verify rotor.dcb.h5 --component rotor.mtx");
+    assert!(
+        verified.contains("taken out of a larger superelement"),
+        "{verified}"
     );
 }
 

@@ -26,6 +26,7 @@ fn the_rod_of_the_slider_crank_is_reduced_for_it() {
         "interface    \"a\" takes fx fy from joints.wrist",
         "node         2 for outputs.midpoint_deflection",
         "fields of 1 of 5 nodes",
+        " dynamic attachments (",
         "error of the responses certified between",
         "tolerance 1.0e-03",
     ] {

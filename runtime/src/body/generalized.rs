@@ -6,7 +6,7 @@ use dcb_formats::superelement::{BoundaryRow, Inertia, InterfaceFrame};
 use faer::{Mat, MatRef};
 
 use super::symmetric_part::symmetric_part_eigen;
-use super::{Compatibility, FlexibleBody};
+use super::{Compatibility, FlexibleBody, MadeFor};
 use crate::error::Error;
 use crate::frame::{FrameInertia, FrameMomentum};
 
@@ -63,6 +63,7 @@ impl FlexibleBody {
             damping: ratios.take(n).collect(),
             stiffness,
             first_omitted_eigenvalue: f64::INFINITY,
+            made_for: MadeFor::default(),
             interface_shapes: &body.interface_shapes * &transform,
             attachment_transform: Mat::zeros(0, 0),
             further_transform: Mat::zeros(0, 0),

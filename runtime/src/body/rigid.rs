@@ -7,7 +7,7 @@ use faer::Mat;
 use nalgebra::{Matrix3, Vector3};
 
 use super::attachment::frame_position;
-use super::{Compatibility, FlexibleBody};
+use super::{Compatibility, FlexibleBody, MadeFor};
 use crate::error::Error;
 use crate::frame::FrameInertia;
 
@@ -133,6 +133,7 @@ impl FlexibleBody {
             stiffness: Vec::new(),
             damping: Vec::new(),
             first_omitted_eigenvalue: f64::INFINITY,
+            made_for: MadeFor::default(),
             interface_shapes: Mat::zeros(rows.len(), 0),
             attachment_transform: none.clone(),
             further_transform: none.clone(),

@@ -6,7 +6,7 @@ use faer::{ColRef, Mat, MatRef};
 use nalgebra::Vector3;
 
 use super::residual_coordinates::ResidualCoordinates;
-use super::{BodyLoad, Compatibility, FlexibleBody, GrowingDirections, MEAN_AXIS_LIMIT};
+use super::{BodyLoad, Compatibility, FlexibleBody, GrowingDirections, MEAN_AXIS_LIMIT, MadeFor};
 use crate::error::Error;
 use crate::frame::{AttachmentMass, FrameInertia, FrameMomentum};
 
@@ -102,6 +102,7 @@ impl FlexibleBody {
             stiffness: chained(&modes.eigenvalues, &stiffness),
             damping: chained(&modes.damping, &vec![attached_damping; rank]),
             first_omitted_eigenvalue: modes.first_omitted_eigenvalue,
+            made_for: MadeFor::of(superelement),
             attachment_transform: transform,
             further_transform,
             residual_flexibility: match compatibility {

@@ -10,11 +10,13 @@ use dcb_formats::superelement::{RecoveryBasis, Stiffening, Superelement};
 use indexmap::IndexMap;
 
 use super::bodies;
-use crate::body::{Compatibility, FlexibleBody, ModeTruncation, RigidBody};
+use crate::body::{Compatibility, FlexibleBody, MadeFor, ModeTruncation, RigidBody};
 use crate::error::Error;
-use crate::pruning::Carried;
+use crate::part_file::PartFile;
+use crate::pruning::{Carried, LeftOut};
 use crate::scene::{self, Body, BodyKind, Scene, SuperelementBody};
-use crate::superelement_files::{OpenSuperelement, SuperelementFiles};
+use crate::selection::SelectionRecord;
+use crate::superelement_files::SuperelementFiles;
 
 /// What reading one file gave.
 #[derive(Clone, Debug, PartialEq)]
@@ -45,7 +47,7 @@ pub struct Library {
 }
 
 struct OpenFile {
-    read: Arc<OpenSuperelement>,
+    file: PartFile,
     bodies: Vec<(SuperelementBody, Arc<FlexibleBody>)>,
     fields: Vec<(SuperelementBody, Arc<(RecoveryBasis, Mesh)>)>,
 }
@@ -56,21 +58,21 @@ impl OpenFile {
         let Some(wanted) = modes else {
             return Ok(None);
         };
-        let available = self.read.superelement.mode_count();
+        let available = self.file.superelement().mode_count();
         if wanted as usize > available {
             return Err(Error::described(
                 format!("bodies.{name}.modes"),
                 format!("is {wanted}, but the superelement has {available} modes"),
             ));
         }
-        ModeTruncation::of(&self.read.superelement, wanted as usize).map(Some)
+        ModeTruncation::of(self.file.superelement(), wanted as usize).map(Some)
     }
 
     /// The superelement with as many modes as a body asks for.
     fn truncated(&self, name: &str, of: &SuperelementBody) -> Result<Cow<'_, Superelement>, Error> {
         Ok(match self.truncation(name, of.modes)? {
-            Some(truncation) => Cow::Owned(truncation.superelement(&self.read.superelement)?),
-            None => Cow::Borrowed(&self.read.superelement),
+            Some(truncation) => Cow::Owned(truncation.superelement(self.file.superelement())?),
+            None => Cow::Borrowed(self.file.superelement()),
         })
     }
 
@@ -100,6 +102,8 @@ impl OpenFile {
             return FlexibleBody::rigid(&RigidBody::locked(&superelement));
         }
         let mut body = FlexibleBody::from_superelement(&superelement, compatibility)?;
+        let of_file = SelectionRecord::all_of(self.file.superelement()).len();
+        body.made_for = MadeFor::of_run(&superelement, of_file);
         if body.is_stiffened() && of.inertia_change != scene::InertiaChange::SecondOrder {
             return Err(Error::described(
                 format!("bodies.{name}.inertia_change"),
@@ -116,7 +120,7 @@ impl OpenFile {
                 &mut body,
                 damping,
                 &modes,
-                self.read.superelement.mode_count(),
+                self.file.superelement().mode_count(),
             );
         }
         Ok(body)
@@ -130,7 +134,7 @@ impl OpenFile {
         body: &str,
         at: &str,
     ) -> Result<RecoveryBasis, Error> {
-        if self.read.superelement.enrichment.is_some() && basis.enrichment.is_none() {
+        if self.file.superelement().enrichment.is_some() && basis.enrichment.is_none() {
             return Err(Error::described(
                 at,
                 format!(
@@ -220,21 +224,9 @@ impl Library {
         if self.files.contains_key(path) {
             return Ok(());
         }
-        let read = self.open.at(path)?;
-        let superelement = &read.superelement;
         let at = format!("bodies.{name}.superelement");
-        if superelement.dimension != self.dimension {
-            return Err(Error::described(
-                at,
-                format!(
-                    "{} is {}, but the scene is {}; reduce a component of the scene's dimension",
-                    path.display(),
-                    called(superelement.dimension),
-                    called(self.dimension)
-                ),
-            ));
-        }
-        let (found, expected) = (&superelement.units, &self.units);
+        let file = PartFile::open(&self.open, path, self.dimension, &at)?;
+        let (found, expected) = (&file.superelement().units, &self.units);
         if found != expected {
             return Err(Error::described(
                 at,
@@ -253,7 +245,7 @@ impl Library {
         self.files.insert(
             path.to_owned(),
             OpenFile {
-                read,
+                file,
                 bodies: Vec::new(),
                 fields: Vec::new(),
             },
@@ -277,9 +269,17 @@ impl Library {
         if let Some((_, fields)) = known {
             return Ok(fields.clone());
         }
-        let basis = opened.read.file.recovery()?.ok_or_else(none)?;
+        if opened.file.left_out().is_some() {
+            return Err(Error::described(
+                at,
+                format!(
+                    "needs the mesh of body {body:?} in the plane, but its superelement is spatial; ask for nodes in outputs, or use the part in space"
+                ),
+            ));
+        }
+        let basis = opened.file.recovery()?.ok_or_else(none)?;
         let basis = opened.recovered(basis, of, body, at)?;
-        let mesh = opened.read.file.mesh()?.ok_or_else(none)?;
+        let mesh = opened.file.mesh()?.ok_or_else(none)?;
         let fields = Arc::new((basis, mesh));
         opened.fields.push((of.clone(), fields.clone()));
         Ok(fields)
@@ -298,11 +298,11 @@ impl Library {
     ) -> Result<FieldsOfNode, Error> {
         let none = || without_fields(body, at);
         let (opened, of) = self.flexible(scene, body).ok_or_else(none)?;
-        let basis = opened.read.file.recovery_of(&[node])?.ok_or_else(none)?;
+        let basis = opened.file.recovery_of(&[node])?.ok_or_else(none)?;
         let basis = opened.recovered(basis, of, body, at)?;
-        let node_count = opened.read.file.node_count().ok_or_else(none)?;
+        let node_count = opened.file.node_count().ok_or_else(none)?;
         let moves = basis.dofs.iter().filter(|dof| !dof.direction.is_rotation());
-        match opened.read.file.node_position(node)? {
+        match opened.file.node_position(node)? {
             Some(position) if moves.count() == self.dimension.coordinate_count() => {
                 Ok(FieldsOfNode { basis, position })
             }
@@ -313,6 +313,12 @@ impl Library {
                 ),
             )),
         }
+    }
+
+    /// What of a body's superelement leads out of the plane of the scene; `None` for rigid bodies and superelements of the scene's dimension.
+    pub fn out_of_plane(&mut self, scene: &Scene, body: &str) -> Option<&LeftOut> {
+        let (opened, _) = self.flexible(scene, body)?;
+        opened.file.left_out()
     }
 
     /// The open file that a body is made of, and how the body uses it.
@@ -334,16 +340,9 @@ impl Library {
             .into_iter()
             .map(|(path, opened)| LoadedFile {
                 path,
-                digest: opened.read.file.digest().to_owned(),
-                warnings: opened.read.superelement.provenance.warnings.clone(),
+                digest: opened.file.digest().to_owned(),
+                warnings: opened.file.superelement().provenance.warnings.clone(),
             })
             .collect()
-    }
-}
-
-fn called(dimension: Dimension) -> &'static str {
-    match dimension {
-        Dimension::Planar => "planar",
-        Dimension::Spatial => "spatial",
     }
 }

@@ -99,6 +99,9 @@ impl Model {
         let mut notes = Vec::new();
         for (name, body) in &scene.bodies {
             let flexible = library.body(scene, name, body)?;
+            if let Some(left_out) = library.out_of_plane(scene, name) {
+                notes.push(format!("body {name:?} {left_out}"));
+            }
             if flexible.further_transform.nrows() > 0
                 && flexible.compatibility != Compatibility::Strong
             {

@@ -2,9 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
-use dcb_formats::dcb::{
-    Compression, Contents, Replace, SuperelementFile, WriteOptions, write_superelement,
-};
+use dcb_formats::dcb::{Compression, Contents, Replace, WriteOptions, write_superelement};
 use dcb_formats::mesh::Mesh;
 use dcb_formats::superelement::{RecoveryBasis, Stiffening, Superelement};
 use serde::Serialize;
@@ -12,11 +10,13 @@ use serde::Serialize;
 use super::Prepared;
 use crate::body::{Compatibility, FlexibleBody, ModeTruncation};
 use crate::error::Error;
+use crate::part_file::PartFile;
 use crate::pruning::Carried;
 use crate::scene::{
     BodyKind, DampingOverride, GeometricStiffening, ModalRatios, Scene, SuperelementBody,
 };
 use crate::selection::{NodeSelection, Selection};
+use crate::superelement_files::SuperelementFiles;
 
 /// A superelement as it was written.
 #[derive(Clone, Debug, PartialEq, Serialize)]
@@ -155,13 +155,14 @@ struct Written {
 impl Group {
     fn write(&self, scene: &Scene, target: &Path, replace: Replace) -> Result<Written, Error> {
         let from = scene.resolve(&self.of.file);
-        let file = SuperelementFile::open(&from)?;
-        let read = file.superelement()?;
+        let at = format!("bodies.{}.superelement", self.bodies.join(","));
+        let file = PartFile::open(&SuperelementFiles::default(), &from, scene.dimension, &at)?;
+        let read = file.superelement();
         let truncation = (self.of.modes)
-            .map(|modes| ModeTruncation::of(&read, (modes as usize).min(read.mode_count())))
+            .map(|modes| ModeTruncation::of(read, (modes as usize).min(read.mode_count())))
             .transpose()?;
         let mut whole = match &truncation {
-            Some(truncation) => truncation.superelement(&read)?,
+            Some(truncation) => truncation.superelement(read)?,
             None => read.clone(),
         };
         if self.of.geometric_stiffening == GeometricStiffening::Off {
@@ -193,7 +194,7 @@ impl Group {
         };
         Ok(Written {
             coordinates: count(&small)?,
-            of_coordinates: count(&read)?,
+            of_coordinates: count(read)?,
             modes: selection.modes().to_vec(),
             of_modes: read.mode_count(),
             from,
@@ -239,7 +240,7 @@ impl Written {
 
 /// Nodal fields and mesh, as far as the selection has nodes: a few nodes need no cells.
 fn fields(
-    file: &SuperelementFile,
+    file: &PartFile,
     selection: &Selection,
 ) -> Result<(Option<RecoveryBasis>, Option<Mesh>), Error> {
     Ok(match selection.nodes() {

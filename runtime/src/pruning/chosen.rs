@@ -13,14 +13,12 @@ use super::{Carried, LeftOut, Pruned};
 use crate::demand::{Deflection, Demand, NodeDemand, PlaneOfMotion};
 use crate::error::Error;
 use crate::fewest::{EXACTLY, fewest};
-use crate::selection::{InPlane, NodeSelection, Normal, ObservedNodes, Selection};
+use crate::selection::{InPlane, NodeSelection, Normal, ObservedNodes, SYMMETRIC, Selection};
 
 /// Frequencies of comparison, equally apart in their logarithm over three decades.
 const FREQUENCIES: usize = 49;
 /// Of the first frequency, where the band has none of its own.
 const QUASISTATIC: f64 = 0.01;
-/// Couplings of a part that counts as symmetric are below this.
-const SYMMETRY: f64 = 1e-6;
 /// A normal is an axis of the component within this angle.
 const PARALLEL: f64 = 1e-6;
 /// Deflections of interest are this part of a body's size: what spin does to the size is compared with them.
@@ -99,7 +97,9 @@ impl<'a> Chooser<'a> {
         };
         Ok(Pruned {
             has_bound_modes: !selection.allows_fewer_modes(whole),
-            carried: Carried::Selection(Box::new(selection.with_nodes(nodes))),
+            carried: Carried::Selection(Box::new(
+                selection.with_nodes(nodes).up_to(demand.band.frequency),
+            )),
             left_out: self.left_out,
             plane: normal,
             error,
@@ -111,7 +111,7 @@ impl<'a> Chooser<'a> {
         let found = self.demand.planes.planes.iter().find_map(|plane| {
             let normal = axis(plane)?;
             passes_through(plane, self.whole).then_some(())?;
-            let in_plane = InPlane::of(self.whole, normal, SYMMETRY).ok()?;
+            let in_plane = InPlane::of(self.whole, normal, SYMMETRIC).ok()?;
             Some((normal, in_plane))
         })?;
         let kept = found.1.selection().modes().len();
@@ -261,6 +261,10 @@ impl Reference<'_, '_> {
         before: f64,
     ) -> Result<(Selection, Vec<LeftOut>, f64), Error> {
         let chooser = self.chooser;
+        // Equilibria are found with the inertia of all that gives way.
+        if chooser.demand.deflection == Deflection::Static {
+            return Ok((modes.clone(), Vec::new(), before));
+        }
         let all = modes
             .superelement(chooser.whole)?
             .residual

@@ -2,9 +2,7 @@
 
 use std::fmt::{self, Display, Formatter};
 use std::path::PathBuf;
-use std::sync::Arc;
 
-use dcb_formats::dcb::SuperelementFile;
 use dcb_formats::superelement::{Stiffening, Superelement};
 use indexmap::IndexMap;
 
@@ -12,9 +10,10 @@ use super::{Carried, Pruned};
 use crate::body::ModeTruncation;
 use crate::demand::{Demand, NodeDemand, PartInterface, Parts};
 use crate::error::Error;
+use crate::part_file::PartFile;
 use crate::scene::{BodyKind, Compatibility, GeometricStiffening, Scene, SuperelementBody};
 use crate::selection::{ObservedNodes, Selection};
-use crate::superelement_files::{OpenSuperelement, SuperelementFiles};
+use crate::superelement_files::SuperelementFiles;
 
 /// What a scene carries of its superelements.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -26,7 +25,7 @@ pub struct Pruning {
 /// A body and the superelement that it is made of, as far as the scene says itself.
 struct Given<'a> {
     name: &'a str,
-    file: &'a SuperelementFile,
+    file: &'a PartFile,
     whole: Superelement,
     /// What became of the modes by the scene's own number of them.
     truncation: Option<ModeTruncation>,
@@ -148,15 +147,8 @@ enum Planes {
 }
 
 impl<'a> Given<'a> {
-    fn of(
-        name: &'a str,
-        of: &SuperelementBody,
-        opened: &'a OpenSuperelement,
-    ) -> Result<Self, Error> {
-        let OpenSuperelement {
-            file,
-            superelement: read,
-        } = opened;
+    fn of(name: &'a str, of: &SuperelementBody, file: &'a PartFile) -> Result<Self, Error> {
+        let read = file.superelement();
         let wanted = of
             .modes
             .map(|modes| (modes as usize).min(read.mode_count()));
@@ -197,7 +189,9 @@ impl<'a> Given<'a> {
             }
             NodeDemand::All(_) => None,
         };
-        Pruned::of(&self.whole, &demand, nodes.as_ref(), tolerance)
+        let mut pruned = Pruned::of(&self.whole, &demand, nodes.as_ref(), tolerance)?;
+        pruned.left_out.splice(..0, self.file.left_out().cloned());
+        Ok(pruned)
     }
 
     /// Nodes of the file; `None` if it has no fields, of which the model will complain.
@@ -233,15 +227,15 @@ fn superelements(scene: &Scene) -> impl Iterator<Item = (&str, &SuperelementBody
         })
 }
 
-fn opened(
-    scene: &Scene,
-    open: &SuperelementFiles,
-) -> Result<IndexMap<PathBuf, Arc<OpenSuperelement>>, Error> {
+fn opened(scene: &Scene, open: &SuperelementFiles) -> Result<IndexMap<PathBuf, PartFile>, Error> {
     let mut files = IndexMap::new();
-    for (_, of) in superelements(scene) {
+    for (name, of) in superelements(scene) {
         let path = scene.resolve(&of.file);
-        let opened = open.at(&path)?;
-        files.insert(path, opened);
+        if !files.contains_key(&path) {
+            let at = format!("bodies.{name}.superelement");
+            let file = PartFile::open(open, &path, scene.dimension, &at)?;
+            files.insert(path, file);
+        }
     }
     Ok(files)
 }

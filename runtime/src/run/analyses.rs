@@ -59,6 +59,7 @@ pub fn rest(
     let found = find_equilibrium(&system, &mut drawn, &EquilibriumSettings::default());
     let found = found.and_then(|equilibrium| {
         record_state(&mut session, &system, &drawn)?;
+        session.tell_scope(&system, observer);
         observer.progress(1.0, 1.0);
         Ok(RestReport { equilibrium })
     });

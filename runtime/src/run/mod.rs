@@ -19,6 +19,7 @@ use crate::integrator::scheme::Scheme;
 use crate::integrator::{self, Method, Tolerance};
 use crate::model::{FieldWriter, LoadedFile, Model, RecordedStep, Recorder};
 use crate::scene::{self, Analysis, Integrator, RedundantConstraints, Scene};
+use crate::scope::Scope;
 use crate::system::evaluation::Evaluation;
 use crate::system::{State, System};
 pub use analyses::{DrivenReport, ModesReport, RestReport};
@@ -240,6 +241,7 @@ struct Session {
     recorder: Recorder,
     fields: Vec<FieldWriter>,
     writer: ResultsWriter,
+    scope: Scope,
 }
 
 /// What is left of a model when its session is open.
@@ -273,6 +275,7 @@ impl Session {
                 recorder,
                 fields,
                 writer,
+                scope: Scope::of(&system),
             },
             system,
             drawn,
@@ -282,6 +285,7 @@ impl Session {
 
     /// Records a step.
     fn record(&mut self, step: &RecordedStep) -> Result<(), Error> {
+        self.scope.observe(step.system, step.state, step.evaluation);
         let row = self.recorder.row(step);
         self.writer.append(step.state.time, row)?;
         Ok(())
@@ -303,6 +307,13 @@ impl Session {
     fn tell(&mut self, observer: &mut dyn Observer, time: f64, message: &str) {
         observer.note(time, message);
         self.writer.note(time, message);
+    }
+
+    /// Tells what went beyond that for which the superelements were made.
+    fn tell_scope(&mut self, system: &System, observer: &mut dyn Observer) {
+        for found in self.scope.found(system) {
+            self.tell(observer, found.time, &found.message);
+        }
     }
 
     /// Closes the file with how it ended.

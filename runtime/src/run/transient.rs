@@ -96,6 +96,7 @@ pub fn transient(
     let result = run.integrate(&mut simulation, observer);
     let seconds = clock.elapsed().as_secs_f64();
     let energy_defect = run.energy_defect;
+    session.tell_scope(simulation.system(), observer);
     let (steps, effort) = simulation.effort();
     let time = simulation.state().time;
     let summary = json!({

@@ -2,18 +2,18 @@
 
 use dcb_formats::component::Role;
 use dcb_formats::superelement::{
-    BoundaryRow, Enrichment, InterfaceFrame, Modes, PartLoad, Provenance, RecoveryBasis, Residual,
-    Stiffening, Superelement,
+    BoundaryRow, Enrichment, InterfaceFrame, Modes, Moments, PartLoad, Provenance, RecoveryBasis,
+    Residual, Stiffening, Superelement,
 };
 use faer::Mat;
-use serde_json::Value;
 
 use super::NodeSelection;
 use super::congruence::{congruent, over, squeezed, worked};
 use super::filter::filtered;
 use super::interface::InterfaceSelection;
+use super::moments::{Kept, moments};
 use super::projection::projector;
-use super::record::{record, recorded};
+use super::record::{SelectionRecord, recorded};
 use super::statics::{Statics, symmetrized};
 use crate::error::Error;
 
@@ -27,6 +27,8 @@ pub(super) struct Choice<'a> {
     pub rows: Vec<usize>,
     pub further: Vec<usize>,
     pub nodes: NodeSelection,
+    /// Cycles per time.
+    pub up_to: Option<f64>,
 }
 
 /// S and what it was made of.
@@ -48,7 +50,7 @@ pub(crate) struct Basis {
     columns: Mat<f64>,
     is_everything: bool,
     /// For the provenance.
-    record: Value,
+    record: SelectionRecord,
 }
 
 impl Basis {
@@ -62,6 +64,7 @@ impl Basis {
             rows,
             further,
             nodes,
+            up_to,
         } = choice;
         let (n_k, n_b) = (whole.mode_count(), whole.rows.len());
         let n = whole.basis_count();
@@ -124,7 +127,7 @@ impl Basis {
                 InterfaceSelection::Observed => frame.role == Role::Output,
                 InterfaceSelection::LoadedAlong(_) | InterfaceSelection::Dropped => false,
             });
-        let record = record(whole, &modes, wanted, &further);
+        let record = SelectionRecord::of(whole, &modes, wanted, &further, up_to);
         Ok(Self {
             turn,
             modes,
@@ -192,7 +195,7 @@ impl Basis {
                 Some(enrichment) if !self.further.is_empty() => Some(self.enrichment(enrichment)),
                 _ => None,
             },
-            moments: None,
+            moments: self.moments(whole),
             loads: (whole.loads.iter())
                 .map(|load| PartLoad {
                     work: worked(&load.work, columns),
@@ -200,7 +203,7 @@ impl Basis {
                 })
                 .collect(),
             provenance: Provenance {
-                options: recorded(&whole.provenance.options, &self.record),
+                options: recorded(whole, &self.record, &self.rows),
                 ..whole.provenance.clone()
             },
             ..whole.clone()
@@ -264,6 +267,22 @@ impl Basis {
             first_omitted_eigenvalue: left_out.fold(whole.first_omitted_eigenvalue, f64::min),
             residual_damping: whole.residual_damping,
         }
+    }
+
+    /// `None` where interfaces are loaded along some forces only, or modes were turned: the estimate doesn't know of these.
+    fn moments(&self, whole: &Superelement) -> Option<Moments> {
+        let of = whole.moments.as_ref()?;
+        if self.turn.is_some() || !self.record.loaded_along.is_empty() {
+            return None;
+        }
+        let kept = Kept {
+            shapes: whole.modes.interface_shapes.as_ref(),
+            modes: &self.modes,
+            left_out: &self.left_out,
+            rows: &self.rows,
+            further: &self.further,
+        };
+        Some(moments(whole, of, &kept))
     }
 
     fn residual(&self, whole: &Superelement) -> Result<Residual, Error> {

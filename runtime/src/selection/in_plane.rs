@@ -1,7 +1,8 @@
 //! What a motion in a plane needs of a spatial superelement.
 
-use dcb_formats::mesh::{Dimension, Direction};
-use dcb_formats::superelement::{Modes, Superelement};
+use dcb_formats::mesh::{Dimension, Direction, Dof};
+use dcb_formats::superelement::{Modes, RecoveryBasis, Superelement};
+use faer::Mat;
 
 use super::basis::Basis;
 use super::parity::{Norms, Parities, Parity, turn};
@@ -9,6 +10,9 @@ use super::planar::planar;
 use super::symmetry::refuse_asymmetric;
 use super::{InterfaceSelection, Selection};
 use crate::error::Error;
+
+/// Couplings of a part that counts as symmetric are below this.
+pub const SYMMETRIC: f64 = 1e-6;
 
 /// Normal of a plane of motion through the part: an axis of the component.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -38,6 +42,12 @@ impl Normal {
             Self::Y => "y",
             Self::Z => "z",
         }
+    }
+
+    /// A point in the axes of the plane; the third coordinate is 0.
+    pub fn flat(self, point: [f64; 3]) -> [f64; 3] {
+        let [a, b, _] = self.axes();
+        [point[a], point[b], 0.0]
     }
 
     /// Whether a direction, of `ux uy uz rx ry rz`, is one of the plane: a translation in it or the rotation about the normal.
@@ -160,6 +170,27 @@ impl InPlane {
             },
             ..planar
         })
+    }
+
+    /// Nodal fields of the planar superelement from those of the spatial one: displacements in the plane, of nodes off it as well.
+    pub fn recovery(&self, whole: &RecoveryBasis) -> RecoveryBasis {
+        let spatial = self.planar.recovery(whole);
+        let (rows, dofs): (Vec<usize>, Vec<Dof>) = (spatial.dofs.iter().enumerate())
+            .filter_map(|(row, dof)| {
+                let direction = self.normal.planar_direction(dof.direction.index())?;
+                let direction = Direction::from_index(direction)?;
+                Some((row, Dof { direction, ..*dof }))
+            })
+            .unzip();
+        let picked = |fields: &Mat<f64>| {
+            Mat::from_fn(rows.len(), fields.ncols(), |i, k| fields[(rows[i], k)])
+        };
+        RecoveryBasis {
+            modes: picked(&spatial.modes),
+            residual: picked(&spatial.residual),
+            enrichment: spatial.enrichment.as_ref().map(picked),
+            dofs,
+        }
     }
 }
 

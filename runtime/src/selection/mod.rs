@@ -21,6 +21,7 @@ mod congruence;
 mod filter;
 mod in_plane;
 mod interface;
+mod moments;
 mod observation;
 mod parity;
 mod participation;
@@ -43,11 +44,12 @@ use crate::body::refuse_reduced_interfaces;
 use crate::error::Error;
 pub(crate) use basis::Basis;
 use basis::Choice;
-pub use in_plane::{InPlane, Normal};
+pub use in_plane::{InPlane, Normal, SYMMETRIC};
 pub use interface::InterfaceSelection;
 use interface::Place;
 pub use observation::ObservedNodes;
 pub use receptance::{LOSS_FACTOR, ReceptanceDifference};
+pub use record::SelectionRecord;
 pub use symmetry::Asymmetry;
 
 /// Whose displacements a file's nodal fields hold.
@@ -75,6 +77,8 @@ pub struct Selection {
     /// Dynamic attachments at most; all where `None`.
     attachments: Option<usize>,
     nodes: NodeSelection,
+    /// Cycles per time; `None` where nobody said.
+    up_to: Option<f64>,
 }
 
 impl Selection {
@@ -97,6 +101,7 @@ impl Selection {
             further,
             attachments: None,
             nodes: NodeSelection::All,
+            up_to: None,
         }
     }
 
@@ -169,6 +174,14 @@ impl Selection {
     /// The same with nodal fields of these nodes only.
     pub fn with_nodes(self, nodes: NodeSelection) -> Self {
         Self { nodes, ..self }
+    }
+
+    /// The same for responses up to a frequency, cycles per time, which the superelement's provenance then says.
+    pub fn up_to(self, frequency: Option<f64>) -> Self {
+        Self {
+            up_to: frequency,
+            ..self
+        }
     }
 
     /// Whether modes can be left out of a superelement together with the rest of this selection.
@@ -248,6 +261,7 @@ impl Selection {
                 rows,
                 further: self.enrichment.clone(),
                 nodes: self.nodes.clone(),
+                up_to: self.up_to,
             },
         )
     }

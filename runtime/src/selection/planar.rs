@@ -15,8 +15,8 @@ const ROUNDING: f64 = 1e-12;
 
 /// `spatial` has nothing but rows, modes and further columns in the plane.
 pub(super) fn planar(spatial: &Superelement, normal: Normal, loads: &[usize]) -> Superelement {
-    let [a, b, c] = normal.axes();
-    let flat = |of: [f64; 3]| [of[a], of[b], 0.0];
+    let [.., c] = normal.axes();
+    let flat = |of: [f64; 3]| normal.flat(of);
     Superelement {
         dimension: Dimension::Planar,
         origin: flat(spatial.origin),
@@ -47,6 +47,8 @@ pub(super) fn planar(spatial: &Superelement, normal: Normal, loads: &[usize]) ->
                 ..load.clone()
             })
             .collect(),
+        // Bounds of the modes out of the plane would be among them.
+        moments: None,
         ..spatial.clone()
     }
 }
