@@ -7,6 +7,7 @@
 import argparse
 import json
 import os
+from statistics import median
 
 import chain_table
 import peer_table
@@ -25,6 +26,30 @@ def best_solvers(path=None):
         yield "not run"
         return
     yield from peer_table.tables(lines(path))
+
+
+def with_bounds():
+    """What the bounds of the file's errors cost, and what is left of the lead over a solver that has none."""
+    name = "reduce_with_bounds.jsonl"
+    if not os.path.exists(os.path.join(DATA, name)):
+        yield "not run"
+        return
+    found = peer_table.latest(lines(name))
+    runs = [line for line in found if line["kind"] == "run"]
+    yield "| part | modes | `reduce --without-estimate`, s | `reduce`, s | of it the estimate, s | peak MB, without / with | PARDISO, s | PARDISO / without | PARDISO / with |"
+    yield "| --- | --- | --- | --- | --- | --- | --- | --- | --- |"
+    for component, modes in sorted({(run["component"], run["modes"]) for run in runs}, key=peer_table.places):
+        case = peer_table.Case(found, component, modes)
+        threads = max(case.threads())
+        without, with_them, theirs = (case.wall(tool, threads) for tool in ("reduce", "reduce-bounds", "pardiso2"))
+        estimates = [run["stages"]["estimate"] for run in case.of("reduce-bounds", threads)]
+        ratio = lambda ours: peer_table.number(theirs / ours if theirs and ours else None)
+        yield (
+            f"| {component} | {modes} | {peer_table.number(without)} | {peer_table.number(with_them)} | {peer_table.number(median(estimates) if estimates else None)} "
+            f"| {case.peak('reduce', threads) or 0:.0f} / {case.peak('reduce-bounds', threads) or 0:.0f} | {peer_table.number(theirs)} | {ratio(without)} | {ratio(with_them)} |"
+        )
+    yield ""
+    yield from peer_table.provenance(runs)
 
 
 def reduction():
@@ -105,6 +130,8 @@ if __name__ == "__main__":
     print("\n".join(best_solvers(options.peers)))
     if options.peers:
         raise SystemExit
+    print("\n### With bounds of the errors\n")
+    print("\n".join(with_bounds()))
     print()
     print("### Reduction against SciPy\n")
     print("\n".join(reduction()))
