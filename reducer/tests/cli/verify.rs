@@ -2,6 +2,7 @@
 
 use dcb_formats::Superelement;
 use dcb_formats::dcb::{Contents, SuperelementFile, WriteOptions, write_superelement};
+use dcb_runtime::selection::{InPlane, Normal, SYMMETRIC};
 
 use crate::support::Folder;
 
@@ -353,4 +354,31 @@ fn a_better_error_than_the_true_one_is_found() {
             &["not verified", says],
         );
     }
+}
+
+#[test]
+fn a_planar_superelement_of_a_spatial_part_is_checked_by_itself() {
+    let folder = Folder::with(&dcb_samples::spatial_beam(&dcb_samples::SpatialBeam {
+        elements: 4,
+        ..dcb_samples::SpatialBeam::default()
+    }));
+    folder.done("part.mtx --modes 6");
+    let whole = SuperelementFile::open(folder.path("part.dcb.h5"))
+        .and_then(|file| file.superelement())
+        .unwrap();
+    let in_plane = InPlane::of(&whole, Normal::Z, SYMMETRIC).unwrap();
+    let contents = Contents {
+        superelement: &in_plane.superelement(&whole).unwrap(),
+        recovery: None,
+        mesh: None,
+    };
+    let path = folder.path("planar.dcb.h5");
+    write_superelement(&path, &contents, &WriteOptions::default()).unwrap();
+    folder.done("inspect planar.dcb.h5");
+    let shown = folder.done("verify planar.dcb.h5 --component part.mtx");
+    assert!(
+        shown.contains("what moves in a plane of a spatial superelement"),
+        "{shown}"
+    );
+    assert!(shown.ends_with("\nverified\n"), "{shown}");
 }
