@@ -6,7 +6,7 @@ use dcb_formats::superelement::Superelement;
 use faer::Mat;
 
 /// What a scene does at an interface.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug)]
 pub enum InterfaceSelection {
     /// Forces act on all its rows.
     Loaded,
@@ -71,6 +71,21 @@ pub(super) fn rows_of(whole: &Superelement, interface: usize) -> std::ops::Range
     before(interface)..before(interface + 1)
 }
 
+impl PartialEq for InterfaceSelection {
+    /// Different numbers of forces make a difference here, where matrices of different shapes can't be compared.
+    fn eq(&self, other: &Self) -> bool {
+        match (self, other) {
+            (Self::LoadedAlong(own), Self::LoadedAlong(others)) => {
+                own.shape() == others.shape() && own == others
+            }
+            (Self::Loaded, Self::Loaded)
+            | (Self::Observed, Self::Observed)
+            | (Self::Dropped, Self::Dropped) => true,
+            _ => false,
+        }
+    }
+}
+
 impl InterfaceSelection {
     /// Forces along these directions of an interface; [`Self::Observed`] if it has none of them, [`Self::Loaded`] if it has no others.
     pub fn along(whole: &Superelement, interface: usize, directions: &[Direction]) -> Self {
@@ -91,5 +106,22 @@ impl InterfaceSelection {
                 f64::from(u8::from(i == along[j]))
             })),
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn forces_of_different_numbers_are_different() {
+        let along = |count: usize| {
+            InterfaceSelection::LoadedAlong(Mat::from_fn(6, count, |i, j| {
+                f64::from(u8::from(i == j))
+            }))
+        };
+        assert!(along(2) == along(2));
+        assert!(along(2) != along(3));
+        assert!(along(2) != InterfaceSelection::Loaded);
     }
 }
