@@ -1,5 +1,6 @@
 //! The `simulate prepare SCENE.json` command: reduce the parts of a scene, and leave out of them what its outputs don't need.
 
+use std::collections::BTreeMap;
 use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
 use std::process::Command;
@@ -16,7 +17,7 @@ use crate::cli_scene::{check_tolerance, is_interrupted, watch_for_interruption};
 use crate::cli_study::bar;
 use crate::error::Error;
 use crate::prepare::{Prepared, PreparedFile, Steps, prepare, write};
-use crate::scene::{BodyKind, Scene, in_file};
+use crate::scene::{BodyKind, InertiaChange, Scene, in_file};
 use crate::study::Subject;
 use crate::study::monitor::Monitor;
 
@@ -318,6 +319,7 @@ fn report(
         "of_coordinates": prepared.reference.elastic,
         "step": prepared.scene.integrator.map(|integrator| integrator.step),
         "left_out": left_out,
+        "inertia_change": simpler_inertia(&prepared.scene).collect::<BTreeMap<_, _>>(),
         "trials": trials,
         "seconds": seconds,
         "files": files,
@@ -332,17 +334,33 @@ fn report(
     })
 }
 
+/// Bodies whose inertia doesn't follow the deflection to second order, and how it does.
+fn simpler_inertia(scene: &Scene) -> impl Iterator<Item = (&str, &'static str)> {
+    scene.bodies.iter().filter_map(|(name, body)| {
+        let BodyKind::Superelement(of) = &body.kind else {
+            return None;
+        };
+        match of.inertia_change {
+            InertiaChange::Constant => Some((name.as_str(), "that of the undeformed body")),
+            InertiaChange::FirstOrder => {
+                Some((name.as_str(), "follows the deflection to first order"))
+            }
+            InertiaChange::SecondOrder => None,
+        }
+    })
+}
+
 fn told(prepared: &Prepared, files: &[PreparedFile], tolerance: f64, folder: &Path) -> String {
     let mut text = prepared.pruning.to_string();
     // Writing to a string doesn't fail.
     let _ = writeln!(
         text,
         "{} of {} elastic coordinates are enough, found by {} runs: no output is further than {:.1e} of its range from the run with everything (allowed {tolerance:.0e})",
-        prepared.coordinates,
-        prepared.reference.elastic,
-        prepared.trials.len() + 2,
-        prepared.error
+        prepared.coordinates, prepared.reference.elastic, prepared.runs, prepared.error
     );
+    for (name, inertia) in simpler_inertia(&prepared.scene) {
+        let _ = writeln!(text, "inertia of body {name:?}: {inertia}");
+    }
     for file in files {
         let _ = writeln!(
             text,

@@ -7,6 +7,7 @@ use crate::integrator::adaptive::{StepSize, local_error};
 use crate::integrator::newton::Corrector;
 use crate::integrator::resolution::{Resolution, Unresolved};
 use crate::integrator::{Effort, Formulation, Method, Profile};
+use crate::system::condensed::RedundantForces;
 use crate::system::evaluation::Evaluation;
 use crate::system::{State, System};
 
@@ -65,7 +66,8 @@ impl Simulation {
             .start(&mut state, redundancy)?;
         let mut corrector = Corrector::of(&system)?;
         if !report.redundant.is_empty() {
-            corrector.condensed.regularization = REGULARIZATION;
+            let rows = report.redundant.iter().map(|(_, count)| count).sum();
+            corrector.condensed.expect_redundant(rows, REGULARIZATION);
         }
         let mut simulation = Self {
             method,
@@ -206,6 +208,12 @@ impl Simulation {
         self.effort.iterations += effort.iterations;
         self.effort.factorizations += effort.factorizations;
         self.steps += 1;
+    }
+
+    /// What becomes of forces of redundant constraints in the next steps: steps whose forces nobody looks at are faster if they are
+    /// carried. Without redundant constraints it makes no difference.
+    pub fn set_redundant_forces(&mut self, forces: RedundantForces) {
+        self.corrector.set_redundant_forces(forces);
     }
 
     /// Starts to measure where the time goes.

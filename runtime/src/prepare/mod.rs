@@ -2,7 +2,7 @@
 //!
 //! A run with everything is the reference, at the scene's own step. What the scene doesn't need by itself is left out first
 //! ([`crate::pruning`]). A run without it says how much each coordinate moves on its own ([`Activity`]), and the least active ones are left out, as many
-//! as the outputs allow. What is left out keeps its flexibility: modes in the attachments, attachments as flexibility without mass. Every answer was
+//! as the outputs allow; the inertia follows the deflection no further than they need. What is left out keeps its flexibility: modes in the attachments, attachments as flexibility without mass. Every answer was
 //! run; nothing is inferred.
 
 mod activity;
@@ -13,6 +13,8 @@ mod trials;
 pub use activity::Activity;
 pub use files::{PreparedFile, write};
 pub use ranking::{Coordinate, Flexible, Ranking};
+
+use std::cell::Cell;
 
 use crate::error::Error;
 pub use crate::fewest::Trial;
@@ -29,6 +31,11 @@ use trials::Trials;
 const SHARE: f64 = 0.8;
 /// Part of the tolerance for what the scene doesn't need by itself.
 const PRUNED: f64 = 0.1;
+/// Part of the tolerance up to which the inertia may be simplified: it costs time in each step, but less than coordinates do.
+const INERTIA: f64 = 0.3;
+
+/// Part of the tolerance up to which steps are lengthened: half the steps save more than some coordinates.
+const STEPS: f64 = 0.5;
 
 /// Whether a preparation may lengthen the steps.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -56,6 +63,8 @@ pub struct Prepared {
     pub error: f64,
     /// Every number of coordinates that was run, in this order.
     pub trials: Vec<Trial>,
+    /// Runs made.
+    pub runs: usize,
     /// The run with everything.
     pub reference: Course,
 }
@@ -91,6 +100,7 @@ pub fn prepare(
         grid,
         expected: &expected,
         monitor,
+        made: Cell::new(1),
     };
     let limit = SHARE * tolerance;
     let open = SuperelementFiles::default();
@@ -103,24 +113,26 @@ pub fn prepare(
     let Some(start) = start else {
         return Ok(None);
     };
+    let Some(start) = trials.simplest_inertia(start, INERTIA * tolerance)? else {
+        return Ok(None);
+    };
+    let lengthened = match steps {
+        Steps::OfScene => Some(start),
+        Steps::Lengthened => trials.longest_step(start, STEPS * tolerance)?,
+    };
+    let Some(start) = lengthened else {
+        return Ok(None);
+    };
     let Some((chosen, error, made)) = trials.fewest(&start, limit)? else {
         return Ok(None);
     };
-    let coordinates = start.bound() + chosen.order.len();
-    let chosen = start.with(&chosen)?;
-    let lengthened = match steps {
-        Steps::OfScene => Some((chosen, error)),
-        Steps::Lengthened => trials.longest_step(chosen, coordinates, error, limit)?,
-    };
-    let Some((scene, error)) = lengthened else {
-        return Ok(None);
-    };
     Ok(Some(Prepared {
-        scene,
-        coordinates,
+        scene: start.with(&chosen)?,
+        coordinates: start.bound() + chosen.order.len(),
         pruning,
         error,
         trials: made,
+        runs: trials.made.get(),
         reference,
     }))
 }

@@ -24,6 +24,8 @@ pub struct Flexible {
     pub attachments: usize,
     /// Whether all modes have to stay.
     pub has_bound_modes: bool,
+    /// Whether it has geometric stiffening, which is part of an inertia of second order.
+    pub is_stiffened: bool,
 }
 
 /// Coordinates of some bodies, the most active first.

@@ -1,4 +1,6 @@
-//! Runs with fewer coordinates, compared with the run with everything.
+//! Runs with fewer coordinates and simpler inertia, compared with the run with everything.
+
+use std::cell::Cell;
 
 use super::LONGEST;
 use super::activity::Activity;
@@ -7,7 +9,7 @@ use crate::error::Error;
 use crate::fewest::{Trial, fewest};
 use crate::model::Model;
 use crate::pruning::{Carried, Pruning};
-use crate::scene::{BodyKind, Record, Scene};
+use crate::scene::{BodyKind, InertiaChange, Record, Scene};
 use crate::simulation::Simulation;
 use crate::study::Subject;
 use crate::study::comparison::{Distance, places, scale};
@@ -24,6 +26,8 @@ pub(super) struct Trials<'a> {
     pub grid: Grid,
     pub expected: &'a Trace,
     pub monitor: &'a Monitor,
+    /// Runs made.
+    pub made: Cell<usize>,
 }
 
 /// The run from which coordinates are left out.
@@ -45,17 +49,40 @@ impl Trials<'_> {
         let bodies = flexible(scene, pruning, &Model::load(scene)?);
         let mut activity = Activity::default();
         let mut watch = |simulation: &Simulation| activity.watch(simulation);
-        let count: usize = bodies
-            .iter()
-            .map(|body| body.modes + body.attachments)
-            .sum();
-        let error = self.error(scene, count, &mut watch)?;
+        let error = self.error(scene, coordinates(&bodies), &mut watch)?;
         Ok(error.map(|error| Start {
             ranking: Ranking::of(&bodies, &activity),
             scene: scene.clone(),
             bodies,
             error,
         }))
+    }
+
+    /// The same with an inertia that follows the deflection no further than the outputs need: that of all bodies, or else of one after the
+    /// other. `None` if the user stopped it.
+    pub fn simplest_inertia(
+        &self,
+        mut start: Start,
+        tolerance: f64,
+    ) -> Result<Option<Start>, Error> {
+        let each: Vec<usize> = (0..start.bodies.len()).collect();
+        let groups = std::iter::once(&each[..]).chain(each.chunks(1));
+        for places in groups {
+            for change in [InertiaChange::Constant, InertiaChange::FirstOrder] {
+                let Some(scene) = start.with_inertia(places, change) else {
+                    continue;
+                };
+                match self.error(&scene, coordinates(&start.bodies), &mut |_| {})? {
+                    None => return Ok(None),
+                    Some(error) if error <= tolerance => {
+                        (start.scene, start.error) = (scene, error);
+                        break;
+                    }
+                    Some(_) => {}
+                }
+            }
+        }
+        Ok(Some(start))
     }
 
     /// The fewest coordinates in the order of the ranking, then the fewest attachments and the fewest modes among them.
@@ -94,19 +121,12 @@ impl Trials<'_> {
         Ok(Some((chosen, error, trials)))
     }
 
-    /// The scene with its steps doubled as often as the tolerance allows, and its error. `None` if the user stopped it.
-    pub fn longest_step(
-        &self,
-        scene: Scene,
-        coordinates: usize,
-        error: f64,
-        tolerance: f64,
-    ) -> Result<Option<(Scene, f64)>, Error> {
-        let mut best = (scene, error);
+    /// The same with steps doubled as often as the tolerance allows. `None` if the user stopped it.
+    pub fn longest_step(&self, mut start: Start, tolerance: f64) -> Result<Option<Start>, Error> {
         let mut factor = 1;
         while factor < LONGEST {
             factor *= 2;
-            let mut longer = best.0.clone();
+            let mut longer = start.scene.clone();
             if let Some(integrator) = &mut longer.integrator {
                 integrator.step *= 2.0;
             }
@@ -114,13 +134,13 @@ impl Trials<'_> {
             if let Some(Record::Every(every)) = &mut longer.record {
                 *every = every.div_ceil(2);
             }
-            match self.error(&longer, coordinates, &mut |_| {})? {
+            match self.error(&longer, coordinates(&start.bodies), &mut |_| {})? {
                 None => return Ok(None),
-                Some(error) if error <= tolerance => best = (longer, error),
+                Some(error) if error <= tolerance => (start.scene, start.error) = (longer, error),
                 Some(_) => break,
             }
         }
-        Ok(Some(best))
+        Ok(Some(start))
     }
 
     /// Largest distance of an output from the run with everything, relative to its range there; infinite where the run doesn't come to
@@ -131,6 +151,7 @@ impl Trials<'_> {
         coordinates: usize,
         watch: &mut dyn FnMut(&Simulation),
     ) -> Result<Option<f64>, Error> {
+        self.made.set(self.made.get() + 1);
         self.monitor.tell(&format!("{coordinates} coordinates"));
         self.monitor.expect(motion::steps_of(scene)?);
         let made = motion::follow(self.subject, scene, self.grid, self.monitor, watch)?;
@@ -154,6 +175,25 @@ impl Start {
     pub fn bound(&self) -> usize {
         let bound = self.bodies.iter().filter(|body| body.has_bound_modes);
         bound.map(|body| body.modes).sum()
+    }
+
+    /// The scene with the inertia of some bodies, by their places, following the deflection to this order; `None` if it goes no further in any
+    /// of them.
+    fn with_inertia(&self, places: &[usize], change: InertiaChange) -> Option<Scene> {
+        let mut scene = self.scene.clone();
+        let mut is_simpler = false;
+        for body in places.iter().map(|place| &self.bodies[*place]) {
+            let described = scene.bodies.get_index_mut(body.index);
+            if let Some(BodyKind::Superelement(of)) =
+                described.map(|(_, described)| &mut described.kind)
+                && !body.is_stiffened
+                && of.inertia_change as u8 > change as u8
+            {
+                of.inertia_change = change;
+                is_simpler = true;
+            }
+        }
+        is_simpler.then_some(scene)
     }
 
     /// The scene with these coordinates only.
@@ -184,6 +224,11 @@ impl Start {
     }
 }
 
+fn coordinates(bodies: &[Flexible]) -> usize {
+    let of = |body: &Flexible| body.modes + body.attachments;
+    bodies.iter().map(of).sum()
+}
+
 /// Bodies of a scene that deflect.
 fn flexible(scene: &Scene, pruning: &Pruning, model: &Model) -> Vec<Flexible> {
     let bodies = scene.bodies.iter().zip(&model.system.bodies).enumerate();
@@ -199,6 +244,7 @@ fn flexible(scene: &Scene, pruning: &Pruning, model: &Model) -> Vec<Flexible> {
             has_bound_modes: (pruning.bodies.get(name))
                 .is_some_and(|pruned| pruned.has_bound_modes),
             attachments: body.flexible.displacement_count() - body.flexible.mode_count,
+            is_stiffened: body.flexible.is_stiffened(),
         })
         .collect()
 }

@@ -15,6 +15,7 @@ use crate::model::{Model, RecordedStep};
 use crate::scene::{Compatibility, Integrator, Record, Scene};
 use crate::simulation::Simulation;
 use crate::system::System;
+use crate::system::condensed::RedundantForces;
 use crate::validity::Validity;
 
 /// How a run went.
@@ -167,6 +168,13 @@ impl Run<'_> {
             if observer.is_stopped() {
                 return Ok(false);
             }
+            simulation.set_redundant_forces(self.redundant_forces(
+                index + 1,
+                match planned {
+                    Planned::Fixed(step) => Some(simulation.state().time + step),
+                    Planned::Adaptive(_) => None,
+                },
+            ));
             let (step, effort) = match planned {
                 Planned::Fixed(step) => (step, simulation.step(step)?),
                 Planned::Adaptive(size) => simulation.step_adaptively(end, size)?,
@@ -185,14 +193,7 @@ impl Run<'_> {
             let (system, state) = (simulation.system(), simulation.state());
             self.session
                 .write_fields((system, state), simulation.evaluation(), step)?;
-            let is_due = match self.record {
-                Record::Every(steps) => index % u64::from(steps) == 0,
-                Record::Interval(interval) => {
-                    let due = (self.recorded as f64) * interval;
-                    state.time >= due - 1e-9 * interval
-                }
-            };
-            if is_due || state.time >= end {
+            if self.is_due(index, state.time) || state.time >= end {
                 self.write(simulation, effort, step)?;
                 observer.progress(simulation.state().time, end);
                 self.tell_rounding(simulation, step, observer);
@@ -210,6 +211,33 @@ impl Run<'_> {
         }
         self.tell_imbalance(simulation.state().time, observer);
         Ok(true)
+    }
+
+    /// Whether the state after so many steps is recorded.
+    fn is_due(&self, steps_made: u64, time: f64) -> bool {
+        match self.record {
+            Record::Every(steps) => steps_made.is_multiple_of(u64::from(steps)),
+            Record::Interval(interval) => {
+                let due = (self.recorded as f64) * interval;
+                time >= due - 1e-9 * interval
+            }
+        }
+    }
+
+    /// Forces are shared out where they are recorded. `time` is that of the next state, if it is known.
+    fn redundant_forces(&self, steps_made: u64, time: Option<f64>) -> RedundantForces {
+        let is_unseen = match time {
+            Some(time) => {
+                // Rounding in the times of steps doesn't decide.
+                let end = self.integrator.end - 0.5 * self.integrator.step;
+                time < end && !self.is_due(steps_made, time * (1.0 + 1e-12))
+            }
+            None => false,
+        };
+        match is_unseen && self.session.fields.is_empty() {
+            true => RedundantForces::Carried,
+            false => RedundantForces::Shared,
+        }
     }
 
     /// Motions that the steps are too long for are told once each.

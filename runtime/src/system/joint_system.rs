@@ -35,7 +35,22 @@ pub struct JointSystem {
     factor: Factor,
     stack: MemBuffer,
     scaled: Vec<f64>,
+    null_space: NullSpace,
 }
+
+/// Directions of δλ that do nothing, in the scaled system.
+#[derive(Default)]
+struct NullSpace {
+    /// Orthonormal, one after the other.
+    basis: Vec<f64>,
+    /// Whether they belong to the last factor.
+    is_known: bool,
+}
+
+/// Inverse iterations for the null space.
+const NULL_ITERATIONS: usize = 4;
+/// How nearly a direction's compliance must be the regularization alone.
+const NULL: f64 = 1e-4;
 
 enum Factor {
     Dense {
@@ -96,6 +111,7 @@ impl JointSystem {
             factor,
             stack: MemBuffer::try_new(scratch).ok()?,
             scaled: vec![0.0; rows],
+            null_space: NullSpace::default(),
         };
         Some((system, places))
     }
@@ -138,8 +154,86 @@ impl JointSystem {
             self.values[*diagonal] += regularization;
         }
         self.regularization = regularization;
+        self.null_space.is_known = false;
         let matrix = SparseColMatRef::new(self.pattern.as_ref(), self.values.as_slice());
         self.factor.compute(matrix, MemStack::new(&mut self.stack))
+    }
+
+    /// Makes room for so many redundant rows.
+    pub fn expect_redundant(&mut self, count: usize) {
+        self.null_space.basis = vec![0.0; count * self.scale.len()];
+        self.null_space.is_known = false;
+    }
+
+    /// Looks for as many directions as are expected in which only the regularization of the last factor resists, by inverse iteration. They
+    /// are known if there are as many and `may_hold` for each of them, which has an entry for each row.
+    pub fn find_redundant(&mut self, may_hold: impl Fn(usize, f64) -> bool) {
+        let rows = self.scale.len();
+        let mut basis = std::mem::take(&mut self.null_space.basis);
+        for (place, entry) in basis.iter_mut().enumerate() {
+            // No symmetry hides a direction.
+            *entry = (1.0 + 0.7 * place as f64).cos();
+        }
+        let mut is_known = false;
+        let is_possible = !basis.is_empty() && self.regularization > 0.0;
+        for _ in 0..if is_possible { NULL_ITERATIONS } else { 0 } {
+            is_known = true;
+            for place in 0..basis.len() / rows {
+                let (known, rest) = basis.split_at_mut(place * rows);
+                let direction = &mut rest[..rows];
+                for earlier in known.chunks_exact(rows) {
+                    remove(direction, earlier);
+                }
+                normalize(direction);
+                self.solve_scaled(direction);
+                for earlier in known.chunks_exact(rows) {
+                    remove(direction, earlier);
+                }
+                let growth = normalize(direction) * self.regularization;
+                is_known &= (growth - 1.0).abs() < NULL;
+            }
+            if is_known {
+                break;
+            }
+        }
+        let mut directions = basis.chunks_exact(rows.max(1));
+        let held = directions.all(|direction| {
+            let mut entries = direction.iter().enumerate();
+            entries.all(|(row, entry)| may_hold(row, *entry))
+        });
+        self.null_space = NullSpace {
+            is_known: is_known && held,
+            basis,
+        };
+    }
+
+    /// Whether the directions that do nothing are known for the last factor.
+    pub fn knows_redundant(&self) -> bool {
+        self.null_space.is_known
+    }
+
+    /// Forgets them.
+    pub fn forget_redundant(&mut self) {
+        self.null_space.is_known = false;
+    }
+
+    /// Takes out of δλ what does nothing.
+    pub fn remove_redundant(&self, forces: &mut [f64]) {
+        for (force, scale) in forces.iter_mut().zip(&self.scale) {
+            *force /= scale;
+        }
+        self.remove_scaled(forces);
+        for (force, scale) in forces.iter_mut().zip(&self.scale) {
+            *force *= scale;
+        }
+    }
+
+    fn remove_scaled(&self, scaled: &mut [f64]) {
+        if self.null_space.is_known {
+            for direction in self.null_space.basis.chunks_exact(self.scale.len()) {
+                remove(scaled, direction);
+            }
+        }
     }
 
     /// How much the last factor enlarges a right-hand side, in the scaled system: about one over its smallest eigenvalue. `probe` has
@@ -162,11 +256,20 @@ impl JointSystem {
         most
     }
 
-    /// Solves with the last factor, in place.
+    /// Solves with the last factor, in place, without the directions that are known to do nothing.
     pub fn solve(&mut self, right_hand_side: &mut [f64]) {
         for (b, scale) in right_hand_side.iter_mut().zip(&self.scale) {
             *b *= scale;
         }
+        self.remove_scaled(right_hand_side);
+        self.solve_scaled(right_hand_side);
+        self.remove_scaled(right_hand_side);
+        for (x, scale) in right_hand_side.iter_mut().zip(&self.scale) {
+            *x *= scale;
+        }
+    }
+
+    fn solve_scaled(&mut self, right_hand_side: &mut [f64]) {
         match &self.factor {
             Factor::Dense { columns, .. } => {
                 self.scaled.fill(0.0);
@@ -183,10 +286,28 @@ impl JointSystem {
                 );
             }
         }
-        for (x, scale) in right_hand_side.iter_mut().zip(&self.scale) {
-            *x *= scale;
-        }
     }
+}
+
+fn dot(a: &[f64], b: &[f64]) -> f64 {
+    a.iter().zip(b).map(|(a, b)| a * b).sum()
+}
+
+/// Takes a direction of length one out of another.
+fn remove(of: &mut [f64], direction: &[f64]) {
+    let amount = dot(of, direction);
+    for (entry, other) in of.iter_mut().zip(direction) {
+        *entry -= amount * other;
+    }
+}
+
+/// Makes the length one; what it was.
+fn normalize(direction: &mut [f64]) -> f64 {
+    let length = dot(direction, direction).sqrt();
+    for entry in direction.iter_mut() {
+        *entry /= length;
+    }
+    length
 }
 
 impl Factor {
@@ -322,6 +443,71 @@ mod tests {
                 let error = (solution[row] - expected[row]).abs() * unit(row);
                 assert!(error < 1e-12, "{rows} rows, row {row}: {error:e}");
             }
+        }
+    }
+
+    /// The projector away from two directions, in very different units.
+    #[test]
+    fn directions_that_do_nothing_are_found_and_left_alone() {
+        for rows in [6, DENSE_ROWS + 16] {
+            let pairs: Vec<_> = (0..rows)
+                .flat_map(|row| (0..rows).map(move |column| (row, column)))
+                .collect();
+            let (mut system, places) = JointSystem::with_pattern(rows, &pairs).unwrap();
+            let unit = |row: usize| if row.is_multiple_of(3) { 1e5 } else { 1e-2 };
+            let mut directions: Vec<Vec<f64>> = [0.9, 2.3]
+                .map(|w: f64| {
+                    (0..rows)
+                        .map(|row| (w * (row as f64 + 1.0)).sin())
+                        .collect()
+                })
+                .to_vec();
+            normalize(&mut directions[0]);
+            let (first, second) = directions.split_at_mut(1);
+            remove(&mut second[0], &first[0]);
+            normalize(&mut second[0]);
+            let entry = |row: usize, column: usize| {
+                let shared: f64 = directions.iter().map(|n| n[row] * n[column]).sum();
+                (f64::from(u8::from(row == column)) - shared) * unit(row) * unit(column)
+            };
+            let times = |x: &[f64]| -> Vec<f64> {
+                let row = |row: usize| (0..rows).map(|k| entry(row, k) * x[k]).sum();
+                (0..rows).map(row).collect()
+            };
+            let mut factor = |expected: usize| {
+                system.values_mut().fill(0.0);
+                for ((row, column), place) in pairs.iter().zip(&places) {
+                    system.values_mut()[*place] = entry(*row, *column);
+                }
+                system.expect_redundant(expected);
+                assert!(system.factor(1e-7));
+                system.find_redundant(|_, _| true);
+                system.knows_redundant()
+            };
+            assert!(!factor(3) && !factor(0) && factor(2), "{rows}");
+            let forces: Vec<f64> = (0..rows)
+                .map(|row| (row as f64).cos() / unit(row))
+                .collect();
+            let demand = times(&forces);
+            let mut solved = demand.clone();
+            system.solve(&mut solved);
+            let mut left = forces.clone();
+            system.remove_redundant(&mut left);
+            for found in [&solved, &left] {
+                for (row, (found, demand)) in times(found).iter().zip(&demand).enumerate() {
+                    assert!((found - demand).abs() < 1e-6 * unit(row), "{rows} {row}");
+                }
+            }
+            // Nothing of the directions is in the solution, so that both are the same.
+            for (row, (solved, left)) in solved.iter().zip(&left).enumerate() {
+                assert!((solved - left).abs() * unit(row) < 1e-6, "{rows} {row}");
+            }
+            assert!(
+                forces
+                    .iter()
+                    .zip(&left)
+                    .any(|(a, b)| (a - b).abs() > 1e-3 * a.abs())
+            );
         }
     }
 }

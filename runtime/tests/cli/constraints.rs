@@ -110,6 +110,42 @@ fn redundant_constraints_are_told_or_refused_by_name() {
 }
 
 #[test]
+fn redundant_forces_are_shared_out_where_they_are_recorded_and_cost_no_factors_elsewhere() {
+    let run = |every: usize| {
+        let folder = Folder::with(&four_bar(json!({"record": {"every": every}})));
+        folder.done("scene.json");
+        folder
+    };
+    let (all, some) = (run(1), run(20));
+    let updates = |folder: &Folder| -> f64 {
+        let summary = folder.results().provenance("summary").unwrap();
+        let count = |name: &str| summary[name].as_f64().unwrap();
+        count("jacobian_updates") / count("steps")
+    };
+    assert!(updates(&all) >= 1.0, "{}", updates(&all));
+    assert!(updates(&some) < 0.5, "{}", updates(&some));
+    for channel in ["left", "right", "reactions/axle", "reactions/foot"] {
+        let (every, few) = (
+            all.results().history(channel).unwrap(),
+            some.results().history(channel).unwrap(),
+        );
+        let largest = (0..every.nrows())
+            .flat_map(|row| (0..every.ncols()).map(move |column| (row, column)))
+            .fold(0.0_f64, |most, place| most.max(every[place].abs()));
+        assert!(few.nrows() == 6 && largest > 0.0, "{channel}");
+        for row in 0..few.nrows() {
+            for column in 0..few.ncols() {
+                let apart = (few[(row, column)] - every[(20 * row, column)]).abs();
+                assert!(
+                    apart < 1e-5 * largest,
+                    "{channel} {row} {column}: {apart:e} of {largest:e}"
+                );
+            }
+        }
+    }
+}
+
+#[test]
 fn drives_that_contradict_each_other_later_are_told_when_they_do() {
     // Both cranks of the linkage turn alike: the second drive repeats the first until it leaves it.
     let right = |function: Value| {

@@ -147,6 +147,11 @@ fn a_prepared_scene_keeps_its_outputs_with_fewer_coordinates() {
         let small = read_superelement(&folder.path(&format!("{name}/rod.dcb.h5"))).unwrap();
         let kept = small.mode_count() + small.residual.sigma_squared.len();
         assert_eq!(report["coordinates"], json!(kept));
+        let scene: Value =
+            serde_json::from_str(&folder.read(&format!("{name}/scene.json"))).unwrap();
+        let order = scene["bodies"]["rod"]["inertia_change"].as_str();
+        assert_eq!(order.is_some(), report["inertia_change"]["rod"].is_string());
+        assert!(tolerance < 1e-2 || order.is_some(), "{scene}");
         assert!(kept < fewest, "{kept} with {tolerance}");
         fewest = kept;
         let sizes = &report["files"][0];

@@ -12,7 +12,7 @@ use crate::error::Error;
 use crate::initial::REGULARIZATION;
 use crate::rotation::right_jacobian_inverse;
 use crate::system::body_factor::Elastic;
-use crate::system::condensed::{Blend, Condensed};
+use crate::system::condensed::{Blend, Condensed, RedundantForces};
 use crate::system::evaluation::Evaluation;
 use crate::system::{State, System};
 
@@ -87,6 +87,14 @@ impl Corrector {
         })
     }
 
+    /// What becomes of forces of redundant constraints in the next steps.
+    pub fn set_redundant_forces(&mut self, forces: RedundantForces) {
+        if self.condensed.redundant_forces != forces {
+            self.condensed.redundant_forces = forces;
+            self.condensed.forget_redundant();
+        }
+    }
+
     /// Forgets the factor alone, after a step that failed.
     pub fn forget_factor(&mut self) {
         self.factored_step = None;
@@ -95,6 +103,7 @@ impl Corrector {
     /// Forgets the factor, so that what follows depends on the state alone.
     pub fn forget(&mut self) {
         self.factored_step = None;
+        self.condensed.forget_redundant();
         self.contraction = 1.0;
         self.wary = 0;
         self.acceleration_scale = 0.0;
@@ -142,7 +151,7 @@ impl Corrector {
             }
             if effort.iterations > 0 && stale
                 || self.factored_step != Some(step)
-                || self.condensed.regularization > 0.0
+                || self.condensed.regularization > 0.0 && !self.condensed.carries_redundant()
             {
                 self.factor(system, scheme, step)?;
                 effort.factorizations += 1;

@@ -6,6 +6,7 @@ use super::{Corrector, three};
 use crate::error::Error;
 use crate::integrator::method::Method;
 use crate::integrator::scheme::Scheme;
+use crate::system::condensed::RedundantForces;
 use crate::system::{State, System};
 
 impl Corrector {
@@ -83,8 +84,17 @@ impl Corrector {
             trial.velocities[i] = scheme.velocity(step, velocity, a, after);
             self.increments[i] = scheme.increment(step, velocity, a, after);
         }
-        for (i, force) in trial.forces.iter_mut().enumerate() {
-            *force = carried(start.forces[i], start.earlier_forces[i]);
+        self.force_changes.fill(0.0);
+        let carries = self.condensed.redundant_forces == RedundantForces::Carried;
+        if self.condensed.regularization == 0.0 || !carries || self.condensed.carries_redundant() {
+            for (i, change) in self.force_changes.iter_mut().enumerate() {
+                *change = carried(0.0, start.earlier_forces[i] - start.forces[i]);
+            }
+            self.condensed.remove_redundant(&mut self.force_changes);
+        }
+        let changes = start.forces.iter().zip(&self.force_changes);
+        for (force, (before, change)) in trial.forces.iter_mut().zip(changes) {
+            *force = before + change;
         }
         for (i, x) in trial.residual_displacements.iter_mut().enumerate() {
             let (rate, a) = (start.residual_rates[i], start.residual_accelerations[i]);

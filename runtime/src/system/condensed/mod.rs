@@ -56,6 +56,9 @@ impl Blend {
     }
 }
 
+/// Share of a drive in forces that do nothing which isn't rounding.
+const DRIVE_SHARE: f64 = 1e-6;
+
 /// The side of a term on a body.
 #[derive(Clone, Copy, Debug)]
 struct Touch {
@@ -105,6 +108,8 @@ pub struct Condensed {
     held: Vec<bool>,
     /// Added to the unit diagonal of the joints' system where constraints are redundant.
     pub regularization: f64,
+    /// What becomes of the share of λ that does nothing.
+    pub redundant_forces: RedundantForces,
     /// δq of the last solve, laid out as velocities, rigid parts in body axes.
     pub step: Vec<f64>,
     /// δλ of the last solve.
@@ -112,6 +117,16 @@ pub struct Condensed {
     /// Change of the displacements beside the coordinates in the last solve, by residual rows. Zero for bodies whose interface
     /// forces are coordinates; their change is in `step`.
     pub residual_step: Vec<f64>,
+}
+
+/// Forces of redundant constraints: the share of λ that does nothing to the motion.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum RedundantForces {
+    /// Determined in the minimum-norm sense in each step, which takes a factor for each iteration.
+    #[default]
+    Shared,
+    /// It stays as it is, and a factor serves as long as elsewhere. The motion is the same.
+    Carried,
 }
 
 /// Whether the displacements of interfaces beside the coordinates follow the forces in a solve.
@@ -205,6 +220,7 @@ impl Condensed {
             residual_step: vec![0.0; residual_rows],
             held: vec![false; system.bodies.len()],
             regularization: 0.0,
+            redundant_forces: RedundantForces::Shared,
             step: vec![0.0; system.velocity_count()],
             force_step: vec![0.0; system.rows.len()],
         })
@@ -218,6 +234,27 @@ impl Condensed {
                 *held = true;
             }
         }
+    }
+
+    /// Regularizes the joints' system, of which so many rows are redundant.
+    pub fn expect_redundant(&mut self, rows: usize, regularization: f64) {
+        self.regularization = regularization;
+        self.joints.expect_redundant(rows);
+    }
+
+    /// Whether the present factor leaves the share of λ alone that does nothing.
+    pub fn carries_redundant(&self) -> bool {
+        self.joints.knows_redundant()
+    }
+
+    /// Forgets which share of λ does nothing.
+    pub fn forget_redundant(&mut self) {
+        self.joints.forget_redundant();
+    }
+
+    /// Takes out of a change of λ what does nothing, as far as the present factor knows it.
+    pub fn remove_redundant(&self, forces: &mut [f64]) {
+        self.joints.remove_redundant(forces);
     }
 
     /// How much the joints' system enlarges what it solves for: large where constraints nearly depend on each other. Overwrites the last solve's
@@ -284,11 +321,16 @@ impl Condensed {
                 }
             }
         }
-        if self.factor_joints(system, evaluation, blend) {
-            Ok(())
-        } else {
-            Err(Error::SingularJoints { time: state.time })
+        if !self.factor_joints(system, evaluation, blend) {
+            return Err(Error::SingularJoints { time: state.time });
         }
+        if self.regularization > 0.0 && self.redundant_forces == RedundantForces::Carried {
+            // A drive's work needs its force.
+            let is_drive = |row: usize| matches!(system.rows[row].demand, Demand::Follow(_));
+            self.joints
+                .find_redundant(|row, share| !is_drive(row) || share.abs() < DRIVE_SHARE);
+        }
+        Ok(())
     }
 
     /// What each row's measure must change by: to the demand for constraints, and for springs by what the force still differs.
