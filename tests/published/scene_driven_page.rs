@@ -41,7 +41,7 @@ fn true_errors_are_below_bounds_and_these_below_tolerances() {
 }
 
 /// Scenes that were measured, each prepared in six ways.
-const SCENES: usize = 1;
+const SCENES: usize = 3;
 
 #[test]
 fn no_prepared_scene_is_further_off_than_its_tolerance() {

@@ -1,4 +1,5 @@
-//! Coordinates of all superelements of a scene in one order: those first that move most by themselves.
+//! Coordinates of all superelements of a scene in one order: attachments, which stand for all modes that are left out, and then the modes that move
+//! most by themselves.
 
 use super::activity::Activity;
 
@@ -28,7 +29,7 @@ pub struct Flexible {
     pub is_stiffened: bool,
 }
 
-/// Coordinates of some bodies, the most active first.
+/// Coordinates of some bodies, attachments first, and of either kind the most active first.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Ranking {
     /// Body, by its place among those that deflect, and coordinate.
@@ -50,7 +51,12 @@ impl Ranking {
                 ranked.push((*moved, (place, kind)));
             }
         }
-        ranked.sort_by(|a, b| b.0.total_cmp(&a.0));
+        // Beside all modes an attachment hardly moves; what it is worth shows when modes are gone.
+        let is_mode = |(_, kind): &(usize, Coordinate)| *kind != Coordinate::Attachment;
+        ranked.sort_by(|a, b| {
+            let kinds = is_mode(&a.1).cmp(&is_mode(&b.1));
+            kinds.then(b.0.total_cmp(&a.0))
+        });
         Self {
             order: ranked.into_iter().map(|(_, entry)| entry).collect(),
         }
