@@ -4,6 +4,7 @@
 use std::fs;
 use std::path::Path;
 use std::process::Command;
+use std::sync::{Mutex, MutexGuard, PoisonError};
 
 use dcb_formats::Error;
 use dcb_formats::component::{Source, Units};
@@ -86,8 +87,17 @@ fn steps_as_written(path: &Path) -> usize {
     time.len()
 }
 
+/// Held by tests that start processes, and by the one that opens its files again and again to write: a process inherits the files that are open
+/// when it starts, and with them their locks.
+static PROCESSES: Mutex<()> = Mutex::new(());
+
+fn no_other_processes() -> MutexGuard<'static, ()> {
+    PROCESSES.lock().unwrap_or_else(PoisonError::into_inner)
+}
+
 /// What h5py finds.
 fn checked_with_h5py(path: &Path) -> Value {
+    let _alone = no_other_processes();
     let python = std::env::var_os("PYTHON").unwrap_or_else(|| "python3".into());
     let script = Path::new(env!("CARGO_MANIFEST_DIR")).join("../tests/h5py/check_results.py");
     let output = Command::new(python)
@@ -297,6 +307,7 @@ fn edited(path: &Path, change: impl FnOnce(&hdf5::File)) -> String {
 
 #[test]
 fn damaged_and_foreign_files_are_refused_with_the_place() {
+    let _alone = no_other_processes();
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("run.h5");
     let fresh = || {
@@ -350,6 +361,7 @@ fn damaged_and_foreign_files_are_refused_with_the_place() {
 /// On a file system of 512 KiB, where this machine lets the test make one.
 #[test]
 fn a_full_disk_is_told_and_the_steps_before_it_stay_readable() {
+    let alone = no_other_processes();
     let folder = tempfile::tempdir().unwrap();
     let disk = folder.path().join("disk");
     fs::create_dir(&disk).unwrap();
@@ -357,6 +369,7 @@ fn a_full_disk_is_told_and_the_steps_before_it_stay_readable() {
         .args(["-t", "tmpfs", "-o", "size=512k", "tmpfs"])
         .arg(&disk)
         .output();
+    drop(alone);
     if !mount.is_ok_and(|output| output.status.success()) {
         println!("SKIPPED: mounting a small file system needs root; the full disk wasn't tested");
         return;
@@ -374,7 +387,9 @@ fn a_full_disk_is_told_and_the_steps_before_it_stay_readable() {
     let later = writer.append(1e9, &row(0).1);
     drop(writer);
     let _ = fs::copy(&path, &saved);
+    let alone = no_other_processes();
     let _ = Command::new("umount").arg("-l").arg(&disk).status();
+    drop(alone);
     let (step, error) = failed.expect("512 KiB don't hold these results");
     assert!(error.to_string().contains("No space left"), "{error}");
     assert!(later.is_err());
