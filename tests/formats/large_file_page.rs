@@ -1,7 +1,8 @@
 //! Does `docs/format.md` show what `docs/data/large_file.jsonl` holds, and does that keep what is promised?
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic)]
 
-use dcb_tests::large_file_page::{MARKERS, lines, render};
+use dcb_tests::large_file_page::{MARKERS, render};
+use dcb_tests::raw_lines::raw_lines;
 use serde_json::Value;
 
 fn docs(file: &str) -> String {
@@ -19,7 +20,7 @@ fn the_page_is_what_the_raw_lines_render_to() {
 
 #[test]
 fn a_scene_of_two_interfaces_reads_as_little_of_a_large_file() {
-    let lines = lines(&docs("data/large_file.jsonl"));
+    let lines = raw_lines(&docs("data/large_file.jsonl"));
     let number = |file: &str, key: &str| {
         let is_wanted = |line: &&Value| {
             line["scene"] == "two interfaces" && line["file"] == file && line["cache"] == "warm"

@@ -3,6 +3,7 @@
 
 use std::collections::BTreeMap;
 
+use dcb_tests::raw_lines::raw_lines;
 use dcb_tests::{scene_driven_page, scene_reduction_page};
 
 fn docs(file: &str) -> String {
@@ -33,7 +34,7 @@ fn bounds_and_true_errors_are_what_their_lines_render_to() {
 
 #[test]
 fn true_errors_are_below_bounds_and_these_below_tolerances() {
-    for line in scene_reduction_page::lines(&docs("data/scene_reduction.jsonl")) {
+    for line in raw_lines(&docs("data/scene_reduction.jsonl")) {
         let [error, bound, tolerance] =
             ["true_error", "bound", "tolerance"].map(|key| line[key].as_f64().unwrap());
         assert!(error <= bound && bound <= tolerance, "{line}");
@@ -45,7 +46,7 @@ const SCENES: usize = 3;
 
 #[test]
 fn no_prepared_scene_is_further_off_than_its_tolerance() {
-    let lines = scene_driven_page::lines(&docs("data/scene_driven.jsonl"));
+    let lines = raw_lines(&docs("data/scene_driven.jsonl"));
     let rows = scene_driven_page::rows(&lines);
     let prepared = rows.iter().filter_map(|row| Some((row, row.tolerance()?)));
     let mut scenes = BTreeMap::new();

@@ -24,7 +24,7 @@ use dcb_samples::{SolidElement, connecting_rod};
 use dcb_tests::dense::{dense, solve};
 use dcb_tests::localization::localization;
 use dcb_tests::oracle::{Oracle, centre_of_mass, rigid_motions};
-use dcb_tests::scene_reduction_page;
+use dcb_tests::raw_lines::raw_lines;
 use dcb_tests::{lowest, parts};
 use faer::linalg::solvers::Solve as _;
 use faer::sparse::{SparseColMat, Triplet};
@@ -338,7 +338,7 @@ fn compare_with_the_table(
         env!("CARGO_MANIFEST_DIR"),
         "/../docs/data/scene_reduction.jsonl"
     );
-    let table = scene_reduction_page::lines(&fs::read_to_string(path).unwrap());
+    let table = raw_lines(&fs::read_to_string(path).unwrap());
     let known = (table.iter())
         .find(|line| line["part"] == part && line["tolerance"] == row["tolerance"])
         .expect("a row of the table");

@@ -2,6 +2,8 @@
 
 use serde_json::Value;
 
+use crate::raw_lines::raw_lines;
+
 /// The generated part of `docs/accuracy.md` stands between these lines.
 pub const MARKERS: [&str; 2] = [
     "<!-- generated from data/accuracy.jsonl -->\n",
@@ -20,10 +22,7 @@ const FAMILIES: [(&str, &[&str]); 6] = [
 
 /// Everything between the markers.
 pub fn render(raw: &str) -> String {
-    let lines: Vec<Value> = raw
-        .lines()
-        .map(|line| serde_json::from_str(line).expect("a line of JSON"))
-        .collect();
+    let lines = raw_lines(raw);
     let of =
         |kind: &str| -> Vec<&Value> { lines.iter().filter(|line| line["kind"] == kind).collect() };
     let mut page = String::new();

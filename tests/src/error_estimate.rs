@@ -19,6 +19,7 @@ use crate::dense::{dense, eigen, pseudo_random, solve, symmetric, times};
 use crate::localization::localization;
 use crate::oracle::{Oracle, centre_of_mass, rigid_motions};
 use crate::random_parts::{Recipe, SpringMass, Springs};
+use crate::raw_lines::raw_lines;
 use crate::{parts, with};
 
 /// The generated part of `docs/error-estimate.md` stands between these lines.
@@ -597,10 +598,7 @@ pub fn lines() -> Vec<Value> {
 
 /// Everything between the markers.
 pub fn render(raw: &str) -> String {
-    let lines: Vec<Value> = raw
-        .lines()
-        .map(|line| serde_json::from_str(line).expect("a line of JSON"))
-        .collect();
+    let lines = raw_lines(raw);
     let lines: Vec<&Value> = lines
         .iter()
         .filter(|line| line["part"].is_string())

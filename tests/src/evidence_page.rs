@@ -6,6 +6,7 @@ use dcb_formats::report::{Axis, Candidate, Chart, Series, Style, pareto_front, w
 use serde_json::Value;
 
 use crate::accuracy_page::table;
+use crate::raw_lines::raw_lines;
 
 /// The generated part stands between these lines.
 pub const MARKERS: [&str; 2] = [
@@ -35,12 +36,6 @@ impl Run<'_> {
             error: self.number("error"),
         }
     }
-}
-
-fn lines(raw: &str) -> Vec<Value> {
-    raw.lines()
-        .map(|line| serde_json::from_str(line).expect("a line of JSON"))
-        .collect()
 }
 
 fn text(line: &Value, key: &str) -> String {
@@ -88,7 +83,7 @@ fn called((tool, compatibility, enrich): &Family) -> String {
 
 /// Everything between the markers.
 pub fn render(raw: &str) -> String {
-    let lines = lines(raw);
+    let lines = raw_lines(raw);
     let mut page = String::new();
     for line in lines.iter().filter(|line| line["kind"] == "conditions") {
         let machine = &line["machine"];
@@ -242,7 +237,7 @@ fn fastest(runs: &[Run<'_>]) -> String {
 
 /// Names of the pictures and their charts: the runs of each family that no other of it beats, and all others as marks.
 pub fn pictures(raw: &str) -> Vec<(String, Vec<Chart>)> {
-    let lines = lines(raw);
+    let lines = raw_lines(raw);
     let of_reductions = reduction_chart(&lines);
     problems(&lines)
         .into_iter()

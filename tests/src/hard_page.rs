@@ -3,6 +3,7 @@
 use serde_json::Value;
 
 use crate::accuracy_page::{machine, rows, table, text};
+use crate::raw_lines::raw_lines;
 
 /// The generated part of `docs/hard-cases.md` stands between these lines.
 pub const MARKERS: [&str; 2] = [
@@ -12,10 +13,7 @@ pub const MARKERS: [&str; 2] = [
 
 /// Everything between the markers: the machine, then one table for each group in the order in which they appear.
 pub fn render(raw: &str) -> String {
-    let lines: Vec<Value> = raw
-        .lines()
-        .map(|line| serde_json::from_str(line).expect("a line of JSON"))
-        .collect();
+    let lines = raw_lines(raw);
     let (machines, cases): (Vec<&Value>, Vec<&Value>) =
         lines.iter().partition(|line| line["kind"] == "machine");
     let mut page = String::new();

@@ -49,6 +49,7 @@ pub mod parts;
 pub mod plain_methods;
 pub mod random_chain;
 pub mod random_parts;
+pub mod raw_lines;
 pub mod reduced_rod;
 pub mod reference;
 pub mod rigid_benchmarks;

@@ -5,6 +5,7 @@ use std::path::Path;
 use dcb_runtime::picture::{Axis, Chart, ReferenceSlope, Scale, Series, Style, write_svg};
 use serde_json::Value;
 
+use crate::raw_lines::raw_lines;
 use crate::reference::numbers;
 
 const ANGLE: &str = "crank angle [°]";
@@ -14,10 +15,7 @@ const DEFLECTION: &str = "deflection / length";
 
 /// Names of the files, and their charts.
 pub fn pictures(raw: &str) -> Vec<(&'static str, Vec<Chart>)> {
-    let lines: Vec<Value> = raw
-        .lines()
-        .map(|line| serde_json::from_str(line).expect("a line of JSON"))
-        .collect();
+    let lines = raw_lines(raw);
     let curves = |picture: &str, vertical: &str| chart(ANGLE, vertical, curves(&lines, picture));
     let mut reduced = curves("reduced difference", "largest difference so far");
     reduced.vertical.scale = Scale::Logarithmic;

@@ -3,6 +3,7 @@
 use serde_json::Value;
 
 use crate::accuracy_page::table;
+use crate::raw_lines::raw_lines;
 
 /// The generated part stands between these lines.
 pub const MARKERS: [&str; 2] = [
@@ -18,17 +19,9 @@ fn text<'a>(line: &'a Value, key: &str) -> &'a str {
     line[key].as_str().unwrap_or("")
 }
 
-/// The raw lines: conditions, preparations and runs.
-pub fn lines(raw: &str) -> Vec<Value> {
-    let lines = raw.lines();
-    lines
-        .map(|line| serde_json::from_str(line).expect("a line of JSON"))
-        .collect()
-}
-
 /// Everything between the markers.
 pub fn render(raw: &str) -> String {
-    let lines = lines(raw);
+    let lines = raw_lines(raw);
     let mut page = String::new();
     for line in lines.iter().filter(|line| line["kind"] == "conditions") {
         let machine = &line["machine"];

@@ -1,8 +1,7 @@
 //! `docs/data/scene_reduction.jsonl`, bounds and true errors of parts reduced for a scene, as a generated part of `docs/scene-driven.md`.
 
-use serde_json::Value;
-
 use crate::accuracy_page::table;
+use crate::raw_lines::raw_lines;
 
 /// The generated part stands between these lines.
 pub const MARKERS: [&str; 2] = [
@@ -10,18 +9,10 @@ pub const MARKERS: [&str; 2] = [
     "<!-- end of the bounds and true errors -->\n",
 ];
 
-/// The raw lines, one for each part and tolerance.
-pub fn lines(raw: &str) -> Vec<Value> {
-    let lines = raw.lines();
-    lines
-        .map(|line| serde_json::from_str(line).expect("a line of JSON"))
-        .collect()
-}
-
 /// Everything between the markers.
 pub fn render(raw: &str) -> String {
     let mut last = "";
-    let lines = lines(raw);
+    let lines = raw_lines(raw);
     let cells: Vec<Vec<String>> = (lines.iter())
         .map(|line| {
             let part = line["part"].as_str().unwrap_or("");

@@ -13,6 +13,7 @@ use serde_json::{Value, json};
 use crate::accuracy_page::{machine, table};
 use crate::hard_case::{Bounded, HardCase};
 use crate::hard_dynamics_steps::patient;
+use crate::raw_lines::raw_lines;
 use crate::reduced_rod::{Benchmark, ReducedRod};
 use crate::step_rules;
 
@@ -195,22 +196,16 @@ pub fn lines(grid: &Grid) -> Vec<Value> {
     lines
 }
 
-fn parsed(raw: &str) -> Vec<Value> {
-    raw.lines()
-        .map(|line| serde_json::from_str(line).expect("a line of JSON"))
-        .collect()
-}
-
 /// The cells of raw lines.
 pub fn cells(raw: &str) -> Vec<Cell> {
-    let lines = parsed(raw);
+    let lines = raw_lines(raw);
     let cells = lines.iter().filter(|line| line["kind"] == "cell");
     cells.map(Cell::of_line).collect()
 }
 
 /// Everything between the markers.
 pub fn render(raw: &str) -> String {
-    let lines = parsed(raw);
+    let lines = raw_lines(raw);
     let cells = cells(raw);
     let mut page = String::new();
     for line in lines.iter().filter(|line| line["kind"] == "machine") {
@@ -279,7 +274,7 @@ pub fn render(raw: &str) -> String {
 
 /// The second generated part: the measured rules.
 pub fn render_rules(raw: &str) -> String {
-    step_rules::render(&parsed(raw))
+    step_rules::render(&raw_lines(raw))
 }
 
 /// Cells with the same value of something, in the order of their appearance.

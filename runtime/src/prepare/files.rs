@@ -54,6 +54,7 @@ pub fn write(
 ) -> Result<Vec<PreparedFile>, Error> {
     let mut scene = prepared.scene.clone();
     let groups = groups(&scene);
+    let open = SuperelementFiles::default();
     let mut written = Vec::new();
     for group in &groups {
         let alone = groups
@@ -62,7 +63,7 @@ pub fn write(
             .count()
             == 1;
         let name = file_name(group, alone);
-        let file = group.write(&scene, &folder.join(&name), replace)?;
+        let file = group.write(&open, &scene, &folder.join(&name), replace)?;
         for body in &group.bodies {
             if let Some(described) = scene.bodies.get_mut(body)
                 && let BodyKind::Superelement(of) = &mut described.kind
@@ -153,10 +154,16 @@ struct Written {
 }
 
 impl Group {
-    fn write(&self, scene: &Scene, target: &Path, replace: Replace) -> Result<Written, Error> {
+    fn write(
+        &self,
+        open: &SuperelementFiles,
+        scene: &Scene,
+        target: &Path,
+        replace: Replace,
+    ) -> Result<Written, Error> {
         let from = scene.resolve(&self.of.file);
         let at = format!("bodies.{}.superelement", self.bodies.join(","));
-        let file = PartFile::open(&SuperelementFiles::default(), &from, scene.dimension, &at)?;
+        let file = PartFile::open(open, &from, scene.dimension, &at)?;
         let read = file.superelement();
         let truncation = (self.of.modes)
             .map(|modes| ModeTruncation::of(read, (modes as usize).min(read.mode_count())))
