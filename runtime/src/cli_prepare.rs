@@ -16,7 +16,7 @@ use crate::cli::{CommonArguments, Done, Ending, replace};
 use crate::cli_scene::{check_tolerance, is_interrupted, watch_for_interruption};
 use crate::cli_study::bar;
 use crate::error::Error;
-use crate::prepare::{Prepared, PreparedFile, Steps, prepare, write};
+use crate::prepare::{Integration, Prepared, PreparedFile, prepare, write};
 use crate::scene::{BodyKind, InertiaChange, Scene, in_file};
 use crate::study::Subject;
 use crate::study::monitor::Monitor;
@@ -46,9 +46,9 @@ pub struct PrepareArguments {
     /// Time at which the runs of the preparation end [default: the scene's].
     #[arg(long, value_name = "T", allow_negative_numbers = true)]
     end: Option<f64>,
-    /// Lengthen the steps too, up to 16 times, as far as the tolerance allows.
+    /// Adapt the integrator too: a coarser iteration, and steps up to 16 times as long, as far as the tolerance allows.
     #[arg(long)]
-    lengthen_steps: bool,
+    adapt_integrator: bool,
     /// Folder of the prepared scene [default: SCENE.prepared].
     #[arg(long, short, value_name = "FOLDER")]
     output: Option<PathBuf>,
@@ -99,11 +99,11 @@ pub fn run(arguments: &PrepareArguments, common: &CommonArguments) -> Result<Don
     }
     let subject = Subject::of(scene, &arguments.outputs).map_err(|error| in_file(error, path))?;
     let monitor = Monitor::new(bar(common), is_interrupted);
-    let steps = match arguments.lengthen_steps {
-        true => Steps::Lengthened,
-        false => Steps::OfScene,
+    let integration = match arguments.adapt_integrator {
+        true => Integration::Adapted,
+        false => Integration::OfScene,
     };
-    let prepared = prepare(&subject, tolerance, steps, &monitor);
+    let prepared = prepare(&subject, tolerance, integration, &monitor);
     monitor.close();
     let Some(mut prepared) = prepared? else {
         return Ok(stopped(folder));
@@ -318,6 +318,7 @@ fn report(
         "coordinates": prepared.coordinates,
         "of_coordinates": prepared.reference.elastic,
         "step": prepared.scene.integrator.map(|integrator| integrator.step),
+        "iteration_tolerance": prepared.scene.integrator.map(|integrator| integrator.tolerance),
         "left_out": left_out,
         "inertia_change": simpler_inertia(&prepared.scene).collect::<BTreeMap<_, _>>(),
         "trials": trials,

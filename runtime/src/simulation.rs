@@ -7,7 +7,6 @@ use crate::integrator::adaptive::{StepSize, local_error};
 use crate::integrator::newton::Corrector;
 use crate::integrator::resolution::{Resolution, Unresolved};
 use crate::integrator::{Effort, Formulation, Method, Profile};
-use crate::system::condensed::RedundantForces;
 use crate::system::evaluation::Evaluation;
 use crate::system::{State, System};
 
@@ -210,12 +209,6 @@ impl Simulation {
         self.steps += 1;
     }
 
-    /// What becomes of forces of redundant constraints in the next steps: steps whose forces nobody looks at are faster if they are
-    /// carried. Without redundant constraints it makes no difference.
-    pub fn set_redundant_forces(&mut self, forces: RedundantForces) {
-        self.corrector.set_redundant_forces(forces);
-    }
-
     /// Starts to measure where the time goes.
     pub fn start_profile(&mut self) {
         self.corrector.profile = Some(Profile::default());
@@ -281,10 +274,18 @@ impl Simulation {
         (self.steps, self.effort)
     }
 
-    /// Evaluates frames, velocities, accelerations and forces at the state.
+    /// Evaluates frames, velocities, accelerations and forces at the state. Forces of redundant constraints are shared out for it in the
+    /// minimum-norm sense.
     pub fn refresh(&mut self) -> &mut Evaluation {
+        let (system, state) = (&self.system, &mut self.state);
+        self.corrector.evaluation.refresh(system, state);
+        let scheme = &self.method.scheme;
+        let is_shared = self.corrector.share_redundant(system, scheme, state);
         let evaluation = &mut self.corrector.evaluation;
-        evaluation.refresh(&self.system, &self.state);
+        if is_shared {
+            evaluation.load(system, state);
+            evaluation.resist(system, state);
+        }
         evaluation
     }
 

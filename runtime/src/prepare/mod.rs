@@ -3,15 +3,17 @@
 //! A run with everything is the reference, at the scene's own step. What the scene doesn't need by itself is left out first
 //! ([`crate::pruning`]). A run without it says how much each coordinate moves on its own ([`Activity`]), and the least active ones are left out, as many
 //! as the outputs allow; the inertia follows the deflection no further than they need. What is left out keeps its flexibility: modes in the attachments, attachments as flexibility without mass. Every answer was
-//! run; nothing is inferred.
+//! run; nothing is inferred. Accuracy that costs next to no time isn't given away.
 
 mod activity;
 mod files;
+mod integration;
 mod ranking;
 mod trials;
 
 pub use activity::Activity;
 pub use files::{PreparedFile, write};
+pub use integration::Integration;
 pub use ranking::{Coordinate, Flexible, Ranking};
 
 use std::cell::Cell;
@@ -25,7 +27,7 @@ use crate::study::grid::Grid;
 use crate::study::monitor::Monitor;
 use crate::study::motion::{self, Course};
 use crate::superelement_files::SuperelementFiles;
-use trials::Trials;
+use trials::{Found, Start, Trials};
 
 /// Part of the tolerance that a search may use: the rest is for what the large superelements themselves are off.
 const SHARE: f64 = 0.8;
@@ -33,22 +35,14 @@ const SHARE: f64 = 0.8;
 const PRUNED: f64 = 0.1;
 /// Part of the tolerance up to which the inertia may be simplified: it costs time in each step, but less than coordinates do.
 const INERTIA: f64 = 0.3;
-
-/// Part of the tolerance up to which steps are lengthened: half the steps save more than some coordinates.
-const STEPS: f64 = 0.5;
-
-/// Whether a preparation may lengthen the steps.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum Steps {
-    /// They stay as the scene has them.
-    #[default]
-    OfScene,
-    /// 2, 4, 8 or 16 times the scene's, as long as the outputs stay within the tolerance.
-    Lengthened,
-}
-
-/// Longest steps that are tried, in those of the scene.
-const LONGEST: u32 = 16;
+/// Part of the tolerance that a coarser iteration may use.
+const ITERATION: f64 = 0.02;
+/// Of all steps that are short enough the longest so many are tried with fewer coordinates: a little longer can ask for many more.
+const LONGEST_TRIED: usize = 3;
+/// Part of the time of a step that isn't worth being less accurate.
+const WORTH: f64 = 0.1;
+/// How much further than with all coordinates is as accurate as with all.
+const AS_ACCURATE: f64 = 1.1;
 
 /// A scene whose superelements were made small.
 #[derive(Clone, Debug)]
@@ -76,7 +70,7 @@ pub struct Prepared {
 pub fn prepare(
     subject: &Subject,
     tolerance: f64,
-    steps: Steps,
+    integration: Integration,
     monitor: &Monitor,
 ) -> Result<Option<Prepared>, Error> {
     if subject.scene.compatibility == Compatibility::Weak {
@@ -87,7 +81,7 @@ pub fn prepare(
     }
     let scene = subject.own.applied_to(subject)?;
     // Every time of comparison is the end of a step.
-    let grid = Grid::of([f64::from(LONGEST) * subject.own.step], subject.end);
+    let grid = Grid::of([f64::from(integration::LONGEST) * subject.own.step], subject.end);
     monitor.tell("everything");
     monitor.expect(motion::steps_of(&scene)?);
     let mut unseen = |_: &_| {};
@@ -113,26 +107,62 @@ pub fn prepare(
     let Some(start) = start else {
         return Ok(None);
     };
+    let coarser = match integration {
+        Integration::OfScene => Some(start),
+        Integration::Adapted => trials.coarsest_iteration(start, ITERATION * tolerance)?,
+    };
+    let Some(start) = coarser else {
+        return Ok(None);
+    };
     let Some(start) = trials.simplest_inertia(start, INERTIA * tolerance)? else {
         return Ok(None);
     };
-    let lengthened = match steps {
-        Steps::OfScene => Some(start),
-        Steps::Lengthened => trials.longest_step(start, STEPS * tolerance)?,
+    let starts = match integration {
+        Integration::OfScene => Some(vec![start]),
+        Integration::Adapted => trials.longer_steps(start, limit)?,
     };
-    let Some(start) = lengthened else {
+    let Some(starts) = starts else {
         return Ok(None);
     };
-    let Some((chosen, error, made)) = trials.fewest(&start, limit)? else {
+    let Some((start, found)) = cheapest(&trials, &starts, limit)? else {
         return Ok(None);
     };
     Ok(Some(Prepared {
-        scene: start.with(&chosen)?,
-        coordinates: start.bound() + chosen.order.len(),
+        scene: start.with(&found.chosen)?,
+        coordinates: found.coordinates,
         pruning,
-        error,
-        trials: made,
+        error: found.error,
+        trials: found.trials,
         runs: trials.made.get(),
         reference,
     }))
+}
+
+/// The start and the coordinates with which a run takes the least time, or hardly more and is as accurate as with all coordinates.
+/// `None` if the user stopped it.
+fn cheapest<'a>(
+    trials: &Trials,
+    starts: &'a [Start],
+    limit: f64,
+) -> Result<Option<(&'a Start, Found)>, Error> {
+    let mut best: Option<(&Start, Found)> = None;
+    for start in starts.iter().rev().take(LONGEST_TRIED) {
+        let Some(found) = trials.fewest(start, limit)? else {
+            return Ok(None);
+        };
+        let work = start.work(found.coordinates);
+        if !(best.as_ref()).is_some_and(|(start, best)| start.work(best.coordinates) <= work) {
+            best = Some((start, found));
+        }
+    }
+    let Some((start, fewest)) = best else {
+        return Ok(None);
+    };
+    let Some(accurate) = trials.fewest(start, limit.min(AS_ACCURATE * start.error))? else {
+        return Ok(None);
+    };
+    let is_worth_it = accurate.error < fewest.error
+        && start.work(accurate.coordinates) <= (1.0 + WORTH) * start.work(fewest.coordinates);
+    let chosen = if is_worth_it { accurate } else { fewest };
+    Ok(Some((start, chosen)))
 }

@@ -15,7 +15,6 @@ use crate::model::{Model, RecordedStep};
 use crate::scene::{Compatibility, Integrator, Record, Scene};
 use crate::simulation::Simulation;
 use crate::system::System;
-use crate::system::condensed::RedundantForces;
 use crate::validity::Validity;
 
 /// How a run went.
@@ -168,13 +167,6 @@ impl Run<'_> {
             if observer.is_stopped() {
                 return Ok(false);
             }
-            simulation.set_redundant_forces(self.redundant_forces(
-                index + 1,
-                match planned {
-                    Planned::Fixed(step) => Some(simulation.state().time + step),
-                    Planned::Adaptive(_) => None,
-                },
-            ));
             let (step, effort) = match planned {
                 Planned::Fixed(step) => (step, simulation.step(step)?),
                 Planned::Adaptive(size) => simulation.step_adaptively(end, size)?,
@@ -221,22 +213,6 @@ impl Run<'_> {
                 let due = (self.recorded as f64) * interval;
                 time >= due - 1e-9 * interval
             }
-        }
-    }
-
-    /// Forces are shared out where they are recorded. `time` is that of the next state, if it is known.
-    fn redundant_forces(&self, steps_made: u64, time: Option<f64>) -> RedundantForces {
-        let is_unseen = match time {
-            Some(time) => {
-                // Rounding in the times of steps doesn't decide.
-                let end = self.integrator.end - 0.5 * self.integrator.step;
-                time < end && !self.is_due(steps_made, time * (1.0 + 1e-12))
-            }
-            None => false,
-        };
-        match is_unseen && self.session.fields.is_empty() {
-            true => RedundantForces::Carried,
-            false => RedundantForces::Shared,
         }
     }
 

@@ -45,6 +45,8 @@ struct NullSpace {
     basis: Vec<f64>,
     /// Whether they belong to the last factor.
     is_known: bool,
+    /// Whether they belong to an earlier one: a good guess.
+    was_known: bool,
 }
 
 /// Inverse iterations for the null space.
@@ -162,7 +164,7 @@ impl JointSystem {
     /// Makes room for so many redundant rows.
     pub fn expect_redundant(&mut self, count: usize) {
         self.null_space.basis = vec![0.0; count * self.scale.len()];
-        self.null_space.is_known = false;
+        self.forget_redundant();
     }
 
     /// Looks for as many directions as are expected in which only the regularization of the last factor resists, by inverse iteration. They
@@ -170,9 +172,11 @@ impl JointSystem {
     pub fn find_redundant(&mut self, may_hold: impl Fn(usize, f64) -> bool) {
         let rows = self.scale.len();
         let mut basis = std::mem::take(&mut self.null_space.basis);
-        for (place, entry) in basis.iter_mut().enumerate() {
-            // No symmetry hides a direction.
-            *entry = (1.0 + 0.7 * place as f64).cos();
+        if !self.null_space.was_known {
+            for (place, entry) in basis.iter_mut().enumerate() {
+                // No symmetry hides a direction.
+                *entry = (1.0 + 0.7 * place as f64).cos();
+            }
         }
         let mut is_known = false;
         let is_possible = !basis.is_empty() && self.regularization > 0.0;
@@ -203,6 +207,7 @@ impl JointSystem {
         });
         self.null_space = NullSpace {
             is_known: is_known && held,
+            was_known: is_known,
             basis,
         };
     }
@@ -214,7 +219,7 @@ impl JointSystem {
 
     /// Forgets them.
     pub fn forget_redundant(&mut self) {
-        self.null_space.is_known = false;
+        (self.null_space.is_known, self.null_space.was_known) = (false, false);
     }
 
     /// Takes out of δλ what does nothing.
@@ -225,6 +230,21 @@ impl JointSystem {
         self.remove_scaled(forces);
         for (force, scale) in forces.iter_mut().zip(&self.scale) {
             *force *= scale;
+        }
+    }
+
+    /// Takes out of λ what only the regularization ε of the last factor resists, λ − ε (Λ + ε)⁻¹ λ in the scaled system, whether or not its
+    /// directions are known. `probe` has a number for each row and is overwritten.
+    pub fn share_redundant(&mut self, forces: &mut [f64], probe: &mut [f64]) {
+        // What rounding of Λ leaves of them goes the second time.
+        for _ in 0..2 {
+            for (entry, (force, scale)) in probe.iter_mut().zip(forces.iter().zip(&self.scale)) {
+                *entry = force / scale;
+            }
+            self.solve_scaled(probe);
+            for (force, (entry, scale)) in forces.iter_mut().zip(probe.iter().zip(&self.scale)) {
+                *force -= self.regularization * entry * scale;
+            }
         }
     }
 

@@ -166,7 +166,7 @@ fn a_prepared_scene_keeps_its_outputs_with_fewer_coordinates() {
 fn longer_steps_stay_within_the_tolerance() {
     let folder = one_turn();
     folder.done("scene.json -o all.h5 --model everything");
-    folder.done("prepare scene.json --tolerance 2e-2 --lengthen-steps -o longer");
+    folder.done("prepare scene.json --tolerance 2e-2 --adapt-integrator -o longer");
     let report = report(&folder, "longer");
     let steps = report["step"].as_f64().unwrap() / 1.163_552_834_662_886_4e-5;
     assert!(steps > 1.5 && steps < 16.5, "{steps}");

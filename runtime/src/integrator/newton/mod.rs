@@ -12,7 +12,7 @@ use crate::error::Error;
 use crate::initial::REGULARIZATION;
 use crate::rotation::right_jacobian_inverse;
 use crate::system::body_factor::Elastic;
-use crate::system::condensed::{Blend, Condensed, RedundantForces};
+use crate::system::condensed::{Blend, Condensed};
 use crate::system::evaluation::Evaluation;
 use crate::system::{State, System};
 
@@ -42,8 +42,12 @@ pub struct Corrector {
     turns: Vec<Vector3<f64>>,
     /// The step that the factor was made for; `None` without a factor.
     factored_step: Option<f64>,
+    /// Steps since the factor was made.
+    factor_age: usize,
     /// How much of the error an iteration with the present factor leaves.
     contraction: f64,
+    /// Whether forces of redundant constraints that the last step carried on have been shared out.
+    has_shared: bool,
     /// Steps still to begin with a new factor.
     wary: usize,
     /// Size of the accelerations in the run so far: length/time², by bodies' lengths.
@@ -52,9 +56,11 @@ pub struct Corrector {
 
 /// An iteration that leaves more than this of the error asks for a new factor.
 const SLOW: f64 = 0.05;
-/// One that leaves more than this asks for a new factor each time, and so do the next [`WARY`] steps from their start: near
-/// singular positions, where joint forces grow and change sign, a factor serves nowhere but where it was made.
+/// One that leaves more than this asks for a new factor each time, and if the factor is [`YOUNG`] so do the next [`WARY`] steps from their
+/// start: near singular positions, where joint forces grow and change sign, a factor serves nowhere but where it was made.
 const FAILING: f64 = 0.3;
+/// Steps up to which a factor should serve.
+const YOUNG: usize = 5;
 /// Steps that begin with a new factor after one has failed.
 const WARY: usize = 50;
 /// Corrections below this many units in the last place of the positions are rounding.
@@ -81,18 +87,12 @@ impl Corrector {
             force_step: vec![0.0; system.rows.len()],
             turns: vec![Vector3::zeros(); system.bodies.len()],
             factored_step: None,
+            factor_age: 0,
             contraction: 1.0,
+            has_shared: false,
             wary: 0,
             acceleration_scale: 0.0,
         })
-    }
-
-    /// What becomes of forces of redundant constraints in the next steps.
-    pub fn set_redundant_forces(&mut self, forces: RedundantForces) {
-        if self.condensed.redundant_forces != forces {
-            self.condensed.redundant_forces = forces;
-            self.condensed.forget_redundant();
-        }
     }
 
     /// Forgets the factor alone, after a step that failed.
@@ -123,6 +123,8 @@ impl Corrector {
         let (scheme, tolerance) = (&method.scheme, &method.tolerance);
         let mut watch = Watch::start(self.profile.as_ref());
         self.was_singular = false;
+        self.has_shared = false;
+        self.factor_age += 1;
         let mut effort = Effort::default();
         self.offset.fill(0.0);
         if method.formulation == Formulation::Index3 && step > start.earlier_step {
@@ -145,8 +147,11 @@ impl Corrector {
             watch.lap(&mut self.profile, |profile| &mut profile.evaluate);
             // A factor of redundant constraints serves the gradients that it was made of only: which share of λ does nothing turns
             // with them.
-            let stale = !fresh && self.contraction > SLOW || self.contraction > FAILING;
-            if effort.iterations > 0 && self.contraction > FAILING {
+            // One more iteration may be enough.
+            let next = last * self.contraction * self.contraction / (1.0 - self.contraction).max(0.05);
+            let is_slow = self.contraction > SLOW && next > allowed;
+            let stale = !fresh && is_slow || self.contraction > FAILING;
+            if effort.iterations > 0 && self.contraction > FAILING && self.factor_age <= YOUNG {
                 self.wary = WARY;
             }
             if effort.iterations > 0 && stale
@@ -256,13 +261,31 @@ impl Corrector {
         }
     }
 
-    fn factor(&mut self, system: &System, scheme: &Scheme, step: f64) -> Result<(), Error> {
-        let blend = Blend {
-            mass: scheme.acceleration_slope(step),
-            damping: scheme.velocity_slope(step),
-            stiffness: 1.0,
-            elastic: Elastic::Moving,
+    /// Shares the forces of redundant constraints out in the minimum-norm sense, after the step that led to a state and with the evaluation
+    /// there. Steps carry on what does nothing, so that a factor serves them as long as without. Returns whether forces changed.
+    pub fn share_redundant(&mut self, system: &System, scheme: &Scheme, state: &mut State) -> bool {
+        let is_carried = self.condensed.carries_redundant() && !self.has_shared;
+        let Some(step) = self.factored_step.filter(|_| is_carried) else {
+            return false;
         };
+        self.condensed.regularization = REGULARIZATION;
+        let blend = blend(scheme, step);
+        let turns = Some(&self.turns[..]);
+        let factored = self
+            .condensed
+            .factor(system, state, &self.evaluation, &blend, turns);
+        if factored.is_err() {
+            self.factored_step = None;
+            return false;
+        }
+        (self.contraction, self.factor_age) = (SLOW, 0);
+        self.has_shared = true;
+        self.condensed.share_redundant(&mut state.forces);
+        true
+    }
+
+    fn factor(&mut self, system: &System, scheme: &Scheme, step: f64) -> Result<(), Error> {
+        let blend = blend(scheme, step);
         let factored = self.factor_once(system, &blend);
         match factored {
             // A dead centre: constraints that are independent elsewhere meet here.
@@ -276,7 +299,7 @@ impl Corrector {
             other => other?,
         }
         self.factored_step = Some(step);
-        self.contraction = SLOW;
+        (self.contraction, self.factor_age) = (SLOW, 0);
         Ok(())
     }
 
@@ -344,6 +367,16 @@ impl Corrector {
             *force += change;
         }
         largest
+    }
+}
+
+/// The iteration matrix of a step.
+fn blend(scheme: &Scheme, step: f64) -> Blend {
+    Blend {
+        mass: scheme.acceleration_slope(step),
+        damping: scheme.velocity_slope(step),
+        stiffness: 1.0,
+        elastic: Elastic::Moving,
     }
 }
 

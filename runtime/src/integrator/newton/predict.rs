@@ -6,7 +6,6 @@ use super::{Corrector, three};
 use crate::error::Error;
 use crate::integrator::method::Method;
 use crate::integrator::scheme::Scheme;
-use crate::system::condensed::RedundantForces;
 use crate::system::{State, System};
 
 impl Corrector {
@@ -85,8 +84,7 @@ impl Corrector {
             self.increments[i] = scheme.increment(step, velocity, a, after);
         }
         self.force_changes.fill(0.0);
-        let carries = self.condensed.redundant_forces == RedundantForces::Carried;
-        if self.condensed.regularization == 0.0 || !carries || self.condensed.carries_redundant() {
+        if self.condensed.regularization == 0.0 || self.condensed.carries_redundant() {
             for (i, change) in self.force_changes.iter_mut().enumerate() {
                 *change = carried(0.0, start.earlier_forces[i] - start.forces[i]);
             }

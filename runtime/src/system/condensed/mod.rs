@@ -108,8 +108,6 @@ pub struct Condensed {
     held: Vec<bool>,
     /// Added to the unit diagonal of the joints' system where constraints are redundant.
     pub regularization: f64,
-    /// What becomes of the share of λ that does nothing.
-    pub redundant_forces: RedundantForces,
     /// δq of the last solve, laid out as velocities, rigid parts in body axes.
     pub step: Vec<f64>,
     /// δλ of the last solve.
@@ -117,16 +115,6 @@ pub struct Condensed {
     /// Change of the displacements beside the coordinates in the last solve, by residual rows. Zero for bodies whose interface
     /// forces are coordinates; their change is in `step`.
     pub residual_step: Vec<f64>,
-}
-
-/// Forces of redundant constraints: the share of λ that does nothing to the motion.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum RedundantForces {
-    /// Determined in the minimum-norm sense in each step, which takes a factor for each iteration.
-    #[default]
-    Shared,
-    /// It stays as it is, and a factor serves as long as elsewhere. The motion is the same.
-    Carried,
 }
 
 /// Whether the displacements of interfaces beside the coordinates follow the forces in a solve.
@@ -220,7 +208,6 @@ impl Condensed {
             residual_step: vec![0.0; residual_rows],
             held: vec![false; system.bodies.len()],
             regularization: 0.0,
-            redundant_forces: RedundantForces::Shared,
             step: vec![0.0; system.velocity_count()],
             force_step: vec![0.0; system.rows.len()],
         })
@@ -255,6 +242,12 @@ impl Condensed {
     /// Takes out of a change of λ what does nothing, as far as the present factor knows it.
     pub fn remove_redundant(&self, forces: &mut [f64]) {
         self.joints.remove_redundant(forces);
+    }
+
+    /// Takes out of λ what does nothing, where the present factor was made: joints share their forces out in the minimum-norm sense.
+    /// Overwrites the last solve's `force_step`.
+    pub fn share_redundant(&mut self, forces: &mut [f64]) {
+        self.joints.share_redundant(forces, &mut self.force_step);
     }
 
     /// How much the joints' system enlarges what it solves for: large where constraints nearly depend on each other. Overwrites the last solve's
@@ -324,7 +317,7 @@ impl Condensed {
         if !self.factor_joints(system, evaluation, blend) {
             return Err(Error::SingularJoints { time: state.time });
         }
-        if self.regularization > 0.0 && self.redundant_forces == RedundantForces::Carried {
+        if self.regularization > 0.0 {
             // A drive's work needs its force.
             let is_drive = |row: usize| matches!(system.rows[row].demand, Demand::Follow(_));
             self.joints
