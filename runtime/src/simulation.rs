@@ -283,6 +283,7 @@ impl Simulation {
         let is_shared = self.corrector.share_redundant(system, scheme, state);
         let evaluation = &mut self.corrector.evaluation;
         if is_shared {
+            self.effort.factorizations += 1;
             evaluation.load(system, state);
             evaluation.resist(system, state);
         }

@@ -266,11 +266,10 @@ fn varied(system: &System, state: &State, level: Level, column: usize, by: f64) 
 
 /// Motions that the scene has: a planar one keeps its bodies in the plane.
 fn moves(system: &System, column: usize) -> bool {
-    let free = system.free_motions();
     system.bodies.iter().all(|body| {
         !body.velocities.contains(&column)
             || column - body.velocities.start >= 6
-            || free[column - body.velocities.start]
+            || body.free[column - body.velocities.start]
     })
 }
 

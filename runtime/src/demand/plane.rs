@@ -12,8 +12,10 @@ use serde::Serialize;
 use super::part::{DrawnPlace, Parts};
 use super::transmission::{Driven, Side, acts, axis, first_torque_axis, in_space, load_directions};
 use crate::scene::{
-    Attachment, BodyKind, Bushing, Characteristic, Load, LoadAxes, Placement, Scene, Spring,
+    Analysis, Attachment, Body, BodyKind, Bushing, Characteristic, Load, LoadAxes, Placement,
+    Scene, Spring,
 };
+use crate::system::builder::axis_along;
 
 /// Sines of angles, and distances by the size of the scene, below this are what seven written digits leave.
 const ROUNDING: f64 = 1e-6;
@@ -25,6 +27,9 @@ pub struct PlaneOfMotion {
     pub normal: [f64; 3],
     /// Length.
     pub offset: f64,
+    /// Whether the normal is an axis of the world, of every body's frame and of every place that a joint joins: what joints hold is then
+    /// either motion in the plane or out of it.
+    pub is_along_frames: bool,
 }
 
 /// Planes of a scene.
@@ -43,6 +48,7 @@ impl PlaneOfMotion {
         Self {
             normal: (placement.orientation.inverse() * normal).into(),
             offset: self.offset - normal.dot(&placement.position),
+            is_along_frames: self.is_along_frames,
         }
     }
 }
@@ -53,6 +59,11 @@ impl PlanesOfMotion {
         let mut found = Self::default();
         if scene.dimension == Dimension::Planar {
             found.refused.push("the scene is planar".into());
+            return found;
+        }
+        if let Analysis::Modes(_) = scene.analysis {
+            let why = "oscillations out of a plane are asked for as well";
+            found.refused.push(why.into());
             return found;
         }
         let mut tried: Vec<Vector3<f64>> = Vec::new();
@@ -135,8 +146,27 @@ impl Mirror<'_> {
             None => Ok(PlaneOfMotion {
                 normal: self.normal.into(),
                 offset,
+                is_along_frames: self.is_along_frames(),
             }),
         }
+    }
+
+    fn is_along_frames(&self) -> bool {
+        let placements = self.scene.bodies.values().map(Body::placement);
+        let mut of_bodies =
+            placements.map(|placement| placement.orientation.inverse() * self.normal);
+        let joints = self
+            .scene
+            .joints
+            .values()
+            .filter_map(|joint| joint.attachments());
+        let mut of_places = joints.flatten().map(|reference| {
+            let place = self.place(reference).ok()?;
+            Some(place.axes.tr_mul(&self.normal))
+        });
+        axis_along(&self.normal).is_some()
+            && of_bodies.all(|own| axis_along(&own).is_some())
+            && of_places.all(|own| own.is_some_and(|own| axis_along(&own).is_some()))
     }
 
     fn place(&self, reference: &str) -> Result<DrawnPlace, String> {

@@ -12,6 +12,7 @@ mod recorder;
 mod springs;
 
 use indexmap::IndexMap;
+use nalgebra::Vector3;
 
 use crate::body::Compatibility;
 use crate::error::Error;
@@ -112,6 +113,9 @@ impl Model {
             }
             let index = builder.body(name, flexible, &bodies::drawn(body));
             names.bodies.insert(name.clone(), index);
+        }
+        if let Some(normal) = &scene.plane {
+            builder.stay_in_plane(&Vector3::from(*normal));
         }
         let end = scene.integrator.map_or(0.0, |integrator| integrator.end);
         // Gears and racks come after the joints that they couple, wherever the scene has them.

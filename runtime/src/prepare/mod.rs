@@ -3,7 +3,7 @@
 //! A run with everything is the reference, at the scene's own step. What the scene doesn't need by itself is left out first
 //! ([`crate::pruning`]). A run without it says how much each coordinate moves on its own ([`Activity`]), and the least active ones are left out, as many
 //! as the outputs allow; the inertia follows the deflection no further than they need. What is left out keeps its flexibility: modes in the attachments, attachments as flexibility without mass. Every answer was
-//! run; nothing is inferred. Accuracy that costs next to no time isn't given away.
+//! run; nothing is inferred.
 
 mod activity;
 mod files;
@@ -39,11 +39,6 @@ const INERTIA: f64 = 0.3;
 const ITERATION: f64 = 0.02;
 /// Of all steps that are short enough the longest so many are tried with fewer coordinates: a little longer can ask for many more.
 const LONGEST_TRIED: usize = 3;
-/// Part of the time of a step that isn't worth being less accurate.
-const WORTH: f64 = 0.1;
-/// How much further than with all coordinates is as accurate as with all.
-const AS_ACCURATE: f64 = 1.1;
-
 /// A scene whose superelements were made small.
 #[derive(Clone, Debug)]
 pub struct Prepared {
@@ -81,7 +76,10 @@ pub fn prepare(
     }
     let scene = subject.own.applied_to(subject)?;
     // Every time of comparison is the end of a step.
-    let grid = Grid::of([f64::from(integration::LONGEST) * subject.own.step], subject.end);
+    let grid = Grid::of(
+        [f64::from(integration::LONGEST) * subject.own.step],
+        subject.end,
+    );
     monitor.tell("everything");
     monitor.expect(motion::steps_of(&scene)?);
     let mut unseen = |_: &_| {};
@@ -138,7 +136,7 @@ pub fn prepare(
     }))
 }
 
-/// The start and the coordinates with which a run takes the least time, or hardly more and is as accurate as with all coordinates.
+/// The start and the coordinates with which a run takes the least time.
 /// `None` if the user stopped it.
 fn cheapest<'a>(
     trials: &Trials,
@@ -155,14 +153,5 @@ fn cheapest<'a>(
             best = Some((start, found));
         }
     }
-    let Some((start, fewest)) = best else {
-        return Ok(None);
-    };
-    let Some(accurate) = trials.fewest(start, limit.min(AS_ACCURATE * start.error))? else {
-        return Ok(None);
-    };
-    let is_worth_it = accurate.error < fewest.error
-        && start.work(accurate.coordinates) <= (1.0 + WORTH) * start.work(fewest.coordinates);
-    let chosen = if is_worth_it { accurate } else { fewest };
-    Ok(Some((start, chosen)))
+    Ok(best)
 }

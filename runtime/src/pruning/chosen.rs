@@ -114,18 +114,28 @@ impl<'a> Chooser<'a> {
             let in_plane = InPlane::of(self.whole, normal, SYMMETRIC).ok()?;
             Some((normal, in_plane))
         })?;
-        let kept = found.1.selection().modes().len();
+        let (count, kept) = (self.whole.mode_count(), found.1.selection().modes().len());
+        let what = match count - kept {
+            0 if self.has_attachments_in(&found.1) => return Some(found),
+            0 => "attachments".to_owned(),
+            out => format!("{out} of {count} modes, and attachments,"),
+        };
         self.left_out.push(LeftOut {
             what: format!(
-                "{} of {} modes, and attachments, that lead out of the plane across {}",
-                self.whole.mode_count() - kept,
-                self.whole.mode_count(),
+                "{what} that lead out of the plane across {}",
                 found.0.name()
             ),
             why: "scene and part are symmetric to it, so that nothing excites them".to_owned(),
             cost: None,
         });
         Some(found)
+    }
+
+    /// Whether all attachments are in the plane.
+    fn has_attachments_in(&self, plane: &InPlane) -> bool {
+        let smaller = plane.selection().superelement(self.whole);
+        let rank = |of: &Superelement| of.residual.sigma_squared.len();
+        smaller.is_ok_and(|smaller| rank(&smaller) == rank(self.whole))
     }
 
     /// Further columns that nothing asks for.

@@ -5,21 +5,30 @@ use std::path::PathBuf;
 
 use dcb_formats::superelement::{Stiffening, Superelement};
 use indexmap::IndexMap;
+use nalgebra::Vector3;
 
-use super::{Carried, Pruned};
+use super::{Carried, LeftOut, Pruned};
 use crate::body::ModeTruncation;
-use crate::demand::{Demand, NodeDemand, PartInterface, Parts};
+use crate::demand::{Demand, NodeDemand, PartInterface, Parts, PlanesOfMotion};
 use crate::error::Error;
 use crate::part_file::PartFile;
-use crate::scene::{BodyKind, Compatibility, GeometricStiffening, Scene, SuperelementBody};
+use crate::scene::{
+    Analysis, BodyKind, Compatibility, GeometricStiffening, RedundantConstraints, Scene,
+    SuperelementBody,
+};
 use crate::selection::{ObservedNodes, Selection};
 use crate::superelement_files::SuperelementFiles;
+
+/// Planes with normals of a smaller sine are the same.
+const PARALLEL: f64 = 1e-6;
 
 /// What a scene carries of its superelements.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Pruning {
     /// By the names of the bodies.
     pub bodies: IndexMap<String, Pruned>,
+    /// Normal of a plane that no motion of the scene leaves, world axes, if that is made use of.
+    pub plane: Option<[f64; 3]>,
 }
 
 /// A body and the superelement that it is made of, as far as the scene says itself.
@@ -54,13 +63,51 @@ impl Pruning {
                 let pruned = given.pruned(scene, &parts, tolerance, planes)?;
                 bodies.insert(given.name.to_owned(), pruned);
             }
-            Ok(Self { bodies })
+            Ok(Self {
+                bodies,
+                plane: None,
+            })
         };
         // A plane of motion is one if every part is symmetric to it.
-        let in_planes = prune(Planes::Scene)?;
+        let mut in_planes = prune(Planes::Scene)?;
         match in_planes.leaves_no_plane() {
-            true => Ok(in_planes),
+            true => {
+                in_planes.stay_in_plane(scene, &parts);
+                Ok(in_planes)
+            }
             false => prune(Planes::None),
+        }
+    }
+
+    /// Leaves out what leads out of the plane of the bodies, for a motion over time if it is along the frames of the scene. Not where redundant
+    /// constraints are refused: those that hold motion out of the plane are among them.
+    fn stay_in_plane(&mut self, scene: &Scene, parts: &Parts) {
+        let is_wanted = matches!(scene.analysis, Analysis::Transient)
+            && scene.redundant_constraints == RedundantConstraints::MinimumNorm;
+        let mut normals = (self.bodies.iter()).filter_map(|(name, pruned)| {
+            let turn = scene.bodies.get(name)?.placement().orientation;
+            let mut across = Vector3::zeros();
+            across[pruned.plane?.axes()[2]] = 1.0;
+            Some(turn * across)
+        });
+        let Some(normal) = normals.next().filter(|_| is_wanted) else {
+            return;
+        };
+        let planes = PlanesOfMotion::of(scene, parts).planes;
+        self.plane = (planes.iter())
+            .filter(|plane| plane.is_along_frames)
+            .map(|plane| Vector3::from(plane.normal))
+            .find(|own| own.cross(&normal).norm() <= PARALLEL)
+            .map(Into::into);
+        let Some([x, y, z]) = self.plane else { return };
+        for pruned in self.bodies.values_mut() {
+            pruned.left_out.push(LeftOut {
+                what: format!(
+                    "motion out of the plane across [{x}, {y}, {z}] and the constraints that hold it"
+                ),
+                why: "scene and parts are symmetric to it, so that nothing excites it".to_owned(),
+                cost: None,
+            });
         }
     }
 
@@ -83,7 +130,10 @@ impl Pruning {
             };
             bodies.insert(name.to_owned(), everything);
         }
-        Ok(Self { bodies })
+        Ok(Self {
+            bodies,
+            plane: None,
+        })
     }
 
     /// Whether every body stays in a plane, or none does.
@@ -99,6 +149,7 @@ impl Pruning {
     /// The scene with what is carried.
     pub fn applied_to(&self, scene: &Scene) -> Scene {
         let mut scene = scene.clone();
+        scene.plane = self.plane;
         for (name, pruned) in &self.bodies {
             let body = scene.bodies.get_mut(name).map(|body| &mut body.kind);
             if let Some(BodyKind::Superelement(of)) = body {

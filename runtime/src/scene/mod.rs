@@ -121,6 +121,9 @@ pub struct Scene {
     /// How motion is integrated; a transient or kinematic analysis needs it.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub integrator: Option<Integrator>,
+    /// Normal of a plane that no motion leaves, world axes: what leads out of it isn't carried. Not part of a scene's file.
+    #[serde(skip)]
+    pub plane: Option<[f64; 3]>,
 }
 
 /// What doesn't move.
@@ -160,6 +163,7 @@ impl Scene {
             initial: Initial::default(),
             analysis: Analysis::default(),
             integrator: None,
+            plane: None,
         }
     }
 

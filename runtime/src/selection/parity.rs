@@ -38,16 +38,16 @@ impl Norms {
     pub fn of(whole: &Superelement) -> Self {
         let statics = Statics::of(whole, whole.modes.interface_shapes.as_ref(), &[]);
         let root = |value: f64| value.max(0.0).sqrt();
+        let of_acting = |row: usize, value: f64| match statics.acting[row] {
+            true => root(value),
+            false => 0.0,
+        };
         let rows: Vec<f64> = (0..whole.rows.len())
-            .map(
-                |row| match whole.interfaces[whole.rows[row].interface].role {
-                    Role::Attachment => root(statics.flexibility0[(row, row)]),
-                    Role::Output => 0.0,
-                },
-            )
+            .map(|row| of_acting(row, statics.flexibility0[(row, row)]))
             .collect();
         let mut mass = vec![1.0; whole.mode_count()];
-        mass.extend(whole.residual.mass_diagonal0.iter().map(|mass| root(*mass)));
+        let masses = whole.residual.mass_diagonal0.iter().enumerate();
+        mass.extend(masses.map(|(row, mass)| of_acting(row, *mass)));
         let eigenvalues = &whole.modes.eigenvalues;
         let lowest = eigenvalues.iter().copied().find(|value| *value > 0.0);
         let lowest = lowest.unwrap_or(0.0);

@@ -4,6 +4,10 @@ use dcb_formats::component::Role;
 use dcb_formats::superelement::Superelement;
 use faer::{Mat, MatRef};
 
+/// Flexibilities below this part of the largest of their kind, of forces or of moments, are rounding: what is left of a direction that an earlier
+/// selection didn't load.
+const ROUNDING: f64 = 1e-12;
+
 /// Matrices over all rows of a superelement, (n_b, n_b), with some of its modes absorbed in the attachments.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct Statics {
@@ -27,12 +31,8 @@ impl Statics {
     /// `shapes` is L_b Φ, (n_b, n_k).
     pub fn of(whole: &Superelement, shapes: MatRef<'_, f64>, left_out: &[usize]) -> Self {
         let residual = &whole.residual;
-        let acting: Vec<bool> = (whole.rows.iter().zip(&residual.mass_diagonal0))
-            .map(|(row, mass)| {
-                whole.interfaces[row.interface].role == Role::Attachment && *mass > 0.0
-            })
-            .collect();
         let eigenvalues = &whole.modes.eigenvalues;
+        let acting = acting(whole, shapes);
         let responses = |modes: &[usize]| {
             Mat::from_fn(modes.len(), acting.len(), |i, row| {
                 match acting[row] && eigenvalues[modes[i]] > 0.0 {
@@ -70,6 +70,34 @@ impl Statics {
             absorbed,
         }
     }
+}
+
+/// Rows of attachments along which a force deflects the part by more than rounding.
+fn acting(whole: &Superelement, shapes: MatRef<'_, f64>) -> Vec<bool> {
+    let residual = &whole.residual;
+    let flexibilities: Vec<f64> = (0..whole.rows.len())
+        .map(|row| {
+            let modes = whole.modes.eigenvalues.iter().enumerate();
+            let of_modes = modes.filter(|(_, value)| **value > 0.0);
+            let of_modes = of_modes.map(|(k, value)| shapes[(row, k)].powi(2) / value);
+            residual.flexibility[(row, row)] + of_modes.sum::<f64>()
+        })
+        .collect();
+    let is_force = |row: usize| (0..3).contains(&whole.rows[row].direction);
+    let is_loaded = |row: usize| {
+        whole.interfaces[whole.rows[row].interface].role == Role::Attachment
+            && residual.mass_diagonal0[row] > 0.0
+    };
+    let largest = [false, true].map(|force| {
+        let own = (0..whole.rows.len()).filter(|row| is_loaded(*row) && is_force(*row) == force);
+        own.fold(0.0, |most: f64, row| most.max(flexibilities[row]))
+    });
+    (0..whole.rows.len())
+        .map(|row| {
+            let least = ROUNDING * largest[usize::from(is_force(row))];
+            is_loaded(row) && flexibilities[row] > least
+        })
+        .collect()
 }
 
 /// ½ (A + Aᵀ).

@@ -17,6 +17,19 @@ use crate::law::Law;
 use crate::measure::Measure;
 use crate::motion::FrameMotion;
 
+/// Sine of the angle to a plane's normal below which a direction is across the plane. The others of a mechanism that is symmetric to the plane are in it.
+const OBLIQUE: f64 = 1e-3;
+/// How nearly an axis of a frame is a plane's normal: rounding.
+const ALIGNED: f64 = 1e-9;
+
+/// The axis of a frame that is along a unit vector in the frame's axes, either way.
+pub(crate) fn axis_along(own: &Vector3<f64>) -> Option<usize> {
+    let axis = own.iamax();
+    let mut across = *own;
+    across[axis] = 0.0;
+    (across.norm() <= ALIGNED).then_some(axis)
+}
+
 /// A body's frame and motion as drawn: of the component's frame, in world axes.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Drawn {
@@ -91,6 +104,8 @@ pub struct SystemBuilder {
     velocities: Vec<f64>,
     /// Interface of each marker on a body, and whose rotation it follows.
     interfaces: Vec<Option<(usize, Turning)>>,
+    /// Normal of the plane that motion stays in.
+    plane: Option<Vector3<f64>>,
 }
 
 impl SystemBuilder {
@@ -116,7 +131,47 @@ impl SystemBuilder {
             orientations: Vec::new(),
             velocities: Vec::new(),
             interfaces: Vec::new(),
+            plane: None,
         }
+    }
+
+    /// Leaves out of a spatial system all motion out of a plane with this normal (world axes), and the constraints that hold only such
+    /// motion: nothing excites it. Bodies come before, joints after. Whether it was done: not unless the normal is an axis of every
+    /// body's frame. It has to be one of the world and of the frames that joints join, too, or rows hold motion in the plane and out of it at once.
+    pub fn stay_in_plane(&mut self, normal: &Vector3<f64>) -> bool {
+        let axes = (self.orientations.iter()).map(|turn| axis_along(&(turn.inverse() * normal)));
+        let Some(axes) = axes.collect::<Option<Vec<usize>>>() else {
+            return false;
+        };
+        for (body, axis) in self.system.bodies.iter_mut().zip(axes) {
+            body.free = std::array::from_fn(|motion| (motion < 3) == (motion % 3 != axis));
+            let own = &mut self.velocities[body.velocities.clone()];
+            let velocity = Vector3::from_column_slice(&own[..3]);
+            own[..3].copy_from_slice((velocity - normal * normal.dot(&velocity)).as_slice());
+            for (rate, free) in own[3..6].iter_mut().zip(&body.free[3..]) {
+                *rate = if *free { *rate } else { 0.0 };
+            }
+        }
+        let gravity = &mut self.system.gravity;
+        *gravity -= normal * normal.dot(gravity);
+        self.plane = Some(*normal);
+        true
+    }
+
+    /// Whether a measure changes only with motion out of the plane that motion stays in.
+    fn leads_out_of_plane(&self, a: usize, b: usize, measure: &Measure) -> bool {
+        let Some(normal) = &self.plane else {
+            return false;
+        };
+        let gradient = measure.gradient(&self.frame(a), &self.frame(b));
+        let lengths = self.system.bodies.iter().map(|body| body.length);
+        let arm = ALIGNED * lengths.fold(0.0, f64::max);
+        [gradient.a, gradient.b].iter().all(|wrench| {
+            let (force, moment) = (wrench.fixed_rows::<3>(0), wrench.fixed_rows::<3>(3));
+            let pushed = force - normal * normal.dot(&force);
+            pushed.norm() <= OBLIQUE * force.norm()
+                && normal.dot(&moment).abs() <= OBLIQUE * moment.norm() + arm * force.norm()
+        })
     }
 
     /// Adds a body as drawn.
@@ -144,6 +199,10 @@ impl SystemBuilder {
             velocities: first_v..first_v + 6 + n,
             residual_rows: first_row..first_row + residual_rows,
             markers: Vec::new(),
+            free: match self.system.dimension {
+                Dimension::Planar => [true, true, false, false, false, true],
+                Dimension::Spatial => [true; 6],
+            },
             length: gyration,
             flexible,
         });
@@ -247,7 +306,9 @@ impl SystemBuilder {
     pub fn joint_of(&mut self, name: &str, a: usize, b: usize, rows: JointRows) -> BuiltJoint {
         let connection = self.connect(name, ConnectionKind::Joint, a, b);
         for measure in &rows.held {
-            self.row(connection, &[(1.0, a, b, *measure)], Demand::Hold(0.0));
+            if !self.leads_out_of_plane(a, b, measure) {
+                self.row(connection, &[(1.0, a, b, *measure)], Demand::Hold(0.0));
+            }
         }
         BuiltJoint {
             connection,

@@ -128,7 +128,6 @@ fn scales(system: &System) -> Vec<f64> {
         .flat_map(|body| &body.flexible.stiffness)
         .filter(|stiffness| **stiffness > 0.0)
         .fold(f64::INFINITY, |least, stiffness| least.min(*stiffness));
-    let free = system.free_motions();
     let mut scales = Vec::with_capacity(system.velocity_count());
     for body in &system.bodies {
         let units = [
@@ -142,7 +141,7 @@ fn scales(system: &System) -> Vec<f64> {
         scales.extend(
             units
                 .iter()
-                .zip(free)
+                .zip(body.free)
                 .map(|(unit, free)| if free { *unit } else { 0.0 }),
         );
         let unit = body.flexible.inertia.mass().sqrt();

@@ -53,6 +53,8 @@ pub struct Body {
     pub residual_rows: Range<usize>,
     /// Its markers.
     pub markers: Vec<usize>,
+    /// Which of its rigid motions there are: three translations, three rotations, body axes.
+    pub free: [bool; 6],
     /// A length that turns rotations into displacements: the largest radius of gyration, or the reach of its markers.
     pub length: f64,
 }
@@ -234,19 +236,8 @@ impl System {
 
     /// Number of degrees of freedom before constraints: 3 + n or 6 + n for each body.
     pub fn freedom_count(&self) -> usize {
-        let rigid = match self.dimension {
-            Dimension::Planar => 3,
-            Dimension::Spatial => 6,
-        };
-        self.bodies.len() * rigid + self.coordinate_count()
-    }
-
-    /// Which of a body's rigid motions the scene has: three translations, three rotations.
-    pub fn free_motions(&self) -> [bool; 6] {
-        match self.dimension {
-            Dimension::Planar => [true, true, false, false, false, true],
-            Dimension::Spatial => [true; 6],
-        }
+        let rigid = self.bodies.iter().flat_map(|body| body.free);
+        rigid.filter(|free| *free).count() + self.coordinate_count()
     }
 
     /// The markers on an interface of a body: one, or two where some couplings follow its rotation and others the body's.

@@ -3,6 +3,7 @@
 
 mod commands;
 mod constraints;
+mod motion_in_plane;
 mod needed;
 mod options;
 mod output;

@@ -11,7 +11,7 @@ use serde_json::{Value, json};
 use super::support::Folder;
 
 /// A steel block of 0.4 m x 0.1 m x 0.06 m with both ends as interfaces; `lug` are nodes of its upper face besides.
-fn block(lug: impl Fn([f64; 3]) -> bool) -> Component {
+pub(super) fn block(lug: impl Fn([f64; 3]) -> bool) -> Component {
     let mut block = box_block(
         [4, 2, 2],
         [0.4, 0.1, 0.06],
@@ -73,6 +73,12 @@ fn folder(block: &Component) -> Folder {
     };
     let folder = Folder::with(&scene(2));
     folder.write("space.json", scene(3).to_string());
+    write_reduced(&folder, block);
+    folder
+}
+
+/// `block.dcb.h5` with ten modes and its fields.
+pub(super) fn write_reduced(folder: &Folder, block: &Component) {
     let reduced = reduce(block, &Reduction::lowest(10), &mut ()).unwrap();
     let contents = Contents {
         superelement: &reduced.superelement,
@@ -85,7 +91,6 @@ fn folder(block: &Component) -> Folder {
         &WriteOptions::default(),
     )
     .unwrap();
-    folder
 }
 
 fn node_at(block: &Component, place: [f64; 3]) -> u32 {

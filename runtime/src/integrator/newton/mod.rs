@@ -145,15 +145,15 @@ impl Corrector {
         loop {
             self.evaluate(system, method.formulation);
             watch.lap(&mut self.profile, |profile| &mut profile.evaluate);
-            // A factor of redundant constraints serves the gradients that it was made of only: which share of λ does nothing turns
-            // with them.
             // One more iteration may be enough.
-            let next = last * self.contraction * self.contraction / (1.0 - self.contraction).max(0.05);
+            let next =
+                last * self.contraction * self.contraction / (1.0 - self.contraction).max(0.05);
             let is_slow = self.contraction > SLOW && next > allowed;
             let stale = !fresh && is_slow || self.contraction > FAILING;
             if effort.iterations > 0 && self.contraction > FAILING && self.factor_age <= YOUNG {
                 self.wary = WARY;
             }
+            // A factor of redundant constraints of which nothing is taken out serves the gradients that it was made of only.
             if effort.iterations > 0 && stale
                 || self.factored_step != Some(step)
                 || self.condensed.regularization > 0.0 && !self.condensed.carries_redundant()

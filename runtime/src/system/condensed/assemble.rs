@@ -113,7 +113,11 @@ impl Condensed {
                     let slopes =
                         law.derivatives(evaluation.values[index], evaluation.value_rates[index]);
                     let stiffness = -blend.stiffness * slopes.0 - blend.damping * slopes.1;
-                    let softest = self.joints.diagonal(index).abs() / NO_STIFFNESS;
+                    // A measure that no motion of the system changes: any compliance will do.
+                    let softest = match self.joints.diagonal(index).abs() {
+                        0.0 => 1.0,
+                        compliance => compliance / NO_STIFFNESS,
+                    };
                     (1.0 / stiffness.max(0.0)).min(softest)
                 }
             };

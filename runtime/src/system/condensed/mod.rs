@@ -167,7 +167,6 @@ impl Condensed {
             JointSystem::with_pattern(system.rows.len(), &pairs).ok_or(Error::OutOfMemory)?;
         let most_touches = touches.iter().map(Vec::len).max().unwrap_or(0);
         let most_markers = system.bodies.iter().map(|b| b.markers.len()).max();
-        let free = system.free_motions();
         let mut compliant = vec![false; system.rows.len()];
         for (body, own) in system.bodies.iter().zip(&touches) {
             for touch in own.iter().filter(|_| !body.residual_rows.is_empty()) {
@@ -177,8 +176,10 @@ impl Condensed {
         let residual_rows = system.residual_row_count();
         let counts = || system.bodies.iter().map(|b| b.flexible.coordinate_count());
         Ok(Self {
-            matrices: counts()
-                .map(|n| BodyMatrix::for_coordinates(n, free))
+            matrices: system
+                .bodies
+                .iter()
+                .map(|b| BodyMatrix::for_coordinates(b.flexible.coordinate_count(), b.free))
                 .collect(),
             tangents: counts().map(InertiaTangent::for_coordinates).collect(),
             factors: system
@@ -283,7 +284,7 @@ impl Condensed {
             };
             self.matrices[index].free = match self.held[index] {
                 true => [false; 6],
-                false => system.free_motions(),
+                false => body.free,
             };
             if !self.factors[index].factor(&self.matrices[index], elastic) {
                 return Err(Error::SingularBody {
