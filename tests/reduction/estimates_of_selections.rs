@@ -5,8 +5,11 @@
 use dcb_formats::Component;
 use dcb_formats::component::{InterfaceKind, Role};
 use dcb_formats::dcb::{Contents, WriteOptions, read_superelement, write_superelement};
+use dcb_formats::mesh::Dimension;
 use dcb_formats::superelement::Superelement;
+use dcb_reducer::Reduction;
 use dcb_reducer::error_estimate::{Bracket, ErrorEstimate, Estimate, Form};
+use dcb_reducer::scene::{Asked, Extent, Fitted, Limits, PartInScene, SceneFit, Search};
 use dcb_reducer::study::band::Band;
 use dcb_runtime::Selection;
 use dcb_runtime::selection::{InPlane, InterfaceSelection, Normal};
@@ -15,6 +18,7 @@ use dcb_tests::error_estimate::{LOSS_FACTOR, Truth};
 use dcb_tests::error_estimate_ports::TruePorts;
 use dcb_tests::{lowest, parts};
 use faer::Mat;
+use serde_json::json;
 
 /// What dense solutions of the whole matrices leave of an error.
 const NOISE: f64 = 1e-9;
@@ -345,4 +349,59 @@ fn parts_in_a_plane_have_bounds_in_space_and_as_planar_ones() {
         let found = over(&estimate, &band);
         assert!(!lies_between(truth.collocated, found.collocated.largest));
     }
+}
+
+#[test]
+fn a_spatial_part_for_a_planar_scene_has_less_error_than_it_may_have() {
+    let part = parts::steel_box([4, 2, 2], SolidElement::Hexahedron);
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("scene.json");
+    let scene = json!({
+        "dimension": 2,
+        "units": {"length": "m", "mass": "kg", "time": "s"},
+        "ground": {"points": {"pin": [0, 0.05]}},
+        "bodies": {"block": {"superelement": "block.dcb.h5"}},
+        "joints": {"hinge": {"revolute": {"a": "ground/pin", "b": "block/left"}}},
+        "loads": {"push": {"force": {"at": "block/right", "components": [3e4, 2e5]}}},
+        "outputs": {"tip": {"position": {"at": "block/right"}}},
+        "integrator": {"generalized_alpha": {"step": 2e-5, "end": 4e-3}}
+    });
+    std::fs::write(&path, scene.to_string()).unwrap();
+    let usual = folder.path().join("block.dcb.h5");
+    let in_scene = PartInScene::find(&path, &[], &usual, &usual).unwrap();
+    let asked = Asked::of(&in_scene, part.clone()).unwrap();
+    let limits = Limits {
+        tolerance: 1e-3,
+        most_modes: None,
+        default_modes: 20,
+        extent: Extent::Needed,
+    };
+    let search = Search {
+        asked: &asked,
+        options: &Reduction::lowest(0),
+        limits: &limits,
+        cached: None,
+    };
+    let whole = search.whole(&mut ()).unwrap();
+    let band = Band {
+        squares: whole.squares.iter().copied().step_by(20).collect(),
+    };
+    let fit = SceneFit::new(&in_scene, &asked, &limits);
+    let fitted = Fitted::of(whole, &asked, &limits, fit).unwrap();
+    let element = fitted.superelement;
+    assert_eq!(element.dimension, Dimension::Planar);
+    let fit = fitted.quality.scene.unwrap();
+    let total = fit.total.unwrap();
+    // Where the file's rows are among the part's, which are six for each end.
+    let rows: Vec<usize> = (element.rows.iter())
+        .map(|row| 6 * row.interface + usize::try_from(row.direction).unwrap())
+        .collect();
+    assert_eq!(rows, [0, 1, 5, 6, 7, 11]);
+    let plane = Mat::from_fn(3, 2, |i, j| f64::from(u8::from(i == j)));
+    let ports = TruePorts::of(&part, &element, &rows, &[plane.clone(), plane]);
+    let truth = ports.truth(&part, &element, Form::Strong, &band, Some(&mirrored(&part)));
+    println!("{truth:?}, bound {total:.2e}");
+    let worst = truth.collocated.max(truth.transfer.unwrap());
+    assert!(worst <= total && total <= 1e-3);
+    assert!(worst > 1e-3 * total, "{worst:e} {total:e}");
 }

@@ -143,7 +143,9 @@ impl Rows {
     /// How many rows an interface has here, and in the file.
     pub(super) fn counts(&self, interface: usize, element: &Superelement) -> (usize, usize) {
         let own = self.interface.iter().filter(|of| **of == interface);
-        let all = element.rows.iter().filter(|row| row.interface == interface);
+        // Rows that nothing moves can't be loaded.
+        let rows = element.rows.iter().zip(&self.file_scale);
+        let all = rows.filter(|(row, scale)| row.interface == interface && **scale > 0.0);
         (own.count(), all.count())
     }
 

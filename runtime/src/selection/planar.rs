@@ -25,7 +25,7 @@ pub(super) fn planar(spatial: &Superelement, normal: Normal, loads: &[usize]) ->
         interfaces: (spatial.interfaces.iter())
             .map(|interface| InterfaceFrame {
                 position: flat(interface.position),
-                orientation: orientation(&interface.orientation, normal),
+                orientation: normal.flat_axes(&interface.orientation),
                 ..interface.clone()
             })
             .collect(),
@@ -77,17 +77,19 @@ fn in_plane(rigid: &Mat<f64>) -> Mat<f64> {
     }
 }
 
-/// About the normal, if that is the frame's third axis.
-fn orientation(of: &[[f64; 3]; 3], normal: Normal) -> [[f64; 3]; 3] {
-    let [a, b, c] = normal.axes();
-    let (cosine, sine) = match of[c][2] > 1.0 - SAME_AXIS {
-        true => {
-            let size = of[a][0].hypot(of[b][0]);
-            (of[a][0] / size, of[b][0] / size)
-        }
-        false => (1.0, 0.0),
-    };
-    [[cosine, -sine, 0.0], [sine, cosine, 0.0], [0.0, 0.0, 1.0]]
+impl Normal {
+    /// Axes of a frame in the plane's: turned about the normal, if that is the frame's third axis, and parallel to the body's otherwise.
+    pub fn flat_axes(self, of: &[[f64; 3]; 3]) -> [[f64; 3]; 3] {
+        let [a, b, c] = self.axes();
+        let (cosine, sine) = match of[c][2] > 1.0 - SAME_AXIS {
+            true => {
+                let size = of[a][0].hypot(of[b][0]);
+                (of[a][0] / size, of[b][0] / size)
+            }
+            false => (1.0, 0.0),
+        };
+        [[cosine, -sine, 0.0], [sine, cosine, 0.0], [0.0, 0.0, 1.0]]
+    }
 }
 
 fn about_z(value: f64) -> [[f64; 3]; 3] {
