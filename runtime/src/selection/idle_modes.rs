@@ -16,6 +16,8 @@ const RESONANCE: f64 = 1.0 / LOSS_FACTOR;
 pub(super) struct Shares {
     /// c over the root of μ and of the row's moment, the largest of the four moments, (rows, modes).
     pub cosines: Mat<f64>,
+    /// The same over the root of the moment with all modes in it.
+    pub of_all: Mat<f64>,
     /// Rows that forces act on, one each.
     pub acting: Vec<usize>,
     /// Rows that are only observed.
@@ -27,11 +29,11 @@ impl Shares {
     pub fn idle(&self) -> Vec<usize> {
         let moved = |mode: usize| {
             let mut rows = self.acting.iter();
-            rows.any(|row| self.cosines[(*row, mode)] > MOVED)
+            rows.any(|row| self.of_all[(*row, mode)] > MOVED)
         };
         match self.acting.is_empty() {
             true => Vec::new(),
-            false => (0..self.cosines.ncols())
+            false => (0..self.of_all.ncols())
                 .filter(|mode| !moved(*mode))
                 .collect(),
         }

@@ -44,8 +44,8 @@ pub(super) fn moments(whole: &Superelement, of: &Moments, kept: &Kept) -> Moment
         }
     });
     // c cᵀ counts by 1/ω², 1/ω⁴ and so on.
-    let weights = |k: usize| {
-        let square = squares[kept.left_out[k]];
+    let weights = |mode: usize| {
+        let square = squares[mode];
         let shifted = square + of.shift;
         [
             1.0 / square,
@@ -56,7 +56,7 @@ pub(super) fn moments(whole: &Superelement, of: &Moments, kept: &Kept) -> Moment
     };
     let with = |moment: &Mat<f64>, power: usize| {
         let weighted = Mat::from_fn(shapes.nrows(), shapes.ncols(), |i, k| {
-            shapes[(i, k)] * weights(k)[power]
+            shapes[(i, k)] * weights(kept.left_out[k])[power]
         });
         let added = symmetrized(weighted * shapes.transpose());
         Mat::from_fn(places.len(), places.len(), |i, j| {
@@ -69,20 +69,37 @@ pub(super) fn moments(whole: &Superelement, of: &Moments, kept: &Kept) -> Moment
         with(&of.third, 2),
         with(&of.fourth, 3),
     ];
-    let cosine = |i: usize, k: usize| {
-        let sizes = [&first, &second, &third, &fourth].map(|moment| moment[(i, i)]);
-        let parts = sizes.iter().zip(weights(k));
-        parts
-            .filter(|(size, _)| **size > 0.0)
-            .map(|(size, weight)| (shapes[(i, k)].powi(2) * weight / size).sqrt())
-            .fold(0.0, f64::max)
+    let of_omitted: Vec<[f64; 4]> = (0..rows)
+        .map(|i| [&first, &second, &third, &fourth].map(|moment| moment[(i, i)]))
+        .collect();
+    let elastic = kept.modes.iter().filter(|mode| squares[**mode] > 0.0);
+    let elastic: Vec<usize> = elastic.copied().collect();
+    let of_all: Vec<[f64; 4]> = (0..rows)
+        .map(|i| {
+            elastic.iter().fold(of_omitted[i], |mut sums, mode| {
+                let own = kept.shapes[(kept.rows[i], *mode)].powi(2);
+                for (sum, weight) in sums.iter_mut().zip(weights(*mode)) {
+                    *sum += own * weight;
+                }
+                sums
+            })
+        })
+        .collect();
+    let cosines = |sizes: &[[f64; 4]]| {
+        Mat::from_fn(rows, kept.left_out.len(), |i, k| {
+            let parts = sizes[i].iter().zip(weights(kept.left_out[k]));
+            parts
+                .filter(|(size, _)| **size > 0.0)
+                .map(|(size, weight)| (shapes[(i, k)].powi(2) * weight / size).sqrt())
+                .fold(0.0, f64::max)
+        })
     };
-    let cosines = Mat::from_fn(rows, kept.left_out.len(), cosine);
     let forces = acting(kept);
     let shares = Shares {
         acting: rows_of_plain(&forces).unwrap_or_default(),
         observed: (0..rows).filter(|row| kept.observed[*row]).collect(),
-        cosines,
+        cosines: cosines(&of_omitted),
+        of_all: cosines(&of_all),
     };
     let idle = shares.idle();
     let mut rounding: Vec<f64> = places.iter().map(|place| of.rounding[*place]).collect();
