@@ -155,6 +155,17 @@ pub struct Moments {
     pub fourth: Mat<f64>,
     /// Relative rounding in the moments of each row, (n_b + n_x).
     pub rounding: Vec<f64>,
+    /// The forces that the superelement is made for; `None` where that is any on rows of attachments (since 1.3).
+    pub loaded: Option<LoadedForces>,
+}
+
+/// Forces that a superelement is made for where that isn't any, or where they leave out modes that others would move.
+#[derive(Clone, Debug, PartialEq)]
+pub struct LoadedForces {
+    /// One column each, zero at output interfaces, (n_b, n_p).
+    pub forces: Mat<f64>,
+    /// No omitted ω² of a mode that they move is below this, 1/time²: not below that of all modes.
+    pub eigenvalue_bound: f64,
 }
 
 /// A load on the inside of the part, by what it does to its motions; it keeps its direction in the body frame.

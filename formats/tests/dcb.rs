@@ -83,7 +83,7 @@ fn everything_comes_back() {
             assert_same(&file.superelement().unwrap(), &right);
             assert_eq!(file.recovery().unwrap().unwrap(), support::recovery(&right));
             assert_eq!(file.mesh().unwrap().unwrap(), support::mesh(dimension));
-            assert_eq!(file.format_version(), FormatVersion { major: 1, minor: 2 });
+            assert_eq!(file.format_version(), FormatVersion { major: 1, minor: 3 });
             assert_eq!(file.digest().len(), 64);
             assert!(file.verify_digests().unwrap() > 30);
             assert_eq!(names(folder.path()), ["rod.dcb.h5"]);

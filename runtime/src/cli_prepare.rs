@@ -224,7 +224,7 @@ fn reduce_parts(
     Ok(())
 }
 
-/// Whether a planar scene uses a spatial superelement: its component can't be reduced for the scene.
+/// Whether a planar scene uses a spatial superelement, which is taken as it is.
 fn is_spatial_in_plane(scene: &Scene, superelement: &Path) -> bool {
     let read = SuperelementFile::open(superelement).and_then(|file| file.superelement());
     read.is_ok_and(|read| {

@@ -62,6 +62,7 @@ pub mod model;
 pub mod motion;
 mod part_file;
 pub mod picture;
+pub mod planar_part;
 pub mod prepare;
 pub mod pruning;
 pub mod rotation;

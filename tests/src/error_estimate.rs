@@ -235,6 +235,48 @@ impl System {
         }
     }
 
+    /// What the numbers of a superelement without further columns say, its nodal fields unseen.
+    pub fn of_superelement(element: &Superelement, form: Form) -> Self {
+        let rigid = rigid_rows(element);
+        let residual = &element.residual;
+        let stored = (residual.output_shapes.as_ref()).unwrap_or(&residual.flexibility);
+        let seen = match form {
+            Form::Strong => stored * &residual.transform,
+            Form::Static => Mat::zeros(stored.nrows(), 0),
+        };
+        let sigma = &residual.sigma_squared;
+        let scaled = Mat::from_fn(seen.nrows(), seen.ncols(), |i, j| seen[(i, j)] / sigma[j]);
+        let modes = &element.modes;
+        let mut stiffness = vec![0.0; rigid.ncols()];
+        stiffness.extend(&modes.eigenvalues);
+        stiffness.extend(&sigma[..seen.ncols()]);
+        let n = stiffness.len();
+        let blocks = [&rigid, &modes.interface_shapes, &seen];
+        let columns: Vec<_> = blocks.iter().flat_map(|block| block.col_iter()).collect();
+        Self {
+            stiffness: Mat::from_fn(n, n, |i, j| if i == j { stiffness[i] } else { 0.0 }),
+            mass: Mat::identity(n, n),
+            rows: Mat::from_fn(seen.nrows(), n, |i, j| columns[j][i]),
+            constant: stored - scaled * seen.transpose(),
+            sparse: None,
+        }
+    }
+
+    /// The same between forces in place of rows, (rows, forces).
+    pub fn between(mut self, forces: &Mat<f64>) -> Self {
+        self.rows = forces.transpose() * &self.rows;
+        self.constant = forces.transpose() * &self.constant * forces;
+        self
+    }
+
+    /// The same with motions of a subspace only.
+    pub fn within(mut self, basis: &Mat<f64>) -> Self {
+        self.stiffness = basis.transpose() * &self.stiffness * basis;
+        self.mass = basis.transpose() * &self.mass * basis;
+        self.rows = &self.rows * basis;
+        self
+    }
+
     /// H(ω) = L (K (1 + iη) - ω² M)⁻¹ Lᵀ to forces at some rows.
     pub fn response(&self, square: f64, forced: &[usize]) -> Mat<c64> {
         let damped = c64::new(1.0, LOSS_FACTOR);
@@ -332,6 +374,43 @@ impl System {
             .filter(|value| *value > 1e-6 * shift)
             .collect()
     }
+}
+
+/// Rigid motions at the rows of a superelement in a mean-axis frame, M-orthonormal.
+fn rigid_rows(element: &Superelement) -> Mat<f64> {
+    let inertia = &element.inertia;
+    let planar = element.dimension == Dimension::Planar;
+    let axes: &[usize] = if planar {
+        &[0, 1, 5]
+    } else {
+        &[0, 1, 2, 3, 4, 5]
+    };
+    let moved = Mat::from_fn(element.rows.len(), axes.len(), |row, k| {
+        let of = &element.rows[row];
+        let direction = usize::try_from(of.direction).expect("no explicit rows");
+        match (axes[k], direction) {
+            (translation, _) if translation < 3 => f64::from(u8::from(translation == direction)),
+            (rotation, _) if direction >= 3 => f64::from(u8::from(rotation == direction)),
+            (rotation, _) => {
+                let mut turn = [0.0; 3];
+                turn[rotation - 3] = 1.0;
+                let [x, y, z] = of.position;
+                [
+                    turn[1] * z - turn[2] * y,
+                    turn[2] * x - turn[0] * z,
+                    turn[0] * y - turn[1] * x,
+                ][direction]
+            }
+        }
+    });
+    let mass = Mat::from_fn(axes.len(), axes.len(), |i, j| match (axes[i], axes[j]) {
+        (a, b) if a < 3 || b < 3 => inertia.mass * f64::from(u8::from(a == b)),
+        (a, b) => inertia.tensor[a - 3][b - 3],
+    });
+    let lower = mass.llt(Side::Lower).expect("a mass").L().to_owned();
+    solve(&lower, &moved.transpose().to_owned())
+        .transpose()
+        .to_owned()
 }
 
 fn centre_of_mass_of(component: &Component, element: &Superelement) -> [f64; 3] {

@@ -13,6 +13,7 @@ pub mod deflection;
 pub mod dense;
 pub mod equivalent_models;
 pub mod error_estimate;
+pub mod error_estimate_ports;
 pub mod evidence_page;
 pub mod fields;
 pub mod governor;

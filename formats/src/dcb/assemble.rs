@@ -11,8 +11,8 @@ use super::shapes::text_attribute;
 use crate::component::{Source, Units};
 use crate::mesh::{Dimension, Direction, Dof};
 use crate::superelement::{
-    BoundaryRow, Enrichment, Inertia, InterfaceFrame, Modes, Moments, PartLoad, Provenance,
-    Residual, Stiffening, Superelement,
+    BoundaryRow, Enrichment, Inertia, InterfaceFrame, LoadedForces, Modes, Moments, PartLoad,
+    Provenance, Residual, Stiffening, Superelement,
 };
 
 /// Everything but the nodal fields and the mesh.
@@ -270,6 +270,18 @@ fn moments(file: &SuperelementFile) -> Result<Option<Moments>, Finding> {
         third: moment("/error/moment_3")?,
         fourth: moment("/error/moment_4")?,
         rounding: file.reals("/error/rounding")?,
+        loaded: loaded(file)?,
+    }))
+}
+
+fn loaded(file: &SuperelementFile) -> Result<Option<LoadedForces>, Finding> {
+    if !file.has("/error/forces") {
+        return Ok(None);
+    }
+    let counts = file.counts();
+    Ok(Some(LoadedForces {
+        forces: matrix(file, "/error/forces", counts.rows, counts.forces)?,
+        eigenvalue_bound: real(file, "/error", "forces_eigenvalue_bound")?,
     }))
 }
 

@@ -7,7 +7,7 @@ use super::rules::{
 };
 use crate::component::{InterfaceKind, Role};
 use crate::mesh::{Dimension, Direction};
-use crate::superelement::{BoundaryRow, InterfaceFrame, Superelement};
+use crate::superelement::{BoundaryRow, InterfaceFrame, LoadedForces, Superelement};
 
 /// Rotation matrices may differ from orthonormal by this much.
 const ROTATION_TOLERANCE: f64 = 1e-9;
@@ -407,6 +407,36 @@ fn moments(of: &Superelement) -> Checked {
     ] {
         matrix(path, moment, n, n)?;
         symmetric(path, moment.as_ref())?;
+    }
+    match &moments.loaded {
+        Some(loaded) => forces(of, loaded, bound),
+        None => Ok(()),
+    }
+}
+
+fn forces(of: &Superelement, loaded: &LoadedForces, least: f64) -> Checked {
+    let LoadedForces {
+        forces,
+        eigenvalue_bound: bound,
+    } = loaded;
+    if bound.is_nan() || *bound < least {
+        return wrong(
+            "/error",
+            format!(
+                "forces_eigenvalue_bound is {bound}; it must not be below eigenvalue_bound, {least}"
+            ),
+        );
+    }
+    let path = "/error/forces";
+    matrix(path, forces, of.boundary_row_count(), forces.ncols())?;
+    for (index, row) in of.rows.iter().enumerate() {
+        let is_output = of.interfaces[row.interface].role == Role::Output;
+        if is_output && forces.row(index).iter().any(|force| *force != 0.0) {
+            return wrong(
+                path,
+                format!("row {index} is that of an output interface; it must be zero"),
+            );
+        }
     }
     Ok(())
 }

@@ -55,6 +55,8 @@ pub(super) enum Axis {
     Residual,
     /// n_r.
     Rigid,
+    /// n_p.
+    Forces,
 }
 
 /// The numbers that all shapes follow from.
@@ -69,6 +71,7 @@ pub(super) struct Counts {
     pub(super) field_dofs: usize,
     pub(super) loads: usize,
     pub(super) rigid: usize,
+    pub(super) forces: usize,
 }
 
 impl Counts {
@@ -90,6 +93,7 @@ impl Counts {
             Axis::Loads => self.loads,
             Axis::Residual => self.rows.saturating_add(self.enrichment),
             Axis::Rigid => self.rigid,
+            Axis::Forces => self.forces,
         }
     }
 

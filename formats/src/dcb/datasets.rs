@@ -2,7 +2,7 @@
 //! `docs/format.md` has the same table in words.
 
 use super::contract::Axis::{
-    Basis, Coordinates, FieldDofs, Fixed, Interfaces, Modes, Rank, Residual, Rigid, Rows,
+    Basis, Coordinates, FieldDofs, Fixed, Forces, Interfaces, Modes, Rank, Residual, Rigid, Rows,
 };
 use super::contract::Element::{Integer, Real, Text};
 use super::contract::Presence::{Enriched, Estimated, Fields, Loaded, Optional, Required, Spatial};
@@ -511,5 +511,14 @@ pub(super) const DATASETS: &[Dataset] = &[
         "",
         PLAIN,
         "relative rounding in the moments of each row (since 1.2)",
+    ),
+    same(
+        "/error/forces",
+        Real,
+        &[Rows, Forces],
+        Optional,
+        "B",
+        Rule::Product(&[Factor::Force, SAME]),
+        "forces that the superelement is made for (since 1.3)",
     ),
 ];

@@ -43,7 +43,7 @@ compile_error!("`.dcb.h5` data are little-endian and are read and written withou
 pub const FORMAT: &str = "dcb-superelement";
 
 /// The version this program writes; it reads every minor version of the same major version.
-pub const FORMAT_VERSION: FormatVersion = FormatVersion { major: 1, minor: 2 };
+pub const FORMAT_VERSION: FormatVersion = FormatVersion { major: 1, minor: 3 };
 
 /// Version of the format: the major one changes what old readers rely on, the minor one only adds.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]

@@ -120,6 +120,7 @@ pub(super) fn count(inventory: &Inventory) -> Result<Counts, Finding> {
         field_dofs: optional("/fields/dofs", 0)?,
         loads: optional("/loads/names", 0)?,
         rigid: optional("/error/rigid_shapes", 1)?,
+        forces: optional("/error/forces", 1)?,
     })
 }
 

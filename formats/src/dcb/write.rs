@@ -95,6 +95,9 @@ impl<'a> Writer<'a> {
             field_dofs: fields.len(),
             loads: of.loads.len(),
             rigid: (of.moments.as_ref()).map_or(0, |moments| moments.rigid_shapes.ncols()),
+            forces: (of.moments.as_ref())
+                .and_then(|moments| moments.loaded.as_ref())
+                .map_or(0, |loaded| loaded.forces.ncols()),
         };
         let units = UnitSystem {
             units: &of.units,
@@ -349,7 +352,17 @@ impl<'a> Writer<'a> {
         ] {
             self.sink.reals(path, &row_major(moment))?;
         }
-        self.sink.reals("/error/rounding", &moments.rounding)
+        self.sink.reals("/error/rounding", &moments.rounding)?;
+        if let Some(loaded) = &moments.loaded {
+            self.sink
+                .reals("/error/forces", &row_major(&loaded.forces))?;
+            self.sink.attribute(
+                "/error",
+                "forces_eigenvalue_bound",
+                Value::Real(loaded.eigenvalue_bound),
+            )?;
+        }
+        Ok(())
     }
 
     fn loads(&mut self, of: &Superelement) -> hdf5::Result<()> {

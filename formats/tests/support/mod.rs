@@ -11,8 +11,8 @@ use dcb_formats::component::{InterfaceKind, Role, Source, Units};
 use dcb_formats::dcb::SuperelementFile;
 use dcb_formats::mesh::{CellBlock, Dimension, Direction, Dof, Mesh};
 use dcb_formats::superelement::{
-    BoundaryRow, Enrichment, FrameKind, Inertia, InterfaceFrame, Modes, Moments, PartLoad,
-    Provenance, RecoveryBasis, Residual, Stiffening, Superelement,
+    BoundaryRow, Enrichment, FrameKind, Inertia, InterfaceFrame, LoadedForces, Modes, Moments,
+    PartLoad, Provenance, RecoveryBasis, Residual, Stiffening, Superelement,
 };
 use faer::Mat;
 
@@ -215,6 +215,18 @@ pub fn enriched(dimension: Dimension) -> Superelement {
         third: symmetric(93, n_b + 2),
         fourth: symmetric(94, n_b + 2),
         rounding: (0..n_b + 2).map(|b| 1e-14 * (1.0 + b as f64)).collect(),
+        loaded: Some(LoadedForces {
+            forces: {
+                let outputs =
+                    |row: usize| of.interfaces[of.rows[row].interface].role == Role::Output;
+                let noise = matrix(95, n_b, 2);
+                Mat::from_fn(n_b, 2, |row, j| match outputs(row) {
+                    true => 0.0,
+                    false => noise[(row, j)],
+                })
+            },
+            eigenvalue_bound: 6.25e7,
+        }),
     });
     of.inertia.l1 = matrix(50, dimension.coordinate_count(), n);
     of.inertia.i1.resize(n, of.inertia.i1[0]);
@@ -299,7 +311,12 @@ pub fn summary(file: &SuperelementFile) -> Result<serde_json::Value, Error> {
         ])
     });
     let shift = of.moments.as_ref().map(|moments| moments.shift);
-    Ok(serde_json::json!({
+    let loaded = (of.moments.as_ref()).and_then(|moments| moments.loaded.as_ref());
+    let loaded = loaded.map(|loaded| {
+        let sum: f64 = loaded.forces.col_iter().map(|force| force.sum()).sum();
+        serde_json::json!([loaded.eigenvalue_bound, loaded.forces.ncols(), sum])
+    });
+    let mut summary = serde_json::json!({
         "moments_shift": shift,
         "source": "synthetic numbers of formats/tests/support/mod.rs; tolerance 0",
         "digest": file.digest(),
@@ -341,7 +358,9 @@ pub fn summary(file: &SuperelementFile) -> Result<serde_json::Value, Error> {
         "point_sets": mesh.as_ref().map(|mesh| mesh.point_sets.clone()),
         "options": of.provenance.options,
         "warnings": of.provenance.warnings,
-    }))
+    });
+    summary["moments_loaded"] = loaded.into();
+    Ok(summary)
 }
 
 /// A planar superelement with so many modes and an L3 of zeros.

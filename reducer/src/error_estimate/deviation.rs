@@ -10,10 +10,12 @@
 //! whatever g is. For Re λ below the eigenvalue bound μ₁ all f(μ) lie in the disc with 0 and f(μ₁) at the ends of a diameter: its middle goes
 //! to the known part, its radius times N bounds what is left. For a real λ that is a two-sided bound as a quadratic form.
 
+use dcb_formats::superelement::Moments;
 use faer::{Mat, c64};
 
 use super::ErrorEstimate;
 use super::moments::DENSE_ROUNDING;
+use super::rows::Rows;
 
 /// H of a form at one λ, and what it lacks, between some rows and those of them that forces act on; rows are scaled.
 pub(super) struct Deviation {
@@ -49,19 +51,22 @@ pub(super) struct ScaledMoments {
 }
 
 impl ScaledMoments {
-    pub(super) fn of(
-        moments: [Mat<f64>; 4],
-        shift: f64,
-        rounding: &[f64],
-        eigenvalue_bound: f64,
-    ) -> Self {
+    pub(super) fn of(of: &Moments, rows: &Rows) -> Self {
+        let Moments {
+            shift,
+            rounding,
+            eigenvalue_bound,
+            ..
+        } = of;
+        let moments =
+            [&of.first, &of.second, &of.third, &of.fourth].map(|moment| rows.scaled(moment));
         let complex =
             |m: &Mat<f64>| Mat::from_fn(m.nrows(), m.ncols(), |i, j| c64::new(m[(i, j)], 0.0));
         let less = |a: &Mat<f64>, b: &Mat<f64>| {
-            Mat::from_fn(a.nrows(), a.ncols(), |i, j| a[(i, j)] - shift * b[(i, j)])
+            Mat::from_fn(a.nrows(), a.ncols(), |i, j| a[(i, j)] - *shift * b[(i, j)])
         };
         let root = |moment: usize| -> Vec<f64> {
-            (0..rounding.len())
+            let of_rows = (0..rounding.len())
                 .map(|i| {
                     // Where a higher moment isn't known it is below the one before over the bound.
                     let own = (0..=moment)
@@ -73,18 +78,20 @@ impl ScaledMoments {
                         .find(|size| *size > 0.0);
                     (rounding[i] * own.unwrap_or(0.0)).sqrt()
                 })
-                .collect()
+                .collect();
+            rows.seen_roots(of_rows)
         };
-        let [first, second, third, fourth] = &moments;
+        let roots = [root(0), root(1), root(2), root(3)];
+        let [first, second, third, fourth] = &moments.map(|moment| rows.seen(moment));
         let (second, third) = (less(second, third), less(third, fourth));
         Self {
-            shift,
+            shift: *shift,
             first: complex(first),
             residual: complex(&less(&second, &third)),
             second: complex(&second),
             third: complex(&third),
             fourth: complex(fourth),
-            roots: [root(0), root(1), root(2), root(3)],
+            roots,
         }
     }
 }

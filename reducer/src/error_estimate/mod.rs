@@ -9,6 +9,7 @@ mod held;
 mod mode_residuals;
 mod model;
 pub mod moments;
+mod ports;
 pub mod report;
 mod rows;
 mod second_responses;
@@ -108,22 +109,11 @@ impl ErrorEstimate {
         };
         let rows = Rows::of(element, moments);
         let model = Model::of(element, moments, &rows, form).ok_or(NOT_FINITE)?;
-        let scaled = [
-            &moments.first,
-            &moments.second,
-            &moments.third,
-            &moments.fourth,
-        ]
-        .map(|moment| rows.scaled_square(moment));
+        let of_forces = (moments.loaded.as_ref()).map(|loaded| loaded.eigenvalue_bound);
         Ok(Some(Self {
             form,
-            eigenvalue_bound: moments.eigenvalue_bound,
-            moments: ScaledMoments::of(
-                scaled,
-                moments.shift,
-                &moments.rounding,
-                moments.eigenvalue_bound,
-            ),
+            eigenvalue_bound: of_forces.unwrap_or(moments.eigenvalue_bound),
+            moments: ScaledMoments::of(moments, &rows),
             model,
             rows,
             highest: element.modes.eigenvalues.last().copied(),
@@ -135,9 +125,26 @@ impl ErrorEstimate {
         self.form
     }
 
-    /// No omitted ω² is below this: errors are known for ω² below it.
+    /// No omitted ω² that the rows see is below this: errors are known for ω² below it.
     pub fn eigenvalue_bound(&self) -> f64 {
         self.eigenvalue_bound
+    }
+
+    /// The forces of unit amount that the rows stand for, over the rows of the file, (n_b of the file, rows). The rows are those of the file, unless it is made
+    /// for some forces only ([`dcb_formats::superelement::Moments::loaded`]): then an attachment has one for each of these, orthonormal in units of the rows'
+    /// flexibility, and its motion is what does work on them.
+    pub fn forces(&self) -> Mat<f64> {
+        self.rows.forces()
+    }
+
+    /// Interfaces of a superelement, by their places, that have fewer rows here than in its file, with both numbers.
+    pub fn loaded_along(&self, element: &Superelement) -> Vec<(usize, [usize; 2])> {
+        (0..element.interfaces.len())
+            .filter_map(|interface| {
+                let (here, all) = self.rows.counts(interface, element);
+                (here < all).then_some((interface, [here, all]))
+            })
+            .collect()
     }
 
     /// Rows that forces act on.
@@ -164,7 +171,7 @@ impl ErrorEstimate {
         Band::new(from, to, points, &self.rows.poles[self.rows.zero_count..])
     }
 
-    /// Errors between some rows of L_b over a band, with a structural loss factor η of the responses: λ = ω² / (1 + iη). Rows of output
+    /// Errors between some rows ([`ErrorEstimate::forces`]) over a band, with a structural loss factor η of the responses: λ = ω² / (1 + iη). Rows of output
     /// interfaces move, but no force acts on them.
     ///
     /// # Errors

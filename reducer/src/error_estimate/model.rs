@@ -71,9 +71,13 @@ impl Model {
     ) -> Option<Self> {
         let residual = &element.residual;
         let stored = (residual.output_shapes.as_ref()).unwrap_or(&residual.flexibility);
-        let flexibility = rows.scaled_square(stored);
-        let directions = directions(moments, rows, &flexibility)?;
-        let (n_b, n) = (rows.count(), moments.first.nrows());
+        let flexibility = rows.seen(rows.scaled(stored));
+        let file_n_b = stored.nrows();
+        let first = moments.first.get(..file_n_b, ..file_n_b).to_owned();
+        let directions = directions(&first, rows, &flexibility)?;
+        let n_b = rows.count();
+        let n = n_b + moments.first.nrows() - element.boundary_row_count();
+        let file_n = moments.first.nrows();
         let base = Mat::from_fn(
             n,
             n_b,
@@ -82,12 +86,12 @@ impl Model {
             },
         );
         let coordinates = match (form, &element.enrichment) {
-            (Form::Static, _) => Coordinates::none(n),
+            (Form::Static, _) => Coordinates::none(file_n),
             (Form::Strong, None) => Coordinates::of_attachments(element),
             (Form::Strong, Some(further)) => Coordinates::with_further(element, further)?,
         };
         // Coordinates of attachments and further columns as the file has them; T in all static shapes is Q times that.
-        let amounts = rows.scaled_amounts(&coordinates.combinations);
+        let amounts = rows.scaled_amounts(&coordinates.combinations, stored)?;
         let combinations = Mat::from_fn(n, amounts.ncols(), |i, j| match i < n_b {
             true => (0..n_b).map(|k| directions[(i, k)] * amounts[(k, j)]).sum(),
             false => amounts[(i, j)],
@@ -172,9 +176,9 @@ fn weight(square: f64, lambda: c64, beyond_static: bool) -> c64 {
 
 /// Q in scaled rows: the projector on the forces that an interface reduction has left, E U Uᵀ E⁻¹ with U the range of E F E and E the
 /// scale in which it was made.
-fn directions(moments: &Moments, rows: &Rows, flexibility: &Mat<f64>) -> Option<Mat<f64>> {
+fn directions(first: &Mat<f64>, rows: &Rows, flexibility: &Mat<f64>) -> Option<Mat<f64>> {
     let n_b = rows.count();
-    let whole = rows.scaled_square(&moments.first.get(..n_b, ..n_b).to_owned());
+    let whole = rows.seen(rows.scaled(first));
     let between = |i: usize, j: usize| rows.attached[i] && rows.attached[j];
     let apart = Mat::from_fn(n_b, n_b, |i, j| match between(i, j) {
         true => whole[(i, j)] - flexibility[(i, j)],

@@ -99,6 +99,7 @@ impl PowerMoments {
             third: self.third,
             fourth: self.fourth,
             rounding: self.rounding,
+            loaded: None,
         }
     }
 }

@@ -21,6 +21,8 @@ pub const LOSS_FACTOR: f64 = 0.02;
 pub struct Report {
     time_unit: String,
     band: Band,
+    /// Name of an interface that is loaded along some forces only, how many, and of how many rows.
+    loaded_along: Vec<(String, [usize; 2])>,
     forms: Vec<(Form, Estimate)>,
 }
 
@@ -32,11 +34,19 @@ impl Report {
     pub fn of(element: &Superelement, hertz: Option<[f64; 2]>) -> Result<Option<Self>, Error> {
         let mut forms = Vec::new();
         let mut used = None;
+        let mut loaded_along = Vec::new();
         for form in [Form::Strong, Form::Static] {
             let Some(estimate) = ErrorEstimate::of(element, form)? else {
                 break;
             };
             let rows = estimate.attached_rows();
+            let named =
+                |(place, counts): (usize, _)| (element.interfaces[place].name.clone(), counts);
+            loaded_along = estimate
+                .loaded_along(element)
+                .into_iter()
+                .map(named)
+                .collect();
             let band = match hertz {
                 Some(ends) => Some(between(&estimate, element, ends)?),
                 None => estimate.usual_band(POINTS),
@@ -51,6 +61,7 @@ impl Report {
             (Some(band), _) => Ok(Some(Self {
                 time_unit: element.units.time.clone(),
                 band,
+                loaded_along,
                 forms,
             })),
             (None, None) => Ok(None),
@@ -72,6 +83,17 @@ impl Report {
             "errors, rigorous bounds from {} to {} {unit}, loss factor {LOSS_FACTOR}\n",
             ends[0], ends[1]
         );
+        if !self.loaded_along.is_empty() {
+            let of = |(name, [along, all]): &(String, [usize; 2])| {
+                format!("{name} along {along} of {all} directions")
+            };
+            let along: Vec<String> = self.loaded_along.iter().map(of).collect();
+            let _ = writeln!(
+                text,
+                "  for the forces that it is made for: {}",
+                along.join(", ")
+            );
+        }
         let shown = |bracket: Option<Bracket>| match bracket {
             Some(Bracket { lower, upper }) => {
                 format!("{} to {}", scientific(lower, 2), scientific(upper, 2))
@@ -108,6 +130,12 @@ impl Report {
             "points": self.band.squares.len(),
             "loss_factor": LOSS_FACTOR,
         });
+        if !self.loaded_along.is_empty() {
+            let along = self.loaded_along.iter().map(|(name, [along, all])| {
+                (name.clone(), json!({ "forces": along, "rows": all }))
+            });
+            value["loaded_along"] = along.collect();
+        }
         for (form, estimate) in &self.forms {
             value[form.name()] = json!(estimate);
         }

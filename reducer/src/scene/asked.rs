@@ -1,13 +1,14 @@
 //! What a scene asks of a component that isn't reduced yet.
 
 use std::collections::BTreeMap;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use dcb_formats::component::{Component, Interface, InterfaceKind, Role, Weights};
 use dcb_formats::dcb::SuperelementFile;
-use dcb_formats::mesh::{Dimension, Direction};
+use dcb_formats::mesh::{Dimension, Direction, Mesh};
 use dcb_formats::superelement::Superelement;
 use dcb_runtime::demand::{Demand, Involvement, NodeDemand, PartInterface, Parts, PlaneOfMotion};
+use dcb_runtime::planar_part::PlanarPart;
 use dcb_runtime::pruning::Pruned;
 use dcb_runtime::scene::{Compatibility, DampingOverride, ModalRatios};
 
@@ -31,6 +32,10 @@ pub struct Asked {
     pub component: Component,
     /// Names of the loads on its inside that don't act.
     pub idle_loads: Vec<String>,
+    /// The scene's file.
+    pub scene: PathBuf,
+    /// The scene's dimension: a spatial component may be meant for a planar scene.
+    pub dimension: Dimension,
 }
 
 impl Asked {
@@ -40,7 +45,11 @@ impl Asked {
     /// [`Error::InScene`] where scene and component don't fit each other; those of [`part_interfaces`].
     pub fn of(part: &PartInScene, component: Component) -> Result<Self, Error> {
         refuse_misfit(part, &component)?;
-        let interfaces = part_interfaces(&component)?;
+        let dimension = part.scene.dimension;
+        let interfaces = match component.dimension() == dimension {
+            true => part_interfaces(&component)?,
+            false => PlanarPart::interfaces(&part_interfaces(&component)?),
+        };
         let Neighbours {
             superelements,
             mut notes,
@@ -83,7 +92,15 @@ impl Asked {
             notes,
             component,
             idle_loads: Vec::new(),
+            scene: part.path.clone(),
+            dimension,
         };
+        if asked.is_seen_in_plane() {
+            refuse_fields(part, &asked.demand)?;
+            asked.notes.push(
+                "the scene is planar: the spatial part is taken through its plane of symmetry, without further columns".to_owned(),
+            );
+        }
         let acting = &asked.demand.part_loads;
         for load in asked
             .component
@@ -94,6 +111,29 @@ impl Asked {
         }
         asked.watch_nodes();
         Ok(asked)
+    }
+
+    /// Whether a spatial part is seen by a planar scene.
+    pub fn is_seen_in_plane(&self) -> bool {
+        self.component.dimension() != self.dimension
+    }
+
+    /// Where a node is, in the scene's dimension.
+    pub(super) fn position(&self, node: u32) -> [f64; 3] {
+        let position = self.component.mesh.position(node);
+        match self.is_seen_in_plane() {
+            true => PlanarPart::position(position),
+            false => position,
+        }
+    }
+
+    /// The mesh in the scene's dimension.
+    pub(super) fn mesh(&self) -> Mesh {
+        let mesh = self.component.mesh.clone();
+        match self.is_seen_in_plane() {
+            true => PlanarPart::mesh(mesh),
+            false => mesh,
+        }
     }
 
     /// Whether the part needs no deflection at all.
@@ -166,7 +206,7 @@ impl Neighbours {
         for (name, of) in part.others() {
             let path = part.scene.resolve(&of.file);
             let found = known.entry(path.clone()).or_insert_with(|| {
-                match SuperelementFile::open(&path).and_then(|file| file.superelement()) {
+                match neighbour(&path, part.scene.dimension) {
                     Ok(superelement) => Some(superelement),
                     Err(error) => {
                         notes.push(format!(
@@ -185,6 +225,15 @@ impl Neighbours {
             superelements,
             notes,
         }
+    }
+}
+
+/// The superelement of a file, in the scene's dimension.
+fn neighbour(path: &Path, dimension: Dimension) -> Result<Superelement, Error> {
+    let superelement = SuperelementFile::open(path)?.superelement()?;
+    match superelement.dimension == Dimension::Spatial && dimension == Dimension::Planar {
+        true => Ok(PlanarPart::of(&superelement)?.superelement().clone()),
+        false => Ok(superelement),
     }
 }
 
@@ -212,13 +261,23 @@ fn keep_planes(demand: &mut Demand, shared: &[bool]) {
     }
 }
 
+fn refuse_fields(part: &PartInScene, demand: &Demand) -> Result<(), Error> {
+    match &demand.nodes {
+        NodeDemand::All(by) => Err(part.refused(&format!(
+            "{} wants the whole field, and that of a spatial part isn't drawn in the plane",
+            by.join(", ")
+        ))),
+        NodeDemand::None | NodeDemand::Some(_) => Ok(()),
+    }
+}
+
 fn refuse_misfit(part: &PartInScene, component: &Component) -> Result<(), Error> {
     let (wanted, own) = (part.scene.dimension, component.dimension());
     let called = |dimension: Dimension| match dimension {
         Dimension::Planar => "planar",
         Dimension::Spatial => "spatial",
     };
-    if wanted != own {
+    if wanted == Dimension::Spatial && own == Dimension::Planar {
         return Err(part.refused(&format!(
             "the scene is {}, but the component is {}",
             called(wanted),

@@ -47,6 +47,7 @@ impl Fitted {
         let certified = whole.certified();
         let squares = whole.squares.clone();
         let (rounds, spin) = (whole.rounds.clone(), whole.spin.clone());
+        let out_of_plane = whole.out_of_plane.clone();
         let Reduced {
             quality,
             work,
@@ -72,7 +73,8 @@ impl Fitted {
         left_out.extend(unused_loads);
         fit.rounds = rounds;
         fit.spin = spin;
-        fit.left_out = left_out.into_iter().map(Omission::from).collect();
+        let left_out = out_of_plane.into_iter().chain(left_out);
+        fit.left_out = left_out.map(Omission::from).collect();
         fit.kept = Kept {
             modes: Amounts::of(&superelement, &element, Superelement::mode_count),
             attachments: Amounts::of(&superelement, &element, |of| {
@@ -95,8 +97,8 @@ impl Fitted {
         };
         let fields = match &asked.demand.nodes {
             NodeDemand::None => None,
-            NodeDemand::Some(_) => Some((recovery, points_of(&asked.component.mesh))),
-            NodeDemand::All(_) => Some((recovery, asked.component.mesh.clone())),
+            NodeDemand::Some(_) => Some((recovery, points_of(asked.mesh()))),
+            NodeDemand::All(_) => Some((recovery, asked.mesh())),
         };
         let quality = fitted_quality(quality, &selection, &superelement, fit);
         Ok(Self {
@@ -197,10 +199,7 @@ fn observed(
     asked: &Asked,
 ) -> Option<ObservedNodes> {
     let nodes = asked.named_nodes();
-    let position = |node: &u32| {
-        let position = asked.component.mesh.position(*node);
-        (*node, offset(position, element.origin))
-    };
+    let position = |node: &u32| (*node, offset(asked.position(*node), element.origin));
     (!nodes.is_empty()).then(|| ObservedNodes {
         basis: recovery.clone(),
         positions: nodes.keys().map(position).collect(),
@@ -208,11 +207,11 @@ fn observed(
 }
 
 /// The places of the nodes, without cells and sets.
-fn points_of(mesh: &Mesh) -> Mesh {
+fn points_of(mesh: Mesh) -> Mesh {
     Mesh {
         cells: Vec::new(),
         point_sets: Default::default(),
-        ..mesh.clone()
+        ..mesh
     }
 }
 

@@ -5,12 +5,15 @@
 //! it uses, leave half of the tolerance. [`Fitted`] spends the other half on leaving out of the result what nobody asks for
 //! ([`dcb_runtime::pruning`]): interfaces, directions, modes, the inertia of attachments, nodes. [`SceneFit`] says all of it.
 //!
+//! A spatial part is reduced for a planar scene in space, and goes on as the planar superelement of its plane of symmetry.
+//!
 //! Errors are those of the part: receptances ‖H − H_ref‖ / ‖H_ref‖ as in studies, not errors of the scene's outputs.
 
 mod asked;
 mod bodies;
 mod cached;
 mod fit;
+mod in_plane;
 mod interfaces;
 mod report;
 mod search;

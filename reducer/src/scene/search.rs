@@ -3,10 +3,12 @@
 use std::f64::consts::TAU;
 
 use dcb_formats::superelement::Superelement;
+use dcb_runtime::pruning::LeftOut;
 use serde::{Deserialize, Serialize};
 
 use super::asked::{Asked, WATCHED};
 use super::cached::CachedReductions;
+use super::in_plane::in_plane;
 use super::spin::SpinColumns;
 use crate::error::Error;
 use crate::error_estimate::report::{LOSS_FACTOR, POINTS};
@@ -73,6 +75,8 @@ pub struct Whole {
     pub squares: Vec<f64>,
     /// Why there are columns for centrifugal forces, or none.
     pub spin: String,
+    /// What leads out of the plane of a planar scene, of a spatial component.
+    pub out_of_plane: Option<LeftOut>,
 }
 
 impl Whole {
@@ -80,6 +84,14 @@ impl Whole {
     pub fn certified(&self) -> Option<f64> {
         self.rounds.last().and_then(|round| round.upper)
     }
+}
+
+/// One reduction in the scene's dimension.
+struct Computed {
+    reduced: Reduced,
+    /// Modes of the component, those that lead out of the plane too.
+    modes: usize,
+    out_of_plane: Option<LeftOut>,
 }
 
 /// Reduces a component for what is asked of it.
@@ -102,11 +114,17 @@ impl Search<'_> {
     pub fn whole(&self, observer: &mut dyn Observer) -> Result<Whole, Error> {
         let mut sources = self.options.enrichment.clone();
         let loads = EnrichmentSource::Loads;
-        if !self.asked.demand.part_loads.is_empty() && !sources.contains(&loads) {
+        let is_seen_in_plane = self.asked.is_seen_in_plane();
+        let are_loads_asked = !self.asked.demand.part_loads.is_empty();
+        if are_loads_asked && !is_seen_in_plane && !sources.contains(&loads) {
             sources.push(loads);
         }
         let mut found = self.enough_modes(&sources, observer)?;
         let tolerance = self.limits.tolerance;
+        if is_seen_in_plane {
+            "no columns for centrifugal forces or loads: the part is taken through its plane of symmetry".clone_into(&mut found.spin);
+            return Ok(found);
+        }
         let spin = EnrichmentSource::Spin;
         if sources.contains(&spin) {
             "columns for centrifugal forces were asked for".clone_into(&mut found.spin);
@@ -118,7 +136,7 @@ impl Search<'_> {
         }
         sources.push(spin);
         let modes = ModeSelection::Lowest(found.reduced.superelement.mode_count());
-        let enriched = self.reduced(modes, &sources, observer)?;
+        let enriched = self.reduced(modes, &sources, observer)?.reduced;
         let columns = SpinColumns::of(self.asked, &enriched, tolerance)?;
         found.spin = columns.why();
         if columns.are_needed() {
@@ -137,7 +155,11 @@ impl Search<'_> {
         let mut selection = self.first_modes();
         let mut rounds: Vec<Round> = Vec::new();
         loop {
-            let reduced = self.reduced(selection, sources, observer)?;
+            let Computed {
+                reduced,
+                modes,
+                out_of_plane,
+            } = self.reduced(selection, sources, observer)?;
             let element = &reduced.superelement;
             let squares = self.squares(element);
             let found = self.round(element, &squares)?;
@@ -154,9 +176,9 @@ impl Search<'_> {
                     rounds,
                     squares,
                     spin: String::new(),
+                    out_of_plane,
                 });
             }
-            let modes = element.mode_count();
             let stands_still = (before.zip(found.and_then(|round| round.upper)))
                 .is_some_and(|(before, upper)| upper > PROGRESS * before);
             let next = ((GROWTH * modes as f64).ceil() as usize).max(modes + LEAST_GROWTH);
@@ -196,7 +218,7 @@ impl Search<'_> {
         modes: ModeSelection,
         sources: &[EnrichmentSource],
         observer: &mut dyn Observer,
-    ) -> Result<Reduced, Error> {
+    ) -> Result<Computed, Error> {
         let options = Reduction {
             modes,
             enrichment: sources.to_vec(),
@@ -207,10 +229,22 @@ impl Search<'_> {
             None => reduce(&self.asked.component, &options, observer)?,
         };
         let broken = reduced.quality.broken_limits();
-        match broken.is_empty() {
-            true => Ok(reduced),
-            false => Err(Error::QualityLimit(broken.join("; "))),
+        if !broken.is_empty() {
+            return Err(Error::QualityLimit(broken.join("; ")));
         }
+        let modes = reduced.superelement.mode_count();
+        let (reduced, out_of_plane) = match self.asked.is_seen_in_plane() {
+            true => {
+                let (planar, left_out) = in_plane(self.asked, reduced)?;
+                (planar, Some(left_out))
+            }
+            false => (reduced, None),
+        };
+        Ok(Computed {
+            reduced,
+            modes,
+            out_of_plane,
+        })
     }
 
     /// The scene's frequencies: equally spaced, with the resonances.

@@ -6,6 +6,7 @@ use nalgebra::{Matrix3, Vector3};
 
 use crate::error::Error;
 use crate::scene::{Attachment, BodyKind, Named, Scene};
+use crate::selection::Normal;
 
 /// An interface of a part.
 #[derive(Clone, Debug, PartialEq)]
@@ -53,6 +54,25 @@ impl PartInterface {
             }
         };
         superelement.interfaces.iter().enumerate().map(of).collect()
+    }
+
+    /// The interface of a spatial part as it is seen along a normal.
+    pub fn across(&self, normal: Normal) -> Self {
+        let mut directions = [false; 6];
+        for (direction, _) in self.directions.iter().enumerate().filter(|(_, has)| **has) {
+            if let Some(planar) = normal.planar_direction(direction) {
+                directions[planar] = true;
+            }
+        }
+        let axes: [[f64; 3]; 3] =
+            std::array::from_fn(|i| std::array::from_fn(|j| self.orientation[(i, j)]));
+        let axes = normal.flat_axes(&axes);
+        Self {
+            name: self.name.clone(),
+            position: Vector3::from(normal.flat(self.position.into())),
+            orientation: Matrix3::from_fn(|i, j| axes[i][j]),
+            directions,
+        }
     }
 }
 

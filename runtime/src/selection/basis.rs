@@ -11,6 +11,7 @@ use super::NodeSelection;
 use super::congruence::{congruent, over, squeezed, worked};
 use super::filter::filtered;
 use super::interface::InterfaceSelection;
+use super::loaded_forces::loaded_forces;
 use super::moments::{Kept, moments};
 use super::projection::projector;
 use super::record::{SelectionRecord, recorded};
@@ -46,6 +47,8 @@ pub(crate) struct Basis {
     statics: Statics,
     /// P, (n_b, rows that stay).
     forces: Mat<f64>,
+    /// B, (n_b, forces).
+    loaded: Mat<f64>,
     /// S, (n of the whole, n).
     columns: Mat<f64>,
     is_everything: bool,
@@ -138,6 +141,7 @@ impl Basis {
             nodes,
             statics,
             forces,
+            loaded: loaded_forces(whole, wanted),
             columns,
             is_everything,
             record,
@@ -269,18 +273,22 @@ impl Basis {
         }
     }
 
-    /// `None` where interfaces are loaded along some forces only, or modes were turned: the estimate doesn't know of these.
     fn moments(&self, whole: &Superelement) -> Option<Moments> {
         let of = whole.moments.as_ref()?;
-        if self.turn.is_some() || !self.record.loaded_along.is_empty() {
-            return None;
-        }
+        let observed: Vec<bool> = (self.rows.iter())
+            .map(|row| !self.is_loaded(whole, *row))
+            .collect();
+        let shapes = turned(&whole.modes.interface_shapes, self.turn.as_ref());
         let kept = Kept {
-            shapes: whole.modes.interface_shapes.as_ref(),
+            shapes: shapes.as_ref(),
+            turn: self.turn.as_ref(),
             modes: &self.modes,
             left_out: &self.left_out,
             rows: &self.rows,
+            observed: &observed,
             further: &self.further,
+            forces: &self.loaded,
+            is_cut: !self.record.loaded_along.is_empty(),
         };
         Some(moments(whole, of, &kept))
     }

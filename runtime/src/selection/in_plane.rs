@@ -62,7 +62,7 @@ impl Normal {
     }
 
     /// Index among the planar `ux uy uz rx ry rz` of a spatial direction index; `None` if it leads out of the plane.
-    pub(super) fn planar_direction(self, direction: usize) -> Option<usize> {
+    pub fn planar_direction(self, direction: usize) -> Option<usize> {
         let at = self
             .directions()
             .iter()

@@ -19,8 +19,10 @@
 mod basis;
 mod congruence;
 mod filter;
+mod idle_modes;
 mod in_plane;
 mod interface;
+mod loaded_forces;
 mod moments;
 mod observation;
 mod parity;

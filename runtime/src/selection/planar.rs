@@ -1,12 +1,14 @@
 //! A spatial superelement that moves in a plane only, as a planar one.
 
+use dcb_formats::component::Role;
 use dcb_formats::mesh::Dimension;
 use dcb_formats::superelement::{
-    BoundaryRow, Inertia, InterfaceFrame, PartLoad, Stiffening, Superelement,
+    BoundaryRow, Inertia, InterfaceFrame, Moments, PartLoad, Stiffening, Superelement,
 };
 use faer::Mat;
 
 use super::in_plane::Normal;
+use super::symmetric_eigen::symmetric_eigen;
 
 /// Axes that differ less than this are the same: the file's rule for rotation matrices.
 const SAME_AXIS: f64 = 1e-9;
@@ -23,7 +25,7 @@ pub(super) fn planar(spatial: &Superelement, normal: Normal, loads: &[usize]) ->
         interfaces: (spatial.interfaces.iter())
             .map(|interface| InterfaceFrame {
                 position: flat(interface.position),
-                orientation: orientation(&interface.orientation, normal),
+                orientation: normal.flat_axes(&interface.orientation),
                 ..interface.clone()
             })
             .collect(),
@@ -47,23 +49,47 @@ pub(super) fn planar(spatial: &Superelement, normal: Normal, loads: &[usize]) ->
                 ..load.clone()
             })
             .collect(),
-        // Bounds of the modes out of the plane would be among them.
-        moments: None,
+        moments: (spatial.moments.as_ref()).map(|of| moments(spatial, of)),
         ..spatial.clone()
     }
 }
 
-/// About the normal, if that is the frame's third axis.
-fn orientation(of: &[[f64; 3]; 3], normal: Normal) -> [[f64; 3]; 3] {
-    let [a, b, c] = normal.axes();
-    let (cosine, sine) = match of[c][2] > 1.0 - SAME_AXIS {
-        true => {
-            let size = of[a][0].hypot(of[b][0]);
-            (of[a][0] / size, of[b][0] / size)
-        }
-        false => (1.0, 0.0),
-    };
-    [[cosine, -sine, 0.0], [sine, cosine, 0.0], [0.0, 0.0, 1.0]]
+/// Modes out of the plane aren't omitted, they don't take part; three of the rigid motions are in it.
+fn moments(spatial: &Superelement, of: &Moments) -> Moments {
+    let role = |row: &BoundaryRow| spatial.interfaces[row.interface].role;
+    let rows = spatial.rows.iter();
+    let attached = rows.filter(|row| role(row) == Role::Attachment).count();
+    let bound = (of.loaded.as_ref()).map(|loaded| loaded.eigenvalue_bound);
+    Moments {
+        eigenvalue_bound: bound.unwrap_or(of.eigenvalue_bound),
+        rigid_shapes: in_plane(&of.rigid_shapes),
+        loaded: (of.loaded.clone()).filter(|loaded| loaded.forces.ncols() < attached),
+        ..of.clone()
+    }
+}
+
+/// Rigid motions R at the rows turned so that those in the plane are the last three: R V with V the eigenvectors of Rᵀ R. The others don't move the rows.
+fn in_plane(rigid: &Mat<f64>) -> Mat<f64> {
+    let count = rigid.ncols();
+    match symmetric_eigen(&(rigid.transpose() * rigid)) {
+        Ok((_, turn)) if count > 3 => rigid * turn.subcols(count - 3, 3),
+        _ => rigid.clone(),
+    }
+}
+
+impl Normal {
+    /// Axes of a frame in the plane's: turned about the normal, if that is the frame's third axis, and parallel to the body's otherwise.
+    pub fn flat_axes(self, of: &[[f64; 3]; 3]) -> [[f64; 3]; 3] {
+        let [a, b, c] = self.axes();
+        let (cosine, sine) = match of[c][2] > 1.0 - SAME_AXIS {
+            true => {
+                let size = of[a][0].hypot(of[b][0]);
+                (of[a][0] / size, of[b][0] / size)
+            }
+            false => (1.0, 0.0),
+        };
+        [[cosine, -sine, 0.0], [sine, cosine, 0.0], [0.0, 0.0, 1.0]]
+    }
 }
 
 fn about_z(value: f64) -> [[f64; 3]; 3] {

@@ -141,7 +141,7 @@ fn a_spatial_part_moves_in_a_planar_scene_as_in_space() {
     assert!(warnings[0].as_str().unwrap().contains("body \"block\""));
 }
 
-/// The component can't be reduced for a planar scene: the superelement is taken as it is.
+/// The superelement is taken as it is: its component isn't asked for.
 #[test]
 fn a_planar_scene_of_a_spatial_part_is_prepared() {
     let folder = folder(&block(|_| false));
