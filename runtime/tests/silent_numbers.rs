@@ -64,6 +64,57 @@ fn redundant_forces_do_not_depend_on_the_step() {
     }
 }
 
+/// A spatial slider-crank, its rod on joints of these kinds.
+fn slider_crank(wrist: Value, pin: Value) -> Value {
+    let rigid = |mass: f64, points: Value| json!({"mass": mass, "inertia": [0.01, 0.02, 0.03], "points": points});
+    let across = json!([0, 0, 1]);
+    json!({
+        "dimension": 3, "units": units(), "gravity": [0, -9.81, 0],
+        "bodies": {
+            "crank": {"rigid": rigid(2.0, json!({"axle": [0, 0, 0], "pin": [0.1, 0, 0]})), "angular_velocity": [0, 0, 30]},
+            "rod": {"rigid": rigid(1.5, json!({"left": [0, 0, 0], "right": [0.4, 0, 0]})), "position": [0.1, 0, 0]},
+            "slider": {"rigid": rigid(1.0, json!({"pin": [0, 0, 0]})), "position": [0.5, 0, 0]},
+        },
+        "ground": {"points": {"guide": [0.5, 0, 0]}},
+        "joints": {
+            "axle": {"revolute": {"a": "ground", "b": "crank/axle", "axis": across}},
+            "wrist": wrist, "pin": pin,
+            "guide": {"prismatic": {"a": "ground/guide", "b": "slider/pin", "axis": [1, 0, 0]}},
+        },
+        "outputs": {"slider": {"acceleration": {"at": "slider/pin"}}},
+        "integrator": {"generalized_alpha": {"step": 1e-3, "end": 1}},
+    })
+}
+
+#[test]
+fn redundant_constraints_leave_the_accelerations_alone() {
+    let revolute = |a: &str, b: &str| json!({"revolute": {"a": a, "b": b, "axis": [0, 0, 1]}});
+    let universal = json!({"universal": {"a": "rod/right", "b": "slider/pin", "axis": [0, 0, 1], "axis_b": [0, 1, 0]}});
+    let spherical = json!({"spherical": {"a": "crank/pin", "b": "rod/left"}});
+    for step in [1e-4, 1e-5] {
+        let redundant = slider_crank(
+            revolute("crank/pin", "rod/left"),
+            revolute("rod/right", "slider/pin"),
+        );
+        let minimal = slider_crank(spherical.clone(), universal.clone());
+        let mut both = [redundant, minimal].map(|scene| started(&scene));
+        let (mut furthest, mut largest) = (0.0_f64, 0.0_f64);
+        for _ in 0..500 {
+            let [found, expected] = both.each_mut().map(|mechanism| {
+                mechanism.step(step).unwrap();
+                mechanism.output("slider").unwrap()[0]
+            });
+            furthest = furthest.max((found - expected).abs());
+            largest = largest.max(expected.abs());
+        }
+        println!("{step:e}: {furthest:.1e} of {largest:.1e}");
+        assert!(
+            furthest < 1e-4 * largest,
+            "{step:e}: {furthest:e} of {largest:e}"
+        );
+    }
+}
+
 #[test]
 fn more_than_half_a_turn_in_a_step_is_refused() {
     let rotor = json!({"mass": 1, "inertia": 0.1, "points": {"o": [0, 0]}});

@@ -1,5 +1,5 @@
 """What superelements made for a scene save: everything kept, a fixed number of modes, and `simulate prepare` at three tolerances,
-with the scene's steps and with steps that it lengthens.
+with the scene's integrator and with one that it adapts.
 
     pip install numpy h5py
     python3 tests/benches/scene_driven.py [--scenes NAME,...] [--rounds 3] [--data FOLDER] [--write [FILE]] [--resume]
@@ -8,9 +8,11 @@ with the scene's steps and with steps that it lengthens.
 - `solid-slider-crank`: the generated connecting rod between a flywheel's crank and a slider, in space.
 - `six-bodies`: crank, coupler, rocker, drag link, ram and a pendulum on the ram, in space; coupler, drag link and pendulum are connecting rods.
 
-Every row runs with the same step and method. Errors are those of all outputs against the run with everything kept: the largest distance over all
-recorded times by the output's range, and the largest of these. Times are those of the steps alone, on one thread, the least of all rounds; rows take
-turns. Longer steps don't change what a part is reduced to: their preparation takes the reduction of the same tolerance from a cache, and counts what that took.
+Everything and the fixed number of modes are run as they are (`--model everything`), prepared scenes as `simulate` runs a scene by default, which leaves out what
+it doesn't need. The row "20 modes, adapted" has the step and the iteration's tolerance of the row that is adapted at 1e-3: what the integrator alone saves.
+Errors are those of all outputs against the run with everything kept: the largest distance over all recorded times by the output's range, and the largest of
+these. Times are those of the steps alone, on one thread, the least of all rounds; rows take turns. An adapted integrator doesn't change what a part is reduced
+to: its preparation takes the reduction of the same tolerance from a cache, and counts what that took.
 
 One JSON line per preparation and per run. `--write` puts each into docs/data/scene_driven.jsonl, or FILE, as it is made; a row that is made again
 takes the place of that of an earlier commit. `--resume` leaves out what the file has for this commit (the last that touched the programs or the benches);
@@ -36,7 +38,7 @@ DATA = os.path.join(ROOT, "docs", "data", "scene_driven.jsonl")
 BINARIES = single.BINARIES
 FIXED = 20  # modes of the row that counts them by hand
 TOLERANCES = ["1e-2", "1e-3", "1e-4"]
-STEPS = [[], ["--lengthen-steps"]]
+INTEGRATION = [[], ["--adapt-integrator"]]
 RECORDS = 100
 RHO = 0.8
 
@@ -140,9 +142,9 @@ def prepared(folder, tolerance, options, reduction_seconds):
     return dict(preparation_seconds=seconds, file_bytes=sum(file["size"] for file in report["files"]), report=report)
 
 
-def run(scene):
+def run(scene, model):
     results = scene.removesuffix(".json") + ".h5"
-    runner.run([os.path.join(BINARIES, "simulate"), scene, "-o", results, "--model", "everything", "--threads", "1", "--quiet", "--force"])
+    runner.run([os.path.join(BINARIES, "simulate"), scene, "-o", results, "--model", model, "--threads", "1", "--quiet", "--force"])
     with h5py.File(results) as file:
         return json.loads(file["provenance"].attrs["summary"])
 
@@ -208,13 +210,35 @@ class Bench:
         scene["integrator"] = {"generalized_alpha": {"step": end / steps, "end": end, "rho_infinity": RHO}}
         write(os.path.join(folder, "scene.json"), scene)
         rows = [dict(row="everything", modes=everything), dict(row=f"{FIXED} modes", modes=FIXED)] + [
-            dict(row="scene-driven" + (", longer steps" if options else ""), tolerance=float(tolerance), options=options)
-            for tolerance in TOLERANCES for options in STEPS
+            dict(row="scene-driven" + (", adapted" if options else ""), tolerance=float(tolerance), options=options)
+            for tolerance in TOLERANCES for options in INTEGRATION
         ]
         places = [self.prepare(name, folder, scene, row) for row in rows]
+        row, place = self.adapt_fixed(name, rows, places)
+        rows.insert(2, row)
+        places.insert(2, place)
         for round_number in range(self.options.rounds):
             for row, place in zip(rows, places):
                 self.run(name, end, row, place, places[0], round_number)
+
+    def adapt_fixed(self, name, rows, places):
+        """The fixed number of modes with the integrator of the row that is adapted at 1e-3."""
+        adapted = next(place for row, place in zip(rows, places) if row.get("options") and row["tolerance"] == 1e-3)
+        with open(os.path.join(adapted, "scene.json")) as file:
+            settings = json.load(file)
+        place = places[1] + "-adapted"
+        shutil.rmtree(place, ignore_errors=True)
+        shutil.copytree(places[1], place)
+        path = os.path.join(place, "scene.json")
+        with open(path) as file:
+            scene = json.load(file)
+        scene["integrator"], scene["record"] = settings["integrator"], settings["record"]
+        write(path, scene)
+        row = dict(row=f"{FIXED} modes, adapted", modes=FIXED)
+        fixed = self.done("preparation", scene=name, row=f"{FIXED} modes", tolerance=None)
+        values = {key: fixed[key] for key in ("preparation_seconds", "file_bytes")}
+        self.add("preparation", dict(scene=name, row=row["row"], tolerance=None), **values)
+        return row, place
 
     def prepare(self, name, folder, scene, row):
         """The folder of a row's scene, made if it isn't there."""
@@ -240,7 +264,7 @@ class Bench:
         reference = os.path.join(expected, "scene.h5")
         if self.options.resume and self.done("run", **key) and (place != expected or os.path.exists(reference)):
             return
-        summary = run(os.path.join(place, "scene.json"))
+        summary = run(os.path.join(place, "scene.json"), "everything" if "modes" in row else "needed")
         self.add("run", key, seconds_per_second=summary["integration_seconds"] / end, error=error(place, expected), steps=summary["steps"],
                  iterations=summary["newton_iterations"], coordinates=summary["elastic_coordinates"], used_step=end / summary["steps"])
 

@@ -220,6 +220,7 @@ mod tests {
                 planes: vec![PlaneOfMotion {
                     normal: [0.0, 0.0, 1.0],
                     offset: 0.1,
+                    is_along_frames: true,
                 }],
                 refused: Vec::new(),
             },
@@ -295,6 +296,7 @@ mod tests {
         two.planes.planes[0] = PlaneOfMotion {
             normal: [0.0, 0.0, -1.0],
             offset: -0.1,
+            is_along_frames: true,
         };
         let all = Demand::united(&[one.clone(), two.clone()], &part()).unwrap();
         assert_eq!(all.planes, one.planes);

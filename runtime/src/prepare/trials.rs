@@ -41,8 +41,8 @@ pub(super) struct Start {
     pub error: f64,
 }
 
-/// What the motion of a rigid body and a constraint take in a step, in elastic coordinates. Seen on mechanisms of three and six bodies:
-/// 90 coordinates' time for 36 rigid freedoms and rows, and 104 for 72.
+/// What a rigid freedom or a row takes in a step, in elastic coordinates. Seen on mechanisms of three and six bodies in space: as much as 90 coordinates for
+/// 36 freedoms and rows, and as 104 for 72.
 const RIGID: f64 = 2.0;
 
 /// Coordinates that are enough.
@@ -62,7 +62,8 @@ impl Trials<'_> {
         let scene = &pruning.applied_to(scene);
         let model = Model::load(scene)?;
         let bodies = flexible(scene, pruning, &model);
-        let rigid = 6 * model.system.bodies.len() + model.system.rows.len();
+        let system = &model.system;
+        let rigid = system.freedom_count() - system.coordinate_count() + system.rows.len();
         let mut activity = Activity::default();
         let mut watch = |simulation: &Simulation| activity.watch(simulation);
         let error = self.error(scene, coordinates(&bodies), &mut watch)?;

@@ -180,24 +180,21 @@ impl Corrector {
 
     /// Where what redundant constraints do nothing by isn't carried on, it is determined by how little they give way. That must be more than what
     /// rounding makes of the positions in a step's forces, and it shows in the accelerations of short steps.
-    pub(super) fn regularize(&mut self, system: &System, method: &Method, step: f64) {
-        let scheme = &method.scheme;
+    pub(super) fn sharing_regularization(
+        &self,
+        system: &System,
+        method: &Method,
+        step: f64,
+    ) -> f64 {
+        let of_rounding = ROUNDING * self.reach(system);
+        let of_forces = method.scheme.beta * step * step * self.acceleration_scale;
+        let needed = of_rounding / (DETERMINED * of_forces);
         // Constraints on velocities have forces that rounding reaches by 1/h less.
-        let is_affected = method.formulation == Formulation::Index3;
-        if is_affected && self.condensed.carries_redundant() {
-            if self.condensed.regularization > REGULARIZATION {
-                self.condensed.regularization = REGULARIZATION;
-                self.factored_step = None;
-            }
-        } else if is_affected && self.condensed.regularization > 0.0 {
-            let of_rounding = ROUNDING * self.reach(system);
-            let of_forces = scheme.beta * step * step * self.acceleration_scale;
-            let needed = of_rounding / (DETERMINED * of_forces);
-            self.condensed.regularization = if needed.is_finite() {
+        match method.formulation {
+            Formulation::Index3 if needed.is_finite() => {
                 needed.clamp(REGULARIZATION, LARGEST_REGULARIZATION)
-            } else {
-                REGULARIZATION
-            };
+            }
+            Formulation::Index3 | Formulation::StabilizedIndex2 => REGULARIZATION,
         }
     }
 

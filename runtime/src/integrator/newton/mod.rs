@@ -133,7 +133,6 @@ impl Corrector {
         }
         self.predict(system, scheme, start, step);
         let scale = self.rescale(system, start);
-        self.regularize(system, method, step);
         let mut last = f64::INFINITY;
         let allowed = tolerance.relative * scheme.beta * step * step * scale;
         let mut fresh = false;
@@ -158,7 +157,7 @@ impl Corrector {
                 || self.factored_step != Some(step)
                 || self.condensed.regularization > 0.0 && !self.condensed.carries_redundant()
             {
-                self.factor(system, scheme, step)?;
+                self.factor(system, method, step)?;
                 effort.factorizations += 1;
                 fresh = true;
                 watch.lap(&mut self.profile, |profile| &mut profile.factor);
@@ -268,7 +267,6 @@ impl Corrector {
         let Some(step) = self.factored_step.filter(|_| is_carried) else {
             return false;
         };
-        self.condensed.regularization = REGULARIZATION;
         let blend = blend(scheme, step);
         let turns = Some(&self.turns[..]);
         let factored = self
@@ -284,12 +282,13 @@ impl Corrector {
         true
     }
 
-    fn factor(&mut self, system: &System, scheme: &Scheme, step: f64) -> Result<(), Error> {
-        let blend = blend(scheme, step);
+    fn factor(&mut self, system: &System, method: &Method, step: f64) -> Result<(), Error> {
+        let blend = blend(&method.scheme, step);
+        let is_redundant = self.condensed.regularization > 0.0;
         let factored = self.factor_once(system, &blend);
         match factored {
             // A dead centre: constraints that are independent elsewhere meet here.
-            Err(Error::SingularJoints { .. }) if self.condensed.regularization == 0.0 => {
+            Err(Error::SingularJoints { .. }) if !is_redundant => {
                 self.was_singular = true;
                 self.condensed.regularization = REGULARIZATION;
                 let regularized = self.factor_once(system, &blend);
@@ -297,6 +296,13 @@ impl Corrector {
                 regularized?;
             }
             other => other?,
+        }
+        if is_redundant && !self.condensed.carries_redundant() {
+            self.condensed.regularization = self.sharing_regularization(system, method, step);
+            let shared = self.factor_once(system, &blend);
+            self.condensed.regularization = REGULARIZATION;
+            self.condensed.forget_redundant();
+            shared?;
         }
         self.factored_step = Some(step);
         (self.contraction, self.factor_age) = (SLOW, 0);

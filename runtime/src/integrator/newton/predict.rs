@@ -26,7 +26,7 @@ impl Corrector {
         self.trial.copy_from(start);
         self.turns.fill(Vector3::zeros());
         self.evaluate(system, method.formulation);
-        self.factor(system, &method.scheme, step)?;
+        self.factor(system, method, step)?;
         let of_rate = method.scheme.increment_error() / start.earlier_step;
         for (index, body) in system.bodies.iter().enumerate() {
             let own = body.velocities.clone();
