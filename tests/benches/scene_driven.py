@@ -173,7 +173,7 @@ class Bench:
                 self.lines = [json.loads(text) for text in file]
         if not self.done("conditions"):
             machine = runner.conditions()["machine"]
-            command = "python3 tests/benches/scene_driven.py " + " ".join(sys.argv[1:])
+            command = f"python3 tests/benches/scene_driven.py --rounds {options.rounds} --write"
             self.add("conditions", dict(commit=self.commit), command=command, machine=machine, rho_infinity=RHO)
 
     def done(self, kind, **key):

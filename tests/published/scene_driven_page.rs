@@ -41,6 +41,25 @@ fn true_errors_are_below_bounds_and_these_below_tolerances() {
     }
 }
 
+#[test]
+fn at_a_thousandth_prepared_scenes_are_three_times_as_fast_as_with_modes_counted_by_hand() {
+    let lines = raw_lines(&docs("data/scene_driven.jsonl"));
+    let rows = scene_driven_page::rows(&lines);
+    let adapted = rows.iter().filter(|row| {
+        row.tolerance() == Some(1e-3) && row.prepared["row"] == "scene-driven, adapted"
+    });
+    let mut count = 0;
+    for row in adapted {
+        let by_hand = rows.iter().find(|other| {
+            other.prepared["scene"] == row.prepared["scene"] && other.prepared["row"] == "20 modes"
+        });
+        let gain = by_hand.unwrap().seconds_per_second() / row.seconds_per_second();
+        assert!(gain >= 3.0, "{}: {gain}", row.prepared["scene"]);
+        count += 1;
+    }
+    assert_eq!(count, SCENES);
+}
+
 /// Scenes that were measured, each prepared in six ways.
 const SCENES: usize = 3;
 

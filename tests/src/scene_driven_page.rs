@@ -39,7 +39,8 @@ pub fn render(raw: &str) -> String {
     scenes.dedup();
     for scene in scenes {
         let of_scene = |row: &&Row| text(row.prepared, "scene") == scene;
-        let own: Vec<&Row> = rows.iter().filter(of_scene).collect();
+        let mut own: Vec<&Row> = rows.iter().filter(of_scene).collect();
+        own.sort_by_key(|row| row.tolerance().is_some());
         page += &format!("\n#### {scene}\n\n{}", scene_table(&own));
     }
     page
@@ -66,7 +67,7 @@ impl Row<'_> {
     }
 
     /// The least of all runs.
-    fn seconds_per_second(&self) -> f64 {
+    pub fn seconds_per_second(&self) -> f64 {
         let seconds = self
             .runs
             .iter()
