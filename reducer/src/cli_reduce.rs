@@ -276,7 +276,9 @@ pub fn run(arguments: &ReduceArguments, common: &CommonArguments) -> Result<Outc
     if let Some(part) = &part {
         provenance.options["modes"] = json!({ "at_most": arguments.modes });
         provenance.options["scene"] = arguments.scene.as_json(part);
-        provenance.options["selections"] = selections;
+        if !selections.is_null() {
+            provenance.options["selections"] = selections;
+        }
     }
     if let Some(quality) = provenance.quality.as_object_mut() {
         quality.insert("stages".into(), json!(clock.stages()));

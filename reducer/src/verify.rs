@@ -28,6 +28,8 @@ use crate::verify_component;
 pub const AGREEMENT: f64 = 1e-8;
 /// The transform's identities hold to rounding over the tolerance that it was cut at.
 const TRANSFORM_LIMIT: f64 = 1e-4;
+/// Masses of rows below this part of the largest of their kind are rounding.
+const MASS_ROUNDING: f64 = 1e-18;
 
 /// What was checked, line by line.
 pub struct Findings {
@@ -171,11 +173,7 @@ fn check_transform(element: &Superelement, findings: &mut Findings) -> Result<()
         unit_defect(stiffness.as_ref(), sigma, |_, _| largest),
         TRANSFORM_LIMIT,
     );
-    let d: Vec<f64> = residual
-        .mass_diagonal0
-        .iter()
-        .map(|m| if *m > 0.0 { 1.0 / m.sqrt() } else { 0.0 })
-        .collect();
+    let d = row_scales(element);
     let n_b = d.len();
     let scaled = |matrix: &Mat<f64>| Mat::from_fn(n_b, n_b, |i, j| d[i] * matrix[(i, j)] * d[j]);
     for (matrix, what) in [(&residual.mass, "M_res"), (&residual.flexibility, "F_res")] {
@@ -219,6 +217,26 @@ fn check_transform(element: &Superelement, findings: &mut Findings) -> Result<()
         &format!("{} stored, {rank} found", t.ncols()),
     );
     Ok(())
+}
+
+/// 1/√diag(M_res) with no mode kept; zero for rows without, and for those of which a selection has left rounding beside the largest of their kind,
+/// forces or moments.
+fn row_scales(element: &Superelement) -> Vec<f64> {
+    let masses = &element.residual.mass_diagonal0;
+    let is_force = |row: usize| (0..3).contains(&element.rows[row].direction);
+    let largest = [false, true].map(|force| {
+        let own = (0..masses.len()).filter(|row| is_force(*row) == force);
+        own.fold(0.0, |most: f64, row| most.max(masses[row]))
+    });
+    let scale = |(row, mass): (usize, &f64)| {
+        let least = MASS_ROUNDING * largest[usize::from(is_force(row))];
+        if *mass > least {
+            mass.sqrt().recip()
+        } else {
+            0.0
+        }
+    };
+    masses.iter().enumerate().map(scale).collect()
 }
 
 /// Whether it was taken out of a larger superelement.

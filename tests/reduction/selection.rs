@@ -593,6 +593,35 @@ fn nothing_differs_where_nothing_is_left_out() {
 
 /// The table of `docs/scene-driven.md`.
 #[test]
+fn attachments_that_a_selection_left_without_inertia_stay_so_in_the_next() {
+    let mut whole = lowest(&rod_with_places(), 6).superelement;
+    whole.provenance.options = serde_json::json!({});
+    let count = whole.residual.sigma_squared.len();
+    let first = Selection::everything(&whole)
+        .with_modes([0, 1, 2, 3])
+        .unwrap();
+    let first = first.with_attachments(count - 2);
+    // As `reduce --scene` of an earlier build wrote it where nothing was selected.
+    let mut null = whole.clone();
+    null.provenance.options["selections"] = serde_json::Value::Null;
+    for whole in [&whole, &null] {
+        let smaller = first.superelement(whole).unwrap();
+        let listed = smaller.provenance.options["selections"].as_array();
+        assert_eq!(listed.map(Vec::len), Some(1));
+        let again = Selection::everything(&smaller)
+            .with_modes([0, 1, 2])
+            .unwrap();
+        let again = again.superelement(&smaller).unwrap();
+        assert_eq!(
+            again.residual.sigma_squared.len(),
+            smaller.residual.sigma_squared.len()
+        );
+        let listed = again.provenance.options["selections"].as_array();
+        assert_eq!(listed.map(Vec::len), Some(2));
+    }
+}
+
+#[test]
 fn costs_are_those_of_the_documentation() {
     let part = parts::steel_box([10, 4, 4], SolidElement::Hexahedron);
     let whole = lowest(&part, 20).superelement;

@@ -46,12 +46,14 @@ use crate::body::refuse_reduced_interfaces;
 use crate::error::Error;
 pub(crate) use basis::Basis;
 use basis::Choice;
+use filter::filtered;
 pub use in_plane::{InPlane, Normal, SYMMETRIC};
 pub use interface::InterfaceSelection;
 use interface::Place;
 pub use observation::ObservedNodes;
 pub use receptance::{LOSS_FACTOR, ReceptanceDifference};
 pub use record::SelectionRecord;
+use statics::Statics;
 pub use symmetry::Asymmetry;
 
 /// Whose displacements a file's nodal fields hold.
@@ -221,9 +223,9 @@ impl Selection {
     pub fn superelement(&self, whole: &Superelement) -> Result<Superelement, Error> {
         let mut superelement = self.basis(whole)?.superelement(whole)?;
         let residual = &mut superelement.residual;
-        if let Some(count) = self.attachments
-            && count < residual.sigma_squared.len()
-        {
+        let count = self.attachments.unwrap_or(usize::MAX);
+        let count = count.min(most_attachments(whole)?);
+        if count < residual.sigma_squared.len() {
             residual.transform = residual.transform.get(.., ..count).to_owned();
             residual.sigma_squared.truncate(count);
         }
@@ -325,4 +327,25 @@ fn further_names(whole: &Superelement) -> Vec<String> {
             .collect(),
         false => enrichment.names.clone(),
     }
+}
+
+/// As many dynamic attachments as a superelement has, if an earlier selection left out the inertia of some; else there is no limit.
+///
+/// # Errors
+/// [`Error::NoEigenvalues`] if its matrices aren't finite.
+fn most_attachments(whole: &Superelement) -> Result<usize, Error> {
+    let residual = &whole.residual;
+    let count = residual.sigma_squared.len();
+    if SelectionRecord::all_of(whole).is_empty() {
+        return Ok(usize::MAX);
+    }
+    let statics = Statics::of(whole, whole.modes.interface_shapes.as_ref(), &[]);
+    let (_, all) = filtered(
+        residual.tolerance,
+        &residual.mass_diagonal0,
+        &residual.flexibility,
+        &residual.mass,
+        &statics.mass0,
+    )?;
+    Ok(if all.len() > count { count } else { usize::MAX })
 }

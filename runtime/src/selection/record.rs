@@ -96,7 +96,10 @@ pub(super) fn recorded(whole: &Superelement, record: &SelectionRecord, rows: &[u
         other => other.clone(),
     };
     if let Some(keys) = options.as_object_mut() {
-        let list = keys.entry(RECORD).or_insert_with(|| json!([]));
+        let list = keys.entry(RECORD).or_insert(Value::Null);
+        if list.is_null() {
+            *list = json!([]);
+        }
         if let Some(list) = list.as_array_mut() {
             for earlier in list.iter_mut() {
                 keep_rows(whole, &mut earlier[LOADED_ALONG], rows);
