@@ -50,7 +50,7 @@ pub struct Prepared {
     pub coordinates: usize,
     /// Largest relative distance of an output from the run with everything.
     pub error: f64,
-    /// Every number of coordinates that was run, in this order.
+    /// Numbers of coordinates that were run with the steps that were chosen, in this order.
     pub trials: Vec<Trial>,
     /// Runs made.
     pub runs: usize,
