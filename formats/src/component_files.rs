@@ -55,12 +55,11 @@ pub struct Overrides {
 
 /// `part` of `PATH/part.mtx` and `PATH/part.mtx.gz`, with its folder.
 pub fn stem(stiffness: &Path) -> PathBuf {
-    let name = stiffness
-        .file_name()
-        .map(|name| name.to_string_lossy().into_owned())
-        .unwrap_or_default();
-    let name = name.strip_suffix(".gz").unwrap_or(&name);
-    stiffness.with_file_name(name.strip_suffix(".mtx").unwrap_or(name))
+    let without = |path: PathBuf, extension: &str| match path.extension() {
+        Some(found) if found == extension => path.with_extension(""),
+        _ => path,
+    };
+    without(without(stiffness.to_path_buf(), "gz"), "mtx")
 }
 
 /// `stem` + `ending`, or that + `.gz`, whichever exists; the plain one if neither does.

@@ -15,6 +15,7 @@ pub mod mesh;
 pub mod report;
 pub mod results;
 pub mod superelement;
+pub mod terminal;
 
 pub use component::Component;
 pub use description::{Description, component_schema, read_description};

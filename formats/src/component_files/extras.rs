@@ -3,6 +3,7 @@
 //! `part.load.NAME.mtx` is a load vector, (n_e, 1). `part.stiffening.xx.mtx` … are stiffness matrices per product of spins, planar
 //! `part.stiffening.zz.mtx`; `part.stiffening.INTERFACE.ux.mtx` is one per unit force along a row of an interface.
 
+use std::ffi::OsStr;
 use std::path::{Path, PathBuf};
 
 use super::{SPATIAL_MASSES, source, stem};
@@ -27,9 +28,10 @@ pub(super) fn named_siblings(
         Some(folder) if !folder.as_os_str().is_empty() => folder,
         _ => Path::new("."),
     };
-    let Some(prefix) = stem.file_name().map(|name| name.to_string_lossy() + infix) else {
+    let Some(mut prefix) = stem.file_name().map(OsStr::to_owned) else {
         return Ok(Vec::new());
     };
+    prefix.push(infix);
     let failed = |source| Error::Io {
         path: folder.to_owned(),
         action: "cannot list the folder",
@@ -38,13 +40,18 @@ pub(super) fn named_siblings(
     let mut found: Vec<(String, PathBuf)> = Vec::new();
     for entry in std::fs::read_dir(folder).map_err(failed)? {
         let file_name = entry.map_err(failed)?.file_name();
-        let file_name = file_name.to_string_lossy();
-        let Some(rest) = file_name.strip_prefix(prefix.as_ref()) else {
+        let Some(rest) = (file_name.as_encoded_bytes()).strip_prefix(prefix.as_encoded_bytes())
+        else {
             continue;
         };
-        let rest = rest.strip_suffix(".gz").unwrap_or(rest);
-        if let Some(name) = rest.strip_suffix(".mtx").filter(|name| !name.is_empty()) {
-            found.push((name.to_owned(), stem.with_file_name(file_name.as_ref())));
+        let rest = rest.strip_suffix(b".gz").unwrap_or(rest);
+        if let Some(name) = rest.strip_suffix(b".mtx").filter(|name| !name.is_empty()) {
+            let path = stem.with_file_name(&file_name);
+            let name = std::str::from_utf8(name).map_err(|_| Error::File {
+                path: path.clone(),
+                message: format!("the name after `{infix}` isn't UTF-8; rename the file"),
+            })?;
+            found.push((name.to_owned(), path));
         }
     }
     found.sort();

@@ -14,6 +14,7 @@ use crate::superelement::{
     BoundaryRow, Enrichment, Inertia, InterfaceFrame, LoadedForces, Modes, Moments, PartLoad,
     Provenance, Residual, Stiffening, Superelement,
 };
+use crate::terminal::shortened;
 
 /// Everything but the nodal fields and the mesh.
 pub(super) fn superelement(file: &SuperelementFile) -> Result<Superelement, Finding> {
@@ -23,7 +24,10 @@ pub(super) fn superelement(file: &SuperelementFile) -> Result<Superelement, Find
     let frame_kind = names::frame_kind_of(kind).ok_or_else(|| {
         Finding::at(
             "/frame",
-            format!("kind is {kind:.40?}; it must be \"mean-axis\" or \"given\""),
+            format!(
+                "kind is {:?}; it must be \"mean-axis\" or \"given\"",
+                shortened(kind)
+            ),
         )
     })?;
     Ok(Superelement {
@@ -108,7 +112,10 @@ fn interfaces(file: &SuperelementFile) -> Result<Vec<InterfaceFrame>, Finding> {
         let unknown = |path: &str, word: &str| {
             Finding::at(
                 path,
-                format!("entry {index} is {word:.40?}, which this version doesn't know"),
+                format!(
+                    "entry {index} is {:?}, which this version doesn't know",
+                    shortened(word)
+                ),
             )
         };
         let d = dimension.coordinate_count();

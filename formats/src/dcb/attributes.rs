@@ -1,13 +1,16 @@
 //! Attributes: a string, a real or an integer, or a list of them.
 
 use std::collections::{BTreeMap, HashMap};
+use std::fmt;
 
 use hdf5::Location;
 use hdf5::types::VarLenUnicode;
 use hdf5_pure::{AttrValue, Datatype};
 
+use crate::terminal::shortened;
+
 /// What an attribute may hold.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, PartialEq)]
 pub(crate) enum Value {
     /// One string.
     Text(String),
@@ -21,6 +24,20 @@ pub(crate) enum Value {
     Integer(i64),
     /// A list of integers.
     Integers(Vec<i64>),
+}
+
+/// As messages show it: shortened.
+impl fmt::Debug for Value {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Text(text) => write!(f, "{:?}", shortened(text)),
+            Self::Texts(texts) => write!(f, "a list of {} strings", texts.len()),
+            Self::Real(real) => write!(f, "{real:?}"),
+            Self::Reals(reals) => write!(f, "a list of {} reals", reals.len()),
+            Self::Integer(integer) => write!(f, "{integer}"),
+            Self::Integers(integers) => write!(f, "a list of {} integers", integers.len()),
+        }
+    }
 }
 
 impl Value {

@@ -10,10 +10,13 @@ use std::sync::{Arc, Mutex, PoisonError};
 use hdf5_pure::{FormatError, ReadSeekSource, Source};
 
 /// What one step may read beyond the file's own length: the small parts of a small file are read many times.
-const SPARE_BYTES: u64 = 1 << 24;
+pub(super) const SPARE_BYTES: u64 = 1 << 24;
 /// The pages of the file that are kept, 1 MiB in all.
 const PAGE_BYTES: u64 = 1 << 12;
 const MOST_PAGES: usize = 256;
+/// What HDF5 writes into the header of every extensible array, an index of chunks: bits of the number of elements,
+/// elements in the index, elements of the smallest block, blocks in the index, bits of the elements of a page.
+const EXTENSIBLE_ARRAY: [u8; 5] = [32, 4, 16, 4, 10];
 /// Enough for the deepest element type that HDF5 can describe (64 KiB, 8 bytes a level), which the library
 /// follows by recursion.
 const STACK_BYTES: usize = 1 << 26;
@@ -155,6 +158,22 @@ impl MeteredSource {
     }
 }
 
+/// From the numbers in an extensible array's header, powers of two, the library takes memory without comparing them
+/// with anything.
+fn check_extensible_array(bytes: &[u8]) -> Result<(), FormatError> {
+    let [b'E', b'A', b'H', b'D', 0, _, _, numbers @ ..] = bytes else {
+        return Ok(());
+    };
+    let mut pairs = numbers.iter().zip(&EXTENSIBLE_ARRAY);
+    match pairs.any(|(found, usual)| found > usual) {
+        true => Err(FormatError::Source(format!(
+            "an extensible array of chunks has the sizes {:?}; HDF5 writes {EXTENSIBLE_ARRAY:?}",
+            &numbers[..EXTENSIBLE_ARRAY.len().min(numbers.len())]
+        ))),
+        false => Ok(()),
+    }
+}
+
 impl Source for MeteredSource {
     fn len(&self) -> u64 {
         self.bytes.len()
@@ -168,9 +187,10 @@ impl Source for MeteredSource {
                 FormatError::Source("its parts refer to more than the file can hold".to_owned())
             })?;
         if count < PAGE_BYTES {
-            self.read_from_pages(offset, buffer)
+            self.read_from_pages(offset, buffer)?;
         } else {
-            self.bytes.read_at(offset, buffer)
+            self.bytes.read_at(offset, buffer)?;
         }
+        check_extensible_array(buffer)
     }
 }

@@ -1,16 +1,13 @@
 //! A file's data, read when they are asked for and checked against their hashes.
 
 use faer::Mat;
-use hdf5_pure::{DType, Layout, VlenStringReadOptions};
+use hdf5_pure::{Dataset, Layout, VlenStringReadOptions};
 
 use super::contract::Element;
 use super::digest::{self, Hash};
 use super::inventory::{Entry, Finding};
 use super::read::SuperelementFile;
 use super::shapes::missing;
-
-/// Rows of a field array are read together up to this many values: 1 MiB.
-const WINDOW_VALUES: usize = 1 << 17;
 
 impl SuperelementFile {
     /// Checks the hash of every dataset and returns how many there are.
@@ -35,7 +32,7 @@ impl SuperelementFile {
     /// Reals, row-major.
     pub(super) fn reals(&self, path: &str) -> Result<Vec<f64>, Finding> {
         let entry = self.entry(path)?;
-        let values = self.all(path, || entry.dataset.read_f64())?;
+        let values = self.all(path, Dataset::read_f64)?;
         check_hash(path, entry, &digest::of_reals(&values))?;
         Ok(values)
     }
@@ -43,7 +40,7 @@ impl SuperelementFile {
     /// Integers, row-major.
     pub(super) fn integers(&self, path: &str) -> Result<Vec<i64>, Finding> {
         let entry = self.entry(path)?;
-        let values = self.all(path, || entry.dataset.read_i64())?;
+        let values = self.all(path, Dataset::read_i64)?;
         check_hash(path, entry, &digest::of_integers(&values))?;
         Ok(values)
     }
@@ -51,13 +48,10 @@ impl SuperelementFile {
     /// Strings.
     pub(super) fn texts(&self, path: &str) -> Result<Vec<String>, Finding> {
         let entry = self.entry(path)?;
-        let dataset = &entry.dataset;
-        let is_variable = dataset
-            .dtype()
-            .is_ok_and(|kind| kind == DType::VariableLengthString);
+        let is_variable = entry.storage.has_variable_strings();
         let file_bytes = usize::try_from(self.container().length()).unwrap_or(usize::MAX);
         let limits = VlenStringReadOptions::new().with_max_payload_bytes(file_bytes);
-        let texts = self.all(path, || match is_variable {
+        let texts = self.all(path, |dataset| match is_variable {
             true => dataset.read_vlen_strings(limits),
             false => dataset.read_string(),
         })?;
@@ -89,11 +83,11 @@ impl SuperelementFile {
         };
         let mut fields = Mat::zeros(columns.len(), rows);
         let unreadable = |message: String| Finding::at(path, format!("can't be read: {message}"));
-        let layout = entry.dataset.layout();
+        let told = |message: String| Finding::at(path, message);
         let Layout::Contiguous {
             address: Some(address),
             size,
-        } = layout.map_err(|error| unreadable(error.to_string()))?
+        } = entry.storage.layout().map_err(told)?
         else {
             self.each_row(path, |row, values| {
                 for (to, column) in columns.iter().enumerate() {
@@ -132,8 +126,8 @@ impl SuperelementFile {
     ) -> Result<Vec<f64>, Finding> {
         let entry = self.entry(path)?;
         let width: usize = entry.line.shape.iter().skip(1).product();
-        self.read(path, count * width, || {
-            entry.dataset.read_f64_rows(start as u64, count as u64)
+        self.read(path, count * width, |dataset| {
+            dataset.read_f64_rows(start as u64, count as u64)
         })
     }
 
@@ -143,15 +137,12 @@ impl SuperelementFile {
         let [rows, columns] = entry.line.shape[..] else {
             return Err(Finding::at(path, "isn't a matrix"));
         };
-        let chunk_shape = entry.dataset.chunk_shape().ok().flatten();
-        let chunk_rows = chunk_shape.and_then(|shape| usize::try_from(*shape.first()?).ok());
-        let window = (WINDOW_VALUES / columns.max(1)).max(1);
-        let window = window.next_multiple_of(chunk_rows.unwrap_or(1).clamp(1, rows.max(1)));
+        let window = entry.storage.window_rows(rows, columns);
         let mut hash = Hash::default();
         for start in (0..if columns == 0 { 0 } else { rows }).step_by(window) {
             let count = window.min(rows - start);
-            let values = self.read(path, count * columns, || {
-                entry.dataset.read_f64_rows(start as u64, count as u64)
+            let values = self.read(path, count * columns, |dataset| {
+                dataset.read_f64_rows(start as u64, count as u64)
             })?;
             hash.update_reals(&values);
             for (row, values) in values.chunks_exact(columns).enumerate() {
@@ -165,7 +156,7 @@ impl SuperelementFile {
     fn all<T>(
         &self,
         path: &str,
-        values: impl FnOnce() -> Result<Vec<T>, hdf5_pure::Error>,
+        values: impl FnOnce(&Dataset) -> Result<Vec<T>, hdf5_pure::Error>,
     ) -> Result<Vec<T>, Finding> {
         let count = self.entry(path)?.line.shape.iter().product();
         self.read(path, count, values)
@@ -176,11 +167,13 @@ impl SuperelementFile {
         &self,
         path: &str,
         count: usize,
-        values: impl FnOnce() -> Result<Vec<T>, hdf5_pure::Error>,
+        values: impl FnOnce(&Dataset) -> Result<Vec<T>, hdf5_pure::Error>,
     ) -> Result<Vec<T>, Finding> {
+        let data = self.entry(path)?.storage.data(self.container());
+        let data = data.map_err(|message| Finding::at(path, message))?;
         self.container().allow_reading();
         let values =
-            values().map_err(|error| Finding::at(path, format!("can't be read: {error}")))?;
+            values(data).map_err(|error| Finding::at(path, format!("can't be read: {error}")))?;
         if values.len() != count {
             let message = format!("has {} values instead of {count}", values.len());
             return Err(Finding::at(path, message));
@@ -191,7 +184,7 @@ impl SuperelementFile {
 
 fn check_hash(path: &str, entry: &Entry, found: &str) -> Result<(), Finding> {
     let claimed = &entry.line.sha256;
-    if found == claimed {
+    if digest::is_right(claimed, found) {
         return Ok(());
     }
     let message =

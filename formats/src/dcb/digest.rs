@@ -39,6 +39,11 @@ fn hexadecimal(bytes: &[u8]) -> String {
         })
 }
 
+/// Whether contents have the hash that is claimed for them. Built for fuzzing they always have: no mutation could guess it.
+pub(super) fn is_right(claimed: &str, found: &str) -> bool {
+    cfg!(fuzzing) || claimed == found
+}
+
 /// Hash of reals, little-endian.
 pub(super) fn of_reals(values: &[f64]) -> String {
     let mut hash = Hash::default();

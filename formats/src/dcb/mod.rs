@@ -2,8 +2,8 @@
 //!
 //! [`write_superelement`] writes one, whole or not at all; [`SuperelementFile`] opens one and believes nothing it
 //! hasn't checked. HDF5 itself is the work of two libraries: libhdf5 writes; `hdf5-pure`, which is memory-safe,
-//! reads whatever HDF5 layout another team's tool chose, within the limits that `container.rs` and `inventory.rs`
-//! set. The table of every path, shape, symbol and unit is in `datasets.rs`; reading, writing, and the checks of
+//! reads whatever HDF5 layout another team's tool chose, within the limits that `container.rs`, `inventory.rs` and
+//! `storage.rs` set. The table of every path, shape, symbol and unit is in `datasets.rs`; reading, writing, and the checks of
 //! shapes all go by it. What a number means mechanically, beyond range, symmetry and agreement of sizes, is left
 //! to the reducer and the runtime.
 
@@ -25,6 +25,7 @@ mod rules;
 mod second_order;
 pub(crate) mod shapes;
 mod sink;
+mod storage;
 mod units;
 mod write;
 mod write_fields;

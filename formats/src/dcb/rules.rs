@@ -3,6 +3,7 @@
 use faer::{Mat, MatRef};
 
 use super::inventory::Finding;
+use crate::terminal::shortened;
 
 /// Entries that should be equal may differ by this much of their scale: rounding of a long sum, not more.
 pub(super) const SYMMETRY_TOLERANCE: f64 = 1e-9;
@@ -20,7 +21,8 @@ pub(super) fn name(path: &str, what: &str, text: &str) -> Checked {
         return wrong(
             path,
             format!(
-                "{what} is {text:.40?}; it must have 1 to {LONGEST_NAME} bytes and no line feed or zero byte"
+                "{what} is {:?}; it must have 1 to {LONGEST_NAME} bytes and no line feed or zero byte",
+                shortened(text)
             ),
         );
     }

@@ -9,6 +9,7 @@ use super::contract::{Axis, Counts, Dataset, Element, Presence};
 use super::datasets::DATASETS;
 use super::inventory::{Entry, Finding, Inventory};
 use crate::mesh::Dimension;
+use crate::terminal::shortened;
 
 pub(crate) fn missing(path: &str) -> Finding {
     Finding::at(path, "is missing".to_owned())
@@ -43,7 +44,8 @@ pub(crate) fn read_version(
     let format = read("format")?;
     if format != kind.format {
         return Err(root(format!(
-            "format is {format:.40?}; that of {called} is {:?}",
+            "format is {:?}; that of {called} is {:?}",
+            shortened(format),
             kind.format
         )));
     }
@@ -53,7 +55,8 @@ pub(crate) fn read_version(
         .and_then(|(major, minor)| Some((major.parse().ok()?, minor.parse().ok()?)));
     let (major, minor) = parts.ok_or_else(|| {
         root(format!(
-            "format_version is {text:.40?}; it must be like \"{}\"",
+            "format_version is {:?}; it must be like \"{}\"",
+            shortened(text),
             kind.version
         ))
     })?;

@@ -3,12 +3,23 @@
 use std::path::Path;
 
 use crate::Error;
+use crate::terminal::{abridged, shortened};
 
-/// The valid name that a misspelt one most likely means: at most half of its characters differ, case aside.
+/// Bytes of a name that is compared with others, at most: the comparison takes the product of both lengths.
+const LONGEST_NAME: usize = 100;
+/// Characters of a parser's complaint that are shown.
+const LONGEST_COMPLAINT: usize = 400;
+
+/// The valid name that a misspelt one most likely means: at most half of its characters differ, case aside. Names of more than 100 bytes are
+/// near to none.
 pub fn nearest_name<'a>(found: &str, valid: impl IntoIterator<Item = &'a str>) -> Option<&'a str> {
+    if found.len() > LONGEST_NAME {
+        return None;
+    }
     let wanted = found.to_lowercase();
     let (distance, name) = valid
         .into_iter()
+        .filter(|name| name.len() <= LONGEST_NAME)
         .map(|name| {
             (
                 strsim::damerau_levenshtein(&wanted, &name.to_lowercase()),
@@ -32,7 +43,12 @@ pub fn suggestion<'a>(found: &str, valid: impl IntoIterator<Item = &'a str>) -> 
 pub fn listed<'a>(names: impl IntoIterator<Item = &'a str>) -> String {
     const SHOWN: usize = 12;
     let names: Vec<&str> = names.into_iter().collect();
-    let mut text = names[..names.len().min(SHOWN)].join(", ");
+    let shown: Vec<String> = names
+        .iter()
+        .take(SHOWN)
+        .map(|name| shortened(name))
+        .collect();
+    let mut text = shown.join(", ");
     if names.len() > SHOWN {
         text += &format!(" and {} more", names.len() - SHOWN);
     }
@@ -59,7 +75,7 @@ pub fn json_error(
              (in Python, json.dump(..., allow_nan=False) stops at the culprit)"
         )
     } else {
-        explained(said, example)
+        abridged(&explained(said, example), LONGEST_COMPLAINT).into_owned()
     };
     Error::Line {
         path: path.to_owned(),
@@ -102,6 +118,8 @@ fn explained(said: &str, example: fn(&str) -> Option<&'static str>) -> String {
             let before = &said[..at];
             let hint = suggestion(found, valid.iter().copied());
             let valid = listed(valid.iter().copied());
+            let before = abridged(before, LONGEST_COMPLAINT / 2);
+            let found = shortened(found);
             return format!("{before}{we_say} `{found}`{hint} (known here: {valid})");
         }
     }

@@ -25,8 +25,6 @@ const KIND: Kind = Kind {
 };
 /// Where it comes from.
 const WRITTEN_BY: &str = "a results file is what `simulate` writes";
-/// Values read together: 1 MiB.
-const WINDOW_VALUES: usize = 1 << 17;
 
 /// An open results file. Opening checks its version and all shapes; histories are read when asked for.
 ///
@@ -212,12 +210,12 @@ impl Results {
         let at = |message: String| told(&self.path, Finding::at(path, message));
         let entry = self.inventory.entries.get(path);
         let entry = entry.ok_or_else(|| told(&self.path, missing(path)))?;
-        let window = (WINDOW_VALUES / columns).max(1);
+        let data = entry.storage.data(&self.container).map_err(at)?;
+        let window = entry.storage.window_rows(self.step_count, columns);
         for start in (0..self.step_count).step_by(window) {
             let count = window.min(self.step_count - start);
             self.container.allow_reading();
-            let values = entry
-                .dataset
+            let values = data
                 .read_f64_rows(start as u64, count as u64)
                 .map_err(|error| at(format!("can't be read: {error}")))?;
             if values.len() != count * columns {
@@ -297,7 +295,7 @@ fn read_channels(inventory: &Inventory) -> Result<Vec<Channel>, Finding> {
             Some(Value::Texts(texts)) if texts.len() == count => Ok(texts),
             other => Err(Finding::at(
                 path,
-                format!("attribute {name} is {other:.200?}; it must be {count} strings"),
+                format!("attribute {name} is {other:?}; it must be {count} strings"),
             )),
         };
         let names = texts("columns")?;
