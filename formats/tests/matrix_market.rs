@@ -586,6 +586,52 @@ fn announced_sizes_do_not_allocate() {
 }
 
 #[test]
+fn matrices_without_rows_or_columns_are_empty_or_refused_by_line() {
+    let fields = ["real", "double", "integer", "pattern", "complex"];
+    let symmetries = ["general", "symmetric", "skew-symmetric", "hermitian"];
+    let sizes = [[0, 0], [0, 3], [3, 0], [15, 0], [1, 0], [0, 1]];
+    let bodies = ["", "1\n", "1\n2\n3\n", "1 1 1\n", "0 0 0\n", "1 1\n"];
+    let (mut empty_count, mut refused_count) = (0, 0);
+    for object in ["matrix", "vector"] {
+        for layout in ["array", "coordinate"] {
+            for (field, symmetry) in fields.iter().flat_map(|f| symmetries.map(|s| (f, s))) {
+                for ([rows, columns], body) in sizes.iter().flat_map(|s| bodies.map(|b| (s, b))) {
+                    let size = match (object, layout) {
+                        ("matrix", "array") => format!("{rows} {columns}"),
+                        ("matrix", _) => format!("{rows} {columns} 0"),
+                        (_, "array") => "0".into(),
+                        _ => format!("{rows} 0"),
+                    };
+                    let text = format!(
+                        "%%MatrixMarket {object} {layout} {field} {symmetry}\n{size}\n{body}"
+                    );
+                    let scratch = Scratch::new();
+                    match read_matrix(&scratch.file("k.mtx", &text)) {
+                        Ok((matrix, report)) => {
+                            assert!(body.is_empty(), "{text}");
+                            assert_eq!((report.stored_entries, matrix.compute_nnz()), (0, 0));
+                            empty_count += 1;
+                        }
+                        Err(error) => {
+                            assert!(matches!(error, Error::Line { .. }), "{text}: {error}");
+                            refused_count += 1;
+                        }
+                    }
+                }
+            }
+        }
+    }
+    assert!(
+        empty_count > 50 && refused_count > 1000,
+        "{empty_count} {refused_count}"
+    );
+    assert_eq!(
+        refusal_of("%%MatrixMarket matrix array real general\n15 0\n1\n"),
+        "k.mtx:2: 15 rows and 0 columns; a stiffness or mass matrix has to be real and symmetric"
+    );
+}
+
+#[test]
 fn files_that_are_something_else_are_named() {
     for (text, start) in [
         (

@@ -158,6 +158,8 @@ fn read_chunk(text: &[u8], start: usize, end: usize, header: &Header) -> (Chunk,
     let mirrors = header.is_mirrored();
     while reader.advance_to_entry() {
         match reader.entry(header) {
+            // Where an array's value belongs is known when all before it have been counted.
+            Ok(triplet) if header.layout == Layout::Array => chunk.entries.push(triplet),
             Ok(triplet) => chunk.push(triplet, mirrors),
             Err(refusal) => return (chunk, Some(refusal)),
         }
