@@ -13,7 +13,6 @@ use sha2::{Digest, Sha256};
 use crate::Error;
 
 const GZIP_MAGIC: &[u8] = &[0x1f, 0x8b];
-const BZIP2_MAGIC: &[u8] = b"BZh";
 
 /// A file as it is on disk.
 pub(super) enum FileBytes {
@@ -63,17 +62,12 @@ impl FileBytes {
 /// every member is read, and memory grows with the data that come out, not with a size the file states.
 ///
 /// # Errors
-/// [`Error::File`] for damaged or truncated gzip data and for bzip2.
+/// [`Error::File`] for damaged or truncated gzip data.
 pub(super) fn text_of<'a>(path: &Path, stored: &'a [u8]) -> Result<Cow<'a, [u8]>, Error> {
     let unusable = |message| Error::File {
         path: path.into(),
         message,
     };
-    if stored.starts_with(BZIP2_MAGIC) {
-        return Err(unusable(
-            "compressed with bzip2; expected plain text or gzip (bunzip2 it first)".into(),
-        ));
-    }
     if !stored.starts_with(GZIP_MAGIC) {
         return Ok(Cow::Borrowed(stored));
     }

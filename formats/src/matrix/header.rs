@@ -2,6 +2,7 @@
 
 use std::path::Path;
 
+use super::foreign;
 use super::number::{NotANumber, unsigned};
 use crate::Error;
 
@@ -66,8 +67,14 @@ impl Header {
     /// Reads and checks everything up to the size line.
     ///
     /// # Errors
-    /// [`Error::Line`] with what was found and what is expected.
+    /// [`Error::Line`] with what was found and what is expected, [`Error::File`] for binary files of another format.
     pub(super) fn read(path: &Path, text: &[u8]) -> Result<Self, Error> {
+        if let Some(message) = foreign::binary_format(text) {
+            return Err(Error::File {
+                path: path.into(),
+                message,
+            });
+        }
         let mut lines = Lines {
             text,
             start: 0,
@@ -91,7 +98,7 @@ impl Header {
                 .is_some_and(|word| word.eq_ignore_ascii_case(known))
         });
         if !is_banner {
-            return Err(at_banner(no_banner(banner)));
+            return Err(at_banner(foreign::text_format(text, banner)));
         }
         if banner.contains(&b'\r') {
             return Err(at_banner(
@@ -295,43 +302,4 @@ fn check_dimensions(rows: u64, columns: u64, text_length: usize) -> Result<(), S
         ));
     }
     Ok(())
-}
-
-/// Names what a file without a banner seems to be.
-fn no_banner(first: &[u8]) -> String {
-    let is_index = |word: &[u8]| matches!(unsigned(word), Ok((_, length)) if length == word.len());
-    let is_real =
-        |word: &[u8]| matches!(super::number::real(word), Ok((_, length)) if length == word.len());
-    let blanks: Vec<&[u8]> = first
-        .split(u8::is_ascii_whitespace)
-        .filter(|word| !word.is_empty())
-        .collect();
-    let commas: Vec<&[u8]> = first
-        .split(|&byte| byte == b',')
-        .map(<[u8]>::trim_ascii)
-        .collect();
-    if let [row, column, value] = blanks[..]
-        && is_index(row)
-        && is_index(column)
-        && is_real(value)
-    {
-        return "no banner and no size line: this looks like Abaqus *MATRIX OUTPUT, FORMAT=COORDINATE; to make it Matrix Market, \
-                put the lines `%%MatrixMarket matrix coordinate real general` and `rows columns entries` in front"
-            .into();
-    }
-    if let [node, dof, other_node, other_dof, value] = commas[..]
-        && [node, dof, other_node, other_dof].into_iter().all(is_index)
-        && is_real(value)
-    {
-        return "no banner: this looks like Abaqus *MATRIX OUTPUT, FORMAT=MATRIX INPUT (node,dof,node,dof,value); \
-                expected Matrix Market, `%%MatrixMarket matrix coordinate real symmetric` or the like"
-            .into();
-    }
-    if first.is_empty() {
-        return "empty file; expected a Matrix Market banner".into();
-    }
-    format!(
-        "`{}`; expected the banner `%%MatrixMarket matrix coordinate real symmetric` or the like",
-        shown(first)
-    )
 }

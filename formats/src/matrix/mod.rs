@@ -10,6 +10,7 @@ mod assemble;
 mod body;
 mod bytes;
 mod entries;
+mod foreign;
 mod header;
 mod number;
 mod shared;
