@@ -10,8 +10,8 @@ use std::fmt::Write as _;
 /// Characters of a file's text that a message shows.
 const SHOWN: usize = 80;
 /// Characters of a word and of a line of text, at most: longer ones are a file's, not the program's.
-const LONGEST_WORD: usize = 300;
-const LONGEST_LINE: usize = 4000;
+const LONGEST_WORD: usize = 1000;
+const LONGEST_LINE: usize = 5000;
 /// Characters of a number, at most: what Rust writes in full beyond that (1e300 has 301 digits) nobody can read.
 const LONGEST_NUMBER: usize = 24;
 
@@ -88,7 +88,7 @@ pub fn for_terminal(text: &str) -> String {
     lines
 }
 
-/// Words of more than 300 characters by their beginning and end, unless they are numbers.
+/// Words of more than 1000 characters by their beginning and end, unless they are numbers.
 fn with_short_words(line: &str) -> Cow<'_, str> {
     let is_long = |word: &str| word.len() > LONGEST_WORD && !word.chars().all(is_part_of_number);
     if !line.split(char::is_whitespace).any(is_long) {
@@ -157,7 +157,7 @@ mod tests {
             "k ".repeat(1 << 20)
         ));
         assert!(
-            line.len() < 5000 && line.ends_with("; expected x\n"),
+            line.len() < 6000 && line.ends_with("; expected x\n"),
             "{}",
             line.len()
         );

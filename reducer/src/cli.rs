@@ -8,6 +8,7 @@ use std::process::ExitCode;
 use clap::error::{ContextKind, ContextValue, ErrorKind as Misuse};
 use clap::{Args, CommandFactory, Parser, Subcommand, ValueEnum};
 use dcb_formats::component_files::Overrides;
+use dcb_formats::terminal::for_terminal;
 
 use crate::batch::manifest::batch_schema;
 use crate::cli_batch::{self, BatchArguments};
@@ -240,7 +241,10 @@ pub(crate) fn frequency(text: &str) -> Result<f64, String> {
 
 /// Runs the program.
 pub fn main() -> ExitCode {
-    let cli = Cli::try_parse().unwrap_or_else(|error| in_our_words(error).exit());
+    let cli = match Cli::try_parse() {
+        Ok(cli) => cli,
+        Err(error) => return refuse(&in_our_words(error)),
+    };
     if let Some(threads) = cli.common.threads {
         // Fails only if a pool exists already, which then serves as well.
         let _ = rayon::ThreadPoolBuilder::new()
@@ -291,6 +295,17 @@ pub fn main() -> ExitCode {
     }
 }
 
+/// The help or the version, or what is wrong with the arguments: they may be names of anybody's files.
+fn refuse(error: &clap::Error) -> ExitCode {
+    if error.use_stderr() {
+        let message = for_terminal(&error.render().to_string());
+        let _ = std::io::stderr().write_all(message.as_bytes());
+    } else {
+        let _ = error.print();
+    }
+    ExitCode::from(u8::try_from(error.exit_code()).unwrap_or(2))
+}
+
 /// A second file, or a misspelt command before a file, is a conflict of commands to the parser: said as what it is.
 fn in_our_words(error: clap::Error) -> clap::Error {
     match (error.kind(), error.get(ContextKind::InvalidSubcommand)) {
@@ -307,6 +322,7 @@ fn in_our_words(error: clap::Error) -> clap::Error {
 /// A reader that closes the pipe early (`| head`) is not an error.
 fn print_to_stdout(text: &str) -> Result<(), Error> {
     let mut out = std::io::stdout().lock();
+    let text = for_terminal(text);
     match out.write_all(text.as_bytes()).and_then(|()| out.flush()) {
         Err(error) if error.kind() != ErrorKind::BrokenPipe => Err(Error::Component(format!(
             "standard output: cannot write: {error}"
@@ -317,7 +333,7 @@ fn print_to_stdout(text: &str) -> Result<(), Error> {
 
 /// One line on standard error; where nobody can read it, nobody is told.
 pub fn print_to_stderr(kind: &str, message: &str) {
-    let _ = writeln!(std::io::stderr(), "{kind}: {message}");
+    let _ = writeln!(std::io::stderr(), "{kind}: {}", for_terminal(message));
 }
 
 fn schema(of: SchemaName) -> Result<Outcome, Error> {

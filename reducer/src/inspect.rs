@@ -6,6 +6,7 @@ use std::path::Path;
 use dcb_formats::Superelement;
 use dcb_formats::dcb::SuperelementFile;
 use dcb_formats::mesh::{Dimension, Direction};
+use dcb_formats::terminal::one_line;
 use dcb_runtime::selection::SelectionRecord;
 use serde_json::json;
 
@@ -271,12 +272,14 @@ fn text(
         let _ = writeln!(
             text,
             "made from {} ({}, sha256 {})",
-            input.file_name, input.role, input.sha256
+            one_line(&input.file_name),
+            one_line(&input.role),
+            one_line(&input.sha256)
         );
     }
-    let _ = writeln!(text, "made by  {}", element.provenance.generator);
+    let _ = writeln!(text, "made by  {}", one_line(&element.provenance.generator));
     for warning in &element.provenance.warnings {
-        let _ = writeln!(text, "warning  {warning}");
+        let _ = writeln!(text, "warning  {}", one_line(warning));
     }
     Ok(text)
 }

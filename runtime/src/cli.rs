@@ -8,6 +8,7 @@ use clap::error::{ContextKind, ContextValue, ErrorKind as Misuse};
 use clap::{Args, CommandFactory, Parser, Subcommand, ValueEnum};
 use dcb_formats::dcb::{Replace, check_output};
 use dcb_formats::results::Results;
+use dcb_formats::terminal::{for_terminal, one_line};
 
 use crate::cli_prepare::{self, PrepareArguments};
 use crate::cli_scene;
@@ -172,7 +173,10 @@ enum Command {
 
 /// Runs the program.
 pub fn main() -> ExitCode {
-    let cli = Cli::try_parse().unwrap_or_else(|error| in_our_words(error).exit());
+    let cli = match Cli::try_parse() {
+        Ok(cli) => cli,
+        Err(error) => return refuse(&in_our_words(error)),
+    };
     let done = match &cli.command {
         None => cli_scene::run(&cli.scene, &cli.common),
         Some(Command::Prepare(arguments)) => cli_prepare::run(arguments, &cli.common),
@@ -292,9 +296,9 @@ fn show(path: &PathBuf) -> Result<Done, Error> {
         dcb_formats::results::Outcome::Stopped {
             reason,
             time: Some(time),
-        } => writeln!(text, "stopped at t = {time}: {reason}"),
+        } => writeln!(text, "stopped at t = {time}: {}", one_line(reason)),
         dcb_formats::results::Outcome::Stopped { reason, time: None } => {
-            writeln!(text, "stopped: {reason}")
+            writeln!(text, "stopped: {}", one_line(reason))
         }
     };
     for channel in results.channels() {
@@ -303,10 +307,11 @@ fn show(path: &PathBuf) -> Result<Done, Error> {
             .iter()
             .map(|column| format!("{} [{}]", channel.label(column), column.unit))
             .collect();
-        let _ = writeln!(text, "  {}  ({})", columns.join(", "), channel.description);
+        let line = format!("{}  ({})", columns.join(", "), channel.description);
+        let _ = writeln!(text, "  {}", one_line(&line));
     }
     for event in results.events()? {
-        let _ = writeln!(text, "  t = {}: {}", event.time, event.message);
+        let _ = writeln!(text, "  t = {}: {}", event.time, one_line(&event.message));
     }
     Ok(Done::with(text))
 }
@@ -314,6 +319,17 @@ fn show(path: &PathBuf) -> Result<Done, Error> {
 fn schema() -> Result<Done, Error> {
     let text = serde_json::to_string_pretty(&scene_schema()).unwrap_or_default();
     Ok(Done::with(text + "\n"))
+}
+
+/// The help or the version, or what is wrong with the arguments: they may be names of anybody's files.
+fn refuse(error: &clap::Error) -> ExitCode {
+    if error.use_stderr() {
+        let message = for_terminal(&error.render().to_string());
+        let _ = std::io::stderr().write_all(message.as_bytes());
+    } else {
+        let _ = error.print();
+    }
+    ExitCode::from(u8::try_from(error.exit_code()).unwrap_or(2))
 }
 
 /// A second file, or a misspelt command before a file, is a conflict of commands to the parser: said as what it is.
@@ -332,6 +348,7 @@ fn in_our_words(error: clap::Error) -> clap::Error {
 /// A reader that closes the pipe early (`| head`) is not an error.
 fn print_to_stdout(text: &str) -> Result<(), Error> {
     let mut out = std::io::stdout().lock();
+    let text = for_terminal(text);
     match out.write_all(text.as_bytes()).and_then(|()| out.flush()) {
         Err(source) if source.kind() != ErrorKind::BrokenPipe => {
             Err(Error::File(dcb_formats::Error::Io {
@@ -346,5 +363,5 @@ fn print_to_stdout(text: &str) -> Result<(), Error> {
 
 /// A closed standard error leaves nobody to tell.
 pub fn print_to_stderr(kind: &str, message: &str) {
-    let _ = writeln!(std::io::stderr(), "{kind}: {message}");
+    let _ = writeln!(std::io::stderr(), "{kind}: {}", for_terminal(message));
 }

@@ -234,12 +234,15 @@ fn is_spatial_in_plane(scene: &Scene, superelement: &Path) -> bool {
 
 /// `NAME.mtx` or `NAME.mtx.gz` beside `NAME.dcb.h5`, if there is one.
 fn matrix_of(superelement: &Path) -> Option<PathBuf> {
-    let name = superelement.file_name()?.to_str()?;
-    let stem = name.strip_suffix(".dcb.h5")?;
-    let candidates = [".mtx", ".mtx.gz"].map(|ending| format!("{stem}{ending}"));
-    let mut candidates = candidates
-        .iter()
-        .map(|name| superelement.with_file_name(name));
+    let without = |path: PathBuf, extension: &str| {
+        (path.extension()? == extension).then(|| path.with_extension(""))
+    };
+    let stem = without(without(superelement.to_path_buf(), "h5")?, "dcb")?;
+    let mut candidates = [".mtx", ".mtx.gz"].into_iter().map(|ending| {
+        let mut name = stem.as_os_str().to_owned();
+        name.push(ending);
+        PathBuf::from(name)
+    });
     candidates.find(|candidate| candidate.is_file())
 }
 

@@ -4,6 +4,7 @@ use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 
 use dcb_formats::component_files::stem;
+use dcb_formats::terminal::{abridged, shortened};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use serde_json::{Map, Value};
@@ -107,7 +108,7 @@ pub fn read_manifest(path: &Path) -> Result<Vec<Part>, dcb_formats::Error> {
     let syntax = |error: serde_json::Error| dcb_formats::Error::Line {
         path: path.to_owned(),
         line: error.line() as u64,
-        message: error.to_string(),
+        message: told(&error),
     };
     let file: ManifestFile = serde_json::from_str(&text).map_err(syntax)?;
     let folder = path.parent().unwrap_or(Path::new(""));
@@ -116,6 +117,11 @@ pub fn read_manifest(path: &Path) -> Result<Vec<Part>, dcb_formats::Error> {
         location,
         message,
     })
+}
+
+/// What the parser says, which may quote the file.
+fn told(error: &serde_json::Error) -> String {
+    abridged(&error.to_string(), 400).into_owned()
 }
 
 /// A JSON path and what is wrong there.
@@ -139,7 +145,7 @@ fn parts(file: ManifestFile, folder: &Path) -> Result<Vec<Part>, Fault> {
         let place = format!("parts[{index}]");
         check_keys(&place, &own)?;
         let entry: PartEntry = serde_json::from_value(merged(&file.defaults, own).into())
-            .map_err(|error| (place.clone(), error.to_string()))?;
+            .map_err(|error| (place.clone(), told(&error)))?;
         let part =
             checked(entry, folder).map_err(|(key, message)| (place.clone() + key, message))?;
         if !names.insert(part.name.clone()) {
@@ -160,7 +166,7 @@ fn check_keys(place: &str, options: &Map<String, Value>) -> Result<(), Fault> {
         let mut alone = Map::from_iter([("part".to_owned(), Value::from("part.mtx"))]);
         alone.insert(key.clone(), value.clone());
         serde_json::from_value::<PartEntry>(alone.into())
-            .map_err(|error| (format!("{place}.{key}"), error.to_string()))?;
+            .map_err(|error| (format!("{place}.{}", shortened(key)), told(&error)))?;
     }
     Ok(())
 }

@@ -2,6 +2,7 @@
 
 use std::time::{Duration, Instant};
 
+use dcb_formats::terminal::printable;
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 
 use crate::observer::{Observer, Stage};
@@ -53,7 +54,7 @@ impl Progress {
             Some(seconds) => format!(", about {} left", readable(seconds)),
             None => String::new(),
         };
-        self.bar.set_message(format!("{name}{left}"));
+        self.bar.set_message(format!("{}{left}", printable(name)));
     }
 
     /// A reduction with this number of modes is over.

@@ -16,6 +16,7 @@ mod memory;
 mod options;
 mod output;
 mod scene;
+mod strangers;
 mod study;
 mod support;
 mod unit_systems;

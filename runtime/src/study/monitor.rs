@@ -3,6 +3,7 @@
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
+use dcb_formats::terminal::printable;
 use indicatif::ProgressBar;
 
 /// Where progress is shown, and who asks for an end.
@@ -40,7 +41,7 @@ impl Monitor {
 
     /// What is being done.
     pub fn tell(&self, message: &str) {
-        self.bar.set_message(message.to_owned());
+        self.bar.set_message(printable(message).into_owned());
     }
 
     /// Takes the bar away.

@@ -11,6 +11,7 @@ mod planar_scenes;
 mod runs;
 mod scenes;
 mod scope;
+mod strangers;
 mod study;
 mod superelements;
 mod support;
