@@ -1,6 +1,7 @@
 //! What can be wrong with a file. Every variant says where, what was found and what would be right.
 
-use std::path::PathBuf;
+use std::io::ErrorKind;
+use std::path::{Path, PathBuf};
 
 /// An input that can't be used, or an output that can't be written.
 #[derive(Debug, thiserror::Error)]
@@ -12,6 +13,16 @@ pub enum Error {
         path: PathBuf,
         /// What was being done, for example "cannot read".
         action: &'static str,
+        /// The system's answer.
+        source: std::io::Error,
+    },
+    /// There is no room for an output.
+    #[error("{}: {}: needs {}; make room, or name another place ({source})", path.display(), no_room(source), bytes(*needed))]
+    NoRoom {
+        /// File.
+        path: PathBuf,
+        /// Bytes that it needs, at least.
+        needed: u64,
         /// The system's answer.
         source: std::io::Error,
     },
@@ -55,4 +66,43 @@ pub enum Error {
         /// Output path.
         path: PathBuf,
     },
+}
+
+impl Error {
+    /// The system refused to write; `needed` are the bytes that there should have been room for, 0 if that isn't known.
+    pub fn not_written(path: &Path, needed: u64, source: std::io::Error) -> Self {
+        let path = path.to_owned();
+        match source.kind() {
+            ErrorKind::StorageFull | ErrorKind::QuotaExceeded | ErrorKind::FileTooLarge => {
+                Self::NoRoom {
+                    path,
+                    needed,
+                    source,
+                }
+            }
+            _ => Self::Io {
+                path,
+                action: "cannot write",
+                source,
+            },
+        }
+    }
+}
+
+fn no_room(source: &std::io::Error) -> &'static str {
+    match source.kind() {
+        ErrorKind::QuotaExceeded => "the quota is used up",
+        ErrorKind::FileTooLarge => "larger than a file may be here (ulimit -f)",
+        _ => "disk full",
+    }
+}
+
+/// A number of bytes for people.
+fn bytes(count: u64) -> String {
+    match count {
+        0 => "more than there is".to_owned(),
+        1..1_000_000 => format!("{count} bytes"),
+        1_000_000..1_000_000_000 => format!("{:.1} MB", count as f64 / 1e6),
+        _ => format!("{:.2} GB", count as f64 / 1e9),
+    }
 }

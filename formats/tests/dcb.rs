@@ -8,7 +8,7 @@ use std::path::Path;
 
 use dcb_formats::dcb::{
     Compression, Contents, FormatVersion, Replace, SuperelementFile, WriteOptions, check_output,
-    partial_path, read_superelement, write_superelement,
+    read_superelement, write_superelement,
 };
 use dcb_formats::mesh::Dimension::{self, Planar, Spatial};
 use dcb_formats::{Error, Superelement};
@@ -221,13 +221,32 @@ fn a_folder_or_a_missing_folder_is_no_output() {
     assert!(names(folder.path()).is_empty());
 }
 
+/// Two programs with one process number, as in two containers, are two threads of one process.
 #[test]
-fn the_unfinished_file_is_hidden_and_beside_the_target() {
-    let partial = partial_path(Path::new("out/rod.dcb.h5"));
-    assert_eq!(partial.parent(), Some(Path::new("out")));
-    let name = partial.file_name().unwrap().to_str().unwrap();
-    assert!(
-        name.starts_with('.') && name.contains(&std::process::id().to_string()),
-        "{name}"
-    );
+fn writers_of_one_output_never_touch_each_others_files() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("rod.dcb.h5");
+    let rod = support::superelement(Planar);
+    for options in [WriteOptions::default(), FORCE] {
+        for _ in 0..20 {
+            let write = || write_superelement(&path, &bare(&rod), &options);
+            let (one, other) = std::thread::scope(|scope| {
+                let other = scope.spawn(write);
+                (write(), other.join().unwrap())
+            });
+            let refused = [&one, &other].map(|told| match told {
+                Ok(()) => 0,
+                Err(Error::OutputExists { .. }) => 1,
+                Err(error) => panic!("{error}"),
+            });
+            let expected = usize::from(options.replace_existing == Replace::Refuse);
+            assert_eq!(refused.iter().sum::<usize>(), expected);
+            SuperelementFile::open(&path)
+                .unwrap()
+                .verify_digests()
+                .unwrap();
+            assert_eq!(names(folder.path()), ["rod.dcb.h5"]);
+            fs::remove_file(&path).unwrap();
+        }
+    }
 }

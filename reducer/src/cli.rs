@@ -32,7 +32,7 @@ use crate::{EnrichmentSource, compare, inspect, verify};
     subcommand_negates_reqs = true
 )]
 #[command(
-    after_help = "Exit status: 0 done, 1 numerical failure or broken quality limit, 2 unusable input, 130 interrupted."
+    after_help = "Exit status: 0 done, 1 numerical failure or broken quality limit, 2 unusable input, 130 interrupted (143 by SIGTERM, 129 by SIGHUP)."
 )]
 struct Cli {
     #[command(subcommand)]
@@ -245,6 +245,7 @@ pub fn main() -> ExitCode {
         Ok(cli) => cli,
         Err(error) => return refuse(&in_our_words(error)),
     };
+    dcb_runtime::stop_signal::survive_file_size_limit();
     if let Some(threads) = cli.common.threads {
         // Fails only if a pool exists already, which then serves as well.
         let _ = rayon::ThreadPoolBuilder::new()

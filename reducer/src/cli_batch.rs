@@ -5,6 +5,7 @@ use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicUsize, Ordering};
 
 use clap::Args;
+use dcb_formats::dcb::is_same_file;
 
 use crate::batch::child::end_all;
 use crate::batch::manifest::{Part, read_manifest};
@@ -153,7 +154,6 @@ fn outcome(batch: &Batch, fates: &[Fate]) -> Outcome {
 /// A superelement in the place of a part's own file would destroy it.
 fn refuse_inputs_as_outputs(parts: &[Part], folder: &Path) -> Result<(), Error> {
     let is_input = |target: &Path| {
-        let target = target.canonicalize().ok();
         let mut inputs = parts.iter().flat_map(|part| {
             let entry = &part.entry;
             [
@@ -163,8 +163,7 @@ fn refuse_inputs_as_outputs(parts: &[Part], folder: &Path) -> Result<(), Error> 
                 entry.boundary.as_ref(),
             ]
         });
-        target.is_some()
-            && inputs.any(|input| input.is_some_and(|input| input.canonicalize().ok() == target))
+        inputs.any(|input| input.is_some_and(|input| is_same_file(input, target)))
     };
     for part in parts {
         let target = folder.join(format!("{}.dcb.h5", part.name));

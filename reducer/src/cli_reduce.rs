@@ -7,8 +7,11 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use dcb_formats::Superelement;
 use dcb_formats::component_files::{ComponentFiles, read_component, stem};
 use dcb_formats::dcb::{
-    Compression, Contents, Replace, WriteOptions, check_output, partial_path, write_superelement,
+    Compression, Contents, Replace, WriteOptions, check_output, is_same_file, remove_unfinished,
+    write_superelement,
 };
+use dcb_formats::report::write_text;
+use dcb_runtime::stop_signal;
 use serde_json::json;
 
 use crate::cache::Claim;
@@ -21,7 +24,6 @@ use crate::error::Error;
 use crate::inspect::hertz;
 use crate::plausibility::si_factor;
 use crate::scene::CachedReductions;
-use crate::scene::place;
 use crate::summary::{quality_lines, summary};
 use crate::timing::{Display, StageClock, StageTime};
 use crate::{
@@ -63,12 +65,10 @@ impl Outcome {
 
 /// Whether the superelement is complete, so that an interruption comes too late.
 static WRITTEN: AtomicBool = AtomicBool::new(false);
-/// Whether the user has interrupted; whatever goes wrong from then on is a consequence.
-static INTERRUPTED: AtomicBool = AtomicBool::new(false);
 
-/// Leaves the last word to the interruption, which ends the program.
+/// Leaves the last word to the signal that ends the program; whatever goes wrong after it is a consequence.
 pub fn wait_if_interrupted() {
-    while INTERRUPTED.load(Ordering::SeqCst) {
+    while stop_signal::received().is_some() {
         std::thread::park();
     }
 }
@@ -80,29 +80,22 @@ pub(crate) fn default_output(stiffness: &Path) -> PathBuf {
     PathBuf::from(name)
 }
 
-/// Removes what is unfinished when the user interrupts.
-fn clean_up_on_interrupt(written: &[&Path]) {
-    let partial: Vec<PathBuf> = written.iter().map(|path| partial_path(path)).collect();
-    when_interrupted(move || {
-        for path in &partial {
-            let _ = std::fs::remove_file(path);
-        }
-        match WRITTEN.load(Ordering::SeqCst) {
-            true => "the superelement is complete".to_owned(),
-            false => "nothing was written".to_owned(),
-        }
-    });
+/// What there is when the user interrupts.
+fn last_words() -> String {
+    match WRITTEN.load(Ordering::SeqCst) {
+        true => "the superelement is complete".to_owned(),
+        false => "nothing was written".to_owned(),
+    }
 }
 
-/// Ends what was started, cleans up, says what there is, and ends with status 130 when the user interrupts.
+/// Ends what was started, cleans up, says what there is, and ends with the signal's status (130 for Ctrl-C).
 pub(crate) fn when_interrupted(clean_up: impl Fn() -> String + Send + 'static) {
-    // A second handler can't be set (tests call the command twice in one process); the first one serves.
-    let _ = ctrlc::set_handler(move || {
-        INTERRUPTED.store(true, Ordering::SeqCst);
+    stop_signal::watch(move |signal| {
         #[cfg(feature = "slepc")]
         crate::mpi_job::end_all();
-        print_to_stderr("interrupted", &clean_up());
-        std::process::exit(130);
+        remove_unfinished();
+        print_to_stderr(signal.reason(), &clean_up());
+        stop_signal::end(signal);
     });
 }
 
@@ -134,7 +127,7 @@ pub fn run(arguments: &ReduceArguments, common: &CommonArguments) -> Result<Outc
         refuse_input_as_output(&files, timings)?;
         refuse_scene_as_output(scene, timings)?;
         check_output(timings, Replace::Overwrite)?;
-        if is_same_place(timings, &target) {
+        if is_same_file(timings, &target) {
             return Err(Error::Component(format!(
                 "{}: is the output; the timings need another file",
                 timings.display()
@@ -169,7 +162,7 @@ pub fn run(arguments: &ReduceArguments, common: &CommonArguments) -> Result<Outc
     if let Some(cache) = cache.as_ref().filter(|_| part.is_none()) {
         clock.start("cache");
         let request = request(&files, arguments)?;
-        clean_up_on_interrupt(&[&target, &cache.superelement_path(&request.key())]);
+        when_interrupted(last_words);
         match claim(cache, &request, told) {
             Some(Claim::Found(entry)) => {
                 let outcome = serve(
@@ -190,7 +183,7 @@ pub fn run(arguments: &ReduceArguments, common: &CommonArguments) -> Result<Outc
             None => {}
         }
     } else {
-        clean_up_on_interrupt(&[&target]);
+        when_interrupted(last_words);
     }
     let memory = arguments.memory.limit(&target);
     clock.start("read");
@@ -324,7 +317,7 @@ pub fn run(arguments: &ReduceArguments, common: &CommonArguments) -> Result<Outc
 }
 
 fn refuse_scene_as_output(scene: Option<&Path>, target: &Path) -> Result<(), Error> {
-    match scene.filter(|scene| is_same_place(scene, target)) {
+    match scene.filter(|scene| is_same_file(scene, target)) {
         None => Ok(()),
         Some(scene) => Err(Error::Component(format!(
             "{}: is the scene and can't be an output; name another file",
@@ -337,7 +330,7 @@ fn refuse_input_as_output(files: &ComponentFiles, target: &Path) -> Result<(), E
     match files
         .all()
         .into_iter()
-        .find(|input| is_same_place(input, target))
+        .find(|input| is_same_file(input, target))
     {
         None => Ok(()),
         Some(input) => Err(Error::Component(format!(
@@ -345,11 +338,6 @@ fn refuse_input_as_output(files: &ComponentFiles, target: &Path) -> Result<(), E
             input.display()
         ))),
     }
-}
-
-/// Whether both lead to one place: the same file, or the same name in the same folder.
-fn is_same_place(a: &Path, b: &Path) -> bool {
-    place(a).is_some() && place(a) == place(b)
 }
 
 /// The reduction knows no files; its message begins with what is wrong, and that tells which of them is meant.
@@ -433,14 +421,10 @@ fn options_as_json(arguments: &ReduceArguments, options: &Reduction) -> serde_js
 fn write_timings(path: &Path, stages: &[StageTime], work: Option<&Work>) -> Result<(), Error> {
     let total: f64 = stages.iter().map(|stage| stage.seconds).sum();
     let text = json!({ "stages": stages, "total_seconds": total, "work": work }).to_string() + "\n";
-    std::fs::write(path, text).map_err(|source| {
-        let _ = std::fs::remove_file(path);
-        let action = "the superelement is complete, but the timings can't be written";
-        Error::File(dcb_formats::Error::Io {
-            path: path.to_path_buf(),
-            action,
-            source,
-        })
+    write_text(path, &text).map_err(|error| {
+        Error::Component(format!(
+            "the superelement is complete, but the timings can't be written: {error}"
+        ))
     })
 }
 

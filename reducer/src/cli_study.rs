@@ -8,7 +8,6 @@ use clap::Args;
 use dcb_formats::Component;
 use dcb_formats::component::{Interface, Role};
 use dcb_formats::component_files::{ComponentFiles, read_component, stem};
-use dcb_formats::dcb::partial_path;
 use dcb_formats::report::{Ledger, Start};
 use serde_json::{Value, json};
 
@@ -296,11 +295,9 @@ fn prepare(folder: &Path, start: Start) -> Result<(), Error> {
 
 /// What an interrupted study leaves, and says.
 fn last_words(scratch: &Path) {
-    let unfinished = [scratch.to_owned(), partial_path(scratch)];
+    let scratch = scratch.to_owned();
     when_interrupted(move || {
-        for file in &unfinished {
-            let _ = std::fs::remove_file(file);
-        }
+        let _ = std::fs::remove_file(&scratch);
         let rows = match ROWS.load(Ordering::SeqCst) {
             1 => "1 row is complete".to_owned(),
             count => format!("{count} rows are complete"),

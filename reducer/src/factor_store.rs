@@ -133,17 +133,19 @@ impl<T: Real> MappedEntries<T> {
     /// # Errors
     /// [`Error::File`] if the folder can't hold so many entries.
     fn zeros(folder: &Path, length: usize) -> Result<Self, Error> {
-        let refused = |source: std::io::Error| {
-            Error::File(dcb_formats::Error::Io {
-                path: folder.to_path_buf(),
-                action: "cannot keep the factor here; make room or name another folder with --scratch",
-                source,
-            })
-        };
         let bytes = length
             .checked_mul(size_of::<T>())
             .filter(|bytes| i64::try_from(*bytes).is_ok())
             .ok_or(Error::OutOfMemory { what: "the factor" })?;
+        let refused = |source: std::io::Error| {
+            Error::File(dcb_formats::Error::File {
+                path: folder.to_path_buf(),
+                message: format!(
+                    "cannot keep the factor here, which needs {:.1} MB: {source}; make room or name another folder with --scratch",
+                    bytes as f64 / 1e6
+                ),
+            })
+        };
         let file = tempfile::tempfile_in(folder).map_err(refused)?;
         // A mapping of nothing is refused.
         reserve(&file, bytes.max(1) as u64).map_err(refused)?;

@@ -2,15 +2,14 @@
 //! happens, neither processes nor files stay behind.
 
 use std::ffi::{OsStr, OsString};
-use std::fs::DirBuilder;
-use std::io::{BufRead, BufReader, ErrorKind, Read};
-use std::os::unix::fs::DirBuilderExt;
+use std::io::{BufRead, BufReader, Read};
 use std::os::unix::process::CommandExt;
 use std::path::{Path, PathBuf};
 use std::process::{Child, Command, ExitStatus, Stdio};
 use std::sync::{Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
 
+use dcb_formats::dcb::{UnfinishedFolder, remove_unfinished};
 use nix::sys::signal::{Signal, killpg};
 use nix::unistd::Pid;
 
@@ -47,13 +46,14 @@ fn open() -> MutexGuard<'static, Open> {
 pub fn end_all() {
     let mut open = open();
     open.closed = true;
-    for (folder, group) in open.jobs.drain(..) {
+    for (_, group) in open.jobs.drain(..) {
         if let Some(group) = group {
             // Whoever waits for the process collects it, and then its group is gone.
             end(group, || killpg(group, None).is_err());
         }
-        remove(&folder);
     }
+    drop(open);
+    remove_unfinished();
 }
 
 /// Asks a group to end, and makes it end if it doesn't.
@@ -66,18 +66,9 @@ fn end(group: Pid, mut is_over: impl FnMut() -> bool) {
     let _ = killpg(group, Signal::SIGKILL);
 }
 
-/// Removes a folder, also while another thread still writes into it.
-fn remove(folder: &Path) {
-    let gone = |_: &u32| match std::fs::remove_dir_all(folder) {
-        Ok(()) => true,
-        Err(error) => error.kind() == ErrorKind::NotFound,
-    };
-    let _ = (0..100).find(gone);
-}
-
-/// A folder that nobody else can look into, removed at the end.
+/// A folder that nobody else can look into, removed at the end, or by the next program if this one is killed.
 pub struct PrivateFolder {
-    path: PathBuf,
+    unfinished: UnfinishedFolder,
 }
 
 impl PrivateFolder {
@@ -86,38 +77,29 @@ impl PrivateFolder {
     /// # Errors
     /// [`Error::File`].
     pub fn within(place: &Path) -> Result<Self, Error> {
-        let process = std::process::id();
-        let mut number = 0;
-        loop {
-            let path = place.join(format!("dcb-slepc-{process}-{number}"));
-            let mut open = open();
-            if open.closed {
-                return Err(interrupted());
-            }
-            match DirBuilder::new().mode(0o700).create(&path) {
-                Err(error) if error.kind() == ErrorKind::AlreadyExists => number += 1,
-                Err(source) => return Err(file_error(&path, "cannot make a folder", source)),
-                Ok(()) => {
-                    open.jobs.push((path.clone(), None));
-                    return Ok(Self { path });
-                }
-            }
+        let mut open = open();
+        if open.closed {
+            return Err(interrupted());
         }
+        let unfinished = UnfinishedFolder::within(place, OsStr::new("dcb-slepc"))
+            .map_err(|source| file_error(place, "cannot make a folder here", source))?;
+        open.jobs.push((unfinished.path().to_owned(), None));
+        Ok(Self { unfinished })
     }
 
     /// A file in it.
     pub fn file(&self, name: &str) -> PathBuf {
-        self.path.join(name)
+        self.path().join(name)
     }
 
     /// Where it is.
     pub fn path(&self) -> &Path {
-        &self.path
+        self.unfinished.path()
     }
 
     /// Notes which process group works here.
     fn set_group(&self, open: &mut Open, group: Option<Pid>) {
-        for job in open.jobs.iter_mut().filter(|job| job.0 == self.path) {
+        for job in open.jobs.iter_mut().filter(|job| job.0 == self.path()) {
             job.1 = group;
         }
     }
@@ -184,8 +166,7 @@ impl PrivateFolder {
 
 impl Drop for PrivateFolder {
     fn drop(&mut self) {
-        open().jobs.retain(|(path, _)| *path != self.path);
-        remove(&self.path);
+        open().jobs.retain(|(path, _)| path != self.path());
     }
 }
 

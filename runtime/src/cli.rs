@@ -17,6 +17,7 @@ use crate::error::Error;
 use crate::history::Selection;
 use crate::run::refuse_inputs;
 use crate::scene::{Compatibility, scene_schema};
+use crate::stop_signal::{self, StopSignal};
 use crate::{csv, picture};
 
 /// Simulates mechanisms of superelements and rigid bodies.
@@ -30,7 +31,7 @@ use crate::{csv, picture};
     subcommand_negates_reqs = true
 )]
 #[command(
-    after_help = "Exit status: 0 done, 1 numerical failure, 2 unusable input, 130 interrupted."
+    after_help = "Exit status: 0 done, 1 numerical failure, 2 unusable input, 130 interrupted (143 by SIGTERM, 129 by SIGHUP)."
 )]
 struct Cli {
     #[command(subcommand)]
@@ -100,12 +101,15 @@ pub struct SceneArguments {
     /// Let --compatibility weak run where it is unstable.
     #[arg(long)]
     pub allow_unstable_weak: bool,
-    /// Replace existing results.
+    /// Replace existing results, and files of fields.
     #[arg(long)]
     pub force: bool,
     /// Also write the outputs as CSV (replaces an older one).
     #[arg(long, value_name = "FILE")]
     pub csv: Option<PathBuf>,
+    /// Folder in which the scene may write fields, beside its own and that of the results.
+    #[arg(long, value_name = "FOLDER")]
+    pub fields_in: Option<PathBuf>,
     /// Say where the time goes.
     #[arg(long)]
     pub profile: bool,
@@ -177,6 +181,13 @@ pub fn main() -> ExitCode {
         Ok(cli) => cli,
         Err(error) => return refuse(&in_our_words(error)),
     };
+    stop_signal::survive_file_size_limit();
+    if !matches!(
+        cli.command,
+        None | Some(Command::Prepare(_) | Command::Study(_))
+    ) {
+        stop_signal::watch(|signal| stop_signal::end(signal));
+    }
     let done = match &cli.command {
         None => cli_scene::run(&cli.scene, &cli.common),
         Some(Command::Prepare(arguments)) => cli_prepare::run(arguments, &cli.common),
@@ -191,7 +202,7 @@ pub fn main() -> ExitCode {
             output.as_deref(),
             replace(*force),
             "svg",
-            |results, target| picture::plot(results, selection(names), target),
+            |results, target| picture::plot(results, selection(names), target, replace(*force)),
         ),
         Some(Command::Csv {
             results,
@@ -203,7 +214,7 @@ pub fn main() -> ExitCode {
             output.as_deref(),
             replace(*force),
             "csv",
-            |results, target| csv::write_csv(results, selection(names), target),
+            |results, target| csv::write_csv(results, selection(names), target, replace(*force)),
         ),
         Some(Command::Show { results }) => show(results),
         Some(Command::Schema) => schema(),
@@ -217,7 +228,10 @@ pub fn main() -> ExitCode {
     });
     match done {
         Ok(Ending::Complete) => ExitCode::SUCCESS,
-        Ok(Ending::Interrupted) => ExitCode::from(130),
+        Ok(Ending::Interrupted) => {
+            let signal = stop_signal::received().unwrap_or(StopSignal::Interrupt);
+            ExitCode::from(signal.exit_status())
+        }
         Err(error) => {
             print_to_stderr("error", &error.to_string());
             ExitCode::from(if error.is_unusable_input() { 2 } else { 1 })

@@ -9,6 +9,7 @@ use std::time::Instant;
 use clap::Args;
 use dcb_formats::dcb::{SuperelementFile, check_output};
 use dcb_formats::mesh::Dimension;
+use dcb_formats::report::write_text;
 use serde::Serialize;
 use serde_json::json;
 
@@ -17,6 +18,7 @@ use crate::cli_scene::{check_tolerance, is_interrupted, watch_for_interruption};
 use crate::cli_study::bar;
 use crate::error::Error;
 use crate::prepare::{Integration, Prepared, PreparedFile, prepare, write};
+use crate::run::refuse_inputs;
 use crate::scene::{BodyKind, InertiaChange, Scene, in_file};
 use crate::study::Subject;
 use crate::study::monitor::Monitor;
@@ -89,6 +91,7 @@ pub fn run(arguments: &PrepareArguments, common: &CommonArguments) -> Result<Don
     create(folder)?;
     for name in ["scene.json", "report.json"] {
         check_output(&folder.join(name), replace)?;
+        refuse_inputs(&folder.join(name), [path.as_path()], "the scene")?;
     }
     watch_for_interruption();
     let clock = Instant::now();
@@ -329,13 +332,7 @@ fn report(
         "files": files,
     });
     let path = folder.join("report.json");
-    std::fs::write(&path, format!("{text:#}\n")).map_err(|source| {
-        Error::File(dcb_formats::Error::Io {
-            path,
-            action: "cannot write",
-            source,
-        })
-    })
+    Ok(write_text(&path, &format!("{text:#}\n"))?)
 }
 
 /// Bodies whose inertia doesn't follow the deflection to second order, and how it does.

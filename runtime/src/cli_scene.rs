@@ -3,9 +3,8 @@
 use std::fmt::Write as _;
 use std::io::IsTerminal;
 use std::path::{Path, PathBuf};
-use std::sync::atomic::{AtomicBool, Ordering};
 
-use dcb_formats::dcb::{Replace, check_output};
+use dcb_formats::dcb::{Replace, check_output, is_same_file};
 use dcb_formats::results::Results;
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use serde_json::json;
@@ -20,22 +19,20 @@ use crate::model::Model;
 use crate::pruning::Pruning;
 use crate::run::{self, ModesReport, Observer, Profiling, Report, RunReport, Target, stiffened};
 use crate::scene::{BodyKind, Method, Scene, in_file};
+use crate::stop_signal;
 use crate::superelement_files::SuperelementFiles;
 
-/// Whether the user has interrupted.
-static INTERRUPTED: AtomicBool = AtomicBool::new(false);
 /// Positions of the progress bar.
 const POSITIONS: u64 = 1000;
 
-/// From now on an interruption by the user is noticed instead of ending the program.
+/// From now on the first signal to end is noticed instead of ending the program.
 pub fn watch_for_interruption() {
-    // A second handler can't be set (tests call the command twice in one process); the first one serves.
-    let _ = ctrlc::set_handler(|| INTERRUPTED.store(true, Ordering::SeqCst));
+    stop_signal::watch(|_| {});
 }
 
-/// Whether the user has interrupted.
+/// Whether the program was asked to end.
 pub fn is_interrupted() -> bool {
-    INTERRUPTED.load(Ordering::SeqCst)
+    stop_signal::received().is_some()
 }
 
 /// Runs the command.
@@ -56,6 +53,11 @@ pub fn run(arguments: &SceneArguments, common: &CommonArguments) -> Result<Done,
             .unwrap_or_else(|| path.with_extension("h5")),
         replace: replace(arguments.force),
         options: options(arguments),
+        fields_in: arguments.fields_in.clone(),
+        kept: std::iter::once(path)
+            .chain(&arguments.csv)
+            .cloned()
+            .collect(),
         profiling: if arguments.profile {
             Profiling::Stages
         } else {
@@ -95,7 +97,8 @@ pub fn run(arguments: &SceneArguments, common: &CommonArguments) -> Result<Done,
     watcher.bar.finish_and_clear();
     let report = report?;
     if let Some(table) = &arguments.csv {
-        csv::write_csv(&Results::open(&target.path)?, Selection::Outputs, table)?;
+        let results = Results::open(&target.path)?;
+        csv::write_csv(&results, Selection::Outputs, table, Replace::Overwrite)?;
     }
     Ok(Done {
         output: loaded + &told(&report, &target.path, &scene),
@@ -156,13 +159,13 @@ fn check_targets(
         return Ok(());
     };
     check_output(table, Replace::Overwrite)?;
-    if *table == target.path {
+    if is_same_file(table, &target.path) {
         return Err(Error::described(
             "--csv",
             "names the file of the results; name another one",
         ));
     }
-    run::refuse_inputs(table, [target.path.as_path()], "the file of the results")
+    Ok(())
 }
 
 /// Options of the command line in place of the scene's.

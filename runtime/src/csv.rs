@@ -1,19 +1,26 @@
 //! Histories as a table of comma-separated values: one row a step, every digit kept.
 
+use std::io;
 use std::path::Path;
 
+use dcb_formats::dcb::{Replace, write_stream};
 use dcb_formats::results::Results;
 
 use crate::error::Error;
 use crate::history::{Selection, histories};
 
 /// Writes `time [s],midpoint_deflection [1],…` and a row for every step. Numbers have as few digits as give the same
-/// number back; what isn't a number is `NaN`, `inf` or `-inf`. An existing file is replaced.
+/// number back; what isn't a number is `NaN`, `inf` or `-inf`. The table is written whole or not at all.
 ///
 /// # Errors
 /// [`Error::File`] if a channel isn't there or can't be read; [`Error::NothingToShow`] if none is selected;
-/// [`Error::CannotWrite`].
-pub fn write_csv(results: &Results, selection: Selection, path: &Path) -> Result<(), Error> {
+/// [`Error::File`] also for a table that is there and may not be replaced, and on a full disk.
+pub fn write_csv(
+    results: &Results,
+    selection: Selection,
+    path: &Path,
+    replace: Replace,
+) -> Result<(), Error> {
     let columns = histories(results, selection)?;
     if columns.is_empty() {
         return Err(Error::NothingToShow {
@@ -22,27 +29,30 @@ pub fn write_csv(results: &Results, selection: Selection, path: &Path) -> Result
         });
     }
     let time = results.time()?;
-    let told = |error: ::csv::Error| Error::CannotWrite {
-        path: path.to_owned(),
-        source: error.into(),
-    };
-    let mut table = ::csv::Writer::from_path(path).map_err(told)?;
-    let titles = columns
-        .iter()
-        .map(|column| format!("{} [{}]", column.name, column.unit));
-    let time_title = format!("time [{}]", results.units().time);
-    table
-        .write_record(std::iter::once(time_title).chain(titles))
-        .map_err(told)?;
-    for (step, time) in time.iter().enumerate() {
-        let values = columns.iter().map(|column| column.values[step]);
-        let fields = std::iter::once(*time).chain(values);
+    Ok(write_stream(path, replace, |out| {
+        let mut table = ::csv::Writer::from_writer(out);
+        let titles = columns
+            .iter()
+            .map(|column| format!("{} [{}]", column.name, column.unit));
+        let time_title = format!("time [{}]", results.units().time);
         table
-            .write_record(fields.map(|value| format!("{value:?}")))
-            .map_err(told)?;
+            .write_record(std::iter::once(time_title).chain(titles))
+            .map_err(refused)?;
+        for (step, time) in time.iter().enumerate() {
+            let values = columns.iter().map(|column| column.values[step]);
+            let fields = std::iter::once(*time).chain(values);
+            table
+                .write_record(fields.map(|value| format!("{value:?}")))
+                .map_err(refused)?;
+        }
+        table.flush()
+    })?)
+}
+
+/// The system's own answer.
+fn refused(error: ::csv::Error) -> io::Error {
+    match error.into_kind() {
+        ::csv::ErrorKind::Io(error) => error,
+        other => io::Error::other(format!("{other:?}")),
     }
-    table.flush().map_err(|source| Error::CannotWrite {
-        path: path.to_owned(),
-        source,
-    })
 }

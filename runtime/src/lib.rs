@@ -71,6 +71,7 @@ pub mod scene;
 pub mod scope;
 pub mod selection;
 pub mod simulation;
+pub mod stop_signal;
 pub mod study;
 pub mod superelement_files;
 pub mod system;

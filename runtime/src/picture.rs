@@ -1,8 +1,10 @@
 //! Pictures of results as SVG: histories of a simulation over time. The charts themselves are
 //! [`dcb_formats::report`]'s, for documents as well.
 
+use std::io::Write as _;
 use std::path::Path;
 
+use dcb_formats::dcb::{Replace, write_stream};
 pub use dcb_formats::report::{
     Axis, Chart, Note, ReferenceSlope, Scale, Series, Style, svg, write_svg,
 };
@@ -11,12 +13,18 @@ use dcb_formats::results::Results;
 use crate::error::Error;
 use crate::history::{History, Selection, histories};
 
-/// Draws the selected channels over time: those of one unit in one chart, the charts below each other. An existing
-/// file is replaced.
+/// Draws the selected channels over time: those of one unit in one chart, the charts below each other. The file is
+/// written whole or not at all.
 ///
 /// # Errors
-/// [`Error::File`] if a channel isn't there or can't be read, if none is selected, or if the file can't be written.
-pub fn plot(results: &Results, selection: Selection, path: &Path) -> Result<(), Error> {
+/// [`Error::File`] if a channel isn't there or can't be read, if none is selected, if the file is there and may not be replaced, or if it
+/// can't be written.
+pub fn plot(
+    results: &Results,
+    selection: Selection,
+    path: &Path,
+    replace: Replace,
+) -> Result<(), Error> {
     let time = results.time()?;
     let mut charts: Vec<(String, Chart)> = Vec::new();
     for history in histories(results, selection)? {
@@ -44,7 +52,13 @@ pub fn plot(results: &Results, selection: Selection, path: &Path) -> Result<(), 
         };
         finished.push(chart);
     }
-    Ok(write_svg(&finished, path)?)
+    let text = svg(&finished).map_err(|why| dcb_formats::Error::File {
+        path: path.to_owned(),
+        message: why.to_string(),
+    })?;
+    Ok(write_stream(path, replace, |out| {
+        out.write_all(text.as_bytes())
+    })?)
 }
 
 fn over_time(time: &[f64], history: &History) -> Series {

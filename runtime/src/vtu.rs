@@ -2,14 +2,15 @@
 //! `BODY.pvd`, which gives the files their times.
 //!
 //! Numbers are stored as they are in memory, base64-coded. What an interrupted run has written can be opened: the
-//! `.pvd` lists finished files only.
+//! `.pvd` lists finished files only, and each file is written whole or not at all.
 
 use std::fs::File;
-use std::io::{self, BufWriter, Seek as _, SeekFrom, Write};
+use std::io::{self, Seek as _, SeekFrom, Write};
 use std::path::{Path, PathBuf};
 
 use base64::Engine as _;
 use base64::engine::general_purpose::STANDARD;
+use dcb_formats::dcb::{Replace, UnfinishedFolder};
 use dcb_formats::description::{listed, suggestion};
 use dcb_formats::mesh::Mesh;
 use nalgebra::Vector3;
@@ -62,6 +63,8 @@ pub struct FieldSeries {
     stem: String,
     node_count: usize,
     cells: Cells,
+    replace: Replace,
+    unfinished: UnfinishedFolder,
     list: File,
     list_path: PathBuf,
     /// Where the next entry of the list goes: over the tags that end it.
@@ -82,29 +85,41 @@ const LIST_START: &str =
 const LIST_END: &str = "</Collection>\n</VTKFile>\n";
 
 impl FieldSeries {
-    /// Starts the list of a body's files in a folder that exists; a list of that name is replaced.
+    /// Starts the list of a body's files in a folder that exists.
     ///
     /// # Errors
-    /// [`Error::Field`] for cells that VTK has no type for; [`Error::CannotWrite`].
-    pub fn create(folder: &Path, body: &str, mesh: &Mesh) -> Result<Self, Error> {
+    /// [`Error::Field`] for cells that VTK has no type for; [`Error::File`] for a list that is there and may not be replaced, and
+    /// where the system refuses, also on a full disk.
+    pub fn create(folder: &Path, body: &str, mesh: &Mesh, replace: Replace) -> Result<Self, Error> {
         let cells = Cells::of(mesh).map_err(|message| Error::Field {
             body: body.to_owned(),
             message,
         })?;
         let stem = file_stem(body);
-        let list_path = folder.join(format!("{stem}.pvd"));
-        let start = || {
-            let mut list = File::create(&list_path)?;
-            list.write_all([LIST_START, LIST_END].concat().as_bytes())?;
-            Ok(list)
-        };
-        let list = start().map_err(|source| cannot_write(&list_path, source))?;
+        let list_path = Self::list_path(folder, body);
+        let list_name = list_path.file_name().unwrap_or_default();
+        let unfinished = UnfinishedFolder::within(folder, list_name)
+            .map_err(|source| cannot_write(&list_path, source))?;
+        let mut list = None;
+        unfinished.write(&list_path, replace, |_, mut file| {
+            let text = [LIST_START, LIST_END].concat();
+            let started = file
+                .write_all(text.as_bytes())
+                .and_then(|()| file.try_clone());
+            list = Some(started.map_err(|source| {
+                dcb_formats::Error::not_written(&list_path, text.len() as u64, source)
+            })?);
+            Ok(())
+        })?;
+        let list = list.ok_or_else(|| cannot_write(&list_path, io::Error::other("no file")))?;
         Ok(Self {
             body: body.to_owned(),
             folder: folder.to_owned(),
             stem,
             node_count: mesh.node_count(),
             cells,
+            replace,
+            unfinished,
             list,
             list_path,
             entry_at: LIST_START.len() as u64,
@@ -112,10 +127,35 @@ impl FieldSeries {
         })
     }
 
+    /// The list of a body's files.
+    pub fn list_path(folder: &Path, body: &str) -> PathBuf {
+        folder.join(format!("{}.pvd", file_stem(body)))
+    }
+
+    /// Files of a body that are in a folder already, list included.
+    pub fn existing(folder: &Path, body: &str) -> Vec<PathBuf> {
+        let stem = file_stem(body);
+        let is_picture = |name: &str| {
+            let number = (name.strip_prefix(&stem))
+                .and_then(|rest| rest.strip_prefix('_')?.strip_suffix(".vtu"));
+            number.is_some_and(|digits| {
+                digits.len() >= 6 && digits.bytes().all(|digit| digit.is_ascii_digit())
+            })
+        };
+        let listing = std::fs::read_dir(folder).into_iter().flatten().flatten();
+        let pictures = listing.map(|entry| entry.path()).filter(|path| {
+            path.file_name()
+                .is_some_and(|name| is_picture(&name.to_string_lossy()))
+        });
+        let list = Self::list_path(folder, body);
+        let list = list.symlink_metadata().is_ok().then_some(list);
+        list.into_iter().chain(pictures).collect()
+    }
+
     /// Writes the file of one time, then lists it. Returns its path.
     ///
     /// # Errors
-    /// [`Error::Field`] if something isn't given for every node; [`Error::CannotWrite`].
+    /// [`Error::Field`] if something isn't given for every node; [`Error::File`] where the system refuses, also on a full disk.
     pub fn write(&mut self, snapshot: &FieldSnapshot) -> Result<PathBuf, Error> {
         let positions = ("positions", snapshot.positions_world.len());
         let vectors = snapshot.vectors.iter().map(|(name, of)| (*name, of.len()));
@@ -132,9 +172,12 @@ impl FieldSeries {
         }
         let name = format!("{}_{:06}.vtu", self.stem, self.written);
         let path = self.folder.join(&name);
-        write_grid(&path, &self.cells, snapshot).map_err(|source| cannot_write(&path, source))?;
-        self.list(&name, snapshot.time)
-            .map_err(|source| cannot_write(&self.list_path, source))?;
+        self.unfinished.write_stream(&path, self.replace, |out| {
+            write_grid(out, &self.cells, snapshot)
+        })?;
+        self.list(&name, snapshot.time).map_err(|source| {
+            dcb_formats::Error::not_written(&self.list_path, self.entry_at, source)
+        })?;
         self.written += 1;
         Ok(path)
     }
@@ -151,7 +194,13 @@ impl FieldSeries {
         let next = self.entry_at + text.len() as u64;
         text.extend_from_slice(LIST_END.as_bytes());
         self.list.seek(SeekFrom::Start(self.entry_at))?;
-        self.list.write_all(&text)?;
+        if let Err(error) = self.list.write_all(&text) {
+            // The list as it was has its room already.
+            self.list.seek(SeekFrom::Start(self.entry_at))?;
+            self.list.write_all(LIST_END.as_bytes())?;
+            self.list.set_len(self.entry_at + LIST_END.len() as u64)?;
+            return Err(error);
+        }
         self.entry_at = next;
         Ok(())
     }
@@ -219,10 +268,9 @@ fn cannot_write(path: &Path, source: io::Error) -> Error {
     }
 }
 
-fn write_grid(path: &Path, cells: &Cells, snapshot: &FieldSnapshot) -> io::Result<()> {
-    let mut file = BufWriter::new(File::create(path)?);
+fn write_grid(file: &mut impl Write, cells: &Cells, snapshot: &FieldSnapshot) -> io::Result<()> {
     file.write_all(b"<?xml version=\"1.0\"?>\n")?;
-    let mut xml = Writer::new(&mut file);
+    let mut xml = Writer::new(file);
     let (node_count, cell_count) = (snapshot.positions_world.len(), cells.types.len());
     xml.create_element("VTKFile")
         .with_attributes([
@@ -242,7 +290,7 @@ fn write_grid(path: &Path, cells: &Cells, snapshot: &FieldSnapshot) -> io::Resul
                 })?;
             Ok(())
         })?;
-    file.flush()
+    Ok(())
 }
 
 fn write_piece<W: Write>(

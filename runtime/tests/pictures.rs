@@ -64,7 +64,7 @@ fn a_table_gives_every_number_back_bit_by_bit() {
     let results = Results::open(results(folder.path(), 500)).unwrap();
     let table = folder.path().join("table.csv");
     let names = ["tip", "interface_forces/rod/a", "kinetic", "tip"].map(str::to_owned);
-    write_csv(&results, Selection::Named(&names), &table).unwrap();
+    write_csv(&results, Selection::Named(&names), &table, Replace::Refuse).unwrap();
     let mut reader = csv::Reader::from_path(&table).unwrap();
     assert_eq!(
         reader.headers().unwrap(),
@@ -100,7 +100,7 @@ fn a_table_gives_every_number_back_bit_by_bit() {
         );
     }
 
-    write_csv(&results, Selection::Outputs, &table).unwrap();
+    write_csv(&results, Selection::Outputs, &table, Replace::Overwrite).unwrap();
     let text = fs::read_to_string(&table).unwrap();
     assert!(
         text.starts_with("time [s],midpoint_deflection [1],tip.x [m],tip.y [m]\n"),
@@ -115,10 +115,10 @@ fn a_misspelt_channel_is_refused_and_no_file_is_left() {
     let path = folder.path().join("out");
     let names = ["midpoint_deflektion".to_owned()];
     for message in [
-        write_csv(&results, Selection::Named(&names), &path)
+        write_csv(&results, Selection::Named(&names), &path, Replace::Refuse)
             .unwrap_err()
             .to_string(),
-        plot(&results, Selection::Named(&names), &path)
+        plot(&results, Selection::Named(&names), &path, Replace::Refuse)
             .unwrap_err()
             .to_string(),
     ] {
@@ -127,7 +127,7 @@ fn a_misspelt_channel_is_refused_and_no_file_is_left() {
             "{message}"
         );
     }
-    let nothing = plot(&results, Selection::Named(&[]), &path)
+    let nothing = plot(&results, Selection::Named(&[]), &path, Replace::Refuse)
         .unwrap_err()
         .to_string();
     assert!(nothing.contains("no values"), "{nothing}");
@@ -164,7 +164,7 @@ fn histories_of_one_unit_share_a_chart_and_gaps_interrupt_the_line() {
     let results = Results::open(results(folder.path(), 30_000)).unwrap();
     let path = picture(folder.path(), "histories.svg");
     let names = ["midpoint_deflection", "interface_forces/rod/a", "tip"].map(str::to_owned);
-    plot(&results, Selection::Named(&names), &path).unwrap();
+    plot(&results, Selection::Named(&names), &path, Replace::Refuse).unwrap();
     let svg = fs::read_to_string(&path).unwrap();
     for text in [
         "midpoint_deflection [1]",

@@ -10,6 +10,7 @@ use std::process::Command;
 
 use common::{Part, numbers};
 use dcb_formats::component_files::{ComponentFiles, Overrides, read_component};
+use dcb_formats::dcb::Replace;
 use dcb_formats::mesh::{CellBlock, Dimension, Mesh};
 use dcb_runtime::field::NodalField;
 use dcb_runtime::vtu::{FieldSeries, FieldSnapshot};
@@ -80,7 +81,7 @@ fn a_mode_of_the_rotor_comes_back_as_it_was_computed() {
     }
     let world: Vec<_> = displacement.iter().map(|u| axes * u).collect();
     let folder = tempfile::tempdir().unwrap();
-    let mut series = FieldSeries::create(folder.path(), "rotor/1", mesh).unwrap();
+    let mut series = FieldSeries::create(folder.path(), "rotor/1", mesh, Replace::Refuse).unwrap();
     let times = [0.0, 1.16e-5, 0.1];
     let paths = times.map(|time| {
         let snapshot = FieldSnapshot {
@@ -165,7 +166,7 @@ fn every_type_of_cell_keeps_its_node_order() {
         .map(|node| Vector3::from(mesh.position(node)))
         .collect();
     let folder = tempfile::tempdir().unwrap();
-    let mut series = FieldSeries::create(folder.path(), "cells", &mesh).unwrap();
+    let mut series = FieldSeries::create(folder.path(), "cells", &mesh, Replace::Refuse).unwrap();
     let snapshot = FieldSnapshot {
         time: 0.0,
         positions_world: &points,
@@ -185,7 +186,7 @@ fn every_type_of_cell_keeps_its_node_order() {
 
     let mut misspelt = mesh.clone();
     misspelt.cells[3].cell_type = "quads".to_owned();
-    let refused = FieldSeries::create(folder.path(), "cells", &misspelt)
+    let refused = FieldSeries::create(folder.path(), "cells", &misspelt, Replace::Overwrite)
         .unwrap_err()
         .to_string();
     assert!(

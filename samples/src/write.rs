@@ -1,13 +1,14 @@
 //! Writing a component as the files `reduce` reads: Matrix Market matrices and the mesh JSON with its `component` key.
 //!
 //! Numbers are the shortest decimals that read back to the same bits (at most 17 significant digits). Every file is
-//! written beside its target first and then renamed.
+//! written whole or not at all.
 
-use std::fs::{File, create_dir_all, rename};
-use std::io::{self, BufWriter, Write};
+use std::fs::create_dir_all;
+use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 
 use dcb_formats::component::{Damping, Interface, Role, Weights};
+use dcb_formats::dcb::{Replace, Stream, write_stream};
 use dcb_formats::mesh::{Dimension, Direction, Mesh};
 use dcb_formats::{Component, Error, SparseMatrix};
 use rayon::prelude::*;
@@ -29,7 +30,7 @@ const COLUMN_BATCH: usize = 8192;
 /// `stem.boundary.mtx` for explicit rows, `stem.stiffening.xx.mtx` … and `stem.load.NAME.mtx`; returns the paths. The folder is made if needed, files are replaced.
 ///
 /// # Errors
-/// [`Error::Io`] with the path the operating system refused.
+/// [`Error::NoRoom`] on a full disk; [`Error::Io`] with the path the operating system refused.
 pub fn write(component: &Component, folder: &Path, stem: &str) -> Result<Vec<PathBuf>, Error> {
     create_dir_all(folder).map_err(|source| Error::Io {
         path: folder.to_owned(),
@@ -90,27 +91,11 @@ pub fn write(component: &Component, folder: &Path, stem: &str) -> Result<Vec<Pat
     Ok(written)
 }
 
-/// Writes beside the target, then renames.
 fn replace(
     path: &Path,
-    content: impl FnOnce(&mut BufWriter<File>) -> io::Result<()>,
+    content: impl FnOnce(&mut Stream<'_>) -> io::Result<()>,
 ) -> Result<(), Error> {
-    let mut partial = path.as_os_str().to_owned();
-    partial.push(".partial");
-    let failed = |action| {
-        move |source| Error::Io {
-            path: path.to_owned(),
-            action,
-            source,
-        }
-    };
-    let file = File::create(&partial).map_err(failed("cannot create"))?;
-    let mut out = BufWriter::with_capacity(1 << 20, file);
-    content(&mut out)
-        .and_then(|()| out.flush())
-        .map_err(failed("cannot write"))?;
-    drop(out);
-    rename(&partial, path).map_err(failed("cannot rename into place"))
+    write_stream(path, Replace::Overwrite, content)
 }
 
 fn write_matrix(out: &mut impl Write, matrix: &SparseMatrix, storage: Storage) -> io::Result<()> {

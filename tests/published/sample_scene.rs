@@ -28,6 +28,8 @@ fn shipped_scene_follows_the_independent_history() {
     let scene = Scene::read(&repository("samples/slider-crank/scene.json")).unwrap();
     let folder = tempfile::tempdir().unwrap();
     let target = Target {
+        fields_in: None,
+        kept: Vec::new(),
         path: folder.path().join("results.h5"),
         replace: Replace::Refuse,
         options: serde_json::Value::Null,

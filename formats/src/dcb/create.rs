@@ -6,8 +6,8 @@ use hdf5::file::LibraryVersion;
 
 use crate::Error;
 
-/// HDF5 tells the system's answer only as text in its error stack.
-pub(crate) fn told(target: &Path, error: &hdf5::Error) -> Error {
+/// HDF5 tells the system's answer only as text in its error stack. `needed`: bytes of the file, or what was to be added.
+pub(crate) fn told(target: &Path, needed: u64, error: &hdf5::Error) -> Error {
     let path = target.to_owned();
     let frames = error.stack().map(|stack| {
         stack
@@ -24,11 +24,7 @@ pub(crate) fn told(target: &Path, error: &hdf5::Error) -> Error {
             .ok()
     });
     match errno {
-        Some(errno) => Error::Io {
-            path,
-            action: "cannot write",
-            source: std::io::Error::from_raw_os_error(errno),
-        },
+        Some(errno) => Error::not_written(&path, needed, std::io::Error::from_raw_os_error(errno)),
         None => Error::File {
             path,
             message: format!("cannot write: {error}"),
@@ -36,13 +32,13 @@ pub(crate) fn told(target: &Path, error: &hdf5::Error) -> Error {
     }
 }
 
-/// A new HDF5 file that HDF5 1.8 and everything later reads. Nothing older will do: it limits an attribute to
+/// An empty file becomes an HDF5 file that HDF5 1.8 and everything later reads. Nothing older will do: it limits an attribute to
 /// 64 KiB, and the lists of units may be longer. Without times the same contents give the same bytes.
 pub(crate) fn create(path: &Path) -> hdf5::Result<hdf5::File> {
     hdf5::File::with_options()
         .with_fapl(|access| access.libver_bounds(LibraryVersion::V18, LibraryVersion::V18))
         .with_fcpl(|creation| creation.obj_track_times(false))
-        .create_excl(path)
+        .create(path)
 }
 
 /// Gives the disk space of a failed write back before HDF5 closes the file, which has to write once more.

@@ -26,12 +26,14 @@ mod second_order;
 pub(crate) mod shapes;
 mod sink;
 mod storage;
+mod unfinished;
 mod units;
 mod write;
 mod write_fields;
 
-pub use output::{check_output, copy_whole, partial_path};
+pub use output::{Counted, Stream, check_output, copy_whole, is_same_file, write_stream};
 pub use read::{SuperelementFile, read_superelement};
+pub use unfinished::{UnfinishedFolder, remove_leftover, remove_leftovers, remove_unfinished};
 pub use write::write_superelement;
 
 use crate::mesh::Mesh;

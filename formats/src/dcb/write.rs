@@ -51,9 +51,25 @@ pub fn write_superelement(
         )
         .map_err(broken)?;
     }
-    output::write_whole(target, options.replace_existing, |partial| {
-        fill(partial, contents, options.compression).map_err(|error| told(target, &error))
+    output::write_whole(target, options.replace_existing, |partial, _| {
+        fill(partial, contents, options.compression)
+            .map_err(|error| told(target, rough_size(contents), &error))
     })
+}
+
+/// Bytes of the large arrays: the nodal fields and the inertia invariants, uncompressed.
+fn rough_size(contents: &Contents) -> u64 {
+    let of = contents.superelement;
+    let matrix = |rows: usize, columns: usize| (8 * rows * columns) as u64;
+    let fields = contents
+        .recovery
+        .map_or(0, |recovery| matrix(recovery.dofs.len(), of.basis_count()));
+    let per_pair = match of.dimension {
+        Dimension::Planar => 1,
+        Dimension::Spatial => 12,
+    };
+    let mesh = contents.mesh.map_or(0, |mesh| matrix(mesh.node_count(), 3));
+    fields + mesh + per_pair * matrix(of.basis_count(), of.basis_count())
 }
 
 fn fill(partial: &Path, contents: &Contents, compression: Compression) -> hdf5::Result<()> {

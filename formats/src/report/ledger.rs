@@ -135,9 +135,17 @@ impl<R: Serialize + DeserializeOwned> Ledger<R> {
     pub fn add(&mut self, key: &str, row: R) -> Result<(), Error> {
         let line = Line { key, row: &row };
         let text = serde_json::to_string(&line).map_err(|error| not_json(&self.path, &error))?;
-        (self.file.write_all((text + "\n").as_bytes()))
-            .and_then(|()| self.file.sync_data())
-            .map_err(|error| told(&self.path, "cannot write", error))?;
+        let line = text + "\n";
+        let before = (self.file.metadata())
+            .map_err(|error| told(&self.path, "cannot write", error))?
+            .len();
+        let added = (self.file.write_all(line.as_bytes())).and_then(|()| self.file.sync_data());
+        if let Err(error) = added {
+            // Half a line must not stand before the next one.
+            let _ = self.file.set_len(before);
+            let _ = self.file.seek(SeekFrom::End(0));
+            return Err(Error::not_written(&self.path, line.len() as u64, error));
+        }
         self.rows.insert(key.to_owned(), row);
         Ok(())
     }

@@ -20,6 +20,7 @@ mod pareto;
 mod table;
 mod words;
 
+use std::io::Write as _;
 use std::path::Path;
 
 use serde::Serialize;
@@ -31,21 +32,16 @@ pub use page::{Page, escaped};
 pub use pareto::{Candidate, Family, cheapest_within, pareto_chart, pareto_front};
 pub use table::{Cell, Column, Table};
 
-use crate::dcb::Replace;
-use crate::dcb::output::write_whole;
+use crate::dcb::{Replace, write_stream};
 use crate::error::Error;
 
 /// Writes a text file, whole or not at all; an existing file is replaced.
 ///
 /// # Errors
-/// [`Error::File`] for a place where no file can be; [`Error::Io`] where the system refuses.
+/// [`Error::File`] for a place where no file can be; [`Error::NoRoom`] on a full disk; [`Error::Io`] where the system refuses.
 pub fn write_text(path: &Path, text: &str) -> Result<(), Error> {
-    write_whole(path, Replace::Overwrite, |partial| {
-        std::fs::write(partial, text).map_err(|source| Error::Io {
-            path: path.to_owned(),
-            action: "cannot write",
-            source,
-        })
+    write_stream(path, Replace::Overwrite, |out| {
+        out.write_all(text.as_bytes())
     })
 }
 

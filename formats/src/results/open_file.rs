@@ -31,6 +31,14 @@ pub(super) struct OutcomeTexts {
     pub(super) summary: String,
 }
 
+impl OutcomeTexts {
+    /// Bytes that they need.
+    pub(super) fn needed_space(&self) -> u64 {
+        let bytes = self.stopped.len() + self.events.len() + self.summary.len();
+        2 * bytes as u64 + TABLE_BYTES
+    }
+}
+
 /// The HDF5 side: `/time` and the channels, all with the same number of rows.
 #[derive(Debug)]
 pub(super) struct OpenFile {
@@ -102,14 +110,18 @@ impl OpenFile {
         })
     }
 
-    /// Takes the disk space that so many rows need.
-    pub(super) fn take_space(&mut self, rows: usize) -> std::io::Result<()> {
+    /// Bytes that so many more rows need.
+    pub(super) fn needed_space(&self, rows: usize) -> u64 {
         let chunks = |rows: usize| rows.div_ceil(self.chunk_rows);
         let new_rows = (chunks(self.rows + rows) - chunks(self.rows)) * self.chunk_rows;
         let columns: usize = self.channels.iter().map(|(_, columns)| columns).sum();
         let data = 8 * new_rows as u64 * (1 + columns as u64);
         let indices = INDEX_BYTES * (1 + self.channels.len() as u64);
-        let bytes = data + indices + TABLE_BYTES;
+        data + indices + TABLE_BYTES
+    }
+
+    /// Takes disk space behind what is there.
+    pub(super) fn take_space(&mut self, bytes: u64) -> std::io::Result<()> {
         self.reserve.take(self.file.size(), bytes)
     }
 
@@ -158,10 +170,7 @@ impl OpenFile {
         texts: &OutcomeTexts,
         outcome: &Outcome,
     ) -> Result<(), CloseError> {
-        let bytes = texts.stopped.len() + texts.events.len() + texts.summary.len();
-        let has_space = self
-            .reserve
-            .take(self.file.size(), 2 * bytes as u64 + TABLE_BYTES);
+        let has_space = self.reserve.take(self.file.size(), texts.needed_space());
         let Self {
             file,
             time,

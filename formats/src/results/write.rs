@@ -66,9 +66,12 @@ impl ResultsWriter {
         let row_values = 1 + channels.iter().map(|one| one.columns.len()).sum::<usize>();
         let block_rows = (BLOCK_VALUES / row_values).clamp(1, BLOCK_ROWS);
         let mut open = None;
-        write_whole(target, replace, |partial| {
+        write_whole(target, replace, |partial, file| {
             let started = OpenFile::start(partial, channels, header, block_rows);
-            open = Some(started.map_err(|error| told(target, &error))?);
+            open = Some(started.map_err(|error| {
+                let length = file.metadata().map_or(0, |data| data.len());
+                told(target, length, &error)
+            })?);
             Ok(())
         })?;
         Ok(Self {
@@ -155,12 +158,13 @@ impl ResultsWriter {
         let Some(open) = &mut self.open else {
             return Ok(());
         };
+        let needed = open.needed_space(self.block.len() / self.row_values);
         let written = open
-            .take_space(self.block.len() / self.row_values)
-            .map_err(|source| io(&self.target, source))
+            .take_space(needed)
+            .map_err(|source| Error::not_written(&self.target, needed, source))
             .and_then(|()| {
                 open.write_rows(&self.block, self.row_values)
-                    .map_err(|error| told(&self.target, &error))
+                    .map_err(|error| told(&self.target, needed, &error))
             });
         self.last_writing = Instant::now();
         if let Err(error) = written {
@@ -192,9 +196,10 @@ impl ResultsWriter {
             events: json!(self.events).to_string(),
             summary: summary.to_string(),
         };
+        let needed = texts.needed_space();
         open.close(&texts, outcome).map_err(|error| match error {
-            CloseError::Hdf5(error) => told(&self.target, &error),
-            CloseError::Io(source) => io(&self.target, source),
+            CloseError::Hdf5(error) => told(&self.target, needed, &error),
+            CloseError::Io(source) => Error::not_written(&self.target, needed, source),
         })
     }
 
@@ -217,13 +222,5 @@ impl Drop for ResultsWriter {
             };
             let _ = self.close(&outcome, &json!(null));
         }
-    }
-}
-
-fn io(target: &Path, source: std::io::Error) -> Error {
-    Error::Io {
-        path: target.to_owned(),
-        action: "cannot write",
-        source,
     }
 }

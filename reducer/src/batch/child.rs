@@ -13,8 +13,8 @@ const INTERVAL: Duration = Duration::from_millis(20);
 const GRACE: Duration = Duration::from_secs(5);
 /// After a process that was interrupted by itself, how long this one waits for its own interruption.
 const SAME_MOMENT: Duration = Duration::from_millis(500);
-/// Exit status of an interrupted process.
-const INTERRUPTED: i32 = 130;
+/// Exit statuses of processes that a signal ended: SIGINT, SIGTERM, SIGHUP.
+const INTERRUPTED: [i32; 3] = [130, 143, 129];
 
 /// Processes that run, and whether more may begin.
 static RUNNING: Mutex<Running> = Mutex::new(Running {
@@ -71,7 +71,10 @@ pub fn run(command: &mut Command) -> std::io::Result<Ended> {
     lock(&RUNNING)
         .children
         .retain(|other| !Arc::ptr_eq(other, &child));
-    if status.code() == Some(INTERRUPTED) {
+    if status
+        .code()
+        .is_some_and(|code| INTERRUPTED.contains(&code))
+    {
         // Ctrl-C reaches all processes of a terminal at once; this one is ended by its own handler.
         std::thread::sleep(SAME_MOMENT);
     }

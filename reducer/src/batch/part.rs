@@ -6,7 +6,7 @@ use std::sync::Mutex;
 use std::time::{Instant, SystemTime, UNIX_EPOCH};
 
 use dcb_formats::component_files::ComponentFiles;
-use dcb_formats::dcb::SuperelementFile;
+use dcb_formats::dcb::{SuperelementFile, remove_leftovers};
 use serde_json::Value;
 
 use super::child::{self, Ended};
@@ -86,17 +86,8 @@ impl<'a> Making<'a> {
 
     /// Removes what a killed process left of this part; who calls holds its lock.
     pub fn remove_leftovers(&self) {
-        let start = format!(".{}.dcb.h5.", self.part.name);
-        let Ok(listing) = std::fs::read_dir(&self.batch.folder) else {
-            return;
-        };
-        for entry in listing.flatten() {
-            let name = entry.file_name();
-            let name = name.to_string_lossy();
-            if name.starts_with(&start) && name.ends_with(".partial") {
-                let _ = std::fs::remove_file(entry.path());
-            }
-        }
+        remove_leftovers(&self.target());
+        remove_leftovers(&self.timings());
         let _ = std::fs::remove_file(self.timings());
     }
 

@@ -4,9 +4,8 @@ use std::fs::{File, TryLockError};
 use std::io;
 use std::time::SystemTime;
 
-use dcb_formats::dcb::{
-    Contents, Replace, SuperelementFile, WriteOptions, partial_path, write_superelement,
-};
+use dcb_formats::dcb::{Contents, Replace, SuperelementFile, WriteOptions, write_superelement};
+use dcb_formats::report::write_json;
 
 use super::{Cache, Entry, Key, Record, Request};
 use crate::error::Error;
@@ -158,17 +157,13 @@ impl Reservation<'_> {
         };
         if let Err(error) = self.write_record(&key, &record) {
             let _ = self.cache.remove_files(&key);
-            return Err(told(error));
+            return Err(error.into());
         }
         self.cache.make_room(&key);
         Ok(Stored::Kept)
     }
 
-    fn write_record(&self, key: &Key, record: &Record) -> io::Result<()> {
-        let path = self.cache.record_path(key);
-        let partial = partial_path(&path);
-        let text = serde_json::to_string(record)? + "\n";
-        std::fs::write(&partial, text)?;
-        std::fs::rename(&partial, &path)
+    fn write_record(&self, key: &Key, record: &Record) -> Result<(), dcb_formats::Error> {
+        write_json(&self.cache.record_path(key), record)
     }
 }

@@ -3,6 +3,8 @@
 use std::io;
 use std::path::Path;
 
+use dcb_formats::dcb::remove_leftover;
+
 use super::{Cache, Key, SUPERELEMENT};
 
 /// Whether an entry could be removed.
@@ -58,9 +60,12 @@ impl Cache {
                 false => name.ends_with(SUPERELEMENT) && !self.record_path(&key).exists(),
             };
             if is_left && let Ok(Some(_lock)) = self.lock_unused(&key) {
-                // Finished meanwhile?
-                if is_partial || !self.record_path(&key).exists() {
-                    let _ = std::fs::remove_file(self.folder().join(&name));
+                let path = self.folder().join(&name);
+                if is_partial {
+                    remove_leftover(&path);
+                } else if !self.record_path(&key).exists() {
+                    // Not finished meanwhile.
+                    let _ = std::fs::remove_file(path);
                 }
             }
         }
@@ -73,7 +78,7 @@ impl Cache {
         let unfinished = format!(".{key}.");
         for name in self.names() {
             if name.starts_with(&unfinished) {
-                remove_if_there(&self.folder().join(name))?;
+                remove_leftover(&self.folder().join(name));
             }
         }
         Ok(())

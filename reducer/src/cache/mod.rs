@@ -20,6 +20,8 @@ use std::fs::{File, TryLockError};
 use std::io;
 use std::path::{Path, PathBuf};
 
+use dcb_formats::report::write_text;
+
 pub use claim::{Claim, Reservation, Stored};
 pub use entry::{Entry, Listed, Record};
 pub use request::{Key, ModeRequest, Request};
@@ -50,7 +52,7 @@ impl Cache {
         std::fs::create_dir_all(folder)?;
         let (name, text) = TAG;
         if !folder.join(name).exists() {
-            std::fs::write(folder.join(name), text)?;
+            write_text(&folder.join(name), text).map_err(io::Error::other)?;
         }
         Ok(Self::existing(folder, limit))
     }

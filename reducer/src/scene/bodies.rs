@@ -3,6 +3,7 @@
 use std::ffi::OsStr;
 use std::path::{Path, PathBuf};
 
+use dcb_formats::dcb::is_same_file;
 use dcb_runtime::Scene;
 use dcb_runtime::scene::{BodyKind, SuperelementBody};
 
@@ -39,8 +40,7 @@ impl PartInScene {
         };
         let bodies = match names {
             [] => {
-                let output_place = place(output);
-                let is_output = |file: &Path| output_place.is_some() && place(file) == output_place;
+                let is_output = |file: &Path| is_same_file(file, output);
                 let names = [output.file_name(), usual_output.file_name()];
                 let has_its_name = |file: &Path| {
                     file.file_name()
@@ -126,15 +126,4 @@ fn superelements(scene: &Scene) -> impl Iterator<Item = (&str, &SuperelementBody
 fn name_of(path: &Path) -> String {
     let name = path.file_name().unwrap_or(OsStr::new(""));
     name.to_string_lossy().into_owned()
-}
-
-/// Where a file is, or would be in a folder that is there.
-pub fn place(path: &Path) -> Option<PathBuf> {
-    path.canonicalize().ok().or_else(|| {
-        let folder = path
-            .parent()
-            .filter(|folder| !folder.as_os_str().is_empty())
-            .unwrap_or(Path::new("."));
-        Some(folder.canonicalize().ok()?.join(path.file_name()?))
-    })
 }

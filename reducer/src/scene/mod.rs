@@ -20,7 +20,7 @@ mod search;
 mod spin;
 
 pub use asked::Asked;
-pub use bodies::{PartInScene, place};
+pub use bodies::PartInScene;
 pub use cached::CachedReductions;
 pub use fit::Fitted;
 pub use interfaces::part_interfaces;

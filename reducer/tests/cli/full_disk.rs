@@ -40,7 +40,7 @@ fn a_full_disk_is_told_and_keeps_the_old_output() {
     };
     folder.refused(
         "rotor.mtx -o disk/rotor.dcb.h5",
-        &["disk/rotor.dcb.h5", "No space left"],
+        &["disk/rotor.dcb.h5: disk full: needs ", "No space left"],
     );
     folder.write("disk/rotor.dcb.h5", "precious");
     for options in ["", "--compress"] {
@@ -59,6 +59,32 @@ fn a_disk_too_small_for_the_factor_is_told() {
     let says = ["disk: cannot keep the factor here", "No space left"];
     folder.refused("rotor.mtx --factor disk --scratch disk", &says);
     assert!(!folder.names().contains(&"rotor.dcb.h5".to_owned()));
+}
+
+/// A full disk, as `ulimit -f` makes one for everybody.
+#[test]
+fn a_superelement_without_room_is_told_and_keeps_the_old_output() {
+    let folder = Folder::rotor();
+    folder.write("rotor.dcb.h5", "precious");
+    folder.write("t.json", "precious");
+    let before = folder.contents();
+    let within = |kibibytes: u32, arguments: &str| {
+        let reduce = crate::support::REDUCE;
+        let script = format!("ulimit -f {kibibytes}; exec {reduce} {arguments}");
+        let mut shell = Command::new("bash");
+        answer(shell.args(["-c", &script]).current_dir(folder.path(".")))
+    };
+    for options in ["", "--compress"] {
+        let answer = within(16, &format!("rotor.mtx --force {options}"));
+        answer.is_error(
+            2,
+            &["rotor.dcb.h5: larger than a file may be here", "needs "],
+        );
+        assert_eq!(folder.contents(), before);
+    }
+    let answer = within(16, "rotor.mtx --force --factor disk");
+    answer.is_error(2, &["cannot keep the factor here, which needs ", "MB"]);
+    assert_eq!(folder.contents(), before);
 }
 
 #[test]

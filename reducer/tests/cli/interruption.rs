@@ -1,9 +1,9 @@
-//! Ctrl-C.
+//! Ctrl-C and other signals, and what killed runs leave.
 
 use std::process::{Child, Command, Stdio};
 use std::time::Duration;
 
-use crate::support::{Folder, answer};
+use crate::support::Folder;
 
 /// At several moments of a reduction that takes seconds.
 #[test]
@@ -20,18 +20,56 @@ fn an_interrupted_reduction_leaves_nothing() {
     );
 }
 
+/// Batch systems and containers send SIGTERM, a terminal that is closed SIGHUP.
+#[test]
+fn a_reduction_that_is_asked_to_end_leaves_nothing() {
+    let folder = Folder::with(&dcb_samples::connecting_rod(1));
+    let before = folder.names();
+    for (signal, status, word) in [
+        ("-TERM", 143, "terminated (SIGTERM)"),
+        ("-HUP", 129, "hung up (SIGHUP)"),
+    ] {
+        let mut stopped = false;
+        for milliseconds in [200, 500, 1000] {
+            let mut command = folder.command("part.mtx --modes 20 --force");
+            let child = command.stderr(Stdio::piped()).spawn().unwrap();
+            std::thread::sleep(Duration::from_millis(milliseconds));
+            let _ = Command::new("kill")
+                .args([signal, &child.id().to_string()])
+                .status();
+            let output = child.wait_with_output().unwrap();
+            if output.status.code() == Some(status) {
+                stopped = true;
+                let stderr = String::from_utf8_lossy(&output.stderr);
+                assert_eq!(stderr, format!("{word}: nothing was written\n"));
+                assert_eq!(folder.names(), before);
+            } else {
+                assert_eq!(output.status.code(), Some(0), "{output:?}");
+                folder.remove("part.dcb.h5");
+            }
+        }
+        assert!(stopped, "all of it is done within 200 ms");
+    }
+}
+
 /// When there is an unfinished file to remove.
 #[test]
 fn a_reduction_interrupted_while_writing_leaves_nothing() {
     let folder = Folder::with(&dcb_samples::connecting_rod(0));
     for _ in 0..5 {
         interrupted(&folder, |running| {
-            let unfinished = folder.path(&format!(".part.dcb.h5.{}.partial", running.id()));
-            while !unfinished.exists() && running.try_wait().unwrap().is_none() {
+            while !is_writing(folder) && running.try_wait().unwrap().is_none() {
                 std::hint::spin_loop();
             }
         });
     }
+}
+
+/// Whether there is an unfinished `part.dcb.h5`.
+fn is_writing(folder: &Folder) -> bool {
+    let names = folder.names();
+    let mut folders = names.iter().filter(|name| name.ends_with(".partial"));
+    folders.any(|name| folder.path(name).join("part.dcb.h5").exists())
 }
 
 /// Runs a reduction, interrupts it at a moment, and says whether that came in time. Either nothing is left or all is done.
@@ -62,11 +100,59 @@ fn interrupted(folder: &Folder, moment: impl FnOnce(&mut Child)) -> bool {
     output.status.code() == Some(130)
 }
 
-/// A file that a killed run left behind is in nobody's way.
+/// What a killed run left is removed by the next one that writes this file, and by no other.
 #[test]
-fn a_stale_unfinished_file_is_no_obstacle() {
-    let folder = Folder::rotor();
-    folder.write(".rotor.dcb.h5.1.partial", "left by a killed run");
-    let answer = answer(&mut folder.command("rotor.mtx"));
-    assert_eq!(answer.code, Some(0), "{answer:?}");
+fn leftovers_of_killed_runs_are_removed() {
+    let folder = Folder::with(&dcb_samples::connecting_rod(0));
+    let before = folder.names();
+    let mut killed = 0;
+    for _ in 0..20 {
+        let mut command = folder.command("part.mtx --modes 20");
+        let mut running = command
+            .stdout(Stdio::null())
+            .stderr(Stdio::null())
+            .spawn()
+            .unwrap();
+        while !is_writing(&folder) && running.try_wait().unwrap().is_none() {
+            std::hint::spin_loop();
+        }
+        running.kill().unwrap();
+        running.wait().unwrap();
+        match folder.path("part.dcb.h5").exists() {
+            true => folder.remove("part.dcb.h5"),
+            false => killed += usize::from(is_writing(&folder)),
+        }
+    }
+    assert!(killed > 0, "none was killed while it wrote");
+    folder.write(".part.dcb.h5.1.partial", "left by an older version");
+    folder.write(".other.dcb.h5.1.partial", "another's");
+    folder.done("part.mtx --modes 20");
+    folder.done("verify part.dcb.h5");
+    folder.remove("part.dcb.h5");
+    folder.remove(".other.dcb.h5.1.partial");
+    assert_eq!(folder.names(), before);
+}
+
+/// Neither removes what the other one writes.
+#[test]
+fn two_reductions_of_one_part_at_a_time_end_well() {
+    let folder = Folder::with(&dcb_samples::connecting_rod(0));
+    let before = folder.names();
+    for (options, refused) in [("", 1), ("--force", 0)] {
+        for _ in 0..4 {
+            let start = || {
+                let words = format!("part.mtx --modes 20 {options}");
+                let mut command = folder.command(&words);
+                command.stdout(Stdio::null()).stderr(Stdio::piped());
+                command.spawn().unwrap()
+            };
+            let both = [start(), start()].map(|child| child.wait_with_output().unwrap());
+            let ends = both.each_ref().map(|output| output.status.code());
+            let failed = ends.iter().filter(|code| **code == Some(2)).count();
+            assert!(failed == refused && ends.contains(&Some(0)), "{both:?}");
+            folder.done("verify part.dcb.h5");
+            folder.remove("part.dcb.h5");
+            assert_eq!(folder.names(), before);
+        }
+    }
 }

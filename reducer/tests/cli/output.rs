@@ -35,12 +35,14 @@ fn an_output_needs_a_folder_and_a_name() {
 fn an_input_is_never_written_over() {
     let folder = Folder::rod();
     symlink("rod.json", folder.path("alias.h5")).unwrap();
+    fs::hard_link(folder.path("rod.mtx"), folder.path("hard.h5")).unwrap();
     for name in [
         "rod.mtx",
         "./rod.mass.mtx",
         "rod.json",
         "rod.mass.xx.mtx",
         "alias.h5",
+        "hard.h5",
     ] {
         folder.refused(&format!("rod.mtx --force -o {name}"), &["is an input"]);
         folder.refused(&format!("rod.mtx --timings {name}"), &["is an input"]);

@@ -3,6 +3,7 @@
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
+use dcb_formats::dcb::Replace;
 use dcb_formats::mesh::Mesh;
 use dcb_formats::superelement::RecoveryBasis;
 
@@ -61,6 +62,16 @@ impl FieldPlan {
         })
     }
 
+    /// Where the scene wants the files.
+    pub fn directory(&self) -> &Path {
+        &self.directory
+    }
+
+    /// Name of the body.
+    pub fn body_name(&self) -> &str {
+        &self.name
+    }
+
     /// The time of a snapshot, counted from 0.
     fn time(&self, index: usize) -> Option<f64> {
         match &self.schedule {
@@ -78,16 +89,12 @@ pub struct FieldWriter {
 }
 
 impl FieldWriter {
-    /// Makes the folder and starts the list of files.
+    /// Starts the list of files in a folder that is there.
     ///
     /// # Errors
-    /// [`Error::CannotWrite`]; [`Error::Field`] for cells that VTK has no type for.
-    pub fn start(plan: FieldPlan) -> Result<Self, Error> {
-        std::fs::create_dir_all(&plan.directory).map_err(|source| Error::CannotWrite {
-            path: plan.directory.clone(),
-            source,
-        })?;
-        let series = FieldSeries::create(&plan.directory, &plan.name, &plan.source.1)?;
+    /// [`Error::File`]; [`Error::Field`] for cells that VTK has no type for.
+    pub fn start(plan: FieldPlan, folder: &Path, replace: Replace) -> Result<Self, Error> {
+        let series = FieldSeries::create(folder, &plan.name, &plan.source.1, replace)?;
         Ok(Self {
             plan,
             series,
@@ -98,7 +105,7 @@ impl FieldWriter {
     /// Writes the field if it is due: at the first step at or after each of its times. The evaluation is the state's.
     ///
     /// # Errors
-    /// [`Error::CannotWrite`].
+    /// [`Error::File`], also on a full disk.
     pub fn write(
         &mut self,
         system: &System,
@@ -135,10 +142,5 @@ impl FieldWriter {
             marks: &[("recovered", self.plan.field.recovered())],
         })?;
         Ok(())
-    }
-
-    /// Where the files are.
-    pub fn directory(&self) -> &Path {
-        &self.plan.directory
     }
 }

@@ -2,6 +2,7 @@
 
 mod bodies;
 mod couplings;
+mod field_folder;
 mod fields;
 mod library;
 mod outputs;
@@ -21,6 +22,7 @@ use crate::superelement_files::SuperelementFiles;
 use crate::system::builder::{BuiltJoint, JointCoordinate, SystemBuilder};
 use crate::system::{State, System};
 
+pub use field_folder::FieldFolders;
 pub use fields::{FieldPlan, FieldWriter};
 pub use library::{Library, LoadedFile};
 pub use recorder::{RecordedStep, Recorder};

@@ -4,6 +4,7 @@ use std::path::{Path, PathBuf};
 
 use dcb_formats::dcb::{Compression, Contents, Replace, WriteOptions, write_superelement};
 use dcb_formats::mesh::Mesh;
+use dcb_formats::report::write_text;
 use dcb_formats::superelement::{RecoveryBasis, Stiffening, Superelement};
 use serde::Serialize;
 
@@ -12,6 +13,7 @@ use crate::body::{Compatibility, FlexibleBody, ModeTruncation};
 use crate::error::Error;
 use crate::part_file::PartFile;
 use crate::pruning::Carried;
+use crate::run::refuse_inputs;
 use crate::scene::{
     BodyKind, DampingOverride, GeometricStiffening, ModalRatios, Scene, SuperelementBody,
 };
@@ -55,14 +57,17 @@ pub fn write(
     let mut scene = prepared.scene.clone();
     let groups = groups(&scene);
     let open = SuperelementFiles::default();
+    for group in &groups {
+        let target = folder.join(file_name(group, is_alone(group, &groups)));
+        let sources: Vec<PathBuf> = (groups.iter())
+            .map(|group| scene.resolve(&group.of.file))
+            .collect();
+        let sources = sources.iter().map(PathBuf::as_path);
+        refuse_inputs(&target, sources, "a superelement of the scene")?;
+    }
     let mut written = Vec::new();
     for group in &groups {
-        let alone = groups
-            .iter()
-            .filter(|other| other.of.file == group.of.file)
-            .count()
-            == 1;
-        let name = file_name(group, alone);
+        let name = file_name(group, is_alone(group, &groups));
         let file = group.write(&open, &scene, &folder.join(&name), replace)?;
         for body in &group.bodies {
             if let Some(described) = scene.bodies.get_mut(body)
@@ -86,13 +91,7 @@ pub fn write(
     }
     let path = folder.join("scene.json");
     let text = serde_json::to_string_pretty(&scene).unwrap_or_default();
-    std::fs::write(&path, text + "\n").map_err(|source| {
-        Error::File(dcb_formats::Error::Io {
-            path,
-            action: "cannot write",
-            source,
-        })
-    })?;
+    write_text(&path, &(text + "\n"))?;
     Ok(written)
 }
 
@@ -116,6 +115,12 @@ fn groups(scene: &Scene) -> Vec<Group> {
         }
     }
     groups
+}
+
+/// Whether no other small file is made of the same large one.
+fn is_alone(group: &Group, groups: &[Group]) -> bool {
+    let same = groups.iter().filter(|other| other.of.file == group.of.file);
+    same.count() == 1
 }
 
 /// The name of the large file, with that of the first body where several small ones are made of it.

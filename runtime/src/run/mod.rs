@@ -9,7 +9,7 @@ pub mod transient;
 use std::path::{Path, PathBuf};
 
 use dcb_formats::component::Source;
-use dcb_formats::dcb::Replace;
+use dcb_formats::dcb::{Replace, is_same_file};
 use dcb_formats::results::{Header, Outcome, ResultsWriter};
 use serde_json::{Value, json};
 
@@ -17,9 +17,10 @@ use crate::error::Error;
 use crate::initial::{InitialReport, Redundancy};
 use crate::integrator::scheme::Scheme;
 use crate::integrator::{self, Method, Tolerance};
-use crate::model::{FieldWriter, LoadedFile, Model, RecordedStep, Recorder};
+use crate::model::{FieldFolders, FieldWriter, LoadedFile, Model, RecordedStep, Recorder};
 use crate::scene::{self, Analysis, Integrator, RedundantConstraints, Scene};
 use crate::scope::Scope;
+use crate::stop_signal::{self, StopSignal};
 use crate::system::evaluation::Evaluation;
 use crate::system::{State, System};
 pub use analyses::{DrivenReport, ModesReport, RestReport};
@@ -51,6 +52,10 @@ pub struct Target {
     pub path: PathBuf,
     /// What happens to one that is there.
     pub replace: Replace,
+    /// Folder in which the scene may write fields, beside its own and that of the results.
+    pub fields_in: Option<PathBuf>,
+    /// Files that fields must not replace, beside superelements and results: the scene, a table.
+    pub kept: Vec<PathBuf>,
     /// Options that override the scene, for the record.
     pub options: Value,
     /// Whether to measure where the time goes.
@@ -147,22 +152,20 @@ pub fn redundancy(scene: &Scene) -> Redundancy {
 /// A file that is read can't be written.
 ///
 /// # Errors
-/// [`Error::WouldDestroyInput`] if `target` is one of the inputs, under whatever path.
+/// [`Error::WouldDestroyInput`] if `target` is one of the inputs, under whatever path, through symbolic and hard links.
 pub fn refuse_inputs<'a>(
     target: &Path,
     inputs: impl IntoIterator<Item = &'a Path>,
     role: &'static str,
 ) -> Result<(), Error> {
-    let Ok(target) = target.canonicalize() else {
-        // What isn't there can't be lost.
-        return Ok(());
-    };
-    for input in inputs {
-        if input.canonicalize().is_ok_and(|input| input == target) {
-            return Err(Error::WouldDestroyInput { path: target, role });
-        }
+    let mut inputs = inputs.into_iter();
+    match inputs.any(|input| is_same_file(input, target)) {
+        false => Ok(()),
+        true => Err(Error::WouldDestroyInput {
+            path: target.canonicalize().unwrap_or(target.to_owned()),
+            role,
+        }),
     }
-    Ok(())
 }
 
 fn stopped(reason: &str, time: Option<f64>) -> Outcome {
@@ -256,7 +259,27 @@ impl Session {
     /// Makes the results file and the folders of the fields.
     fn open(scene: &Scene, model: Model, target: &Target) -> Result<Opened, Error> {
         let superelements = model.files.iter().map(|file| file.path.as_path());
-        refuse_inputs(&target.path, superelements, "a superelement of the scene")?;
+        refuse_inputs(
+            &target.path,
+            superelements.clone(),
+            "a superelement of the scene",
+        )?;
+        let rules = FieldFolders {
+            within: [
+                Some(scene.directory.as_path()),
+                target.path.parent(),
+                target.fields_in.as_deref(),
+            ]
+            .into_iter()
+            .flatten()
+            .collect(),
+            replace: target.replace,
+            others: superelements
+                .chain(target.kept.iter().map(PathBuf::as_path))
+                .chain([target.path.as_path()])
+                .collect(),
+        };
+        let folders = rules.make(&model.fields)?;
         let header = header(scene, &model, target);
         let Model {
             system,
@@ -266,7 +289,9 @@ impl Session {
             held,
             ..
         } = model;
-        let fields: Result<Vec<_>, _> = fields.into_iter().map(FieldWriter::start).collect();
+        let fields: Result<Vec<_>, _> = (fields.into_iter().zip(&folders))
+            .map(|(plan, folder)| FieldWriter::start(plan, folder, target.replace))
+            .collect();
         let fields = fields?;
         let channels = recorder.channels();
         let writer = ResultsWriter::create(&target.path, channels, &header, target.replace)?;
@@ -325,11 +350,17 @@ impl Session {
     ) -> Result<T, Error> {
         let outcome = match (&result, ending.is_complete) {
             (Ok(_), true) => Outcome::Complete,
-            (Ok(_), false) => stopped("interrupted", ending.time),
+            (Ok(_), false) => {
+                let signal = stop_signal::received().unwrap_or(StopSignal::Interrupt);
+                stopped(signal.reason(), ending.time)
+            }
             (Err(error), _) => stopped(&error.to_string(), ending.time),
         };
-        self.writer.finish(&outcome, summary)?;
-        result
+        let finished = self.writer.finish(&outcome, summary);
+        // What went wrong first is what must be told.
+        let result = result?;
+        finished?;
+        Ok(result)
     }
 }
 

@@ -1,6 +1,8 @@
 //! Where results go, and what they never replace.
 
+use std::fs;
 use std::os::unix::fs::{PermissionsExt, symlink};
+use std::path::Path;
 
 use serde_json::json;
 
@@ -101,4 +103,136 @@ fn a_folder_for_fields_that_cannot_be_made_leaves_earlier_results() {
         scene["fields"] = json!([{"body": "rod", "times": [0], "directory": "rod.dcb.h5/fields"}]);
     });
     folder.refuses("scene.json --force", &["rod.dcb.h5/fields", "cannot write"]);
+}
+
+/// Fields of the rod at two times, in a folder.
+fn with_fields(directory: &str) -> Folder {
+    let folder = Folder::slider_crank();
+    folder.edit("scene.json", |scene| {
+        scene["fields"] = json!([{"body": "rod", "times": [0, 0.001], "directory": directory}]);
+    });
+    folder
+}
+
+fn names(folder: &Path) -> Vec<String> {
+    let entries = fs::read_dir(folder).unwrap();
+    let names = entries.map(|entry| entry.unwrap().file_name().into_string().unwrap());
+    let mut names: Vec<String> = names.collect();
+    names.sort();
+    names
+}
+
+#[test]
+fn fields_replace_nothing_without_force() {
+    let folder = with_fields("fields");
+    folder.done("scene.json");
+    let written = ["rod.pvd", "rod_000000.vtu", "rod_000001.vtu"];
+    assert_eq!(names(&folder.path("fields")), written);
+    let precious = folder.path("precious");
+    for name in written {
+        for other in written {
+            let _ = fs::remove_file(folder.path("fields").join(other));
+        }
+        fs::write(&precious, "mine").unwrap();
+        symlink(&precious, folder.path("fields").join(name)).unwrap();
+        let refused = format!("fields/{name}: exists already; use --force");
+        folder.refuses("scene.json -o other.h5", &[&refused]);
+        folder.done("scene.json --force");
+        // A link is replaced, not what it leads to.
+        assert_eq!(folder.read("precious"), "mine");
+        assert_eq!(names(&folder.path("fields")), written);
+    }
+}
+
+#[test]
+fn fields_stay_in_the_folders_of_the_scene_and_of_the_results() {
+    let other = tempfile::tempdir().unwrap();
+    let outside = other.path().to_str().unwrap();
+    let up = format!("../{}", other.path().file_name().unwrap().to_str().unwrap());
+    for directory in [outside, &up, "link/fields"] {
+        let folder = with_fields(directory);
+        symlink(other.path(), folder.path("link")).unwrap();
+        folder.refuses(
+            "scene.json",
+            &[
+                "fields[0].directory: leads to",
+                outside,
+                "--fields-in FOLDER",
+            ],
+        );
+        assert!(names(other.path()).is_empty());
+    }
+    with_fields(outside).done(&format!("scene.json -o {outside}/results.h5"));
+    with_fields(outside).done(&format!("scene.json --force --fields-in {outside}"));
+    assert_eq!(names(other.path()).len(), 4);
+}
+
+#[test]
+fn fields_never_replace_what_the_run_reads_or_writes() {
+    let folder = with_fields("fields");
+    folder.done("scene.json");
+    let picture = folder.path("fields/rod_000000.vtu");
+    fs::rename(folder.path("rod.dcb.h5"), &picture).unwrap();
+    folder.edit("scene.json", |scene| {
+        scene["bodies"]["rod"]["superelement"] = json!("fields/rod_000000.vtu");
+    });
+    let before = fs::read(&picture).unwrap();
+    folder.refuses("scene.json --force", &["rod_000000.vtu", "this run reads"]);
+    fs::rename(&picture, folder.path("rod.dcb.h5")).unwrap();
+    fs::hard_link(folder.path("rod.dcb.h5"), &picture).unwrap();
+    folder.edit("scene.json", |scene| {
+        scene["bodies"]["rod"]["superelement"] = json!("rod.dcb.h5");
+    });
+    folder.refuses("scene.json --force", &["rod_000000.vtu", "this run reads"]);
+    assert_eq!(fs::read(&picture).unwrap(), before);
+    fs::remove_file(&picture).unwrap();
+    folder.refuses(
+        "scene.json --force -o fields/rod.pvd",
+        &["fields/rod.pvd", "this run reads or writes"],
+    );
+    folder.edit("scene.json", |scene| {
+        let fields = &mut scene["fields"];
+        let twice = fields[0].clone();
+        fields.as_array_mut().unwrap().push(twice);
+    });
+    folder.refuses("scene.json --force", &["fields[1].directory", "fields[0]"]);
+}
+
+#[test]
+fn a_table_without_room_leaves_the_old_one() {
+    let folder = Folder::slider_crank();
+    folder.done("scene.json");
+    folder.write("scene.csv", "mine");
+    let answer = folder.run_within(2, "csv scene.h5 --force");
+    answer.assert(
+        2,
+        &["scene.csv: larger than a file may be here (ulimit -f): needs "],
+    );
+    assert_eq!(folder.read("scene.csv"), "mine");
+    let answer = folder.run_within(2, "plot scene.h5 -o scene.csv --force");
+    answer.assert(2, &["scene.csv: larger than a file may be here"]);
+    assert_eq!(folder.read("scene.csv"), "mine");
+    assert_eq!(
+        folder.contents().into_keys().collect::<Vec<_>>(),
+        ["rod.dcb.h5", "scene.csv", "scene.h5", "scene.json"]
+    );
+}
+
+#[test]
+fn an_input_under_another_name_is_an_input() {
+    let folder = Folder::slider_crank();
+    folder.done("scene.json");
+    for (input, role) in [
+        ("scene.h5", "the file of the results"),
+        ("scene.json", "the scene"),
+        ("rod.dcb.h5", "a superelement of the scene"),
+    ] {
+        fs::hard_link(folder.path(input), folder.path("hard")).unwrap();
+        let words = match input {
+            "scene.h5" => "csv scene.h5 -o hard --force",
+            _ => "scene.json -o hard --force",
+        };
+        folder.refuses(words, &["hard: is ", role]);
+        fs::remove_file(folder.path("hard")).unwrap();
+    }
 }

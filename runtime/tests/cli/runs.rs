@@ -101,6 +101,67 @@ fn an_interrupted_run_keeps_its_rows() {
     );
 }
 
+/// Batch systems and containers send SIGTERM, a terminal that is closed SIGHUP.
+#[test]
+fn a_run_that_is_asked_to_end_keeps_its_rows_and_says_who_asked() {
+    for (signal, status, reason) in [
+        ("TERM", 143, "terminated (SIGTERM)"),
+        ("HUP", 129, "hung up (SIGHUP)"),
+    ] {
+        let folder = Folder::slider_crank();
+        folder.edit("scene.json", |scene| {
+            scene["record"] = json!({"every": 1});
+            scene["integrator"]["generalized_alpha"]["end"] = json!(1000);
+        });
+        let stdout = folder.stopped_by(signal, status, "scene.json", "scene.h5");
+        assert!(stdout.contains("scene.h5 (incomplete)"), "{stdout}");
+        let (told, time, rows) = folder.stopped();
+        assert_eq!(told, reason);
+        assert!(rows > 10, "{rows} rows");
+        assert_eq!(folder.results().time().unwrap().last().copied(), time);
+        let names: Vec<String> = folder.contents().into_keys().collect();
+        assert_eq!(names, ["rod.dcb.h5", "scene.h5", "scene.json"]);
+    }
+}
+
+/// A program started by `nohup` outlives its terminal.
+#[test]
+fn a_run_that_ignores_hangups_goes_on() {
+    let folder = Folder::slider_crank();
+    let program = env!("CARGO_BIN_EXE_simulate");
+    let script = format!(
+        "trap '' HUP; '{program}' scene.json & child=$!; while [ ! -e scene.h5 ]; do :; done; kill -HUP $child; wait $child"
+    );
+    let mut shell = std::process::Command::new("bash");
+    let shell = shell.args(["-c", &script]).current_dir(folder.path("."));
+    assert_eq!(shell.output().unwrap().status.code(), Some(0));
+    assert_eq!(
+        *folder.results().outcome(),
+        dcb_formats::results::Outcome::Complete
+    );
+}
+
+/// A full disk, as `ulimit -f` makes one for everybody.
+#[test]
+fn results_without_room_are_told_and_stay_readable() {
+    let folder = Folder::slider_crank();
+    folder.edit("scene.json", |scene| {
+        scene["record"] = json!({"every": 1});
+        scene["integrator"]["generalized_alpha"]["end"] = json!(0.1);
+    });
+    let whole = folder.done("scene.json -o whole.h5");
+    drop(whole);
+    let size = std::fs::metadata(folder.path("whole.h5")).unwrap().len() / 1024;
+    let answer = folder.run_within(size as u32 * 2 / 3, "scene.json");
+    answer.assert(
+        2,
+        &["scene.h5: larger than a file may be here (ulimit -f): needs "],
+    );
+    assert!(folder.results().step_count() > 10);
+    let (reason, _, _) = folder.stopped();
+    assert!(!reason.is_empty());
+}
+
 #[test]
 fn large_deflections_and_fast_spins_are_told_once() {
     let free = json!({

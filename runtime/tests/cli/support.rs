@@ -165,6 +165,12 @@ impl Folder {
     /// What a run says on standard output that is interrupted soon after this file is there; it ends with 130.
     #[track_caller]
     pub fn interrupted(&self, words: &str, file: &str) -> String {
+        self.stopped_by("INT", 130, words, file)
+    }
+
+    /// The same for any signal and exit status.
+    #[track_caller]
+    pub fn stopped_by(&self, signal: &str, status: i32, words: &str, file: &str) -> String {
         let child = self
             .command(words)
             .stdout(Stdio::piped())
@@ -176,11 +182,11 @@ impl Folder {
         }
         std::thread::sleep(Duration::from_millis(300));
         let sent = Command::new("kill")
-            .args(["-INT", &child.id().to_string()])
+            .args([&format!("-{signal}"), &child.id().to_string()])
             .status();
         assert!(sent.unwrap().success());
         let output = child.wait_with_output().unwrap();
-        assert_eq!(output.status.code(), Some(130));
+        assert_eq!(output.status.code(), Some(status));
         String::from_utf8(output.stdout).unwrap()
     }
 
@@ -196,6 +202,21 @@ impl Folder {
 
     pub fn run(&self, words: &str) -> Answer {
         let output = self.command(words).output().unwrap();
+        let text = |bytes| String::from_utf8(bytes).unwrap();
+        Answer {
+            code: output.status.code(),
+            stdout: text(output.stdout),
+            stderr: text(output.stderr),
+        }
+    }
+
+    /// The same where files may not have more than so many KiB.
+    pub fn run_within(&self, kibibytes: u32, words: &str) -> Answer {
+        let program = env!("CARGO_BIN_EXE_simulate");
+        let script = format!("ulimit -f {kibibytes}; exec '{program}' {words}");
+        let mut command = Command::new("bash");
+        command.args(["-c", &script]).current_dir(self.place.path());
+        let output = command.stdin(Stdio::null()).output().unwrap();
         let text = |bytes| String::from_utf8(bytes).unwrap();
         Answer {
             code: output.status.code(),
