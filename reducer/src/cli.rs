@@ -32,7 +32,7 @@ use crate::{EnrichmentSource, compare, inspect, verify};
     subcommand_negates_reqs = true
 )]
 #[command(
-    after_help = "Exit status: 0 done, 1 numerical failure or broken quality limit, 2 unusable input, 130 interrupted (143 by SIGTERM, 129 by SIGHUP)."
+    after_help = "Exit status: 0 done, 1 numerical failure or broken quality limit, 2 unusable input,\n130 interrupted (143 by SIGTERM, 129 by SIGHUP)."
 )]
 struct Cli {
     #[command(subcommand)]

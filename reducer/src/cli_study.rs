@@ -8,6 +8,7 @@ use clap::Args;
 use dcb_formats::Component;
 use dcb_formats::component::{Interface, Role};
 use dcb_formats::component_files::{ComponentFiles, read_component, stem};
+use dcb_formats::dcb::remove_leftovers;
 use dcb_formats::report::{Ledger, Start};
 use serde_json::{Value, json};
 
@@ -284,6 +285,7 @@ fn prepare(folder: &Path, start: Start) -> Result<(), Error> {
         return Err(refused("is no folder; name a folder for the study with -o"));
     }
     std::fs::create_dir_all(folder).map_err(told)?;
+    remove_leftovers(&folder.join(LEDGER));
     let is_empty = std::fs::read_dir(folder).map_err(told)?.next().is_none();
     if !is_empty && !folder.join(LEDGER).exists() && start == Start::Continue {
         return Err(refused(

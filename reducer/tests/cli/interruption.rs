@@ -58,7 +58,7 @@ fn a_reduction_interrupted_while_writing_leaves_nothing() {
     let folder = Folder::with(&dcb_samples::connecting_rod(0));
     for _ in 0..5 {
         interrupted(&folder, |running| {
-            while !is_writing(folder) && running.try_wait().unwrap().is_none() {
+            while !is_writing(&folder) && running.try_wait().unwrap().is_none() {
                 std::hint::spin_loop();
             }
         });

@@ -6,7 +6,7 @@
 use std::path::{Path, PathBuf};
 
 use dcb_formats::component::Source;
-use dcb_formats::dcb::Replace;
+use dcb_formats::dcb::{Replace, remove_leftovers};
 use dcb_formats::report::{Ledger, Start};
 use dcb_formats::results::{Channel, Column, Header, Outcome, Results, ResultsWriter};
 use serde::{Deserialize, Serialize};
@@ -58,6 +58,7 @@ impl Store {
         if folder.exists() && !folder.is_dir() {
             return refused("is there already and is no folder; name another one with --output");
         }
+        remove_leftovers(&path);
         let is_empty = std::fs::read_dir(folder).is_ok_and(|mut files| files.next().is_none());
         if folder.is_dir() && !is_empty && !path.is_file() {
             return refused("is there already and holds no study; name another one with --output");
