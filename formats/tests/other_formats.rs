@@ -83,7 +83,7 @@ fn nastran() {
     }
     for header in [
         &b"     240    -240       6       2KGG     1P,3E23.16\n"[..],
-        b"      31     -25       2       21MAT\0\0\0\01P,5E16.9\n",
+        b"      31     -25       2       21MAT\x00\x00\x00\x001P,5E16.9\n",
         b"10000001      25       2       2RMAT    1P,3E23.16|I16\n",
     ] {
         let text = [header, b"       1       0     160\n       7       1\n"].concat();
