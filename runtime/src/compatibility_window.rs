@@ -101,5 +101,11 @@ impl WeakWindow {
 }
 
 fn rank(matrix: &Mat<f64>) -> usize {
-    matrix.nrows() - dependent_rows(matrix.clone()).len()
+    let diagonal: Vec<f64> = (0..matrix.nrows()).map(|i| matrix[(i, i)]).collect();
+    let dependent = dependent_rows(&diagonal, |chosen, sum| {
+        for (row, entry) in matrix.col(chosen).iter().enumerate() {
+            sum.add(row, *entry);
+        }
+    });
+    matrix.nrows() - dependent.rows.len()
 }

@@ -16,6 +16,7 @@
 
 mod assembly;
 mod interfaces;
+mod rank;
 mod report;
 
 use nalgebra::{UnitQuaternion, Vector3};
@@ -26,7 +27,7 @@ use crate::system::body_factor::Elastic;
 use crate::system::condensed::{Blend, Condensed};
 use crate::system::evaluation::Evaluation;
 use crate::system::{State, System};
-pub(crate) use report::dependent_rows;
+pub(crate) use rank::dependent_rows;
 
 /// Keeps the joints' system regular where constraints are redundant: a compliance of this part of what a step's inertia gives way.
 /// The start iterates it away; steps keep it, so that redundant forces are determined.
@@ -142,6 +143,9 @@ impl<'a> Starter<'a> {
                     .collect(),
             });
         }
+        // What rounding makes of forces that do nothing isn't left in them.
+        let rows = report.redundant.iter().map(|(_, count)| count).sum();
+        self.condensed.expect_redundant(rows, REGULARIZATION);
         let before = state.velocities.clone();
         self.match_velocities(state)?;
         report.sped = self.sped(&before, state);

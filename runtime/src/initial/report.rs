@@ -1,17 +1,14 @@
 //! What the start changed, and which constraints repeat others.
 
-use faer::Mat;
 use nalgebra::Vector3;
 
+use super::rank::dependent_rows;
 use super::{InitialReport, MovedBody, Starter};
 use crate::error::Error;
 use crate::system::body_factor::Elastic;
 use crate::system::condensed::Blend;
 use crate::system::residual::row_flexibility;
 use crate::system::{Body, State};
-
-/// Scaled pivots of the joints' system below this are redundant constraints.
-const DEPENDENT: f64 = 1e-9;
 
 impl Starter<'_> {
     /// Rank of the constraints in the metric of the mass: pivots of Λ scaled to a unit diagonal.
@@ -26,22 +23,45 @@ impl Starter<'_> {
         self.condensed
             .factor(self.system, &still, &self.evaluation, &blend, None)?;
         let constraints = self.system.constraints();
-        let mut lambda =
-            self.condensed
-                .joint_compliance(self.system, &self.evaluation, &constraints);
-        if let Some(flexibility) = row_flexibility(self.system, &self.evaluation) {
-            // What interfaces give way to is no redundancy. Both matrices are semi-definite: their weights don't matter.
-            let trace =
-                |entry: &dyn Fn(usize) -> f64| (0..constraints.len()).map(entry).sum::<f64>();
-            let own = trace(&|i| flexibility[(constraints[i], constraints[i])]);
-            let weight = trace(&|i| lambda[(i, i)]) / own;
-            for (i, row) in constraints.iter().enumerate().filter(|_| own > 0.0) {
-                for (j, column) in constraints.iter().enumerate() {
-                    lambda[(i, j)] += weight * flexibility[(*row, *column)];
-                }
+        let columns = self
+            .condensed
+            .compliance_columns(self.system, &self.evaluation);
+        let mut position = vec![None; self.system.rows.len()];
+        for (index, row) in constraints.iter().enumerate() {
+            position[*row] = Some(index);
+        }
+        let mut diagonal: Vec<f64> = constraints
+            .iter()
+            .map(|row| columns.diagonal(*row))
+            .collect();
+        // What interfaces give way to is no redundancy. Both matrices are semi-definite: their weights don't matter.
+        let flexibility = row_flexibility(self.system, &self.evaluation).and_then(|flexibility| {
+            let own: f64 = constraints.iter().map(|i| flexibility[(*i, *i)]).sum();
+            let weight = diagonal.iter().sum::<f64>() / own;
+            (own > 0.0).then_some((flexibility, weight))
+        });
+        if let Some((flexibility, weight)) = &flexibility {
+            for (entry, row) in diagonal.iter_mut().zip(&constraints) {
+                *entry += weight * flexibility[(*row, *row)];
             }
         }
-        let dependent = dependent_rows(lambda);
+        let dependent = dependent_rows(&diagonal, |chosen, sum| {
+            columns.for_each(constraints[chosen], |row, entry| {
+                if let Some(index) = position[row] {
+                    sum.add(index, entry);
+                }
+            });
+            let Some((flexibility, weight)) = &flexibility else {
+                return;
+            };
+            for (index, row) in constraints.iter().enumerate() {
+                let entry = flexibility[(*row, constraints[chosen])];
+                if entry != 0.0 {
+                    sum.add(index, weight * entry);
+                }
+            }
+        })
+        .rows;
         report.independent_constraints = constraints.len() - dependent.len();
         for position in dependent {
             let connection = self.system.rows[constraints[position]].connection;
@@ -106,45 +126,4 @@ impl Starter<'_> {
         }
         sped
     }
-}
-
-/// Rows of a positive semi-definite matrix that depend on the others: what a Cholesky factorization with diagonal pivoting of the
-/// scaled matrix leaves below [`DEPENDENT`].
-pub(crate) fn dependent_rows(mut lambda: Mat<f64>) -> Vec<usize> {
-    let n = lambda.nrows();
-    let scale: Vec<f64> = (0..n)
-        .map(|i| {
-            let entry = lambda[(i, i)].abs();
-            if entry > 0.0 { 1.0 / entry.sqrt() } else { 1.0 }
-        })
-        .collect();
-    for j in 0..n {
-        for i in 0..n {
-            lambda[(i, j)] *= scale[i] * scale[j];
-        }
-    }
-    let mut left: Vec<usize> = (0..n).collect();
-    while !left.is_empty() {
-        let Some((position, pivot)) = left
-            .iter()
-            .map(|i| lambda[(*i, *i)])
-            .enumerate()
-            .max_by(|a, b| a.1.total_cmp(&b.1))
-        else {
-            break;
-        };
-        if pivot <= DEPENDENT {
-            break;
-        }
-        let chosen = left.remove(position);
-        for &j in &left {
-            let factor = lambda[(chosen, j)] / pivot;
-            for &i in &left {
-                let change = lambda[(i, chosen)] * factor;
-                lambda[(i, j)] -= change;
-            }
-        }
-    }
-    left.sort_unstable();
-    left
 }

@@ -122,7 +122,7 @@ pub struct BodyFactor {
     rigid_responses: Vec<Matrix6<f64>>,
     /// Elastic rows of Z, (n, 6) by columns for each marker.
     elastic_responses: Vec<f64>,
-    /// N Z by marker pairs, (twist at the row's marker, wrench at the column's).
+    /// N Z by marker pairs, (twist at the row's marker, wrench at the column's); empty where nobody asks for it.
     compliance: Vec<Matrix6<f64>>,
 }
 
@@ -140,6 +140,18 @@ impl BodyFactor {
             elastic_responses: vec![0.0; 6 * count * markers],
             compliance: vec![Matrix6::zeros(); markers * markers],
         }
+    }
+
+    /// Room for a rigid body whose compliance between markers nobody asks for.
+    pub fn with_responses_alone(markers: usize) -> Self {
+        let mut factor = Self::with_room(0, 0);
+        factor.rigid_responses = vec![Matrix6::zeros(); markers];
+        factor
+    }
+
+    /// S⁻¹ of a rigid body; rows and columns of motions that the body hasn't are zero.
+    pub fn rigid_inverse(&self) -> &Matrix6<f64> {
+        &self.elimination.schur_inverse
     }
 
     /// Eliminates the body. Returns whether its matrix is regular; if not, the factor can't be used.
@@ -170,6 +182,9 @@ impl BodyFactor {
                 marker.add_force(place, &unit, 1.0, &mut rigid, elastic);
                 self.elimination.solve(&mut rigid, elastic);
                 self.rigid_responses[k].set_column(wrench, &rigid);
+            }
+            if self.compliance.is_empty() {
+                continue;
             }
             for (l, (seen, seen_place)) in markers.clone().enumerate() {
                 let mut block = Matrix6::zeros();

@@ -6,6 +6,16 @@
 //! G holds the gradients of the rows at the markers, c the compliance of springs (zero for constraints). Two rows meet where they
 //! touch the same body, so the pattern is that of the mechanism's graph and is analysed once. Rows are scaled to a unit
 //! diagonal, which takes lengths, angles and masses out of every tolerance.
+//!
+//! All rows at one body meet each other. Where a rigid body has very many, it is not eliminated but stays among the unknowns, so that the
+//! entries grow with the rows and not with their square:
+//!
+//! ```text
+//! | Λ + diag(c)  B | | δλ |   | b |
+//! | -Bᵀ          S | | v  | = | 0 |      Λ without those bodies, v their motions for the forces δλ
+//! ```
+//!
+//! [`super::redundancy`] leaves alone what does nothing.
 
 use faer::dyn_stack::{MemBuffer, MemStack, StackReq};
 use faer::linalg::lu::partial_pivoting;
@@ -17,6 +27,7 @@ use faer::sparse::linalg::lu::{
 use faer::sparse::{SparseColMatRef, SymbolicSparseColMat};
 use faer::{Conj, Mat, MatMut, Par, Spec};
 
+use super::redundancy::Redundancy;
 use crate::kernel::add_columns;
 
 /// Up to this many rows the system is inverted as a dense matrix; above, its sparsity pays.
@@ -24,35 +35,25 @@ const DENSE_ROWS: usize = 24;
 
 /// The joints' system: pattern, values and factor. Everything is allocated when it is made.
 pub struct JointSystem {
+    /// Number of rows; unknowns beyond them are motions of bodies.
+    pub(super) rows: usize,
     pattern: SymbolicSparseColMat<usize>,
     values: Vec<f64>,
     /// Index of each diagonal entry among the values.
     diagonal: Vec<usize>,
-    /// 1/√Λ_ii by rows.
-    scale: Vec<f64>,
+    /// What bodies among the unknowns add to Λ_ii, by rows.
+    beyond: Vec<f64>,
+    /// 1/√Λ_ii by rows, and the same of S by motions.
+    pub(super) scale: Vec<f64>,
     /// What the last factor has beyond Λ + c on the diagonal of the scaled matrix.
-    regularization: f64,
+    pub(super) regularization: f64,
     factor: Factor,
     stack: MemBuffer,
     scaled: Vec<f64>,
-    null_space: NullSpace,
+    /// All unknowns, where there are more than rows.
+    extended: Vec<f64>,
+    pub(super) redundancy: Redundancy,
 }
-
-/// Directions of δλ that do nothing, in the scaled system.
-#[derive(Default)]
-struct NullSpace {
-    /// Orthonormal, one after the other.
-    basis: Vec<f64>,
-    /// Whether they belong to the last factor.
-    is_known: bool,
-    /// Whether they belong to an earlier one: a good guess.
-    was_known: bool,
-}
-
-/// Inverse iterations for the null space.
-const NULL_ITERATIONS: usize = 4;
-/// How nearly a direction's compliance must be the regularization alone.
-const NULL: f64 = 1e-4;
 
 enum Factor {
     Dense {
@@ -69,13 +70,18 @@ enum Factor {
 }
 
 impl JointSystem {
-    /// The system of `rows` rows whose entries are at `(row, column)` of `pairs`; pairs may repeat and come in any order.
-    /// Also returned: the place of each pair among the values. `None` if memory is short.
-    pub fn with_pattern(rows: usize, pairs: &[(usize, usize)]) -> Option<(Self, Vec<usize>)> {
+    /// The system of `rows` rows and so many `motions` of bodies after them, whose entries are at `(row, column)` of `pairs`; pairs may
+    /// repeat and come in any order. Also returned: the place of each pair among the values. `None` if memory is short.
+    pub fn with_pattern(
+        rows: usize,
+        motions: usize,
+        pairs: &[(usize, usize)],
+    ) -> Option<(Self, Vec<usize>)> {
+        let unknowns = rows + motions;
         let mut sorted: Vec<(usize, usize)> = pairs
             .iter()
             .map(|(row, column)| (*column, *row))
-            .chain((0..rows).map(|row| (row, row)))
+            .chain((0..unknowns).map(|unknown| (unknown, unknown)))
             .collect();
         sorted.sort_unstable();
         sorted.dedup();
@@ -88,44 +94,48 @@ impl JointSystem {
             .iter()
             .map(|(row, column)| place(*row, *column))
             .collect();
-        let diagonal = (0..rows).map(|row| place(row, row)).collect();
-        let mut starts = vec![0; rows + 1];
+        let diagonal = (0..unknowns).map(|row| place(row, row)).collect();
+        let mut starts = vec![0; unknowns + 1];
         for (column, _) in &sorted {
             starts[column + 1] += 1;
         }
-        for column in 0..rows {
+        for column in 0..unknowns {
             starts[column + 1] += starts[column];
         }
         let row_indices: Vec<usize> = sorted.iter().map(|(_, row)| *row).collect();
         let count = row_indices.len();
-        let pattern = SymbolicSparseColMat::new_checked(rows, rows, starts, None, row_indices);
-        let (factor, scratch) = if rows <= DENSE_ROWS {
-            Factor::dense(rows)
+        let pattern =
+            SymbolicSparseColMat::new_checked(unknowns, unknowns, starts, None, row_indices);
+        let (factor, scratch) = if unknowns <= DENSE_ROWS {
+            Factor::dense(unknowns)
         } else {
             Factor::sparse(&pattern)?
         };
         let system = Self {
+            rows,
             pattern,
             values: vec![0.0; count],
             diagonal,
-            scale: vec![1.0; rows],
+            beyond: vec![0.0; rows],
+            scale: vec![1.0; unknowns],
             regularization: 0.0,
             factor,
             stack: MemBuffer::try_new(scratch).ok()?,
-            scaled: vec![0.0; rows],
-            null_space: NullSpace::default(),
+            scaled: vec![0.0; unknowns],
+            extended: vec![0.0; if motions > 0 { unknowns } else { 0 }],
+            redundancy: Redundancy::default(),
         };
         Some((system, places))
     }
 
-    /// The entries, to be overwritten before `factor`.
-    pub fn values_mut(&mut self) -> &mut [f64] {
-        &mut self.values
+    /// The entries, to be overwritten before `factor`, and what bodies among the unknowns add to Λ_ii of each row.
+    pub fn values_mut(&mut self) -> (&mut [f64], &mut [f64]) {
+        (&mut self.values, &mut self.beyond)
     }
 
-    /// The diagonal entry of a row.
+    /// Λ_ii + c of a row.
     pub fn diagonal(&self, row: usize) -> f64 {
-        self.values[self.diagonal[row]]
+        self.values[self.diagonal[row]] + self.beyond[row]
     }
 
     /// Adds to the diagonal.
@@ -140,8 +150,9 @@ impl JointSystem {
 
     /// Factors the system with `regularization` added to the unit diagonal of the scaled matrix. Returns whether it is regular.
     pub fn factor(&mut self, regularization: f64) -> bool {
-        for (scale, diagonal) in self.scale.iter_mut().zip(&self.diagonal) {
-            let entry = self.values[*diagonal].abs();
+        let beyond = self.beyond.iter().chain(std::iter::repeat(&0.0));
+        for ((scale, diagonal), beyond) in self.scale.iter_mut().zip(&self.diagonal).zip(beyond) {
+            let entry = (self.values[*diagonal] + beyond).abs();
             *scale = if entry > 0.0 { 1.0 / entry.sqrt() } else { 1.0 };
         }
         let rows = self.pattern.row_idx();
@@ -152,108 +163,13 @@ impl JointSystem {
                 *value *= self.scale[*row] * self.scale[column];
             }
         }
-        for diagonal in &self.diagonal {
+        for diagonal in &self.diagonal[..self.rows] {
             self.values[*diagonal] += regularization;
         }
         self.regularization = regularization;
-        self.null_space.is_known = false;
+        self.redundancy.is_known = false;
         let matrix = SparseColMatRef::new(self.pattern.as_ref(), self.values.as_slice());
         self.factor.compute(matrix, MemStack::new(&mut self.stack))
-    }
-
-    /// Makes room for so many redundant rows.
-    pub fn expect_redundant(&mut self, count: usize) {
-        self.null_space.basis = vec![0.0; count * self.scale.len()];
-        self.forget_redundant();
-    }
-
-    /// Looks for as many directions as are expected in which only the regularization of the last factor resists, by inverse iteration. They
-    /// are known if there are as many and `may_hold` for each of them, which has an entry for each row.
-    pub fn find_redundant(&mut self, may_hold: impl Fn(usize, f64) -> bool) {
-        let rows = self.scale.len();
-        let mut basis = std::mem::take(&mut self.null_space.basis);
-        if !self.null_space.was_known {
-            for (place, entry) in basis.iter_mut().enumerate() {
-                // No symmetry hides a direction.
-                *entry = (1.0 + 0.7 * place as f64).cos();
-            }
-        }
-        let mut is_known = false;
-        let is_possible = !basis.is_empty() && self.regularization > 0.0;
-        for _ in 0..if is_possible { NULL_ITERATIONS } else { 0 } {
-            is_known = true;
-            for place in 0..basis.len() / rows {
-                let (known, rest) = basis.split_at_mut(place * rows);
-                let direction = &mut rest[..rows];
-                for earlier in known.chunks_exact(rows) {
-                    remove(direction, earlier);
-                }
-                normalize(direction);
-                self.solve_scaled(direction);
-                for earlier in known.chunks_exact(rows) {
-                    remove(direction, earlier);
-                }
-                let growth = normalize(direction) * self.regularization;
-                is_known &= (growth - 1.0).abs() < NULL;
-            }
-            if is_known {
-                break;
-            }
-        }
-        let mut directions = basis.chunks_exact(rows.max(1));
-        let held = directions.all(|direction| {
-            let mut entries = direction.iter().enumerate();
-            entries.all(|(row, entry)| may_hold(row, *entry))
-        });
-        self.null_space = NullSpace {
-            is_known: is_known && held,
-            was_known: is_known,
-            basis,
-        };
-    }
-
-    /// Whether the directions that do nothing are known for the last factor.
-    pub fn knows_redundant(&self) -> bool {
-        self.null_space.is_known
-    }
-
-    /// Forgets them.
-    pub fn forget_redundant(&mut self) {
-        (self.null_space.is_known, self.null_space.was_known) = (false, false);
-    }
-
-    /// Takes out of δλ what does nothing.
-    pub fn remove_redundant(&self, forces: &mut [f64]) {
-        for (force, scale) in forces.iter_mut().zip(&self.scale) {
-            *force /= scale;
-        }
-        self.remove_scaled(forces);
-        for (force, scale) in forces.iter_mut().zip(&self.scale) {
-            *force *= scale;
-        }
-    }
-
-    /// Takes out of λ what only the regularization ε of the last factor resists, λ − ε (Λ + ε)⁻¹ λ in the scaled system, whether or not its
-    /// directions are known. `probe` has a number for each row and is overwritten.
-    pub fn share_redundant(&mut self, forces: &mut [f64], probe: &mut [f64]) {
-        // What rounding of Λ leaves of them goes the second time.
-        for _ in 0..2 {
-            for (entry, (force, scale)) in probe.iter_mut().zip(forces.iter().zip(&self.scale)) {
-                *entry = force / scale;
-            }
-            self.solve_scaled(probe);
-            for (force, (entry, scale)) in forces.iter_mut().zip(probe.iter().zip(&self.scale)) {
-                *force -= self.regularization * entry * scale;
-            }
-        }
-    }
-
-    fn remove_scaled(&self, scaled: &mut [f64]) {
-        if self.null_space.is_known {
-            for direction in self.null_space.basis.chunks_exact(self.scale.len()) {
-                remove(scaled, direction);
-            }
-        }
     }
 
     /// How much the last factor enlarges a right-hand side, in the scaled system: about one over its smallest eigenvalue. `probe` has
@@ -281,15 +197,27 @@ impl JointSystem {
         for (b, scale) in right_hand_side.iter_mut().zip(&self.scale) {
             *b *= scale;
         }
-        self.remove_scaled(right_hand_side);
+        self.remove_scaled(right_hand_side, 1);
         self.solve_scaled(right_hand_side);
-        self.remove_scaled(right_hand_side);
+        self.remove_scaled(right_hand_side, 2);
         for (x, scale) in right_hand_side.iter_mut().zip(&self.scale) {
             *x *= scale;
         }
     }
 
-    fn solve_scaled(&mut self, right_hand_side: &mut [f64]) {
+    pub(super) fn solve_scaled(&mut self, right_hand_side: &mut [f64]) {
+        if self.extended.is_empty() {
+            return self.solve_unknowns(right_hand_side);
+        }
+        let mut extended = std::mem::take(&mut self.extended);
+        extended[..self.rows].copy_from_slice(right_hand_side);
+        extended[self.rows..].fill(0.0);
+        self.solve_unknowns(&mut extended);
+        right_hand_side.copy_from_slice(&extended[..self.rows]);
+        self.extended = extended;
+    }
+
+    fn solve_unknowns(&mut self, right_hand_side: &mut [f64]) {
         match &self.factor {
             Factor::Dense { columns, .. } => {
                 self.scaled.fill(0.0);
@@ -307,27 +235,6 @@ impl JointSystem {
             }
         }
     }
-}
-
-fn dot(a: &[f64], b: &[f64]) -> f64 {
-    a.iter().zip(b).map(|(a, b)| a * b).sum()
-}
-
-/// Takes a direction of length one out of another.
-fn remove(of: &mut [f64], direction: &[f64]) {
-    let amount = dot(of, direction);
-    for (entry, other) in of.iter_mut().zip(direction) {
-        *entry -= amount * other;
-    }
-}
-
-/// Makes the length one; what it was.
-fn normalize(direction: &mut [f64]) -> f64 {
-    let length = dot(direction, direction).sqrt();
-    for entry in direction.iter_mut() {
-        *entry /= length;
-    }
-    length
 }
 
 impl Factor {
@@ -431,7 +338,7 @@ mod tests {
             let pairs: Vec<_> = (0..rows)
                 .flat_map(|row| [0, 1, rows - 1].map(|shift| (row, (row + shift) % rows)))
                 .collect();
-            let (mut system, places) = JointSystem::with_pattern(rows, &pairs).unwrap();
+            let (mut system, places) = JointSystem::with_pattern(rows, 0, &pairs).unwrap();
             let unit = |row: usize| if row.is_multiple_of(2) { 1e6 } else { 1e-3 };
             let entry = |row: usize, column: usize| {
                 let weight = if row == column {
@@ -443,11 +350,11 @@ mod tests {
             };
             let mut dense = Mat::<f64>::zeros(rows, rows);
             for round in 0..2 {
-                system.values_mut().fill(0.0);
+                system.values_mut().0.fill(0.0);
                 dense.fill(0.0);
                 for ((row, column), place) in pairs.iter().zip(&places) {
                     let value = entry(*row, *column) * (1.0 + f64::from(round));
-                    system.values_mut()[*place] = value;
+                    system.values_mut().0[*place] = value;
                     dense[(*row, *column)] = value;
                 }
                 assert!(system.factor(0.0));
@@ -466,68 +373,57 @@ mod tests {
         }
     }
 
-    /// The projector away from two directions, in very different units.
+    /// Rows that all meet at one body: with its motions among the unknowns they are solved as with the body eliminated.
     #[test]
-    fn directions_that_do_nothing_are_found_and_left_alone() {
-        for rows in [6, DENSE_ROWS + 16] {
-            let pairs: Vec<_> = (0..rows)
+    fn motions_among_the_unknowns_change_no_solution() {
+        for rows in [4, 60] {
+            let wave = |i: usize, k: usize| (1.0 + 0.7 * i as f64 + 1.9 * (k * k) as f64).sin();
+            let inertia = |k: usize, l: usize| match k == l {
+                true => 2.0 + k as f64,
+                false => 0.3 * wave(k + l, 1) * f64::from(u8::from(k + l > 2)),
+            };
+            let body = nalgebra::Matrix6::from_fn(inertia);
+            let gradients =
+                nalgebra::OMatrix::<f64, nalgebra::Dyn, nalgebra::U6>::from_fn(rows, wave);
+            let compliance = &gradients * body.try_inverse().unwrap() * gradients.transpose();
+            let own = |row: usize| 0.5 + 0.01 * row as f64;
+            let all: Vec<_> = (0..rows)
                 .flat_map(|row| (0..rows).map(move |column| (row, column)))
                 .collect();
-            let (mut system, places) = JointSystem::with_pattern(rows, &pairs).unwrap();
-            let unit = |row: usize| if row.is_multiple_of(3) { 1e5 } else { 1e-2 };
-            let mut directions: Vec<Vec<f64>> = [0.9, 2.3]
-                .map(|w: f64| {
-                    (0..rows)
-                        .map(|row| (w * (row as f64 + 1.0)).sin())
-                        .collect()
-                })
-                .to_vec();
-            normalize(&mut directions[0]);
-            let (first, second) = directions.split_at_mut(1);
-            remove(&mut second[0], &first[0]);
-            normalize(&mut second[0]);
-            let entry = |row: usize, column: usize| {
-                let shared: f64 = directions.iter().map(|n| n[row] * n[column]).sum();
-                (f64::from(u8::from(row == column)) - shared) * unit(row) * unit(column)
-            };
-            let times = |x: &[f64]| -> Vec<f64> {
-                let row = |row: usize| (0..rows).map(|k| entry(row, k) * x[k]).sum();
-                (0..rows).map(row).collect()
-            };
-            let mut factor = |expected: usize| {
-                system.values_mut().fill(0.0);
-                for ((row, column), place) in pairs.iter().zip(&places) {
-                    system.values_mut()[*place] = entry(*row, *column);
-                }
-                system.expect_redundant(expected);
-                assert!(system.factor(1e-7));
-                system.find_redundant(|_, _| true);
-                system.knows_redundant()
-            };
-            assert!(!factor(3) && !factor(0) && factor(2), "{rows}");
-            let forces: Vec<f64> = (0..rows)
-                .map(|row| (row as f64).cos() / unit(row))
-                .collect();
-            let demand = times(&forces);
-            let mut solved = demand.clone();
-            system.solve(&mut solved);
-            let mut left = forces.clone();
-            system.remove_redundant(&mut left);
-            for found in [&solved, &left] {
-                for (row, (found, demand)) in times(found).iter().zip(&demand).enumerate() {
-                    assert!((found - demand).abs() < 1e-6 * unit(row), "{rows} {row}");
-                }
+            let (mut whole, places) = JointSystem::with_pattern(rows, 0, &all).unwrap();
+            for ((row, column), place) in all.iter().zip(&places) {
+                let more = if row == column { own(*row) } else { 0.0 };
+                whole.values_mut().0[*place] = compliance[(*row, *column)] + more;
             }
-            // Nothing of the directions is in the solution, so that both are the same.
-            for (row, (solved, left)) in solved.iter().zip(&left).enumerate() {
-                assert!((solved - left).abs() * unit(row) < 1e-6, "{rows} {row}");
+            let motions = rows..rows + 6;
+            let mut pairs: Vec<_> = (0..rows).map(|row| (row, row)).collect();
+            for motion in motions.clone() {
+                pairs.extend((0..rows).flat_map(|row| [(row, motion), (motion, row)]));
+                pairs.extend(motions.clone().map(|other| (other, motion)));
             }
-            assert!(
-                forces
-                    .iter()
-                    .zip(&left)
-                    .any(|(a, b)| (a - b).abs() > 1e-3 * a.abs())
-            );
+            let (mut kept, places) = JointSystem::with_pattern(rows, 6, &pairs).unwrap();
+            for ((row, column), place) in pairs.iter().zip(&places) {
+                kept.values_mut().0[*place] = match (*row < rows, *column < rows) {
+                    (true, true) => own(*row),
+                    (true, false) => gradients[(*row, column - rows)],
+                    (false, true) => -gradients[(*column, row - rows)],
+                    (false, false) => body[(row - rows, column - rows)],
+                };
+            }
+            for row in 0..rows {
+                kept.values_mut().1[row] = compliance[(row, row)];
+            }
+            assert!(whole.factor(1e-3) && kept.factor(1e-3));
+            let mut expected: Vec<f64> = (0..rows).map(|row| wave(row, 3)).collect();
+            let mut found = expected.clone();
+            whole.solve(&mut expected);
+            kept.solve(&mut found);
+            for row in 0..rows {
+                let apart = (found[row] - expected[row]).abs();
+                assert!(apart < 1e-10, "{rows} {row}: {apart:e}");
+                let regularizing = [&whole, &kept].map(|s| s.regularizing_compliance(row));
+                assert!((regularizing[0] / regularizing[1] - 1.0).abs() < 1e-12);
+            }
         }
     }
 }

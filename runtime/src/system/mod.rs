@@ -19,6 +19,7 @@ pub mod free_directions;
 pub mod joint_system;
 pub mod linearization;
 pub mod marker;
+mod redundancy;
 pub mod residual;
 pub mod state;
 

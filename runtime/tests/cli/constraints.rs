@@ -210,3 +210,83 @@ fn a_dead_centre_is_passed_and_told() {
         assert!((time - std::f64::consts::FRAC_PI_2).abs() < 2e-3, "{time}");
     }
 }
+
+/// A door on so many hinges in a row between it and its frame.
+fn door(hinges: usize) -> Value {
+    let points = |x: f64| -> Value {
+        let place = |i: usize| json!([x, 0, 2.0 * (i as f64 + 0.5) / hinges as f64 - 1.0]);
+        (0..hinges)
+            .map(|i| (format!("p{i}"), place(i)))
+            .collect::<serde_json::Map<_, _>>()
+            .into()
+    };
+    let mut frame = points(0.0);
+    frame["foot"] = json!([0, 0, -1]);
+    let hinge = |i: usize| {
+        let hinge = json!({"revolute": {"a": format!("frame/p{i}"), "b": format!("door/p{i}"), "axis": [0, 0, 1]}});
+        (format!("hinge{i}"), hinge)
+    };
+    let mut joints: serde_json::Map<_, _> = (0..hinges).map(hinge).collect();
+    joints.insert(
+        "floor".into(),
+        json!({"fixed": {"a": "ground", "b": "frame/foot"}}),
+    );
+    json!({
+        "dimension": 3,
+        "units": {"length": "m", "mass": "kg", "time": "s"},
+        "gravity": [0, 3, -9.81],
+        "ground": {"points": {"foot": [0, 0, -1]}},
+        "bodies": {
+            "frame": {"rigid": {"mass": 5, "inertia": [2, 2, 1], "points": frame}},
+            "door": {"rigid": {"mass": 20, "inertia": [6, 8, 2], "points": points(-0.5)}, "position": [0.5, 0, 0]}
+        },
+        "joints": joints,
+        "outputs": {"angle": {"joint_coordinate": {"joint": "hinge0"}}},
+        "integrator": {"generalized_alpha": {"step": 1e-3, "end": 0.02}}
+    })
+}
+
+/// The door turns alike on few hinges and on many, which carry it together; the frame has too many rows to be eliminated.
+#[test]
+fn a_door_on_many_hinges_turns_as_on_one() {
+    let run = |hinges: usize| {
+        let mut scene = door(hinges);
+        scene["joints"]["floor"]["fixed"]["a"] = json!("ground/foot");
+        let folder = Folder::with(&scene);
+        folder.done("scene.json");
+        let results = folder.results();
+        let angle = results.history("angle").unwrap();
+        let last = angle.nrows() - 1;
+        let mut force = [0.0; 3];
+        for i in 0..hinges {
+            let one = results.history(&format!("reactions/hinge{i}")).unwrap();
+            for (k, sum) in force.iter_mut().enumerate() {
+                *sum += one[(last, k)];
+            }
+        }
+        let summary = results.provenance("summary").unwrap();
+        let told = summary["redundant_constraints"].as_array().unwrap();
+        let count: u64 = told
+            .iter()
+            .map(|joint| joint["count"].as_u64().unwrap())
+            .sum();
+        assert_eq!(count, 5 * (hinges as u64 - 1));
+        (angle[(last, 0)], force)
+    };
+    let (angle, force) = run(1);
+    assert!(angle.abs() > 1e-4, "{angle}");
+    // Two: one body touches 16 rows. Five: a basis. Thirty: many directions, and bodies among the unknowns.
+    for hinges in [2, 5, 30] {
+        let (other, sum) = run(hinges);
+        assert!(
+            (other / angle - 1.0).abs() < 1e-9,
+            "{hinges}: {other} {angle}"
+        );
+        for (sum, force) in sum.iter().zip(&force) {
+            assert!(
+                (sum - force).abs() < 1e-6 * 200.0,
+                "{hinges}: {sum} {force}"
+            );
+        }
+    }
+}

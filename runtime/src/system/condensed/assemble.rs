@@ -1,6 +1,5 @@
 //! The iteration matrix: S of every body, and the joints' system.
 
-use faer::Mat;
 use nalgebra::{Matrix3, Vector3};
 
 use super::{Blend, Condensed, Touch, side};
@@ -85,10 +84,17 @@ impl Condensed {
         evaluation: &Evaluation,
         blend: &Blend,
     ) -> bool {
-        let values = self.joints.values_mut();
+        let (values, beyond) = self.joints.values_mut();
         values.fill(0.0);
+        beyond.fill(0.0);
         let mut place = 0;
-        for (index, own) in self.touches.iter().enumerate() {
+        for index in 0..self.touches.len() {
+            if self.motions[index].is_some() {
+                self.keep_body(system, evaluation, index, &mut place);
+                continue;
+            }
+            let own = &self.touches[index];
+            let (values, _) = self.joints.values_mut();
             let axes = &evaluation.poses[index].axes;
             for (touch, gradient) in own.iter().zip(&mut self.gradients) {
                 *gradient = turned_back(axes, side(evaluation, touch));
@@ -126,34 +132,70 @@ impl Condensed {
         self.joints.factor(self.regularization)
     }
 
-    /// Λ of the last factorization over some rows, dense.
-    pub fn joint_compliance(
-        &self,
+    /// The entries of a body whose motions are unknowns of the joints' system, and what it adds to Λ_ii.
+    fn keep_body(
+        &mut self,
         system: &System,
         evaluation: &Evaluation,
-        rows: &[usize],
-    ) -> Mat<f64> {
-        let mut position = vec![None; system.rows.len()];
-        for (index, row) in rows.iter().enumerate() {
-            position[*row] = Some(index);
-        }
-        let mut lambda = Mat::zeros(rows.len(), rows.len());
-        for (index, own) in self.touches.iter().enumerate() {
-            let axes = &evaluation.poses[index].axes;
-            let in_body = |touch: &Touch| turned_back(axes, side(evaluation, touch));
-            for column in own {
-                let gradient = in_body(column);
-                for row in own {
-                    let (Some(i), Some(j)) = (position[row.row], position[column.row]) else {
-                        continue;
-                    };
-                    let compliance = self.factors[index].compliance(row.local, column.local);
-                    lambda[(i, j)] += in_body(row).dot(&(compliance * gradient));
+        index: usize,
+        place: &mut usize,
+    ) {
+        let own = &self.touches[index];
+        let matrix = &self.matrices[index];
+        let inverse = self.factors[index].rigid_inverse();
+        let (values, beyond) = self.joints.values_mut();
+        let mut add = |entry: f64| {
+            values[self.places[*place]] += entry;
+            *place += 1;
+        };
+        for same_row in own.chunk_by(|a, b| a.row == b.row) {
+            let mut whole = Six::zeros();
+            for touch in same_row {
+                let gradient = free_gradient(system, evaluation, index, touch, &matrix.free);
+                for entry in gradient.iter() {
+                    add(*entry);
+                    add(-entry);
                 }
+                whole += gradient;
+            }
+            beyond[same_row[0].row] += whole.dot(&(inverse * whole));
+        }
+        for column in 0..6 {
+            for row in 0..6 {
+                add(
+                    match (matrix.free[row] && matrix.free[column], row == column) {
+                        (true, _) => matrix.rigid[(row, column)],
+                        (false, true) => 1.0,
+                        (false, false) => 0.0,
+                    },
+                );
             }
         }
-        lambda
     }
+}
+
+/// The force on a body's rigid motions by a unit force of a touch, zero for motions that it hasn't.
+pub(super) fn free_gradient(
+    system: &System,
+    evaluation: &Evaluation,
+    body: usize,
+    touch: &Touch,
+    free: &[bool; 6],
+) -> Six {
+    let marker = touch.marker(system);
+    let wrench = turned_back(&evaluation.poses[body].axes, side(evaluation, touch));
+    let mut gradient = Six::zeros();
+    system.markers[marker].add_force(
+        &evaluation.places[marker],
+        &wrench,
+        1.0,
+        &mut gradient,
+        &mut [],
+    );
+    for (entry, _) in gradient.iter_mut().zip(free).filter(|(_, free)| !**free) {
+        *entry = 0.0;
+    }
+    gradient
 }
 
 /// Rows of forces stay in world axes while the frame turns: `Aᵀ δF = δ(Aᵀ F) - Aᵀ F × δφ`.

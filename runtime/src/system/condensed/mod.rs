@@ -14,6 +14,7 @@
 //! the exact matrix is in [`super::linearization`].
 
 mod assemble;
+mod columns;
 mod following;
 
 use faer::Mat;
@@ -56,8 +57,8 @@ impl Blend {
     }
 }
 
-/// Share of a drive in forces that do nothing which isn't rounding.
-const DRIVE_SHARE: f64 = 1e-6;
+/// A rigid body with more touches than this stays among the unknowns of the joints' system.
+const MANY_TOUCHES: usize = 36;
 
 /// The side of a term on a body.
 #[derive(Clone, Copy, Debug)]
@@ -82,8 +83,12 @@ pub struct Condensed {
     factors: Vec<BodyFactor>,
     joints: JointSystem,
     touches: Vec<Vec<Touch>>,
-    /// Place of each pair of touches among the joints' values, body by body.
+    /// Bodies that stay among the unknowns of the joints' system: where their motions are.
+    motions: Vec<Option<usize>>,
+    /// Place of each pair of touches among the joints' values, body by body; where a body's motions are unknowns, its touches with them.
     places: Vec<usize>,
+    /// Rows whose forces do work.
+    drives: Vec<usize>,
     /// Gradients of a body's touches in body axes, and the body's response to them by markers.
     gradients: Vec<Six>,
     responses: Vec<Six>,
@@ -156,15 +161,27 @@ impl Condensed {
                 }
             }
         }
-        let pairs: Vec<(usize, usize)> = touches
+        let mut unknowns = system.rows.len();
+        let motions: Vec<Option<usize>> = touches
             .iter()
-            .flat_map(|own: &Vec<Touch>| {
-                own.iter()
-                    .flat_map(move |column| own.iter().map(move |row| (row.row, column.row)))
+            .zip(&system.bodies)
+            .map(|(own, body)| {
+                let is_rigid =
+                    body.flexible.coordinate_count() == 0 && body.residual_rows.is_empty();
+                let stays = is_rigid && own.len() > MANY_TOUCHES;
+                let first = stays.then_some(unknowns);
+                unknowns += if stays { 6 } else { 0 };
+                first
             })
             .collect();
+        let pairs: Vec<(usize, usize)> = touches
+            .iter()
+            .zip(&motions)
+            .flat_map(|(own, motion)| body_pairs(own, *motion))
+            .collect();
+        let rows = system.rows.len();
         let (joints, places) =
-            JointSystem::with_pattern(system.rows.len(), &pairs).ok_or(Error::OutOfMemory)?;
+            JointSystem::with_pattern(rows, unknowns - rows, &pairs).ok_or(Error::OutOfMemory)?;
         let most_touches = touches.iter().map(Vec::len).max().unwrap_or(0);
         let most_markers = system.bodies.iter().map(|b| b.markers.len()).max();
         let mut compliant = vec![false; system.rows.len()];
@@ -185,11 +202,21 @@ impl Condensed {
             factors: system
                 .bodies
                 .iter()
-                .map(|b| BodyFactor::with_room(b.flexible.coordinate_count(), b.markers.len()))
+                .zip(&motions)
+                .map(|(body, motion)| match motion {
+                    Some(_) => BodyFactor::with_responses_alone(body.markers.len()),
+                    None => {
+                        BodyFactor::with_room(body.flexible.coordinate_count(), body.markers.len())
+                    }
+                })
                 .collect(),
             joints,
             touches,
+            motions,
             places,
+            drives: (0..system.rows.len())
+                .filter(|row| matches!(system.rows[*row].demand, Demand::Follow(_)))
+                .collect(),
             gradients: vec![Six::zeros(); most_touches],
             responses: vec![Six::zeros(); most_markers.unwrap_or(0)],
             compliances: vec![0.0; system.rows.len()],
@@ -241,7 +268,7 @@ impl Condensed {
     }
 
     /// Takes out of a change of λ what does nothing, as far as the present factor knows it.
-    pub fn remove_redundant(&self, forces: &mut [f64]) {
+    pub fn remove_redundant(&mut self, forces: &mut [f64]) {
         self.joints.remove_redundant(forces);
     }
 
@@ -319,10 +346,7 @@ impl Condensed {
             return Err(Error::SingularJoints { time: state.time });
         }
         if self.regularization > 0.0 {
-            // A drive's work needs its force.
-            let is_drive = |row: usize| matches!(system.rows[row].demand, Demand::Follow(_));
-            self.joints
-                .find_redundant(|row, share| !is_drive(row) || share.abs() < DRIVE_SHARE);
+            self.joints.find_redundant(&self.drives);
         }
         Ok(())
     }
@@ -491,6 +515,28 @@ impl Touch {
             Side::B => system.terms[self.term].b,
         }
     }
+}
+
+/// Where the entries of one body are in the joints' system, in the order of [`Condensed::factor_joints`].
+fn body_pairs(own: &[Touch], motion: Option<usize>) -> Vec<(usize, usize)> {
+    let Some(first) = motion else {
+        let column = |column: &Touch| {
+            let column = column.row;
+            own.iter().map(move |row| (row.row, column))
+        };
+        return own.iter().flat_map(column).collect();
+    };
+    let motions = first..first + 6;
+    let mut pairs = Vec::with_capacity(12 * own.len() + 36);
+    for touch in own {
+        for motion in motions.clone() {
+            pairs.extend([(touch.row, motion), (motion, touch.row)]);
+        }
+    }
+    for column in motions.clone() {
+        pairs.extend(motions.clone().map(|row| (row, column)));
+    }
+    pairs
 }
 
 /// The gradient of a touch, world axes.
