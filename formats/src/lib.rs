@@ -1,7 +1,7 @@
 //! Data model and files of flexible-body superelements: components as FE codes export them, and the
 //! `.dcb.h5` superelements made from them, the results of simulations, and the reports of studies.
 //!
-//! No numerics beyond shape, range and symmetry checks: the reduction is in `dcb-reducer`, the dynamics in `dcb-runtime`,
+//! No numerics beyond checks, of shape, range and symmetry and of the identities that a superelement's numbers must keep: the reduction is in `dcb-reducer`, the dynamics in `dcb-runtime`,
 //! and the two meet only through the types and files here.
 
 pub mod component;
@@ -10,6 +10,7 @@ pub mod dcb;
 pub mod description;
 pub mod error;
 pub mod further_column;
+pub mod identities;
 pub mod matrix;
 pub mod mesh;
 pub mod report;

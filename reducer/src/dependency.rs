@@ -22,15 +22,11 @@ pub fn dependencies(flexibility0: &Mat<f64>, localization: &Localization) -> Vec
     let attached: Vec<usize> = (0..n_b)
         .filter(|row| localization.is_attachment(*row))
         .collect();
-    let largest = attached
-        .iter()
-        .map(|i| flexibility0[(*i, *i)])
-        .fold(0.0, f64::max);
     let mut found = Vec::new();
     let scale = |i: usize| flexibility0[(i, i)].max(0.0).sqrt();
-    let (mut open, inert): (Vec<usize>, Vec<usize>) = attached
-        .iter()
-        .partition(|i| flexibility0[(**i, **i)] > 1e-24 * largest && scale(**i) > 0.0);
+    // Rows that feel rounding alone have been set to zero; how large the others are is the user's choice.
+    let (mut open, inert): (Vec<usize>, Vec<usize>) =
+        attached.iter().partition(|i| scale(**i) > 0.0);
     for row in inert {
         found.push(Dependency {
             row: localization.row_name(row),

@@ -15,6 +15,7 @@
 //! with Ω_a u = e_a × u at every node. Planar I1 is half of J1_zz.
 
 use dcb_formats::component::Component;
+use dcb_formats::identities::Couplings as CouplingSource;
 use dcb_formats::mesh::{Dimension, Direction};
 use dcb_formats::superelement::Inertia;
 use faer::{Mat, MatRef};
@@ -25,12 +26,13 @@ use crate::rigid_body::{MassProperties, component_columns};
 
 pub use crate::couplings::PAIRS;
 
-/// Computes all invariants over the component's own dofs; `basis` is Ψ, (n_e, n), as blocks that stand side by side.
+/// Computes all invariants over the component's own dofs, and says what they come from; `basis` is Ψ, (n_e, n), as blocks that stand
+/// side by side.
 pub fn inertia_invariants(
     component: &Component,
     properties: &MassProperties,
     basis: &[MatRef<'_, f64>],
-) -> Inertia {
+) -> (Inertia, CouplingSource) {
     let basis = Basis(basis);
     let centre = properties.centre;
     let d = component.dimension().coordinate_count();
@@ -48,11 +50,14 @@ pub fn inertia_invariants(
             Solid::of(component).map(|solid| Couplings::of_solid(component, &solid, centre, basis))
         }
     };
-    let terms = match &couplings {
-        Some(couplings) => from_couplings(component.dimension(), couplings),
-        None => from_mass(component, centre, basis),
+    let (terms, source) = match &couplings {
+        Some(couplings) => (
+            from_couplings(component.dimension(), couplings),
+            CouplingSource::Integrals,
+        ),
+        None => (from_mass(component, centre, basis), CouplingSource::Nodal),
     };
-    Inertia {
+    let inertia = Inertia {
         mass: properties.mass,
         tensor: properties.tensor,
         l1,
@@ -60,7 +65,8 @@ pub fn inertia_invariants(
         i3,
         l3: terms.l3,
         i2: terms.i2,
-    }
+    };
+    (inertia, source)
 }
 
 struct Terms {
@@ -325,7 +331,7 @@ mod tests {
                 .num_threads(threads)
                 .build()
                 .unwrap();
-            pool.install(|| inertia_invariants(&component, &properties, &[basis.as_ref()]))
+            pool.install(|| inertia_invariants(&component, &properties, &[basis.as_ref()]).0)
         };
         let (one, three) = (run(1), run(3));
         assert_eq!(one.l3, three.l3);

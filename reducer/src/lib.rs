@@ -287,7 +287,7 @@ pub fn reduce(
         .map(|further| model.expand(further.shapes.as_ref()));
     let mut basis = vec![phi.as_ref(), x.as_ref()];
     basis.extend(further_shapes.iter().map(CowMat::as_ref));
-    let inertia = inertia_invariants(component, &properties, &basis);
+    let (inertia, couplings) = inertia_invariants(component, &properties, &basis);
     let stiffening = stiffening(component, &localization, &basis);
     let loads = part_loads(component, properties.centre, &basis);
     let enrichment = further
@@ -302,17 +302,20 @@ pub fn reduce(
 
     observer.begin(Stage::Quality);
     let defects = &defects.per_column;
-    let quality = Quality::of(
-        &model,
-        &properties,
-        &rigid,
-        defects,
-        &modes,
-        &residual,
-        further.as_ref(),
-        &inertia,
-        sturm,
-    );
+    let quality = Quality {
+        couplings: Some(couplings),
+        ..Quality::of(
+            &model,
+            &properties,
+            &rigid,
+            defects,
+            &modes,
+            &residual,
+            further.as_ref(),
+            &inertia,
+            sturm,
+        )
+    };
     let mut warnings: Vec<String> = [
         few_digits,
         memory_warning,

@@ -2,6 +2,7 @@
 //!
 //! Every defect is dimensionless: divided by the size of what it is a part of.
 
+use dcb_formats::identities::Couplings;
 use dcb_formats::superelement::Inertia;
 use faer::{Mat, MatRef};
 use serde::{Deserialize, Serialize};
@@ -82,6 +83,9 @@ pub struct Quality {
     pub dependent_rows: Vec<DependentRow>,
     /// Lanczos block steps and preconditioned iterations of the attachments.
     pub iterations: (usize, usize),
+    /// Where L3 and I2 come from; absent in files of older versions.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub couplings: Option<Couplings>,
     /// The scene that the superelement was made for; absent if it was made for none, and in files of older versions.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub scene: Option<SceneFit>,
@@ -205,6 +209,7 @@ impl Quality {
                 })
                 .collect(),
             iterations: (modes.iterations, residual.iterations),
+            couplings: None,
             scene: None,
         }
     }

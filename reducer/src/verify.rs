@@ -1,7 +1,7 @@
 //! `reduce verify`: recomputes what can be recomputed, from the file alone or, given the component, everything.
 //!
-//! From the file: every digest, the identities of the residual transform, symmetry and sign of the matrices, the mean-axis
-//! condition, nodal rows against the stored fields, and the limits of the stored quality report. From the component: see
+//! From the file: every digest, all identities and bounds between its datasets ([`dcb_formats::identities`]), the rank of the residual
+//! transform, nodal rows against the stored fields and the mesh, and the limits of the stored quality report. From the component: see
 //! [`crate::verify_component`].
 
 use std::fmt::Write as _;
@@ -9,27 +9,22 @@ use std::fmt::Write as _;
 use dcb_formats::component::Role;
 use dcb_formats::component_files::{ComponentFiles, Overrides, read_component};
 use dcb_formats::dcb::SuperelementFile;
-use dcb_formats::superelement::FrameKind;
+use dcb_formats::identities::{self, Couplings};
+use dcb_formats::mesh::Mesh;
 use dcb_formats::{RecoveryBasis, Superelement};
-use faer::{Mat, MatRef};
+use faer::Mat;
 
-use crate::block_algebra::{largest_entry, symmetric_eigen, symmetrized};
+use crate::block_algebra::{symmetric_eigen, symmetrized};
 use crate::cli::VerifyArguments;
 use crate::cli_reduce::{Outcome, naming_the_file};
 use crate::error::Error;
 use crate::inspect::stored_quality;
-use crate::quality::ORTHOGONALITY_LIMIT;
 use crate::residual_filter::MASS_TOLERANCE;
-use crate::rigid_body::MassProperties;
 use crate::scientific::scientific;
 use crate::verify_component;
 
 /// Stored and recomputed matrices may differ by this, relative to their scale.
 pub const AGREEMENT: f64 = 1e-8;
-/// The transform's identities hold to rounding over the tolerance that it was cut at.
-const TRANSFORM_LIMIT: f64 = 1e-4;
-/// Masses of rows below this part of the largest of their kind are rounding.
-const MASS_ROUNDING: f64 = 1e-18;
 
 /// What was checked, line by line.
 pub struct Findings {
@@ -89,12 +84,19 @@ pub fn run(arguments: &VerifyArguments) -> Result<Outcome, Error> {
     );
     let element = file.superelement()?;
     let recovery = file.recovery()?;
-    check_transform(&element, &mut findings)?;
-    check_inertia(&element, &mut findings)?;
+    check_identities(&element, &mut findings);
+    check_rank(&element, &mut findings)?;
     if let Some(basis) = &recovery {
         findings.check(
             "nodal rows of L_b Ψ against the stored fields",
             nodal_row_defect(&element, basis),
+            AGREEMENT,
+        );
+    }
+    if let Some(mesh) = file.mesh()? {
+        findings.check(
+            "/interfaces/row_positions: rows of nodes are where the mesh has these",
+            mesh_defect(&element, &mesh),
             AGREEMENT,
         );
     }
@@ -136,59 +138,34 @@ pub fn run(arguments: &VerifyArguments) -> Result<Outcome, Error> {
     ))
 }
 
-fn unit_defect(
-    matrix: MatRef<'_, f64>,
-    diagonal: impl Fn(usize) -> f64,
-    scale: impl Fn(usize, usize) -> f64,
-) -> f64 {
-    let defect = Mat::from_fn(matrix.nrows(), matrix.ncols(), |i, j| {
-        (matrix[(i, j)] - if i == j { diagonal(i) } else { 0.0 }) / scale(i, j)
-    });
-    largest_entry(defect.as_ref())
+/// Everything that the numbers have to do with each other.
+fn check_identities(element: &Superelement, findings: &mut Findings) {
+    for identity in identities::in_full(element) {
+        let what = format!("{}: {}", identity.path, identity.what);
+        findings.check(&what, identity.defect, identity.limit);
+    }
+    let inexact = "L3 and I2 are not integrals over the part but what its nodes say: they are compared with the mass only roughly";
+    let said = match Couplings::of(element) {
+        Couplings::Integrals => None,
+        Couplings::Nodal => Some(inexact),
+        Couplings::Unknown => Some(
+            "the file doesn't say whether L3 and I2 are integrals over the part: they are compared with the mass only roughly",
+        ),
+    };
+    if let Some(said) = said {
+        findings.note(said);
+    }
 }
 
-/// T_rᵀ M_res T_r = I and T_rᵀ F_res T_r = diag(σ²); F_res and M_res positive semi-definite; the rank is the one that M_res has.
-fn check_transform(element: &Superelement, findings: &mut Findings) -> Result<(), Error> {
+/// The rank of the transform is the one that M_res has.
+fn check_rank(element: &Superelement, findings: &mut Findings) -> Result<(), Error> {
     let failed = || Error::NotFinite {
         what: "the residual matrices",
     };
     let residual = &element.residual;
-    let t = &residual.transform;
-    let mass = t.transpose() * &residual.mass * t;
-    let stiffness = t.transpose() * &residual.flexibility * t;
-    let sigma = |i: usize| residual.sigma_squared[i];
-    let largest = residual
-        .sigma_squared
-        .last()
-        .copied()
-        .unwrap_or(1.0)
-        .max(f64::MIN_POSITIVE);
-    findings.check(
-        "T_rᵀ M_res T_r = I",
-        unit_defect(mass.as_ref(), |_| 1.0, |_, _| 1.0),
-        TRANSFORM_LIMIT,
-    );
-    findings.check(
-        "T_rᵀ F_res T_r = diag(σ²)",
-        unit_defect(stiffness.as_ref(), sigma, |_, _| largest),
-        TRANSFORM_LIMIT,
-    );
-    let d = row_scales(element);
+    let d = identities::row_scales(element);
     let n_b = d.len();
     let scaled = |matrix: &Mat<f64>| Mat::from_fn(n_b, n_b, |i, j| d[i] * matrix[(i, j)] * d[j]);
-    for (matrix, what) in [(&residual.mass, "M_res"), (&residual.flexibility, "F_res")] {
-        let (values, _) =
-            symmetric_eigen(symmetrized(scaled(matrix).as_ref()).as_ref()).ok_or_else(failed)?;
-        let largest = values.last().copied().unwrap_or(0.0).max(f64::MIN_POSITIVE);
-        let negative = values
-            .first()
-            .map_or(0.0, |smallest| (-smallest / largest).max(0.0));
-        findings.check(
-            &format!("{what} is positive semi-definite (negative part)"),
-            negative,
-            ORTHOGONALITY_LIMIT,
-        );
-    }
     let seen = &element.modes.interface_shapes;
     let attached =
         |i: usize| element.interfaces[element.rows[i].interface].role == Role::Attachment;
@@ -199,44 +176,21 @@ fn check_transform(element: &Superelement, findings: &mut Findings) -> Result<()
             .sum();
         residual.mass[(i, j)] + modal
     });
-    let diagonal_defect = (0..n_b)
-        .map(|i| (mass0[(i, i)] - residual.mass_diagonal0[i]).abs() * d[i] * d[i])
-        .fold(0.0, f64::max);
-    findings.check("diag(M_res) with no mode kept", diagonal_defect, AGREEMENT);
     let (reference, _) =
         symmetric_eigen(symmetrized(scaled(&mass0).as_ref()).as_ref()).ok_or_else(failed)?;
     let (values, _) = symmetric_eigen(symmetrized(scaled(&residual.mass).as_ref()).as_ref())
         .ok_or_else(failed)?;
     let limit = MASS_TOLERANCE * reference.last().copied().unwrap_or(0.0);
     let rank = values.iter().filter(|value| **value > limit).count();
+    let stored = residual.transform.ncols();
     // The inertia of attachments may be left out on purpose.
-    let fewer = is_selection(element) && t.ncols() < rank;
+    let fewer = is_selection(element) && stored < rank;
     findings.require(
         "rank of the residual transform",
-        fewer || rank == t.ncols(),
-        &format!("{} stored, {rank} found", t.ncols()),
+        fewer || rank == stored,
+        &format!("{stored} stored, {rank} found"),
     );
     Ok(())
-}
-
-/// 1/√diag(M_res) with no mode kept; zero for rows without, and for those of which a selection has left rounding beside the largest of their kind,
-/// forces or moments.
-fn row_scales(element: &Superelement) -> Vec<f64> {
-    let masses = &element.residual.mass_diagonal0;
-    let is_force = |row: usize| (0..3).contains(&element.rows[row].direction);
-    let largest = [false, true].map(|force| {
-        let own = (0..masses.len()).filter(|row| is_force(*row) == force);
-        own.fold(0.0, |most: f64, row| most.max(masses[row]))
-    });
-    let scale = |(row, mass): (usize, &f64)| {
-        let least = MASS_ROUNDING * largest[usize::from(is_force(row))];
-        if *mass > least {
-            mass.sqrt().recip()
-        } else {
-            0.0
-        }
-    };
-    masses.iter().enumerate().map(scale).collect()
 }
 
 /// Whether it was taken out of a larger superelement.
@@ -245,58 +199,7 @@ pub(crate) fn is_selection(element: &Superelement) -> bool {
     selections.is_some_and(|selections| !selections.is_empty())
 }
 
-/// Mean axes, antisymmetry of L3, a positive inertia tensor, and second-order terms with the trace they must have.
-fn check_inertia(element: &Superelement, findings: &mut Findings) -> Result<(), Error> {
-    let inertia = &element.inertia;
-    if element.frame_kind == FrameKind::MeanAxis {
-        let norms: Vec<f64> = std::iter::repeat_n(1.0, element.mode_count())
-            .chain(element.residual.mass_diagonal0.iter().map(|m| m.sqrt()))
-            .chain(std::iter::repeat(1.0))
-            .take(element.basis_count())
-            .collect();
-        let properties = MassProperties {
-            mass: inertia.mass,
-            centre: element.origin,
-            tensor: inertia.tensor,
-            defect: 0.0,
-        };
-        let (l1, i3) = crate::quality::mean_axis_defects(&properties, inertia, &norms);
-        findings.check("L1 Ψ = 0 (Eq. 39)", l1, ORTHOGONALITY_LIMIT);
-        findings.check("I3 Ψ = 0 (Eq. 40)", i3, ORTHOGONALITY_LIMIT);
-    }
-    let antisymmetry = inertia
-        .l3
-        .iter()
-        .map(|l3| {
-            let sum = l3 + l3.transpose();
-            largest_entry(sum.as_ref()) / largest_entry(l3.as_ref()).max(f64::MIN_POSITIVE)
-        })
-        .fold(0.0, f64::max);
-    findings.check("L3 is antisymmetric", antisymmetry, ORTHOGONALITY_LIMIT);
-    let tensor = Mat::from_fn(3, 3, |i, j| inertia.tensor[i][j]);
-    let (moments, _) =
-        symmetric_eigen(symmetrized(tensor.as_ref()).as_ref()).ok_or(Error::NotFinite {
-            what: "the inertia tensor",
-        })?;
-    let largest = moments.last().copied().unwrap_or(0.0);
-    // No principal moment of a body exceeds the sum of the other two; a planar part stores only one.
-    let possible =
-        inertia.l3.len() == 1 || largest <= (1.0 + AGREEMENT) * (moments[0] + moments[1]);
-    findings.require(
-        "the inertia tensor is that of a body",
-        largest > 0.0 && moments[0] >= -AGREEMENT * largest && possible,
-        &format!(
-            "principal moments{}",
-            moments
-                .iter()
-                .map(|m| format!("  {}", scientific(*m, 6)))
-                .collect::<String>()
-        ),
-    );
-    Ok(())
-}
-
-/// Rows of `nodes` interfaces are entries of the fields.
+/// Rows of `nodes` interfaces are entries of the fields, of modes, attachments and further columns alike.
 fn nodal_row_defect(element: &Superelement, basis: &RecoveryBasis) -> f64 {
     let position: std::collections::HashMap<(i64, i64), usize> = basis
         .dofs
@@ -304,13 +207,55 @@ fn nodal_row_defect(element: &Superelement, basis: &RecoveryBasis) -> f64 {
         .enumerate()
         .map(|(i, dof)| ((i64::from(dof.node), dof.direction.index() as i64), i))
         .collect();
-    let shapes = &element.modes.interface_shapes;
-    let scale = largest_entry(basis.modes.as_ref()).max(f64::MIN_POSITIVE);
+    let residual = &element.residual;
+    let answers = residual
+        .output_shapes
+        .as_ref()
+        .unwrap_or(&residual.flexibility);
+    let further = element
+        .enrichment
+        .as_ref()
+        .map(|further| &further.interface_shapes);
+    let pairs = [
+        (&element.modes.interface_shapes, Some(&basis.modes)),
+        (answers, Some(&basis.residual)),
+    ];
+    let pairs = pairs
+        .into_iter()
+        .chain(further.map(|rows| (rows, basis.enrichment.as_ref())));
     let mut defect = 0.0_f64;
-    for (i, row) in element.rows.iter().enumerate() {
-        if let Some(at) = position.get(&(row.node, row.direction)) {
-            for k in 0..element.mode_count() {
-                defect = defect.max((shapes[(i, k)] - basis.modes[(*at, k)]).abs() / scale);
+    for (rows, fields) in pairs.filter_map(|(rows, fields)| Some((rows, fields?))) {
+        for k in 0..rows.ncols() {
+            let scale = fields.col(k).norm_max();
+            for (i, row) in element.rows.iter().enumerate() {
+                if let Some(at) = position.get(&(row.node, row.direction)) {
+                    let found = (rows[(i, k)] - fields[(*at, k)]).abs();
+                    if found > 0.0 {
+                        defect = defect.max(found / scale);
+                    }
+                }
+            }
+        }
+    }
+    defect
+}
+
+/// Rows of nodes are where the mesh has these.
+fn mesh_defect(element: &Superelement, mesh: &Mesh) -> f64 {
+    let size = mesh
+        .coordinates
+        .iter()
+        .fold(f64::MIN_POSITIVE, |most, x| most.max(x.abs()));
+    let mut defect = 0.0_f64;
+    for row in &element.rows {
+        if let Some(node) = u32::try_from(row.node)
+            .ok()
+            .filter(|node| (*node as usize) < mesh.node_count())
+        {
+            let place = mesh.position(node);
+            for axis in 0..3 {
+                defect = defect
+                    .max((place[axis] - element.origin[axis] - row.position[axis]).abs() / size);
             }
         }
     }

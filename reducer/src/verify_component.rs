@@ -275,7 +275,7 @@ fn check_fields(
         .into_iter()
         .chain(further.map(|further| further.as_ref()))
         .collect();
-    let inertia = inertia_invariants(component, properties, &blocks);
+    let (inertia, _) = inertia_invariants(component, properties, &blocks);
     let of = Reducing {
         component,
         properties,

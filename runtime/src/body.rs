@@ -127,7 +127,7 @@ impl FlexibleBody {
     /// # Errors
     /// [`Error::File`] if the file can't be used, or those of [`FlexibleBody::from_superelement`].
     pub fn load(path: &Path) -> Result<Self, Error> {
-        let superelement = dcb_formats::dcb::read_superelement(path)?;
+        let superelement = dcb_formats::dcb::SuperelementFile::open(path)?.for_dynamics()?;
         Self::from_superelement(&superelement, Compatibility::Strong)
     }
 

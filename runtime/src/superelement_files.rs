@@ -35,7 +35,7 @@ impl SuperelementFiles {
             return Ok(known.clone());
         }
         let file = SuperelementFile::open(path)?;
-        let superelement = file.superelement()?;
+        let superelement = file.for_dynamics()?;
         let opened = Arc::new(OpenSuperelement { file, superelement });
         open.insert(path.to_owned(), opened.clone());
         Ok(opened)

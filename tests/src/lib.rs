@@ -8,6 +8,7 @@ pub mod accuracy_page;
 pub mod accuracy_references;
 pub mod accuracy_sections;
 pub mod closed_form_motions;
+pub mod contradictions;
 pub mod corotated_rod;
 pub mod deflection;
 pub mod dense;

@@ -112,6 +112,50 @@ pub fn rotor() -> Component {
     }
 }
 
+/// Parts of the same kind of nodes as one component, 10 m from each other, with no connection.
+pub fn side_by_side(pieces: &[Component]) -> Component {
+    let mut whole = pieces[0].clone();
+    let size = pieces.iter().map(|piece| piece.dofs.len()).sum();
+    let (mut k, mut m) = (Mat::zeros(size, size), Mat::zeros(size, size));
+    whole.mesh.coordinates.clear();
+    whole.mesh.cells.clear();
+    whole.interfaces.clear();
+    let (mut dofs, mut nodes) = (0, 0);
+    for (index, piece) in pieces.iter().enumerate() {
+        let count = piece.dofs.len();
+        k.submatrix_mut(dofs, dofs, count, count)
+            .copy_from(dense(&piece.stiffness));
+        m.submatrix_mut(dofs, dofs, count, count)
+            .copy_from(dense(&piece.mass));
+        let d = piece.dimension().coordinate_count();
+        let moved = piece.mesh.coordinates.iter().enumerate();
+        let offset = |place: usize| {
+            if place.is_multiple_of(d) {
+                10.0 * index as f64
+            } else {
+                0.0
+            }
+        };
+        whole
+            .mesh
+            .coordinates
+            .extend(moved.map(|(place, x)| x + offset(place)));
+        whole
+            .interfaces
+            .extend(piece.interfaces.iter().map(|interface| Interface {
+                name: format!("{} {index}", interface.name),
+                nodes: interface.nodes.iter().map(|node| node + nodes).collect(),
+                ..interface.clone()
+            }));
+        dofs += count;
+        nodes += piece.mesh.node_count() as u32;
+    }
+    let directions = &Direction::ALL[..whole.dimension().coordinate_count()];
+    whole.dofs = DofMap::uniform(nodes as usize, directions).expect("a dof table");
+    (whole.stiffness, whole.mass) = (sparse(&k), sparse(&m));
+    whole
+}
+
 /// Nodes in another order: node i of the result is node `order[i]` of the part, and its dofs move with it.
 pub fn renumbered(component: &Component, order: &[u32]) -> Component {
     let mut new_of = vec![0_u32; order.len()];

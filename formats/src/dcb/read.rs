@@ -15,6 +15,7 @@ use super::{
     FORMAT, FORMAT_VERSION, FormatVersion, assemble, check, check_fields, digest, names, rules,
 };
 use crate::Error;
+use crate::identities;
 use crate::mesh::{CellBlock, Dof, Mesh};
 use crate::superelement::{RecoveryBasis, Superelement};
 
@@ -135,6 +136,27 @@ impl SuperelementFile {
         let superelement = assemble::superelement(self).map_err(|finding| self.told(finding))?;
         check::superelement(&superelement).map_err(|finding| self.told(finding))?;
         Ok(superelement)
+    }
+
+    /// Reads the superelement for whoever is about to compute with it: its numbers don't contradict each other.
+    ///
+    /// # Errors
+    /// As [`SuperelementFile::superelement`]; [`Error::Location`] too where an identity of [`identities::at_load`] doesn't hold.
+    pub fn for_dynamics(&self) -> Result<Superelement, Error> {
+        let superelement = self.superelement()?;
+        match identities::at_load(&superelement)
+            .into_iter()
+            .find(|identity| !identity.holds())
+        {
+            None => Ok(superelement),
+            Some(broken) => Err(self.told(Finding::at(
+                broken.path,
+                format!(
+                    "{} doesn't hold: off by {:.1e}, {:.0e} is allowed; datasets contradict each other. Make the file anew with `reduce`; `reduce verify` shows all that is wrong",
+                    broken.what, broken.defect, broken.limit
+                ),
+            ))),
+        }
     }
 
     /// Reads the nodal fields, if the file has them.

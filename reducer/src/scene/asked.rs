@@ -230,7 +230,7 @@ impl Neighbours {
 
 /// The superelement of a file, in the scene's dimension.
 fn neighbour(path: &Path, dimension: Dimension) -> Result<Superelement, Error> {
-    let superelement = SuperelementFile::open(path)?.superelement()?;
+    let superelement = SuperelementFile::open(path)?.for_dynamics()?;
     match superelement.dimension == Dimension::Spatial && dimension == Dimension::Planar {
         true => Ok(PlanarPart::of(&superelement)?.superelement().clone()),
         false => Ok(superelement),

@@ -1,0 +1,54 @@
+//! Defects measured on the scale of rows and columns.
+
+use faer::{Mat, MatRef, Side};
+
+use crate::superelement::Superelement;
+
+/// Stands for the reciprocal of a column's norm that is zero: an entry there must be zero as well.
+const NO_NORM: f64 = 1e100;
+
+/// Ψᵀ M Ψ: of its own over all columns, or of modes and attachments, which are orthogonal.
+pub(super) fn reduced_mass(of: &Superelement, k: usize, l: usize) -> f64 {
+    let n_k = of.mode_count();
+    match &of.enrichment {
+        Some(enrichment) => enrichment.reduced_mass[(k, l)],
+        None if k < n_k || l < n_k => f64::from(u8::from(k == l)),
+        None => of.residual.mass[(k - n_k, l - n_k)],
+    }
+}
+
+/// M norm of each column of Ψ.
+pub(super) fn norms(of: &Superelement) -> Vec<f64> {
+    (0..of.basis_count())
+        .map(|k| reduced_mass(of, k, k).max(0.0).sqrt())
+        .collect()
+}
+
+/// Reciprocals of norms.
+pub(super) fn reciprocals(norms: &[f64]) -> Vec<f64> {
+    let reciprocal = |norm: &f64| match *norm > 0.0 {
+        true => norm.recip(),
+        false => NO_NORM,
+    };
+    norms.iter().map(reciprocal).collect()
+}
+
+/// The larger one; what is no number is largest.
+pub(super) fn larger(a: f64, b: f64) -> f64 {
+    if b.is_nan() || b > a { b } else { a }
+}
+
+/// How far D A D is from positive semi-definite, D = diag(`scale`): its lowest eigenvalue, if that is negative, with the sign changed.
+pub(super) fn negative_part(matrix: MatRef<'_, f64>, scale: &[f64]) -> f64 {
+    let n = scale.len();
+    let scaled = Mat::from_fn(n, n, |i, j| {
+        0.5 * (matrix[(i, j)] + matrix[(j, i)]) * scale[i] * scale[j]
+    });
+    if !scaled.is_all_finite() {
+        return f64::NAN;
+    }
+    match scaled.self_adjoint_eigenvalues(Side::Lower) {
+        Ok(values) => values.first().map_or(0.0, |lowest| (-lowest).max(0.0)),
+        Err(_) => f64::NAN,
+    }
+}
