@@ -54,6 +54,7 @@ pub mod ordering;
 pub mod part_loads;
 #[cfg(feature = "slepc")]
 pub mod petsc_binary;
+mod piece_motions;
 pub mod plan;
 pub mod plausibility;
 pub mod quality;

@@ -15,7 +15,7 @@ use crate::block_algebra::{
 };
 use crate::column_products::BLOCK;
 use crate::condensation::Model;
-use crate::diagnosis::pieces;
+use crate::piece_motions::PieceMotions;
 use crate::rigid_body::RigidBodyModes;
 
 /// Shift σ of the factorized K + σ M as a fraction of the estimated first elastic eigenvalue: small enough that the
@@ -25,8 +25,6 @@ const SHIFT_FRACTION: f64 = 1e-5;
 const SHIFT_OVER_ROUNDING: f64 = 1e4;
 /// and this many times above what entries known to few digits do.
 const SHIFT_OVER_PRECISION: f64 = 10.0;
-/// A Ritz value within this many times its rounding belongs to a motion without energy.
-const NO_ENERGY: f64 = 1e3;
 /// Entries known to fewer digits than this are no stiffness matrix.
 const FEWEST_DIGITS: f64 = 1e-5;
 
@@ -49,18 +47,19 @@ impl SpectrumScale {
     ) -> Self {
         let mut fields = quadratic_fields(model, dimension, centre, rigid.length);
         rigid.project_out(&mut fields);
+        let energies = AbsoluteForces::of(&model.stiffness, rigid.shapes.as_ref()).energies;
+        let mut largest = energies.into_iter().fold(0.0, f64::max);
+        // Pieces that nothing connects have rigid motions of their own; those of a light, stiff one have more rounding than the whole's.
+        if let Some(pieces) = PieceMotions::of(model, rigid) {
+            pieces.project_out(model, &mut fields);
+            largest = largest.max(pieces.largest_energy(model));
+        }
+        let first_elastic = lowest_ritz_value(model, fields.as_ref()).unwrap_or(0.0);
         // A larger defect is not a matter of digits: the part is held, or the mesh is another's.
         let precision = match rigid.stiffness_precision {
             digits if digits <= FEWEST_DIGITS => digits,
             _ => f64::EPSILON,
         };
-        let first_elastic =
-            lowest_ritz_value(model, fields.as_ref(), precision.max(f64::EPSILON)).unwrap_or(0.0);
-        let energies = AbsoluteForces::of(&model.stiffness, rigid.shapes.as_ref()).energies;
-        // A light, stiff piece that nothing connects has rigid motions of its own, with more rounding than those of the whole.
-        let largest = energies
-            .into_iter()
-            .fold(largest_of_pieces(model), f64::max);
         let shift_floor =
             (SHIFT_OVER_ROUNDING * f64::EPSILON).max(SHIFT_OVER_PRECISION * precision) * largest;
         Self {
@@ -199,50 +198,7 @@ fn half_curl(monomial: &[usize], component: usize, about: usize, xi: &[f64; 3]) 
     sign * derivative
 }
 
-/// Largest |t|ᵀ|K||t| / tᵀMt over the translations t of each piece.
-fn largest_of_pieces(model: &Model) -> f64 {
-    let of_pieces = pieces(model);
-    if of_pieces.len() < 2 {
-        return 0.0;
-    }
-    let count = of_pieces.iter().flatten().map(|point| *point as usize + 1);
-    let mut piece_of = vec![0; count.max().unwrap_or(0)];
-    for (index, piece) in of_pieces.iter().enumerate() {
-        for point in piece {
-            piece_of[*point as usize] = index;
-        }
-    }
-    let points = model.points();
-    // By piece and direction; rotations aren't looked at.
-    let translation = |dof: usize| -> Option<usize> {
-        let direction = model.dofs[dof].direction;
-        let piece = piece_of[points[dof] as usize];
-        (!direction.is_rotation()).then(|| 3 * piece + direction.axis())
-    };
-    let sums = |matrix: &SparseMatrix, size: fn(f64) -> f64| {
-        let mut sums = vec![0.0; 3 * of_pieces.len()];
-        for column in 0..model.len() {
-            if let Some(of_column) = translation(column) {
-                let rows = matrix.row_idx_of_col_raw(column).iter();
-                for (row, value) in rows.zip(matrix.val_of_col(column)) {
-                    if translation(*row as usize) == Some(of_column) {
-                        sums[of_column] += size(*value);
-                    }
-                }
-            }
-        }
-        sums
-    };
-    let energies = sums(&model.stiffness, f64::abs);
-    let masses = sums(&model.mass, |mass| mass);
-    let ratios = energies.iter().zip(&masses);
-    ratios
-        .filter(|(_, mass)| **mass > 0.0)
-        .fold(0.0, |most, (energy, mass)| most.max(energy / mass))
-}
-
-/// The lowest Ritz value that isn't rounding: fields that move loose pieces against each other have none.
-fn lowest_ritz_value(model: &Model, fields: MatRef<'_, f64>, precision: f64) -> Option<f64> {
+fn lowest_ritz_value(model: &Model, fields: MatRef<'_, f64>) -> Option<f64> {
     let mass = gram(fields, symmetric_product(&model.mass, fields).as_ref());
     let (values, vectors) = symmetric_eigen(mass.as_ref())?;
     let largest = values.last().copied()?;
@@ -258,11 +214,6 @@ fn lowest_ritz_value(model: &Model, fields: MatRef<'_, f64>, precision: f64) -> 
         fields.as_ref(),
         symmetric_product(&model.stiffness, fields.as_ref()).as_ref(),
     );
-    let (values, vectors) = symmetric_eigen(stiffness.as_ref())?;
-    let motions = combination(fields.as_ref(), vectors.as_ref());
-    let roundings = AbsoluteForces::of(&model.stiffness, motions.as_ref()).energies;
-    let mut beyond = values.iter().zip(&roundings);
-    beyond
-        .find(|(value, absolute)| **value > NO_ENERGY * precision * **absolute)
-        .map(|(value, _)| *value)
+    let (values, _) = symmetric_eigen(stiffness.as_ref())?;
+    values.first().map(|value| value.max(0.0))
 }

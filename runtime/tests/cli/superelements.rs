@@ -90,7 +90,6 @@ fn superelements_that_contradict_themselves_are_refused() {
         }),
     ];
     let folder = Folder::slider_crank();
-    folder.done("scene.json");
     let file = SuperelementFile::open(folder.path("rod.dcb.h5")).unwrap();
     let whole = file.superelement().unwrap();
     drop(file);
