@@ -17,7 +17,7 @@ use crate::cli::{CommonArguments, Done, Ending, replace};
 use crate::cli_scene::{check_tolerance, is_interrupted, watch_for_interruption};
 use crate::cli_study::bar;
 use crate::error::Error;
-use crate::prepare::{Integration, Prepared, PreparedFile, prepare, write};
+use crate::prepare::{FieldSamples, Integration, Prepared, PreparedFile, prepare, write};
 use crate::run::refuse_inputs;
 use crate::scene::{BodyKind, InertiaChange, Scene, in_file};
 use crate::study::Subject;
@@ -95,12 +95,15 @@ pub fn run(arguments: &PrepareArguments, common: &CommonArguments) -> Result<Don
     }
     watch_for_interruption();
     let clock = Instant::now();
-    reduce_parts(&mut scene, arguments, folder)?;
+    let reduced = reduce_parts(&mut scene, arguments, folder)?;
     let reduction = clock.elapsed().as_secs_f64();
     if is_interrupted() {
         return Ok(stopped(folder));
     }
-    let subject = Subject::of(scene, &arguments.outputs).map_err(|error| in_file(error, path))?;
+    let fields = FieldSamples::add_to(&mut scene).map_err(|error| in_file(error, path))?;
+    let subject = Subject::of(scene, &arguments.outputs);
+    let mut subject = subject.map_err(|error| in_file(error, path))?;
+    fields.join(&mut subject);
     let monitor = Monitor::new(bar(common), is_interrupted);
     let integration = match arguments.adapt_integrator {
         true => Integration::Adapted,
@@ -114,8 +117,11 @@ pub fn run(arguments: &PrepareArguments, common: &CommonArguments) -> Result<Don
     if let (Some(end), Some(integrator)) = (end, &mut prepared.scene.integrator) {
         integrator.end = end;
     }
-    prepared.scene.fields = subject.scene.fields.clone();
-    let files = write(&prepared, folder, replace)?;
+    fields.restore(&mut prepared.scene);
+    let mut files = write(&prepared, folder, replace)?;
+    for file in &mut files {
+        file.from = from_folder(&file.from, &reduced, folder);
+    }
     // What is left over can stay.
     let _ = std::fs::remove_dir_all(folder.join(LARGE));
     let seconds = Seconds {
@@ -124,7 +130,7 @@ pub fn run(arguments: &PrepareArguments, common: &CommonArguments) -> Result<Don
     };
     report(&prepared, &files, tolerance, &seconds, folder)?;
     Ok(Done {
-        output: told(&prepared, &files, tolerance, folder),
+        output: told(&prepared, &files, tolerance, folder) + &fields.told(&subject),
         ending: Ending::Complete,
     })
 }
@@ -155,13 +161,34 @@ fn create(folder: &Path) -> Result<(), Error> {
     })
 }
 
+/// What a file was made of, from the folder of the prepared scene: of a superelement that was reduced here the matrix, because it is gone itself.
+fn from_folder(file: &Path, reduced: &[Reduced], folder: &Path) -> PathBuf {
+    let made = reduced.iter().find(|part| part.large == file);
+    let from = made.map_or(file, |part| &part.matrix);
+    let absolute = |path: &Path| std::path::absolute(path).unwrap_or_else(|_| path.to_owned());
+    // Another drive has no relative path.
+    pathdiff::diff_paths(absolute(from), absolute(folder))
+        .filter(|path| path.is_relative())
+        .or_else(|| from.file_name().map(PathBuf::from))
+        .unwrap_or_default()
+}
+
+/// A part that was reduced for a preparation.
+struct Reduced {
+    /// The superelement as the scene names it.
+    file: PathBuf,
+    matrix: PathBuf,
+    /// The superelement that was made, absolute.
+    large: PathBuf,
+}
+
 /// Reduces every part whose matrix stands beside where the scene has its superelement, and puts the large superelements in its place.
 fn reduce_parts(
     scene: &mut Scene,
     arguments: &PrepareArguments,
     folder: &Path,
-) -> Result<(), Error> {
-    let mut parts: Vec<(PathBuf, PathBuf, PathBuf)> = Vec::new();
+) -> Result<Vec<Reduced>, Error> {
+    let mut parts: Vec<Reduced> = Vec::new();
     for body in scene.bodies.values() {
         let BodyKind::Superelement(of) = &body.kind else {
             continue;
@@ -173,12 +200,16 @@ fn reduce_parts(
         if is_spatial_in_plane(scene, &file) {
             continue;
         }
-        if parts.iter().all(|(known, ..)| *known != of.file) {
+        if parts.iter().all(|part| part.file != of.file) {
             let name = file.file_name().unwrap_or_default().to_string_lossy();
             let place = folder.join(LARGE).join(parts.len().to_string());
             create(&place)?;
             let large = place.join(&*name);
-            parts.push((of.file.clone(), matrix, large));
+            parts.push(Reduced {
+                file: of.file.clone(),
+                matrix,
+                large: std::path::absolute(&large).unwrap_or(large),
+            });
         }
     }
     let mut waiting = parts.iter();
@@ -190,7 +221,7 @@ fn reduce_parts(
         }
         let share = batch.len();
         let mut running = Vec::new();
-        for (_, matrix, large) in batch {
+        for Reduced { matrix, large, .. } in batch {
             running.push((matrix, reduction(arguments, matrix, large, share).spawn()));
         }
         for (matrix, child) in running {
@@ -219,12 +250,12 @@ fn reduce_parts(
     }
     for body in scene.bodies.values_mut() {
         if let BodyKind::Superelement(of) = &mut body.kind
-            && let Some((.., large)) = parts.iter().find(|(file, ..)| *file == of.file)
+            && let Some(part) = parts.iter().find(|part| part.file == of.file)
         {
-            of.file = std::path::absolute(large).unwrap_or_else(|_| large.clone());
+            of.file.clone_from(&part.large);
         }
     }
-    Ok(())
+    Ok(parts)
 }
 
 /// Whether a planar scene uses a spatial superelement, which is taken as it is.

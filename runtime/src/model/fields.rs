@@ -72,6 +72,15 @@ impl FieldPlan {
         &self.name
     }
 
+    /// Nodes whose displacement the field has, ascending.
+    pub fn nodes(&self) -> Vec<u32> {
+        let recovered = (0..).zip(self.field.recovered());
+        recovered
+            .filter(|(_, is_recovered)| **is_recovered == 1)
+            .map(|(node, _)| node)
+            .collect()
+    }
+
     /// The time of a snapshot, counted from 0.
     fn time(&self, index: usize) -> Option<f64> {
         match &self.schedule {

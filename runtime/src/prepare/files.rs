@@ -43,6 +43,8 @@ pub struct PreparedFile {
 struct Group {
     of: SuperelementBody,
     bodies: Vec<String>,
+    /// Whether the scene writes displacement fields of one of them.
+    is_drawn: bool,
 }
 
 /// Writes the superelements and the scene, `scene.json`, into a folder that is there.
@@ -55,6 +57,10 @@ pub fn write(
     replace: Replace,
 ) -> Result<Vec<PreparedFile>, Error> {
     let mut scene = prepared.scene.clone();
+    // A path would lead elsewhere from the new folder.
+    scene.schema = scene
+        .schema
+        .filter(|schema| schema.contains("://") && !schema.starts_with("file:"));
     let groups = groups(&scene);
     let open = SuperelementFiles::default();
     for group in &groups {
@@ -106,11 +112,16 @@ fn groups(scene: &Scene) -> Vec<Group> {
             (&group.of.file, group.of.modes, &group.of.carried) == (&of.file, of.modes, &of.carried)
                 && group.of.geometric_stiffening == of.geometric_stiffening
         };
+        let is_drawn = scene.fields.iter().any(|field| field.body == *name);
         match groups.iter_mut().find(is_same) {
-            Some(group) => group.bodies.push(name.clone()),
+            Some(group) => {
+                group.bodies.push(name.clone());
+                group.is_drawn |= is_drawn;
+            }
             None => groups.push(Group {
                 of: of.clone(),
                 bodies: vec![name.clone()],
+                is_drawn,
             }),
         }
     }
@@ -180,7 +191,10 @@ impl Group {
         if self.of.geometric_stiffening == GeometricStiffening::Off {
             whole.stiffening = Stiffening::default();
         }
-        let selection = self.selection(&whole)?;
+        let mut selection = self.selection(&whole)?;
+        if self.is_drawn {
+            selection = selection.with_nodes(NodeSelection::All);
+        }
         let small = selection.superelement(&whole)?;
         let (recovery, mesh) = fields(&file, &selection)?;
         let recovery = match (recovery, &truncation) {
@@ -236,7 +250,9 @@ impl Group {
 impl Written {
     /// The same ratios for the modes that are left; further entries are those of attachments.
     fn damping(&self, damping: &DampingOverride) -> DampingOverride {
-        let DampingOverride::Modal(ratios) = damping;
+        let DampingOverride::Modal(ratios) = damping else {
+            return damping.clone();
+        };
         DampingOverride::Modal(match ratios {
             ModalRatios::Uniform(ratio) => ModalRatios::Uniform(*ratio),
             ModalRatios::PerMode(list) => {

@@ -6,12 +6,14 @@
 //! run; nothing is inferred.
 
 mod activity;
+mod field_samples;
 mod files;
 mod integration;
 mod ranking;
 mod trials;
 
 pub use activity::Activity;
+pub use field_samples::FieldSamples;
 pub use files::{PreparedFile, write};
 pub use integration::Integration;
 pub use ranking::{Coordinate, Flexible, Ranking};

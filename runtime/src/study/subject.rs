@@ -93,6 +93,35 @@ impl Subject {
         Ok(subject)
     }
 
+    /// Compares outputs that stand beside each other in the scene as one vector, if all of them are compared.
+    pub fn join(&mut self, name: &str, outputs: &[String]) {
+        let is_of = |quantity: &Quantity| {
+            let output = quantity.path.strip_prefix("outputs/");
+            output.is_some_and(|output| outputs.iter().any(|name| name == output))
+        };
+        let parts: Vec<Quantity> = (self.quantities.iter())
+            .filter(|quantity| is_of(quantity))
+            .cloned()
+            .collect();
+        let Some(mut whole) = parts.first().cloned() else {
+            return;
+        };
+        whole.name = name.to_owned();
+        (whole.columns, whole.labels) = (Vec::new(), Vec::new());
+        let mut first = 0;
+        for part in parts {
+            let short = part.path.strip_prefix("outputs/").unwrap_or(&part.path);
+            let labels = part.labels.iter().map(|label| format!("{short} {label}"));
+            whole.labels.extend(labels);
+            whole
+                .columns
+                .extend(part.columns.iter().map(|column| first + column));
+            first += part.width();
+        }
+        self.quantities.retain(|quantity| !is_of(quantity));
+        self.quantities.push(whole);
+    }
+
     /// The most modes that a superelement has; `None` without superelements.
     pub fn most_modes(&self) -> Option<u32> {
         self.mode_counts.values().copied().max()

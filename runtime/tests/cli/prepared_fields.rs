@@ -1,0 +1,179 @@
+//! `simulate prepare` of scenes that write displacement fields.
+
+use std::fs;
+use std::path::{Path, PathBuf};
+
+use dcb_formats::dcb::{SuperelementFile, read_superelement};
+use nalgebra::Vector3;
+use serde_json::{Value, json};
+
+use super::planar_scenes::{block, write_reduced};
+use super::support::Folder;
+
+/// A block in space that hangs on a hinge and is shaken at its end; its field is written twice.
+fn shaken_block() -> Folder {
+    let folder = Folder::with(&json!({
+        "$schema": "/somewhere/scene.schema.json",
+        "dimension": 3,
+        "units": {"length": "m", "mass": "kg", "time": "s"},
+        "gravity": [0, -9.81, 0],
+        "bodies": {
+            "block": {"superelement": "block.dcb.h5", "damping": {"modal": 0.02}},
+            "base": {"superelement": "block.dcb.h5", "position": [0, -1, 0]}
+        },
+        "joints": {
+            "hinge": {"revolute": {"a": "ground", "b": "block/left", "axis": [0, 0, 1]}},
+            "clamp": {"fixed": {"a": "ground/base", "b": "base/left"}}
+        },
+        "ground": {"points": {"base": [0, -0.95, 0.03]}},
+        "loads": {"push": {"force": {"at": "block/right", "components": [3e4, {"formula": "2e4*sin(1885*t)"}, 0]}}},
+        "outputs": {"tip": {"position": {"at": "block/right"}}},
+        "fields": [
+            {"body": "block", "times": [1e-3, 2e-3, 4e-3], "directory": "seen"},
+            {"body": "base", "every": 2e-3, "directory": "/nowhere/of/base"}
+        ],
+        "initial": {"hold": ["base"]},
+        "integrator": {"generalized_alpha": {"step": 2e-5, "end": 4e-3}}
+    }));
+    write_reduced(&folder, &block(|_| false));
+    folder
+}
+
+/// Every file below a folder.
+fn files(folder: &Path) -> Vec<PathBuf> {
+    let entries = fs::read_dir(folder)
+        .unwrap()
+        .map(|entry| entry.unwrap().path());
+    entries
+        .flat_map(|path| match path.is_dir() {
+            true => files(&path),
+            false => vec![path],
+        })
+        .collect()
+}
+
+/// World displacements of a field as a VTU file has them: an array of vectors by its name.
+fn displacement(path: &Path) -> Vec<Vector3<f64>> {
+    const SCRIPT: &str = "
+import json, sys, meshio
+print(json.dumps(meshio.read(sys.argv[1]).point_data['displacement'].tolist()))";
+    let python = std::env::var_os("PYTHON").unwrap_or_else(|| "python3".into());
+    let output = std::process::Command::new(python)
+        .args(["-c", SCRIPT])
+        .arg(path)
+        .output()
+        .unwrap();
+    assert!(
+        output.status.success(),
+        "{}",
+        String::from_utf8_lossy(&output.stderr)
+    );
+    let rows: Vec<[f64; 3]> = serde_json::from_slice(&output.stdout).unwrap();
+    rows.into_iter().map(Vector3::from).collect()
+}
+
+/// Distance and size over all nodes.
+fn apart(found: &Path, expected: &Path) -> (f64, f64) {
+    let (found, expected) = (displacement(found), displacement(expected));
+    assert_eq!(found.len(), expected.len());
+    let distances = found
+        .iter()
+        .zip(&expected)
+        .map(|(a, b)| (a - b).norm_squared());
+    let sizes = expected.iter().map(|vector| vector.norm_squared());
+    (distances.sum::<f64>().sqrt(), sizes.sum::<f64>().sqrt())
+}
+
+#[test]
+fn a_prepared_scene_with_fields_runs_where_it_was_moved_to_and_shows_the_same() {
+    let folder = shaken_block();
+    let tolerance = 1e-2;
+    let told = folder
+        .done(&format!("prepare scene.json --tolerance {tolerance}"))
+        .stdout;
+    assert!(
+        told.contains("field of block"),
+        "not said what counts: {told}"
+    );
+    // The scene itself, with everything.
+    folder.edit("scene.json", |scene| {
+        scene["fields"][1]["directory"] = json!("of base");
+    });
+    folder.done("scene.json --model everything");
+
+    // Somewhere else, without what it was made of.
+    let elsewhere = Folder::empty();
+    fs::rename(folder.path("scene.prepared"), elsewhere.path("moved")).unwrap();
+    let whole = read_superelement(&folder.path("block.dcb.h5")).unwrap();
+    fs::rename(folder.path("block.dcb.h5"), elsewhere.path("kept.dcb.h5")).unwrap();
+    let here = folder.path("");
+    let here = here.to_str().unwrap().trim_end_matches('/');
+    for path in files(&elsewhere.path("moved")) {
+        let bytes = fs::read(&path).unwrap();
+        let has = |text: &str| {
+            bytes
+                .windows(text.len())
+                .any(|part| part == text.as_bytes())
+        };
+        assert!(!has(here), "{} has {here}", path.display());
+        assert!(!has("/nowhere"), "{} has /nowhere", path.display());
+        assert!(!has("/somewhere"), "{} has /somewhere", path.display());
+    }
+    let report: Value = serde_json::from_str(&elsewhere.read("moved/report.json")).unwrap();
+    for file in report["files"].as_array().unwrap() {
+        assert_eq!(file["from"], json!("../block.dcb.h5"));
+    }
+    let scene: Value = serde_json::from_str(&elsewhere.read("moved/scene.json")).unwrap();
+    assert_eq!(
+        scene["outputs"].as_object().unwrap().len(),
+        1,
+        "{}",
+        scene["outputs"]
+    );
+    elsewhere.done("moved/scene.json -o run.h5");
+
+    // The field of the block is compared, as its outputs are.
+    for (name, at) in [("seen", ["block_000000", "block_000001", "block_000002"])] {
+        let (mut largest, mut size) = (0.0_f64, 0.0_f64);
+        for file in at {
+            let file = format!("{name}/{file}.vtu");
+            let (distance, scale) = apart(
+                &elsewhere.path(&format!("moved/{file}")),
+                &folder.path(&file),
+            );
+            (largest, size) = (largest.max(distance), size.max(scale));
+        }
+        println!("{name}: {largest:.2e} of {size:.2e}");
+        assert!(size > 1e-6, "nothing deflects: {size:e}");
+        assert!(largest < 2.0 * tolerance * size, "{largest:e} of {size:e}");
+    }
+    assert!(elsewhere.path("moved/base").is_dir());
+    // With fewer coordinates, and the shapes of all nodes.
+    let names = scene["bodies"]["block"]["superelement"].as_str().unwrap();
+    let small = SuperelementFile::open(&elsewhere.path(&format!("moved/{names}"))).unwrap();
+    assert_eq!(
+        small.node_count(),
+        Some(block(|_| false).mesh.node_count() as usize)
+    );
+    assert!(small.superelement().unwrap().mode_count() < whole.mode_count());
+}
+
+#[test]
+fn a_scene_that_cannot_write_its_fields_is_not_prepared() {
+    let folder = shaken_block();
+    let whole = read_superelement(&folder.path("block.dcb.h5")).unwrap();
+    let contents = dcb_formats::dcb::Contents {
+        superelement: &whole,
+        recovery: None,
+        mesh: None,
+    };
+    let options = dcb_formats::dcb::WriteOptions {
+        replace_existing: dcb_formats::dcb::Replace::Overwrite,
+        ..Default::default()
+    };
+    dcb_formats::dcb::write_superelement(&folder.path("block.dcb.h5"), &contents, &options)
+        .unwrap();
+    folder
+        .run("prepare scene.json")
+        .assert(2, &["fields[0].body", "needs nodal fields", "has none"]);
+}
