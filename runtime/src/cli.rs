@@ -324,6 +324,26 @@ fn show(path: &PathBuf) -> Result<Done, Error> {
         let line = format!("{}  ({})", columns.join(", "), channel.description);
         let _ = writeln!(text, "  {}", one_line(&line));
     }
+    if let Some(modes) = results.modes()? {
+        let lists = modes.lists(results.units());
+        let titles = lists
+            .iter()
+            .map(|(name, unit, _)| format!("{name} [{unit}]"));
+        let titles: Vec<String> = titles.collect();
+        let _ = writeln!(
+            text,
+            "  {} modes: {}",
+            modes.frequency.len(),
+            titles.join(", ")
+        );
+        for number in 0..modes.frequency.len() {
+            let values = lists
+                .iter()
+                .map(|(.., values)| format!("{:>14.6e}", values[number]));
+            let values: Vec<String> = values.collect();
+            let _ = writeln!(text, "  {:>5} {}", number + 1, values.join(" "));
+        }
+    }
     for event in results.events()? {
         let _ = writeln!(text, "  t = {}: {}", event.time, one_line(&event.message));
     }

@@ -5,7 +5,7 @@ use std::io::IsTerminal;
 use std::path::{Path, PathBuf};
 
 use dcb_formats::dcb::{Replace, check_output, is_same_file};
-use dcb_formats::results::Results;
+use dcb_formats::results::{Results, frequency_unit};
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use serde_json::json;
 
@@ -272,10 +272,10 @@ fn told(report: &Report, path: &Path, scene: &Scene) -> String {
     let mut text = match report {
         Report::Transient(report) => return summary(report, path, scene),
         Report::Static(report) => format!(
-            "at rest after {} iterations; the softest free direction has a frequency of {:.4e} 1/{}\n",
+            "at rest after {} iterations; the softest free direction has a frequency of {:.4e} {}\n",
             report.equilibrium.iterations,
             report.equilibrium.least_stiffness.sqrt() / std::f64::consts::TAU,
-            scene.units.time
+            frequency_unit(&scene.units)
         ),
         Report::Kinematic(report) => format!("{} times\n", report.times),
         Report::Modes(report) => modes_table(report, scene),
@@ -296,7 +296,7 @@ fn modes_table(report: &ModesReport, scene: &Scene) -> String {
         report.modes.freedom_count,
         report.modes.rigid_count,
         "mode",
-        format!("frequency [1/{}]", scene.units.time),
+        format!("frequency [{}]", frequency_unit(&scene.units)),
         "damping",
         "growth"
     );
@@ -330,12 +330,11 @@ fn summary(report: &RunReport, path: &Path, scene: &Scene) -> String {
         report.effort.factorizations as f64 / steps,
         1e6 * report.seconds / steps,
     );
-    let (defect, largest) = report.energy_defect;
-    if largest > 0.0 {
+    if let Some(share) = report.balance.share() {
         let _ = writeln!(
             text,
-            "energy balance: largest defect {defect:.2e}, {:.1e} of the largest stored energy",
-            defect / largest
+            "energy balance: largest defect {:.2e}, {share:.1e} of the largest energy stored or exchanged",
+            report.balance.defect
         );
     }
     if let Some(profile) = &report.profile {

@@ -9,7 +9,7 @@ use dcb_formats::results::Results;
 use crate::error::Error;
 use crate::history::{Selection, histories};
 
-/// Writes `time [s],midpoint_deflection [1],…` and a row for every step. Numbers have as few digits as give the same
+/// Writes `time [s],midpoint_deflection [1],…` and a row for every step, or `mode [1],frequency [Hz],…` and a row for every mode. Numbers have as few digits as give the same
 /// number back; what isn't a number is `NaN`, `inf` or `-inf`. The table is written whole or not at all.
 ///
 /// # Errors
@@ -21,26 +21,26 @@ pub fn write_csv(
     path: &Path,
     replace: Replace,
 ) -> Result<(), Error> {
-    let columns = histories(results, selection)?;
+    let listed = histories(results, selection)?;
+    let (over, columns) = (&listed.over, &listed.columns);
     if columns.is_empty() {
         return Err(Error::NothingToShow {
             path: path.to_owned(),
             message: "no channel is selected, so the table would be empty".to_owned(),
         });
     }
-    let time = results.time()?;
     Ok(write_stream(path, replace, |out| {
         let mut table = ::csv::Writer::from_writer(out);
         let titles = columns
             .iter()
             .map(|column| format!("{} [{}]", column.name, column.unit));
-        let time_title = format!("time [{}]", results.units().time);
+        let title = format!("{} [{}]", over.name, over.unit);
         table
-            .write_record(std::iter::once(time_title).chain(titles))
+            .write_record(std::iter::once(title).chain(titles))
             .map_err(refused)?;
-        for (step, time) in time.iter().enumerate() {
+        for (step, over) in over.values.iter().enumerate() {
             let values = columns.iter().map(|column| column.values[step]);
-            let fields = std::iter::once(*time).chain(values);
+            let fields = std::iter::once(*over).chain(values);
             table
                 .write_record(fields.map(|value| format!("{value:?}")))
                 .map_err(refused)?;

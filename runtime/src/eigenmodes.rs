@@ -158,7 +158,7 @@ impl Eigenmode {
 
 /// `K z = ω² M z`. The problem is solved the other way round, `M z = (K + σ M) z / (ω² + σ)`, where low frequencies are the large
 /// eigenvalues and come out to rounding; σ makes K positive.
-fn undamped(mass: &Mat<f64>, stiffness: &Mat<f64>) -> Result<Vec<Eigenmode>, Error> {
+pub(crate) fn undamped(mass: &Mat<f64>, stiffness: &Mat<f64>) -> Result<Vec<Eigenmode>, Error> {
     let n = mass.nrows();
     let symmetric = Mat::from_fn(n, n, |i, j| 0.5 * (stiffness[(i, j)] + stiffness[(j, i)]));
     let range = relative_eigenvalues(&symmetric, mass)?;

@@ -24,16 +24,6 @@ pub struct Works {
 }
 
 impl Works {
-    /// Not a number, for states that no motion led to.
-    pub fn unknown() -> Self {
-        Self {
-            drives: f64::NAN,
-            loads: f64::NAN,
-            dissipated: f64::NAN,
-            powers: [f64::NAN; 3],
-        }
-    }
-
     /// At the start of a run.
     pub fn at_start(system: &System, state: &State, evaluation: &Evaluation) -> Self {
         Self {

@@ -294,6 +294,19 @@ pub enum Error {
         /// By how much.
         misfit: f64,
     },
+    /// Drives that together ask for what the joints don't allow, so that flexible bodies deflect beyond the theory.
+    #[error(
+        "t = {time:.6e}: drives {} contradict each other: the joints don't allow what they ask for together, and {what} to follow them; give functions that fit each other, or leave one drive out",
+        drives.iter().map(|name| format!("{name:?}")).collect::<Vec<_>>().join(", ")
+    )]
+    DrivesContradict {
+        /// When.
+        time: f64,
+        /// The drives.
+        drives: Vec<String>,
+        /// Which body gives way, by how much, and how much the theory allows.
+        what: String,
+    },
     /// A number from the calling program can't be used.
     #[error("{quantity} is {found}; give {expected}")]
     BadNumber {
@@ -473,6 +486,7 @@ impl Error {
                 | Self::NoEigenvalues
                 | Self::CannotAssemble { .. }
                 | Self::Contradiction { .. }
+                | Self::DrivesContradict { .. }
                 | Self::InertiaNotPositive { .. }
         )
     }

@@ -2,7 +2,8 @@
 
 use std::collections::BTreeSet;
 
-use dcb_formats::results::Results;
+use dcb_formats::component::Units;
+use dcb_formats::results::{Modes, Results};
 
 use crate::error::Error;
 
@@ -26,11 +27,28 @@ pub struct History {
     pub values: Vec<f64>,
 }
 
-/// The columns of the selected channels, channel by channel; a channel named twice comes once. May be empty.
+/// Histories, or modes, and what they are listed over.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Histories {
+    /// Time, or the numbers of the modes from 1.
+    pub over: History,
+    /// What is listed; may be empty.
+    pub columns: Vec<History>,
+    /// Whether the values follow each other as a motion does.
+    pub is_motion: bool,
+}
+
+/// The columns of the selected channels, channel by channel; a channel named twice comes once. Of a modal analysis the modes are listed
+/// where no channel is named.
 ///
 /// # Errors
 /// [`Error::File`] if a channel isn't there, with the nearest name, or can't be read.
-pub fn histories(results: &Results, selection: Selection) -> Result<Vec<History>, Error> {
+pub fn histories(results: &Results, selection: Selection) -> Result<Histories, Error> {
+    if selection == Selection::Outputs
+        && let Some(modes) = results.modes()?
+    {
+        return Ok(of_modes(&modes, results.units()));
+    }
     let channels = match selection {
         Selection::Outputs => {
             let all = results.channels().iter();
@@ -57,5 +75,33 @@ pub fn histories(results: &Results, selection: Selection) -> Result<Vec<History>
             });
         }
     }
-    Ok(all)
+    Ok(Histories {
+        over: History {
+            name: "time".to_owned(),
+            unit: results.units().time.clone(),
+            values: results.time()?,
+        },
+        columns: all,
+        is_motion: true,
+    })
+}
+
+fn of_modes(modes: &Modes, units: &Units) -> Histories {
+    let numbers = 1..=modes.frequency.len();
+    let lists = modes.lists(units).into_iter();
+    Histories {
+        over: History {
+            name: "mode".to_owned(),
+            unit: "1".to_owned(),
+            values: numbers.map(|number| number as f64).collect(),
+        },
+        columns: lists
+            .map(|(name, unit, values)| History {
+                name: name.to_owned(),
+                unit,
+                values: values.to_vec(),
+            })
+            .collect(),
+        is_motion: false,
+    }
 }

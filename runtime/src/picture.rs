@@ -11,7 +11,7 @@ pub use dcb_formats::report::{
 use dcb_formats::results::Results;
 
 use crate::error::Error;
-use crate::history::{History, Selection, histories};
+use crate::history::{Selection, histories};
 
 /// Draws the selected channels over time: those of one unit in one chart, the charts below each other. The file is
 /// written whole or not at all.
@@ -25,16 +25,26 @@ pub fn plot(
     path: &Path,
     replace: Replace,
 ) -> Result<(), Error> {
-    let time = results.time()?;
+    let listed = histories(results, selection)?;
+    let over = &listed.over;
+    let style = match listed.is_motion {
+        true => Style::Line,
+        false => Style::Marks,
+    };
     let mut charts: Vec<(String, Chart)> = Vec::new();
-    for history in histories(results, selection)? {
-        let series = over_time(&time, &history);
+    for history in listed.columns {
+        let points = over.values.iter().zip(&history.values);
+        let series = Series {
+            name: history.name.clone(),
+            points: points.map(|(over, value)| [*over, *value]).collect(),
+            style,
+        };
         match charts.iter_mut().find(|(unit, _)| *unit == history.unit) {
             Some((_, chart)) => chart.series.push(series),
             None => {
                 let chart = Chart {
                     title: String::new(),
-                    horizontal: Axis::linear(&format!("time [{}]", results.units().time)),
+                    horizontal: Axis::linear(&format!("{} [{}]", over.name, over.unit)),
                     vertical: Axis::linear(""),
                     series: vec![series],
                     slopes: Vec::new(),
@@ -59,13 +69,4 @@ pub fn plot(
     Ok(write_stream(path, replace, |out| {
         out.write_all(text.as_bytes())
     })?)
-}
-
-fn over_time(time: &[f64], history: &History) -> Series {
-    let points = time.iter().zip(&history.values);
-    Series {
-        name: history.name.clone(),
-        points: points.map(|(time, value)| [*time, *value]).collect(),
-        style: Style::Line,
-    }
 }

@@ -1,6 +1,7 @@
 //! Whether a run stays within what its superelements were made for: the frequencies and the directions of force.
 //!
-//! Both are watched at the states that are recorded, and told when the run is over, with the largest that was met.
+//! Vibrations are watched at every step, forces at the states that are recorded, and both are told when the run is over, with the largest
+//! that was met.
 //!
 //! Of a body's deflection the part above the frequency f is measured by energies, means over time ⟨⟩. The coordinates that are faster than f, by
 //! their own frequency or by what they do, vibrate with as much potential energy as kinetic energy:
@@ -30,6 +31,10 @@ use crate::system::{Body, State, System};
 const ABOVE: f64 = 0.05;
 /// A run of fewer periods of that frequency doesn't tell: what begins to move has no frequency yet.
 const PERIODS: f64 = 10.0;
+/// Means over fewer states than this don't tell either.
+const STATES: usize = 100;
+/// A body that deflects by less than this part of its length does nothing that anybody looks at.
+const DEFLECTS: f64 = 1e-8;
 /// More of an interface's force than this part, in directions that it wasn't made for, is told: the turn of an interface, up to 0.2 rad,
 /// brings some of itself.
 const ASIDE: f64 = 0.05;
@@ -48,8 +53,10 @@ pub struct Scope {
     forces: Vec<f64>,
     /// Largest force at any marker.
     largest: f64,
-    /// Times of the first and the last record.
+    /// Times of the first and the last state.
     times: Option<[f64; 2]>,
+    /// States whose motion was looked at.
+    states: usize,
 }
 
 /// Something beyond what a superelement was made for.
@@ -111,13 +118,15 @@ impl Scope {
             forces: Vec::new(),
             largest: 0.0,
             times: None,
+            states: 0,
         }
     }
 
-    /// Looks at a recorded state, evaluated with its forces.
-    pub fn observe(&mut self, system: &System, state: &State, evaluation: &Evaluation) {
+    /// Looks at the vibrations after a step.
+    pub fn observe_motion(&mut self, system: &System, state: &State) {
         let [first, last] = self.times.unwrap_or([state.time; 2]);
         self.times = Some([first, state.time]);
+        self.states += 1;
         let interval = state.time - last;
         for vibration in &mut self.bodies {
             let body = &system.bodies[vibration.body];
@@ -130,6 +139,10 @@ impl Scope {
                 *of_rate += interval * rate * rate;
             }
         }
+    }
+
+    /// Looks at the forces of a state that was evaluated with them.
+    pub fn observe_forces(&mut self, system: &System, state: &State, evaluation: &Evaluation) {
         if self.interfaces.is_empty() {
             return;
         }
@@ -150,7 +163,7 @@ impl Scope {
         let vibrating = self.bodies.iter();
         let vibrating = vibrating.filter_map(|vibration| {
             let body = &system.bodies[vibration.body];
-            let share = vibration.share_above(body, last - first)?;
+            let share = vibration.share_above(body, last - first, self.states)?;
             (share > ABOVE).then(|| BeyondScope {
                 time: last,
                 message: vibration.told(&body.name, share),
@@ -175,9 +188,9 @@ impl Scope {
 
 impl Vibration {
     /// The share above the limit; `None` where nothing deflects, or the run is too short to tell.
-    fn share_above(&self, body: &Body, duration: f64) -> Option<f64> {
+    fn share_above(&self, body: &Body, duration: f64, states: usize) -> Option<f64> {
         let periods = duration * self.limit.frequency;
-        if self.limit.frequency > 0.0 && periods < PERIODS {
+        if states < STATES || (self.limit.frequency > 0.0 && periods < PERIODS) {
             return None;
         }
         let limit = (TAU * self.limit.frequency).powi(2);
@@ -191,7 +204,7 @@ impl Vibration {
         }
         // Coordinates are displacements by the root of the mass.
         let mean = (squares / (duration * body.flexible.inertia.mass())).sqrt();
-        (mean > ROUNDING * body.length && energy > 0.0).then(|| (above / energy).min(1.0))
+        (mean > DEFLECTS * body.length && energy > 0.0).then(|| (above / energy).min(1.0))
     }
 
     fn told(&self, name: &str, share: f64) -> String {

@@ -10,6 +10,12 @@ use crate::integrator::{Effort, Formulation, Method, Profile};
 use crate::system::evaluation::Evaluation;
 use crate::system::{State, System};
 
+/// Forces of which rounding is a smaller part are there by themselves.
+const MOSTLY_ROUNDING: f64 = 0.3;
+/// Rounding is estimated to this factor: forces below it by more don't have it.
+const ALL_ROUNDING: f64 = 20.0;
+/// Where gravity and motion ask for less than this part of it, the joints have nothing to do.
+const NEGLIGIBLE: f64 = 1e-3;
 /// The interval of the differences that tell the rate of the accelerations at the start, in first steps.
 const LOOKED_BACK: f64 = 0.01;
 
@@ -33,6 +39,8 @@ pub struct Simulation {
     /// Effort so far.
     effort: Effort,
     steps: usize,
+    /// Largest acceleration that joints' forces belonged to, and largest that is sure to be no rounding.
+    accelerations: [f64; 2],
 }
 
 impl Simulation {
@@ -76,6 +84,7 @@ impl Simulation {
             reference_energy: 0.0,
             effort: Effort::default(),
             steps: 0,
+            accelerations: [0.0; 2],
             state,
             system,
         };
@@ -194,6 +203,9 @@ impl Simulation {
 
     /// Makes the trial state the present one.
     fn accept(&mut self, step: f64, effort: Effort) {
+        let [of_forces, of_motion] = &mut self.accelerations;
+        *of_forces = of_forces.max(self.corrector.accelerations_of_forces(&self.system));
+        *of_motion = of_motion.max(self.corrector.accelerations_of_motion(&self.system));
         let trial = &mut self.corrector.trial;
         trial
             .earlier_accelerations
@@ -219,13 +231,20 @@ impl Simulation {
         self.corrector.profile.as_ref()
     }
 
-    /// What rounding is in the joints' forces at a step of this size, as a part of the forces of the run; zero where constraints are
-    /// on velocities too.
+    /// What rounding is in the joints' forces at a step of this size, as a part of the largest forces of the run so far; zero where
+    /// constraints are on velocities too, and where it isn't there or there is nothing else: no forces that stand out, and no motion.
     pub fn rounding_of_forces(&self, step: f64) -> f64 {
         match self.method.formulation {
             Formulation::Index3 => {
-                self.corrector
-                    .rounding_of_forces(&self.system, &self.method.scheme, step)
+                let scheme = &self.method.scheme;
+                let rounding = self
+                    .corrector
+                    .rounding_of_accelerations(&self.system, scheme, step);
+                let [of_forces, of_motion] = self.accelerations;
+                let share = rounding / of_forces;
+                let is_part = share < MOSTLY_ROUNDING;
+                let matters = share < ALL_ROUNDING && of_motion > NEGLIGIBLE * rounding;
+                if is_part || matters { share } else { 0.0 }
             }
             Formulation::StabilizedIndex2 => 0.0,
         }

@@ -8,8 +8,11 @@
 //! out of it                    ω² = ω₁² + S Ω²              linear: ω₁²
 //! ```
 //! with S = 3.05 for the first bending of a free uniform rod. In the plane nothing is left of the linear stiffness at Ω = ω₁, and nothing
-//! above could be called right. Each limit is told once for each body.
+//! above could be called right. Each limit is told once for each body. Where a body deflects or turns too far because drives contradict each
+//! other, the motion is refused.
 
+use crate::contradicting_drives::ContradictingDrives;
+use crate::error::Error;
 use crate::system::{State, System};
 
 /// A deflection beyond this share of the body's size is told.
@@ -33,11 +36,12 @@ pub fn rod_frequency_deficit(ratio: f64) -> f64 {
 pub struct Validity {
     told: Vec<[bool; 4]>,
     first_frequencies: Vec<f64>,
+    drives: ContradictingDrives,
 }
 
 impl Validity {
-    /// For the bodies of a system.
-    pub fn of(system: &System) -> Self {
+    /// For the bodies of a system that starts at this state.
+    pub fn of(system: &System, start: &State) -> Self {
         let first = |stiffness: &[f64]| {
             let elastic = stiffness.iter().filter(|s| **s > 0.0);
             elastic.fold(f64::INFINITY, |least, s| least.min(s.sqrt()))
@@ -49,11 +53,21 @@ impl Validity {
                 .iter()
                 .map(|body| first(&body.flexible.stiffness))
                 .collect(),
+            drives: ContradictingDrives::at(system, start),
         }
     }
 
     /// Tells what is beyond its limit for the first time.
-    pub fn check(&mut self, system: &System, state: &State, mut tell: impl FnMut(String)) {
+    ///
+    /// # Errors
+    /// [`Error::DrivesContradict`] if a deflection or a turn is beyond its limit where drives contradict each other.
+    pub fn check(
+        &mut self,
+        system: &System,
+        state: &State,
+        mut tell: impl FnMut(String),
+    ) -> Result<(), Error> {
+        let mut strained = None;
         for (index, body) in system.bodies.iter().enumerate() {
             if body.coordinates.is_empty() {
                 continue;
@@ -72,26 +86,26 @@ impl Validity {
             let mean =
                 displacements.iter().map(|y| y * y).sum::<f64>() / body.flexible.inertia.mass();
             let share = deflection.max(mean.sqrt()) / body.length;
-            let mut once = |which: usize, beyond: bool, message: String| {
+            let is_new = (share > DEFLECTION && !told[0]) || (turn > TURN && !told[1]);
+            let mut once = |which: usize, beyond: bool, what: &str, message: String| {
                 if beyond && !told[which] {
                     told[which] = true;
-                    tell(message);
+                    tell(format!("{what}{message}"));
                 }
             };
-            once(
-                0,
-                share > DEFLECTION,
-                format!(
-                    "body {name:?} deflects by {share:.2} of its size; the theory is linear, good to about {DEFLECTION}"
-                ),
-            );
-            once(
-                1,
-                turn > TURN,
-                format!(
-                    "an interface of body {name:?} turns by {turn:.2} rad against the body; the theory is linear, good to about {TURN} rad"
-                ),
-            );
+            let deflects = format!("body {name:?} deflects by {share:.2} of its size");
+            let turns =
+                format!("an interface of body {name:?} turns by {turn:.2} rad against the body");
+            let [to_deflection, to_turn] = [format!("{DEFLECTION}"), format!("{TURN} rad")]
+                .map(|limit| format!("; the theory is linear, good to about {limit}"));
+            once(0, share > DEFLECTION, &deflects, to_deflection);
+            once(1, turn > TURN, &turns, to_turn);
+            if is_new && strained.is_none() {
+                strained = Some(match share > DEFLECTION {
+                    true => format!("{deflects} (good to about {DEFLECTION})"),
+                    false => format!("{turns} (good to about {TURN} rad)"),
+                });
+            }
             // With geometric stiffening frequencies rise with the spin as they do.
             if body.flexible.inertia.is_stiffened() {
                 continue;
@@ -101,6 +115,7 @@ impl Validity {
             once(
                 2,
                 ratio > SPIN && ratio < 1.0,
+                "",
                 format!(
                     "body {name:?} spins at {ratio:.2} of its first frequency: without geometric stiffening the first frequency of a \
                      slender part that spins across its length is too low by about {:.0} %",
@@ -110,10 +125,20 @@ impl Validity {
             once(
                 3,
                 ratio >= 1.0,
+                "",
                 format!(
                     "body {name:?} spins at {ratio:.2} of its first frequency: the linear floating frame is not valid there"
                 ),
             );
+        }
+        let Some(what) = strained else { return Ok(()) };
+        match self.drives.names_at(system, state) {
+            drives if drives.is_empty() => Ok(()),
+            drives => Err(Error::DrivesContradict {
+                time: state.time,
+                drives,
+                what,
+            }),
         }
     }
 }

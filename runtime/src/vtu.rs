@@ -39,6 +39,8 @@ const CELL_TYPES: [(&str, u8, usize); 17] = [
     ("quad9", 28, 9),
     ("hexahedron27", 29, 27),
 ];
+/// VTK's number of a cell that is a point.
+const VERTEX: u8 = 1;
 /// meshio takes the nodes of most cells as VTK does, but turns the linear wedge over.
 const WEDGE_ORDER: [usize; 6] = [0, 2, 1, 3, 5, 4];
 
@@ -236,6 +238,12 @@ impl Cells {
                 all.ends.push(all.nodes.len() as i64);
                 all.types.push(vtk_type);
             }
+        }
+        if all.types.is_empty() {
+            // A grid without cells shows nothing in ParaView, and meshio doesn't read it.
+            all.nodes = (0..mesh.node_count() as i64).collect();
+            all.ends = (1..=mesh.node_count() as i64).collect();
+            all.types = vec![VERTEX; mesh.node_count()];
         }
         Ok(all)
     }

@@ -44,11 +44,7 @@ fn vibrating(body: &FlexibleBody, rates: &[(usize, f64)]) -> Vec<BeyondScope> {
     let (end, step) = (20.0 * TAU / slowest, TAU / fastest / 60.0);
     for _ in 0..(end / step) as usize {
         simulation.refresh();
-        scope.observe(
-            simulation.system(),
-            simulation.state(),
-            simulation.evaluation(),
-        );
+        scope.observe_motion(simulation.system(), simulation.state());
         simulation.step(step).unwrap();
     }
     scope.found(simulation.system())
@@ -124,4 +120,28 @@ fn selections_say_up_to_which_frequency_they_are_good() {
     assert_eq!(directions.len(), 1);
     assert_eq!(directions[0].interface, 1);
     assert_eq!(directions[0].forces[(0, 0)], 1.0);
+}
+
+/// A slow vibration looked at where it passes through zero has nothing but kinetic energy there, as something infinitely fast has. Four such
+/// states of eighty periods tell nothing.
+#[test]
+fn a_few_states_tell_nothing() {
+    let body = rod().body;
+    let limit = body.made_for.frequency.unwrap();
+    let mut builder = SystemBuilder::new(Dimension::Planar, Vector3::zeros());
+    builder.body("rod", Arc::new(body.clone()), &Drawn::default());
+    let (system, mut state) = builder.finish();
+    let period = TAU / body.stiffness[0].sqrt();
+    state.velocities[6] = 1.0;
+    let mut scope = Scope::of(&system);
+    for index in 0..5 {
+        state.time = 20.0 * period * f64::from(index);
+        scope.observe_motion(&system, &state);
+    }
+    assert!(state.time * limit.frequency > 100.0);
+    assert!(
+        scope.found(&system).is_empty(),
+        "{:?}",
+        scope.found(&system)
+    );
 }

@@ -242,3 +242,30 @@ fn nodes_without_fields_are_marked_and_move_with_the_frame() {
         .to_string();
     assert!(refused.contains("3 modes"), "{refused}");
 }
+
+/// Nodes without cells, as a planar view of a spatial part has: ParaView shows cells only, and meshio reads no file without them.
+#[test]
+fn nodes_without_cells_are_written_as_vertices() {
+    let mesh = Mesh {
+        dimension: Dimension::Planar,
+        coordinates: numbers(2 * 5, 9),
+        cells: Vec::new(),
+        point_sets: BTreeMap::new(),
+    };
+    let points: Vec<_> = (0..5)
+        .map(|node| Vector3::from(mesh.position(node)))
+        .collect();
+    let folder = tempfile::tempdir().unwrap();
+    let mut series = FieldSeries::create(folder.path(), "points", &mesh).unwrap();
+    let snapshot = FieldSnapshot {
+        time: 0.0,
+        positions_world: &points,
+        vectors: &[("displacement", &points)],
+        marks: &[],
+    };
+    let found = read_with_meshio(&series.write(&snapshot).unwrap());
+    assert_eq!(vectors(&found["points"]), points);
+    assert_eq!(vectors(&found["data"]["displacement"]), points);
+    let expected = serde_json::json!([["vertex", [[0], [1], [2], [3], [4]]]]);
+    assert_eq!(found["cells"], expected);
+}

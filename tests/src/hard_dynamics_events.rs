@@ -150,7 +150,7 @@ pub fn spin_through_the_first_frequency() -> HardCase {
         .expect("an angle");
     scene.builder().drive("motor", &bearing, angle, rising);
     let (mut simulation, _) = scene.start(method(0.8));
-    let mut validity = Validity::of(simulation.system());
+    let mut validity = Validity::of(simulation.system(), simulation.state());
     let mut told: Vec<(f64, String)> = Vec::new();
     let mut largest: f64 = 0.0;
     let mut stopped = None;
@@ -160,9 +160,10 @@ pub fn spin_through_the_first_frequency() -> HardCase {
             break;
         }
         let state = simulation.state();
-        validity.check(simulation.system(), state, |message| {
+        let checked = validity.check(simulation.system(), state, |message| {
             told.push((state.time, message));
         });
+        checked.expect("one drive doesn't contradict another");
         let size = state.coordinates.iter().map(|y| y * y).sum::<f64>();
         largest = largest.max((size / body.inertia.mass()).sqrt());
     }

@@ -7,12 +7,14 @@
 //! writes and `hdf5-pure`, which is memory-safe, reads.
 
 mod channel;
+mod modes;
 mod open_file;
 mod read;
 mod reserve;
 mod write;
 
 pub use channel::{Channel, Column};
+pub use modes::{ModeShapes, Modes, frequency_unit};
 pub use read::Results;
 pub use write::ResultsWriter;
 

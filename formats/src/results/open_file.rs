@@ -7,8 +7,10 @@ use ndarray::{ArrayView2, s};
 use serde_json::json;
 
 use super::channel::Channel;
+use super::modes::Modes;
 use super::reserve::Reserve;
 use super::{FORMAT, FORMAT_VERSION, Header, Outcome};
+use crate::component::Units;
 use crate::dcb::attributes::{self, Value, hdf5_text};
 use crate::dcb::create::{abandon, create};
 
@@ -154,6 +156,18 @@ impl OpenFile {
         self.rows = end;
         self.last_written = self.part.last().copied();
         Ok(())
+    }
+
+    /// Adds modes, where there is space for them.
+    pub(super) fn write_modes(&mut self, modes: &Modes, units: &Units) -> Result<(), CloseError> {
+        let bytes = modes.size() + INDEX_BYTES * modes.dataset_count() as u64 + TABLE_BYTES;
+        self.reserve
+            .take(self.file.size(), bytes)
+            .map_err(CloseError::Io)?;
+        modes
+            .write(&self.file, units)
+            .and_then(|()| self.file.flush())
+            .map_err(CloseError::Hdf5)
     }
 
     /// Takes back what a failed writing left of its rows, as far as that is possible.

@@ -6,6 +6,7 @@ use std::path::{Path, PathBuf};
 use faer::Mat;
 
 use super::channel::{Channel, Column};
+use super::modes::Modes;
 use super::{Event, FORMAT, FORMAT_VERSION, Outcome};
 use crate::Error;
 use crate::component::Units;
@@ -171,6 +172,26 @@ impl Results {
             }
         })?;
         Ok(history)
+    }
+
+    /// Modes of small oscillations, without their shapes; `None` where the run was no modal analysis.
+    ///
+    /// # Errors
+    /// [`Error::Location`] if they can't be read.
+    pub fn modes(&self) -> Result<Option<Modes>, Error> {
+        let read = |path: &str, count: usize| {
+            let entry = self.inventory.entries.get(path);
+            let entry = entry.ok_or_else(|| missing(path))?;
+            self.container.allow_reading();
+            let values = entry.dataset.read_f64_rows(0, count as u64);
+            let values =
+                values.map_err(|error| Finding::at(path, format!("can't be read: {error}")))?;
+            match values.len() == count {
+                true => Ok(values),
+                false => Err(Finding::at(path, "has fewer values than it says")),
+            }
+        };
+        Modes::read(&self.inventory, read).map_err(|finding| told(&self.path, finding))
     }
 
     /// One of the JSON attributes of `/provenance`: `scene`, `inputs`, `options`, `warnings`, `summary`; `null` where

@@ -11,9 +11,11 @@ use std::time::{Duration, Instant};
 use serde_json::json;
 
 use super::channel::{self, Channel};
+use super::modes::Modes;
 use super::open_file::{CloseError, OpenFile, OutcomeTexts, stopped_text};
 use super::{Event, Header, Outcome};
 use crate::Error;
+use crate::component::Units;
 use crate::dcb::Replace;
 use crate::dcb::create::told;
 use crate::dcb::output::write_whole;
@@ -43,6 +45,7 @@ pub struct ResultsWriter {
     last_writing: Instant,
     events: Vec<Event>,
     further_events: usize,
+    units: Units,
 }
 
 impl ResultsWriter {
@@ -84,6 +87,7 @@ impl ResultsWriter {
             last_writing: Instant::now(),
             events: Vec::new(),
             further_events: 0,
+            units: header.units.clone(),
         })
     }
 
@@ -127,6 +131,21 @@ impl ResultsWriter {
             self.write_block()?;
         }
         Ok(())
+    }
+
+    /// Writes the modes of small oscillations; once in a file.
+    ///
+    /// # Errors
+    /// [`Error::Io`] where the system refuses.
+    pub fn write_modes(&mut self, modes: &Modes) -> Result<(), Error> {
+        let Some(open) = &mut self.open else {
+            return Err(self.closed());
+        };
+        open.write_modes(modes, &self.units)
+            .map_err(|error| match error {
+                CloseError::Hdf5(error) => told(&self.target, &error),
+                CloseError::Io(source) => io(&self.target, source),
+            })
     }
 
     /// Keeps something worth telling; it is written when the file is closed.

@@ -10,6 +10,9 @@ use crate::system::condensed::Blend;
 use crate::system::residual::row_flexibility;
 use crate::system::{Body, State};
 
+/// A deflection below this part of the body's length is rounding.
+const ROUNDING: f64 = 1e-12;
+
 impl Starter<'_> {
     /// Rank of the constraints in the metric of the mass: pivots of Λ scaled to a unit diagonal.
     pub(super) fn find_redundant(
@@ -96,9 +99,15 @@ impl Starter<'_> {
             .iter()
             .map(|body| {
                 let y = &state.coordinates[body.coordinates.clone()];
-                (body.name.clone(), body.flexible.strain_energy(y))
+                let displacements = &y[..body.flexible.displacement_count()];
+                // Coordinates are displacements by the root of the mass.
+                let square =
+                    displacements.iter().map(|y| y * y).sum::<f64>() / body.flexible.inertia.mass();
+                let deflects = square.sqrt() > ROUNDING * body.length;
+                (deflects, &body.name, body.flexible.strain_energy(y))
             })
-            .filter(|(_, energy)| *energy > 0.0)
+            .filter(|(deflects, _, energy)| *deflects && *energy > 0.0)
+            .map(|(_, name, energy)| (name.clone(), energy))
             .collect()
     }
 

@@ -37,8 +37,12 @@ const HOPELESS: f64 = 5.0;
 const OVERTURNED: f64 = 0.5;
 /// A body slower than this part of the fastest is not what the mechanism does.
 const SLOW: f64 = 0.1;
-/// What moves by less than this part of its length in a step, or deflects by less, is at rest but for rounding.
+/// What moves by less than this part of its length in a step is at rest but for rounding.
 const AT_REST: f64 = 1e-11;
+/// A motion of less than this part of the body's length is none that anybody looks at.
+const NEGLIGIBLE: f64 = 1e-8;
+/// A run of fewer periods of a motion has only begun it: that its steps are too long for it can't be told.
+const SEEN_PERIODS: f64 = 3.0;
 
 /// What of a body moves.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -125,7 +129,7 @@ impl Resolution {
         &self.told
     }
 
-    /// The motions that the steps were too long for at the end of a run too short to tell whether that lasts.
+    /// The motions that the steps were too long for at the end of a run too short to tell whether that lasts, of which it has seen some periods.
     pub fn at_end(&self) -> Vec<Unresolved> {
         if self.steps >= SHORT_RUN {
             return Vec::new();
@@ -135,7 +139,13 @@ impl Resolution {
             .iter()
             .flatten()
             .filter(|recent| !recent.is_told);
-        untold.filter_map(|recent| recent.found).collect()
+        let found = untold.filter_map(|recent| recent.found);
+        let steps = self.steps as f64;
+        found
+            .filter(|found| {
+                self.steps >= 2 * WINDOW && steps >= SEEN_PERIODS * found.steps_per_period
+            })
+            .collect()
     }
 
     /// Forgets the last steps, after which the motion goes on from elsewhere.
@@ -182,8 +192,9 @@ impl Resolution {
             deflection.look_at(change, size);
             // Coordinates are displacements by the root of the mass.
             let mean = deflection.largest / body.flexible.inertia.mass().sqrt();
-            let bends = mean > AT_REST * body.length;
-            for ((part, moves), recent) in [(Part::Place, travels), (Part::Deflection, bends)]
+            let bends = mean > NEGLIGIBLE * body.length;
+            let swings = self.bodies[index][0].amplitude(step) > NEGLIGIBLE * body.length;
+            for ((part, moves), recent) in [(Part::Place, swings), (Part::Deflection, bends)]
                 .into_iter()
                 .zip(&mut self.bodies[index])
             {
@@ -236,6 +247,11 @@ impl Recent {
     fn coarse_steps(&self) -> Option<f64> {
         let steps = self.total().steps_per_period();
         (self.share() > SIGNIFICANT && steps < FEWEST).then_some(steps)
+    }
+
+    /// How far a motion of this largest speed goes to each side, where it swings with the frequency of the last steps.
+    fn amplitude(&self, step: f64) -> f64 {
+        self.largest * step * self.total().steps_per_period() / TAU
     }
 
     fn is_hopeless(&self) -> bool {

@@ -11,7 +11,7 @@ use super::quantities::Quantities;
 use super::{NamedJoint, Names};
 use crate::error::Error;
 use crate::measure::{Angle, Measure};
-use crate::scene::{AtPlace, Output, Scene};
+use crate::scene::{Analysis, AtPlace, Output, Scene};
 use crate::system::builder::{JointCoordinate, SystemBuilder, Turning, marker_of};
 use crate::system::marker::Marker;
 
@@ -171,7 +171,7 @@ impl OutputBuilder<'_> {
                     },
                 )
             }
-            Output::Energy => (q.energy(&path), Probe::Energy),
+            Output::Energy => energy(q, self.scene, &path),
         })
     }
 
@@ -302,5 +302,15 @@ impl OutputBuilder<'_> {
             .clone();
         let channel = self.quantities.effort(path, system, &rows);
         Ok((channel, Probe::Forces { rows }))
+    }
+}
+
+/// Energies: works and the balance belong to a motion over time.
+pub(super) fn energy(quantities: &Quantities, scene: &Scene, path: &str) -> (Channel, Probe) {
+    match scene.analysis {
+        Analysis::Transient => (quantities.energy(path), Probe::Energy),
+        Analysis::Static | Analysis::Kinematic | Analysis::Modes(_) => {
+            (quantities.stored_energy(path), Probe::StoredEnergy)
+        }
     }
 }

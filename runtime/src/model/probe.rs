@@ -83,6 +83,8 @@ pub(super) enum Probe {
     Modal { coordinates: Range<usize> },
     /// Kinetic, strain, gravity, springs; drives, loads, dissipated; defect.
     Energy,
+    /// The energies that are stored.
+    StoredEnergy,
     /// Largest violation of the constraints, positions and velocities; lengths and angles.
     Drift,
     /// Step and iterations.
@@ -309,6 +311,12 @@ impl Probe {
                 at.works.loads,
                 at.works.dissipated,
                 at.defect,
+            ]),
+            Self::StoredEnergy => row.extend([
+                at.energy.kinetic,
+                at.energy.strain,
+                at.energy.gravity,
+                at.energy.springs,
             ]),
             Self::Drift => {
                 let (system, state) = (at.system, at.state);

@@ -98,6 +98,12 @@ impl Quantities {
         }
     }
 
+    /// What is stored at a state that no motion over time led to.
+    pub(super) fn stored_energy(&self, path: &str) -> Channel {
+        let names = ["kinetic", "strain", "gravity", "springs"];
+        Channel::vector(path, &names, &self.energy, "energy stored")
+    }
+
     pub(super) fn energy(&self, path: &str) -> Channel {
         let names = [
             "kinetic",

@@ -7,7 +7,7 @@ use dcb_formats::results::Channel;
 
 use super::Names;
 use super::library::Library;
-use super::outputs::OutputBuilder;
+use super::outputs::{OutputBuilder, energy};
 use super::probe::{Moment, Probe};
 use super::quantities::{Quantities, column};
 use crate::energy::{Energy, Works};
@@ -65,7 +65,7 @@ impl<'a> RecordedStep<'a> {
 }
 
 impl<'a> RecordedStep<'a> {
-    /// A state that no simulation led to: works and the balance aren't known.
+    /// A state that no motion over time led to: it has no works and no balance.
     pub fn at(system: &'a System, state: &'a State, evaluation: &'a mut Evaluation) -> Self {
         evaluation.refresh(system, state);
         let energy = Energy::at(system, state, evaluation);
@@ -74,8 +74,8 @@ impl<'a> RecordedStep<'a> {
             state,
             evaluation,
             energy,
-            works: Works::unknown(),
-            defect: f64::NAN,
+            works: Works::default(),
+            defect: 0.0,
             step: 0.0,
             iterations: 0,
         }
@@ -107,7 +107,7 @@ impl Recorder {
             let (channel, probe) = add.output(name, output)?;
             recorder.add(channel, probe);
         }
-        recorder.add_standard(builder.system(), &quantities);
+        recorder.add_standard(scene, builder.system(), &quantities);
         Ok(recorder)
     }
 
@@ -117,7 +117,7 @@ impl Recorder {
     }
 
     /// What every run records.
-    fn add_standard(&mut self, system: &System, quantities: &Quantities) {
+    fn add_standard(&mut self, scene: &Scene, system: &System, quantities: &Quantities) {
         for connection in &system.connections {
             let (name, rows) = (&connection.name, connection.rows.clone());
             match connection.kind {
@@ -163,7 +163,8 @@ impl Recorder {
                 );
             }
         }
-        self.add(quantities.energy("energy/balance"), Probe::Energy);
+        let (channel, probe) = energy(quantities, scene, "energy/balance");
+        self.add(channel, probe);
         self.add(
             Channel {
                 path: "constraints/drift".into(),

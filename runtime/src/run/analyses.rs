@@ -1,5 +1,6 @@
 //! Analyses without integration: a rest, a motion that the drives fix, small oscillations.
 
+use dcb_formats::results::{Column, ModeShapes, Modes};
 use serde_json::{Value, json};
 
 use super::{Ending, Observer, Opened, Session, Target, redundancy, tell_start};
@@ -164,10 +165,15 @@ pub fn modes(
             }
         }
         record_state(&mut session, &system, &drawn)?;
-        Ok(ModesReport {
+        let report = ModesReport {
             modes: Eigenmodes::at(&system, &drawn)?,
             count: asked.count as usize,
-        })
+        };
+        let modes = listed(&report, scene, &system);
+        if !modes.frequency.is_empty() {
+            session.writer.write_modes(&modes)?;
+        }
+        Ok(report)
     };
     let found = find();
     let summary = match &found {
@@ -185,7 +191,43 @@ pub fn modes(
     session.close(found, &at_start(), &summary)
 }
 
-/// One mode for the file: frequency, damping, and the motion of each body.
+/// The modes that were asked for, for the file.
+fn listed(report: &ModesReport, scene: &Scene, system: &System) -> Modes {
+    let modes = &report.modes.modes[..report.count.min(report.modes.modes.len())];
+    let numbers = |of: fn(&Eigenmode) -> f64| modes.iter().map(of).collect();
+    let column = |name: String, unit: &str| Column {
+        name,
+        unit: unit.to_owned(),
+    };
+    let length = scene.units.length.as_str();
+    let modal = format!("sqrt({})*{length}", scene.units.mass);
+    let shapes = system.bodies.iter().map(|body| {
+        let own = || body.velocities.clone();
+        let frame = [("x", length), ("y", length), ("z", length)]
+            .into_iter()
+            .chain([("rx", "rad"), ("ry", "rad"), ("rz", "rad")])
+            .map(|(name, unit)| column(name.to_owned(), unit));
+        let elastic = 1..=own().len() - 6;
+        let elastic = elastic.map(|number| column(number.to_string(), &modal));
+        let motions = modes.iter().flat_map(|mode| {
+            let parts = [&mode.shape[own()], &mode.shape_behind[own()]];
+            parts.into_iter().flatten().copied()
+        });
+        ModeShapes {
+            body: body.name.clone(),
+            columns: frame.chain(elastic).collect(),
+            values: motions.collect(),
+        }
+    });
+    Modes {
+        frequency: numbers(Eigenmode::frequency),
+        damping_ratio: numbers(Eigenmode::damping_ratio),
+        growth: numbers(|mode| mode.growth),
+        shapes: shapes.collect(),
+    }
+}
+
+/// One mode for the summary: frequency, damping, and the motion of each body.
 fn described(system: &System, mode: &Eigenmode) -> Value {
     let bodies: serde_json::Map<String, Value> = system
         .bodies

@@ -310,7 +310,8 @@ impl Session {
 
     /// Records a step.
     fn record(&mut self, step: &RecordedStep) -> Result<(), Error> {
-        self.scope.observe(step.system, step.state, step.evaluation);
+        self.scope
+            .observe_forces(step.system, step.state, step.evaluation);
         let row = self.recorder.row(step);
         self.writer.append(step.state.time, row)?;
         Ok(())

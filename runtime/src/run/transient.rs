@@ -2,10 +2,13 @@
 
 use std::time::Instant;
 
+use dcb_formats::results::frequency_unit;
 use serde_json::json;
 
 use super::{Ending, Observer, Opened, Profiling, Session, Target, method, redundancy, tell_start};
 use crate::compatibility_window::WeakWindow;
+use crate::effective_damping::{EffectiveDamping, effective_damping};
+use crate::energy_balance::EnergyBalance;
 use crate::error::Error;
 use crate::initial::InitialReport;
 use crate::integrator::adaptive::{AdaptiveStep, StepSize};
@@ -30,8 +33,8 @@ pub struct RunReport {
     pub seconds: f64,
     /// Time reached.
     pub time: f64,
-    /// Largest defect of the energy balance among the recorded steps, and the largest energy that was stored.
-    pub energy_defect: (f64, f64),
+    /// The energy balance of the recorded steps.
+    pub balance: EnergyBalance,
     /// Whether the end was reached.
     pub is_complete: bool,
     /// Where the time of the steps went, if it was asked for.
@@ -71,6 +74,10 @@ pub fn transient(
         }
     };
     tell_start(&initial, observer, &mut session);
+    let damping = effective_damping(simulation.system(), simulation.state());
+    if let Some(message) = damping_note(&damping, scene) {
+        session.tell(observer, 0.0, &message);
+    }
     if let Err(error) = check_window(scene, &integrator, &simulation, observer, &mut session) {
         let ending = Ending {
             is_complete: false,
@@ -82,10 +89,9 @@ pub fn transient(
         integrator,
         record: scene.record.unwrap_or(Record::Every(1)),
         session: &mut session,
-        validity: Validity::of(simulation.system()),
-        energy_defect: (0.0, 0.0),
+        validity: Validity::of(simulation.system(), simulation.state()),
+        balance: EnergyBalance::default(),
         met_singular: false,
-        told_rounding: false,
         told_unresolved: 0,
         recorded: 0,
     };
@@ -95,7 +101,7 @@ pub fn transient(
     let clock = Instant::now();
     let result = run.integrate(&mut simulation, observer);
     let seconds = clock.elapsed().as_secs_f64();
-    let energy_defect = run.energy_defect;
+    let balance = run.balance;
     session.tell_scope(simulation.system(), observer);
     let (steps, effort) = simulation.effort();
     let time = simulation.state().time;
@@ -105,8 +111,9 @@ pub fn transient(
         "newton_iterations": effort.iterations,
         "jacobian_updates": effort.factorizations,
         "integration_seconds": seconds,
-        "energy_defect": energy_defect.0,
-        "largest_energy": energy_defect.1,
+        "energy_defect": balance.defect,
+        "largest_energy": balance.largest,
+        "effective_damping": damping.iter().map(|mode| json!({"frequency": mode.frequency, "damping_ratio": mode.ratio})).collect::<Vec<_>>(),
         "redundant_constraints": initial.redundant.iter().map(|(name, count)| json!({"joint": name, "count": count})).collect::<Vec<_>>(),
     });
     let ending = Ending {
@@ -120,7 +127,7 @@ pub fn transient(
         effort,
         seconds,
         time,
-        energy_defect,
+        balance,
         is_complete,
         profile: simulation.profile().copied(),
     })
@@ -137,11 +144,9 @@ struct Run<'a> {
     record: Record,
     session: &'a mut Session,
     validity: Validity,
-    energy_defect: (f64, f64),
+    balance: EnergyBalance,
     /// Whether a singular configuration has been told.
     met_singular: bool,
-    /// Whether rounding in the forces has been told.
-    told_rounding: bool,
     /// How many motions that the steps are too long for have been told.
     told_unresolved: usize,
     /// Records so far.
@@ -157,6 +162,9 @@ impl Run<'_> {
     ) -> Result<bool, Error> {
         let end = self.integrator.end;
         self.write(simulation, Effort::default(), 0.0)?;
+        self.session
+            .scope
+            .observe_motion(simulation.system(), simulation.state());
         let first = self.integrator.step;
         let now = (simulation.system(), simulation.state());
         self.session
@@ -178,6 +186,9 @@ impl Run<'_> {
                 let message = "passed a singular configuration (dead centre): constraint forces are not unique there";
                 self.session.tell(observer, time, message);
             }
+            self.session
+                .scope
+                .observe_motion(simulation.system(), simulation.state());
             self.tell_unresolved(simulation, observer);
             if !self.session.fields.is_empty() {
                 simulation.refresh();
@@ -188,12 +199,11 @@ impl Run<'_> {
             if self.is_due(index, state.time) || state.time >= end {
                 self.write(simulation, effort, step)?;
                 observer.progress(simulation.state().time, end);
-                self.tell_rounding(simulation, step, observer);
                 let (system, state) = (simulation.system(), simulation.state());
                 let session = &mut *self.session;
                 self.validity.check(system, state, |message| {
                     session.tell(observer, state.time, &message);
-                });
+                })?;
             }
         }
         for found in simulation.resolution().at_end() {
@@ -201,7 +211,13 @@ impl Run<'_> {
             self.session
                 .tell(observer, simulation.state().time, &message);
         }
-        self.tell_imbalance(simulation.state().time, observer);
+        let time = simulation.state().time;
+        // Single steps may be short, for example the last one.
+        let mean_step = time / index.max(1) as f64;
+        let rounding = rounding_warning(simulation, mean_step);
+        for message in rounding.into_iter().chain(imbalance_warning(&self.balance)) {
+            self.session.tell(observer, time, &message);
+        }
         Ok(true)
     }
 
@@ -227,25 +243,6 @@ impl Run<'_> {
         self.told_unresolved = told.len();
     }
 
-    /// Forces that consist of rounding are told once.
-    fn tell_rounding(&mut self, simulation: &Simulation, step: f64, observer: &mut dyn Observer) {
-        if self.told_rounding {
-            return;
-        }
-        if let Some(message) = rounding_warning(simulation, step) {
-            self.told_rounding = true;
-            self.session
-                .tell(observer, simulation.state().time, &message);
-        }
-    }
-
-    /// A balance that doesn't close is told at the end.
-    fn tell_imbalance(&mut self, time: f64, observer: &mut dyn Observer) {
-        if let Some(message) = imbalance_warning(self.energy_defect) {
-            self.session.tell(observer, time, &message);
-        }
-    }
-
     fn write(
         &mut self,
         simulation: &mut Simulation,
@@ -253,9 +250,7 @@ impl Run<'_> {
         step: f64,
     ) -> Result<(), Error> {
         let now = RecordedStep::of(simulation, step, effort);
-        let scale = now.energy.kinetic + now.energy.strain + now.energy.springs;
-        self.energy_defect.0 = self.energy_defect.0.max(now.defect.abs());
-        self.energy_defect.1 = self.energy_defect.1.max(scale);
+        self.balance.look_at(&now);
         self.session.record(&now)?;
         self.recorded += 1;
         Ok(())
@@ -379,12 +374,25 @@ pub(crate) fn rounding_warning(simulation: &Simulation, step: f64) -> Option<Str
     })
 }
 
-/// What is told of an energy balance, given its largest defect and the largest energy that was stored.
-pub(crate) fn imbalance_warning((defect, largest): (f64, f64)) -> Option<String> {
-    (largest > 0.0 && defect > IMBALANCE_TOLD * largest).then(|| {
+/// What is told of the damping of the modes as they are put together.
+fn damping_note(modes: &[EffectiveDamping], scene: &Scene) -> Option<String> {
+    let unit = frequency_unit(&scene.units);
+    let listed = modes
+        .iter()
+        .map(|mode| format!("{:.2e} at {:.4e} {unit}", mode.ratio, mode.frequency));
+    let listed: Vec<String> = listed.collect();
+    (!listed.is_empty()).then(|| {
         format!(
-            "the energy balance lacks {:.1e} of the largest stored energy: the step doesn't resolve what happens; take a smaller one",
-            defect / largest
+            "damping ratios of the lowest modes of the assembled mechanism: {}; the ratios that were given are those of the parts by themselves",
+            listed.join(", ")
         )
     })
+}
+
+/// What is told of an energy balance.
+pub(crate) fn imbalance_warning(balance: &EnergyBalance) -> Option<String> {
+    let share = balance.share().filter(|share| *share > IMBALANCE_TOLD)?;
+    Some(format!(
+        "the energy balance lacks {share:.1e} of the largest energy that was stored or exchanged: the step doesn't resolve what happens; take a smaller one"
+    ))
 }

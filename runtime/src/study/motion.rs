@@ -8,6 +8,7 @@ use super::grid::{Grid, Sampler, Trace};
 use super::monitor::Monitor;
 use super::subject::{Quantity, Subject};
 use crate::compatibility_window::WeakWindow;
+use crate::energy_balance::EnergyBalance;
 use crate::error::Error;
 use crate::integrator::Effort;
 use crate::model::{Model, RecordedStep, Recorder};
@@ -112,7 +113,8 @@ fn attempt(
     let mut sampler = Sampler::new(grid, step_of(scene)?.step, width);
     let outcome = begin(scene, &mut course).and_then(|(simulation, recorder)| {
         let mut run = Run {
-            validity: Validity::of(simulation.system()),
+            validity: Validity::of(simulation.system(), simulation.state()),
+            balance: EnergyBalance::default(),
             simulation,
             recorder,
             places: Vec::with_capacity(width),
@@ -173,6 +175,7 @@ struct Run<'a> {
     simulation: Simulation,
     recorder: Recorder,
     validity: Validity,
+    balance: EnergyBalance,
     /// Where the quantities are in a recorded row.
     places: Vec<usize>,
     values: Vec<f64>,
@@ -187,7 +190,7 @@ impl Run<'_> {
         let integrator = step_of(scene)?;
         let stride = grid.steps_between(integrator.step).unwrap_or(1);
         let count = step_count(&integrator);
-        self.sample();
+        self.sample()?;
         for index in 1..=count {
             if index % STEPS_BETWEEN_LOOKS == 0 {
                 monitor.advance(STEPS_BETWEEN_LOOKS);
@@ -200,7 +203,7 @@ impl Run<'_> {
             self.course.steps = index;
             self.course.iterations += effort.iterations;
             if index % stride == 0 || index == count {
-                self.sample();
+                self.sample()?;
             }
         }
         monitor.advance(count % STEPS_BETWEEN_LOOKS);
@@ -210,18 +213,16 @@ impl Run<'_> {
         let unresolved = lasting.chain(resolution.at_end());
         warnings.extend(unresolved.map(|found| unresolved_warning(system, &found)));
         warnings.extend(rounding_warning(&self.simulation, integrator.step));
-        let balance = (self.course.energy_defect, self.course.largest_energy);
-        warnings.extend(imbalance_warning(balance));
+        warnings.extend(imbalance_warning(&self.balance));
         Ok(true)
     }
 
-    fn sample(&mut self) {
+    fn sample(&mut self) -> Result<(), Error> {
         let now = RecordedStep::of(&mut self.simulation, 0.0, Effort::default());
-        let stored = now.energy.kinetic + now.energy.strain + now.energy.springs;
+        self.balance.look_at(&now);
         // JSON has no infinity.
-        let larger = |most: f64, now: f64| most.max(now).min(f64::MAX);
-        self.course.energy_defect = larger(self.course.energy_defect, now.defect.abs());
-        self.course.largest_energy = larger(self.course.largest_energy, stored);
+        self.course.energy_defect = self.balance.defect.min(f64::MAX);
+        self.course.largest_energy = self.balance.largest.min(f64::MAX);
         let row = self.recorder.row(&now);
         self.values.clear();
         self.values
@@ -229,8 +230,9 @@ impl Run<'_> {
         self.sampler.take(now.state.time, &self.values);
         let warnings = &mut self.course.warnings;
         self.validity
-            .check(now.system, now.state, |message| warnings.push(message));
+            .check(now.system, now.state, |message| warnings.push(message))?;
         (self.watch)(&self.simulation);
+        Ok(())
     }
 }
 

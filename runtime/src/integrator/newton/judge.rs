@@ -198,10 +198,38 @@ impl Corrector {
         }
     }
 
-    /// What rounding of the positions is in the joints' forces, as a part of the forces of the run: small steps and far places make it
-    /// large where constraints are on positions.
-    pub fn rounding_of_forces(&self, system: &System, scheme: &Scheme, step: f64) -> f64 {
+    /// What rounding of the positions is in the accelerations that constraints ask for: small steps and far places make it large where
+    /// constraints are on positions.
+    pub fn rounding_of_accelerations(&self, system: &System, scheme: &Scheme, step: f64) -> f64 {
         let of_positions = SCATTER * ROUNDING * self.reach(system);
-        of_positions / (scheme.beta * step * step * self.acceleration_scale)
+        of_positions / (scheme.beta * step * step)
+    }
+
+    /// The accelerations that the joints' forces belong to at the state of the last step: those of the bodies, and those that the forces by
+    /// themselves would give the heaviest body.
+    pub fn accelerations_of_forces(&self, system: &System) -> f64 {
+        let masses = system.bodies.iter().map(|b| b.flexible.inertia.mass());
+        let heaviest = masses.fold(0.0, f64::max);
+        let longest = system.bodies.iter().map(|b| b.length).fold(0.0, f64::max);
+        let mut largest = self.acceleration_scale;
+        for (row, force) in system.rows.iter().zip(&self.trial.forces) {
+            if row.is_constraint() {
+                let is_length = system.terms[row.terms.start].measure.is_length();
+                let arm = if is_length { 1.0 } else { longest };
+                largest = largest.max(force.abs() / (arm * heaviest));
+            }
+        }
+        largest
+    }
+
+    /// The accelerations that no rounding is in: of gravity, and those that would turn the motion back within a body's length.
+    pub fn accelerations_of_motion(&self, system: &System) -> f64 {
+        let of = |body: &crate::system::Body| {
+            let own = &self.trial.velocities[body.velocities.clone()];
+            let (speed, spin) = (three(own, 0).norm(), three(own, 3).norm());
+            (speed + body.length * spin).powi(2) / body.length
+        };
+        let motions = system.bodies.iter().map(of);
+        motions.fold(system.gravity.norm(), f64::max)
     }
 }
