@@ -102,6 +102,68 @@ pub enum Damping {
     },
 }
 
+impl Damping {
+    /// `[alpha, beta]` of the Rayleigh damping with these ratios to critical at these frequencies, in cycles per time:
+    /// `2 ζ ω = alpha + beta ω²` at both.
+    ///
+    /// # Errors
+    /// Found and expected, for numbers that no Rayleigh damping with alpha and beta of zero or more goes through.
+    pub fn rayleigh_through(frequencies: [f64; 2], ratios: [f64; 2]) -> Result<[f64; 2], String> {
+        if let Some(found) = frequencies.iter().find(|f| !(**f > 0.0 && f.is_finite())) {
+            return Err(format!(
+                "has the frequency {found}, expected frequencies above 0 in cycles per time"
+            ));
+        }
+        if let Some(found) = ratios.iter().find(|z| !(**z >= 0.0 && z.is_finite())) {
+            return Err(format!("has the ratio {found}, expected ratios >= 0"));
+        }
+        let [first, second] = frequencies.map(|frequency| std::f64::consts::TAU * frequency);
+        if first == second {
+            return Err(format!(
+                "has the frequency {} twice, expected two that differ",
+                frequencies[0]
+            ));
+        }
+        let [at_first, at_second] = ratios;
+        let square = second * second - first * first;
+        let factors = [
+            2.0 * first * second * (at_first * second - at_second * first) / square,
+            2.0 * (at_second * second - at_first * first) / square,
+        ];
+        // A ratio that is just proportional to the frequency, or its inverse, has a factor of zero.
+        let sizes = [
+            at_first * second + at_second * first,
+            at_second * second + at_first * first,
+        ];
+        let scales = [2.0 * first * second / square, 2.0 / square];
+        let mut rounded = factors;
+        for ((factor, size), scale) in rounded.iter_mut().zip(sizes).zip(scales) {
+            if factor.abs() <= 1e-12 * size * scale.abs() {
+                *factor = 0.0;
+            }
+        }
+        match rounded.iter().position(|factor| *factor < 0.0) {
+            None => Ok(rounded),
+            Some(which) => {
+                let span = frequencies[1] / frequencies[0];
+                let [least, most] = if span > 1.0 {
+                    [1.0 / span, span]
+                } else {
+                    [span, 1.0 / span]
+                };
+                Err(format!(
+                    "needs {} = {:.4e}, which would feed energy in: with these frequencies the second ratio must be {:.4e} to {:.4e} of the first, but is {:.4e} of it",
+                    ["alpha", "beta"][which],
+                    rounded[which],
+                    least,
+                    most,
+                    at_second / at_first
+                ))
+            }
+        }
+    }
+}
+
 /// An input file and what it was used for.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Source {

@@ -23,7 +23,7 @@ use crate::Error;
 use crate::component::{Damping, Interface, Units};
 use crate::mesh::{Direction, Dof, DofMap, Mesh};
 use file::{ComponentPart, DampingPart, FilePart, UnitsPart};
-use values::{ModalDamping, Number, Object};
+use values::{ModalDamping, Number, Object, RayleighDamping};
 
 pub use diagnosis::{json_error, listed, nearest_name, suggestion};
 
@@ -315,9 +315,26 @@ fn checked_damping(damping: DampingPart, notes: &mut Vec<String>) -> Result<Damp
         }
         DampingPart {
             modal: None,
-            rayleigh: Some(factors),
+            rayleigh: Some(RayleighDamping::Through(points)),
         } => {
-            let [Number(alpha), Number(beta)] = factors[..] else {
+            let two = |key: &str, numbers: &[Number]| match numbers {
+                [Number(first), Number(second)] => Ok([*first, *second]),
+                _ => Err(fault(
+                    format!("component.damping.rayleigh.{key}"),
+                    format!("has {} numbers, expected 2", numbers.len()),
+                )),
+            };
+            let frequencies = two("frequencies", &points.frequencies)?;
+            let ratios = two("ratios", &points.ratios)?;
+            let [alpha, beta] = Damping::rayleigh_through(frequencies, ratios)
+                .map_err(|message| fault("component.damping.rayleigh", message))?;
+            Ok(Damping::Rayleigh { alpha, beta })
+        }
+        DampingPart {
+            modal: None,
+            rayleigh: Some(RayleighDamping::Factors(factors)),
+        } => {
+            let [alpha, beta] = factors[..] else {
                 let found = factors.len();
                 return Err(fault(
                     "component.damping.rayleigh",
@@ -343,7 +360,7 @@ fn checked_damping(damping: DampingPart, notes: &mut Vec<String>) -> Result<Damp
             Err(fault(
                 "component.damping",
                 format!(
-                    "{found}; expected one of {{\"modal\": 0.01}} and {{\"rayleigh\": [alpha, beta]}}"
+                    "{found}; expected one of {{\"modal\": 0.01}}, {{\"rayleigh\": [alpha, beta]}} and {{\"rayleigh\": {{\"frequencies\": [f1, f2], \"ratios\": [z1, z2]}}}}"
                 ),
             ))
         }

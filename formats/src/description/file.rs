@@ -5,7 +5,9 @@ use serde::Deserialize;
 use serde::de::IgnoredAny;
 
 use super::lists::{Connectivity, Keys, NodeList, PointSets, Points};
-use super::values::{DirectionName, Dofs, ModalDamping, Number, Object, WeightsValue};
+use super::values::{
+    DirectionName, Dofs, ModalDamping, Number, Object, RayleighDamping, WeightsValue,
+};
 
 /// Component description: a meshio-compatible JSON mesh with one extra key, `component`.
 #[derive(Debug, Deserialize, JsonSchema)]
@@ -173,8 +175,7 @@ pub struct DampingPart {
     /// Ratio to critical: one for all modes, or one per elastic mode of which the last holds for all further ones.
     #[serde(default)]
     pub modal: Option<ModalDamping>,
-    /// `[alpha, beta]`: C = alpha M + beta K.
+    /// C = alpha M + beta K, by `[alpha, beta]` or by the ratios to critical at two frequencies.
     #[serde(default)]
-    #[schemars(extend("minItems" = 2, "maxItems" = 2))]
-    pub rayleigh: Option<Vec<Number>>,
+    pub rayleigh: Option<RayleighDamping>,
 }

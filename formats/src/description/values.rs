@@ -5,8 +5,9 @@ use std::fmt;
 use std::marker::PhantomData;
 
 use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema};
+use serde::Deserialize;
 use serde::de::{
-    Deserialize, Deserializer, Error as _, IgnoredAny, MapAccess, SeqAccess, Unexpected, Visitor,
+    Deserializer, Error as _, IgnoredAny, MapAccess, SeqAccess, Unexpected, Visitor,
     value::MapAccessDeserializer,
 };
 
@@ -298,6 +299,62 @@ impl<'de> Visitor<'de> for ModalDampingVisitor {
         let mut ratios = Vec::new();
         Append::<Number, f64>::to(&mut ratios, "a list of numbers").visit_seq(list)?;
         Ok(ModalDamping::PerMode(ratios))
+    }
+}
+
+/// Both factors, or the ratios at two frequencies.
+#[derive(Debug)]
+pub enum RayleighDamping {
+    Factors(Vec<f64>),
+    Through(RayleighPoints),
+}
+
+/// Ratios to critical at frequencies in cycles per time, two of each.
+#[derive(Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct RayleighPoints {
+    pub frequencies: Vec<Number>,
+    pub ratios: Vec<Number>,
+}
+
+json_value!(RayleighDamping, RayleighDampingVisitor, deserialize_any, {
+    "oneOf": [
+        { "type": "array", "minItems": 2, "maxItems": 2, "items": { "type": "number", "minimum": 0 } },
+        {
+            "type": "object",
+            "properties": {
+                "frequencies": {
+                    "description": "Two frequencies, cycles per time.",
+                    "type": "array", "minItems": 2, "maxItems": 2, "items": { "type": "number", "exclusiveMinimum": 0 }
+                },
+                "ratios": {
+                    "description": "The ratio to critical at each.",
+                    "type": "array", "minItems": 2, "maxItems": 2, "items": { "type": "number", "minimum": 0 }
+                }
+            },
+            "required": ["frequencies", "ratios"],
+            "additionalProperties": false
+        }
+    ]
+});
+
+struct RayleighDampingVisitor;
+
+impl<'de> Visitor<'de> for RayleighDampingVisitor {
+    type Value = RayleighDamping;
+
+    fn expecting(&self, f: &mut fmt::Formatter) -> fmt::Result {
+        f.write_str("[alpha, beta] or {\"frequencies\": [f1, f2], \"ratios\": [z1, z2]}")
+    }
+
+    fn visit_seq<A: SeqAccess<'de>>(self, list: A) -> Result<RayleighDamping, A::Error> {
+        let mut factors = Vec::new();
+        Append::<Number, f64>::to(&mut factors, "a list of numbers").visit_seq(list)?;
+        Ok(RayleighDamping::Factors(factors))
+    }
+
+    fn visit_map<A: MapAccess<'de>>(self, map: A) -> Result<RayleighDamping, A::Error> {
+        RayleighPoints::deserialize(MapAccessDeserializer::new(map)).map(RayleighDamping::Through)
     }
 }
 

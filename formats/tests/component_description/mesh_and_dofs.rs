@@ -366,6 +366,55 @@ fn units_and_damping_are_checked() {
             json!({"rayleigh": [1, -1e-5]}),
             &["rayleigh[1]: is -0.00001"],
         ),
+        (
+            "/component/damping",
+            json!({"rayleigh": {"frequencies": [1, 10, 20], "ratios": [0.01, 0.02]}}),
+            &["damping.rayleigh.frequencies: has 3 numbers, expected 2"],
+        ),
+        (
+            "/component/damping",
+            json!({"rayleigh": {"frequencies": [1, 1], "ratios": [0.01, 0.02]}}),
+            &["damping.rayleigh: has the frequency 1 twice"],
+        ),
+        (
+            "/component/damping",
+            json!({"rayleigh": {"frequencies": [0, 1], "ratios": [0.01, 0.02]}}),
+            &["damping.rayleigh: has the frequency 0, expected frequencies above 0"],
+        ),
+        (
+            "/component/damping",
+            json!({"rayleigh": {"frequencies": [2, 1], "ratios": [0.01, -0.02]}}),
+            &["damping.rayleigh: has the ratio -0.02"],
+        ),
+        (
+            "/component/damping",
+            json!({"rayleigh": {"frequencies": [1, 10], "ratios": [0.01, 0.2]}}),
+            &[
+                "damping.rayleigh: needs alpha = -",
+                "1.0000e-1 to 1.0000e1 of the first",
+                "is 2.0000e1 of it",
+            ],
+        ),
+        (
+            "/component/damping",
+            json!({"rayleigh": {"frequencies": [10, 1], "ratios": [0.01, 0.0001]}}),
+            &["damping.rayleigh: needs alpha = -"],
+        ),
+        (
+            "/component/damping",
+            json!({"rayleigh": {"frequencies": [1, 10], "ratios": [0.2, 0.01]}}),
+            &["damping.rayleigh: needs beta = -"],
+        ),
+        (
+            "/component/damping",
+            json!({"rayleigh": {"frequencies": [1, 10]}}),
+            &["missing field `ratios`"],
+        ),
+        (
+            "/component/damping",
+            json!({"rayleigh": 3}),
+            &["[alpha, beta]", "frequencies"],
+        ),
     ] {
         assert_refused(&with(pyramid(), pointer, value), parts);
     }
@@ -378,6 +427,23 @@ fn units_and_damping_are_checked() {
             beta: 1e-5
         }
     );
+    // 2 ζ ω = alpha + beta ω² at both frequencies, in either order; ratios as the frequencies need beta alone.
+    for (frequencies, ratios) in [
+        ([8.0, 80.0], [0.005, 0.02]),
+        ([80.0, 8.0], [0.02, 0.005]),
+        ([3.0, 6.0], [0.01, 0.02]),
+    ] {
+        let given = json!({"rayleigh": {"frequencies": frequencies, "ratios": ratios}});
+        let Damping::Rayleigh { alpha, beta } = damped(given).damping else {
+            panic!("no Rayleigh damping");
+        };
+        for (frequency, ratio) in frequencies.iter().zip(ratios) {
+            let omega = std::f64::consts::TAU * frequency;
+            let found = 0.5 * (alpha / omega + beta * omega);
+            assert!((found / ratio - 1.0).abs() < 1e-12, "{found} {ratio}");
+        }
+        assert!(frequencies[0] != 3.0 || alpha == 0.0, "{alpha}");
+    }
     assert_eq!(damped(json!(null)).damping, Damping::None);
     assert_says(
         &damped(json!({"modal": 2})).notes[0],

@@ -60,11 +60,18 @@ pub(super) fn damp(
     modes: &[usize],
     mode_count: usize,
 ) {
-    let DampingOverride::Modal(ratios) = damping;
     for (index, own) in body.damping.iter_mut().enumerate() {
-        *own = match ratios {
-            ModalRatios::Uniform(ratio) => *ratio,
-            ModalRatios::PerMode(list) => {
+        *own = match damping {
+            DampingOverride::Rayleigh(rayleigh) => {
+                // Checked with the scene. Coordinates have unit mass: 2 ζ ω = alpha + beta ω².
+                let [alpha, beta] = rayleigh.factors().unwrap_or_default();
+                match body.stiffness[index].sqrt() {
+                    omega if omega > 0.0 => 0.5 * (alpha / omega + beta * omega),
+                    _ => 0.0,
+                }
+            }
+            DampingOverride::Modal(ModalRatios::Uniform(ratio)) => *ratio,
+            DampingOverride::Modal(ModalRatios::PerMode(list)) => {
                 let last = list.last().copied().unwrap_or(0.0);
                 let entry = match modes.get(index) {
                     Some(mode) => *mode,

@@ -29,7 +29,7 @@ use serde::{Deserialize, Serialize};
 pub use attachment::Attachment;
 pub use body::{
     Body, BodyKind, DampingOverride, GeometricStiffening, InertiaChange, ModalRatios, Placement,
-    Point, PointFrame, RigidBody, SuperelementBody,
+    Point, PointFrame, Rayleigh, RayleighPoints, RigidBody, SuperelementBody,
 };
 pub use drive::{Drive, DriveFunction};
 pub use integrator::{AdaptiveStep, Formulation, Integrator, Method};
