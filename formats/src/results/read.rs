@@ -180,16 +180,9 @@ impl Results {
     /// [`Error::Location`] if they can't be read.
     pub fn modes(&self) -> Result<Option<Modes>, Error> {
         let read = |path: &str, count: usize| {
-            let entry = self.inventory.entries.get(path);
-            let entry = entry.ok_or_else(|| missing(path))?;
-            self.container.allow_reading();
-            let values = entry.dataset.read_f64_rows(0, count as u64);
-            let values =
-                values.map_err(|error| Finding::at(path, format!("can't be read: {error}")))?;
-            match values.len() == count {
-                true => Ok(values),
-                false => Err(Finding::at(path, "has fewer values than it says")),
-            }
+            let mut list = Vec::new();
+            self.each_row_of(path, [count, 1], |_, row| list.extend_from_slice(row))?;
+            Ok(list)
         };
         Modes::read(&self.inventory, read).map_err(|finding| told(&self.path, finding))
     }
@@ -226,15 +219,26 @@ impl Results {
         &self,
         path: &str,
         columns: usize,
-        mut take: impl FnMut(usize, &[f64]),
+        take: impl FnMut(usize, &[f64]),
     ) -> Result<(), Error> {
-        let at = |message: String| told(&self.path, Finding::at(path, message));
+        self.each_row_of(path, [self.step_count, columns], take)
+            .map_err(|finding| told(&self.path, finding))
+    }
+
+    /// The same for a dataset with this number of rows and columns.
+    fn each_row_of(
+        &self,
+        path: &str,
+        [rows, columns]: [usize; 2],
+        mut take: impl FnMut(usize, &[f64]),
+    ) -> Result<(), Finding> {
+        let at = |message: String| Finding::at(path, message);
         let entry = self.inventory.entries.get(path);
-        let entry = entry.ok_or_else(|| told(&self.path, missing(path)))?;
+        let entry = entry.ok_or_else(|| missing(path))?;
         let data = entry.storage.data(&self.container).map_err(at)?;
-        let window = entry.storage.window_rows(self.step_count, columns);
-        for start in (0..self.step_count).step_by(window) {
-            let count = window.min(self.step_count - start);
+        let window = entry.storage.window_rows(rows, columns);
+        for start in (0..rows).step_by(window) {
+            let count = window.min(rows - start);
             self.container.allow_reading();
             let values = data
                 .read_f64_rows(start as u64, count as u64)
