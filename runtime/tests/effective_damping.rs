@@ -14,19 +14,23 @@ use dcb_runtime::effective_damping::effective_damping;
 use dcb_runtime::joint::{Fixed, JointKind};
 use dcb_runtime::system::builder::{Drawn, SystemBuilder, Turning};
 use dcb_runtime::system::{State, System};
-use dcb_samples::{RodSection, planar_rod};
+use dcb_samples::{SpatialBeam, spatial_beam};
 use faer::Mat;
 use faer::linalg::solvers::Solve;
 use nalgebra::{Matrix3, Vector3};
 
-/// A planar rod with every mode, so that nothing is left to attachments.
-fn rod() -> Part {
-    Part::reduced(planar_rod(6, &RodSection::default()), 18)
+/// A beam with every mode, so that nothing is left to attachments.
+fn beam() -> Part {
+    let beam = SpatialBeam {
+        elements: 4,
+        ..SpatialBeam::default()
+    };
+    Part::reduced(spatial_beam(&beam), 24)
 }
 
 /// The body clamped to the ground at its first interface.
 fn clamped(body: &Arc<FlexibleBody>) -> (System, State) {
-    let mut builder = SystemBuilder::new(Dimension::Planar, Vector3::zeros());
+    let mut builder = SystemBuilder::new(Dimension::Spatial, Vector3::zeros());
     let beam = builder.body("beam", body.clone(), &Drawn::default());
     let end = builder.marker(beam, 0, Turning::Interface).unwrap();
     let place = builder.frame(end).position;
@@ -76,7 +80,7 @@ fn of_cantilever(part: &Part, c: impl Fn(&Mat<f64>, &Mat<f64>) -> Mat<f64>) -> [
 
 #[test]
 fn modal_ratios_of_a_free_beam_are_small_where_it_is_clamped_as_complex_eigenvalues_say() {
-    let part = rod();
+    let part = beam();
     let ratio = 0.01;
     let mut body = part.body.clone();
     body.damping.fill(ratio);
@@ -108,7 +112,7 @@ fn modal_ratios_of_a_free_beam_are_small_where_it_is_clamped_as_complex_eigenval
 
 #[test]
 fn rayleigh_factors_keep_their_ratios_in_the_assembly() {
-    let part = rod();
+    let part = beam();
     let first = part.body.stiffness[0].sqrt();
     let (alpha, beta) = (0.01 * first, 0.01 / first);
     let mut body = part.body.clone();
@@ -145,18 +149,18 @@ fn rayleigh_factors_keep_their_ratios_in_the_assembly() {
 /// A free part has the ratios that were given, an undamped one none: there is nothing to tell. Nor of a large system.
 #[test]
 fn nothing_is_told_where_nothing_differs() {
-    let part = rod();
+    let part = beam();
     let (system, state) = clamped(&Arc::new(part.body.clone()));
     assert!(effective_damping(&system, &state).is_empty(), "undamped");
     let mut body = part.body.clone();
     body.damping.fill(0.01);
     let body = Arc::new(body);
-    let mut builder = SystemBuilder::new(Dimension::Planar, Vector3::zeros());
+    let mut builder = SystemBuilder::new(Dimension::Spatial, Vector3::zeros());
     builder.body("beam", body.clone(), &Drawn::default());
     let (system, state) = builder.finish();
     assert!(effective_damping(&system, &state).is_empty(), "free");
-    let mut builder = SystemBuilder::new(Dimension::Planar, Vector3::zeros());
-    for index in 0..20 {
+    let mut builder = SystemBuilder::new(Dimension::Spatial, Vector3::zeros());
+    for index in 0..12 {
         let beam = builder.body(&format!("beam {index}"), body.clone(), &Drawn::default());
         let end = builder.marker(beam, 0, Turning::Interface).unwrap();
         let ground = builder.ground(builder.frame(end).position, Matrix3::identity());
@@ -167,12 +171,12 @@ fn nothing_is_told_where_nothing_differs() {
     let (system, state) = builder.finish();
     assert!(effective_damping(&system, &state).is_empty(), "large");
     let bob = rigid(
-        Dimension::Planar,
+        Dimension::Spatial,
         1.0,
         Vector3::repeat(0.1),
         &[Vector3::zeros()],
     );
-    let mut builder = SystemBuilder::new(Dimension::Planar, Vector3::zeros());
+    let mut builder = SystemBuilder::new(Dimension::Spatial, Vector3::zeros());
     builder.body("bob", bob, &Drawn::default());
     let (system, state) = builder.finish();
     assert!(effective_damping(&system, &state).is_empty(), "rigid");

@@ -407,7 +407,7 @@ fn a_run_says_the_damping_of_the_assembled_mechanism() {
         ),
         (
             json!({"rayleigh": {"frequencies": [1, 10]}}),
-            ["rayleigh", "expected [alpha, beta]"],
+            ["scene.json", "expected [alpha, beta]"],
         ),
     ] {
         folder.edit("scene.json", |scene| {
