@@ -40,7 +40,7 @@ pub struct Course {
     pub iterations: usize,
     /// Largest defect of the energy balance.
     pub energy_defect: f64,
-    /// The largest energy that was stored.
+    /// The largest energy that was stored or exchanged; zero where all of it is rounding.
     pub largest_energy: f64,
     /// What a user would be told.
     pub warnings: Vec<String>,
@@ -222,7 +222,9 @@ impl Run<'_> {
         self.balance.look_at(&now);
         // JSON has no infinity.
         self.course.energy_defect = self.balance.defect.min(f64::MAX);
-        self.course.largest_energy = self.balance.largest.min(f64::MAX);
+        // Nothing to compare with where all energies are rounding.
+        let compared = self.balance.share().map_or(0.0, |_| self.balance.largest);
+        self.course.largest_energy = compared.min(f64::MAX);
         let row = self.recorder.row(&now);
         self.values.clear();
         self.values
