@@ -158,16 +158,15 @@ impl OpenFile {
         Ok(())
     }
 
-    /// Adds modes, where there is space for them.
-    pub(super) fn write_modes(&mut self, modes: &Modes, units: &Units) -> Result<(), CloseError> {
-        let bytes = modes.size() + INDEX_BYTES * modes.dataset_count() as u64 + TABLE_BYTES;
-        self.reserve
-            .take(self.file.size(), bytes)
-            .map_err(CloseError::Io)?;
-        modes
-            .write(&self.file, units)
-            .and_then(|()| self.file.flush())
-            .map_err(CloseError::Hdf5)
+    /// Bytes that modes need.
+    pub(super) fn needed_space_of(&self, modes: &Modes) -> u64 {
+        modes.size() + INDEX_BYTES * modes.dataset_count() as u64 + TABLE_BYTES
+    }
+
+    /// Adds modes.
+    pub(super) fn write_modes(&mut self, modes: &Modes, units: &Units) -> hdf5::Result<()> {
+        modes.write(&self.file, units)?;
+        self.file.flush()
     }
 
     /// Takes back what a failed writing left of its rows, as far as that is possible.

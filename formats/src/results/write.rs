@@ -141,11 +141,11 @@ impl ResultsWriter {
         let Some(open) = &mut self.open else {
             return Err(self.closed());
         };
+        let needed = open.needed_space_of(modes);
+        open.take_space(needed)
+            .map_err(|source| Error::not_written(&self.target, needed, source))?;
         open.write_modes(modes, &self.units)
-            .map_err(|error| match error {
-                CloseError::Hdf5(error) => told(&self.target, &error),
-                CloseError::Io(source) => io(&self.target, source),
-            })
+            .map_err(|error| told(&self.target, needed, &error))
     }
 
     /// Keeps something worth telling; it is written when the file is closed.
