@@ -256,7 +256,7 @@ fn nodes_without_cells_are_written_as_vertices() {
         .map(|node| Vector3::from(mesh.position(node)))
         .collect();
     let folder = tempfile::tempdir().unwrap();
-    let mut series = FieldSeries::create(folder.path(), "points", &mesh).unwrap();
+    let mut series = FieldSeries::create(folder.path(), "points", &mesh, Replace::Refuse).unwrap();
     let snapshot = FieldSnapshot {
         time: 0.0,
         positions_world: &points,
