@@ -16,7 +16,7 @@ use crate::SparseMatrix;
 use crate::component::{Component, ComponentMasses, Source};
 use crate::description::read_description;
 use crate::error::Error;
-use crate::matrix::{MatrixReport, check_operator_header, read_matrix, read_symmetric_operator};
+use crate::matrix::{MatrixReader, MatrixReport, check_operator_header};
 use crate::mesh::Dimension;
 
 /// Component masses in stored order.
@@ -163,15 +163,16 @@ fn missing(path: &Path, what: &str, hint: &str) -> Error {
     }
 }
 
-/// Reads and cross-checks a component.
+/// Reads and cross-checks a component, in so many bytes of memory if there is a limit.
 ///
 /// # Errors
-/// The first thing that is wrong, with the file and the place in it.
-pub fn read_component(files: &ComponentFiles) -> Result<Component, Error> {
+/// The first thing that is wrong, with the file and the place in it; [`Error::NotEnoughMemory`].
+pub fn read_component(files: &ComponentFiles, memory: Option<u64>) -> Result<Component, Error> {
+    let mut reader = MatrixReader::new(memory);
     // The description first: it is small, and most mistakes are in it.
     let description = read_description(&files.description)?;
-    let (stiffness, stiffness_report) = read_symmetric_operator(&files.stiffness)?;
-    let (mass, mass_report) = read_symmetric_operator(&files.mass)?;
+    let (stiffness, stiffness_report) = reader.read_symmetric_operator(&files.stiffness)?;
+    let (mass, mass_report) = reader.read_symmetric_operator(&files.mass)?;
     if mass.nrows() != stiffness.nrows() {
         return Err(Error::Mismatch {
             message: format!(
@@ -200,8 +201,13 @@ pub fn read_component(files: &ComponentFiles) -> Result<Component, Error> {
     note_repairs(&stiffness_report, &mut notes);
     note_repairs(&mass_report, &mut notes);
 
-    let component_masses =
-        read_component_masses(files, description.mesh.dimension, n_e, &mass, &mut sources)?;
+    let component_masses = read_component_masses(
+        files,
+        &mut reader,
+        description.mesh.dimension,
+        &mass,
+        &mut sources,
+    )?;
     if let Some((paths, masses)) = &component_masses {
         let named: Vec<_> = paths
             .iter()
@@ -215,7 +221,7 @@ pub fn read_component(files: &ComponentFiles) -> Result<Component, Error> {
     let explicit_boundary = match &files.boundary {
         None => None,
         Some(path) => {
-            let (matrix, report) = read_matrix(path)?;
+            let (matrix, report) = reader.read_matrix(path)?;
             if matrix.ncols() != n_e {
                 return Err(Error::File {
                     path: path.clone(),
@@ -241,9 +247,10 @@ pub fn read_component(files: &ComponentFiles) -> Result<Component, Error> {
             Some(matrix)
         }
     };
-    let loads = read_loads(&files.loads, n_e, &mut sources)?;
+    let loads = read_loads(&files.loads, &mut reader, n_e, &mut sources)?;
     let geometric_stiffness = read_stiffening(
         &files.stiffening,
+        &mut reader,
         (n_e, description.mesh.dimension),
         &description.interfaces,
         &mut sources,
@@ -299,11 +306,12 @@ fn note_repairs(report: &MatrixReport, notes: &mut Vec<String>) {
 
 fn read_component_masses(
     files: &ComponentFiles,
+    reader: &mut MatrixReader,
     dimension: Dimension,
-    n_e: usize,
     mass: &SparseMatrix,
     sources: &mut Vec<Source>,
 ) -> Result<Option<(Vec<PathBuf>, ComponentMasses)>, Error> {
+    let n_e = mass.nrows();
     let names = component_mass_names(dimension);
     let paths = files.component_masses(names);
     if !paths.iter().any(|path| path.exists()) {
@@ -322,7 +330,7 @@ fn read_component_masses(
     }
     let mut matrices = Vec::with_capacity(paths.len());
     for (path, name) in paths.iter().zip(names) {
-        let (matrix, report) = read_matrix(path)?;
+        let (matrix, report) = reader.read_matrix(path)?;
         if matrix.nrows() != n_e || matrix.ncols() != n_e {
             return Err(Error::File {
                 path: path.clone(),

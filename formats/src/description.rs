@@ -17,11 +17,10 @@ mod values;
 
 use std::path::Path;
 
-use sha2::{Digest, Sha256};
-
 use crate::Error;
 use crate::component::{Damping, Interface, Units};
 use crate::mesh::{Direction, Dof, DofMap, Mesh};
+use crate::snapshot::read_small;
 use file::{ComponentPart, DampingPart, FilePart, UnitsPart};
 use values::{ModalDamping, Number, Object, RayleighDamping};
 
@@ -77,11 +76,7 @@ fn fault(location: impl Into<String>, message: impl Into<String>) -> Fault {
 /// [`Error::Line`] with line and column where the JSON or a key is wrong,
 /// [`Error::Location`] with the JSON path where a value doesn't fit the others.
 pub fn read_description(path: &Path) -> Result<Description, Error> {
-    let bytes = read_file(path)?;
-    let sha256 = Sha256::digest(&bytes)
-        .iter()
-        .map(|byte| format!("{byte:02x}"))
-        .collect();
+    let (bytes, sha256) = read_file(path)?;
     let text = json_text(path, &bytes)?;
     let Object(file) = serde_json::from_slice::<Object<FilePart>>(text)
         .map_err(|error| json_error(path, text, &error, example_of))?;
@@ -154,6 +149,9 @@ pub fn component_schema() -> serde_json::Value {
     schema.to_value()
 }
 
+/// Bytes of a component file: more than the largest mesh takes.
+const LONGEST_FILE: u64 = 1 << 32;
+
 const UNITS_EXAMPLE: &str = r#""units": {"length": "m", "mass": "kg", "time": "s"}"#;
 
 fn example_of(field: &str) -> Option<&'static str> {
@@ -167,18 +165,15 @@ fn example_of(field: &str) -> Option<&'static str> {
     })
 }
 
-fn read_file(path: &Path) -> Result<Vec<u8>, Error> {
+/// Bytes and SHA-256.
+fn read_file(path: &Path) -> Result<(Vec<u8>, String), Error> {
     if path.is_dir() {
         return Err(Error::File {
             path: path.to_owned(),
             message: "is a folder; expected a component file (JSON)".into(),
         });
     }
-    std::fs::read(path).map_err(|source| Error::Io {
-        path: path.to_owned(),
-        action: "cannot read",
-        source,
-    })
+    read_small(path, LONGEST_FILE)
 }
 
 /// The JSON text without a byte order mark.

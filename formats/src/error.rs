@@ -60,6 +60,18 @@ pub enum Error {
         /// Which parts, with both numbers.
         message: String,
     },
+    /// What is read takes more memory than it may, or than there is.
+    #[error(
+        "{}: takes {} MB of memory{}", path.display(), needed.div_ceil(1 << 20), of_allowed(*allowed)
+    )]
+    NotEnoughMemory {
+        /// File.
+        path: PathBuf,
+        /// Needed for what is known of it, bytes.
+        needed: u64,
+        /// What may be taken, bytes; `None` where the system refused.
+        allowed: Option<u64>,
+    },
     /// The output is there already.
     #[error("{}: exists already; use --force to replace it", path.display())]
     OutputExists {
@@ -104,5 +116,18 @@ fn bytes(count: u64) -> String {
         1..1_000_000 => format!("{count} bytes"),
         1_000_000..1_000_000_000 => format!("{:.1} MB", count as f64 / 1e6),
         _ => format!("{:.2} GB", count as f64 / 1e9),
+    }
+}
+
+fn of_allowed(allowed: Option<u64>) -> String {
+    match allowed {
+        Some(bytes) => format!(
+            " or more, and {} MB may be taken; allow more with --memory, if the machine has it",
+            bytes >> 20
+        ),
+        None => {
+            ", which the system doesn't give; use a machine with more memory, or a coarser mesh"
+                .into()
+        }
     }
 }

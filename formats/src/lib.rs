@@ -15,6 +15,7 @@ pub mod matrix;
 pub mod mesh;
 pub mod report;
 pub mod results;
+pub mod snapshot;
 pub mod superelement;
 pub mod terminal;
 

@@ -183,7 +183,7 @@ fn main() {
     let path = std::env::args().nth(1).expect("PART.mtx");
     let wanted: usize = std::env::args().nth(2).map_or(30, |n| n.parse().unwrap());
     let files = ComponentFiles::beside(path.as_ref(), &Overrides::default()).unwrap();
-    let component = read_component(&files).unwrap();
+    let component = read_component(&files, None).unwrap();
     let model = Model::of(&component).unwrap();
     let properties = MassProperties::of(&component).unwrap();
     let rigid = RigidBodyModes::of(&component, &model, &properties).unwrap();

@@ -66,7 +66,7 @@ fn main() {
     let path = std::env::args().nth(1).expect("PART.mtx");
     let rounds: usize = std::env::args().nth(2).map_or(5, |n| n.parse().unwrap());
     let files = ComponentFiles::beside(path.as_ref(), &Overrides::default()).unwrap();
-    let component = timed("read", || read_component(&files)).unwrap();
+    let component = timed("read", || read_component(&files, None)).unwrap();
     let model = timed("model", || Model::of(&component)).unwrap();
     let mut factor = timed("analyse", || {
         SymmetricFactor::analyse(&model.stiffness, &model.mass, &model.points())

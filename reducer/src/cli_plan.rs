@@ -43,7 +43,7 @@ pub fn run(arguments: &PlanArguments) -> Result<Outcome, Error> {
         .memory
         .limit(&default_output(&arguments.stiffness));
     let files = ComponentFiles::beside(&arguments.stiffness, &arguments.siblings.overrides())?;
-    let component = read_component(&files)?;
+    let component = read_component(&files, limit.bytes)?;
     let modes = mode_selection(
         arguments.modes,
         arguments.max_frequency,

@@ -187,7 +187,7 @@ pub fn run(arguments: &ReduceArguments, common: &CommonArguments) -> Result<Outc
     }
     let memory = arguments.memory.limit(&target);
     clock.start("read");
-    let component = read_component(&files)?;
+    let component = read_component(&files, memory.bytes)?;
     let (n_e, sources) = (component.dofs.len(), component.sources.clone());
     let reduction = Reduction {
         modes: mode_selection(

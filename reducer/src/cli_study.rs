@@ -122,7 +122,7 @@ static ROWS: AtomicUsize = AtomicUsize::new(0);
 pub fn run(arguments: &StudyArguments, common: &CommonArguments) -> Result<Outcome, Error> {
     let folder = (arguments.output.clone()).unwrap_or_else(|| default_folder(&arguments.stiffness));
     let files = ComponentFiles::beside(&arguments.stiffness, &arguments.siblings.overrides())?;
-    let component = read_component(&files)?;
+    let component = read_component(&files, arguments.memory.limit(&folder).bytes)?;
     let named = |error| naming_the_file(error, &files);
     let study = study(arguments, &component, &folder.join(SCRATCH)).map_err(named)?;
     let start = if arguments.force {

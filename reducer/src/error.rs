@@ -129,6 +129,8 @@ impl Error {
     /// Whether the input is to blame (exit status 2) rather than the numerics (exit status 1).
     pub fn is_unusable_input(&self) -> bool {
         match self {
+            // The machine is too small, not the file wrong.
+            Self::File(dcb_formats::Error::NotEnoughMemory { allowed: None, .. }) => false,
             Self::Component(_)
             | Self::InScene { .. }
             | Self::File(_)

@@ -19,6 +19,7 @@ use crate::cli::VerifyArguments;
 use crate::cli_reduce::{Outcome, naming_the_file};
 use crate::error::Error;
 use crate::inspect::stored_quality;
+use crate::memory_limit::available;
 use crate::residual_filter::MASS_TOLERANCE;
 use crate::scientific::scientific;
 use crate::verify_component;
@@ -121,7 +122,7 @@ pub fn run(arguments: &VerifyArguments) -> Result<Outcome, Error> {
             boundary: arguments.boundary.clone(),
         };
         let files = ComponentFiles::beside(stiffness, &overrides)?;
-        let component = read_component(&files)?;
+        let component = read_component(&files, available())?;
         verify_component::check(&element, recovery.as_ref(), &component, &mut findings)
             .map_err(|error| naming_the_file(error, &files))?;
     }

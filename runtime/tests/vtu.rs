@@ -52,7 +52,7 @@ fn vectors(of: &Value) -> Vec<Vector3<f64>> {
 fn rotor() -> Part {
     let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../samples/data/rotor/rotor.mtx");
     let files = ComponentFiles::beside(&path, &Overrides::default()).unwrap();
-    Part::reduced(read_component(&files).unwrap(), 8)
+    Part::reduced(read_component(&files, None).unwrap(), 8)
 }
 
 #[test]

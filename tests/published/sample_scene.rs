@@ -63,7 +63,7 @@ fn shipped_superelement_is_that_of_the_shipped_rod() {
         &Overrides::default(),
     )
     .unwrap();
-    let component = read_component(&files).unwrap();
+    let component = read_component(&files, None).unwrap();
     let made = reduce(&component, &Reduction::lowest(5), &mut ()).unwrap();
     let shipped = SuperelementFile::open(repository("samples/slider-crank/rod.dcb.h5"))
         .unwrap()

@@ -12,7 +12,7 @@ use crate::component::{
     GeometricStiffness, Interface, InterfaceKind, NamedLoad, Role, RowStiffness, Source,
 };
 use crate::error::Error;
-use crate::matrix::{read_matrix, read_symmetric_operator};
+use crate::matrix::MatrixReader;
 use crate::mesh::{Dimension, Direction};
 
 /// Files `STEM + infix + NAME + .mtx` (or `.mtx.gz`) beside the stiffness matrix by NAME, sorted.
@@ -70,12 +70,13 @@ pub(super) fn named_siblings(
 /// The first file that isn't a finite vector of n_e entries.
 pub(super) fn read_loads(
     files: &[(String, PathBuf)],
+    reader: &mut MatrixReader,
     n_e: usize,
     sources: &mut Vec<Source>,
 ) -> Result<Vec<NamedLoad>, Error> {
     let mut loads = Vec::with_capacity(files.len());
     for (name, path) in files {
-        let (matrix, report) = read_matrix(path)?;
+        let (matrix, report) = reader.read_matrix(path)?;
         let wrong = |message: String| {
             Err(Error::File {
                 path: path.clone(),
@@ -119,6 +120,7 @@ pub(super) fn read_loads(
 /// interface.
 pub(super) fn read_stiffening(
     files: &[(String, PathBuf)],
+    reader: &mut MatrixReader,
     (n_e, dimension): (usize, Dimension),
     interfaces: &[Interface],
     sources: &mut Vec<Source>,
@@ -134,7 +136,7 @@ pub(super) fn read_stiffening(
     let mut stiffness = GeometricStiffness::default();
     let mut spins: Vec<Option<SparseMatrix>> = products.iter().map(|_| None).collect();
     for (name, path) in files {
-        let (matrix, report) = read_symmetric_operator(path)?;
+        let (matrix, report) = reader.read_symmetric_operator(path)?;
         if matrix.nrows() != n_e {
             return Err(Error::File {
                 path: path.clone(),

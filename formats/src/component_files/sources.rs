@@ -1,34 +1,25 @@
 //! The files of a component by their roles, and their digests.
 
-use std::fs::File;
-use std::io::Read;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 use rayon::iter::{IntoParallelIterator, ParallelIterator};
 
 use super::{ComponentFiles, SPATIAL_MASSES, file_name};
 use crate::component::Source;
-use crate::dcb::digest::Hash;
 use crate::error::Error;
-
-/// Bytes of a file that are hashed together.
-const HASHED_AT_ONCE: usize = 1 << 20;
+use crate::snapshot::Snapshot;
 
 impl ComponentFiles {
     /// Names and SHA-256 of every file, without reading what is in it: those of [`Component::sources`](crate::Component::sources), and of component masses that
     /// its dimension has no use for.
     ///
     /// # Errors
-    /// [`Error::Io`] for a file that can't be read.
+    /// As [`Snapshot::open`] and [`Snapshot::finish`].
     pub fn sources(&self) -> Result<Vec<Source>, Error> {
         self.by_role()
             .into_par_iter()
             .map(|(role, path)| {
-                let sha256 = sha256(&path).map_err(|source| Error::Io {
-                    path: path.clone(),
-                    action: "cannot read",
-                    source,
-                })?;
+                let sha256 = Snapshot::open(&path)?.finish()?;
                 Ok(Source {
                     role,
                     file_name: file_name(&path),
@@ -62,18 +53,5 @@ impl ComponentFiles {
             .chain(further("load", &self.loads))
             .chain(further("stiffening", &self.stiffening))
             .collect()
-    }
-}
-
-/// SHA-256 of a file, hexadecimal.
-fn sha256(path: &Path) -> std::io::Result<String> {
-    let mut file = File::open(path)?;
-    let mut hash = Hash::default();
-    let mut buffer = vec![0; HASHED_AT_ONCE];
-    loop {
-        match file.read(&mut buffer)? {
-            0 => return Ok(hash.finish()),
-            count => hash.update(&buffer[..count]),
-        }
     }
 }

@@ -1,6 +1,6 @@
 //! Compressed columns from entries in any order.
 //!
-//! Count, prefix sum, scatter, then sort and sum within each column. Every chunk of the file has its own counters, so it knows
+//! Count, prefix sum, scatter, then sort and sum within each column. Every chunk (some blocks of the file) has its own counters, so it knows
 //! where in each column its entries go and writes them there while others write theirs: a column's entries arrive in file order,
 //! duplicates are summed in file order, and neither depends on the number of threads. A file sorted by rows or columns needs no
 //! sorting. Chunks are given up one by one.
@@ -11,7 +11,8 @@ use std::sync::atomic::{AtomicU32, AtomicU64, Ordering};
 use faer::sparse::SymbolicSparseColMat;
 use rayon::prelude::*;
 
-use super::body::Chunk;
+use super::body::Block;
+use super::entries::Entries;
 use super::shared::{shared_indices, shared_reals};
 use crate::SparseMatrix;
 
@@ -28,7 +29,7 @@ pub(super) enum Expansion {
 
 impl Expansion {
     /// Whether an entry goes to two places.
-    fn mirrors(self) -> bool {
+    pub(super) fn mirrors(self) -> bool {
         self != Self::AsStored
     }
 
@@ -63,18 +64,66 @@ pub(super) enum CannotAssemble {
     NotFinite { row: u32, column: u32 },
 }
 
+/// Chunks for each thread, so that none waits long for another.
+const CHUNKS_PER_THREAD: usize = 4;
+/// Threads beyond these would mostly wait for the same memory.
+const MOST_CHUNKS: usize = 64;
+
+/// Entries that one thread puts into place, in file order.
+struct Chunk {
+    entries: Vec<Entries>,
+    /// Entries for each column of the full matrix, mirror images too; then the place of the column's next entry.
+    per_column: Vec<u32>,
+}
+
+impl Chunk {
+    /// Blocks side by side make a chunk. Counters take no more memory than row indices.
+    fn of_blocks(blocks: Vec<Block>, column_count: usize, expansion: Expansion) -> Vec<Self> {
+        let total: usize = blocks.iter().map(|block| block.entries.len()).sum();
+        let count = (CHUNKS_PER_THREAD * rayon::current_num_threads())
+            .min(MOST_CHUNKS)
+            .min(total / column_count.max(1))
+            .max(1);
+        let mut chunks: Vec<Vec<Entries>> = (0..count).map(|_| Vec::new()).collect();
+        let mut before = 0;
+        for Block { entries, .. } in blocks.into_iter().filter(|block| block.entries.len() > 0) {
+            let chunk = &mut chunks[before * count / total];
+            before += entries.len();
+            chunk.push(entries);
+        }
+        chunks
+            .into_par_iter()
+            .map(|entries| {
+                let mut per_column = vec![0; column_count];
+                for entries in &entries {
+                    entries.count_columns(expansion, &mut per_column);
+                }
+                Self {
+                    entries,
+                    per_column,
+                }
+            })
+            .collect()
+    }
+}
+
 /// Ranges of columns that are sorted one after the other.
 const MOST_RANGES: usize = 64;
 
 impl Columns {
     /// Sorts entries into columns and sums duplicates.
     pub(super) fn assemble(
-        mut chunks: Vec<Chunk>,
+        blocks: Vec<Block>,
         row_count: usize,
         column_count: usize,
         expansion: Expansion,
     ) -> Result<Self, CannotAssemble> {
-        let starts = place_columns(&mut chunks, column_count, expansion)?;
+        let entries = full_count(&blocks, expansion);
+        if entries > u64::from(u32::MAX) {
+            return Err(CannotAssemble::TooMany { entries });
+        }
+        let mut chunks = Chunk::of_blocks(blocks, column_count, expansion);
+        let starts = place_columns(&mut chunks, column_count);
         let total = starts[column_count] as usize;
         let mut rows = vec![0u32; total];
         let mut values = vec![0f64; total];
@@ -158,23 +207,18 @@ impl Columns {
     }
 }
 
-/// Start of each column, and the end of the last; a chunk's counts become the places of its next entries.
-fn place_columns(
-    chunks: &mut [Chunk],
-    column_count: usize,
-    expansion: Expansion,
-) -> Result<Vec<u32>, CannotAssemble> {
-    let images = |chunk: &Chunk| match expansion.mirrors() {
-        true => chunk.upper_count + chunk.lower_count,
+/// Entries in full storage, duplicates counted.
+pub(super) fn full_count(blocks: &[Block], expansion: Expansion) -> u64 {
+    let images = |block: &Block| match expansion.mirrors() {
+        true => block.upper_count + block.lower_count,
         false => 0,
     };
-    let entries = chunks
-        .iter()
-        .map(|chunk| (chunk.entries.len() + images(chunk)) as u64)
-        .sum();
-    if entries > u64::from(u32::MAX) {
-        return Err(CannotAssemble::TooMany { entries });
-    }
+    let count = |block: &Block| (block.entries.len() + images(block)) as u64;
+    blocks.iter().map(count).sum()
+}
+
+/// Start of each column, and the end of the last; a chunk's counts become the places of its next entries.
+fn place_columns(chunks: &mut [Chunk], column_count: usize) -> Vec<u32> {
     let mut starts = Vec::with_capacity(column_count + 1);
     let mut total = 0;
     for column in 0..column_count {
@@ -185,7 +229,7 @@ fn place_columns(
         }
     }
     starts.push(total);
-    Ok(starts)
+    starts
 }
 
 /// Puts a chunk's entries into place.
@@ -198,12 +242,14 @@ fn scatter(chunk: Chunk, expansion: Expansion, rows: &[AtomicU32], values: &[Ato
         rows[at].store(row, Ordering::Relaxed);
         values[at].store(value.to_bits(), Ordering::Relaxed);
     };
-    chunk.entries.iter().for_each(|entry| {
-        put(entry.column, entry.row, entry.value);
-        if expansion.mirrors() && entry.row != entry.column {
-            put(entry.row, entry.column, expansion.image(entry.value));
-        }
-    });
+    for entries in chunk.entries {
+        entries.iter().for_each(|entry| {
+            put(entry.column, entry.row, entry.value);
+            if expansion.mirrors() && entry.row != entry.column {
+                put(entry.row, entry.column, expansion.image(entry.value));
+            }
+        });
+    }
 }
 
 /// Ranges of columns with about the same number of entries.

@@ -1,201 +1,358 @@
 //! The entries of a Matrix Market file, read in parallel.
 //!
-//! The text is cut at line ends into chunks that keep their entries in file order, so the result doesn't depend on their number.
-//! A chunk remembers byte offsets only; the line of an error is counted when there is one.
+//! Blocks of whole lines are read and hashed one after the other and handed to the threads; their entries stay in file order, so
+//! the result doesn't depend on the number of threads. Of the text nothing is kept: each block remembers which entry is in which line.
 
 use std::path::Path;
+use std::sync::mpsc::{Receiver, Sender, channel};
 
-use rayon::prelude::*;
+use rayon::{Scope, Yield};
 
+use super::MatrixReader;
+use super::bytes::{BLOCK, TextBlocks};
 use super::entries::{Entries, Triplet};
 use super::header::{Field, Header, Layout, Symmetry, shown};
 use super::number::{self, NotANumber};
 use crate::Error;
 
-/// Chunks shorter than this aren't worth a thread.
-const SHORTEST_CHUNK: usize = 1 << 20;
-/// 32 bits count the entries of a longer one, of at least two bytes each.
-const LONGEST_CHUNK: usize = 1 << 32;
-/// Chunks for each thread, so that none waits long for another.
-const CHUNKS_PER_THREAD: usize = 4;
-/// Threads beyond these would mostly wait for the same memory.
-const MOST_CHUNKS: usize = 64;
-/// A column takes a counter of four bytes in every chunk: together at most a quarter of the text.
-const TEXT_PER_COUNTER: usize = 16;
+/// Blocks for each thread that are in memory together.
+const BLOCKS_PER_THREAD: usize = 2;
+/// Blocks beside those: a thread that the system holds up leaves work for the others.
+const FURTHER_BLOCKS: usize = 16;
+/// Text for each announced entry: lines are shorter, but comments and blanks may be between them.
+const TEXT_PER_ENTRY: u64 = 1 << 10;
+/// Text of comments that any file may have.
+const UNQUESTIONED_TEXT: u64 = 1 << 28;
 
-/// Entries of one stretch of the file, in file order.
+/// Entries of one block, in file order.
 #[derive(Debug, Default)]
-pub(super) struct Chunk {
+pub(super) struct Block {
     pub(super) entries: Entries,
-    /// Entries for each column of the full matrix: of a file with one triangle, mirror images too.
-    pub(super) per_column: Vec<u32>,
     /// Entries stored as zero.
     pub(super) zero_count: usize,
     /// Entries above the diagonal.
     pub(super) upper_count: usize,
     /// Entries below the diagonal.
     pub(super) lower_count: usize,
+    /// Number of an entry and its line in the block (both 0-based), where an entry isn't in the line after the one before.
+    jumps: Vec<[u32; 2]>,
+    /// Line ends.
+    line_count: u64,
+    /// The last line with something on it.
+    last_filled: Option<u64>,
+    refusal: Option<BadEntry>,
+    /// Memory that the system didn't give.
+    missing_bytes: u64,
 }
 
-/// A bad place, before its line is known.
+/// A bad place: its line in the block, 0-based.
+#[derive(Debug)]
 struct BadEntry {
-    offset: usize,
+    line: u32,
     message: String,
 }
 
-/// Reads every entry and compares their number with the size line.
-///
-/// # Errors
-/// [`Error::Line`] for the first line in file order that is not an entry, or where entries are missing or left over.
-pub(super) fn read_entries(path: &Path, text: &[u8], header: &Header) -> Result<Vec<Chunk>, Error> {
-    let bad = |line, message| Error::Line {
-        path: path.into(),
-        line,
-        message,
-    };
-    let limits = chunk_limits(text, header);
-    let results: Vec<(Chunk, Option<BadEntry>)> = limits
-        .par_iter()
-        .map(|&[start, end]| read_chunk(text, start, end, header))
-        .collect();
-    let mut chunks = Vec::with_capacity(results.len());
-    let mut found = 0u64;
-    for (chunk, refusal) in results {
-        let before = found;
-        found += chunk.entries.len() as u64;
-        if found > header.entries {
-            let start = limits[chunks.len()][0];
-            let line = line_of_entry(text, start, (header.entries - before) as usize);
+/// The blocks of a file.
+pub(super) struct Blocks {
+    pub(super) blocks: Vec<Block>,
+    /// 1-based line that the first one begins with.
+    first_line: u64,
+}
+
+impl Blocks {
+    /// 1-based line of the `nth` entry (0-based) of a block.
+    pub(super) fn line_of_entry(&self, block: usize, nth: usize) -> u64 {
+        self.first_line_of(block) + self.blocks[block].line_of_entry(nth)
+    }
+
+    fn first_line_of(&self, block: usize) -> u64 {
+        let before = self.blocks[..block].iter();
+        self.first_line + before.map(|block| block.line_count).sum::<u64>()
+    }
+
+    /// Compares the number of entries with the size line; the first bad line in file order is told.
+    fn check(&self, path: &Path, header: &Header) -> Result<(), Error> {
+        let bad = |line, message| Error::Line {
+            path: path.into(),
+            line,
+            message,
+        };
+        let mut found = 0u64;
+        for (number, block) in self.blocks.iter().enumerate() {
+            let before = found;
+            found += block.entries.len() as u64;
+            if found > header.entries {
+                let line = self.line_of_entry(number, (header.entries - before) as usize);
+                return Err(bad(
+                    line,
+                    format!(
+                        "one entry more than the {} announced in line {}",
+                        header.entries, header.size_line
+                    ),
+                ));
+            }
+            if let Some(BadEntry { line, message }) = &block.refusal {
+                let line = self.first_line_of(number) + u64::from(*line);
+                return Err(bad(line, message.clone()));
+            }
+        }
+        if found < header.entries {
+            let filled = |(number, block): (usize, &Block)| {
+                Some(self.first_line_of(number) + block.last_filled?)
+            };
+            let last = self.blocks.iter().enumerate().rev().find_map(filled);
             return Err(bad(
-                line,
+                last.unwrap_or(header.size_line),
                 format!(
-                    "one entry more than the {} announced in line {}",
-                    header.entries, header.size_line
+                    "the file ends after {found} entries; line {} announces {}",
+                    header.size_line, header.entries
                 ),
             ));
         }
-        if let Some(BadEntry { offset, message }) = refusal {
-            return Err(bad(line_at(text, offset), message));
-        }
-        chunks.push(chunk);
+        Ok(())
     }
-    if found < header.entries {
-        let line = line_at(text, text.trim_ascii_end().len());
-        return Err(bad(
-            line,
-            format!(
-                "the file ends after {found} entries; line {} announces {}",
-                header.size_line, header.entries
-            ),
-        ));
-    }
+}
+
+/// Reads every entry and compares their number with the size line. The text stands behind the size line.
+///
+/// # Errors
+/// [`Error::Line`] for the first line in file order that is not an entry, or where entries are missing or left over;
+/// [`Error::NotEnoughMemory`] if they take more memory than they may; and as [`TextBlocks::next_block`].
+pub(super) fn read_entries(
+    path: &Path,
+    text: &mut TextBlocks,
+    header: &Header,
+    memory: &MatrixReader,
+) -> Result<Blocks, Error> {
+    let blocks = rayon::scope(|scope| Reading::new(header).read(scope, path, text, memory))?;
+    let mut blocks = Blocks {
+        blocks,
+        first_line: header.size_line + 1,
+    };
+    blocks.check(path, header)?;
     if header.layout == Layout::Array {
-        place_array_values(&mut chunks, header);
+        place_array_values(&mut blocks.blocks, header);
     }
-    Ok(chunks)
+    Ok(blocks)
 }
 
-/// Line of the `nth` entry (0-based) in file order.
-pub(super) fn line_of_stored_entry(text: &[u8], header: &Header, nth: usize) -> u64 {
-    line_of_entry(text, header.body_start, nth)
+/// What a thread has made of a block: its number, its entries, and the buffer for another one.
+type Done = (usize, Block, Vec<u8>);
+
+/// A block that is worked on. It is handed back however the work ends, so that nobody waits for it for ever.
+struct Work {
+    number: usize,
+    block: Block,
+    buffer: Vec<u8>,
+    done: Sender<Done>,
 }
 
-fn chunk_limits(text: &[u8], header: &Header) -> Vec<[usize; 2]> {
-    let total = text.len().saturating_sub(header.body_start);
-    let count = (CHUNKS_PER_THREAD * rayon::current_num_threads())
-        .min(MOST_CHUNKS)
-        .min(total / SHORTEST_CHUNK)
-        .min(total / TEXT_PER_COUNTER / header.columns.max(1))
-        .max(1);
-    let length = total.div_ceil(count).min(LONGEST_CHUNK);
-    let mut limits = Vec::new();
-    let mut start = header.body_start;
-    while start < text.len() {
-        let wanted = (start + length).min(text.len());
-        let to_line_end = text[wanted..].iter().position(|&byte| byte == b'\n');
-        let end = to_line_end.map_or(text.len(), |length| wanted + length + 1);
-        limits.push([start, end]);
-        start = end;
+impl Work {
+    fn read(mut self, used: usize, header: &Header) {
+        self.block = read_block(&self.buffer[..used], header);
     }
-    limits
 }
 
-/// 1-based line of a byte.
-fn line_at(text: &[u8], offset: usize) -> u64 {
-    1 + text[..offset.min(text.len())]
-        .par_iter()
-        .filter(|&&byte| byte == b'\n')
-        .count() as u64
+impl Drop for Work {
+    fn drop(&mut self) {
+        let (block, buffer) = (
+            std::mem::take(&mut self.block),
+            std::mem::take(&mut self.buffer),
+        );
+        // Nobody listens any more where reading has ended with an error.
+        let _ = self.done.send((self.number, block, buffer));
+    }
 }
 
-fn line_of_entry(text: &[u8], start: usize, nth: usize) -> u64 {
-    let mut line = line_at(text, start);
-    let mut seen = 0;
-    for content in text[start..].split(|&byte| byte == b'\n') {
-        let content = content.trim_ascii();
-        if !content.is_empty() && !content.starts_with(b"%") {
-            if seen == nth {
+/// Blocks on their way through the threads.
+struct Reading<'h> {
+    header: &'h Header,
+    sender: Sender<Done>,
+    receiver: Receiver<Done>,
+    blocks: Vec<Block>,
+    spare: Vec<Vec<u8>>,
+    in_work: usize,
+    entries: u64,
+    bytes: u64,
+    /// Nothing behind what was read can matter.
+    is_over: bool,
+}
+
+impl<'h> Reading<'h> {
+    fn new(header: &'h Header) -> Self {
+        let (sender, receiver) = channel();
+        Self {
+            header,
+            sender,
+            receiver,
+            blocks: Vec::new(),
+            spare: Vec::new(),
+            in_work: 0,
+            entries: 0,
+            bytes: 0,
+            is_over: false,
+        }
+    }
+
+    fn read<'s>(
+        mut self,
+        scope: &Scope<'s>,
+        path: &Path,
+        text: &mut TextBlocks,
+        memory: &MatrixReader,
+    ) -> Result<Vec<Block>, Error>
+    where
+        'h: 's,
+    {
+        let most = BLOCKS_PER_THREAD * rayon::current_num_threads() + FURTHER_BLOCKS;
+        let header = self.header;
+        let most_text = header
+            .entries
+            .saturating_mul(TEXT_PER_ENTRY)
+            .saturating_add(UNQUESTIONED_TEXT);
+        while !self.is_over {
+            let mut buffer = self.spare.pop().unwrap_or_default();
+            let used = text.next_block(&mut buffer)?;
+            if used == 0 {
                 break;
             }
-            seen += 1;
+            if text.length() > most_text {
+                return Err(Error::File {
+                    path: path.into(),
+                    message: format!(
+                        "more than {most_text} bytes of text for {} announced entries",
+                        header.entries
+                    ),
+                });
+            }
+            let work = Work {
+                number: self.blocks.len(),
+                block: Block::default(),
+                buffer,
+                done: self.sender.clone(),
+            };
+            self.blocks.push(Block::default());
+            self.in_work += 1;
+            scope.spawn(move |_| work.read(used, header));
+            while self.in_work >= most {
+                self.take_one(path, memory)?;
+            }
         }
-        line += 1;
+        while self.in_work > 0 {
+            self.take_one(path, memory)?;
+        }
+        Ok(self.blocks)
     }
-    line
+
+    /// Waits for a block, and works on one meanwhile.
+    fn take_one(&mut self, path: &Path, memory: &MatrixReader) -> Result<(), Error> {
+        let (number, block, buffer) = loop {
+            if let Ok(done) = self.receiver.try_recv() {
+                break done;
+            }
+            if rayon::yield_now() != Some(Yield::Executed) {
+                std::thread::yield_now();
+            }
+        };
+        self.in_work -= 1;
+        self.spare.push(buffer);
+        self.entries += block.entries.len() as u64;
+        self.bytes += block.entries.bytes();
+        self.is_over |= block.refusal.is_some() || self.entries > self.header.entries;
+        if block.missing_bytes > 0 {
+            return Err(Error::NotEnoughMemory {
+                path: path.into(),
+                needed: self.bytes + block.missing_bytes,
+                allowed: None,
+            });
+        }
+        self.blocks[number] = block;
+        memory.check(path, self.bytes)
+    }
 }
 
-/// Reads the lines of one stretch; an error ends it and keeps what was read before.
-fn read_chunk(text: &[u8], start: usize, end: usize, header: &Header) -> (Chunk, Option<BadEntry>) {
-    // The stretch's share of the announced entries, but never more than its bytes can hold (two bytes an entry).
-    let share =
-        header.entries as f64 * (end - start) as f64 / (text.len() - header.body_start) as f64;
-    let capacity = (share as usize + 64).min((end - start) / 2 + 1);
-    let mut chunk = Chunk::new(capacity, header);
-    let mut reader = Reader {
-        text: &text[..end],
-        at: start,
+/// Reads the lines of one block; an error ends it and keeps what was read before.
+fn read_block(text: &[u8], header: &Header) -> Block {
+    let capacity = likely_line_count(text);
+    let Some(entries) = Entries::with_capacity(capacity) else {
+        return Block {
+            missing_bytes: Entries::bytes_of(capacity),
+            ..Block::default()
+        };
     };
-    let mirrors = header.is_mirrored();
+    let mut block = Block {
+        entries,
+        ..Block::default()
+    };
+    let mut reader = Reader {
+        text,
+        at: 0,
+        line: 0,
+    };
+    let mut expected_line = 0;
     while reader.advance_to_entry() {
         match reader.entry(header) {
             // Where an array's value belongs is known when all before it have been counted.
-            Ok(triplet) if header.layout == Layout::Array => chunk.entries.push(triplet),
-            Ok(triplet) => chunk.push(triplet, mirrors),
-            Err(refusal) => return (chunk, Some(refusal)),
+            Ok(triplet) if header.layout == Layout::Array => block.entries.push(triplet),
+            Ok(triplet) => block.push(triplet),
+            Err(refusal) => {
+                block.refusal = Some(refusal);
+                break;
+            }
         }
+        if reader.line != expected_line {
+            let number = block.entries.len() as u32 - 1;
+            block.jumps.push([number, reader.line]);
+        }
+        expected_line = reader.line + 1;
     }
-    (chunk, None)
+    block.entries.give_back_room();
+    // Behind a refusal no line is asked for.
+    block.line_count = u64::from(reader.line);
+    let filled = text.trim_ascii_end();
+    let blank = line_ends(&text[filled.len()..]) as u64;
+    block.last_filled = (!filled.is_empty()).then(|| block.line_count.saturating_sub(blank));
+    block
 }
 
-impl Chunk {
-    fn new(capacity: usize, header: &Header) -> Self {
-        Self {
-            entries: Entries::with_capacity(capacity),
-            per_column: vec![0; header.columns],
-            ..Self::default()
-        }
+fn line_ends(text: &[u8]) -> usize {
+    text.iter().filter(|&&byte| byte == b'\n').count()
+}
+
+/// Lines of a text that go on as they begin, and some more.
+fn likely_line_count(text: &[u8]) -> usize {
+    const LOOKED_AT: usize = 4096;
+    let start = &text[..text.len().min(LOOKED_AT)];
+    let lines = (line_ends(start) + 1) * text.len() / start.len().max(1);
+    lines + lines / 64
+}
+
+impl Block {
+    /// Line of an entry in the block, 0-based both.
+    fn line_of_entry(&self, nth: usize) -> u64 {
+        let after = self.jumps.partition_point(|jump| jump[0] as usize <= nth);
+        let jumps = &self.jumps[..after];
+        let [number, line] = jumps.last().copied().unwrap_or_default();
+        u64::from(line) + (nth - number as usize) as u64
     }
 
     #[inline]
-    fn push(&mut self, triplet: Triplet, mirrors: bool) {
+    fn push(&mut self, triplet: Triplet) {
         let Triplet { row, column, value } = triplet;
         self.zero_count += usize::from(value == 0.0);
         self.upper_count += usize::from(row < column);
         self.lower_count += usize::from(row > column);
-        // What 32 bits don't hold is refused before the counts are used.
-        let here = &mut self.per_column[column as usize];
-        *here = here.wrapping_add(1);
-        if mirrors && row != column {
-            let there = &mut self.per_column[row as usize];
-            *there = there.wrapping_add(1);
-        }
         self.entries.push(triplet);
     }
 }
 
+const _: () = assert!(BLOCK < u32::MAX as usize);
+
 struct Reader<'a> {
     text: &'a [u8],
     at: usize,
+    /// 0-based.
+    line: u32,
 }
 
 impl Reader<'_> {
@@ -204,7 +361,11 @@ impl Reader<'_> {
     fn advance_to_entry(&mut self) -> bool {
         while let Some(&byte) = self.text.get(self.at) {
             match byte {
-                b' ' | b'\t' | b'\r' | b'\n' => self.at += 1,
+                b' ' | b'\t' | b'\r' => self.at += 1,
+                b'\n' => {
+                    self.at += 1;
+                    self.line += 1;
+                }
                 b'%' => self.at += self.rest_of_line().len(),
                 _ => return true,
             }
@@ -344,7 +505,7 @@ impl Reader<'_> {
     #[cold]
     fn refuse(&self, message: String) -> BadEntry {
         BadEntry {
-            offset: self.at,
+            line: self.line,
             message,
         }
     }
@@ -352,7 +513,7 @@ impl Reader<'_> {
 
 /// Gives array values their places, column after column; of symmetric arrays the file holds the lower triangle, of skew ones
 /// the strictly lower. Zeros are dropped: in a dense listing they say that there is no entry.
-fn place_array_values(chunks: &mut [Chunk], header: &Header) {
+fn place_array_values(blocks: &mut [Block], header: &Header) {
     let first_row = |column: usize| match header.symmetry {
         Symmetry::General => 0,
         Symmetry::Symmetric | Symmetry::Hermitian => column,
@@ -360,8 +521,8 @@ fn place_array_values(chunks: &mut [Chunk], header: &Header) {
     };
     let mut column = 0;
     let mut row = first_row(0);
-    for chunk in chunks {
-        let values = std::mem::replace(chunk, Chunk::new(0, header)).entries;
+    for block in blocks {
+        let values = std::mem::take(block).entries;
         for Triplet { value, .. } in values.iter() {
             while row >= header.rows && column < header.columns {
                 column += 1;
@@ -369,7 +530,7 @@ fn place_array_values(chunks: &mut [Chunk], header: &Header) {
             }
             if value != 0.0 {
                 let (row, column) = (row as u32, column as u32);
-                chunk.push(Triplet { row, column, value }, header.is_mirrored());
+                block.push(Triplet { row, column, value });
             }
             row += 1;
         }

@@ -1,115 +1,220 @@
-//! The bytes of a matrix file: mapped, hashed and, if gzipped, decompressed in memory.
+//! The text of a matrix file in blocks of whole lines, read once, hashed as it is on disk and decompressed on the way.
 
-use std::borrow::Cow;
-use std::fmt::Write as _;
-use std::fs::File;
-use std::io::{ErrorKind, Read};
-use std::path::Path;
+use std::io::{BufReader, Chain, Cursor, ErrorKind, Read};
+use std::path::{Path, PathBuf};
 
-use flate2::read::MultiGzDecoder;
-use memmap2::Mmap;
-use sha2::{Digest, Sha256};
+use flate2::bufread::MultiGzDecoder;
 
 use crate::Error;
+use crate::snapshot::{Snapshot, cannot_read};
 
 const GZIP_MAGIC: &[u8] = &[0x1f, 0x8b];
+/// Bytes of a block, which a processor's cache holds; no line is longer.
+pub(super) const BLOCK: usize = 1 << 20;
+/// Compressed bytes that are read together.
+const PACKED_BLOCK: usize = 1 << 16;
+/// Text that is looked at for damage behind a bad line.
+const LOOKED_THROUGH: u64 = 1 << 30;
 
-/// A file as it is on disk.
-pub(super) enum FileBytes {
-    /// A regular file. Cutting it off while it is read ends the process (SIGBUS), as for every mapped file.
-    Mapped(Mmap),
-    /// An empty file, a pipe or a device.
-    Owned(Vec<u8>),
+/// The text of a matrix file.
+pub(super) struct TextBlocks {
+    path: PathBuf,
+    source: Source,
+    /// Read, but not given out.
+    pending: Vec<u8>,
+    is_at_end: bool,
+    /// Bytes of text so far.
+    length: u64,
 }
 
-impl FileBytes {
-    /// Maps a regular file, reads anything else.
+enum Source {
+    Plain(Snapshot),
+    Gzip(Box<MultiGzDecoder<Chain<Cursor<Vec<u8>>, BufReader<Snapshot>>>>),
+}
+
+impl Source {
+    fn snapshot(&self) -> &Snapshot {
+        match self {
+            Self::Plain(file) => file,
+            Self::Gzip(decoder) => decoder.get_ref().get_ref().1.get_ref(),
+        }
+    }
+}
+
+impl TextBlocks {
+    /// Opens a file. gzip is known by its first bytes, whatever the file's name; every member is read.
     ///
     /// # Errors
-    /// [`Error::Io`] for a missing or unreadable file and for a folder.
+    /// As [`Snapshot::open`], and what [`TextBlocks::next_block`] says.
     pub(super) fn open(path: &Path) -> Result<Self, Error> {
-        let refused = |source| Error::Io {
-            path: path.into(),
-            action: "cannot read",
-            source,
+        let mut file = Snapshot::open(path)?;
+        let mut start = Vec::new();
+        (&mut file)
+            .take(PACKED_BLOCK as u64)
+            .read_to_end(&mut start)
+            .map_err(|source| cannot_read(path, source))?;
+        let (source, pending) = if start.starts_with(GZIP_MAGIC) {
+            let packed = Cursor::new(start).chain(BufReader::with_capacity(PACKED_BLOCK, file));
+            let decoder = MultiGzDecoder::new(packed);
+            (Source::Gzip(Box::new(decoder)), Vec::new())
+        } else {
+            (Source::Plain(file), start)
         };
-        let mut file = File::open(path).map_err(refused)?;
-        let metadata = file.metadata().map_err(refused)?;
-        if metadata.is_dir() {
-            return Err(refused(std::io::ErrorKind::IsADirectory.into()));
+        let mut blocks = Self {
+            path: path.into(),
+            source,
+            length: pending.len() as u64,
+            pending,
+            is_at_end: false,
+        };
+        blocks.fill_to(BLOCK)?;
+        Ok(blocks)
+    }
+
+    /// The text that isn't given out yet, as far as it is read.
+    pub(super) fn pending(&self) -> &[u8] {
+        &self.pending
+    }
+
+    /// Whether nothing comes after what is pending.
+    pub(super) fn is_at_end(&self) -> bool {
+        self.is_at_end
+    }
+
+    /// Bytes of text of the whole file; of a pipe or gzipped file they are known at the end.
+    pub(super) fn text_length(&self) -> Option<u64> {
+        match &self.source {
+            _ if self.is_at_end => Some(self.length),
+            Source::Plain(file) => file.length(),
+            Source::Gzip(_) => None,
         }
-        if metadata.is_file() && metadata.len() > 0 {
-            // SAFETY: the map is private and read-only; only another process cutting the file off could disturb it.
-            return unsafe { Mmap::map(&file) }
-                .map(Self::Mapped)
-                .map_err(refused);
+    }
+
+    /// Bytes of text so far.
+    pub(super) fn length(&self) -> u64 {
+        self.length
+    }
+
+    /// Gives out so many bytes of what is pending.
+    pub(super) fn skip(&mut self, count: usize) {
+        self.pending.drain(..count);
+    }
+
+    /// Reads until so many bytes are pending or the text ends.
+    ///
+    /// # Errors
+    /// [`Error::Io`] if the file can't be read, [`Error::File`] for damaged or cut off gzip data.
+    pub(super) fn fill_to(&mut self, wanted: usize) -> Result<(), Error> {
+        let mut pending = std::mem::take(&mut self.pending);
+        let before = pending.len();
+        if before < wanted {
+            pending.resize(wanted, 0);
+            let count = self.read_into(&mut pending[before..])?;
+            pending.truncate(before + count);
         }
-        let mut bytes = Vec::new();
-        file.read_to_end(&mut bytes).map_err(refused)?;
-        Ok(Self::Owned(bytes))
+        self.pending = pending;
+        Ok(())
     }
 
-    /// The bytes, still compressed if they were.
-    pub(super) fn as_slice(&self) -> &[u8] {
-        match self {
-            Self::Mapped(map) => map,
-            Self::Owned(bytes) => bytes,
+    /// Reads as much as there is room for or left.
+    fn read_into(&mut self, room: &mut [u8]) -> Result<usize, Error> {
+        let mut at = 0;
+        while at < room.len() && !self.is_at_end {
+            let read = match &mut self.source {
+                Source::Plain(file) => file.read(&mut room[at..]),
+                Source::Gzip(decoder) => decoder.read(&mut room[at..]),
+            };
+            match read {
+                Ok(0) => self.is_at_end = true,
+                Ok(count) => {
+                    at += count;
+                    self.length += count as u64;
+                }
+                Err(error) if error.kind() == ErrorKind::Interrupted => {}
+                Err(error) => return Err(self.unreadable(error)),
+            }
+        }
+        Ok(at)
+    }
+
+    fn unreadable(&self, source: std::io::Error) -> Error {
+        match &self.source {
+            _ if self.source.snapshot().is_changed() => self.source.snapshot().changed(),
+            Source::Gzip(_)
+                if matches!(
+                    source.kind(),
+                    ErrorKind::InvalidInput | ErrorKind::InvalidData | ErrorKind::UnexpectedEof
+                ) =>
+            {
+                let decompressed = self.length;
+                Error::File {
+                    path: self.path.clone(),
+                    message: format!(
+                        "gzip data damaged or cut off after {decompressed} decompressed bytes: {source}"
+                    ),
+                }
+            }
+            _ => cannot_read(&self.path, source),
         }
     }
-}
 
-/// The text of the file. gzip is known by its first bytes, whatever the file's name;
-/// every member is read, and memory grows with the data that come out, not with a size the file states.
-///
-/// # Errors
-/// [`Error::File`] for damaged or truncated gzip data.
-pub(super) fn text_of<'a>(path: &Path, stored: &'a [u8]) -> Result<Cow<'a, [u8]>, Error> {
-    let unusable = |message| Error::File {
-        path: path.into(),
-        message,
-    };
-    if !stored.starts_with(GZIP_MAGIC) {
-        return Ok(Cow::Borrowed(stored));
+    /// Puts the next whole lines into the front of a buffer, as many as a block has, and tells how many bytes they are; 0 at the end.
+    ///
+    /// # Errors
+    /// As [`TextBlocks::fill_to`], and [`Error::File`] for a line that is longer than a block.
+    pub(super) fn next_block(&mut self, buffer: &mut Vec<u8>) -> Result<usize, Error> {
+        // A buffer that was used before isn't cleared.
+        buffer.resize(BLOCK, 0);
+        let carried = self.pending.len().min(BLOCK);
+        buffer[..carried].copy_from_slice(&self.pending[..carried]);
+        self.pending.drain(..carried);
+        let used = carried + self.read_into(&mut buffer[carried..])?;
+        if self.is_at_end && self.pending.is_empty() {
+            return Ok(used);
+        }
+        let Some(last) = buffer[..used].iter().rposition(|&byte| byte == b'\n') else {
+            return Err(Error::File {
+                path: self.path.clone(),
+                message: format!(
+                    "has a line of more than {BLOCK} bytes; expected one entry a line"
+                ),
+            });
+        };
+        self.pending
+            .splice(0..0, buffer[last + 1..used].iter().copied());
+        Ok(last + 1)
     }
-    let mut text = Vec::new();
-    match MultiGzDecoder::new(stored).read_to_end(&mut text) {
-        Ok(_) => Ok(Cow::Owned(text)),
-        Err(source) => Err(unusable(gzip_failure(&source, text.len()))),
+
+    /// Says what is wrong with the file as a whole, which may be why its text can't be used: that it was changed, or gzip data
+    /// that turn out to be damaged.
+    pub(super) fn reason_or(mut self, found: Error) -> Error {
+        if let Source::Gzip(decoder) = &mut self.source {
+            let mut rest = decoder.take(LOOKED_THROUGH);
+            let mut buffer = vec![0; BLOCK];
+            loop {
+                match rest.read(&mut buffer) {
+                    Ok(0) => break,
+                    Ok(count) => self.length += count as u64,
+                    Err(error) if error.kind() == ErrorKind::Interrupted => {}
+                    Err(error) => return self.unreadable(error),
+                }
+            }
+        }
+        let file = self.source.snapshot();
+        if file.is_changed() {
+            return file.changed();
+        }
+        found
     }
-}
 
-/// Why decompression ended early: the file, or the memory that its text needs.
-fn gzip_failure(source: &std::io::Error, decompressed: usize) -> String {
-    match source.kind() {
-        ErrorKind::OutOfMemory => format!(
-            "not enough memory to decompress it: more than {decompressed} bytes of text are needed"
-        ),
-        _ => format!(
-            "gzip data damaged or cut off after {decompressed} decompressed bytes: {source}"
-        ),
-    }
-}
-
-/// SHA-256 in lower-case hexadecimal.
-pub(super) fn sha256_hex(bytes: &[u8]) -> String {
-    let mut hex = String::with_capacity(64);
-    for byte in Sha256::digest(bytes) {
-        // Writing to a String can't fail.
-        let _ = write!(hex, "{byte:02x}");
-    }
-    hex
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn missing_memory_is_not_called_damage() {
-        let memory = gzip_failure(&ErrorKind::OutOfMemory.into(), 4096);
-        assert!(memory.contains("not enough memory"), "{memory}");
-        assert!(!memory.contains("damaged"), "{memory}");
-        let damage = gzip_failure(&ErrorKind::UnexpectedEof.into(), 4096);
-        assert!(damage.contains("damaged or cut off after 4096"), "{damage}");
+    /// SHA-256 of the file as it is on disk, once all its text was given out.
+    ///
+    /// # Errors
+    /// As [`Snapshot::finish`].
+    pub(super) fn finish(self) -> Result<String, Error> {
+        match self.source {
+            Source::Plain(file) => file.finish(),
+            Source::Gzip(decoder) => decoder.into_inner().into_inner().1.into_inner().finish(),
+        }
     }
 }

@@ -3,6 +3,10 @@
 //! Sorted files repeat the row or the column for many lines, so it is kept once for all of them: 12 bytes an entry, against 24 that
 //! an entry below the diagonal and its mirror image take in the end. Files in no order take 20 bytes.
 
+use std::ops::Range;
+
+use super::assemble::Expansion;
+
 /// A stored entry, 0-based.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Triplet {
@@ -42,24 +46,85 @@ impl Line {
         Self(index | Self::IS_COLUMN)
     }
 
+    fn is_column(self) -> bool {
+        self.0 & Self::IS_COLUMN != 0
+    }
+
+    /// Of the row or column.
+    fn index(self) -> u32 {
+        self.0 & !Self::IS_COLUMN
+    }
+
     /// Row and column of the entry on this line with the other index.
     #[inline(always)]
     fn place(self, other: u32) -> (u32, u32) {
-        if self.0 & Self::IS_COLUMN == 0 {
-            (self.0, other)
+        if self.is_column() {
+            (other, self.index())
         } else {
-            (other, self.0 & !Self::IS_COLUMN)
+            (self.index(), other)
         }
     }
 }
 
 impl Entries {
-    /// None yet, with room for some.
-    pub(super) fn with_capacity(capacity: usize) -> Self {
-        Self {
-            runs: Vec::new(),
-            others: Vec::with_capacity(capacity),
-            values: Vec::with_capacity(capacity),
+    /// None yet, with room for some; `None` without memory.
+    pub(super) fn with_capacity(capacity: usize) -> Option<Self> {
+        let mut entries = Self::default();
+        entries.others.try_reserve_exact(capacity).ok()?;
+        entries.values.try_reserve_exact(capacity).ok()?;
+        Some(entries)
+    }
+
+    /// Memory of so many entries in sorted files.
+    pub(super) fn bytes_of(count: usize) -> u64 {
+        ((size_of::<u32>() + size_of::<f64>()) * count) as u64
+    }
+
+    /// Gives room back of which most was not needed.
+    pub(super) fn give_back_room(&mut self) {
+        if self.values.len() < self.values.capacity() / 2 {
+            self.others.shrink_to_fit();
+            self.values.shrink_to_fit();
+        }
+    }
+
+    /// Memory that they take.
+    pub(super) fn bytes(&self) -> u64 {
+        let bytes = self.runs.capacity() * size_of::<Run>()
+            + self.others.capacity() * size_of::<u32>()
+            + self.values.capacity() * size_of::<f64>();
+        bytes as u64
+    }
+
+    /// Adds the number of entries in each column; of their mirror images too, those off the diagonal, if they have some.
+    pub(super) fn count_columns(&self, expansion: Expansion, counts: &mut [u32]) {
+        // What 32 bits don't hold is refused before the counts are used.
+        let add = |count: &mut u32, more: u32| *count = count.wrapping_add(more);
+        for (run, range) in self.ranges() {
+            let length = range.len() as u32;
+            let others = &self.others[range];
+            // Entries of the run are in its line, images in the lines across it, or the other way round.
+            let (along, across) = match (run.along.is_column(), expansion.mirrors()) {
+                (true, false) => (true, false),
+                (false, false) => (false, true),
+                (_, true) => (true, true),
+            };
+            let line = run.along.index() as usize;
+            if across {
+                others
+                    .iter()
+                    .for_each(|&other| add(&mut counts[other as usize], 1));
+            }
+            if along {
+                add(&mut counts[line], length);
+            }
+            if along && across {
+                let on_diagonal = others
+                    .iter()
+                    .filter(|&&other| other as usize == line)
+                    .count();
+                counts[line] = counts[line].wrapping_sub(on_diagonal as u32);
+            }
         }
     }
 
@@ -100,23 +165,25 @@ impl Entries {
         entry.column
     }
 
+    /// Each run with the numbers of its entries.
+    fn ranges(&self) -> impl Iterator<Item = (&Run, Range<usize>)> {
+        let ends = self.runs.iter().skip(1).map(|run| run.start as usize);
+        let ends = ends.chain([self.len()]);
+        (self.runs.iter().zip(ends)).map(|(run, end)| (run, run.start as usize..end))
+    }
+
     /// All of them, in file order.
     pub(super) fn iter(&self) -> impl Iterator<Item = Triplet> {
-        let ends = self.runs.iter().skip(1).map(|run| run.start as usize);
-        self.runs
-            .iter()
-            .zip(ends.chain([self.len()]))
-            .flat_map(|(run, end)| {
-                let range = run.start as usize..end;
-                let along = run.along;
-                let others = self.others[range.clone()].iter();
-                others
-                    .zip(&self.values[range])
-                    .map(move |(&other, &value)| {
-                        let (row, column) = along.place(other);
-                        Triplet { row, column, value }
-                    })
-            })
+        self.ranges().flat_map(|(run, range)| {
+            let along = run.along;
+            let others = self.others[range.clone()].iter();
+            others
+                .zip(&self.values[range])
+                .map(move |(&other, &value)| {
+                    let (row, column) = along.place(other);
+                    Triplet { row, column, value }
+                })
+        })
     }
 }
 

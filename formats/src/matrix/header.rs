@@ -64,11 +64,11 @@ const UNQUESTIONED_DIMENSION: u64 = 1 << 24;
 const DIMENSION_PER_BYTE: u64 = 4;
 
 impl Header {
-    /// Reads and checks everything up to the size line.
+    /// Reads and checks everything up to the size line; `None` if the text ends before it.
     ///
     /// # Errors
     /// [`Error::Line`] with what was found and what is expected, [`Error::File`] for binary files of another format.
-    pub(super) fn read(path: &Path, text: &[u8]) -> Result<Self, Error> {
+    pub(super) fn read(path: &Path, text: &[u8]) -> Result<Option<Self>, Error> {
         if let Some(message) = foreign::binary_format(text) {
             return Err(Error::File {
                 path: path.into(),
@@ -170,12 +170,7 @@ impl Header {
 
         let sizes = loop {
             match lines.next_filled() {
-                None => {
-                    return Err(bad(
-                        lines.number.max(1),
-                        "the file ends before its size line".into(),
-                    ));
-                }
+                None => return Ok(None),
                 Some(line) if line.starts_with(b"%") => {}
                 Some(line) => break line,
             }
@@ -193,7 +188,15 @@ impl Header {
         } else {
             (numbers[0], numbers[1])
         };
-        check_dimensions(rows, columns, text.len()).map_err(|message| bad(size_line, message))?;
+        let largest = rows.max(columns);
+        if largest > LARGEST_DIMENSION {
+            return Err(bad(
+                size_line,
+                format!(
+                    "{rows} rows and {columns} columns; at most {LARGEST_DIMENSION} are supported"
+                ),
+            ));
+        }
         if symmetry != Symmetry::General && rows != columns {
             return Err(bad(
                 size_line,
@@ -206,7 +209,7 @@ impl Header {
             (Layout::Array, Symmetry::Symmetric | Symmetry::Hermitian) => rows * (rows + 1) / 2,
             (Layout::Array, Symmetry::Skew) => rows * rows.saturating_sub(1) / 2,
         };
-        Ok(Self {
+        Ok(Some(Self {
             is_vector,
             layout,
             field,
@@ -216,7 +219,26 @@ impl Header {
             entries,
             size_line,
             body_start: lines.start,
-        })
+        }))
+    }
+
+    /// Whether a text of so many bytes may have so many rows and columns.
+    ///
+    /// # Errors
+    /// [`Error::Line`] with the numbers.
+    pub(super) fn check_dimensions(&self, path: &Path, text_length: u64) -> Result<(), Error> {
+        let (rows, columns) = (self.rows, self.columns);
+        let plausible = UNQUESTIONED_DIMENSION.max(text_length.saturating_mul(DIMENSION_PER_BYTE));
+        if rows.max(columns) as u64 > plausible {
+            return Err(Error::Line {
+                path: path.into(),
+                line: self.size_line,
+                message: format!(
+                    "{rows} rows and {columns} columns announced by a file of {text_length} bytes; at most {plausible} are plausible"
+                ),
+            });
+        }
+        Ok(())
     }
 
     /// Whether an entry stands for its mirror image too.
@@ -284,22 +306,4 @@ fn size_numbers(line: &[u8], names: &[&str]) -> Result<Vec<u64>, String> {
         )),
     };
     words.iter().zip(names).map(number).collect()
-}
-
-/// Column pointers are allocated from the size line; a few bytes must not cause gigabytes.
-fn check_dimensions(rows: u64, columns: u64, text_length: usize) -> Result<(), String> {
-    let largest = rows.max(columns);
-    if largest > LARGEST_DIMENSION {
-        return Err(format!(
-            "{rows} rows and {columns} columns; at most {LARGEST_DIMENSION} are supported"
-        ));
-    }
-    let plausible =
-        UNQUESTIONED_DIMENSION.max((text_length as u64).saturating_mul(DIMENSION_PER_BYTE));
-    if largest > plausible {
-        return Err(format!(
-            "{rows} rows and {columns} columns announced by a file of {text_length} bytes; at most {plausible} are plausible"
-        ));
-    }
-    Ok(())
 }

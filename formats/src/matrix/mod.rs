@@ -1,8 +1,9 @@
 //! Sparse matrices from files, in the Matrix Market exchange format (plain or gzipped).
 //!
 //! Coordinate and array files with real, integer or pattern entries, general, symmetric or skew-symmetric; complex ones are
-//! refused. The file is mapped, cut at line ends, read by all threads and assembled into full, sorted compressed columns; what is
-//! stored on the way is half the matrix (and the text of a gzipped file, which goes before the matrix comes). The result is the
+//! refused. The file is read once, in blocks of lines that are hashed and decompressed one after the other and parsed by all
+//! threads, and assembled into full, sorted compressed columns; what is stored on the way is half the matrix, and never the text.
+//! So the digest is that of the bytes which the entries come from; a file that was changed meanwhile is refused. The result is the
 //! same bit for bit whatever the number of threads. Nothing is allocated from an announced size before the file's length makes it
 //! plausible.
 
@@ -18,8 +19,9 @@ mod symmetry;
 
 use std::path::Path;
 
-use assemble::{CannotAssemble, Columns, Expansion};
-use bytes::FileBytes;
+use assemble::{CannotAssemble, Columns, Expansion, full_count};
+use body::Blocks;
+use bytes::{BLOCK, TextBlocks};
 use header::{Field, Header, Layout, Symmetry};
 
 use crate::{Error, SparseMatrix};
@@ -51,9 +53,9 @@ pub struct MatrixReport {
 /// # Errors
 /// [`Error::Io`] if the file can't be read, [`Error::Line`] or [`Error::File`] if it isn't such a matrix: among others
 /// complex or not finite values, indices out of range, entries missing or left over, a pair stored in both triangles of a
-/// symmetric file, damaged gzip data, sizes out of proportion to the file.
+/// symmetric file, damaged gzip data, sizes out of proportion to the file, a file that was changed while it was read.
 pub fn read_matrix(path: &Path) -> Result<(SparseMatrix, MatrixReport), Error> {
-    read(path, Purpose::AnyMatrix)
+    MatrixReader::default().read_matrix(path)
 }
 
 /// Reads a stiffness or mass matrix: square, real, exactly symmetric in full storage. A `general` file is checked for symmetry;
@@ -63,7 +65,7 @@ pub fn read_matrix(path: &Path) -> Result<(SparseMatrix, MatrixReport), Error> {
 /// As [`read_matrix`]; besides for pattern, skew-symmetric, hermitian and non-square matrices, for vectors, and for a
 /// `general` file whose asymmetry is beyond rounding, with its worst pair.
 pub fn read_symmetric_operator(path: &Path) -> Result<(SparseMatrix, MatrixReport), Error> {
-    read(path, Purpose::SymmetricOperator)
+    MatrixReader::default().read_symmetric_operator(path)
 }
 
 /// Looks only at the beginning of a file: whether it could be a stiffness or mass matrix.
@@ -71,10 +73,8 @@ pub fn read_symmetric_operator(path: &Path) -> Result<(SparseMatrix, MatrixRepor
 /// # Errors
 /// As [`read_symmetric_operator`], for what shows before the first entry.
 pub fn check_operator_header(path: &Path) -> Result<(), Error> {
-    let file = FileBytes::open(path)?;
-    let text = bytes::text_of(path, file.as_slice())?;
-    let text = text.strip_prefix(BYTE_ORDER_MARK).unwrap_or(&text);
-    refuse_as_operator(path, &Header::read(path, text)?)
+    let header = read_header(path, &mut TextBlocks::open(path)?)?;
+    refuse_as_operator(path, &header)
 }
 
 #[derive(Clone, Copy, PartialEq, Eq)]
@@ -83,84 +83,185 @@ enum Purpose {
     SymmetricOperator,
 }
 
-/// The matrix with what was found on the way.
-struct Parsed {
-    columns: Columns,
-    stored_entries: usize,
-    explicit_zeros: usize,
-    largest_asymmetry: f64,
+/// Reads matrices that are held together, within a limit of memory.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct MatrixReader {
+    limit: Option<u64>,
+    /// Bytes of the matrices that were read.
+    held: u64,
 }
 
-fn read(path: &Path, purpose: Purpose) -> Result<(SparseMatrix, MatrixReport), Error> {
-    let file = FileBytes::open(path)?;
-    let stored = file.as_slice();
-    let (parsed, sha256) = rayon::join(
-        || parse(path, stored, purpose),
-        || bytes::sha256_hex(stored),
-    );
-    let Parsed {
-        columns,
-        stored_entries,
-        explicit_zeros,
-        largest_asymmetry,
-    } = parsed?;
-    let report = MatrixReport {
-        file_name: path
-            .file_name()
-            .unwrap_or_default()
-            .to_string_lossy()
-            .into_owned(),
-        sha256,
-        rows: columns.row_count,
-        columns: columns.column_count(),
-        stored_entries,
-        duplicates_summed: columns.duplicates_summed,
-        explicit_zeros,
-        largest_asymmetry,
-    };
-    Ok((columns.into_matrix(), report))
+impl MatrixReader {
+    /// So many bytes may be taken, by the matrices and by what is needed on the way; `None` for no limit.
+    pub fn new(limit: Option<u64>) -> Self {
+        Self { limit, held: 0 }
+    }
+
+    /// As [`read_matrix`].
+    ///
+    /// # Errors
+    /// Besides, [`Error::NotEnoughMemory`].
+    pub fn read_matrix(&mut self, path: &Path) -> Result<(SparseMatrix, MatrixReport), Error> {
+        self.read(path, Purpose::AnyMatrix)
+    }
+
+    /// As [`read_symmetric_operator`].
+    ///
+    /// # Errors
+    /// Besides, [`Error::NotEnoughMemory`].
+    pub fn read_symmetric_operator(
+        &mut self,
+        path: &Path,
+    ) -> Result<(SparseMatrix, MatrixReport), Error> {
+        self.read(path, Purpose::SymmetricOperator)
+    }
+
+    fn read(
+        &mut self,
+        path: &Path,
+        purpose: Purpose,
+    ) -> Result<(SparseMatrix, MatrixReport), Error> {
+        let mut text = TextBlocks::open(path)?;
+        let (header, blocks) = match self.read_entries(path, &mut text, purpose) {
+            Ok(read) => read,
+            Err(error @ Error::Line { .. }) => return Err(text.reason_or(error)),
+            Err(error) => return Err(error),
+        };
+        let sha256 = text.finish()?;
+        if header.is_mirrored() && header.layout == Layout::Coordinate {
+            symmetry::refuse_pairs_in_both_triangles(path, &blocks)?;
+        }
+        let blocks = blocks.blocks;
+        let explicit_zeros = blocks.iter().map(|block| block.zero_count).sum();
+        let expansion = match header.symmetry {
+            Symmetry::General => Expansion::AsStored,
+            Symmetry::Symmetric | Symmetry::Hermitian => Expansion::Mirrored,
+            Symmetry::Skew => Expansion::MirroredNegated,
+        };
+        let stored: u64 = blocks.iter().map(|block| block.entries.bytes()).sum();
+        let columns = ENTRY_BYTES * full_count(&blocks, expansion) + 8 * header.columns as u64;
+        self.check(path, stored + columns)?;
+        check_room(path, columns)?;
+        let columns = Columns::assemble(blocks, header.rows, header.columns, expansion).map_err(
+            |refusal| Error::File {
+                path: path.into(),
+                message: cannot_assemble(refusal),
+            },
+        )?;
+        let (columns, largest_asymmetry) =
+            if purpose == Purpose::SymmetricOperator && !header.is_mirrored() {
+                symmetry::averaged(path, columns)?
+            } else {
+                (columns, 0.0)
+            };
+        self.held += ENTRY_BYTES * columns.rows.len() as u64 + 4 * columns.starts.len() as u64;
+        let report = MatrixReport {
+            file_name: path
+                .file_name()
+                .unwrap_or_default()
+                .to_string_lossy()
+                .into_owned(),
+            sha256,
+            rows: columns.row_count,
+            columns: columns.column_count(),
+            stored_entries: header.entries as usize,
+            duplicates_summed: columns.duplicates_summed,
+            explicit_zeros,
+            largest_asymmetry,
+        };
+        Ok((columns.into_matrix(), report))
+    }
+
+    fn read_entries(
+        &self,
+        path: &Path,
+        text: &mut TextBlocks,
+        purpose: Purpose,
+    ) -> Result<(Header, Blocks), Error> {
+        let header = read_header(path, text)?;
+        if let Some(length) = text.text_length() {
+            header.check_dimensions(path, length)?;
+        }
+        if purpose == Purpose::SymmetricOperator {
+            refuse_as_operator(path, &header)?;
+        }
+        let blocks = body::read_entries(path, text, &header, self)?;
+        header.check_dimensions(path, text.length())?;
+        Ok((header, blocks))
+    }
+
+    /// Refuses so many bytes beside the matrices that are held.
+    fn check(&self, path: &Path, bytes: u64) -> Result<(), Error> {
+        let needed = self.held + bytes;
+        match self.limit {
+            Some(limit) if needed > limit => Err(Error::NotEnoughMemory {
+                path: path.into(),
+                needed,
+                allowed: Some(limit),
+            }),
+            _ => Ok(()),
+        }
+    }
+}
+
+/// Bytes of an entry in full storage.
+const ENTRY_BYTES: u64 = (size_of::<u32>() + size_of::<f64>()) as u64;
+
+/// Asks for memory without touching it, because an allocation that fails later would end the program.
+fn check_room(path: &Path, bytes: u64) -> Result<(), Error> {
+    let is_there =
+        usize::try_from(bytes).is_ok_and(|bytes| Vec::<u8>::new().try_reserve_exact(bytes).is_ok());
+    match is_there {
+        true => Ok(()),
+        false => Err(Error::NotEnoughMemory {
+            path: path.into(),
+            needed: bytes,
+            allowed: None,
+        }),
+    }
 }
 
 /// UTF-8's, which some editors put in front.
 const BYTE_ORDER_MARK: &[u8] = b"\xef\xbb\xbf";
+/// Text up to the size line.
+const LONGEST_HEADER: usize = 1 << 26;
 
-fn parse(path: &Path, stored: &[u8], purpose: Purpose) -> Result<Parsed, Error> {
-    let text = bytes::text_of(path, stored)?;
-    let without_mark = text.strip_prefix(BYTE_ORDER_MARK).unwrap_or(&text);
-    let header = Header::read(path, without_mark)?;
-    if purpose == Purpose::SymmetricOperator {
-        refuse_as_operator(path, &header)?;
+/// Reads up to the size line; entries come next.
+fn read_header(path: &Path, text: &mut TextBlocks) -> Result<Header, Error> {
+    if text.pending().starts_with(BYTE_ORDER_MARK) {
+        text.skip(BYTE_ORDER_MARK.len());
     }
-    let chunks = body::read_entries(path, without_mark, &header)?;
-    if header.is_mirrored() && header.layout == Layout::Coordinate {
-        symmetry::refuse_pairs_in_both_triangles(path, without_mark, &header, &chunks)?;
-    }
-    drop(text);
-    let explicit_zeros = chunks.iter().map(|chunk| chunk.zero_count).sum();
-    let expansion = match header.symmetry {
-        Symmetry::General => Expansion::AsStored,
-        Symmetry::Symmetric | Symmetry::Hermitian => Expansion::Mirrored,
-        Symmetry::Skew => Expansion::MirroredNegated,
-    };
-    let columns =
-        Columns::assemble(chunks, header.rows, header.columns, expansion).map_err(|refusal| {
-            Error::File {
-                path: path.into(),
-                message: cannot_assemble(refusal),
-            }
-        })?;
-    let (columns, largest_asymmetry) =
-        if purpose == Purpose::SymmetricOperator && !header.is_mirrored() {
-            symmetry::averaged(path, columns)?
-        } else {
-            (columns, 0.0)
+    let mut wanted = BLOCK;
+    loop {
+        let pending = text.pending();
+        let last_line = pending.iter().rposition(|&byte| byte == b'\n');
+        let whole = match last_line {
+            Some(end) if !text.is_at_end() => end + 1,
+            _ => pending.len(),
         };
-    Ok(Parsed {
-        columns,
-        stored_entries: header.entries as usize,
-        explicit_zeros,
-        largest_asymmetry,
-    })
+        if let Some(header) = Header::read(path, &pending[..whole])? {
+            text.skip(header.body_start);
+            return Ok(header);
+        }
+        if text.is_at_end() {
+            return Err(Error::Line {
+                path: path.into(),
+                line: pending
+                    .trim_ascii_end()
+                    .split(|&byte| byte == b'\n')
+                    .count() as u64,
+                message: "the file ends before its size line".into(),
+            });
+        }
+        if wanted >= LONGEST_HEADER {
+            return Err(Error::File {
+                path: path.into(),
+                message: format!("no size line in the first {wanted} bytes"),
+            });
+        }
+        wanted *= 2;
+        text.fill_to(wanted)?;
+    }
 }
 
 fn refuse_as_operator(path: &Path, header: &Header) -> Result<(), Error> {

@@ -6,9 +6,8 @@ use std::sync::atomic::Ordering;
 use rayon::prelude::*;
 
 use super::assemble::Columns;
-use super::body::{Chunk, line_of_stored_entry};
+use super::body::Blocks;
 use super::entries::Triplet;
-use super::header::Header;
 use super::shared::shared_reals;
 use crate::Error;
 
@@ -22,32 +21,28 @@ const ROUNDING_ASYMMETRY: f64 = 1e-8;
 ///
 /// # Errors
 /// [`Error::Line`] with the first pair.
-pub(super) fn refuse_pairs_in_both_triangles(
-    path: &Path,
-    text: &[u8],
-    header: &Header,
-    chunks: &[Chunk],
-) -> Result<(), Error> {
-    let upper_count: usize = chunks.iter().map(|chunk| chunk.upper_count).sum();
-    let lower_count: usize = chunks.iter().map(|chunk| chunk.lower_count).sum();
+pub(super) fn refuse_pairs_in_both_triangles(path: &Path, file: &Blocks) -> Result<(), Error> {
+    let blocks = &file.blocks;
+    let upper_count: usize = blocks.iter().map(|block| block.upper_count).sum();
+    let lower_count: usize = blocks.iter().map(|block| block.lower_count).sum();
     if upper_count == 0 || lower_count == 0 {
         return Ok(());
     }
     let pair = |entry: Triplet| (entry.row.min(entry.column), entry.row.max(entry.column));
-    let mut upper: Vec<(u32, u32)> = chunks
+    let mut upper: Vec<(u32, u32)> = blocks
         .par_iter()
-        .flat_map_iter(|chunk| chunk.entries.iter())
+        .flat_map_iter(|block| block.entries.iter())
         .filter(|entry| entry.row < entry.column)
         .map(pair)
         .collect();
     upper.par_sort_unstable();
     let is_repeated =
         |entry: Triplet| entry.row > entry.column && upper.binary_search(&pair(entry)).is_ok();
-    let first = chunks
+    let first = blocks
         .par_iter()
         .enumerate()
-        .find_map_first(|(number, chunk)| {
-            let found = chunk
+        .find_map_first(|(number, block)| {
+            let found = block
                 .entries
                 .iter()
                 .enumerate()
@@ -57,14 +52,10 @@ pub(super) fn refuse_pairs_in_both_triangles(
     let Some((number, at, Triplet { row, column, .. })) = first else {
         return Ok(());
     };
-    let before: usize = chunks[..number]
-        .iter()
-        .map(|chunk| chunk.entries.len())
-        .sum();
     let (row, column) = (row + 1, column + 1);
     Err(Error::Line {
         path: path.into(),
-        line: line_of_stored_entry(text, header, before + at),
+        line: file.line_of_entry(number, at),
         message: format!(
             "({row}, {column}) and ({column}, {row}) are both stored, but the banner promises one triangle; \
              expected `general` in the banner or one of them"

@@ -4,6 +4,7 @@ use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 
 use dcb_formats::component_files::stem;
+use dcb_formats::snapshot::read_small;
 use dcb_formats::terminal::{abridged, shortened};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -95,22 +96,21 @@ pub struct Part {
     pub entry: PartEntry,
 }
 
+/// Bytes of a manifest: some hundred thousand parts.
+const LONGEST_MANIFEST: u64 = 1 << 28;
+
 /// Reads a manifest.
 ///
 /// # Errors
 /// What is wrong with it, with its line or JSON path.
 pub fn read_manifest(path: &Path) -> Result<Vec<Part>, dcb_formats::Error> {
-    let text = std::fs::read_to_string(path).map_err(|source| dcb_formats::Error::Io {
-        path: path.to_owned(),
-        action: "cannot read",
-        source,
-    })?;
+    let (bytes, _) = read_small(path, LONGEST_MANIFEST)?;
     let syntax = |error: serde_json::Error| dcb_formats::Error::Line {
         path: path.to_owned(),
         line: error.line() as u64,
         message: told(&error),
     };
-    let file: ManifestFile = serde_json::from_str(&text).map_err(syntax)?;
+    let file: ManifestFile = serde_json::from_slice(&bytes).map_err(syntax)?;
     let folder = path.parent().unwrap_or(Path::new(""));
     parts(file, folder).map_err(|(location, message)| dcb_formats::Error::Location {
         path: path.to_owned(),
