@@ -3,7 +3,7 @@
 //! Of rigid bodies the rows of joints and drives over the bodies' motions say it: drives are surplus where their rows depend on the others.
 //! Flexible bodies give way to such drives, and a run goes on with deflections that mean nothing.
 
-use faer::Mat;
+use std::collections::BTreeMap;
 
 use crate::initial::dependent_rows;
 use crate::system::evaluation::Evaluation;
@@ -30,21 +30,16 @@ impl ContradictingDrives {
         let mut evaluation = Evaluation::of(system);
         evaluation.place(system, state);
         evaluation.measure(system, state);
-        let wrenches = rigid_rows(system, &evaluation, &constraints);
-        let dependent = |left_out: Option<usize>| {
-            let kept: Vec<usize> = (0..constraints.len())
-                .filter(|at| Some(constraints[*at]) != left_out)
-                .collect();
-            let rows = Mat::from_fn(kept.len(), wrenches.ncols(), |i, j| wrenches[(kept[i], j)]);
-            dependent_rows(&rows * rows.transpose()).len()
-        };
+        let wrenches = RigidRows::of(system, &evaluation, &constraints);
+        let position = |row: usize| constraints.iter().position(|other| *other == row);
+        let dependent = |left_out: Option<usize>| wrenches.dependent_count(left_out);
         let all = dependent(None);
         Self {
             rows: match all {
                 0 => Vec::new(),
                 _ => drives
                     .into_iter()
-                    .filter(|row| dependent(Some(*row)) < all)
+                    .filter(|row| dependent(position(*row)) < all)
                     .collect(),
             },
         }
@@ -67,26 +62,64 @@ impl ContradictingDrives {
     }
 }
 
-/// Forces and moments about the world's origin on each body by a unit force of each row, (rows, 6 bodies); moments by a length.
-fn rigid_rows(system: &System, evaluation: &Evaluation, rows: &[usize]) -> Mat<f64> {
-    let length = system.bodies.iter().map(|b| b.length).fold(0.0, f64::max);
-    let mut all = Mat::zeros(rows.len(), 6 * system.bodies.len());
-    for (at, row) in rows.iter().enumerate() {
-        for index in system.rows[*row].terms.clone() {
-            let (term, gradient) = (&system.terms[index], &evaluation.gradients[index]);
-            for (marker, side) in [(term.a, &gradient.a), (term.b, &gradient.b)] {
-                let Some(body) = system.markers[marker].body else {
-                    continue;
-                };
-                let (force, moment) = halves(side);
-                let arm = evaluation.motions[marker].position - evaluation.poses[body].origin;
-                let moment = (arm.cross(&force) + moment) / length;
-                for axis in 0..3 {
-                    all[(at, 6 * body + axis)] += force[axis];
-                    all[(at, 6 * body + 3 + axis)] += moment[axis];
+/// Forces and moments about the bodies' origins by a unit force of each row; moments by a length. Most entries are zero.
+struct RigidRows {
+    /// Of each row, by coordinate: 6 a body.
+    rows: Vec<BTreeMap<usize, f64>>,
+    /// Of each coordinate, by row.
+    columns: Vec<Vec<(usize, f64)>>,
+}
+
+impl RigidRows {
+    fn of(system: &System, evaluation: &Evaluation, constraints: &[usize]) -> Self {
+        let length = system.bodies.iter().map(|b| b.length).fold(0.0, f64::max);
+        let mut rows = vec![BTreeMap::new(); constraints.len()];
+        for (entries, row) in rows.iter_mut().zip(constraints) {
+            for index in system.rows[*row].terms.clone() {
+                let (term, gradient) = (&system.terms[index], &evaluation.gradients[index]);
+                for (marker, side) in [(term.a, &gradient.a), (term.b, &gradient.b)] {
+                    let Some(body) = system.markers[marker].body else {
+                        continue;
+                    };
+                    let (force, moment) = halves(side);
+                    let arm = evaluation.motions[marker].position - evaluation.poses[body].origin;
+                    let moment = (arm.cross(&force) + moment) / length;
+                    for (axis, entry) in force.iter().chain(moment.iter()).enumerate() {
+                        *entries.entry(6 * body + axis).or_insert(0.0) += entry;
+                    }
                 }
             }
         }
+        let mut columns = vec![Vec::new(); 6 * system.bodies.len()];
+        for (row, entries) in rows.iter().enumerate() {
+            for (coordinate, entry) in entries {
+                columns[*coordinate].push((row, *entry));
+            }
+        }
+        Self { rows, columns }
     }
-    all
+
+    /// How many rows depend on the others, with one row left out or none.
+    fn dependent_count(&self, left_out: Option<usize>) -> usize {
+        let kept: Vec<usize> = (0..self.rows.len())
+            .filter(|row| Some(*row) != left_out)
+            .collect();
+        let index = |row: usize| match left_out {
+            Some(gap) if row > gap => row - 1,
+            _ => row,
+        };
+        let diagonal: Vec<f64> = kept
+            .iter()
+            .map(|row| self.rows[*row].values().map(|entry| entry * entry).sum())
+            .collect();
+        let dependent = dependent_rows(&diagonal, |chosen, sum| {
+            for (coordinate, own) in &self.rows[kept[chosen]] {
+                let others = self.columns[*coordinate].iter();
+                for (row, entry) in others.filter(|(row, _)| Some(*row) != left_out) {
+                    sum.add(index(*row), own * entry);
+                }
+            }
+        });
+        dependent.rows.len()
+    }
 }
