@@ -241,11 +241,11 @@ pub(crate) fn frequency(text: &str) -> Result<f64, String> {
 
 /// Runs the program.
 pub fn main() -> ExitCode {
+    dcb_runtime::stop_signal::listen();
     let cli = match Cli::try_parse() {
         Ok(cli) => cli,
         Err(error) => return refuse(&in_our_words(error)),
     };
-    dcb_runtime::stop_signal::survive_file_size_limit();
     if let Some(threads) = cli.common.threads {
         // Fails only if a pool exists already, which then serves as well.
         let _ = rayon::ThreadPoolBuilder::new()

@@ -10,7 +10,7 @@ use std::sync::{Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
 
 use dcb_formats::dcb::{UnfinishedFolder, remove_unfinished};
-use nix::sys::signal::{Signal, killpg};
+use nix::sys::signal::{SigSet, Signal, killpg};
 use nix::unistd::Pid;
 
 use crate::error::Error;
@@ -145,7 +145,12 @@ impl PrivateFolder {
         if open.closed {
             return Err(interrupted());
         }
-        let child = Command::new(program)
+        let mut starting = Command::new(program);
+        // SAFETY: only gives the child the signals back that this program blocks, which allocates nothing.
+        unsafe {
+            starting.pre_exec(|| Ok(SigSet::all().thread_unblock()?));
+        }
+        let child = starting
             .args(arguments)
             .stdin(Stdio::null())
             .stdout(Stdio::piped())

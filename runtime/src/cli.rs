@@ -177,17 +177,11 @@ enum Command {
 
 /// Runs the program.
 pub fn main() -> ExitCode {
+    stop_signal::listen();
     let cli = match Cli::try_parse() {
         Ok(cli) => cli,
         Err(error) => return refuse(&in_our_words(error)),
     };
-    stop_signal::survive_file_size_limit();
-    if !matches!(
-        cli.command,
-        None | Some(Command::Prepare(_) | Command::Study(_))
-    ) {
-        stop_signal::watch(|signal| stop_signal::end(signal));
-    }
     let done = match &cli.command {
         None => cli_scene::run(&cli.scene, &cli.common),
         Some(Command::Prepare(arguments)) => cli_prepare::run(arguments, &cli.common),

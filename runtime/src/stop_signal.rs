@@ -1,11 +1,14 @@
 //! Signals that ask the program to end: Ctrl-C (SIGINT), SIGTERM as containers and batch systems send it, and SIGHUP of a
 //! terminal that is closed.
 //!
+//! All threads block them and one waits for them, so no handler runs: METIS has one of its own for SIGTERM, which jumps out of
+//! whatever is being done, and crashes in any thread but its own.
+//!
 //! The first one lets the program clean up or write what it has; a second one ends it at once. Nothing unfinished is left by
 //! either. A program that was started with SIGHUP ignored (`nohup`) goes on ignoring it.
 
-use std::sync::Once;
 use std::sync::atomic::{AtomicU8, Ordering};
+use std::sync::{Mutex, PoisonError};
 
 use dcb_formats::dcb::remove_unfinished;
 
@@ -20,8 +23,12 @@ pub enum StopSignal {
     HangUp,
 }
 
-/// Exit status of the first signal; 0 before.
+/// Exit status of the first signal that somebody watched for; 0 before.
 static RECEIVED: AtomicU8 = AtomicU8::new(0);
+
+/// What the first signal calls.
+type First = Box<dyn FnOnce(StopSignal) + Send>;
+static FIRST: Mutex<Option<First>> = Mutex::new(None);
 
 impl StopSignal {
     const ALL: [Self; 3] = [Self::Interrupt, Self::Terminate, Self::HangUp];
@@ -53,23 +60,19 @@ pub fn received() -> Option<StopSignal> {
         .find(|signal| signal.exit_status() == status)
 }
 
-/// From now on the first signal is noted and calls `first` on a thread of its own; a second one ends the program at once. Only
-/// the first call in a program has an effect.
+/// From now on the first signal is noted and calls `first` on a thread of its own; a second one ends the program at once.
 pub fn watch(first: impl FnOnce(StopSignal) + Send + 'static) {
-    static WATCHED: Once = Once::new();
-    WATCHED.call_once(|| {
-        let mut first = Some(first);
-        listen(move |signal| match first.take() {
-            Some(first) => {
-                RECEIVED.store(signal.exit_status(), Ordering::SeqCst);
-                let cleaning = std::thread::Builder::new();
-                if cleaning.spawn(move || first(signal)).is_err() {
-                    end(signal);
-                }
-            }
-            None => end(signal),
-        });
-    });
+    *FIRST.lock().unwrap_or_else(PoisonError::into_inner) = Some(Box::new(first));
+}
+
+fn note(signal: StopSignal) {
+    let first = FIRST.lock().unwrap_or_else(PoisonError::into_inner).take();
+    let Some(first) = first else { end(signal) };
+    RECEIVED.store(signal.exit_status(), Ordering::SeqCst);
+    let cleaning = std::thread::Builder::new();
+    if cleaning.spawn(move || first(signal)).is_err() {
+        end(signal);
+    }
 }
 
 /// Ends the program at once, and leaves nothing unfinished.
@@ -77,38 +80,53 @@ pub fn end(signal: StopSignal) -> ! {
     remove_unfinished();
     // Not by `std::process::exit`: HDF5 would still tidy up what another thread is writing.
     #[cfg(unix)]
-    signal_hook::low_level::exit(i32::from(signal.exit_status()));
-    #[cfg(not(unix))]
-    std::process::exit(i32::from(signal.exit_status()));
-}
-
-/// From now on a file that grows beyond `ulimit -f` is an error of the write, not the end of the program.
-pub fn survive_file_size_limit() {
-    #[cfg(unix)]
-    let _ = signal_hook::flag::register(signal_hook::consts::SIGXFSZ, Default::default());
-}
-
-/// Calls `each` for every signal. Where the system refuses, signals end the program as if nobody listened.
-#[cfg(unix)]
-fn listen(mut each: impl FnMut(StopSignal) + Send + 'static) {
-    use signal_hook::consts::{SIGHUP, SIGINT, SIGTERM};
-
-    let mut wanted = vec![SIGINT, SIGTERM];
-    if !is_ignored(SIGHUP) {
-        wanted.push(SIGHUP);
+    // SAFETY: ends the process; nothing of it is used afterwards.
+    unsafe {
+        libc::_exit(i32::from(signal.exit_status()))
     }
-    let Ok(mut signals) = signal_hook::iterator::Signals::new(wanted) else {
+    #[cfg(not(unix))]
+    std::process::exit(i32::from(signal.exit_status()))
+}
+
+/// Called by a program before it starts threads. From now on signals end it with nothing unfinished left, or call what
+/// [`watch`] was given; and a file that grows beyond `ulimit -f` is an error of the write, not the end of the program.
+///
+/// Processes that are started inherit the blocked signals; programs other than these must be given them back.
+#[cfg(unix)]
+pub fn listen() {
+    use nix::sys::signal::{SigSet, Signal};
+
+    let mut stopping = SigSet::empty();
+    stopping.add(Signal::SIGINT);
+    stopping.add(Signal::SIGTERM);
+    if !is_ignored(libc::SIGHUP) {
+        stopping.add(Signal::SIGHUP);
+    }
+    let mut blocked = stopping;
+    blocked.add(Signal::SIGXFSZ);
+    if blocked.thread_block().is_err() {
         return;
-    };
-    let _ = std::thread::Builder::new().spawn(move || {
-        for number in signals.forever() {
-            match number {
-                SIGTERM => each(StopSignal::Terminate),
-                SIGHUP => each(StopSignal::HangUp),
-                _ => each(StopSignal::Interrupt),
+    }
+    let waiting = std::thread::Builder::new().spawn(move || {
+        loop {
+            match stopping.wait() {
+                Ok(Signal::SIGTERM) => note(StopSignal::Terminate),
+                Ok(Signal::SIGHUP) => note(StopSignal::HangUp),
+                Ok(_) => note(StopSignal::Interrupt),
+                Err(_) => {}
             }
         }
     });
+    if waiting.is_err() {
+        // They end the program as if nobody listened.
+        let _ = stopping.thread_unblock();
+    }
+}
+
+/// Called by a program before it starts threads. From now on Ctrl-C calls what [`watch`] was given.
+#[cfg(not(unix))]
+pub fn listen() {
+    let _ = ctrlc::set_handler(|| note(StopSignal::Interrupt));
 }
 
 #[cfg(unix)]
@@ -120,9 +138,4 @@ fn is_ignored(signal: i32) -> bool {
         action.assume_init()
     };
     action.sa_sigaction == libc::SIG_IGN
-}
-
-#[cfg(not(unix))]
-fn listen(mut each: impl FnMut(StopSignal) + Send + 'static) {
-    let _ = ctrlc::set_handler(move || each(StopSignal::Interrupt));
 }

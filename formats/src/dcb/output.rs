@@ -193,7 +193,9 @@ impl UnfinishedFolder {
     ) -> Result<(), Error> {
         check_path(target, replace)?;
         let told = |source| Error::not_written(target, 0, source);
-        let path = (self.path()).join(target.file_name().unwrap_or_default());
+        // HDF5 wants UTF-8; nothing else is in this folder, so the name need not be the target's.
+        let name = target.file_name().and_then(|name| name.to_str());
+        let path = self.path().join(name.unwrap_or("output"));
         let file = File::create_new(&path).map_err(told)?;
         let partial = TempPath::try_from_path(path).map_err(told)?; // removed when dropped
         fill(&partial, &file)?;

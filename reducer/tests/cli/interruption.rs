@@ -30,7 +30,7 @@ fn a_reduction_that_is_asked_to_end_leaves_nothing() {
         ("-HUP", 129, "hung up (SIGHUP)"),
     ] {
         let mut stopped = false;
-        for milliseconds in [200, 500, 1000] {
+        for milliseconds in [50, 100, 150, 200, 300, 400, 500, 1000] {
             let mut command = folder.command("part.mtx --modes 20 --force");
             let child = command.stderr(Stdio::piped()).spawn().unwrap();
             std::thread::sleep(Duration::from_millis(milliseconds));
@@ -41,7 +41,9 @@ fn a_reduction_that_is_asked_to_end_leaves_nothing() {
             if output.status.code() == Some(status) {
                 stopped = true;
                 let stderr = String::from_utf8_lossy(&output.stderr);
-                assert_eq!(stderr, format!("{word}: nothing was written\n"));
+                // Nothing is said of what hadn't begun.
+                let told = format!("{word}: nothing was written\n");
+                assert!(stderr.is_empty() || stderr == told, "{stderr}");
                 assert_eq!(folder.names(), before);
             } else {
                 assert_eq!(output.status.code(), Some(0), "{output:?}");
@@ -67,9 +69,11 @@ fn a_reduction_interrupted_while_writing_leaves_nothing() {
 
 /// Whether there is an unfinished `part.dcb.h5`.
 fn is_writing(folder: &Folder) -> bool {
-    let names = folder.names();
-    let mut folders = names.iter().filter(|name| name.ends_with(".partial"));
-    folders.any(|name| folder.path(name).join("part.dcb.h5").exists())
+    let entries = std::fs::read_dir(folder.path(".")).unwrap();
+    let mut folders = entries.flatten().map(|entry| entry.path());
+    folders.any(|path| {
+        path.to_string_lossy().ends_with(".partial") && path.join("part.dcb.h5").exists()
+    })
 }
 
 /// Runs a reduction, interrupts it at a moment, and says whether that came in time. Either nothing is left or all is done.
