@@ -99,6 +99,11 @@ impl Error {
             },
         }
     }
+
+    /// Whether the system had no memory, so that nothing is wrong with the file.
+    pub fn is_out_of_memory(&self) -> bool {
+        matches!(self, Self::Io { source, .. } if source.kind() == ErrorKind::OutOfMemory)
+    }
 }
 
 fn no_room(source: &std::io::Error) -> &'static str {

@@ -13,11 +13,13 @@ pub mod further_column;
 pub mod identities;
 pub mod matrix;
 pub mod mesh;
+pub mod out_of_memory;
 pub mod report;
 pub mod results;
 pub mod snapshot;
 pub mod superelement;
 pub mod terminal;
+pub mod threads;
 
 pub use component::Component;
 pub use description::{Description, component_schema, read_description};

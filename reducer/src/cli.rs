@@ -2,6 +2,7 @@
 
 use std::ffi::OsString;
 use std::io::{ErrorKind, Write};
+use std::num::NonZeroUsize;
 use std::path::PathBuf;
 use std::process::ExitCode;
 
@@ -9,6 +10,7 @@ use clap::error::{ContextKind, ContextValue, ErrorKind as Misuse};
 use clap::{Args, CommandFactory, Parser, Subcommand, ValueEnum};
 use dcb_formats::component_files::Overrides;
 use dcb_formats::terminal::for_terminal;
+use dcb_formats::threads::start_workers;
 
 use crate::batch::manifest::batch_schema;
 use crate::cli_batch::{self, BatchArguments};
@@ -246,11 +248,10 @@ pub fn main() -> ExitCode {
         Ok(cli) => cli,
         Err(error) => return refuse(&in_our_words(error)),
     };
-    if let Some(threads) = cli.common.threads {
-        // Fails only if a pool exists already, which then serves as well.
-        let _ = rayon::ThreadPoolBuilder::new()
-            .num_threads(threads.into())
-            .build_global();
+    let threads = cli.common.threads.map(usize::from);
+    let workers = start_workers(threads.and_then(NonZeroUsize::new));
+    if let Some(note) = workers.note().filter(|_| !cli.common.quiet) {
+        print_to_stderr("note", &note);
     }
     let outcome = match &cli.command {
         None => cli_reduce::run(&cli.reduce, &cli.common),

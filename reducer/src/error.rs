@@ -131,10 +131,8 @@ impl Error {
         match self {
             // The machine is too small, not the file wrong.
             Self::File(dcb_formats::Error::NotEnoughMemory { allowed: None, .. }) => false,
-            Self::Component(_)
-            | Self::InScene { .. }
-            | Self::File(_)
-            | Self::NotEnoughMemory { .. } => true,
+            Self::Component(_) | Self::InScene { .. } | Self::NotEnoughMemory { .. } => true,
+            Self::File(error) => !error.is_out_of_memory(),
             Self::Scene(error) => error.is_unusable_input(),
             #[cfg(feature = "slepc")]
             Self::CannotStart { .. } => true,

@@ -6,6 +6,8 @@
 
 use std::alloc::{GlobalAlloc, Layout, System};
 
+use dcb_formats::out_of_memory::address_space_limit;
+
 /// Blocks from this size on ask for huge pages.
 const LARGE: usize = 8 << 20;
 
@@ -50,7 +52,9 @@ pub fn keep_freed_memory() {
     unsafe {
         libc::mallopt(libc::M_MMAP_MAX, 0);
         libc::mallopt(libc::M_TRIM_THRESHOLD, -1);
-        libc::mallopt(libc::M_TOP_PAD, 64 << 20);
+        if address_space_limit().is_none() {
+            libc::mallopt(libc::M_TOP_PAD, 64 << 20);
+        }
         libc::mallopt(libc::M_ARENA_MAX, 1);
     }
 }

@@ -2,10 +2,18 @@
 
 use std::process::ExitCode;
 
+use dcb_formats::dcb::remove_unfinished;
+use dcb_formats::out_of_memory::{EndsProgram, end_with};
+use dcb_reducer::huge_pages::{HugePages, keep_freed_memory};
+
 #[global_allocator]
-static ALLOCATOR: dcb_reducer::huge_pages::HugePages = dcb_reducer::huge_pages::HugePages;
+static ALLOCATOR: EndsProgram<HugePages> = EndsProgram(HugePages);
 
 fn main() -> ExitCode {
-    dcb_reducer::huge_pages::keep_freed_memory();
+    keep_freed_memory();
+    end_with(
+        "allow more, or ask for less: fewer --threads or --modes, --factor disk; see reduce plan",
+        remove_unfinished,
+    );
     dcb_reducer::cli::main()
 }

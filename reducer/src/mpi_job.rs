@@ -116,7 +116,9 @@ impl PrivateFolder {
     ) -> Result<(), Error> {
         let mut running = self.start(command)?;
         let errors = running.child.stderr.take();
-        let errors = std::thread::spawn(move || errors.map_or_else(String::new, messages));
+        let errors = std::thread::Builder::new()
+            .spawn(move || errors.map_or_else(String::new, messages))
+            .map_err(|source| cannot_start(command, source))?;
         let mut said = String::new();
         if let Some(output) = running.child.stdout.take() {
             for text in lossy_lines(output) {

@@ -2,6 +2,8 @@
 
 use std::time::Instant;
 
+use dcb_formats::out_of_memory::at_stage;
+use dcb_formats::threads::one_more;
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use serde::Serialize;
 
@@ -80,9 +82,11 @@ impl StageClock {
     /// Ends the running stage and starts one by name.
     pub fn start(&mut self, name: &str) {
         self.stop();
+        at_stage(name);
         self.bar.reset();
         self.bar.set_message(name.to_owned());
-        if !self.bar.is_hidden() {
+        // The bar takes its thread for granted.
+        if !self.bar.is_hidden() && one_more() {
             self.bar
                 .enable_steady_tick(std::time::Duration::from_millis(200));
         }

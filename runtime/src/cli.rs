@@ -1,6 +1,7 @@
 //! The command line of `simulate`. Results go to standard output, everything else to standard error.
 
 use std::io::{ErrorKind, Write};
+use std::num::NonZeroUsize;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
@@ -9,6 +10,7 @@ use clap::{Args, CommandFactory, Parser, Subcommand, ValueEnum};
 use dcb_formats::dcb::{Replace, check_output};
 use dcb_formats::results::Results;
 use dcb_formats::terminal::{for_terminal, one_line};
+use dcb_formats::threads::start_workers;
 
 use crate::cli_prepare::{self, PrepareArguments};
 use crate::cli_scene;
@@ -182,6 +184,11 @@ pub fn main() -> ExitCode {
         Ok(cli) => cli,
         Err(error) => return refuse(&in_our_words(error)),
     };
+    let threads = cli.common.threads.map(usize::from);
+    let workers = start_workers(threads.and_then(NonZeroUsize::new));
+    if let Some(note) = workers.note().filter(|_| !cli.common.quiet) {
+        print_to_stderr("note", &note);
+    }
     let done = match &cli.command {
         None => cli_scene::run(&cli.scene, &cli.common),
         Some(Command::Prepare(arguments)) => cli_prepare::run(arguments, &cli.common),

@@ -5,6 +5,7 @@ use std::io::IsTerminal;
 use std::path::{Path, PathBuf};
 
 use dcb_formats::dcb::{Replace, check_output, is_same_file};
+use dcb_formats::out_of_memory::at_stage;
 use dcb_formats::results::{Results, frequency_unit};
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use serde_json::json;
@@ -44,6 +45,7 @@ pub fn run(arguments: &SceneArguments, common: &CommonArguments) -> Result<Done,
         return Err(Error::described("SCENE.json", "is missing"));
     };
     check_tolerance(arguments.tolerance)?;
+    at_stage("scene");
     let mut scene = Scene::read(path)?;
     override_scene(&mut scene, arguments)?;
     let mut target = Target {
@@ -67,6 +69,7 @@ pub fn run(arguments: &SceneArguments, common: &CommonArguments) -> Result<Done,
     check_output(&target.path, target.replace)?;
     check_targets(path, &scene, &target, arguments)?;
     watch_for_interruption();
+    at_stage("superelements");
     // What the scene asks of its superelements is found wrong, or good, with all that they have.
     let open = SuperelementFiles::default();
     let mut model = Model::load_from(&scene, &open).map_err(|error| in_file(error, path))?;
@@ -93,6 +96,7 @@ pub fn run(arguments: &SceneArguments, common: &CommonArguments) -> Result<Done,
     if let Some(pruning) = &pruning {
         loaded += &told_of(pruning, arguments);
     }
+    at_stage("run");
     let report = run::run(&scene, model, &target, &mut watcher);
     watcher.bar.finish_and_clear();
     let report = report?;

@@ -471,6 +471,9 @@ impl Error {
         {
             return *is_unusable_input;
         }
+        if let Self::File(error) = self {
+            return !error.is_out_of_memory();
+        }
         !matches!(
             self,
             Self::OutOfMemory

@@ -102,7 +102,15 @@ pub(crate) fn on_large_stack<T: Send>(open: impl FnOnce() -> T + Send) -> std::i
     std::thread::scope(|scope| {
         std::thread::Builder::new()
             .stack_size(STACK_BYTES)
-            .spawn_scoped(scope, open)?
+            .spawn_scoped(scope, open)
+            .map_err(|error| {
+                let message = format!(
+                    "out of memory or threads: it takes a thread with a stack of {} MB ({error}); allow more (ulimit -v, ulimit -u, or \
+                     pids.max of a container)",
+                    STACK_BYTES >> 20
+                );
+                std::io::Error::new(std::io::ErrorKind::OutOfMemory, message)
+            })?
             .join()
             .map_err(|_| std::io::Error::other("the HDF5 library gave up on this file"))
     })

@@ -58,10 +58,19 @@ pub fn run(command: &mut Command) -> std::io::Result<Ended> {
         (child, stdout, stderr)
     };
     let (stdout, stderr) = std::thread::scope(|scope| {
-        let stdout = scope.spawn(|| text_of(stdout));
+        // Both pipes are read at a time, else a full one stops the process.
+        let reader = std::thread::Builder::new().spawn_scoped(scope, || text_of(stdout));
+        if reader.is_err() {
+            let _ = lock(&child).kill();
+        }
         let stderr = text_of(stderr);
-        (stdout.join().unwrap_or_default(), stderr)
-    });
+        reader.map(|reader| (reader.join().unwrap_or_default(), stderr))
+    })
+    .inspect_err(|_| {
+        let _ = lock(&child).wait();
+        let mut running = lock(&RUNNING);
+        running.children.retain(|other| !Arc::ptr_eq(other, &child));
+    })?;
     let status = loop {
         if let Some(status) = lock(&child).try_wait()? {
             break status;

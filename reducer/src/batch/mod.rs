@@ -95,9 +95,14 @@ pub fn run(batch: &Batch, told: &(dyn Fn(&Part, &Fate) + Sync)) -> Result<Vec<Fa
         Ok(())
     };
     std::thread::scope(|scope| {
-        let workers: Vec<_> = (0..batch.jobs.clamp(1, batch.parts.len().max(1)))
-            .map(|_| scope.spawn(work))
+        // The caller works where the system allows no further thread, and does nothing but wait where it allows all.
+        let count = batch.jobs.clamp(1, batch.parts.len().max(1));
+        let workers: Vec<_> = (0..count)
+            .map_while(|_| std::thread::Builder::new().spawn_scoped(scope, work).ok())
             .collect();
+        if workers.len() < count {
+            work()?;
+        }
         let ended = workers.into_iter().map(|worker| match worker.join() {
             Ok(ended) => ended,
             Err(cause) => std::panic::resume_unwind(cause),

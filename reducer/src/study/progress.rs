@@ -3,6 +3,7 @@
 use std::time::{Duration, Instant};
 
 use dcb_formats::terminal::printable;
+use dcb_formats::threads::one_more;
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 
 use crate::observer::{Observer, Stage};
@@ -32,7 +33,8 @@ impl Progress {
         if let Ok(style) = ProgressStyle::with_template("{bar:30} {elapsed}  {msg}") {
             bar.set_style(style);
         }
-        if !bar.is_hidden() {
+        // The bar takes its thread for granted.
+        if !bar.is_hidden() && one_more() {
             bar.enable_steady_tick(Duration::from_millis(200));
         }
         Self {

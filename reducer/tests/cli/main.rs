@@ -12,6 +12,7 @@ mod full_disk;
 mod help;
 mod inspect;
 mod interruption;
+mod limits;
 mod memory;
 mod options;
 mod output;

@@ -164,17 +164,25 @@ fn make(
             .and_then(|scene| motion::follow(subject, &scene, grid, monitor, &mut |_| {}))
             .map(|made| made.map(|(course, trace)| Made::Row(setting, course, trace))),
     };
+    let all = |sender: mpsc::Sender<_>| {
+        while let Some(job) = next().filter(|_| !monitor.is_stopped()) {
+            if sender.send(work(job)).is_err() {
+                break;
+            }
+        }
+    };
     std::thread::scope(|scope| {
         let (sender, receiver) = mpsc::channel();
-        for _ in 0..threads {
-            let (sender, next, work) = (sender.clone(), &next, &work);
-            scope.spawn(move || {
-                while let Some(job) = next().filter(|_| !monitor.is_stopped()) {
-                    if sender.send(work(job)).is_err() {
-                        break;
-                    }
+        for started in 0..threads {
+            let (own, all) = (sender.clone(), &all);
+            let worker = std::thread::Builder::new().spawn_scoped(scope, move || all(own));
+            if worker.is_err() {
+                if started == 0 {
+                    // The system allows no thread: what is made here waits in the channel.
+                    all(sender.clone());
                 }
-            });
+                break;
+            }
         }
         drop(sender);
         let mut result = Ok(());
