@@ -157,7 +157,7 @@ pub fn row_scales(of: &Superelement) -> Vec<f64> {
 }
 
 /// diag(F_res) with no mode kept, and with what was left out of it where the file says.
-pub(super) fn flexibilities(of: &Superelement) -> Vec<f64> {
+pub fn flexibilities(of: &Superelement) -> Vec<f64> {
     let (modes, residual) = (&of.modes, &of.residual);
     let n_b = of.rows.len();
     let mut sums: Vec<f64> = (0..n_b)
