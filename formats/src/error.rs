@@ -62,7 +62,7 @@ pub enum Error {
     },
     /// What is read takes more memory than it may, or than there is.
     #[error(
-        "{}: takes {} MB of memory{}", path.display(), needed.div_ceil(1 << 20), of_allowed(*allowed)
+        "{}: not enough memory: takes {} MB{}", path.display(), needed.div_ceil(1 << 20), of_allowed(*allowed)
     )]
     NotEnoughMemory {
         /// File.

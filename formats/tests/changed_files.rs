@@ -200,7 +200,7 @@ fn packed_entries_take_no_more_memory_than_they_may() {
         "{error}"
     );
     let text = error.to_string();
-    let said = "MB of memory or more, and 50 MB may be taken; allow more with --memory";
+    let said = "MB or more, and 50 MB may be taken; allow more with --memory";
     assert!(text.contains(said), "{text}");
     let taken = peak_bytes() - before;
     assert!(taken < limit + (40 << 20), "{} MB", taken >> 20);
