@@ -27,9 +27,12 @@ pub(super) struct TextBlocks {
     length: u64,
 }
 
+/// A file of which the first bytes, looked at already, come again.
+type PutBack = Chain<Cursor<Vec<u8>>, BufReader<Snapshot>>;
+
 enum Source {
     Plain(Snapshot),
-    Gzip(Box<MultiGzDecoder<Chain<Cursor<Vec<u8>>, BufReader<Snapshot>>>>),
+    Gzip(Box<MultiGzDecoder<PutBack>>),
 }
 
 impl Source {
