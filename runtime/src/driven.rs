@@ -44,11 +44,19 @@ impl<'a> DrivenMotion<'a> {
     /// # Errors
     /// Those of [`Starter::follow`]; the motion stays where it was.
     pub fn advance_to(&mut self, time: f64) -> Result<&State, Error> {
-        let mut next = carried(self.starter.system(), &self.state, time - self.state.time);
-        next.time = time;
-        self.starter.follow(&mut next)?;
-        self.state = next;
+        self.state = self.at(time)?;
         Ok(&self.state)
+    }
+
+    /// The same without going there.
+    ///
+    /// # Errors
+    /// As [`DrivenMotion::advance_to`].
+    pub fn at(&mut self, time: f64) -> Result<State, Error> {
+        let mut next = carried(self.starter.system(), &self.state, time - self.state.time);
+        (next.time, next.time_rest) = (time, 0.0);
+        self.starter.follow(&mut next)?;
+        Ok(next)
     }
 
     /// The motion now.

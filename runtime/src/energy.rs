@@ -41,6 +41,18 @@ impl Works {
         }
         self.powers = now;
     }
+
+    /// The works at a part `x` of a step of this length that led from these to `after`: powers are taken for straight lines, as the
+    /// trapezoidal rule takes them.
+    pub fn within(&self, after: &Self, x: f64, step: f64) -> Self {
+        let mut now = *self;
+        let works = [&mut now.drives, &mut now.loads, &mut now.dissipated];
+        let powers = self.powers.iter().zip(after.powers);
+        for (work, (before, after)) in works.into_iter().zip(powers) {
+            *work += x * step * (before + 0.5 * x * (after - before));
+        }
+        now
+    }
 }
 
 /// Power of drives, of loads and of dissipation.

@@ -4,6 +4,8 @@ use crate::energy::{Energy, Works};
 use crate::error::Error;
 use crate::initial::{InitialReport, REGULARIZATION, Redundancy, Starter};
 use crate::integrator::adaptive::{StepSize, local_error};
+use crate::integrator::between::between;
+use crate::integrator::equal_steps::EqualSteps;
 use crate::integrator::newton::Corrector;
 use crate::integrator::resolution::{Resolution, Unresolved};
 use crate::integrator::{Effort, Formulation, Method, Profile};
@@ -35,6 +37,8 @@ pub struct Simulation {
     corrector: Corrector,
     resolution: Resolution,
     works: Works,
+    /// Those before the last step.
+    earlier_works: Works,
     reference_energy: f64,
     /// Effort so far.
     effort: Effort,
@@ -81,6 +85,7 @@ impl Simulation {
             corrector,
             resolution: Resolution::of(&system),
             works: Works::default(),
+            earlier_works: Works::default(),
             reference_energy: 0.0,
             effort: Effort::default(),
             steps: 0,
@@ -128,6 +133,19 @@ impl Simulation {
         Ok(effort)
     }
 
+    /// One of equal steps, counted from 1; its length, and what it took. The last one ends exactly at the end.
+    ///
+    /// # Errors
+    /// As [`Simulation::step`].
+    pub fn step_equally(&mut self, steps: &EqualSteps, index: u64) -> Result<(f64, Effort), Error> {
+        let length = steps.length(index);
+        let effort = self.step(length)?;
+        if index == steps.count() {
+            (self.state.time, self.state.time_rest) = (steps.time(index), 0.0);
+        }
+        Ok((length, effort))
+    }
+
     /// Steps up to `end` as large as the tolerance allows, and tells the observer after each. The step goes on from call to call
     /// with `size`.
     ///
@@ -169,7 +187,7 @@ impl Simulation {
                     let error = local_error(system, &method.scheme, &self.state, trial, step);
                     if size.judge(trial.time, step, error)? {
                         if step == left {
-                            trial.time = end;
+                            (trial.time, trial.time_rest) = (end, 0.0);
                         }
                         // What is lost here, the tolerance allows to be.
                         self.watch(step);
@@ -214,6 +232,7 @@ impl Simulation {
         trial.earlier_step = step;
         count_turns(&self.system, &self.corrector.evaluation, trial);
         std::mem::swap(&mut self.state, trial);
+        self.earlier_works = self.works;
         self.works
             .advance(&self.system, &self.state, &self.corrector.evaluation, step);
         self.effort.iterations += effort.iterations;
@@ -309,6 +328,34 @@ impl Simulation {
         evaluation
     }
 
+    /// The motion at a time within the last step, which must have been the last thing that happened to it, evaluated as
+    /// [`Simulation::refresh`] does ([`crate::integrator::between`]).
+    pub(crate) fn look_within(&mut self, time: f64) -> State {
+        let Self {
+            system, corrector, ..
+        } = self;
+        // After a step the trial state is what it began with.
+        let mut now = between(system, &corrector.trial, &self.state, time);
+        corrector.evaluation.refresh(system, &now);
+        count_turns(system, &corrector.evaluation, &mut now);
+        let scheme = &self.method.scheme;
+        if corrector.share_redundant_within(system, scheme, &mut now) {
+            self.effort.factorizations += 1;
+            corrector.evaluation.load(system, &now);
+            corrector.evaluation.resist(system, &now);
+        }
+        now
+    }
+
+    /// Energy, works and the balance's defect at a state that [`Simulation::look_within`] gave last.
+    pub(crate) fn energy_within(&mut self, now: &State) -> (Energy, Works, f64) {
+        let step = self.state.earlier_step;
+        let x = (now.time - self.corrector.trial.time) / step;
+        let works = self.earlier_works.within(&self.works, x, step);
+        let energy = Energy::at(&self.system, now, &mut self.corrector.evaluation);
+        (energy, works, self.lacking(&energy, &works))
+    }
+
     /// What was evaluated last.
     pub fn evaluation(&self) -> &Evaluation {
         &self.corrector.evaluation
@@ -318,10 +365,12 @@ impl Simulation {
     pub fn energy(&mut self) -> (Energy, Works, f64) {
         let evaluation = &mut self.corrector.evaluation;
         let energy = Energy::at(&self.system, &self.state, evaluation);
-        let works = self.works;
-        let defect =
-            energy.total() - self.reference_energy - works.drives - works.loads + works.dissipated;
-        (energy, works, defect)
+        (energy, self.works, self.lacking(&energy, &self.works))
+    }
+
+    /// What the balance lacks.
+    fn lacking(&self, energy: &Energy, works: &Works) -> f64 {
+        energy.total() - self.reference_energy - works.drives - works.loads + works.dissipated
     }
 
     /// g of a body, after `refresh`: forces and moments of joints, springs and loads on its interface rows, body axes, acting

@@ -319,7 +319,7 @@ impl<'a> Starter<'a> {
 /// The state after a time in which its accelerations stay.
 pub(crate) fn carried(system: &System, state: &State, time: f64) -> State {
     let mut moved = state.clone();
-    moved.time += time;
+    (moved.time, moved.time_rest) = state.time_after(time);
     for (index, body) in system.bodies.iter().enumerate() {
         let at = body.velocities.start;
         let increment = |i: usize| {

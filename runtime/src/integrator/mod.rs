@@ -1,6 +1,8 @@
 //! Time integration.
 
 pub mod adaptive;
+pub mod between;
+pub mod equal_steps;
 pub mod method;
 pub mod newton;
 pub mod profile;

@@ -11,14 +11,12 @@ use super::Names;
 use super::library::Library;
 use crate::error::Error;
 use crate::field::NodalField;
+use crate::run::timetable::{Due, Timetable};
 use crate::scene::{FieldRequest, Scene};
 use crate::system::builder::SystemBuilder;
 use crate::system::evaluation::Evaluation;
 use crate::system::{State, System};
 use crate::vtu::{FieldSeries, FieldSnapshot};
-
-/// A field is due this share of a step before its time.
-const EARLY: f64 = 1e-6;
 
 /// A field of one body, and when it is written.
 pub struct FieldPlan {
@@ -27,12 +25,7 @@ pub struct FieldPlan {
     field: NodalField,
     source: Arc<(RecoveryBasis, Mesh)>,
     directory: PathBuf,
-    schedule: Schedule,
-}
-
-enum Schedule {
-    Times(Vec<f64>),
-    Every(f64),
+    timetable: Timetable,
 }
 
 impl FieldPlan {
@@ -47,10 +40,10 @@ impl FieldPlan {
         let source = library.fields(scene, &request.body, &format!("fields[{index}].body"))?;
         let body = names.bodies.get(&request.body).copied().unwrap_or_default();
         let flexible = &builder.system().bodies[body].flexible;
-        let schedule = match (&request.times, request.every) {
-            (Some(times), _) => Schedule::Times(times.clone()),
-            (None, Some(every)) => Schedule::Every(every),
-            (None, None) => Schedule::Times(Vec::new()),
+        let timetable = match (&request.times, request.every) {
+            (Some(times), _) => Timetable::listed(times.clone()),
+            (None, Some(every)) => Timetable::every(every),
+            (None, None) => Timetable::listed(Vec::new()),
         };
         Ok(Self {
             body,
@@ -58,7 +51,7 @@ impl FieldPlan {
             field: NodalField::new(flexible, &source.0, &source.1)?,
             source,
             directory: scene.resolve(&request.directory),
-            schedule,
+            timetable,
         })
     }
 
@@ -80,21 +73,12 @@ impl FieldPlan {
             .map(|(node, _)| node)
             .collect()
     }
-
-    /// The time of a snapshot, counted from 0.
-    fn time(&self, index: usize) -> Option<f64> {
-        match &self.schedule {
-            Schedule::Times(times) => times.get(index).copied(),
-            Schedule::Every(interval) => Some(interval * index as f64),
-        }
-    }
 }
 
 /// A field being written.
 pub struct FieldWriter {
     plan: FieldPlan,
     series: FieldSeries,
-    next: usize,
 }
 
 impl FieldWriter {
@@ -104,14 +88,15 @@ impl FieldWriter {
     /// [`Error::File`]; [`Error::Field`] for cells that VTK has no type for.
     pub fn start(plan: FieldPlan, folder: &Path, replace: Replace) -> Result<Self, Error> {
         let series = FieldSeries::create(folder, &plan.name, &plan.source.1, replace)?;
-        Ok(Self {
-            plan,
-            series,
-            next: 0,
-        })
+        Ok(Self { plan, series })
     }
 
-    /// Writes the field if it is due: at the first step at or after each of its times. The evaluation is the state's.
+    /// Takes off the next of its times that has come.
+    pub fn take(&mut self, now: f64) -> Option<Due> {
+        self.plan.timetable.take(now)
+    }
+
+    /// Writes the field at a state, evaluated there.
     ///
     /// # Errors
     /// [`Error::File`], also on a full disk.
@@ -120,19 +105,7 @@ impl FieldWriter {
         system: &System,
         state: &State,
         evaluation: &Evaluation,
-        step: f64,
     ) -> Result<(), Error> {
-        let mut is_due = false;
-        while let Some(time) = self.plan.time(self.next) {
-            if time > state.time + EARLY * step {
-                break;
-            }
-            is_due = true;
-            self.next += 1;
-        }
-        if !is_due {
-            return Ok(());
-        }
         let body = &system.bodies[self.plan.body];
         let pose = state.pose(self.plan.body);
         let y = &state.coordinates[body.coordinates.clone()];

@@ -65,6 +65,26 @@ impl<'a> RecordedStep<'a> {
 }
 
 impl<'a> RecordedStep<'a> {
+    /// A state within a simulation's last step, as [`Simulation::look_within`] gave it last.
+    pub(crate) fn within(
+        simulation: &'a mut Simulation,
+        state: &'a State,
+        step: f64,
+        effort: Effort,
+    ) -> Self {
+        let (energy, works, defect) = simulation.energy_within(state);
+        Self {
+            system: simulation.system(),
+            state,
+            evaluation: simulation.evaluation(),
+            energy,
+            works,
+            defect,
+            step,
+            iterations: effort.iterations,
+        }
+    }
+
     /// A state that no motion over time led to: it has no works and no balance.
     pub fn at(system: &'a System, state: &'a State, evaluation: &'a mut Evaluation) -> Self {
         evaluation.refresh(system, state);

@@ -3,14 +3,16 @@
 use dcb_formats::results::{Column, ModeShapes, Modes};
 use serde_json::{Value, json};
 
+use super::timetable::{Due, Rows};
 use super::{Ending, Observer, Opened, Session, Target, redundancy, tell_start};
 use crate::driven::DrivenMotion;
 use crate::eigenmodes::{Eigenmode, Eigenmodes};
 use crate::equilibrium::{EquilibriumReport, EquilibriumSettings, find_equilibrium};
 use crate::error::Error;
 use crate::initial::{InitialReport, Starter};
+use crate::integrator::equal_steps::EqualSteps;
 use crate::model::{Model, RecordedStep};
-use crate::scene::{Linearization, ModesAnalysis, Scene};
+use crate::scene::{Linearization, ModesAnalysis, Record, Scene};
 use crate::system::evaluation::Evaluation;
 use crate::system::{State, System};
 
@@ -27,7 +29,7 @@ pub struct DrivenReport {
     /// What was done to make the start consistent.
     pub initial: InitialReport,
     /// Times that were computed.
-    pub times: usize,
+    pub times: u64,
     /// Whether the end was reached.
     pub is_complete: bool,
 }
@@ -75,7 +77,7 @@ pub fn rest(
     session.close(found, &at_start(), &summary)
 }
 
-/// Follows the drives from time zero to the end, and records every step.
+/// Follows the drives from time zero to the end, and records what the scene asks for.
 ///
 /// # Errors
 /// Those of [`DrivenMotion`]; [`Error::Description`] without an integrator, whose `step` and `end` are used.
@@ -94,8 +96,9 @@ pub fn driven(
         drawn,
         ..
     } = Session::open(scene, model, target)?;
-    let count = (integrator.end / integrator.step - 1e-9).ceil().max(0.0) as usize;
-    let mut times = 0;
+    let steps = EqualSteps::new(integrator.step, integrator.end);
+    let mut rows = Rows::of(scene.record.unwrap_or(Record::Every(1)));
+    let mut times: u64 = 0;
     let mut last = None;
     let mut follow = || {
         let (mut motion, initial) = DrivenMotion::start(&system, drawn.clone())?;
@@ -104,18 +107,42 @@ pub fn driven(
             let message = "a kinematic analysis takes flexible bodies as rigid ones";
             session.tell(observer, 0.0, message);
         }
-        for index in 0..=count {
+        let mut evaluation = Evaluation::of(&system);
+        for index in 0..=steps.count() {
             if observer.is_stopped() {
                 break;
             }
-            let time = (index as f64 * integrator.step).min(integrator.end);
+            let time = steps.time(index);
+            if index > 0 {
+                rows.count_step();
+            }
+            let mut is_due = index == 0 || index == steps.count();
+            while let Some(due) = rows.take(time) {
+                match due {
+                    Due::Now => is_due = true,
+                    Due::Within(time) => {
+                        let state = motion.at(time)?;
+                        session.record(&RecordedStep::at(&system, &state, &mut evaluation))?;
+                    }
+                }
+            }
+            for field in &mut session.fields {
+                while let Some(due) = field.take(time) {
+                    let state = motion.at(match due {
+                        Due::Now => time,
+                        Due::Within(time) => time,
+                    })?;
+                    evaluation.refresh(&system, &state);
+                    field.write(&system, &state, &evaluation)?;
+                }
+            }
             if index > 0 {
                 motion.advance_to(time)?;
             }
-            let mut evaluation = Evaluation::of(&system);
-            let state = motion.state();
-            session.record(&RecordedStep::at(&system, state, &mut evaluation))?;
-            session.write_fields((&system, state), &evaluation, integrator.step)?;
+            if is_due {
+                let state = motion.state();
+                session.record(&RecordedStep::at(&system, state, &mut evaluation))?;
+            }
             observer.progress(time, integrator.end);
             times += 1;
             last = Some(time);
@@ -123,7 +150,7 @@ pub fn driven(
         Ok(DrivenReport {
             initial,
             times,
-            is_complete: times == count + 1,
+            is_complete: times == steps.count() + 1,
         })
     };
     let found = follow();

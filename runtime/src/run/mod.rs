@@ -4,6 +4,7 @@
 //! oscillations ([`analyses`]). Whatever stops a run, its file holds what was reached.
 
 pub mod analyses;
+pub mod timetable;
 pub mod transient;
 
 use std::path::{Path, PathBuf};
@@ -21,7 +22,6 @@ use crate::model::{FieldFolders, FieldWriter, LoadedFile, Model, RecordedStep, R
 use crate::scene::{self, Analysis, Integrator, RedundantConstraints, Scene};
 use crate::scope::Scope;
 use crate::stop_signal::{self, StopSignal};
-use crate::system::evaluation::Evaluation;
 use crate::system::{State, System};
 pub use analyses::{DrivenReport, ModesReport, RestReport};
 pub use transient::RunReport;
@@ -315,18 +315,6 @@ impl Session {
         let row = self.recorder.row(step);
         self.writer.append(step.state.time, row)?;
         Ok(())
-    }
-
-    /// Writes the fields that are due.
-    fn write_fields(
-        &mut self,
-        (system, state): (&System, &State),
-        evaluation: &Evaluation,
-        step: f64,
-    ) -> Result<(), Error> {
-        self.fields
-            .iter_mut()
-            .try_for_each(|field| field.write(system, state, evaluation, step))
     }
 
     /// Tells somebody, and the file.

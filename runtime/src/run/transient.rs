@@ -5,6 +5,7 @@ use std::time::Instant;
 use dcb_formats::results::frequency_unit;
 use serde_json::json;
 
+use super::timetable::{Due, Rows};
 use super::{Ending, Observer, Opened, Profiling, Session, Target, method, redundancy, tell_start};
 use crate::compatibility_window::WeakWindow;
 use crate::effective_damping::{EffectiveDamping, effective_damping};
@@ -12,6 +13,7 @@ use crate::energy_balance::EnergyBalance;
 use crate::error::Error;
 use crate::initial::InitialReport;
 use crate::integrator::adaptive::{AdaptiveStep, StepSize};
+use crate::integrator::equal_steps::EqualSteps;
 use crate::integrator::resolution::{Part, Unresolved};
 use crate::integrator::{Effort, Profile};
 use crate::model::{Model, RecordedStep};
@@ -93,7 +95,6 @@ pub fn transient(
         balance: EnergyBalance::default(),
         met_singular: false,
         told_unresolved: 0,
-        recorded: 0,
     };
     if target.profiling == Profiling::Stages {
         simulation.start_profile();
@@ -149,8 +150,6 @@ struct Run<'a> {
     met_singular: bool,
     /// How many motions that the steps are too long for have been told.
     told_unresolved: usize,
-    /// Records so far.
-    recorded: u64,
 }
 
 impl Run<'_> {
@@ -161,25 +160,14 @@ impl Run<'_> {
         observer: &mut dyn Observer,
     ) -> Result<bool, Error> {
         let end = self.integrator.end;
-        self.write(simulation, Effort::default(), 0.0)?;
+        let mut rows = Rows::of(self.record);
+        self.write(RecordedStep::of(simulation, 0.0, Effort::default()))?;
         self.session
             .scope
             .observe_motion(simulation.system(), simulation.state());
-        let first = self.integrator.step;
-        let now = (simulation.system(), simulation.state());
-        self.session
-            .write_fields(now, simulation.evaluation(), first)?;
+        self.write_fields(simulation)?;
         let mut stepping = Stepping::of(&self.integrator, simulation.system());
-        let mut index = 0;
-        while let Some(planned) = stepping.next(simulation.state().time) {
-            if observer.is_stopped() {
-                return Ok(false);
-            }
-            let (step, effort) = match planned {
-                Planned::Fixed(step) => (step, simulation.step(step)?),
-                Planned::Adaptive(size) => simulation.step_adaptively(end, size)?,
-            };
-            index += 1;
+        while let Some((step, effort)) = stepping.advance(simulation, || observer.is_stopped())? {
             if simulation.was_singular() && !self.met_singular {
                 self.met_singular = true;
                 let time = simulation.state().time;
@@ -190,21 +178,37 @@ impl Run<'_> {
                 .scope
                 .observe_motion(simulation.system(), simulation.state());
             self.tell_unresolved(simulation, observer);
-            if !self.session.fields.is_empty() {
-                simulation.refresh();
+            rows.count_step();
+            let mut is_recorded = false;
+            let now = simulation.state().time;
+            let mut is_due = now >= end;
+            while let Some(due) = rows.take(now) {
+                match due {
+                    Due::Now => is_due = true,
+                    Due::Within(time) => {
+                        let state = simulation.look_within(time);
+                        let row = RecordedStep::within(simulation, &state, step, effort);
+                        self.write(row)?;
+                        is_recorded = true;
+                    }
+                }
             }
-            let (system, state) = (simulation.system(), simulation.state());
-            self.session
-                .write_fields((system, state), simulation.evaluation(), step)?;
-            if self.is_due(index, state.time) || state.time >= end {
-                self.write(simulation, effort, step)?;
-                observer.progress(simulation.state().time, end);
+            self.write_fields(simulation)?;
+            if is_due {
+                self.write(RecordedStep::of(simulation, step, effort))?;
+                is_recorded = true;
+            }
+            if is_recorded {
+                observer.progress(now, end);
                 let (system, state) = (simulation.system(), simulation.state());
                 let session = &mut *self.session;
                 self.validity.check(system, state, |message| {
                     session.tell(observer, state.time, &message);
                 })?;
             }
+        }
+        if simulation.state().time < end {
+            return Ok(false);
         }
         for found in simulation.resolution().at_end() {
             let message = unresolved_warning(simulation.system(), &found);
@@ -213,7 +217,8 @@ impl Run<'_> {
         }
         let time = simulation.state().time;
         // Single steps may be short, for example the last one.
-        let mean_step = time / index.max(1) as f64;
+        let (steps, _) = simulation.effort();
+        let mean_step = time / steps.max(1) as f64;
         let rounding = rounding_warning(simulation, mean_step);
         for message in rounding.into_iter().chain(imbalance_warning(&self.balance)) {
             self.session.tell(observer, time, &message);
@@ -221,15 +226,24 @@ impl Run<'_> {
         Ok(true)
     }
 
-    /// Whether the state after so many steps is recorded.
-    fn is_due(&self, steps_made: u64, time: f64) -> bool {
-        match self.record {
-            Record::Every(steps) => steps_made.is_multiple_of(u64::from(steps)),
-            Record::Interval(interval) => {
-                let due = (self.recorded as f64) * interval;
-                time >= due - 1e-9 * interval
+    /// Writes the fields that are due since the last step.
+    fn write_fields(&mut self, simulation: &mut Simulation) -> Result<(), Error> {
+        for field in &mut self.session.fields {
+            while let Some(due) = field.take(simulation.state().time) {
+                match due {
+                    Due::Now => {
+                        simulation.refresh();
+                        let (system, state) = (simulation.system(), simulation.state());
+                        field.write(system, state, simulation.evaluation())?;
+                    }
+                    Due::Within(time) => {
+                        let state = simulation.look_within(time);
+                        field.write(simulation.system(), &state, simulation.evaluation())?;
+                    }
+                }
             }
         }
+        Ok(())
     }
 
     /// Motions that the steps are too long for are told once each.
@@ -243,49 +257,27 @@ impl Run<'_> {
         self.told_unresolved = told.len();
     }
 
-    fn write(
-        &mut self,
-        simulation: &mut Simulation,
-        effort: Effort,
-        step: f64,
-    ) -> Result<(), Error> {
-        let now = RecordedStep::of(simulation, step, effort);
+    fn write(&mut self, now: RecordedStep) -> Result<(), Error> {
         self.balance.look_at(&now);
-        self.session.record(&now)?;
-        self.recorded += 1;
-        Ok(())
+        self.session.record(&now)
     }
 }
 
 /// How the next step is found.
 enum Stepping {
-    /// Equal steps; the last one ends the run.
-    Fixed {
-        step: f64,
-        end: f64,
-        made: u64,
-        count: u64,
-    },
+    /// Equal steps, and how many have been made.
+    Equal { steps: EqualSteps, made: u64 },
     /// Steps that follow the error.
     Adaptive { size: StepSize, end: f64 },
-}
-
-/// The next step.
-enum Planned<'a> {
-    Fixed(f64),
-    Adaptive(&'a mut StepSize),
 }
 
 impl Stepping {
     fn of(integrator: &Integrator, system: &System) -> Self {
         let Integrator { step, end, .. } = *integrator;
         match integrator.adaptive {
-            // A remainder below rounding is no step.
-            None => Self::Fixed {
-                step,
-                end,
+            None => Self::Equal {
+                steps: EqualSteps::new(step, end),
                 made: 0,
-                count: (end / step - 1e-9).ceil().max(0.0) as u64,
             },
             Some(adaptive) => {
                 let size = system.bodies.iter().map(|body| body.length).sum::<f64>();
@@ -303,19 +295,29 @@ impl Stepping {
         }
     }
 
-    fn next(&mut self, time: f64) -> Option<Planned<'_>> {
+    /// Makes the next step: its length and what it took. `None` at the end, or if the run is to stop.
+    fn advance(
+        &mut self,
+        simulation: &mut Simulation,
+        is_stopped: impl FnOnce() -> bool,
+    ) -> Result<Option<(f64, Effort)>, Error> {
+        if simulation.state().time >= self.end() || is_stopped() {
+            return Ok(None);
+        }
         match self {
-            Self::Fixed {
-                step,
-                end,
-                made,
-                count,
-            } => {
+            Self::Equal { steps, made } => {
+                let made_now = simulation.step_equally(steps, *made + 1)?;
                 *made += 1;
-                let next = if *made == *count { *end - time } else { *step };
-                (*made <= *count).then_some(Planned::Fixed(next))
+                Ok(Some(made_now))
             }
-            Self::Adaptive { size, end } => (time < *end).then_some(Planned::Adaptive(size)),
+            Self::Adaptive { size, end } => simulation.step_adaptively(*end, size).map(Some),
+        }
+    }
+
+    fn end(&self) -> f64 {
+        match self {
+            Self::Equal { steps, .. } => steps.time(steps.count()),
+            Self::Adaptive { end, .. } => *end,
         }
     }
 }

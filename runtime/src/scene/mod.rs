@@ -232,10 +232,10 @@ impl Scene {
             output.check(at, &checker)
         })?;
         if let Some(record) = &self.record {
-            record.check()?;
+            record.check(end)?;
         }
         for (index, field) in self.fields.iter().enumerate() {
-            field.check(&format!("fields[{index}]"), &checker)?;
+            field.check(&format!("fields[{index}]"), &checker, end)?;
         }
         for (index, body) in self.initial.hold.iter().enumerate() {
             checker.body(&format!("initial.hold[{index}]"), body)?;

@@ -158,7 +158,7 @@ pub struct OfBody {
 pub enum Record {
     /// After every so many steps.
     Every(u32),
-    /// After every such interval of time.
+    /// At the multiples of this time, wherever steps end, and at the end.
     Interval(f64),
 }
 
@@ -272,20 +272,44 @@ impl Output {
 }
 
 impl Record {
-    pub(super) fn check(&self) -> Result<(), Error> {
+    pub(super) fn check(&self, end: Option<f64>) -> Result<(), Error> {
         match *self {
             Self::Every(0) => Err(Error::described(
                 "record.every",
                 "is 0, expected a number of steps from 1",
             )),
             Self::Every(_) => Ok(()),
-            Self::Interval(interval) => positive("record.interval", interval),
+            Self::Interval(interval) => often("record.interval", interval, end),
         }
     }
 }
 
+/// Times that a scene may ask for.
+const MOST_TIMES: f64 = 1e9;
+
+/// An interval of time, not so short that nobody could wait for what it asks for.
+fn often(location: &str, interval: f64, end: Option<f64>) -> Result<(), Error> {
+    positive(location, interval)?;
+    match end {
+        Some(end) if end > MOST_TIMES * interval => Err(Error::described(
+            location,
+            format!(
+                "is {interval:?}: {:.0e} times up to the end at {end}; expected at most {MOST_TIMES:.0e}, an interval of {:.1e} or more",
+                end / interval,
+                end / MOST_TIMES
+            ),
+        )),
+        _ => Ok(()),
+    }
+}
+
 impl FieldRequest {
-    pub(super) fn check(&self, location: &str, checker: &Checker) -> Result<(), Error> {
+    pub(super) fn check(
+        &self,
+        location: &str,
+        checker: &Checker,
+        end: Option<f64>,
+    ) -> Result<(), Error> {
         checker.superelement(&format!("{location}.body"), &self.body)?;
         if self.directory.as_os_str().is_empty() {
             return Err(Error::described(
@@ -294,7 +318,7 @@ impl FieldRequest {
             ));
         }
         let times = match (&self.times, self.every) {
-            (None, Some(interval)) => return positive(&format!("{location}.every"), interval),
+            (None, Some(interval)) => return often(&format!("{location}.every"), interval, end),
             (Some(times), None) => times,
             _ => {
                 return Err(Error::described(

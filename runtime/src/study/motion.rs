@@ -11,6 +11,7 @@ use crate::compatibility_window::WeakWindow;
 use crate::energy_balance::EnergyBalance;
 use crate::error::Error;
 use crate::integrator::Effort;
+use crate::integrator::equal_steps::EqualSteps;
 use crate::model::{Model, RecordedStep, Recorder};
 use crate::run::transient::{imbalance_warning, rounding_warning, unresolved_warning};
 use crate::run::{method, redundancy};
@@ -137,11 +138,12 @@ fn attempt(
 /// Those of the start and of the steps.
 pub fn time(scene: &Scene, monitor: &Monitor) -> Result<Option<Timing>, Error> {
     let integrator = step_of(scene)?;
+    let steps = equal_steps(&integrator);
     let (mut simulation, _) = start(Model::load(scene)?, scene)?;
     let drawn = simulation.save();
     let mut timing = Timing {
         seconds: f64::INFINITY,
-        steps: step_count(&integrator),
+        steps: steps.count(),
         runs: 0,
     };
     let mut total = 0.0;
@@ -149,7 +151,7 @@ pub fn time(scene: &Scene, monitor: &Monitor) -> Result<Option<Timing>, Error> {
         simulation.restore(&drawn)?;
         let clock = Instant::now();
         for index in 1..=timing.steps {
-            simulation.step(next_step(&integrator, &simulation, index))?;
+            simulation.step_equally(&steps, index)?;
             if index % STEPS_BETWEEN_LOOKS == 0 && monitor.is_stopped() {
                 return Ok(None);
             }
@@ -167,7 +169,7 @@ pub fn time(scene: &Scene, monitor: &Monitor) -> Result<Option<Timing>, Error> {
 /// # Errors
 /// [`Error::Description`] without an integrator.
 pub fn steps_of(scene: &Scene) -> Result<u64, Error> {
-    Ok(step_count(&step_of(scene)?))
+    Ok(equal_steps(&step_of(scene)?).count())
 }
 
 /// A run that is sampled.
@@ -189,7 +191,8 @@ impl Run<'_> {
     fn integrate(&mut self, scene: &Scene, grid: Grid, monitor: &Monitor) -> Result<bool, Error> {
         let integrator = step_of(scene)?;
         let stride = grid.steps_between(integrator.step).unwrap_or(1);
-        let count = step_count(&integrator);
+        let steps = equal_steps(&integrator);
+        let count = steps.count();
         self.sample()?;
         for index in 1..=count {
             if index % STEPS_BETWEEN_LOOKS == 0 {
@@ -198,8 +201,7 @@ impl Run<'_> {
                     return Ok(false);
                 }
             }
-            let step = next_step(&integrator, &self.simulation, index);
-            let effort = self.simulation.step(step)?;
+            let (_, effort) = self.simulation.step_equally(&steps, index)?;
             self.course.steps = index;
             self.course.iterations += effort.iterations;
             if index % stride == 0 || index == count {
@@ -282,15 +284,6 @@ fn step_of(scene: &Scene) -> Result<Integrator, Error> {
     scene.integrator.ok_or_else(missing)
 }
 
-/// A remainder below rounding is no step.
-fn step_count(integrator: &Integrator) -> u64 {
-    (integrator.end / integrator.step - 1e-9).ceil().max(0.0) as u64
-}
-
-/// The last step ends the run.
-fn next_step(integrator: &Integrator, simulation: &Simulation, index: u64) -> f64 {
-    match index == step_count(integrator) {
-        true => integrator.end - simulation.state().time,
-        false => integrator.step,
-    }
+fn equal_steps(integrator: &Integrator) -> EqualSteps {
+    EqualSteps::new(integrator.step, integrator.end)
 }

@@ -10,6 +10,8 @@ use super::marker::{BodyPose, BodyRates};
 pub struct State {
     /// Time.
     pub time: f64,
+    /// What rounding took from the time when it was summed: the sum of both is the time.
+    pub time_rest: f64,
     /// R of each body: centre of mass at rest, world.
     pub origins: Vec<Vector3<f64>>,
     /// Orientation of each body frame.
@@ -49,6 +51,7 @@ impl State {
         let (bodies, n) = (system.bodies.len(), system.velocity_count());
         Self {
             time: 0.0,
+            time_rest: 0.0,
             origins: vec![Vector3::zeros(); bodies],
             orientations: vec![UnitQuaternion::identity(); bodies],
             coordinates: vec![0.0; system.coordinate_count()],
@@ -69,7 +72,7 @@ impl State {
 
     /// Overwrites without allocating; both belong to the same system.
     pub fn copy_from(&mut self, other: &Self) {
-        self.time = other.time;
+        (self.time, self.time_rest) = (other.time, other.time_rest);
         self.origins.copy_from_slice(&other.origins);
         self.orientations.copy_from_slice(&other.orientations);
         self.coordinates.copy_from_slice(&other.coordinates);
@@ -88,6 +91,12 @@ impl State {
             .copy_from_slice(&other.residual_accelerations);
         self.angles.copy_from_slice(&other.angles);
         self.inputs.copy_from_slice(&other.inputs);
+    }
+
+    /// The time after a step, and what rounding takes from it. n steps of h lead to n h but for its own rounding (Knuth's sum without error).
+    pub fn time_after(&self, step: f64) -> (f64, f64) {
+        let (sum, lost) = exact_sum(self.time, step);
+        exact_sum(sum, lost + self.time_rest)
     }
 
     /// Pose of a body frame.
@@ -113,6 +122,13 @@ impl State {
         still.residual_accelerations.fill(0.0);
         still
     }
+}
+
+/// A sum as rounded, and what rounding took from it.
+fn exact_sum(a: f64, b: f64) -> (f64, f64) {
+    let sum = a + b;
+    let of_b = sum - a;
+    (sum, (a - (sum - of_b)) + (b - of_b))
 }
 
 /// The rigid part of a body's velocities or accelerations.

@@ -11,6 +11,7 @@ mod options;
 mod output;
 mod planar_scenes;
 mod prepared_fields;
+mod records;
 mod runs;
 mod scenes;
 mod scope;

@@ -15,7 +15,7 @@ use crate::system::{Demand, State, System};
 const VIOLATED: f64 = 1e6;
 
 /// The joints' system enlarges its right-hand side by more than this only near a dead centre.
-const NEARLY_SINGULAR: f64 = 1e5;
+const NEARLY_SINGULAR: f64 = 1e3;
 /// Rounding is taken to be enlarged by no more: a dead centre leaves half the digits of a position.
 const LARGEST_AMPLIFICATION: f64 = 1e8;
 /// Largest turn of a joint in one step whose angle is counted, rad.

@@ -263,7 +263,21 @@ impl Corrector {
     /// Shares the forces of redundant constraints out in the minimum-norm sense, after the step that led to a state and with the evaluation
     /// there. Steps carry on what does nothing, so that a factor serves them as long as without. Returns whether forces changed.
     pub fn share_redundant(&mut self, system: &System, scheme: &Scheme, state: &mut State) -> bool {
-        let is_carried = self.condensed.carries_redundant() && !self.has_shared;
+        if self.has_shared {
+            return false;
+        }
+        self.has_shared = self.share_redundant_within(system, scheme, state);
+        self.has_shared
+    }
+
+    /// The same at a state within the step.
+    pub fn share_redundant_within(
+        &mut self,
+        system: &System,
+        scheme: &Scheme,
+        state: &mut State,
+    ) -> bool {
+        let is_carried = self.condensed.carries_redundant();
         let Some(step) = self.factored_step.filter(|_| is_carried) else {
             return false;
         };
@@ -277,7 +291,6 @@ impl Corrector {
             return false;
         }
         (self.contraction, self.factor_age) = (SLOW, 0);
-        self.has_shared = true;
         self.condensed.share_redundant(&mut state.forces);
         true
     }

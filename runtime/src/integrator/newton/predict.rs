@@ -67,7 +67,7 @@ impl Corrector {
     /// The trial state at the end of the step, as far as the start tells it.
     pub(super) fn predict(&mut self, system: &System, scheme: &Scheme, start: &State, step: f64) {
         let trial = &mut self.trial;
-        trial.time = start.time + step;
+        (trial.time, trial.time_rest) = start.time_after(step);
         trial.angles.copy_from_slice(&start.angles);
         trial.inputs.copy_from_slice(&start.inputs);
         let ahead = step / start.earlier_step;
