@@ -19,11 +19,12 @@ fn value(function: &TimeFunction, time: f64) -> f64 {
     function.evaluate(time, 0.0).value
 }
 
-const SMOOTH: [&str; 9] = [
+const SMOOTH: [&str; 10] = [
     r#"{"polynomial": [1, -2, 0.5, 0.25]}"#,
     r#"{"harmonic": {"amplitude": 2, "frequency_hz": 0.7, "phase": 0.4, "offset": -1}}"#,
     r#"{"harmonic": {"amplitude": 2, "angular_frequency": 3}}"#,
     r#"{"table": {"times": [0, 0.3, 1, 1.5, 3], "values": [0, 1, -1, 0.5, 2]}}"#,
+    r#"{"table": {"times": [0, 0.3, 1, 1.5, 3], "values": [0, 1, -1, 0.5, 2], "interpolation": "spline"}}"#,
     r#"{"formula": "0.5*sin(3*t)^2"}"#,
     r#"{"formula": "exp(-t/2)*cos(2*pi*t) - (t + 1)^-1.5 + 2^t + (1+t)^t"}"#,
     r#"{"formula": "atan(t)*tanh(t - 1) + ln(2 + t)/sqrt(t + 1) - log10(t+2) + abs(t - 7)"}"#,
@@ -275,7 +276,7 @@ fn what_cannot_be_evaluated_is_refused_with_its_place() {
     }
     let infinite = Function::Constant(f64::INFINITY);
     assert!(TimeFunction::new(&infinite).is_err());
-    for formula in ["1/t", "abs(t - 0.3)", "sqrt(t - 1)"] {
+    for formula in ["1/t", "1/(t - 0.3)^2", "sqrt(t - 1)"] {
         let error = TimeFunction::integral_of(&Function::Formula(formula.into()), 1.0).unwrap_err();
         assert!(error.to_string().contains("formula: "), "{error}");
     }
@@ -286,7 +287,7 @@ fn bad_formulas_are_refused_with_their_position() {
     let deep = format!("{}t{}", "(".repeat(400), ")".repeat(400));
     let signs = format!("{}t", "-".repeat(998));
     for fine in [&deep, &signs] {
-        assert!(TimeFunction::new(&Function::Formula(fine.clone())).is_ok());
+        assert!(TimeFunction::new(&Function::Formula(fine.as_str().into())).is_ok());
     }
     let long = format!("{}t", "1+".repeat(600));
     let stacked = format!("{}t{}", "t+(".repeat(200), ")".repeat(200));
@@ -297,13 +298,13 @@ fn bad_formulas_are_refused_with_their_position() {
         ("sin t", "position 5: expected the end or one of + - * / ^"),
         (
             "1 + sin",
-            "position 5: the function `sin` needs brackets: `sin(t)`",
+            "position 5: the function `sin` needs brackets: `sin(x)`",
         ),
         ("3*x + 1", "position 3: `x` is not known"),
         ("2t", "position 2: expected the end or one of + - * / ^"),
         (
-            "sinn(t)",
-            "position 1: `sinn` is not a known function; did you mean `sin`?",
+            "sqrtt(t)",
+            "position 1: `sqrtt` is not a known function; did you mean `sqrt`?",
         ),
         (
             "1 + log(t)",

@@ -6,7 +6,7 @@ use dcb_runtime::function::{Function, TimeFunction};
 use libfuzzer_sys::fuzz_target;
 
 fuzz_target!(|text: &str| {
-    let formula = Function::Formula(text.to_owned());
+    let formula = Function::Formula(text.into());
     match TimeFunction::new(&formula) {
         Ok(function) => {
             for time in [-1.0, 0.0, 0.5, 1e3] {

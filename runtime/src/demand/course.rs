@@ -6,13 +6,13 @@ use crate::error::Error;
 use crate::function::{Function, FunctionValue, TimeFunction};
 use crate::scene::Drive;
 
-/// Samples over a run; more where a table has many points.
+/// Samples over a run; more where a function has many points at which it may bend.
 const SAMPLES: usize = 4096;
-/// Samples for each point of a table.
+/// Samples for each such point.
 const SAMPLES_PER_POINT: usize = 4;
 /// Most samples.
 const MOST_SAMPLES: usize = 1 << 18;
-/// How far beside a point of a table its other side is looked at, by the length of the run.
+/// How far beside such a point its other side is looked at, by the length of the run.
 const BESIDE: f64 = 1e-9;
 
 /// A function of time from 0 to the end of a run.
@@ -38,7 +38,7 @@ impl Course {
         match (drive, function) {
             (_, Function::Input(_)) => Ok(None),
             // Without a run there is no integral, and nothing moves.
-            (Drive::Speed(_), Function::Formula(_)) if end <= 0.0 => Ok(None),
+            (Drive::Speed(_), Function::Formula(_) | Function::Chirp(_)) if end <= 0.0 => Ok(None),
             _ => Ok(Self::around(drive.coordinate(end)?, function, end)),
         }
     }
@@ -53,15 +53,6 @@ impl Course {
         };
         match function {
             Function::Input(_) => return None,
-            Function::Table(table) => {
-                let wanted = (SAMPLES_PER_POINT * table.times.len()).next_power_of_two();
-                course.samples = wanted.clamp(SAMPLES, MOST_SAMPLES);
-                let inside = table
-                    .times
-                    .iter()
-                    .filter(|time| (0.0..=end).contains(*time));
-                course.special = inside.copied().collect();
-            }
             Function::Harmonic(harmonic) => {
                 let omega = harmonic.radians_per_time();
                 course.frequency = Some(omega / std::f64::consts::TAU);
@@ -70,7 +61,11 @@ impl Course {
                     (0..4).map(|k| (FRAC_PI_2 * (first + f64::from(k)) - harmonic.phase) / omega);
                 course.special = quarters.filter(|time| (0.0..=end).contains(time)).collect();
             }
-            Function::Constant(_) | Function::Polynomial(_) | Function::Formula(_) => {}
+            _ => {
+                course.special = course.function.breaks(end);
+                let wanted = (SAMPLES_PER_POINT * course.special.len()).next_power_of_two();
+                course.samples = wanted.clamp(SAMPLES, MOST_SAMPLES);
+            }
         }
         Some(course)
     }
@@ -115,6 +110,10 @@ pub(super) fn is_zero(function: &Function) -> bool {
         Function::Polynomial(coefficients) => coefficients.iter().all(zero),
         Function::Harmonic(harmonic) => harmonic.amplitude == 0.0 && harmonic.offset == 0.0,
         Function::Table(table) => table.values.iter().all(zero),
+        Function::SmoothStep(step) => step.from == 0.0 && step.to == 0.0,
+        Function::Trapezoid(trapezoid) => trapezoid.from == 0.0 && trapezoid.to == 0.0,
+        Function::Chirp(chirp) => chirp.amplitude == 0.0 && chirp.offset == 0.0,
+        Function::Pulse(pulse) => pulse.amplitude == 0.0 && pulse.offset == 0.0,
         Function::Formula(_) | Function::Input(_) => false,
     }
 }

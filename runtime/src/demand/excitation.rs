@@ -13,6 +13,8 @@ use crate::scene::{Attachment, Bushing, Characteristic, Joint, Load, Scene, Spri
 pub(super) const NEGLIGIBLE: f64 = 0.01;
 /// Of the highest frequency that samples have, how much of it a spectrum may reach to be known.
 const SETTLED: f64 = 0.5;
+/// A change of place between both sides of an instant, by the largest rate times the length of the run, that no rate leads to.
+const JUMP: f64 = 1e-6;
 
 /// Up to which frequency something excites deflections.
 #[derive(Clone, Debug, PartialEq)]
@@ -171,6 +173,7 @@ impl Content {
         let mut jumps = [start.value, start.rate, start.second_rate].map(f64::abs);
         for time in course.special.iter().filter(|time| **time > 0.0) {
             let [before, after] = course.both_sides(*time);
+            jumps[0] = jumps[0].max((after.value - before.value).abs());
             jumps[1] = jumps[1].max((after.rate - before.rate).abs());
             jumps[2] = jumps[2].max((after.second_rate - before.second_rate).abs());
         }
@@ -190,6 +193,10 @@ impl Content {
         let mut jump = start.second_rate.abs();
         for time in course.special.iter().filter(|time| **time > 0.0) {
             let [before, after] = course.both_sides(*time);
+            // Beside a jump the way is larger than any rate would lead to.
+            if (after.value - before.value).abs() > JUMP * largest * course.end {
+                return Self::Unlimited("changes its place at once: an impulse");
+            }
             if (after.rate - before.rate).abs() > NEGLIGIBLE * largest {
                 return Self::Unlimited("changes its velocity at once: an impulse");
             }

@@ -7,12 +7,18 @@ use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema};
 use serde::de::{Deserialize, Deserializer, Error as _, MapAccess, Visitor};
 use serde::{Deserialize as DeriveDeserialize, Serialize};
 
+use super::chirp::Chirp;
+use super::formula_text::FormulaText;
+use super::pulse::Pulse;
+use super::smooth_step::SmoothStep;
+use super::trapezoid::Trapezoid;
 use crate::Error;
 use crate::scene::Object;
 
 /// A scalar function of time.
 ///
-/// In JSON a bare number, or an object with one of the keys `constant`, `polynomial`, `harmonic`, `table`, `formula`, `input`.
+/// In JSON a bare number, or an object with one of the keys `constant`, `polynomial`, `harmonic`, `table`, `smooth_step`, `trapezoid`, `chirp`,
+/// `pulse`, `formula`, `input`.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Function {
@@ -24,8 +30,16 @@ pub enum Function {
     Harmonic(Harmonic),
     /// Values at given times.
     Table(Table),
+    /// A rise in a given time.
+    SmoothStep(SmoothStep),
+    /// A rise within limits of speed, acceleration and jerk.
+    Trapezoid(Trapezoid),
+    /// A sine of sweeping frequency.
+    Chirp(Chirp),
+    /// A pulse, once or again and again.
+    Pulse(Pulse),
     /// A formula in `t`, for example `0.5*sin(3*t)^2`.
-    Formula(String),
+    Formula(FormulaText),
     /// A value that the caller sets between steps.
     Input(InputSignal),
 }
@@ -70,10 +84,14 @@ pub struct Table {
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, DeriveDeserialize, JsonSchema)]
 #[serde(rename_all = "lowercase")]
 pub enum Interpolation {
-    /// Natural cubic spline: first and second derivative are continuous between the ends.
+    /// Quintics: twice continuously differentiable everywhere. The function rises, falls and rests where the table does, without overshoot.
     #[default]
+    Smooth,
+    /// Natural cubic spline: first and second derivative are continuous between the ends; it overshoots.
     Spline,
-    /// Straight lines.
+    /// Monotone cubics: the first derivative is continuous between the ends, without overshoot.
+    Pchip,
+    /// Straight lines: the first derivative jumps at every point.
     Linear,
 }
 
@@ -109,6 +127,10 @@ impl Function {
             Self::Polynomial(coefficients) => all_finite("polynomial", coefficients),
             Self::Harmonic(harmonic) => harmonic.check().map_err(|error| error.within("harmonic")),
             Self::Table(table) => table.check().map_err(|error| error.within("table")),
+            Self::SmoothStep(law) => law.check().map_err(|error| error.within("smooth_step")),
+            Self::Trapezoid(law) => law.check().map_err(|error| error.within("trapezoid")),
+            Self::Chirp(law) => law.check().map_err(|error| error.within("chirp")),
+            Self::Pulse(law) => law.check().map_err(|error| error.within("pulse")),
             Self::Formula(_) => Ok(()),
             Self::Input(input) => finite("input.initial", input.initial),
         }
@@ -132,20 +154,12 @@ impl Harmonic {
                 ));
             }
         };
-        if !(frequency.is_finite() && frequency > 0.0) {
-            return Err(Error::described(
-                key,
-                format!("is {frequency}, expected a positive number"),
-            ));
-        }
-        for (key, number) in [
+        positive(key, frequency)?;
+        named_finite(&[
             ("amplitude", self.amplitude),
             ("phase", self.phase),
             ("offset", self.offset),
-        ] {
-            finite(key, number)?;
-        }
-        Ok(())
+        ])
     }
 }
 
@@ -191,6 +205,24 @@ fn finite(key: &str, number: f64) -> Result<(), Error> {
     }
 }
 
+/// Numbers of an object.
+pub(super) fn named_finite(numbers: &[(&str, f64)]) -> Result<(), Error> {
+    numbers
+        .iter()
+        .try_for_each(|(key, number)| finite(key, *number))
+}
+
+pub(super) fn positive(key: &str, number: f64) -> Result<(), Error> {
+    if number.is_finite() && number > 0.0 {
+        Ok(())
+    } else {
+        Err(Error::described(
+            key,
+            format!("is {number}, expected a positive number"),
+        ))
+    }
+}
+
 fn all_finite(key: &str, numbers: &[f64]) -> Result<(), Error> {
     for (index, number) in numbers.iter().enumerate() {
         finite(&format!("{key}[{index}]"), *number)?;
@@ -203,11 +235,15 @@ pub(crate) struct FunctionKey;
 
 impl FunctionKey {
     /// The kinds, as keys.
-    pub(crate) const NAMES: [&'static str; 6] = [
+    pub(crate) const NAMES: [&'static str; 10] = [
         "constant",
         "polynomial",
         "harmonic",
         "table",
+        "smooth_step",
+        "trapezoid",
+        "chirp",
+        "pulse",
         "formula",
         "input",
     ];
@@ -222,15 +258,30 @@ impl FunctionKey {
             "polynomial" => Function::Polynomial(map.next_value()?),
             "harmonic" => Function::Harmonic(map.next_value::<Object<_>>()?.0),
             "table" => Function::Table(map.next_value::<Object<_>>()?.0),
-            "formula" => Function::Formula(map.next_value()?),
+            "smooth_step" => Function::SmoothStep(map.next_value::<Object<_>>()?.0),
+            "trapezoid" => Function::Trapezoid(map.next_value::<Object<_>>()?.0),
+            "chirp" => Function::Chirp(map.next_value::<Object<_>>()?.0),
+            "pulse" => Function::Pulse(map.next_value::<Object<_>>()?.0),
+            "formula" => Function::Formula(map.next_value::<String>()?.into()),
             "input" => Function::Input(map.next_value::<Object<_>>()?.0),
             _ => return Ok(None),
         }))
     }
 
     /// Schemas of the kinds under their keys.
-    pub(crate) fn schemas(generator: &mut SchemaGenerator) -> [(&'static str, Schema); 6] {
-        let [constant, polynomial, harmonic, table, formula, input] = Self::NAMES;
+    pub(crate) fn schemas(generator: &mut SchemaGenerator) -> [(&'static str, Schema); 10] {
+        let [
+            constant,
+            polynomial,
+            harmonic,
+            table,
+            smooth_step,
+            trapezoid,
+            chirp,
+            pulse,
+            formula,
+            input,
+        ] = Self::NAMES;
         [
             (constant, generator.subschema_for::<f64>()),
             (
@@ -239,6 +290,10 @@ impl FunctionKey {
             ),
             (harmonic, generator.subschema_for::<Harmonic>()),
             (table, generator.subschema_for::<Table>()),
+            (smooth_step, generator.subschema_for::<SmoothStep>()),
+            (trapezoid, generator.subschema_for::<Trapezoid>()),
+            (chirp, generator.subschema_for::<Chirp>()),
+            (pulse, generator.subschema_for::<Pulse>()),
             (
                 formula,
                 json_schema!({"type": "string", "description": "A formula in t, for example 0.5*sin(3*t)^2."}),

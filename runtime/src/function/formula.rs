@@ -6,13 +6,14 @@
 //! Powers bind tighter than a sign and group from the right, as on paper: `-t^2` is -(t²), `2^3^2` is 2⁹.
 
 use dcb_formats::description::{listed, suggestion};
-use num_dual::{Dual2_64, DualNum};
+use num_dual::Dual2_64;
 use pest::Parser;
 use pest::error::{ErrorVariant, InputLocation};
 use pest::iterators::Pairs;
 use pest::pratt_parser::{Assoc, Op as Operator, PrattParser};
 
 use super::FunctionValue;
+use super::elementary::{CALLABLE, Callable, Elementary, Pair, chosen, raised};
 use crate::Error;
 
 /// Longest formula, bytes: bounds the depth of the parser's recursion.
@@ -20,6 +21,10 @@ const LONGEST: usize = 1000;
 
 /// Intermediate results that a formula may need at a time.
 const STACK_SIZE: usize = 32;
+
+/// Times at which changes of branches are looked for, and how many are told at most.
+const SAMPLES: usize = 4096;
+const MOST_BREAKS: usize = 1 << 12;
 
 #[derive(pest_derive::Parser)]
 #[grammar = "function/formula.pest"]
@@ -36,60 +41,55 @@ pub struct Formula {
 enum Step {
     Number(f64),
     Time,
-    Add,
-    Subtract,
-    Multiply,
-    Divide,
     Negate,
-    /// Both base and exponent are on the stack.
-    Power,
     /// The exponent is a number: the base may be zero or negative.
     PowerOf(f64),
     Call(Elementary),
+    Pair(Pair),
+    /// Of a condition and two values, the one that holds.
+    Choose,
 }
 
-/// The functions that a formula may call.
-#[derive(Clone, Copy, Debug, PartialEq)]
-enum Elementary {
-    Sin,
-    Cos,
-    Tan,
-    Asin,
-    Acos,
-    Atan,
-    Sinh,
-    Cosh,
-    Tanh,
-    Exp,
-    Ln,
-    Log10,
-    Sqrt,
-    Abs,
-}
+/// What names stand for beside functions.
+type Constants = [(String, f64)];
 
-const ELEMENTARY: [(&str, Elementary); 14] = [
-    ("sin", Elementary::Sin),
-    ("cos", Elementary::Cos),
-    ("tan", Elementary::Tan),
-    ("asin", Elementary::Asin),
-    ("acos", Elementary::Acos),
-    ("atan", Elementary::Atan),
-    ("sinh", Elementary::Sinh),
-    ("cosh", Elementary::Cosh),
-    ("tanh", Elementary::Tanh),
-    ("exp", Elementary::Exp),
-    ("ln", Elementary::Ln),
-    ("log10", Elementary::Log10),
-    ("sqrt", Elementary::Sqrt),
-    ("abs", Elementary::Abs),
-];
+const PI_AND_E: [(&str, f64); 2] = [("pi", std::f64::consts::PI), ("e", std::f64::consts::E)];
+
+/// Refuses a constant that a formula couldn't name.
+///
+/// # Errors
+/// [`Error::Description`] that says why.
+pub fn check_constant(name: &str, value: f64) -> Result<(), Error> {
+    let refused = |message: String| Err(Error::described(name, message));
+    let mut letters = name.chars();
+    let is_name = letters
+        .next()
+        .is_some_and(|first| first.is_ascii_alphabetic() || first == '_')
+        && letters.all(|letter| letter.is_ascii_alphanumeric() || letter == '_');
+    if !is_name {
+        return refused("is no name: expected letters a to z, digits and _, a letter first".into());
+    }
+    if name == "t" {
+        return refused("is the time; expected another name".into());
+    }
+    if PI_AND_E.iter().any(|(known, _)| *known == name) {
+        return refused("is a constant already; expected another name".into());
+    }
+    if CALLABLE.iter().any(|(known, ..)| *known == name) {
+        return refused("is a function of formulas; expected another name".into());
+    }
+    match value.is_finite() {
+        true => Ok(()),
+        false => refused(format!("is {value}, expected a finite number")),
+    }
+}
 
 impl Formula {
-    /// Parses a formula.
+    /// Parses a formula that may name constants.
     ///
     /// # Errors
     /// [`Error::Description`] with the formula, the position (from 1, in characters) and what would be right there.
-    pub fn parse(text: &str) -> Result<Self, Error> {
+    pub fn parse(text: &str, constants: &Constants) -> Result<Self, Error> {
         if text.len() > LONGEST {
             return Err(Error::described(
                 "formula",
@@ -109,7 +109,12 @@ impl Formula {
         let Some(whole) = tokens.next() else {
             return Err(at(text, 0, "is empty"));
         };
-        let program = compiled(text, whole.into_inner())?;
+        let reader = Reader {
+            text,
+            constants,
+            precedence: precedence(),
+        };
+        let program = reader.expression(whole.into_inner())?;
         let needed = stack_needed(&program);
         if needed > STACK_SIZE {
             return Err(Error::described(
@@ -130,6 +135,57 @@ impl Formula {
 
     /// Value and derivatives, and about how much rounding there may be in the value.
     pub fn evaluate_with_rounding(&self, time: f64) -> (FunctionValue, f64) {
+        self.run(time, |_| {})
+    }
+
+    /// Times from zero to `end` at which a branch changes: where the formula may jump or bend. Of changes closer to each other than a
+    /// 4096th of the end some may be overlooked.
+    pub fn breaks(&self, end: f64) -> Vec<f64> {
+        let branches = |step: &Step| match step {
+            Step::Call(function) => function.decision(0.0).is_some(),
+            Step::Pair(pair) => pair.decision(0.0, 0.0).is_some(),
+            _ => false,
+        };
+        let mut breaks = Vec::new();
+        if !self.program.iter().any(branches) {
+            return breaks;
+        }
+        let time = |sample: usize| end * sample as f64 / SAMPLES as f64;
+        for sample in 0..SAMPLES {
+            let (mut low, high) = (time(sample), time(sample + 1));
+            let after = self.decisions(high);
+            let mut before = self.decisions(low);
+            while before != after && breaks.len() < MOST_BREAKS {
+                // The first change that halving meets.
+                let mut beyond = high;
+                loop {
+                    let middle = 0.5 * (low + beyond);
+                    if middle <= low || middle >= beyond {
+                        break;
+                    }
+                    match self.decisions(middle) == before {
+                        true => low = middle,
+                        false => beyond = middle,
+                    }
+                }
+                breaks.push(beyond);
+                (low, before) = (beyond, self.decisions(beyond));
+            }
+        }
+        breaks
+    }
+
+    /// Which way all branches go, as one number.
+    fn decisions(&self, time: f64) -> u64 {
+        let mut all: u64 = 1;
+        self.run(time, |decision| {
+            all = all.wrapping_mul(3).wrapping_add(u64::from(decision));
+        });
+        all
+    }
+
+    /// Value, rounding, and what is decided on the way.
+    fn run(&self, time: f64, mut decide: impl FnMut(bool)) -> (FunctionValue, f64) {
         let mut largest = 0.0_f64;
         let mut stack = [Dual2_64::from_re(0.0); STACK_SIZE];
         let mut height = 0;
@@ -147,20 +203,23 @@ impl Formula {
                 }
                 Step::Negate => stack[top] = -stack[top],
                 Step::PowerOf(exponent) => stack[top] = raised(stack[top], *exponent),
-                Step::Call(function) => stack[top] = function.of(stack[top]),
-                Step::Add | Step::Subtract | Step::Multiply | Step::Divide | Step::Power => {
-                    let (left, right) = (stack[below], stack[top]);
-                    stack[below] = match step {
-                        Step::Add => left + right,
-                        Step::Subtract => left - right,
-                        Step::Multiply => left * right,
-                        Step::Divide => left / right,
-                        _ => Dual2_64 {
-                            re: left.re.powf(right.re),
-                            ..(left.ln() * right).exp()
-                        },
-                    };
+                Step::Call(function) => {
+                    if let Some(decision) = function.decision(stack[top].re) {
+                        decide(decision);
+                    }
+                    stack[top] = function.of(stack[top]);
+                }
+                Step::Pair(pair) => {
+                    if let Some(decision) = pair.decision(stack[below].re, stack[top].re) {
+                        decide(decision);
+                    }
+                    stack[below] = pair.of(stack[below], stack[top]);
                     height -= 1;
+                }
+                Step::Choose => {
+                    let condition = height.max(3) - 3;
+                    stack[condition] = chosen(stack[condition], stack[below], stack[top]);
+                    height -= 2;
                 }
             }
             largest = largest.max(stack[height - 1].re.abs());
@@ -175,104 +234,139 @@ impl Formula {
     }
 }
 
-/// The chain rule: f(x(t)) from f, f' and f'' at x.
-fn chain(x: Dual2_64, f: f64, slope: f64, curvature: f64) -> Dual2_64 {
-    Dual2_64::new(f, slope * x.v1, slope * x.v2 + curvature * x.v1 * x.v1)
-}
-
-/// x^p for a number p, finite also at x = 0 where the derivatives are.
-fn raised(x: Dual2_64, exponent: f64) -> Dual2_64 {
-    let term = |factor: f64, power: f64| {
-        if factor == 0.0 {
-            0.0
-        } else {
-            factor * x.re.powf(power)
-        }
-    };
-    chain(
-        x,
-        x.re.powf(exponent),
-        term(exponent, exponent - 1.0),
-        term(exponent * (exponent - 1.0), exponent - 2.0),
-    )
-}
-
-impl Elementary {
-    fn of(self, x: Dual2_64) -> Dual2_64 {
-        match self {
-            Self::Sin => x.sin(),
-            Self::Cos => x.cos(),
-            Self::Tan => x.tan(),
-            Self::Asin => x.asin(),
-            Self::Acos => x.acos(),
-            Self::Atan => x.atan(),
-            Self::Sinh => x.sinh(),
-            Self::Cosh => x.cosh(),
-            Self::Tanh => x.tanh(),
-            Self::Exp => x.exp(),
-            Self::Ln => x.ln(),
-            Self::Log10 => x.log10(),
-            Self::Sqrt => raised(x, 0.5),
-            Self::Abs => chain(x, x.re.abs(), x.re.signum(), 0.0),
-        }
-    }
-}
-
-/// The program of a parsed formula; a part without `t` becomes one number.
-fn compiled(text: &str, tokens: Pairs<Rule>) -> Result<Vec<Step>, Error> {
-    let precedence = PrattParser::new()
-        .op(Operator::infix(Rule::add, Assoc::Left) | Operator::infix(Rule::subtract, Assoc::Left))
-        .op(Operator::infix(Rule::multiply, Assoc::Left)
-            | Operator::infix(Rule::divide, Assoc::Left))
+fn precedence() -> PrattParser<Rule> {
+    let left = |rule| Operator::infix(rule, Assoc::Left);
+    PrattParser::new()
+        .op(left(Rule::below) | left(Rule::above) | left(Rule::at_most) | left(Rule::at_least))
+        .op(left(Rule::add) | left(Rule::subtract))
+        .op(left(Rule::multiply) | left(Rule::divide))
         .op(Operator::prefix(Rule::minus) | Operator::prefix(Rule::plus))
-        .op(Operator::infix(Rule::power, Assoc::Right));
-    expression(text, tokens, &precedence)
+        .op(Operator::infix(Rule::power, Assoc::Right))
 }
 
-fn expression(
-    text: &str,
-    tokens: Pairs<Rule>,
-    precedence: &PrattParser<Rule>,
-) -> Result<Vec<Step>, Error> {
-    precedence
-        .map_primary(|token| match token.as_rule() {
-            Rule::expression => expression(text, token.into_inner(), precedence),
-            Rule::number => number(text, token.as_span().start(), token.as_str()),
-            Rule::call => {
-                let mut inner = token.into_inner();
-                match (inner.next(), inner.next()) {
-                    (Some(name), Some(argument)) => {
-                        let function = elementary(text, name.as_span().start(), name.as_str())?;
-                        let argument = expression(text, argument.into_inner(), precedence)?;
-                        Ok(folded(argument, Step::Call(function)))
-                    }
-                    _ => Err(at(text, 0, "a function needs one argument")),
-                }
-            }
-            _ => named(text, token.as_span().start(), token.as_str()),
-        })
-        .map_prefix(|sign, operand| {
-            Ok(match sign.as_rule() {
-                Rule::minus => folded(operand?, Step::Negate),
-                _ => operand?,
+/// Turns parsed formulas into programs; a part without `t` becomes one number.
+struct Reader<'a> {
+    text: &'a str,
+    constants: &'a Constants,
+    precedence: PrattParser<Rule>,
+}
+
+impl Reader<'_> {
+    fn expression(&self, tokens: Pairs<Rule>) -> Result<Vec<Step>, Error> {
+        self.precedence
+            .map_primary(|token| match token.as_rule() {
+                Rule::expression => self.expression(token.into_inner()),
+                Rule::number => number(self.text, token.as_span().start(), token.as_str()),
+                Rule::call => self.call(token.into_inner()),
+                _ => self.named(token.as_span().start(), token.as_str()),
             })
-        })
-        .map_infix(|left, operator, right| {
-            let (mut left, right) = (left?, right?);
-            let step = match (operator.as_rule(), &right[..]) {
-                (Rule::power, [Step::Number(exponent)]) => {
-                    return Ok(folded(left, Step::PowerOf(*exponent)));
+            .map_prefix(|sign, operand| {
+                Ok(match sign.as_rule() {
+                    Rule::minus => folded(operand?, Step::Negate),
+                    _ => operand?,
+                })
+            })
+            .map_infix(|left, operator, right| {
+                let (mut left, right) = (left?, right?);
+                let pair = match (operator.as_rule(), &right[..]) {
+                    (Rule::power, [Step::Number(exponent)]) => {
+                        return Ok(folded(left, Step::PowerOf(*exponent)));
+                    }
+                    (Rule::add, _) => Pair::Add,
+                    (Rule::subtract, _) => Pair::Subtract,
+                    (Rule::multiply, _) => Pair::Multiply,
+                    (Rule::divide, _) => Pair::Divide,
+                    (Rule::below, _) => Pair::Below,
+                    (Rule::above, _) => Pair::Above,
+                    (Rule::at_most, _) => Pair::AtMost,
+                    (Rule::at_least, _) => Pair::AtLeast,
+                    _ => Pair::Power,
+                };
+                let compares = |side: &[Step]| matches!(side.last(), Some(Step::Pair(last)) if last.is_comparison());
+                if pair.is_comparison() && (compares(&left) || compares(&right)) {
+                    let start = operator.as_span().start();
+                    let what = "a comparison of a comparison; write and(0 < t, t < 1) for 0 < t < 1";
+                    return Err(at(self.text, start, what));
                 }
-                (Rule::add, _) => Step::Add,
-                (Rule::subtract, _) => Step::Subtract,
-                (Rule::multiply, _) => Step::Multiply,
-                (Rule::divide, _) => Step::Divide,
-                _ => Step::Power,
-            };
-            left.extend(right);
-            Ok(folded(left, step))
+                left.extend(right);
+                Ok(folded(left, Step::Pair(pair)))
+            })
+            .parse(tokens)
+    }
+
+    fn call(&self, mut tokens: Pairs<Rule>) -> Result<Vec<Step>, Error> {
+        let Some(name) = tokens.next() else {
+            return Err(at(self.text, 0, "a function needs a name"));
+        };
+        let (start, name) = (name.as_span().start(), name.as_str());
+        let (callable, form) = self.callable(start, name)?;
+        let arguments: Result<Vec<_>, _> = tokens
+            .map(|token| self.expression(token.into_inner()))
+            .collect();
+        let mut arguments = arguments?;
+        let count = arguments.len();
+        if !callable.takes(count) {
+            let s = if count == 1 { "" } else { "s" };
+            let what = format!("`{name}` is given {count} argument{s}; write {form}");
+            return Err(at(self.text, start, &what));
+        }
+        let mut rest = arguments.split_off(1);
+        let mut first = arguments.pop().unwrap_or_default();
+        Ok(match callable {
+            Callable::One(function) => folded(first, Step::Call(function)),
+            Callable::Two(pair) | Callable::Many(pair) => {
+                rest.into_iter().fold(first, |mut left, right| {
+                    left.extend(right);
+                    folded(left, Step::Pair(pair))
+                })
+            }
+            Callable::If => {
+                first.extend(rest.drain(..).flatten());
+                folded(first, Step::Choose)
+            }
         })
-        .parse(tokens)
+    }
+
+    fn named(&self, start: usize, name: &str) -> Result<Vec<Step>, Error> {
+        if name == "t" {
+            return Ok(vec![Step::Time]);
+        }
+        let own = self
+            .constants
+            .iter()
+            .map(|(name, value)| (&name[..], *value));
+        let known = || PI_AND_E.into_iter().chain(own.clone());
+        if let Some((_, value)) = known().find(|(known, _)| *known == name) {
+            return Ok(vec![Step::Number(value)]);
+        }
+        if let Some((.., form)) = CALLABLE.iter().find(|(known, ..)| *known == name) {
+            let what = format!("the function `{name}` needs brackets: `{form}`");
+            return Err(at(self.text, start, &what));
+        }
+        let hint = suggestion(name, self.constants.iter().map(|(name, _)| &name[..]));
+        let what = format!(
+            "`{name}` is not known{hint}; the only variable is t, the constants are {} and those under \"constants\" of the scene",
+            listed(known().map(|(name, _)| name))
+        );
+        Err(at(self.text, start, &what))
+    }
+
+    fn callable(&self, start: usize, name: &str) -> Result<(Callable, &'static str), Error> {
+        let found = CALLABLE.iter().find(|(known, ..)| *known == name);
+        if let Some((_, callable, form)) = found {
+            return Ok((*callable, form));
+        }
+        let names = || CALLABLE.iter().map(|(known, ..)| *known);
+        let hint = match name {
+            "log" => "; write ln or log10".to_owned(),
+            _ => suggestion(name, names()),
+        };
+        let what = format!(
+            "`{name}` is not a known function{hint} (known: {})",
+            listed(names())
+        );
+        Err(at(self.text, start, &what))
+    }
 }
 
 /// The operands followed by the step; evaluated now if no operand depends on the time.
@@ -295,45 +389,6 @@ fn number(text: &str, start: usize, digits: &str) -> Result<Vec<Step>, Error> {
     }
 }
 
-fn named(text: &str, start: usize, name: &str) -> Result<Vec<Step>, Error> {
-    match name {
-        "t" => Ok(vec![Step::Time]),
-        "pi" => Ok(vec![Step::Number(std::f64::consts::PI)]),
-        "e" => Ok(vec![Step::Number(std::f64::consts::E)]),
-        _ if ELEMENTARY.iter().any(|(known, _)| *known == name) => Err(at(
-            text,
-            start,
-            &format!("the function `{name}` needs brackets: `{name}(t)`"),
-        )),
-        _ => Err(at(
-            text,
-            start,
-            &format!("`{name}` is not known; the only variable is t, the constants are pi and e"),
-        )),
-    }
-}
-
-fn elementary(text: &str, start: usize, name: &str) -> Result<Elementary, Error> {
-    match ELEMENTARY.iter().find(|(known, _)| *known == name) {
-        Some((_, function)) => Ok(*function),
-        None => {
-            let names = || ELEMENTARY.iter().map(|(known, _)| *known);
-            let hint = match name {
-                "log" => "; write ln or log10".to_owned(),
-                _ => suggestion(name, names()),
-            };
-            Err(at(
-                text,
-                start,
-                &format!(
-                    "`{name}` is not a known function{hint} (known: {})",
-                    listed(names())
-                ),
-            ))
-        }
-    }
-}
-
 /// The largest number of intermediate results that the program holds.
 fn stack_needed(program: &[Step]) -> usize {
     let mut height = 0_usize;
@@ -342,7 +397,8 @@ fn stack_needed(program: &[Step]) -> usize {
         match step {
             Step::Number(_) | Step::Time => height += 1,
             Step::Negate | Step::PowerOf(_) | Step::Call(_) => {}
-            Step::Add | Step::Subtract | Step::Multiply | Step::Divide | Step::Power => height -= 1,
+            Step::Pair(_) => height -= 1,
+            Step::Choose => height -= 2,
         }
         needed = needed.max(height);
     }
@@ -374,9 +430,15 @@ fn expectation(variant: &ErrorVariant<Rule>) -> String {
     for rule in positives {
         let word = match rule {
             Rule::EOI => "the end",
-            Rule::add | Rule::subtract | Rule::multiply | Rule::divide | Rule::power => {
-                "one of + - * / ^"
-            }
+            Rule::add
+            | Rule::subtract
+            | Rule::multiply
+            | Rule::divide
+            | Rule::power
+            | Rule::below
+            | Rule::above
+            | Rule::at_most
+            | Rule::at_least => "one of + - * / ^ < <= > >=",
             Rule::expression | Rule::number | Rule::name | Rule::call => {
                 "a number, t, a function or a bracket"
             }

@@ -3,19 +3,33 @@
 //! [`Function`] is the description, as a scene writes it; [`TimeFunction`] is the same, checked and ready to be evaluated with its
 //! first and second derivative, or the integral of it where a drive prescribes a speed.
 
+mod chirp;
 mod description;
+mod elementary;
 mod formula;
+mod formula_text;
 mod piecewise;
+mod pulse;
 mod running_integral;
+mod smooth_step;
+mod smooth_table;
+mod trapezoid;
 
+pub use chirp::{Chirp, Sweep};
 pub use description::{Function, Harmonic, InputSignal, Interpolation, Table};
+pub use formula_text::FormulaText;
+pub use pulse::{Pulse, Shape};
+pub use smooth_step::{Profile, SmoothStep};
+pub use trapezoid::Trapezoid;
 
 pub(crate) use description::FunctionKey;
+pub(crate) use formula::check_constant;
 
 use crate::Error;
 use formula::Formula;
 use piecewise::{Piecewise, polynomial};
-use running_integral::RunningIntegral;
+use running_integral::{Integrand, RunningIntegral};
+use smooth_step::Cycloid;
 
 /// A function of time at one time.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -37,9 +51,36 @@ enum Kind {
     Polynomial(Vec<f64>),
     Wave(Wave),
     Piecewise(Piecewise),
+    Law(Law),
+    /// The antiderivative of a law, less its value at time zero.
+    IntegratedLaw(Law, f64),
+    Chirp(Chirp),
     Formula(Formula),
     RunningIntegral(RunningIntegral),
     Input,
+}
+
+/// A motion law whose integral is known in closed form.
+#[derive(Clone, Debug, PartialEq)]
+enum Law {
+    Cycloid(Cycloid),
+    Pulse(Pulse),
+}
+
+impl Law {
+    fn evaluate(&self, time: f64) -> FunctionValue {
+        match self {
+            Self::Cycloid(cycloid) => cycloid.evaluate(time),
+            Self::Pulse(pulse) => pulse.evaluate(time),
+        }
+    }
+
+    fn antiderivative(&self, time: f64) -> f64 {
+        match self {
+            Self::Cycloid(cycloid) => cycloid.antiderivative(time),
+            Self::Pulse(pulse) => pulse.antiderivative(time),
+        }
+    }
 }
 
 /// offset + drift t + amplitude sin(ω t + phase): a harmonic, or the integral of one.
@@ -71,23 +112,33 @@ impl TimeFunction {
                 phase: harmonic.phase,
             }),
             Function::Table(table) => Kind::Piecewise(match table.interpolation {
+                Interpolation::Smooth => Piecewise::smooth(&table.times, &table.values),
+                Interpolation::Pchip => Piecewise::monotone(&table.times, &table.values),
                 Interpolation::Spline => Piecewise::spline(&table.times, &table.values),
                 Interpolation::Linear => Piecewise::linear(&table.times, &table.values),
             }),
-            Function::Formula(text) => Kind::Formula(Formula::parse(text)?),
+            Function::SmoothStep(step) => match step.profile {
+                Profile::Polynomial => Kind::Piecewise(step.quintic()),
+                Profile::Cycloidal => Kind::Law(Law::Cycloid(step.cycloid())),
+            },
+            Function::Trapezoid(trapezoid) => Kind::Piecewise(trapezoid.piecewise()),
+            Function::Chirp(chirp) => Kind::Chirp(*chirp),
+            Function::Pulse(pulse) => Kind::Law(Law::Pulse(*pulse)),
+            Function::Formula(formula) => {
+                Kind::Formula(Formula::parse(&formula.text, &formula.constants)?)
+            }
             Function::Input(_) => Kind::Input,
         }))
     }
 
     /// The integral of a function from time zero: the angle of a drive that prescribes a speed.
     ///
-    /// Exact to rounding for constants, polynomials, harmonics and tables, at all times. The integral of a formula is
-    /// tabulated for 0 ≤ t ≤ `end` to 1e-12 of the formula's largest value times `end`; it is NaN outside. A pulse in a formula
-    /// that is shorter than a thousandth of `end` may be overlooked.
+    /// Exact to rounding at all times, but for formulas and chirps: their integral is tabulated for 0 ≤ t ≤ `end` to 1e-12 of their
+    /// largest value times `end`, kinks and jumps included; it is NaN outside. A pulse in a formula that is shorter than a thousandth of `end`
+    /// may be overlooked.
     ///
     /// # Errors
-    /// As [`TimeFunction::new`]; also for an input, whose future is not known, and for a formula that is not finite or
-    /// not smooth.
+    /// As [`TimeFunction::new`]; also for an input, whose future is not known, and for a formula that is not finite.
     pub fn integral_of(function: &Function, end: f64) -> Result<Self, Error> {
         let Self(kind) = Self::new(function)?;
         Ok(Self(match kind {
@@ -103,22 +154,36 @@ impl TimeFunction {
             ),
             Kind::Wave(wave) => Kind::Wave(wave.integral()),
             Kind::Piecewise(table) => Kind::Piecewise(table.integral()),
-            Kind::Formula(formula) if end > 0.0 => {
-                Kind::RunningIntegral(RunningIntegral::tabulate(formula, end)?)
+            Kind::Law(law) => {
+                let at_zero = law.antiderivative(0.0);
+                Kind::IntegratedLaw(law, at_zero)
             }
-            Kind::Formula(_) => {
-                return Err(Error::described(
-                    "formula",
-                    format!("can't be integrated over time up to {end}; expected an end > 0"),
-                ));
-            }
-            Kind::Input | Kind::RunningIntegral(_) => {
+            Kind::Formula(formula) => tabulated(Integrand::Formula(formula), "formula", end)?,
+            Kind::Chirp(chirp) => tabulated(Integrand::Chirp(chirp), "chirp", end)?,
+            Kind::Input | Kind::RunningIntegral(_) | Kind::IntegratedLaw(..) => {
                 return Err(Error::described(
                     "input",
                     "can't be integrated over time, because its future is not known; drive the angle or the position",
                 ));
             }
         }))
+    }
+
+    /// Times from zero to an end at which the value or a derivative may jump, ascending.
+    pub fn breaks(&self, end: f64) -> Vec<f64> {
+        let mut breaks = match &self.0 {
+            Kind::Piecewise(table) => table.breaks().to_vec(),
+            Kind::Law(law) | Kind::IntegratedLaw(law, _) => match law {
+                Law::Cycloid(cycloid) => cycloid.breaks(),
+                Law::Pulse(pulse) => pulse.breaks(end),
+            },
+            Kind::Chirp(chirp) => chirp.breaks(),
+            Kind::Formula(formula) => formula.breaks(end),
+            Kind::RunningIntegral(integral) => integral.breaks(),
+            Kind::Polynomial(_) | Kind::Wave(_) | Kind::Input => Vec::new(),
+        };
+        breaks.retain(|time| (0.0..=end).contains(time));
+        breaks
     }
 
     /// Value and derivatives at a time; `input` is the value of an [`Function::Input`] and has no effect on other kinds.
@@ -130,6 +195,16 @@ impl TimeFunction {
             Kind::Polynomial(coefficients) => polynomial(coefficients, time),
             Kind::Wave(wave) => wave.evaluate(time),
             Kind::Piecewise(table) => table.evaluate(time),
+            Kind::Law(law) => law.evaluate(time),
+            Kind::IntegratedLaw(law, at_zero) => {
+                let rate = law.evaluate(time);
+                FunctionValue {
+                    value: law.antiderivative(time) - at_zero,
+                    rate: rate.value,
+                    second_rate: rate.rate,
+                }
+            }
+            Kind::Chirp(chirp) => chirp.evaluate(time),
             Kind::Formula(formula) => formula.evaluate(time),
             Kind::RunningIntegral(integral) => integral.evaluate(time),
             Kind::Input => FunctionValue {
@@ -138,6 +213,19 @@ impl TimeFunction {
             },
         }
     }
+}
+
+/// The integral of what has none in closed form.
+fn tabulated(integrand: Integrand, key: &str, end: f64) -> Result<Kind, Error> {
+    if end > 0.0 {
+        return Ok(Kind::RunningIntegral(RunningIntegral::tabulate(
+            integrand, end,
+        )?));
+    }
+    Err(Error::described(
+        key,
+        format!("can't be integrated over time up to {end}; expected an end > 0"),
+    ))
 }
 
 impl Wave {

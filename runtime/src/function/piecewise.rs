@@ -1,6 +1,7 @@
 //! Piecewise polynomials: tables of values, and their integrals.
 
 use super::FunctionValue;
+use super::smooth_table::{monotone_slopes, slopes_and_curvatures};
 
 /// A function made of polynomials between break points; the first and the last piece reach to infinity.
 #[derive(Clone, Debug, PartialEq)]
@@ -11,8 +12,8 @@ pub struct Piecewise {
     pieces: Vec<[f64; COEFFICIENTS]>,
 }
 
-/// A cubic and one integration.
-const COEFFICIENTS: usize = 5;
+/// A quintic and one integration.
+const COEFFICIENTS: usize = 7;
 
 impl Piecewise {
     /// Straight lines between the points, constant beyond the ends.
@@ -20,7 +21,70 @@ impl Piecewise {
     /// `times` (m ≥ 2) strictly increase, `values` are as many; the caller has checked both.
     pub fn linear(times: &[f64], values: &[f64]) -> Self {
         Self::between(times, values, |left, right, span| {
-            [left, (right - left) / span, 0.0, 0.0]
+            [left, (right - left) / span, 0.0, 0.0, 0.0, 0.0]
+        })
+    }
+
+    /// One value at all times.
+    pub fn constant(time: f64, value: f64) -> Self {
+        Self::pieces(vec![time], value, &[], value)
+    }
+
+    /// Cubics after each of `breaks` but the last, in the time since; constant beyond.
+    pub fn pieces(breaks: Vec<f64>, before: f64, cubics: &[[f64; 4]], after: f64) -> Self {
+        let whole = |[a, b, c, d]: [f64; 4]| [a, b, c, d, 0.0, 0.0, 0.0];
+        let constant = |value: f64| whole([value, 0.0, 0.0, 0.0]);
+        let inner = cubics.iter().map(|cubic| whole(*cubic));
+        let pieces = std::iter::once(constant(before));
+        let pieces = pieces.chain(inner).chain([constant(after)]).collect();
+        Self { breaks, pieces }
+    }
+
+    /// The monotone cubic of Fritsch and Butland through the points, constant beyond the ends; the rate is continuous between the ends.
+    pub fn monotone(times: &[f64], values: &[f64]) -> Self {
+        let slopes = monotone_slopes(times, values);
+        let mut index = 0;
+        Self::between(times, values, |left, right, span| {
+            let [start, end] = [slopes[index], slopes[index + 1]];
+            index += 1;
+            let mean = (right - left) / span;
+            [
+                left,
+                start,
+                (3.0 * mean - 2.0 * start - end) / span,
+                (start + end - 2.0 * mean) / (span * span),
+                0.0,
+                0.0,
+            ]
+        })
+    }
+
+    /// Quintics through the points that rise where they rise, rest where they rest and fall where they fall; twice continuously
+    /// differentiable everywhere.
+    pub fn smooth(times: &[f64], values: &[f64]) -> Self {
+        Self::quintic(times, values, &slopes_and_curvatures(times, values))
+    }
+
+    /// Quintics from value, slope and second derivative at the points; constant beyond the ends.
+    pub fn quintic(times: &[f64], values: &[f64], derivatives: &[[f64; 2]]) -> Self {
+        let mut index = 0;
+        Self::between(times, values, |left, right, h| {
+            let [[d0, m0], [d1, m1]] = [derivatives[index], derivatives[index + 1]];
+            index += 1;
+            let (c, d, e) = (
+                right - left - h * (d0 + 0.5 * h * m0),
+                h * (d1 - d0 - h * m0),
+                h * h * (m1 - m0),
+            );
+            let cube = h * h * h;
+            [
+                left,
+                d0,
+                0.5 * m0,
+                (10.0 * c - 4.0 * d + 0.5 * e) / cube,
+                (-15.0 * c + 7.0 * d - e) / (cube * h),
+                (6.0 * c - 3.0 * d + 0.5 * e) / (cube * h * h),
+            ]
         })
     }
 
@@ -39,20 +103,22 @@ impl Piecewise {
                 (right - left) / span - span * (2.0 * start + end) / 6.0,
                 start / 2.0,
                 (end - start) / (6.0 * span),
+                0.0,
+                0.0,
             ]
         })
     }
 
-    /// One cubic from the values at both ends and the length of every span.
+    /// One quintic from the values at both ends and the length of every span.
     fn between(
         times: &[f64],
         values: &[f64],
-        mut cubic: impl FnMut(f64, f64, f64) -> [f64; 4],
+        mut quintic: impl FnMut(f64, f64, f64) -> [f64; 6],
     ) -> Self {
-        let constant = |value: f64| [value, 0.0, 0.0, 0.0, 0.0];
+        let constant = |value: f64| [value, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0];
         let inner = times.windows(2).zip(values.windows(2)).map(|(t, v)| {
-            let [a, b, c, d] = cubic(v[0], v[1], t[1] - t[0]);
-            [a, b, c, d, 0.0]
+            let [a, b, c, d, e, f] = quintic(v[0], v[1], t[1] - t[0]);
+            [a, b, c, d, e, f, 0.0]
         });
         let pieces = values[..1]
             .iter()
@@ -70,12 +136,12 @@ impl Piecewise {
         }
     }
 
-    /// The integral from time zero, exact to rounding. Of a function without quartic terms, thus not twice.
+    /// The integral from time zero, exact to rounding. Of a function without terms of sixth order, thus not twice.
     pub fn integral(&self) -> Self {
         let mut pieces: Vec<_> = self
             .pieces
             .iter()
-            .map(|[a, b, c, d, _]| [0.0, *a, b / 2.0, c / 3.0, d / 4.0])
+            .map(|[a, b, c, d, e, f, _]| [0.0, *a, b / 2.0, c / 3.0, d / 4.0, e / 5.0, f / 6.0])
             .collect();
         // Each piece starts where the one before ended; the first two start at the same point.
         for piece in 2..pieces.len() {
@@ -91,6 +157,11 @@ impl Piecewise {
             piece[0] -= at_zero;
         }
         integral
+    }
+
+    /// Times at which a derivative may jump.
+    pub fn breaks(&self) -> &[f64] {
+        &self.breaks
     }
 
     /// Value and derivatives; at a break those of the piece to the right. Does not allocate.

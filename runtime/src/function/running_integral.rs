@@ -1,6 +1,7 @@
-//! The running integral of a formula, tabulated once to near rounding.
+//! The running integral of a formula or a chirp, tabulated once to near rounding.
 
 use super::FunctionValue;
+use super::chirp::Chirp;
 use super::formula::Formula;
 use crate::Error;
 
@@ -10,11 +11,18 @@ const DEGREE: usize = 16;
 /// Allowed error of the interpolant relative to the largest value of the formula.
 const TOLERANCE: f64 = 1e-13;
 
+/// Allowed error of the integral of a span that isn't smooth, relative to the largest value times the whole length: its kink or jump is cornered
+/// until no more than this depends on it.
+const CORNERED: f64 = 1e-13;
+
 /// Spans to begin with: a pulse shorter than a thousandth of the whole may be overlooked.
 const FIRST_SPANS: usize = 64;
 
-/// Halvings of a first span before giving up: a kink or a pole is then cornered in 1e-9 of the length.
-const DEEPEST: u32 = 24;
+/// Rounding of the values may leave no more than this of the integral unknown, by the same measure: close to a pole it exceeds all else.
+const ROUNDED: f64 = 1e-9;
+
+/// Halvings of a first span before giving up: a jump is then cornered in 1e-14 of the length; in less, rounding of the time would make a pole flat.
+const DEEPEST: u32 = 40;
 
 /// Spans before giving up: a formula that oscillates more often is better given as its integral.
 const MOST_SPANS: usize = 100_000;
@@ -22,13 +30,50 @@ const MOST_SPANS: usize = 100_000;
 /// Rounding that a time may lie outside of the table, relative to its end.
 const SLACK: f64 = 1e-9;
 
-/// ∫₀ᵗ f of a formula f for 0 ≤ t ≤ end.
+/// What is integrated.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Integrand {
+    /// A formula.
+    Formula(Formula),
+    /// A chirp, whose integral no elementary function is.
+    Chirp(Chirp),
+}
+
+impl Integrand {
+    fn evaluate(&self, time: f64) -> FunctionValue {
+        match self {
+            Self::Formula(formula) => formula.evaluate(time),
+            Self::Chirp(chirp) => chirp.evaluate(time),
+        }
+    }
+
+    fn key(&self) -> &'static str {
+        match self {
+            Self::Formula(_) => "formula",
+            Self::Chirp(_) => "chirp",
+        }
+    }
+
+    /// The value, and about how much rounding there may be in it.
+    fn sample(&self, time: f64) -> (f64, f64) {
+        match self {
+            Self::Formula(formula) => {
+                let (at, rounding) = formula.evaluate_with_rounding(time);
+                (at.value, rounding)
+            }
+            Self::Chirp(chirp) => (chirp.evaluate(time).value, chirp.rounding(time)),
+        }
+    }
+}
+
+/// ∫₀ᵗ f of a function f for 0 ≤ t ≤ end.
 ///
 /// Each span holds the integral of the Chebyshev interpolant of f; spans are halved until the interpolant's trailing
-/// coefficients are below 1e-13 of the largest value of f, or below the rounding of the formula. Rate and second rate come from the formula itself.
+/// coefficients are below 1e-13 of the largest value of f, or below the rounding of f, or until the span is so short that its kink or jump doesn't count.
+/// Rate and second rate come from f itself.
 #[derive(Clone, Debug, PartialEq)]
 pub struct RunningIntegral {
-    formula: Formula,
+    integrand: Integrand,
     end: f64,
     /// Spans in order; together they cover [0, end].
     spans: Vec<Span>,
@@ -48,8 +93,8 @@ impl RunningIntegral {
     /// Tabulates the integral up to `end` > 0.
     ///
     /// # Errors
-    /// [`Error::Description`] where the formula is not finite, or not smooth enough to be integrated to the tolerance.
-    pub fn tabulate(formula: Formula, end: f64) -> Result<Self, Error> {
+    /// [`Error::Description`] where the function is not finite, or can't be integrated to the tolerance.
+    pub fn tabulate(integrand: Integrand, end: f64) -> Result<Self, Error> {
         let bound = |first: usize| end * first as f64 / FIRST_SPANS as f64;
         // Depth first, the earliest span on top: spans come out in order.
         let mut open: Vec<_> = (0..FIRST_SPANS)
@@ -58,15 +103,19 @@ impl RunningIntegral {
             .collect();
         let mut scale = 0.0_f64;
         for (start, stop, _) in &open {
-            let sample = Interpolant::of(&formula, 0.5 * (start + stop), 0.5 * (stop - start))?;
+            let sample = Interpolant::of(&integrand, 0.5 * (start + stop), 0.5 * (stop - start))?;
             scale = scale.max(sample.largest);
         }
         let mut spans = Vec::new();
         let mut before = 0.0;
         while let Some((start, stop, halvings)) = open.pop() {
             let (centre, half) = (0.5 * (start + stop), 0.5 * (stop - start));
-            let sample = Interpolant::of(&formula, centre, half)?;
-            if sample.tail() <= TOLERANCE * scale + sample.rounding {
+            let sample = Interpolant::of(&integrand, centre, half)?;
+            let tail = sample.tail();
+            let unknown = tail * half / (scale * end);
+            let is_smooth = tail <= TOLERANCE * scale
+                || tail <= TOLERANCE * scale + sample.rounding && unknown <= ROUNDED;
+            if is_smooth || unknown <= CORNERED {
                 let series = integrated(&sample.series, half);
                 spans.push(Span {
                     centre,
@@ -77,9 +126,9 @@ impl RunningIntegral {
                 before += clenshaw(&series, 1.0);
             } else if halvings == 0 || spans.len() + open.len() > MOST_SPANS {
                 return Err(Error::described(
-                    "formula",
+                    integrand.key(),
                     format!(
-                        "can't be integrated over time to 1e-12 near t = {centre}: it is not smooth there, or oscillates too \
+                        "can't be integrated over time to 1e-12 near t = {centre}: it is too large there, or jumps or oscillates too \
                          often; give the integral itself as an angle or a position"
                     ),
                 ));
@@ -89,15 +138,23 @@ impl RunningIntegral {
             }
         }
         Ok(Self {
-            formula,
+            integrand,
             end,
             spans,
         })
     }
 
+    /// Times at which a derivative jumps, of the integrand.
+    pub fn breaks(&self) -> Vec<f64> {
+        match &self.integrand {
+            Integrand::Formula(formula) => formula.breaks(self.end),
+            Integrand::Chirp(chirp) => chirp.breaks(),
+        }
+    }
+
     /// Value and derivatives; the value is NaN outside of [0, end]. Does not allocate.
     pub fn evaluate(&self, time: f64) -> FunctionValue {
-        let rate = self.formula.evaluate(time);
+        let rate = self.integrand.evaluate(time);
         let inside = time.clamp(0.0, self.end);
         let beyond = time - inside;
         let value = if beyond.abs() <= SLACK * self.end {
@@ -129,18 +186,18 @@ struct Interpolant {
 }
 
 impl Interpolant {
-    fn of(formula: &Formula, centre: f64, half: f64) -> Result<Self, Error> {
+    fn of(integrand: &Integrand, centre: f64, half: f64) -> Result<Self, Error> {
         const COUNT: usize = DEGREE + 1;
         let angle = |node: usize| std::f64::consts::PI * (node as f64 + 0.5) / COUNT as f64;
         let mut values = [0.0; COUNT];
         let (mut largest, mut rounding) = (0.0_f64, 0.0_f64);
         for (node, value) in values.iter_mut().enumerate() {
             let time = centre + half * angle(node).cos();
-            let (there, noise) = formula.evaluate_with_rounding(time);
-            *value = there.value;
+            let noise;
+            (*value, noise) = integrand.sample(time);
             if !value.is_finite() {
                 return Err(Error::described(
-                    "formula",
+                    integrand.key(),
                     format!(
                         "is {value} at t = {time}; it must be finite to be integrated over time"
                     ),

@@ -45,6 +45,15 @@ impl Drive {
         }
     }
 
+    /// The function, to be changed.
+    pub(super) fn function_mut(&mut self) -> &mut Function {
+        match self {
+            Self::Angle(motion) | Self::Position(motion) | Self::Speed(motion) => {
+                &mut motion.function
+            }
+        }
+    }
+
     /// What is driven, as the scene writes it.
     pub fn kind(&self) -> &'static str {
         match self {
@@ -142,15 +151,15 @@ impl<'de> Visitor<'de> for DriveVisitor {
     }
 
     fn visit_map<A: MapAccess<'de>>(self, mut map: A) -> Result<DriveFunction, A::Error> {
-        const KEYS: [&str; 7] = [
-            "joint",
-            FunctionKey::NAMES[0],
-            FunctionKey::NAMES[1],
-            FunctionKey::NAMES[2],
-            FunctionKey::NAMES[3],
-            FunctionKey::NAMES[4],
-            FunctionKey::NAMES[5],
-        ];
+        const KEYS: [&str; FunctionKey::NAMES.len() + 1] = {
+            let mut keys = ["joint"; FunctionKey::NAMES.len() + 1];
+            let mut index = 0;
+            while index < FunctionKey::NAMES.len() {
+                keys[index + 1] = FunctionKey::NAMES[index];
+                index += 1;
+            }
+            keys
+        };
         let (mut joint, mut function) = (None, None);
         while let Some(key) = map.next_key::<String>()? {
             if key == "joint" {

@@ -60,6 +60,14 @@ pub enum LoadAxes {
 }
 
 impl Load {
+    /// The functions, to be changed.
+    pub(super) fn functions_mut(&mut self) -> &mut [Function] {
+        match self {
+            Self::Force(load) | Self::Torque(load) => &mut load.components,
+            Self::PartLoad(load) => std::slice::from_mut(&mut load.factor),
+        }
+    }
+
     pub(super) fn check(&self, location: &str, checker: &Checker) -> Result<(), Error> {
         let (kind, count, load) = match self {
             Self::PartLoad(load) => return load.check(&format!("{location}.part_load"), checker),

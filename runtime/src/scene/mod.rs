@@ -19,6 +19,7 @@ mod spring;
 mod values;
 
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 
 use dcb_formats::component::Units;
 use dcb_formats::mesh::Dimension;
@@ -52,6 +53,7 @@ pub use spring::{Bushing, LineSpring, Spring, TorsionSpring};
 pub use values::{AngularVelocity, Characteristic, Orientation, RotaryInertia};
 
 use crate::Error;
+use crate::function::{Function, check_constant};
 use check::{Checker, each};
 use named::unique;
 
@@ -82,6 +84,13 @@ pub struct Scene {
     /// Bodies by name, in the order of the results.
     #[serde(deserialize_with = "unique")]
     pub bodies: Named<Body>,
+    /// Numbers that formulas may name.
+    #[serde(
+        default,
+        deserialize_with = "unique",
+        skip_serializing_if = "Named::is_empty"
+    )]
+    pub constants: Named<f64>,
     /// Joints by name.
     #[serde(default, deserialize_with = "unique")]
     pub joints: Named<Joint>,
@@ -150,6 +159,7 @@ impl Scene {
             gravity: None,
             ground: Ground::default(),
             bodies: Named::new(),
+            constants: Named::new(),
             joints: Named::new(),
             drives: Named::new(),
             springs: Named::new(),
@@ -183,8 +193,24 @@ impl Scene {
     pub fn parse(text: &str, path: &Path) -> Result<Self, Error> {
         let mut scene = read::scene(text, path)?;
         scene.directory = path.parent().map(Path::to_path_buf).unwrap_or_default();
+        scene.name_constants();
         scene.check().map_err(|error| read::in_file(error, path))?;
         Ok(scene)
+    }
+
+    /// Tells all formulas what the scene's constants are; a scene that is read does so by itself.
+    pub fn name_constants(&mut self) {
+        let constants = self.constants.iter();
+        let constants: Arc<[_]> = constants
+            .map(|(name, value)| (name.clone(), *value))
+            .collect();
+        let drives = self.drives.values_mut().map(Drive::function_mut);
+        let loads = self.loads.values_mut().flat_map(Load::functions_mut);
+        for function in drives.chain(loads) {
+            if let Function::Formula(formula) = function {
+                formula.constants = Arc::clone(&constants);
+            }
+        }
     }
 
     /// Checks everything that can be known before superelements are loaded.
@@ -213,6 +239,9 @@ impl Scene {
             ));
         }
         each("bodies", &self.bodies, |at, body| body.check(at, &checker))?;
+        for (name, value) in &self.constants {
+            check_constant(name, *value).map_err(|error| error.within("constants"))?;
+        }
         each("joints", &self.joints, |at, joint| {
             joint.check(at, &checker)
         })?;

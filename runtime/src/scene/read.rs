@@ -119,7 +119,7 @@ fn example_of(field: &str) -> Option<&'static str> {
         "bodies" => r#""bodies": {"rod": {"superelement": "rod.dcb.h5"}}"#,
         "joint" => r#""joint": "axle" (the name of a joint)"#,
         "polynomial" => {
-            r#""polynomial": [0, 150] (or "harmonic", "table", "formula", "constant", "input")"#
+            r#""polynomial": [0, 150] (or "harmonic", "table", "smooth_step", "trapezoid", "chirp", "pulse", "formula", "constant", "input")"#
         }
         "a" | "b" | "at" => r#""body/interface" (or "ground", "body/point")"#,
         "axis" | "axis_b" => r#""axis": [0, 0, 1]"#,

@@ -426,6 +426,14 @@ fn smooth_forces_on_parts_that_stay_are_narrow_and_all_else_is_broad() {
     let broad = [
         (json!({"loads": tip_force(&json!(3))}), "acts at once"),
         (
+            json!({"loads": tip_force(&json!({"pulse": {"shape": "rectangle", "amplitude": 3, "start": 1, "width": 0.5}}))}),
+            "acts at once",
+        ),
+        (
+            json!({"loads": tip_force(&json!({"formula": "if(t < 1, 0, t)"}))}),
+            "acts at once",
+        ),
+        (
             json!({"loads": tip_force(&json!({"input": {}}))}),
             "is set from outside",
         ),

@@ -66,7 +66,7 @@ fn cases() -> Vec<Case> {
             hinge(),
             of(
                 "angle",
-                json!({"table": {"times": [0, 0.4, 2], "values": [1, 1.8, 5]}}),
+                json!({"table": {"times": [0, 0.4, 2], "values": [1, 1.8, 5], "interpolation": "spline"}}),
             ),
             |t| 1.0 + 2.0 * t,
         ),
