@@ -261,9 +261,9 @@ fn mesh_defect(element: &Superelement, mesh: &Mesh) -> f64 {
             .filter(|node| (*node as usize) < mesh.node_count())
         {
             let place = mesh.position(node);
-            for axis in 0..3 {
-                defect = defect
-                    .max((place[axis] - element.origin[axis] - row.position[axis]).abs() / size);
+            for ((place, origin), position) in place.iter().zip(&element.origin).zip(&row.position)
+            {
+                defect = defect.max((place - origin - position).abs() / size);
             }
         }
     }

@@ -74,7 +74,7 @@ pub fn spun_bar() -> (f64, f64) {
     let bearing = scene.join(&revolute(Vector3::z()), ground, end);
     // The angular velocity rises smoothly and stays, to 1e-9 from 0.8 s on.
     let rise = format!("{speed}*(1 + tanh(20*(t - 0.25)))/2");
-    let function = TimeFunction::integral_of(&Function::Formula(rise), 4.0).unwrap();
+    let function = TimeFunction::integral_of(&Function::Formula(rise.into()), 4.0).unwrap();
     let signal = scene.builder().signal(Signal {
         function,
         input: None,

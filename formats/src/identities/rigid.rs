@@ -13,9 +13,6 @@ use super::{AGREEMENT, Identity};
 use crate::mesh::Dimension;
 use crate::superelement::{BoundaryRow, Superelement};
 
-/// Planar superelements of spatial parts may have rigid motions 3e-2 off, which the error bounds are made of.
-const PLANAR_LIMIT: f64 = 0.1;
-
 pub(super) fn in_full(of: &Superelement) -> Vec<Identity> {
     match &of.moments {
         Some(moments) if moments.rigid_shapes.ncols() > 0 => {
@@ -68,15 +65,11 @@ fn from_geometry(of: &Superelement, shapes: &Mat<f64>) -> Identity {
             defect = larger(defect, (found[(i, j)] - expected[(i, j)]).abs() / size);
         }
     }
-    let limit = match of.dimension {
-        Dimension::Planar => PLANAR_LIMIT,
-        Dimension::Spatial => AGREEMENT,
-    };
     Identity {
         path: "/error/rigid_shapes",
         what: "they are the rigid motions that mass, tensor and the rows' places make",
         defect,
-        limit,
+        limit: AGREEMENT,
     }
 }
 

@@ -32,6 +32,7 @@ mod ports;
 mod projection;
 mod receptance;
 mod record;
+mod rigid_motions;
 mod statics;
 mod symmetric_eigen;
 mod symmetry;

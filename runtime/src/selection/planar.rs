@@ -8,7 +8,7 @@ use dcb_formats::superelement::{
 use faer::Mat;
 
 use super::in_plane::Normal;
-use super::symmetric_eigen::symmetric_eigen;
+use super::rigid_motions::rigid_motions;
 
 /// Axes that differ less than this are the same: the file's rule for rotation matrices.
 const SAME_AXIS: f64 = 1e-9;
@@ -19,7 +19,7 @@ const ROUNDING: f64 = 1e-12;
 pub(super) fn planar(spatial: &Superelement, normal: Normal, loads: &[usize]) -> Superelement {
     let [.., c] = normal.axes();
     let flat = |of: [f64; 3]| normal.flat(of);
-    Superelement {
+    let flattened = Superelement {
         dimension: Dimension::Planar,
         origin: flat(spatial.origin),
         interfaces: (spatial.interfaces.iter())
@@ -49,31 +49,28 @@ pub(super) fn planar(spatial: &Superelement, normal: Normal, loads: &[usize]) ->
                 ..load.clone()
             })
             .collect(),
-        moments: (spatial.moments.as_ref()).map(|of| moments(spatial, of)),
         ..spatial.clone()
+    };
+    Superelement {
+        moments: (spatial.moments.as_ref()).map(|of| moments(&flattened, of)),
+        ..flattened
     }
 }
 
-/// Modes out of the plane aren't omitted, they don't take part; three of the rigid motions are in it.
-fn moments(spatial: &Superelement, of: &Moments) -> Moments {
-    let role = |row: &BoundaryRow| spatial.interfaces[row.interface].role;
-    let rows = spatial.rows.iter();
+/// Modes out of the plane aren't omitted, they don't take part. Nor do rigid motions out of it, which move rows off the plane within it.
+fn moments(planar: &Superelement, of: &Moments) -> Moments {
+    let role = |row: &BoundaryRow| planar.interfaces[row.interface].role;
+    let rows = planar.rows.iter();
     let attached = rows.filter(|row| role(row) == Role::Attachment).count();
     let bound = (of.loaded.as_ref()).map(|loaded| loaded.eigenvalue_bound);
     Moments {
         eigenvalue_bound: bound.unwrap_or(of.eigenvalue_bound),
-        rigid_shapes: in_plane(&of.rigid_shapes),
+        rigid_shapes: match of.rigid_shapes.ncols() {
+            0 => of.rigid_shapes.clone(),
+            _ => rigid_motions(planar),
+        },
         loaded: (of.loaded.clone()).filter(|loaded| loaded.forces.ncols() < attached),
         ..of.clone()
-    }
-}
-
-/// Rigid motions R at the rows turned so that those in the plane are the last three: R V with V the eigenvectors of Rᵀ R. The others don't move the rows.
-fn in_plane(rigid: &Mat<f64>) -> Mat<f64> {
-    let count = rigid.ncols();
-    match symmetric_eigen(&(rigid.transpose() * rigid)) {
-        Ok((_, turn)) if count > 3 => rigid * turn.subcols(count - 3, 3),
-        _ => rigid.clone(),
     }
 }
 

@@ -150,7 +150,7 @@ fn a_prepared_scene_with_fields_runs_where_it_was_moved_to_and_shows_the_same() 
     assert!(elsewhere.path("moved/base").is_dir());
     // With fewer coordinates, and the shapes of all nodes.
     let names = scene["bodies"]["block"]["superelement"].as_str().unwrap();
-    let small = SuperelementFile::open(&elsewhere.path(&format!("moved/{names}"))).unwrap();
+    let small = SuperelementFile::open(elsewhere.path(&format!("moved/{names}"))).unwrap();
     assert_eq!(small.node_count(), Some(block(|_| false).mesh.node_count()));
     assert!(small.superelement().unwrap().mode_count() < whole.mode_count());
 }
