@@ -70,6 +70,13 @@ pub fn end_with(remedy: &'static str, clean_up: fn()) {
     }
 }
 
+/// Ends the program unless so many bytes of a limited address space are left: for libraries that don't survive that they aren't.
+pub fn demand(bytes: usize) {
+    if address_space_limit().is_some() {
+        std::hint::black_box(Vec::<u8>::with_capacity(bytes));
+    }
+}
+
 /// What the program is at, for the message.
 pub fn at_stage(name: &str) {
     let bytes = name.bytes().chain(std::iter::repeat(0));

@@ -5,6 +5,7 @@ use std::path::Path;
 use hdf5::file::LibraryVersion;
 
 use crate::Error;
+use crate::out_of_memory::demand;
 
 /// HDF5 tells the system's answer only as text in its error stack. `needed`: bytes of the file, or what was to be added.
 pub(crate) fn told(target: &Path, needed: u64, error: &hdf5::Error) -> Error {
@@ -32,9 +33,13 @@ pub(crate) fn told(target: &Path, needed: u64, error: &hdf5::Error) -> Error {
     }
 }
 
+/// Memory that must be left for the HDF5 library, bytes: it doesn't survive that there is none.
+const ROOM: usize = 64 << 20;
+
 /// An empty file becomes an HDF5 file that HDF5 1.8 and everything later reads. Nothing older will do: it limits an attribute to
 /// 64 KiB, and the lists of units may be longer. Without times the same contents give the same bytes.
 pub(crate) fn create(path: &Path) -> hdf5::Result<hdf5::File> {
+    demand(ROOM);
     hdf5::File::with_options()
         .with_fapl(|access| access.libver_bounds(LibraryVersion::V18, LibraryVersion::V18))
         .with_fcpl(|creation| creation.obj_track_times(false))
