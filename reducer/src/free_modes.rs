@@ -20,6 +20,7 @@ use crate::factorization::PositiveFactor;
 use crate::lanczos::{Lanczos, RitzPairs};
 use crate::multiplet::{canonical_basis, clusters};
 use crate::observer::Observer;
+use crate::piece_motions::PieceMotions;
 use crate::rigid_body::RigidBodyModes;
 use crate::shift::AbsoluteForces;
 
@@ -212,6 +213,29 @@ impl FreeModes {
         iterations: usize,
     ) -> Result<Self, Error> {
         let (eigenvalues, mut x) = rayleigh_ritz(model, x)?;
+        let pieces = PieceMotions::of(model, rigid);
+        let split = pieces.and_then(|pieces| pieces.split(model, rigid, &x));
+        let eigenvalues = match split {
+            Some((loose, elastic)) => {
+                let count = loose.ncols();
+                let (values, elastic) = match elastic.ncols() {
+                    0 => (Vec::new(), elastic),
+                    _ => rayleigh_ritz(model, elastic)?,
+                };
+                x.as_mut().subcols_mut(0, count).copy_from(loose);
+                x.as_mut()
+                    .subcols_mut(count, values.len())
+                    .copy_from(elastic);
+                [vec![0.0; count], values].concat()
+            }
+            None => eigenvalues,
+        };
+        let kept = kept.max(
+            eigenvalues
+                .iter()
+                .take_while(|value| **value == 0.0)
+                .count(),
+        );
         let bounds = AbsoluteForces::of(&model.stiffness, x.as_ref().subcols(0, kept));
         let absolute = &bounds.energies;
         let precision = rigid.stiffness_precision;

@@ -5,7 +5,9 @@
 
 use faer::Mat;
 
-use crate::block_algebra::{absolute_product, symmetric_eigen, symmetric_product, symmetrized};
+use crate::block_algebra::{
+    absolute_product, gram, symmetric_eigen, symmetric_product, symmetrized,
+};
 use crate::condensation::Model;
 use crate::diagnosis::pieces;
 use crate::rigid_body::RigidBodyModes;
@@ -18,6 +20,8 @@ pub struct PieceMotions {
     /// The piece of each dof.
     piece_of: Vec<usize>,
     count: usize,
+    /// How many motions they have together.
+    total: usize,
     /// (n_c, 3 or 6); zero where a piece has fewer.
     motions: Mat<f64>,
 }
@@ -61,9 +65,12 @@ impl PieceMotions {
                 .map(|i| shapes[(row, i)] * turn[(i, column)])
                 .sum()
         });
+        let is_motion = |turn: &Mat<f64>, j: usize| (0..columns).any(|i| turn[(i, j)] != 0.0);
+        let motions_of = |turn: &Mat<f64>| (0..columns).filter(|j| is_motion(turn, *j)).count();
         Some(Self {
             piece_of,
             count,
+            total: turns.iter().map(motions_of).sum(),
             motions,
         })
     }
@@ -87,6 +94,44 @@ impl PieceMotions {
                 }
             }
         }
+    }
+
+    /// Parts the span of M-orthonormal columns x into its motions of pieces, exactly rigid, and what else it has: both M-orthonormal, the
+    /// first without motions of the whole. `None` where these aren't all motions of pieces that there are.
+    pub fn split(
+        &self,
+        model: &Model,
+        rigid: &RigidBodyModes,
+        x: &Mat<f64>,
+    ) -> Option<(Mat<f64>, Mat<f64>)> {
+        let mut elastic = x.clone();
+        self.project_out(model, &mut elastic);
+        let mass = gram(
+            elastic.as_ref(),
+            symmetric_product(&model.mass, elastic.as_ref()).as_ref(),
+        );
+        let (shares, vectors) = symmetric_eigen(symmetrized(mass.as_ref()).as_ref())?;
+        let loose_count = shares.iter().filter(|share| **share < 0.5).count();
+        if loose_count + rigid.count() != self.total {
+            return None;
+        }
+        let (loose, elastic) = (
+            x * vectors.as_ref().subcols(0, loose_count),
+            &elastic
+                * vectors
+                    .as_ref()
+                    .subcols(loose_count, shares.len() - loose_count),
+        );
+        let mut rest = loose.clone();
+        self.project_out(model, &mut rest);
+        let mut loose = loose - rest;
+        rigid.project_out(&mut loose);
+        let mass = gram(
+            loose.as_ref(),
+            symmetric_product(&model.mass, loose.as_ref()).as_ref(),
+        );
+        let turn = orthonormal(&mass)?;
+        Some((&loose * turn, elastic))
     }
 
     /// Largest |r|ᵀ|K||r| of the motions r of a piece.

@@ -1,9 +1,12 @@
-//! Does `docs/format.md` say truly which changes of which dataset are noticed?
+//! Does `docs/format.md` say truly which changes of which dataset are noticed, and is nothing noticed where nothing is wrong?
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic)]
 
 use dcb_formats::component::{InterfaceKind, NamedLoad, Role};
+use dcb_formats::identities::{at_load, in_full};
 use dcb_formats::{Component, Superelement};
-use dcb_reducer::{EnrichmentSource, EstimateChoice, Reduction};
+use dcb_reducer::{EnrichmentSource, EstimateChoice, Grounding, InterfaceModes, Reduction};
+use dcb_runtime::selection::{InterfaceSelection, Selection};
+use dcb_samples::hard::grounded_block;
 use dcb_samples::{RodSection, SolidElement, axial_prestress, planar_rod};
 use dcb_tests::contradictions::table;
 use dcb_tests::parts::{beam, interface, rod, steel_box, with_interfaces};
@@ -97,4 +100,58 @@ fn the_page_says_what_is_noticed() {
         table(&bare())
     );
     assert!(said == expected, "paste this:\n{expected}");
+}
+
+#[test]
+fn nothing_is_noticed_where_nothing_is_wrong() {
+    let mut all = complete();
+    all.extend(bare());
+    let held = Reduction {
+        grounding: Grounding::Allow,
+        ..enriched(4)
+    };
+    all.push(with(&grounded_block(), &held).superelement);
+    for count in [2, 5] {
+        let fewer = Reduction {
+            interface_modes: InterfaceModes::Softest(count),
+            ..enriched(3)
+        };
+        all.push(with(&block(), &fewer).superelement);
+    }
+    // Selections: fewer modes, interfaces watched instead of loaded, or dropped.
+    let whole = all[1].clone();
+    let names: Vec<String> = whole
+        .interfaces
+        .iter()
+        .map(|frame| frame.name.clone())
+        .collect();
+    let everything = || Selection::everything(&whole);
+    for selection in [
+        everything().with_modes([0, 2, 3]).unwrap(),
+        everything()
+            .with_interface(&names[1], InterfaceSelection::Observed)
+            .unwrap(),
+        everything()
+            .with_modes([1, 4])
+            .unwrap()
+            .with_interface(&names[3], InterfaceSelection::Dropped)
+            .unwrap(),
+        everything()
+            .with_enrichment(&[])
+            .unwrap()
+            .with_attachments(4),
+    ] {
+        all.push(selection.superelement(&whole).unwrap());
+    }
+    for element in &all {
+        for identity in at_load(element).into_iter().chain(in_full(element)) {
+            // An order of magnitude is left everywhere but where nodes stand for integrals.
+            let margin = if identity.limit > 1.0 { 1.0 } else { 0.1 };
+            assert!(
+                identity.defect <= margin * identity.limit,
+                "{}: {identity:?}",
+                element.name
+            );
+        }
+    }
 }

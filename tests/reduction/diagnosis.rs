@@ -7,7 +7,7 @@
 )]
 
 use dcb_formats::Component;
-use dcb_formats::mesh::DofMap;
+use dcb_formats::mesh::{Dimension, DofMap};
 use dcb_formats::superelement::FrameKind;
 use dcb_reducer::rigid_body::MassProperties;
 use dcb_reducer::{Grounding, LoosePieces, Reduction};
@@ -540,6 +540,82 @@ fn fewer_modes_than_loose_motions_are_not_kept_in_part() {
             );
             let longest = dcb_tests::dense::largest(element.residual.flexibility.as_ref());
             assert!(longest < 1e-3, "{}: {longest:e}", part.name);
+        }
+    }
+}
+
+/// Pieces of any size beside each other, equal ones too: each is as good as it would be alone.
+#[test]
+fn small_and_identical_loose_pieces_are_reduced() {
+    use dcb_tests::random_parts::{Recipe, SpringMass, Springs};
+    let network = |seed: u64, stiffness: f64, mass: f64, size: f64| {
+        let mut random = dcb_tests::dense::pseudo_random(seed);
+        let mut about = |value: f64| value * (1.0 + 0.5 * random());
+        let springs = Springs {
+            dimension: Dimension::Spatial,
+            points: (0..5)
+                .map(|i| {
+                    [
+                        about(size),
+                        about(size) * f64::from(i % 2),
+                        about(size) * f64::from(i % 3),
+                    ]
+                })
+                .collect(),
+            stiffness: (0..10).map(|_| about(stiffness)).collect(),
+            mass: SpringMass::Lumped((0..5).map(|_| about(mass)).collect()),
+        };
+        Recipe::Springs(springs).component()
+    };
+    let alike = || network(1, 1e6, 1.0, 1.0);
+    let whole = network(2, 1e6, 1.0, 1.0);
+    let cases = [
+        ("identical", vec![alike(), alike(), alike()]),
+        (
+            "light and stiff",
+            vec![whole.clone(), network(3, 1e8, 1e-6, 1.0)],
+        ),
+        ("small", vec![whole.clone(), network(4, 1e6, 1.0, 1e-3)]),
+        (
+            "soft",
+            vec![
+                whole,
+                network(5, 1e2, 1e-3, 0.1),
+                network(6, 1e4, 1e-4, 0.01),
+            ],
+        ),
+    ];
+    for (name, pieces) in cases {
+        let part = dcb_tests::parts::side_by_side(&pieces);
+        let extra = 6 * (pieces.len() - 1);
+        for wanted in [0, extra + 4] {
+            let reduced = with(&part, &loosely(wanted));
+            let zero = |value: &&f64| **value == 0.0;
+            let modes = &reduced.superelement.modes;
+            assert_eq!(
+                modes.eigenvalues.iter().filter(zero).count(),
+                extra,
+                "{name}, {wanted} modes"
+            );
+            assert!(
+                reduced.quality.broken_limits().is_empty(),
+                "{name}: {:?}",
+                reduced.quality.broken_limits()
+            );
+            // With nothing but loose motions kept, each piece has the flexibility that it has alone.
+            let mut first = 0;
+            for piece in pieces.iter().filter(|_| wanted == 0) {
+                let alone = lowest(piece, 0).superelement.residual.flexibility;
+                let own = Mat::from_fn(alone.nrows(), alone.ncols(), |i, j| {
+                    reduced.superelement.residual.flexibility[(first + i, first + j)]
+                });
+                let error = scaled_difference(&own, &alone, &diagonal_roots(&alone));
+                assert!(error < 1e-8, "{name}: F_res {error:e}");
+                first += alone.nrows();
+            }
+            for identity in dcb_formats::identities::in_full(&reduced.superelement) {
+                assert!(identity.holds(), "{name}, {wanted} modes: {identity:?}");
+            }
         }
     }
 }

@@ -21,7 +21,14 @@ pub(super) fn in_full(of: &Superelement) -> Vec<Identity> {
     let mut of_nodes = 0.0;
     for (index, row) in of.rows.iter().enumerate() {
         let frame = &of.interfaces[row.interface];
-        if matches!(frame.kind, InterfaceKind::Average | InterfaceKind::Rigid) {
+        let is_one_node = || {
+            let mut rows = of
+                .rows
+                .iter()
+                .filter(|other| other.interface == row.interface);
+            frame.kind == InterfaceKind::Nodes && rows.all(|other| other.node == row.node)
+        };
+        if matches!(frame.kind, InterfaceKind::Average | InterfaceKind::Rigid) || is_one_node() {
             of_frames = larger(of_frames, distance(&row.position, &frame.position));
         }
         let same = of.rows[..index]
@@ -35,7 +42,7 @@ pub(super) fn in_full(of: &Superelement) -> Vec<Identity> {
     vec![
         Identity {
             path: "/interfaces/positions",
-            what: "rows of frames are where their interface is",
+            what: "rows of frames and of single nodes are where their interface is",
             defect: of_frames,
             limit: AGREEMENT,
         },

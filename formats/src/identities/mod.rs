@@ -8,6 +8,7 @@
 mod gram;
 mod inertia;
 mod layout;
+mod loads;
 mod moments;
 mod reduced;
 mod residual;
@@ -64,6 +65,7 @@ pub fn in_full(of: &Superelement) -> Vec<Identity> {
         rigid::in_full(of),
         moments::in_full(of),
         layout::in_full(of),
+        loads::in_full(of),
     ]
     .concat()
 }

@@ -51,16 +51,22 @@ fn among_each_other(moments: &Moments) -> Vec<Identity> {
         _ => 0.0,
     };
     let shifted = bound + moments.shift;
-    let scale = |matrix: &Mat<f64>| -> Vec<f64> {
-        let scales = reciprocals(&sizes(matrix)).into_iter();
+    // A row counts as much as it has in either; rows that are rounding aren't compared.
+    let scale = |sizes: Vec<f64>| -> Vec<f64> {
+        let scales = reciprocals(&sizes).into_iter();
         let trusted = scales.zip(&moments.rounding);
         trusted
             .map(|(scale, rounding)| if *rounding <= TRUSTED { scale } else { 0.0 })
             .collect()
     };
+    let larger_of = |a: &Mat<f64>, b: &Mat<f64>, by: f64| -> Vec<f64> {
+        (0..a.nrows())
+            .map(|i| a[(i, i)].abs().max(by * b[(i, i)].abs()).sqrt())
+            .collect()
+    };
     let falls = |upper: &Mat<f64>, lower: &Mat<f64>, by: f64| {
         let difference = upper - lower * Scale(by);
-        negative_part(difference.as_ref(), &scale(upper))
+        negative_part(difference.as_ref(), &scale(larger_of(upper, lower, by)))
     };
     let n = second.nrows();
     let hankel = Mat::from_fn(2 * n, 2 * n, |i, j| {
@@ -71,7 +77,21 @@ fn among_each_other(moments: &Moments) -> Vec<Identity> {
         };
         of[(i % n, j % n)]
     });
-    let both = [scale(second), scale(fourth)].concat();
+    // M_4 is at least as large as M_2 and M_3 demand.
+    let fourths = (0..n).map(|i| {
+        let (second, third) = (second[(i, i)].abs(), third[(i, i)]);
+        let least = if second > 0.0 {
+            third * third / second
+        } else {
+            0.0
+        };
+        fourth[(i, i)].abs().max(least).sqrt()
+    });
+    let both = [
+        scale(larger_of(second, second, 1.0)),
+        scale(fourths.collect()),
+    ]
+    .concat();
     let identity = |path, what, defect| Identity {
         path,
         what,

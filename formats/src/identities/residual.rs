@@ -282,6 +282,16 @@ fn masses_with_no_mode(of: &Superelement, limit: f64) -> Identity {
     let mut defect = 0.0;
     for (row, scale) in scales.iter().enumerate() {
         let stored = residual.mass_diagonal0[row];
+        // A row without any is left out of the transform.
+        if stored == 0.0
+            && residual
+                .transform
+                .row(row)
+                .iter()
+                .any(|entry| *entry != 0.0)
+        {
+            defect = 1.0;
+        }
         if is_attached(of, row) {
             defect = larger(defect, (sums[row] - stored).abs() * scale * scale);
         }
