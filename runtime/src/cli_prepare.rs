@@ -3,8 +3,8 @@
 use std::collections::BTreeMap;
 use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
-use std::process::Command;
-use std::time::Instant;
+use std::process::{Child, Command, ExitStatus};
+use std::time::{Duration, Instant};
 
 use clap::Args;
 use dcb_formats::dcb::{SuperelementFile, check_output};
@@ -27,6 +27,8 @@ use crate::study::monitor::Monitor;
 const LARGE: &str = "large";
 /// Part of the tolerance that the reductions may use.
 const REDUCTION_SHARE: f64 = 0.5;
+/// How often a reduction is looked at.
+const LOOK_INTERVAL: Duration = Duration::from_millis(20);
 
 /// Options of a preparation.
 #[derive(Debug, Args)]
@@ -216,7 +218,7 @@ fn reduce_parts(
     let mut failure = None;
     loop {
         let batch: Vec<_> = waiting.by_ref().take(arguments.jobs.into()).collect();
-        if batch.is_empty() {
+        if batch.is_empty() || is_interrupted() {
             break;
         }
         let share = batch.len();
@@ -225,7 +227,7 @@ fn reduce_parts(
             running.push((matrix, reduction(arguments, matrix, large, share).spawn()));
         }
         for (matrix, child) in running {
-            let status = child.and_then(|mut child| child.wait());
+            let status = child.and_then(end_of);
             match status {
                 Ok(status) if status.success() => {}
                 Ok(status) => {
@@ -256,6 +258,37 @@ fn reduce_parts(
         }
     }
     Ok(parts)
+}
+
+/// Waits for a reduction, and passes on to it that this program is asked to end.
+fn end_of(mut child: Child) -> std::io::Result<ExitStatus> {
+    loop {
+        if let Some(status) = child.try_wait()? {
+            return Ok(status);
+        }
+        if is_interrupted() {
+            terminate(&mut child)?;
+            return child.wait();
+        }
+        std::thread::sleep(LOOK_INTERVAL);
+    }
+}
+
+/// Lets it remove what it has begun to write.
+#[cfg(unix)]
+fn terminate(child: &mut Child) -> std::io::Result<()> {
+    use nix::sys::signal::{Signal, kill};
+    use nix::unistd::Pid;
+
+    match i32::try_from(child.id()) {
+        Ok(id) => kill(Pid::from_raw(id), Signal::SIGTERM).map_err(Into::into),
+        Err(_) => child.kill(),
+    }
+}
+
+#[cfg(not(unix))]
+fn terminate(child: &mut Child) -> std::io::Result<()> {
+    child.kill()
 }
 
 /// Whether a planar scene uses a spatial superelement, which is taken as it is.

@@ -143,13 +143,13 @@ fn nothing_is_noticed_where_nothing_is_wrong() {
     ] {
         all.push(selection.superelement(&whole).unwrap());
     }
-    for element in &all {
+    for (case, element) in all.iter().enumerate() {
         for identity in at_load(element).into_iter().chain(in_full(element)) {
             // An order of magnitude is left everywhere but where nodes stand for integrals.
             let margin = if identity.limit > 1.0 { 1.0 } else { 0.1 };
             assert!(
                 identity.defect <= margin * identity.limit,
-                "{}: {identity:?}",
+                "case {case}, {}: {identity:?}",
                 element.name
             );
         }

@@ -36,7 +36,9 @@ fn classical_equations_reproduce_the_published_solution() {
 /// the step once a step is small against it.
 #[test]
 fn simulation_reproduces_the_published_solution() {
-    for method in [method(0.9), stabilized(0.9)] {
+    // Rounding of the positions over h², which is what index-3 forces of such short steps consist of in the end, scatters from 2e-5 to
+    // 7e-3 over step counts from 199 000 to 201 000; stabilized ones stay below 2e-4.
+    for (method, forces) in [(method(0.9), 2e-2), (stabilized(0.9), 1e-3)] {
         let coarse = simulated(1.0, method, 100_000);
         assert_within(
             &relative(&coarse.positions, &PUBLISHED),
@@ -45,9 +47,7 @@ fn simulation_reproduces_the_published_solution() {
         let fine = simulated(1.0, method, 200_000);
         let errors = relative(&fine.positions, &PUBLISHED);
         assert_within(&errors, &[2e-9, 5e-9, 3e-7, 3e-6, 2e-5, 5e-5]);
-        // Rounding of the positions over h², which is what index-3 forces of such short steps consist of in the end: 1e-3 to
-        // 3e-3, depending on the machine's instructions.
-        assert_within(&relative(&fine.forces, &PUBLISHED_FORCES), &[6e-3; 3]);
+        assert_within(&relative(&fine.forces, &PUBLISHED_FORCES), &[forces; 3]);
         let ratio = relative(&coarse.positions, &PUBLISHED)[3] / errors[3];
         assert!((3.2..4.8).contains(&ratio), "error of q2 fell by {ratio}");
     }

@@ -309,12 +309,13 @@ fn answers(of: &Superelement) -> Identity {
     let residual = &of.residual;
     let mut defect = 0.0;
     if let Some(shapes) = &residual.output_shapes {
-        let size = |row: usize| residual.flexibility[(row, row)].max(0.0).sqrt();
+        // What an interface reduction leaves of a row can be rounding beside the whole of it.
+        let sizes: Vec<f64> = flexibilities(of).into_iter().map(f64::sqrt).collect();
         for column in (0..of.rows.len()).filter(|row| is_attached(of, *row)) {
             for row in (0..of.rows.len()).filter(|row| is_attached(of, *row)) {
                 let found = (shapes[(row, column)] - residual.flexibility[(row, column)]).abs();
                 if found > 0.0 {
-                    defect = larger(defect, found / (size(row) * size(column)));
+                    defect = larger(defect, found / (sizes[row] * sizes[column]));
                 }
             }
         }

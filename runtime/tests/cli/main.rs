@@ -10,6 +10,7 @@ mod notes;
 mod options;
 mod output;
 mod planar_scenes;
+mod prepare_stopped;
 mod prepared_fields;
 mod records;
 mod runs;
