@@ -1,5 +1,7 @@
 //! What finds the free modes. Whatever it is, the sharpening, the residuals and the eigenvalue count afterwards are the same.
 
+use faer::Mat;
+
 use crate::condensation::Model;
 use crate::error::Error;
 use crate::factorization::PositiveFactor;
@@ -21,7 +23,7 @@ pub enum EigenSolver {
 }
 
 impl EigenSolver {
-    /// Finds the lowest modes.
+    /// Finds the lowest modes; `loose` as in [`FreeModes::compute`].
     ///
     /// # Errors
     /// Those of [`FreeModes::compute`], or of the other solver.
@@ -29,13 +31,16 @@ impl EigenSolver {
         &self,
         model: &Model,
         rigid: &RigidBodyModes,
+        loose: &Mat<f64>,
         factor: &PositiveFactor,
         shift: f64,
         search: Search,
         observer: &mut dyn Observer,
     ) -> Result<FreeModes, Error> {
         match self {
-            Self::BlockLanczos => FreeModes::compute(model, rigid, factor, shift, search, observer),
+            Self::BlockLanczos => {
+                FreeModes::compute(model, rigid, loose, factor, shift, search, observer)
+            }
             #[cfg(feature = "slepc")]
             Self::Slepc(run) => run.free_modes(model, rigid, factor, shift, search, observer),
         }

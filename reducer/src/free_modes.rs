@@ -5,7 +5,7 @@
 //! modes is raised to the next gap. Signs, and the basis inside a multiple root, follow a fixed rule ([`crate::multiplet`]).
 
 use dcb_formats::SparseMatrix;
-use faer::{Mat, MatRef};
+use faer::{Mat, MatRef, concat};
 use rayon::prelude::*;
 
 use crate::basis_size::{BasisSize, block_width};
@@ -20,7 +20,6 @@ use crate::factorization::PositiveFactor;
 use crate::lanczos::{Lanczos, RitzPairs};
 use crate::multiplet::{canonical_basis, clusters};
 use crate::observer::Observer;
-use crate::piece_motions::PieceMotions;
 use crate::rigid_body::RigidBodyModes;
 use crate::shift::AbsoluteForces;
 
@@ -94,27 +93,33 @@ pub struct FreeModes {
 }
 
 impl FreeModes {
-    /// Finds the lowest modes.
+    /// Finds the lowest modes. `loose`: motions of pieces beyond those of the whole, M-orthonormal, (n_c, l); they are the first modes.
     ///
     /// # Errors
     /// [`Error::ModesNotConverged`], or those of [`Lanczos`]; [`Error::Component`] if a negative eigenvalue shows the stiffness to be indefinite.
     pub fn compute(
         model: &Model,
         rigid: &RigidBodyModes,
+        loose: &Mat<f64>,
         factor: &PositiveFactor,
         shift: f64,
         search: Search,
         observer: &mut dyn Observer,
     ) -> Result<Self, Error> {
         let n = model.len();
-        let block = (block_width(search.wanted) << search.attempt)
-            .max(search.missed + block_width(search.wanted))
+        if rigid.count() + loose.ncols() >= n {
+            return Self::of_subspace(model, rigid, loose, Mat::zeros(n, 0), 0, search.wanted, 0);
+        }
+        let joined = rigid.joined_by(model, loose);
+        let elastic = search.wanted.saturating_sub(loose.ncols());
+        let block = (block_width(elastic) << search.attempt)
+            .max(search.missed + block_width(elastic))
             .min(n);
-        let mut guarded = search.wanted + block;
+        let mut guarded = elastic + block;
         let capacity = |guarded: usize| search.basis.columns(guarded, block).min(n + block);
         let seed = 0x5eed + search.attempt as u64;
         let mut lanczos =
-            Lanczos::start(model, rigid, factor, shift, block, capacity(guarded), seed)?;
+            Lanczos::start(model, &joined, factor, shift, block, capacity(guarded), seed)?;
         let step_limit = 200 + 20 * guarded / block;
         let mut iterations = 0;
         let mut tolerance = RITZ_TOLERANCE;
@@ -135,7 +140,7 @@ impl FreeModes {
             let available = pairs.eigenvalues.len();
             // Where a multiple root ends shows only on converged values: two beyond the last kept one.
             let without_energy = motions_without_energy(&pairs.eigenvalues, shift);
-            let kept = extended_to_gap(&pairs.eigenvalues, search.wanted.max(without_energy));
+            let kept = extended_to_gap(&pairs.eigenvalues, elastic.max(without_energy));
             let needed = (kept + 2).min(available);
             let converged = pairs
                 .residuals
@@ -153,18 +158,12 @@ impl FreeModes {
                 guarded = kept + 2 * block;
                 drop(lanczos);
                 lanczos =
-                    Lanczos::start(model, rigid, factor, shift, block, capacity(guarded), seed)?;
+                    Lanczos::start(model, &joined, factor, shift, block, capacity(guarded), seed)?;
                 continue;
             }
-            let modes = Self::sharpened(
-                model,
-                rigid,
-                &lanczos,
-                &pairs,
-                kept,
-                search.wanted,
-                iterations,
-            )?;
+            let x = sharpened(&lanczos, &pairs, kept);
+            let modes =
+                Self::of_subspace(model, rigid, loose, x, kept, search.wanted, iterations)?;
             let unconverged = modes.unconverged().count();
             if unconverged == 0 || lanczos.is_exhausted() {
                 return Ok(modes);
@@ -185,57 +184,23 @@ impl FreeModes {
         }
     }
 
-    /// Inverse iteration, Rayleigh–Ritz and the fixed basis rule on the `kept` lowest Ritz vectors.
-    fn sharpened(
-        model: &Model,
-        rigid: &RigidBodyModes,
-        lanczos: &Lanczos,
-        pairs: &RitzPairs,
-        kept: usize,
-        wanted: usize,
-        iterations: usize,
-    ) -> Result<Self, Error> {
-        // A few further vectors keep the last wanted ones clean and tell where the spectrum goes on.
-        let subspace = (kept + 2).min(pairs.eigenvalues.len());
-        let first_guess = lanczos.ritz_vectors(pairs, subspace);
-        let x = lanczos.polish(first_guess.as_ref());
-        Self::of_subspace(model, rigid, x, kept, wanted, iterations)
-    }
-
     /// Rayleigh–Ritz and the fixed basis rule on a polished subspace: the `kept` lowest pairs and a few further ones, all
-    /// without rigid motion.
+    /// without rigid and `loose` motion; the loose ones come before them.
     pub(crate) fn of_subspace(
         model: &Model,
         rigid: &RigidBodyModes,
+        loose: &Mat<f64>,
         x: Mat<f64>,
         kept: usize,
         wanted: usize,
         iterations: usize,
     ) -> Result<Self, Error> {
-        let (eigenvalues, mut x) = rayleigh_ritz(model, x)?;
-        let pieces = PieceMotions::of(model, rigid);
-        let split = pieces.and_then(|pieces| pieces.split(model, rigid, &x));
-        let eigenvalues = match split {
-            Some((loose, elastic)) => {
-                let count = loose.ncols();
-                let (values, elastic) = match elastic.ncols() {
-                    0 => (Vec::new(), elastic),
-                    _ => rayleigh_ritz(model, elastic)?,
-                };
-                x.as_mut().subcols_mut(0, count).copy_from(loose);
-                x.as_mut()
-                    .subcols_mut(count, values.len())
-                    .copy_from(elastic);
-                [vec![0.0; count], values].concat()
-            }
-            None => eigenvalues,
-        };
-        let kept = kept.max(
-            eigenvalues
-                .iter()
-                .take_while(|value| **value == 0.0)
-                .count(),
-        );
+        let (mut eigenvalues, mut x) = rayleigh_ritz(model, x)?;
+        if loose.ncols() > 0 {
+            x = concat![[loose, x]];
+            eigenvalues.splice(0..0, vec![0.0; loose.ncols()]);
+        }
+        let kept = loose.ncols() + kept;
         let bounds = AbsoluteForces::of(&model.stiffness, x.as_ref().subcols(0, kept));
         let absolute = &bounds.energies;
         let precision = rigid.stiffness_precision;
@@ -248,7 +213,7 @@ impl FreeModes {
             )));
         }
         let zero_count = (0..kept)
-            .take_while(|j| eigenvalues[*j] < zero * absolute[*j])
+            .take_while(|j| *j < loose.ncols() || eigenvalues[*j] < zero * absolute[*j])
             .count();
         let first_omitted = eigenvalues.get(kept).copied().unwrap_or(f64::INFINITY);
         let mut eigenvalues = eigenvalues[..kept].to_vec();
@@ -318,6 +283,14 @@ impl FreeModes {
     }
 }
 
+/// Inverse iteration on the `kept` lowest Ritz vectors, and a few further ones, which keep the last wanted ones clean and tell where the
+/// spectrum goes on.
+fn sharpened(lanczos: &Lanczos, pairs: &RitzPairs, kept: usize) -> Mat<f64> {
+    let subspace = (kept + 2).min(pairs.eigenvalues.len());
+    let first_guess = lanczos.ritz_vectors(pairs, subspace);
+    lanczos.polish(first_guess.as_ref())
+}
+
 /// Values that can't be told from zero beside the shift. They are kept whatever is wanted: static flexibility exists only
 /// in the complement of every motion without energy.
 pub(crate) fn motions_without_energy(eigenvalues: &[f64], shift: f64) -> usize {
@@ -341,6 +314,9 @@ pub(crate) fn extended_to_gap(lambda: &[f64], wanted: usize) -> usize {
 
 /// Eigenpairs of (XᵀKX, XᵀMX), ascending, M-orthonormal.
 fn rayleigh_ritz(model: &Model, x: Mat<f64>) -> Result<(Vec<f64>, Mat<f64>), Error> {
+    if x.ncols() == 0 {
+        return Ok((Vec::new(), x));
+    }
     let failed = || Error::NotFinite {
         what: "the Rayleigh–Ritz step",
     };

@@ -85,6 +85,7 @@ pub mod work;
 
 use dcb_formats::component::Component;
 use dcb_formats::{RecoveryBasis, Superelement};
+use faer::Mat;
 
 use crate::condensation::{CowMat, Model};
 use crate::diagnosis::Support;
@@ -105,6 +106,7 @@ use crate::localization::Localization;
 use crate::memory_limit::{MemoryLimit, readable};
 use crate::observer::{Observer, Stage};
 use crate::part_loads::part_loads;
+use crate::piece_motions::PieceMotions;
 use crate::quality::{Quality, Sturm};
 use crate::residual::ResidualFlexibility;
 use crate::rigid_body::{MassProperties, RigidBodyModes};
@@ -428,6 +430,14 @@ fn modes_and_residual(
         basis, estimate, ..
     } = options.memory.fitted(known);
     let shift = scale.shift();
+    let pieces = match options.loose_pieces {
+        LoosePieces::Allow => PieceMotions::of(model, rigid),
+        LoosePieces::Refuse => None,
+    };
+    let loose = match pieces {
+        Some(pieces) => pieces.beyond(rigid)?,
+        None => Mat::zeros(model.len(), 0),
+    };
     let mut last_count: Option<Sturm> = None;
     let mut missed = 0;
     for attempt in 0..ATTEMPTS {
@@ -441,6 +451,7 @@ fn modes_and_residual(
         let found = options.eigen_solver.free_modes(
             model,
             rigid,
+            &loose,
             &positive,
             shift,
             Search {

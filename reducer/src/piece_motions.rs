@@ -1,16 +1,18 @@
 //! Rigid motions of pieces that no stiffness connects, each on its own.
 //!
-//! Restricted to a piece, the rigid motions of the whole are those of the piece. Pieces have no dof in common, so that one column holds a
-//! motion of every piece at once.
+//! Pieces have no dof in common, so that one column holds a motion of every piece at once. A piece turns about its own middle: about that of
+//! the whole, a small one far out would only seem to be displaced.
 
+use dcb_formats::SparseMatrix;
+use dcb_formats::mesh::Dimension;
 use faer::Mat;
 
-use crate::block_algebra::{
-    absolute_product, gram, symmetric_eigen, symmetric_product, symmetrized,
-};
+use crate::block_algebra::{absolute_product, symmetric_eigen, symmetric_product, symmetrized};
 use crate::condensation::Model;
 use crate::diagnosis::pieces;
-use crate::rigid_body::RigidBodyModes;
+use crate::error::Error;
+use crate::frame::offset;
+use crate::rigid_body::{RigidBodyModes, columns};
 
 /// Motions of a piece with less than this part of the mass of its others don't exist: those of single points and of points on a line.
 const DEPENDENT_MOTION: f64 = 1e-10;
@@ -20,14 +22,14 @@ pub struct PieceMotions {
     /// The piece of each dof.
     piece_of: Vec<usize>,
     count: usize,
-    /// How many motions they have together.
-    total: usize,
+    /// Whether each motion of each piece exists: a point and a line of points have fewer.
+    exists: Vec<bool>,
     /// (n_c, 3 or 6); zero where a piece has fewer.
     motions: Mat<f64>,
 }
 
 impl PieceMotions {
-    /// Of a model; `None` if it is in one piece.
+    /// Of a model; `None` if it is in one piece, or if masses connect its pieces.
     pub fn of(model: &Model, rigid: &RigidBodyModes) -> Option<Self> {
         let found = pieces(model);
         if found.len() < 2 {
@@ -45,32 +47,43 @@ impl PieceMotions {
             .map(|point| piece_of_point[*point as usize])
             .collect();
         let count = found.len();
-        let (shapes, mass_shapes) = (&rigid.shapes, &rigid.mass_shapes);
-        let columns = shapes.ncols();
-        let mut masses = vec![Mat::<f64>::zeros(columns, columns); count];
-        for (row, piece) in piece_of.iter().enumerate() {
-            for j in 0..columns {
-                for i in 0..columns {
-                    masses[*piece][(i, j)] += shapes[(row, i)] * mass_shapes[(row, j)];
+        if is_coupled(&model.mass, &piece_of) {
+            return None;
+        }
+        let mut motions = about_own_middles(model, rigid.count(), &piece_of, count);
+        let columns = motions.ncols();
+        let mut turns = Vec::new();
+        // Twice: the second time removes what rounding left of the first.
+        for _ in 0..2 {
+            let momenta = symmetric_product(&model.mass, motions.as_ref());
+            let mut masses = vec![Mat::<f64>::zeros(columns, columns); count];
+            for (row, piece) in piece_of.iter().enumerate() {
+                for j in 0..columns {
+                    for i in 0..columns {
+                        masses[*piece][(i, j)] += motions[(row, i)] * momenta[(row, j)];
+                    }
                 }
             }
+            turns = masses
+                .iter()
+                .map(orthonormal)
+                .collect::<Option<Vec<Mat<f64>>>>()?;
+            motions = Mat::from_fn(model.len(), columns, |row, column| {
+                let turn = &turns[piece_of[row]];
+                (0..columns)
+                    .map(|i| motions[(row, i)] * turn[(i, column)])
+                    .sum()
+            });
         }
-        let turns = masses
-            .iter()
-            .map(orthonormal)
-            .collect::<Option<Vec<Mat<f64>>>>()?;
-        let motions = Mat::from_fn(model.len(), columns, |row, column| {
-            let turn = &turns[piece_of[row]];
-            (0..columns)
-                .map(|i| shapes[(row, i)] * turn[(i, column)])
-                .sum()
-        });
         let is_motion = |turn: &Mat<f64>, j: usize| (0..columns).any(|i| turn[(i, j)] != 0.0);
-        let motions_of = |turn: &Mat<f64>| (0..columns).filter(|j| is_motion(turn, *j)).count();
+        let exists = turns
+            .iter()
+            .flat_map(|turn| (0..columns).map(move |j| is_motion(turn, j)))
+            .collect();
         Some(Self {
             piece_of,
             count,
-            total: turns.iter().map(motions_of).sum(),
+            exists,
             motions,
         })
     }
@@ -96,42 +109,44 @@ impl PieceMotions {
         }
     }
 
-    /// Parts the span of M-orthonormal columns x into its motions of pieces, exactly rigid, and what else it has: both M-orthonormal, the
-    /// first without motions of the whole. `None` where these aren't all motions of pieces that there are.
-    pub fn split(
-        &self,
-        model: &Model,
-        rigid: &RigidBodyModes,
-        x: &Mat<f64>,
-    ) -> Option<(Mat<f64>, Mat<f64>)> {
-        let mut elastic = x.clone();
-        self.project_out(model, &mut elastic);
-        let mass = gram(
-            elastic.as_ref(),
-            symmetric_product(&model.mass, elastic.as_ref()).as_ref(),
-        );
-        let (shares, vectors) = symmetric_eigen(symmetrized(mass.as_ref()).as_ref())?;
-        let loose_count = shares.iter().filter(|share| **share < 0.5).count();
-        if loose_count + rigid.count() != self.total {
-            return None;
+    /// What the motions of the pieces have beyond those of the whole: M-orthonormal to each other and to these, exactly rigid on each piece,
+    /// (n_c, l).
+    ///
+    /// # Errors
+    /// [`Error::NotFinite`] if the mass matrix has entries that aren't numbers.
+    pub fn beyond(&self, rigid: &RigidBodyModes) -> Result<Mat<f64>, Error> {
+        let columns = self.motions.ncols();
+        // A: the whole's motions in terms of those of the pieces, AᵀA = I. What is orthogonal to it are eigenvectors of A Aᵀ for 0.
+        let mut whole = Mat::<f64>::zeros(self.count * columns, rigid.count());
+        for (row, piece) in self.piece_of.iter().enumerate() {
+            for i in 0..columns {
+                for j in 0..rigid.count() {
+                    whole[(piece * columns + i, j)] +=
+                        self.motions[(row, i)] * rigid.mass_shapes[(row, j)];
+                }
+            }
         }
-        let (loose, elastic) = (
-            x * vectors.as_ref().subcols(0, loose_count),
-            &elastic
-                * vectors
-                    .as_ref()
-                    .subcols(loose_count, shares.len() - loose_count),
-        );
-        let mut rest = loose.clone();
-        self.project_out(model, &mut rest);
-        let mut loose = loose - rest;
-        rigid.project_out(&mut loose);
-        let mass = gram(
-            loose.as_ref(),
-            symmetric_product(&model.mass, loose.as_ref()).as_ref(),
-        );
-        let turn = orthonormal(&mass)?;
-        Some((&loose * turn, elastic))
+        let exists: Vec<usize> = (0..self.count * columns)
+            .filter(|i| self.exists[*i])
+            .collect();
+        let whole = Mat::from_fn(exists.len(), rigid.count(), |i, j| whole[(exists[i], j)]);
+        let (_, vectors) =
+            symmetric_eigen((&whole * whole.transpose()).as_ref()).ok_or(Error::NotFinite {
+                what: "the motions of loose pieces",
+            })?;
+        let count = exists.len() - rigid.count();
+        let mut turn = Mat::<f64>::zeros(self.count * columns, count);
+        for (i, motion) in exists.iter().enumerate() {
+            for j in 0..count {
+                turn[(*motion, j)] = vectors[(i, j)];
+            }
+        }
+        Ok(Mat::from_fn(self.piece_of.len(), count, |row, j| {
+            let first = self.piece_of[row] * columns;
+            (0..columns)
+                .map(|i| self.motions[(row, i)] * turn[(first + i, j)])
+                .sum()
+        }))
     }
 
     /// Largest |r|ᵀ|K||r| of the motions r of a piece.
@@ -147,6 +162,43 @@ impl PieceMotions {
         }
         largest
     }
+}
+
+/// Whether an entry of a matrix connects dofs of different pieces.
+fn is_coupled(matrix: &SparseMatrix, piece_of: &[usize]) -> bool {
+    (0..matrix.ncols()).any(|column| {
+        let rows = matrix.row_idx_of_col_raw(column).iter();
+        rows.zip(matrix.val_of_col(column)).any(|(row, value)| {
+            *value != 0.0 && piece_of[*row as usize] != piece_of[column]
+        })
+    })
+}
+
+/// Displacements and turns; nothing for a part that has no rigid motions because it is held.
+fn about_own_middles(
+    model: &Model,
+    motion_count: usize,
+    piece_of: &[usize],
+    pieces: usize,
+) -> Mat<f64> {
+    let dimension = match motion_count {
+        0 => return Mat::zeros(model.len(), 0),
+        3 => Dimension::Planar,
+        _ => Dimension::Spatial,
+    };
+    let (mut middles, mut counts) = (vec![[0.0; 3]; pieces], vec![0.0; pieces]);
+    for (dof, piece) in model.dofs.iter().zip(piece_of) {
+        counts[*piece] += 1.0;
+        for (sum, x) in middles[*piece].iter_mut().zip(dof.position) {
+            *sum += x;
+        }
+    }
+    for (middle, count) in middles.iter_mut().zip(&counts) {
+        middle.iter_mut().for_each(|sum| *sum /= count);
+    }
+    let arms = model.dofs.iter().zip(piece_of);
+    let arms = arms.map(|(dof, piece)| (dof.direction, offset(dof.position, middles[*piece])));
+    columns(dimension, arms, [0.0; 3], model.len())
 }
 
 /// T with Tᵀ A T = I over the directions that A has, and zero columns for the others.

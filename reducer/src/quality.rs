@@ -16,6 +16,7 @@ use crate::interface_reduction::InterfaceReduction;
 use crate::residual::ResidualFlexibility;
 use crate::rigid_body::{MassProperties, RigidBodyModes};
 use crate::scene::SceneFit;
+use crate::shift::AbsoluteForces;
 
 /// Limit of the orthogonality defects (Eq. 29–32, 39–40).
 pub const ORTHOGONALITY_LIMIT: f64 = 1e-8;
@@ -344,12 +345,12 @@ impl Identities {
         } else {
             1.0
         };
-        let omega_squared = |i: usize| {
-            if modes.eigenvalues[i] > 0.0 {
-                modes.eigenvalues[i]
-            } else {
-                floor
-            }
+        // What rounding in K makes of a motion without stiffness is within the limit: a light, stiff piece has more of it than a soft one has stiffness.
+        let loose = phi.subcols(0, modes.zero_count);
+        let energies = AbsoluteForces::of(&model.stiffness, loose).energies;
+        let omega_squared = |i: usize| match energies.get(i) {
+            Some(energy) => floor.max(f64::EPSILON / ORTHOGONALITY_LIMIT * energy),
+            None => modes.eigenvalues[i],
         };
         let f0 = |i: usize| residual.flexibility0[(i, i)].max(0.0);
         let m0 = |i: usize| residual.mass_diagonal0[i];

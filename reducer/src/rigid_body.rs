@@ -6,6 +6,7 @@
 use dcb_formats::SparseMatrix;
 use dcb_formats::component::Component;
 use dcb_formats::mesh::{Dimension, Direction};
+use faer::concat;
 use faer::{Mat, MatRef};
 
 use crate::block_algebra::{absolute_product, combination, gram, symmetric_product};
@@ -27,7 +28,7 @@ pub struct MassProperties {
 }
 
 /// Rigid-body columns over some list of dofs.
-fn columns(
+pub(crate) fn columns(
     dimension: Dimension,
     dofs: impl Iterator<Item = (Direction, [f64; 3])>,
     reference: [f64; 3],
@@ -206,6 +207,16 @@ impl RigidBodyModes {
             mass_shapes: Mat::zeros(n, 0),
             length: self.length,
             stiffness_precision: f64::EPSILON,
+        }
+    }
+
+    /// With other motions, M-orthonormal to each other and to these, among those that [`RigidBodyModes::project_out`] removes.
+    pub fn joined_by(&self, model: &Model, others: &Mat<f64>) -> Self {
+        let mass_others = symmetric_product(&model.mass, others.as_ref());
+        Self {
+            shapes: concat![[self.shapes, others]],
+            mass_shapes: concat![[self.mass_shapes, mass_others]],
+            ..self.clone()
         }
     }
 

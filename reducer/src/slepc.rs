@@ -236,7 +236,10 @@ fn sharpened(
     loop {
         x = inverse_iteration(model, rigid, factor, x.as_ref());
         polishes += 1;
-        let modes = FreeModes::of_subspace(model, rigid, x.clone(), kept, wanted, pairs.restarts)?;
+        // Loose pieces are among what it found.
+        let none = Mat::zeros(model.len(), 0);
+        let modes =
+            FreeModes::of_subspace(model, rigid, &none, x.clone(), kept, wanted, pairs.restarts)?;
         let unconverged = modes.unconverged().count();
         if unconverged == 0 {
             return Ok(modes);
