@@ -202,7 +202,16 @@ fn main() {
     };
     let lanczos = || {
         let search = Search::lowest(wanted);
-        let modes = FreeModes::compute(&model, &rigid, &Mat::zeros(model.len(), 0), &factor, shift, search, &mut ()).unwrap();
+        let modes = FreeModes::compute(
+            &model,
+            &rigid,
+            &Mat::zeros(model.len(), 0),
+            &factor,
+            shift,
+            search,
+            &mut (),
+        )
+        .unwrap();
         let worst = modes.residuals.iter().copied().fold(0.0, f64::max);
         (modes.iterations, worst)
     };

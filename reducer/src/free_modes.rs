@@ -118,8 +118,15 @@ impl FreeModes {
         let mut guarded = elastic + block;
         let capacity = |guarded: usize| search.basis.columns(guarded, block).min(n + block);
         let seed = 0x5eed + search.attempt as u64;
-        let mut lanczos =
-            Lanczos::start(model, &joined, factor, shift, block, capacity(guarded), seed)?;
+        let mut lanczos = Lanczos::start(
+            model,
+            &joined,
+            factor,
+            shift,
+            block,
+            capacity(guarded),
+            seed,
+        )?;
         let step_limit = 200 + 20 * guarded / block;
         let mut iterations = 0;
         let mut tolerance = RITZ_TOLERANCE;
@@ -157,13 +164,19 @@ impl FreeModes {
                 // The multiple root reaches beyond the guard vectors: look further before deciding where it ends.
                 guarded = kept + 2 * block;
                 drop(lanczos);
-                lanczos =
-                    Lanczos::start(model, &joined, factor, shift, block, capacity(guarded), seed)?;
+                lanczos = Lanczos::start(
+                    model,
+                    &joined,
+                    factor,
+                    shift,
+                    block,
+                    capacity(guarded),
+                    seed,
+                )?;
                 continue;
             }
             let x = sharpened(&lanczos, &pairs, kept);
-            let modes =
-                Self::of_subspace(model, rigid, loose, x, kept, search.wanted, iterations)?;
+            let modes = Self::of_subspace(model, rigid, loose, x, kept, search.wanted, iterations)?;
             let unconverged = modes.unconverged().count();
             if unconverged == 0 || lanczos.is_exhausted() {
                 return Ok(modes);

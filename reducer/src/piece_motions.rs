@@ -168,9 +168,8 @@ impl PieceMotions {
 fn is_coupled(matrix: &SparseMatrix, piece_of: &[usize]) -> bool {
     (0..matrix.ncols()).any(|column| {
         let rows = matrix.row_idx_of_col_raw(column).iter();
-        rows.zip(matrix.val_of_col(column)).any(|(row, value)| {
-            *value != 0.0 && piece_of[*row as usize] != piece_of[column]
-        })
+        rows.zip(matrix.val_of_col(column))
+            .any(|(row, value)| *value != 0.0 && piece_of[*row as usize] != piece_of[column])
     })
 }
 

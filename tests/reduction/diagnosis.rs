@@ -619,3 +619,37 @@ fn small_and_identical_loose_pieces_are_reduced() {
         }
     }
 }
+
+/// One in a hundred is refused where ω² of the pieces differ by 1e9; up to 1e6 none is.
+#[test]
+fn random_loose_pieces_are_reduced() {
+    use dcb_tests::random_parts::{Recipe, SpringMass, Springs};
+    let mut random = dcb_tests::dense::pseudo_random(7);
+    let mut network = |spread: f64| {
+        let [stiffness, mass, size] =
+            [1.5, 1.5, 1.5].map(|decades: f64| 10_f64.powf(spread * decades * random()));
+        let count = 2 + (2.0 + 2.0 * random()) as usize;
+        let springs = Springs {
+            dimension: Dimension::Spatial,
+            points: (0..count)
+                .map(|_| std::array::from_fn(|_| size * random()))
+                .collect(),
+            stiffness: (0..count * (count - 1) / 2)
+                .map(|_| 1e6 * stiffness * (1.0 + 0.5 * random()))
+                .collect(),
+            mass: SpringMass::Lumped((0..count).map(|_| mass * (1.0 + 0.5 * random())).collect()),
+        };
+        Recipe::Springs(springs).component()
+    };
+    for case in 0..100 {
+        let others = 1 + case % 3;
+        let mut pieces = vec![network(0.0)];
+        pieces.extend((0..others).map(|_| network(1.0)));
+        let part = dcb_tests::parts::side_by_side(&pieces);
+        for wanted in [0, 30] {
+            let reduced = with(&part, &loosely(wanted));
+            let broken = reduced.quality.broken_limits();
+            assert!(broken.is_empty(), "case {case}, {wanted} modes: {broken:?}");
+        }
+    }
+}

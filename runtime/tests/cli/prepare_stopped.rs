@@ -48,7 +48,8 @@ fn terminate(child: &Child) {
 /// A batch system sends SIGTERM to the program alone.
 #[test]
 fn the_reduction_is_told_and_waited_for() {
-    let (folder, child) = started("time.sleep(0.3); pathlib.Path('cleaned').touch(); sys.exit(143)");
+    let (folder, child) =
+        started("time.sleep(0.3); pathlib.Path('cleaned').touch(); sys.exit(143)");
     terminate(&child);
     let output = child.wait_with_output().unwrap();
     assert_eq!(output.status.code(), Some(143), "{output:?}");
