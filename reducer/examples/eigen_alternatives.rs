@@ -10,7 +10,7 @@ use dcb_reducer::block_algebra::{
 };
 use dcb_reducer::condensation::Model;
 use dcb_reducer::factorization::{PositiveFactor, SymmetricFactor};
-use dcb_reducer::free_modes::{FreeModes, Search};
+use dcb_reducer::free_modes::{FreeModes, KnownMotions, Search};
 use dcb_reducer::rigid_body::{MassProperties, RigidBodyModes};
 use dcb_reducer::shift::SpectrumScale;
 use faer::{Mat, MatRef};
@@ -202,16 +202,11 @@ fn main() {
     };
     let lanczos = || {
         let search = Search::lowest(wanted);
-        let modes = FreeModes::compute(
-            &model,
-            &rigid,
-            &Mat::zeros(model.len(), 0),
-            &factor,
-            shift,
-            search,
-            &mut (),
-        )
-        .unwrap();
+        let known = KnownMotions {
+            rigid: &rigid,
+            loose: &Mat::zeros(model.len(), 0),
+        };
+        let modes = FreeModes::compute(&model, known, &factor, shift, search, &mut ()).unwrap();
         let worst = modes.residuals.iter().copied().fold(0.0, f64::max);
         (modes.iterations, worst)
     };

@@ -1,13 +1,10 @@
 //! What finds the free modes. Whatever it is, the sharpening, the residuals and the eigenvalue count afterwards are the same.
 
-use faer::Mat;
-
 use crate::condensation::Model;
 use crate::error::Error;
 use crate::factorization::PositiveFactor;
-use crate::free_modes::{FreeModes, Search};
+use crate::free_modes::{FreeModes, KnownMotions, Search};
 use crate::observer::Observer;
-use crate::rigid_body::RigidBodyModes;
 #[cfg(feature = "slepc")]
 use crate::slepc::SlepcRun;
 
@@ -23,26 +20,23 @@ pub enum EigenSolver {
 }
 
 impl EigenSolver {
-    /// Finds the lowest modes; `loose` as in [`FreeModes::compute`].
+    /// Finds the lowest modes.
     ///
     /// # Errors
     /// Those of [`FreeModes::compute`], or of the other solver.
     pub fn free_modes(
         &self,
         model: &Model,
-        rigid: &RigidBodyModes,
-        loose: &Mat<f64>,
+        known: KnownMotions<'_>,
         factor: &PositiveFactor,
         shift: f64,
         search: Search,
         observer: &mut dyn Observer,
     ) -> Result<FreeModes, Error> {
         match self {
-            Self::BlockLanczos => {
-                FreeModes::compute(model, rigid, loose, factor, shift, search, observer)
-            }
+            Self::BlockLanczos => FreeModes::compute(model, known, factor, shift, search, observer),
             #[cfg(feature = "slepc")]
-            Self::Slepc(run) => run.free_modes(model, rigid, factor, shift, search, observer),
+            Self::Slepc(run) => run.free_modes(model, known.rigid, factor, shift, search, observer),
         }
     }
 }

@@ -67,6 +67,15 @@ impl Search {
     }
 }
 
+/// Motions without stiffness that are known before the search.
+#[derive(Clone, Copy)]
+pub struct KnownMotions<'a> {
+    /// Those of the whole, which are no modes.
+    pub rigid: &'a RigidBodyModes,
+    /// Those of its pieces beyond these, M-orthonormal to each other and to them, (n_c, l): the first modes.
+    pub loose: &'a Mat<f64>,
+}
+
 /// Kept modes of the model, mass-normalised.
 #[derive(Clone, Debug)]
 pub struct FreeModes {
@@ -93,22 +102,22 @@ pub struct FreeModes {
 }
 
 impl FreeModes {
-    /// Finds the lowest modes. `loose`: motions of pieces beyond those of the whole, M-orthonormal, (n_c, l); they are the first modes.
+    /// Finds the lowest modes.
     ///
     /// # Errors
     /// [`Error::ModesNotConverged`], or those of [`Lanczos`]; [`Error::Component`] if a negative eigenvalue shows the stiffness to be indefinite.
     pub fn compute(
         model: &Model,
-        rigid: &RigidBodyModes,
-        loose: &Mat<f64>,
+        known: KnownMotions<'_>,
         factor: &PositiveFactor,
         shift: f64,
         search: Search,
         observer: &mut dyn Observer,
     ) -> Result<Self, Error> {
         let n = model.len();
+        let KnownMotions { rigid, loose } = known;
         if rigid.count() + loose.ncols() >= n {
-            return Self::of_subspace(model, rigid, loose, Mat::zeros(n, 0), 0, search.wanted, 0);
+            return Self::of_subspace(model, known, Mat::zeros(n, 0), 0, search.wanted, 0);
         }
         let joined = rigid.joined_by(model, loose);
         let elastic = search.wanted.saturating_sub(loose.ncols());
@@ -176,7 +185,7 @@ impl FreeModes {
                 continue;
             }
             let x = sharpened(&lanczos, &pairs, kept);
-            let modes = Self::of_subspace(model, rigid, loose, x, kept, search.wanted, iterations)?;
+            let modes = Self::of_subspace(model, known, x, kept, search.wanted, iterations)?;
             let unconverged = modes.unconverged().count();
             if unconverged == 0 || lanczos.is_exhausted() {
                 return Ok(modes);
@@ -201,13 +210,13 @@ impl FreeModes {
     /// without rigid and `loose` motion; the loose ones come before them.
     pub(crate) fn of_subspace(
         model: &Model,
-        rigid: &RigidBodyModes,
-        loose: &Mat<f64>,
+        known: KnownMotions<'_>,
         x: Mat<f64>,
         kept: usize,
         wanted: usize,
         iterations: usize,
     ) -> Result<Self, Error> {
+        let KnownMotions { rigid, loose } = known;
         let (mut eigenvalues, mut x) = rayleigh_ritz(model, x)?;
         if loose.ncols() > 0 {
             x = concat![[loose, x]];

@@ -99,7 +99,7 @@ use crate::factor_store::{FactorStorage, Place};
 use crate::factorization::SymmetricFactor;
 pub use crate::forecast::EstimateChoice;
 use crate::forecast::Forecast;
-use crate::free_modes::{FreeModes, Search};
+use crate::free_modes::{FreeModes, KnownMotions, Search};
 pub use crate::interface_reduction::InterfaceModes;
 use crate::invariants::inertia_invariants;
 use crate::localization::Localization;
@@ -450,8 +450,10 @@ fn modes_and_residual(
         missed += last_count.map_or(0, |sturm| sturm.counted.saturating_sub(sturm.found));
         let found = options.eigen_solver.free_modes(
             model,
-            rigid,
-            &loose,
+            KnownMotions {
+                rigid,
+                loose: &loose,
+            },
             &positive,
             shift,
             Search {

@@ -16,7 +16,7 @@ use crate::condensation::Model;
 use crate::error::Error;
 use crate::factorization::PositiveFactor;
 use crate::free_modes::{
-    FreeModes, RESIDUAL_TOLERANCE, Search, extended_to_gap, motions_without_energy,
+    FreeModes, KnownMotions, RESIDUAL_TOLERANCE, Search, extended_to_gap, motions_without_energy,
 };
 use crate::mpi_job::{PrivateFolder, file_error};
 use crate::observer::Observer;
@@ -237,9 +237,11 @@ fn sharpened(
         x = inverse_iteration(model, rigid, factor, x.as_ref());
         polishes += 1;
         // Loose pieces are among what it found.
-        let none = Mat::zeros(model.len(), 0);
-        let modes =
-            FreeModes::of_subspace(model, rigid, &none, x.clone(), kept, wanted, pairs.restarts)?;
+        let known = KnownMotions {
+            rigid,
+            loose: &Mat::zeros(model.len(), 0),
+        };
+        let modes = FreeModes::of_subspace(model, known, x.clone(), kept, wanted, pairs.restarts)?;
         let unconverged = modes.unconverged().count();
         if unconverged == 0 {
             return Ok(modes);

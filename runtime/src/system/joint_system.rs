@@ -15,7 +15,7 @@
 //! | -Bᵀ          S | | v  | = | 0 |      Λ without those bodies, v their motions for the forces δλ
 //! ```
 //!
-//! [`super::redundancy`] leaves alone what does nothing.
+//! `redundancy.rs` leaves alone what does nothing.
 
 use faer::dyn_stack::{MemBuffer, MemStack, StackReq};
 use faer::linalg::lu::partial_pivoting;

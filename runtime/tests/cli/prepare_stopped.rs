@@ -23,7 +23,7 @@ fn started(then: &str) -> (Folder, Child) {
     let mut command = folder.command("prepare scene.json --reduce ./reduce.py");
     let child = command
         .stdout(Stdio::null())
-        .stderr(Stdio::piped())
+        .stderr(Stdio::null())
         .spawn()
         .unwrap();
     wait_for(&folder, "began");
@@ -48,11 +48,10 @@ fn terminate(child: &Child) {
 /// A batch system sends SIGTERM to the program alone.
 #[test]
 fn the_reduction_is_told_and_waited_for() {
-    let (folder, child) =
+    let (folder, mut child) =
         started("time.sleep(0.3); pathlib.Path('cleaned').touch(); sys.exit(143)");
     terminate(&child);
-    let output = child.wait_with_output().unwrap();
-    assert_eq!(output.status.code(), Some(143), "{output:?}");
+    assert_eq!(child.wait().unwrap().code(), Some(143));
     assert!(folder.path("cleaned").exists());
     assert!(!folder.path("scene.prepared/scene.json").exists());
 }
@@ -60,12 +59,11 @@ fn the_reduction_is_told_and_waited_for() {
 /// One that doesn't end doesn't hold the program either.
 #[test]
 fn a_second_signal_ends_the_program_at_once() {
-    let (folder, child) = started("pathlib.Path('told').touch(); time.sleep(30)");
+    let (folder, mut child) = started("pathlib.Path('told').touch(); time.sleep(30)");
     terminate(&child);
     wait_for(&folder, "told");
     let since = Instant::now();
     terminate(&child);
-    let output = child.wait_with_output().unwrap();
-    assert_eq!(output.status.code(), Some(143), "{output:?}");
+    assert_eq!(child.wait().unwrap().code(), Some(143));
     assert!(since.elapsed() < Duration::from_secs(10));
 }
