@@ -216,3 +216,47 @@ fn abaqus_coordinate_output_is_recognised() {
         ],
     );
 }
+
+/// Something that never ends is no file to read.
+#[test]
+#[cfg(unix)]
+fn devices_are_not_read() {
+    let folder = Folder::rotor();
+    for option in ["--mass", "--boundary", "--mesh"] {
+        folder.refused(
+            &format!("rotor.mtx {option} /dev/zero"),
+            &["/dev/zero", "is a device"],
+        );
+    }
+    folder.refused(
+        "/dev/zero --mass rotor.mass.mtx",
+        &["/dev/zero", "is a device"],
+    );
+}
+
+/// A few kilobytes can become gigabytes.
+#[test]
+fn a_packed_matrix_is_unpacked_within_the_memory_only() {
+    let folder = Folder::rotor();
+    let mut packed = GzEncoder::new(Vec::new(), Compression::best());
+    let entries = 12_000_000;
+    writeln!(
+        packed,
+        "%%MatrixMarket matrix coordinate real symmetric\n345 345 {entries}"
+    )
+    .unwrap();
+    let line = b"345 345 1.000000000000000\n".repeat(10_000);
+    for _ in 0..entries / 10_000 {
+        packed.write_all(&line).unwrap();
+    }
+    let bytes = packed.finish().unwrap();
+    assert!(bytes.len() < 2_000_000, "{} bytes", bytes.len());
+    folder.remove("rotor.mtx");
+    folder.write("rotor.mtx.gz", bytes);
+    let clock = Instant::now();
+    folder.refused(
+        "rotor.mtx.gz --memory 100M",
+        &["rotor.mtx.gz", "memory", "100 MB"],
+    );
+    assert!(clock.elapsed().as_secs() < 20);
+}

@@ -1,9 +1,11 @@
 //! Drives: the coordinate follows its function, and the power of the drive is what the energy grows by.
 
-use dcb_runtime::Mechanism;
+use std::path::Path;
+
+use dcb_runtime::{Mechanism, Scene};
 use serde_json::{Value, json};
 
-use super::parts::{number, scene_text, started};
+use super::parts::{number, rigid_scene, scene_text, started};
 
 /// A body on one joint of the ground, driven.
 fn driven(joint: Value, drive: Value) -> Value {
@@ -160,4 +162,50 @@ fn the_moment_of_a_drive_carries_weight_and_inertia() {
     );
     let rate = number(&mut mechanism, "rate");
     assert!((rate - 3.0).abs() < 1e-6, "the rate is {rate}");
+}
+
+#[test]
+fn constants_of_the_scene_are_known_to_all_its_formulas() {
+    let refusal = |text: &Value| {
+        let read = Scene::parse(&text.to_string(), Path::new("scene.json"));
+        read.map(|_| ()).unwrap_err().to_string()
+    };
+    let mut text = driven(
+        json!({"revolute": {"a": "ground", "b": "block/pin"}}),
+        json!({"angle": {"joint": "joint", "formula": "swing*sin(omega*t)"}}),
+    );
+    text["constants"] = json!({"swing": 0.8, "omega": 9});
+    text["loads"] = json!({"wind": {"force": {
+        "at": "block/pin", "components": [{"formula": "omega*swing"}, 0]
+    }}});
+    let mut mechanism = started(&text);
+    super::parts::run(&mut mechanism, 0.5, 50);
+    let (found, asked) = (
+        number(&mut mechanism, "coordinate"),
+        0.8 * (9.0 * 0.5_f64).sin(),
+    );
+    assert!((found - asked).abs() < 1e-9, "{found}, asked for {asked}");
+    // A scene as text has them still.
+    let again = serde_json::to_value(rigid_scene(&text)).unwrap();
+    assert_eq!(again["constants"], json!({"swing": 0.8, "omega": 9.0}));
+    for (name, value, says) in [
+        ("t", json!(1), "is the time"),
+        ("pi", json!(3), "is a constant already"),
+        ("sin", json!(1), "is a function of formulas"),
+        ("2x", json!(1), "is no name"),
+    ] {
+        let mut wrong = text.clone();
+        wrong["constants"][name] = value;
+        let refused = refusal(&wrong);
+        assert!(
+            refused.contains(&format!("constants.{name}")) && refused.contains(says),
+            "{refused}"
+        );
+    }
+    text["constants"].as_object_mut().unwrap().remove("swing");
+    let refused = refusal(&text);
+    assert!(
+        refused.contains("swing") && refused.contains("omega"),
+        "{refused}"
+    );
 }
