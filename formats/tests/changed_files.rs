@@ -163,7 +163,7 @@ fn devices_are_refused_and_pipes_are_read() {
             "line",
             &sizes,
             vec![b'%'; 1 << 20],
-            "has a line of more than 1048576 bytes",
+            "has a line of more than 262144 bytes",
         ),
     ] {
         let error = read_matrix(&pipe(name, first, then)).unwrap_err();

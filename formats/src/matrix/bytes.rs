@@ -10,7 +10,7 @@ use crate::snapshot::{Snapshot, cannot_read};
 
 const GZIP_MAGIC: &[u8] = &[0x1f, 0x8b];
 /// Bytes of a block, which a processor's cache holds; no line is longer.
-pub(super) const BLOCK: usize = 1 << 20;
+pub(super) const BLOCK: usize = 1 << 18;
 /// Compressed bytes that are read together.
 const PACKED_BLOCK: usize = 1 << 16;
 /// Text that is looked at for damage behind a bad line.
