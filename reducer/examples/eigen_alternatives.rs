@@ -4,10 +4,9 @@
 #![allow(clippy::unwrap_used, clippy::expect_used)]
 use std::time::Instant;
 
+use dcb_dense::{symmetric_eigen, symmetrized};
 use dcb_formats::component_files::{ComponentFiles, Overrides, read_component};
-use dcb_reducer::block_algebra::{
-    column_norms, combination, gram, symmetric_eigen, symmetric_product, symmetrized,
-};
+use dcb_reducer::block_algebra::{column_norms, combination, gram, symmetric_product};
 use dcb_reducer::condensation::Model;
 use dcb_reducer::factorization::{PositiveFactor, SymmetricFactor};
 use dcb_reducer::free_modes::{FreeModes, KnownMotions, Search};

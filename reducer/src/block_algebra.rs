@@ -1,15 +1,11 @@
-//! Products of tall blocks (model-sized rows, few columns) with each other, and small dense eigenproblems.
+//! Products of tall blocks (model-sized rows, few columns) with each other.
 //!
 //! Rows are cut into chunks of a fixed length and partial sums are added in chunk order, so every result is the same to
 //! the last bit whatever the number of threads.
 
-use faer::dyn_stack::{MemBuffer, MemStack};
-use faer::linalg::evd::{
-    ComputeEigenvectors, SelfAdjointEvdParams, self_adjoint_evd, self_adjoint_evd_scratch,
-};
 use faer::linalg::matmul::matmul;
 use faer::reborrow::*;
-use faer::{Accum, Auto, Mat, MatMut, MatRef, Par};
+use faer::{Accum, Mat, MatMut, MatRef, Par};
 use rayon::prelude::*;
 
 use crate::tall_products;
@@ -107,70 +103,6 @@ pub fn largest_entry(x: MatRef<'_, f64>) -> f64 {
     largest
 }
 
-/// `(a + aᵀ)/2`.
-pub fn symmetrized(a: MatRef<'_, f64>) -> Mat<f64> {
-    Mat::from_fn(a.nrows(), a.ncols(), |i, j| 0.5 * (a[(i, j)] + a[(j, i)]))
-}
-
-/// Largest relative residual of a dense eigensolution that is believed.
-const DENSE_RESIDUAL: f64 = 1e-12;
-
-/// Eigenvalues, ascending, and orthonormal eigenvectors (columns) of a small dense symmetric matrix.
-///
-/// `None` if the iteration does not converge, which only non-finite entries cause.
-pub fn symmetric_eigen(a: MatRef<'_, f64>) -> Option<(Vec<f64>, Mat<f64>)> {
-    if !a.is_all_finite() {
-        return None;
-    }
-    // Entries near 1, because faer neglects what is small beside 1 rather than beside the matrix; a power of two doesn't round.
-    let scale = match largest_entry(a) {
-        0.0 => 1.0,
-        largest => largest.log2().floor().exp2(),
-    };
-    let scaled = Mat::from_fn(a.nrows(), a.nrows(), |i, j| a[(i, j)] / scale);
-    // faer 0.24's divide and conquer, its choice from 128 rows on, is fast, but its pairs can have relative residuals of
-    // 1e-3 where eigenvalues repeat (`tests/reduction/spectra.rs` has such a matrix): checked, and QR iteration otherwise.
-    let threshold = <SelfAdjointEvdParams as Auto<f64>>::auto().recursion_threshold;
-    let (values, vectors) = match dense_eigen(&scaled, threshold)? {
-        fast if a.nrows() < threshold || dense_residual(&scaled, &fast) <= DENSE_RESIDUAL => fast,
-        _ => dense_eigen(&scaled, usize::MAX)?,
-    };
-    Some((
-        values.into_iter().map(|value| value * scale).collect(),
-        vectors,
-    ))
-}
-
-fn dense_eigen(a: &Mat<f64>, recursion_threshold: usize) -> Option<(Vec<f64>, Mat<f64>)> {
-    let n = a.nrows();
-    let params = SelfAdjointEvdParams {
-        recursion_threshold,
-        ..<SelfAdjointEvdParams as Auto<f64>>::auto()
-    };
-    let (mut values, mut vectors) = (faer::Col::<f64>::zeros(n), Mat::zeros(n, n));
-    let scratch =
-        self_adjoint_evd_scratch::<f64>(n, ComputeEigenvectors::Yes, Par::Seq, params.into());
-    let mut memory = MemBuffer::new(scratch);
-    self_adjoint_evd(
-        a.as_ref(),
-        values.as_mut().as_diagonal_mut(),
-        Some(vectors.as_mut()),
-        Par::Seq,
-        MemStack::new(&mut memory),
-        params.into(),
-    )
-    .ok()?;
-    Some((values.iter().copied().collect(), vectors))
-}
-
-/// Largest entry of `A V - V Λ`, for a matrix whose largest entry is between 1 and 2.
-fn dense_residual(a: &Mat<f64>, (values, vectors): &(Vec<f64>, Mat<f64>)) -> f64 {
-    let n = a.nrows();
-    let mut residual = Mat::from_fn(n, n, |i, j| -vectors[(i, j)] * values[j]);
-    matmul(residual.as_mut(), Accum::Add, a, vectors, 1.0, Par::Seq);
-    largest_entry(residual.as_ref())
-}
-
 #[cfg(test)]
 mod tests {
     #![allow(clippy::unwrap_used)]
@@ -186,35 +118,6 @@ mod tests {
                 .wrapping_add(1442695040888963407);
             (state >> 11) as f64 / (1_u64 << 53) as f64 - 0.5
         })
-    }
-
-    /// Projected flexibilities are of order 1e-9, and have to be diagonal to rounding beside that, not beside 1.
-    #[test]
-    fn eigenvectors_are_as_good_for_small_numbers() {
-        let n = 120;
-        let random = pseudo_random(n, n);
-        let graded = Mat::from_fn(n, n, |i, j| {
-            let decay = 0.93_f64.powi((i + j) as i32);
-            decay
-                * if i == j {
-                    1.0
-                } else {
-                    random[(i.min(j), i.max(j))]
-                }
-        });
-        for size in [1.0, 1e-9, 1e-250, 1e250] {
-            let matrix = Mat::from_fn(n, n, |i, j| size * graded[(i, j)]);
-            let (values, vectors) = symmetric_eigen(matrix.as_ref()).unwrap();
-            let left = vectors.transpose() * &matrix * &vectors;
-            let defect = Mat::from_fn(n, n, |i, j| {
-                left[(i, j)] / size - if i == j { values[i] / size } else { 0.0 }
-            });
-            assert!(
-                largest_entry(defect.as_ref()) < 1e-13,
-                "size {size:e}: {:e}",
-                largest_entry(defect.as_ref())
-            );
-        }
     }
 
     #[test]

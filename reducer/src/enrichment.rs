@@ -13,6 +13,7 @@
 //! Gravity moves the part rigidly and the Euler force of an angular acceleration is rigid too: neither needs a column.
 
 use clap::ValueEnum;
+use dcb_dense::symmetrized;
 use dcb_formats::SparseMatrix;
 use dcb_formats::component::Component;
 use dcb_formats::further_column::Answer;
@@ -21,7 +22,7 @@ use faer::Mat;
 use serde::{Deserialize, Serialize};
 
 use crate::attachment::{AttachmentProblem, Loads};
-use crate::block_algebra::{gram, symmetric_product, symmetrized};
+use crate::block_algebra::{gram, symmetric_product};
 use crate::condensation::Model;
 use crate::error::Error;
 use crate::factorization::PositiveFactor;

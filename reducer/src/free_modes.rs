@@ -4,15 +4,13 @@
 //! themselves sharpen it, and the true residuals decide. A multiple root's copies stay together: the number of
 //! modes is raised to the next gap. Signs, and the basis inside a multiple root, follow a fixed rule ([`crate::multiplet`]).
 
+use dcb_dense::{symmetric_eigen, symmetrized};
 use dcb_formats::SparseMatrix;
 use faer::{Mat, MatRef, concat};
 use rayon::prelude::*;
 
 use crate::basis_size::{BasisSize, block_width};
-use crate::block_algebra::{
-    column_norms, gram, symmetric_eigen, symmetric_product, symmetric_product_into, symmetrized,
-    turn,
-};
+use crate::block_algebra::{column_norms, gram, symmetric_product, symmetric_product_into, turn};
 use crate::column_products::BLOCK;
 use crate::condensation::Model;
 use crate::error::Error;

@@ -14,13 +14,14 @@
 //! ```
 //! with Ω_a u = e_a × u at every node. Planar I1 is half of J1_zz.
 
+use dcb_dense::symmetrized;
 use dcb_formats::component::Component;
 use dcb_formats::identities::Couplings as CouplingSource;
 use dcb_formats::mesh::{Dimension, Direction};
 use dcb_formats::superelement::Inertia;
 use faer::{Mat, MatRef};
 
-use crate::block_algebra::{gram, symmetric_product, symmetrized};
+use crate::block_algebra::{gram, symmetric_product};
 use crate::couplings::{Basis, Couplings, Solid};
 use crate::rigid_body::{MassProperties, component_columns};
 

@@ -5,11 +5,12 @@
 //! basis vectors with S V, not assembled from the recurrence, so rounding, dropped directions and injected random
 //! blocks don't disturb it. Largest eigenvalues θ = 1/(λ + σ) of S are the lowest λ.
 
+use dcb_dense::symmetric_eigen;
 use faer::{Mat, MatRef};
 
 use crate::block_algebra::{
-    add_combination, column_dots, combination, gram, symmetric_eigen, symmetric_product,
-    symmetric_product_into, turn,
+    add_combination, column_dots, combination, gram, symmetric_product, symmetric_product_into,
+    turn,
 };
 use crate::condensation::Model;
 use crate::error::Error;

@@ -3,11 +3,12 @@
 //! Pieces have no dof in common, so that one column holds a motion of every piece at once. A piece turns about its own middle: about that of
 //! the whole, a small one far out would only seem to be displaced.
 
+use dcb_dense::{symmetric_eigen, symmetrized};
 use dcb_formats::SparseMatrix;
 use dcb_formats::mesh::Dimension;
 use faer::Mat;
 
-use crate::block_algebra::{absolute_product, symmetric_eigen, symmetric_product, symmetrized};
+use crate::block_algebra::{absolute_product, symmetric_product};
 use crate::condensation::Model;
 use crate::diagnosis::pieces;
 use crate::error::Error;

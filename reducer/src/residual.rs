@@ -4,10 +4,10 @@
 //! (`docs/theory.md`, mean-axis generalized inverse); [`crate::attachment`] solves for them. Here they become F_res, M_res and
 //! the transform that says which of their directions are dynamic coordinates.
 
+use dcb_dense::symmetrized;
 use faer::Mat;
 
 use crate::attachment::{AttachmentProblem, Loads, SolvedColumns};
-use crate::block_algebra::symmetrized;
 use crate::column_products::{StiffnessProducts, mass_products};
 use crate::condensation::Model;
 use crate::dependency::{Dependency, dependencies};

@@ -1,8 +1,8 @@
 //! Which residual directions become dynamic coordinates: the transform T_r, found in a scaling that has no unit.
 
+use dcb_dense::{symmetric_eigen, symmetrized};
 use faer::Mat;
 
-use crate::block_algebra::{symmetric_eigen, symmetrized};
 use crate::error::Error;
 
 /// Directions of M_res below this fraction of the scaled M_res with no mode kept carry no usable mass: they stay out of the

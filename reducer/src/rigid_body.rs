@@ -329,7 +329,7 @@ fn orthonormalized(mass: &SparseMatrix, columns: MatRef<'_, f64>) -> Option<Mat<
     let mut x = columns.to_owned();
     for _ in 0..2 {
         let small = gram(x.as_ref(), symmetric_product(mass, x.as_ref()).as_ref());
-        let (values, vectors) = crate::block_algebra::symmetric_eigen(small.as_ref())?;
+        let (values, vectors) = dcb_dense::symmetric_eigen(small.as_ref())?;
         let largest = values.last().copied().unwrap_or(0.0);
         if values.iter().any(|value| *value <= 1e-14 * largest) {
             return None;

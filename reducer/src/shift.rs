@@ -5,14 +5,13 @@
 //! uniform strain and the pure bending of a straight part (with its anticlastic curvature), so for parts that are not
 //! strongly curved the value lies within a factor of two above the first eigenvalue; it is always an upper bound.
 
+use dcb_dense::symmetric_eigen;
 use dcb_formats::SparseMatrix;
 use dcb_formats::mesh::Dimension;
 use faer::{Mat, MatRef};
 use rayon::prelude::*;
 
-use crate::block_algebra::{
-    absolute_product, column_norms, combination, gram, symmetric_eigen, symmetric_product,
-};
+use crate::block_algebra::{absolute_product, column_norms, combination, gram, symmetric_product};
 use crate::column_products::BLOCK;
 use crate::condensation::Model;
 use crate::piece_motions::PieceMotions;

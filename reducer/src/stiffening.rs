@@ -7,12 +7,13 @@
 //! The matrices over all dofs come from the FE code, for the free part under each of these loads with its inertia relieved: what the
 //! interfaces carry then includes the inertia of whatever acceleration they give the part.
 
+use dcb_dense::symmetrized;
 use dcb_formats::SparseMatrix;
 use dcb_formats::component::Component;
 use dcb_formats::superelement::Stiffening;
 use faer::{Mat, MatRef};
 
-use crate::block_algebra::{symmetric_product, symmetrized};
+use crate::block_algebra::symmetric_product;
 use crate::couplings::Basis;
 use crate::localization::Localization;
 

@@ -6,6 +6,7 @@
 
 use std::fmt::Write as _;
 
+use dcb_dense::{symmetric_eigen, symmetrized};
 use dcb_formats::component::Role;
 use dcb_formats::component_files::{ComponentFiles, Overrides, read_component};
 use dcb_formats::dcb::SuperelementFile;
@@ -14,7 +15,6 @@ use dcb_formats::mesh::Mesh;
 use dcb_formats::{RecoveryBasis, Superelement};
 use faer::Mat;
 
-use crate::block_algebra::{symmetric_eigen, symmetrized};
 use crate::cli::VerifyArguments;
 use crate::cli_reduce::{Outcome, naming_the_file};
 use crate::error::Error;

@@ -21,7 +21,6 @@ mod made_for;
 mod residual_coordinates;
 mod rigid;
 mod superelement;
-mod symmetric_part;
 mod truncated_columns;
 mod truncation;
 

@@ -10,6 +10,7 @@
 //! About a motion they are those of an instant: exact where body axes see the joints and the motion stand still, as for a body
 //! that spins steadily.
 
+use dcb_dense::{symmetric_eigen, symmetric_eigenvalues, symmetrized};
 use faer::linalg::solvers::Solve;
 use faer::{Mat, Side};
 use nalgebra::RowVector3;
@@ -160,7 +161,7 @@ impl Eigenmode {
 /// eigenvalues and come out to rounding; σ makes K positive.
 pub(crate) fn undamped(mass: &Mat<f64>, stiffness: &Mat<f64>) -> Result<Vec<Eigenmode>, Error> {
     let n = mass.nrows();
-    let symmetric = Mat::from_fn(n, n, |i, j| 0.5 * (stiffness[(i, j)] + stiffness[(j, i)]));
+    let symmetric = symmetrized(stiffness.as_ref());
     let range = relative_eigenvalues(&symmetric, mass)?;
     let least = range.iter().fold(0.0, |least: f64, x| least.min(*x));
     let largest = range.iter().fold(0.0, |most: f64, x| most.max(x.abs()));
@@ -169,10 +170,7 @@ pub(crate) fn undamped(mass: &Mat<f64>, stiffness: &Mat<f64>) -> Result<Vec<Eige
     let lifted = &symmetric + faer::Scale(shift) * mass;
     let root = lifted.llt(Side::Lower).map_err(|_| Error::NoEigenvalues)?;
     let inner = scaled_by(root.L(), mass);
-    let eigen = inner
-        .self_adjoint_eigen(Side::Lower)
-        .map_err(|_| Error::NoEigenvalues)?;
-    let mut vectors = eigen.U().to_owned();
+    let (_, mut vectors) = symmetric_eigen(inner.as_ref()).ok_or(Error::NoEigenvalues)?;
     faer::linalg::triangular_solve::solve_upper_triangular_in_place(
         root.L().transpose(),
         vectors.as_mut(),
@@ -291,9 +289,7 @@ fn turn_with_bodies(system: &System, state: &State, linearization: &mut Lineariz
 /// Eigenvalues of K z = x M z for symmetric K.
 fn relative_eigenvalues(stiffness: &Mat<f64>, mass: &Mat<f64>) -> Result<Vec<f64>, Error> {
     let root = mass.llt(Side::Lower).map_err(|_| Error::NoEigenvalues)?;
-    scaled_by(root.L(), stiffness)
-        .self_adjoint_eigenvalues(Side::Lower)
-        .map_err(|_| Error::NoEigenvalues)
+    symmetric_eigenvalues(scaled_by(root.L(), stiffness).as_ref()).ok_or(Error::NoEigenvalues)
 }
 
 /// L⁻¹ A L⁻ᵀ
@@ -308,4 +304,52 @@ fn scaled_by(lower: faer::MatRef<'_, f64>, matrix: &Mat<f64>) -> Mat<f64> {
         half = half.transpose().to_owned();
     }
     half
+}
+
+#[cfg(test)]
+mod tests {
+    #![allow(clippy::unwrap_used)]
+    use super::*;
+
+    /// I - 2 v vᵀ / vᵀ v.
+    fn reflection(n: usize) -> Mat<f64> {
+        let v = |i: usize| (1.0 + i as f64).sqrt().fract() - 0.5;
+        let square: f64 = (0..n).map(|i| v(i).powi(2)).sum();
+        Mat::from_fn(n, n, |i, j| {
+            f64::from(u8::from(i == j)) - 2.0 * v(i) * v(j) / square
+        })
+    }
+
+    /// ω² of 1, 4 and 9, each many times, turned, whatever the units of mass and stiffness.
+    #[test]
+    fn modes_of_repeated_roots_are_modes() {
+        for n in [60, 130, 300] {
+            let turn = reflection(n);
+            for (mass_size, stiffness_size) in
+                [(1.0, 1.0), (1e-30, 1e30), (1e30, 1e-30), (1e-9, 1e-20)]
+            {
+                let root = |k: usize| [1.0, 4.0, 9.0][3 * k / n];
+                let mass = Mat::<f64>::identity(n, n) * faer::Scale(mass_size);
+                let roots = Mat::from_fn(n, n, |i, k| turn[(i, k)] * root(k) * stiffness_size);
+                let stiffness = &roots * turn.transpose();
+                let unit = stiffness_size / mass_size;
+                let modes = undamped(&mass, &stiffness).unwrap();
+                let mut found: Vec<f64> = modes
+                    .iter()
+                    .map(|mode| mode.angular_frequency.powi(2) / unit)
+                    .collect();
+                found.sort_by(f64::total_cmp);
+                for (k, square) in found.iter().enumerate() {
+                    assert!((square - root(k)).abs() < 1e-11, "{n}, {unit:e}: {square}");
+                }
+                for mode in &modes {
+                    let z = Mat::from_fn(n, 1, |i, _| mode.shape[i]);
+                    let force = &stiffness * &z;
+                    let inertia = &mass * &z * faer::Scale(mode.angular_frequency.powi(2));
+                    let defect = (&force - inertia).norm_l2() / force.norm_l2();
+                    assert!(defect < 1e-11, "{n}, {unit:e}: {defect:e}");
+                }
+            }
+        }
+    }
 }

@@ -10,6 +10,7 @@
 //! pivot, μ exceeds it twofold, so that every step goes downhill and unstable rests are left behind. Where a step would turn a body
 //! far, or makes the imbalance grow, μ rises.
 
+use dcb_dense::symmetric_eigenvalues;
 use faer::linalg::solvers::Solve;
 use faer::{Mat, Side};
 use nalgebra::{UnitQuaternion, Vector3};
@@ -179,9 +180,7 @@ impl Balance {
             };
             let symmetric = &stiffness + stiffness.transpose();
             let relative = half(&half(&symmetric).transpose().to_owned());
-            let values = relative
-                .self_adjoint_eigenvalues(Side::Lower)
-                .map_err(|_| Error::NoEigenvalues)?;
+            let values = symmetric_eigenvalues(relative.as_ref()).ok_or(Error::NoEigenvalues)?;
             for value in values {
                 curvature = curvature.min(0.5 * value);
                 largest = largest.max(0.5 * value.abs());

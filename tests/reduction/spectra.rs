@@ -349,7 +349,7 @@ fn small_eigenproblems_are_solved_to_rounding_whatever_repeats() {
     let lower = dense(&part.mass).llt(Side::Lower).unwrap().L().to_owned();
     let half = solve(&lower, &dense(&part.stiffness));
     let matrix = symmetric(&solve(&lower, &half.transpose().to_owned()));
-    let (values, vectors) = dcb_reducer::block_algebra::symmetric_eigen(matrix.as_ref()).unwrap();
+    let (values, vectors) = dcb_dense::symmetric_eigen(matrix.as_ref()).unwrap();
     let defect = &matrix * &vectors - &vectors * dcb_tests::dense::diagonal(&values);
     let size = values.last().unwrap();
     assert!(dcb_tests::dense::largest(defect.as_ref()) < 1e-13 * size);

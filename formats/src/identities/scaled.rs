@@ -1,6 +1,7 @@
 //! Defects measured on the scale of rows and columns.
 
-use faer::{Mat, MatRef, Side};
+use dcb_dense::symmetric_eigenvalues;
+use faer::{Mat, MatRef};
 
 use crate::superelement::Superelement;
 
@@ -44,11 +45,8 @@ pub(super) fn negative_part(matrix: MatRef<'_, f64>, scale: &[f64]) -> f64 {
     let scaled = Mat::from_fn(n, n, |i, j| {
         0.5 * (matrix[(i, j)] + matrix[(j, i)]) * scale[i] * scale[j]
     });
-    if !scaled.is_all_finite() {
-        return f64::NAN;
-    }
-    match scaled.self_adjoint_eigenvalues(Side::Lower) {
-        Ok(values) => values.first().map_or(0.0, |lowest| (-lowest).max(0.0)),
-        Err(_) => f64::NAN,
+    match symmetric_eigenvalues(scaled.as_ref()) {
+        Some(values) => values.first().map_or(0.0, |lowest| (-lowest).max(0.0)),
+        None => f64::NAN,
     }
 }

@@ -4,11 +4,11 @@
 //! rows ([`crate::study::held`]). With H between two quadratic forms the count is between two counts, and where the upper one is at most i
 //! the held eigenvalue i isn't below λ; where the lower one is above i it isn't above λ.
 
+use dcb_dense::{symmetric_eigen, symmetrized};
 use faer::{Mat, c64};
 use serde::{Deserialize, Serialize};
 
 use super::ErrorEstimate;
-use crate::block_algebra::{symmetric_eigen, symmetrized};
 use crate::residual_filter::MASS_TOLERANCE;
 use crate::study::held::Coordinates;
 

@@ -9,13 +9,14 @@
 //! F is the file's L G_res Lᵀ, T its dynamic coordinates ζ with their σ², B what ζ do to the rows, and Q the directions that an interface
 //! reduction has left (the identity where there was none). At λ = 0 both forms are the same, directions without mass included.
 
+use dcb_dense::{symmetric_eigen, symmetrized};
 use dcb_formats::Superelement;
 use dcb_formats::superelement::{Enrichment, Moments};
 use faer::{Mat, c64};
 use serde::{Deserialize, Serialize};
 
 use super::rows::Rows;
-use crate::block_algebra::{largest_entry, symmetric_eigen, symmetrized};
+use crate::block_algebra::largest_entry;
 use crate::residual_filter::MASS_TOLERANCE;
 
 /// Matrices that differ by less than this, scaled, are the same flexibility.

@@ -6,13 +6,14 @@
 //! X are the attachments and further columns of the basis, and besides the static responses to forces at output rows. G_σ is the inverse of
 //! the factorized K + σ M without rigid and kept motions: one solution for each column.
 
+use dcb_dense::symmetrized;
 use dcb_formats::superelement::Moments;
 use faer::{Mat, MatRef};
 
 use super::mode_residuals::ModeResiduals;
 use super::second_responses::SecondResponses;
 use crate::attachment::{AttachmentProblem, Loads};
-use crate::block_algebra::{copy, gram, symmetric_product, symmetrized};
+use crate::block_algebra::{copy, gram, symmetric_product};
 use crate::condensation::CowMat;
 use crate::enrichment::Reducing;
 use crate::error::Error;

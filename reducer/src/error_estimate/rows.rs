@@ -1,13 +1,13 @@
 //! The rows of a superelement in units of their own flexibility, as a study scales them: translations and rotations count alike. Where it is made for some
 //! forces only, these take the place of their interfaces' rows ([`Ports`]).
 
+use dcb_dense::{symmetric_eigen, symmetrized};
 use dcb_formats::Superelement;
 use dcb_formats::component::Role;
 use dcb_formats::superelement::Moments;
 use faer::Mat;
 
 use super::ports::Ports;
-use crate::block_algebra::{symmetric_eigen, symmetrized};
 
 /// Flexibilities below this part of the largest belong to dependent forces.
 const DEPENDENT: f64 = 1e-12;

@@ -4,10 +4,11 @@
 //! With c = L φ of an omitted mode φ, ω² = μ: X is Σ φ cᵀ/μ and Z is Σ φ cᵀ/(μ (μ + σ)), exactly. No refinement is needed to
 //! make that G M X, because the estimate takes σ into account.
 
+use dcb_dense::symmetrized;
 use faer::{Mat, MatRef};
 
 use crate::attachment::Complement;
-use crate::block_algebra::{copy, gram, symmetric_product, symmetrized};
+use crate::block_algebra::{copy, gram, symmetric_product};
 use crate::column_products::{BLOCK, enter_symmetric};
 use crate::enrichment::Reducing;
 use crate::factorization::PositiveFactor;

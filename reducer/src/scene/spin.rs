@@ -9,6 +9,7 @@
 //! ```
 //! which is compared with the tolerance of deflections that are a hundredth of the part's size.
 
+use dcb_dense::{symmetric_eigen, symmetrized};
 use dcb_formats::component::Role;
 use dcb_formats::mesh::Dimension;
 use dcb_formats::superelement::{Enrichment, RecoveryBasis, Superelement};
@@ -18,7 +19,6 @@ use nalgebra::Matrix3;
 
 use super::asked::Asked;
 use crate::Reduced;
-use crate::block_algebra::{symmetric_eigen, symmetrized};
 use crate::error::Error;
 
 /// Deflections of interest by the size of the part.

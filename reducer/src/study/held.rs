@@ -11,11 +11,11 @@
 //! ```
 //! The free ones are certified, H(λ) is exact, so bisection finds every held eigenvalue (Wittrick and Williams).
 
+use dcb_dense::symmetric_eigen;
 use faer::linalg::triangular_solve::solve_lower_triangular_in_place;
 use faer::{Mat, Par};
 
 use super::response::Response;
-use crate::block_algebra::symmetric_eigen;
 
 /// Pivots of the interface motions below this fraction of the largest belong to dependent rows.
 const DEPENDENT: f64 = 1e-10;

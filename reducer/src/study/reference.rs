@@ -9,6 +9,7 @@
 //! solutions don't depend on the frequency, so that any number of points costs the same. The result is then put into the unreduced equations,
 //! (K - λ M) u = L_bᵀ at the upper end of the band, and what it leaves of them is reported.
 
+use dcb_dense::{symmetric_eigen, symmetrized};
 use dcb_formats::{Component, RecoveryBasis, Superelement};
 use faer::{Mat, MatRef};
 
@@ -17,10 +18,7 @@ use super::held::counted_eigenvalues;
 use super::response::Response;
 use super::rows::InterfaceRows;
 use super::spin::SpinStrain;
-use crate::block_algebra::{
-    add_combination, column_norms, gram, largest_entry, symmetric_eigen, symmetric_product,
-    symmetrized,
-};
+use crate::block_algebra::{add_combination, column_norms, gram, largest_entry, symmetric_product};
 use crate::condensation::Model;
 use crate::diagnosis;
 use crate::error::Error;

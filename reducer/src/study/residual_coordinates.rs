@@ -6,11 +6,10 @@
 //! [B, X'] S = [G_res L_bᵀ, X] [T; T_x]                   orthonormal in M, K diagonal
 //! ```
 
+use dcb_dense::{symmetric_eigen, symmetrized};
 use dcb_formats::Superelement;
 use dcb_formats::superelement::Enrichment;
 use faer::Mat;
-
-use crate::block_algebra::{symmetric_eigen, symmetrized};
 
 /// Coordinates beyond the modes, of unit mass each.
 #[derive(Clone, Debug)]

@@ -3,12 +3,13 @@
 //! A pattern f has the strain energy ½ fᵀ G f, of which a mode has ½ (φᵀ f)² / ω² and further columns, orthogonal to the modes in K, have
 //! ½ fᵀX (XᵀKX)⁻¹ Xᵀf. The error is the root of the part that is beyond them, over all patterns, each scaled so that G f has unit M norm.
 
+use dcb_dense::{symmetric_eigen, symmetrized};
 use dcb_formats::further_column::Answer;
 use dcb_formats::superelement::Enrichment;
 use dcb_formats::{Component, RecoveryBasis, Superelement};
 use faer::Mat;
 
-use crate::block_algebra::{gram, symmetric_eigen, symmetrized};
+use crate::block_algebra::gram;
 use crate::residual_filter::MASS_TOLERANCE;
 use crate::rigid_body::MassProperties;
 use crate::spin_forces::spin_forces;

@@ -1,6 +1,7 @@
 //! The forms in which a superelement can be used, each with the receptance and the held frequencies that it has.
 
 use clap::ValueEnum;
+use dcb_dense::symmetric_eigen;
 use dcb_formats::Superelement;
 use faer::{Mat, MatRef};
 use serde::{Deserialize, Serialize};
@@ -9,7 +10,6 @@ use super::held::{Coordinates, dual_eigenvalues, rank};
 use super::residual_coordinates::ResidualCoordinates;
 use super::response::Response;
 use super::rows::InterfaceRows;
-use crate::block_algebra::symmetric_eigen;
 use crate::residual_filter::MASS_TOLERANCE;
 
 /// How modes and attachments are coupled to what the interfaces are joined to.

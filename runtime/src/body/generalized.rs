@@ -1,11 +1,11 @@
 //! A body given by reduced matrices over any coordinates, without a superelement's file.
 
+use dcb_dense::{symmetric_eigen, symmetrized};
 use dcb_formats::component::Units;
 use dcb_formats::mesh::Dimension;
 use dcb_formats::superelement::{BoundaryRow, Inertia, InterfaceFrame};
 use faer::{Mat, MatRef};
 
-use super::symmetric_part::symmetric_part_eigen;
 use super::{Compatibility, FlexibleBody, MadeFor};
 use crate::error::Error;
 use crate::frame::{FrameInertia, FrameMomentum};
@@ -150,7 +150,7 @@ impl GeneralizedBody {
         required: &'static str,
         matrix: MatRef<'_, f64>,
     ) -> Result<(Mat<f64>, Vec<f64>), Error> {
-        let (values, vectors) = symmetric_part_eigen(matrix)
+        let (values, vectors) = symmetric_eigen(symmetrized(matrix).as_ref())
             .ok_or_else(|| self.not_positive(quantity, required, f64::NAN))?;
         Ok((vectors, values))
     }

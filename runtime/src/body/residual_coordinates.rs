@@ -6,10 +6,10 @@
 //! Without further columns X that is the file's transform. With them, the part of each that the attachments don't have is filtered as
 //! the reducer filters attachments, and both are diagonalised together.
 
+use dcb_dense::{symmetric_eigen, symmetrized};
 use dcb_formats::superelement::{Enrichment, Superelement};
 use faer::{Mat, MatRef};
 
-use super::symmetric_part::symmetric_part_eigen;
 use crate::error::Error;
 
 /// Largest entry of Φᵀ M X, relative to the norm of X's column, that still counts as rounding.
@@ -140,5 +140,6 @@ fn eigen(
     superelement: &Superelement,
     matrix: MatRef<'_, f64>,
 ) -> Result<(Vec<f64>, Mat<f64>), Error> {
-    symmetric_part_eigen(matrix).ok_or_else(|| not_positive(superelement, f64::NAN))
+    symmetric_eigen(symmetrized(matrix).as_ref())
+        .ok_or_else(|| not_positive(superelement, f64::NAN))
 }

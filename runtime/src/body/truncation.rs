@@ -13,18 +13,16 @@
 //! theory §6. Further columns follow in S ([`super::truncated_columns`]). The result is what the reducer makes of the component with so many modes, to
 //! rounding (`tests/reduction/fewer_modes.rs`).
 
+use dcb_dense::symmetrized;
 use dcb_formats::component::Role;
 use dcb_formats::superelement::{
     Enrichment, Inertia, Modes, PartLoad, RecoveryBasis, Residual, Stiffening, Superelement,
 };
-use faer::dyn_stack::{MemBuffer, MemStack};
-use faer::linalg::evd::{
-    ComputeEigenvectors, SelfAdjointEvdParams, self_adjoint_evd, self_adjoint_evd_scratch,
-};
-use faer::{Auto, Mat, MatRef, Par};
+use faer::{Mat, MatRef};
 
 use super::truncated_columns::TruncatedColumns;
 use crate::error::Error;
+use crate::selection::filter::filtered;
 
 /// Eigenvalues closer than this, relatively, are one multiple root, which isn't cut: the reducer's rule.
 const CLUSTER_TOLERANCE: f64 = 1e-5;
@@ -165,18 +163,25 @@ impl ModeTruncation {
     fn residual(&self, whole: &Superelement) -> Result<Residual, Error> {
         let residual = &whole.residual;
         let shapes = &whole.modes.interface_shapes;
-        let mass = symmetrized(&residual.mass + self.absorbed.transpose() * &self.absorbed);
+        let mass =
+            symmetrized((&residual.mass + self.absorbed.transpose() * &self.absorbed).as_ref());
         // C W, of which only the acting rows belong to F_res; the columns of output interfaces are zero in W.
         let added = shapes.get(.., self.kept..) * &self.absorbed;
         let acting = acting_rows(whole);
         let flexibility = Mat::from_fn(added.nrows(), added.ncols(), |i, j| {
             residual.flexibility[(i, j)] + if acting[i] { added[(i, j)] } else { 0.0 }
         });
-        let flexibility = symmetrized(flexibility);
+        let flexibility = symmetrized(flexibility.as_ref());
         // With no mode kept.
         let all = absorbed_from(whole, without_stiffness(&whole.modes.eigenvalues));
-        let mass0 = symmetrized(&residual.mass + all.transpose() * &all);
-        let (transform, sigma_squared) = filtered(residual, &flexibility, &mass, &mass0)?;
+        let mass0 = symmetrized((&residual.mass + all.transpose() * &all).as_ref());
+        let (transform, sigma_squared) = filtered(
+            residual.tolerance,
+            &residual.mass_diagonal0,
+            &flexibility,
+            &mass,
+            &mass0,
+        )?;
         Ok(Residual {
             output_shapes: residual
                 .output_shapes
@@ -288,80 +293,4 @@ fn combined<'a>(blocks: &[[[f64; 3]; 3]], weights: impl Iterator<Item = &'a f64>
 fn congruent(matrices: &[Mat<f64>], basis: MatRef<'_, f64>) -> Vec<Mat<f64>> {
     let of = |matrix: &Mat<f64>| basis.transpose() * (matrix * basis);
     matrices.iter().map(of).collect()
-}
-
-fn symmetrized(matrix: Mat<f64>) -> Mat<f64> {
-    Mat::from_fn(matrix.nrows(), matrix.ncols(), |i, j| {
-        0.5 * (matrix[(i, j)] + matrix[(j, i)])
-    })
-}
-
-/// T_r and σ²: the directions of D M_res D above the file's tolerance times the largest eigenvalue of D M_res D with no mode
-/// kept, D = diag(M_res with no mode kept)^(-1/2), and among them the eigenvectors of F_res.
-fn filtered(
-    whole: &Residual,
-    flexibility: &Mat<f64>,
-    mass: &Mat<f64>,
-    mass0: &Mat<f64>,
-) -> Result<(Mat<f64>, Vec<f64>), Error> {
-    let scale: Vec<f64> = whole
-        .mass_diagonal0
-        .iter()
-        .map(|mass| {
-            if *mass > 0.0 {
-                mass.sqrt().recip()
-            } else {
-                0.0
-            }
-        })
-        .collect();
-    let scaled = |matrix: &Mat<f64>| {
-        Mat::from_fn(scale.len(), scale.len(), |i, j| {
-            scale[i] * matrix[(i, j)] * scale[j]
-        })
-    };
-    let (all, _) = symmetric_eigen(&scaled(mass0))?;
-    let least = whole.tolerance * all.last().copied().unwrap_or(0.0);
-    let (masses, vectors) = symmetric_eigen(&scaled(mass))?;
-    let kept: Vec<usize> = (0..masses.len()).filter(|i| masses[*i] > least).collect();
-    let normalised = Mat::from_fn(scale.len(), kept.len(), |i, j| {
-        scale[i] * vectors[(i, kept[j])] / masses[kept[j]].sqrt()
-    });
-    let stiffness = symmetrized(normalised.transpose() * flexibility * &normalised);
-    let (squares, rotation) = symmetric_eigen(&stiffness)?;
-    let sigma_squared = squares.into_iter().map(|square| square.max(0.0)).collect();
-    Ok((normalised * rotation, sigma_squared))
-}
-
-/// Eigenvalues, ascending, and orthonormal eigenvectors. Scaled by a power of two, because faer neglects what is small beside 1,
-/// and by QR iteration: its divide and conquer loses digits where eigenvalues repeat.
-fn symmetric_eigen(matrix: &Mat<f64>) -> Result<(Vec<f64>, Mat<f64>), Error> {
-    let n = matrix.nrows();
-    if !matrix.as_ref().is_all_finite() {
-        return Err(Error::NoEigenvalues);
-    }
-    let scale = match matrix.as_ref().norm_max() {
-        0.0 => 1.0,
-        largest => largest.log2().floor().exp2(),
-    };
-    let scaled = Mat::from_fn(n, n, |i, j| matrix[(i, j)] / scale);
-    let params = SelfAdjointEvdParams {
-        recursion_threshold: usize::MAX,
-        ..<SelfAdjointEvdParams as Auto<f64>>::auto()
-    };
-    let (mut values, mut vectors) = (faer::Col::<f64>::zeros(n), Mat::zeros(n, n));
-    let scratch =
-        self_adjoint_evd_scratch::<f64>(n, ComputeEigenvectors::Yes, Par::Seq, params.into());
-    let mut memory = MemBuffer::new(scratch);
-    self_adjoint_evd(
-        scaled.as_ref(),
-        values.as_mut().as_diagonal_mut(),
-        Some(vectors.as_mut()),
-        Par::Seq,
-        MemStack::new(&mut memory),
-        params.into(),
-    )
-    .map_err(|_| Error::NoEigenvalues)?;
-    let values = values.iter().map(|value| value * scale).collect();
-    Ok((values, vectors))
 }

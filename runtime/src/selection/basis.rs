@@ -1,5 +1,6 @@
 //! S, the reduced basis as combinations of the whole's, and what becomes of a superelement and its fields under it.
 
+use dcb_dense::symmetrized;
 use dcb_formats::component::Role;
 use dcb_formats::superelement::{
     BoundaryRow, Enrichment, InterfaceFrame, Modes, Moments, PartLoad, Provenance, RecoveryBasis,
@@ -15,7 +16,7 @@ use super::loaded_forces::loaded_forces;
 use super::moments::{Kept, moments};
 use super::projection::projector;
 use super::record::{SelectionRecord, recorded};
-use super::statics::{Statics, symmetrized};
+use super::statics::Statics;
 use crate::error::Error;
 
 /// What a basis is made of.

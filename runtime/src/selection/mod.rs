@@ -18,7 +18,7 @@
 
 mod basis;
 mod congruence;
-mod filter;
+pub(crate) mod filter;
 mod idle_modes;
 mod in_plane;
 mod interface;
@@ -34,7 +34,6 @@ mod receptance;
 mod record;
 mod rigid_motions;
 mod statics;
-mod symmetric_eigen;
 mod symmetry;
 
 use std::collections::BTreeSet;

@@ -7,11 +7,11 @@
 //! They are those of every row, whichever forces act. The forces B that a superelement is made for stand beside them, with a bound of their own: modes that
 //! B doesn't move don't count for it (`idle_modes.rs`).
 
+use dcb_dense::symmetrized;
 use dcb_formats::superelement::{LoadedForces, Moments, Superelement};
 use faer::{Mat, MatRef};
 
 use super::idle_modes::Shares;
-use super::statics::symmetrized;
 
 /// What stays of a superelement, by places in it.
 pub(super) struct Kept<'a> {

@@ -3,13 +3,13 @@
 //! Mirrored at the plane a coordinate of a symmetric part becomes itself (in the plane) or its negative (out of it). Rows tell it by their direction, modes and
 //! further columns by what they do at the rows and to the inertia. Modes of one multiple root come in any combination: they are turned apart first.
 
+use dcb_dense::{symmetric_eigen, symmetrized};
 use dcb_formats::component::Role;
 use dcb_formats::superelement::Superelement;
 use faer::Mat;
 
 use super::in_plane::Normal;
-use super::statics::{Statics, symmetrized};
-use super::symmetric_eigen::symmetric_eigen;
+use super::statics::Statics;
 use crate::error::Error;
 
 /// Eigenvalues closer than this, relatively, are one multiple root: the reducer's rule for its choice of vectors.
@@ -143,7 +143,7 @@ pub(super) fn turn(
         let size = (first..count).take_while(is_same).count();
         if size > 1 {
             let balance = features.balance(first..first + size);
-            let (_, vectors) = symmetric_eigen(&balance)?;
+            let (_, vectors) = symmetric_eigen(balance.as_ref()).ok_or(Error::NoEigenvalues)?;
             turn.as_mut()
                 .submatrix_mut(first, first, size, size)
                 .copy_from(&vectors);
@@ -213,7 +213,7 @@ impl Features<'_> {
                 })
                 .sum()
         };
-        symmetrized(Mat::from_fn(features.len(), features.len(), product))
+        symmetrized(Mat::from_fn(features.len(), features.len(), product).as_ref())
     }
 
     fn features(&self, coordinate: usize) -> Vec<(Parity, f64)> {

@@ -8,11 +8,11 @@
 //! X P spans what X B spans, F_res' = L_b X P is symmetric, and displacements in directions that aren't loaded are known from the same columns.
 //! Another projector onto B would do for the dynamics, but F_res' wouldn't be symmetric. Rows of interfaces loaded in all directions belong to B.
 
+use dcb_dense::{symmetric_eigen, symmetric_eigenvalues, symmetrized};
 use faer::Mat;
 
 use super::interface::InterfaceSelection;
-use super::statics::{Statics, symmetrized};
-use super::symmetric_eigen::symmetric_eigen;
+use super::statics::Statics;
 use crate::error::Error;
 
 /// Forces count as dependent where the energy of what one has beyond the others is below this part of its own.
@@ -41,10 +41,13 @@ pub(super) fn projector(
         return Ok(all);
     }
     let forces = forces(statics, interfaces, wanted, &scale(statics))?;
-    let gram = |flexibility: &Mat<f64>| symmetrized(forces.transpose() * flexibility * &forces);
-    let (of_whole, _) = symmetric_eigen(&gram(&statics.flexibility0))?;
+    let gram =
+        |flexibility: &Mat<f64>| symmetrized((forces.transpose() * flexibility * &forces).as_ref());
+    let of_whole = gram(&statics.flexibility0);
+    let of_whole = symmetric_eigenvalues(of_whole.as_ref()).ok_or(Error::NoEigenvalues)?;
     let least = DEPENDENT * of_whole.last().copied().unwrap_or(0.0);
-    let (values, vectors) = symmetric_eigen(&gram(&statics.flexibility))?;
+    let (values, vectors) =
+        symmetric_eigen(gram(&statics.flexibility).as_ref()).ok_or(Error::NoEigenvalues)?;
     let kept: Vec<usize> = (0..values.len()).filter(|k| values[*k] > least).collect();
     // B' with B'ᵀ F_res B' = I.
     let units = Mat::from_fn(values.len(), kept.len(), |i, k| {
@@ -115,7 +118,8 @@ fn orthonormal(forces: &Mat<f64>, scale: &[f64]) -> Result<Mat<f64>, Error> {
         0.0 => 0.0,
         size => scaled[(i, j)] / size,
     });
-    let (values, vectors) = symmetric_eigen(&symmetrized(unit.transpose() * &unit))?;
+    let shares = symmetrized((unit.transpose() * &unit).as_ref());
+    let (values, vectors) = symmetric_eigen(shares.as_ref()).ok_or(Error::NoEigenvalues)?;
     let least = DEPENDENT * values.last().copied().unwrap_or(0.0);
     let kept: Vec<usize> = (0..values.len()).filter(|k| values[*k] > least).collect();
     let combinations = Mat::from_fn(values.len(), kept.len(), |i, k| {

@@ -1,5 +1,6 @@
 //! What the interfaces feel statically beside the modes that stay.
 
+use dcb_dense::symmetrized;
 use dcb_formats::component::Role;
 use dcb_formats::superelement::Superelement;
 use faer::{Mat, MatRef};
@@ -98,11 +99,4 @@ fn acting(whole: &Superelement, shapes: MatRef<'_, f64>) -> Vec<bool> {
             is_loaded(row) && flexibilities[row] > least
         })
         .collect()
-}
-
-/// ½ (A + Aᵀ).
-pub(super) fn symmetrized(matrix: Mat<f64>) -> Mat<f64> {
-    Mat::from_fn(matrix.nrows(), matrix.ncols(), |i, j| {
-        0.5 * (matrix[(i, j)] + matrix[(j, i)])
-    })
 }
