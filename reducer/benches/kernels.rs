@@ -10,11 +10,11 @@ use std::time::Duration;
 
 use criterion::{BatchSize, BenchmarkId, Criterion, Throughput};
 use dcb_formats::SparseMatrix;
-use dcb_reducer::block_algebra::{combination, gram, symmetric_product};
 use dcb_reducer::condensation::Model;
-use dcb_reducer::factorization::SymmetricFactor;
 use dcb_reducer::{Reduction, reduce};
 use dcb_samples::connecting_rod;
+use dcb_sparse::block_algebra::{combination, gram, symmetric_product};
+use dcb_sparse::factorization::SymmetricFactor;
 use faer::Mat;
 
 #[global_allocator]

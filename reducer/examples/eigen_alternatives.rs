@@ -6,12 +6,12 @@ use std::time::Instant;
 
 use dcb_dense::{symmetric_eigen, symmetrized};
 use dcb_formats::component_files::{ComponentFiles, Overrides, read_component};
-use dcb_reducer::block_algebra::{column_norms, combination, gram, symmetric_product};
 use dcb_reducer::condensation::Model;
-use dcb_reducer::factorization::{PositiveFactor, SymmetricFactor};
 use dcb_reducer::free_modes::{FreeModes, KnownMotions, Search};
 use dcb_reducer::rigid_body::{MassProperties, RigidBodyModes};
 use dcb_reducer::shift::SpectrumScale;
+use dcb_sparse::block_algebra::{column_norms, combination, gram, symmetric_product};
+use dcb_sparse::factorization::{PositiveFactor, SymmetricFactor};
 use faer::{Mat, MatRef};
 
 #[global_allocator]

@@ -4,14 +4,14 @@
 use std::time::Instant;
 
 use dcb_formats::component_files::{ComponentFiles, Overrides, read_component};
-use dcb_reducer::block_algebra::{largest_entry, symmetric_product, symmetric_product_into};
 use dcb_reducer::condensation::Model;
-use dcb_reducer::factor_store::{FactorStorage, Place, Precision};
-use dcb_reducer::factorization::SymmetricFactor;
 use dcb_reducer::invariants::inertia_invariants;
-use dcb_reducer::multifrontal::{Cholesky, Matrix, eliminate, solve_columns};
 use dcb_reducer::rigid_body::{MassProperties, RigidBodyModes};
 use dcb_reducer::shift::SpectrumScale;
+use dcb_sparse::block_algebra::{largest_entry, symmetric_product, symmetric_product_into};
+use dcb_sparse::factor_store::{FactorStorage, Place, Precision};
+use dcb_sparse::factorization::SymmetricFactor;
+use dcb_sparse::multifrontal::{Cholesky, Matrix, eliminate, solve_columns};
 use faer::Mat;
 
 #[global_allocator]

@@ -7,9 +7,9 @@ use dcb_formats::component::Units;
 use dcb_formats::dcb::SuperelementFile;
 use dcb_formats::mesh::Dimension;
 use dcb_formats::{RecoveryBasis, Superelement};
+use dcb_sparse::block_algebra::{gram, largest_entry};
 use faer::{Mat, MatRef};
 
-use crate::block_algebra::{gram, largest_entry};
 use crate::cli_reduce::Outcome;
 use crate::error::Error;
 use crate::inspect::hertz;

@@ -10,11 +10,11 @@
 
 use dcb_formats::component::{Component, ComponentMasses};
 use dcb_formats::mesh::{Dimension, Direction};
+use dcb_sparse::block_algebra::{gram, symmetric_product_into, transposed_product};
 use faer::linalg::matmul::matmul;
 use faer::{Accum, Mat, MatRef, Par};
 use rayon::prelude::*;
 
-use crate::block_algebra::{gram, symmetric_product_into, transposed_product};
 use crate::rigid_body::component_columns;
 
 /// Pairs (a, b) in the order in which six-fold quantities are stored.

@@ -3,12 +3,12 @@
 //! matrices.
 
 use dcb_formats::component::Component;
+use dcb_sparse::block_algebra::{column_dots, symmetric_product};
+use dcb_sparse::factorization::{SymmetricFactor, Unfactorized};
 use faer::Mat;
 
-use crate::block_algebra::{column_dots, symmetric_product};
 use crate::condensation::Model;
 use crate::error::Error;
-use crate::factorization::{SymmetricFactor, Unfactorized};
 use crate::free_modes::ZERO_OVER_ROUNDING;
 use crate::lanczos::Lanczos;
 use crate::rigid_body::{RigidBodyModes, StiffnessDefects};
@@ -343,7 +343,7 @@ pub fn unfactorized(
 ) -> Error {
     match why {
         Unfactorized::NotPositive { .. } => indefinite(model, scale, factor),
-        Unfactorized::NoRoom(error) => error,
+        Unfactorized::NoRoom(error) => error.into(),
     }
 }
 

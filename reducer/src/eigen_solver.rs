@@ -1,8 +1,9 @@
 //! What finds the free modes. Whatever it is, the sharpening, the residuals and the eigenvalue count afterwards are the same.
 
+use dcb_sparse::factorization::PositiveFactor;
+
 use crate::condensation::Model;
 use crate::error::Error;
-use crate::factorization::PositiveFactor;
 use crate::free_modes::{FreeModes, KnownMotions, Search};
 use crate::observer::Observer;
 #[cfg(feature = "slepc")]

@@ -18,14 +18,14 @@ use dcb_formats::SparseMatrix;
 use dcb_formats::component::Component;
 use dcb_formats::further_column::Answer;
 use dcb_formats::superelement::Enrichment;
+use dcb_sparse::block_algebra::{gram, symmetric_product};
+use dcb_sparse::factorization::PositiveFactor;
 use faer::Mat;
 use serde::{Deserialize, Serialize};
 
 use crate::attachment::{AttachmentProblem, Loads};
-use crate::block_algebra::{gram, symmetric_product};
 use crate::condensation::Model;
 use crate::error::Error;
-use crate::factorization::PositiveFactor;
 use crate::free_modes::FreeModes;
 use crate::localization::Localization;
 use crate::observer::Observer;

@@ -125,6 +125,15 @@ pub enum Error {
     },
 }
 
+impl From<dcb_sparse::Error> for Error {
+    fn from(error: dcb_sparse::Error) -> Self {
+        match error {
+            dcb_sparse::Error::OutOfMemory { what } => Self::OutOfMemory { what },
+            dcb_sparse::Error::File(error) => Self::File(error),
+        }
+    }
+}
+
 impl Error {
     /// Whether the input is to blame (exit status 2) rather than the numerics (exit status 1).
     pub fn is_unusable_input(&self) -> bool {

@@ -1,12 +1,12 @@
 //! What a reduction will cost, known from the pattern of the matrices before a number is computed.
 
+use dcb_sparse::factor_store::{FactorStorage, Place};
+use dcb_sparse::factorization::SymmetricFactor;
 use serde::Serialize;
 
 use crate::ModeSelection;
 use crate::basis_size::{BasisSize, block_width};
 use crate::condensation::Model;
-use crate::factor_store::{FactorStorage, Place};
-use crate::factorization::SymmetricFactor;
 use crate::localization::Localization;
 use crate::machine_speed::MachineSpeed;
 use crate::observer::Stage;

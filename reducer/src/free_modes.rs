@@ -6,15 +6,17 @@
 
 use dcb_dense::{symmetric_eigen, symmetrized};
 use dcb_formats::SparseMatrix;
+use dcb_sparse::block_algebra::{
+    column_norms, gram, symmetric_product, symmetric_product_into, turn,
+};
+use dcb_sparse::column_products::BLOCK;
+use dcb_sparse::factorization::PositiveFactor;
 use faer::{Mat, MatRef, concat};
 use rayon::prelude::*;
 
 use crate::basis_size::{BasisSize, block_width};
-use crate::block_algebra::{column_norms, gram, symmetric_product, symmetric_product_into, turn};
-use crate::column_products::BLOCK;
 use crate::condensation::Model;
 use crate::error::Error;
-use crate::factorization::PositiveFactor;
 use crate::lanczos::{Lanczos, RitzPairs};
 use crate::multiplet::{canonical_basis, clusters};
 use crate::observer::Observer;

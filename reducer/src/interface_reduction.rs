@@ -10,10 +10,10 @@
 //! F' is the best approximation of rank N in that scaling, and F_res - F' is positive semi-definite: the part becomes stiffer.
 
 use dcb_dense::{symmetric_eigen, symmetrized};
+use dcb_sparse::block_algebra::combination;
 use faer::{Mat, MatRef};
 use serde::{Deserialize, Serialize};
 
-use crate::block_algebra::combination;
 use crate::error::Error;
 use crate::free_modes::CLUSTER_TOLERANCE;
 use crate::localization::Localization;

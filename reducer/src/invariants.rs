@@ -19,9 +19,9 @@ use dcb_formats::component::Component;
 use dcb_formats::identities::Couplings as CouplingSource;
 use dcb_formats::mesh::{Dimension, Direction};
 use dcb_formats::superelement::Inertia;
+use dcb_sparse::block_algebra::{gram, symmetric_product};
 use faer::{Mat, MatRef};
 
-use crate::block_algebra::{gram, symmetric_product};
 use crate::couplings::{Basis, Couplings, Solid};
 use crate::rigid_body::{MassProperties, component_columns};
 
@@ -256,8 +256,8 @@ fn planar_i1(value: f64) -> [[f64; 3]; 3] {
 mod tests {
     #![allow(clippy::unwrap_used)]
     use super::*;
-    use crate::block_algebra::largest_entry;
     use dcb_samples::{Material, RodSection, SolidElement};
+    use dcb_sparse::block_algebra::largest_entry;
 
     fn pseudo_random(rows: usize, columns: usize) -> Mat<f64> {
         let mut state = 5_u64;

@@ -6,16 +6,16 @@
 //! blocks don't disturb it. Largest eigenvalues θ = 1/(λ + σ) of S are the lowest λ.
 
 use dcb_dense::symmetric_eigen;
-use faer::{Mat, MatRef};
-
-use crate::block_algebra::{
+use dcb_sparse::block_algebra::{
     add_combination, column_dots, combination, gram, symmetric_product, symmetric_product_into,
     turn,
 };
+use dcb_sparse::factorization::PositiveFactor;
+use dcb_sparse::krylov_basis::KrylovBasis;
+use faer::{Mat, MatRef};
+
 use crate::condensation::Model;
 use crate::error::Error;
-use crate::factorization::PositiveFactor;
-use crate::krylov_basis::KrylovBasis;
 use crate::rigid_body::RigidBodyModes;
 
 /// A new direction whose M norm has fallen below this fraction of the block's before orthogonalisation is dropped.

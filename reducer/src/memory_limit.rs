@@ -2,9 +2,10 @@
 
 use std::path::PathBuf;
 
+use dcb_sparse::factor_store::{FactorStorage, Place, Precision};
+
 use crate::basis_size::BasisSize;
 use crate::error::Error;
-use crate::factor_store::{FactorStorage, Place, Precision};
 use crate::forecast::{EstimateChoice, Forecast};
 
 /// Where the factor is kept.

@@ -95,7 +95,9 @@ mod tests {
         let reference = basis(0.0, 1.0);
         for (angle, flip) in [(0.3, 1.0), (2.0, -1.0), (-1.1, 1.0)] {
             let other = basis(angle, flip);
-            assert!(crate::block_algebra::largest_entry((&other - &reference).as_ref()) < 1e-14);
+            assert!(
+                dcb_sparse::block_algebra::largest_entry((&other - &reference).as_ref()) < 1e-14
+            );
         }
     }
 

@@ -6,9 +6,9 @@
 
 use dcb_formats::component::Component;
 use dcb_formats::superelement::PartLoad;
+use dcb_sparse::block_algebra::gram;
 use faer::{Mat, MatRef};
 
-use crate::block_algebra::gram;
 use crate::couplings::Basis;
 use crate::rigid_body::component_columns;
 

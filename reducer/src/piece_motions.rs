@@ -6,9 +6,9 @@
 use dcb_dense::{symmetric_eigen, symmetrized};
 use dcb_formats::SparseMatrix;
 use dcb_formats::mesh::Dimension;
+use dcb_sparse::block_algebra::{absolute_product, symmetric_product};
 use faer::Mat;
 
-use crate::block_algebra::{absolute_product, symmetric_product};
 use crate::condensation::Model;
 use crate::diagnosis::pieces;
 use crate::error::Error;

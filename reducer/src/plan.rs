@@ -3,13 +3,13 @@
 use std::fmt::Write as _;
 
 use dcb_formats::component::Component;
+use dcb_sparse::factor_store::{FactorStorage, Place, Precision};
+use dcb_sparse::factorization::SymmetricFactor;
 use serde_json::json;
 
 use crate::cli_reduce::Outcome;
 use crate::condensation::Model;
 use crate::error::Error;
-use crate::factor_store::{FactorStorage, Place, Precision};
-use crate::factorization::SymmetricFactor;
 use crate::forecast::Forecast;
 use crate::localization::Localization;
 use crate::machine_speed::MachineSpeed;

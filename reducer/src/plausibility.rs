@@ -2,9 +2,9 @@
 
 use dcb_formats::component::{Component, Units};
 use dcb_formats::mesh::Dimension;
+use dcb_sparse::block_algebra::symmetric_product;
 use faer::Mat;
 
-use crate::block_algebra::symmetric_product;
 use crate::frame::{box_sides, part_size};
 use crate::rigid_body::MassProperties;
 

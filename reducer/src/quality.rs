@@ -4,11 +4,11 @@
 
 use dcb_formats::identities::Couplings;
 use dcb_formats::superelement::Inertia;
+use dcb_sparse::block_algebra::{gram, symmetric_product};
 use faer::{Mat, MatRef};
 use serde::{Deserialize, Serialize};
 
 use crate::attachment::residual_limit;
-use crate::block_algebra::{gram, symmetric_product};
 use crate::condensation::Model;
 use crate::enrichment::FurtherColumns;
 use crate::free_modes::{FreeModes, RESIDUAL_TOLERANCE, residual_is_accepted};

@@ -5,14 +5,14 @@
 //! the transform that says which of their directions are dynamic coordinates.
 
 use dcb_dense::symmetrized;
+use dcb_sparse::column_products::{StiffnessProducts, mass_products};
+use dcb_sparse::factorization::PositiveFactor;
 use faer::Mat;
 
 use crate::attachment::{AttachmentProblem, Loads, SolvedColumns};
-use crate::column_products::{StiffnessProducts, mass_products};
 use crate::condensation::Model;
 use crate::dependency::{Dependency, dependencies};
 use crate::error::Error;
-use crate::factorization::PositiveFactor;
 use crate::free_modes::FreeModes;
 use crate::interface_reduction::{InterfaceReduction, Truncation};
 use crate::localization::Localization;

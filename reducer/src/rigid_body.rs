@@ -6,10 +6,10 @@
 use dcb_formats::SparseMatrix;
 use dcb_formats::component::Component;
 use dcb_formats::mesh::{Dimension, Direction};
+use dcb_sparse::block_algebra::{absolute_product, combination, gram, symmetric_product};
 use faer::concat;
 use faer::{Mat, MatRef};
 
-use crate::block_algebra::{absolute_product, combination, gram, symmetric_product};
 use crate::condensation::Model;
 use crate::error::Error;
 use crate::frame::{nodes_with_dofs, offset, part_size, rigid_motion};
@@ -229,7 +229,7 @@ impl RigidBodyModes {
     pub fn project_out(&self, x: &mut Mat<f64>) {
         for _ in 0..2 {
             let amounts = gram(self.mass_shapes.as_ref(), x.as_ref());
-            crate::block_algebra::add_combination(
+            dcb_sparse::block_algebra::add_combination(
                 x.as_mut(),
                 self.shapes.as_ref(),
                 amounts.as_ref(),

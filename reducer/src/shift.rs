@@ -8,11 +8,13 @@
 use dcb_dense::symmetric_eigen;
 use dcb_formats::SparseMatrix;
 use dcb_formats::mesh::Dimension;
+use dcb_sparse::block_algebra::{
+    absolute_product, column_norms, combination, gram, symmetric_product,
+};
+use dcb_sparse::column_products::BLOCK;
 use faer::{Mat, MatRef};
 use rayon::prelude::*;
 
-use crate::block_algebra::{absolute_product, column_norms, combination, gram, symmetric_product};
-use crate::column_products::BLOCK;
 use crate::condensation::Model;
 use crate::piece_motions::PieceMotions;
 use crate::rigid_body::RigidBodyModes;

@@ -9,12 +9,12 @@ use std::ffi::OsString;
 use std::io;
 use std::path::{Path, PathBuf};
 
+use dcb_sparse::block_algebra::symmetric_product;
+use dcb_sparse::factorization::PositiveFactor;
 use faer::{Mat, MatRef};
 
-use crate::block_algebra::symmetric_product;
 use crate::condensation::Model;
 use crate::error::Error;
-use crate::factorization::PositiveFactor;
 use crate::free_modes::{
     FreeModes, KnownMotions, RESIDUAL_TOLERANCE, Search, extended_to_gap, motions_without_energy,
 };

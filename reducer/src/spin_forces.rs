@@ -3,9 +3,9 @@
 use dcb_formats::SparseMatrix;
 use dcb_formats::component::{Component, ComponentMasses};
 use dcb_formats::mesh::Dimension;
+use dcb_sparse::block_algebra::{symmetric_product, transposed_product};
 use faer::{Mat, MatRef};
 
-use crate::block_algebra::{symmetric_product, transposed_product};
 use crate::couplings::{PAIRS, Solid};
 use crate::rigid_body::component_columns;
 

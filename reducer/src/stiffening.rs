@@ -11,9 +11,9 @@ use dcb_dense::symmetrized;
 use dcb_formats::SparseMatrix;
 use dcb_formats::component::Component;
 use dcb_formats::superelement::Stiffening;
+use dcb_sparse::block_algebra::symmetric_product;
 use faer::{Mat, MatRef};
 
-use crate::block_algebra::symmetric_product;
 use crate::couplings::Basis;
 use crate::localization::Localization;
 

@@ -7,15 +7,15 @@
 use dcb_formats::component::Component;
 use dcb_formats::superelement::{FrameKind, Inertia};
 use dcb_formats::{RecoveryBasis, Superelement};
+use dcb_sparse::block_algebra::{largest_entry, symmetric_product};
+use dcb_sparse::factorization::SymmetricFactor;
 use faer::Mat;
 
-use crate::block_algebra::{largest_entry, symmetric_product};
 use crate::condensation::Model;
 use crate::diagnosis;
 use crate::enrichment::Reducing;
 use crate::error::Error;
 use crate::error_estimate::PowerMoments;
-use crate::factorization::SymmetricFactor;
 use crate::free_modes::{FreeModes, residuals};
 use crate::interface_reduction::InterfaceReduction;
 use crate::invariants::inertia_invariants;

@@ -2,10 +2,10 @@
 
 use dcb_formats::Superelement;
 use dcb_formats::superelement::PartLoad;
+use dcb_sparse::block_algebra::largest_entry;
 use faer::{Mat, MatRef};
 
 use crate::attachment::residual_limit;
-use crate::block_algebra::largest_entry;
 use crate::enrichment::{FurtherColumns, Reducing};
 use crate::error::Error;
 use crate::part_loads::part_loads;

@@ -1,9 +1,9 @@
 //! `reduce verify --component`: an interface reduction against the same one made anew.
 
 use dcb_formats::Superelement;
+use dcb_sparse::block_algebra::largest_entry;
 use faer::Mat;
 
-use crate::block_algebra::largest_entry;
 use crate::inspect::stored_quality;
 use crate::interface_reduction::InterfaceReduction;
 use crate::residual::ResidualFlexibility;

@@ -1,9 +1,9 @@
 //! `reduce verify --component`: what a file says of the motions that its modes leave out, against the same made anew.
 
 use dcb_formats::superelement::Moments;
+use dcb_sparse::block_algebra::largest_entry;
 use faer::Mat;
 
-use crate::block_algebra::largest_entry;
 use crate::verify::{AGREEMENT, Findings};
 
 /// A stored eigenvalue bound may be above a counted one by rounding.

@@ -1,9 +1,9 @@
 //! How much a reduction computed: counts that, unlike times, are the same on every machine.
 
+use dcb_sparse::factorization::SymmetricFactor;
 use serde::Serialize;
 
 use crate::condensation::Model;
-use crate::factorization::SymmetricFactor;
 use crate::free_modes::FreeModes;
 use crate::residual::ResidualFlexibility;
 

@@ -1,8 +1,8 @@
 //! The complement of some motions, for motions and for forces.
 
+use dcb_sparse::block_algebra::{add_combination, gram};
 use faer::{Mat, MatRef};
 
-use crate::block_algebra::{add_combination, gram};
 use crate::free_modes::FreeModes;
 use crate::rigid_body::RigidBodyModes;
 

@@ -1,10 +1,10 @@
 //! One block of attachment columns: refinement with the factor of K + σ M, and conjugate gradients where that is slow.
 
+use dcb_sparse::block_algebra::{add_combination, column_dots, gram, symmetric_product};
+use dcb_sparse::factorization::PositiveFactor;
 use faer::Mat;
 
 use super::{AttachmentProblem, Forces, add_scaled, relative};
-use crate::block_algebra::{add_combination, column_dots, gram, symmetric_product};
-use crate::factorization::PositiveFactor;
 
 /// Relative residual of the attachment columns that is aimed at.
 const RESIDUAL_AIM: f64 = 3e-13;

@@ -2,9 +2,9 @@
 
 use std::ops::Range;
 
+use dcb_sparse::block_algebra::gram;
 use faer::{Mat, MatRef};
 
-use crate::block_algebra::gram;
 use crate::localization::Localization;
 
 /// Forces whose static responses are wanted.

@@ -10,15 +10,15 @@ mod complement;
 mod iteration;
 mod loads;
 
+use dcb_sparse::block_algebra::{absolute_product, add_combination, copy};
+use dcb_sparse::column_products::{BLOCK, StiffnessProducts};
+use dcb_sparse::factorization::PositiveFactor;
 use faer::reborrow::*;
 use faer::{Mat, MatRef};
 use rayon::prelude::*;
 
-use crate::block_algebra::{absolute_product, add_combination, copy};
-use crate::column_products::{BLOCK, StiffnessProducts};
 use crate::condensation::Model;
 use crate::error::Error;
-use crate::factorization::PositiveFactor;
 use crate::free_modes::FreeModes;
 use crate::observer::Observer;
 use crate::rigid_body::RigidBodyModes;

@@ -1,9 +1,10 @@
 //! What the kept modes leave of their equation, and what their ω² are off by that.
 
-use crate::block_algebra::{column_dots, symmetric_product};
-use crate::column_products::BLOCK;
+use dcb_sparse::block_algebra::{column_dots, symmetric_product};
+use dcb_sparse::column_products::BLOCK;
+use dcb_sparse::factorization::PositiveFactor;
+
 use crate::enrichment::Reducing;
-use crate::factorization::PositiveFactor;
 use crate::free_modes::FreeModes;
 
 /// What the kept modes leave of their equation, ρ = K φ - ω² M φ, in the norm of the factorized matrix: ρᵀ (K + σ M)⁻¹ ρ.

@@ -12,11 +12,11 @@
 use dcb_dense::{symmetric_eigen, symmetrized};
 use dcb_formats::Superelement;
 use dcb_formats::superelement::{Enrichment, Moments};
+use dcb_sparse::block_algebra::largest_entry;
 use faer::{Mat, c64};
 use serde::{Deserialize, Serialize};
 
 use super::rows::Rows;
-use crate::block_algebra::largest_entry;
 use crate::residual_filter::MASS_TOLERANCE;
 
 /// Matrices that differ by less than this, scaled, are the same flexibility.

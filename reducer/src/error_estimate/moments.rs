@@ -8,16 +8,16 @@
 
 use dcb_dense::symmetrized;
 use dcb_formats::superelement::Moments;
+use dcb_sparse::block_algebra::{copy, gram, symmetric_product};
+use dcb_sparse::factorization::PositiveFactor;
 use faer::{Mat, MatRef};
 
 use super::mode_residuals::ModeResiduals;
 use super::second_responses::SecondResponses;
 use crate::attachment::{AttachmentProblem, Loads};
-use crate::block_algebra::{copy, gram, symmetric_product};
 use crate::condensation::CowMat;
 use crate::enrichment::Reducing;
 use crate::error::Error;
-use crate::factorization::PositiveFactor;
 use crate::free_modes::FreeModes;
 use crate::observer::Observer;
 use crate::quality::Sturm;

@@ -5,13 +5,13 @@
 //! make that G M X, because the estimate takes σ into account.
 
 use dcb_dense::symmetrized;
+use dcb_sparse::block_algebra::{copy, gram, symmetric_product};
+use dcb_sparse::column_products::{BLOCK, enter_symmetric};
+use dcb_sparse::factorization::PositiveFactor;
 use faer::{Mat, MatRef};
 
 use crate::attachment::Complement;
-use crate::block_algebra::{copy, gram, symmetric_product};
-use crate::column_products::{BLOCK, enter_symmetric};
 use crate::enrichment::Reducing;
-use crate::factorization::PositiveFactor;
 use crate::observer::Observer;
 use crate::shift::EnergyBound;
 

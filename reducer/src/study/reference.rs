@@ -11,6 +11,10 @@
 
 use dcb_dense::{symmetric_eigen, symmetrized};
 use dcb_formats::{Component, RecoveryBasis, Superelement};
+use dcb_sparse::block_algebra::{
+    add_combination, column_norms, gram, largest_entry, symmetric_product,
+};
+use dcb_sparse::factorization::{PositiveFactor, SymmetricFactor};
 use faer::{Mat, MatRef};
 
 use super::band::Band;
@@ -18,11 +22,9 @@ use super::held::counted_eigenvalues;
 use super::response::Response;
 use super::rows::InterfaceRows;
 use super::spin::SpinStrain;
-use crate::block_algebra::{add_combination, column_norms, gram, largest_entry, symmetric_product};
 use crate::condensation::Model;
 use crate::diagnosis;
 use crate::error::Error;
-use crate::factorization::{PositiveFactor, SymmetricFactor};
 use crate::forecast::Forecast;
 use crate::localization::Localization;
 use crate::memory_limit::MemoryLimit;
@@ -171,8 +173,8 @@ impl Reference {
         let mut kept = Mat::zeros(model.len(), rigid.count() + eigenvalues.len());
         let shapes_everywhere = model.contract(reduced.recovery.modes.as_ref());
         let (of_rigid, of_modes) = kept.as_mut().split_at_col_mut(rigid.count());
-        crate::block_algebra::copy(rigid.shapes.as_ref(), of_rigid);
-        crate::block_algebra::copy(shapes_everywhere.as_ref(), of_modes);
+        dcb_sparse::block_algebra::copy(rigid.shapes.as_ref(), of_rigid);
+        dcb_sparse::block_algebra::copy(shapes_everywhere.as_ref(), of_modes);
         let mut poles = vec![0.0; rigid.count()];
         poles.extend(eigenvalues);
         let problem = Unreduced {

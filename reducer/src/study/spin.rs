@@ -7,9 +7,9 @@ use dcb_dense::{symmetric_eigen, symmetrized};
 use dcb_formats::further_column::Answer;
 use dcb_formats::superelement::Enrichment;
 use dcb_formats::{Component, RecoveryBasis, Superelement};
+use dcb_sparse::block_algebra::gram;
 use faer::Mat;
 
-use crate::block_algebra::gram;
 use crate::residual_filter::MASS_TOLERANCE;
 use crate::rigid_body::MassProperties;
 use crate::spin_forces::spin_forces;

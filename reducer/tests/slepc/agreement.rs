@@ -2,10 +2,10 @@
 
 use dcb_formats::Component;
 use dcb_formats::component::InterfaceKind;
-use dcb_reducer::block_algebra::{gram, symmetric_product};
 use dcb_reducer::slepc::SlepcRun;
 use dcb_reducer::{EigenSolver, Grounding, LoosePieces, Reduced, Reduction, reduce};
 use dcb_samples::{connecting_rod, hard};
+use dcb_sparse::block_algebra::{gram, symmetric_product};
 use faer::Mat;
 
 use crate::MPIRUN;

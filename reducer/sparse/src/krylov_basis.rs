@@ -2,8 +2,8 @@
 
 use faer::{MatMut, MatRef};
 
+use crate::Error;
 use crate::block_algebra::copy;
-use crate::error::Error;
 
 /// Doubles of a cache line: every column starts on one.
 const LINE: usize = 8;

@@ -23,7 +23,7 @@ mod dissection;
 pub use quotient::QuotientGraph;
 
 #[cfg(not(any(feature = "metis", feature = "pure-rust-ordering")))]
-compile_error!("dcb-reducer needs an ordering: feature \"metis\" or \"pure-rust-ordering\"");
+compile_error!("dcb-sparse needs an ordering: feature \"metis\" or \"pure-rust-ordering\"");
 
 /// A vertex with more than this many times the square root of the number of vertices as neighbours is eliminated last;
 /// the factor of AMD and CHOLMOD.

@@ -10,7 +10,7 @@ use std::path::{Path, PathBuf};
 
 use memmap2::MmapMut;
 
-use crate::error::Error;
+use crate::Error;
 use crate::multifrontal::Real;
 
 /// How many digits of each entry are kept. All arithmetic is in double precision.

@@ -9,7 +9,7 @@ use std::sync::{Mutex, PoisonError};
 use dcb_formats::SparseMatrix;
 use faer::{Mat, MatMut};
 
-use crate::error::Error;
+use crate::Error;
 use crate::factor_store::{FactorStorage, FactorValues, Place, Precision};
 use crate::multifrontal::{
     Cholesky, Fronts, Indefinite, Matrix, NotPositive, Real, eliminate, solve_columns,

@@ -1,0 +1,15 @@
+//! Why a factorization or a basis can't be had.
+
+/// No room.
+#[derive(Debug, thiserror::Error)]
+pub enum Error {
+    /// Memory ran out.
+    #[error("out of memory for {what}")]
+    OutOfMemory {
+        /// What it was wanted for.
+        what: &'static str,
+    },
+    /// A file can't hold what it should.
+    #[error(transparent)]
+    File(#[from] dcb_formats::Error),
+}
