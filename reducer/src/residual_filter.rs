@@ -1,6 +1,7 @@
 //! Which residual directions become dynamic coordinates: the transform T_r, found in a scaling that has no unit.
 
-use dcb_dense::{symmetric_eigen, symmetrized};
+use dcb_dense::{symmetric_eigen, symmetric_eigenvalues, symmetrized};
+use dcb_superelement::ResidualFilter;
 use faer::Mat;
 
 use crate::error::Error;
@@ -42,7 +43,6 @@ impl Filter {
             what: "the residual filter",
         };
         let n_b = flexibility.nrows();
-        // A zero diagonal drops the row: D has a zero there. Rows without any mass but with flexibility are scaled by that.
         let scale = |matrix: &Mat<f64>| -> Vec<f64> {
             (0..n_b)
                 .map(|i| {
@@ -54,23 +54,13 @@ impl Filter {
                 })
                 .collect()
         };
-        let scaled = |matrix: &Mat<f64>, d: &[f64]| {
-            Mat::from_fn(n_b, n_b, |i, j| d[i] * matrix[(i, j)] * d[j])
+        let scaled = |matrix: &Mat<f64>, e: &[f64]| {
+            Mat::from_fn(n_b, n_b, |i, j| e[i] * matrix[(i, j)] * e[j])
         };
-        let largest = |matrix: &Mat<f64>| -> Result<f64, Error> {
-            let (values, _) = symmetric_eigen(matrix.as_ref()).ok_or_else(failed)?;
-            Ok(values.last().copied().unwrap_or(0.0))
-        };
-        let d = scale(mass0);
-        let mass_reference = largest(&scaled(mass0, &d))?;
-        let (mass_values, mass_vectors) =
-            symmetric_eigen(scaled(mass, &d).as_ref()).ok_or_else(failed)?;
-        let kept: Vec<usize> = (0..n_b)
-            .filter(|i| mass_values[*i] > MASS_TOLERANCE * mass_reference)
-            .collect();
-
+        // Rows without any mass but with flexibility are scaled by that.
         let e = scale(flexibility0);
-        let flexibility_reference = largest(&scaled(flexibility0, &e))?;
+        let whole = symmetric_eigenvalues(scaled(flexibility0, &e).as_ref()).ok_or_else(failed)?;
+        let flexibility_reference = whole.last().copied().unwrap_or(0.0);
         let (flexibility, values) = clipped(flexibility, &e, flexibility_reference)?;
         let present: Vec<f64> = values
             .into_iter()
@@ -81,12 +71,10 @@ impl Filter {
             _ => 1.0,
         };
 
-        let normalised = Mat::from_fn(n_b, kept.len(), |i, j| {
-            d[i] * mass_vectors[(i, kept[j])] / mass_values[kept[j]].sqrt()
-        });
-        let stiffness = symmetrized((normalised.transpose() * &flexibility * &normalised).as_ref());
-        let (sigma_squared, rotation) = symmetric_eigen(stiffness.as_ref()).ok_or_else(failed)?;
-        let transform = &normalised * &rotation;
+        let diagonal: Vec<f64> = (0..n_b).map(|i| mass0[(i, i)]).collect();
+        let (transform, sigma_squared) = ResidualFilter::of(&diagonal, mass0)
+            .and_then(|filter| filter.directions(MASS_TOLERANCE, &flexibility, mass))
+            .map_err(|_| failed())?;
         let static_directions = static_directions(
             &scaled(&flexibility, &e),
             &transform,
@@ -97,7 +85,7 @@ impl Filter {
         Ok(Self {
             flexibility,
             transform,
-            sigma_squared: sigma_squared.iter().map(|s| s.max(0.0)).collect(),
+            sigma_squared,
             static_directions,
             flexibility_rank: present.len(),
             condition,

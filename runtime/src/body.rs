@@ -18,7 +18,6 @@ mod attachment;
 mod compatibility;
 mod generalized;
 mod made_for;
-mod residual_coordinates;
 mod rigid;
 mod superelement;
 mod truncated_columns;

@@ -1,5 +1,6 @@
 //! Why a body can't be used, or a motion can't be continued.
 
+use dcb_superelement::{NoCoordinates, NotFinite};
 use std::path::PathBuf;
 
 /// What went wrong, and what would be right.
@@ -513,5 +514,31 @@ impl Error {
             }
             other => other,
         }
+    }
+}
+
+impl Error {
+    /// Why the body of a superelement has no coordinates beyond its modes.
+    pub(crate) fn without_coordinates(body: &str, why: NoCoordinates) -> Self {
+        let body = body.to_owned();
+        match why {
+            NoCoordinates::FurtherNotOrthogonal => Self::NotHandled {
+                body,
+                what: "its further columns are not orthogonal to its modes",
+                remedy: "subtract the modes' part of them in the mass metric",
+            },
+            NoCoordinates::NotPositive(found) => Self::NotPositive {
+                body,
+                quantity: "the reduced stiffness over attachments and further columns",
+                required: "positive semi-definite",
+                found,
+            },
+        }
+    }
+}
+
+impl From<NotFinite> for Error {
+    fn from(_: NotFinite) -> Self {
+        Self::NoEigenvalues
     }
 }

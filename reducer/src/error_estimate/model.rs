@@ -11,9 +11,10 @@
 
 use dcb_dense::{symmetric_eigen, symmetrized};
 use dcb_formats::Superelement;
-use dcb_formats::superelement::{Enrichment, Moments};
+use dcb_formats::superelement::Moments;
 use dcb_sparse::block_algebra::largest_entry;
-use faer::{Mat, c64};
+use dcb_superelement::ResidualCoordinates;
+use faer::{Mat, c64, concat};
 use serde::{Deserialize, Serialize};
 
 use super::rows::Rows;
@@ -86,10 +87,9 @@ impl Model {
                 if i < n_b { directions[(i, j)] } else { 0.0 }
             },
         );
-        let coordinates = match (form, &element.enrichment) {
-            (Form::Static, _) => Coordinates::none(file_n),
-            (Form::Strong, None) => Coordinates::of_attachments(element),
-            (Form::Strong, Some(further)) => Coordinates::with_further(element, further)?,
+        let coordinates = match form {
+            Form::Static => Coordinates::none(file_n),
+            Form::Strong => Coordinates::dynamic(element)?,
         };
         // Coordinates of attachments and further columns as the file has them; T in all static shapes is Q times that.
         let amounts = rows.scaled_amounts(&coordinates.combinations, stored)?;
@@ -229,56 +229,15 @@ impl Coordinates {
         }
     }
 
-    fn of_attachments(element: &Superelement) -> Self {
-        Self {
-            squares: element.residual.sigma_squared.clone(),
-            combinations: element.residual.transform.clone(),
-        }
-    }
-
-    /// As a simulation makes them: the part of each further column that the attachments don't have, filtered, and both diagonalised
-    /// together.
-    fn with_further(element: &Superelement, further: &Enrichment) -> Option<Self> {
-        let (n_k, n_b) = (element.mode_count(), element.boundary_row_count());
-        let n_x = further.interface_shapes.ncols();
-        let block = |matrix: &Mat<f64>| matrix.get(n_k.., n_k..).to_owned();
-        let (mass, stiffness) = (
-            block(&further.reduced_mass),
-            block(&further.reduced_stiffness),
-        );
-        let transform = &element.residual.transform;
-        let attached = Mat::from_fn(n_b + n_x, transform.ncols(), |i, j| {
-            if i < n_b { transform[(i, j)] } else { 0.0 }
-        });
-        let shared = attached.transpose() * mass.get(.., n_b..);
-        let own = Mat::from_fn(n_b + n_x, n_x, |i, j| f64::from(u8::from(i == n_b + j)))
-            - &attached * &shared;
-        let scale: Vec<f64> = (n_b..n_b + n_x)
-            .map(|i| match mass[(i, i)] {
-                norm if norm > 0.0 => 1.0 / norm.sqrt(),
-                _ => 0.0,
-            })
-            .collect();
-        let gram = own.transpose() * &mass * &own;
-        let scaled = Mat::from_fn(n_x, n_x, |i, j| scale[i] * gram[(i, j)] * scale[j]);
-        let (fractions, vectors) = symmetric_eigen(symmetrized(scaled.as_ref()).as_ref())?;
-        let kept: Vec<usize> = (0..n_x)
-            .filter(|k| fractions[*k] > element.residual.tolerance)
-            .collect();
-        let combined = Mat::from_fn(n_x, kept.len(), |i, j| {
-            scale[i] * vectors[(i, kept[j])] / fractions[kept[j]].sqrt()
-        });
-        let own = own * combined;
-        let rank = attached.ncols();
-        let all = Mat::from_fn(n_b + n_x, rank + own.ncols(), |i, j| match j < rank {
-            true => attached[(i, j)],
-            false => own[(i, j - rank)],
-        });
-        let product = all.transpose() * &stiffness * &all;
-        let (squares, rotation) = symmetric_eigen(symmetrized(product.as_ref()).as_ref())?;
+    fn dynamic(element: &Superelement) -> Option<Self> {
+        let ResidualCoordinates {
+            attached,
+            further,
+            stiffness,
+        } = ResidualCoordinates::of(element).ok()?;
         Some(Self {
-            squares: squares.into_iter().map(|square| square.max(0.0)).collect(),
-            combinations: all * rotation,
+            squares: stiffness,
+            combinations: concat![[attached], [further]],
         })
     }
 }

@@ -14,7 +14,6 @@ pub mod progress;
 pub mod record;
 pub mod reference;
 pub mod report;
-pub mod residual_coordinates;
 pub mod response;
 pub mod rows;
 pub mod sources;

@@ -3,11 +3,11 @@
 use clap::ValueEnum;
 use dcb_dense::symmetric_eigen;
 use dcb_formats::Superelement;
+use dcb_superelement::ResidualCoordinates;
 use faer::{Mat, MatRef};
 use serde::{Deserialize, Serialize};
 
 use super::held::{Coordinates, dual_eigenvalues, rank};
-use super::residual_coordinates::ResidualCoordinates;
 use super::response::Response;
 use super::rows::InterfaceRows;
 use crate::residual_filter::MASS_TOLERANCE;
@@ -98,8 +98,9 @@ impl ReducedPart {
                 )
             }
             Variant::Strong => {
-                let ResidualCoordinates { squares, shapes } = ResidualCoordinates::of(element)?;
-                let poles = [poles.as_slice(), &squares].concat();
+                let coordinates = ResidualCoordinates::of(element).ok()?;
+                let (squares, shapes) = (&coordinates.stiffness, coordinates.seen(element));
+                let poles = [poles.as_slice(), squares].concat();
                 let shapes = beside(kept.as_ref(), rows.scaled(shapes.as_ref()).as_ref());
                 let held = Coordinates::dynamic(&poles, &shapes).held(loose)?;
                 Self {

@@ -2,10 +2,10 @@
 
 use dcb_formats::component::Role;
 use dcb_formats::superelement::{FrameKind, Inertia, PartLoad, Superelement};
+use dcb_superelement::ResidualCoordinates;
 use faer::{ColRef, Mat, MatRef};
 use nalgebra::Vector3;
 
-use super::residual_coordinates::ResidualCoordinates;
 use super::{BodyLoad, Compatibility, FlexibleBody, GrowingDirections, MEAN_AXIS_LIMIT, MadeFor};
 use crate::error::Error;
 use crate::frame::{AttachmentMass, FrameInertia, FrameMomentum};
@@ -26,7 +26,8 @@ impl FlexibleBody {
         let (modes, residual) = (&superelement.modes, &superelement.residual);
         let (n_k, n_b) = (modes.eigenvalues.len(), superelement.rows.len());
         let n_x = superelement.basis_count() - n_k - n_b;
-        let massive = ResidualCoordinates::of(superelement)?;
+        let massive = ResidualCoordinates::of(superelement)
+            .map_err(|why| Error::without_coordinates(&superelement.name, why))?;
         if superelement.frame_kind == FrameKind::MeanAxis {
             let columns = basis_columns(n_k, &massive.attached, &massive.further);
             check_mean_axes(&superelement.name, &superelement.inertia, &columns)?;
@@ -182,10 +183,7 @@ fn massless_flexibility(
 ) -> Option<Mat<f64>> {
     let (modes, residual) = (&superelement.modes, &superelement.residual);
     let flexibility = &residual.flexibility;
-    let mut carried = flexibility * &coordinates.attached;
-    if let Some(enrichment) = &superelement.enrichment {
-        carried += &enrichment.interface_shapes * &coordinates.further;
-    }
+    let mut carried = coordinates.seen(superelement);
     // Output interfaces carry no force.
     for (row, of_row) in superelement.rows.iter().enumerate() {
         if superelement.interfaces[of_row.interface].role == Role::Output {

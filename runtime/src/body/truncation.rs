@@ -18,11 +18,11 @@ use dcb_formats::component::Role;
 use dcb_formats::superelement::{
     Enrichment, Inertia, Modes, PartLoad, RecoveryBasis, Residual, Stiffening, Superelement,
 };
+use dcb_superelement::ResidualFilter;
 use faer::{Mat, MatRef};
 
 use super::truncated_columns::TruncatedColumns;
 use crate::error::Error;
-use crate::selection::filter::filtered;
 
 /// Eigenvalues closer than this, relatively, are one multiple root, which isn't cut: the reducer's rule.
 const CLUSTER_TOLERANCE: f64 = 1e-5;
@@ -175,13 +175,9 @@ impl ModeTruncation {
         // With no mode kept.
         let all = absorbed_from(whole, without_stiffness(&whole.modes.eigenvalues));
         let mass0 = symmetrized((&residual.mass + all.transpose() * &all).as_ref());
-        let (transform, sigma_squared) = filtered(
-            residual.tolerance,
-            &residual.mass_diagonal0,
-            &flexibility,
-            &mass,
-            &mass0,
-        )?;
+        let filter = ResidualFilter::of(&residual.mass_diagonal0, &mass0)?;
+        let (transform, sigma_squared) =
+            filter.directions(residual.tolerance, &flexibility, &mass)?;
         Ok(Residual {
             output_shapes: residual
                 .output_shapes

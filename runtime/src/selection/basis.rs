@@ -6,11 +6,11 @@ use dcb_formats::superelement::{
     BoundaryRow, Enrichment, InterfaceFrame, Modes, Moments, PartLoad, Provenance, RecoveryBasis,
     Residual, Stiffening, Superelement,
 };
+use dcb_superelement::ResidualFilter;
 use faer::Mat;
 
 use super::NodeSelection;
 use super::congruence::{congruent, over, squeezed, worked};
-use super::filter::filtered;
 use super::interface::InterfaceSelection;
 use super::loaded_forces::loaded_forces;
 use super::moments::{Kept, moments};
@@ -315,8 +315,8 @@ impl Basis {
             })
             .collect();
         let tolerance = whole.residual.tolerance;
-        let (transform, sigma_squared) =
-            filtered(tolerance, &mass_diagonal0, &flexibility, &mass, &mass0)?;
+        let filter = ResidualFilter::of(&mass_diagonal0, &mass0)?;
+        let (transform, sigma_squared) = filter.directions(tolerance, &flexibility, &mass)?;
         let observes = self
             .interfaces
             .iter()

@@ -18,7 +18,6 @@
 
 mod basis;
 mod congruence;
-pub(crate) mod filter;
 mod idle_modes;
 mod in_plane;
 mod interface;
@@ -40,13 +39,13 @@ use std::collections::BTreeSet;
 
 use dcb_formats::component::Role;
 use dcb_formats::superelement::{RecoveryBasis, Superelement};
+use dcb_superelement::ResidualFilter;
 use faer::Mat;
 
 use crate::body::refuse_reduced_interfaces;
 use crate::error::Error;
 pub(crate) use basis::Basis;
 use basis::Choice;
-use filter::filtered;
 pub use in_plane::{InPlane, Normal, SYMMETRIC};
 pub use interface::InterfaceSelection;
 use interface::Place;
@@ -340,12 +339,7 @@ fn most_attachments(whole: &Superelement) -> Result<usize, Error> {
         return Ok(usize::MAX);
     }
     let statics = Statics::of(whole, whole.modes.interface_shapes.as_ref(), &[]);
-    let (_, all) = filtered(
-        residual.tolerance,
-        &residual.mass_diagonal0,
-        &residual.flexibility,
-        &residual.mass,
-        &statics.mass0,
-    )?;
+    let filter = ResidualFilter::of(&residual.mass_diagonal0, &statics.mass0)?;
+    let (_, all) = filter.directions(residual.tolerance, &residual.flexibility, &residual.mass)?;
     Ok(if all.len() > count { count } else { usize::MAX })
 }

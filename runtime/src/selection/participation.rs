@@ -10,10 +10,10 @@
 //! and nothing changes at all.
 
 use dcb_formats::superelement::Superelement;
+use dcb_superelement::ResidualFilter;
 use faer::{Mat, c64};
 
 use super::Selection;
-use super::filter::largest_mass;
 use super::ports::Ports;
 use super::receptance::{Receptance, damped, ratio};
 use crate::body::{Compatibility, FlexibleBody};
@@ -56,7 +56,7 @@ impl Selection {
         let beyond = basis.forces().transpose() * beyond;
         let masses = &part.residual.mass_diagonal0;
         let mass0 = basis.mass0(whole, &part.residual.mass);
-        let least = part.residual.tolerance * largest_mass(masses, &mass0)?;
+        let least = part.residual.tolerance * ResidualFilter::of(masses, &mass0)?.largest_mass();
         let adds_as_much = |mode: usize| {
             let rows = (0..masses.len()).filter(|row| masses[*row] > 0.0);
             let own: f64 = rows

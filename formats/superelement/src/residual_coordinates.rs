@@ -10,18 +10,33 @@ use dcb_dense::{symmetric_eigen, symmetrized};
 use dcb_formats::superelement::{Enrichment, Superelement};
 use faer::{Mat, MatRef};
 
-use crate::error::Error;
-
 /// Largest entry of Φᵀ M X, relative to the norm of X's column, that still counts as rounding.
 const ORTHOGONALITY_LIMIT: f64 = 1e-6;
 
-/// Coordinates beyond the modes.
-pub(super) struct ResidualCoordinates {
+/// Why a superelement has none.
+#[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
+pub enum NoCoordinates {
+    /// Further columns X have more of Φᵀ M X than rounding.
+    #[error("its further columns are not orthogonal to its modes")]
+    FurtherNotOrthogonal,
+    /// K over attachments and further columns isn't positive semi-definite.
+    #[error(
+        "the reduced stiffness over attachments and further columns has the eigenvalue {0:.3e}"
+    )]
+    NotPositive(
+        /// Its smallest eigenvalue; no number where an entry is none.
+        f64,
+    ),
+}
+
+/// Coordinates beyond the modes, of unit mass each.
+#[derive(Clone, Debug)]
+pub struct ResidualCoordinates {
     /// T, (n_b, r).
     pub attached: Mat<f64>,
     /// T_x, (n_x, r).
     pub further: Mat<f64>,
-    /// σ², (r).
+    /// σ², ascending, (r), 1/time².
     pub stiffness: Vec<f64>,
 }
 
@@ -29,9 +44,8 @@ impl ResidualCoordinates {
     /// All that have mass: the attachments' and those of further columns.
     ///
     /// # Errors
-    /// [`Error::NotHandled`] if further columns aren't orthogonal to the modes, [`Error::NotPositive`] if the reduced matrices
-    /// over them aren't those of a body.
-    pub fn of(superelement: &Superelement) -> Result<Self, Error> {
+    /// [`NoCoordinates`] if further columns aren't orthogonal to the modes, or the reduced matrices over them aren't those of a body.
+    pub fn of(superelement: &Superelement) -> Result<Self, NoCoordinates> {
         let residual = &superelement.residual;
         match &superelement.enrichment {
             None => Ok(Self {
@@ -43,7 +57,19 @@ impl ResidualCoordinates {
         }
     }
 
-    fn with_further(superelement: &Superelement, enrichment: &Enrichment) -> Result<Self, Error> {
+    /// L_b (G_res L_bᵀ T + X T_x), (n_b, r), over the rows that forces act on.
+    pub fn seen(&self, superelement: &Superelement) -> Mat<f64> {
+        let of_attachments = &superelement.residual.flexibility * &self.attached;
+        match &superelement.enrichment {
+            Some(enrichment) => of_attachments + &enrichment.interface_shapes * &self.further,
+            None => of_attachments,
+        }
+    }
+
+    fn with_further(
+        superelement: &Superelement,
+        enrichment: &Enrichment,
+    ) -> Result<Self, NoCoordinates> {
         let n_k = superelement.mode_count();
         let n_b = superelement.rows.len();
         let n_x = enrichment.interface_shapes.ncols();
@@ -75,7 +101,7 @@ impl ResidualCoordinates {
             .collect();
         let gram = own.transpose() * &mass * &own;
         let scaled = Mat::from_fn(n_x, n_x, |i, j| scale[i] * gram[(i, j)] * scale[j]);
-        let (fractions, vectors) = eigen(superelement, scaled.as_ref())?;
+        let (fractions, vectors) = eigen(scaled.as_ref())?;
         let kept: Vec<usize> = (0..n_x)
             .filter(|i| fractions[*i] > superelement.residual.tolerance)
             .collect();
@@ -87,15 +113,14 @@ impl ResidualCoordinates {
             true => attached[(i, j)],
             false => own[(i, j - rank)],
         });
-        let (squares, rotation) =
-            eigen(superelement, (all.transpose() * &stiffness * &all).as_ref())?;
+        let (squares, rotation) = eigen((all.transpose() * &stiffness * &all).as_ref())?;
         let all = all * rotation;
         let largest = squares.last().copied().unwrap_or(0.0);
         if let Some(found) = squares
             .iter()
             .find(|square| **square < -superelement.residual.tolerance * largest)
         {
-            return Err(not_positive(superelement, *found));
+            return Err(NoCoordinates::NotPositive(*found));
         }
         Ok(Self {
             attached: all.as_ref().subrows(0, n_b).to_owned(),
@@ -108,7 +133,7 @@ impl ResidualCoordinates {
 fn refuse_parallel_to_modes(
     superelement: &Superelement,
     enrichment: &Enrichment,
-) -> Result<(), Error> {
+) -> Result<(), NoCoordinates> {
     let n_k = superelement.mode_count();
     let mass = &enrichment.reduced_mass;
     let first = n_k + superelement.rows.len();
@@ -116,30 +141,13 @@ fn refuse_parallel_to_modes(
         let norm = mass[(j, j)].max(0.0).sqrt();
         let found = (0..n_k).fold(0.0, |most, k| f64::max(most, mass[(k, j)].abs()));
         if found.is_nan() || found > ORTHOGONALITY_LIMIT * norm {
-            return Err(Error::NotHandled {
-                body: superelement.name.clone(),
-                what: "its further columns are not orthogonal to its modes",
-                remedy: "subtract the modes' part of them in the mass metric",
-            });
+            return Err(NoCoordinates::FurtherNotOrthogonal);
         }
     }
     Ok(())
 }
 
-fn not_positive(superelement: &Superelement, found: f64) -> Error {
-    Error::NotPositive {
-        body: superelement.name.clone(),
-        quantity: "the reduced stiffness over attachments and further columns",
-        required: "positive semi-definite",
-        found,
-    }
-}
-
 /// Ascending eigenvalues and eigenvectors of the symmetric part.
-fn eigen(
-    superelement: &Superelement,
-    matrix: MatRef<'_, f64>,
-) -> Result<(Vec<f64>, Mat<f64>), Error> {
-    symmetric_eigen(symmetrized(matrix).as_ref())
-        .ok_or_else(|| not_positive(superelement, f64::NAN))
+fn eigen(matrix: MatRef<'_, f64>) -> Result<(Vec<f64>, Mat<f64>), NoCoordinates> {
+    symmetric_eigen(symmetrized(matrix).as_ref()).ok_or(NoCoordinates::NotPositive(f64::NAN))
 }
