@@ -52,7 +52,15 @@ fn nothing_else_writes_files() {
     let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("..");
     let mut found = Vec::new();
     let mut used = Vec::new();
-    for crate_name in ["formats", "reducer", "runtime", "samples"] {
+    for crate_name in [
+        "formats",
+        "formats/dense",
+        "formats/superelement",
+        "reducer",
+        "reducer/sparse",
+        "runtime",
+        "samples",
+    ] {
         for path in sources(&root.join(crate_name).join("src")) {
             let name = path
                 .strip_prefix(&root)
