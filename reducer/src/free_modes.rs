@@ -11,6 +11,7 @@ use dcb_sparse::block_algebra::{
 };
 use dcb_sparse::column_products::BLOCK;
 use dcb_sparse::factorization::PositiveFactor;
+use dcb_superelement::extended_to_gap;
 use faer::{Mat, MatRef, concat};
 use rayon::prelude::*;
 
@@ -23,9 +24,6 @@ use crate::observer::Observer;
 use crate::rigid_body::RigidBodyModes;
 use crate::shift::AbsoluteForces;
 
-/// Two eigenvalues closer than this, relatively, are one multiple root that is never cut. Meshes of symmetric parts
-/// split a double root by rounding only (1e-9 and less), nearly double roots of slightly unsymmetric meshes by 1e-4 and more.
-pub const CLUSTER_TOLERANCE: f64 = 1e-5;
 /// Largest ‖K φ - ω² M φ‖ / ‖K φ‖ of an accepted mode, where double precision can tell that much.
 pub const RESIDUAL_TOLERANCE: f64 = 1e-8;
 /// Otherwise the residual may be this many times the rounding in K φ itself, ε ‖|K| |φ|‖ / ‖K φ‖ (slender and thin parts).
@@ -320,18 +318,6 @@ pub(crate) fn motions_without_energy(eigenvalues: &[f64], shift: f64) -> usize {
         .iter()
         .take_while(|lambda| **lambda < ZERO_BESIDE_SHIFT * shift)
         .count()
-}
-
-/// `wanted`, raised until the next eigenvalue is separated by more than [`CLUSTER_TOLERANCE`].
-pub(crate) fn extended_to_gap(lambda: &[f64], wanted: usize) -> usize {
-    let mut kept = wanted.min(lambda.len());
-    while kept > 0
-        && kept < lambda.len()
-        && lambda[kept] - lambda[kept - 1] <= CLUSTER_TOLERANCE * lambda[kept].abs()
-    {
-        kept += 1;
-    }
-    kept
 }
 
 /// Eigenpairs of (XᵀKX, XᵀMX), ascending, M-orthonormal.

@@ -11,11 +11,11 @@
 
 use dcb_dense::{symmetric_eigen, symmetrized};
 use dcb_sparse::block_algebra::combination;
+use dcb_superelement::CLUSTER_TOLERANCE;
 use faer::{Mat, MatRef};
 use serde::{Deserialize, Serialize};
 
 use crate::error::Error;
-use crate::free_modes::CLUSTER_TOLERANCE;
 use crate::localization::Localization;
 use crate::residual::ResidualFlexibility;
 use crate::residual_filter::MASS_TOLERANCE;

@@ -11,12 +11,13 @@ use std::path::{Path, PathBuf};
 
 use dcb_sparse::block_algebra::symmetric_product;
 use dcb_sparse::factorization::PositiveFactor;
+use dcb_superelement::extended_to_gap;
 use faer::{Mat, MatRef};
 
 use crate::condensation::Model;
 use crate::error::Error;
 use crate::free_modes::{
-    FreeModes, KnownMotions, RESIDUAL_TOLERANCE, Search, extended_to_gap, motions_without_energy,
+    FreeModes, KnownMotions, RESIDUAL_TOLERANCE, Search, motions_without_energy,
 };
 use crate::mpi_job::{PrivateFolder, file_error};
 use crate::observer::Observer;

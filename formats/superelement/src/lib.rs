@@ -1,8 +1,20 @@
 //! What follows from one superelement file by algebra alone, for whoever reduces, estimates errors or simulates: which residual
-//! directions have mass ([`ResidualFilter`]), and the dynamic coordinates beyond the modes ([`ResidualCoordinates`]).
+//! directions have mass ([`ResidualFilter`]), the dynamic coordinates beyond the modes ([`ResidualCoordinates`]), where a list of modes may
+//! end ([`extended_to_gap`]).
+//!
+//! ```
+//! // Six modes are wanted of a part with double roots: the seventh belongs to the sixth.
+//! let squares = [1.0, 4.0, 4.0, 9.0, 16.0, 25.0, 25.0, 36.0];
+//! assert_eq!(dcb_superelement::extended_to_gap(&squares, 6), 7);
+//! ```
 
+/// Structural loss factor η of responses that are compared, λ = ω² / (1 + iη): that of `reduce study` and of error estimates.
+pub const LOSS_FACTOR: f64 = 0.02;
+
+mod multiple_roots;
 mod residual_coordinates;
 mod residual_filter;
 
+pub use multiple_roots::{CLUSTER_TOLERANCE, extended_to_gap};
 pub use residual_coordinates::{NoCoordinates, ResidualCoordinates};
 pub use residual_filter::{NotFinite, ResidualFilter};

@@ -3,6 +3,7 @@
 use std::fmt::Write as _;
 
 use dcb_formats::Superelement;
+use dcb_superelement::LOSS_FACTOR;
 use serde_json::{Value, json};
 
 use super::{Bracket, ErrorEstimate, Estimate, Form};
@@ -14,9 +15,6 @@ use crate::study::band::Band;
 
 /// Equally spaced points of a band, and the structural loss factor of the responses: those of a study.
 pub const POINTS: usize = 400;
-/// Structural loss factor.
-pub const LOSS_FACTOR: f64 = 0.02;
-
 /// What is known of a superelement's errors in both forms.
 pub struct Report {
     time_unit: String,

@@ -4,6 +4,7 @@ use std::f64::consts::TAU;
 
 use dcb_formats::superelement::Superelement;
 use dcb_runtime::pruning::LeftOut;
+use dcb_superelement::LOSS_FACTOR;
 use serde::{Deserialize, Serialize};
 
 use super::asked::{Asked, WATCHED};
@@ -11,7 +12,7 @@ use super::cached::CachedReductions;
 use super::in_plane::in_plane;
 use super::spin::SpinColumns;
 use crate::error::Error;
-use crate::error_estimate::report::{LOSS_FACTOR, POINTS};
+use crate::error_estimate::report::POINTS;
 use crate::error_estimate::{ErrorEstimate, Form};
 use crate::observer::Observer;
 use crate::study::band::Band;

@@ -18,14 +18,11 @@ use dcb_formats::component::Role;
 use dcb_formats::superelement::{
     Enrichment, Inertia, Modes, PartLoad, RecoveryBasis, Residual, Stiffening, Superelement,
 };
-use dcb_superelement::ResidualFilter;
+use dcb_superelement::{ResidualFilter, extended_to_gap};
 use faer::{Mat, MatRef};
 
 use super::truncated_columns::TruncatedColumns;
 use crate::error::Error;
-
-/// Eigenvalues closer than this, relatively, are one multiple root, which isn't cut: the reducer's rule.
-const CLUSTER_TOLERANCE: f64 = 1e-5;
 
 /// Which modes of a superelement stay, and what becomes of the others.
 #[derive(Clone, Debug, PartialEq)]
@@ -47,7 +44,7 @@ impl ModeTruncation {
     /// that aren't those of `reduce --enrich`, or of which fewer modes need more: what these would become isn't in the file.
     pub fn of(superelement: &Superelement, wanted: usize) -> Result<Self, Error> {
         let eigenvalues = &superelement.modes.eigenvalues;
-        let kept = up_to_gap(eigenvalues, wanted.max(without_stiffness(eigenvalues)));
+        let kept = extended_to_gap(eigenvalues, wanted.max(without_stiffness(eigenvalues)));
         let further = match &superelement.enrichment {
             _ if kept == eigenvalues.len() => None,
             enrichment => {
@@ -222,18 +219,6 @@ fn absorbed_from(superelement: &Superelement, first: usize) -> Mat<f64> {
 pub(super) fn without_stiffness(eigenvalues: &[f64]) -> usize {
     let zero = eigenvalues.iter().take_while(|value| **value <= 0.0);
     zero.count()
-}
-
-/// `wanted`, raised until the next eigenvalue is apart.
-fn up_to_gap(eigenvalues: &[f64], wanted: usize) -> usize {
-    let mut kept = wanted.min(eigenvalues.len());
-    while kept > 0
-        && kept < eigenvalues.len()
-        && eigenvalues[kept] - eigenvalues[kept - 1] <= CLUSTER_TOLERANCE * eigenvalues[kept]
-    {
-        kept += 1;
-    }
-    kept
 }
 
 /// Rows that have columns: those of attachments that feel any elastic motion.

@@ -3,9 +3,10 @@
 //! They don't take part, whatever their frequency is. A share below [`MOVED`] is what rounding and meshes leave of a symmetry; what it can do at a resonance
 //! counts as rounding of the rows.
 
-use super::in_plane::SYMMETRIC;
-use super::receptance::LOSS_FACTOR;
+use dcb_superelement::LOSS_FACTOR;
 use faer::Mat;
+
+use super::in_plane::SYMMETRIC;
 
 /// A mode is moved by a force from this part on of the most that it could be, as a cosine.
 const MOVED: f64 = SYMMETRIC;

@@ -50,7 +50,7 @@ pub use in_plane::{InPlane, Normal, SYMMETRIC};
 pub use interface::InterfaceSelection;
 use interface::Place;
 pub use observation::ObservedNodes;
-pub use receptance::{LOSS_FACTOR, ReceptanceDifference};
+pub use receptance::ReceptanceDifference;
 pub use record::SelectionRecord;
 use statics::Statics;
 pub use symmetry::Asymmetry;

@@ -7,15 +7,13 @@
 //! Frobenius norms, blocks of one interface (collocated) and between two (transfer).
 
 use dcb_formats::superelement::Superelement;
+use dcb_superelement::LOSS_FACTOR;
 use faer::{Mat, MatRef, c64};
 
 use super::Selection;
 use super::ports::Ports;
 use crate::body::{Compatibility, FlexibleBody};
 use crate::error::Error;
-
-/// Structural loss factor of the responses that are compared: that of `reduce study`.
-pub const LOSS_FACTOR: f64 = 0.02;
 
 /// How far a selection's receptance is from that of the whole, at each of the frequencies that were asked for.
 #[derive(Clone, Debug, PartialEq)]
