@@ -45,8 +45,9 @@ impl Workers {
 
 /// Starts the worker threads of a program, as many as were asked for or one for each processor. Where the system allows fewer, there
 /// are fewer; where it allows none, the calling thread does all the work. To be called once, before any work.
-pub fn start_workers(asked: Option<NonZeroUsize>) -> Workers {
+pub fn start_workers(asked: Option<u16>) -> Workers {
     let available = || std::thread::available_parallelism().unwrap_or(NonZeroUsize::MIN);
+    let asked = asked.map(usize::from).and_then(NonZeroUsize::new);
     let wanted = asked.unwrap_or_else(available).get();
     share_one_heap();
     let room = address_space_limit().map_or(usize::MAX, |bytes| {

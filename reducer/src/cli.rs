@@ -2,7 +2,6 @@
 
 use std::ffi::OsString;
 use std::io::{ErrorKind, Write};
-use std::num::NonZeroUsize;
 use std::path::PathBuf;
 use std::process::ExitCode;
 
@@ -248,8 +247,7 @@ pub fn main() -> ExitCode {
         Ok(cli) => cli,
         Err(error) => return refuse(&in_our_words(error)),
     };
-    let threads = cli.common.threads.map(usize::from);
-    let workers = start_workers(threads.and_then(NonZeroUsize::new));
+    let workers = start_workers(cli.common.threads);
     if let Some(note) = workers.note().filter(|_| !cli.common.quiet) {
         print_to_stderr("note", &note);
     }

@@ -125,15 +125,11 @@ impl FreeModes {
         let mut guarded = elastic + block;
         let capacity = |guarded: usize| search.basis.columns(guarded, block).min(n + block);
         let seed = 0x5eed + search.attempt as u64;
-        let mut lanczos = Lanczos::start(
-            model,
-            &joined,
-            factor,
-            shift,
-            block,
-            capacity(guarded),
-            seed,
-        )?;
+        let start = |guarded: usize| {
+            let capacity = capacity(guarded);
+            Lanczos::start(model, &joined, factor, shift, block, capacity, seed)
+        };
+        let mut lanczos = start(guarded)?;
         let step_limit = 200 + 20 * guarded / block;
         let mut iterations = 0;
         let mut tolerance = RITZ_TOLERANCE;
@@ -171,15 +167,7 @@ impl FreeModes {
                 // The multiple root reaches beyond the guard vectors: look further before deciding where it ends.
                 guarded = kept + 2 * block;
                 drop(lanczos);
-                lanczos = Lanczos::start(
-                    model,
-                    &joined,
-                    factor,
-                    shift,
-                    block,
-                    capacity(guarded),
-                    seed,
-                )?;
+                lanczos = start(guarded)?;
                 continue;
             }
             let x = sharpened(&lanczos, &pairs, kept);

@@ -1,7 +1,6 @@
 //! The command line of `simulate`. Results go to standard output, everything else to standard error.
 
 use std::io::{ErrorKind, Write};
-use std::num::NonZeroUsize;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
@@ -184,8 +183,7 @@ pub fn main() -> ExitCode {
         Ok(cli) => cli,
         Err(error) => return refuse(&in_our_words(error)),
     };
-    let threads = cli.common.threads.map(usize::from);
-    let workers = start_workers(threads.and_then(NonZeroUsize::new));
+    let workers = start_workers(cli.common.threads);
     if let Some(note) = workers.note().filter(|_| !cli.common.quiet) {
         print_to_stderr("note", &note);
     }

@@ -68,12 +68,7 @@ impl<'a> DrivenMotion<'a> {
 /// Freedoms of the bodies, as rigid ones, that joints and drives leave.
 fn freedoms(system: &System, state: &State) -> Result<usize, Error> {
     let still = state.without_motion();
-    let mut evaluation = Evaluation::of(system);
-    evaluation.place(system, &still);
-    evaluation.add_velocities(system, &still);
-    evaluation.measure(system, &still);
-    evaluation.load(system, &still);
-    evaluation.resist(system, &still);
+    let evaluation = Evaluation::at(system, &still);
     let mut jacobian = Linearization::at(system, &still, &evaluation)?.jacobian;
     for body in &system.bodies {
         for column in body.velocities.start + 6..body.velocities.end {

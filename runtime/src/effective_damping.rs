@@ -56,19 +56,13 @@ fn has_damped_parts(system: &System) -> bool {
 
 fn estimated(system: &System, state: &State) -> Result<Vec<EffectiveDamping>, Error> {
     let state = &state.without_motion();
-    let mut evaluation = Evaluation::of(system);
-    evaluation.place(system, state);
-    evaluation.add_velocities(system, state);
-    evaluation.measure(system, state);
-    evaluation.load(system, state);
-    evaluation.resist(system, state);
+    let evaluation = Evaluation::at(system, state);
     let linear = Linearization::with_rigid_joints(system, state, &evaluation)?;
     let directions = FreeDirections::of(system, &linear.jacobian)?;
     if directions.count() == 0 {
         return Ok(Vec::new());
     }
-    let [mass, damping, stiffness] =
-        [&linear.mass, &linear.damping, &linear.stiffness].map(|matrix| directions.reduce(matrix));
+    let [mass, damping, stiffness] = directions.reduced(&linear);
     let mut modes = undamped(&mass, &stiffness)?;
     modes.retain(|mode| mode.angular_frequency > 0.0);
     modes.sort_by(|a, b| a.angular_frequency.total_cmp(&b.angular_frequency));

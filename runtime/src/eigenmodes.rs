@@ -75,12 +75,7 @@ impl Eigenmodes {
     /// # Errors
     /// [`Error::NoEigenvalues`].
     pub fn at(system: &System, state: &State) -> Result<Self, Error> {
-        let mut evaluation = Evaluation::of(system);
-        evaluation.place(system, state);
-        evaluation.add_velocities(system, state);
-        evaluation.measure(system, state);
-        evaluation.load(system, state);
-        evaluation.resist(system, state);
+        let evaluation = Evaluation::at(system, state);
         let mut linearization = Linearization::with_rigid_joints(system, state, &evaluation)?;
         let directions = FreeDirections::of(system, &linearization.jacobian)?;
         turn_with_bodies(system, state, &mut linearization);
@@ -92,12 +87,7 @@ impl Eigenmodes {
                 freedom_count,
             });
         }
-        let [mass, damping, stiffness] = [
-            &linearization.mass,
-            &linearization.damping,
-            &linearization.stiffness,
-        ]
-        .map(|matrix| directions.reduce(matrix));
+        let [mass, damping, stiffness] = directions.reduced(&linearization);
         let asymmetry = (&stiffness - stiffness.transpose()).norm_l2();
         let damping_scale = (mass.norm_l2() * stiffness.norm_l2()).sqrt();
         let conservative = asymmetry <= ROUNDING * stiffness.norm_l2()

@@ -1,10 +1,9 @@
 //! Pictures of results as SVG: histories of a simulation over time. The charts themselves are
 //! [`dcb_formats::report`]'s, for documents as well.
 
-use std::io::Write as _;
 use std::path::Path;
 
-use dcb_formats::dcb::{Replace, write_stream};
+use dcb_formats::dcb::Replace;
 pub use dcb_formats::report::{
     Axis, Chart, Note, ReferenceSlope, Scale, Series, Style, svg, write_svg,
 };
@@ -62,11 +61,5 @@ pub fn plot(
         };
         finished.push(chart);
     }
-    let text = svg(&finished).map_err(|why| dcb_formats::Error::File {
-        path: path.to_owned(),
-        message: why.to_string(),
-    })?;
-    Ok(write_stream(path, replace, |out| {
-        out.write_all(text.as_bytes())
-    })?)
+    Ok(write_svg(&finished, path, replace)?)
 }

@@ -224,7 +224,7 @@ fn a_power_law_is_straight_and_parallel_to_its_reference() {
         }],
         notes: Vec::new(),
     };
-    write_svg(&[chart], &path).unwrap();
+    write_svg(&[chart], &path, Replace::Overwrite).unwrap();
     let svg = fs::read_to_string(&path).unwrap();
     assert!(svg.contains("h²") && svg.contains("Euler &lt;implicit&gt;") && svg.contains("10⁻³"));
     let line = polylines(&svg, BLUE)
@@ -298,7 +298,7 @@ fn charts_of_odd_data_are_drawn_without_a_fuss() {
         ),
         chart(many, Axis::linear("many")),
     ];
-    write_svg(&charts, &path).unwrap();
+    write_svg(&charts, &path, Replace::Overwrite).unwrap();
     let svg = fs::read_to_string(&path).unwrap();
     assert!(!svg.contains("NaN") && !svg.contains("inf"));
     assert!(svg.contains("mode 16"));

@@ -2,6 +2,7 @@
 
 use std::path::Path;
 
+use dcb_formats::dcb::Replace;
 use dcb_formats::report::{Axis, Candidate, Chart, Series, Style, pareto_front, write_svg};
 use serde_json::Value;
 
@@ -302,6 +303,6 @@ fn reduction_chart(lines: &[Value]) -> Chart {
 pub fn write(raw: &str, folder: &Path) {
     std::fs::create_dir_all(folder).expect("a folder");
     for (name, charts) in pictures(raw) {
-        write_svg(&charts, &folder.join(&name)).expect("a picture");
+        write_svg(&charts, &folder.join(&name), Replace::Overwrite).expect("a picture");
     }
 }

@@ -2,6 +2,7 @@
 
 use std::path::Path;
 
+use dcb_formats::dcb::Replace;
 use dcb_runtime::picture::{Axis, Chart, ReferenceSlope, Scale, Series, Style, write_svg};
 use serde_json::Value;
 
@@ -49,7 +50,7 @@ pub fn pictures(raw: &str) -> Vec<(&'static str, Vec<Chart>)> {
 pub fn write(raw: &str, folder: &Path) {
     std::fs::create_dir_all(folder).expect("a folder");
     for (name, charts) in pictures(raw) {
-        write_svg(&charts, &folder.join(name)).expect(name);
+        write_svg(&charts, &folder.join(name), Replace::Overwrite).expect(name);
     }
 }
 

@@ -3,6 +3,7 @@
 
 use std::path::Path;
 
+use dcb_formats::dcb::Replace;
 use dcb_runtime::Compatibility;
 use dcb_runtime::compatibility_window::WeakWindow;
 use dcb_runtime::integrator::Method;
@@ -345,7 +346,12 @@ fn chart(raw: &str) -> Chart {
 /// Writes the picture into a folder.
 pub fn write_picture(raw: &str, folder: &Path) {
     std::fs::create_dir_all(folder).expect("a folder");
-    write_svg(&[chart(raw)], &folder.join("weak-form-map.svg")).expect("a picture");
+    write_svg(
+        &[chart(raw)],
+        &folder.join("weak-form-map.svg"),
+        Replace::Overwrite,
+    )
+    .expect("a picture");
 }
 
 /// The coarse grid as a hard case.

@@ -16,7 +16,7 @@
 use faer::Mat;
 
 use super::inertia::{Couplings, PAIRS, trace_defect, whole_norms};
-use super::scaled::{negative_part, reduced_mass};
+use super::scaled::{negative_part, reciprocal, reduced_mass};
 use super::{AGREEMENT, Identity};
 use crate::mesh::Dimension;
 use crate::superelement::Superelement;
@@ -41,10 +41,6 @@ pub(super) fn in_full(of: &Superelement) -> Vec<Identity> {
             }
         }
     }
-}
-
-fn reciprocal(size: f64) -> f64 {
-    if size > 0.0 { size.recip() } else { 0.0 }
 }
 
 fn spatial(of: &Superelement) -> [Identity; 2] {

@@ -10,7 +10,7 @@ use faer::{Mat, MatRef, Scale};
 
 use super::Identity;
 use super::residual::{is_attached, may_be_cut};
-use super::scaled::{larger, negative_part};
+use super::scaled::{larger, negative_part, reciprocal};
 use crate::superelement::{Moments, Superelement};
 
 /// What rounding in the moments of a row may be, for the row to be compared.
@@ -33,8 +33,7 @@ fn sizes(matrix: &Mat<f64>) -> Vec<f64> {
 }
 
 fn reciprocals(sizes: &[f64]) -> Vec<f64> {
-    let one = |size: &f64| if *size > 0.0 { size.recip() } else { 0.0 };
-    sizes.iter().map(one).collect()
+    sizes.iter().copied().map(reciprocal).collect()
 }
 
 fn among_each_other(moments: &Moments) -> Vec<Identity> {

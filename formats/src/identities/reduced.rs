@@ -11,7 +11,7 @@
 use faer::{Mat, MatRef};
 
 use super::residual::{flexibilities, is_attached, may_be_cut};
-use super::scaled::{larger, negative_part};
+use super::scaled::{larger, negative_part, reciprocal};
 use super::{AGREEMENT, Identity, LOAD_LIMIT};
 use crate::superelement::{Enrichment, Superelement};
 
@@ -72,11 +72,8 @@ pub(super) fn in_full(of: &Superelement) -> Vec<Identity> {
     };
     let mut all = at_load(of);
     let sizes = Sizes::of(of, enrichment);
-    let reciprocal = |sizes: &[f64]| -> Vec<f64> {
-        let one = |size: &f64| if *size > 0.0 { size.recip() } else { 0.0 };
-        sizes.iter().map(one).collect()
-    };
-    let (masses, stiffnesses) = (reciprocal(&sizes.mass), reciprocal(&sizes.stiffness));
+    let [masses, stiffnesses] = [&sizes.mass, &sizes.stiffness]
+        .map(|sizes| -> Vec<f64> { sizes.iter().copied().map(reciprocal).collect() });
     all.push(Identity {
         path: MASS,
         what: "it is positive semi-definite (negative part)",

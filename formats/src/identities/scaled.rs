@@ -25,6 +25,11 @@ pub(super) fn norms(of: &Superelement) -> Vec<f64> {
         .collect()
 }
 
+/// One over a size; 0 for what has none and isn't compared.
+pub(super) fn reciprocal(size: f64) -> f64 {
+    if size > 0.0 { size.recip() } else { 0.0 }
+}
+
 /// Reciprocals of norms.
 pub(super) fn reciprocals(norms: &[f64]) -> Vec<f64> {
     let reciprocal = |norm: &f64| match *norm > 0.0 {

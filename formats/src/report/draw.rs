@@ -1,5 +1,6 @@
 //! Charts to SVG.
 
+use std::io::Write as _;
 use std::path::Path;
 
 use plotters::chart::ChartContext;
@@ -16,7 +17,7 @@ use super::axis::{Ends, Ruler};
 use super::chart::{Chart, ReferenceSlope, Scale, Style};
 use super::curve::pieces;
 use super::words::{Mark, Word, placed};
-use super::write_text;
+use crate::dcb::{Replace, write_stream};
 use crate::error::Error;
 
 /// Okabe and Ito's colours, which colour-blind readers tell apart; yellow is left out, being too pale on white.
@@ -100,16 +101,16 @@ fn sized(charts: &[Chart], size: [u32; 2], ticks: [usize; 2]) -> Result<String, 
     Ok(svg.replacen(&drawing, &shown, 1))
 }
 
-/// Writes charts below each other into one SVG file; an existing file is replaced.
+/// Writes charts below each other into one SVG file, whole or not at all.
 ///
 /// # Errors
-/// [`Error::File`] if nothing can be drawn; [`Error::Io`].
-pub fn write_svg(charts: &[Chart], path: &Path) -> Result<(), Error> {
+/// [`Error::File`] if nothing can be drawn, or if the file is there and may not be replaced; [`Error::NoRoom`] on a full disk; [`Error::Io`].
+pub fn write_svg(charts: &[Chart], path: &Path, replace: Replace) -> Result<(), Error> {
     let text = svg(charts).map_err(|why| Error::File {
         path: path.to_owned(),
         message: why.to_string(),
     })?;
-    write_text(path, &text)
+    write_stream(path, replace, |out| out.write_all(text.as_bytes()))
 }
 
 fn draw(

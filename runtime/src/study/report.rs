@@ -1,5 +1,6 @@
 //! What a study leaves for people and programs: a table, JSON, the Pareto front as a picture, and a page with all of it.
 
+use dcb_formats::dcb::Replace;
 use dcb_formats::report::{Cell, Chart, Column, Page, Table, svg, write_json, write_svg};
 use serde_json::{Value, json};
 
@@ -18,7 +19,11 @@ pub fn write(study: &Study, store: &Store, tolerance: f64) -> Result<(), Error> 
     write_json(&store.path("study.json"), &summary(study, tolerance))?;
     let chart = front_chart(study);
     if study.rows.iter().any(Row::is_stable) {
-        write_svg(std::slice::from_ref(&chart), &store.path("pareto.svg"))?;
+        write_svg(
+            std::slice::from_ref(&chart),
+            &store.path("pareto.svg"),
+            Replace::Overwrite,
+        )?;
     }
     Ok(page(study, &chart, tolerance).write(&store.path("report.html"))?)
 }

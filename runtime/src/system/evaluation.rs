@@ -41,6 +41,17 @@ pub struct Evaluation {
 }
 
 impl Evaluation {
+    /// At a state, but for what accelerations do: what a linearization needs.
+    pub fn at(system: &System, state: &State) -> Self {
+        let mut evaluation = Self::of(system);
+        evaluation.place(system, state);
+        evaluation.add_velocities(system, state);
+        evaluation.measure(system, state);
+        evaluation.load(system, state);
+        evaluation.resist(system, state);
+        evaluation
+    }
+
     /// Room for a system.
     pub fn of(system: &System) -> Self {
         let zero = FrameMotion::at_rest(Vector3::zeros(), nalgebra::Matrix3::identity());

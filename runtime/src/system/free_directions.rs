@@ -12,6 +12,7 @@
 use faer::Mat;
 
 use super::System;
+use super::linearization::Linearization;
 use crate::error::Error;
 
 /// Singular values below this part of the largest belong to constraints that repeat others.
@@ -75,6 +76,11 @@ impl FreeDirections {
     /// Number of free directions.
     pub fn count(&self) -> usize {
         self.basis.ncols()
+    }
+
+    /// Zᵀ A Z of mass, damping and stiffness.
+    pub fn reduced(&self, of: &Linearization) -> [Mat<f64>; 3] {
+        [&of.mass, &of.damping, &of.stiffness].map(|matrix| self.reduce(matrix))
     }
 
     /// Zᵀ A Z of a matrix (N, N).
