@@ -72,6 +72,14 @@ pub enum Error {
         /// What may be taken, bytes; `None` where the system refused.
         allowed: Option<u64>,
     },
+    /// A scene, or a function of time, says something that can't be used.
+    #[error("{location}: {message}")]
+    Description {
+        /// Where: a path of keys such as `joints.axle.revolute.a`.
+        location: String,
+        /// What was found, and what would be right.
+        message: String,
+    },
     /// The output is there already.
     #[error("{}: exists already; use --force to replace it", path.display())]
     OutputExists {
@@ -98,6 +106,44 @@ impl Error {
                 source,
             },
         }
+    }
+
+    /// A fault of a description at a path of keys.
+    pub fn described(location: impl Into<String>, message: impl Into<String>) -> Self {
+        Self::Description {
+            location: location.into(),
+            message: message.into(),
+        }
+    }
+
+    /// The same fault, seen from the object that holds the place under the key `outer`.
+    pub fn within(self, outer: &str) -> Self {
+        match self {
+            Self::Description { location, message } if location.starts_with('[') => {
+                Self::described(format!("{outer}{location}"), message)
+            }
+            Self::Description { location, message } => {
+                Self::described(format!("{outer}.{location}"), message)
+            }
+            other => other,
+        }
+    }
+
+    /// A fault of a description as one of the file that holds it.
+    pub fn in_file(self, path: &Path) -> Self {
+        match self {
+            Self::Description { location, message } => Self::Location {
+                path: path.to_owned(),
+                location,
+                message,
+            },
+            other => other,
+        }
+    }
+
+    /// Whether the input, and not the machine, is at fault.
+    pub fn is_unusable_input(&self) -> bool {
+        !self.is_out_of_memory()
     }
 
     /// Whether the system had no memory, so that nothing is wrong with the file.

@@ -9,13 +9,16 @@ pub mod component_files;
 pub mod dcb;
 pub mod description;
 pub mod error;
+pub mod function;
 pub mod further_column;
 pub mod identities;
 pub mod matrix;
 pub mod mesh;
+mod named;
 pub mod out_of_memory;
 pub mod report;
 pub mod results;
+pub mod scene;
 pub mod snapshot;
 pub mod superelement;
 pub mod terminal;
@@ -24,6 +27,8 @@ pub mod threads;
 pub use component::Component;
 pub use description::{Description, component_schema, read_description};
 pub use error::Error;
+pub use function::{Function, TimeFunction};
+pub use scene::Scene;
 pub use superelement::{RecoveryBasis, Superelement};
 
 /// Sparse matrix, compressed by columns, 32-bit indices: up to 2³¹ - 1 dofs and 2³² - 1 stored entries.

@@ -2,12 +2,13 @@
 //!
 //! `cargo run --release -p dcb-runtime --example mechanism_in_rust` prints time, the block's height and the motor's torque.
 
+use dcb_formats::Function;
 use dcb_formats::mesh::Dimension;
-use dcb_runtime::scene::{
+use dcb_formats::scene::{
     AtPlace, AxisJoint, Body, BodyKind, Characteristic, Drive, DriveFunction, Integrator, Joint,
     LineSpring, Named, OfDrive, Output, Point, RigidBody, RotaryInertia, Spring,
 };
-use dcb_runtime::{Error, Function, Mechanism, Scene};
+use dcb_runtime::{Error, Mechanism, Scene};
 
 fn rigid(mass: f64, inertia: f64, points: &[(&str, [f64; 2])]) -> BodyKind {
     let point = |(name, at): &(&str, [f64; 2])| {

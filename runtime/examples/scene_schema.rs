@@ -1,5 +1,5 @@
 //! Prints the JSON schema of the scene file: `docs/scene.schema.json` is its output.
 
 fn main() {
-    println!("{:#}", dcb_runtime::scene::scene_schema());
+    println!("{:#}", dcb_formats::scene::scene_schema());
 }

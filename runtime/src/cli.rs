@@ -17,9 +17,9 @@ use crate::cli_study::{self, StudyArguments};
 use crate::error::Error;
 use crate::history::Selection;
 use crate::run::refuse_inputs;
-use crate::scene::{Compatibility, scene_schema};
 use crate::stop_signal::{self, StopSignal};
 use crate::{csv, picture};
+use dcb_formats::scene::{Compatibility, scene_schema};
 
 /// Simulates mechanisms of superelements and rigid bodies.
 ///

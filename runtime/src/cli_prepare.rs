@@ -19,9 +19,9 @@ use crate::cli_study::bar;
 use crate::error::Error;
 use crate::prepare::{FieldSamples, Integration, Prepared, PreparedFile, prepare, write};
 use crate::run::refuse_inputs;
-use crate::scene::{BodyKind, InertiaChange, Scene, in_file};
 use crate::study::Subject;
 use crate::study::monitor::Monitor;
+use dcb_formats::scene::{BodyKind, InertiaChange, Scene};
 
 /// Folder of the superelements that are reduced, in that of the prepared scene, until it is done.
 const LARGE: &str = "large";
@@ -102,9 +102,9 @@ pub fn run(arguments: &PrepareArguments, common: &CommonArguments) -> Result<Don
     if is_interrupted() {
         return Ok(stopped(folder));
     }
-    let fields = FieldSamples::add_to(&mut scene).map_err(|error| in_file(error, path))?;
+    let fields = FieldSamples::add_to(&mut scene).map_err(|error| error.in_file(path))?;
     let subject = Subject::of(scene, &arguments.outputs);
-    let mut subject = subject.map_err(|error| in_file(error, path))?;
+    let mut subject = subject.map_err(|error| error.in_file(path))?;
     fields.join(&mut subject);
     let monitor = Monitor::new(bar(common), is_interrupted);
     let integration = match arguments.adapt_integrator {
@@ -116,10 +116,10 @@ pub fn run(arguments: &PrepareArguments, common: &CommonArguments) -> Result<Don
     let Some(mut prepared) = prepared? else {
         return Ok(stopped(folder));
     };
-    if let (Some(end), Some(integrator)) = (end, &mut prepared.scene.integrator) {
+    if let (Some(end), Some(integrator)) = (end, &mut prepared.narrowed.scene.integrator) {
         integrator.end = end;
     }
-    fields.restore(&mut prepared.scene);
+    fields.restore(&mut prepared.narrowed.scene);
     let mut files = write(&prepared, folder, replace)?;
     for file in &mut files {
         file.from = from_folder(&file.from, &reduced, folder);
@@ -387,10 +387,10 @@ fn report(
         "error": prepared.error,
         "coordinates": prepared.coordinates,
         "of_coordinates": prepared.reference.elastic,
-        "step": prepared.scene.integrator.map(|integrator| integrator.step),
-        "iteration_tolerance": prepared.scene.integrator.map(|integrator| integrator.tolerance),
+        "step": prepared.narrowed.scene.integrator.map(|integrator| integrator.step),
+        "iteration_tolerance": prepared.narrowed.scene.integrator.map(|integrator| integrator.tolerance),
         "left_out": left_out,
-        "inertia_change": simpler_inertia(&prepared.scene).collect::<BTreeMap<_, _>>(),
+        "inertia_change": simpler_inertia(&prepared.narrowed.scene).collect::<BTreeMap<_, _>>(),
         "trials": trials,
         "seconds": seconds,
         "files": files,
@@ -423,7 +423,7 @@ fn told(prepared: &Prepared, files: &[PreparedFile], tolerance: f64, folder: &Pa
         "{} of {} elastic coordinates are enough, found by {} runs: no output is further than {:.1e} of its range from the run with everything (allowed {tolerance:.0e})",
         prepared.coordinates, prepared.reference.elastic, prepared.runs, prepared.error
     );
-    for (name, inertia) in simpler_inertia(&prepared.scene) {
+    for (name, inertia) in simpler_inertia(&prepared.narrowed.scene) {
         let _ = writeln!(text, "inertia of body {name:?}: {inertia}");
     }
     for file in files {

@@ -19,9 +19,9 @@ use crate::history::Selection;
 use crate::model::Model;
 use crate::pruning::Pruning;
 use crate::run::{self, ModesReport, Observer, Profiling, Report, RunReport, Target, stiffened};
-use crate::scene::{BodyKind, Method, Scene, in_file};
 use crate::stop_signal;
 use crate::superelement_files::SuperelementFiles;
+use dcb_formats::scene::{BodyKind, Method, Scene};
 
 /// Positions of the progress bar.
 const POSITIONS: u64 = 1000;
@@ -72,19 +72,19 @@ pub fn run(arguments: &SceneArguments, common: &CommonArguments) -> Result<Done,
     at_stage("superelements");
     // What the scene asks of its superelements is found wrong, or good, with all that they have.
     let open = SuperelementFiles::default();
-    let mut model = Model::load_from(&scene, &open).map_err(|error| in_file(error, path))?;
+    let mut model = Model::load_from(&scene, &open).map_err(|error| error.in_file(path))?;
     let pruning = match arguments.model {
         ModelArgument::Everything => None,
         ModelArgument::Needed => {
             let found = Pruning::of(&scene, &open, arguments.tolerance);
-            Some(found.map_err(|error| in_file(error, path))?)
+            Some(found.map_err(|error| error.in_file(path))?)
         }
     };
     if let Some(pruning) = &pruning {
         target.options["left_out"] = left_out(pruning);
         if pruning.count() > 0 {
-            scene = pruning.applied_to(&scene);
-            model = Model::load_from(&scene, &open).map_err(|error| in_file(error, path))?;
+            let narrowed = pruning.applied_to(&scene);
+            model = Model::load_narrowed(&narrowed, &open).map_err(|error| error.in_file(path))?;
         }
     }
     drop(open);
@@ -208,7 +208,7 @@ fn override_scene(scene: &mut Scene, arguments: &SceneArguments) -> Result<(), E
     }
     scene.allow_unstable_weak |= arguments.allow_unstable_weak;
     // The scene by itself has been found good.
-    scene.check().map_err(|error| match error {
+    scene.check().map_err(|error| match error.into() {
         Error::Description { location, message } => Error::described(
             format!("{location} as changed by the command line"),
             message,

@@ -12,12 +12,12 @@ use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use crate::cli::{CommonArguments, CompatibilityArgument, Done, Ending};
 use crate::cli_scene::{is_interrupted, watch_for_interruption};
 use crate::error::Error;
-use crate::scene::{InertiaChange, Scene, in_file};
 use crate::study::grid::Grid;
 use crate::study::monitor::Monitor;
 use crate::study::{
     Combination, Lists, ModeCount, Reference, Setting, Store, Study, Subject, report,
 };
+use dcb_formats::scene::{InertiaChange, Scene};
 
 /// How lists are combined.
 #[derive(Clone, Copy, Debug, ValueEnum)]
@@ -109,7 +109,7 @@ pub fn run(arguments: &StudyArguments, common: &CommonArguments) -> Result<Done,
     }
     let path = &arguments.scene;
     let scene = Scene::read(path)?;
-    let subject = Subject::of(scene, &arguments.outputs).map_err(|error| in_file(error, path))?;
+    let subject = Subject::of(scene, &arguments.outputs).map_err(|error| error.in_file(path))?;
     let asked = lists(arguments);
     asked.check(&subject)?;
     let lists = match asked.is_empty() {

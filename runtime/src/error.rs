@@ -1,14 +1,14 @@
 //! Why a body can't be used, or a motion can't be continued.
 
 use dcb_superelement::{NoCoordinates, NotFinite};
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 /// What went wrong, and what would be right.
 #[derive(Debug, thiserror::Error)]
 pub enum Error {
     /// The superelement's file can't be used.
     #[error(transparent)]
-    File(#[from] dcb_formats::Error),
+    File(dcb_formats::Error),
     /// A file can't be written.
     #[error("{}: cannot write: {source}", path.display())]
     CannotWrite {
@@ -473,7 +473,7 @@ impl Error {
             return *is_unusable_input;
         }
         if let Self::File(error) = self {
-            return !error.is_out_of_memory();
+            return error.is_unusable_input();
         }
         !matches!(
             self,
@@ -503,15 +503,14 @@ impl Error {
         }
     }
 
-    /// The same fault, seen from the object that holds the place under the key `outer`.
-    pub(crate) fn within(self, outer: &str) -> Self {
+    /// A fault of a description as one of the file that holds it.
+    pub(crate) fn in_file(self, path: &Path) -> Self {
         match self {
-            Self::Description { location, message } if location.starts_with('[') => {
-                Self::described(format!("{outer}{location}"), message)
-            }
-            Self::Description { location, message } => {
-                Self::described(format!("{outer}.{location}"), message)
-            }
+            Self::Description { location, message } => Self::File(dcb_formats::Error::Location {
+                path: path.to_owned(),
+                location,
+                message,
+            }),
             other => other,
         }
     }
@@ -533,6 +532,17 @@ impl Error {
                 required: "positive semi-definite",
                 found,
             },
+        }
+    }
+}
+
+impl From<dcb_formats::Error> for Error {
+    fn from(error: dcb_formats::Error) -> Self {
+        match error {
+            dcb_formats::Error::Description { location, message } => {
+                Self::Description { location, message }
+            }
+            other => Self::File(other),
         }
     }
 }

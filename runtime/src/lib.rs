@@ -52,7 +52,6 @@ pub mod error;
 mod fewest;
 pub mod field;
 pub mod frame;
-pub mod function;
 pub mod history;
 pub mod initial;
 pub mod integrator;
@@ -70,7 +69,6 @@ pub mod prepare;
 pub mod pruning;
 pub mod rotation;
 pub mod run;
-pub mod scene;
 pub mod scope;
 pub mod selection;
 pub mod simulation;
@@ -84,13 +82,12 @@ pub mod vtu;
 pub use body::{
     Attachment, Compatibility, FlexibleBody, GeneralizedBody, ModeTruncation, RigidBody, RigidPoint,
 };
+pub use dcb_formats::Scene;
 pub use demand::Demand;
 pub use error::Error;
 pub use frame::{
     BodyAcceleration, BodyState, FrameInertia, InertiaChange, InertiaForces, InertiaTangent,
     InertiaTerms,
 };
-pub use function::{Function, TimeFunction};
 pub use mechanism::Mechanism;
-pub use scene::Scene;
 pub use selection::Selection;

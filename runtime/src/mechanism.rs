@@ -5,8 +5,8 @@ use crate::initial::InitialReport;
 use crate::integrator::Effort;
 use crate::model::{Model, RecordedStep, Recorder};
 use crate::run;
-use crate::scene::Scene;
 use crate::simulation::{Simulation, Snapshot};
+use dcb_formats::scene::Scene;
 
 /// A scene in motion, advanced step by step.
 ///

@@ -1,7 +1,7 @@
 //! Functions of time against central differences, closed forms and each other.
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic)]
 
-use dcb_runtime::function::{Function, Harmonic, InputSignal, Interpolation, Table, TimeFunction};
+use dcb_formats::function::{Function, Harmonic, InputSignal, Interpolation, Table, TimeFunction};
 
 fn from_json(text: &str) -> Function {
     serde_json::from_str(text).unwrap()

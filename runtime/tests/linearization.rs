@@ -86,8 +86,8 @@ fn mechanism(dimension: Dimension) -> System {
     builder.spring("bushing", b1, a1, bushing);
     let size = builder.input("size", 1.0);
     let signal = |value| dcb_runtime::system::Signal {
-        function: dcb_runtime::TimeFunction::new(&dcb_runtime::Function::Input(
-            dcb_runtime::function::InputSignal { initial: value },
+        function: dcb_formats::TimeFunction::new(&dcb_formats::Function::Input(
+            dcb_formats::function::InputSignal { initial: value },
         ))
         .unwrap(),
         input: Some(size),

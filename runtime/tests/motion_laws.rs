@@ -1,7 +1,7 @@
 //! Tables that keep their shape, motion laws, and formulas with branches: against closed forms, differences and quadrature.
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic)]
 
-use dcb_runtime::function::{Function, FunctionValue, Interpolation, Table, TimeFunction};
+use dcb_formats::function::{Function, FunctionValue, Interpolation, Table, TimeFunction};
 use serde_json::{Value, json};
 
 fn ready(text: &Value) -> TimeFunction {

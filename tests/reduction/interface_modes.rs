@@ -4,16 +4,17 @@
 use std::sync::Arc;
 
 use dcb_formats::Component;
+use dcb_formats::TimeFunction;
 use dcb_formats::component::{Interface, InterfaceKind, Role};
+use dcb_formats::function::Function;
 use dcb_reducer::interface_reduction::InterfaceReduction;
 use dcb_reducer::{InterfaceModes, Reduced, Reduction};
 use dcb_runtime::equilibrium::{EquilibriumSettings, find_equilibrium};
-use dcb_runtime::function::Function;
 use dcb_runtime::joint::{Fixed, JointKind};
 use dcb_runtime::system::builder::Drawn;
 use dcb_runtime::system::evaluation::Evaluation;
 use dcb_runtime::system::{LoadAxes, Signal};
-use dcb_runtime::{Compatibility, FlexibleBody, TimeFunction};
+use dcb_runtime::{Compatibility, FlexibleBody};
 use dcb_samples::units::{UnitScale, in_units};
 use dcb_samples::{SolidElement, hard};
 use dcb_tests::dense::{

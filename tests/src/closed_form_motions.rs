@@ -4,10 +4,10 @@
 use std::sync::Arc;
 
 use dcb_formats::component::Damping;
+use dcb_formats::function::{Function, TimeFunction};
 use dcb_formats::mesh::{Dimension, Direction};
 use dcb_reducer::Reduced;
 use dcb_runtime::energy::momentum;
-use dcb_runtime::function::{Function, TimeFunction};
 use dcb_runtime::joint::{Fixed, JointKind};
 use dcb_runtime::simulation::Simulation;
 use dcb_runtime::system::builder::{Drawn, JointCoordinate};

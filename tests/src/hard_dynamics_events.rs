@@ -2,8 +2,8 @@
 
 use std::f64::consts::PI;
 
+use dcb_formats::function::{Function, Interpolation, Table, TimeFunction};
 use dcb_formats::mesh::Dimension;
-use dcb_runtime::function::{Function, Interpolation, Table, TimeFunction};
 use dcb_runtime::integrator::Method;
 use dcb_runtime::integrator::adaptive::{AdaptiveStep, StepSize};
 use dcb_runtime::simulation::Simulation;

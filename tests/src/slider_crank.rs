@@ -2,9 +2,9 @@
 
 use std::sync::Arc;
 
+use dcb_formats::function::{Function, TimeFunction};
 use dcb_formats::mesh::Dimension;
 use dcb_runtime::FlexibleBody;
-use dcb_runtime::function::{Function, TimeFunction};
 use dcb_runtime::integrator::Method;
 use dcb_runtime::joint::{JointKind, Prismatic};
 use dcb_runtime::simulation::Simulation;

@@ -4,8 +4,8 @@ use std::ffi::OsStr;
 use std::path::{Path, PathBuf};
 
 use dcb_formats::dcb::is_same_file;
+use dcb_formats::scene::{BodyKind, SuperelementBody};
 use dcb_runtime::Scene;
-use dcb_runtime::scene::{BodyKind, SuperelementBody};
 
 use crate::error::Error;
 

@@ -2,7 +2,7 @@
 #![no_main]
 
 use dcb_formats_fuzz::refused;
-use dcb_runtime::function::{Function, TimeFunction};
+use dcb_formats::function::{Function, TimeFunction};
 use libfuzzer_sys::fuzz_target;
 
 fuzz_target!(|text: &str| {

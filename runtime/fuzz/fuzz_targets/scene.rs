@@ -2,7 +2,7 @@
 #![no_main]
 
 use dcb_formats_fuzz::{file, refused};
-use dcb_runtime::scene::Scene;
+use dcb_formats::scene::Scene;
 use libfuzzer_sys::fuzz_target;
 
 fuzz_target!(|data: &[u8]| {

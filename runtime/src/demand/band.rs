@@ -16,7 +16,7 @@ use super::excitation::{Excitation, NEGLIGIBLE};
 use crate::error::Error;
 use crate::integrator::scheme::Scheme;
 use crate::run;
-use crate::scene::{Analysis, Scene};
+use dcb_formats::scene::{Analysis, Scene};
 
 /// Largest relative error of a period that counts as followed: that of 20 steps in a period, of which a run begins to warn.
 const PERIOD_ERROR: f64 = 0.01;

@@ -2,9 +2,9 @@
 
 use std::f64::consts::FRAC_PI_2;
 
-use crate::error::Error;
-use crate::function::{Function, FunctionValue, TimeFunction};
-use crate::scene::Drive;
+use dcb_formats::Error;
+use dcb_formats::function::{Function, FunctionValue, TimeFunction};
+use dcb_formats::scene::Drive;
 
 /// Samples over a run; more where a function has many points at which it may bend.
 const SAMPLES: usize = 4096;

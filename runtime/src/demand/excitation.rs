@@ -7,7 +7,7 @@ use nalgebra::Complex;
 use super::course::{Course, is_zero};
 use super::transmission::{acts, acts_along};
 use crate::error::Error;
-use crate::scene::{Attachment, Bushing, Characteristic, Joint, Load, Scene, Spring};
+use dcb_formats::scene::{Attachment, Bushing, Characteristic, Joint, Load, Scene, Spring};
 
 /// Oscillation that doesn't count, by the deflection under the largest force as if it didn't change.
 pub(super) const NEGLIGIBLE: f64 = 0.01;
@@ -212,7 +212,7 @@ impl Content {
     fn of_course(
         course: &Course,
         jumps: [f64; 3],
-        of: impl Fn(&crate::function::FunctionValue) -> f64,
+        of: impl Fn(&dcb_formats::function::FunctionValue) -> f64,
     ) -> Self {
         let Some(largest) = course.largest(&of) else {
             return Self::Unlimited("is not finite everywhere");

@@ -3,7 +3,7 @@
 use std::fmt::{self, Display, Formatter};
 
 use super::{Band, Deflection, Demand, InterfaceDemand, Involvement, NodeDemand};
-use crate::scene::InertiaChange;
+use dcb_formats::scene::InertiaChange;
 
 impl Display for Demand {
     fn fmt(&self, f: &mut Formatter) -> fmt::Result {

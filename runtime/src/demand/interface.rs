@@ -13,7 +13,7 @@ use super::transmission::{
 };
 use super::wrench_space::{Half, Span, WrenchSpace};
 use crate::error::Error;
-use crate::scene::{
+use dcb_formats::scene::{
     Attachment, BodyKind, Joint, Load, LoadAxes, LoadFunction, Output, ReactionAxes, Scene, Spring,
 };
 
@@ -304,7 +304,7 @@ impl Found {
 pub(super) fn superelement<'a>(
     scene: &'a Scene,
     name: &str,
-) -> Result<&'a crate::scene::SuperelementBody, Error> {
+) -> Result<&'a dcb_formats::scene::SuperelementBody, Error> {
     let known = scene.bodies.keys().map(String::as_str);
     match scene.bodies.get(name).map(|body| &body.kind) {
         Some(BodyKind::Superelement(body)) => Ok(body),

@@ -57,7 +57,7 @@ pub use plane::{PlaneOfMotion, PlanesOfMotion};
 pub use spin::Spin;
 
 use crate::error::Error;
-use crate::scene::{Analysis, InertiaChange, Load, Output, Scene};
+use dcb_formats::scene::{Analysis, InertiaChange, Load, Output, Scene};
 use interface::{Gathered, Gathering, superelement};
 
 /// What a scene asks of one of its superelements.

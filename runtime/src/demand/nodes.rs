@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use serde::Serialize;
 
-use crate::scene::{Output, Scene};
+use dcb_formats::scene::{Output, Scene};
 
 /// Nodes whose displacement is wanted, and who wants it: paths of keys of the scene.
 #[derive(Clone, Debug, PartialEq, Serialize)]

@@ -5,8 +5,8 @@ use dcb_formats::superelement::Superelement;
 use nalgebra::{Matrix3, Vector3};
 
 use crate::error::Error;
-use crate::scene::{Attachment, BodyKind, Named, Scene};
 use crate::selection::Normal;
+use dcb_formats::scene::{Attachment, BodyKind, Named, Scene};
 
 /// An interface of a part.
 #[derive(Clone, Debug, PartialEq)]
@@ -87,7 +87,7 @@ pub(super) struct DrawnPlace {
 impl DrawnPlace {
     /// `None` where the interface of a superelement isn't known.
     pub(super) fn of(scene: &Scene, parts: &Parts, reference: &str) -> Option<Self> {
-        let point = |point: &crate::scene::Point| {
+        let point = |point: &dcb_formats::scene::Point| {
             let axes = point.rotation().to_rotation_matrix().into_inner();
             (point.position(), axes)
         };
@@ -122,7 +122,7 @@ impl DrawnPlace {
 }
 
 fn rigid_point(
-    rigid: &crate::scene::RigidBody,
+    rigid: &dcb_formats::scene::RigidBody,
     name: &str,
 ) -> Option<(Vector3<f64>, Matrix3<f64>)> {
     let point = rigid.points.get(name)?;

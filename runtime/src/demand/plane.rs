@@ -11,11 +11,11 @@ use serde::Serialize;
 
 use super::part::{DrawnPlace, Parts};
 use super::transmission::{Driven, Side, acts, axis, first_torque_axis, in_space, load_directions};
-use crate::scene::{
+use crate::system::builder::axis_along;
+use dcb_formats::scene::{
     Analysis, Attachment, Body, BodyKind, Bushing, Characteristic, Load, LoadAxes, Placement,
     Scene, Spring,
 };
-use crate::system::builder::axis_along;
 
 /// Sines of angles, and distances by the size of the scene, below this are what seven written digits leave.
 const ROUNDING: f64 = 1e-6;

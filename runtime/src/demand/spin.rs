@@ -5,7 +5,7 @@ use serde::Serialize;
 
 use super::course::Course;
 use crate::error::Error;
-use crate::scene::{Analysis, Attachment, Drive, Joint, Scene};
+use dcb_formats::scene::{Analysis, Attachment, Drive, Joint, Scene};
 
 /// The largest angular velocity of a body during a run.
 #[derive(Clone, Debug, PartialEq, Serialize)]

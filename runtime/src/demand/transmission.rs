@@ -23,8 +23,8 @@ use nalgebra::{Matrix3, Vector3};
 use super::course::is_zero;
 use super::part::{DrawnPlace, Parts};
 use super::wrench_space::Span;
-use crate::function::Function;
-use crate::scene::{
+use dcb_formats::function::Function;
+use dcb_formats::scene::{
     AxisJoint, Bushing, Characteristic, Drive, Joint, LoadFunction, OrientationSource, Scene,
     Spring,
 };
@@ -297,12 +297,12 @@ pub(super) fn first_torque_axis(dimension: Dimension) -> usize {
 pub(super) fn kept_orientation(scene: &Scene, body: &str) -> Option<Matrix3<f64>> {
     let mut kept: Vec<&str> = Vec::new();
     let holds = |kept: &[&str], place: &str| {
-        let on = crate::scene::Attachment::parse(place);
+        let on = dcb_formats::scene::Attachment::parse(place);
         on.is_some_and(|on| on.body().is_none_or(|body| kept.contains(&body)))
     };
     let is_rigid = |name: &str| {
         let kind = scene.bodies.get(name).map(|body| &body.kind);
-        matches!(kind, Some(crate::scene::BodyKind::Rigid(_)))
+        matches!(kind, Some(dcb_formats::scene::BodyKind::Rigid(_)))
     };
     loop {
         let mut found = None;
@@ -313,7 +313,7 @@ pub(super) fn kept_orientation(scene: &Scene, body: &str) -> Option<Matrix3<f64>
                 continue;
             };
             for (held, by) in [(a, b), (b, a)] {
-                let own = crate::scene::Attachment::parse(held).and_then(|on| on.body());
+                let own = dcb_formats::scene::Attachment::parse(held).and_then(|on| on.body());
                 let Some(own) = own.filter(|own| !kept.contains(own)) else {
                     continue;
                 };

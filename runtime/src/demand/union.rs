@@ -176,7 +176,7 @@ mod tests {
 
     use super::super::{Deflection, Involvement};
     use super::*;
-    use crate::scene::InertiaChange;
+    use dcb_formats::scene::InertiaChange;
 
     fn interface(name: &str, x: f64) -> PartInterface {
         PartInterface {

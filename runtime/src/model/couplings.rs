@@ -8,17 +8,17 @@ use super::places::{Place, Rotation, Turned, find, marker};
 use super::{NamedJoint, Names};
 use crate::body::Compatibility;
 use crate::error::Error;
-use crate::function::{Function, TimeFunction};
 use crate::joint::{
     Cylindrical, DistanceJoint, Fixed, JointKind, Planar, PointOnLine, Prismatic, RestPlacement,
     Revolute, Spherical, Universal,
 };
 use crate::measure::Measure;
-use crate::scene::{
-    self, AxisJoint, Drive, Joint, Load, OrientationSource, PartLoadFunction, Scene, Spring,
-};
 use crate::system::builder::{BuiltJoint, JointCoordinate, SystemBuilder};
 use crate::system::{LoadAxes, Signal};
+use dcb_formats::function::{Function, TimeFunction};
+use dcb_formats::scene::{
+    self, AxisJoint, Drive, Joint, Load, OrientationSource, PartLoadFunction, Scene, Spring,
+};
 
 /// Adds a joint.
 pub(super) fn add_joint(

@@ -12,11 +12,11 @@ use super::library::Library;
 use crate::error::Error;
 use crate::field::NodalField;
 use crate::run::timetable::{Due, Timetable};
-use crate::scene::{FieldRequest, Scene};
 use crate::system::builder::SystemBuilder;
 use crate::system::evaluation::Evaluation;
 use crate::system::{State, System};
 use crate::vtu::{FieldSeries, FieldSnapshot};
+use dcb_formats::scene::{FieldRequest, Scene};
 
 /// A field of one body, and when it is written.
 pub struct FieldPlan {

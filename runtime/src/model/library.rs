@@ -13,10 +13,10 @@ use super::bodies;
 use crate::body::{Compatibility, FlexibleBody, MadeFor, ModeTruncation, RigidBody};
 use crate::error::Error;
 use crate::part_file::PartFile;
-use crate::pruning::{Carried, LeftOut};
-use crate::scene::{self, Body, BodyKind, Scene, SuperelementBody};
+use crate::pruning::{Carried, Carrying, LeftOut};
 use crate::selection::SelectionRecord;
 use crate::superelement_files::SuperelementFiles;
+use dcb_formats::scene::{self, Body, BodyKind, Scene, SuperelementBody};
 
 /// What reading one file gave.
 #[derive(Clone, Debug, PartialEq)]
@@ -42,14 +42,22 @@ pub struct Library {
     units: Units,
     dimension: Dimension,
     compatibility: Compatibility,
+    carrying: Carrying,
     open: SuperelementFiles,
     files: IndexMap<PathBuf, OpenFile>,
 }
 
+/// How a body uses a superelement, and what is carried of it.
+#[derive(Clone, PartialEq)]
+struct Use {
+    of: SuperelementBody,
+    carried: Option<Carried>,
+}
+
 struct OpenFile {
     file: PartFile,
-    bodies: Vec<(SuperelementBody, Arc<FlexibleBody>)>,
-    fields: Vec<(SuperelementBody, Arc<(RecoveryBasis, Mesh)>)>,
+    bodies: Vec<(Use, Arc<FlexibleBody>)>,
+    fields: Vec<(Use, Arc<(RecoveryBasis, Mesh)>)>,
 }
 
 impl OpenFile {
@@ -77,12 +85,13 @@ impl OpenFile {
     }
 
     /// The superelement as a body uses it.
-    fn used(&self, name: &str, of: &SuperelementBody) -> Result<Cow<'_, Superelement>, Error> {
+    fn used(&self, name: &str, used: &Use) -> Result<Cow<'_, Superelement>, Error> {
+        let of = &used.of;
         let mut superelement = self.truncated(name, of)?;
         if of.geometric_stiffening == scene::GeometricStiffening::Off {
             superelement.to_mut().stiffening = Stiffening::default();
         }
-        Ok(match &of.carried {
+        Ok(match &used.carried {
             Some(Carried::Selection(selection)) => {
                 Cow::Owned(selection.superelement(&superelement)?)
             }
@@ -94,11 +103,12 @@ impl OpenFile {
     fn flexible_body(
         &self,
         name: &str,
-        of: &SuperelementBody,
+        used: &Use,
         compatibility: Compatibility,
     ) -> Result<FlexibleBody, Error> {
-        let superelement = self.used(name, of)?;
-        if of.carried == Some(Carried::Rigid) {
+        let of = &used.of;
+        let superelement = self.used(name, used)?;
+        if used.carried == Some(Carried::Rigid) {
             return FlexibleBody::rigid(&RigidBody::locked(&superelement));
         }
         let mut body = FlexibleBody::from_superelement(&superelement, compatibility)?;
@@ -112,7 +122,7 @@ impl OpenFile {
         }
         body = body.with_inertia_change(bodies::inertia_change(of.inertia_change));
         if let Some(damping) = &of.damping {
-            let modes: Vec<usize> = match &of.carried {
+            let modes: Vec<usize> = match &used.carried {
                 Some(Carried::Selection(selection)) => selection.modes().to_vec(),
                 Some(Carried::Rigid) | None => (0..body.mode_count).collect(),
             };
@@ -130,10 +140,11 @@ impl OpenFile {
     fn recovered(
         &self,
         basis: RecoveryBasis,
-        of: &SuperelementBody,
+        used: &Use,
         body: &str,
         at: &str,
     ) -> Result<RecoveryBasis, Error> {
+        let of = &used.of;
         if self.file.superelement().enrichment.is_some() && basis.enrichment.is_none() {
             return Err(Error::described(
                 at,
@@ -146,7 +157,7 @@ impl OpenFile {
             Some(truncation) => truncation.recovery(&basis),
             None => basis,
         };
-        match &of.carried {
+        match &used.carried {
             Some(Carried::Selection(selection)) => {
                 let whole = self.truncated(body, of)?;
                 selection.recovery(&whole, &basis)
@@ -167,7 +178,7 @@ fn without_fields(body: &str, at: &str) -> Error {
 
 impl Library {
     /// Empty, for superelements in the scene's units and dimension.
-    pub fn for_scene(scene: &Scene, open: &SuperelementFiles) -> Self {
+    pub fn for_scene(scene: &Scene, carrying: &Carrying, open: &SuperelementFiles) -> Self {
         Self {
             units: scene.units.clone(),
             dimension: scene.dimension,
@@ -176,6 +187,7 @@ impl Library {
                 scene::Compatibility::Static => Compatibility::Static,
                 scene::Compatibility::Weak => Compatibility::Weak,
             },
+            carrying: carrying.clone(),
             open: open.clone(),
             files: IndexMap::new(),
         }
@@ -209,14 +221,15 @@ impl Library {
         let path = scene.resolve(&of.file);
         let compatibility = self.compatibility;
         self.open(&path, name)?;
+        let used = self.use_of(name, of);
         let opened = &mut self.files[&path];
-        let known = opened.bodies.iter().find(|(same, _)| same == of);
+        let known = opened.bodies.iter().find(|(same, _)| *same == used);
         if let Some((_, body)) = known {
             return Ok(body.clone());
         }
-        let body = opened.flexible_body(name, of, compatibility)?;
+        let body = opened.flexible_body(name, &used, compatibility)?;
         let body = Arc::new(body);
-        opened.bodies.push((of.clone(), body.clone()));
+        opened.bodies.push((used, body.clone()));
         Ok(body)
     }
 
@@ -264,8 +277,8 @@ impl Library {
         at: &str,
     ) -> Result<Arc<(RecoveryBasis, Mesh)>, Error> {
         let none = || without_fields(body, at);
-        let (opened, of) = self.flexible(scene, body).ok_or_else(none)?;
-        let known = opened.fields.iter().find(|(same, _)| same == of);
+        let (opened, used) = self.flexible(scene, body).ok_or_else(none)?;
+        let known = opened.fields.iter().find(|(same, _)| *same == used);
         if let Some((_, fields)) = known {
             return Ok(fields.clone());
         }
@@ -278,10 +291,10 @@ impl Library {
             ));
         }
         let basis = opened.file.recovery()?.ok_or_else(none)?;
-        let basis = opened.recovered(basis, of, body, at)?;
+        let basis = opened.recovered(basis, &used, body, at)?;
         let mesh = opened.file.mesh()?.ok_or_else(none)?;
         let fields = Arc::new((basis, mesh));
-        opened.fields.push((of.clone(), fields.clone()));
+        opened.fields.push((used, fields.clone()));
         Ok(fields)
     }
 
@@ -297,9 +310,9 @@ impl Library {
         at: &str,
     ) -> Result<FieldsOfNode, Error> {
         let none = || without_fields(body, at);
-        let (opened, of) = self.flexible(scene, body).ok_or_else(none)?;
+        let (opened, used) = self.flexible(scene, body).ok_or_else(none)?;
         let basis = opened.file.recovery_of(&[node])?.ok_or_else(none)?;
-        let basis = opened.recovered(basis, of, body, at)?;
+        let basis = opened.recovered(basis, &used, body, at)?;
         let node_count = opened.file.node_count().ok_or_else(none)?;
         let moves = basis.dofs.iter().filter(|dof| !dof.direction.is_rotation());
         match opened.file.node_position(node)? {
@@ -322,16 +335,20 @@ impl Library {
     }
 
     /// The open file that a body is made of, and how the body uses it.
-    fn flexible<'s>(
-        &mut self,
-        scene: &'s Scene,
-        body: &str,
-    ) -> Option<(&mut OpenFile, &'s SuperelementBody)> {
+    fn flexible(&mut self, scene: &Scene, body: &str) -> Option<(&mut OpenFile, Use)> {
         let BodyKind::Superelement(of) = &scene.bodies.get(body)?.kind else {
             return None;
         };
+        let used = self.use_of(body, of);
         let opened = self.files.get_mut(&scene.resolve(&of.file))?;
-        Some((opened, of))
+        Some((opened, used))
+    }
+
+    fn use_of(&self, body: &str, of: &SuperelementBody) -> Use {
+        Use {
+            of: of.clone(),
+            carried: self.carrying.bodies.get(body).cloned(),
+        }
     }
 
     /// What was read.

@@ -17,10 +17,11 @@ use nalgebra::Vector3;
 
 use crate::body::Compatibility;
 use crate::error::Error;
-use crate::scene::Scene;
+use crate::pruning::{Carrying, NarrowedScene};
 use crate::superelement_files::SuperelementFiles;
 use crate::system::builder::{BuiltJoint, JointCoordinate, SystemBuilder};
 use crate::system::{State, System};
+use dcb_formats::scene::Scene;
 
 pub use field_folder::FieldFolders;
 pub use fields::{FieldPlan, FieldWriter};
@@ -91,7 +92,26 @@ impl Model {
     /// # Errors
     /// As [`Model::load`].
     pub fn load_from(scene: &Scene, open: &SuperelementFiles) -> Result<Self, Error> {
-        let mut library = Library::for_scene(scene, open);
+        Self::carrying(scene, &Carrying::default(), open)
+    }
+
+    /// The same with what is carried of the superelements.
+    ///
+    /// # Errors
+    /// As [`Model::load`].
+    pub fn load_narrowed(
+        narrowed: &NarrowedScene,
+        open: &SuperelementFiles,
+    ) -> Result<Self, Error> {
+        Self::carrying(&narrowed.scene, &narrowed.carrying, open)
+    }
+
+    fn carrying(
+        scene: &Scene,
+        carrying: &Carrying,
+        open: &SuperelementFiles,
+    ) -> Result<Self, Error> {
+        let mut library = Library::for_scene(scene, carrying, open);
         let mut builder = SystemBuilder::new(scene.dimension, scene.gravity_in_space());
         let mut names = Names {
             bodies: IndexMap::new(),
@@ -116,7 +136,7 @@ impl Model {
             let index = builder.body(name, flexible, &bodies::drawn(body));
             names.bodies.insert(name.clone(), index);
         }
-        if let Some(normal) = &scene.plane {
+        if let Some(normal) = &carrying.plane {
             builder.stay_in_plane(&Vector3::from(*normal));
         }
         let end = scene.integrator.map_or(0.0, |integrator| integrator.end);

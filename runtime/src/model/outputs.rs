@@ -11,9 +11,9 @@ use super::quantities::Quantities;
 use super::{NamedJoint, Names};
 use crate::error::Error;
 use crate::measure::{Angle, Measure};
-use crate::scene::{Analysis, AtPlace, Output, Scene};
 use crate::system::builder::{JointCoordinate, SystemBuilder, Turning, marker_of};
 use crate::system::marker::Marker;
+use dcb_formats::scene::{Analysis, AtPlace, Output, Scene};
 
 /// Makes channels and probes of a scene's outputs.
 pub(super) struct OutputBuilder<'a> {

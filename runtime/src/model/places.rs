@@ -7,8 +7,8 @@ use nalgebra::{Matrix3, Unit, Vector3};
 
 use super::Names;
 use crate::error::Error;
-use crate::scene::{Attachment, OrientationSource, Scene};
 use crate::system::builder::{SystemBuilder, Turning};
+use dcb_formats::scene::{Attachment, OrientationSource, Scene};
 
 /// Components of a direction below this don't count.
 const NEGLIGIBLE: f64 = 1e-9;

@@ -11,11 +11,11 @@ use crate::body::{Compatibility, FlexibleBody};
 use crate::energy::{Energy, Works};
 use crate::measure::Measure;
 use crate::motion::{FrameMotion, Six};
-use crate::scene::ReactionAxes;
 use crate::system::evaluation::{Evaluation, unwound};
 use crate::system::marker::{Marker, MarkerPlace, halves, turned_back};
 use crate::system::state::rates;
 use crate::system::{State, System};
+use dcb_formats::scene::ReactionAxes;
 
 /// What quantities are computed from: a state, and everything that depends on it.
 #[derive(Clone, Copy)]

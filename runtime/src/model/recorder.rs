@@ -13,11 +13,11 @@ use super::quantities::{Quantities, column};
 use crate::energy::{Energy, Works};
 use crate::error::Error;
 use crate::integrator::Effort;
-use crate::scene::{ReactionAxes, Scene};
 use crate::simulation::Simulation;
 use crate::system::builder::SystemBuilder;
 use crate::system::evaluation::Evaluation;
 use crate::system::{ConnectionKind, State, System};
+use dcb_formats::scene::{ReactionAxes, Scene};
 
 /// Channels of a results file, and how they are filled.
 pub struct Recorder {

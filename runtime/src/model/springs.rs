@@ -9,8 +9,8 @@ use super::places::{Rotation, Turned, find, marker};
 use crate::error::Error;
 use crate::law::{self, Law, Table};
 use crate::measure::{Angle, Displacement, Elongation, Measure, Rotation as Turn};
-use crate::scene::{Bushing, Characteristic, LineSpring, Scene, Spring};
 use crate::system::builder::{JointCoordinate, SystemBuilder};
+use dcb_formats::scene::{Bushing, Characteristic, LineSpring, Scene, Spring};
 
 /// Adds a spring.
 pub(super) fn add_spring(

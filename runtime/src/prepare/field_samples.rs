@@ -5,8 +5,8 @@ use std::path::{Path, PathBuf};
 
 use crate::error::Error;
 use crate::model::Model;
-use crate::scene::{FieldRequest, MeshNode, Output, Scene};
 use crate::study::Subject;
+use dcb_formats::scene::{FieldRequest, MeshNode, Output, Scene};
 
 /// Nodes that stand for a field, spread over the mesh.
 const NODES: usize = 16;

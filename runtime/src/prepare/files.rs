@@ -12,13 +12,13 @@ use super::Prepared;
 use crate::body::{Compatibility, FlexibleBody, ModeTruncation};
 use crate::error::Error;
 use crate::part_file::PartFile;
-use crate::pruning::Carried;
+use crate::pruning::{Carried, Carrying, NarrowedScene};
 use crate::run::refuse_inputs;
-use crate::scene::{
-    BodyKind, DampingOverride, GeometricStiffening, ModalRatios, Scene, SuperelementBody,
-};
 use crate::selection::{NodeSelection, Selection};
 use crate::superelement_files::SuperelementFiles;
+use dcb_formats::scene::{
+    BodyKind, DampingOverride, GeometricStiffening, ModalRatios, Scene, SuperelementBody,
+};
 
 /// A superelement as it was written.
 #[derive(Clone, Debug, PartialEq, Serialize)]
@@ -42,6 +42,7 @@ pub struct PreparedFile {
 /// Bodies that are made of one file in one way.
 struct Group {
     of: SuperelementBody,
+    carried: Option<Carried>,
     bodies: Vec<String>,
     /// Whether the scene writes displacement fields of one of them.
     is_drawn: bool,
@@ -56,12 +57,15 @@ pub fn write(
     folder: &Path,
     replace: Replace,
 ) -> Result<Vec<PreparedFile>, Error> {
-    let mut scene = prepared.scene.clone();
+    let NarrowedScene {
+        mut scene,
+        carrying,
+    } = prepared.narrowed.clone();
     // A path would lead elsewhere from the new folder.
     scene.schema = scene
         .schema
         .filter(|schema| schema.contains("://") && !schema.starts_with("file:"));
-    let groups = groups(&scene);
+    let groups = groups(&scene, &carrying);
     let open = SuperelementFiles::default();
     for group in &groups {
         let target = folder.join(file_name(group, is_alone(group, &groups)));
@@ -82,7 +86,6 @@ pub fn write(
                 of.damping = of.damping.as_ref().map(|damping| file.damping(damping));
                 of.file = PathBuf::from(&name);
                 of.modes = None;
-                of.carried = None;
             }
         }
         written.push(PreparedFile {
@@ -102,14 +105,16 @@ pub fn write(
 }
 
 /// Bodies by what they are made of, in the order of the scene.
-fn groups(scene: &Scene) -> Vec<Group> {
+fn groups(scene: &Scene, carrying: &Carrying) -> Vec<Group> {
     let mut groups: Vec<Group> = Vec::new();
     for (name, body) in &scene.bodies {
         let BodyKind::Superelement(of) = &body.kind else {
             continue;
         };
+        let carried = carrying.bodies.get(name);
         let is_same = |group: &&mut Group| {
-            (&group.of.file, group.of.modes, &group.of.carried) == (&of.file, of.modes, &of.carried)
+            (&group.of.file, group.of.modes, group.carried.as_ref())
+                == (&of.file, of.modes, carried)
                 && group.of.geometric_stiffening == of.geometric_stiffening
         };
         let is_drawn = scene.fields.iter().any(|field| field.body == *name);
@@ -120,6 +125,7 @@ fn groups(scene: &Scene) -> Vec<Group> {
             }
             None => groups.push(Group {
                 of: of.clone(),
+                carried: carried.cloned(),
                 bodies: vec![name.clone()],
                 is_drawn,
             }),
@@ -229,7 +235,7 @@ impl Group {
 
     /// A body that doesn't deflect keeps its interfaces, without a coordinate.
     fn selection(&self, whole: &Superelement) -> Result<Selection, Error> {
-        match &self.of.carried {
+        match &self.carried {
             Some(Carried::Selection(selection)) => Ok((**selection).clone()),
             None => Ok(Selection::everything(whole)),
             Some(Carried::Rigid) => {

@@ -2,7 +2,8 @@
 
 use super::trials::{Start, Trials};
 use crate::error::Error;
-use crate::scene::{Integrator, Record, Scene};
+use crate::pruning::NarrowedScene;
+use dcb_formats::scene::{Integrator, Record, Scene};
 
 /// Whether a preparation may change how the scene is integrated.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -31,13 +32,13 @@ impl Trials<'_> {
                 integrator.tolerance = tolerance;
                 is_coarser
             });
-            let Some(scene) = coarser else {
+            let Some(narrowed) = coarser else {
                 continue;
             };
-            match self.error_with_all(&start, &scene)? {
+            match self.error_with_all(&start, &narrowed)? {
                 None => return Ok(None),
                 Some(error) if error <= start.error + more => {
-                    return Ok(Some(start.of(scene, error)));
+                    return Ok(Some(start.of(narrowed, error)));
                 }
                 Some(_) => {}
             }
@@ -51,18 +52,18 @@ impl Trials<'_> {
         let mut all = vec![start];
         for division in DIVISIONS {
             let first = &all[0];
-            let Some(mut scene) = first.with_integrator(|integrator| {
+            let Some(mut narrowed) = first.with_integrator(|integrator| {
                 let is_fixed = integrator.adaptive.is_none();
                 integrator.step *= f64::from(LONGEST) / f64::from(division);
                 is_fixed
             }) else {
                 break;
             };
-            keep_records(&mut scene, division);
-            match self.error_with_all(first, &scene)? {
+            keep_records(&mut narrowed.scene, division);
+            match self.error_with_all(first, &narrowed)? {
                 None => return Ok(None),
                 Some(error) if error <= tolerance => {
-                    let longer = first.of(scene, error);
+                    let longer = first.of(narrowed, error);
                     all.push(longer);
                 }
                 Some(_) => break,
@@ -74,10 +75,13 @@ impl Trials<'_> {
 
 impl Start {
     /// The scene with another integrator, if it has one and `change` says that it is another.
-    fn with_integrator(&self, change: impl FnOnce(&mut Integrator) -> bool) -> Option<Scene> {
-        let mut scene = self.scene.clone();
-        let is_changed = scene.integrator.as_mut().is_some_and(change);
-        is_changed.then_some(scene)
+    fn with_integrator(
+        &self,
+        change: impl FnOnce(&mut Integrator) -> bool,
+    ) -> Option<NarrowedScene> {
+        let mut narrowed = self.narrowed.clone();
+        let is_changed = narrowed.scene.integrator.as_mut().is_some_and(change);
+        is_changed.then_some(narrowed)
     }
 }
 

@@ -22,13 +22,13 @@ use std::cell::Cell;
 
 use crate::error::Error;
 pub use crate::fewest::Trial;
-use crate::pruning::Pruning;
-use crate::scene::{Compatibility, Scene};
+use crate::pruning::{NarrowedScene, Pruning};
 use crate::study::Subject;
 use crate::study::grid::Grid;
 use crate::study::monitor::Monitor;
 use crate::study::motion::{self, Course};
 use crate::superelement_files::SuperelementFiles;
+use dcb_formats::scene::Compatibility;
 use trials::{Found, Start, Trials};
 
 /// Part of the tolerance that a search may use: the rest is for what the large superelements themselves are off.
@@ -45,7 +45,7 @@ const LONGEST_TRIED: usize = 3;
 #[derive(Clone, Debug)]
 pub struct Prepared {
     /// The scene, with what is carried of each superelement.
-    pub scene: Scene,
+    pub narrowed: NarrowedScene,
     /// What wasn't needed before anything was run.
     pub pruning: Pruning,
     /// Elastic coordinates that are left.
@@ -76,17 +76,18 @@ pub fn prepare(
             "is \"weak\", whose interface forces are coordinates that can't be left out; prepare the scene with \"strong\" or \"static\"",
         ));
     }
-    let scene = subject.own.applied_to(subject)?;
+    let whole = NarrowedScene::from(subject.own.applied_to(subject)?);
+    let scene = &whole.scene;
     // Every time of comparison is the end of a step.
     let grid = Grid::of(
         [f64::from(integration::LONGEST) * subject.own.step],
         subject.end,
     );
     monitor.tell("everything");
-    monitor.expect(motion::steps_of(&scene)?);
+    monitor.expect(motion::steps_of(scene)?);
     let mut unseen = |_: &_| {};
-    let whole = motion::follow_to_the_end(subject, &scene, grid, monitor, &mut unseen)?;
-    let Some((reference, expected)) = whole else {
+    let followed = motion::follow_to_the_end(subject, &whole, grid, monitor, &mut unseen)?;
+    let Some((reference, expected)) = followed else {
         return Ok(None);
     };
     let trials = Trials {
@@ -98,11 +99,11 @@ pub fn prepare(
     };
     let limit = SHARE * tolerance;
     let open = SuperelementFiles::default();
-    let mut pruning = Pruning::of(&scene, &open, PRUNED * tolerance)?;
-    let mut start = trials.start(&scene, &pruning)?;
+    let mut pruning = Pruning::of(scene, &open, PRUNED * tolerance)?;
+    let mut start = trials.start(scene, &pruning)?;
     if start.as_ref().is_some_and(|start| start.error > limit) {
-        pruning = Pruning::nothing(&scene, &open)?;
-        start = trials.start(&scene, &pruning)?;
+        pruning = Pruning::nothing(scene, &open)?;
+        start = trials.start(scene, &pruning)?;
     }
     let Some(start) = start else {
         return Ok(None);
@@ -128,7 +129,7 @@ pub fn prepare(
         return Ok(None);
     };
     Ok(Some(Prepared {
-        scene: start.with(&found.chosen)?,
+        narrowed: start.with(&found.chosen)?,
         coordinates: found.coordinates,
         pruning,
         error: found.error,

@@ -7,14 +7,15 @@ use super::ranking::{Coordinate, Flexible, Ranking};
 use crate::error::Error;
 use crate::fewest::{Trial, fewest};
 use crate::model::Model;
-use crate::pruning::{Carried, Pruning};
-use crate::scene::{BodyKind, InertiaChange, Scene};
+use crate::pruning::{Carried, NarrowedScene, Pruning};
 use crate::simulation::Simulation;
 use crate::study::Subject;
 use crate::study::comparison::{Distance, places, scale};
 use crate::study::grid::{Grid, Trace};
 use crate::study::monitor::Monitor;
 use crate::study::motion;
+use crate::superelement_files::SuperelementFiles;
+use dcb_formats::scene::{BodyKind, InertiaChange, Scene};
 
 /// So small a part of the coordinates isn't worth another run.
 const PRECISION: f64 = 0.03;
@@ -32,7 +33,7 @@ pub(super) struct Trials<'a> {
 /// The run from which coordinates are left out.
 #[derive(Clone)]
 pub(super) struct Start {
-    pub scene: Scene,
+    pub narrowed: NarrowedScene,
     bodies: Vec<Flexible>,
     ranking: Ranking,
     /// What a step takes beside what elastic coordinates take, in coordinates.
@@ -59,17 +60,17 @@ pub(super) struct Found {
 impl Trials<'_> {
     /// Runs a scene and ranks its coordinates. `None` if the user stopped it.
     pub fn start(&self, scene: &Scene, pruning: &Pruning) -> Result<Option<Start>, Error> {
-        let scene = &pruning.applied_to(scene);
-        let model = Model::load(scene)?;
-        let bodies = flexible(scene, pruning, &model);
+        let narrowed = pruning.applied_to(scene);
+        let model = Model::load_narrowed(&narrowed, &SuperelementFiles::default())?;
+        let bodies = flexible(&narrowed, pruning, &model);
         let system = &model.system;
         let rigid = system.freedom_count() - system.coordinate_count() + system.rows.len();
         let mut activity = Activity::default();
         let mut watch = |simulation: &Simulation| activity.watch(simulation);
-        let error = self.error(scene, coordinates(&bodies), &mut watch)?;
+        let error = self.error(&narrowed, coordinates(&bodies), &mut watch)?;
         Ok(error.map(|error| Start {
             ranking: Ranking::of(&bodies, &activity),
-            scene: scene.clone(),
+            narrowed,
             bodies,
             overhead: RIGID * rigid as f64,
             error,
@@ -87,13 +88,13 @@ impl Trials<'_> {
         let groups = std::iter::once(&each[..]).chain(each.chunks(1));
         for places in groups {
             for change in [InertiaChange::Constant, InertiaChange::FirstOrder] {
-                let Some(scene) = start.with_inertia(places, change) else {
+                let Some(narrowed) = start.with_inertia(places, change) else {
                     continue;
                 };
-                match self.error_with_all(&start, &scene)? {
+                match self.error_with_all(&start, &narrowed)? {
                     None => return Ok(None),
                     Some(error) if error <= tolerance => {
-                        (start.scene, start.error) = (scene, error);
+                        (start.narrowed, start.error) = (narrowed, error);
                         break;
                     }
                     Some(_) => {}
@@ -121,8 +122,8 @@ impl Trials<'_> {
                 tolerance,
                 PRECISION,
                 |count| {
-                    let scene = start.with(&candidate(count))?;
-                    self.error(&scene, others + count, &mut |_| {})
+                    let narrowed = start.with(&candidate(count))?;
+                    self.error(&narrowed, others + count, &mut |_| {})
                 },
             )?;
             let Some(searched) = searched else {
@@ -145,22 +146,26 @@ impl Trials<'_> {
     }
 
     /// The error of a scene with all coordinates of a start. `None` if the user stopped it.
-    pub fn error_with_all(&self, start: &Start, scene: &Scene) -> Result<Option<f64>, Error> {
-        self.error(scene, coordinates(&start.bodies), &mut |_| {})
+    pub fn error_with_all(
+        &self,
+        start: &Start,
+        narrowed: &NarrowedScene,
+    ) -> Result<Option<f64>, Error> {
+        self.error(narrowed, coordinates(&start.bodies), &mut |_| {})
     }
 
     /// Largest distance of an output from the run with everything, relative to its range there; infinite where the run doesn't come to
     /// its end. `None` if the user stopped it.
     fn error(
         &self,
-        scene: &Scene,
+        narrowed: &NarrowedScene,
         coordinates: usize,
         watch: &mut dyn FnMut(&Simulation),
     ) -> Result<Option<f64>, Error> {
         self.made.set(self.made.get() + 1);
         self.monitor.tell(&format!("{coordinates} coordinates"));
-        self.monitor.expect(motion::steps_of(scene)?);
-        let made = motion::follow(self.subject, scene, self.grid, self.monitor, watch)?;
+        self.monitor.expect(motion::steps_of(&narrowed.scene)?);
+        let made = motion::follow(self.subject, narrowed, self.grid, self.monitor, watch)?;
         let Some((course, trace)) = made else {
             return Ok(None);
         };
@@ -178,9 +183,9 @@ impl Trials<'_> {
 
 impl Start {
     /// The same coordinates in another scene, with its error.
-    pub fn of(&self, scene: Scene, error: f64) -> Self {
+    pub fn of(&self, narrowed: NarrowedScene, error: f64) -> Self {
         Self {
-            scene,
+            narrowed,
             error,
             ..self.clone()
         }
@@ -188,10 +193,8 @@ impl Start {
 
     /// How much a run of given length takes with so many elastic coordinates, in an arbitrary unit.
     pub fn work(&self, coordinates: usize) -> f64 {
-        let step = self
-            .scene
-            .integrator
-            .map_or(1.0, |integrator| integrator.step);
+        let integrator = self.narrowed.scene.integrator;
+        let step = integrator.map_or(1.0, |integrator| integrator.step);
         (self.overhead + coordinates as f64) / step
     }
 
@@ -203,11 +206,11 @@ impl Start {
 
     /// The scene with the inertia of some bodies, by their places, following the deflection to this order; `None` if it goes no further in any
     /// of them.
-    fn with_inertia(&self, places: &[usize], change: InertiaChange) -> Option<Scene> {
-        let mut scene = self.scene.clone();
+    fn with_inertia(&self, places: &[usize], change: InertiaChange) -> Option<NarrowedScene> {
+        let mut narrowed = self.narrowed.clone();
         let mut is_simpler = false;
         for body in places.iter().map(|place| &self.bodies[*place]) {
-            let described = scene.bodies.get_index_mut(body.index);
+            let described = narrowed.scene.bodies.get_index_mut(body.index);
             if let Some(BodyKind::Superelement(of)) =
                 described.map(|(_, described)| &mut described.kind)
                 && !body.is_stiffened
@@ -217,34 +220,27 @@ impl Start {
                 is_simpler = true;
             }
         }
-        is_simpler.then_some(scene)
+        is_simpler.then_some(narrowed)
     }
 
     /// The scene with these coordinates only.
-    pub fn with(&self, chosen: &Ranking) -> Result<Scene, Error> {
-        let mut scene = self.scene.clone();
+    pub fn with(&self, chosen: &Ranking) -> Result<NarrowedScene, Error> {
+        let mut narrowed = self.narrowed.clone();
         for (place, body) in self.bodies.iter().enumerate() {
             let (modes, attachments) = chosen.of_body(place);
-            let Some((_, described)) = scene.bodies.get_index_mut(body.index) else {
-                continue;
-            };
-            if let BodyKind::Superelement(of) = &mut described.kind
-                && let Some(Carried::Selection(selection)) = &of.carried
-            {
-                let all = selection.modes();
+            let carried = narrowed.carrying.bodies.get_mut(&body.name);
+            if let Some(Carried::Selection(selection)) = carried {
                 let fewer = match body.has_bound_modes {
                     true => (**selection).clone(),
                     false => {
-                        let kept = modes.into_iter().map(|mode| all[mode]);
+                        let kept = modes.into_iter().map(|mode| selection.modes()[mode]);
                         (**selection).clone().with_modes(kept)?
                     }
                 };
-                of.carried = Some(Carried::Selection(Box::new(
-                    fewer.with_attachments(attachments),
-                )));
+                **selection = fewer.with_attachments(attachments);
             }
         }
-        Ok(scene)
+        Ok(narrowed)
     }
 }
 
@@ -254,11 +250,11 @@ fn coordinates(bodies: &[Flexible]) -> usize {
 }
 
 /// Bodies of a scene that deflect.
-fn flexible(scene: &Scene, pruning: &Pruning, model: &Model) -> Vec<Flexible> {
+fn flexible(narrowed: &NarrowedScene, pruning: &Pruning, model: &Model) -> Vec<Flexible> {
+    let NarrowedScene { scene, carrying } = narrowed;
     let bodies = scene.bodies.iter().zip(&model.system.bodies).enumerate();
-    let selected = bodies.filter(|(_, ((_, described), _))| match &described.kind {
-        BodyKind::Superelement(of) => matches!(of.carried, Some(Carried::Selection(_))),
-        BodyKind::Rigid(_) => false,
+    let selected = bodies.filter(|(_, ((name, _), _))| {
+        matches!(carrying.bodies.get(*name), Some(Carried::Selection(_)))
     });
     selected
         .map(|(index, ((name, _), body))| Flexible {

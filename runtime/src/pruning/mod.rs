@@ -9,11 +9,13 @@ mod attached;
 mod centrifugal;
 mod chosen;
 mod explanation;
+mod narrowed;
 mod scene;
 
 use dcb_formats::mesh::Dimension;
 use dcb_formats::superelement::Superelement;
 
+pub use narrowed::{Carrying, NarrowedScene};
 pub use scene::Pruning;
 
 use crate::demand::{Demand, Involvement};

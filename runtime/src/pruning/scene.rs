@@ -7,17 +7,17 @@ use dcb_formats::superelement::{Stiffening, Superelement};
 use indexmap::IndexMap;
 use nalgebra::Vector3;
 
-use super::{Carried, LeftOut, Pruned};
+use super::{Carried, Carrying, LeftOut, NarrowedScene, Pruned};
 use crate::body::ModeTruncation;
 use crate::demand::{Demand, NodeDemand, PartInterface, Parts, PlanesOfMotion};
 use crate::error::Error;
 use crate::part_file::PartFile;
-use crate::scene::{
+use crate::selection::{ObservedNodes, Selection};
+use crate::superelement_files::SuperelementFiles;
+use dcb_formats::scene::{
     Analysis, BodyKind, Compatibility, GeometricStiffening, RedundantConstraints, Scene,
     SuperelementBody,
 };
-use crate::selection::{ObservedNodes, Selection};
-use crate::superelement_files::SuperelementFiles;
 
 /// Planes with normals of a smaller sine are the same.
 const PARALLEL: f64 = 1e-6;
@@ -147,16 +147,16 @@ impl Pruning {
     }
 
     /// The scene with what is carried.
-    pub fn applied_to(&self, scene: &Scene) -> Scene {
-        let mut scene = scene.clone();
-        scene.plane = self.plane;
-        for (name, pruned) in &self.bodies {
-            let body = scene.bodies.get_mut(name).map(|body| &mut body.kind);
-            if let Some(BodyKind::Superelement(of)) = body {
-                of.carried = Some(pruned.carried.clone());
-            }
+    pub fn applied_to(&self, scene: &Scene) -> NarrowedScene {
+        let carried =
+            (self.bodies.iter()).map(|(name, pruned)| (name.clone(), pruned.carried.clone()));
+        NarrowedScene {
+            scene: scene.clone(),
+            carrying: Carrying {
+                bodies: carried.collect(),
+                plane: self.plane,
+            },
         }
-        scene
     }
 
     /// How many things are left out.

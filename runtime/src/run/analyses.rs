@@ -12,9 +12,9 @@ use crate::error::Error;
 use crate::initial::{InitialReport, Starter};
 use crate::integrator::equal_steps::EqualSteps;
 use crate::model::{Model, RecordedStep};
-use crate::scene::{Linearization, ModesAnalysis, Record, Scene};
 use crate::system::evaluation::Evaluation;
 use crate::system::{State, System};
+use dcb_formats::scene::{Linearization, ModesAnalysis, Record, Scene};
 
 /// A rest.
 #[derive(Clone, Copy, Debug, PartialEq)]

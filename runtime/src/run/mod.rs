@@ -19,11 +19,11 @@ use crate::initial::{InitialReport, Redundancy};
 use crate::integrator::scheme::Scheme;
 use crate::integrator::{self, Method, Tolerance};
 use crate::model::{FieldFolders, FieldWriter, LoadedFile, Model, RecordedStep, Recorder};
-use crate::scene::{self, Analysis, Integrator, RedundantConstraints, Scene};
 use crate::scope::Scope;
 use crate::stop_signal::{self, StopSignal};
 use crate::system::{State, System};
 pub use analyses::{DrivenReport, ModesReport, RestReport};
+use dcb_formats::scene::{self, Analysis, Integrator, RedundantConstraints, Scene};
 pub use transient::RunReport;
 
 /// Who watches a run.

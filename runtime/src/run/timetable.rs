@@ -1,7 +1,7 @@
 //! Times at which something is asked for, taken off one after the other while a motion goes on.
 
 use crate::integrator::equal_steps::SAME_TIME;
-use crate::scene::Record;
+use dcb_formats::scene::Record;
 
 /// Times from zero on, increasing.
 #[derive(Clone, Debug)]

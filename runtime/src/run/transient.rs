@@ -17,10 +17,10 @@ use crate::integrator::equal_steps::EqualSteps;
 use crate::integrator::resolution::{Part, Unresolved};
 use crate::integrator::{Effort, Profile};
 use crate::model::{Model, RecordedStep};
-use crate::scene::{Compatibility, Integrator, Record, Scene};
 use crate::simulation::Simulation;
 use crate::system::System;
 use crate::validity::Validity;
+use dcb_formats::scene::{Compatibility, Integrator, Record, Scene};
 
 /// How a run went.
 #[derive(Clone, Debug, PartialEq)]

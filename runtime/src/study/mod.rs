@@ -161,7 +161,7 @@ fn make(
             .map(|found| found.map(|(reference, trace)| Made::Reference(reference, trace))),
         Job::Row(setting) => setting
             .applied_to(subject)
-            .and_then(|scene| motion::follow(subject, &scene, grid, monitor, &mut |_| {}))
+            .and_then(|scene| motion::follow(subject, &scene.into(), grid, monitor, &mut |_| {}))
             .map(|made| made.map(|(course, trace)| Made::Row(setting, course, trace))),
     };
     let all = |sender: mpsc::Sender<_>| {

@@ -13,11 +13,13 @@ use crate::error::Error;
 use crate::integrator::Effort;
 use crate::integrator::equal_steps::EqualSteps;
 use crate::model::{Model, RecordedStep, Recorder};
+use crate::pruning::NarrowedScene;
 use crate::run::transient::{imbalance_warning, rounding_warning, unresolved_warning};
 use crate::run::{method, redundancy};
-use crate::scene::{Compatibility, Integrator, Scene};
 use crate::simulation::Simulation;
+use crate::superelement_files::SuperelementFiles;
 use crate::validity::Validity;
+use dcb_formats::scene::{Compatibility, Integrator, Scene};
 
 /// A timing goes on until this many seconds have been measured,
 const LONG_ENOUGH: f64 = 0.3;
@@ -66,19 +68,19 @@ pub struct Timing {
 /// What can't be blamed on the options: files that can't be read, memory. Everything else is told in [`Course::stopped`].
 pub fn follow(
     subject: &Subject,
-    scene: &Scene,
+    narrowed: &NarrowedScene,
     grid: Grid,
     monitor: &Monitor,
     watch: &mut dyn FnMut(&Simulation),
 ) -> Result<Option<(Course, Trace)>, Error> {
-    let (mut course, trace, outcome) = attempt(subject, scene, grid, monitor, watch)?;
+    let (mut course, trace, outcome) = attempt(subject, narrowed, grid, monitor, watch)?;
     match outcome {
         Ok(true) => Ok(Some((course, trace))),
         Ok(false) => Ok(None),
         Err(error @ (Error::File(_) | Error::OutOfMemory)) => Err(error),
         Err(error) => {
             let counted = course.steps / STEPS_BETWEEN_LOOKS * STEPS_BETWEEN_LOOKS;
-            monitor.advance(steps_of(scene)? - counted);
+            monitor.advance(steps_of(&narrowed.scene)? - counted);
             course.stopped = Some(error.to_string());
             Ok(Some((course, trace)))
         }
@@ -91,28 +93,29 @@ pub fn follow(
 /// Whatever stopped it.
 pub fn follow_to_the_end(
     subject: &Subject,
-    scene: &Scene,
+    narrowed: &NarrowedScene,
     grid: Grid,
     monitor: &Monitor,
     watch: &mut dyn FnMut(&Simulation),
 ) -> Result<Option<(Course, Trace)>, Error> {
-    let (course, trace, outcome) = attempt(subject, scene, grid, monitor, watch)?;
+    let (course, trace, outcome) = attempt(subject, narrowed, grid, monitor, watch)?;
     Ok(outcome?.then_some((course, trace)))
 }
 
 /// Course and trace as far as the run came, and whether that is the end: not if the user or an error stopped it.
 fn attempt(
     subject: &Subject,
-    scene: &Scene,
+    narrowed: &NarrowedScene,
     grid: Grid,
     monitor: &Monitor,
     watch: &mut dyn FnMut(&Simulation),
 ) -> Result<(Course, Trace, Result<bool, Error>), Error> {
     let mut course = Course::default();
+    let scene = &narrowed.scene;
     let widths = subject.quantities.iter().map(Quantity::width);
     let width: usize = widths.sum();
     let mut sampler = Sampler::new(grid, step_of(scene)?.step, width);
-    let outcome = begin(scene, &mut course).and_then(|(simulation, recorder)| {
+    let outcome = begin(narrowed, &mut course).and_then(|(simulation, recorder)| {
         let mut run = Run {
             validity: Validity::of(simulation.system(), simulation.state()),
             balance: EnergyBalance::default(),
@@ -241,8 +244,9 @@ impl Run<'_> {
 }
 
 /// Loads and starts, and notes the size of the system.
-fn begin(scene: &Scene, course: &mut Course) -> Result<(Simulation, Recorder), Error> {
-    let model = Model::load(scene)?;
+fn begin(narrowed: &NarrowedScene, course: &mut Course) -> Result<(Simulation, Recorder), Error> {
+    let scene = &narrowed.scene;
+    let model = Model::load_narrowed(narrowed, &SuperelementFiles::default())?;
     course.freedoms = model.system.freedom_count();
     course.elastic = model.system.coordinate_count();
     course.rows = model.system.rows.len();

@@ -13,7 +13,7 @@ use super::motion::{Course, follow_to_the_end, steps_of};
 use super::setting::{ModeCount, Setting};
 use super::subject::Subject;
 use crate::error::Error;
-use crate::scene::{Compatibility, InertiaChange};
+use dcb_formats::scene::{Compatibility, InertiaChange};
 
 /// Two runs agree if the last errs by less than this part of each quantity's range.
 pub const AGREEMENT: f64 = 1e-5;
@@ -100,7 +100,7 @@ impl Reference {
             let scene = setting.applied_to(subject)?;
             monitor.expect(steps_of(&scene)?);
             let (course, trace) =
-                match follow_to_the_end(subject, &scene, grid, monitor, &mut |_| {}) {
+                match follow_to_the_end(subject, &scene.into(), grid, monitor, &mut |_| {}) {
                     Ok(Some(followed)) => followed,
                     Ok(None) => return Ok(None),
                     Err(_) if run > 1 => break,

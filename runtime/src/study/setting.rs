@@ -5,7 +5,7 @@ use serde_json::{Map, Value, json};
 
 use super::subject::{Subject, superelements};
 use crate::error::Error;
-use crate::scene::{BodyKind, Compatibility, InertiaChange, Method, Scene, SuperelementBody};
+use dcb_formats::scene::{BodyKind, Compatibility, InertiaChange, Method, Scene, SuperelementBody};
 
 /// How many modes the superelements of a scene keep.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]

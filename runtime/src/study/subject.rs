@@ -8,7 +8,7 @@ use indexmap::IndexMap;
 use super::setting::{ModeCount, Setting};
 use crate::error::Error;
 use crate::model::{LoadedFile, Model, Recorder};
-use crate::scene::{Analysis, BodyKind, Compatibility, Output, Scene, SuperelementBody};
+use dcb_formats::scene::{Analysis, BodyKind, Compatibility, Output, Scene, SuperelementBody};
 
 /// A scene and what is compared in its runs.
 #[derive(Clone, Debug)]

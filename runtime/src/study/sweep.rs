@@ -3,7 +3,7 @@
 use super::setting::{ModeCount, Setting};
 use super::subject::Subject;
 use crate::error::Error;
-use crate::scene::{Compatibility, InertiaChange};
+use dcb_formats::scene::{Compatibility, InertiaChange};
 
 /// Combinations up to which all are tried unless something else is asked for.
 pub const MOST_COMBINATIONS: usize = 60;

@@ -31,10 +31,10 @@ use nalgebra::Vector3;
 
 use crate::body::{BodyLoad, FlexibleBody};
 use crate::frame::{BodyAcceleration, BodyState};
-use crate::function::{FunctionValue, TimeFunction};
 use crate::law::Law;
 use crate::measure::Measure;
 use crate::motion::{FrameMotion, Six};
+use dcb_formats::function::{FunctionValue, TimeFunction};
 use marker::{BodyPose, Marker, six};
 pub use state::State;
 use state::rates;

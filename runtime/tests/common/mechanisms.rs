@@ -4,13 +4,14 @@ use std::sync::Arc;
 
 use dcb_formats::component::Units;
 use dcb_formats::mesh::Dimension;
+use dcb_formats::{Function, TimeFunction};
+use dcb_runtime::FlexibleBody;
 use dcb_runtime::body::{RigidBody, RigidPoint};
 use dcb_runtime::integrator::scheme::Scheme;
 use dcb_runtime::integrator::{Formulation, Method, Tolerance};
 use dcb_runtime::joint::{JointKind, Revolute};
 use dcb_runtime::law::{Characteristic, Law};
 use dcb_runtime::system::Signal;
-use dcb_runtime::{FlexibleBody, Function, TimeFunction};
 use nalgebra::{Matrix3, Vector3};
 
 /// A rigid body with named points, its centre of mass at its origin.

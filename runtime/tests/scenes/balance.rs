@@ -2,10 +2,11 @@
 
 use std::collections::BTreeMap;
 
+use dcb_formats::TimeFunction;
 use dcb_formats::mesh::Dimension;
+use dcb_formats::scene::{AtPlace, Attachment, BodyKind, Joint, Load, Output, Scene};
+use dcb_runtime::Mechanism;
 use dcb_runtime::energy::momentum;
-use dcb_runtime::scene::{AtPlace, Attachment, BodyKind, Joint, Load, Output, Scene};
-use dcb_runtime::{Mechanism, TimeFunction};
 use nalgebra::Vector3;
 
 /// Force, and moment about the world's origin.

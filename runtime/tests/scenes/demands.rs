@@ -185,7 +185,7 @@ fn what_looks_at_a_part_is_listed() {
     assert!(found.gravity);
     assert_eq!(
         found.inertia_change,
-        dcb_runtime::scene::InertiaChange::Constant
+        dcb_formats::scene::InertiaChange::Constant
     );
     let node = [(3, vec!["outputs.one".to_owned(), "outputs.same".to_owned()])];
     assert_eq!(found.nodes, NodeDemand::Some(node.into()));

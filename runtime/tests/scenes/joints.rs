@@ -2,8 +2,8 @@
 
 use std::collections::BTreeSet;
 
+use dcb_formats::scene::Joint;
 use dcb_runtime::Mechanism;
-use dcb_runtime::scene::Joint;
 use serde_json::{Value, json};
 
 use super::balance::{assert_angular_impulse, assert_newton, watch_places};

@@ -6,9 +6,9 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use super::check::{Checker, finite};
-use super::named::object;
 use super::values::positive;
 use crate::Error;
+use crate::named::object;
 
 /// One recorded quantity; in world axes where nothing else is said.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]

@@ -3,9 +3,9 @@
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use super::named::object;
 use super::values::positive;
 use crate::Error;
+use crate::named::object;
 
 /// Largest spectral radius at infinity of the hard constraints: beyond it their multipliers ring, and in the end grow.
 const LARGEST_INDEX_3_RADIUS: f64 = 0.9;

@@ -1,7 +1,7 @@
 //! Whether the parts of a scene fit each other: names, sizes, and who refers to whom.
 
-use dcb_formats::description::{listed, suggestion};
-use dcb_formats::mesh::Dimension;
+use crate::description::{listed, suggestion};
+use crate::mesh::Dimension;
 
 use super::{Attachment, Body, BodyKind, Joint, Scene};
 use crate::Error;

@@ -14,7 +14,7 @@ use serde::de::{Deserialize, Deserializer, Error as _, MapAccess, Visitor};
 pub type Named<T> = IndexMap<String, T>;
 
 /// Reads an object whose keys are names; a name may stand once.
-pub(super) fn unique<'de, D, T>(deserializer: D) -> Result<Named<T>, D::Error>
+pub(crate) fn unique<'de, D, T>(deserializer: D) -> Result<Named<T>, D::Error>
 where
     D: Deserializer<'de>,
     T: Deserialize<'de>,
@@ -49,7 +49,7 @@ where
 }
 
 /// Reads an object, and nothing else: a derived struct alone would take a list of its fields as well.
-pub(super) fn object<'de, D, T>(deserializer: D) -> Result<T, D::Error>
+pub(crate) fn object<'de, D, T>(deserializer: D) -> Result<T, D::Error>
 where
     D: Deserializer<'de>,
     T: Deserialize<'de>,

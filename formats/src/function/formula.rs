@@ -5,7 +5,7 @@
 //!
 //! Powers bind tighter than a sign and group from the right, as on paper: `-t^2` is -(t²), `2^3^2` is 2⁹.
 
-use dcb_formats::description::{listed, suggestion};
+use crate::description::{listed, suggestion};
 use num_dual::Dual2_64;
 use pest::Parser;
 use pest::error::{ErrorVariant, InputLocation};

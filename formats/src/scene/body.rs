@@ -2,17 +2,16 @@
 
 use std::path::PathBuf;
 
-use dcb_formats::component::Damping;
+use crate::component::Damping;
 use nalgebra::{UnitQuaternion, Vector3};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use super::check::{Checker, each};
-use super::named::{object, unique};
 use super::values::{not_negative, positive};
 use super::{AngularVelocity, Named, Orientation, RotaryInertia};
 use crate::Error;
-use crate::pruning::Carried;
+use crate::named::{object, unique};
 
 /// A body and its state at time zero.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
@@ -52,8 +51,6 @@ pub struct SuperelementBody {
     pub inertia_change: InertiaChange,
     /// Whether the file's geometric stiffening acts.
     pub geometric_stiffening: GeometricStiffening,
-    /// What of the superelement is carried, of its modes as they are above; all where `None`. Not part of a scene's file.
-    pub carried: Option<Carried>,
 }
 
 /// Mass, inertia and points of a rigid body, in the frame of its component.
@@ -384,7 +381,6 @@ impl TryFrom<BodyPart> for Body {
                 damping: part.damping,
                 inertia_change: part.inertia_change.unwrap_or_default(),
                 geometric_stiffening: part.geometric_stiffening.unwrap_or_default(),
-                carried: None,
             }),
             (None, Some(_)) if part.modes.is_some() => {
                 return Err("a rigid body has no `modes`".into());

@@ -4,13 +4,14 @@ use std::fs::File;
 use std::io::Read;
 use std::path::Path;
 
-use dcb_formats::component::Units;
-use dcb_formats::description::json_error;
+use crate::component::Units;
+use crate::description::json_error;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use super::{Object, Scene};
+use super::Scene;
 use crate::Error;
+use crate::named::Object;
 
 /// Largest scene file, bytes. Objects nest at most 128 deep, which is the JSON reader's own limit.
 const LARGEST: u64 = 64 << 20;
@@ -30,7 +31,7 @@ pub(super) struct UnitsPart {
 
 /// The dimension as a number.
 pub(super) mod dimension {
-    use dcb_formats::mesh::Dimension;
+    use crate::mesh::Dimension;
     use schemars::{Schema, SchemaGenerator, json_schema};
     use serde::de::{Deserialize, Deserializer, Error, Unexpected};
     use serde::ser::Serializer;
@@ -60,12 +61,12 @@ pub(super) mod dimension {
 
 /// The text of a scene file.
 pub(super) fn text(path: &Path) -> Result<String, Error> {
-    let refused = |source| dcb_formats::Error::Io {
+    let refused = |source| crate::Error::Io {
         path: path.to_owned(),
         action: "cannot read",
         source,
     };
-    let whole = |message: String| dcb_formats::Error::File {
+    let whole = |message: String| crate::Error::File {
         path: path.to_owned(),
         message,
     };
@@ -98,18 +99,6 @@ pub(super) fn scene(text: &str, path: &Path) -> Result<Scene, Error> {
     let Object(scene) = serde_json::from_str::<Object<Scene>>(text)
         .map_err(|error| json_error(path, text.as_bytes(), &error, example_of))?;
     Ok(scene)
-}
-
-/// A fault of a description as one of the file that holds it.
-pub(crate) fn in_file(error: Error, path: &Path) -> Error {
-    match error {
-        Error::Description { location, message } => Error::File(dcb_formats::Error::Location {
-            path: path.to_owned(),
-            location,
-            message,
-        }),
-        other => other,
-    }
 }
 
 fn example_of(field: &str) -> Option<&'static str> {

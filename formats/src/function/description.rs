@@ -13,7 +13,7 @@ use super::pulse::Pulse;
 use super::smooth_step::SmoothStep;
 use super::trapezoid::Trapezoid;
 use crate::Error;
-use crate::scene::Object;
+use crate::named::Object;
 
 /// A scalar function of time.
 ///

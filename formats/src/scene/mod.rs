@@ -11,7 +11,6 @@ mod drive;
 mod integrator;
 mod joint;
 mod load;
-mod named;
 mod output;
 mod read;
 mod settings;
@@ -21,8 +20,8 @@ mod values;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-use dcb_formats::component::Units;
-use dcb_formats::mesh::Dimension;
+use crate::component::Units;
+use crate::mesh::Dimension;
 use nalgebra::Vector3;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -39,13 +38,10 @@ pub use joint::{
     Rack, UniversalJoint,
 };
 pub use load::{Load, LoadAxes, LoadFunction, PartLoadFunction};
-pub use named::Named;
-pub(crate) use named::Object;
 pub use output::{
     AtPlace, ChordDeflection, FieldRequest, MeshNode, OfBody, OfDrive, OfJoint, OfSpring, Output,
     Reaction, ReactionAxes, Record,
 };
-pub(crate) use read::in_file;
 pub use settings::{
     Analysis, Compatibility, Initial, Linearization, ModesAnalysis, RedundantConstraints,
 };
@@ -54,8 +50,9 @@ pub use values::{AngularVelocity, Characteristic, Orientation, RotaryInertia};
 
 use crate::Error;
 use crate::function::{Function, check_constant};
+pub use crate::named::Named;
+use crate::named::unique;
 use check::{Checker, each};
-use named::unique;
 
 /// A scene: a mechanism, what acts on it, and what is to be computed.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
@@ -130,9 +127,6 @@ pub struct Scene {
     /// How motion is integrated; a transient or kinematic analysis needs it.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub integrator: Option<Integrator>,
-    /// Normal of a plane that no motion leaves, world axes: what leads out of it isn't carried. Not part of a scene's file.
-    #[serde(skip)]
-    pub plane: Option<[f64; 3]>,
 }
 
 /// What doesn't move.
@@ -173,7 +167,6 @@ impl Scene {
             initial: Initial::default(),
             analysis: Analysis::default(),
             integrator: None,
-            plane: None,
         }
     }
 
@@ -194,7 +187,7 @@ impl Scene {
         let mut scene = read::scene(text, path)?;
         scene.directory = path.parent().map(Path::to_path_buf).unwrap_or_default();
         scene.name_constants();
-        scene.check().map_err(|error| read::in_file(error, path))?;
+        scene.check().map_err(|error| error.in_file(path))?;
         Ok(scene)
     }
 

@@ -6,9 +6,9 @@ use serde::{Deserialize, Serialize};
 use super::Characteristic;
 use super::check::{Checker, finite};
 use super::joint::with_angle;
-use super::named::object;
 use super::values::positive;
 use crate::Error;
+use crate::named::object;
 
 /// One spring.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]

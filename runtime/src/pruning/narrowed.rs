@@ -1,0 +1,34 @@
+//! A scene together with what is carried of its superelements.
+
+use dcb_formats::scene::Scene;
+use indexmap::IndexMap;
+
+use super::Carried;
+
+/// What is carried of the superelements of a scene; by default everything.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Carrying {
+    /// By the names of the bodies; all of the superelement where a body has no entry.
+    pub bodies: IndexMap<String, Carried>,
+    /// Normal of a plane that no motion leaves, world axes: what leads out of it isn't carried.
+    pub plane: Option<[f64; 3]>,
+}
+
+/// A scene and what is carried of its superelements.
+#[derive(Clone, Debug, PartialEq)]
+pub struct NarrowedScene {
+    /// The scene.
+    pub scene: Scene,
+    /// What is carried.
+    pub carrying: Carrying,
+}
+
+impl From<Scene> for NarrowedScene {
+    /// Everything is carried.
+    fn from(scene: Scene) -> Self {
+        Self {
+            scene,
+            carrying: Carrying::default(),
+        }
+    }
+}
