@@ -2,10 +2,9 @@
 //! (`docs/data/accuracy.jsonl`) into the generated part of `docs/accuracy.md`.
 #![allow(clippy::unwrap_used, clippy::expect_used)]
 
-use dcb_tests::{
-    accuracy_cases as dense, accuracy_page, accuracy_references as references,
-    accuracy_sections as sections,
-};
+use dcb_tests::accuracy::cases as dense;
+use dcb_tests::accuracy::{references, sections};
+use dcb_tests::pages::accuracy;
 
 const COMMAND: &str = "cargo run --release -p dcb-tests --example accuracy";
 
@@ -14,9 +13,7 @@ fn main() {
         let path = format!("{}/../docs/data/accuracy.jsonl", env!("CARGO_MANIFEST_DIR"));
         print!(
             "{}",
-            accuracy_page::render(
-                &std::fs::read_to_string(path).expect("docs/data/accuracy.jsonl")
-            )
+            accuracy::render(&std::fs::read_to_string(path).expect("docs/data/accuracy.jsonl"))
         );
         return;
     }

@@ -4,7 +4,8 @@
 
 use std::path::Path;
 
-use dcb_tests::{accuracy_sections, error_estimate};
+use dcb_tests::accuracy::sections;
+use dcb_tests::error_estimate;
 
 const COMMAND: &str = "cargo run --release -p dcb-tests --example error_estimate";
 
@@ -16,7 +17,7 @@ fn main() {
         print!("{}", error_estimate::render(&raw));
         return;
     }
-    println!("{}", accuracy_sections::machine(COMMAND));
+    println!("{}", sections::machine(COMMAND));
     for line in error_estimate::lines() {
         println!("{line}");
     }

@@ -2,14 +2,16 @@
 //! generated part of `docs/hard-cases.md`.
 #![allow(clippy::unwrap_used, clippy::expect_used)]
 
-use dcb_tests::hard_case::HardCase;
-use dcb_tests::{accuracy_sections, hard_dynamics, hard_page, hard_reduction};
+use dcb_tests::accuracy::sections;
+use dcb_tests::hard::case::HardCase;
+use dcb_tests::hard::{dynamics, reduction};
+use dcb_tests::pages::hard_cases;
 
 const COMMAND: &str = "cargo run --release -p dcb-tests --example hard";
 
 /// Group by group, in the order of the page.
 fn cases() -> Vec<fn() -> HardCase> {
-    [hard_reduction::cases(), hard_dynamics::cases()].concat()
+    [reduction::cases(), dynamics::cases()].concat()
 }
 
 fn main() {
@@ -19,10 +21,10 @@ fn main() {
     );
     if std::env::args().any(|argument| argument == "--render") {
         let raw = std::fs::read_to_string(path).expect("docs/data/hard_cases.jsonl");
-        print!("{}", hard_page::render(&raw));
+        print!("{}", hard_cases::render(&raw));
         return;
     }
-    let mut lines = format!("{}\n", accuracy_sections::machine(COMMAND));
+    let mut lines = format!("{}\n", sections::machine(COMMAND));
     for case in cases() {
         lines += &format!("{}\n", case().line());
     }

@@ -4,10 +4,9 @@
 
 use std::path::Path;
 
-use dcb_tests::{
-    accuracy_sections, motion_deflection as deflection, motion_invariance, motion_order,
-    motion_page, motion_pictures, motion_published as published,
-};
+use dcb_tests::accuracy::sections;
+use dcb_tests::motion::{deflection, invariance, order, pictures, published};
+use dcb_tests::pages::motion;
 
 const COMMAND: &str = "cargo run --release -p dcb-tests --example motion";
 
@@ -16,11 +15,11 @@ fn main() {
         let docs = Path::new(env!("CARGO_MANIFEST_DIR")).join("../docs");
         let raw =
             std::fs::read_to_string(docs.join("data/motion.jsonl")).expect("data/motion.jsonl");
-        motion_pictures::write(&raw, &docs.join("pictures"));
-        print!("{}", motion_page::render(&raw));
+        pictures::write(&raw, &docs.join("pictures"));
+        print!("{}", motion::render(&raw));
         return;
     }
-    println!("{}", accuracy_sections::machine(COMMAND));
+    println!("{}", sections::machine(COMMAND));
     for section in [
         deflection::step_convergence,
         deflection::unreduced,
@@ -31,8 +30,8 @@ fn main() {
         published::elements,
         published::rigid,
         published::flexible,
-        motion_order::order,
-        motion_invariance::invariance,
+        order::order,
+        invariance::invariance,
     ] {
         section().iter().for_each(|line| println!("{line}"));
     }

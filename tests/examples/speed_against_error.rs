@@ -4,11 +4,11 @@
 
 use std::path::Path;
 
-use dcb_tests::evidence_page;
+use dcb_tests::pages::speed_against_error;
 
 fn main() {
     let docs = Path::new(env!("CARGO_MANIFEST_DIR")).join("../docs");
     let raw = std::fs::read_to_string(docs.join("data/speed_against_error.jsonl")).unwrap();
-    evidence_page::write(&raw, &docs.join("pictures"));
-    print!("{}", evidence_page::render(&raw));
+    speed_against_error::write(&raw, &docs.join("pictures"));
+    print!("{}", speed_against_error::render(&raw));
 }

@@ -5,7 +5,8 @@
 
 use std::path::Path;
 
-use dcb_tests::{accuracy_sections, weak_form_map};
+use dcb_tests::accuracy::sections;
+use dcb_tests::hard::dynamics::weak_form_map;
 
 const COMMAND: &str = "cargo run --release -p dcb-tests --example weak_form_map";
 
@@ -20,7 +21,7 @@ fn main() {
         print!("{}", weak_form_map::render_rules(&raw));
         return;
     }
-    println!("{}", accuracy_sections::machine(COMMAND));
+    println!("{}", sections::machine(COMMAND));
     for line in weak_form_map::lines(&weak_form_map::FULL) {
         println!("{line}");
     }

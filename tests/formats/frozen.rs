@@ -1,6 +1,5 @@
 //! Superelements that `reduce` wrote with format 1.0, frozen: every later version reads them and finds the same mechanics.
 //! The values are those of the reference data, not of the files.
-#![allow(clippy::unwrap_used)]
 
 use std::path::{Path, PathBuf};
 

@@ -1,12 +1,8 @@
 //! Hard cases of the dynamics: each runs a plain method, which fails, and this project, which is right within a bound or refuses by name.
-//! The long ones: `cargo test --release -p dcb-tests --test hard_dynamics -- --ignored`.
-#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic)]
+//! The long ones: `cargo test --release -p dcb-tests --test hard dynamics:: -- --ignored`.
 
-use dcb_tests::hard_case::HardCase;
-use dcb_tests::{
-    hard_dynamics_events as events, hard_dynamics_loops as loops, hard_dynamics_motions as motions,
-    hard_dynamics_scales as scales, hard_dynamics_steps as steps, weak_form_map,
-};
+use dcb_tests::hard::case::HardCase;
+use dcb_tests::hard::dynamics::{events, loops, motions, scales, steps, weak_form_map};
 
 fn hold(case: fn() -> HardCase) {
     let found = case();

@@ -1,11 +1,10 @@
 //! Do mechanisms conserve what they must, whatever they are made of? Chains of rigid and flexible bodies on random joints, the same ones
 //! every time; momenta and energy are summed over the nodes of the finite elements.
-#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic)]
 
+use crate::random_chain::{Chain, Link, LinkBody, LinkJoint, Sums};
 use dcb_formats::mesh::Dimension;
 use dcb_runtime::integrator::Method;
 use dcb_tests::mechanism::{method, stabilized};
-use dcb_tests::random_chain::{Chain, Link, LinkBody, LinkJoint, Sums};
 use proptest::prelude::*;
 use proptest::test_runner::RngSeed;
 

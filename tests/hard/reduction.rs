@@ -1,16 +1,12 @@
 //! Does the reduction stand where a plain method falls? Each case runs both: the plain one has to fail, by number, and ours has to hold
 //! its bound or be refused by name.
-#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic)]
 
-use dcb_tests::hard_case::HardCase;
-use dcb_tests::{
-    hard_reduction, hard_reduction_conditioning as conditioning,
-    hard_reduction_refusals as refusals, hard_reduction_rows as rows,
-    hard_reduction_spectra as spectra,
-};
+use dcb_tests::hard::case::HardCase;
+use dcb_tests::hard::reduction;
+use dcb_tests::hard::reduction::{conditioning, refusals, rows, spectra};
 
 fn held(case: HardCase, name: &str) {
-    assert_eq!((case.group, case.name), (hard_reduction::GROUP, name));
+    assert_eq!((case.group, case.name), (reduction::GROUP, name));
     case.assert_held();
 }
 
@@ -26,7 +22,7 @@ macro_rules! tests {
 
         #[test]
         fn every_case_has_its_test() {
-            assert_eq!(hard_reduction::cases().len(), [$(stringify!($case)),+].len());
+            assert_eq!(reduction::cases().len(), [$(stringify!($case)),+].len());
         }
     };
 }

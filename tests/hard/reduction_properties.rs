@@ -1,14 +1,13 @@
 //! Does every part, whatever its shape, satisfy the identities of the method, and stay the same part in other axes and another order?
 //! The parts are random, the same ones every time.
-#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic)]
 
+use crate::identity_defects::{column_norms, identity_defects, modal_sum};
 use dcb_formats::Component;
 use dcb_formats::mesh::Dimension;
 use dcb_reducer::Reduced;
 use dcb_samples::spatial_beam::{BeamMass, BeamSection, BeamTheory, SpatialBeam};
 use dcb_samples::{Material, RodSection, SolidElement};
 use dcb_tests::dense::{diagonal_roots, relative, scaled_difference};
-use dcb_tests::identity_defects::{column_norms, identity_defects, modal_sum};
 use dcb_tests::nodal::PAIRS;
 use dcb_tests::random_parts::{Recipe, SpringMass, Springs, shuffled};
 use dcb_tests::turned::{turned, turned_rows};
@@ -149,7 +148,7 @@ proptest! {
         let reduced = lowest(&component, some_modes(&component, share));
         let none = lowest(&component, 0);
         for defect in identity_defects(&component, &reduced, &none) {
-            prop_assert!(defect.value < defect.limit, "{:?}", defect);
+            prop_assert!(defect.value < defect.limit, "{}: {:?}", defect.identity, defect);
         }
     }
 

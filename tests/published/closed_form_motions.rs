@@ -1,8 +1,9 @@
 //! Flexible bodies in motions with a closed form or a conserved quantity: a bar spun about its end, a free body, a cantilever
 //! in turned positions.
-#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic)]
 
-use dcb_tests::closed_form_motions::{cantilever, free_body_drifts, spun_bar, weight_deflections};
+use dcb_tests::mechanism::closed_form_motions::{
+    cantilever, free_body_drifts, spun_bar, weight_deflections,
+};
 
 /// A bar of density ρ and modulus E that turns about its end at ω stretches by u = ρ ω² / (2 E) (x L² - x³ / 3)
 /// (code_aster, test SSNV/V3.04.104). Softening, u ω² ρ against E u'', is below 1e-5 here.

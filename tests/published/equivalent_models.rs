@@ -1,9 +1,8 @@
 //! The same mechanism described in different ways has the same motion.
-#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic)]
 
 use std::f64::consts::FRAC_PI_2;
 
-use dcb_tests::equivalent_models::{
+use dcb_tests::mechanism::equivalent_models::{
     flexible_in_space, other_component_axes, other_order, other_units, rigid_linkage_in_space,
 };
 use dcb_tests::mechanism::{method, stabilized};

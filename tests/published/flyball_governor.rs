@@ -1,8 +1,7 @@
 //! The stiff flyball governor of the IFToMM library of multibody benchmarks: González, Dopico, Lugrís, Cuadrado, "A
 //! benchmarking system for MBS simulation software", Multibody System Dynamics 16 (2006) 179-190, problem A05.
-#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic)]
 
-use dcb_tests::governor::{governor_errors, least_governor};
+use dcb_tests::mechanism::governor::{governor_errors, least_governor};
 
 /// No figures to more than three digits are published, so the motion is compared with Lagrange's equations in two coordinates.
 #[test]

@@ -2,9 +2,8 @@
 //!
 //! Source: Simeon, "Modelling a flexible slider crank mechanism by a mixed system of DAEs and PDEs", Math. Modelling of Systems
 //! 2 (1996) 1-18; test set (Mazzia, Magherini), problem "Slider crank", its file `crank.f`.
-#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic)]
 
-use dcb_tests::ivp_slider_crank::{
+use dcb_tests::mechanism::ivp_slider_crank::{
     LENGTH, PUBLISHED, PUBLISHED_FORCES, RATES, SPIN, START, answer, classical,
     classical_mechanism, element_errors, relative, simulated, simulation, sine_samples,
 };

@@ -1,8 +1,7 @@
 //! Second order in the step, from the first step on.
-#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic)]
 
 use dcb_tests::mechanism::{method, stabilized};
-use dcb_tests::motion_order::{ORDER_BOUND, PROBLEMS, QUANTITIES, convergence, orders};
+use dcb_tests::motion::order::{ORDER_BOUND, PROBLEMS, QUANTITIES, convergence, orders};
 
 #[test]
 fn errors_are_of_second_order_in_the_step() {

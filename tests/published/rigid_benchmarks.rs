@@ -4,14 +4,13 @@
 //! Sources: González, Dopico, Lugrís, Cuadrado, "A benchmarking system for MBS simulation software", Multibody System Dynamics 16
 //! (2006) 179-190 (problems A01, A02, A04); the IFToMM library's problem "spatial rigid slider-crank mechanism" and the
 //! solutions submitted to it; values of Exudyn's examples where named.
-#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic)]
 
 use dcb_runtime::initial::Redundancy;
-use dcb_tests::mechanism::{extrapolated, method, stabilized};
-use dcb_tests::rigid_benchmarks::{
+use dcb_tests::mechanism::rigid_benchmarks::{
     Last, SUBMITTED_PLACES, bricard, bricard_errors, chain_error, double_four_bar_errors,
     expected_head, pendulum_errors, slider_places,
 };
+use dcb_tests::mechanism::{extrapolated, method, stabilized};
 
 /// Exudyn's `fourBarMechanismIftomm.py` gives the place of the first head at 10 s for steps of 0.25 and 0.125 ms: (0.3284552113,
 /// 0.9445195467) and (0.3284573768, 0.9445187937), of second order in the step; and a largest energy error of 1.143e-3 J at 1 ms.

@@ -1,5 +1,4 @@
 //! The slider-crank that the repository ships, from its scene file to its results file, against an independent history.
-#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic)]
 
 use std::path::PathBuf;
 

@@ -3,15 +3,14 @@
 //!
 //! Reference histories: `ref_planar.json`, an independent program's, at 144000 steps a revolution. Where two programs are
 //! compared, "relative" means by the largest deflection.
-#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic)]
 
 use std::f64::consts::TAU;
 
-use dcb_tests::deflection::{apart, classical_samples, history, reference_history};
+use dcb_tests::mechanism::slider_crank::rod_coordinates;
 use dcb_tests::mechanism::{method, run};
-use dcb_tests::motion_deflection::{step_bound, step_error};
-use dcb_tests::reduced_rod::{Benchmark, ReducedRod};
-use dcb_tests::slider_crank::rod_coordinates;
+use dcb_tests::motion::deflection::{step_bound, step_error};
+use dcb_tests::rod::deflection::{apart, classical_samples, history, reference_history};
+use dcb_tests::rod::reduced::{Benchmark, ReducedRod};
 
 /// All modes of 2, 4 and 8 elements against the reference (Figs 3 and 4, first set of data).
 #[test]

@@ -1,7 +1,6 @@
 //! The slider-crank's slender rod with geometric stiffening by the forces at its ends and by its spin, against values of an independent
 //! program (sine modes in a rod with the axial force in its bending stiffness): first peak 0.01539 and minimum -0.01263 at 5.08 rad, where the
 //! linear theory has 0.01876 and -0.0136 at 5.83 rad.
-#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic)]
 
 use std::sync::Arc;
 
@@ -10,9 +9,9 @@ use dcb_formats::mesh::Dimension;
 use dcb_reducer::Reduction;
 use dcb_runtime::{Compatibility, FlexibleBody};
 use dcb_samples::{RodSection, axial_prestress, planar_rod};
-use dcb_tests::deflection::sampled;
 use dcb_tests::mechanism::{Scene, energy, method, revolute, run, stabilized};
-use dcb_tests::reduced_rod::{Benchmark, ReducedRod};
+use dcb_tests::rod::deflection::sampled;
+use dcb_tests::rod::reduced::{Benchmark, ReducedRod};
 use nalgebra::Vector3;
 
 fn stiffened(elements: usize) -> Component {

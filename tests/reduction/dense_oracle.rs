@@ -1,7 +1,6 @@
 //! Is a reduction what dense algebra on K and M gives?
-#![allow(clippy::panic)]
 
-use dcb_tests::accuracy_cases::{cases, ring};
+use dcb_tests::accuracy::cases::{cases, ring};
 
 #[test]
 fn every_quantity_agrees_with_dense_algebra() {

@@ -1,6 +1,5 @@
 //! Further columns of the basis against dense algebra: what they answer to, that modes and interfaces don't answer to it already, and what
 //! they change at runtime.
-#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic)]
 
 use std::sync::Arc;
 
@@ -16,12 +15,12 @@ use dcb_runtime::system::builder::{Drawn, SystemBuilder, Turning};
 use dcb_runtime::system::evaluation::Evaluation;
 use dcb_runtime::{Compatibility, FlexibleBody};
 use dcb_samples::{RodSection, SolidElement, UnitScale, in_units, planar_rod};
-use dcb_tests::deflection::{apart, history};
 use dcb_tests::dense::{dense, largest, pseudo_random, relative, solve};
 use dcb_tests::mechanism::method;
 use dcb_tests::oracle::{Oracle, centre_of_mass};
 use dcb_tests::parts::{skew_beam, steel_box};
-use dcb_tests::reduced_rod::{Benchmark, ReducedRod};
+use dcb_tests::rod::deflection::{apart, history};
+use dcb_tests::rod::reduced::{Benchmark, ReducedRod};
 use dcb_tests::{assert_says, with};
 use faer::Mat;
 use nalgebra::{Matrix3, Vector3};

@@ -1,5 +1,4 @@
 //! Are estimated errors bounds, and close ones? Against the whole matrices, solved at every frequency.
-#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic)]
 
 use dcb_formats::component::Role;
 use dcb_formats::dcb::{Contents, WriteOptions, read_superelement, write_superelement};

@@ -1,6 +1,5 @@
 //! Hard cases of large parts that a fast factorization must not break: dense rows, double roots, shifts at an eigenvalue, almost all modes
 //! kept, bad conditioning. What is found is held against the component's own matrices, closed forms or dense algebra.
-#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic)]
 
 use dcb_formats::Component;
 use dcb_formats::component::InterfaceKind;

@@ -14,7 +14,7 @@ use dcb_samples::{Material, SolidElement, box_block, hard};
 use dcb_tests::dense::{
     dense, diagonal_roots, relative, scaled_difference, solve, sparse, symmetric,
 };
-use dcb_tests::massless::Massless;
+use dcb_tests::hard::reduction::massless::Massless;
 use dcb_tests::oracle::{Oracle, centre_of_mass, rigid_motions};
 use dcb_tests::{lowest, parts, refusal, with};
 use faer::Side;

@@ -1,6 +1,5 @@
 //! `reduce study` against dense algebra that shares nothing with it: complex solutions with the whole matrices at every frequency,
 //! null spaces for held interfaces, projections of the whole matrices for the reduced parts.
-#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic)]
 
 use dcb_formats::Component;
 use dcb_formats::mesh::Direction;

@@ -14,10 +14,10 @@ use faer::sparse::{SparseColMat, Triplet};
 use faer::{Mat, Side, c64};
 use serde_json::{Value, json};
 
-use crate::accuracy_page::table;
 use crate::dense::{dense, eigen, pseudo_random, solve, symmetric, times};
 use crate::localization::localization;
 use crate::oracle::{Oracle, centre_of_mass, rigid_motions};
+use crate::pages::accuracy::table;
 use crate::random_parts::{Recipe, SpringMass, Springs};
 use crate::raw_lines::raw_lines;
 use crate::{parts, with};

@@ -11,7 +11,7 @@
 //! ```
 //! so that L1, I1, I3 become L1 S and so on, L3, J2 and the stiffening matrices Sᵀ L3 S. T_r and σ² are found anew by the filter of
 //! theory §6. Further columns follow in S ([`super::truncated_columns`]). The result is what the reducer makes of the component with so many modes, to
-//! rounding (`tests/reduction/fewer_modes.rs`).
+//! rounding (`tests/reduction/selection/fewer_modes.rs`).
 
 use dcb_dense::symmetrized;
 use dcb_formats::component::Role;

@@ -2,7 +2,7 @@
 //!
 //! A [`Selection`] says which modes stay, what happens at each interface, which further columns and whose nodal fields are kept. The
 //! result is the superelement that `reduce` would have made of the component with these options, to rounding
-//! (`tests/reduction/selection.rs`). Modes that are left out are absorbed in the attachments: with C = L_b Φ over them and W = Ω⁻² Cᵀ,
+//! (`tests/reduction/selection/mod.rs`). Modes that are left out are absorbed in the attachments: with C = L_b Φ over them and W = Ω⁻² Cᵀ,
 //!
 //! ```text
 //! X'     = (X + Φ W) P                 G_res L_bᵀ over the modes kept, under the forces that are left

@@ -1,0 +1,17 @@
+//! Is a reduction what independent algebra says, and its estimates and selections too?
+#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic)]
+
+mod closed_forms;
+mod dense_oracle;
+mod diagnosis;
+mod enrichment;
+mod error_estimate;
+mod identities;
+mod interfaces;
+mod invariance;
+mod large_parts;
+mod reference_values;
+mod scene_driven;
+mod selection;
+mod spectra;
+mod study;

@@ -1,0 +1,536 @@
+//! Modes left out of a superelement: is it the one that the reducer makes with fewer modes?
+//!
+//! The reducer solves for the attachments of fewer modes in the finite element model; `ModeTruncation` only does algebra on
+//! interface matrices. They share no code.
+
+use dcb_formats::Component;
+use dcb_formats::component::{InterfaceKind, NamedLoad, Role};
+use dcb_formats::superelement::{FrameKind, Inertia, Superelement};
+use dcb_reducer::{EnrichmentSource, Grounding, InterfaceModes, LoosePieces, Reduced, Reduction};
+use dcb_runtime::{Compatibility, FlexibleBody, ModeTruncation};
+use dcb_samples::{SolidElement, hard};
+use dcb_tests::dense::{difference, identity, largest, pseudo_random, relative, scaled_difference};
+use dcb_tests::{parts, with};
+use faer::Mat;
+
+/// What may differ by rounding: eigenvectors by the rounding of their eigenvalues over the gaps between these.
+const ROUNDING: f64 = 1e-7;
+
+/// What frequencies beyond the modes may: a reader's filter magnifies the rounding of further columns that hardly differ.
+const FREQUENCY_ROUNDING: f64 = 1e-5;
+
+/// Reduces with many modes and with few, and compares the few with what is left of the many.
+fn check(component: &Component, options: &Reduction, many: usize, few: usize) -> Superelement {
+    let reduced = |modes: usize| {
+        let modes = Reduction::lowest(modes).modes;
+        with(
+            component,
+            &Reduction {
+                modes,
+                ..options.clone()
+            },
+        )
+    };
+    let (whole, expected) = (reduced(many), reduced(few));
+    let truncation = ModeTruncation::of(&whole.superelement, few).unwrap();
+    let found = truncation.superelement(&whole.superelement).unwrap();
+    let name = format!("{} with {few} of {many} modes", component.name);
+    assert!(
+        whole.superelement.mode_count() > expected.superelement.mode_count(),
+        "{name}: nothing is left out"
+    );
+    assert_eq!(
+        truncation.kept(),
+        expected.superelement.mode_count(),
+        "{name}"
+    );
+    compare(&name, &found, &expected);
+    compare_fields(&name, &truncation, &whole, &expected);
+    for compatibility in [
+        Compatibility::Strong,
+        Compatibility::Static,
+        Compatibility::Weak,
+    ] {
+        let body = |superelement| FlexibleBody::from_superelement(superelement, compatibility);
+        let (found, expected) = (body(&found).unwrap(), body(&expected.superelement).unwrap());
+        assert_eq!(
+            found.coordinate_count(),
+            expected.coordinate_count(),
+            "{name}"
+        );
+        assert_eq!(
+            found.residual_flexibility.is_some(),
+            expected.residual_flexibility.is_some(),
+            "{name}"
+        );
+        if compatibility == Compatibility::Strong {
+            let error = relative_beyond(&found.stiffness, &expected.stiffness);
+            assert!(
+                error < FREQUENCY_ROUNDING,
+                "{name}: frequencies differ by {error:.1e}"
+            );
+        }
+    }
+    found
+}
+
+/// Largest relative difference; motions without stiffness have none.
+fn relative_beyond(found: &[f64], expected: &[f64]) -> f64 {
+    let least = 1e-9 * expected.iter().copied().fold(0.0, f64::max);
+    let pairs = found.iter().zip(expected);
+    pairs
+        .map(|(found, expected)| (found - expected).abs() / expected.max(least))
+        .fold(0.0, f64::max)
+}
+
+fn compare(name: &str, found: &Superelement, expected: &Reduced) {
+    let expected = &expected.superelement;
+    let close = |quantity: &str, error: f64| {
+        assert!(
+            error < ROUNDING,
+            "{name}: {quantity} differs by {error:.1e}"
+        );
+    };
+    let (modes, all) = (&found.modes, &expected.modes);
+    let elastic = all
+        .eigenvalues
+        .iter()
+        .take_while(|value| **value <= 0.0)
+        .count();
+    close(
+        "ω²",
+        relative(&modes.eigenvalues[elastic..], &all.eigenvalues[elastic..]),
+    );
+    close(
+        "the first ω² left out",
+        (modes.first_omitted_eigenvalue / all.first_omitted_eigenvalue - 1.0).abs(),
+    );
+    assert_eq!(modes.damping, all.damping, "{name}");
+    close(
+        "L_b Φ",
+        difference(&modes.interface_shapes, &all.interface_shapes),
+    );
+    // Rows of one unit each: by what they are with no mode kept.
+    let (residual, all) = (&found.residual, &expected.residual);
+    let masses: Vec<f64> = all.mass_diagonal0.iter().map(|mass| mass.sqrt()).collect();
+    let flexibilities = flexibilities0(expected);
+    close(
+        "diag(M_res) with no mode kept",
+        relative(
+            &nonzero(&residual.mass_diagonal0),
+            &nonzero(&all.mass_diagonal0),
+        ),
+    );
+    close(
+        "M_res",
+        scaled_difference(&residual.mass, &all.mass, &masses),
+    );
+    close(
+        "F_res",
+        scaled_difference(&residual.flexibility, &all.flexibility, &flexibilities),
+    );
+    close("σ²", relative(&residual.sigma_squared, &all.sigma_squared));
+    let t = &residual.transform;
+    close(
+        "T_rᵀ M_res T_r",
+        largest((t.transpose() * &all.mass * t - identity(t.ncols())).as_ref()),
+    );
+    let stiffness = t.transpose() * &all.flexibility * t;
+    let roots: Vec<f64> = all
+        .sigma_squared
+        .iter()
+        .map(|square| square.sqrt())
+        .collect();
+    let squares = Mat::from_fn(t.ncols(), t.ncols(), |i, j| {
+        if i == j { all.sigma_squared[i] } else { 0.0 }
+    });
+    close(
+        "T_rᵀ F_res T_r",
+        scaled_difference(&stiffness, &squares, &roots),
+    );
+    assert_eq!(
+        residual.output_shapes.is_some(),
+        all.output_shapes.is_some(),
+        "{name}"
+    );
+    if let (Some(found), Some(all)) = (&residual.output_shapes, &all.output_shapes) {
+        // Observed rows have no flexibility of their own: against the largest entry of each column.
+        for column in 0..all.ncols() {
+            let of =
+                |matrix: &Mat<f64>| Mat::from_fn(matrix.nrows(), 1, |i, _| matrix[(i, column)]);
+            close("L_b G_res L_bᵀ", difference(&of(found), &of(all)));
+        }
+    }
+    let mut columns = vec![1.0; expected.mode_count()];
+    columns.extend(&masses);
+    columns.resize(expected.basis_count(), 1.0);
+    compare_inertia(name, &found.inertia, &expected.inertia, &columns);
+    for (load, all) in found.loads.iter().zip(&expected.loads) {
+        assert_eq!((&load.name, load.force), (&all.name, all.force), "{name}");
+        let over = |work: &[f64]| Mat::from_fn(work.len(), 1, |i, _| work[i]);
+        let scale = |work: &Mat<f64>| {
+            Mat::from_fn(work.nrows(), 1, |i, _| {
+                work[(i, 0)] * columns[i].max(f64::MIN_POSITIVE).recip()
+            })
+        };
+        let (load, all) = (scale(&over(&load.work)), scale(&over(&all.work)));
+        close("the work of a load", difference(&load, &all));
+    }
+    assert_eq!(
+        found.enrichment.is_some(),
+        expected.enrichment.is_some(),
+        "{name}"
+    );
+    let Some((found, all)) = found.enrichment.as_ref().zip(expected.enrichment.as_ref()) else {
+        return;
+    };
+    assert_eq!(found.names, all.names, "{name}");
+    close(
+        "L_b X",
+        difference(&found.interface_shapes, &all.interface_shapes),
+    );
+    close(
+        "ΨᵀMΨ",
+        scaled_difference(&found.reduced_mass, &all.reduced_mass, &columns),
+    );
+    let mut stiffnesses: Vec<f64> = expected
+        .modes
+        .eigenvalues
+        .iter()
+        .map(|square| square.sqrt())
+        .collect();
+    stiffnesses.extend(&flexibilities);
+    let further = stiffnesses.len()..expected.basis_count();
+    stiffnesses.extend(further.map(|j| all.reduced_stiffness[(j, j)].sqrt()));
+    close(
+        "ΨᵀKΨ",
+        scaled_difference(
+            &found.reduced_stiffness,
+            &all.reduced_stiffness,
+            &stiffnesses,
+        ),
+    );
+}
+
+/// Columns are scaled to unit mass with no mode kept.
+fn compare_inertia(name: &str, found: &Inertia, expected: &Inertia, columns: &[f64]) {
+    let scaled = |matrix: &Mat<f64>| {
+        Mat::from_fn(matrix.nrows(), matrix.ncols(), |i, j| match columns[j] {
+            0.0 => 0.0,
+            scale => matrix[(i, j)] / scale,
+        })
+    };
+    let largest_moment = (0..3).map(|a| expected.tensor[a][a]).fold(0.0, f64::max);
+    for (quantity, found, all, size) in [
+        ("L1", &found.l1, &expected.l1, expected.mass.sqrt()),
+        ("I3", &found.i3, &expected.i3, largest_moment.sqrt()),
+    ] {
+        let error = largest((scaled(found) - scaled(all)).as_ref()) / size;
+        assert!(
+            error < ROUNDING,
+            "{name}: {quantity} differs by {error:.1e}"
+        );
+    }
+    let blocks = |inertia: &Inertia| {
+        Mat::from_fn(9, inertia.i1.len(), |entry, column| {
+            inertia.i1[column][entry / 3][entry % 3]
+        })
+    };
+    let (i1, all) = (scaled(&blocks(found)), scaled(&blocks(expected)));
+    let error = largest((i1 - all).as_ref()) / largest_moment.sqrt();
+    assert!(error < ROUNDING, "{name}: I1 differs by {error:.1e}");
+    let lists = [
+        ("L3", &found.l3, &expected.l3),
+        ("J2", &found.i2, &expected.i2),
+    ];
+    for (quantity, found, all) in lists {
+        assert_eq!(found.len(), all.len(), "{name}: {quantity}");
+        for (found, all) in found.iter().zip(all) {
+            // The entries are cosines, so to say: at most one in size.
+            let error = scaled_difference(found, all, columns);
+            assert!(
+                error < ROUNDING,
+                "{name}: {quantity} differs by {error:.1e}"
+            );
+        }
+    }
+}
+
+fn compare_fields(name: &str, truncation: &ModeTruncation, whole: &Reduced, expected: &Reduced) {
+    let (found, all) = (truncation.recovery(&whole.recovery), &expected.recovery);
+    assert_eq!(found.dofs, all.dofs, "{name}");
+    let error = difference(&found.modes, &all.modes);
+    assert!(error < ROUNDING, "{name}: Φ differs by {error:.1e}");
+    assert_eq!(
+        found.enrichment.is_some(),
+        all.enrichment.is_some(),
+        "{name}"
+    );
+    if let Some((found, all)) = found.enrichment.as_ref().zip(all.enrichment.as_ref()) {
+        let error = difference(found, all);
+        assert!(error < ROUNDING, "{name}: X differs by {error:.1e}");
+    }
+    // Against the whole static response of each row.
+    for column in 0..all.residual.ncols() {
+        let of = |matrix: &Mat<f64>| Mat::from_fn(matrix.nrows(), 1, |i, _| matrix[(i, column)]);
+        let apart = largest((of(&found.residual) - of(&all.residual)).as_ref());
+        let response =
+            largest(of(&found.residual).as_ref()).max(largest(of(&all.residual).as_ref()));
+        assert!(
+            apart <= ROUNDING * response.max(f64::MIN_POSITIVE),
+            "{name}: column {column} of G_res L_bᵀ differs by {apart:.1e} of {response:.1e}"
+        );
+    }
+}
+
+/// √diag(F_res) with no mode kept.
+fn flexibilities0(superelement: &Superelement) -> Vec<f64> {
+    let (modes, residual) = (&superelement.modes, &superelement.residual);
+    (0..superelement.boundary_row_count())
+        .map(|row| {
+            if residual.mass_diagonal0[row] == 0.0 {
+                return 0.0;
+            }
+            let elastic = modes
+                .eigenvalues
+                .iter()
+                .enumerate()
+                .filter(|(_, value)| **value > 0.0);
+            let modal = elastic.map(|(k, value)| modes.interface_shapes[(row, k)].powi(2) / value);
+            (residual.flexibility[(row, row)] + modal.sum::<f64>()).sqrt()
+        })
+        .collect()
+}
+
+fn nonzero(values: &[f64]) -> Vec<f64> {
+    values
+        .iter()
+        .copied()
+        .filter(|value| *value > 0.0)
+        .collect()
+}
+
+fn free() -> Reduction {
+    Reduction::lowest(1)
+}
+
+#[test]
+fn planar_and_spatial_parts_lose_modes_as_if_reduced_with_fewer() {
+    for few in [0, 1, 2, 5, 8] {
+        check(&parts::tilted_rod(4), &free(), 9, few);
+    }
+    for few in [0, 3, 7] {
+        check(&parts::skew_beam(), &free(), 12, few);
+    }
+    check(&parts::rotor(), &free(), 14, 6);
+}
+
+#[test]
+fn all_that_the_modes_gave_up_comes_back_where_nothing_was_left() {
+    // 12 modes are all there are: F_res is rounding, and the truncation has to make it from the modes alone.
+    check(&parts::tilted_rod(4), &free(), 12, 4);
+}
+
+/// A rigid interface, an averaged one, and one that is observed only.
+fn watched() -> Component {
+    let part = parts::steel_box([5, 2, 2], SolidElement::Hexahedron);
+    let [left, right] = ["x_min", "x_max"].map(|set| part.mesh.point_sets[set].clone());
+    let inner: Vec<u32> = (0..part.mesh.node_count() as u32)
+        .filter(|node| !left.contains(node) && !right.contains(node))
+        .step_by(7)
+        .take(2)
+        .collect();
+    let mut watched = parts::interface("watched", InterfaceKind::Nodes, inner);
+    watched.role = Role::Output;
+    let interfaces = vec![
+        parts::interface("left", InterfaceKind::Rigid, left),
+        watched,
+        parts::interface("right", InterfaceKind::Average, right),
+    ];
+    parts::with_interfaces(&part, interfaces)
+}
+
+#[test]
+fn observed_and_rigid_interfaces_follow() {
+    let found = check(&watched(), &free(), 15, 4);
+    let shapes = found.residual.output_shapes.unwrap();
+    assert!(
+        (6..12).any(|row| shapes[(row, 0)].abs() > 0.0),
+        "nothing is observed"
+    );
+}
+
+#[test]
+fn a_frame_that_is_given_keeps_its_momentum_terms() {
+    let held = Reduction {
+        grounding: Grounding::Allow,
+        ..free()
+    };
+    let found = check(&hard::grounded_block(), &held, 12, 3);
+    assert_eq!(found.frame_kind, FrameKind::Given);
+    assert!(
+        largest(found.inertia.l1.as_ref()) > 1e-3,
+        "there are no such terms"
+    );
+}
+
+#[test]
+fn motions_without_stiffness_and_multiple_roots_are_not_cut() {
+    let loosely = Reduction {
+        loose_pieces: LoosePieces::Allow,
+        ..free()
+    };
+    let found = check(&hard::two_loose_blocks(), &loosely, 12, 2);
+    assert_eq!(
+        found.mode_count(),
+        6,
+        "six motions of one block against the other"
+    );
+    let found = check(&hard::square_block(), &free(), 10, 1);
+    assert_eq!(found.mode_count(), 2, "bending in both directions");
+}
+
+#[test]
+fn nothing_changes_where_nothing_is_left_out() {
+    for options in [Reduction::lowest(5), enriched(&EnrichmentSource::ALL)] {
+        let part = loaded(parts::tilted_rod(4));
+        let modes = Reduction::lowest(5).modes;
+        let whole = with(&part, &Reduction { modes, ..options });
+        for wanted in [5, 6, 100] {
+            let truncation = ModeTruncation::of(&whole.superelement, wanted).unwrap();
+            let left = truncation.superelement(&whole.superelement).unwrap();
+            assert_eq!(left, whole.superelement);
+            assert_eq!(truncation.recovery(&whole.recovery), whole.recovery);
+        }
+    }
+}
+
+fn enriched(sources: &[EnrichmentSource]) -> Reduction {
+    Reduction {
+        enrichment: sources.to_vec(),
+        ..free()
+    }
+}
+
+/// With two loads inside the part.
+fn loaded(part: Component) -> Component {
+    let mut random = pseudo_random(3);
+    let loads = ["wind", "heat"].map(|name| NamedLoad {
+        name: name.into(),
+        forces: (0..part.dofs.len()).map(|_| random()).collect(),
+    });
+    Component {
+        loads: loads.to_vec(),
+        ..part
+    }
+}
+
+#[test]
+fn further_columns_take_what_the_modes_did_of_their_responses() {
+    use EnrichmentSource::{Krylov, Loads, Spin};
+    for sources in [&[Spin][..], &[Loads], &[Krylov], &EnrichmentSource::ALL] {
+        for few in [0, 2, 5] {
+            check(&loaded(parts::tilted_rod(4)), &enriched(sources), 7, few);
+        }
+        for few in [0, 3, 7] {
+            check(&loaded(parts::skew_beam()), &enriched(sources), 12, few);
+        }
+        let box_of_steel = parts::steel_box([5, 2, 2], SolidElement::Hexahedron);
+        for few in [0, 4, 11] {
+            check(&loaded(box_of_steel.clone()), &enriched(sources), 15, few);
+        }
+    }
+    check(&parts::rotor(), &enriched(&[Spin, Krylov]), 14, 6);
+}
+
+#[test]
+fn further_columns_of_held_parts_and_beside_observed_and_rigid_interfaces_follow() {
+    let sources = enriched(&EnrichmentSource::ALL);
+    let held = Reduction {
+        grounding: Grounding::Allow,
+        ..sources.clone()
+    };
+    check(&loaded(hard::grounded_block()), &held, 12, 3);
+    let loosely = Reduction {
+        loose_pieces: LoosePieces::Allow,
+        ..sources.clone()
+    };
+    check(&loaded(hard::two_loose_blocks()), &loosely, 12, 7);
+    check(&loaded(watched()), &sources, 15, 4);
+}
+
+/// Where the modes carry a response whole there is no column for it in the file; with fewer there would have to be one.
+#[test]
+fn a_column_that_more_modes_made_superfluous_is_missed() {
+    for (source, modes) in [(EnrichmentSource::Spin, 12), (EnrichmentSource::Krylov, 9)] {
+        let options = Reduction {
+            modes: Reduction::lowest(modes).modes,
+            ..enriched(&[source])
+        };
+        let whole = with(&parts::rod(4), &options).superelement;
+        let left_out = &whole.provenance.quality["enrichment"]["left_out"];
+        assert!(!left_out.as_array().unwrap().is_empty(), "{source:?}");
+        let refused = ModeTruncation::of(&whole, 4).unwrap_err().to_string();
+        assert!(refused.contains("needs a further column"), "{refused}");
+    }
+}
+
+/// Columns of other programs, and names that don't fit.
+#[test]
+fn columns_that_are_something_else_are_refused() {
+    let options = Reduction {
+        modes: Reduction::lowest(8).modes,
+        ..enriched(&[EnrichmentSource::Spin, EnrichmentSource::Loads])
+    };
+    let whole = with(&loaded(parts::skew_beam()), &options).superelement;
+    let renamed = |change: &dyn Fn(&mut Vec<String>)| {
+        let mut other = whole.clone();
+        change(&mut other.enrichment.as_mut().unwrap().names);
+        ModeTruncation::of(&other, 4).unwrap_err().to_string()
+    };
+    for refused in [
+        renamed(&|names| names.clear()),
+        renamed(&|names| names[0] = "gust".into()),
+        renamed(&|names| names[0] = "load snow".into()),
+        renamed(&|names| names[0] = "krylov nowhere/ux".into()),
+    ] {
+        assert!(
+            refused.contains("other than those of `reduce --enrich`"),
+            "{refused}"
+        );
+    }
+    for refused in [
+        renamed(&|names| names.swap(0, 1)),
+        renamed(&|names| names.reverse()),
+    ] {
+        assert!(refused.contains("don't answer to"), "{refused}");
+    }
+    // Where the invariants don't tell the centrifugal forces: rotations, and no component masses.
+    let bare = Component {
+        component_masses: None,
+        ..parts::skew_beam()
+    };
+    let options = Reduction {
+        enrichment: vec![EnrichmentSource::Spin],
+        ..options
+    };
+    let whole = with(&bare, &options).superelement;
+    let refused = ModeTruncation::of(&whole, 4).unwrap_err().to_string();
+    assert!(refused.contains("don't answer to"), "{refused}");
+}
+
+#[test]
+fn a_reduced_number_of_interface_directions_is_refused() {
+    let options = Reduction {
+        interface_modes: InterfaceModes::Softest(3),
+        ..Reduction::lowest(8)
+    };
+    let part = parts::steel_box([5, 2, 2], SolidElement::Hexahedron);
+    let whole = with(&part, &options).superelement;
+    let refused = ModeTruncation::of(&whole, 4).unwrap_err().to_string();
+    assert!(refused.contains("interface directions"), "{refused}");
+    assert!(
+        ModeTruncation::of(&whole, 8).is_ok(),
+        "nothing is left out of it"
+    );
+}

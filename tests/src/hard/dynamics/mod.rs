@@ -1,0 +1,48 @@
+//! The hard cases of the dynamics, each with a plain method that fails at it.
+
+pub mod events;
+pub mod loops;
+pub mod motions;
+pub mod naive_constraints;
+pub mod scales;
+pub mod step_rules;
+pub mod steps;
+pub mod weak_form_map;
+
+use crate::hard::case::HardCase;
+
+/// Those of the default test run, each in seconds.
+pub fn cases() -> Vec<fn() -> HardCase> {
+    vec![
+        steps::tiny_steps,
+        steps::long_steps,
+        steps::no_numerical_damping,
+        steps::weak_form_below_its_window,
+        steps::unscaled_newton_matrix,
+        steps::forces_far_from_the_origin,
+        weak_form_map::coarse_map,
+        scales::mass_ratio_1e8,
+        scales::stiffness_ratio_1e10,
+        scales::bushing_on_steel,
+        scales::force_of_a_pin,
+        scales::micrometre_beside_kilometre,
+        scales::attachments_of_rounding,
+        loops::nearly_redundant_loop,
+        loops::closed_ring,
+        loops::dead_centre,
+        motions::long_chain,
+        motions::whirling_bar,
+        motions::inconsistent_start,
+        events::jump_of_a_drive,
+        events::impulsive_load,
+        events::spin_through_the_first_frequency,
+    ]
+}
+
+/// Those that take a minute or more.
+pub fn long_cases() -> Vec<fn() -> HardCase> {
+    vec![
+        motions::whirling_bar_ten_thousand_turns,
+        events::slider_crank_ten_thousand_turns,
+    ]
+}

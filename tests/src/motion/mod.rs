@@ -1,0 +1,7 @@
+//! Motions measured against references, closed forms and conserved quantities.
+
+pub mod deflection;
+pub mod invariance;
+pub mod order;
+pub mod pictures;
+pub mod published;

@@ -1,0 +1,43 @@
+//! `docs/data/scene_reduction.jsonl`, bounds and true errors of parts reduced for a scene, as a generated part of `docs/scene-driven.md`.
+
+use crate::pages::accuracy::table;
+use crate::raw_lines::raw_lines;
+
+/// The generated part stands between these lines.
+pub const MARKERS: [&str; 2] = [
+    "<!-- generated from data/scene_reduction.jsonl -->\n",
+    "<!-- end of the bounds and true errors -->\n",
+];
+
+/// Everything between the markers.
+pub fn render(raw: &str) -> String {
+    let mut last = "";
+    let lines = raw_lines(raw);
+    let cells: Vec<Vec<String>> = (lines.iter())
+        .map(|line| {
+            let part = line["part"].as_str().unwrap_or("");
+            let named = if part == last { "" } else { part };
+            last = part;
+            let small = |key: &str| line[key].as_f64().unwrap_or(f64::NAN);
+            vec![
+                named.to_owned(),
+                line["dofs"].to_string(),
+                format!("{:.0e}", small("tolerance")),
+                line["coordinates"].to_string(),
+                format!("{:.1e}", small("bound")),
+                format!("{:.1e}", small("true_error")),
+            ]
+        })
+        .collect();
+    table(
+        &[
+            "part and scene",
+            "dofs",
+            "tolerance",
+            "coordinates",
+            "bound",
+            "true error",
+        ],
+        &cells,
+    )
+}
