@@ -20,6 +20,7 @@ pub mod report;
 pub mod results;
 pub mod scene;
 pub mod snapshot;
+pub mod stop_signal;
 pub mod superelement;
 pub mod terminal;
 pub mod threads;

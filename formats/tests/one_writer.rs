@@ -59,6 +59,7 @@ fn nothing_else_writes_files() {
         "reducer",
         "reducer/sparse",
         "runtime",
+        "runtime/demand",
         "samples",
     ] {
         for path in sources(&root.join(crate_name).join("src")) {

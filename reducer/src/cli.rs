@@ -242,7 +242,7 @@ pub(crate) fn frequency(text: &str) -> Result<f64, String> {
 
 /// Runs the program.
 pub fn main() -> ExitCode {
-    dcb_runtime::stop_signal::listen();
+    dcb_formats::stop_signal::listen();
     let cli = match Cli::try_parse() {
         Ok(cli) => cli,
         Err(error) => return refuse(&in_our_words(error)),

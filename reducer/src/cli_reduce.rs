@@ -11,7 +11,7 @@ use dcb_formats::dcb::{
     write_superelement,
 };
 use dcb_formats::report::write_text;
-use dcb_runtime::stop_signal;
+use dcb_formats::stop_signal;
 use serde_json::json;
 
 use crate::cache::Claim;

@@ -24,7 +24,7 @@ pub enum Error {
     },
     /// A scene can't be read, or what it needs can't be taken out of a superelement.
     #[error(transparent)]
-    Scene(#[from] dcb_runtime::Error),
+    Scene(#[from] dcb_demand::Error),
     /// Memory ran out.
     #[error("out of memory for {what}: use a machine with more memory, or a coarser mesh")]
     OutOfMemory {
@@ -123,6 +123,12 @@ pub enum Error {
         /// What was being computed.
         what: &'static str,
     },
+}
+
+impl From<dcb_superelement::Error> for Error {
+    fn from(error: dcb_superelement::Error) -> Self {
+        Self::Scene(error.into())
+    }
 }
 
 impl From<dcb_sparse::Error> for Error {

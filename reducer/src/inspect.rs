@@ -7,7 +7,7 @@ use dcb_formats::Superelement;
 use dcb_formats::dcb::SuperelementFile;
 use dcb_formats::mesh::{Dimension, Direction};
 use dcb_formats::terminal::one_line;
-use dcb_runtime::selection::SelectionRecord;
+use dcb_superelement::selection::SelectionRecord;
 use serde_json::json;
 
 use crate::cli_reduce::Outcome;

@@ -15,13 +15,9 @@
 //! ([`GeneralizedBody`]) and without any coordinates ([`RigidBody`]).
 
 mod attachment;
-mod compatibility;
 mod generalized;
-mod made_for;
 mod rigid;
 mod superelement;
-mod truncated_columns;
-mod truncation;
 
 use std::path::Path;
 
@@ -33,12 +29,10 @@ use nalgebra::Vector3;
 use crate::error::Error;
 use crate::frame::{FrameInertia, InertiaChange};
 pub use attachment::Attachment;
-pub use compatibility::Compatibility;
+pub use dcb_formats::scene::Compatibility;
+use dcb_superelement::MadeFor;
 pub use generalized::GeneralizedBody;
-pub use made_for::{FrequencyLimit, LeftOutBy, LoadedDirections, MadeFor};
 pub use rigid::{RigidBody, RigidPoint};
-pub use truncation::ModeTruncation;
-pub(crate) use truncation::refuse_reduced_interfaces;
 
 /// Largest cosine between a rigid motion and a column of Ψ_r that still counts as rounding. The reducer holds the file's
 /// columns to 1e-8 of their size with no mode kept, and T_r magnifies weak attachments.

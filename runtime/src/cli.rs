@@ -17,9 +17,9 @@ use crate::cli_study::{self, StudyArguments};
 use crate::error::Error;
 use crate::history::Selection;
 use crate::run::refuse_inputs;
-use crate::stop_signal::{self, StopSignal};
 use crate::{csv, picture};
 use dcb_formats::scene::{Compatibility, scene_schema};
+use dcb_formats::stop_signal::{self, StopSignal};
 
 /// Simulates mechanisms of superelements and rigid bodies.
 ///
@@ -118,7 +118,7 @@ pub struct SceneArguments {
     #[arg(long, value_name = "WHAT", value_enum, default_value_t)]
     pub model: ModelArgument,
     /// How far a body's response may change by what is left out.
-    #[arg(long, value_name = "E", default_value_t = crate::pruning::DEFAULT_TOLERANCE, allow_negative_numbers = true)]
+    #[arg(long, value_name = "E", default_value_t = dcb_demand::pruning::DEFAULT_TOLERANCE, allow_negative_numbers = true)]
     pub tolerance: f64,
     /// List what of each body is left out, why, and at which estimated cost.
     #[arg(long)]

@@ -17,11 +17,11 @@ use crate::csv;
 use crate::error::Error;
 use crate::history::Selection;
 use crate::model::Model;
-use crate::pruning::Pruning;
 use crate::run::{self, ModesReport, Observer, Profiling, Report, RunReport, Target, stiffened};
-use crate::stop_signal;
-use crate::superelement_files::SuperelementFiles;
+use dcb_demand::SuperelementFiles;
+use dcb_demand::pruning::Pruning;
 use dcb_formats::scene::{BodyKind, Method, Scene};
+use dcb_formats::stop_signal;
 
 /// Positions of the progress bar.
 const POSITIONS: u64 = 1000;
@@ -77,7 +77,7 @@ pub fn run(arguments: &SceneArguments, common: &CommonArguments) -> Result<Done,
         ModelArgument::Everything => None,
         ModelArgument::Needed => {
             let found = Pruning::of(&scene, &open, arguments.tolerance);
-            Some(found.map_err(|error| error.in_file(path))?)
+            Some(found.map_err(|error| Error::from(error).in_file(path))?)
         }
     };
     if let Some(pruning) = &pruning {

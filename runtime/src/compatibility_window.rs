@@ -14,10 +14,10 @@ use faer::Mat;
 
 use crate::error::Error;
 use crate::initial::dependent_rows;
-use crate::integrator::scheme::Scheme;
 use crate::system::evaluation::Evaluation;
 use crate::system::residual::row_forces;
 use crate::system::{State, System};
+use dcb_formats::scene::Scheme;
 
 /// Where one body of weak compatibility can be used.
 #[derive(Clone, Debug, PartialEq)]

@@ -1,6 +1,5 @@
 //! Why a body can't be used, or a motion can't be continued.
 
-use dcb_superelement::{NoCoordinates, NotFinite};
 use std::path::{Path, PathBuf};
 
 /// What went wrong, and what would be right.
@@ -43,17 +42,9 @@ pub enum Error {
         /// What to do instead.
         remedy: &'static str,
     },
-    /// Something is selected of a superelement that it doesn't have, or that can't be left out.
-    #[error("body {body:?}: {message}")]
-    Selection {
-        /// Name of the body.
-        body: String,
-        /// What was asked for, and what would be right.
-        message: String,
-    },
-    /// A part that isn't symmetric about a plane is to move in it alone.
+    /// Nothing of the kind follows from the superelement.
     #[error(transparent)]
-    Asymmetric(#[from] crate::selection::Asymmetry),
+    Superelement(#[from] dcb_superelement::Error),
     /// The frame is called mean-axis, but the basis has momentum in it.
     #[error(
         "body {body:?}: {quantity} of the basis is {found:.1e} of a rigid motion's, but a mean-axis frame allows {limit:.0e}; reduce the component again"
@@ -475,6 +466,9 @@ impl Error {
         if let Self::File(error) = self {
             return error.is_unusable_input();
         }
+        if let Self::Superelement(error) = self {
+            return error.is_unusable_input();
+        }
         !matches!(
             self,
             Self::OutOfMemory
@@ -516,22 +510,11 @@ impl Error {
     }
 }
 
-impl Error {
-    /// Why the body of a superelement has no coordinates beyond its modes.
-    pub(crate) fn without_coordinates(body: &str, why: NoCoordinates) -> Self {
-        let body = body.to_owned();
-        match why {
-            NoCoordinates::FurtherNotOrthogonal => Self::NotHandled {
-                body,
-                what: "its further columns are not orthogonal to its modes",
-                remedy: "subtract the modes' part of them in the mass metric",
-            },
-            NoCoordinates::NotPositive(found) => Self::NotPositive {
-                body,
-                quantity: "the reduced stiffness over attachments and further columns",
-                required: "positive semi-definite",
-                found,
-            },
+impl From<dcb_demand::Error> for Error {
+    fn from(error: dcb_demand::Error) -> Self {
+        match error {
+            dcb_demand::Error::Formats(error) => error.into(),
+            dcb_demand::Error::Superelement(error) => error.into(),
         }
     }
 }
@@ -544,11 +527,5 @@ impl From<dcb_formats::Error> for Error {
             }
             other => Self::File(other),
         }
-    }
-}
-
-impl From<NotFinite> for Error {
-    fn from(_: NotFinite) -> Self {
-        Self::NoEigenvalues
     }
 }

@@ -41,7 +41,6 @@ mod cli_study;
 pub mod compatibility_window;
 pub mod contradicting_drives;
 pub mod csv;
-pub mod demand;
 pub mod driven;
 pub mod effective_damping;
 pub mod eigenmodes;
@@ -49,7 +48,6 @@ pub mod energy;
 pub mod energy_balance;
 pub mod equilibrium;
 pub mod error;
-mod fewest;
 pub mod field;
 pub mod frame;
 pub mod history;
@@ -62,32 +60,22 @@ pub mod measure;
 pub mod mechanism;
 pub mod model;
 pub mod motion;
-mod part_file;
 pub mod picture;
-pub mod planar_part;
 pub mod prepare;
-pub mod pruning;
 pub mod rotation;
 pub mod run;
 pub mod scope;
-pub mod selection;
 pub mod simulation;
-pub mod stop_signal;
 pub mod study;
-pub mod superelement_files;
 pub mod system;
 pub mod validity;
 pub mod vtu;
 
-pub use body::{
-    Attachment, Compatibility, FlexibleBody, GeneralizedBody, ModeTruncation, RigidBody, RigidPoint,
-};
+pub use body::{Attachment, Compatibility, FlexibleBody, GeneralizedBody, RigidBody, RigidPoint};
 pub use dcb_formats::Scene;
-pub use demand::Demand;
 pub use error::Error;
 pub use frame::{
     BodyAcceleration, BodyState, FrameInertia, InertiaChange, InertiaForces, InertiaTangent,
     InertiaTerms,
 };
 pub use mechanism::Mechanism;
-pub use selection::Selection;

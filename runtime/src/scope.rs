@@ -23,9 +23,11 @@ use std::ops::Range;
 
 use dcb_formats::mesh::Direction;
 
-use crate::body::{FlexibleBody, FrequencyLimit, LeftOutBy, LoadedDirections};
+use crate::body::FlexibleBody;
+
 use crate::system::evaluation::Evaluation;
 use crate::system::{Body, State, System};
+use dcb_superelement::{FrequencyLimit, LeftOutBy, LoadedDirections};
 
 /// More of a body's elastic energy than this part, above the frequency that it was made for, is told.
 const ABOVE: f64 = 0.05;

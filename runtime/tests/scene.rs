@@ -3,10 +3,10 @@
 
 use std::path::Path;
 
+use dcb_formats::Error;
 use dcb_formats::Function;
 use dcb_formats::mesh::Dimension;
 use dcb_formats::scene::*;
-use dcb_formats::Error;
 use nalgebra::{Matrix3, Vector3};
 use serde_json::{Value, json};
 

@@ -10,15 +10,15 @@ use std::sync::Arc;
 use common::Part;
 use common::mechanisms::method;
 use dcb_formats::mesh::Dimension;
-use dcb_runtime::body::LeftOutBy;
 use dcb_runtime::initial::Redundancy;
 use dcb_runtime::integrator::Formulation;
 use dcb_runtime::scope::{BeyondScope, Scope};
-use dcb_runtime::selection::{InterfaceSelection, Selection};
 use dcb_runtime::simulation::Simulation;
 use dcb_runtime::system::builder::{Drawn, SystemBuilder};
 use dcb_runtime::{Compatibility, FlexibleBody};
 use dcb_samples::{RodSection, planar_rod};
+use dcb_superelement::LeftOutBy;
+use dcb_superelement::selection::{InterfaceSelection, Selection};
 use nalgebra::Vector3;
 
 /// A free rod of three modes and its attachments.

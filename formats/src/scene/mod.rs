@@ -13,6 +13,7 @@ mod joint;
 mod load;
 mod output;
 mod read;
+mod scheme;
 mod settings;
 mod spring;
 mod values;
@@ -42,6 +43,7 @@ pub use output::{
     AtPlace, ChordDeflection, FieldRequest, MeshNode, OfBody, OfDrive, OfJoint, OfSpring, Output,
     Reaction, ReactionAxes, Record,
 };
+pub use scheme::Scheme;
 pub use settings::{
     Analysis, Compatibility, Initial, Linearization, ModesAnalysis, RedundantConstraints,
 };

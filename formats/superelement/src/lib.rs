@@ -1,6 +1,7 @@
 //! What follows from one superelement file by algebra alone, for whoever reduces, estimates errors or simulates: which residual
-//! directions have mass ([`ResidualFilter`]), the dynamic coordinates beyond the modes ([`ResidualCoordinates`]), where a list of modes may
-//! end ([`extended_to_gap`]).
+//! directions have mass ([`ResidualFilter`]), the coordinates beyond the modes ([`ResidualCoordinates`]) and those of the dynamics
+//! ([`DynamicCoordinates`]), where a list of modes may end ([`extended_to_gap`]), the smaller superelement that a scene needs ([`selection`]),
+//! and what a file was made for ([`MadeFor`]).
 //!
 //! ```
 //! // Six modes are wanted of a part with double roots: the seventh belongs to the sixth.
@@ -11,10 +12,18 @@
 /// Structural loss factor η of responses that are compared, λ = ω² / (1 + iη): that of `reduce study` and of error estimates.
 pub const LOSS_FACTOR: f64 = 0.02;
 
+mod dynamic_coordinates;
+mod error;
+mod made_for;
 mod multiple_roots;
 mod residual_coordinates;
 mod residual_filter;
+pub mod selection;
 
+pub use dynamic_coordinates::DynamicCoordinates;
+pub use error::{Asymmetry, Error};
+pub use made_for::{FrequencyLimit, LeftOutBy, LoadedDirections, MadeFor};
 pub use multiple_roots::{CLUSTER_TOLERANCE, extended_to_gap};
 pub use residual_coordinates::{NoCoordinates, ResidualCoordinates};
 pub use residual_filter::{NotFinite, ResidualFilter};
+pub use selection::Selection;

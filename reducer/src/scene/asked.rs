@@ -3,14 +3,14 @@
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
+use dcb_demand::PlanarPart;
+use dcb_demand::demand::{Demand, Involvement, NodeDemand, PartInterface, Parts, PlaneOfMotion};
+use dcb_demand::pruning::Pruned;
 use dcb_formats::component::{Component, Interface, InterfaceKind, Role, Weights};
 use dcb_formats::dcb::SuperelementFile;
 use dcb_formats::mesh::{Dimension, Direction, Mesh};
 use dcb_formats::scene::{Compatibility, DampingOverride, ModalRatios};
 use dcb_formats::superelement::Superelement;
-use dcb_runtime::demand::{Demand, Involvement, NodeDemand, PartInterface, Parts, PlaneOfMotion};
-use dcb_runtime::planar_part::PlanarPart;
-use dcb_runtime::pruning::Pruned;
 
 use super::PartInScene;
 use super::interfaces::part_interfaces;

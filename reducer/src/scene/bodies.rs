@@ -3,9 +3,9 @@
 use std::ffi::OsStr;
 use std::path::{Path, PathBuf};
 
+use dcb_formats::Scene;
 use dcb_formats::dcb::is_same_file;
 use dcb_formats::scene::{BodyKind, SuperelementBody};
-use dcb_runtime::Scene;
 
 use crate::error::Error;
 

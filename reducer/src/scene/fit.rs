@@ -2,12 +2,12 @@
 
 use std::collections::BTreeSet;
 
+use dcb_demand::demand::NodeDemand;
+use dcb_demand::{Carried, LeftOut, Pruned};
 use dcb_formats::component::Component;
 use dcb_formats::mesh::Mesh;
 use dcb_formats::superelement::{RecoveryBasis, Superelement};
-use dcb_runtime::demand::NodeDemand;
-use dcb_runtime::pruning::{Carried, LeftOut, Pruned};
-use dcb_runtime::selection::{InterfaceSelection, NodeSelection, ObservedNodes, Selection};
+use dcb_superelement::selection::{InterfaceSelection, NodeSelection, ObservedNodes, Selection};
 
 use super::asked::{Asked, WATCHED};
 use super::report::{Amounts, Kept, Omission, SceneFit};

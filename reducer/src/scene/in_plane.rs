@@ -1,7 +1,7 @@
 //! The reduction of a spatial part as a planar scene has it.
 
-use dcb_runtime::planar_part::PlanarPart;
-use dcb_runtime::pruning::LeftOut;
+use dcb_demand::LeftOut;
+use dcb_demand::PlanarPart;
 
 use super::asked::Asked;
 use crate::Reduced;
@@ -14,7 +14,7 @@ use crate::quality::Quality;
 /// [`Error::InScene`] with how far the part is from symmetric, if it isn't; those of [`PlanarPart::of`].
 pub(super) fn in_plane(asked: &Asked, spatial: Reduced) -> Result<(Reduced, LeftOut), Error> {
     let part = match PlanarPart::of(&spatial.superelement) {
-        Err(dcb_runtime::Error::Asymmetric(found)) => {
+        Err(dcb_demand::Error::Superelement(dcb_superelement::Error::Asymmetric(found))) => {
             return Err(Error::InScene {
                 path: asked.scene.clone(),
                 message: format!("the scene is planar, but the component is spatial: {found}"),

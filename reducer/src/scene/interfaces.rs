@@ -1,7 +1,7 @@
 //! Interfaces of a component as a scene sees them, before there is a superelement.
 
+use dcb_demand::demand::PartInterface;
 use dcb_formats::Component;
-use dcb_runtime::demand::PartInterface;
 use nalgebra::{Matrix3, Vector3};
 
 use crate::condensation::Model;

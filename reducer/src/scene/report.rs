@@ -2,8 +2,8 @@
 
 use std::fmt::Write as _;
 
+use dcb_demand::LeftOut;
 use dcb_formats::superelement::Superelement;
-use dcb_runtime::pruning::LeftOut;
 use serde::{Deserialize, Serialize};
 
 use super::Asked;

@@ -2,8 +2,8 @@
 
 use std::f64::consts::TAU;
 
+use dcb_demand::LeftOut;
 use dcb_formats::superelement::Superelement;
-use dcb_runtime::pruning::LeftOut;
 use dcb_superelement::LOSS_FACTOR;
 use serde::{Deserialize, Serialize};
 

@@ -9,11 +9,11 @@
 //! ```
 //! which is compared with the tolerance of deflections that are a hundredth of the part's size.
 
+use dcb_demand::demand::NodeDemand;
 use dcb_dense::{symmetric_eigen, symmetrized};
 use dcb_formats::component::Role;
 use dcb_formats::mesh::Dimension;
 use dcb_formats::superelement::{Enrichment, RecoveryBasis, Superelement};
-use dcb_runtime::demand::NodeDemand;
 use faer::Mat;
 use nalgebra::Matrix3;
 

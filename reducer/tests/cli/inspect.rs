@@ -2,7 +2,7 @@
 
 use dcb_formats::Superelement;
 use dcb_formats::dcb::{Contents, Replace, SuperelementFile, WriteOptions, write_superelement};
-use dcb_runtime::Selection;
+use dcb_superelement::Selection;
 use serde_json::json;
 
 use crate::support::{Folder, stored};

@@ -2,7 +2,7 @@
 
 use dcb_formats::Superelement;
 use dcb_formats::dcb::{Contents, SuperelementFile, WriteOptions, write_superelement};
-use dcb_runtime::selection::{InPlane, Normal, SYMMETRIC};
+use dcb_superelement::selection::{InPlane, Normal, SYMMETRIC};
 
 use crate::support::Folder;
 

@@ -10,8 +10,8 @@
 //! made again, smaller. The step changes only where that pays, because the iteration matrix depends on it.
 
 use crate::error::Error;
-use crate::integrator::scheme::Scheme;
 use crate::system::{State, System};
+use dcb_formats::scene::Scheme;
 
 /// Room that a new step leaves below the tolerance.
 const SAFETY: f64 = 0.8;

@@ -1,6 +1,6 @@
 //! How steps are made, and what they take.
 
-use super::scheme::Scheme;
+use dcb_formats::scene::Scheme;
 
 /// At which level constraints are met.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]

@@ -7,7 +7,6 @@ pub mod method;
 pub mod newton;
 pub mod profile;
 pub mod resolution;
-pub mod scheme;
 
 pub use method::{Effort, Formulation, Method, Tolerance};
 pub use profile::Profile;

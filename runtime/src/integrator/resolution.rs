@@ -14,8 +14,8 @@
 use std::f64::consts::TAU;
 use std::ops::Range;
 
-use crate::integrator::scheme::Scheme;
 use crate::system::{Body, State, System};
+use dcb_formats::scene::Scheme;
 
 /// Steps that are looked at together.
 const WINDOW: usize = 8;

@@ -10,13 +10,15 @@ use dcb_formats::superelement::{RecoveryBasis, Stiffening, Superelement};
 use indexmap::IndexMap;
 
 use super::bodies;
-use crate::body::{Compatibility, FlexibleBody, MadeFor, ModeTruncation, RigidBody};
+use crate::body::{Compatibility, FlexibleBody, RigidBody};
 use crate::error::Error;
-use crate::part_file::PartFile;
-use crate::pruning::{Carried, Carrying, LeftOut};
-use crate::selection::SelectionRecord;
-use crate::superelement_files::SuperelementFiles;
+use dcb_demand::PartFile;
+use dcb_demand::SuperelementFiles;
+use dcb_demand::{Carried, Carrying, LeftOut};
 use dcb_formats::scene::{self, Body, BodyKind, Scene, SuperelementBody};
+use dcb_superelement::MadeFor;
+use dcb_superelement::selection::ModeTruncation;
+use dcb_superelement::selection::SelectionRecord;
 
 /// What reading one file gave.
 #[derive(Clone, Debug, PartialEq)]
@@ -73,7 +75,10 @@ impl OpenFile {
                 format!("is {wanted}, but the superelement has {available} modes"),
             ));
         }
-        ModeTruncation::of(self.file.superelement(), wanted as usize).map(Some)
+        Ok(Some(ModeTruncation::of(
+            self.file.superelement(),
+            wanted as usize,
+        )?))
     }
 
     /// The superelement with as many modes as a body asks for.
@@ -160,7 +165,7 @@ impl OpenFile {
         match &used.carried {
             Some(Carried::Selection(selection)) => {
                 let whole = self.truncated(body, of)?;
-                selection.recovery(&whole, &basis)
+                Ok(selection.recovery(&whole, &basis)?)
             }
             Some(Carried::Rigid) | None => Ok(basis),
         }
@@ -182,11 +187,7 @@ impl Library {
         Self {
             units: scene.units.clone(),
             dimension: scene.dimension,
-            compatibility: match scene.compatibility {
-                scene::Compatibility::Strong => Compatibility::Strong,
-                scene::Compatibility::Static => Compatibility::Static,
-                scene::Compatibility::Weak => Compatibility::Weak,
-            },
+            compatibility: scene.compatibility,
             carrying: carrying.clone(),
             open: open.clone(),
             files: IndexMap::new(),

@@ -17,10 +17,10 @@ use nalgebra::Vector3;
 
 use crate::body::Compatibility;
 use crate::error::Error;
-use crate::pruning::{Carrying, NarrowedScene};
-use crate::superelement_files::SuperelementFiles;
 use crate::system::builder::{BuiltJoint, JointCoordinate, SystemBuilder};
 use crate::system::{State, System};
+use dcb_demand::SuperelementFiles;
+use dcb_demand::pruning::{Carrying, NarrowedScene};
 use dcb_formats::scene::Scene;
 
 pub use field_folder::FieldFolders;

@@ -9,16 +9,17 @@ use dcb_formats::superelement::{RecoveryBasis, Stiffening, Superelement};
 use serde::Serialize;
 
 use super::Prepared;
-use crate::body::{Compatibility, FlexibleBody, ModeTruncation};
+use crate::body::{Compatibility, FlexibleBody};
 use crate::error::Error;
-use crate::part_file::PartFile;
-use crate::pruning::{Carried, Carrying, NarrowedScene};
 use crate::run::refuse_inputs;
-use crate::selection::{NodeSelection, Selection};
-use crate::superelement_files::SuperelementFiles;
+use dcb_demand::PartFile;
+use dcb_demand::SuperelementFiles;
+use dcb_demand::pruning::{Carried, Carrying, NarrowedScene};
 use dcb_formats::scene::{
     BodyKind, DampingOverride, GeometricStiffening, ModalRatios, Scene, SuperelementBody,
 };
+use dcb_superelement::selection::ModeTruncation;
+use dcb_superelement::selection::{NodeSelection, Selection};
 
 /// A superelement as it was written.
 #[derive(Clone, Debug, PartialEq, Serialize)]

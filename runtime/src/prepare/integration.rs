@@ -2,7 +2,7 @@
 
 use super::trials::{Start, Trials};
 use crate::error::Error;
-use crate::pruning::NarrowedScene;
+use dcb_demand::pruning::NarrowedScene;
 use dcb_formats::scene::{Integrator, Record, Scene};
 
 /// Whether a preparation may change how the scene is integrated.

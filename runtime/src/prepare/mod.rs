@@ -1,7 +1,7 @@
 //! The smallest superelements with which a scene's outputs stay within a tolerance, found by running the scene.
 //!
 //! A run with everything is the reference, at the scene's own step. What the scene doesn't need by itself is left out first
-//! ([`crate::pruning`]). A run without it says how much each coordinate moves on its own ([`Activity`]), and the least active ones are left out, as many
+//! ([`dcb_demand::pruning`]). A run without it says how much each coordinate moves on its own ([`Activity`]), and the least active ones are left out, as many
 //! as the outputs allow; the inertia follows the deflection no further than they need. What is left out keeps its flexibility: modes in the attachments, attachments as flexibility without mass. Every answer was
 //! run; nothing is inferred.
 
@@ -21,13 +21,13 @@ pub use ranking::{Coordinate, Flexible, Ranking};
 use std::cell::Cell;
 
 use crate::error::Error;
-pub use crate::fewest::Trial;
-use crate::pruning::{NarrowedScene, Pruning};
 use crate::study::Subject;
 use crate::study::grid::Grid;
 use crate::study::monitor::Monitor;
 use crate::study::motion::{self, Course};
-use crate::superelement_files::SuperelementFiles;
+use dcb_demand::SuperelementFiles;
+pub use dcb_demand::fewest::Trial;
+use dcb_demand::pruning::{NarrowedScene, Pruning};
 use dcb_formats::scene::Compatibility;
 use trials::{Found, Start, Trials};
 

@@ -5,16 +5,16 @@ use std::cell::Cell;
 use super::activity::Activity;
 use super::ranking::{Coordinate, Flexible, Ranking};
 use crate::error::Error;
-use crate::fewest::{Trial, fewest};
 use crate::model::Model;
-use crate::pruning::{Carried, NarrowedScene, Pruning};
 use crate::simulation::Simulation;
 use crate::study::Subject;
 use crate::study::comparison::{Distance, places, scale};
 use crate::study::grid::{Grid, Trace};
 use crate::study::monitor::Monitor;
 use crate::study::motion;
-use crate::superelement_files::SuperelementFiles;
+use dcb_demand::SuperelementFiles;
+use dcb_demand::fewest::{Trial, fewest};
+use dcb_demand::pruning::{Carried, NarrowedScene, Pruning};
 use dcb_formats::scene::{BodyKind, InertiaChange, Scene};
 
 /// So small a part of the coordinates isn't worth another run.

@@ -16,14 +16,14 @@ use serde_json::{Value, json};
 
 use crate::error::Error;
 use crate::initial::{InitialReport, Redundancy};
-use crate::integrator::scheme::Scheme;
 use crate::integrator::{self, Method, Tolerance};
 use crate::model::{FieldFolders, FieldWriter, LoadedFile, Model, RecordedStep, Recorder};
 use crate::scope::Scope;
-use crate::stop_signal::{self, StopSignal};
 use crate::system::{State, System};
 pub use analyses::{DrivenReport, ModesReport, RestReport};
+use dcb_formats::scene::Scheme;
 use dcb_formats::scene::{self, Analysis, Integrator, RedundantConstraints, Scene};
+use dcb_formats::stop_signal::{self, StopSignal};
 pub use transient::RunReport;
 
 /// Who watches a run.
@@ -124,12 +124,7 @@ pub fn run(
 /// The method of a scene's integrator.
 pub fn method(integrator: &Integrator) -> Method {
     Method {
-        scheme: match integrator.method {
-            scene::Method::GeneralizedAlpha { rho_infinity } => {
-                Scheme::generalized_alpha(rho_infinity)
-            }
-            scene::Method::Hht { alpha } => Scheme::hht(alpha),
-        },
+        scheme: Scheme::of(integrator.method),
         formulation: match integrator.formulation {
             scene::Formulation::Index3 => integrator::Formulation::Index3,
             scene::Formulation::StabilizedIndex2 => integrator::Formulation::StabilizedIndex2,

@@ -13,12 +13,12 @@ use crate::error::Error;
 use crate::integrator::Effort;
 use crate::integrator::equal_steps::EqualSteps;
 use crate::model::{Model, RecordedStep, Recorder};
-use crate::pruning::NarrowedScene;
 use crate::run::transient::{imbalance_warning, rounding_warning, unresolved_warning};
 use crate::run::{method, redundancy};
 use crate::simulation::Simulation;
-use crate::superelement_files::SuperelementFiles;
 use crate::validity::Validity;
+use dcb_demand::SuperelementFiles;
+use dcb_demand::pruning::NarrowedScene;
 use dcb_formats::scene::{Compatibility, Integrator, Scene};
 
 /// A timing goes on until this many seconds have been measured,

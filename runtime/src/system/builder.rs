@@ -16,19 +16,10 @@ use crate::joint::{JointKind, JointRows, RestPlacement};
 use crate::law::Law;
 use crate::measure::Measure;
 use crate::motion::FrameMotion;
+use dcb_demand::demand;
 
 /// Sine of the angle to a plane's normal below which a direction is across the plane. The others of a mechanism that is symmetric to the plane are in it.
 const OBLIQUE: f64 = 1e-3;
-/// How nearly an axis of a frame is a plane's normal: rounding.
-const ALIGNED: f64 = 1e-9;
-
-/// The axis of a frame that is along a unit vector in the frame's axes, either way.
-pub(crate) fn axis_along(own: &Vector3<f64>) -> Option<usize> {
-    let axis = own.iamax();
-    let mut across = *own;
-    across[axis] = 0.0;
-    (across.norm() <= ALIGNED).then_some(axis)
-}
 
 /// A body's frame and motion as drawn: of the component's frame, in world axes.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -139,7 +130,8 @@ impl SystemBuilder {
     /// motion: nothing excites it. Bodies come before, joints after. Whether it was done: not unless the normal is an axis of every
     /// body's frame. It has to be one of the world and of the frames that joints join, too, or rows hold motion in the plane and out of it at once.
     pub fn stay_in_plane(&mut self, normal: &Vector3<f64>) -> bool {
-        let axes = (self.orientations.iter()).map(|turn| axis_along(&(turn.inverse() * normal)));
+        let axes =
+            (self.orientations.iter()).map(|turn| demand::axis_along(&(turn.inverse() * normal)));
         let Some(axes) = axes.collect::<Option<Vec<usize>>>() else {
             return false;
         };
@@ -165,7 +157,7 @@ impl SystemBuilder {
         };
         let gradient = measure.gradient(&self.frame(a), &self.frame(b));
         let lengths = self.system.bodies.iter().map(|body| body.length);
-        let arm = ALIGNED * lengths.fold(0.0, f64::max);
+        let arm = demand::ALIGNED * lengths.fold(0.0, f64::max);
         [gradient.a, gradient.b].iter().all(|wrench| {
             let (force, moment) = (wrench.fixed_rows::<3>(0), wrench.fixed_rows::<3>(3));
             let pushed = force - normal * normal.dot(&force);

@@ -2,7 +2,7 @@
 
 use dcb_formats::dcb::{Contents, Replace, WriteOptions, read_superelement, write_superelement};
 use dcb_formats::mesh::Direction;
-use dcb_runtime::selection::{InterfaceSelection, Selection};
+use dcb_superelement::selection::{InterfaceSelection, Selection};
 use serde_json::{Value, json};
 
 use super::support::{Answer, Folder};

@@ -4,10 +4,10 @@ use std::sync::Arc;
 
 use dcb_formats::component::Units;
 use dcb_formats::mesh::Dimension;
+use dcb_formats::scene::Scheme;
 use dcb_formats::{Function, TimeFunction};
 use dcb_runtime::FlexibleBody;
 use dcb_runtime::body::{RigidBody, RigidPoint};
-use dcb_runtime::integrator::scheme::Scheme;
 use dcb_runtime::integrator::{Formulation, Method, Tolerance};
 use dcb_runtime::joint::{JointKind, Revolute};
 use dcb_runtime::law::{Characteristic, Law};

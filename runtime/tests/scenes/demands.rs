@@ -3,7 +3,7 @@
 use std::f64::consts::TAU;
 use std::path::Path;
 
-use dcb_runtime::demand::{
+use dcb_demand::demand::{
     Band, Deflection, Demand, Involvement, NodeDemand, PartInterface, Parts, PlanesOfMotion,
 };
 use dcb_runtime::{Mechanism, Scene};

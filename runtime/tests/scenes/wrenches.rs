@@ -2,10 +2,10 @@
 //!
 //! Each example moves far. What is recorded at the interface must lie in the space predicted, and fill it.
 
+use dcb_demand::demand::{Demand, PartInterface, Parts};
 use dcb_formats::Component;
 use dcb_formats::mesh::Direction;
 use dcb_reducer::{Reduction, reduce};
-use dcb_runtime::demand::{Demand, PartInterface, Parts};
 use dcb_runtime::rotation::right_jacobian_inverse;
 use dcb_runtime::{Mechanism, Scene};
 use dcb_samples::spatial_beam::BeamSection;

@@ -7,9 +7,9 @@ use dcb_formats::component::{InterfaceKind, NamedLoad, Role};
 use dcb_formats::identities::{at_load, in_full};
 use dcb_formats::{Component, Superelement};
 use dcb_reducer::{EnrichmentSource, EstimateChoice, Grounding, InterfaceModes, Reduction};
-use dcb_runtime::selection::{InterfaceSelection, Selection};
 use dcb_samples::hard::grounded_block;
 use dcb_samples::{RodSection, SolidElement, axial_prestress, planar_rod};
+use dcb_superelement::selection::{InterfaceSelection, Selection};
 use dcb_tests::parts::{beam, interface, rod, steel_box, with_interfaces};
 use dcb_tests::with;
 

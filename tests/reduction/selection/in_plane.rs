@@ -8,12 +8,13 @@ use dcb_formats::dcb::{Contents, WriteOptions, read_superelement, write_superele
 use dcb_formats::mesh::Dimension;
 use dcb_formats::superelement::Superelement;
 use dcb_formats::{Function, TimeFunction};
-use dcb_runtime::selection::{InPlane, Normal};
 use dcb_runtime::system::builder::Drawn;
 use dcb_runtime::system::{LoadAxes, Signal};
-use dcb_runtime::{Compatibility, Error, FlexibleBody};
+use dcb_runtime::{Compatibility, FlexibleBody};
 use dcb_samples::connecting_rod::{RodShape, connecting_rod_of};
 use dcb_samples::{Material, SolidElement, box_block, hard};
+use dcb_superelement::Error;
+use dcb_superelement::selection::{InPlane, Normal};
 use dcb_tests::dense::{relative, scaled_difference};
 use dcb_tests::mechanism::{Scene, method, revolute, run};
 use dcb_tests::{assert_says, lowest, parts};

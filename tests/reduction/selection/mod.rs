@@ -16,12 +16,13 @@ use dcb_formats::superelement::Superelement;
 use dcb_formats::{Function, TimeFunction};
 use dcb_reducer::{EnrichmentSource, Reduced, Reduction};
 use dcb_runtime::body::RigidBody;
-use dcb_runtime::selection::{InPlane, InterfaceSelection, NodeSelection, Normal};
 use dcb_runtime::system::builder::Drawn;
 use dcb_runtime::system::{LoadAxes, Signal};
-use dcb_runtime::{Compatibility, FlexibleBody, Selection};
+use dcb_runtime::{Compatibility, FlexibleBody};
 use dcb_samples::SolidElement;
 use dcb_superelement::LOSS_FACTOR;
+use dcb_superelement::Selection;
+use dcb_superelement::selection::{InPlane, InterfaceSelection, NodeSelection, Normal};
 use dcb_tests::dense::{dense, difference, largest, scaled_difference};
 use dcb_tests::mechanism::{Scene, method, revolute, run};
 use dcb_tests::oracle::Oracle;
@@ -764,7 +765,8 @@ fn a_locked_part_is_rigid() {
 fn what_is_not_there_is_refused_by_name() {
     let whole = lowest(&box_with_places(), 4).superelement;
     let everything = || Selection::everything(&whole);
-    let said = |refused: Result<Selection, dcb_runtime::Error>| refused.unwrap_err().to_string();
+    let said =
+        |refused: Result<Selection, dcb_superelement::Error>| refused.unwrap_err().to_string();
     assert_says(&said(everything().with_modes([1, 4])), &["no mode 4 of 4"]);
     let unknown = everything().with_interface("rigth", InterfaceSelection::Loaded);
     assert_says(&said(unknown), &["\"rigth\""]);

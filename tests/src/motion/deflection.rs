@@ -1,9 +1,9 @@
 //! The slider-crank's deflection for `docs/accuracy.md`: convergence in the step, the figures of the literature, and the three
 //! choices of compatibility. One line of JSON per measurement or curve.
 
+use dcb_formats::scene::Scheme;
 use dcb_runtime::Compatibility;
 use dcb_runtime::compatibility_window::WeakWindow;
-use dcb_runtime::integrator::scheme::Scheme;
 use serde_json::{Value, json};
 
 use crate::mechanism::method;

@@ -8,8 +8,8 @@ use super::{Corrector, ROUNDING, three};
 use crate::error::Error;
 use crate::initial::REGULARIZATION;
 use crate::integrator::method::{Formulation, Method};
-use crate::integrator::scheme::Scheme;
 use crate::system::{Demand, State, System};
+use dcb_formats::scene::Scheme;
 
 /// A constraint that stays this many times further open than the iteration's accuracy contradicts others.
 const VIOLATED: f64 = 1e6;

@@ -7,7 +7,6 @@ use nalgebra::{UnitQuaternion, Vector3};
 
 use super::method::{Effort, Formulation, Method};
 use super::profile::{Profile, Watch};
-use super::scheme::Scheme;
 use crate::error::Error;
 use crate::initial::REGULARIZATION;
 use crate::rotation::right_jacobian_inverse;
@@ -15,6 +14,7 @@ use crate::system::body_factor::Elastic;
 use crate::system::condensed::{Blend, Condensed};
 use crate::system::evaluation::Evaluation;
 use crate::system::{State, System};
+use dcb_formats::scene::Scheme;
 
 /// The solver of steps: trial state, factor and what it remembers of earlier steps.
 pub struct Corrector {

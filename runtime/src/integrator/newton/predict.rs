@@ -5,8 +5,8 @@ use nalgebra::{UnitQuaternion, Vector3};
 use super::{Corrector, three};
 use crate::error::Error;
 use crate::integrator::method::Method;
-use crate::integrator::scheme::Scheme;
 use crate::system::{State, System};
+use dcb_formats::scene::Scheme;
 
 impl Corrector {
     /// The change of the velocities that a larger step asks for.

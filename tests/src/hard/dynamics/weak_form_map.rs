@@ -4,10 +4,10 @@
 use std::path::Path;
 
 use dcb_formats::dcb::Replace;
+use dcb_formats::scene::Scheme;
 use dcb_runtime::Compatibility;
 use dcb_runtime::compatibility_window::WeakWindow;
 use dcb_runtime::integrator::Method;
-use dcb_runtime::integrator::scheme::Scheme;
 use dcb_runtime::picture::{Axis, Chart, Series, Style, write_svg};
 use serde_json::{Value, json};
 

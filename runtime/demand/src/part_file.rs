@@ -1,0 +1,138 @@
+//! The file of a superelement as a scene reads it.
+//!
+//! A planar scene reads a spatial superelement through its plane of symmetry across z ([`PlanarPart`]). A part that isn't symmetric is refused.
+
+use std::path::Path;
+use std::sync::Arc;
+
+use dcb_formats::mesh::{Dimension, Mesh};
+use dcb_formats::superelement::{RecoveryBasis, Superelement};
+
+use crate::Error;
+use crate::LeftOut;
+use crate::PlanarPart;
+use crate::{OpenSuperelement, SuperelementFiles};
+
+/// An open file and its superelement, of the scene's dimension.
+pub struct PartFile {
+    opened: Arc<OpenSuperelement>,
+    /// What a spatial file is read through in the plane.
+    planar: Option<PlanarPart>,
+}
+
+impl PartFile {
+    /// The file at a path for a scene of this dimension; `at` is the place in the scene that names it.
+    ///
+    /// # Errors
+    /// [`Error::File`]; [`Error::Description`] for a planar superelement in a spatial scene, and for a spatial one in a planar scene that isn't
+    /// symmetric.
+    pub fn open(
+        files: &SuperelementFiles,
+        path: &Path,
+        dimension: Dimension,
+        at: &str,
+    ) -> Result<Self, Error> {
+        let opened = files.at(path)?;
+        let whole = &opened.superelement;
+        let refused = |why: String| {
+            let message = format!(
+                "{} is {}, but the scene is {}{why}",
+                path.display(),
+                called(whole.dimension),
+                called(dimension)
+            );
+            Error::described(at, message)
+        };
+        let planar = match (whole.dimension, dimension) {
+            (Dimension::Planar, Dimension::Spatial) => {
+                return Err(refused(
+                    "; reduce a component of the scene's dimension".to_owned(),
+                ));
+            }
+            (Dimension::Spatial, Dimension::Planar) => {
+                Some(PlanarPart::of(whole).map_err(|error| refused(format!(": {error}")))?)
+            }
+            _ => None,
+        };
+        Ok(Self { opened, planar })
+    }
+
+    /// In the scene's dimension.
+    pub fn superelement(&self) -> &Superelement {
+        match &self.planar {
+            Some(planar) => planar.superelement(),
+            None => &self.opened.superelement,
+        }
+    }
+
+    /// What leads out of the plane of a planar scene; `None` if the file is of the scene's dimension.
+    pub fn left_out(&self) -> Option<&LeftOut> {
+        self.planar.as_ref().map(PlanarPart::left_out)
+    }
+
+    /// The digest of the file.
+    pub fn digest(&self) -> &str {
+        self.opened.file.digest()
+    }
+
+    /// Nodal fields in the scene's dimension.
+    ///
+    /// # Errors
+    /// [`Error::File`].
+    pub fn recovery(&self) -> Result<Option<RecoveryBasis>, Error> {
+        let fields = self.opened.file.recovery()?;
+        Ok(fields.map(|fields| self.recovered(fields)))
+    }
+
+    /// Those of some nodes in the scene's dimension.
+    ///
+    /// # Errors
+    /// [`Error::File`].
+    pub fn recovery_of(&self, nodes: &[u32]) -> Result<Option<RecoveryBasis>, Error> {
+        let fields = self.opened.file.recovery_of(nodes)?;
+        Ok(fields.map(|fields| self.recovered(fields)))
+    }
+
+    fn recovered(&self, fields: RecoveryBasis) -> RecoveryBasis {
+        match &self.planar {
+            Some(planar) => planar.recovery(&fields),
+            None => fields,
+        }
+    }
+
+    /// Nodes of the mesh, if the file has one.
+    pub fn node_count(&self) -> Option<usize> {
+        self.opened.file.node_count()
+    }
+
+    /// A node's position in the scene's dimension.
+    ///
+    /// # Errors
+    /// [`Error::File`].
+    pub fn node_position(&self, node: u32) -> Result<Option<[f64; 3]>, Error> {
+        let position = self.opened.file.node_position(node)?;
+        Ok(match self.planar {
+            Some(_) => position.map(PlanarPart::position),
+            None => position,
+        })
+    }
+
+    /// The mesh; of a spatial part in a planar scene its nodes alone, seen along z.
+    ///
+    /// # Errors
+    /// [`Error::File`].
+    pub fn mesh(&self) -> Result<Option<Mesh>, Error> {
+        let mesh = self.opened.file.mesh()?;
+        Ok(match self.planar {
+            Some(_) => mesh.map(PlanarPart::mesh),
+            None => mesh,
+        })
+    }
+}
+
+fn called(dimension: Dimension) -> &'static str {
+    match dimension {
+        Dimension::Planar => "planar",
+        Dimension::Spatial => "spatial",
+    }
+}
