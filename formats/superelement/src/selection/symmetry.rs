@@ -4,8 +4,8 @@ use dcb_formats::superelement::Superelement;
 use faer::Mat;
 
 use super::in_plane::Normal;
-use crate::Asymmetry;
 use super::parity::{Norms, Parities, Parity, cosine};
+use crate::Asymmetry;
 
 /// The largest coupling found, and between what.
 struct Largest {
