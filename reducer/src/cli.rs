@@ -19,7 +19,7 @@ use crate::cli_plan::{self, PlanArguments};
 use crate::cli_reduce::{self, Outcome};
 use crate::cli_scene::SceneArguments;
 use crate::cli_study::{self, StudyArguments};
-use crate::error::Error;
+use crate::error::{CommandRefusal, Error};
 use crate::{EnrichmentSource, compare, inspect, verify};
 
 /// Turns a component's finite-element stiffness and mass into a superelement for flexible multibody dynamics.
@@ -129,7 +129,7 @@ impl ReduceArguments {
     /// The arguments of `reduce`, without the name of the program.
     ///
     /// # Errors
-    /// [`Error::Component`] for what `reduce` refuses.
+    /// [`Error::Command`] for what `reduce` refuses.
     pub fn of(arguments: Vec<OsString>) -> Result<Self, Error> {
         #[derive(Parser)]
         #[command(no_binary_name = true)]
@@ -139,7 +139,10 @@ impl ReduceArguments {
         }
         match Alone::try_parse_from(arguments) {
             Ok(alone) => Ok(alone.reduce),
-            Err(error) => Err(Error::Component(error.to_string())),
+            Err(error) => Err(CommandRefusal::Arguments {
+                message: error.to_string(),
+            }
+            .into()),
         }
     }
 }
@@ -324,9 +327,13 @@ fn print_to_stdout(text: &str) -> Result<(), Error> {
     let mut out = std::io::stdout().lock();
     let text = for_terminal(text);
     match out.write_all(text.as_bytes()).and_then(|()| out.flush()) {
-        Err(error) if error.kind() != ErrorKind::BrokenPipe => Err(Error::Component(format!(
-            "standard output: cannot write: {error}"
-        ))),
+        Err(source) if source.kind() != ErrorKind::BrokenPipe => {
+            Err(Error::File(dcb_formats::Error::Io {
+                path: "standard output".into(),
+                action: "cannot write",
+                source,
+            }))
+        }
         _ => Ok(()),
     }
 }

@@ -15,7 +15,7 @@ use crate::batch::{Batch, Earlier, Fate, io_error, run as make};
 use crate::cli::{CommonArguments, print_to_stderr};
 use crate::cli_cache::{CacheArguments, Told};
 use crate::cli_reduce::{Outcome, when_interrupted};
-use crate::error::Error;
+use crate::error::{CommandRefusal, Error, Occupied};
 use crate::memory_limit::{available, size};
 
 /// What is made.
@@ -168,10 +168,11 @@ fn refuse_inputs_as_outputs(parts: &[Part], folder: &Path) -> Result<(), Error> 
     for part in parts {
         let target = folder.join(format!("{}.dcb.h5", part.name));
         if is_input(&target) {
-            return Err(Error::Component(format!(
-                "{}: is an input of this batch and can't be an output; name another folder with -o",
-                target.display()
-            )));
+            return Err(CommandRefusal::WouldDestroy {
+                path: target,
+                role: Occupied::Batch,
+            }
+            .into());
         }
     }
     Ok(())

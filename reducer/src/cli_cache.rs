@@ -14,7 +14,7 @@ use crate::cache::folder::{
 use crate::cache::{Cache, Listed, ModeRequest};
 use crate::cli::{CommonArguments, print_to_stderr};
 use crate::cli_reduce::Outcome;
-use crate::error::Error;
+use crate::error::{CommandRefusal, Error};
 use crate::memory_limit::{readable, size};
 
 /// Whether the user is told what goes on.
@@ -64,7 +64,7 @@ impl CacheArguments {
     /// How many bytes may be kept.
     ///
     /// # Errors
-    /// [`Error::Component`] for an environment variable that isn't a size.
+    /// [`Error::Command`] for an environment variable that isn't a size.
     pub fn limit(&self) -> Result<u64, Error> {
         if let Some(limit) = self.cache_limit {
             return Ok(limit);
@@ -74,9 +74,13 @@ impl CacheArguments {
         };
         let text = text.to_string_lossy();
         size(&text).map_err(|wanted| {
-            Error::Component(format!(
-                "the environment variable {LIMIT_VARIABLE} is {text:?}: {wanted}"
-            ))
+            let (variable, found) = (LIMIT_VARIABLE, text.into_owned());
+            CommandRefusal::NoSize {
+                variable,
+                found,
+                wanted,
+            }
+            .into()
         })
     }
 
@@ -124,9 +128,8 @@ pub struct InventoryArguments {
 /// There is no such key, or something can't be removed.
 pub fn run(arguments: &InventoryArguments) -> Result<Outcome, Error> {
     let Some(folder) = arguments.cache.folder() else {
-        return Err(Error::Component(format!(
-            "no folder of a cache is known; name one with --cache=FOLDER or {FOLDER_VARIABLE}"
-        )));
+        let variable = FOLDER_VARIABLE;
+        return Err(CommandRefusal::NoCacheFolder { variable }.into());
     };
     let cache = Cache::existing(&folder, arguments.cache.limit()?);
     let entries = cache.entries();
@@ -144,19 +147,13 @@ pub fn run(arguments: &InventoryArguments) -> Result<Outcome, Error> {
 fn clear(cache: &Cache, mut entries: Vec<Listed>, key: Option<&str>) -> Result<String, Error> {
     if let Some(start) = key {
         entries.retain(|entry| entry.key.to_string().starts_with(start));
-        let place = cache.folder().display();
-        match entries.len() {
-            1 => {}
-            0 => {
-                return Err(Error::Component(format!(
-                    "{place}: no key begins with {start:?}; `reduce cache` lists them"
-                )));
+        if entries.len() != 1 {
+            return Err(CommandRefusal::NotOneKey {
+                folder: cache.folder().to_owned(),
+                start: start.to_owned(),
+                found: entries.len(),
             }
-            several => {
-                return Err(Error::Component(format!(
-                    "{place}: {several} keys begin with {start:?}; give more of it"
-                )));
-            }
+            .into());
         }
     }
     let (mut text, mut bytes, mut count) = (String::new(), 0, 0);

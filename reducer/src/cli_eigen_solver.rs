@@ -2,43 +2,35 @@
 
 use crate::EigenSolver;
 use crate::cli::{ReduceArguments, SolverName};
-use crate::error::Error;
+use crate::error::{CommandRefusal, EigenSolverRefusal, Error};
 
 /// The eigensolver asked for.
 ///
 /// # Errors
-/// [`Error::Component`] for options that don't go together, or that this build doesn't have.
+/// [`Error::Command`] for options that don't go together, or that this build doesn't have.
 pub fn eigen_solver(arguments: &ReduceArguments) -> Result<EigenSolver, Error> {
     match arguments.eigen_solver {
         SolverName::Slepc => slepc(arguments),
-        SolverName::BlockLanczos if arguments.ranks.is_some() || arguments.mpirun.is_some() => Err(
-            refused("--ranks and --mpirun belong to --eigen-solver slepc"),
-        ),
+        SolverName::BlockLanczos if arguments.ranks.is_some() || arguments.mpirun.is_some() => {
+            Err(CommandRefusal::from(EigenSolverRefusal::NotSlepc).into())
+        }
         SolverName::BlockLanczos => Ok(EigenSolver::BlockLanczos),
     }
 }
 
-fn refused(message: &str) -> Error {
-    Error::Component(message.into())
-}
-
 #[cfg(not(feature = "slepc"))]
 fn slepc(_: &ReduceArguments) -> Result<EigenSolver, Error> {
-    Err(refused(
-        "--eigen-solver slepc: this program was built without the feature slepc; build with --features slepc (docs/slepc.md)",
-    ))
+    Err(CommandRefusal::from(EigenSolverRefusal::NotBuilt).into())
 }
 
 #[cfg(feature = "slepc")]
 fn slepc(arguments: &ReduceArguments) -> Result<EigenSolver, Error> {
-    let ranks = arguments.ranks.ok_or_else(|| {
-        refused("--eigen-solver slepc: say with --ranks on how many MPI processes it should run")
-    })?;
+    let ranks =
+        (arguments.ranks).ok_or_else(|| CommandRefusal::from(EigenSolverRefusal::NoRanks))?;
     let mut run = crate::slepc::SlepcRun::with_ranks(ranks);
     if let Some(command) = &arguments.mpirun {
-        run.launcher = words(command).ok_or_else(|| {
-            refused("--mpirun: a command is wanted, for example \"mpirun --hostfile hosts\", with every quote closed")
-        })?;
+        run.launcher =
+            words(command).ok_or_else(|| CommandRefusal::from(EigenSolverRefusal::NoLauncher))?;
     }
     Ok(EigenSolver::Slepc(run))
 }

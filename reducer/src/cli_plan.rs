@@ -7,7 +7,7 @@ use dcb_formats::component_files::{ComponentFiles, read_component};
 
 use crate::cli::{SiblingArguments, count, frequency};
 use crate::cli_memory::MemoryArguments;
-use crate::cli_reduce::{Outcome, default_output, mode_selection, naming_the_file};
+use crate::cli_reduce::{Outcome, default_output, mode_selection};
 use crate::error::Error;
 use crate::plan::{Form, forecast, report};
 
@@ -49,7 +49,7 @@ pub fn run(arguments: &PlanArguments) -> Result<Outcome, Error> {
         arguments.max_frequency,
         &component.units.time,
     )?;
-    let forecast = forecast(&component, modes).map_err(|error| naming_the_file(error, &files))?;
+    let forecast = forecast(&component, modes).map_err(|error| error.naming_the_file(&files))?;
     let forecast = limit.fitted(forecast);
     let form = if arguments.json {
         Form::Json

@@ -20,7 +20,7 @@ use crate::cli_cache::Told;
 use crate::cli_cached::{claim, keep, request, serve};
 use crate::cli_eigen_solver::eigen_solver;
 use crate::cli_scene::Made;
-use crate::error::Error;
+use crate::error::{CommandRefusal, Error, Occupied};
 use crate::inspect::hertz;
 use crate::plausibility::si_factor;
 use crate::scene::CachedReductions;
@@ -105,7 +105,7 @@ pub(crate) fn when_interrupted(clean_up: impl Fn() -> String + Send + 'static) {
 /// Whatever made it impossible to read, reduce or write.
 pub fn run(arguments: &ReduceArguments, common: &CommonArguments) -> Result<Outcome, Error> {
     let Some(stiffness) = &arguments.stiffness else {
-        return Err(Error::Component("no stiffness matrix given".into()));
+        return Err(CommandRefusal::NoPart.into());
     };
     let eigen_solver = eigen_solver(arguments)?;
     let target = arguments
@@ -128,10 +128,7 @@ pub fn run(arguments: &ReduceArguments, common: &CommonArguments) -> Result<Outc
         refuse_scene_as_output(scene, timings)?;
         check_output(timings, Replace::Overwrite)?;
         if is_same_file(timings, &target) {
-            return Err(Error::Component(format!(
-                "{}: is the output; the timings need another file",
-                timings.display()
-            )));
+            return Err(would_destroy(timings, Occupied::Superelement));
         }
     }
     let told = Told::of(common);
@@ -217,7 +214,7 @@ pub fn run(arguments: &ReduceArguments, common: &CommonArguments) -> Result<Outc
         eigen_solver,
         memory,
     };
-    let naming = |error| naming_the_file(error, &files);
+    let naming = |error: Error| error.naming_the_file(&files);
     let cached = match (&cache, &part) {
         (Some(cache), Some(_)) => Some(CachedReductions {
             cache,
@@ -319,10 +316,7 @@ pub fn run(arguments: &ReduceArguments, common: &CommonArguments) -> Result<Outc
 fn refuse_scene_as_output(scene: Option<&Path>, target: &Path) -> Result<(), Error> {
     match scene.filter(|scene| is_same_file(scene, target)) {
         None => Ok(()),
-        Some(scene) => Err(Error::Component(format!(
-            "{}: is the scene and can't be an output; name another file",
-            scene.display()
-        ))),
+        Some(scene) => Err(would_destroy(scene, Occupied::Scene)),
     }
 }
 
@@ -333,25 +327,13 @@ fn refuse_input_as_output(files: &ComponentFiles, target: &Path) -> Result<(), E
         .find(|input| is_same_file(input, target))
     {
         None => Ok(()),
-        Some(input) => Err(Error::Component(format!(
-            "{}: is an input of this reduction and can't be its output; name another file",
-            input.display()
-        ))),
+        Some(input) => Err(would_destroy(&input, Occupied::Component)),
     }
 }
 
-/// The reduction knows no files; its message begins with what is wrong, and that tells which of them is meant.
-pub fn naming_the_file(error: Error, files: &ComponentFiles) -> Error {
-    let Error::Component(message) = error else {
-        return error;
-    };
-    let meant = match &message {
-        m if m.starts_with("the mass matrix") => &files.mass,
-        m if m.starts_with("interface") || m.starts_with("an interface") => &files.description,
-        m if m.starts_with("boundary") => files.boundary.as_ref().unwrap_or(&files.stiffness),
-        _ => &files.stiffness,
-    };
-    Error::Component(format!("{}: {message}", meant.display()))
+fn would_destroy(path: &Path, role: Occupied) -> Error {
+    let path = path.to_owned();
+    CommandRefusal::WouldDestroy { path, role }.into()
 }
 
 /// A frequency limit that leaves no mode is more often a slip than a wish.
@@ -375,7 +357,7 @@ fn no_mode_warning(arguments: &ReduceArguments, element: &Superelement) -> Optio
 /// The modes that `--modes` and `--max-frequency` ask for.
 ///
 /// # Errors
-/// [`Error::Component`] for a frequency in a time unit that is not known.
+/// [`Error::Command`] for a frequency in a time unit that is not known.
 pub(crate) fn mode_selection(
     modes: Option<usize>,
     max_frequency: Option<f64>,
@@ -384,10 +366,10 @@ pub(crate) fn mode_selection(
     let Some(hertz) = max_frequency else {
         return Ok(ModeSelection::Lowest(modes.unwrap_or(DEFAULT_MODES)));
     };
-    let second = si_factor(time_unit).ok_or_else(|| {
-        Error::Component(format!(
-            "--max-frequency is in Hz, but the time unit {time_unit:?} is not known; use --modes"
-        ))
+    let second = si_factor(time_unit).ok_or_else(|| CommandRefusal::UnknownTimeUnit {
+        option: "--max-frequency",
+        unit: time_unit.to_owned(),
+        remedy: "use --modes",
     })?;
     Ok(ModeSelection::Below {
         eigenvalue: (2.0 * std::f64::consts::PI * hertz * second).powi(2),
@@ -421,11 +403,7 @@ fn options_as_json(arguments: &ReduceArguments, options: &Reduction) -> serde_js
 fn write_timings(path: &Path, stages: &[StageTime], work: Option<&Work>) -> Result<(), Error> {
     let total: f64 = stages.iter().map(|stage| stage.seconds).sum();
     let text = json!({ "stages": stages, "total_seconds": total, "work": work }).to_string() + "\n";
-    write_text(path, &text).map_err(|error| {
-        Error::Component(format!(
-            "the superelement is complete, but the timings can't be written: {error}"
-        ))
-    })
+    write_text(path, &text).map_err(Error::Timings)
 }
 
 #[cfg(test)]

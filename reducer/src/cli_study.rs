@@ -15,9 +15,9 @@ use serde_json::{Value, json};
 use crate::EnrichmentSource;
 use crate::cli::{CommonArguments, SiblingArguments};
 use crate::cli_memory::MemoryArguments;
-use crate::cli_reduce::{Outcome, naming_the_file, when_interrupted};
+use crate::cli_reduce::{Outcome, when_interrupted};
 use crate::condensation::Model;
-use crate::error::Error;
+use crate::error::{CommandRefusal, Error, Lacking};
 use crate::plausibility::si_factor;
 use crate::study::progress::Progress;
 use crate::study::reference::BandChoice;
@@ -123,7 +123,7 @@ pub fn run(arguments: &StudyArguments, common: &CommonArguments) -> Result<Outco
     let folder = (arguments.output.clone()).unwrap_or_else(|| default_folder(&arguments.stiffness));
     let files = ComponentFiles::beside(&arguments.stiffness, &arguments.siblings.overrides())?;
     let component = read_component(&files, arguments.memory.limit(&folder).bytes)?;
-    let named = |error| naming_the_file(error, &files);
+    let named = |error: Error| error.naming_the_file(&files);
     let study = study(arguments, &component, &folder.join(SCRATCH)).map_err(named)?;
     let start = if arguments.force {
         Start::Anew
@@ -187,9 +187,7 @@ fn study(
 ) -> Result<Study, Error> {
     let acts = |interface: &Interface| interface.role == Role::Attachment;
     if component.explicit_boundary.is_none() && !component.interfaces.iter().any(acts) {
-        return Err(Error::Component(
-            "interfaces where forces act are what a study compares, and the component has none; describe one in its JSON".into(),
-        ));
+        return Err(Lacking::Interfaces.into());
     }
     let modes = match &arguments.modes {
         Some(modes) => modes.clone(),
@@ -204,11 +202,11 @@ fn study(
     let band = match arguments.band {
         None => BandChoice::HalfOfHighest,
         Some([from, to]) => {
-            let second = si_factor(&component.units.time).ok_or_else(|| {
-                Error::Component(format!(
-                    "--band is in Hz, but the time unit {:?} is not known; leave --band out",
-                    component.units.time
-                ))
+            let unit = &component.units.time;
+            let second = si_factor(unit).ok_or_else(|| CommandRefusal::UnknownTimeUnit {
+                option: "--band",
+                unit: unit.clone(),
+                remedy: "leave --band out",
             })?;
             let square = |hertz: f64| (2.0 * std::f64::consts::PI * hertz * second).powi(2);
             BandChoice::Between {
@@ -241,9 +239,7 @@ fn enrichments(arguments: &StudyArguments, component: &Component) -> Result<Vec<
     }
     let further = asked.iter().any(|sources| !sources.is_empty());
     if further && !arguments.variants.contains(&Variant::Strong) {
-        return Err(Error::Component(
-            "--enrich adds rows in the strong form, the only one that has further columns as coordinates, and --variants leaves it out; name strong there, or leave --enrich out".into(),
-        ));
+        return Err(CommandRefusal::EnrichWithoutStrong.into());
     }
     Ok(asked.clone())
 }

@@ -11,7 +11,7 @@ use dcb_sparse::block_algebra::{gram, largest_entry};
 use faer::{Mat, MatRef};
 
 use crate::cli_reduce::Outcome;
-use crate::error::Error;
+use crate::error::{CommandRefusal, Error};
 use crate::inspect::hertz;
 use crate::plausibility::si_factor;
 use crate::scientific::scientific;
@@ -24,11 +24,8 @@ pub fn run(a: &Path, b: &Path) -> Result<Outcome, Error> {
     let (file_a, file_b) = (SuperelementFile::open(a)?, SuperelementFile::open(b)?);
     let (first, second) = (file_a.superelement()?, file_b.superelement()?);
     if first.dimension != second.dimension {
-        return Err(Error::Component(format!(
-            "{} and {}: one is planar, the other spatial",
-            a.display(),
-            b.display()
-        )));
+        let (a, b) = (a.to_owned(), b.to_owned());
+        return Err(CommandRefusal::DimensionsDiffer { a, b }.into());
     }
     let mut text = heading('A', a, &first) + &heading('B', b, &second);
     mass_table(&mut text, &first, &second);

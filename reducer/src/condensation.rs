@@ -13,7 +13,7 @@ use faer::sparse::Triplet;
 use faer::{Mat, MatRef};
 use rayon::prelude::*;
 
-use crate::error::Error;
+use crate::error::{Error, InterfaceRefusal};
 use crate::frame::{FitDofs, FrameFit, merge_entries, offset, rigid_motion, weighted_centroid};
 use crate::localization::{cannot_carry, frame_directions};
 
@@ -75,7 +75,7 @@ impl<'a> Model<'a> {
     /// Condenses the component's rigid interfaces.
     ///
     /// # Errors
-    /// [`Error::Component`] naming the interfaces when two rigid ones share a node, or one can't carry a moment asked for.
+    /// [`Error::Interface`] naming the interfaces when two rigid ones share a node, or one can't carry a moment asked for.
     pub fn of(component: &'a Component) -> Result<Self, Error> {
         let mut owner: Vec<Option<usize>> = vec![None; component.mesh.node_count()];
         let rigid: Vec<(usize, &Interface)> = component
@@ -87,10 +87,12 @@ impl<'a> Model<'a> {
         for (index, interface) in &rigid {
             for node in &interface.nodes {
                 if let Some(other) = owner[*node as usize].replace(*index) {
-                    return Err(Error::Component(format!(
-                        "interfaces {:?} and {:?}: both rigid and both hold node {node}, which can't follow two frames; give the node to one of them, or make one an \"average\"",
-                        component.interfaces[other].name, interface.name
-                    )));
+                    let first = &component.interfaces[other];
+                    return Err(InterfaceRefusal::SharedNode {
+                        interfaces: [first.name.clone(), interface.name.clone()],
+                        node: *node,
+                    }
+                    .into());
                 }
             }
         }
@@ -308,10 +310,11 @@ fn place_frame(
             .iter()
             .all(|direction| component.dofs.row(*node, *direction).is_none())
         {
-            return Err(Error::Component(format!(
-                "interface {:?}: node {node} has no dof in the dof table; leave it out of the interface",
-                interface.name
-            )));
+            return Err(InterfaceRefusal::NodeWithoutDof {
+                interface: interface.name.clone(),
+                node: *node,
+            }
+            .into());
         }
     }
     let weights = vec![1.0; interface.nodes.len()];
@@ -327,7 +330,7 @@ fn place_frame(
     );
     let wanted = frame_directions(component, interface);
     if let Some(open) = wanted.iter().find(|direction| fit.leaves_open(**direction)) {
-        return Err(cannot_carry(component, interface, *open, &fit.determined()));
+        return Err(cannot_carry(component, interface, *open, &fit.determined()).into());
     }
     let point = (component.mesh.node_count() + frame_count) as u32;
     let mut frame_dofs = Vec::new();

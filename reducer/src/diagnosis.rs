@@ -8,7 +8,9 @@ use dcb_sparse::factorization::{SymmetricFactor, Unfactorized};
 use faer::Mat;
 
 use crate::condensation::Model;
-use crate::error::Error;
+use crate::error::{
+    BodyRefusal, Error, LISTED, Matrix, MatrixRefusal, PieceSize, Places, Softness,
+};
 use crate::free_modes::ZERO_OVER_ROUNDING;
 use crate::lanczos::Lanczos;
 use crate::rigid_body::{RigidBodyModes, StiffnessDefects};
@@ -25,8 +27,6 @@ const QUIET_SOFTNESS: f64 = 1e-7;
 const SPREAD: f64 = 0.5;
 /// A rigid motion's eigenvalue from such a defect, as a fraction of the first elastic one, that is still harmless.
 const SOFT_DEFECT: f64 = 1e-4;
-/// Longest list in a message.
-const LISTED: usize = 6;
 
 /// Whether a part may be held by something outside it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
@@ -60,15 +60,15 @@ pub enum Support {
 /// Refuses what shows in single rows: dofs without stiffness, negative diagonals.
 ///
 /// # Errors
-/// [`Error::Component`] with the dofs listed.
+/// [`Error::Matrix`] and [`Error::Body`] with the dofs listed.
 pub fn check_rows(component: &Component) -> Result<(), Error> {
     let name = |row: usize| {
         let dof = component.dofs.dofs()[row];
         format!("node {} {}", dof.node, dof.direction.name())
     };
-    for (matrix, what) in [
-        (&component.stiffness, "stiffness"),
-        (&component.mass, "mass"),
+    for (matrix, which) in [
+        (&component.stiffness, Matrix::Stiffness),
+        (&component.mass, Matrix::Mass),
     ] {
         let negative: Vec<usize> = (0..matrix.ncols())
             .filter(|row| {
@@ -80,11 +80,13 @@ pub fn check_rows(component: &Component) -> Result<(), Error> {
             .collect();
         if let Some(first) = negative.first() {
             let value = matrix.as_ref().get(*first, *first).copied().unwrap_or(0.0);
-            return Err(Error::Component(format!(
-                "the {what} matrix has {} negative diagonal entries, the first {value:e} at {}; a {what} matrix is positive semi-definite: check the sign convention and the export",
-                negative.len(),
-                name(*first)
-            )));
+            return Err(MatrixRefusal::NegativeDiagonal {
+                matrix: which,
+                count: negative.len(),
+                value,
+                place: name(*first),
+            }
+            .into());
         }
     }
     let orphans: Vec<usize> = (0..component.dofs.len())
@@ -97,25 +99,13 @@ pub fn check_rows(component: &Component) -> Result<(), Error> {
         })
         .collect();
     if !orphans.is_empty() {
-        return Err(Error::Component(format!(
-            "{} dof(s) have no stiffness at all: {}; remove them from the matrices and the dof table (unused nodes, rotations of solid elements), or connect them",
-            orphans.len(),
-            listed(orphans.iter().map(|row| name(*row)))
-        )));
+        return Err(BodyRefusal::NoStiffness {
+            count: orphans.len(),
+            places: Places::of(orphans.iter().map(|row| name(*row))),
+        }
+        .into());
     }
     Ok(())
-}
-
-/// First few names, and how many more there are.
-fn listed(names: impl Iterator<Item = String>) -> String {
-    let all: Vec<String> = names.collect();
-    let more = all.len().saturating_sub(LISTED);
-    let shown = all[..all.len().min(LISTED)].join(", ");
-    if more > 0 {
-        format!("{shown} and {more} more")
-    } else {
-        shown
-    }
 }
 
 /// Sets of model points that the stiffness matrix connects, largest first.
@@ -167,7 +157,7 @@ pub fn pieces(model: &Model) -> Vec<Vec<u32>> {
 /// where the defect is larger than rounding but harmless.
 ///
 /// # Errors
-/// [`Error::Component`]: held, in pieces, or the mesh does not belong to the matrices.
+/// [`Error::Body`]: held, in pieces, or the mesh does not belong to the matrices.
 pub fn support(
     model: &Model,
     rigid: &RigidBodyModes,
@@ -194,31 +184,31 @@ pub fn support(
     points.sort_unstable();
     points.dedup();
     let is_spread = resisting_points.len() as f64 > SPREAD * points.len() as f64;
-    let names = |count: usize| listed(resisting.iter().take(count).map(|dof| model.dof_name(*dof)));
+    let worst = resisting.iter().take(LISTED);
+    let places = Places::of(worst.map(|dof| model.dof_name(*dof)));
     if largest <= PRINTED_TOLERANCE && softness <= SOFT_DEFECT {
         let warning = (largest > QUIET_TOLERANCE || softness > QUIET_SOFTNESS).then(|| match is_spread {
             true => format!(
                 "K times a rigid motion is {largest:.1e} of K's row sum (rounding would be below 1e-14): the matrices were probably printed with few digits, and frequencies are no better than that allows; export at least 15"
             ),
             false => format!(
-                "rigid motions are resisted a little ({softness:.1e} of the first elastic eigenvalue) at {}: a weak support?",
-                names(LISTED)
+                "rigid motions are resisted a little ({softness:.1e} of the first elastic eigenvalue) at {places}: a weak support?"
             ),
         });
         return Ok((Support::Free, warning));
     }
-    let against_elastic = match softness.is_finite() {
-        true => format!(
-            "{softness:.1e} of the first elastic eigenvalue (at most {SOFT_DEFECT:.0e} would do)"
-        ),
-        false => "more than the first elastic eigenvalue".to_owned(),
+    let softness = Softness {
+        ratio: softness,
+        limit: SOFT_DEFECT,
     };
     if is_spread && largest <= PRINTED_TOLERANCE {
-        return Err(Error::Component(format!(
-            "the stiffness matrix has too few digits for this part: K times a rigid motion is {largest:.1e} of K's row sum, at {} of {} nodes, which is {against_elastic}; export at least 15 digits",
-            resisting_points.len(),
-            points.len()
-        )));
+        return Err(BodyRefusal::FewDigits {
+            force: largest,
+            nodes: resisting_points.len(),
+            all_nodes: points.len(),
+            softness,
+        }
+        .into());
     }
     let nullity = nullity(model, rigid, scale, factor)?;
     let expected = rigid.count();
@@ -226,11 +216,13 @@ pub fn support(
         if grounding == Grounding::Allow {
             return Ok((Support::Grounded, None));
         }
-        return Err(Error::Component(format!(
-            "the part is held: only {nullity} of {expected} rigid motions are free; K times a rigid motion is largest at {} ({} dofs above a thousandth of that). Export the free part without supports and hold it by a joint in the scene (or allow it with --allow-grounded)",
-            names(LISTED),
-            resisting.len()
-        )));
+        return Err(BodyRefusal::Held {
+            free: nullity,
+            expected,
+            places,
+            dofs: resisting.len(),
+        }
+        .into());
     }
     if nullity > expected {
         return Err(loose(model, nullity - expected, None));
@@ -239,15 +231,20 @@ pub fn support(
         return Ok((Support::Grounded, None));
     }
     if largest <= PRINTED_TOLERANCE {
-        return Err(Error::Component(format!(
-            "the part is held by something weak at {}: K times a rigid motion is {largest:.1e} of K's row sum there, which is {against_elastic}. Remove the weak springs and hold the part by a joint in the scene (or allow them with --allow-grounded)",
-            names(LISTED)
-        )));
+        return Err(BodyRefusal::HeldWeakly {
+            places,
+            force: largest,
+            softness,
+        }
+        .into());
     }
-    Err(Error::Component(format!(
-        "the mesh and the matrices don't belong together: the stiffness has {nullity} motions without energy, as a free part should, but they are not the rigid motions of these node positions (max|K r| is {largest:.1e} of K's row sum, expected below {QUIET_TOLERANCE:.0e}). Usually the dof table is in another node order than the matrices; worst at {}",
-        names(LISTED)
-    )))
+    Err(BodyRefusal::ForeignMesh {
+        motions: nullity,
+        force: largest,
+        tolerance: QUIET_TOLERANCE,
+        places,
+    }
+    .into())
 }
 
 /// Dofs at which rigid motions are resisted, strongest first, down to a thousandth of the strongest.
@@ -302,21 +299,16 @@ fn nullity(
 pub fn loose(model: &Model, extra: usize, shapes: Option<&Mat<f64>>) -> Error {
     let pieces = pieces(model);
     if pieces.len() > 1 {
-        let described = pieces.iter().enumerate().map(|(i, piece)| {
-            format!(
-                "piece {} of {} node(s), from node {}",
-                i + 1,
-                piece.len(),
-                piece.first().copied().unwrap_or(0)
-            )
+        let pieces = pieces.iter().map(|piece| PieceSize {
+            nodes: piece.len(),
+            first_node: piece.first().copied().unwrap_or(0),
         });
-        return Error::Component(format!(
-            "the part is in {} pieces that no stiffness connects: {}; reduce them one by one, or connect them (or allow it with --allow-loose)",
-            pieces.len(),
-            listed(described)
-        ));
+        return BodyRefusal::InPieces {
+            pieces: pieces.collect(),
+        }
+        .into();
     }
-    let moving = shapes.map_or(String::new(), |shapes| {
+    let moving = shapes.map(|shapes| {
         let strength = |i: usize| {
             (0..shapes.ncols())
                 .map(|j| shapes[(i, j)].abs())
@@ -324,14 +316,14 @@ pub fn loose(model: &Model, extra: usize, shapes: Option<&Mat<f64>>) -> Error {
         };
         let mut dofs: Vec<usize> = (0..shapes.nrows()).collect();
         dofs.sort_by(|a, b| strength(*b).total_cmp(&strength(*a)));
-        format!(
-            "; they move most at {}",
-            listed(dofs.into_iter().take(LISTED).map(|dof| model.dof_name(dof)))
-        )
+        let most = dofs.into_iter().take(LISTED);
+        Places::of(most.map(|dof| model.dof_name(dof)))
     });
-    Error::Component(format!(
-        "the part is a mechanism: {extra} motion(s) beyond the rigid ones cost no energy{moving}; look for hinges, cells joined at an edge or a node only, and missing rotational stiffness (or allow it with --allow-loose)"
-    ))
+    BodyRefusal::Mechanism {
+        motions: extra,
+        moving,
+    }
+    .into()
 }
 
 /// Why K + σ M has no factor.
@@ -351,9 +343,11 @@ pub fn unfactorized(
 pub fn indefinite(model: &Model, scale: &SpectrumScale, factor: &mut SymmetricFactor) -> Error {
     let shift = scale.shift();
     let inertia = factor.inertia(&model.stiffness, &model.mass, -shift);
-    let places = listed(inertia.negative_dofs.iter().map(|dof| model.dof_name(*dof)));
-    Error::Component(format!(
-        "the stiffness matrix is indefinite: K + {shift:.3e}·M has {} negative pivot(s), at {places}; a stiffness matrix is positive semi-definite: check the element orientation, the material constants and the export",
-        inertia.negative.max(1)
-    ))
+    let places = inertia.negative_dofs.iter();
+    MatrixRefusal::NegativePivots {
+        shift,
+        pivots: inertia.negative.max(1),
+        places: Places::of(places.map(|dof| model.dof_name(*dof))),
+    }
+    .into()
 }

@@ -25,7 +25,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::attachment::{AttachmentProblem, Loads};
 use crate::condensation::Model;
-use crate::error::Error;
+use crate::error::{Error, Lacking};
 use crate::free_modes::FreeModes;
 use crate::localization::Localization;
 use crate::observer::Observer;
@@ -66,12 +66,10 @@ impl EnrichmentSource {
     /// Refuses what the component has nothing for.
     ///
     /// # Errors
-    /// [`Error::Component`] if loads are asked for and there are none.
+    /// [`Error::Lacking`] if loads are asked for and there are none.
     pub fn check(self, component: &Component) -> Result<(), Error> {
         if self == Self::Loads && component.loads.is_empty() {
-            return Err(Error::Component(
-                "there are no load vectors to enrich the basis with; put PART.load.NAME.mtx, one column of as many entries as there are dofs, beside the stiffness matrix".into(),
-            ));
+            return Err(Lacking::Loads.into());
         }
         Ok(())
     }
@@ -129,7 +127,7 @@ impl FurtherColumns {
     /// Solves for the columns of some sources; `None` without any.
     ///
     /// # Errors
-    /// [`Error::AttachmentsNotConverged`] naming a column; [`Error::Component`] if loads are asked for and there are none.
+    /// [`Error::AttachmentsNotConverged`] naming a column; [`Error::Lacking`] if loads are asked for and there are none.
     pub fn compute(
         sources: &[EnrichmentSource],
         of: &Reducing<'_>,
@@ -164,7 +162,7 @@ impl FurtherColumns {
     /// of this program's.
     ///
     /// # Errors
-    /// [`Error::Component`] if a named load isn't there.
+    /// [`Error::Lacking`] if a named load isn't there.
     pub fn recognised(
         names: &[String],
         shapes: Mat<f64>,

@@ -17,7 +17,7 @@ use rayon::prelude::*;
 
 use crate::basis_size::{BasisSize, block_width};
 use crate::condensation::Model;
-use crate::error::Error;
+use crate::error::{Error, MatrixRefusal};
 use crate::lanczos::{Lanczos, RitzPairs};
 use crate::multiplet::{canonical_basis, clusters};
 use crate::observer::Observer;
@@ -103,7 +103,7 @@ impl FreeModes {
     /// Finds the lowest modes.
     ///
     /// # Errors
-    /// [`Error::ModesNotConverged`], or those of [`Lanczos`]; [`Error::Component`] if a negative eigenvalue shows the stiffness to be indefinite.
+    /// [`Error::ModesNotConverged`], or those of [`Lanczos`]; [`Error::Matrix`] if a negative eigenvalue shows the stiffness to be indefinite.
     pub fn compute(
         model: &Model,
         known: KnownMotions<'_>,
@@ -214,11 +214,11 @@ impl FreeModes {
         let precision = rigid.stiffness_precision;
         let zero = (ZERO_OVER_ROUNDING * f64::EPSILON).max(ZERO_OVER_PRECISION * precision);
         if let Some(j) = (0..kept).find(|j| eigenvalues[*j] < -zero * absolute[*j]) {
-            return Err(Error::Component(format!(
-                "the stiffness matrix is indefinite: an elastic eigenvalue of {:.6e} (rad/time)² is negative beyond rounding; its shape is largest at {}",
-                eigenvalues[j],
-                model.dof_name(largest_dof(x.as_ref().subcols(j, 1)))
-            )));
+            return Err(MatrixRefusal::NegativeEigenvalue {
+                eigenvalue: eigenvalues[j],
+                place: model.dof_name(largest_dof(x.as_ref().subcols(j, 1))),
+            }
+            .into());
         }
         let zero_count = (0..kept)
             .take_while(|j| *j < loose.ncols() || eigenvalues[*j] < zero * absolute[*j])

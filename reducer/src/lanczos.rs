@@ -15,7 +15,7 @@ use dcb_sparse::krylov_basis::KrylovBasis;
 use faer::{Mat, MatRef};
 
 use crate::condensation::Model;
-use crate::error::Error;
+use crate::error::{Error, MatrixRefusal};
 use crate::rigid_body::RigidBodyModes;
 
 /// A new direction whose M norm has fallen below this fraction of the block's before orthogonalisation is dropped.
@@ -63,7 +63,7 @@ impl<'a> Lanczos<'a> {
     /// Starts with a pseudo-random block of `block_width` columns; `capacity` bounds the basis.
     ///
     /// # Errors
-    /// [`Error::Component`] if the mass matrix is indefinite on the block, [`Error::OutOfMemory`].
+    /// [`Error::Matrix`] if the mass matrix is indefinite on the block, [`Error::OutOfMemory`].
     pub fn start(
         model: &'a Model,
         rigid: &'a RigidBodyModes,
@@ -363,10 +363,8 @@ fn orthonormalization(
         let worst = combination(block.as_ref(), vectors.as_ref().subcols(0, 1));
         let dof =
             (0..worst.nrows()).max_by(|a, b| worst[(*a, 0)].abs().total_cmp(&worst[(*b, 0)].abs()));
-        return Err(Error::Component(format!(
-            "the mass matrix is indefinite: a motion that is largest at {} has negative mass; a mass matrix is positive semi-definite: check the lumping and the export",
-            model.dof_name(dof.unwrap_or(0))
-        )));
+        let place = model.dof_name(dof.unwrap_or(0));
+        return Err(MatrixRefusal::NegativeMass { place }.into());
     }
     if smallest < NEARLY_DEPENDENT * NEARLY_DEPENDENT {
         return Ok(None);

@@ -85,6 +85,7 @@ pub use crate::diagnosis::{Grounding, LoosePieces};
 pub use crate::eigen_solver::EigenSolver;
 pub use crate::enrichment::EnrichmentSource;
 use crate::enrichment::{FurtherColumns, Reducing};
+use crate::error::BodyRefusal;
 pub use crate::error::Error;
 use crate::error_estimate::PowerMoments;
 pub use crate::forecast::EstimateChoice;
@@ -179,7 +180,7 @@ pub struct Reduced {
 /// Reduces a component.
 ///
 /// # Errors
-/// [`Error::Component`] where the component can't be reduced as it is; the others are numerical failures.
+/// Refusals where the component can't be reduced as it is ([`Error::is_unusable_input`]); the others are numerical failures.
 pub fn reduce(
     component: &Component,
     options: &Reduction,
@@ -192,11 +193,11 @@ pub fn reduce(
     let localization = Localization::of(component, &model)?;
     let geometric = RigidBodyModes::of(component, &model, &properties)?;
     if model.len() <= geometric.count() {
-        return Err(Error::Component(format!(
-            "nothing elastic is left: {} dofs remain for {} rigid motions, because every node belongs to a rigid interface (or there is but one node); leave nodes out of the rigid interfaces, or use a rigid body",
-            model.len(),
-            geometric.count()
-        )));
+        return Err(BodyRefusal::NothingElastic {
+            dofs: model.len(),
+            motions: geometric.count(),
+        }
+        .into());
     }
 
     observer.begin(Stage::Order);

@@ -13,7 +13,7 @@ use dcb_formats::superelement::row_name;
 use faer::Mat;
 
 use crate::condensation::Model;
-use crate::error::Error;
+use crate::error::{Error, InterfaceRefusal};
 use crate::frame::{FitDofs, FrameFit, merge_entries, weighted_centroid};
 use crate::surface::area_weights;
 
@@ -60,7 +60,7 @@ impl Localization {
     /// Turns the component's interfaces into rows over the model's dofs.
     ///
     /// # Errors
-    /// [`Error::Component`] naming the interface when a node lacks a direction, or the nodes can't carry a moment that is asked for.
+    /// [`Error::Interface`] naming the interface when a node lacks a direction, or the nodes can't carry a moment that is asked for.
     pub fn of(component: &Component, model: &Model) -> Result<Self, Error> {
         let mut localization = Self {
             interfaces: Vec::new(),
@@ -168,18 +168,19 @@ impl Localization {
                     .collect(),
             };
             if wanted.is_empty() {
-                return Err(Error::Component(format!(
-                    "interface {:?}: node {node} has no dof in the dof table; leave it out of the interface",
-                    interface.name
-                )));
+                return Err(InterfaceRefusal::NodeWithoutDof {
+                    interface: interface.name.clone(),
+                    node: *node,
+                }
+                .into());
             }
             for direction in wanted {
                 let row = component.dofs.row(*node, direction).ok_or_else(|| {
-                    Error::Component(format!(
-                        "interface {:?}: node {node} has no {}; ask for directions that every node of the interface has",
-                        interface.name,
-                        direction.name()
-                    ))
+                    InterfaceRefusal::NoDirection {
+                        interface: interface.name.clone(),
+                        node: *node,
+                        direction,
+                    }
                 })?;
                 self.rows.push(Row {
                     interface: self.interfaces.len(),
@@ -207,11 +208,12 @@ impl Localization {
         for node in &interface.nodes {
             for direction in &Direction::ALL[..translations] {
                 if component.dofs.row(*node, *direction).is_none() {
-                    return Err(Error::Component(format!(
-                        "interface {:?}: node {node} has no {}, but an averaged frame needs every translation of its nodes; leave the node out",
-                        interface.name,
-                        direction.name()
-                    )));
+                    return Err(InterfaceRefusal::NoTranslation {
+                        interface: interface.name.clone(),
+                        node: *node,
+                        direction: *direction,
+                    }
+                    .into());
                 }
             }
         }
@@ -231,12 +233,8 @@ impl Localization {
         }
         for direction in frame_directions(component, interface) {
             if fit.leaves_open(direction) {
-                return Err(cannot_carry(
-                    component,
-                    interface,
-                    direction,
-                    &fit.determined(),
-                ));
+                let possible = fit.determined();
+                return Err(cannot_carry(component, interface, direction, &possible).into());
             }
             let coefficients = fit.row(direction);
             self.push_frame_row(direction, position, model.condensed_row(&coefficients));
@@ -250,12 +248,9 @@ impl Localization {
         interface: &Interface,
         index: usize,
     ) -> Result<[f64; 3], Error> {
-        let frame = model.frame_of(index).ok_or_else(|| {
-            Error::Component(format!(
-                "interface {:?}: kind {} has no frame",
-                interface.name,
-                interface.kind.name()
-            ))
+        let frame = (model.frame_of(index)).ok_or_else(|| InterfaceRefusal::NoFrame {
+            interface: interface.name.clone(),
+            kind: interface.kind,
         })?;
         for direction in &frame.wanted {
             if let Some(dof) = frame.dof(*direction) {
@@ -290,9 +285,7 @@ impl Localization {
             .iter()
             .any(|interface| interface.name == "boundary")
         {
-            return Err(Error::Component(
-                "an interface is named \"boundary\", which is the name of the rows given by --boundary; rename the interface".into(),
-            ));
+            return Err(InterfaceRefusal::NamedBoundary.into());
         }
         let mut rows: Vec<Vec<(u32, f64)>> = vec![Vec::new(); matrix.nrows()];
         for column in 0..matrix.ncols() {
@@ -307,10 +300,7 @@ impl Localization {
         for (number, entries) in rows.into_iter().enumerate() {
             let entries = merge_entries(entries);
             if entries.is_empty() {
-                return Err(Error::Component(format!(
-                    "boundary row {} has no entry other than zero; remove it",
-                    number + 1
-                )));
+                return Err(InterfaceRefusal::EmptyBoundaryRow { row: number + 1 }.into());
             }
             let nodes: Vec<u32> = entries
                 .iter()
@@ -363,32 +353,28 @@ pub fn cannot_carry(
     interface: &Interface,
     direction: Direction,
     possible: &[Direction],
-) -> Error {
-    let needed = match component.dimension() {
-        dcb_formats::mesh::Dimension::Planar => "2 distinct nodes",
-        dcb_formats::mesh::Dimension::Spatial => "3 nodes that are not on one line",
-    };
-    Error::Component(format!(
-        "interface {:?}: its {} node(s) can't carry {} because they are too few or lie on one line and have no rotations of their own; use at least {needed}, or ask for \"dofs\": [{}] only",
-        interface.name,
-        interface.nodes.len(),
-        direction.name(),
-        possible
-            .iter()
-            .map(|direction| format!("{:?}", direction.name()))
-            .collect::<Vec<_>>()
-            .join(", ")
-    ))
+) -> InterfaceRefusal {
+    InterfaceRefusal::CannotCarry {
+        interface: interface.name.clone(),
+        nodes: interface.nodes.len(),
+        direction,
+        possible: possible.to_vec(),
+        dimension: component.dimension(),
+    }
 }
 
 /// Node weights of an averaged interface, positive.
-fn weights_of(component: &Component, interface: &Interface) -> Result<Vec<f64>, Error> {
+fn weights_of(component: &Component, interface: &Interface) -> Result<Vec<f64>, InterfaceRefusal> {
     match &interface.weights {
         Weights::Uniform => Ok(vec![1.0; interface.nodes.len()]),
         Weights::Given(weights) => Ok(weights.clone()),
-        Weights::Area => area_weights(&component.mesh, &interface.nodes).map_err(|message| {
-            Error::Component(format!("interface {:?}: {message}", interface.name))
-        }),
+        Weights::Area => {
+            let no_area = |node| InterfaceRefusal::NoArea {
+                interface: interface.name.clone(),
+                node,
+            };
+            area_weights(&component.mesh, &interface.nodes).map_err(no_area)
+        }
         Weights::Mass => {
             let translations = &Direction::ALL[..component.dimension().coordinate_count()];
             let mass_at = |node: u32| -> f64 {
@@ -400,10 +386,10 @@ fn weights_of(component: &Component, interface: &Interface) -> Result<Vec<f64>, 
             };
             let weights: Vec<f64> = interface.nodes.iter().map(|node| mass_at(*node)).collect();
             match weights.iter().position(|weight| *weight <= 0.0) {
-                Some(at) => Err(Error::Component(format!(
-                    "interface {:?}: node {} has no mass, so it can't be weighted by mass; use \"uniform\" or \"area\"",
-                    interface.name, interface.nodes[at]
-                ))),
+                Some(at) => Err(InterfaceRefusal::NoMass {
+                    interface: interface.name.clone(),
+                    node: interface.nodes[at],
+                }),
                 None => Ok(weights),
             }
         }

@@ -13,7 +13,7 @@ use dcb_formats::dcb::{UnfinishedFolder, remove_unfinished};
 use nix::sys::signal::{SigSet, Signal, killpg};
 use nix::unistd::Pid;
 
-use crate::error::Error;
+use crate::error::{CommandRefusal, EigenSolverRefusal, Error};
 
 /// Time that `mpirun` gets to end its processes everywhere before it is killed itself.
 const GRACE: Duration = Duration::from_secs(10);
@@ -140,9 +140,9 @@ impl PrivateFolder {
 
     /// Starts a command in a process group of its own: an interruption at the terminal reaches it by [`end_all`] only.
     fn start(&self, command: &[OsString]) -> Result<Running<'_>, Error> {
-        let (program, arguments) = command.split_first().ok_or_else(|| {
-            Error::Component("the command that starts MPI programs is empty".into())
-        })?;
+        let (program, arguments) = command
+            .split_first()
+            .ok_or_else(|| CommandRefusal::from(EigenSolverRefusal::EmptyLauncher))?;
         let mut open = open();
         if open.closed {
             return Err(interrupted());

@@ -28,7 +28,7 @@ pub enum Form {
 /// Reads the pattern of a component and forecasts its reduction.
 ///
 /// # Errors
-/// [`Error::Component`] where the component can't be reduced as it is.
+/// Refusals of the component ([`Error::Interface`], [`Error::Matrix`], [`Error::Body`]).
 pub fn forecast(component: &Component, modes: ModeSelection) -> Result<Forecast, Error> {
     diagnosis::check_rows(component)?;
     let model = Model::of(component)?;

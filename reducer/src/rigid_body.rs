@@ -11,7 +11,7 @@ use faer::concat;
 use faer::{Mat, MatRef};
 
 use crate::condensation::Model;
-use crate::error::Error;
+use crate::error::{Error, MatrixRefusal};
 use crate::frame::{nodes_with_dofs, offset, part_size, rigid_motion};
 
 /// Mass, centre of mass and inertia about it, from the mass matrix alone.
@@ -59,7 +59,7 @@ impl MassProperties {
     /// Reads the mass properties off Xᵀ M X.
     ///
     /// # Errors
-    /// [`Error::Component`] if the total mass is not positive.
+    /// [`Error::Matrix`] if the total mass is not positive.
     pub fn of(component: &Component) -> Result<Self, Error> {
         let dimension = component.dimension();
         let d = dimension.coordinate_count();
@@ -74,10 +74,8 @@ impl MassProperties {
         let about_middle = rigid_mass(middle);
         let mass = (0..d).map(|i| about_middle[(i, i)]).sum::<f64>() / d as f64;
         if mass.is_nan() || mass <= 0.0 {
-            return Err(Error::Component(format!(
-                "the mass matrix gives a total mass of {mass:e} {}; it should be positive",
-                component.units.mass
-            )));
+            let unit = component.units.mass.clone();
+            return Err(MatrixRefusal::NoMass { mass, unit }.into());
         }
         // Translation i against rotation a couples by m (e_a × s)_i, with s from the reference to the centre of mass.
         let mut s = [0.0; 3];
@@ -156,7 +154,7 @@ impl RigidBodyModes {
     /// Writes the columns down and orthonormalises them.
     ///
     /// # Errors
-    /// [`Error::Component`] if the mass matrix is not positive on them (a part without extent or without mass in a direction).
+    /// [`Error::Matrix`] if the mass matrix is not positive on them (a part without extent or without mass in a direction).
     pub fn of(
         component: &Component,
         model: &Model,
@@ -174,12 +172,8 @@ impl RigidBodyModes {
                     .for_each(|entry| *entry /= length);
             }
         }
-        let shapes = orthonormalized(&model.mass, geometric.as_ref()).ok_or_else(|| {
-            Error::Component(
-                "the mass matrix gives the part no inertia against some rigid motion (all mass on one point or line); add the missing rotary inertia or more nodes"
-                    .into(),
-            )
-        })?;
+        let shapes =
+            orthonormalized(&model.mass, geometric.as_ref()).ok_or(MatrixRefusal::NoInertia)?;
         let mass_shapes = symmetric_product(&model.mass, shapes.as_ref());
         let bounds = Mat::from_fn(model.len(), 1, |row, _| {
             match model.dofs[row].direction.is_rotation() {

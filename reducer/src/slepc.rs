@@ -15,7 +15,7 @@ use dcb_superelement::extended_to_gap;
 use faer::{Mat, MatRef};
 
 use crate::condensation::Model;
-use crate::error::Error;
+use crate::error::{CommandRefusal, EigenSolverRefusal, Error};
 use crate::free_modes::{
     FreeModes, KnownMotions, RESIDUAL_TOLERANCE, Search, motions_without_energy,
 };
@@ -81,7 +81,7 @@ impl SlepcRun {
     /// Finds the lowest modes, as [`FreeModes::compute`] does.
     ///
     /// # Errors
-    /// [`Error::CannotStart`], [`Error::File`] and [`Error::Component`] where the search can't begin, [`Error::EigenSolver`] where it fails,
+    /// [`Error::CannotStart`], [`Error::File`] and [`Error::Command`] where the search can't begin, [`Error::EigenSolver`] where it fails,
     /// and those of [`FreeModes::compute`].
     pub fn free_modes(
         &self,
@@ -125,9 +125,9 @@ impl SlepcRun {
     ) -> Result<Pairs, Error> {
         let elastic = model.len() - rigid.count();
         if 2 * asked > elastic {
-            return Err(Error::Component(format!(
-                "{asked} eigenpairs (modes and guards) of {elastic} are too many for SLEPc, which is for few of many; ask for fewer, or use the built-in eigensolver"
-            )));
+            let wanted = asked;
+            let refusal = EigenSolverRefusal::TooMany { wanted, elastic };
+            return Err(CommandRefusal::from(refusal).into());
         }
         if !self.program.is_file() {
             return Err(Error::CannotStart {

@@ -217,7 +217,7 @@ fn norm(a: [f64; 3]) -> f64 {
 ///
 /// # Errors
 /// A message when the mesh has no boundary face within the set, or a node touches none.
-pub fn area_weights(mesh: &Mesh, nodes: &[u32]) -> Result<Vec<f64>, String> {
+pub fn area_weights(mesh: &Mesh, nodes: &[u32]) -> Result<Vec<f64>, u32> {
     let position: HashMap<u32, usize> = nodes
         .iter()
         .enumerate()
@@ -265,10 +265,7 @@ pub fn area_weights(mesh: &Mesh, nodes: &[u32]) -> Result<Vec<f64>, String> {
     }
     match weights.iter().position(|weight| *weight <= 0.0) {
         None => Ok(weights),
-        Some(at) => Err(format!(
-            "weights \"area\": node {} touches no boundary face whose nodes all belong to the interface; use \"uniform\", or complete the node set and the mesh's cells",
-            nodes[at]
-        )),
+        Some(at) => Err(nodes[at]),
     }
 }
 
@@ -321,10 +318,6 @@ mod tests {
         assert!((weights[0] - weights[2]).abs() < 1e-14 && (weights[4] - weights[6]).abs() < 1e-14);
         let side = area_weights(&mesh, &[1, 2, 6, 5, 9, 18, 13, 17]).unwrap();
         assert!((side.iter().sum::<f64>() - 3.0).abs() < 1e-13);
-        assert!(
-            area_weights(&mesh, &[0, 1, 2])
-                .unwrap_err()
-                .contains("node 0")
-        );
+        assert_eq!(area_weights(&mesh, &[0, 1, 2]).unwrap_err(), 0);
     }
 }

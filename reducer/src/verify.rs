@@ -16,7 +16,7 @@ use dcb_formats::{RecoveryBasis, Superelement};
 use faer::Mat;
 
 use crate::cli::VerifyArguments;
-use crate::cli_reduce::{Outcome, naming_the_file};
+use crate::cli_reduce::Outcome;
 use crate::error::Error;
 use crate::inspect::stored_quality;
 use crate::memory_limit::available;
@@ -124,7 +124,7 @@ pub fn run(arguments: &VerifyArguments) -> Result<Outcome, Error> {
         let files = ComponentFiles::beside(stiffness, &overrides)?;
         let component = read_component(&files, available())?;
         verify_component::check(&element, recovery.as_ref(), &component, &mut findings)
-            .map_err(|error| naming_the_file(error, &files))?;
+            .map_err(|error| error.naming_the_file(&files))?;
     }
     let verdict = if findings.broken.is_empty() {
         "verified\n"

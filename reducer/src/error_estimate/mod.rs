@@ -26,7 +26,7 @@ pub use self::moments::PowerMoments;
 use self::deviation::{Deviation, ScaledMoments};
 use self::model::Model;
 use self::rows::Rows;
-use crate::error::Error;
+use crate::error::{BandRefusal, Error};
 use crate::study::band::Band;
 
 /// An error between its bounds.
@@ -175,7 +175,7 @@ impl ErrorEstimate {
     /// interfaces move, but no force acts on them.
     ///
     /// # Errors
-    /// [`Error::Component`] if the band isn't below the eigenvalue bound, or no force acts on the rows; [`Error::NotFinite`].
+    /// [`Error::Band`] if the band isn't below the eigenvalue bound, or no force acts on the rows; [`Error::NotFinite`].
     pub fn over(&self, rows: &[usize], band: &Band, loss_factor: f64) -> Result<Estimate, Error> {
         let forced = self.forced(rows)?;
         self.refuse_beyond(band.top())?;
@@ -272,10 +272,11 @@ impl ErrorEstimate {
             .collect();
         let known = rows.iter().all(|row| *row < self.rows.count());
         if forced.is_empty() || !known {
-            return Err(Error::Component(format!(
-                "no force acts on the rows {rows:?} of {}: errors are those of rows of attachments",
-                self.rows.count()
-            )));
+            return Err(BandRefusal::NoForce {
+                rows: rows.to_vec(),
+                count: self.rows.count(),
+            }
+            .into());
         }
         Ok(forced)
     }
@@ -285,11 +286,11 @@ impl ErrorEstimate {
             return Ok(());
         }
         let cycles = |square: f64| square.max(0.0).sqrt() / (2.0 * std::f64::consts::PI);
-        Err(Error::Component(format!(
-            "the band ends at {:.6} cycles per time unit, and errors are known up to {:.6}, below the first frequency left out; take a band that ends lower, or keep more modes",
-            cycles(square),
-            cycles(self.eigenvalue_bound)
-        )))
+        Err(BandRefusal::Beyond {
+            end: cycles(square),
+            bound: cycles(self.eigenvalue_bound),
+        }
+        .into())
     }
 
     /// The largest over the interfaces, of the responses to forces at its rows.

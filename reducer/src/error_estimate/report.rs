@@ -7,7 +7,7 @@ use dcb_superelement::LOSS_FACTOR;
 use serde_json::{Value, json};
 
 use super::{Bracket, ErrorEstimate, Estimate, Form};
-use crate::error::Error;
+use crate::error::{BandRefusal, Error};
 use crate::inspect::hertz;
 use crate::plausibility::si_factor;
 use crate::scientific::scientific;
@@ -28,7 +28,7 @@ impl Report {
     /// Over a band in Hz, or over the usual one; `None` where a file has no moments, or nothing that could be off.
     ///
     /// # Errors
-    /// [`Error::Component`] for a band that isn't below the first frequency left out, or that is asked for where nothing is known.
+    /// [`Error::Band`] for a band that isn't below the first frequency left out, or that is asked for where nothing is known.
     pub fn of(element: &Superelement, hertz: Option<[f64; 2]>) -> Result<Option<Self>, Error> {
         let mut forms = Vec::new();
         let mut used = None;
@@ -63,10 +63,10 @@ impl Report {
                 forms,
             })),
             (None, None) => Ok(None),
-            (None, Some(_)) => Err(Error::Component(format!(
-                "{}: errors are asked for with --band, but the file has no moments to estimate them from (files before format 1.2 haven't), or no interface; reduce the part again",
-                element.name
-            ))),
+            (None, Some(_)) => Err(BandRefusal::NoMoments {
+                superelement: element.name.clone(),
+            }
+            .into()),
         }
     }
 
@@ -165,21 +165,19 @@ fn between(
     ends: [f64; 2],
 ) -> Result<Band, Error> {
     let time = &element.units.time;
-    let second = si_factor(time).ok_or_else(|| {
-        Error::Component(format!(
-            "{}: --band is in Hz, but the time unit {time:?} is not known",
-            element.name
-        ))
+    let second = si_factor(time).ok_or_else(|| BandRefusal::UnknownTimeUnit {
+        superelement: element.name.clone(),
+        unit: time.clone(),
     })?;
     let [from, to] = ends.map(|hertz| (2.0 * std::f64::consts::PI * hertz * second).powi(2));
     let bound = estimate.eigenvalue_bound();
     if to >= bound {
-        return Err(Error::Component(format!(
-            "{}: the band ends at {:.6} Hz, and errors are known below {:.6} Hz, next to the first frequency left out; take a band that ends lower, or keep more modes",
-            element.name,
-            ends[1],
-            hertz(bound, time)
-        )));
+        return Err(BandRefusal::BeyondHertz {
+            superelement: element.name.clone(),
+            end: ends[1],
+            bound: hertz(bound, time),
+        }
+        .into());
     }
     Ok(estimate.band(Some(from), to, POINTS))
 }

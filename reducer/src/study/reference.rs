@@ -24,7 +24,7 @@ use super::rows::InterfaceRows;
 use super::spin::SpinStrain;
 use crate::condensation::Model;
 use crate::diagnosis;
-use crate::error::Error;
+use crate::error::{Error, Lacking};
 use crate::forecast::Forecast;
 use crate::localization::Localization;
 use crate::memory_limit::MemoryLimit;
@@ -98,7 +98,7 @@ impl Reference {
     /// Computes it with at least `modes` modes.
     ///
     /// # Errors
-    /// Those of [`reduce`]; [`Error::Component`] without interfaces or elastic modes; [`Error::QualityLimit`] if the reference leaves more of
+    /// Those of [`reduce`]; [`Error::Lacking`] without interfaces or elastic modes; [`Error::QualityLimit`] if the reference leaves more of
     /// the unreduced equations than it may.
     pub fn compute(
         component: &Component,
@@ -120,9 +120,7 @@ impl Reference {
             observer,
         )?)?;
         let Some(highest) = reduced.superelement.modes.eigenvalues.last().copied() else {
-            return Err(Error::Component(
-                "the part has no elastic mode to study; ask for at least one with --modes".into(),
-            ));
+            return Err(Lacking::ElasticModes.into());
         };
         let (from, to) = match choice {
             BandChoice::HalfOfHighest => (None, 0.25 * highest),
@@ -166,9 +164,7 @@ impl Reference {
             eigenvalues[0],
         );
         if rows.is_empty() {
-            return Err(Error::Component(
-                "the component has no interface where forces act, so there is nothing to compare; give it one in its description".into(),
-            ));
+            return Err(Lacking::Forces.into());
         }
         let mut kept = Mat::zeros(model.len(), rigid.count() + eigenvalues.len());
         let shapes_everywhere = model.contract(reduced.recovery.modes.as_ref());

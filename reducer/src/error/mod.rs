@@ -1,16 +1,60 @@
 //! Why a reduction could not be made. Unusable input and numerical failure are told apart, because a caller reacts to
 //! them differently.
 
+mod band;
+mod body;
+mod command;
+mod interface;
+mod lacking;
+mod matrix;
+mod places;
+
 use std::path::PathBuf;
 
+use dcb_formats::component_files::ComponentFiles;
+
+pub use self::band::BandRefusal;
+pub use self::body::{BodyRefusal, PieceSize, Softness};
+pub use self::command::{CommandRefusal, EigenSolverRefusal, Occupied};
+pub use self::interface::InterfaceRefusal;
+pub use self::lacking::Lacking;
+pub use self::matrix::{Matrix, MatrixRefusal};
+pub(crate) use self::places::LISTED;
+pub use self::places::Places;
 use crate::memory_limit::readable;
 
 /// A reduction that ended without a superelement.
 #[derive(Debug, thiserror::Error)]
 pub enum Error {
-    /// The component can't be reduced as it is; the message says what was found and what would be right.
-    #[error("{0}")]
-    Component(String),
+    /// An interface that the component can't have.
+    #[error(transparent)]
+    Interface(#[from] InterfaceRefusal),
+    /// A matrix that isn't what a part has.
+    #[error(transparent)]
+    Matrix(#[from] MatrixRefusal),
+    /// The part is no free elastic body in one piece.
+    #[error(transparent)]
+    Body(#[from] BodyRefusal),
+    /// The component lacks what is asked of it.
+    #[error(transparent)]
+    Lacking(#[from] Lacking),
+    /// Errors aren't known in this band, or at these rows.
+    #[error(transparent)]
+    Band(#[from] BandRefusal),
+    /// Options, files and folders of a command don't go together.
+    #[error(transparent)]
+    Command(#[from] CommandRefusal),
+    /// What is wrong with the component, and the file that says so.
+    #[error("{}: {source}", path.display())]
+    In {
+        /// The file.
+        path: PathBuf,
+        /// What is wrong.
+        source: Box<Self>,
+    },
+    /// All is done but the list of what it took.
+    #[error("the superelement is complete, but the timings can't be written: {0}")]
+    Timings(#[source] dcb_formats::Error),
     /// A file can't be used or written.
     #[error(transparent)]
     File(#[from] dcb_formats::Error),
@@ -140,13 +184,64 @@ impl From<dcb_sparse::Error> for Error {
     }
 }
 
+/// A file of a component.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Input {
+    /// K.
+    Stiffness,
+    /// M.
+    Mass,
+    /// The description: mesh, interfaces, units.
+    Description,
+    /// The rows of `--boundary`.
+    Boundary,
+}
+
 impl Error {
+    /// The file of the component that is to be corrected, if it is one.
+    pub fn concerns(&self) -> Option<Input> {
+        match self {
+            Self::Interface(refusal) => Some(refusal.concerns()),
+            Self::Matrix(refusal) => Some(refusal.concerns()),
+            Self::Lacking(Lacking::Interfaces | Lacking::Forces)
+            | Self::Command(CommandRefusal::UnknownTimeUnit { .. }) => Some(Input::Description),
+            Self::Body(_)
+            | Self::Lacking(Lacking::ElasticModes | Lacking::Loads)
+            | Self::Command(CommandRefusal::EigenSolver(_)) => Some(Input::Stiffness),
+            _ => None,
+        }
+    }
+
+    /// The same with the name of the file that is to be corrected: a reduction knows no files.
+    pub(crate) fn naming_the_file(self, files: &ComponentFiles) -> Self {
+        let path = match self.concerns() {
+            None => return self,
+            Some(Input::Stiffness) => &files.stiffness,
+            Some(Input::Mass) => &files.mass,
+            Some(Input::Description) => &files.description,
+            Some(Input::Boundary) => files.boundary.as_ref().unwrap_or(&files.stiffness),
+        };
+        Self::In {
+            path: path.clone(),
+            source: Box::new(self),
+        }
+    }
+
     /// Whether the input is to blame (exit status 2) rather than the numerics (exit status 1).
     pub fn is_unusable_input(&self) -> bool {
         match self {
             // The machine is too small, not the file wrong.
             Self::File(dcb_formats::Error::NotEnoughMemory { allowed: None, .. }) => false,
-            Self::Component(_) | Self::InScene { .. } | Self::NotEnoughMemory { .. } => true,
+            Self::Interface(_)
+            | Self::Matrix(_)
+            | Self::Body(_)
+            | Self::Lacking(_)
+            | Self::Band(_)
+            | Self::Command(_)
+            | Self::Timings(_)
+            | Self::InScene { .. }
+            | Self::NotEnoughMemory { .. } => true,
+            Self::In { source, .. } => source.is_unusable_input(),
             Self::File(error) => !error.is_out_of_memory(),
             Self::Scene(error) => error.is_unusable_input(),
             #[cfg(feature = "slepc")]

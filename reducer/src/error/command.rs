@@ -1,0 +1,151 @@
+//! What a command refuses before it begins: options, files and folders that don't go together.
+
+use std::path::PathBuf;
+
+/// A command that can't be carried out as it is given.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+pub enum CommandRefusal {
+    /// Nothing to reduce.
+    #[error("no stiffness matrix given")]
+    NoPart,
+    /// Arguments that `reduce` doesn't understand.
+    #[error("{message}")]
+    Arguments {
+        /// The parser's words.
+        message: String,
+    },
+    /// Hz mean nothing in the component's time unit.
+    #[error("{option} is in Hz, but the time unit {unit:?} is not known; {remedy}")]
+    UnknownTimeUnit {
+        /// The option that is in Hz.
+        option: &'static str,
+        /// The unit.
+        unit: String,
+        /// Another option.
+        remedy: &'static str,
+    },
+    /// An output in the place of an input.
+    #[error("{}: {role}", path.display())]
+    WouldDestroy {
+        /// The file.
+        path: PathBuf,
+        /// What it is.
+        role: Occupied,
+    },
+    /// Options of the eigensolver that don't go together.
+    #[error(transparent)]
+    EigenSolver(#[from] EigenSolverRefusal),
+    /// Further columns are asked for, and no form that has them.
+    #[error(
+        "--enrich adds rows in the strong form, the only one that has further columns as coordinates, and --variants leaves it out; name strong there, or leave --enrich out"
+    )]
+    EnrichWithoutStrong,
+    /// A limit of the cache that is no size.
+    #[error("the environment variable {variable} is {found:?}: {wanted}")]
+    NoSize {
+        /// Name of the variable.
+        variable: &'static str,
+        /// As given.
+        found: String,
+        /// What would be right.
+        wanted: String,
+    },
+    /// No folder for a cache.
+    #[error("no folder of a cache is known; name one with --cache=FOLDER or {variable}")]
+    NoCacheFolder {
+        /// The environment variable that names one.
+        variable: &'static str,
+    },
+    /// No key, or several, begin as asked.
+    #[error(
+        "{}: {}",
+        folder.display(),
+        match found {
+            0 => format!("no key begins with {start:?}; `reduce cache` lists them"),
+            several => format!("{several} keys begin with {start:?}; give more of it"),
+        }
+    )]
+    NotOneKey {
+        /// Folder of the cache.
+        folder: PathBuf,
+        /// How the key should begin.
+        start: String,
+        /// How many do.
+        found: usize,
+    },
+    /// A planar superelement beside a spatial one.
+    #[error("{} and {}: one is planar, the other spatial", a.display(), b.display())]
+    DimensionsDiffer {
+        /// First superelement.
+        a: PathBuf,
+        /// Second superelement.
+        b: PathBuf,
+    },
+}
+
+/// What stands where an output is to go.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Occupied {
+    /// The scene.
+    Scene,
+    /// A file of the component.
+    Component,
+    /// A file of one of the parts.
+    Batch,
+    /// The superelement, where the timings are to go.
+    Superelement,
+}
+
+impl std::fmt::Display for Occupied {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.write_str(match self {
+            Self::Scene => "is the scene and can't be an output; name another file",
+            Self::Component => {
+                "is an input of this reduction and can't be its output; name another file"
+            }
+            Self::Batch => {
+                "is an input of this batch and can't be an output; name another folder with -o"
+            }
+            Self::Superelement => "is the output; the timings need another file",
+        })
+    }
+}
+
+/// Options of the eigensolver that don't go together, or that this program doesn't have.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
+pub enum EigenSolverRefusal {
+    /// Options of SLEPc without it.
+    #[error("--ranks and --mpirun belong to --eigen-solver slepc")]
+    NotSlepc,
+    /// SLEPc isn't built in.
+    #[cfg(not(feature = "slepc"))]
+    #[error(
+        "--eigen-solver slepc: this program was built without the feature slepc; build with --features slepc (docs/slepc.md)"
+    )]
+    NotBuilt,
+    /// On how many processes?
+    #[cfg(feature = "slepc")]
+    #[error("--eigen-solver slepc: say with --ranks on how many MPI processes it should run")]
+    NoRanks,
+    /// A command line without a word, or with an open quote.
+    #[cfg(feature = "slepc")]
+    #[error(
+        "--mpirun: a command is wanted, for example \"mpirun --hostfile hosts\", with every quote closed"
+    )]
+    NoLauncher,
+    /// Nothing that would start the processes.
+    #[cfg(feature = "slepc")]
+    #[error("the command that starts MPI programs is empty")]
+    EmptyLauncher,
+    /// Most of the spectrum is wanted.
+    #[cfg(feature = "slepc")]
+    #[error(
+        "{wanted} eigenpairs (modes and guards) of {elastic} are too many for SLEPc, which is for few of many; ask for fewer, or use the built-in eigensolver"
+    )]
+    TooMany {
+        /// Pairs wanted.
+        wanted: usize,
+        /// Elastic motions of the model.
+        elastic: usize,
+    },
+}

@@ -1,0 +1,104 @@
+//! What is wrong with K or M by themselves: both are positive semi-definite, and M gives the part a mass.
+
+use super::{Input, Places};
+
+/// A matrix that isn't what a part has.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+pub enum MatrixRefusal {
+    /// Diagonal entries below zero.
+    #[error(
+        "the {matrix} matrix has {count} negative diagonal entries, the first {value:e} at {place}; a {matrix} matrix is positive semi-definite: check the sign convention and the export"
+    )]
+    NegativeDiagonal {
+        /// Which matrix.
+        matrix: Matrix,
+        /// How many there are.
+        count: usize,
+        /// The first.
+        value: f64,
+        /// Where it is.
+        place: String,
+    },
+    /// K + σ M has negative pivots.
+    #[error(
+        "the stiffness matrix is indefinite: K + {shift:.3e}·M has {pivots} negative pivot(s), at {places}; a stiffness matrix is positive semi-definite: check the element orientation, the material constants and the export"
+    )]
+    NegativePivots {
+        /// σ, (rad/time)².
+        shift: f64,
+        /// How many pivots.
+        pivots: usize,
+        /// Where they are.
+        places: Places,
+    },
+    /// A mode has a negative eigenvalue.
+    #[error(
+        "the stiffness matrix is indefinite: an elastic eigenvalue of {eigenvalue:.6e} (rad/time)² is negative beyond rounding; its shape is largest at {place}"
+    )]
+    NegativeEigenvalue {
+        /// ω², (rad/time)².
+        eigenvalue: f64,
+        /// Where the shape is largest.
+        place: String,
+    },
+    /// A motion has negative mass.
+    #[error(
+        "the mass matrix is indefinite: a motion that is largest at {place} has negative mass; a mass matrix is positive semi-definite: check the lumping and the export"
+    )]
+    NegativeMass {
+        /// Where the motion is largest.
+        place: String,
+    },
+    /// The part has no mass.
+    #[error("the mass matrix gives a total mass of {mass:e} {unit}; it should be positive")]
+    NoMass {
+        /// Total mass.
+        mass: f64,
+        /// Its unit.
+        unit: String,
+    },
+    /// The part has no inertia against a rigid motion.
+    #[error(
+        "the mass matrix gives the part no inertia against some rigid motion (all mass on one point or line); add the missing rotary inertia or more nodes"
+    )]
+    NoInertia,
+}
+
+/// K or M.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Matrix {
+    /// K.
+    Stiffness,
+    /// M.
+    Mass,
+}
+
+impl std::fmt::Display for Matrix {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.write_str(match self {
+            Self::Stiffness => "stiffness",
+            Self::Mass => "mass",
+        })
+    }
+}
+
+impl MatrixRefusal {
+    /// The file that holds the matrix.
+    pub(super) fn concerns(&self) -> Input {
+        match self {
+            Self::NegativeDiagonal {
+                matrix: Matrix::Stiffness,
+                ..
+            }
+            | Self::NegativePivots { .. }
+            | Self::NegativeEigenvalue { .. } => Input::Stiffness,
+            Self::NegativeDiagonal {
+                matrix: Matrix::Mass,
+                ..
+            }
+            | Self::NegativeMass { .. }
+            | Self::NoMass { .. }
+            | Self::NoInertia => Input::Mass,
+        }
+    }
+}
