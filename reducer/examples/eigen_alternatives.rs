@@ -8,6 +8,7 @@ use dcb_dense::{symmetric_eigen, symmetrized};
 use dcb_formats::component_files::{ComponentFiles, Overrides, read_component};
 use dcb_reducer::condensation::Model;
 use dcb_reducer::free_modes::{FreeModes, KnownMotions, Search};
+use dcb_reducer::piece_motions::Pieces;
 use dcb_reducer::rigid_body::{MassProperties, RigidBodyModes};
 use dcb_reducer::shift::SpectrumScale;
 use dcb_sparse::block_algebra::{column_norms, combination, gram, symmetric_product};
@@ -186,7 +187,13 @@ fn main() {
     let model = Model::of(&component).unwrap();
     let properties = MassProperties::of(&component).unwrap();
     let rigid = RigidBodyModes::of(&component, &model, &properties).unwrap();
-    let scale = SpectrumScale::of(&model, &rigid, component.dimension(), properties.centre);
+    let scale = SpectrumScale::of(
+        &model,
+        &rigid,
+        &Pieces::of(&model, &rigid),
+        component.dimension(),
+        properties.centre,
+    );
     let shift = scale.shift();
     let mut factor =
         SymmetricFactor::analyse(&model.stiffness, &model.mass, &model.points()).unwrap();

@@ -6,6 +6,7 @@ use std::time::Instant;
 use dcb_formats::component_files::{ComponentFiles, Overrides, read_component};
 use dcb_reducer::condensation::Model;
 use dcb_reducer::invariants::inertia_invariants;
+use dcb_reducer::piece_motions::Pieces;
 use dcb_reducer::rigid_body::{MassProperties, RigidBodyModes};
 use dcb_reducer::shift::SpectrumScale;
 use dcb_sparse::block_algebra::{largest_entry, symmetric_product, symmetric_product_into};
@@ -94,7 +95,13 @@ fn main() {
     factor.keep_in(storage, Place::Memory);
     let properties = MassProperties::of(&component).unwrap();
     let rigid = RigidBodyModes::of(&component, &model, &properties).unwrap();
-    let scale = SpectrumScale::of(&model, &rigid, component.dimension(), properties.centre);
+    let scale = SpectrumScale::of(
+        &model,
+        &rigid,
+        &Pieces::of(&model, &rigid),
+        component.dimension(),
+        properties.centre,
+    );
     let shift = scale.shift();
     println!("shift {shift:e}");
     for _ in 0..2 {

@@ -2,17 +2,19 @@
 //! dofs that nothing holds, a part that is still held, pieces and mechanisms, and last a mesh that doesn't belong to the
 //! matrices.
 
+use std::cmp::Ordering;
+
 use dcb_formats::component::Component;
 use dcb_sparse::block_algebra::{column_dots, symmetric_product};
 use dcb_sparse::factorization::{SymmetricFactor, Unfactorized};
-use faer::Mat;
+use faer::MatRef;
 
 use crate::condensation::Model;
-use crate::error::{
-    BodyRefusal, Error, LISTED, Matrix, MatrixRefusal, PieceSize, Places, Softness,
-};
+use crate::error::{BodyRefusal, Error, LISTED, Matrix, MatrixRefusal, Places, Softness};
+use crate::free_body::{FreeBody, Spectrum};
 use crate::free_modes::ZERO_OVER_ROUNDING;
 use crate::lanczos::Lanczos;
+use crate::piece_motions::Pieces;
 use crate::rigid_body::{RigidBodyModes, StiffnessDefects};
 use crate::shift::{AbsoluteForces, SpectrumScale};
 
@@ -108,143 +110,139 @@ pub fn check_rows(component: &Component) -> Result<(), Error> {
     Ok(())
 }
 
-/// Sets of model points that the stiffness matrix connects, largest first.
-pub fn pieces(model: &Model) -> Vec<Vec<u32>> {
-    let points = model.points();
-    let count = points
-        .iter()
-        .map(|point| *point as usize + 1)
-        .max()
-        .unwrap_or(0);
-    let mut parent: Vec<u32> = (0..count as u32).collect();
-    fn root(parent: &mut [u32], mut i: u32) -> u32 {
-        while parent[i as usize] != i {
-            parent[i as usize] = parent[parent[i as usize] as usize];
-            i = parent[i as usize];
-        }
-        i
-    }
-    for column in 0..model.len() {
-        let rows = model
-            .stiffness
-            .row_idx_of_col_raw(column)
-            .iter()
-            .zip(model.stiffness.val_of_col(column));
-        for (row, _) in rows.filter(|(_, value)| **value != 0.0) {
-            let (a, b) = (
-                root(&mut parent, points[*row as usize]),
-                root(&mut parent, points[column]),
-            );
-            parent[a.max(b) as usize] = a.min(b);
-        }
-    }
-    let mut by_root: std::collections::BTreeMap<u32, Vec<u32>> = Default::default();
-    let mut distinct = points;
-    distinct.sort_unstable();
-    distinct.dedup();
-    for point in distinct {
-        by_root
-            .entry(root(&mut parent, point))
-            .or_default()
-            .push(point);
-    }
-    let mut pieces: Vec<Vec<u32>> = by_root.into_values().collect();
-    pieces.sort_by_key(|piece| std::cmp::Reverse(piece.len()));
-    pieces
-}
-
 /// What a part stands on, judged by K r for the geometric rigid motions, and what to say otherwise. Also returns a warning
 /// where the defect is larger than rounding but harmless.
 ///
 /// # Errors
 /// [`Error::Body`]: held, in pieces, or the mesh does not belong to the matrices.
-pub fn support(
-    model: &Model,
-    rigid: &RigidBodyModes,
-    defects: &StiffnessDefects,
-    scale: &SpectrumScale,
+pub(crate) fn support(
+    body: &FreeBody<'_>,
+    spectrum: &Spectrum,
     factor: &mut SymmetricFactor,
     grounding: Grounding,
 ) -> Result<(Support, Option<String>), Error> {
+    let FreeBody { model, rigid, .. } = body;
     if rigid.stiffness_precision <= f64::EPSILON {
         return Ok((Support::Free, None));
     }
-    let largest = defects.largest();
-    let forces = symmetric_product(&model.stiffness, rigid.shapes.as_ref());
-    let stiffest = column_dots(rigid.shapes.as_ref(), forces.as_ref())
-        .into_iter()
-        .fold(0.0, |largest, energy| f64::max(largest, energy.abs()));
-    let softness = stiffest / scale.first_elastic;
-    let resisting = resisting_dofs(defects);
-    let mut resisting_points: Vec<u32> =
-        resisting.iter().map(|dof| model.dofs[*dof].point).collect();
-    resisting_points.sort_unstable();
-    resisting_points.dedup();
-    let mut points = model.points();
-    points.sort_unstable();
-    points.dedup();
-    let is_spread = resisting_points.len() as f64 > SPREAD * points.len() as f64;
-    let worst = resisting.iter().take(LISTED);
-    let places = Places::of(worst.map(|dof| model.dof_name(*dof)));
-    if largest <= PRINTED_TOLERANCE && softness <= SOFT_DEFECT {
-        let warning = (largest > QUIET_TOLERANCE || softness > QUIET_SOFTNESS).then(|| match is_spread {
+    let resistance = Resistance::of(model, rigid, spectrum);
+    if resistance.is_small() && resistance.softness.ratio <= SOFT_DEFECT {
+        return Ok((Support::Free, resistance.warning()));
+    }
+    if resistance.is_small() && resistance.is_spread() {
+        return Err(resistance.few_digits().into());
+    }
+    let free = nullity(model, rigid, &spectrum.scale, factor)?;
+    match (free.cmp(&rigid.count()), grounding) {
+        (Ordering::Greater, _) => {
+            let extra = free - rigid.count();
+            Err(loose(model, &spectrum.pieces, extra, None))
+        }
+        (Ordering::Less, Grounding::Allow) => Ok((Support::Grounded, None)),
+        (Ordering::Less, Grounding::Refuse) => Err(resistance.held(free, rigid.count()).into()),
+        (Ordering::Equal, _) if !resistance.is_small() => Err(resistance.foreign_mesh(free).into()),
+        (Ordering::Equal, Grounding::Allow) => Ok((Support::Grounded, None)),
+        (Ordering::Equal, Grounding::Refuse) => Err(resistance.held_weakly().into()),
+    }
+}
+
+/// How rigid motions r are resisted.
+struct Resistance {
+    /// max|K r| / (max row sum |K| · max|r|).
+    force: f64,
+    softness: Softness,
+    /// Where it is largest.
+    places: Places,
+    /// Dofs above a thousandth of the largest.
+    dofs: usize,
+    /// Nodes and frames of these dofs, and all that there are.
+    points: usize,
+    all_points: usize,
+}
+
+impl Resistance {
+    fn of(model: &Model, rigid: &RigidBodyModes, spectrum: &Spectrum) -> Self {
+        let forces = symmetric_product(&model.stiffness, rigid.shapes.as_ref());
+        let stiffest = column_dots(rigid.shapes.as_ref(), forces.as_ref())
+            .into_iter()
+            .fold(0.0, |largest, energy| f64::max(largest, energy.abs()));
+        let resisting = resisting_dofs(&spectrum.defects);
+        let distinct = |mut points: Vec<u32>| {
+            points.sort_unstable();
+            points.dedup();
+            points.len()
+        };
+        let worst = resisting.iter().take(LISTED);
+        Self {
+            force: spectrum.defects.largest(),
+            softness: Softness {
+                ratio: stiffest / spectrum.scale.first_elastic,
+                limit: SOFT_DEFECT,
+            },
+            places: Places::of(worst.map(|dof| model.dof_name(*dof))),
+            dofs: resisting.len(),
+            points: distinct(resisting.iter().map(|dof| model.dofs[*dof].point).collect()),
+            all_points: distinct(model.points()),
+        }
+    }
+
+    /// Whether it may come from few printed digits or weak supports.
+    fn is_small(&self) -> bool {
+        self.force <= PRINTED_TOLERANCE
+    }
+
+    fn is_spread(&self) -> bool {
+        self.points as f64 > SPREAD * self.all_points as f64
+    }
+
+    /// What to say of a harmless one.
+    fn warning(&self) -> Option<String> {
+        let (largest, softness) = (self.force, self.softness.ratio);
+        (largest > QUIET_TOLERANCE || softness > QUIET_SOFTNESS).then(|| match self.is_spread() {
             true => format!(
                 "K times a rigid motion is {largest:.1e} of K's row sum (rounding would be below 1e-14): the matrices were probably printed with few digits, and frequencies are no better than that allows; export at least 15"
             ),
             false => format!(
-                "rigid motions are resisted a little ({softness:.1e} of the first elastic eigenvalue) at {places}: a weak support?"
+                "rigid motions are resisted a little ({softness:.1e} of the first elastic eigenvalue) at {}: a weak support?",
+                self.places
             ),
-        });
-        return Ok((Support::Free, warning));
+        })
     }
-    let softness = Softness {
-        ratio: softness,
-        limit: SOFT_DEFECT,
-    };
-    if is_spread && largest <= PRINTED_TOLERANCE {
-        return Err(BodyRefusal::FewDigits {
-            force: largest,
-            nodes: resisting_points.len(),
-            all_nodes: points.len(),
-            softness,
+
+    fn few_digits(self) -> BodyRefusal {
+        BodyRefusal::FewDigits {
+            force: self.force,
+            nodes: self.points,
+            all_nodes: self.all_points,
+            softness: self.softness,
         }
-        .into());
     }
-    let nullity = nullity(model, rigid, scale, factor)?;
-    let expected = rigid.count();
-    if nullity < expected {
-        if grounding == Grounding::Allow {
-            return Ok((Support::Grounded, None));
-        }
-        return Err(BodyRefusal::Held {
-            free: nullity,
+
+    fn held(self, free: usize, expected: usize) -> BodyRefusal {
+        BodyRefusal::Held {
+            free,
             expected,
-            places,
-            dofs: resisting.len(),
+            places: self.places,
+            dofs: self.dofs,
         }
-        .into());
     }
-    if nullity > expected {
-        return Err(loose(model, nullity - expected, None));
-    }
-    if largest <= PRINTED_TOLERANCE && grounding == Grounding::Allow {
-        return Ok((Support::Grounded, None));
-    }
-    if largest <= PRINTED_TOLERANCE {
-        return Err(BodyRefusal::HeldWeakly {
-            places,
-            force: largest,
-            softness,
+
+    fn held_weakly(self) -> BodyRefusal {
+        BodyRefusal::HeldWeakly {
+            places: self.places,
+            force: self.force,
+            softness: self.softness,
         }
-        .into());
     }
-    Err(BodyRefusal::ForeignMesh {
-        motions: nullity,
-        force: largest,
-        tolerance: QUIET_TOLERANCE,
-        places,
+
+    fn foreign_mesh(self, motions: usize) -> BodyRefusal {
+        BodyRefusal::ForeignMesh {
+            motions,
+            force: self.force,
+            tolerance: QUIET_TOLERANCE,
+            places: self.places,
+        }
     }
-    .into())
 }
 
 /// Dofs at which rigid motions are resisted, strongest first, down to a thousandth of the strongest.
@@ -295,18 +293,15 @@ fn nullity(
     Ok((0..candidates).filter(is_zero).count())
 }
 
-/// The message for motions without energy beyond the rigid ones; `shapes` are such motions where they are known.
-pub fn loose(model: &Model, extra: usize, shapes: Option<&Mat<f64>>) -> Error {
-    let pieces = pieces(model);
-    if pieces.len() > 1 {
-        let pieces = pieces.iter().map(|piece| PieceSize {
-            nodes: piece.len(),
-            first_node: piece.first().copied().unwrap_or(0),
-        });
-        return BodyRefusal::InPieces {
-            pieces: pieces.collect(),
-        }
-        .into();
+/// The refusal of motions without energy beyond the rigid ones; `shapes` are such motions where they are known.
+pub(crate) fn loose(
+    model: &Model,
+    pieces: &Pieces,
+    extra: usize,
+    shapes: Option<MatRef<'_, f64>>,
+) -> Error {
+    if let Err(refusal) = pieces.refuse_several() {
+        return refusal.into();
     }
     let moving = shapes.map(|shapes| {
         let strength = |i: usize| {

@@ -177,16 +177,7 @@ impl FreeModes {
                 return Ok(modes);
             }
             if iterations >= step_limit {
-                return Err(Error::ModesNotConverged {
-                    converged: modes.count() - unconverged,
-                    wanted: kept,
-                    iterations,
-                    residual: modes
-                        .unconverged()
-                        .map(|j| modes.residuals[j])
-                        .fold(0.0, f64::max),
-                    tolerance: RESIDUAL_TOLERANCE,
-                });
+                return Err(modes.not_converged(kept));
             }
             tolerance *= 1e-2;
         }
@@ -274,6 +265,17 @@ impl FreeModes {
     pub(crate) fn unconverged(&self) -> impl Iterator<Item = usize> {
         (0..self.count())
             .filter(|j| !residual_is_accepted(self.residuals[*j], self.residual_roundings[*j]))
+    }
+
+    fn not_converged(&self, wanted: usize) -> Error {
+        let residuals = self.unconverged().map(|j| self.residuals[j]);
+        Error::ModesNotConverged {
+            converged: self.count() - self.unconverged().count(),
+            wanted,
+            iterations: self.iterations,
+            residual: residuals.fold(0.0, f64::max),
+            tolerance: RESIDUAL_TOLERANCE,
+        }
     }
 
     /// Where an eigenvalue count certifies the kept modes, and how far it may be moved: in the gap above the highest one, close to the

@@ -10,16 +10,92 @@ use dcb_sparse::block_algebra::{absolute_product, symmetric_product};
 use faer::Mat;
 
 use crate::condensation::Model;
-use crate::diagnosis::pieces;
-use crate::error::Error;
+use crate::error::{BodyRefusal, Error, PieceSize};
 use crate::frame::offset;
 use crate::rigid_body::{RigidBodyModes, columns};
 
 /// Motions of a piece with less than this part of the mass of its others don't exist: those of single points and of points on a line.
 const DEPENDENT_MOTION: f64 = 1e-10;
 
+/// Pieces that no stiffness connects.
+pub struct Pieces {
+    /// Points of each, the largest piece first.
+    points: Vec<Vec<u32>>,
+    /// Rigid motions of each; `None` of one piece, or if masses connect them.
+    pub(crate) motions: Option<PieceMotions>,
+}
+
+impl Pieces {
+    /// Of a model; motions are those that it has as a whole.
+    pub fn of(model: &Model, rigid: &RigidBodyModes) -> Self {
+        let points = connected_points(model);
+        let motions = PieceMotions::of(model, &points, rigid);
+        Self { points, motions }
+    }
+
+    /// # Errors
+    /// [`BodyRefusal::InPieces`] unless there is but one.
+    pub(crate) fn refuse_several(&self) -> Result<(), BodyRefusal> {
+        if self.points.len() < 2 {
+            return Ok(());
+        }
+        let pieces = self.points.iter().map(|piece| PieceSize {
+            nodes: piece.len(),
+            first_node: piece.first().copied().unwrap_or(0),
+        });
+        Err(BodyRefusal::InPieces {
+            pieces: pieces.collect(),
+        })
+    }
+}
+
+/// Sets of model points that the stiffness matrix connects, largest first.
+fn connected_points(model: &Model) -> Vec<Vec<u32>> {
+    let points = model.points();
+    let count = points
+        .iter()
+        .map(|point| *point as usize + 1)
+        .max()
+        .unwrap_or(0);
+    let mut parent: Vec<u32> = (0..count as u32).collect();
+    fn root(parent: &mut [u32], mut i: u32) -> u32 {
+        while parent[i as usize] != i {
+            parent[i as usize] = parent[parent[i as usize] as usize];
+            i = parent[i as usize];
+        }
+        i
+    }
+    for column in 0..model.len() {
+        let rows = model
+            .stiffness
+            .row_idx_of_col_raw(column)
+            .iter()
+            .zip(model.stiffness.val_of_col(column));
+        for (row, _) in rows.filter(|(_, value)| **value != 0.0) {
+            let (a, b) = (
+                root(&mut parent, points[*row as usize]),
+                root(&mut parent, points[column]),
+            );
+            parent[a.max(b) as usize] = a.min(b);
+        }
+    }
+    let mut by_root: std::collections::BTreeMap<u32, Vec<u32>> = Default::default();
+    let mut distinct = points;
+    distinct.sort_unstable();
+    distinct.dedup();
+    for point in distinct {
+        by_root
+            .entry(root(&mut parent, point))
+            .or_default()
+            .push(point);
+    }
+    let mut pieces: Vec<Vec<u32>> = by_root.into_values().collect();
+    pieces.sort_by_key(|piece| std::cmp::Reverse(piece.len()));
+    pieces
+}
+
 /// Rigid motions of each of several pieces, M-orthonormal.
-pub struct PieceMotions {
+pub(crate) struct PieceMotions {
     /// The piece of each dof.
     piece_of: Vec<usize>,
     count: usize,
@@ -30,9 +106,8 @@ pub struct PieceMotions {
 }
 
 impl PieceMotions {
-    /// Of a model; `None` if it is in one piece, or if masses connect its pieces.
-    pub fn of(model: &Model, rigid: &RigidBodyModes) -> Option<Self> {
-        let found = pieces(model);
+    /// Of a model in several pieces; `None` if masses connect these.
+    fn of(model: &Model, found: &[Vec<u32>], rigid: &RigidBodyModes) -> Option<Self> {
         if found.len() < 2 {
             return None;
         }

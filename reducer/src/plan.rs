@@ -70,51 +70,9 @@ pub fn text(forecast: &Forecast, limit: &MemoryLimit, speed: MachineSpeed) -> St
     let mut line = |what: &str, value: String| {
         let _ = writeln!(text, "  {what:<34} {value}");
     };
-    let million = |count: usize| format!("{:.3} million", count as f64 / 1e6);
-    line("dofs", forecast.dofs.to_string());
-    line(
-        "entries of the stiffness matrix",
-        million(forecast.stiffness_entries),
-    );
-    line("entries of the mass matrix", million(forecast.mass_entries));
-    let guess = match forecast.modes_are_assumed {
-        true => " assumed, --max-frequency decides",
-        false => "",
-    };
-    line("modes", format!("{}{guess}", forecast.modes));
-    line(
-        "attachment columns",
-        forecast.attachment_columns.to_string(),
-    );
-    line(
-        "columns of the Krylov basis",
-        forecast.basis_columns().to_string(),
-    );
-    line(
-        "entries of the factor",
-        format!(
-            "{}, {} stored",
-            million(forecast.factor_entries),
-            million(forecast.stored_entries)
-        ),
-    );
-    line(
-        "operations of a factorization",
-        format!("{:.2} billion", forecast.flops / 1e9),
-    );
-    line("memory of the matrices", readable(forecast.matrix_bytes()));
-    line(
-        "memory of the factor",
-        readable(forecast.factor_bytes(&storage)),
-    );
-    line(
-        "memory to compute it",
-        format!(
-            "{} with {} thread(s)",
-            readable(forecast.scratch_bytes()),
-            forecast.threads
-        ),
-    );
+    for (what, value) in sizes(forecast, &storage) {
+        line(what, value);
+    }
     for stage in forecast.stages(&storage) {
         line(
             &format!("memory in stage {}", stage.stage.name()),
@@ -145,6 +103,51 @@ pub fn text(forecast: &Forecast, limit: &MemoryLimit, speed: MachineSpeed) -> St
         Err(error) => line("the reduction will be refused", error.to_string()),
     }
     text
+}
+
+/// Sizes that are known before anything is computed.
+fn sizes(forecast: &Forecast, storage: &FactorStorage) -> [(&'static str, String); 11] {
+    let million = |count: usize| format!("{:.3} million", count as f64 / 1e6);
+    let guess = match forecast.modes_are_assumed {
+        true => " assumed, --max-frequency decides",
+        false => "",
+    };
+    let stored = million(forecast.stored_entries);
+    let scratch = readable(forecast.scratch_bytes());
+    [
+        ("dofs", forecast.dofs.to_string()),
+        (
+            "entries of the stiffness matrix",
+            million(forecast.stiffness_entries),
+        ),
+        ("entries of the mass matrix", million(forecast.mass_entries)),
+        ("modes", format!("{}{guess}", forecast.modes)),
+        (
+            "attachment columns",
+            forecast.attachment_columns.to_string(),
+        ),
+        (
+            "columns of the Krylov basis",
+            forecast.basis_columns().to_string(),
+        ),
+        (
+            "entries of the factor",
+            format!("{}, {stored} stored", million(forecast.factor_entries)),
+        ),
+        (
+            "operations of a factorization",
+            format!("{:.2} billion", forecast.flops / 1e9),
+        ),
+        ("memory of the matrices", readable(forecast.matrix_bytes())),
+        (
+            "memory of the factor",
+            readable(forecast.factor_bytes(storage)),
+        ),
+        (
+            "memory to compute it",
+            format!("{scratch} with {} thread(s)", forecast.threads),
+        ),
+    ]
 }
 
 /// Two digits are more than the forecast is worth.

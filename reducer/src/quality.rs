@@ -9,12 +9,13 @@ use faer::{Mat, MatRef};
 use serde::{Deserialize, Serialize};
 
 use crate::attachment::residual_limit;
+use crate::certificate::Sturm;
 use crate::condensation::Model;
-use crate::enrichment::FurtherColumns;
+use crate::enrichment::{FurtherColumns, Reducing};
 use crate::free_modes::{FreeModes, RESIDUAL_TOLERANCE, residual_is_accepted};
 use crate::interface_reduction::InterfaceReduction;
 use crate::residual::ResidualFlexibility;
-use crate::rigid_body::{MassProperties, RigidBodyModes};
+use crate::rigid_body::MassProperties;
 use crate::scene::SceneFit;
 use crate::shift::AbsoluteForces;
 
@@ -92,17 +93,6 @@ pub struct Quality {
     pub scene: Option<SceneFit>,
 }
 
-/// An eigenvalue count by the inertia of K - μ M.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Sturm {
-    /// μ, (rad/time)²; absent for a part without elastic motion.
-    pub limit: Option<f64>,
-    /// Eigenvalues counted below μ, rigid motions included.
-    pub counted: usize,
-    /// Eigenvalues found below μ, rigid motions included.
-    pub found: usize,
-}
-
 /// How good further columns are.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct EnrichmentQuality {
@@ -145,18 +135,21 @@ pub struct DependentRow {
 
 impl Quality {
     /// Evaluates the identities.
-    #[allow(clippy::too_many_arguments)] // one argument per stage of the pipeline
     pub fn of(
-        model: &Model,
-        properties: &MassProperties,
-        rigid: &RigidBodyModes,
+        of: &Reducing<'_>,
         rigid_defects: &[f64],
-        modes: &FreeModes,
-        residual: &ResidualFlexibility,
         further: Option<&FurtherColumns>,
         inertia: &Inertia,
         sturm: Sturm,
     ) -> Self {
+        let Reducing {
+            model,
+            properties,
+            rigid,
+            modes,
+            residual,
+            ..
+        } = *of;
         let further_count = inertia
             .i1
             .len()
@@ -217,23 +210,7 @@ impl Quality {
 
     /// The limits that are broken, as sentences; empty for a good reduction.
     pub fn broken_limits(&self) -> Vec<String> {
-        let mut broken = Vec::new();
-        let residuals = self
-            .mode_residuals
-            .iter()
-            .zip(&self.mode_residual_roundings)
-            .enumerate();
-        let refused: Vec<(usize, f64)> = residuals
-            .filter(|(_, (residual, rounding))| !residual_is_accepted(**residual, **rounding))
-            .map(|(i, (residual, _))| (i + 1, *residual))
-            .collect();
-        if let Some((mode, residual)) = refused.iter().max_by(|a, b| a.1.total_cmp(&b.1)) {
-            broken.push(format!(
-                "{} of {} modes have a residual above the limit {RESIDUAL_TOLERANCE:.0e}, the largest {residual:.1e} in mode {mode}",
-                refused.len(),
-                self.mode_residuals.len()
-            ));
-        }
+        let mut broken = Vec::from_iter(self.refused_modes());
         let mut check = |what: &str, value: f64, limit: f64| {
             if value > limit || value.is_nan() {
                 broken.push(format!(
@@ -298,6 +275,23 @@ impl Quality {
             ));
         }
         broken
+    }
+
+    fn refused_modes(&self) -> Option<String> {
+        let pairs = self
+            .mode_residuals
+            .iter()
+            .zip(&self.mode_residual_roundings);
+        let refused: Vec<(usize, f64)> = (pairs.enumerate())
+            .filter(|(_, (residual, rounding))| !residual_is_accepted(**residual, **rounding))
+            .map(|(i, (residual, _))| (i + 1, *residual))
+            .collect();
+        let (mode, residual) = refused.iter().max_by(|a, b| a.1.total_cmp(&b.1))?;
+        Some(format!(
+            "{} of {} modes have a residual above the limit {RESIDUAL_TOLERANCE:.0e}, the largest {residual:.1e} in mode {mode}",
+            refused.len(),
+            self.mode_residuals.len()
+        ))
     }
 }
 

@@ -16,7 +16,7 @@ use faer::{Mat, MatRef};
 use rayon::prelude::*;
 
 use crate::condensation::Model;
-use crate::piece_motions::PieceMotions;
+use crate::piece_motions::Pieces;
 use crate::rigid_body::RigidBodyModes;
 
 /// Shift σ of the factorized K + σ M as a fraction of the estimated first elastic eigenvalue: small enough that the
@@ -43,6 +43,7 @@ impl SpectrumScale {
     pub fn of(
         model: &Model,
         rigid: &RigidBodyModes,
+        pieces: &Pieces,
         dimension: Dimension,
         centre: [f64; 3],
     ) -> Self {
@@ -51,7 +52,7 @@ impl SpectrumScale {
         let energies = AbsoluteForces::of(&model.stiffness, rigid.shapes.as_ref()).energies;
         let mut largest = energies.into_iter().fold(0.0, f64::max);
         // Pieces that nothing connects have rigid motions of their own; those of a light, stiff one have more rounding than the whole's.
-        if let Some(pieces) = PieceMotions::of(model, rigid) {
+        if let Some(pieces) = &pieces.motions {
             pieces.project_out(model, &mut fields);
             largest = largest.max(pieces.largest_energy(model));
         }

@@ -15,12 +15,12 @@ use faer::{Mat, MatRef};
 use super::mode_residuals::ModeResiduals;
 use super::second_responses::SecondResponses;
 use crate::attachment::{AttachmentProblem, Loads};
+use crate::certificate::Sturm;
 use crate::condensation::CowMat;
 use crate::enrichment::Reducing;
 use crate::error::Error;
 use crate::free_modes::FreeModes;
 use crate::observer::Observer;
-use crate::quality::Sturm;
 use crate::shift::EnergyBound;
 
 /// Rounding of a moment, whatever its columns are.

@@ -29,6 +29,7 @@ use crate::forecast::Forecast;
 use crate::localization::Localization;
 use crate::memory_limit::MemoryLimit;
 use crate::observer::{Observer, Stage};
+use crate::piece_motions::Pieces;
 use crate::rigid_body::{MassProperties, RigidBodyModes};
 use crate::shift::SpectrumScale;
 use crate::{EnrichmentSource, ModeSelection, Reduced, Reduction, reduce};
@@ -190,7 +191,13 @@ impl Reference {
 
         observer.begin(Stage::Order);
         let mut factor = SymmetricFactor::analyse(&model.stiffness, &model.mass, &model.points())?;
-        let scale = SpectrumScale::of(&model, &rigid, component.dimension(), properties.centre);
+        let scale = SpectrumScale::of(
+            &model,
+            &rigid,
+            &Pieces::of(&model, &rigid),
+            component.dimension(),
+            properties.centre,
+        );
         let modes = ModeSelection::Lowest(eigenvalues.len());
         let forecast = memory.fitted(Forecast::of(&model, &localization, &factor, modes));
         factor.keep_in(memory.choose(&forecast)?, memory.fallback(&forecast));
