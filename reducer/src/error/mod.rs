@@ -250,3 +250,51 @@ impl Error {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    #![allow(clippy::unwrap_used)]
+    use super::*;
+
+    #[test]
+    fn the_file_follows_from_what_is_wrong() {
+        let files = ComponentFiles {
+            stiffness: "rod.mtx".into(),
+            mass: "rod.mass.mtx".into(),
+            description: "rod.json".into(),
+            boundary: Some("rod.boundary.mtx".into()),
+            loads: Vec::new(),
+            stiffening: Vec::new(),
+        };
+        let no_mass = MatrixRefusal::NoMass {
+            mass: -1.0,
+            unit: "kg".into(),
+        };
+        let mechanism = BodyRefusal::Mechanism {
+            motions: 2,
+            moving: None,
+        };
+        for (error, told) in [
+            (
+                Error::from(no_mass),
+                "rod.mass.mtx: the mass matrix gives a total mass of -1e0 kg",
+            ),
+            (mechanism.into(), "rod.mtx: the part is a mechanism"),
+            (
+                InterfaceRefusal::NamedBoundary.into(),
+                "rod.json: an interface is named",
+            ),
+            (
+                InterfaceRefusal::EmptyBoundaryRow { row: 3 }.into(),
+                "rod.boundary.mtx: boundary row 3 has no entry",
+            ),
+            (CommandRefusal::NoPart.into(), "no stiffness matrix given"),
+        ] {
+            let error = error.naming_the_file(&files);
+            assert!(error.is_unusable_input());
+            assert!(error.to_string().starts_with(told), "{error}");
+        }
+        let failed = Error::NotFinite { what: "the modes" }.naming_the_file(&files);
+        assert!(!failed.is_unusable_input() && failed.concerns().is_none());
+    }
+}
