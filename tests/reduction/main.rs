@@ -2,6 +2,7 @@
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic)]
 
 mod closed_forms;
+mod dense_eigen;
 mod dense_oracle;
 mod diagnosis;
 mod enrichment;
@@ -11,6 +12,7 @@ mod interfaces;
 mod invariance;
 mod large_parts;
 mod reference_values;
+mod samples;
 mod scene_driven;
 mod selection;
 mod spectra;

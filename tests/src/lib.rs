@@ -12,12 +12,15 @@ pub mod mechanism;
 pub mod motion;
 pub mod nodal;
 pub mod oracle;
+pub mod own_process;
 pub mod pages;
 pub mod parts;
+pub mod python;
 pub mod random_parts;
 pub mod raw_lines;
 pub mod reference;
 pub mod rod;
+pub mod synthetic;
 pub mod turned;
 
 use dcb_formats::Component;

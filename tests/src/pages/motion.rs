@@ -136,7 +136,7 @@ fn figures(unreduced: &[&Value], classical: &[&Value], reduced: &[&Value]) -> St
         "deflection, and difference from the classical equations",
     );
     page += "\n**Reduced against unreduced (Figs 6 and 7).** 4 elements, ρ = 0.8, 3600 steps. The independent history is unreduced and converged in the step, so \
-        its column has the error of the step\nin it. The paper's bounds are 1 % with 5 modes and better with 8. Asserted by `runtime/tests/compatibility.rs`, against all modes by `tests/published/slider_crank.rs`.\n\n";
+        its column has the error of the step\nin it. The paper's bounds are 1 % with 5 modes and better with 8. Asserted by `tests/dynamics/compatibility.rs`, against all modes by `tests/published/slider_crank.rs`.\n\n";
     page += &table(
         &[
             "compatibility",
@@ -163,7 +163,7 @@ fn figures(unreduced: &[&Value], classical: &[&Value], reduced: &[&Value]) -> St
 
 fn weak(windows: &[&Value], errors: &[&Value], growths: &[&Value]) -> String {
     let mut page = "\n**Weak compatibility.** With interface forces as coordinates, the paper's own form, motions grow that a step must be too long to see: \
-        h σ_min > 2 √3 (1 + ρ)/(1 - ρ).\nρ = 0.8, compared with all modes and with `Static` at the same steps. The unreduced rod has axial modes that ring from the start on in so long a step; in `Static` and `Weak`\nthe joints' forces deflect the rod axially without inertia. At 72 steps, the last inside the window, 5 modes are within 1 %. Asserted by `runtime/tests/compatibility.rs`.\n\n"
+        h σ_min > 2 √3 (1 + ρ)/(1 - ρ).\nρ = 0.8, compared with all modes and with `Static` at the same steps. The unreduced rod has axial modes that ring from the start on in so long a step; in `Static` and `Weak`\nthe joints' forces deflect the rod axially without inertia. At 72 steps, the last inside the window, 5 modes are within 1 %. Asserted by `tests/dynamics/compatibility.rs`.\n\n"
         .to_owned();
     let mut list: Vec<Vec<String>> = Vec::new();
     let mut add = |name: &str, value: String| list.push(vec![name.to_owned(), value]);
@@ -283,7 +283,7 @@ fn findings(lines: &[&Value]) -> String {
 
 fn order(lines: &[&Value]) -> String {
     let mut page = "\n### Order\n\nLargest errors of positions, velocities and joint forces over all steps, by the largest value (positions: by 1 m), against the same motion at steps 6 \
-        times shorter than\nthe shortest here, ρ = 0.8. `tests/published/order.rs` asserts orders of 2 within 0.25, `runtime/tests/order.rs` on two more mechanisms.\n\n"
+        times shorter than\nthe shortest here, ρ = 0.8. `tests/published/order.rs` asserts orders of 2 within 0.25, `tests/dynamics/steps/order.rs` on two more mechanisms.\n\n"
         .to_owned();
     page += &table(
         &[

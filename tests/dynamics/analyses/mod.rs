@@ -1,0 +1,6 @@
+//! Analyses about a state of the mechanism: equilibrium, vibrations, linearization.
+
+mod effective_damping;
+mod eigenmodes;
+mod equilibrium;
+mod linearization;

@@ -1,0 +1,5 @@
+//! Outputs: measures, tables, pictures and fields.
+
+mod measures;
+mod pictures;
+mod vtu;

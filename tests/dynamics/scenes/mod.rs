@@ -1,0 +1,22 @@
+//! Scenes from their text to the motion: joints, drives, springs, loads, assembly and control, each against mechanics that
+//! doesn't know the program's equations.
+
+mod assembly;
+mod balance;
+mod control;
+#[path = "../../../runtime/examples/control_loop.rs"]
+mod control_loop;
+mod demands;
+mod description;
+mod drives;
+mod function;
+mod joints;
+mod laws;
+mod loads;
+#[path = "../../../runtime/examples/mechanism_in_rust.rs"]
+mod mechanism_in_rust;
+mod motion_laws;
+mod parts;
+mod silent_numbers;
+mod springs;
+mod wrenches;

@@ -1,0 +1,119 @@
+//! Every output goes through one writer, which is whole or nothing: nothing else in the sources makes or renames files.
+
+use std::fs;
+use std::path::{Path, PathBuf};
+
+/// What makes, replaces or changes a file.
+const WRITING: [&str; 14] = [
+    "File::create",
+    "fs::write",
+    "fs::copy",
+    "fs::rename",
+    "OpenOptions",
+    "File::options",
+    "with_options",
+    "Writer::from_path",
+    "BufWriter::new(File",
+    "NamedTempFile",
+    ".persist(",
+    ".persist_noclobber(",
+    "tempfile_in",
+    "process::id",
+];
+
+/// Who may, and why.
+const ALLOWED: [(&str, &str); 9] = [
+    ("formats/src/dcb/output.rs", "is the writer"),
+    ("formats/src/dcb/create.rs", "HDF5 into an unfinished file"),
+    (
+        "formats/src/results/reserve.rs",
+        "room behind an open results file",
+    ),
+    (
+        "formats/src/report/ledger.rs",
+        "adds lines to a file that the writer made, and takes half ones back",
+    ),
+    (
+        "reducer/src/batch/results.rs",
+        "adds lines under a lock, and takes half ones back",
+    ),
+    ("reducer/src/batch/mod.rs", "locks"),
+    ("reducer/src/cache/mod.rs", "locks"),
+    ("reducer/src/cache/claim.rs", "notes the time of use"),
+    ("reducer/sparse/src/factor_store.rs", "a file without name"),
+];
+
+/// SLEPc's exchange files, each new in a folder of its own.
+const EXCHANGE: &str = "reducer/src/petsc_binary.rs";
+
+#[test]
+fn nothing_else_writes_files() {
+    let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("..");
+    let mut found = Vec::new();
+    let mut used = Vec::new();
+    for crate_name in [
+        "formats",
+        "formats/dense",
+        "formats/superelement",
+        "reducer",
+        "reducer/sparse",
+        "runtime",
+        "runtime/demand",
+        "samples",
+    ] {
+        for path in sources(&root.join(crate_name).join("src")) {
+            let name = path
+                .strip_prefix(&root)
+                .unwrap()
+                .to_str()
+                .unwrap()
+                .to_owned();
+            let is_allowed =
+                name == EXCHANGE || ALLOWED.iter().any(|(allowed, _)| *allowed == name);
+            for (number, line) in program(&fs::read_to_string(&path).unwrap()) {
+                let writes = WRITING.iter().any(|word| line.contains(word));
+                if writes && !is_allowed {
+                    found.push(format!("{name}:{number}: {}", line.trim()));
+                } else if writes {
+                    used.push(name.clone());
+                }
+            }
+        }
+    }
+    assert!(
+        found.is_empty(),
+        "write through dcb::write_stream, write_superelement or report::write_text:\n{}",
+        found.join("\n")
+    );
+    for (allowed, why) in ALLOWED {
+        assert!(
+            used.iter().any(|name| name == allowed),
+            "{allowed} ({why}) writes nothing"
+        );
+    }
+}
+
+fn sources(folder: &Path) -> Vec<PathBuf> {
+    let mut all = Vec::new();
+    for entry in fs::read_dir(folder).unwrap() {
+        let path = entry.unwrap().path();
+        if path.is_dir() {
+            all.extend(sources(&path));
+        } else if path.extension().is_some_and(|extension| extension == "rs") {
+            all.push(path);
+        }
+    }
+    all
+}
+
+/// Numbered lines up to the tests, without comments.
+fn program(text: &str) -> Vec<(usize, &str)> {
+    let lines = text.lines().enumerate();
+    let lines = lines.take_while(|(_, line)| {
+        !line.starts_with("#[cfg(test)]") && !line.starts_with("#[cfg(all(test")
+    });
+    lines
+        .filter(|(_, line)| !line.trim_start().starts_with("//"))
+        .map(|(index, line)| (index + 1, line))
+        .collect()
+}
