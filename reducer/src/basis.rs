@@ -15,8 +15,9 @@ use crate::free_body::{FreeBody, Spectrum};
 use crate::free_modes::{FreeModes, KnownMotions, Search};
 use crate::interface_reduction::InterfaceModes;
 use crate::memory_plan::MemoryPlan;
+use crate::mode_selection::ModeSelection;
 use crate::observer::{Observer, Stage};
-use crate::reduction::{ModeSelection, Reduction};
+use crate::reduction::Reduction;
 use crate::residual::ResidualFlexibility;
 
 /// Searches made, each wider than the one before, until the eigenvalue count agrees.

@@ -1,6 +1,5 @@
 //! The command line of `reduce`. Results go to standard output, everything else to standard error.
 
-use std::ffi::OsString;
 use std::io::{ErrorKind, Write};
 use std::path::PathBuf;
 use std::process::ExitCode;
@@ -10,17 +9,22 @@ use clap::{Args, CommandFactory, Parser, Subcommand, ValueEnum};
 use dcb_formats::component_files::Overrides;
 use dcb_formats::terminal::for_terminal;
 use dcb_formats::threads::start_workers;
+use schemars::JsonSchema;
+use serde::Deserialize;
 
 use crate::batch::manifest::batch_schema;
 use crate::cli_batch::{self, BatchArguments};
 use crate::cli_cache::{self, CacheArguments, InventoryArguments};
+use crate::cli_eigen_solver::EigenSolverArguments;
 use crate::cli_memory::MemoryArguments;
 use crate::cli_plan::{self, PlanArguments};
 use crate::cli_reduce::{self, Outcome};
 use crate::cli_scene::SceneArguments;
 use crate::cli_study::{self, StudyArguments};
-use crate::error::{CommandRefusal, Error};
-use crate::{EnrichmentSource, compare, inspect, verify};
+use crate::error::Error;
+use crate::file_form::FileForm;
+use crate::mode_selection::ModeOptions;
+use crate::{Reduction, compare, inspect, verify};
 
 /// Turns a component's finite-element stiffness and mass into a superelement for flexible multibody dynamics.
 ///
@@ -67,20 +71,12 @@ pub struct ReduceArguments {
     /// Output [default: PART.dcb.h5].
     #[arg(long, short, value_name = "FILE")]
     pub output: Option<PathBuf>,
-    /// Keep this many elastic modes, a multiple root whole; with --scene at most [default: 20].
-    #[arg(long, value_name = "N", conflicts_with = "max_frequency", allow_negative_numbers = true, value_parser = count)]
-    pub modes: Option<usize>,
-    /// Keep every elastic mode below this frequency.
-    #[arg(long, value_name = "HZ", allow_hyphen_values = true, value_parser = frequency)]
-    pub max_frequency: Option<f64>,
-    /// Keep this many directions of residual flexibility, the softest [default: all].
-    #[arg(long, value_name = "N", allow_negative_numbers = true, value_parser = interface_count)]
-    pub interface_modes: Option<usize>,
-    /// Add responses to spins, loads or a Krylov block.
-    ///
-    /// Static responses to centrifugal forces, to loads PART.load.NAME.mtx, or the interfaces' second block.
-    #[arg(long, value_name = "WHAT", value_enum, value_delimiter = ',')]
-    pub enrich: Vec<EnrichmentSource>,
+    /// Modes.
+    #[command(flatten)]
+    pub modes: ModeOptions,
+    /// What else decides the result.
+    #[command(flatten)]
+    pub reduction: Reduction,
     /// Reducing for a scene.
     #[command(flatten)]
     pub scene: SceneArguments,
@@ -90,71 +86,21 @@ pub struct ReduceArguments {
     /// Replace an existing output.
     #[arg(long)]
     pub force: bool,
-    /// Leave out mesh and nodal shapes: nothing of the inside of the part is handed over.
-    #[arg(long)]
-    pub without_fields: bool,
-    /// Leave out the bounds of the file's errors.
-    #[arg(long)]
-    pub without_estimate: bool,
-    /// Compress the nodal shapes (slower, a little smaller).
-    #[arg(long)]
-    pub compress: bool,
+    /// How the file is written.
+    #[command(flatten)]
+    pub form: FileForm,
     /// Write times and memory of each stage and counts of the work as JSON (replaces an older one).
     #[arg(long, value_name = "F.json")]
     pub timings: Option<PathBuf>,
-    /// Accept a part that is held; its frame is then not on mean axes.
-    #[arg(long)]
-    pub allow_grounded: bool,
-    /// Accept loose pieces and mechanisms; their motions become modes of frequency zero.
-    #[arg(long)]
-    pub allow_loose: bool,
     /// What finds the modes.
-    #[arg(long, value_name = "NAME", value_enum, default_value_t)]
-    pub eigen_solver: SolverName,
+    #[command(flatten)]
+    pub eigen_solver: EigenSolverArguments,
     /// Memory.
     #[command(flatten)]
     pub memory: MemoryArguments,
     /// Cache.
     #[command(flatten)]
     pub cache: CacheArguments,
-    /// MPI processes of --eigen-solver slepc.
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..))]
-    pub ranks: Option<u32>,
-    /// Command that starts them; `-n N PROGRAM` is added to it [default: mpirun].
-    #[arg(long, value_name = "COMMAND")]
-    pub mpirun: Option<String>,
-}
-
-impl ReduceArguments {
-    /// The arguments of `reduce`, without the name of the program.
-    ///
-    /// # Errors
-    /// [`Error::Command`] for what `reduce` refuses.
-    pub fn of(arguments: Vec<OsString>) -> Result<Self, Error> {
-        #[derive(Parser)]
-        #[command(no_binary_name = true)]
-        struct Alone {
-            #[command(flatten)]
-            reduce: ReduceArguments,
-        }
-        match Alone::try_parse_from(arguments) {
-            Ok(alone) => Ok(alone.reduce),
-            Err(error) => Err(CommandRefusal::Arguments {
-                message: error.to_string(),
-            }
-            .into()),
-        }
-    }
-}
-
-/// What finds the modes.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
-pub enum SolverName {
-    /// Block Lanczos, built in.
-    #[default]
-    BlockLanczos,
-    /// SLEPc with MUMPS under mpirun (docs/slepc.md; only in builds with the feature slepc).
-    Slepc,
 }
 
 /// What is verified, and against what.
@@ -222,25 +168,6 @@ enum Command {
         #[arg(value_enum, default_value_t)]
         of: SchemaName,
     },
-}
-
-/// A number of modes.
-pub(crate) fn count(text: &str) -> Result<usize, String> {
-    text.parse()
-        .map_err(|_| "a number of modes is wanted, 0 or more".into())
-}
-
-fn interface_count(text: &str) -> Result<usize, String> {
-    text.parse()
-        .map_err(|_| "a number of interface modes is wanted, 0 or more".into())
-}
-
-/// A frequency, Hz.
-pub(crate) fn frequency(text: &str) -> Result<f64, String> {
-    match text.parse::<f64>() {
-        Ok(hertz) if hertz.is_finite() && hertz > 0.0 => Ok(hertz),
-        _ => Err("a positive number of Hz is wanted".into()),
-    }
 }
 
 /// Runs the program.
@@ -357,7 +284,7 @@ fn schema(of: SchemaName) -> Result<Outcome, Error> {
 }
 
 /// The files that stand beside a stiffness matrix unless they are named.
-#[derive(Debug, Args)]
+#[derive(Clone, Debug, Default, PartialEq, Args, Deserialize, JsonSchema)]
 pub struct SiblingArguments {
     /// Mass matrix [default: PART.mass.mtx].
     #[arg(long, value_name = "FILE")]

@@ -158,9 +158,9 @@ fn refuse_inputs_as_outputs(parts: &[Part], folder: &Path) -> Result<(), Error> 
             let entry = &part.entry;
             [
                 Some(&entry.part),
-                entry.mass.as_ref(),
-                entry.mesh.as_ref(),
-                entry.boundary.as_ref(),
+                entry.siblings.mass.as_ref(),
+                entry.siblings.mesh.as_ref(),
+                entry.siblings.boundary.as_ref(),
             ]
         });
         inputs.any(|input| input.is_some_and(|input| is_same_file(input, target)))

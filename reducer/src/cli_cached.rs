@@ -1,68 +1,20 @@
 //! `reduce PART.mtx --cache`: a superelement taken from the cache instead of being made, or kept there once it is made.
 
-use std::collections::BTreeMap;
 use std::fmt::Write as _;
 use std::path::Path;
 
-use dcb_formats::component_files::ComponentFiles;
-use dcb_formats::dcb::{Compression, Contents, WriteOptions, copy_whole, write_superelement};
-use serde_json::{Value, json};
+use dcb_formats::dcb::{Contents, WriteOptions, copy_whole, write_superelement};
 
-use crate::cache::{Cache, Claim, Entry, ModeRequest, Request, Reservation, Stored};
-use crate::cli::ReduceArguments;
+use crate::cache::{Cache, Claim, Entry, Request, Reservation, Stored};
 use crate::cli_cache::Told;
-use crate::cli_memory::FactorPlace;
-use crate::cli_reduce::{DEFAULT_MODES, Outcome};
+use crate::cli_reduce::Outcome;
 use crate::cli_scene::Made;
 use crate::error::Error;
+use crate::file_form::FileForm;
 use crate::inspect::{frequency_table, interface_table, mass_lines};
 use crate::memory_limit::readable;
 use crate::summary::{further_columns, stage_lines};
 use crate::timing::StageClock;
-
-/// What decides the result of a reduction: the part's files, which are hashed, and options.
-///
-/// # Errors
-/// A file can't be read.
-pub fn request(files: &ComponentFiles, arguments: &ReduceArguments) -> Result<Request, Error> {
-    let modes = match arguments.max_frequency {
-        Some(hertz) => ModeRequest::BelowHertz(hertz),
-        None => ModeRequest::Lowest(arguments.modes.unwrap_or(DEFAULT_MODES)),
-    };
-    Ok(Request::new(&files.sources()?, modes, options(arguments)))
-}
-
-/// What else the result depends on; what is as usual is left out.
-fn options(arguments: &ReduceArguments) -> BTreeMap<String, Value> {
-    let mut options = BTreeMap::new();
-    let mut say = |name: &str, value: Value| options.insert(name.to_owned(), value);
-    if let Some(count) = arguments.interface_modes {
-        say("interface_modes", json!(count));
-    }
-    if !arguments.enrich.is_empty() {
-        let names = arguments.enrich.iter().map(|name| format!("{name:?}"));
-        say("enrich", json!(names.collect::<Vec<_>>()));
-    }
-    if arguments.without_estimate {
-        say("without_estimate", json!(true));
-    }
-    if arguments.allow_grounded {
-        say("allow_grounded", json!(true));
-    }
-    if arguments.allow_loose {
-        say("allow_loose", json!(true));
-    }
-    if arguments.eigen_solver != Default::default() {
-        say(
-            "eigen_solver",
-            json!(format!("{:?}", arguments.eigen_solver)),
-        );
-    }
-    if arguments.memory.factor == FactorPlace::Single {
-        say("factor", json!("single"));
-    }
-    options
-}
 
 /// The entry of a request or its reservation; `None`, with a warning, where the cache can't be used.
 pub fn claim<'c>(cache: &'c Cache, request: &Request, told: Told) -> Option<Claim<'c>> {
@@ -101,7 +53,7 @@ pub fn claim<'c>(cache: &'c Cache, request: &Request, told: Told) -> Option<Clai
 /// The output can't be written.
 pub fn serve(
     entry: &Entry,
-    arguments: &ReduceArguments,
+    form: FileForm,
     target: &Path,
     options: &WriteOptions,
     clock: &mut StageClock,
@@ -109,9 +61,9 @@ pub fn serve(
 ) -> Result<Outcome, Error> {
     let mut element = entry.file.superelement()?;
     clock.start("write");
-    if arguments.without_fields || options.compression != Compression::None {
-        say_form(&mut element.provenance.options, arguments);
-        let (recovery, mesh) = match arguments.without_fields {
+    if form != FileForm::default() {
+        form.say(&mut element.provenance.options);
+        let (recovery, mesh) = match form.without_fields {
             true => (None, None),
             false => (entry.file.recovery()?, entry.file.mesh()?),
         };
@@ -154,21 +106,19 @@ pub fn serve(
 /// Keeps a superelement that was made, with nodal fields whether or not they were asked for. Where that fails there is a warning.
 pub(crate) fn keep(
     reservation: Reservation<'_>,
-    arguments: &ReduceArguments,
+    form: FileForm,
     made: &mut Made,
     seconds: f64,
     told: Told,
 ) {
-    let form = &mut made.superelement.provenance.options;
-    form["without_fields"] = json!(false);
-    form["compress"] = json!(false);
+    FileForm::default().say(&mut made.superelement.provenance.options);
     let contents = Contents {
         superelement: &made.superelement,
         recovery: made.fields.as_ref(),
         mesh: made.mesh.as_ref(),
     };
     let stored = reservation.store(&contents, seconds);
-    say_form(&mut made.superelement.provenance.options, arguments);
+    form.say(&mut made.superelement.provenance.options);
     let why = match stored {
         Ok(Stored::Kept) => return,
         Ok(Stored::TooLarge { bytes }) => format!(
@@ -181,9 +131,4 @@ pub(crate) fn keep(
         "warning",
         &format!("the superelement is complete, but isn't kept in the cache: {why}"),
     );
-}
-
-fn say_form(options: &mut Value, arguments: &ReduceArguments) {
-    options["without_fields"] = json!(arguments.without_fields);
-    options["compress"] = json!(arguments.compress);
 }

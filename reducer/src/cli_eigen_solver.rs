@@ -1,30 +1,57 @@
 //! The options `--eigen-solver`, `--ranks` and `--mpirun` of a reduction.
 
+use clap::{Args, ValueEnum};
+
 use crate::EigenSolver;
-use crate::cli::{ReduceArguments, SolverName};
 use crate::error::{CommandRefusal, EigenSolverRefusal, Error};
 
-/// The eigensolver asked for.
-///
-/// # Errors
-/// [`Error::Command`] for options that don't go together, or that this build doesn't have.
-pub fn eigen_solver(arguments: &ReduceArguments) -> Result<EigenSolver, Error> {
-    match arguments.eigen_solver {
-        SolverName::Slepc => slepc(arguments),
-        SolverName::BlockLanczos if arguments.ranks.is_some() || arguments.mpirun.is_some() => {
-            Err(CommandRefusal::from(EigenSolverRefusal::NotSlepc).into())
+/// What finds the modes.
+#[derive(Debug, Args)]
+pub struct EigenSolverArguments {
+    /// What finds the modes.
+    #[arg(long, value_name = "NAME", value_enum, default_value_t)]
+    eigen_solver: SolverName,
+    /// MPI processes of --eigen-solver slepc.
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..))]
+    ranks: Option<u32>,
+    /// Command that starts them; `-n N PROGRAM` is added to it [default: mpirun].
+    #[arg(long, value_name = "COMMAND")]
+    mpirun: Option<String>,
+}
+
+/// What finds the modes.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
+enum SolverName {
+    /// Block Lanczos, built in.
+    #[default]
+    BlockLanczos,
+    /// SLEPc with MUMPS under mpirun (docs/slepc.md; only in builds with the feature slepc).
+    Slepc,
+}
+
+impl EigenSolverArguments {
+    /// The eigensolver asked for.
+    ///
+    /// # Errors
+    /// [`Error::Command`] for options that don't go together, or that this build doesn't have.
+    pub(crate) fn chosen(&self) -> Result<EigenSolver, Error> {
+        match self.eigen_solver {
+            SolverName::Slepc => slepc(self),
+            SolverName::BlockLanczos if self.ranks.is_some() || self.mpirun.is_some() => {
+                Err(CommandRefusal::from(EigenSolverRefusal::NotSlepc).into())
+            }
+            SolverName::BlockLanczos => Ok(EigenSolver::BlockLanczos),
         }
-        SolverName::BlockLanczos => Ok(EigenSolver::BlockLanczos),
     }
 }
 
 #[cfg(not(feature = "slepc"))]
-fn slepc(_: &ReduceArguments) -> Result<EigenSolver, Error> {
+fn slepc(_: &EigenSolverArguments) -> Result<EigenSolver, Error> {
     Err(CommandRefusal::from(EigenSolverRefusal::NotBuilt).into())
 }
 
 #[cfg(feature = "slepc")]
-fn slepc(arguments: &ReduceArguments) -> Result<EigenSolver, Error> {
+fn slepc(arguments: &EigenSolverArguments) -> Result<EigenSolver, Error> {
     let ranks =
         (arguments.ranks).ok_or_else(|| CommandRefusal::from(EigenSolverRefusal::NoRanks))?;
     let mut run = crate::slepc::SlepcRun::with_ranks(ranks);

@@ -2,7 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
-use clap::{Args, ValueEnum};
+use clap::Args;
 
 use crate::memory_limit::{FactorChoice, MemoryLimit, available, size};
 
@@ -14,24 +14,10 @@ pub struct MemoryArguments {
     pub memory: Option<u64>,
     /// Where the factor is kept.
     #[arg(long, value_name = "WHERE", value_enum, default_value_t)]
-    pub factor: FactorPlace,
+    pub factor: FactorChoice,
     /// Folder of a factor on disk [default: the output's].
     #[arg(long, value_name = "FOLDER")]
     pub scratch: Option<PathBuf>,
-}
-
-/// Where the factor is kept.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
-pub enum FactorPlace {
-    /// In memory if it fits, else on disk.
-    #[default]
-    Auto,
-    /// In memory.
-    Memory,
-    /// In memory in single precision: half the room, slower; solutions are refined to the same accuracy.
-    Single,
-    /// On disk.
-    Disk,
 }
 
 impl MemoryArguments {
@@ -43,12 +29,7 @@ impl MemoryArguments {
         };
         MemoryLimit {
             bytes: self.memory.or_else(available),
-            factor: match self.factor {
-                FactorPlace::Auto => FactorChoice::Auto,
-                FactorPlace::Memory => FactorChoice::Memory,
-                FactorPlace::Single => FactorChoice::Single,
-                FactorPlace::Disk => FactorChoice::Disk,
-            },
+            factor: self.factor,
             scratch: self.scratch.clone().unwrap_or_else(folder),
         }
     }

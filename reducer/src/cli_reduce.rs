@@ -5,34 +5,28 @@ use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicBool, Ordering};
 
 use dcb_formats::Superelement;
+use dcb_formats::component::Component;
 use dcb_formats::component_files::{ComponentFiles, read_component, stem};
 use dcb_formats::dcb::{
-    Compression, Contents, Replace, WriteOptions, check_output, is_same_file, remove_unfinished,
+    Contents, Replace, WriteOptions, check_output, is_same_file, remove_unfinished,
     write_superelement,
 };
 use dcb_formats::report::write_text;
 use dcb_formats::stop_signal;
-use serde_json::json;
+use serde_json::{Value, json};
 
-use crate::cache::Claim;
+use crate::cache::{Cache, Claim, Request, Reservation};
 use crate::cli::{CommonArguments, ReduceArguments, print_to_stderr};
 use crate::cli_cache::Told;
-use crate::cli_cached::{claim, keep, request, serve};
-use crate::cli_eigen_solver::eigen_solver;
+use crate::cli_cached::{claim, keep, serve};
 use crate::cli_scene::Made;
 use crate::error::{CommandRefusal, Error, Occupied};
 use crate::inspect::hertz;
-use crate::plausibility::si_factor;
-use crate::scene::CachedReductions;
+use crate::scene::{CachedReductions, PartInScene};
 use crate::summary::{quality_lines, summary};
 use crate::timing::{Display, StageClock, StageTime};
-use crate::{
-    EigenSolver, EstimateChoice, Grounding, InterfaceModes, LoosePieces, ModeSelection, Reduction,
-    Work, reduce,
-};
+use crate::{ModeSelection, Reduction, Work, reduce};
 
-/// Modes kept where nothing is said.
-pub(crate) const DEFAULT_MODES: usize = 20;
 /// Modes listed unless all are asked for.
 const LISTED_MODES: usize = 10;
 
@@ -99,157 +93,60 @@ pub(crate) fn when_interrupted(clean_up: impl Fn() -> String + Send + 'static) {
     });
 }
 
+/// A reduction as it is asked for, with all that can be checked before anything is read.
+struct Job<'a> {
+    arguments: &'a ReduceArguments,
+    target: PathBuf,
+    files: ComponentFiles,
+    /// The part in its scene, where it is reduced for one.
+    part: Option<PartInScene>,
+    reduction: Reduction,
+    write_options: WriteOptions,
+    told: Told,
+    /// Modes that are listed.
+    listed: usize,
+}
+
+/// What the cache has for a job.
+enum Claimed<'c> {
+    /// All that was asked for.
+    Served(Outcome),
+    /// A place to keep what is made.
+    Place(Box<Reservation<'c>>, Request),
+    /// Nothing.
+    Nothing,
+}
+
 /// Runs the command.
 ///
 /// # Errors
 /// Whatever made it impossible to read, reduce or write.
 pub fn run(arguments: &ReduceArguments, common: &CommonArguments) -> Result<Outcome, Error> {
-    let Some(stiffness) = &arguments.stiffness else {
-        return Err(CommandRefusal::NoPart.into());
-    };
-    let eigen_solver = eigen_solver(arguments)?;
-    let target = arguments
-        .output
-        .clone()
-        .unwrap_or_else(|| default_output(stiffness));
-    let replace = if arguments.force {
-        Replace::Overwrite
-    } else {
-        Replace::Refuse
-    };
-    let files = ComponentFiles::beside(stiffness, &arguments.siblings.overrides())?;
-    refuse_input_as_output(&files, &target)?;
-    let part = arguments.scene.part(&target, &default_output(stiffness))?;
-    let scene = part.as_ref().map(|part| part.path.as_path());
-    refuse_scene_as_output(scene, &target)?;
-    check_output(&target, replace)?;
-    if let Some(timings) = &arguments.timings {
-        refuse_input_as_output(&files, timings)?;
-        refuse_scene_as_output(scene, timings)?;
-        check_output(timings, Replace::Overwrite)?;
-        if is_same_file(timings, &target) {
-            return Err(would_destroy(timings, Occupied::Superelement));
-        }
-    }
-    let told = Told::of(common);
+    let mut job = Job::of(arguments, common)?;
     let cache = match arguments.cache.cache {
-        Some(_) => arguments.cache.open(told)?,
+        Some(_) => arguments.cache.open(job.told)?,
         None => None,
     };
-    let options = WriteOptions {
-        replace_existing: replace,
-        compression: if arguments.compress {
-            Compression::Deflate
-        } else {
-            Compression::None
-        },
-    };
-    let listed = if common.verbose {
-        usize::MAX
-    } else {
-        LISTED_MODES
-    };
-    let show = !common.quiet && std::io::stderr().is_terminal();
-    let mut clock = StageClock::new(if show { Display::Bars } else { Display::Silent });
-    if common.verbose && !common.quiet {
-        clock.announce_forecast();
+    let mut clock = clock(common);
+    let claimed = job.claimed(cache.as_ref(), &mut clock)?;
+    if let Claimed::Served(outcome) = claimed {
+        return Ok(outcome);
     }
-    let mut reservation = None;
-    // What is made for a scene is made of cached reductions; it isn't one itself.
-    if let Some(cache) = cache.as_ref().filter(|_| part.is_none()) {
-        clock.start("cache");
-        let request = request(&files, arguments)?;
-        when_interrupted(last_words);
-        match claim(cache, &request, told) {
-            Some(Claim::Found(entry)) => {
-                let outcome = serve(
-                    &entry,
-                    arguments,
-                    &target,
-                    &options,
-                    &mut clock,
-                    (told, listed),
-                )?;
-                WRITTEN.store(true, Ordering::SeqCst);
-                if let Some(path) = &arguments.timings {
-                    write_timings(path, clock.stages(), None)?;
-                }
-                return Ok(outcome);
-            }
-            Some(Claim::Missing(place)) => reservation = Some((place, request)),
-            None => {}
-        }
-    } else {
-        when_interrupted(last_words);
-    }
-    let memory = arguments.memory.limit(&target);
+    job.reduction.memory = arguments.memory.limit(&job.target);
     clock.start("read");
-    let component = read_component(&files, memory.bytes)?;
+    let component = read_component(&job.files, job.reduction.memory.bytes)?;
     let (n_e, sources) = (component.dofs.len(), component.sources.clone());
-    let reduction = Reduction {
-        modes: mode_selection(
-            arguments.modes,
-            arguments.max_frequency,
-            &component.units.time,
-        )?,
-        interface_modes: arguments
-            .interface_modes
-            .map_or(InterfaceModes::All, InterfaceModes::Softest),
-        enrichment: arguments.enrich.clone(),
-        estimate: if arguments.without_estimate {
-            EstimateChoice::LeftOut
-        } else {
-            EstimateChoice::Computed
-        },
-        grounding: if arguments.allow_grounded {
-            Grounding::Allow
-        } else {
-            Grounding::Refuse
-        },
-        loose_pieces: if arguments.allow_loose {
-            LoosePieces::Allow
-        } else {
-            LoosePieces::Refuse
-        },
-        eigen_solver,
-        memory,
-    };
-    let naming = |error: Error| error.naming_the_file(&files);
-    let cached = match (&cache, &part) {
-        (Some(cache), Some(_)) => Some(CachedReductions {
-            cache,
-            request: request(&files, arguments)?,
-        }),
-        _ => None,
-    };
-    let mut made = match &part {
-        Some(part) => (arguments.scene)
-            .reduce(
-                part,
-                component,
-                &reduction,
-                arguments.modes,
-                cached.as_ref(),
-                &mut clock,
-            )
-            .map_err(naming)?,
-        None => {
-            let reduced = reduce(&component, &reduction, &mut clock).map_err(naming)?;
-            Made {
-                superelement: reduced.superelement,
-                fields: Some(reduced.recovery),
-                mesh: Some(component.mesh),
-                quality: reduced.quality,
-                work: reduced.work,
-            }
-        }
-    };
+    let request = arguments.modes.request();
+    job.reduction.modes = request.selection(&component.units.time)?;
+    let mut made = job
+        .made(component, cache.as_ref(), &mut clock)
+        .map_err(|error| error.naming_the_file(&job.files))?;
     let broken_limits = made.quality.broken_limits();
     if !broken_limits.is_empty() {
         clock.clear();
         let what = format!(
             "{}: nothing was written, the reduction is not good enough",
-            stiffness.display()
+            job.files.stiffness.display()
         );
         return Ok(Outcome::unless(
             quality_lines(&made.quality, &made.superelement.units.time),
@@ -258,36 +155,16 @@ pub fn run(arguments: &ReduceArguments, common: &CommonArguments) -> Result<Outc
         ));
     }
     clock.stop();
-    let empty = no_mode_warning(arguments, &made.superelement);
-    let provenance = &mut made.superelement.provenance;
-    provenance.warnings.extend(empty);
-    let selections = provenance.options["selections"].take();
-    provenance.options = options_as_json(arguments, &reduction);
-    if let Some(part) = &part {
-        provenance.options["modes"] = json!({ "at_most": arguments.modes });
-        provenance.options["scene"] = arguments.scene.as_json(part);
-        if !selections.is_null() {
-            provenance.options["selections"] = selections;
-        }
-    }
-    if let Some(quality) = provenance.quality.as_object_mut() {
-        quality.insert("stages".into(), json!(clock.stages()));
-    }
+    job.describe(&mut made, clock.stages());
     clock.start("write");
-    let contents = Contents {
-        superelement: &made.superelement,
-        recovery: made.fields.as_ref().filter(|_| !arguments.without_fields),
-        mesh: made.mesh.as_ref().filter(|_| !arguments.without_fields),
-    };
-    write_superelement(&target, &contents, &options)?;
-    WRITTEN.store(true, Ordering::SeqCst);
+    job.write(&made)?;
     clock.stop();
-    match reservation {
+    match claimed {
         // Files that changed since they were hashed would be kept under a key that isn't theirs.
-        Some((place, request)) if request.is_of(&sources) => {
+        Claimed::Place(place, request) if request.is_of(&sources) => {
             let seconds = clock.stages().iter().map(|stage| stage.seconds).sum();
             clock.start("cache");
-            keep(*place, arguments, &mut made, seconds, told);
+            keep(*place, arguments.form, &mut made, seconds, job.told);
         }
         _ => {}
     }
@@ -295,22 +172,198 @@ pub fn run(arguments: &ReduceArguments, common: &CommonArguments) -> Result<Outc
     if let Some(path) = &arguments.timings {
         write_timings(path, clock.stages(), Some(&made.work))?;
     }
-    if !common.quiet {
-        for warning in &made.superelement.provenance.warnings {
-            print_to_stderr("warning", warning);
-        }
+    for warning in &made.superelement.provenance.warnings {
+        job.told.say("warning", warning);
     }
+    let (element, stages) = (&made.superelement, clock.stages());
     Ok(Outcome {
-        output: summary(
-            &made.superelement,
-            &made.quality,
-            n_e,
-            &target,
-            clock.stages(),
-            listed,
-        ),
+        output: summary(element, &made.quality, n_e, &job.target, stages, job.listed),
         failure: None,
     })
+}
+
+fn clock(common: &CommonArguments) -> StageClock {
+    let show = !common.quiet && std::io::stderr().is_terminal();
+    let mut clock = StageClock::new(if show { Display::Bars } else { Display::Silent });
+    if common.verbose && !common.quiet {
+        clock.announce_forecast();
+    }
+    clock
+}
+
+impl<'a> Job<'a> {
+    fn of(arguments: &'a ReduceArguments, common: &CommonArguments) -> Result<Self, Error> {
+        let stiffness = (arguments.stiffness.as_ref()).ok_or(CommandRefusal::NoPart)?;
+        let mut reduction = arguments.reduction.clone();
+        reduction.eigen_solver = arguments.eigen_solver.chosen()?;
+        reduction.memory.factor = arguments.memory.factor;
+        let usual = default_output(stiffness);
+        let target = arguments.output.clone().unwrap_or_else(|| usual.clone());
+        let replace_existing = match arguments.force {
+            true => Replace::Overwrite,
+            false => Replace::Refuse,
+        };
+        let files = ComponentFiles::beside(stiffness, &arguments.siblings.overrides())?;
+        refuse_input_as_output(&files, &target)?;
+        let part = arguments.scene.part(&target, &usual)?;
+        let scene = part.as_ref().map(|part| part.path.as_path());
+        refuse_scene_as_output(scene, &target)?;
+        check_output(&target, replace_existing)?;
+        if let Some(timings) = &arguments.timings {
+            refuse_input_as_output(&files, timings)?;
+            refuse_scene_as_output(scene, timings)?;
+            check_output(timings, Replace::Overwrite)?;
+            if is_same_file(timings, &target) {
+                return Err(would_destroy(timings, Occupied::Superelement));
+            }
+        }
+        Ok(Self {
+            arguments,
+            target,
+            files,
+            part,
+            reduction,
+            write_options: WriteOptions {
+                replace_existing,
+                compression: arguments.form.compression(),
+            },
+            told: Told::of(common),
+            listed: match common.verbose {
+                true => usize::MAX,
+                false => LISTED_MODES,
+            },
+        })
+    }
+
+    /// Everything that decides the result; hashes the files.
+    fn request(&self) -> Result<Request, Error> {
+        let modes = self.arguments.modes.request();
+        Ok(Request::new(&self.files.sources()?, modes, &self.reduction))
+    }
+
+    /// What the cache has. For a scene it has no result, but reductions to make one of.
+    fn claimed<'c>(
+        &self,
+        cache: Option<&'c Cache>,
+        clock: &mut StageClock,
+    ) -> Result<Claimed<'c>, Error> {
+        let Some(cache) = cache.filter(|_| self.part.is_none()) else {
+            when_interrupted(last_words);
+            return Ok(Claimed::Nothing);
+        };
+        clock.start("cache");
+        let request = self.request()?;
+        when_interrupted(last_words);
+        let entry = match claim(cache, &request, self.told) {
+            Some(Claim::Found(entry)) => entry,
+            Some(Claim::Missing(place)) => return Ok(Claimed::Place(place, request)),
+            None => return Ok(Claimed::Nothing),
+        };
+        let (form, target) = (self.arguments.form, &self.target);
+        let said = (self.told, self.listed);
+        let outcome = serve(&entry, form, target, &self.write_options, clock, said)?;
+        WRITTEN.store(true, Ordering::SeqCst);
+        if let Some(path) = &self.arguments.timings {
+            write_timings(path, clock.stages(), None)?;
+        }
+        Ok(Claimed::Served(outcome))
+    }
+
+    fn made(
+        &self,
+        component: Component,
+        cache: Option<&Cache>,
+        clock: &mut StageClock,
+    ) -> Result<Made, Error> {
+        let Some(part) = &self.part else {
+            let reduced = reduce(&component, &self.reduction, clock)?;
+            return Ok(Made {
+                superelement: reduced.superelement,
+                fields: Some(reduced.recovery),
+                mesh: Some(component.mesh),
+                quality: reduced.quality,
+                work: reduced.work,
+            });
+        };
+        let cached = match cache {
+            Some(cache) => Some(CachedReductions {
+                cache,
+                request: self.request()?,
+            }),
+            None => None,
+        };
+        let (scene, most_modes) = (&self.arguments.scene, self.arguments.modes.modes);
+        let reduction = &self.reduction;
+        scene.reduce(
+            part,
+            component,
+            reduction,
+            most_modes,
+            cached.as_ref(),
+            clock,
+        )
+    }
+
+    /// Writes into the superelement what was asked for and what it took.
+    fn describe(&self, made: &mut Made, stages: &[StageTime]) {
+        let empty = self.no_mode_warning(&made.superelement);
+        let provenance = &mut made.superelement.provenance;
+        provenance.warnings.extend(empty);
+        let selections = provenance.options["selections"].take();
+        provenance.options = self.options();
+        if let Some(part) = &self.part {
+            provenance.options["modes"] = json!({ "at_most": self.arguments.modes.modes });
+            provenance.options["scene"] = self.arguments.scene.as_json(part);
+            if !selections.is_null() {
+                provenance.options["selections"] = selections;
+            }
+        }
+        if let Some(quality) = provenance.quality.as_object_mut() {
+            quality.insert("stages".into(), json!(stages));
+        }
+    }
+
+    /// The options of the provenance.
+    fn options(&self) -> Value {
+        let mut options = serde_json::to_value(&self.reduction).unwrap_or_default();
+        options["modes"] = match self.reduction.modes {
+            ModeSelection::Lowest(count) => json!({ "lowest": count }),
+            ModeSelection::Below { eigenvalue } | ModeSelection::BelowAtMost { eigenvalue, .. } => {
+                json!({ "below_eigenvalue": eigenvalue })
+            }
+        };
+        options["max_frequency_hz"] = self.arguments.modes.max_frequency.into();
+        self.arguments.form.say(&mut options);
+        options
+    }
+
+    /// A frequency limit that leaves no mode is more often a slip than a wish.
+    fn no_mode_warning(&self, element: &Superelement) -> Option<String> {
+        let limit = (self.arguments.modes.max_frequency).filter(|_| element.mode_count() == 0)?;
+        let first = Some(element.modes.first_omitted_eigenvalue)
+            .filter(|value| value.is_finite())
+            .map_or(String::new(), |value| {
+                format!(
+                    " (the first is at {:.6} Hz)",
+                    hertz(value, &element.units.time)
+                )
+            });
+        Some(format!(
+            "no elastic mode lies below --max-frequency {limit} Hz{first}: none is kept, and the part deforms only as its attachments do; raise the limit, or use --modes"
+        ))
+    }
+
+    fn write(&self, made: &Made) -> Result<(), Error> {
+        let with_fields = !self.arguments.form.without_fields;
+        let contents = Contents {
+            superelement: &made.superelement,
+            recovery: made.fields.as_ref().filter(|_| with_fields),
+            mesh: made.mesh.as_ref().filter(|_| with_fields),
+        };
+        write_superelement(&self.target, &contents, &self.write_options)?;
+        WRITTEN.store(true, Ordering::SeqCst);
+        Ok(())
+    }
 }
 
 fn refuse_scene_as_output(scene: Option<&Path>, target: &Path) -> Result<(), Error> {
@@ -334,70 +387,6 @@ fn refuse_input_as_output(files: &ComponentFiles, target: &Path) -> Result<(), E
 fn would_destroy(path: &Path, role: Occupied) -> Error {
     let path = path.to_owned();
     CommandRefusal::WouldDestroy { path, role }.into()
-}
-
-/// A frequency limit that leaves no mode is more often a slip than a wish.
-fn no_mode_warning(arguments: &ReduceArguments, element: &Superelement) -> Option<String> {
-    let limit = arguments
-        .max_frequency
-        .filter(|_| element.mode_count() == 0)?;
-    let first = Some(element.modes.first_omitted_eigenvalue)
-        .filter(|value| value.is_finite())
-        .map_or(String::new(), |value| {
-            format!(
-                " (the first is at {:.6} Hz)",
-                hertz(value, &element.units.time)
-            )
-        });
-    Some(format!(
-        "no elastic mode lies below --max-frequency {limit} Hz{first}: none is kept, and the part deforms only as its attachments do; raise the limit, or use --modes"
-    ))
-}
-
-/// The modes that `--modes` and `--max-frequency` ask for.
-///
-/// # Errors
-/// [`Error::Command`] for a frequency in a time unit that is not known.
-pub(crate) fn mode_selection(
-    modes: Option<usize>,
-    max_frequency: Option<f64>,
-    time_unit: &str,
-) -> Result<ModeSelection, Error> {
-    let Some(hertz) = max_frequency else {
-        return Ok(ModeSelection::Lowest(modes.unwrap_or(DEFAULT_MODES)));
-    };
-    let second = si_factor(time_unit).ok_or_else(|| CommandRefusal::UnknownTimeUnit {
-        option: "--max-frequency",
-        unit: time_unit.to_owned(),
-        remedy: "use --modes",
-    })?;
-    Ok(ModeSelection::Below {
-        eigenvalue: (2.0 * std::f64::consts::PI * hertz * second).powi(2),
-    })
-}
-
-fn options_as_json(arguments: &ReduceArguments, options: &Reduction) -> serde_json::Value {
-    let modes = match options.modes {
-        ModeSelection::Lowest(count) => json!({ "lowest": count }),
-        ModeSelection::Below { eigenvalue } | ModeSelection::BelowAtMost { eigenvalue, .. } => {
-            json!({ "below_eigenvalue": eigenvalue })
-        }
-    };
-    let mut json = json!({
-        "modes": modes,
-        "max_frequency_hz": arguments.max_frequency,
-        "interface_modes": arguments.interface_modes,
-        "enrich": arguments.enrich,
-        "allow_grounded": arguments.allow_grounded,
-        "allow_loose": arguments.allow_loose,
-        "without_fields": arguments.without_fields,
-        "without_estimate": arguments.without_estimate,
-        "compress": arguments.compress,
-    });
-    if options.eigen_solver != EigenSolver::BlockLanczos {
-        json["eigen_solver"] = json!({ "slepc": { "ranks": arguments.ranks } });
-    }
-    json
 }
 
 fn write_timings(path: &Path, stages: &[StageTime], work: Option<&Work>) -> Result<(), Error> {

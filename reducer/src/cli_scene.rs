@@ -9,8 +9,8 @@ use dcb_formats::mesh::Mesh;
 use dcb_formats::superelement::RecoveryBasis;
 use serde_json::{Value, json};
 
-use crate::cli_reduce::DEFAULT_MODES;
 use crate::error::Error;
+use crate::mode_selection::DEFAULT_MODES;
 use crate::quality::Quality;
 use crate::scene::{
     Asked, CachedReductions, Extent, Fitted, Limits, PartInScene, SceneFit, Search,

@@ -1,6 +1,7 @@
 //! What finds the free modes. Whatever it is, the sharpening, the residuals and the eigenvalue count afterwards are the same.
 
 use dcb_sparse::factorization::PositiveFactor;
+use serde::Serialize;
 
 use crate::condensation::Model;
 use crate::error::Error;
@@ -10,7 +11,8 @@ use crate::observer::Observer;
 use crate::slepc::SlepcRun;
 
 /// What finds the free modes.
-#[derive(Clone, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Debug, Default, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "snake_case")]
 pub enum EigenSolver {
     /// Block Lanczos with the factorization that the attachments use too ([`crate::lanczos`]).
     #[default]
@@ -21,6 +23,10 @@ pub enum EigenSolver {
 }
 
 impl EigenSolver {
+    pub(crate) fn is_built_in(&self) -> bool {
+        *self == Self::BlockLanczos
+    }
+
     /// Finds the lowest modes.
     ///
     /// # Errors

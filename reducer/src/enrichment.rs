@@ -21,6 +21,7 @@ use dcb_formats::superelement::Enrichment;
 use dcb_sparse::block_algebra::{gram, symmetric_product};
 use dcb_sparse::factorization::PositiveFactor;
 use faer::Mat;
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use crate::attachment::{AttachmentProblem, Loads};
@@ -39,8 +40,21 @@ use crate::spin_forces::spin_forces;
 const WEAK_PATTERN: f64 = 1e-10;
 
 /// What further columns answer to.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize, ValueEnum)]
+#[derive(
+    Clone,
+    Copy,
+    Debug,
+    PartialEq,
+    Eq,
+    PartialOrd,
+    Ord,
+    Serialize,
+    Deserialize,
+    ValueEnum,
+    JsonSchema,
+)]
 #[serde(rename_all = "lowercase")]
+#[schemars(rename = "Enrichment")]
 pub enum EnrichmentSource {
     /// Centrifugal forces: six patterns in space, one in the plane.
     Spin,

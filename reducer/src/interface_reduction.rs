@@ -21,13 +21,40 @@ use crate::residual::ResidualFlexibility;
 use crate::residual_filter::MASS_TOLERANCE;
 
 /// How many directions of their residual flexibility the interfaces keep.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(from = "Option<usize>", into = "Option<usize>")]
 pub enum InterfaceModes {
     /// All that they have.
     #[default]
     All,
     /// This many of the softest (a multiple eigenvalue is never cut, so it may be more).
     Softest(usize),
+}
+
+impl InterfaceModes {
+    /// As an option says it.
+    pub(crate) fn parse(text: &str) -> Result<Self, String> {
+        match (text, text.parse()) {
+            ("all", _) => Ok(Self::All),
+            (_, Ok(count)) => Ok(Self::Softest(count)),
+            (_, Err(_)) => Err("a number of interface modes is wanted, 0 or more".into()),
+        }
+    }
+}
+
+impl From<Option<usize>> for InterfaceModes {
+    fn from(count: Option<usize>) -> Self {
+        count.map_or(Self::All, Self::Softest)
+    }
+}
+
+impl From<InterfaceModes> for Option<usize> {
+    fn from(modes: InterfaceModes) -> Self {
+        match modes {
+            InterfaceModes::All => None,
+            InterfaceModes::Softest(count) => Some(count),
+        }
+    }
 }
 
 /// What an interface reduction kept, and what it left out. Errors are relative and have no unit.

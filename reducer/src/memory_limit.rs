@@ -2,21 +2,28 @@
 
 use std::path::PathBuf;
 
+use clap::ValueEnum;
 use dcb_sparse::factor_store::{FactorStorage, Place, Precision};
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
 
 use crate::basis_size::BasisSize;
 use crate::error::Error;
 use crate::forecast::{EstimateChoice, Forecast};
 
 /// Where the factor is kept.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[derive(
+    Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum, Serialize, Deserialize, JsonSchema,
+)]
+#[serde(rename_all = "kebab-case")]
+#[schemars(rename = "Factor")]
 pub enum FactorChoice {
     /// In memory if it fits, else on disk.
     #[default]
     Auto,
     /// In memory.
     Memory,
-    /// In memory, rounded to single precision; solutions are refined.
+    /// In memory in single precision: half the room, slower; solutions are refined to the same accuracy.
     Single,
     /// On disk.
     Disk,

@@ -13,6 +13,7 @@ use dcb_sparse::block_algebra::symmetric_product;
 use dcb_sparse::factorization::PositiveFactor;
 use dcb_superelement::extended_to_gap;
 use faer::{Mat, MatRef};
+use serde::Serialize;
 
 use crate::condensation::Model;
 use crate::error::{CommandRefusal, EigenSolverRefusal, Error};
@@ -38,15 +39,18 @@ const POLISHES: usize = 3;
 const WITHOUT_MASS: f64 = 1e-13;
 
 /// How SLEPc is started.
-#[derive(Clone, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, PartialEq, Eq, Serialize)]
 pub struct SlepcRun {
     /// MPI processes.
     pub ranks: u32,
     /// The command that starts MPI programs, word by word; `-n RANKS PROGRAM …` is added.
+    #[serde(skip)]
     pub launcher: Vec<String>,
     /// `dcb-slepc-eigen`, at this place on every machine that takes part.
+    #[serde(skip)]
     pub program: PathBuf,
     /// Where the private folder is made; the machine of rank 0 must see it at the same place.
+    #[serde(skip)]
     pub scratch: PathBuf,
 }
 

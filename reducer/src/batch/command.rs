@@ -4,45 +4,14 @@ use std::ffi::OsString;
 use std::path::Path;
 use std::process::{Command, Stdio};
 
+use serde::Serialize;
+use serde_json::{Value, json};
+
 use super::Batch;
-use super::manifest::{Enrichment, Factor, Part};
+use super::manifest::Part;
 
 /// Bytes of a kilobyte.
 const KILOBYTE: u64 = 1024;
-
-/// `reduce` without what depends on the batch: everything that decides the superelement.
-pub fn options(part: &Part) -> Vec<OsString> {
-    let entry = &part.entry;
-    let mut options = files_and_modes(part);
-    let mut say = |option: &str, value: String| {
-        options.extend([OsString::from(option), OsString::from(value)]);
-    };
-    if let Some(count) = entry.interface_modes {
-        say("--interface-modes", count.to_string());
-    }
-    if !entry.enrich.is_empty() {
-        let names = entry.enrich.iter().map(|name| match name {
-            Enrichment::Spin => "spin",
-            Enrichment::Loads => "loads",
-            Enrichment::Krylov => "krylov",
-        });
-        say("--enrich", names.collect::<Vec<_>>().join(","));
-    }
-    let flags = [
-        ("--without-fields", entry.without_fields),
-        ("--compress", entry.compress),
-        ("--allow-grounded", entry.allow_grounded),
-        ("--allow-loose", entry.allow_loose),
-    ];
-    options.extend(
-        flags
-            .iter()
-            .filter(|flag| flag.1)
-            .map(|flag| OsString::from(flag.0)),
-    );
-    options.extend([OsString::from("--"), entry.part.clone().into()]);
-    options
-}
 
 /// Makes a part's superelement, and says in a file what that took.
 ///
@@ -65,7 +34,13 @@ pub fn reduce(
         command.arg(crate::cli_cache::option(cache.folder()));
         command.arg("--cache-limit").arg(kilobytes(cache.limit()));
     }
-    command.args(options(part));
+    let entry = &part.entry;
+    command
+        .args(files_and_modes(part))
+        .args(as_options(&entry.reduction))
+        .args(as_options(&entry.form))
+        .arg("--")
+        .arg(&entry.part);
     Ok(command)
 }
 
@@ -88,30 +63,39 @@ pub fn plan(batch: &Batch, part: &Part) -> std::io::Result<Command> {
 fn files_and_modes(part: &Part) -> Vec<OsString> {
     let entry = &part.entry;
     let mut options = Vec::new();
-    let mut say = |option: &str, value: OsString| options.extend([OsString::from(option), value]);
     for (option, path) in [
-        ("--mass", &entry.mass),
-        ("--mesh", &entry.mesh),
-        ("--boundary", &entry.boundary),
+        ("--mass", &entry.siblings.mass),
+        ("--mesh", &entry.siblings.mesh),
+        ("--boundary", &entry.siblings.boundary),
     ] {
         if let Some(path) = path {
-            say(option, path.into());
+            options.extend([OsString::from(option), path.into()]);
         }
     }
-    if let Some(count) = entry.modes {
-        say("--modes", count.to_string().into());
-    }
-    if let Some(hertz) = entry.max_frequency {
-        say("--max-frequency", hertz.to_string().into());
-    }
     if let Some(factor) = entry.factor {
-        let name = match factor {
-            Factor::Auto => "auto",
-            Factor::Memory => "memory",
-            Factor::Single => "single",
-            Factor::Disk => "disk",
+        options.extend(as_options(&json!({ "factor": factor })));
+    }
+    options.extend(as_options(&entry.modes));
+    options
+}
+
+/// Options of the command line, which have the names of keys of the manifest.
+fn as_options(keys: &impl Serialize) -> Vec<OsString> {
+    let value = serde_json::to_value(keys).unwrap_or_default();
+    let mut options = Vec::new();
+    for (key, value) in value.as_object().into_iter().flatten() {
+        let text = match value {
+            Value::Bool(true) => None,
+            Value::Number(number) => Some(number.to_string()),
+            Value::String(text) => Some(text.clone()),
+            Value::Array(list) if !list.is_empty() => {
+                let words: Vec<&str> = list.iter().filter_map(Value::as_str).collect();
+                Some(words.join(","))
+            }
+            _ => continue,
         };
-        say("--factor", name.into());
+        options.push(format!("--{}", key.replace('_', "-")).into());
+        options.extend(text.map(OsString::from));
     }
     options
 }

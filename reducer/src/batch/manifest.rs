@@ -7,8 +7,14 @@ use dcb_formats::component_files::stem;
 use dcb_formats::snapshot::read_small;
 use dcb_formats::terminal::{abridged, shortened};
 use schemars::JsonSchema;
-use serde::{Deserialize, Serialize};
+use serde::Deserialize;
 use serde_json::{Map, Value};
+
+use crate::cli::SiblingArguments;
+use crate::file_form::FileForm;
+use crate::memory_limit::FactorChoice;
+use crate::mode_selection::ModeOptions;
+use crate::reduction::Reduction;
 
 /// Parts and what they have in common.
 #[derive(Debug, Deserialize, JsonSchema)]
@@ -22,69 +28,27 @@ struct ManifestFile {
 }
 
 /// A part and how it is reduced; the options are those of `reduce PART.mtx`.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[derive(Clone, Debug, PartialEq, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct PartEntry {
     /// Stiffness matrix, Matrix Market (.mtx or .mtx.gz). Paths are taken from the manifest's folder.
     pub part: PathBuf,
     /// Name of the superelement, NAME.dcb.h5; without it the part's.
     pub name: Option<String>,
-    /// Keep this many elastic modes.
-    pub modes: Option<usize>,
-    /// Keep every elastic mode below this frequency, Hz.
-    #[schemars(extend("exclusiveMinimum" = 0))]
-    pub max_frequency: Option<f64>,
-    /// Keep this many directions of residual flexibility, the softest.
-    pub interface_modes: Option<usize>,
-    /// Add responses to spins, loads or a Krylov block.
-    #[serde(default)]
-    pub enrich: Vec<Enrichment>,
-    /// Mass matrix.
-    pub mass: Option<PathBuf>,
-    /// Component description.
-    pub mesh: Option<PathBuf>,
-    /// Boundary localization.
-    pub boundary: Option<PathBuf>,
-    /// Leave out mesh and nodal shapes.
-    #[serde(default)]
-    pub without_fields: bool,
-    /// Compress the nodal shapes.
-    #[serde(default)]
-    pub compress: bool,
-    /// Accept a part that is held.
-    #[serde(default)]
-    pub allow_grounded: bool,
-    /// Accept loose pieces and mechanisms.
-    #[serde(default)]
-    pub allow_loose: bool,
+    /// Modes.
+    #[serde(flatten)]
+    pub modes: ModeOptions,
+    /// What else decides the result.
+    #[serde(flatten)]
+    pub reduction: Reduction,
+    /// Files beside the stiffness matrix.
+    #[serde(flatten)]
+    pub siblings: SiblingArguments,
+    /// How the file is written.
+    #[serde(flatten)]
+    pub form: FileForm,
     /// Where the factor is kept.
-    pub factor: Option<Factor>,
-}
-
-/// What further columns answer to.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
-#[serde(rename_all = "kebab-case")]
-pub enum Enrichment {
-    /// Centrifugal forces.
-    Spin,
-    /// Named loads.
-    Loads,
-    /// Second Krylov block.
-    Krylov,
-}
-
-/// Where the factor is kept.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
-#[serde(rename_all = "kebab-case")]
-pub enum Factor {
-    /// In memory if it fits, else on disk.
-    Auto,
-    /// In memory.
-    Memory,
-    /// In memory in single precision.
-    Single,
-    /// On disk.
-    Disk,
+    pub factor: Option<FactorChoice>,
 }
 
 /// A part that was checked: its name is unique, and its paths lead somewhere from here.
@@ -128,7 +92,8 @@ fn told(error: &serde_json::Error) -> String {
 type Fault = (String, String);
 
 fn parts(file: ManifestFile, folder: &Path) -> Result<Vec<Part>, Fault> {
-    check_keys("defaults", &file.defaults)?;
+    let known = known_keys();
+    check_keys("defaults", &file.defaults, &known)?;
     for key in ["part", "name"] {
         if file.defaults.contains_key(key) {
             let message = "belongs to one of the parts, not to all of them".to_owned();
@@ -143,7 +108,7 @@ fn parts(file: ManifestFile, folder: &Path) -> Result<Vec<Part>, Fault> {
     let mut parts = Vec::with_capacity(file.parts.len());
     for (index, own) in file.parts.into_iter().enumerate() {
         let place = format!("parts[{index}]");
-        check_keys(&place, &own)?;
+        check_keys(&place, &own, &known)?;
         let entry: PartEntry = serde_json::from_value(merged(&file.defaults, own).into())
             .map_err(|error| (place.clone(), told(&error)))?;
         let part =
@@ -160,9 +125,25 @@ fn parts(file: ManifestFile, folder: &Path) -> Result<Vec<Part>, Fault> {
     Ok(parts)
 }
 
+/// The keys of a part.
+fn known_keys() -> Vec<String> {
+    let schema = schemars::schema_for!(PartEntry);
+    let properties = schema.get("properties").and_then(Value::as_object);
+    properties
+        .into_iter()
+        .flatten()
+        .map(|(key, _)| key.clone())
+        .collect()
+}
+
 /// Each key by itself, so that the message can say which.
-fn check_keys(place: &str, options: &Map<String, Value>) -> Result<(), Fault> {
+fn check_keys(place: &str, options: &Map<String, Value>, known: &[String]) -> Result<(), Fault> {
     for (key, value) in options {
+        if !known.contains(key) {
+            let (key, known) = (shortened(key), known.join("`, `"));
+            let message = format!("unknown field `{key}`, expected one of `{known}`");
+            return Err((format!("{place}.{key}"), message));
+        }
         let mut alone = Map::from_iter([("part".to_owned(), Value::from("part.mtx"))]);
         alone.insert(key.clone(), value.clone());
         serde_json::from_value::<PartEntry>(alone.into())
@@ -187,11 +168,11 @@ fn checked(mut entry: PartEntry, folder: &Path) -> Result<Part, (&'static str, S
     if entry.part.file_name().is_none() {
         return Err((".part", "names no file; expected PART.mtx".into()));
     }
-    if entry.modes.is_some() && entry.max_frequency.is_some() {
+    if entry.modes.modes.is_some() && entry.modes.max_frequency.is_some() {
         let message = "stands beside modes; give one of them".to_owned();
         return Err((".max_frequency", message));
     }
-    if let Some(hertz) = entry.max_frequency.filter(|hertz| *hertz <= 0.0) {
+    if let Some(hertz) = (entry.modes.max_frequency).filter(|hertz| *hertz <= 0.0) {
         return Err((".max_frequency", format!("is {hertz}, expected Hz above 0")));
     }
     let name = match &entry.name {
@@ -211,13 +192,14 @@ fn checked(mut entry: PartEntry, folder: &Path) -> Result<Part, (&'static str, S
     }
     let mut paths = [
         Some(&mut entry.part),
-        entry.mass.as_mut(),
-        entry.mesh.as_mut(),
-        entry.boundary.as_mut(),
+        entry.siblings.mass.as_mut(),
+        entry.siblings.mesh.as_mut(),
+        entry.siblings.boundary.as_mut(),
     ];
     for path in paths.iter_mut().flatten() {
         **path = folder.join(&**path);
     }
+    entry.reduction.memory.factor = entry.factor.unwrap_or_default();
     Ok(Part { name, entry })
 }
 

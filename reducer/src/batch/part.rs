@@ -17,8 +17,6 @@ use super::results::{Age, Made, Row, Status};
 use super::{Batch, Earlier, io_error, lock};
 use crate::cache::request::digest_of;
 use crate::cache::{Key, Request};
-use crate::cli::ReduceArguments;
-use crate::cli_cached;
 use crate::error::Error;
 
 /// A part about to be made.
@@ -33,11 +31,10 @@ impl<'a> Making<'a> {
     /// Hashes the part's files.
     pub fn prepare(batch: &'a Batch, part: &'a Part) -> Self {
         let request = || {
-            let arguments = ReduceArguments::of(command::options(part))?;
-            let files = ComponentFiles::beside(&part.entry.part, &arguments.siblings.overrides())?;
-            let request = cli_cached::request(&files, &arguments)?;
-            let form = (&request, arguments.without_fields, arguments.compress);
-            let key = digest_of(&form);
+            let entry = &part.entry;
+            let files = ComponentFiles::beside(&entry.part, &entry.siblings.overrides())?;
+            let request = Request::new(&files.sources()?, entry.modes.request(), &entry.reduction);
+            let key = digest_of(&(&request, entry.form));
             Ok((request, key))
         };
         Self {

@@ -24,7 +24,9 @@ use dcb_formats::report::write_text;
 
 pub use claim::{Claim, Reservation, Stored};
 pub use entry::{Entry, Listed, Record};
-pub use request::{Key, ModeRequest, Request};
+pub use request::{Key, Request};
+
+pub use crate::mode_selection::ModeRequest;
 
 /// Ending of superelements.
 const SUPERELEMENT: &str = ".dcb.h5";

@@ -8,18 +8,12 @@ use dcb_formats::dcb::FORMAT_VERSION;
 use serde::{Deserialize, Serialize};
 use sha2::{Digest as _, Sha256};
 
-/// Counts the changes of this program that change what a reduction gives; entries of another number are never found.
-const RESULTS: u32 = 2;
+use crate::mode_selection::ModeRequest;
+use crate::reduction::Reduction;
 
-/// The modes that are asked for.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(rename_all = "snake_case")]
-pub enum ModeRequest {
-    /// This many.
-    Lowest(usize),
-    /// All below this frequency, Hz.
-    BelowHertz(f64),
-}
+/// Counts the changes of this program that change what a reduction gives, or how a request is written; entries of another number are never
+/// found.
+const RESULTS: u32 = 3;
 
 /// A file that the part is made of.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
@@ -71,11 +65,7 @@ impl Key {
 
 impl Request {
     /// The reduction of a part by this version of the program.
-    pub fn new(
-        sources: &[Source],
-        modes: ModeRequest,
-        options: BTreeMap<String, serde_json::Value>,
-    ) -> Self {
+    pub fn new(sources: &[Source], modes: ModeRequest, reduction: &Reduction) -> Self {
         let inputs = sources.iter().map(|source| {
             let input = Input {
                 file_name: source.file_name.clone(),
@@ -90,7 +80,7 @@ impl Request {
             ),
             inputs: inputs.collect(),
             modes,
-            options,
+            options: reduction.decisive(),
         }
     }
 
@@ -124,9 +114,8 @@ pub fn digest_of(what: &impl Serialize) -> Key {
 
 #[cfg(test)]
 mod tests {
-    use serde_json::json;
-
     use super::*;
+    use crate::{EnrichmentSource, EstimateChoice};
 
     fn source(role: &str, name: &str, digit: char) -> Source {
         Source {
@@ -142,23 +131,31 @@ mod tests {
             source("stiffness", "a.mtx", '1'),
             source("mass", "a.mass.mtx", '2'),
         ];
-        let options = BTreeMap::from([("enrich".to_owned(), json!(["spin"]))]);
-        let one = Request::new(&sources, ModeRequest::Lowest(20), options.clone());
+        let spinning = Reduction {
+            enrichment: vec![EnrichmentSource::Spin],
+            ..Reduction::default()
+        };
+        let one = Request::new(&sources, ModeRequest::Lowest(20), &spinning);
+        let without_estimate = Reduction {
+            estimate: EstimateChoice::LeftOut,
+            ..spinning.clone()
+        };
         let mut swapped = sources.clone();
         swapped.reverse();
-        let same = Request::new(&swapped, ModeRequest::Lowest(20), options.clone());
+        let same = Request::new(&swapped, ModeRequest::Lowest(20), &spinning);
         assert_eq!(one.key(), same.key());
         let mut renamed = sources.clone();
         renamed[0].file_name = "b.mtx".into();
         let mut changed = sources.clone();
         changed[1].sha256 = "3".repeat(64);
         let others = [
-            Request::new(&sources, ModeRequest::Lowest(21), options.clone()),
-            Request::new(&sources, ModeRequest::BelowHertz(20.0), options.clone()),
-            Request::new(&sources, ModeRequest::Lowest(20), BTreeMap::new()),
-            Request::new(&renamed, ModeRequest::Lowest(20), options.clone()),
-            Request::new(&changed, ModeRequest::Lowest(20), options.clone()),
-            Request::new(&sources[..1], ModeRequest::Lowest(20), options),
+            Request::new(&sources, ModeRequest::Lowest(21), &spinning),
+            Request::new(&sources, ModeRequest::BelowHertz(20.0), &spinning),
+            Request::new(&sources, ModeRequest::Lowest(20), &Reduction::default()),
+            Request::new(&renamed, ModeRequest::Lowest(20), &spinning),
+            Request::new(&changed, ModeRequest::Lowest(20), &spinning),
+            Request::new(&sources, ModeRequest::Lowest(20), &without_estimate),
+            Request::new(&sources[..1], ModeRequest::Lowest(20), &spinning),
         ];
         for other in &others {
             assert_ne!(one.key(), other.key(), "{other:?}");

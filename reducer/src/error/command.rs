@@ -8,12 +8,6 @@ pub enum CommandRefusal {
     /// Nothing to reduce.
     #[error("no stiffness matrix given")]
     NoPart,
-    /// Arguments that `reduce` doesn't understand.
-    #[error("{message}")]
-    Arguments {
-        /// The parser's words.
-        message: String,
-    },
     /// Hz mean nothing in the component's time unit.
     #[error("{option} is in Hz, but the time unit {unit:?} is not known; {remedy}")]
     UnknownTimeUnit {

@@ -78,10 +78,10 @@ impl CachedReductions<'_> {
         };
         let mut request = Request {
             modes,
+            options: options.decisive(),
             ..self.request.clone()
         };
         let mut say = |name: &str, value: Value| request.options.insert(name.to_owned(), value);
-        say("enrich", json!(options.enrichment));
         say("watched_nodes", json!(asked.watched_nodes()));
         let loads = asked.component.loads.iter().map(|load| &load.name);
         say("loads", loads.map(|name| json!(name)).collect());
