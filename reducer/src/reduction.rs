@@ -134,7 +134,7 @@ mod as_flag {
     }
 }
 
-/// Two choices of which the second is asked for by a flag.
+/// Choices of two, of which the second is asked for by a flag.
 macro_rules! flags {
     ($($choice:ident: $usual:ident or $asked:ident;)*) => {$(
         impl From<bool> for $choice {

@@ -15,17 +15,13 @@ use crate::diagnosis::Support;
 use crate::error::Error;
 use crate::free_body::FreeBody;
 use crate::localization::Localization;
-use crate::memory_limit::MemoryLimit;
 use crate::rigid_body::{MassProperties, RigidBodyModes};
 use crate::verify::{AGREEMENT, Findings, is_selection};
 use crate::verify_fields::check_fields;
 use crate::verify_interfaces::reported_reduction;
 use crate::verify_layout::{check_mass_properties, has_same_layout};
 use crate::verify_moments::check_moments;
-use crate::{
-    EigenSolver, EstimateChoice, Grounding, InterfaceModes, LoosePieces, ModeSelection, Reduction,
-    reduce,
-};
+use crate::{Reduction, reduce};
 
 /// Modes found twice agree only as closely as their residuals allow, a pair of close ones less.
 pub const SHAPE_AGREEMENT: f64 = 1e-6;
@@ -121,27 +117,13 @@ fn check_sources(element: &Superelement, component: &Component, findings: &mut F
 
 /// The reduction that gives as many modes and columns.
 fn same_reduction(element: &Superelement) -> Reduction {
+    let is_loose = element.modes.eigenvalues.first() == Some(&0.0);
     Reduction {
-        modes: ModeSelection::Lowest(element.mode_count()),
-        estimate: match element.moments {
-            Some(_) => EstimateChoice::Computed,
-            None => EstimateChoice::LeftOut,
-        },
-        interface_modes: reported_reduction(element)
-            .map_or(InterfaceModes::All, |it| InterfaceModes::Softest(it.wanted)),
-        enrichment: Vec::new(),
-        grounding: if element.frame_kind == FrameKind::Given {
-            Grounding::Allow
-        } else {
-            Grounding::Refuse
-        },
-        loose_pieces: if element.modes.eigenvalues.first() == Some(&0.0) {
-            LoosePieces::Allow
-        } else {
-            LoosePieces::Refuse
-        },
-        eigen_solver: EigenSolver::BlockLanczos,
-        memory: MemoryLimit::default(),
+        interface_modes: reported_reduction(element).map(|it| it.wanted).into(),
+        estimate: element.moments.is_none().into(),
+        grounding: (element.frame_kind == FrameKind::Given).into(),
+        loose_pieces: is_loose.into(),
+        ..Reduction::lowest(element.mode_count())
     }
 }
 
