@@ -24,6 +24,7 @@ pub mod stop_signal;
 pub mod superelement;
 pub mod terminal;
 pub mod threads;
+pub mod units;
 
 pub use component::Component;
 pub use description::{Description, component_schema, read_description};

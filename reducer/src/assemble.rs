@@ -14,8 +14,8 @@ use crate::free_body::FreeBody;
 use crate::pipeline::Reduced;
 use crate::projection::Projection;
 use crate::quality::Quality;
-use crate::residual_filter::MASS_TOLERANCE;
 use crate::work::Work;
+use dcb_superelement::MASS_TOLERANCE;
 
 /// The superelement, its nodal shapes and its report from the results of all stages.
 pub(crate) fn assembled(

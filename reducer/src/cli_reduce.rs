@@ -21,11 +21,11 @@ use crate::cli_cache::Told;
 use crate::cli_cached::{claim, keep, serve};
 use crate::cli_scene::Made;
 use crate::error::{CommandRefusal, Error, Occupied};
-use crate::inspect::hertz;
 use crate::scene::{CachedReductions, PartInScene};
 use crate::summary::{quality_lines, summary};
 use crate::timing::{Display, StageClock, StageTime};
 use crate::{ModeSelection, Reduction, Work, reduce};
+use dcb_formats::units::hertz;
 
 /// Modes listed unless all are asked for.
 const LISTED_MODES: usize = 10;

@@ -18,7 +18,6 @@ use crate::cli_memory::MemoryArguments;
 use crate::cli_reduce::{Outcome, when_interrupted};
 use crate::condensation::Model;
 use crate::error::{CommandRefusal, Error, Lacking};
-use crate::plausibility::si_factor;
 use crate::study::progress::Progress;
 use crate::study::reference::BandChoice;
 use crate::study::report::Report;
@@ -27,6 +26,7 @@ use crate::study::sweep::Sweep;
 use crate::study::variant::Variant;
 use crate::study::{Study, missing, recorded, run as make};
 use crate::timing::Display;
+use dcb_formats::units::si_factor;
 
 /// Name of the ledger in a study's folder.
 const LEDGER: &str = "rows.jsonl";

@@ -12,9 +12,9 @@ use faer::{Mat, MatRef};
 
 use crate::cli_reduce::Outcome;
 use crate::error::{CommandRefusal, Error};
-use crate::inspect::hertz;
-use crate::plausibility::si_factor;
 use crate::scientific::scientific;
+use dcb_formats::units::hertz;
+use dcb_formats::units::si_factor;
 
 /// Runs the command.
 ///

@@ -31,9 +31,9 @@ use crate::free_modes::FreeModes;
 use crate::localization::Localization;
 use crate::observer::Observer;
 use crate::residual::ResidualFlexibility;
-use crate::residual_filter::MASS_TOLERANCE;
 use crate::rigid_body::{MassProperties, RigidBodyModes};
 use crate::spin_forces::spin_forces;
+use dcb_superelement::MASS_TOLERANCE;
 
 /// A pattern whose response carries less than this part of the strain energy of the strongest is left out: what discretisation leaves of
 /// a rigid motion, as for a pattern across a straight beam.

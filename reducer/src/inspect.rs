@@ -12,11 +12,11 @@ use serde_json::json;
 
 use crate::cli_reduce::Outcome;
 use crate::error::Error;
-use crate::error_estimate::report::Report;
-use crate::plausibility::si_factor;
+use crate::error_report::Report;
 use crate::quality::Quality;
 use crate::scientific::{row, scientific};
 use crate::summary::{further_columns, quality_lines};
+use dcb_formats::units::{hertz, hertz_unit, si_factor};
 
 /// How to show it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -43,20 +43,6 @@ pub fn run(path: &Path, form: Form, band: Option<[f64; 2]>) -> Result<Outcome, E
         output,
         failure: None,
     })
-}
-
-/// Cycles per second of an eigenvalue, or per time unit where the unit's length is not known.
-pub fn hertz(eigenvalue: f64, time_unit: &str) -> f64 {
-    eigenvalue.max(0.0).sqrt() / (2.0 * std::f64::consts::PI * si_factor(time_unit).unwrap_or(1.0))
-}
-
-/// `Hz`, or the inverse of a unit whose length is not known.
-pub fn frequency_unit(time_unit: &str) -> String {
-    if si_factor(time_unit).is_some() {
-        "Hz".into()
-    } else {
-        format!("1/{time_unit}")
-    }
 }
 
 /// Mass, centre and inertia.
@@ -99,7 +85,7 @@ pub fn frequency_table(element: &Superelement, quality: Option<&Quality>, listed
     if element.mode_count() == 0 {
         text += "no mode is kept\n";
     } else {
-        let heading = format!("frequency [{}]", frequency_unit(time));
+        let heading = format!("frequency [{}]", hertz_unit(time));
         let _ = writeln!(text, "mode   {heading:>20}    damping   residual");
     }
     let reported = quality.map(|quality| quality.mode_residuals.as_slice());
@@ -209,7 +195,7 @@ pub fn interface_table(element: &Superelement) -> String {
         (false, _) => format!(
             "; their frequencies start at {} {}",
             sigma.join(", "),
-            frequency_unit(&element.units.time)
+            hertz_unit(&element.units.time)
         ),
     };
     let _ = writeln!(

@@ -18,7 +18,7 @@ use serde::{Deserialize, Serialize};
 use crate::error::Error;
 use crate::localization::Localization;
 use crate::residual::ResidualFlexibility;
-use crate::residual_filter::MASS_TOLERANCE;
+use dcb_superelement::MASS_TOLERANCE;
 
 /// How many directions of their residual flexibility the interfaces keep.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]

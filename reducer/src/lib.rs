@@ -30,7 +30,7 @@ pub mod diagnosis;
 pub mod eigen_solver;
 pub mod enrichment;
 pub mod error;
-pub mod error_estimate;
+mod error_report;
 pub mod file_form;
 pub mod forecast;
 pub mod frame;
@@ -46,6 +46,7 @@ pub mod machine_speed;
 pub mod memory_limit;
 mod memory_plan;
 pub mod mode_selection;
+mod moments;
 #[cfg(feature = "slepc")]
 pub mod mpi_job;
 pub mod multiplet;

@@ -5,7 +5,7 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use crate::error::{CommandRefusal, Error};
-use crate::plausibility::si_factor;
+use dcb_formats::units::si_factor;
 
 /// Modes kept where nothing is said.
 pub(crate) const DEFAULT_MODES: usize = 20;

@@ -2,6 +2,7 @@
 
 use dcb_formats::component::{Component, Units};
 use dcb_formats::mesh::Dimension;
+use dcb_formats::units::si_factor;
 use dcb_sparse::block_algebra::symmetric_product;
 use faer::Mat;
 
@@ -21,23 +22,6 @@ const SLOWEST_MATERIAL: f64 = 300.0;
 const FASTEST_WITH_ROTATIONS: f64 = 40_000.0;
 /// Sides of the box shorter than this fraction of the longest say little: curved shells and frames hardly strain there.
 const SHORT_SIDE: f64 = 0.1;
-
-/// A unit's size in metres, kilograms or seconds, if its name is known.
-pub fn si_factor(unit: &str) -> Option<f64> {
-    Some(match unit {
-        "m" | "kg" | "s" => 1.0,
-        "mm" | "g" | "ms" => 1e-3,
-        "cm" => 1e-2,
-        "um" | "µm" | "us" | "µs" | "mg" => 1e-6,
-        "km" | "t" | "tonne" | "Mg" => 1e3,
-        "in" => 0.0254,
-        "ft" => 0.3048,
-        "lb" | "lbm" => 0.453_592_37,
-        "slug" => 14.593_902_937_206_364,
-        "slinch" | "blob" | "lbf*s^2/in" => 175.126_835_246_476_37,
-        _ => return None,
-    })
-}
 
 /// What looks wrong about mass, size, stiffness and first frequency together.
 pub fn unit_warnings(

@@ -1,14 +1,11 @@
 //! Which residual directions become dynamic coordinates: the transform T_r, found in a scaling that has no unit.
 
 use dcb_dense::{symmetric_eigen, symmetric_eigenvalues, symmetrized};
-use dcb_superelement::ResidualFilter;
+use dcb_superelement::{MASS_TOLERANCE, ResidualFilter};
 use faer::Mat;
 
 use crate::error::Error;
 
-/// Directions of M_res below this fraction of the scaled M_res with no mode kept carry no usable mass: they stay out of the
-/// transform and are kept statically. The square of 1e-5, two digits above the square root of rounding.
-pub const MASS_TOLERANCE: f64 = 1e-10;
 /// Eigenvalues of F_res may be negative by rounding, up to this fraction of the largest with no mode kept.
 const NEGATIVE_FLEXIBILITY: f64 = 1e-11;
 

@@ -6,12 +6,12 @@ use std::path::Path;
 
 use dcb_formats::Superelement;
 
-use crate::inspect::{frequency_table, frequency_unit, interface_table, mass_lines};
+use crate::inspect::{frequency_table, interface_table, mass_lines};
 use crate::interface_reduction::InterfaceReduction;
-use crate::plausibility::si_factor;
 use crate::quality::Quality;
 use crate::scientific::scientific;
 use crate::timing::StageTime;
+use dcb_formats::units::{hertz_unit, si_factor};
 
 /// All of it, with the first `listed` modes.
 pub fn summary(
@@ -175,7 +175,7 @@ fn interface_lines(reduction: &InterfaceReduction, time: &str) -> String {
     );
     if let Some(frequency) = reduction.lowest_left_out {
         let second = si_factor(time).unwrap_or(1.0);
-        let told = format!("{:.4} {}", frequency / second, frequency_unit(time));
+        let told = format!("{:.4} {}", frequency / second, hertz_unit(time));
         line("  lowest frequency left out", &told);
     }
     text

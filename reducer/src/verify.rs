@@ -20,9 +20,9 @@ use crate::cli_reduce::Outcome;
 use crate::error::Error;
 use crate::inspect::stored_quality;
 use crate::memory_limit::available;
-use crate::residual_filter::MASS_TOLERANCE;
 use crate::scientific::scientific;
 use crate::verify_component;
+use dcb_superelement::MASS_TOLERANCE;
 
 /// Stored and recomputed matrices may differ by this, relative to their scale.
 pub const AGREEMENT: f64 = 1e-8;

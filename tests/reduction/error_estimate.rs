@@ -2,9 +2,10 @@
 
 use dcb_formats::component::Role;
 use dcb_formats::dcb::{Contents, WriteOptions, read_superelement, write_superelement};
-use dcb_reducer::error_estimate::{Bracket, ErrorEstimate, Estimate, Form};
+use dcb_formats::scene::Compatibility;
 use dcb_reducer::{EnrichmentSource, Reduction};
 use dcb_samples::{SolidElement, UnitScale, in_units};
+use dcb_superelement::error_bounds::{Bracket, ErrorBounds, Estimate};
 use dcb_tests::error_estimate::{
     LOSS_FACTOR, MARKERS, Outcome, System, attached, cases, outcomes, render, truth,
     with_interface_modes,
@@ -72,7 +73,7 @@ fn further_columns_count() {
     };
     let (plain, enriched) = (lowest(&component, 6), with(&component, &options));
     let of = |reduced: &dcb_reducer::Reduced| {
-        ErrorEstimate::of(&reduced.superelement, Form::Strong)
+        ErrorBounds::of(&reduced.superelement, Compatibility::Strong)
             .unwrap()
             .unwrap()
     };
@@ -84,7 +85,7 @@ fn further_columns_count() {
         before.over(&rows, &band, LOSS_FACTOR).unwrap(),
         after.over(&rows, &band, LOSS_FACTOR).unwrap(),
     );
-    let found = truth(&component, &enriched, Form::Strong, &rows, &band);
+    let found = truth(&component, &enriched, Compatibility::Strong, &rows, &band);
     assert_between("collocated", found.collocated, after.collocated.largest);
     assert_between(
         "transfer",
@@ -112,8 +113,8 @@ fn some_rows_alone_and_rows_that_only_move() {
     let element = &reduced.superelement;
     assert_eq!(attached(element).iter().filter(|it| !**it).count(), 3);
     let first = element.modes.first_omitted_eigenvalue;
-    for form in [Form::Strong, Form::Static] {
-        let estimate = ErrorEstimate::of(element, form).unwrap().unwrap();
+    for form in [Compatibility::Strong, Compatibility::Static] {
+        let estimate = ErrorBounds::of(element, form).unwrap().unwrap();
         let band = estimate.band(Some(0.001 * first), 0.6 * first, 20);
         // One interface; parts of two; everything, with the rows that only move.
         for rows in [
@@ -171,7 +172,7 @@ fn units_change_no_error() {
     ] {
         let of = |component: &dcb_formats::Component, form| -> Estimate {
             let reduced = lowest(component, 4);
-            let estimate = ErrorEstimate::of(&reduced.superelement, form)
+            let estimate = ErrorBounds::of(&reduced.superelement, form)
                 .unwrap()
                 .unwrap();
             let band = estimate.usual_band(30).unwrap();
@@ -179,7 +180,7 @@ fn units_change_no_error() {
             estimate.over(&rows, &band, LOSS_FACTOR).unwrap()
         };
         let other = in_units(&component, &UnitScale::mm_t_s());
-        for form in [Form::Strong, Form::Static] {
+        for form in [Compatibility::Strong, Compatibility::Static] {
             let (a, b) = (of(&component, form), of(&other, form));
             let same = |what: &str, a: Bracket, b: Bracket, tolerance: f64| {
                 for (a, b) in [(a.lower, b.lower), (a.upper, b.upper)] {
@@ -220,14 +221,18 @@ fn a_file_says_what_the_reduction_said() {
     write_superelement(&path, &contents, &WriteOptions::default()).unwrap();
     let read = read_superelement(&path).unwrap();
     let of = |element| {
-        let estimate = ErrorEstimate::of(element, Form::Strong).unwrap().unwrap();
+        let estimate = ErrorBounds::of(element, Compatibility::Strong)
+            .unwrap()
+            .unwrap();
         let band = estimate.usual_band(20).unwrap();
         let rows = estimate.attached_rows();
         estimate.over(&rows, &band, LOSS_FACTOR).unwrap()
     };
     assert_eq!(of(&read), of(&reduced.superelement));
     // Nothing is claimed where nothing is known.
-    let estimate = ErrorEstimate::of(&read, Form::Strong).unwrap().unwrap();
+    let estimate = ErrorBounds::of(&read, Compatibility::Strong)
+        .unwrap()
+        .unwrap();
     let band = estimate.band(None, 1.01 * estimate.eigenvalue_bound(), 20);
     let refusal = estimate.over(&[0, 1], &band, LOSS_FACTOR).unwrap_err();
     assert!(
@@ -236,7 +241,11 @@ fn a_file_says_what_the_reduction_said() {
     );
     let mut old = read;
     old.moments = None;
-    assert!(ErrorEstimate::of(&old, Form::Strong).unwrap().is_none());
+    assert!(
+        ErrorBounds::of(&old, Compatibility::Strong)
+            .unwrap()
+            .is_none()
+    );
 }
 
 #[test]

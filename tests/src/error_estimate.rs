@@ -3,12 +3,13 @@
 
 use dcb_formats::component::Role;
 use dcb_formats::mesh::Dimension;
+use dcb_formats::scene::Compatibility;
 use dcb_formats::{Component, Superelement};
-use dcb_reducer::error_estimate::{Bracket, ErrorEstimate, Estimate, Form};
-use dcb_reducer::study::band::Band;
 use dcb_reducer::{Grounding, InterfaceModes, Reduced, Reduction};
 use dcb_samples::spatial_beam::{BeamMass, BeamTheory};
 use dcb_samples::{Material, SolidElement, hard};
+use dcb_superelement::FrequencyBand;
+use dcb_superelement::error_bounds::{Bracket, ErrorBounds, Estimate};
 use faer::linalg::solvers::Solve as _;
 use faer::sparse::{SparseColMat, Triplet};
 use faer::{Mat, Side, c64};
@@ -189,7 +190,7 @@ impl System {
     }
 
     /// The part projected on what a superelement has in a form.
-    pub fn reduced(component: &Component, reduced: &Reduced, form: Form) -> Self {
+    pub fn reduced(component: &Component, reduced: &Reduced, form: Compatibility) -> Self {
         let element = &reduced.superelement;
         let recovery = &reduced.recovery;
         let rows = localization(component);
@@ -202,7 +203,7 @@ impl System {
         }
         let attached = &recovery.residual * &element.residual.transform;
         let mut constant = &rows * &recovery.residual;
-        if form == Form::Strong {
+        if form == Compatibility::Strong {
             // Directions without mass follow the forces.
             let seen = &rows * &attached;
             let sigma = &element.residual.sigma_squared;
@@ -236,13 +237,14 @@ impl System {
     }
 
     /// What the numbers of a superelement without further columns say, its nodal fields unseen.
-    pub fn of_superelement(element: &Superelement, form: Form) -> Self {
+    pub fn of_superelement(element: &Superelement, form: Compatibility) -> Self {
         let rigid = rigid_rows(element);
         let residual = &element.residual;
         let stored = (residual.output_shapes.as_ref()).unwrap_or(&residual.flexibility);
         let seen = match form {
-            Form::Strong => stored * &residual.transform,
-            Form::Static => Mat::zeros(stored.nrows(), 0),
+            Compatibility::Strong => stored * &residual.transform,
+            Compatibility::Static => Mat::zeros(stored.nrows(), 0),
+            Compatibility::Weak => unreachable!("no oracle for weak compatibility"),
         };
         let sigma = &residual.sigma_squared;
         let scaled = Mat::from_fn(seen.nrows(), seen.ncols(), |i, j| seen[(i, j)] / sigma[j]);
@@ -488,9 +490,9 @@ fn oracle(component: &Component, element: &Superelement) -> Oracle {
 pub fn truth(
     component: &Component,
     reduced: &Reduced,
-    form: Form,
+    form: Compatibility,
     rows: &[usize],
-    band: &Band,
+    band: &FrequencyBand,
 ) -> Truth {
     let element = &reduced.superelement;
     let (whole, part) = (
@@ -581,7 +583,7 @@ pub struct Outcome {
     /// Modes kept.
     pub modes: usize,
     /// Form.
-    pub form: Form,
+    pub form: Compatibility,
     /// Upper end of the band over the first frequency left out.
     pub share: f64,
     /// As it is.
@@ -628,8 +630,8 @@ pub fn outcomes(case: &Case, points: usize) -> Vec<Outcome> {
     let element = &reduced.superelement;
     let first = element.modes.first_omitted_eigenvalue;
     let mut outcomes = Vec::new();
-    for form in [Form::Strong, Form::Static] {
-        let estimate = ErrorEstimate::of(element, form).unwrap().expect("moments");
+    for form in [Compatibility::Strong, Compatibility::Static] {
+        let estimate = ErrorBounds::of(element, form).unwrap().expect("moments");
         let rows = estimate.attached_rows();
         let usual = estimate.usual_band(points).expect("a band");
         let wide = 0.81 * first;

@@ -57,6 +57,17 @@ pub enum Compatibility {
     Weak,
 }
 
+impl Compatibility {
+    /// Name in scenes, tables and files.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Strong => "strong",
+            Self::Static => "static",
+            Self::Weak => "weak",
+        }
+    }
+}
+
 /// What happens where joints constrain the same motion twice.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]

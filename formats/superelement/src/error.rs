@@ -35,6 +35,29 @@ pub enum Error {
     /// A part that isn't symmetric about a plane is to move in it alone.
     #[error(transparent)]
     Asymmetric(#[from] Asymmetry),
+    /// Errors are asked for over a band in which they aren't known.
+    #[error(
+        "the band ends at {end:.6} cycles per time unit, and errors are known up to {limit:.6}, below the first frequency left out; take a band that ends lower, or keep more modes"
+    )]
+    BandTooHigh {
+        /// End of the band, cycles per time unit.
+        end: f64,
+        /// Errors are known below this, cycles per time unit.
+        limit: f64,
+    },
+    /// Errors are asked for between rows on which no force acts.
+    #[error(
+        "no force acts on the rows {rows:?} of {count}: errors are those of rows of attachments"
+    )]
+    NoForce {
+        /// The rows.
+        rows: Vec<usize>,
+        /// How many rows there are.
+        count: usize,
+    },
+    /// A dense eigenvalue problem of the error bounds failed.
+    #[error("the error bounds: numbers overflowed; check the units of the matrices")]
+    NotFinite,
     /// An eigenvalue computation did not converge.
     #[error(
         "no eigenvalues: the superelement's matrices are not finite or too badly scaled; check masses, stiffnesses and units"
@@ -45,7 +68,7 @@ pub enum Error {
 impl Error {
     /// Whether the input, and not the computation, is at fault.
     pub fn is_unusable_input(&self) -> bool {
-        !matches!(self, Self::NoEigenvalues)
+        !matches!(self, Self::NoEigenvalues | Self::NotFinite)
     }
 }
 

@@ -1,7 +1,7 @@
 //! What follows from one superelement file by algebra alone, for whoever reduces, estimates errors or simulates: which residual
 //! directions have mass ([`ResidualFilter`]), the coordinates beyond the modes ([`ResidualCoordinates`]) and those of the dynamics
 //! ([`DynamicCoordinates`]), where a list of modes may end ([`extended_to_gap`]), the smaller superelement that a scene needs ([`selection`]),
-//! and what a file was made for ([`MadeFor`]).
+//! how far the superelement is off ([`ErrorBounds`]), and what a file was made for ([`MadeFor`]).
 //!
 //! ```
 //! // Six modes are wanted of a part with double roots: the seventh belongs to the sixth.
@@ -12,18 +12,29 @@
 /// Structural loss factor η of responses that are compared, λ = ω² / (1 + iη): that of `reduce study` and of error estimates.
 pub const LOSS_FACTOR: f64 = 0.02;
 
+/// Directions of M_res below this fraction of the scaled M_res with no mode kept carry no usable mass: they stay out of the
+/// transform and are kept statically. The square of 1e-5, two digits above the square root of rounding.
+pub const MASS_TOLERANCE: f64 = 1e-10;
+
 mod dynamic_coordinates;
 mod error;
+pub mod error_bounds;
+mod frequency_band;
+pub mod held_frequencies;
 mod made_for;
 mod multiple_roots;
+mod receptance;
 mod residual_coordinates;
 mod residual_filter;
 pub mod selection;
 
 pub use dynamic_coordinates::DynamicCoordinates;
 pub use error::{Asymmetry, Error};
+pub use error_bounds::ErrorBounds;
+pub use frequency_band::FrequencyBand;
 pub use made_for::{FrequencyLimit, LeftOutBy, LoadedDirections, MadeFor};
 pub use multiple_roots::{CLUSTER_TOLERANCE, extended_to_gap};
+pub use receptance::Receptance;
 pub use residual_coordinates::{NoCoordinates, ResidualCoordinates};
 pub use residual_filter::{NotFinite, ResidualFilter};
 pub use selection::Selection;

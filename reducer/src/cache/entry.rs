@@ -58,7 +58,7 @@ impl Record {
     /// Of a superelement that was made.
     pub fn of(request: &Request, element: &Superelement, seconds: f64) -> Self {
         let omitted = element.modes.first_omitted_eigenvalue;
-        let second = crate::plausibility::si_factor(&element.units.time);
+        let second = dcb_formats::units::si_factor(&element.units.time);
         Self {
             request: request.clone(),
             part: element.name.clone(),
@@ -66,7 +66,7 @@ impl Record {
             bytes: 0,
             modes: element.mode_count(),
             first_omitted_hertz: (omitted.is_finite() && second.is_some())
-                .then(|| crate::inspect::hertz(omitted, &element.units.time)),
+                .then(|| dcb_formats::units::hertz(omitted, &element.units.time)),
             rows: element.boundary_row_count(),
             seconds,
         }

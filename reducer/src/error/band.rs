@@ -3,26 +3,6 @@
 /// A band, or rows, that errors are asked for and not known.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum BandRefusal {
-    /// Rows through which no force acts.
-    #[error(
-        "no force acts on the rows {rows:?} of {count}: errors are those of rows of attachments"
-    )]
-    NoForce {
-        /// Rows asked for.
-        rows: Vec<usize>,
-        /// Rows of the superelement.
-        count: usize,
-    },
-    /// The band reaches the first frequency left out.
-    #[error(
-        "the band ends at {end:.6} cycles per time unit, and errors are known up to {bound:.6}, below the first frequency left out; take a band that ends lower, or keep more modes"
-    )]
-    Beyond {
-        /// End of the band, cycles per time unit.
-        end: f64,
-        /// Errors are known up to here, cycles per time unit.
-        bound: f64,
-    },
     /// The band, in Hz, reaches the first frequency left out.
     #[error(
         "{superelement}: the band ends at {end:.6} Hz, and errors are known below {bound:.6} Hz, next to the first frequency left out; take a band that ends lower, or keep more modes"

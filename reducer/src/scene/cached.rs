@@ -10,8 +10,8 @@ use super::asked::Asked;
 use crate::cache::{Cache, Claim, Entry, ModeRequest, Request};
 use crate::error::Error;
 use crate::observer::Observer;
-use crate::plausibility::si_factor;
 use crate::{ModeSelection, Reduced, Reduction, Work, reduce};
+use dcb_formats::units::si_factor;
 
 /// A cache for the reductions of one part.
 #[derive(Debug)]

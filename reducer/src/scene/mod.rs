@@ -1,7 +1,7 @@
 //! Reducing a part for a scene: the smallest superelement with which the part's responses are right within a tolerance, as far as the scene asks.
 //!
 //! [`PartInScene`] finds the bodies that are made of the part, [`Asked`] what the scene does with them ([`dcb_demand::demand`]). [`Search`]
-//! reduces with more and more modes until the bounds of [`crate::error_estimate`], over the scene's frequencies and between the rows and nodes that
+//! reduces with more and more modes until the bounds of [`dcb_superelement::ErrorBounds`], over the scene's frequencies and between the rows and nodes that
 //! it uses, leave half of the tolerance. [`Fitted`] spends the other half on leaving out of the result what nobody asks for
 //! ([`dcb_demand::pruning`]): interfaces, directions, modes, the inertia of attachments, nodes. [`SceneFit`] says all of it.
 //!

@@ -1,5 +1,6 @@
 //! Enough modes for a scene: more and more, until certified bounds of what is left out of the component are small beside the tolerance.
 
+use dcb_formats::scene::Compatibility;
 use std::f64::consts::TAU;
 
 use dcb_demand::LeftOut;
@@ -12,11 +13,11 @@ use super::cached::CachedReductions;
 use super::in_plane::in_plane;
 use super::spin::SpinColumns;
 use crate::error::Error;
-use crate::error_estimate::report::POINTS;
-use crate::error_estimate::{ErrorEstimate, Form};
+use crate::error_report::POINTS;
 use crate::observer::Observer;
-use crate::study::band::Band;
 use crate::{EnrichmentSource, ModeSelection, Reduced, Reduction, reduce};
+use dcb_superelement::FrequencyBand;
+use dcb_superelement::error_bounds::ErrorBounds;
 
 /// The first search takes the modes up to this factor of the scene's highest frequency.
 const BEYOND: f64 = 1.5;
@@ -268,7 +269,7 @@ impl Search<'_> {
         };
         let end = (TAU * frequency).powi(2).max(slow);
         match end > 0.0 {
-            true => Band::new(None, end, POINTS, &modes.eigenvalues).squares,
+            true => FrequencyBand::new(None, end, POINTS, &modes.eigenvalues).squares,
             false => Vec::new(),
         }
     }
@@ -282,7 +283,7 @@ impl Search<'_> {
         let rows: Vec<usize> = (0..element.rows.len())
             .filter(|row| asks_for(&element.interfaces[element.rows[*row].interface].name))
             .collect();
-        let estimate = ErrorEstimate::of(element, Form::Strong)?.ok_or_else(|| {
+        let estimate = ErrorBounds::of(element, Compatibility::Strong)?.ok_or_else(|| {
             let why = (element.provenance.warnings.iter())
                 .find(|warning| warning.starts_with("no error estimate"));
             Error::QualityLimit(why.map_or("no error estimate", String::as_str).to_owned())
@@ -302,7 +303,7 @@ impl Search<'_> {
                 upper: None,
             }));
         }
-        let band = Band {
+        let band = FrequencyBand {
             squares: squares.to_vec(),
         };
         let found = estimate.over(&rows, &band, LOSS_FACTOR)?;

@@ -329,8 +329,8 @@ fn next_free(reference: &Reference, part: &ReducedPart, modes: usize) -> Option<
 fn static_errors(reference: &Reference, part: &ReducedPart) -> Vec<InterfaceError> {
     let rigid = reference.rows.rigid.ncols();
     let response = &part.response;
-    let elastic = response.shapes.ncols() - rigid;
-    let shapes = response.shapes.subcols(rigid, elastic);
+    let elastic = response.seen.ncols() - rigid;
+    let shapes = response.seen.subcols(rigid, elastic);
     let flexible = Mat::from_fn(shapes.nrows(), elastic, |i, k| {
         shapes[(i, k)] / response.poles[rigid + k]
     });

@@ -5,16 +5,13 @@
 //! a simulation can use it ([`variant`]). Rows go to a ledger as they are made; the tables, pictures and the page ([`report`]) are made from
 //! the ledger alone, so that a study which was interrupted goes on where it ended.
 
-pub mod band;
 pub mod best;
 pub mod errors;
-pub mod held;
 pub mod mode_picture;
 pub mod progress;
 pub mod record;
 pub mod reference;
 pub mod report;
-pub mod response;
 pub mod rows;
 pub mod sources;
 pub mod spin;
@@ -39,10 +36,10 @@ use self::timed::timed;
 use self::variant::{ReducedPart, Variant};
 use crate::condensation::Model;
 use crate::error::Error;
-use crate::inspect::hertz;
 use crate::localization::Localization;
 use crate::memory_limit::MemoryLimit;
 use crate::{InterfaceModes, ModeSelection, Reduction};
+use dcb_formats::units::hertz;
 
 /// Key of the reference in the ledger.
 const REFERENCE: &str = "reference";

@@ -73,7 +73,7 @@ pub struct Row {
     pub modes: usize,
     /// Attachment coordinates that the superelement offers.
     pub attachments: usize,
-    /// Coordinates of a simulation beside the body's frame.
+    /// ReducedCoordinates of a simulation beside the body's frame.
     pub unknowns: usize,
     /// Time of the reduction and of writing the file, s.
     pub reduction_seconds: f64,

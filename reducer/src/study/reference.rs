@@ -17,9 +17,6 @@ use dcb_sparse::block_algebra::{
 use dcb_sparse::factorization::{PositiveFactor, SymmetricFactor};
 use faer::{Mat, MatRef};
 
-use super::band::Band;
-use super::held::counted_eigenvalues;
-use super::response::Response;
 use super::rows::InterfaceRows;
 use super::spin::SpinStrain;
 use crate::condensation::Model;
@@ -33,6 +30,9 @@ use crate::piece_motions::Pieces;
 use crate::rigid_body::{MassProperties, RigidBodyModes};
 use crate::shift::SpectrumScale;
 use crate::{EnrichmentSource, ModeSelection, Reduced, Reduction, reduce};
+use dcb_superelement::FrequencyBand;
+use dcb_superelement::Receptance;
+use dcb_superelement::held_frequencies::counted_eigenvalues;
 
 /// ω²_{N+1} is at least this many times λ at the upper end of the band.
 const REACH: f64 = 2.0;
@@ -56,7 +56,7 @@ pub struct Reference {
     /// Rows that forces act on.
     pub rows: InterfaceRows,
     /// H between them, scaled.
-    pub response: Response,
+    pub response: Receptance,
     /// Independent combinations W of the rows, orthonormal, (m, k).
     pub independent: Mat<f64>,
     /// Flexibility with the inertia relieved between the rows, scaled, (m, m).
@@ -68,7 +68,7 @@ pub struct Reference {
     /// Motions that the interfaces leave free when they are held.
     pub loose: usize,
     /// The band.
-    pub band: Band,
+    pub band: FrequencyBand,
     /// Largest ‖(K - λ M) u - f‖ over ‖f‖ + ‖K u‖ of a unit force at the upper end of the band.
     pub residual: f64,
     /// Terms of the series.
@@ -135,14 +135,14 @@ impl Reference {
                 observer,
             )?)?;
         }
-        let band = Band::new(from, to, points, &reduced.superelement.modes.eigenvalues);
+        let band = FrequencyBand::new(from, to, points, &reduced.superelement.modes.eigenvalues);
         Self::from_reduced(component, reduced, band, memory, observer)
     }
 
     fn from_reduced(
         component: &Component,
         reduced: Reduced,
-        band: Band,
+        band: FrequencyBand,
         memory: &MemoryLimit,
         observer: &mut dyn Observer,
     ) -> Result<Self, Error> {
@@ -219,12 +219,8 @@ impl Reference {
             )));
         }
         let scaled_flexibility = rows.scaled_square(flexibility.as_ref());
-        let response = Response {
-            shapes: at_rows(problem.kept.as_ref()),
-            poles: poles.clone(),
-            series,
-            unit: band.top(),
-        };
+        let shapes = at_rows(problem.kept.as_ref());
+        let response = Receptance::symmetric(poles.clone(), shapes, series, band.top());
         let (independent, loose) = independent_rows(&rows, &scaled_flexibility, eigenvalues[0])
             .ok_or(Error::NotFinite {
                 what: "the interfaces' flexibility",

@@ -14,8 +14,8 @@ use super::errors::Deviation;
 use super::record::{Measure, ReferenceRecord, Row, StoredCurves};
 use super::variant::Variant;
 use crate::error::Error;
-use crate::inspect::hertz;
 use crate::scientific::scientific;
+use dcb_formats::units::hertz;
 
 /// Errors below this are rounding; the Pareto pictures show them here.
 const ROUNDING: f64 = 1e-14;

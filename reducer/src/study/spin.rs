@@ -10,9 +10,9 @@ use dcb_formats::{Component, RecoveryBasis, Superelement};
 use dcb_sparse::block_algebra::gram;
 use faer::Mat;
 
-use crate::residual_filter::MASS_TOLERANCE;
 use crate::rigid_body::MassProperties;
 use crate::spin_forces::spin_forces;
+use dcb_superelement::MASS_TOLERANCE;
 
 /// The strain that centrifugal forces make in a part.
 #[derive(Clone, Debug)]

@@ -7,10 +7,10 @@ use dcb_superelement::ResidualCoordinates;
 use faer::{Mat, MatRef};
 use serde::{Deserialize, Serialize};
 
-use super::held::{Coordinates, dual_eigenvalues, rank};
-use super::response::Response;
 use super::rows::InterfaceRows;
-use crate::residual_filter::MASS_TOLERANCE;
+use dcb_superelement::MASS_TOLERANCE;
+use dcb_superelement::Receptance;
+use dcb_superelement::held_frequencies::{ReducedCoordinates, dual_eigenvalues, rank};
 
 /// How modes and attachments are coupled to what the interfaces are joined to.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize, ValueEnum)]
@@ -45,7 +45,7 @@ impl Variant {
 #[derive(Clone, Debug)]
 pub struct ReducedPart {
     /// Its receptance.
-    pub response: Response,
+    pub response: Receptance,
     /// Coordinates beside the six (planar: three) of the frame.
     pub unknowns: usize,
     /// Independent motions that the rows can have at all.
@@ -73,7 +73,7 @@ impl ReducedPart {
         let mut poles = vec![0.0; rows.rigid.ncols()];
         poles.extend(&element.modes.eigenvalues);
         let kept = beside(rows.rigid.as_ref(), modes.as_ref());
-        let part = |response: Response, unknowns: usize, freedoms: usize, held| Self {
+        let part = |response: Receptance, unknowns: usize, freedoms: usize, held| Self {
             response,
             unknowns,
             freedoms,
@@ -81,15 +81,12 @@ impl ReducedPart {
             first_attachment: None,
         };
         let mode_count = element.mode_count();
-        let response = |poles: &[f64], shapes: &Mat<f64>, series: Vec<Mat<f64>>| Response {
-            poles: poles.to_vec(),
-            shapes: shapes.clone(),
-            series,
-            unit,
+        let response = |poles: &[f64], shapes: &Mat<f64>, series: Vec<Mat<f64>>| {
+            Receptance::symmetric(poles.to_vec(), shapes.clone(), series, unit)
         };
         Some(match variant {
             Variant::Free => {
-                let held = Coordinates::dynamic(&poles, &kept).held(loose)?;
+                let held = ReducedCoordinates::dynamic(&poles, &kept).held(loose)?;
                 part(
                     response(&poles, &kept, Vec::new()),
                     mode_count,
@@ -102,7 +99,7 @@ impl ReducedPart {
                 let (squares, shapes) = (&coordinates.stiffness, coordinates.seen(element));
                 let poles = [poles.as_slice(), squares].concat();
                 let shapes = beside(kept.as_ref(), rows.scaled(shapes.as_ref()).as_ref());
-                let held = Coordinates::dynamic(&poles, &shapes).held(loose)?;
+                let held = ReducedCoordinates::dynamic(&poles, &shapes).held(loose)?;
                 Self {
                     first_attachment: squares.first().copied(),
                     ..part(
@@ -116,7 +113,7 @@ impl ReducedPart {
             Variant::Static => {
                 // In the size of the other columns.
                 let directions = faer::Scale(unit.sqrt()) * Directions::of(&flexibility)?.root;
-                let coordinates = Coordinates {
+                let coordinates = ReducedCoordinates {
                     massless: directions.ncols(),
                     stiffness: [poles.clone(), vec![unit; directions.ncols()]].concat(),
                     shapes: beside(kept.as_ref(), directions.as_ref()),

@@ -6,13 +6,14 @@ use dcb_formats::Component;
 use dcb_formats::component::{InterfaceKind, Role};
 use dcb_formats::dcb::{Contents, WriteOptions, read_superelement, write_superelement};
 use dcb_formats::mesh::Dimension;
+use dcb_formats::scene::Compatibility;
 use dcb_formats::superelement::Superelement;
 use dcb_reducer::Reduction;
-use dcb_reducer::error_estimate::{Bracket, ErrorEstimate, Estimate, Form};
 use dcb_reducer::scene::{Asked, Extent, Fitted, Limits, PartInScene, SceneFit, Search};
-use dcb_reducer::study::band::Band;
 use dcb_samples::{SolidElement, hard};
+use dcb_superelement::FrequencyBand;
 use dcb_superelement::Selection;
+use dcb_superelement::error_bounds::{Bracket, ErrorBounds, Estimate};
 use dcb_superelement::selection::{InPlane, InterfaceSelection, Normal};
 use dcb_tests::error_estimate::{LOSS_FACTOR, Truth};
 use dcb_tests::{lowest, parts};
@@ -52,8 +53,8 @@ fn assert_bounded(
 ) {
     // Observed rows that lead out of a plane don't move, which bounds near the first frequency left out don't know.
     let watches = motions.is_some() && ports.attached.contains(&false);
-    for form in [Form::Strong, Form::Static] {
-        let estimate = ErrorEstimate::of(element, form).unwrap().unwrap();
+    for form in [Compatibility::Strong, Compatibility::Static] {
+        let estimate = ErrorBounds::of(element, form).unwrap().unwrap();
         let top = 0.81 * estimate.eigenvalue_bound();
         let usual = estimate.usual_band(20).unwrap();
         for (band, is_wide) in [
@@ -81,7 +82,7 @@ fn assert_bounded(
 }
 
 /// Of all rows, those that are only observed too.
-fn over(estimate: &ErrorEstimate, band: &Band) -> Estimate {
+fn over(estimate: &ErrorBounds, band: &FrequencyBand) -> Estimate {
     let rows: Vec<usize> = (0..estimate.forces().ncols()).collect();
     estimate.over(&rows, band, LOSS_FACTOR).unwrap()
 }
@@ -139,7 +140,9 @@ fn forces_that_a_part_is_loaded_along_have_bounds() {
         let element = wanted(skew()).with_modes(0..kept).unwrap();
         let element = round_trip(&element.superelement(&whole).unwrap());
         assert_eq!(element.interfaces[1].name, "right");
-        let estimate = ErrorEstimate::of(&element, Form::Strong).unwrap().unwrap();
+        let estimate = ErrorBounds::of(&element, Compatibility::Strong)
+            .unwrap()
+            .unwrap();
         assert_eq!(estimate.forces().ncols(), 6 + 2 + 3);
         assert_eq!(estimate.loaded_along(&element), [(1, [2, 6])]);
         let ports = TruePorts::of(&part, &element, &rows, &forces);
@@ -181,11 +184,11 @@ fn other_forces_than_those_of_the_file_have_other_errors() {
     });
     // Along forces that the file has no attachments for bounds are those of the errors that this makes, static ones too.
     assert_bounded_loosely(&part, &wrong, &of(&other));
-    let (right, estimated) = (of(&skew()), ErrorEstimate::of(&wrong, Form::Strong));
+    let (right, estimated) = (of(&skew()), ErrorBounds::of(&wrong, Compatibility::Strong));
     let estimate = estimated.unwrap().unwrap();
     let band = estimate.usual_band(20).unwrap();
     let found = over(&estimate, &band);
-    let truth = right.truth(&part, &element, Form::Strong, &band, None);
+    let truth = right.truth(&part, &element, Compatibility::Strong, &band, None);
     assert!(found.static_response.lower > 1e-2, "{found:?}");
     assert!(truth.fixed.unwrap() < 1e-10);
     for (measure, truth, bracket) in measures(&truth, &found) {
@@ -199,10 +202,12 @@ fn other_forces_than_those_of_the_file_have_other_errors() {
     // Without a word of the forces the errors are those of all rows.
     let mut silent = element.clone();
     silent.moments.as_mut().unwrap().loaded = None;
-    let estimate = ErrorEstimate::of(&silent, Form::Strong).unwrap().unwrap();
+    let estimate = ErrorBounds::of(&silent, Compatibility::Strong)
+        .unwrap()
+        .unwrap();
     let found = over(&estimate, &band);
     let all = TruePorts::of(&part, &element, &rows, &[every(6), every(6)]);
-    let truth = all.truth(&part, &element, Form::Strong, &band, None);
+    let truth = all.truth(&part, &element, Compatibility::Strong, &band, None);
     for (measure, truth, bracket) in measures(&truth, &found) {
         assert!(
             lies_between(truth, bracket),
@@ -213,8 +218,8 @@ fn other_forces_than_those_of_the_file_have_other_errors() {
 }
 
 fn assert_bounded_loosely(part: &Component, element: &Superelement, ports: &TruePorts) {
-    for form in [Form::Strong, Form::Static] {
-        let estimate = ErrorEstimate::of(element, form).unwrap().unwrap();
+    for form in [Compatibility::Strong, Compatibility::Static] {
+        let estimate = ErrorBounds::of(element, form).unwrap().unwrap();
         let band = estimate.usual_band(20).unwrap();
         let truth = ports.truth(part, element, form, &band, None);
         for (measure, truth, bracket) in measures(&truth, &over(&estimate, &band)) {
@@ -309,7 +314,9 @@ fn parts_in_a_plane_have_bounds_in_space_and_as_planar_ones() {
         let left_out = lowest_left_out(&whole, in_plane.selection().modes());
         // Modes out of the plane bound what all forces move, and not what those in the plane do.
         assert!(moments.eigenvalue_bound <= left_out);
-        let estimate = ErrorEstimate::of(&spatial, Form::Strong).unwrap().unwrap();
+        let estimate = ErrorBounds::of(&spatial, Compatibility::Strong)
+            .unwrap()
+            .unwrap();
         let of_whole = whole.moments.as_ref().unwrap().eigenvalue_bound;
         assert_eq!(estimate.eigenvalue_bound(), of_whole);
         assert!(left_out < 0.5 * of_whole);
@@ -342,9 +349,11 @@ fn parts_in_a_plane_have_bounds_in_space_and_as_planar_ones() {
         let moments = wrong.moments.as_mut().unwrap();
         let spatial = whole.moments.as_ref().unwrap();
         moments.first = spatial.first.get(..rows.len(), ..rows.len()).to_owned();
-        let estimate = ErrorEstimate::of(&wrong, Form::Strong).unwrap().unwrap();
+        let estimate = ErrorBounds::of(&wrong, Compatibility::Strong)
+            .unwrap()
+            .unwrap();
         let band = estimate.usual_band(20).unwrap();
-        let truth = ports.truth(&part, &planar, Form::Strong, &band, Some(&motions));
+        let truth = ports.truth(&part, &planar, Compatibility::Strong, &band, Some(&motions));
         let found = over(&estimate, &band);
         assert!(!lies_between(truth.collocated, found.collocated.largest));
     }
@@ -382,7 +391,7 @@ fn a_spatial_part_for_a_planar_scene_has_less_error_than_it_may_have() {
         cached: None,
     };
     let whole = search.whole(&mut ()).unwrap();
-    let band = Band {
+    let band = FrequencyBand {
         squares: whole.squares.iter().copied().step_by(20).collect(),
     };
     let fit = SceneFit::new(&in_scene, &asked, &limits);
@@ -398,12 +407,20 @@ fn a_spatial_part_for_a_planar_scene_has_less_error_than_it_may_have() {
     assert_eq!(rows, [0, 1, 5, 6, 7, 11]);
     let plane = Mat::from_fn(3, 2, |i, j| f64::from(u8::from(i == j)));
     let ports = TruePorts::of(&part, &element, &rows, &[plane.clone(), plane]);
-    let truth = ports.truth(&part, &element, Form::Strong, &band, Some(&mirrored(&part)));
+    let truth = ports.truth(
+        &part,
+        &element,
+        Compatibility::Strong,
+        &band,
+        Some(&mirrored(&part)),
+    );
     println!("{truth:?}, bound {total:.2e}");
     let worst = truth.collocated.max(truth.transfer.unwrap());
     assert!(worst <= 1e-3 && total <= 1e-3, "{worst:e} {total:e}");
     // The file says so itself.
-    let estimate = ErrorEstimate::of(&element, Form::Strong).unwrap().unwrap();
+    let estimate = ErrorBounds::of(&element, Compatibility::Strong)
+        .unwrap()
+        .unwrap();
     assert_eq!(estimate.loaded_along(&element), [(0, [2, 3]), (1, [2, 3])]);
     for (measure, truth, bracket) in measures(&truth, &over(&estimate, &band)) {
         assert!(

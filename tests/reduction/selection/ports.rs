@@ -1,9 +1,9 @@
 //! True errors of superelements that are made for some forces only, between these forces: the whole part's matrices against the numbers of the file.
 
 use dcb_formats::component::Role;
+use dcb_formats::scene::Compatibility;
 use dcb_formats::{Component, Superelement};
-use dcb_reducer::error_estimate::Form;
-use dcb_reducer::study::band::Band;
+use dcb_superelement::FrequencyBand;
 use faer::linalg::solvers::Solve as _;
 use faer::{Mat, c64};
 
@@ -95,8 +95,8 @@ impl TruePorts {
         &self,
         component: &Component,
         element: &Superelement,
-        form: Form,
-        band: &Band,
+        form: Compatibility,
+        band: &FrequencyBand,
         motions: Option<&Mat<f64>>,
     ) -> Truth {
         let whole = System::whole(component).between(&self.of_part);

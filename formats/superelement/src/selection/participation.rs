@@ -15,9 +15,9 @@ use faer::{Mat, c64};
 
 use super::Selection;
 use super::ports::Ports;
-use super::receptance::{Receptance, damped, ratio};
+use super::receptance::{damped, ratio, receptance};
 use crate::DynamicCoordinates;
-use crate::Error;
+use crate::{Error, Receptance};
 use dcb_formats::scene::Compatibility;
 
 impl Selection {
@@ -39,7 +39,7 @@ impl Selection {
             return selection.participation_one_by_one(whole, squares);
         }
         let ports = Ports::of(whole, &selection)?;
-        let receptance = Receptance::of(&part, &ports, basis.rows())?;
+        let receptance = receptance(&part, &ports, basis.rows())?;
         let eigenvalues = &part.modes.eigenvalues;
         let rank = coordinates.attached.ncols();
         // What every mode does statically to the rows of the whole.
@@ -102,7 +102,7 @@ impl Selection {
                 modes,
                 ..self.clone()
             };
-            let receptance = Receptance::of(&part.superelement(whole)?, &ports, &ports.rows)?;
+            let receptance = receptance(&part.superelement(whole)?, &ports, &ports.rows)?;
             Ok(squares
                 .iter()
                 .map(|square| receptance.at(damped(*square)))

@@ -8,12 +8,12 @@
 
 use crate::LOSS_FACTOR;
 use dcb_formats::superelement::Superelement;
-use faer::{Mat, MatRef, c64};
+use faer::{Mat, MatRef, c64, concat};
 
 use super::Selection;
 use super::ports::Ports;
 use crate::DynamicCoordinates;
-use crate::Error;
+use crate::{Error, Receptance};
 use dcb_formats::scene::Compatibility;
 
 /// How far a selection's receptance is from that of the whole, at each of the frequencies that were asked for.
@@ -49,8 +49,8 @@ impl Selection {
     ) -> Result<ReceptanceDifference, Error> {
         let ports = Ports::of(whole, self)?;
         let everywhere: Vec<usize> = (0..whole.rows.len()).collect();
-        let exact = Receptance::of(whole, &ports, &everywhere)?;
-        let selected = Receptance::of(&self.superelement(whole)?, &ports, &ports.rows)?;
+        let exact = receptance(whole, &ports, &everywhere)?;
+        let selected = receptance(&self.superelement(whole)?, &ports, &ports.rows)?;
         let mut found = ReceptanceDifference {
             collocated: Vec::new(),
             transfer: Vec::new(),
@@ -94,68 +94,37 @@ impl Ports {
     }
 }
 
-/// H between forces and rows, scaled.
-pub(super) struct Receptance {
-    /// λ_p.
-    pub poles: Vec<f64>,
-    /// s_p, (rows, p).
-    pub seen: Mat<f64>,
-    /// f_p, (p, forces).
-    pub driven: Mat<f64>,
-    /// F, (rows, forces); `None` where nothing acts statically.
-    constant: Option<Mat<f64>>,
-}
-
-impl Receptance {
-    /// `places` are the rows of `of` among those of the whole.
-    pub fn of(of: &Superelement, ports: &Ports, places: &[usize]) -> Result<Self, Error> {
-        let coordinates = DynamicCoordinates::of(of, Compatibility::Strong)?;
-        let at = |row: &usize| places.partition_point(|place| place < row);
-        let rows: Vec<usize> = ports.rows.iter().map(at).collect();
-        let scaled = |columns: MatRef<'_, f64>| {
-            Mat::from_fn(rows.len(), columns.ncols(), |i, j| {
-                ports.scale[i] * columns[(rows[i], j)]
-            })
-        };
-        let forces = Mat::from_fn(places.len(), ports.forces.ncols(), |i, j| {
-            ports.forces[(places[i], j)]
-        });
-        let rigid = Mat::from_fn(places.len(), ports.rigid.ncols(), |i, k| {
-            ports.rigid[(places[i], k)]
-        });
-        let mut shapes = Mat::zeros(places.len(), rigid.ncols() + coordinates.stiffness.len());
-        let (mut of_rigid, mut elastic) = shapes.as_mut().split_at_col_mut(rigid.ncols());
-        of_rigid.copy_from(&rigid);
-        elastic.copy_from(&coordinates.interface_shapes);
-        let mut poles = vec![0.0; rigid.ncols()];
-        poles.extend(&coordinates.stiffness);
-        Ok(Self {
-            poles,
-            seen: scaled(shapes.as_ref()),
-            driven: shapes.transpose() * &forces,
-            constant: (coordinates.residual_flexibility.as_ref())
-                .map(|flexibility| scaled((flexibility * &forces).as_ref())),
+/// H between forces and rows, scaled. `places` are the rows of `of` among those of the whole.
+pub(super) fn receptance(
+    of: &Superelement,
+    ports: &Ports,
+    places: &[usize],
+) -> Result<Receptance, Error> {
+    let coordinates = DynamicCoordinates::of(of, Compatibility::Strong)?;
+    let at = |row: &usize| places.partition_point(|place| place < row);
+    let rows: Vec<usize> = ports.rows.iter().map(at).collect();
+    let scaled = |columns: MatRef<'_, f64>| {
+        Mat::from_fn(rows.len(), columns.ncols(), |i, j| {
+            ports.scale[i] * columns[(rows[i], j)]
         })
-    }
-
-    /// H at a complex λ.
-    pub fn at(&self, lambda: c64) -> Mat<c64> {
-        let one = c64::new(1.0, 0.0);
-        let weights: Vec<c64> = (self.poles.iter())
-            .map(|pole| one / (c64::new(*pole, 0.0) - lambda))
-            .collect();
-        let weighted = |part: fn(&c64) -> f64| {
-            let seen = Mat::from_fn(self.seen.nrows(), weights.len(), |i, p| {
-                self.seen[(i, p)] * part(&weights[p])
-            });
-            seen * &self.driven
-        };
-        let (mut real, imaginary) = (weighted(|z| z.re), weighted(|z| z.im));
-        if let Some(constant) = &self.constant {
-            real += constant;
-        }
-        Mat::from_fn(real.nrows(), real.ncols(), |i, j| {
-            c64::new(real[(i, j)], imaginary[(i, j)])
-        })
-    }
+    };
+    let forces = Mat::from_fn(places.len(), ports.forces.ncols(), |i, j| {
+        ports.forces[(places[i], j)]
+    });
+    let rigid = Mat::from_fn(places.len(), ports.rigid.ncols(), |i, k| {
+        ports.rigid[(places[i], k)]
+    });
+    let elastic = &coordinates.interface_shapes;
+    let shapes = concat![[rigid, elastic]];
+    let mut poles = vec![0.0; rigid.ncols()];
+    poles.extend(&coordinates.stiffness);
+    Ok(Receptance {
+        poles,
+        seen: scaled(shapes.as_ref()),
+        driven: shapes.transpose() * &forces,
+        series: (coordinates.residual_flexibility.iter())
+            .map(|flexibility| scaled((flexibility * &forces).as_ref()))
+            .collect(),
+        unit: 1.0,
+    })
 }

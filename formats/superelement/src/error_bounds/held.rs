@@ -1,16 +1,16 @@
 //! Frequencies with the interfaces held, between bounds.
 //!
 //! Below λ the part has as many held eigenvalues as free ones, less the negative eigenvalues of H(λ) between independent combinations of
-//! rows ([`crate::study::held`]). With H between two quadratic forms the count is between two counts, and where the upper one is at most i
+//! rows ([`crate::held_frequencies`]). With H between two quadratic forms the count is between two counts, and where the upper one is at most i
 //! the held eigenvalue i isn't below λ; where the lower one is above i it isn't above λ.
 
 use dcb_dense::{symmetric_eigen, symmetrized};
 use faer::{Mat, c64};
 use serde::{Deserialize, Serialize};
 
-use super::ErrorEstimate;
-use crate::residual_filter::MASS_TOLERANCE;
-use crate::study::held::Coordinates;
+use super::ErrorBounds;
+use crate::MASS_TOLERANCE;
+use crate::held_frequencies::ReducedCoordinates;
 
 /// Directions of the interfaces' flexibility below this fraction of the largest are dependent rows.
 const DEPENDENT: f64 = 1e-10;
@@ -66,7 +66,7 @@ struct Holding {
     loose: usize,
 }
 
-impl ErrorEstimate {
+impl ErrorBounds {
     /// Held eigenvalues that are, or may be, below `top`, which is below the eigenvalue bound; ascending.
     ///
     /// `None` if a dense eigenproblem fails, which only numbers that aren't finite cause.
@@ -163,7 +163,7 @@ impl ErrorEstimate {
         let mut stiffness = self.rows.poles.clone();
         stiffness.extend(squares);
         stiffness.extend(std::iter::repeat_n(unit, kept.len()));
-        let coordinates = Coordinates {
+        let coordinates = ReducedCoordinates {
             stiffness,
             massless: kept.len(),
             shapes,

@@ -1,6 +1,6 @@
 //! Eigenvalues with all interfaces held: of a reduced part by dense algebra, of the unreduced one by counting.
 //!
-//! *Reduced.* Coordinates y with stiffness diag(k), mass 1 or 0 each and interface motion B y: the motions with B y = 0 are spanned by Z, and
+//! *Reduced.* ReducedCoordinates y with stiffness diag(k), mass 1 or 0 each and interface motion B y: the motions with B y = 0 are spanned by Z, and
 //! the eigenvalues are those of (Zᵀ k Z, Zᵀ m Z). With all motions shifted by τ and (k + τ m)^½ Z = Q R they are those of the compliances
 //! R⁻ᵀ Zᵀ m Z R⁻¹, inverted; the lowest eigenvalues keep their digits however stiff the attachments are.
 //!
@@ -15,7 +15,7 @@ use dcb_dense::symmetric_eigen;
 use faer::linalg::triangular_solve::solve_lower_triangular_in_place;
 use faer::{Mat, Par};
 
-use super::response::Response;
+use crate::Receptance;
 
 /// Pivots of the interface motions below this fraction of the largest belong to dependent rows.
 const DEPENDENT: f64 = 1e-10;
@@ -26,9 +26,9 @@ const WIDTH: f64 = 4.0 * f64::EPSILON;
 /// A count at an eigenvalue is repeated this far beside it, relatively.
 const BESIDE: f64 = 1e-13;
 
-/// Coordinates of a reduced part.
+/// ReducedCoordinates of a reduced part.
 #[derive(Clone, Debug)]
-pub struct Coordinates {
+pub struct ReducedCoordinates {
     /// k; positive for massless coordinates.
     pub stiffness: Vec<f64>,
     /// How many of them, the last ones, have no mass; the others have mass 1.
@@ -37,7 +37,7 @@ pub struct Coordinates {
     pub shapes: Mat<f64>,
 }
 
-impl Coordinates {
+impl ReducedCoordinates {
     /// All with mass.
     pub fn dynamic(stiffness: &[f64], shapes: &Mat<f64>) -> Self {
         Self {
@@ -137,7 +137,7 @@ pub fn dual_eigenvalues(
 /// Held eigenvalues of the unreduced part below `limit`, ascending. `response` is H between independent combinations of
 /// rows, `free` the free eigenvalues, rigid ones as zeros, ascending.
 pub fn counted_eigenvalues(
-    response: &Response,
+    response: &Receptance,
     free: &[f64],
     loose: usize,
     limit: f64,
@@ -205,15 +205,12 @@ mod tests {
         for (rows, expected) in [(vec![0], one.to_vec()), (vec![0, 2], vec![2.0])] {
             let at_rows = Mat::from_fn(rows.len(), 3, |i, j| shapes[(rows[i], j)]);
             agree(
-                &Coordinates::dynamic(&free, &at_rows).held(0).unwrap(),
+                &ReducedCoordinates::dynamic(&free, &at_rows)
+                    .held(0)
+                    .unwrap(),
                 &expected,
             );
-            let response = Response {
-                poles: free.clone(),
-                shapes: at_rows,
-                series: Vec::new(),
-                unit: 1.0,
-            };
+            let response = Receptance::symmetric(free.clone(), at_rows, Vec::new(), 1.0);
             let counted = counted_eigenvalues(&response, &free, 0, 2.9).unwrap();
             agree(&counted, &expected);
         }
@@ -222,7 +219,7 @@ mod tests {
     #[test]
     fn coordinates_without_mass_follow() {
         // A unit mass that hangs on a spring of stiffness 4: the spring is the massless coordinate.
-        let coordinates = Coordinates {
+        let coordinates = ReducedCoordinates {
             stiffness: vec![0.0, 1.0],
             massless: 1,
             shapes: Mat::from_fn(1, 2, |_, j| [1.0, 0.5][j]),

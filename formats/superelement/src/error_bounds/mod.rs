@@ -1,33 +1,31 @@
 //! How far a superelement is off, from the superelement alone: rigorous bounds of its receptance, static response and held frequencies.
 //!
-//! The file's power moments ([`dcb_formats::superelement::Moments`], computed by [`moments`]) bound what the modes leave out on both sides:
+//! The file's power moments ([`dcb_formats::superelement::Moments`]) bound what the modes leave out on both sides:
 //! no finer reduction and no further solution is needed, whatever the band and whichever rows are of interest. `docs/error-estimate.md` has
 //! the derivation. Measures, scales and norms are those of `reduce study`.
 
 mod deviation;
 mod held;
-mod mode_residuals;
 mod model;
-pub mod moments;
 mod ports;
-pub mod report;
 mod rows;
-mod second_responses;
 
 use dcb_formats::Superelement;
+use dcb_formats::scene::Compatibility;
 use faer::{Mat, c64};
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
 pub use self::held::HeldEigenvalue;
-pub use self::model::Form;
-pub use self::moments::PowerMoments;
 
 use self::deviation::{Deviation, ScaledMoments};
 use self::model::Model;
 use self::rows::Rows;
-use crate::error::{BandRefusal, Error};
-use crate::study::band::Band;
+use crate::Error;
+use crate::FrequencyBand;
+
+/// Rounding of a moment, whatever its columns are.
+pub const DENSE_ROUNDING: f64 = 64.0 * f64::EPSILON;
 
 /// An error between its bounds.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
@@ -87,9 +85,9 @@ pub struct ErrorMatrices {
     pub radius: Mat<f64>,
 }
 
-/// What is known of a superelement's errors in one form.
-pub struct ErrorEstimate {
-    form: Form,
+/// What is known of a superelement's errors with one compatibility.
+pub struct ErrorBounds {
+    compatibility: Compatibility,
     eigenvalue_bound: f64,
     rows: Rows,
     moments: ScaledMoments,
@@ -98,20 +96,21 @@ pub struct ErrorEstimate {
     highest: Option<f64>,
 }
 
-impl ErrorEstimate {
-    /// Of a superelement that has moments; `None` if it hasn't, as files before format 1.2.
+impl ErrorBounds {
+    /// Of a superelement that has moments; `None` if it hasn't, as files before format 1.2, and for weak compatibility, whose errors have no such bounds.
     ///
     /// # Errors
     /// [`Error::NotFinite`] if a dense eigenproblem fails.
-    pub fn of(element: &Superelement, form: Form) -> Result<Option<Self>, Error> {
-        let Some(moments) = &element.moments else {
-            return Ok(None);
+    pub fn of(element: &Superelement, compatibility: Compatibility) -> Result<Option<Self>, Error> {
+        let moments = match (&element.moments, compatibility) {
+            (Some(moments), Compatibility::Strong | Compatibility::Static) => moments,
+            _ => return Ok(None),
         };
         let rows = Rows::of(element, moments);
-        let model = Model::of(element, moments, &rows, form).ok_or(NOT_FINITE)?;
+        let model = Model::of(element, moments, &rows, compatibility).ok_or(Error::NotFinite)?;
         let of_forces = (moments.loaded.as_ref()).map(|loaded| loaded.eigenvalue_bound);
         Ok(Some(Self {
-            form,
+            compatibility,
             eigenvalue_bound: of_forces.unwrap_or(moments.eigenvalue_bound),
             moments: ScaledMoments::of(moments, &rows),
             model,
@@ -120,9 +119,9 @@ impl ErrorEstimate {
         }))
     }
 
-    /// The form.
-    pub fn form(&self) -> Form {
-        self.form
+    /// How the superelement is used.
+    pub fn compatibility(&self) -> Compatibility {
+        self.compatibility
     }
 
     /// No omitted ω² that the rows see is below this: errors are known for ω² below it.
@@ -156,7 +155,7 @@ impl ErrorEstimate {
 
     /// The band of a study: so many points up to half the frequency of the highest kept mode, with the resonances; up to half of the lowest one
     /// that was left out where that is less, or no mode is kept. `None` if there is neither.
-    pub fn usual_band(&self, points: usize) -> Option<Band> {
+    pub fn usual_band(&self, points: usize) -> Option<FrequencyBand> {
         let highest = self.highest.filter(|highest| *highest > 0.0);
         let limits = [
             highest,
@@ -167,16 +166,21 @@ impl ErrorEstimate {
     }
 
     /// So many points between two ω², with the resonances between them.
-    pub fn band(&self, from: Option<f64>, to: f64, points: usize) -> Band {
-        Band::new(from, to, points, &self.rows.poles[self.rows.zero_count..])
+    pub fn band(&self, from: Option<f64>, to: f64, points: usize) -> FrequencyBand {
+        FrequencyBand::new(from, to, points, &self.rows.poles[self.rows.zero_count..])
     }
 
-    /// Errors between some rows ([`ErrorEstimate::forces`]) over a band, with a structural loss factor η of the responses: λ = ω² / (1 + iη). Rows of output
+    /// Errors between some rows ([`ErrorBounds::forces`]) over a band, with a structural loss factor η of the responses: λ = ω² / (1 + iη). Rows of output
     /// interfaces move, but no force acts on them.
     ///
     /// # Errors
-    /// [`Error::Band`] if the band isn't below the eigenvalue bound, or no force acts on the rows; [`Error::NotFinite`].
-    pub fn over(&self, rows: &[usize], band: &Band, loss_factor: f64) -> Result<Estimate, Error> {
+    /// [`Error::BandTooHigh`] if the band isn't below the eigenvalue bound; [`Error::NoForce`] if no force acts on the rows; [`Error::NotFinite`].
+    pub fn over(
+        &self,
+        rows: &[usize],
+        band: &FrequencyBand,
+        loss_factor: f64,
+    ) -> Result<Estimate, Error> {
         let forced = self.forced(rows)?;
         self.refuse_beyond(band.top())?;
         let lambdas: Vec<c64> = band.damped(loss_factor).collect();
@@ -208,7 +212,7 @@ impl ErrorEstimate {
             }
             most
         };
-        let held = self.held(rows, band.top()).ok_or(NOT_FINITE)?;
+        let held = self.held(rows, band.top()).ok_or(Error::NotFinite)?;
         let pole_error = self
             .rows
             .pole_errors
@@ -227,7 +231,7 @@ impl ErrorEstimate {
     /// H and its errors between some rows at ω², in the file's units.
     ///
     /// # Errors
-    /// As [`ErrorEstimate::over`].
+    /// As [`ErrorBounds::over`].
     pub fn at(
         &self,
         rows: &[usize],
@@ -272,11 +276,10 @@ impl ErrorEstimate {
             .collect();
         let known = rows.iter().all(|row| *row < self.rows.count());
         if forced.is_empty() || !known {
-            return Err(BandRefusal::NoForce {
+            return Err(Error::NoForce {
                 rows: rows.to_vec(),
                 count: self.rows.count(),
-            }
-            .into());
+            });
         }
         Ok(forced)
     }
@@ -285,12 +288,11 @@ impl ErrorEstimate {
         if square > 0.0 && square < self.eigenvalue_bound {
             return Ok(());
         }
-        let cycles = |square: f64| square.max(0.0).sqrt() / (2.0 * std::f64::consts::PI);
-        Err(BandRefusal::Beyond {
+        let cycles = |square: f64| square.max(0.0).sqrt() / std::f64::consts::TAU;
+        Err(Error::BandTooHigh {
             end: cycles(square),
-            bound: cycles(self.eigenvalue_bound),
-        }
-        .into())
+            limit: cycles(self.eigenvalue_bound),
+        })
     }
 
     /// The largest over the interfaces, of the responses to forces at its rows.
@@ -321,8 +323,8 @@ impl ErrorEstimate {
                             * self.rows.shapes[(*column, pole)]
                             / self.rows.poles[pole];
                         of_modes += part;
-                        rounding += part.abs()
-                            * (3.0 * self.rows.pole_errors[pole] + moments::DENSE_ROUNDING);
+                        rounding +=
+                            part.abs() * (3.0 * self.rows.pole_errors[pole] + DENSE_ROUNDING);
                     }
                     let found = self.model.response(*row, *column, still).re;
                     off += (exact - found).powi(2);
@@ -335,10 +337,6 @@ impl ErrorEstimate {
         worst
     }
 }
-
-const NOT_FINITE: Error = Error::NotFinite {
-    what: "the error estimate",
-};
 
 /// ‖known ± margin‖ over ‖whole ± margin‖.
 fn bracket(known: f64, margin: f64, whole: f64) -> Bracket {

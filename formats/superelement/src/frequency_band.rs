@@ -4,12 +4,12 @@ use faer::c64;
 
 /// Frequencies of a band, as λ = ω².
 #[derive(Clone, Debug, PartialEq)]
-pub struct Band {
+pub struct FrequencyBand {
     /// ω² of each point, ascending.
     pub squares: Vec<f64>,
 }
 
-impl Band {
+impl FrequencyBand {
     /// `points` equally spaced frequencies between two ω² (the first one a step above zero if `from` is `None`), and those of all
     /// modes between them.
     pub fn new(from: Option<f64>, to: f64, points: usize, eigenvalues: &[f64]) -> Self {
@@ -51,10 +51,10 @@ mod tests {
 
     #[test]
     fn a_band_has_its_ends_and_the_resonances_between() {
-        let band = Band::new(None, 100.0, 5, &[1.0, 4.5 * 4.5, 144.0]);
+        let band = FrequencyBand::new(None, 100.0, 5, &[1.0, 4.5 * 4.5, 144.0]);
         let frequencies: Vec<f64> = band.squares.iter().map(|square| square.sqrt()).collect();
         assert_eq!(frequencies, [2.0, 4.0, 4.5, 6.0, 8.0, 10.0]);
-        let band = Band::new(Some(4.0), 100.0, 3, &[]);
+        let band = FrequencyBand::new(Some(4.0), 100.0, 3, &[]);
         let frequencies: Vec<f64> = band.squares.iter().map(|square| square.sqrt()).collect();
         assert_eq!(frequencies, [2.0, 6.0, 10.0]);
     }

@@ -6,14 +6,18 @@
 //! X are the attachments and further columns of the basis, and besides the static responses to forces at output rows. G_σ is the inverse of
 //! the factorized K + σ M without rigid and kept motions: one solution for each column.
 
+mod mode_residuals;
+mod second_responses;
+
 use dcb_dense::symmetrized;
 use dcb_formats::superelement::Moments;
 use dcb_sparse::block_algebra::{copy, gram, symmetric_product};
 use dcb_sparse::factorization::PositiveFactor;
+use dcb_superelement::error_bounds::DENSE_ROUNDING;
 use faer::{Mat, MatRef};
 
-use super::mode_residuals::ModeResiduals;
-use super::second_responses::SecondResponses;
+use self::mode_residuals::ModeResiduals;
+use self::second_responses::SecondResponses;
 use crate::attachment::{AttachmentProblem, Loads};
 use crate::certificate::Sturm;
 use crate::condensation::CowMat;
@@ -22,9 +26,6 @@ use crate::error::Error;
 use crate::free_modes::FreeModes;
 use crate::observer::Observer;
 use crate::shift::EnergyBound;
-
-/// Rounding of a moment, whatever its columns are.
-pub(super) const DENSE_ROUNDING: f64 = 64.0 * f64::EPSILON;
 
 /// M_1 to M_4 with their rounding; members as in [`Moments`].
 #[derive(Clone, Debug)]

@@ -1,4 +1,4 @@
-//! What a superelement takes for the motions beyond its modes, in combinations of the static shapes X of [`super::moments`].
+//! What a superelement takes for the motions beyond its modes, in combinations of the static shapes X of the power moments.
 //!
 //! A unit force at row j moves the part by X g_j(λ) beside its rigid motions and modes, and the rows by C_j(λ):
 //!
@@ -9,39 +9,18 @@
 //! F is the file's L G_res Lᵀ, T its dynamic coordinates ζ with their σ², B what ζ do to the rows, and Q the directions that an interface
 //! reduction has left (the identity where there was none). At λ = 0 both forms are the same, directions without mass included.
 
+use crate::ResidualCoordinates;
 use dcb_dense::{symmetric_eigen, symmetrized};
 use dcb_formats::Superelement;
+use dcb_formats::scene::Compatibility;
 use dcb_formats::superelement::Moments;
-use dcb_sparse::block_algebra::largest_entry;
-use dcb_superelement::ResidualCoordinates;
 use faer::{Mat, c64, concat};
-use serde::{Deserialize, Serialize};
 
 use super::rows::Rows;
-use crate::residual_filter::MASS_TOLERANCE;
+use crate::MASS_TOLERANCE;
 
 /// Matrices that differ by less than this, scaled, are the same flexibility.
 const SAME_FLEXIBILITY: f64 = 1e-12;
-
-/// The form in which a superelement is used.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "kebab-case")]
-pub enum Form {
-    /// Attachments and further columns are dynamic coordinates.
-    Strong,
-    /// Attachments follow the forces without inertia; further columns aren't used.
-    Static,
-}
-
-impl Form {
-    /// Name in tables and files.
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::Strong => "strong",
-            Self::Static => "static",
-        }
-    }
-}
 
 /// Dynamic coordinates ζ, each M-orthonormal, in scaled rows.
 struct Dynamic {
@@ -69,7 +48,7 @@ impl Model {
         element: &Superelement,
         moments: &Moments,
         rows: &Rows,
-        form: Form,
+        compatibility: Compatibility,
     ) -> Option<Self> {
         let residual = &element.residual;
         let stored = (residual.output_shapes.as_ref()).unwrap_or(&residual.flexibility);
@@ -87,9 +66,9 @@ impl Model {
                 if i < n_b { directions[(i, j)] } else { 0.0 }
             },
         );
-        let coordinates = match form {
-            Form::Static => Coordinates::none(file_n),
-            Form::Strong => Coordinates::dynamic(element)?,
+        let coordinates = match compatibility {
+            Compatibility::Static | Compatibility::Weak => Coordinates::none(file_n),
+            Compatibility::Strong => Coordinates::dynamic(element)?,
         };
         // Coordinates of attachments and further columns as the file has them; T in all static shapes is Q times that.
         let amounts = rows.scaled_amounts(&coordinates.combinations, stored)?;
@@ -185,7 +164,7 @@ fn directions(first: &Mat<f64>, rows: &Rows, flexibility: &Mat<f64>) -> Option<M
         true => whole[(i, j)] - flexibility[(i, j)],
         false => 0.0,
     });
-    if largest_entry(apart.as_ref()) <= SAME_FLEXIBILITY {
+    if apart.norm_max() <= SAME_FLEXIBILITY {
         return Some(Mat::identity(n_b, n_b));
     }
     // The scale of a reduction leaves rigid motions out.

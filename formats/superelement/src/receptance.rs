@@ -2,28 +2,41 @@
 //! short power series.
 //!
 //! ```text
-//! H(λ) = Σ_p s_p s_pᵀ / (λ_p - λ)  +  Σ_j (λ/λ₀)^j S_j        λ = ω² / (1 + iη)
+//! H(λ) = Σ_p s_p f_p / (λ_p - λ)  +  Σ_j (λ/λ₀)^j S_j        λ = ω² / (1 + iη)
 //! ```
 //! Rigid motions are poles at zero. With a structural loss factor η the part's receptance is H(λ) / (1 + iη), because
 //! K (1 + iη) - ω² M = (1 + iη) (K - λ M).
 
 use faer::{Mat, Scale, c64};
 
-/// H(λ) between m rows.
+/// H(λ) between rows that are seen and forces.
 #[derive(Clone, Debug)]
-pub struct Response {
+pub struct Receptance {
     /// λ_p, (p).
     pub poles: Vec<f64>,
     /// s_p by columns, (m, p).
-    pub shapes: Mat<f64>,
-    /// S_j, (m, m) each, symmetric.
+    pub seen: Mat<f64>,
+    /// f_p by rows, (p, forces).
+    pub driven: Mat<f64>,
+    /// S_j, (m, forces) each.
     pub series: Vec<Mat<f64>>,
     /// λ₀: keeps high powers in range.
     pub unit: f64,
 }
 
-impl Response {
-    /// H at a complex λ, (m, m), symmetric.
+impl Receptance {
+    /// Between m rows and forces on these rows, with S_j symmetric.
+    pub fn symmetric(poles: Vec<f64>, shapes: Mat<f64>, series: Vec<Mat<f64>>, unit: f64) -> Self {
+        Self {
+            poles,
+            driven: shapes.transpose().to_owned(),
+            seen: shapes,
+            series,
+            unit,
+        }
+    }
+
+    /// H at a complex λ, (m, forces).
     pub fn at(&self, lambda: c64) -> Mat<c64> {
         let one = c64::new(1.0, 0.0);
         let weights: Vec<c64> = (self.poles.iter())
@@ -44,7 +57,7 @@ impl Response {
         })
     }
 
-    /// H at a real λ, (m, m), symmetric; not finite at a pole.
+    /// H at a real λ, (m, forces); not finite at a pole.
     pub fn at_real(&self, lambda: f64) -> Mat<f64> {
         self.weighted(
             |p| 1.0 / (self.poles[p] - lambda),
@@ -57,10 +70,10 @@ impl Response {
         of_pole: impl Fn(usize) -> f64,
         of_power: impl Fn(usize) -> f64,
     ) -> Mat<f64> {
-        let weighted = Mat::from_fn(self.shapes.nrows(), self.shapes.ncols(), |i, p| {
-            self.shapes[(i, p)] * of_pole(p)
+        let weighted = Mat::from_fn(self.seen.nrows(), self.seen.ncols(), |i, p| {
+            self.seen[(i, p)] * of_pole(p)
         });
-        let mut sum = &weighted * self.shapes.transpose();
+        let mut sum = &weighted * &self.driven;
         for (j, term) in self.series.iter().enumerate() {
             sum += Scale(of_power(j)) * term;
         }
@@ -71,7 +84,8 @@ impl Response {
     pub fn between(&self, combinations: &Mat<f64>) -> Self {
         Self {
             poles: self.poles.clone(),
-            shapes: combinations.transpose() * &self.shapes,
+            seen: combinations.transpose() * &self.seen,
+            driven: &self.driven * combinations,
             series: (self.series.iter())
                 .map(|term| combinations.transpose() * term * combinations)
                 .collect(),
@@ -88,12 +102,12 @@ mod tests {
     #[test]
     fn two_masses_and_a_spring() {
         let half = 0.5_f64.sqrt();
-        let response = Response {
-            poles: vec![0.0, 2.0],
-            shapes: Mat::from_fn(2, 2, |i, p| if (i, p) == (1, 1) { -half } else { half }),
-            series: Vec::new(),
-            unit: 1.0,
-        };
+        let response = Receptance::symmetric(
+            vec![0.0, 2.0],
+            Mat::from_fn(2, 2, |i, p| if (i, p) == (1, 1) { -half } else { half }),
+            Vec::new(),
+            1.0,
+        );
         let lambda = c64::new(1.3, -0.2);
         let one = c64::new(1.0, 0.0);
         let diagonal = one - lambda;
@@ -109,14 +123,14 @@ mod tests {
         let real = response.at_real(1.3);
         assert!((real[(0, 1)] - 1.0 / (0.09 - 1.0)).abs() < 1e-14);
         // The higher pole as its power series about zero, 1/(2 - λ) = ½ Σ (λ/2)^j.
-        let series = Response {
-            poles: vec![0.0],
-            shapes: Mat::from_fn(2, 1, |_, _| half),
-            series: (0..60)
+        let series = Receptance::symmetric(
+            vec![0.0],
+            Mat::from_fn(2, 1, |_, _| half),
+            (0..60)
                 .map(|_| Mat::from_fn(2, 2, |i, j| if i == j { 0.25 } else { -0.25 }))
                 .collect(),
-            unit: 2.0,
-        };
+            2.0,
+        );
         let difference = &series.at(c64::new(0.9, -0.1)) - &response.at(c64::new(0.9, -0.1));
         assert!(difference.norm_max() < 1e-14);
     }

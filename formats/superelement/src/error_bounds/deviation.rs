@@ -13,8 +13,8 @@
 use dcb_formats::superelement::Moments;
 use faer::{Mat, c64};
 
-use super::ErrorEstimate;
-use super::moments::DENSE_ROUNDING;
+use super::DENSE_ROUNDING;
+use super::ErrorBounds;
 use super::rows::Rows;
 
 /// H of a form at one λ, and what it lacks, between some rows and those of them that forces act on; rows are scaled.
@@ -96,7 +96,7 @@ impl ScaledMoments {
     }
 }
 
-impl ErrorEstimate {
+impl ErrorBounds {
     /// `rows` with those that forces act on, `forced`, all below the eigenvalue bound.
     pub(super) fn deviation(&self, rows: &[usize], forced: &[usize], lambda: c64) -> Deviation {
         let (n, count) = (self.moments.first.nrows(), rows.len());

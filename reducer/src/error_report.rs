@@ -1,27 +1,27 @@
 //! The estimate of a file, for people and as JSON.
 
+use dcb_formats::scene::Compatibility;
 use std::fmt::Write as _;
 
 use dcb_formats::Superelement;
 use dcb_superelement::LOSS_FACTOR;
 use serde_json::{Value, json};
 
-use super::{Bracket, ErrorEstimate, Estimate, Form};
 use crate::error::{BandRefusal, Error};
-use crate::inspect::hertz;
-use crate::plausibility::si_factor;
 use crate::scientific::scientific;
-use crate::study::band::Band;
+use dcb_formats::units::{hertz, si_factor};
+use dcb_superelement::FrequencyBand;
+use dcb_superelement::error_bounds::{Bracket, ErrorBounds, Estimate};
 
 /// Equally spaced points of a band, and the structural loss factor of the responses: those of a study.
 pub const POINTS: usize = 400;
 /// What is known of a superelement's errors in both forms.
 pub struct Report {
     time_unit: String,
-    band: Band,
+    band: FrequencyBand,
     /// Name of an interface that is loaded along some forces only, how many, and of how many rows.
     loaded_along: Vec<(String, [usize; 2])>,
-    forms: Vec<(Form, Estimate)>,
+    forms: Vec<(Compatibility, Estimate)>,
 }
 
 impl Report {
@@ -33,8 +33,8 @@ impl Report {
         let mut forms = Vec::new();
         let mut used = None;
         let mut loaded_along = Vec::new();
-        for form in [Form::Strong, Form::Static] {
-            let Some(estimate) = ErrorEstimate::of(element, form)? else {
+        for form in [Compatibility::Strong, Compatibility::Static] {
+            let Some(estimate) = ErrorBounds::of(element, form)? else {
                 break;
             };
             let rows = estimate.attached_rows();
@@ -160,10 +160,10 @@ const MEASURES: [Measure; 4] = [
 ];
 
 fn between(
-    estimate: &ErrorEstimate,
+    estimate: &ErrorBounds,
     element: &Superelement,
     ends: [f64; 2],
-) -> Result<Band, Error> {
+) -> Result<FrequencyBand, Error> {
     let time = &element.units.time;
     let second = si_factor(time).ok_or_else(|| BandRefusal::UnknownTimeUnit {
         superelement: element.name.clone(),
