@@ -9,7 +9,7 @@ use std::path::{Path, PathBuf};
 use std::time::SystemTime;
 
 use crate::Error;
-use crate::dcb::digest::Hash;
+use crate::hdf5_files::digest::Hash;
 
 /// Bytes that are read together: they are still in the processor's cache when they are hashed.
 const READ_TOGETHER: usize = 1 << 18;

@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicUsize, Ordering};
 
 use clap::Args;
-use dcb_formats::dcb::is_same_file;
+use dcb_formats::output::is_same_file;
 
 use crate::batch::child::end_all;
 use crate::batch::manifest::{Part, read_manifest};

@@ -3,7 +3,9 @@
 use std::fmt::Write as _;
 use std::path::Path;
 
-use dcb_formats::dcb::{Contents, WriteOptions, copy_whole, write_superelement};
+use dcb_formats::dcb::{Contents, WriteOptions, write_superelement};
+
+use dcb_formats::output::copy_whole;
 
 use crate::cache::{Cache, Claim, Entry, Request, Reservation, Stored};
 use crate::cli_cache::Told;

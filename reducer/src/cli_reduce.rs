@@ -7,11 +7,9 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use dcb_formats::Superelement;
 use dcb_formats::component::Component;
 use dcb_formats::component_files::{ComponentFiles, read_component, stem};
-use dcb_formats::dcb::{
-    Contents, Replace, WriteOptions, check_output, is_same_file, remove_unfinished,
-    write_superelement,
-};
-use dcb_formats::report::write_text;
+use dcb_formats::dcb::{Contents, WriteOptions, write_superelement};
+use dcb_formats::output::write_text;
+use dcb_formats::output::{Replace, check_output, is_same_file, remove_unfinished};
 use dcb_formats::stop_signal;
 use serde_json::{Value, json};
 

@@ -8,8 +8,8 @@ use clap::Args;
 use dcb_formats::Component;
 use dcb_formats::component::{Interface, Role};
 use dcb_formats::component_files::{ComponentFiles, read_component, stem};
-use dcb_formats::dcb::remove_leftovers;
-use dcb_formats::report::{Ledger, Start};
+use dcb_formats::output::remove_leftovers;
+use dcb_report::{Ledger, Start};
 use serde_json::{Value, json};
 
 use crate::EnrichmentSource;

@@ -2,8 +2,8 @@
 
 use std::process::ExitCode;
 
-use dcb_formats::dcb::remove_unfinished;
 use dcb_formats::out_of_memory::{EndsProgram, end_with};
+use dcb_formats::output::remove_unfinished;
 use dcb_reducer::huge_pages::{HugePages, keep_freed_memory};
 
 #[global_allocator]

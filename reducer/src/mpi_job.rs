@@ -9,7 +9,7 @@ use std::process::{Child, Command, ExitStatus, Stdio};
 use std::sync::{Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
 
-use dcb_formats::dcb::{UnfinishedFolder, remove_unfinished};
+use dcb_formats::output::{UnfinishedFolder, remove_unfinished};
 use nix::sys::signal::{SigSet, Signal, killpg};
 use nix::unistd::Pid;
 

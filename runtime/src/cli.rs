@@ -6,7 +6,7 @@ use std::process::ExitCode;
 
 use clap::error::{ContextKind, ContextValue, ErrorKind as Misuse};
 use clap::{Args, CommandFactory, Parser, Subcommand, ValueEnum};
-use dcb_formats::dcb::{Replace, check_output};
+use dcb_formats::output::{Replace, check_output};
 use dcb_formats::results::Results;
 use dcb_formats::terminal::{for_terminal, one_line};
 use dcb_formats::threads::start_workers;

@@ -7,9 +7,10 @@ use std::process::{Child, Command, ExitStatus};
 use std::time::{Duration, Instant};
 
 use clap::Args;
-use dcb_formats::dcb::{SuperelementFile, check_output};
+use dcb_formats::dcb::SuperelementFile;
 use dcb_formats::mesh::Dimension;
-use dcb_formats::report::write_text;
+use dcb_formats::output::check_output;
+use dcb_formats::output::write_text;
 use serde::Serialize;
 use serde_json::json;
 

@@ -4,8 +4,8 @@ use std::fmt::Write as _;
 use std::io::IsTerminal;
 use std::path::{Path, PathBuf};
 
-use dcb_formats::dcb::{Replace, check_output, is_same_file};
 use dcb_formats::out_of_memory::at_stage;
+use dcb_formats::output::{Replace, check_output, is_same_file};
 use dcb_formats::results::{Results, frequency_unit};
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use serde_json::json;

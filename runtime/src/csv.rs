@@ -3,7 +3,7 @@
 use std::io;
 use std::path::Path;
 
-use dcb_formats::dcb::{Replace, write_stream};
+use dcb_formats::output::{Replace, write_stream};
 use dcb_formats::results::Results;
 
 use crate::error::Error;

@@ -3,8 +3,8 @@
 use std::alloc::System;
 use std::process::ExitCode;
 
-use dcb_formats::dcb::remove_unfinished;
 use dcb_formats::out_of_memory::{EndsProgram, end_with};
+use dcb_formats::output::remove_unfinished;
 
 #[global_allocator]
 static ALLOCATOR: EndsProgram<System> = EndsProgram(System);

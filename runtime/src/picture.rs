@@ -1,13 +1,11 @@
 //! Pictures of results as SVG: histories of a simulation over time. The charts themselves are
-//! [`dcb_formats::report`]'s, for documents as well.
+//! [`dcb_report`]'s, for documents as well.
 
 use std::path::Path;
 
-use dcb_formats::dcb::Replace;
-pub use dcb_formats::report::{
-    Axis, Chart, Note, ReferenceSlope, Scale, Series, Style, svg, write_svg,
-};
+use dcb_formats::output::Replace;
 use dcb_formats::results::Results;
+pub use dcb_report::{Axis, Chart, Note, ReferenceSlope, Scale, Series, Style, svg, write_svg};
 
 use crate::error::Error;
 use crate::history::{Selection, histories};

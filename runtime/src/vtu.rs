@@ -10,9 +10,9 @@ use std::path::{Path, PathBuf};
 
 use base64::Engine as _;
 use base64::engine::general_purpose::STANDARD;
-use dcb_formats::dcb::{Replace, UnfinishedFolder};
 use dcb_formats::description::{listed, suggestion};
 use dcb_formats::mesh::Mesh;
+use dcb_formats::output::{Replace, UnfinishedFolder};
 use nalgebra::Vector3;
 use quick_xml::Writer;
 use quick_xml::events::BytesText;

@@ -8,8 +8,8 @@ use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 
 use dcb_formats::component::{Damping, Interface, Role, Weights};
-use dcb_formats::dcb::{Replace, Stream, write_stream};
 use dcb_formats::mesh::{Dimension, Direction, Mesh};
+use dcb_formats::output::{Replace, Stream, write_stream};
 use dcb_formats::{Component, Error, SparseMatrix};
 use rayon::prelude::*;
 use serde_json::{Map, Value, json};

@@ -7,8 +7,10 @@
 use std::collections::BTreeMap;
 use std::path::Path;
 
-use dcb_formats::dcb::{Contents, Replace, WriteOptions, write_superelement};
+use dcb_formats::dcb::{Contents, WriteOptions, write_superelement};
+
 use dcb_formats::mesh::{Direction, Dof, Mesh};
+use dcb_formats::output::Replace;
 use dcb_formats::superelement::RecoveryBasis;
 use dcb_samples::connecting_rod;
 use dcb_tests::lowest;

@@ -4,8 +4,9 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 use dcb_formats::component::Units;
-use dcb_formats::dcb::{Contents, Replace, SuperelementFile, WriteOptions, write_superelement};
+use dcb_formats::dcb::{Contents, SuperelementFile, WriteOptions, write_superelement};
 use dcb_formats::mesh::Dimension::Planar;
+use dcb_formats::output::Replace;
 use dcb_formats::results::{Channel, Header, Outcome, Results, ResultsWriter};
 use dcb_tests::own_process::alone_within;
 use dcb_tests::synthetic;

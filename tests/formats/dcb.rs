@@ -4,10 +4,12 @@ use std::fs;
 use std::path::Path;
 
 use dcb_formats::dcb::{
-    Compression, Contents, FormatVersion, Replace, SuperelementFile, WriteOptions, check_output,
-    read_superelement, write_superelement,
+    Compression, Contents, FormatVersion, SuperelementFile, WriteOptions, read_superelement,
+    write_superelement,
 };
+
 use dcb_formats::mesh::Dimension::{self, Planar, Spatial};
+use dcb_formats::output::{Replace, check_output};
 use dcb_formats::{Error, Superelement};
 use dcb_tests::synthetic;
 

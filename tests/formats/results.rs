@@ -6,7 +6,7 @@ use std::process::Command;
 
 use dcb_formats::Error;
 use dcb_formats::component::{Source, Units};
-use dcb_formats::dcb::Replace;
+use dcb_formats::output::Replace;
 use dcb_formats::results::{Channel, Column, Header, Outcome, Results, ResultsWriter};
 use hdf5::file::LibraryVersion;
 use serde_json::{Value, json};

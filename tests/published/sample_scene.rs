@@ -3,7 +3,8 @@
 use std::path::PathBuf;
 
 use dcb_formats::component_files::{ComponentFiles, Overrides, read_component};
-use dcb_formats::dcb::{Replace, SuperelementFile};
+use dcb_formats::dcb::SuperelementFile;
+use dcb_formats::output::Replace;
 use dcb_formats::results::Results;
 use dcb_reducer::{Reduction, reduce};
 use dcb_runtime::Scene;

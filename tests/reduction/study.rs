@@ -3,7 +3,6 @@
 
 use dcb_formats::Component;
 use dcb_formats::mesh::Direction;
-use dcb_formats::report::{Ledger, Start};
 use dcb_reducer::EnrichmentSource::{Krylov, Spin};
 use dcb_reducer::memory_limit::MemoryLimit;
 use dcb_reducer::study::progress::Progress;
@@ -15,6 +14,7 @@ use dcb_reducer::study::variant::Variant;
 use dcb_reducer::study::{Study, recorded, run};
 use dcb_reducer::timing::Display;
 use dcb_reducer::{Reduced, Reduction};
+use dcb_report::{Ledger, Start};
 use dcb_runtime::{Compatibility, FlexibleBody};
 use dcb_samples::SolidElement;
 use dcb_tests::dense::{dense, eigen, solve, symmetric};

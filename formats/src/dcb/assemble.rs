@@ -2,13 +2,13 @@
 
 use faer::Mat;
 
-use super::attributes::Value;
-use super::inventory::Finding;
 use super::names;
 use super::read::SuperelementFile;
 use super::second_order;
-use super::shapes::text_attribute;
 use crate::component::{Source, Units};
+use crate::hdf5_files::attributes::Value;
+use crate::hdf5_files::inventory::Finding;
+use crate::hdf5_files::version::text_attribute;
 use crate::mesh::{Dimension, Direction, Dof};
 use crate::superelement::{
     BoundaryRow, Enrichment, Inertia, InterfaceFrame, LoadedForces, Modes, Moments, PartLoad,

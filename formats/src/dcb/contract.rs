@@ -4,29 +4,8 @@
 //! is in `datasets.rs`; `/mesh` has names that depend on the component and is described where it is written.
 
 use super::units::Rule;
+use crate::hdf5_files::element::Element;
 use crate::mesh::Dimension;
-
-/// The three element types.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Element {
-    /// IEEE double, little-endian.
-    Real,
-    /// Two's complement, 64 bits, little-endian.
-    Integer,
-    /// UTF-8.
-    Text,
-}
-
-impl Element {
-    /// Name in the digest.
-    pub(super) fn name(self) -> &'static str {
-        match self {
-            Self::Real => "<f8",
-            Self::Integer => "<i8",
-            Self::Text => "str",
-        }
-    }
-}
 
 /// What an axis counts.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

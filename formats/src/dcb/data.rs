@@ -3,11 +3,11 @@
 use faer::Mat;
 use hdf5_pure::{Dataset, Layout, VlenStringReadOptions};
 
-use super::contract::Element;
-use super::digest::{self, Hash};
-use super::inventory::{Entry, Finding};
 use super::read::SuperelementFile;
-use super::shapes::missing;
+use crate::hdf5_files::digest::{self, Hash};
+use crate::hdf5_files::element::Element;
+use crate::hdf5_files::inventory::{Entry, Finding};
+use crate::hdf5_files::version::missing;
 
 impl SuperelementFile {
     /// Checks the hash of every dataset and returns how many there are.

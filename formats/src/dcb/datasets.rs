@@ -4,13 +4,14 @@
 use super::contract::Axis::{
     Basis, Coordinates, FieldDofs, Fixed, Forces, Interfaces, Modes, Rank, Residual, Rigid, Rows,
 };
-use super::contract::Element::{Integer, Real, Text};
 use super::contract::Presence::{Enriched, Estimated, Fields, Loaded, Optional, Required, Spatial};
-use super::contract::{Axis, Dataset, Element, Presence};
+use super::contract::{Axis, Dataset, Presence};
 use super::units::{
     FIRST_MOMENT, FORCE, Factor, INERTIA, LENGTH, MASS, MODAL, MOMENT, ONE, PER_MODAL, Rule, SAME,
     TIME,
 };
+use crate::hdf5_files::element::Element;
+use crate::hdf5_files::element::Element::{Integer, Real, Text};
 
 /// The dataset at a path, if the contract has one there.
 pub(super) fn dataset(path: &str) -> Option<&'static Dataset> {

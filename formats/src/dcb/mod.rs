@@ -2,41 +2,32 @@
 //!
 //! [`write_superelement`] writes one, whole or not at all; [`SuperelementFile`] opens one and believes nothing it
 //! hasn't checked. HDF5 itself is the work of two libraries: libhdf5 writes; `hdf5-pure`, which is memory-safe,
-//! reads whatever HDF5 layout another team's tool chose, within the limits that `container.rs`, `inventory.rs` and
-//! `storage.rs` set. The table of every path, shape, symbol and unit is in `datasets.rs`; reading, writing, and the checks of
+//! reads whatever HDF5 layout another team's tool chose, within the limits of `hdf5_files`. The table of every path, shape, symbol and unit is in `datasets.rs`; reading, writing, and the checks of
 //! shapes all go by it. What a number means mechanically, beyond range, symmetry and agreement of sizes, is left
 //! to the reducer and the runtime.
 
 mod assemble;
-pub(crate) mod attributes;
 mod check;
 mod check_fields;
-pub(crate) mod container;
-pub(crate) mod contract;
-pub(crate) mod create;
+mod contract;
 mod data;
 mod datasets;
-pub(crate) mod digest;
-pub(crate) mod inventory;
 mod names;
-pub(crate) mod output;
 mod read;
 mod rules;
 mod second_order;
-pub(crate) mod shapes;
+mod shapes;
 mod sink;
-mod storage;
-mod unfinished;
 mod units;
 mod write;
 mod write_fields;
 
-pub use output::{Counted, Stream, check_output, copy_whole, is_same_file, write_stream};
+pub use crate::hdf5_files::FormatVersion;
 pub use read::{SuperelementFile, read_superelement};
-pub use unfinished::{UnfinishedFolder, remove_leftover, remove_leftovers, remove_unfinished};
 pub use write::write_superelement;
 
 use crate::mesh::Mesh;
+use crate::output::Replace;
 use crate::superelement::{RecoveryBasis, Superelement};
 
 #[cfg(target_endian = "big")]
@@ -48,21 +39,6 @@ pub const FORMAT: &str = "dcb-superelement";
 /// The version this program writes; it reads every minor version of the same major version.
 pub const FORMAT_VERSION: FormatVersion = FormatVersion { major: 1, minor: 3 };
 
-/// Version of the format: the major one changes what old readers rely on, the minor one only adds.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
-pub struct FormatVersion {
-    /// Changes what old readers rely on.
-    pub major: u32,
-    /// Adds what old readers may ignore.
-    pub minor: u32,
-}
-
-impl std::fmt::Display for FormatVersion {
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        write!(f, "{}.{}", self.major, self.minor)
-    }
-}
-
 /// How the field arrays (and only they) are stored.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
 pub enum Compression {
@@ -71,16 +47,6 @@ pub enum Compression {
     None,
     /// In chunks, shuffled and deflated.
     Deflate,
-}
-
-/// What to do where the output exists already.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
-pub enum Replace {
-    /// Leave it and say so.
-    #[default]
-    Refuse,
-    /// Put the new file in its place, once that is complete.
-    Overwrite,
 }
 
 /// How a superelement is written.

@@ -7,14 +7,14 @@ use std::sync::OnceLock;
 
 use faer::Mat;
 
-use super::container::{Container, on_large_stack};
 use super::contract::Counts;
-use super::inventory::{self, Finding, Hashes, Inventory};
-use super::shapes::{Kind, check_shapes, count, read_version, text_attribute};
-use super::{
-    FORMAT, FORMAT_VERSION, FormatVersion, assemble, check, check_fields, digest, names, rules,
-};
+use super::shapes::{check_shapes, count};
+use super::{FORMAT, FORMAT_VERSION, FormatVersion, assemble, check, check_fields, names, rules};
 use crate::Error;
+use crate::hdf5_files::container::{Container, on_large_stack};
+use crate::hdf5_files::digest;
+use crate::hdf5_files::inventory::{self, Finding, Hashes, Inventory};
+use crate::hdf5_files::version::{Kind, read_version, text_attribute};
 use crate::identities;
 use crate::mesh::{CellBlock, Dof, Mesh};
 use crate::superelement::{RecoveryBasis, Superelement};

@@ -2,7 +2,7 @@
 
 use faer::{Mat, MatRef};
 
-use super::inventory::Finding;
+use crate::hdf5_files::inventory::Finding;
 use crate::terminal::shortened;
 
 /// Entries that should be equal may differ by this much of their scale: rounding of a long sum, not more.

@@ -2,8 +2,8 @@
 
 use faer::Mat;
 
-use super::inventory::Finding;
 use super::rules;
+use crate::hdf5_files::inventory::Finding;
 
 /// Which of xx, yy, zz, xy, yz, zx entry (a, b) of a symmetric tensor is.
 const COMPONENTS: [[usize; 3]; 3] = [[0, 3, 5], [3, 1, 4], [5, 4, 2]];

@@ -8,11 +8,12 @@ use hdf5::{Dataset, H5Type};
 use ndarray::s;
 
 use super::Compression;
-use super::attributes::{self, Value};
-use super::contract::{Counts, Element};
+use super::contract::Counts;
 use super::datasets;
-use super::digest::{self, Attributes, Hash, Line};
 use super::units::{Rule, UnitSystem};
+use crate::hdf5_files::attributes::{self, Value};
+use crate::hdf5_files::digest::{self, Attributes, Hash, Line};
+use crate::hdf5_files::element::Element;
 
 /// Values of one chunk of a compressed field array, at most: 1 MiB.
 const CHUNK_VALUES: usize = 1 << 17;

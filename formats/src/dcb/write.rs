@@ -4,18 +4,19 @@ use std::path::Path;
 
 use faer::Mat;
 
-use super::attributes::Value;
 use super::contract::Counts;
-use super::create::{abandon, create, told};
-use super::inventory::Finding;
 use super::sink::Sink;
 use super::units::UnitSystem;
 use super::{
     Compression, Contents, FORMAT, FORMAT_VERSION, WriteOptions, check, check_fields, names,
-    output, second_order,
+    second_order,
 };
 use crate::Error;
+use crate::hdf5_files::attributes::Value;
+use crate::hdf5_files::create::{abandon, create, told};
+use crate::hdf5_files::inventory::Finding;
 use crate::mesh::{Dimension, Mesh};
+use crate::output;
 use crate::superelement::{Moments, Superelement};
 
 /// Writes a superelement: complete and durable under its name, or not at all.

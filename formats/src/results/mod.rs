@@ -19,7 +19,7 @@ pub use read::Results;
 pub use write::ResultsWriter;
 
 use crate::component::{Source, Units};
-use crate::dcb::FormatVersion;
+use crate::hdf5_files::FormatVersion;
 
 /// What the attribute `format` of every results file says.
 pub const FORMAT: &str = "dcb-results";

@@ -12,8 +12,8 @@ use hdf5::Location;
 
 use super::channel::Column;
 use crate::component::Units;
-use crate::dcb::attributes::{self, Value};
-use crate::dcb::inventory::{Finding, Inventory};
+use crate::hdf5_files::attributes::{self, Value};
+use crate::hdf5_files::inventory::{Finding, Inventory};
 
 /// Group of the modes.
 const GROUP: &str = "modes";

@@ -11,8 +11,8 @@ use super::modes::Modes;
 use super::reserve::Reserve;
 use super::{FORMAT, FORMAT_VERSION, Header, Outcome};
 use crate::component::Units;
-use crate::dcb::attributes::{self, Value, hdf5_text};
-use crate::dcb::create::{abandon, create};
+use crate::hdf5_files::attributes::{self, Value, hdf5_text};
+use crate::hdf5_files::create::{abandon, create};
 
 /// Rows of a chunk in the file, at most.
 const CHUNK_ROWS: usize = 256;

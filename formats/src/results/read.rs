@@ -10,13 +10,13 @@ use super::modes::Modes;
 use super::{Event, FORMAT, FORMAT_VERSION, Outcome};
 use crate::Error;
 use crate::component::Units;
-use crate::dcb::FormatVersion;
-use crate::dcb::attributes::Value;
-use crate::dcb::container::{Container, on_large_stack};
-use crate::dcb::contract::Element;
-use crate::dcb::inventory::{self, Entry, Finding, Hashes, Inventory};
-use crate::dcb::shapes::{Kind, missing, read_version, text_attribute};
 use crate::description::{listed, suggestion};
+use crate::hdf5_files::FormatVersion;
+use crate::hdf5_files::attributes::Value;
+use crate::hdf5_files::container::{Container, on_large_stack};
+use crate::hdf5_files::element::Element;
+use crate::hdf5_files::inventory::{self, Entry, Finding, Hashes, Inventory};
+use crate::hdf5_files::version::{Kind, missing, read_version, text_attribute};
 
 /// What is read here.
 const KIND: Kind = Kind {

@@ -16,9 +16,9 @@ use super::open_file::{CloseError, OpenFile, OutcomeTexts, stopped_text};
 use super::{Event, Header, Outcome};
 use crate::Error;
 use crate::component::Units;
-use crate::dcb::Replace;
-use crate::dcb::create::told;
-use crate::dcb::output::write_whole;
+use crate::hdf5_files::create::told;
+use crate::output::Replace;
+use crate::output::write_whole;
 
 /// Rows of a block, at most.
 const BLOCK_ROWS: usize = 1024;

@@ -6,7 +6,8 @@ use std::sync::Mutex;
 use std::time::{Instant, SystemTime, UNIX_EPOCH};
 
 use dcb_formats::component_files::ComponentFiles;
-use dcb_formats::dcb::{SuperelementFile, remove_leftovers};
+use dcb_formats::dcb::SuperelementFile;
+use dcb_formats::output::remove_leftovers;
 use serde_json::Value;
 
 use super::child::{self, Ended};

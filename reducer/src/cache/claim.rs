@@ -4,8 +4,10 @@ use std::fs::{File, TryLockError};
 use std::io;
 use std::time::SystemTime;
 
-use dcb_formats::dcb::{Contents, Replace, SuperelementFile, WriteOptions, write_superelement};
-use dcb_formats::report::write_json;
+use dcb_formats::dcb::{Contents, SuperelementFile, WriteOptions, write_superelement};
+
+use dcb_formats::output::Replace;
+use dcb_formats::output::write_json;
 
 use super::{Cache, Entry, Key, Record, Request};
 use crate::error::Error;

@@ -3,7 +3,7 @@
 use std::io;
 use std::path::Path;
 
-use dcb_formats::dcb::remove_leftover;
+use dcb_formats::output::remove_leftover;
 
 use super::{Cache, Key, SUPERELEMENT};
 

@@ -20,7 +20,7 @@ use std::fs::{File, TryLockError};
 use std::io;
 use std::path::{Path, PathBuf};
 
-use dcb_formats::report::write_text;
+use dcb_formats::output::write_text;
 
 pub use claim::{Claim, Reservation, Stored};
 pub use entry::{Entry, Listed, Record};

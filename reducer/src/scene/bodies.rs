@@ -4,7 +4,7 @@ use std::ffi::OsStr;
 use std::path::{Path, PathBuf};
 
 use dcb_formats::Scene;
-use dcb_formats::dcb::is_same_file;
+use dcb_formats::output::is_same_file;
 use dcb_formats::scene::{BodyKind, SuperelementBody};
 
 use crate::error::Error;

@@ -1,6 +1,6 @@
 //! Which row to take for a wanted error.
 
-use dcb_formats::report::{Candidate, cheapest_within};
+use dcb_report::{Candidate, cheapest_within};
 use serde::Serialize;
 
 use super::record::{Measure, Row};

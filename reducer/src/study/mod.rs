@@ -24,7 +24,7 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 use std::time::Instant;
 
 use dcb_formats::Component;
-use dcb_formats::report::Ledger;
+use dcb_report::Ledger;
 
 use self::errors::{Drawn, evaluate, reference_curves};
 use self::mode_picture::mode_pictures;

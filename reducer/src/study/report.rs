@@ -3,10 +3,11 @@
 use std::fmt::Write as _;
 use std::path::Path;
 
-use dcb_formats::report::{
+use dcb_report::{
     Axis, Candidate, Cell, Chart, Column, Family, Page, Series, Style, Table, pareto_chart, svg,
-    write_json, write_text,
 };
+
+use dcb_formats::output::{write_json, write_text};
 use serde::Serialize;
 
 use super::best::{Best, best_rows};

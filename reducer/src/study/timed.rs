@@ -3,7 +3,9 @@
 use std::path::Path;
 use std::time::Instant;
 
-use dcb_formats::dcb::{Compression, Contents, Replace, WriteOptions, write_superelement};
+use dcb_formats::dcb::{Compression, Contents, WriteOptions, write_superelement};
+
+use dcb_formats::output::Replace;
 use dcb_formats::{Component, RecoveryBasis, Superelement};
 
 use crate::error::Error;

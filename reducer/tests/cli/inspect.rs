@@ -1,7 +1,8 @@
 //! `reduce inspect`.
 
 use dcb_formats::Superelement;
-use dcb_formats::dcb::{Contents, Replace, SuperelementFile, WriteOptions, write_superelement};
+use dcb_formats::dcb::{Contents, SuperelementFile, WriteOptions, write_superelement};
+use dcb_formats::output::Replace;
 use dcb_superelement::Selection;
 use serde_json::json;
 

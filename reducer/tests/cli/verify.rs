@@ -18,7 +18,7 @@ fn altered(folder: &Folder, change: impl FnOnce(&mut Superelement)) {
         mesh: mesh.as_ref(),
     };
     let options = WriteOptions {
-        replace_existing: dcb_formats::dcb::Replace::Overwrite,
+        replace_existing: dcb_formats::output::Replace::Overwrite,
         ..WriteOptions::default()
     };
     write_superelement(&folder.path("altered.dcb.h5"), &contents, &options).unwrap();

@@ -2,7 +2,7 @@
 
 use std::path::{Component, Path, PathBuf};
 
-use dcb_formats::dcb::{Replace, is_same_file};
+use dcb_formats::output::{Replace, is_same_file};
 
 use super::fields::FieldPlan;
 use crate::error::Error;

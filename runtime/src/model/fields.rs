@@ -3,8 +3,8 @@
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-use dcb_formats::dcb::Replace;
 use dcb_formats::mesh::Mesh;
+use dcb_formats::output::Replace;
 use dcb_formats::superelement::RecoveryBasis;
 
 use super::Names;

@@ -2,9 +2,11 @@
 
 use std::path::{Path, PathBuf};
 
-use dcb_formats::dcb::{Compression, Contents, Replace, WriteOptions, write_superelement};
+use dcb_formats::dcb::{Compression, Contents, WriteOptions, write_superelement};
+
 use dcb_formats::mesh::Mesh;
-use dcb_formats::report::write_text;
+use dcb_formats::output::Replace;
+use dcb_formats::output::write_text;
 use dcb_formats::superelement::{RecoveryBasis, Stiffening, Superelement};
 use serde::Serialize;
 

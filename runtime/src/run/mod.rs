@@ -10,7 +10,7 @@ pub mod transient;
 use std::path::{Path, PathBuf};
 
 use dcb_formats::component::Source;
-use dcb_formats::dcb::{Replace, is_same_file};
+use dcb_formats::output::{Replace, is_same_file};
 use dcb_formats::results::{Header, Outcome, ResultsWriter};
 use serde_json::{Value, json};
 

@@ -23,7 +23,7 @@ use std::collections::VecDeque;
 use std::num::NonZeroUsize;
 use std::sync::{Mutex, mpsc};
 
-use dcb_formats::report::{Candidate, cheapest_within, pareto_front};
+use dcb_report::{Candidate, cheapest_within, pareto_front};
 
 use crate::error::Error;
 use grid::{Grid, Trace};

@@ -1,8 +1,6 @@
 //! The pictures of a study: error against time, and histories of chosen rows with their errors.
 
-use dcb_formats::report::{
-    Axis, Chart, Family, Note, Series, Style, pareto_chart, pareto_front, small_svg,
-};
+use dcb_report::{Axis, Chart, Family, Note, Series, Style, pareto_chart, pareto_front, small_svg};
 
 use super::Study;
 use super::comparison::places;

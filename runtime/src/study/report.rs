@@ -1,7 +1,8 @@
 //! What a study leaves for people and programs: a table, JSON, the Pareto front as a picture, and a page with all of it.
 
-use dcb_formats::dcb::Replace;
-use dcb_formats::report::{Cell, Chart, Column, Page, Table, svg, write_json, write_svg};
+use dcb_formats::output::Replace;
+use dcb_formats::output::write_json;
+use dcb_report::{Cell, Chart, Column, Page, Table, svg, write_svg};
 use serde_json::{Value, json};
 
 use super::pictures::{errors, front_chart, histories, shown};

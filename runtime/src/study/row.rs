@@ -1,6 +1,6 @@
 //! One row of a study: options, what they cost, and how far the motion is off.
 
-use dcb_formats::report::Candidate;
+use dcb_report::Candidate;
 use serde::Serialize;
 
 use super::comparison::{Distance, places};

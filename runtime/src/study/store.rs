@@ -6,9 +6,9 @@
 use std::path::{Path, PathBuf};
 
 use dcb_formats::component::Source;
-use dcb_formats::dcb::{Replace, remove_leftovers};
-use dcb_formats::report::{Ledger, Start};
+use dcb_formats::output::{Replace, remove_leftovers};
 use dcb_formats::results::{Channel, Column, Header, Outcome, Results, ResultsWriter};
+use dcb_report::{Ledger, Start};
 use serde::{Deserialize, Serialize};
 use serde_json::{Value, json};
 

@@ -165,7 +165,7 @@ fn a_scene_that_cannot_write_its_fields_is_not_prepared() {
         mesh: None,
     };
     let options = dcb_formats::dcb::WriteOptions {
-        replace_existing: dcb_formats::dcb::Replace::Overwrite,
+        replace_existing: dcb_formats::output::Replace::Overwrite,
         ..Default::default()
     };
     dcb_formats::dcb::write_superelement(&folder.path("block.dcb.h5"), &contents, &options)

@@ -1,7 +1,9 @@
 //! Runs beyond what their superelements were made for: told with the number, and not told where there is nothing.
 
-use dcb_formats::dcb::{Contents, Replace, WriteOptions, read_superelement, write_superelement};
+use dcb_formats::dcb::{Contents, WriteOptions, read_superelement, write_superelement};
+
 use dcb_formats::mesh::Direction;
+use dcb_formats::output::Replace;
 use dcb_superelement::selection::{InterfaceSelection, Selection};
 use serde_json::{Value, json};
 

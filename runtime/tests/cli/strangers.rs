@@ -1,7 +1,7 @@
 //! Text from files that a stranger made.
 
 use dcb_formats::component::Units;
-use dcb_formats::dcb::Replace;
+use dcb_formats::output::Replace;
 use dcb_formats::results::{Channel, Column, Header, Outcome, ResultsWriter};
 use serde_json::json;
 

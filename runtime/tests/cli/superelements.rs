@@ -2,8 +2,9 @@
 
 use dcb_formats::Superelement;
 use dcb_formats::dcb::{
-    Contents, Replace, SuperelementFile, WriteOptions, read_superelement, write_superelement,
+    Contents, SuperelementFile, WriteOptions, read_superelement, write_superelement,
 };
+use dcb_formats::output::Replace;
 use dcb_samples::{RodSection, UnitScale, in_units, planar_rod};
 use serde_json::{Value, json};
 

@@ -4,7 +4,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 use dcb_formats::component::Units;
-use dcb_formats::dcb::Replace;
+use dcb_formats::output::Replace;
 use dcb_formats::results::{Channel, Header, Outcome, Results, ResultsWriter};
 use dcb_runtime::csv::write_csv;
 use dcb_runtime::history::Selection;

@@ -7,8 +7,8 @@ use std::process::Command;
 
 use crate::support::{Part, numbers};
 use dcb_formats::component_files::{ComponentFiles, Overrides, read_component};
-use dcb_formats::dcb::Replace;
 use dcb_formats::mesh::{CellBlock, Dimension, Mesh};
+use dcb_formats::output::Replace;
 use dcb_runtime::field::NodalField;
 use dcb_runtime::vtu::{FieldSeries, FieldSnapshot};
 use dcb_samples::{RodSection, planar_rod};

@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use dcb_formats::dcb::Replace;
+use dcb_formats::output::Replace;
 use dcb_runtime::picture::{Axis, Chart, ReferenceSlope, Scale, Series, Style, write_svg};
 use serde_json::Value;
 

@@ -2,8 +2,8 @@
 
 use std::path::Path;
 
-use dcb_formats::dcb::Replace;
-use dcb_formats::report::{Axis, Candidate, Chart, Series, Style, pareto_front, write_svg};
+use dcb_formats::output::Replace;
+use dcb_report::{Axis, Candidate, Chart, Series, Style, pareto_front, write_svg};
 use serde_json::Value;
 
 use crate::pages::accuracy::table;

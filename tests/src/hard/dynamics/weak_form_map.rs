@@ -3,7 +3,7 @@
 
 use std::path::Path;
 
-use dcb_formats::dcb::Replace;
+use dcb_formats::output::Replace;
 use dcb_formats::scene::Scheme;
 use dcb_runtime::Compatibility;
 use dcb_runtime::compatibility_window::WeakWindow;

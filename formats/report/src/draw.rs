@@ -13,12 +13,12 @@ use plotters::prelude::{
 use plotters::style::TextStyle;
 use plotters::style::text_anchor::{HPos, Pos, VPos};
 
-use super::axis::{Ends, Ruler};
-use super::chart::{Chart, ReferenceSlope, Scale, Style};
-use super::curve::pieces;
-use super::words::{Mark, Word, placed};
-use crate::dcb::{Replace, write_stream};
-use crate::error::Error;
+use crate::axis::{Ends, Ruler};
+use crate::chart::{Chart, ReferenceSlope, Scale, Style};
+use crate::curve::pieces;
+use crate::words::{Mark, Word, placed};
+use dcb_formats::Error;
+use dcb_formats::output::{Replace, write_stream};
 
 /// Okabe and Ito's colours, which colour-blind readers tell apart; yellow is left out, being too pale on white.
 const COLOURS: [RGBColor; 7] = [

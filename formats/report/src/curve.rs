@@ -1,7 +1,7 @@
 //! From the points of a curve to lines that can be drawn: interrupted where there is nothing to draw, and with no more
 //! points than can be seen.
 
-use super::axis::Ruler;
+use crate::axis::Ruler;
 
 /// Columns into which a long history is divided: as many as the widest picture has dots.
 const COLUMNS: f64 = 2000.0;
@@ -51,9 +51,9 @@ fn thinned(piece: &[[f64; 2]], x: &Ruler) -> Vec<[f64; 2]> {
 
 #[cfg(test)]
 mod tests {
-    use super::super::axis::Ends;
-    use super::super::chart::Scale;
     use super::*;
+    use crate::axis::Ends;
+    use crate::chart::Scale;
 
     #[test]
     fn a_single_peak_among_a_million_points_survives() {

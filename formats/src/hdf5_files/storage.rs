@@ -12,7 +12,7 @@ use hdf5_pure::{
 };
 
 use super::container::Container;
-use super::contract::Element;
+use super::element::Element;
 
 /// Axes of a dataset, at most.
 const MOST_AXES: usize = 8;

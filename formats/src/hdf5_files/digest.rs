@@ -6,7 +6,7 @@ use std::fmt::Write as _;
 use sha2::{Digest as _, Sha256};
 
 use super::attributes::Value;
-use super::contract::Element;
+use super::element::Element;
 
 /// Hash of bytes that come in pieces.
 #[derive(Clone, Default)]
@@ -19,7 +19,7 @@ impl Hash {
     }
 
     /// More reals, little-endian.
-    pub(super) fn update_reals(&mut self, values: &[f64]) {
+    pub(crate) fn update_reals(&mut self, values: &[f64]) {
         // SAFETY: reals have no padding, and any byte is a `u8`.
         self.update(unsafe { bytes_of(values) });
     }
@@ -40,19 +40,19 @@ fn hexadecimal(bytes: &[u8]) -> String {
 }
 
 /// Whether contents have the hash that is claimed for them. Built for fuzzing they always have: no mutation could guess it.
-pub(super) fn is_right(claimed: &str, found: &str) -> bool {
+pub(crate) fn is_right(claimed: &str, found: &str) -> bool {
     cfg!(fuzzing) || claimed == found
 }
 
 /// Hash of reals, little-endian.
-pub(super) fn of_reals(values: &[f64]) -> String {
+pub(crate) fn of_reals(values: &[f64]) -> String {
     let mut hash = Hash::default();
     hash.update_reals(values);
     hash.finish()
 }
 
 /// Hash of integers, little-endian.
-pub(super) fn of_integers(values: &[i64]) -> String {
+pub(crate) fn of_integers(values: &[i64]) -> String {
     let mut hash = Hash::default();
     // SAFETY: integers have no padding, and any byte is a `u8`.
     hash.update(unsafe { bytes_of(values) });
@@ -69,7 +69,7 @@ unsafe fn bytes_of<T>(values: &[T]) -> &[u8] {
 }
 
 /// Hash of strings, joined by line feeds.
-pub(super) fn of_texts(values: &[String]) -> String {
+pub(crate) fn of_texts(values: &[String]) -> String {
     let mut hash = Hash::default();
     hash.update(values.join("\n").as_bytes());
     hash.finish()
@@ -87,7 +87,7 @@ pub(crate) struct Line {
 pub(crate) type Attributes = BTreeMap<String, BTreeMap<String, Value>>;
 
 /// Whether the digest covers an attribute: what is only said to people stays outside.
-pub(super) fn covers(path: &str, is_dataset: bool, name: &str) -> bool {
+pub(crate) fn covers(path: &str, is_dataset: bool, name: &str) -> bool {
     match path {
         "/" => name != "digest" && name != "generator",
         "/provenance" => false,
@@ -97,7 +97,7 @@ pub(super) fn covers(path: &str, is_dataset: bool, name: &str) -> bool {
 }
 
 /// The digest of a file: its datasets by path, and the attributes that [`covers`] keeps.
-pub(super) fn of_file(datasets: &BTreeMap<String, Line>, attributes: &Attributes) -> String {
+pub(crate) fn of_file(datasets: &BTreeMap<String, Line>, attributes: &Attributes) -> String {
     let mut hash = Hash::default();
     for (path, line) in datasets {
         let sizes: Vec<String> = line.shape.iter().map(ToString::to_string).collect();

@@ -1,6 +1,6 @@
 //! Which rows of a study are worth their cost: those that no other row beats in cost and in error.
 
-use super::chart::{Axis, Chart, Note, Series, Style};
+use crate::chart::{Axis, Chart, Note, Series, Style};
 
 /// One row of a study as a buyer sees it. Both numbers are positive or zero; a row with one that isn't finite is never chosen.
 #[derive(Clone, Debug, PartialEq)]

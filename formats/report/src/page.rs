@@ -2,9 +2,9 @@
 
 use std::path::Path;
 
-use super::table::Table;
-use super::write_text;
-use crate::error::Error;
+use crate::table::Table;
+use dcb_formats::Error;
+use dcb_formats::output::write_text;
 
 /// How it looks: plain, dark on light whatever the system prefers, wide tables scroll by themselves, pictures shrink with the
 /// window, and it prints.

@@ -4,7 +4,7 @@ use std::ops::Range;
 
 use plotters::coord::ranged1d::{KeyPointHint, NoDefaultFormatting, Ranged, ValueFormatter};
 
-use super::chart::Scale;
+use crate::chart::Scale;
 
 /// Part of the range that is left free at each end of a linear axis of values.
 const MARGIN: f64 = 0.05;

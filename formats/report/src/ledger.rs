@@ -17,8 +17,8 @@ use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
 use serde_json::Value;
 
-use super::write_text;
-use crate::error::Error;
+use dcb_formats::Error;
+use dcb_formats::output::write_text;
 
 /// What to do with rows that are there already.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

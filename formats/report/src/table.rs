@@ -3,9 +3,9 @@
 use std::fmt::Write as _;
 use std::path::Path;
 
-use super::page::escaped;
-use super::write_text;
-use crate::error::Error;
+use crate::page::escaped;
+use dcb_formats::Error;
+use dcb_formats::output::write_text;
 
 /// Text with more bytes than this may be broken into lines on a page.
 const LONG: usize = 32;

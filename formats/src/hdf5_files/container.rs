@@ -10,7 +10,7 @@ use std::sync::{Arc, Mutex, PoisonError};
 use hdf5_pure::{FormatError, ReadSeekSource, Source};
 
 /// What one step may read beyond the file's own length: the small parts of a small file are read many times.
-pub(super) const SPARE_BYTES: u64 = 1 << 24;
+pub(crate) const SPARE_BYTES: u64 = 1 << 24;
 /// The pages of the file that are kept, 1 MiB in all.
 const PAGE_BYTES: u64 = 1 << 12;
 const MOST_PAGES: usize = 256;

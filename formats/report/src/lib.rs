@@ -1,0 +1,27 @@
+//! What a study leaves behind: rows that survive an interruption, tables, charts, and one page that shows them.
+//!
+//! A study does many runs with different options and asks what each costs and how far it is off. This module has what all
+//! studies share and knows nothing of reductions or motions:
+//!
+//! - [`Ledger`]: rows as lines of JSON, each on disk before the next run starts; a later run goes on where it ended;
+//! - [`pareto_front`], [`cheapest_within`]: which rows are worth their cost; [`pareto_chart`] shows it;
+//! - [`Chart`], [`svg`], [`small_svg`], [`write_svg`]: line charts, linear or logarithmic;
+//! - [`Table`]: for a CSV file and for a page;
+//! - [`Page`]: one HTML file that needs no other.
+
+mod axis;
+mod chart;
+mod curve;
+mod draw;
+mod ledger;
+mod page;
+mod pareto;
+mod table;
+mod words;
+
+pub use chart::{Axis, Chart, Note, ReferenceSlope, Scale, Series, Style};
+pub use draw::{NotDrawn, small_svg, svg, write_svg};
+pub use ledger::{Ledger, Start};
+pub use page::{Page, escaped};
+pub use pareto::{Candidate, Family, cheapest_within, pareto_chart, pareto_front};
+pub use table::{Cell, Column, Table};

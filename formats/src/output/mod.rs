@@ -1,0 +1,20 @@
+//! Files to the disk, whole or not at all.
+
+mod text;
+mod unfinished;
+mod whole;
+
+pub use text::{write_json, write_text};
+pub use unfinished::{UnfinishedFolder, remove_leftover, remove_leftovers, remove_unfinished};
+pub(crate) use whole::write_whole;
+pub use whole::{Counted, Stream, check_output, copy_whole, is_same_file, write_stream};
+
+/// What to do where the output exists already.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
+pub enum Replace {
+    /// Leave it and say so.
+    #[default]
+    Refuse,
+    /// Put the new file in its place, once that is complete.
+    Overwrite,
+}
