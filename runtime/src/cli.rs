@@ -15,9 +15,10 @@ use crate::cli_prepare::{self, PrepareArguments};
 use crate::cli_scene;
 use crate::cli_study::{self, StudyArguments};
 use crate::error::Error;
-use crate::history::Selection;
+use crate::export::csv;
+use crate::export::history::Selection;
+use crate::export::picture;
 use crate::run::refuse_inputs;
-use crate::{csv, picture};
 use dcb_formats::scene::{Compatibility, scene_schema};
 use dcb_formats::stop_signal::{self, StopSignal};
 

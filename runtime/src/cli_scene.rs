@@ -13,9 +13,9 @@ use serde_json::json;
 use crate::cli::{
     CommonArguments, Done, Ending, ModelArgument, SceneArguments, print_to_stderr, replace,
 };
-use crate::csv;
 use crate::error::Error;
-use crate::history::Selection;
+use crate::export::csv;
+use crate::export::history::Selection;
 use crate::model::Model;
 use crate::run::{self, ModesReport, Observer, Profiling, Report, RunReport, Target, stiffened};
 use dcb_demand::SuperelementFiles;

@@ -33,43 +33,30 @@
 //! [`integrator`] for steps, [`energy`] for the balance, [`demand`] for what a scene asks of a part. [`FlexibleBody`] is one superelement in dynamic coordinates, and [`frame`]
 //! the inertia of its floating frame. The examples `mechanism_in_rust` and `control_loop` are programs to start from.
 
+pub mod analysis;
 pub mod body;
 pub mod cli;
 mod cli_prepare;
 mod cli_scene;
 mod cli_study;
-pub mod compatibility_window;
-pub mod contradicting_drives;
-pub mod csv;
-pub mod driven;
-pub mod effective_damping;
-pub mod eigenmodes;
 pub mod energy;
-pub mod energy_balance;
-pub mod equilibrium;
 pub mod error;
-pub mod field;
+pub mod export;
+pub mod force_law;
 pub mod frame;
-pub mod history;
 pub mod initial;
 pub mod integrator;
 pub mod joint;
-mod kernel;
-pub mod law;
+pub mod kinematics;
 pub mod measure;
 pub mod mechanism;
 pub mod model;
-pub mod motion;
-pub mod picture;
 pub mod prepare;
-pub mod rotation;
 pub mod run;
-pub mod scope;
 pub mod simulation;
 pub mod study;
 pub mod system;
-pub mod validity;
-pub mod vtu;
+pub mod watch;
 
 pub use body::{Attachment, Compatibility, FlexibleBody, GeneralizedBody, RigidBody, RigidPoint};
 pub use dcb_formats::Scene;

@@ -230,7 +230,7 @@ impl Simulation {
             .copy_from_slice(&self.state.accelerations);
         trial.earlier_forces.copy_from_slice(&self.state.forces);
         trial.earlier_step = step;
-        count_turns(&self.system, &self.corrector.evaluation, trial);
+        self.corrector.evaluation.count_turns(&self.system, trial);
         std::mem::swap(&mut self.state, trial);
         self.earlier_works = self.works;
         self.works
@@ -337,7 +337,7 @@ impl Simulation {
         // After a step the trial state is what it began with.
         let mut now = between(system, &corrector.trial, &self.state, time);
         corrector.evaluation.refresh(system, &now);
-        count_turns(system, &corrector.evaluation, &mut now);
+        corrector.evaluation.count_turns(system, &mut now);
         let scheme = &self.method.scheme;
         if corrector.share_redundant_within(system, scheme, &mut now) {
             self.effort.factorizations += 1;
@@ -455,17 +455,4 @@ fn sizes(state: &State) -> [usize; 5] {
         state.angles.len(),
         state.inputs.len(),
     ]
-}
-
-/// Counts angles on past half a turn.
-pub(crate) fn count_turns(system: &System, evaluation: &Evaluation, state: &mut State) {
-    for term in &system.terms {
-        if let Some(angle) = term.angle {
-            let value = term
-                .measure
-                .value(&evaluation.motions[term.a], &evaluation.motions[term.b]);
-            state.angles[angle] =
-                crate::system::evaluation::unwound(value, Some(angle), &state.angles);
-        }
-    }
 }

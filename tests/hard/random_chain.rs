@@ -5,9 +5,9 @@ use std::sync::Arc;
 
 use dcb_formats::Component;
 use dcb_formats::mesh::Dimension;
+use dcb_runtime::force_law::{Characteristic, Law};
 use dcb_runtime::integrator::Method;
 use dcb_runtime::joint::{Cylindrical, Fixed, JointKind, Spherical};
-use dcb_runtime::law::{Characteristic, Law};
 use dcb_runtime::measure::{Elongation, Measure};
 use dcb_runtime::simulation::Simulation;
 use dcb_runtime::system::builder::Drawn;

@@ -8,7 +8,7 @@ use dcb_formats::component::NamedLoad;
 use dcb_formats::mesh::{Dimension, Direction};
 use dcb_formats::{Function, TimeFunction};
 use dcb_reducer::{EnrichmentSource, Reduced, Reduction, reduce};
-use dcb_runtime::equilibrium::{EquilibriumSettings, find_equilibrium};
+use dcb_runtime::analysis::equilibrium::{EquilibriumSettings, find_equilibrium};
 use dcb_runtime::joint::{Fixed, JointKind};
 use dcb_runtime::system::Signal;
 use dcb_runtime::system::builder::{Drawn, SystemBuilder, Turning};

@@ -5,7 +5,7 @@ use dcb_formats::superelement::{BoundaryRow, InterfaceFrame};
 use faer::{Mat, MatRef};
 use nalgebra::{Matrix3, Vector3};
 
-use crate::kernel::{add_columns, add_products};
+use crate::frame::tall_products::{add_columns, add_products};
 
 /// A frame of a body that joints, springs and loads act on.
 ///

@@ -19,8 +19,9 @@
 
 mod forces;
 mod given;
-mod rotation;
+mod rotary_inertia;
 pub(crate) mod stacked;
+pub(crate) mod tall_products;
 mod tangent;
 mod terms;
 
@@ -32,7 +33,7 @@ use pulp::{Arch, Simd, WithSimd};
 
 pub use forces::{BodyAcceleration, InertiaForces};
 pub use given::{AttachmentMass, FrameMomentum};
-pub use rotation::{InertiaChange, RotaryInertia};
+pub use rotary_inertia::{InertiaChange, RotaryInertia};
 pub use tangent::{InertiaTangent, TangentBlock};
 pub use terms::InertiaTerms;
 

@@ -21,7 +21,7 @@ use pulp::{Arch, Simd, WithSimd};
 
 use dcb_formats::mesh::Dimension;
 
-use super::rotation::PAIRS;
+use super::rotary_inertia::PAIRS;
 use super::{BodyAcceleration, BodyState, FrameInertia, InertiaTerms};
 
 /// One derivative of the inertia forces but for its part over the coordinates alone. Rows and columns of the frame are

@@ -3,7 +3,7 @@
 use dcb_formats::mesh::Dimension;
 use nalgebra::{Matrix3, Vector3};
 
-use super::rotation::PAIRS;
+use super::rotary_inertia::PAIRS;
 use crate::error::Error;
 
 /// What the invariants amount to at one configuration and velocity; made once, overwritten by every evaluation of the same

@@ -22,7 +22,6 @@ mod report;
 use nalgebra::{UnitQuaternion, Vector3};
 
 use crate::error::Error;
-use crate::simulation::count_turns;
 use crate::system::body_factor::Elastic;
 use crate::system::condensed::{Blend, Condensed};
 use crate::system::evaluation::Evaluation;
@@ -159,7 +158,9 @@ impl<'a> Starter<'a> {
 
     /// Inertia forces and terms, which the tangents start from.
     fn refresh_inertia(&mut self, state: &State) {
-        self.evaluation.wrenches.fill(crate::motion::Six::zeros());
+        self.evaluation
+            .wrenches
+            .fill(crate::kinematics::frame_motion::Six::zeros());
         self.evaluation.resist(self.system, state);
     }
 
@@ -226,7 +227,7 @@ impl<'a> Starter<'a> {
         if !self.close_with(state, Elastic::Frozen)? {
             return Err(self.open());
         }
-        count_turns(self.system, &self.evaluation, state);
+        self.evaluation.count_turns(self.system, state);
         self.match_velocities(state)?;
         self.accelerate_with(state, Elastic::Frozen)
     }

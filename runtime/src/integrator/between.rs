@@ -10,7 +10,7 @@
 
 use nalgebra::{UnitQuaternion, Vector3};
 
-use crate::rotation::right_jacobian_inverse;
+use crate::kinematics::rotation_vector::right_jacobian_inverse;
 use crate::system::{State, System};
 
 /// Hermite's cubic through values and slopes at both ends of a step.

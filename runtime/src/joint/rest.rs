@@ -2,7 +2,7 @@
 
 use nalgebra::{Matrix3, Unit, Vector3};
 
-use crate::motion::FrameMotion;
+use crate::kinematics::frame_motion::FrameMotion;
 
 /// The orientation of b against a at the initial placement. In a planar scene both turn about z only.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -11,7 +11,7 @@ use nalgebra::{Unit, Vector3};
 
 use super::carried::Carried;
 use super::{FrameFunction, Gradient, GradientDerivative};
-use crate::motion::FrameMotion;
+use crate::kinematics::frame_motion::FrameMotion;
 
 /// Product of a direction of a with one of b; between -1 and 1.
 #[derive(Clone, Copy, Debug, PartialEq)]

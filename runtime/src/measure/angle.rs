@@ -10,7 +10,7 @@
 use nalgebra::{Matrix3, Unit, Vector3};
 
 use super::{FrameFunction, Gradient, GradientDerivative};
-use crate::motion::FrameMotion;
+use crate::kinematics::frame_motion::FrameMotion;
 
 /// Angle of a direction of b in a plane of a; rad, from -π to π. It jumps by a whole turn where the direction passes
 /// opposite to `first_a`, its gradient doesn't.

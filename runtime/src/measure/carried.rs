@@ -2,7 +2,7 @@
 
 use nalgebra::{Unit, Vector3};
 
-use crate::motion::FrameMotion;
+use crate::kinematics::frame_motion::FrameMotion;
 
 /// A direction fixed in a frame, with its first two time derivatives, world axes.
 pub(super) struct Carried {

@@ -10,7 +10,7 @@ use nalgebra::{Matrix6, Unit, Vector3};
 use super::carried::Carried;
 use super::gradient::six;
 use super::{FrameFunction, Gradient, GradientDerivative};
-use crate::motion::FrameMotion;
+use crate::kinematics::frame_motion::FrameMotion;
 
 /// Component of the separation `p_b - p_a` along a direction that turns with a; length.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -5,7 +5,7 @@
 use nalgebra::Matrix3;
 
 use super::{FrameFunction, Gradient, GradientDerivative};
-use crate::motion::FrameMotion;
+use crate::kinematics::frame_motion::FrameMotion;
 
 /// Excess of the distance between the origins over a given one; length.
 #[derive(Clone, Copy, Debug, PartialEq)]

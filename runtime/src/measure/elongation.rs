@@ -6,7 +6,7 @@
 use nalgebra::{Matrix3, Vector3};
 
 use super::{FrameFunction, Gradient, GradientDerivative};
-use crate::motion::FrameMotion;
+use crate::kinematics::frame_motion::FrameMotion;
 
 /// Distance, in given lengths, below which there is no direction.
 const VANISHING: f64 = 1e-10;

@@ -2,7 +2,7 @@
 
 use nalgebra::{Matrix3, Matrix6, Vector3};
 
-use crate::motion::{FrameMotion, Six};
+use crate::kinematics::frame_motion::{FrameMotion, Six};
 
 /// Where the rotations of a six-fold quantity start.
 const TURN: usize = 3;

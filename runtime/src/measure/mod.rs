@@ -2,7 +2,7 @@
 //!
 //! A measure e depends on the poses of two frames a and b, and on nothing else. A joint or a drive holds some measures
 //! at given values, a spring or bushing has a force law on one. Either way a generalised force σ, conjugate to e, acts
-//! on the frames through the gradient; with the variations of [`crate::motion`]:
+//! on the frames through the gradient; with the variations of [`crate::kinematics::frame_motion`]:
 //!
 //! ```text
 //! δe          =  g_a · (δp_a, δψ_a) + g_b · (δp_b, δψ_b)
@@ -22,7 +22,7 @@ mod displacement;
 mod distance;
 mod elongation;
 mod gradient;
-mod rotation;
+mod rotation_component;
 mod world_displacement;
 
 use std::f64::consts::TAU;
@@ -33,10 +33,10 @@ pub use displacement::Displacement;
 pub use distance::Distance;
 pub use elongation::Elongation;
 pub use gradient::{Gradient, GradientDerivative};
-pub use rotation::Rotation;
+pub use rotation_component::Rotation;
 pub use world_displacement::WorldDisplacement;
 
-use crate::motion::FrameMotion;
+use crate::kinematics::frame_motion::FrameMotion;
 
 /// A scalar function of the poses of two frames.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -6,7 +6,7 @@
 use nalgebra::{Unit, Vector3};
 
 use super::{FrameFunction, Gradient, GradientDerivative};
-use crate::motion::FrameMotion;
+use crate::kinematics::frame_motion::FrameMotion;
 
 /// Component of the separation `p_b - p_a` along a fixed direction; length.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -191,7 +191,7 @@ fn kind_of(
     dimension: Dimension,
     joint: &Joint,
     location: &str,
-    frames: &[crate::motion::FrameMotion; 2],
+    frames: &[crate::kinematics::frame_motion::FrameMotion; 2],
 ) -> Result<JointKind, Error> {
     let vector =
         |given: &[f64]| Vector3::from_fn(|axis, _| given.get(axis).copied().unwrap_or(0.0));
@@ -247,9 +247,11 @@ fn kind_of(
 }
 
 /// A place as drawn, before it has a marker.
-fn frame(builder: &SystemBuilder, place: &Place) -> crate::motion::FrameMotion {
+fn frame(builder: &SystemBuilder, place: &Place) -> crate::kinematics::frame_motion::FrameMotion {
     match place {
-        Place::Ground { position, axes } => crate::motion::FrameMotion::at_rest(*position, *axes),
+        Place::Ground { position, axes } => {
+            crate::kinematics::frame_motion::FrameMotion::at_rest(*position, *axes)
+        }
         Place::Body { body, interface } => builder.interface_frame(*body, *interface),
     }
 }

@@ -6,7 +6,7 @@ use dcb_formats::output::{Replace, is_same_file};
 
 use super::fields::FieldPlan;
 use crate::error::Error;
-use crate::vtu::FieldSeries;
+use crate::export::vtu::FieldSeries;
 
 /// What the fields of a run must keep to.
 #[derive(Debug)]

@@ -10,12 +10,12 @@ use dcb_formats::superelement::RecoveryBasis;
 use super::Names;
 use super::library::Library;
 use crate::error::Error;
-use crate::field::NodalField;
-use crate::run::timetable::{Due, Timetable};
+use crate::export::nodal_field::NodalField;
+use crate::export::vtu::{FieldSeries, FieldSnapshot};
+use crate::model::timetable::{Due, Timetable};
 use crate::system::builder::SystemBuilder;
 use crate::system::evaluation::Evaluation;
 use crate::system::{State, System};
-use crate::vtu::{FieldSeries, FieldSnapshot};
 use dcb_formats::scene::{FieldRequest, Scene};
 
 /// A field of one body, and when it is written.

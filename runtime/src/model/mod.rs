@@ -11,6 +11,7 @@ mod probe;
 mod quantities;
 mod recorder;
 mod springs;
+pub mod timetable;
 
 use indexmap::IndexMap;
 use nalgebra::Vector3;

@@ -7,7 +7,7 @@ use super::Names;
 use super::couplings::coordinate;
 use super::places::{Rotation, Turned, find, marker};
 use crate::error::Error;
-use crate::law::{self, Law, Table};
+use crate::force_law::{self, Law, Table};
 use crate::measure::{Angle, Displacement, Elongation, Measure, Rotation as Turn};
 use crate::system::builder::{JointCoordinate, SystemBuilder};
 use dcb_formats::scene::{Bushing, Characteristic, LineSpring, Scene, Spring};
@@ -163,10 +163,10 @@ fn law_of(
 ) -> Result<Law, Error> {
     let part = |characteristic: &Characteristic| {
         Ok::<_, Error>(match characteristic {
-            Characteristic::Linear(slope) => law::Characteristic::Linear { slope: *slope },
+            Characteristic::Linear(slope) => force_law::Characteristic::Linear { slope: *slope },
             Characteristic::Table(points) => {
                 let points: Vec<(f64, f64)> = points.iter().map(|[x, y]| (*x, *y)).collect();
-                law::Characteristic::Tabulated(Table::through(&points)?)
+                force_law::Characteristic::Tabulated(Table::through(&points)?)
             }
         })
     };

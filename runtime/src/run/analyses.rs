@@ -3,14 +3,14 @@
 use dcb_formats::results::{Column, ModeShapes, Modes};
 use serde_json::{Value, json};
 
-use super::timetable::{Due, Rows};
 use super::{Ending, Observer, Opened, Session, Target, redundancy, tell_start};
-use crate::driven::DrivenMotion;
-use crate::eigenmodes::{Eigenmode, Eigenmodes};
-use crate::equilibrium::{EquilibriumReport, EquilibriumSettings, find_equilibrium};
+use crate::analysis::driven::DrivenMotion;
+use crate::analysis::eigenmodes::{Eigenmode, Eigenmodes};
+use crate::analysis::equilibrium::{EquilibriumReport, EquilibriumSettings, find_equilibrium};
 use crate::error::Error;
 use crate::initial::{InitialReport, Starter};
 use crate::integrator::equal_steps::EqualSteps;
+use crate::model::timetable::{Due, Rows};
 use crate::model::{Model, RecordedStep};
 use crate::system::evaluation::Evaluation;
 use crate::system::{State, System};

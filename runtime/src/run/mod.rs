@@ -4,7 +4,6 @@
 //! oscillations ([`analyses`]). Whatever stops a run, its file holds what was reached.
 
 pub mod analyses;
-pub mod timetable;
 pub mod transient;
 
 use std::path::{Path, PathBuf};
@@ -18,8 +17,8 @@ use crate::error::Error;
 use crate::initial::{InitialReport, Redundancy};
 use crate::integrator::{self, Method, Tolerance};
 use crate::model::{FieldFolders, FieldWriter, LoadedFile, Model, RecordedStep, Recorder};
-use crate::scope::Scope;
 use crate::system::{State, System};
+use crate::watch::purpose::Scope;
 pub use analyses::{DrivenReport, ModesReport, RestReport};
 use dcb_formats::scene::Scheme;
 use dcb_formats::scene::{self, Analysis, Integrator, RedundantConstraints, Scene};

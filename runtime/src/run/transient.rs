@@ -5,21 +5,21 @@ use std::time::Instant;
 use dcb_formats::results::frequency_unit;
 use serde_json::json;
 
-use super::timetable::{Due, Rows};
 use super::{Ending, Observer, Opened, Profiling, Session, Target, method, redundancy, tell_start};
-use crate::compatibility_window::WeakWindow;
-use crate::effective_damping::{EffectiveDamping, effective_damping};
-use crate::energy_balance::EnergyBalance;
+use crate::analysis::effective_damping::{EffectiveDamping, effective_damping};
 use crate::error::Error;
 use crate::initial::InitialReport;
 use crate::integrator::adaptive::{AdaptiveStep, StepSize};
 use crate::integrator::equal_steps::EqualSteps;
 use crate::integrator::resolution::{Part, Unresolved};
 use crate::integrator::{Effort, Profile};
+use crate::model::timetable::{Due, Rows};
 use crate::model::{Model, RecordedStep};
 use crate::simulation::Simulation;
 use crate::system::System;
-use crate::validity::Validity;
+use crate::watch::compatibility_window::WeakWindow;
+use crate::watch::energy_balance::EnergyBalance;
+use crate::watch::validity::Validity;
 use dcb_formats::scene::{Compatibility, Integrator, Record, Scene};
 
 /// How a run went.

@@ -14,8 +14,8 @@
 use nalgebra::Matrix6;
 
 use super::marker::{Marker, MarkerPlace};
-use crate::kernel::{add_columns, add_products};
-use crate::motion::Six;
+use crate::frame::tall_products::{add_columns, add_products};
+use crate::kinematics::frame_motion::Six;
 
 /// Whether the coordinates y move in a solve.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -12,10 +12,10 @@ use super::{
 };
 use crate::body::{Attachment, FlexibleBody};
 use crate::error::Error;
+use crate::force_law::Law;
 use crate::joint::{JointKind, JointRows, RestPlacement};
-use crate::law::Law;
+use crate::kinematics::frame_motion::FrameMotion;
 use crate::measure::Measure;
-use crate::motion::FrameMotion;
 use dcb_demand::demand;
 
 /// Sine of the angle to a plane's normal below which a direction is across the plane. The others of a mechanism that is symmetric to the plane are in it.

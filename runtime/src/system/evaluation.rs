@@ -6,8 +6,8 @@ use super::marker::{BodyPose, MarkerPlace, six, turned_back};
 use super::state::rates;
 use super::{Demand, State, System, Term};
 use crate::frame::{InertiaForces, InertiaTerms};
+use crate::kinematics::frame_motion::{FrameMotion, Six};
 use crate::measure::Gradient;
-use crate::motion::{FrameMotion, Six};
 
 /// Scratch of one system.
 #[derive(Clone, Debug)]
@@ -171,6 +171,17 @@ impl Evaluation {
                 Demand::Follow(signal) => value - system.signal(*signal, state).value,
                 Demand::Answer(law) => law.force(value, rate),
             };
+        }
+    }
+
+    /// Counts angles on past half a turn, after `place`.
+    pub fn count_turns(&self, system: &System, state: &mut State) {
+        for term in &system.terms {
+            if let Some(angle) = term.angle {
+                let (a, b) = (&self.motions[term.a], &self.motions[term.b]);
+                let value = term.measure.value(a, b);
+                state.angles[angle] = unwound(value, Some(angle), &state.angles);
+            }
         }
     }
 

@@ -28,7 +28,7 @@ use faer::sparse::{SparseColMatRef, SymbolicSparseColMat};
 use faer::{Conj, Mat, MatMut, Par, Spec};
 
 use super::redundancy::Redundancy;
-use crate::kernel::add_columns;
+use crate::frame::tall_products::add_columns;
 
 /// Up to this many rows the system is inverted as a dense matrix; above, its sparsity pays.
 const DENSE_ROWS: usize = 24;

@@ -22,8 +22,8 @@ use super::{Body, Demand, LoadAxes, State, System};
 use crate::body::Compatibility;
 use crate::error::Error;
 use crate::frame::InertiaTangent;
-use crate::motion::Six;
-use crate::rotation::left_jacobian_transpose_derivative;
+use crate::kinematics::frame_motion::Six;
+use crate::kinematics::rotation_vector::left_jacobian_transpose_derivative;
 
 /// M, C, K and B.
 #[derive(Clone, Debug)]

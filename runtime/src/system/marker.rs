@@ -12,9 +12,9 @@
 use faer::Mat;
 use nalgebra::{Matrix3, Rotation3, Vector3};
 
-use crate::kernel::{add_columns, add_products};
-use crate::motion::{FrameMotion, Six};
-use crate::rotation::{left_jacobian, left_jacobian_rate};
+use crate::frame::tall_products::{add_columns, add_products};
+use crate::kinematics::frame_motion::{FrameMotion, Six};
+use crate::kinematics::rotation_vector::{left_jacobian, left_jacobian_rate};
 
 /// What of a marker's motion comes from the body's deflection.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -30,10 +30,10 @@ use dcb_formats::mesh::Dimension;
 use nalgebra::Vector3;
 
 use crate::body::{BodyLoad, FlexibleBody};
+use crate::force_law::Law;
 use crate::frame::{BodyAcceleration, BodyState};
-use crate::law::Law;
+use crate::kinematics::frame_motion::{FrameMotion, Six};
 use crate::measure::Measure;
-use crate::motion::{FrameMotion, Six};
 use dcb_formats::function::{FunctionValue, TimeFunction};
 use marker::{BodyPose, Marker, six};
 pub use state::State;

@@ -19,7 +19,7 @@ use super::evaluation::Evaluation;
 use super::marker::{Marker, MarkerPlace, turned_back};
 use super::{Body, State, System};
 use crate::body::Compatibility;
-use crate::motion::Six;
+use crate::kinematics::frame_motion::Six;
 
 impl Evaluation {
     /// Displacements of a body's markers beside the coordinates.

@@ -6,7 +6,7 @@ use crate::support::mechanisms::rigid;
 use crate::support::{Part, dense};
 use dcb_formats::mesh::Dimension;
 use dcb_runtime::FlexibleBody;
-use dcb_runtime::effective_damping::effective_damping;
+use dcb_runtime::analysis::effective_damping::effective_damping;
 use dcb_runtime::joint::{Fixed, JointKind};
 use dcb_runtime::system::builder::{Drawn, SystemBuilder, Turning};
 use dcb_runtime::system::{State, System};

@@ -6,7 +6,9 @@ use crate::support::Part;
 use crate::support::mechanisms::{about_z, linear, method, rigid};
 use dcb_formats::mesh::Dimension;
 use dcb_runtime::Error;
-use dcb_runtime::equilibrium::{EquilibriumReport, EquilibriumSettings, find_equilibrium};
+use dcb_runtime::analysis::equilibrium::{
+    EquilibriumReport, EquilibriumSettings, find_equilibrium,
+};
 use dcb_runtime::initial::Redundancy;
 use dcb_runtime::integrator::Formulation;
 use dcb_runtime::joint::{Fixed, JointKind, Spherical};

@@ -4,7 +4,7 @@ use crate::support::free::{FreeState, free_motion, integrate};
 use crate::support::{Part, numbers};
 use dcb_formats::Component;
 use dcb_runtime::FlexibleBody;
-use dcb_runtime::validity::rod_frequency_deficit;
+use dcb_runtime::watch::validity::rod_frequency_deficit;
 use dcb_samples::spatial_beam::BeamSection;
 use dcb_samples::{Material, RodSection, SpatialBeam, axial_prestress, planar_rod, spatial_beam};
 use faer::Mat;

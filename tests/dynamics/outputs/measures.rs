@@ -1,11 +1,11 @@
 //! Measures between frames, each kind, against differences of its value.
 
 use crate::support::frames::{Random, turn, varied};
+use dcb_runtime::kinematics::frame_motion::{FrameMotion, Six};
 use dcb_runtime::measure::{
     Alignment, Angle, Displacement, Distance, Elongation, Gradient, Measure, Rotation,
     WorldDisplacement,
 };
-use dcb_runtime::motion::{FrameMotion, Six};
 use nalgebra::{Matrix6, Unit, Vector3};
 
 const POSES: u64 = 60;

@@ -6,9 +6,9 @@ use std::path::{Path, PathBuf};
 use dcb_formats::component::Units;
 use dcb_formats::output::Replace;
 use dcb_formats::results::{Channel, Header, Outcome, Results, ResultsWriter};
-use dcb_runtime::csv::write_csv;
-use dcb_runtime::history::Selection;
-use dcb_runtime::picture::{Axis, Chart, ReferenceSlope, Series, Style, plot, write_svg};
+use dcb_runtime::export::csv::write_csv;
+use dcb_runtime::export::history::Selection;
+use dcb_runtime::export::picture::{Axis, Chart, ReferenceSlope, Series, Style, plot, write_svg};
 
 /// A decaying oscillation, its velocity, a force that is infinite for a while, and an energy.
 fn results(folder: &Path, steps: usize) -> PathBuf {

@@ -1,7 +1,7 @@
 //! Force laws: work, power and derivatives.
 
 use dcb_runtime::Error;
-use dcb_runtime::law::{Characteristic, Law, Table};
+use dcb_runtime::force_law::{Characteristic, Law, Table};
 
 const FREE: f64 = 0.3;
 

@@ -6,7 +6,7 @@ use dcb_demand::demand::{Demand, PartInterface, Parts};
 use dcb_formats::Component;
 use dcb_formats::mesh::Direction;
 use dcb_reducer::{Reduction, reduce};
-use dcb_runtime::rotation::right_jacobian_inverse;
+use dcb_runtime::kinematics::rotation_vector::right_jacobian_inverse;
 use dcb_runtime::{Mechanism, Scene};
 use dcb_samples::spatial_beam::BeamSection;
 use dcb_samples::{Material, RodSection, SpatialBeam, planar_rod, spatial_beam};

@@ -3,7 +3,7 @@
 use crate::support::mechanisms::{about_z, formula, rigid};
 use dcb_formats::mesh::Dimension;
 use dcb_runtime::Error;
-use dcb_runtime::driven::DrivenMotion;
+use dcb_runtime::analysis::driven::DrivenMotion;
 use dcb_runtime::energy::Energy;
 use dcb_runtime::joint::{JointKind, PointOnLine};
 use dcb_runtime::system::builder::{Drawn, JointCoordinate, SystemBuilder, Turning};

@@ -1,6 +1,6 @@
 //! Random frames, and frames moved by finite variations.
 
-use dcb_runtime::motion::{FrameMotion, Six};
+use dcb_runtime::kinematics::frame_motion::{FrameMotion, Six};
 use nalgebra::{Matrix3, Rotation3, Unit, Vector3};
 
 /// A linear congruential generator (Knuth's MMIX constants): the same numbers everywhere.

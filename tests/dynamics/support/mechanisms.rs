@@ -8,9 +8,9 @@ use dcb_formats::scene::Scheme;
 use dcb_formats::{Function, TimeFunction};
 use dcb_runtime::FlexibleBody;
 use dcb_runtime::body::{RigidBody, RigidPoint};
+use dcb_runtime::force_law::{Characteristic, Law};
 use dcb_runtime::integrator::{Formulation, Method, Tolerance};
 use dcb_runtime::joint::{JointKind, Revolute};
-use dcb_runtime::law::{Characteristic, Law};
 use dcb_runtime::system::Signal;
 use nalgebra::{Matrix3, Vector3};
 

@@ -9,7 +9,7 @@ use dcb_formats::component::{Interface, InterfaceKind, Role};
 use dcb_formats::function::Function;
 use dcb_reducer::interface_reduction::InterfaceReduction;
 use dcb_reducer::{InterfaceModes, Reduced, Reduction};
-use dcb_runtime::equilibrium::{EquilibriumSettings, find_equilibrium};
+use dcb_runtime::analysis::equilibrium::{EquilibriumSettings, find_equilibrium};
 use dcb_runtime::joint::{Fixed, JointKind};
 use dcb_runtime::system::builder::Drawn;
 use dcb_runtime::system::evaluation::Evaluation;

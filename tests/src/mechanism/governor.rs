@@ -3,9 +3,9 @@
 use std::f64::consts::{FRAC_PI_6, PI};
 
 use dcb_formats::mesh::Dimension;
+use dcb_runtime::force_law::{Characteristic, Law};
 use dcb_runtime::integrator::Method;
 use dcb_runtime::joint::{JointKind, Prismatic};
-use dcb_runtime::law::{Characteristic, Law};
 use dcb_runtime::measure::{Elongation, Measure};
 use dcb_runtime::simulation::Simulation;
 use dcb_runtime::system::builder::Drawn;

@@ -3,7 +3,7 @@
 
 use dcb_formats::scene::Scheme;
 use dcb_runtime::Compatibility;
-use dcb_runtime::compatibility_window::WeakWindow;
+use dcb_runtime::watch::compatibility_window::WeakWindow;
 use serde_json::{Value, json};
 
 use crate::mechanism::method;

@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use dcb_formats::output::Replace;
-use dcb_runtime::picture::{Axis, Chart, ReferenceSlope, Scale, Series, Style, write_svg};
+use dcb_runtime::export::picture::{Axis, Chart, ReferenceSlope, Scale, Series, Style, write_svg};
 use serde_json::Value;
 
 use crate::raw_lines::raw_lines;

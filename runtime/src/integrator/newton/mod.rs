@@ -9,7 +9,7 @@ use super::method::{Effort, Formulation, Method};
 use super::profile::{Profile, Watch};
 use crate::error::Error;
 use crate::initial::REGULARIZATION;
-use crate::rotation::right_jacobian_inverse;
+use crate::kinematics::rotation_vector::right_jacobian_inverse;
 use crate::system::body_factor::Elastic;
 use crate::system::condensed::{Blend, Condensed};
 use crate::system::evaluation::Evaluation;

@@ -4,8 +4,8 @@ use nalgebra::{Matrix3, Vector3};
 
 use super::{Blend, Condensed, Touch, side};
 use crate::frame::InertiaTangent;
-use crate::motion::Six;
-use crate::rotation::right_jacobian_inverse;
+use crate::kinematics::frame_motion::Six;
+use crate::kinematics::rotation_vector::right_jacobian_inverse;
 use crate::system::body_factor::BodyMatrix;
 use crate::system::evaluation::Evaluation;
 use crate::system::marker::turned_back;

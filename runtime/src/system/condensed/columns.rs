@@ -2,7 +2,7 @@
 
 use super::assemble::free_gradient;
 use super::{Condensed, side};
-use crate::motion::Six;
+use crate::kinematics::frame_motion::Six;
 use crate::system::System;
 use crate::system::evaluation::Evaluation;
 use crate::system::marker::turned_back;

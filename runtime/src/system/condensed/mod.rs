@@ -24,7 +24,7 @@ pub(super) use assemble::keep_rows_in_world;
 
 use crate::error::Error;
 use crate::frame::InertiaTangent;
-use crate::motion::Six;
+use crate::kinematics::frame_motion::Six;
 use crate::system::body_factor::{BodyFactor, BodyMatrix, Elastic};
 use crate::system::evaluation::Evaluation;
 use crate::system::joint_system::JointSystem;

@@ -9,7 +9,7 @@ use dcb_runtime::integrator::adaptive::{AdaptiveStep, StepSize};
 use dcb_runtime::simulation::Simulation;
 use dcb_runtime::system::builder::{Drawn, JointCoordinate};
 use dcb_runtime::system::{LoadAxes, Signal};
-use dcb_runtime::validity::Validity;
+use dcb_runtime::watch::validity::Validity;
 use nalgebra::{Matrix3, Vector3};
 
 use crate::assert_says;

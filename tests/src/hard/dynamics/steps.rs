@@ -5,10 +5,10 @@ use std::path::Path;
 
 use dcb_formats::mesh::Dimension;
 use dcb_formats::scene::Scheme;
-use dcb_runtime::compatibility_window::WeakWindow;
 use dcb_runtime::integrator::{Method, Tolerance};
 use dcb_runtime::simulation::Simulation;
 use dcb_runtime::system::builder::Drawn;
+use dcb_runtime::watch::compatibility_window::WeakWindow;
 use dcb_runtime::{Compatibility, Error, Scene};
 use nalgebra::{Matrix3, Vector3};
 

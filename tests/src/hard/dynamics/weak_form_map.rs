@@ -6,9 +6,9 @@ use std::path::Path;
 use dcb_formats::output::Replace;
 use dcb_formats::scene::Scheme;
 use dcb_runtime::Compatibility;
-use dcb_runtime::compatibility_window::WeakWindow;
+use dcb_runtime::export::picture::{Axis, Chart, Series, Style, write_svg};
 use dcb_runtime::integrator::Method;
-use dcb_runtime::picture::{Axis, Chart, Series, Style, write_svg};
+use dcb_runtime::watch::compatibility_window::WeakWindow;
 use serde_json::{Value, json};
 
 use crate::hard::case::{Bounded, HardCase};

@@ -8,7 +8,7 @@
 //! ```
 //! so that stiff coordinates damp slow motions by about ω/ωₖ of what was given for them.
 
-use crate::eigenmodes::undamped;
+use crate::analysis::eigenmodes::undamped;
 use crate::error::Error;
 use crate::system::evaluation::Evaluation;
 use crate::system::free_directions::FreeDirections;

@@ -17,7 +17,6 @@ use nalgebra::{UnitQuaternion, Vector3};
 
 use crate::error::Error;
 use crate::initial::{Redundancy, Starter};
-use crate::simulation::count_turns;
 use crate::system::evaluation::Evaluation;
 use crate::system::free_directions::FreeDirections;
 use crate::system::linearization::Linearization;
@@ -100,7 +99,7 @@ pub fn find_equilibrium(
             continue;
         }
         state.copy_from(&next);
-        count_turns(system, &evaluation, state);
+        evaluation.count_turns(system, state);
         balance = found;
         let undamped = damping <= 0.0;
         damping = if damping > 0.01 * balance.least_scale() {

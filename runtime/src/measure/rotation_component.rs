@@ -10,7 +10,7 @@
 use nalgebra::{Matrix3, Rotation3, Unit, UnitQuaternion, Vector3};
 
 use super::{FrameFunction, Gradient, GradientDerivative};
-use crate::motion::FrameMotion;
+use crate::kinematics::frame_motion::FrameMotion;
 
 /// Component of the rotation vector of b against a, from a given relative rotation at rest; rad. Valid up to half a
 /// turn from rest, where the vector jumps to its opposite.

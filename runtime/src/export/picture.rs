@@ -8,7 +8,7 @@ use dcb_formats::results::Results;
 pub use dcb_report::{Axis, Chart, Note, ReferenceSlope, Scale, Series, Style, svg, write_svg};
 
 use crate::error::Error;
-use crate::history::{Selection, histories};
+use crate::export::history::{Selection, histories};
 
 /// Draws the selected channels over time: those of one unit in one chart, the charts below each other. The file is
 /// written whole or not at all.

@@ -11,9 +11,9 @@
 //! above could be called right. Each limit is told once for each body. Where a body deflects or turns too far because drives contradict each
 //! other, the motion is refused.
 
-use crate::contradicting_drives::ContradictingDrives;
 use crate::error::Error;
 use crate::system::{State, System};
+use crate::watch::contradicting_drives::ContradictingDrives;
 
 /// A deflection beyond this share of the body's size is told.
 const DEFLECTION: f64 = 0.1;

@@ -7,7 +7,7 @@ use dcb_formats::output::{Replace, write_stream};
 use dcb_formats::results::Results;
 
 use crate::error::Error;
-use crate::history::{Selection, histories};
+use crate::export::history::{Selection, histories};
 
 /// Writes `time [s],midpoint_deflection [1],…` and a row for every step, or `mode [1],frequency [Hz],…` and a row for every mode. Numbers have as few digits as give the same
 /// number back; what isn't a number is `NaN`, `inf` or `-inf`. The table is written whole or not at all.

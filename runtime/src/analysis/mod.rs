@@ -1,0 +1,6 @@
+//! What a mechanism does beside moving through time: rest, motion that drives fix, small vibrations.
+
+pub mod driven;
+pub mod effective_damping;
+pub mod eigenmodes;
+pub mod equilibrium;

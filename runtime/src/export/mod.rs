@@ -1,0 +1,7 @@
+//! Results for other programs and for people: tables, pictures, nodal fields.
+
+pub mod csv;
+pub mod history;
+pub mod nodal_field;
+pub mod picture;
+pub mod vtu;
