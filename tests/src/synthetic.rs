@@ -313,7 +313,8 @@ pub fn summary(file: &SuperelementFile) -> Result<serde_json::Value, Error> {
     });
     let mut summary = serde_json::json!({
         "moments_shift": shift,
-        "source": "synthetic numbers of tests/src/synthetic.rs; tolerance 0",
+        // As the frozen files were first described.
+        "source": "synthetic numbers of formats/tests/support/mod.rs; tolerance 0",
         "digest": file.digest(),
         "format_version": file.format_version().to_string(),
         "datasets": file.verify_digests()?,
