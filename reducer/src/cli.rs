@@ -1,14 +1,13 @@
 //! The command line of `reduce`. Results go to standard output, everything else to standard error.
 
-use std::io::{ErrorKind, Write};
 use std::path::PathBuf;
 use std::process::ExitCode;
 
-use clap::error::{ContextKind, ContextValue, ErrorKind as Misuse};
-use clap::{Args, CommandFactory, Parser, Subcommand, ValueEnum};
+use clap::{Args, Parser, Subcommand, ValueEnum};
 use dcb_formats::component_files::Overrides;
-use dcb_formats::terminal::for_terminal;
-use dcb_formats::threads::start_workers;
+use dcb_formats::output::remove_unfinished;
+use dcb_formats::program::{Told, begin, print_to_stderr, print_to_stdout};
+use dcb_formats::stop_signal;
 use schemars::JsonSchema;
 use serde::Deserialize;
 
@@ -60,6 +59,16 @@ pub struct CommonArguments {
     /// Worker threads (default: one per processor). Results do not depend on it.
     #[arg(long, global = true, value_name = "N", allow_negative_numbers = true, value_parser = clap::value_parser!(u16).range(1..=1024))]
     pub threads: Option<u16>,
+}
+
+impl CommonArguments {
+    /// Whether the user is told what goes on.
+    pub fn told(&self) -> Told {
+        match self.quiet {
+            true => Told::Nothing,
+            false => Told::Everything,
+        }
+    }
 }
 
 /// Options of a reduction.
@@ -172,15 +181,11 @@ enum Command {
 
 /// Runs the program.
 pub fn main() -> ExitCode {
-    dcb_formats::stop_signal::listen();
-    let cli = match Cli::try_parse() {
+    let common = |cli: &Cli| (cli.common.threads, cli.common.told());
+    let cli = match begin("PART.mtx", common) {
         Ok(cli) => cli,
-        Err(error) => return refuse(&in_our_words(error)),
+        Err(status) => return status,
     };
-    let workers = start_workers(cli.common.threads);
-    if let Some(note) = workers.note().filter(|_| !cli.common.quiet) {
-        print_to_stderr("note", &note);
-    }
     let outcome = match &cli.command {
         None => cli_reduce::run(&cli.reduce, &cli.common),
         Some(Command::Inspect { file, json, band }) => inspect::run(
@@ -211,7 +216,7 @@ pub fn main() -> ExitCode {
         }
         Ok(outcome.failure)
     });
-    cli_reduce::wait_if_interrupted();
+    wait_if_interrupted();
     match outcome {
         Ok(None) => ExitCode::SUCCESS,
         Ok(Some(failure)) => {
@@ -225,49 +230,22 @@ pub fn main() -> ExitCode {
     }
 }
 
-/// The help or the version, or what is wrong with the arguments: they may be names of anybody's files.
-fn refuse(error: &clap::Error) -> ExitCode {
-    if error.use_stderr() {
-        let message = for_terminal(&error.render().to_string());
-        let _ = std::io::stderr().write_all(message.as_bytes());
-    } else {
-        let _ = error.print();
-    }
-    ExitCode::from(u8::try_from(error.exit_code()).unwrap_or(2))
+/// Ends what was started, cleans up, says what there is, and ends with the signal's status (130 for Ctrl-C).
+pub(crate) fn when_interrupted(clean_up: impl Fn() -> String + Send + 'static) {
+    stop_signal::watch(move |signal| {
+        #[cfg(feature = "slepc")]
+        crate::mpi_job::end_all();
+        remove_unfinished();
+        print_to_stderr(signal.reason(), &clean_up());
+        stop_signal::end(signal);
+    });
 }
 
-/// A second file, or a misspelt command before a file, is a conflict of commands to the parser: said as what it is.
-fn in_our_words(error: clap::Error) -> clap::Error {
-    match (error.kind(), error.get(ContextKind::InvalidSubcommand)) {
-        (Misuse::ArgumentConflict, Some(ContextValue::String(word))) => {
-            let message = format!(
-                "{word:?} is one argument too many: one PART.mtx is wanted, or the name of a command first (see --help)"
-            );
-            Cli::command().error(Misuse::TooManyValues, message)
-        }
-        _ => error,
+/// Leaves the last word to the signal that ends the program; whatever goes wrong after it is a consequence.
+fn wait_if_interrupted() {
+    while stop_signal::received().is_some() {
+        std::thread::park();
     }
-}
-
-/// A reader that closes the pipe early (`| head`) is not an error.
-fn print_to_stdout(text: &str) -> Result<(), Error> {
-    let mut out = std::io::stdout().lock();
-    let text = for_terminal(text);
-    match out.write_all(text.as_bytes()).and_then(|()| out.flush()) {
-        Err(source) if source.kind() != ErrorKind::BrokenPipe => {
-            Err(Error::File(dcb_formats::Error::Io {
-                path: "standard output".into(),
-                action: "cannot write",
-                source,
-            }))
-        }
-        _ => Ok(()),
-    }
-}
-
-/// One line on standard error; where nobody can read it, nobody is told.
-pub fn print_to_stderr(kind: &str, message: &str) {
-    let _ = writeln!(std::io::stderr(), "{kind}: {}", for_terminal(message));
 }
 
 fn schema(of: SchemaName) -> Result<Outcome, Error> {

@@ -6,15 +6,16 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 
 use clap::Args;
 use dcb_formats::output::is_same_file;
+use dcb_formats::program::print_to_stderr;
 
-use crate::batch::child::end_all;
+use crate::batch::child::Processes;
 use crate::batch::manifest::{Part, read_manifest};
 use crate::batch::results::RESULTS;
 use crate::batch::table::{table, word};
 use crate::batch::{Batch, Earlier, Fate, io_error, run as make};
-use crate::cli::{CommonArguments, print_to_stderr};
-use crate::cli_cache::{CacheArguments, Told};
-use crate::cli_reduce::{Outcome, when_interrupted};
+use crate::cli::{CommonArguments, when_interrupted};
+use crate::cli_cache::CacheArguments;
+use crate::cli_reduce::Outcome;
 use crate::error::{CommandRefusal, Error, Occupied};
 use crate::memory_limit::{available, size};
 
@@ -69,6 +70,8 @@ fn shard(text: &str) -> Result<Shard, String> {
     }
 }
 
+/// Processes of the batch, which an interruption ends.
+static PROCESSES: Processes = Processes::none();
 /// Parts that are complete, and how many there are, for the last words of an interrupted batch.
 static COMPLETE: AtomicUsize = AtomicUsize::new(0);
 
@@ -95,7 +98,7 @@ pub fn run(arguments: &BatchArguments, common: &CommonArguments) -> Result<Outco
     refuse_inputs_as_outputs(&parts, &folder)?;
     let cache = match arguments.no_cache {
         true => None,
-        false => arguments.cache.open(Told::of(common))?,
+        false => arguments.cache.open(common.told())?,
     };
     let jobs = usize::from(arguments.jobs);
     let processors = std::thread::available_parallelism().map_or(1, usize::from);
@@ -113,10 +116,11 @@ pub fn run(arguments: &BatchArguments, common: &CommonArguments) -> Result<Outco
         } else {
             Earlier::Keep
         },
+        processes: &PROCESSES,
     };
     let count = batch.parts.len();
     when_interrupted(move || {
-        end_all();
+        PROCESSES.end_all();
         let complete = COMPLETE.load(Ordering::SeqCst);
         format!("{complete} of {count} parts are complete; the same command goes on from there")
     });

@@ -5,6 +5,7 @@ use std::path::{Path, PathBuf};
 use std::time::SystemTime;
 
 use clap::Args;
+use dcb_formats::program::Told;
 use serde_json::json;
 
 use crate::cache::eviction::Removal;
@@ -12,35 +13,9 @@ use crate::cache::folder::{
     DEFAULT_LIMIT, FOLDER_VARIABLE, LIMIT_VARIABLE, default_folder, variable,
 };
 use crate::cache::{Cache, Listed, ModeRequest};
-use crate::cli::{CommonArguments, print_to_stderr};
 use crate::cli_reduce::Outcome;
 use crate::error::{CommandRefusal, Error};
 use crate::memory_limit::{readable, size};
-
-/// Whether the user is told what goes on.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Told {
-    /// On standard error.
-    Everything,
-    /// Nothing but errors.
-    Nothing,
-}
-
-impl Told {
-    /// As the options of every command have it.
-    pub fn of(common: &CommonArguments) -> Self {
-        match common.quiet {
-            true => Self::Nothing,
-            false => Self::Everything,
-        }
-    }
-
-    pub(crate) fn say(self, kind: &str, message: &str) {
-        if self == Self::Everything {
-            print_to_stderr(kind, message);
-        }
-    }
-}
 
 /// Superelements that were made before.
 #[derive(Clone, Debug, Args)]

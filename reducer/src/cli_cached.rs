@@ -4,11 +4,10 @@ use std::fmt::Write as _;
 use std::path::Path;
 
 use dcb_formats::dcb::{Contents, WriteOptions, write_superelement};
-
 use dcb_formats::output::copy_whole;
+use dcb_formats::program::Told;
 
 use crate::cache::{Cache, Claim, Entry, Request, Reservation, Stored};
-use crate::cli_cache::Told;
 use crate::cli_reduce::Outcome;
 use crate::cli_scene::Made;
 use crate::error::Error;

@@ -8,14 +8,12 @@ use dcb_formats::Superelement;
 use dcb_formats::component::Component;
 use dcb_formats::component_files::{ComponentFiles, read_component, stem};
 use dcb_formats::dcb::{Contents, WriteOptions, write_superelement};
-use dcb_formats::output::write_text;
-use dcb_formats::output::{Replace, check_output, is_same_file, remove_unfinished};
-use dcb_formats::stop_signal;
+use dcb_formats::output::{Replace, check_output, is_same_file, write_text};
+use dcb_formats::program::Told;
 use serde_json::{Value, json};
 
 use crate::cache::{Cache, Claim, Request, Reservation};
-use crate::cli::{CommonArguments, ReduceArguments, print_to_stderr};
-use crate::cli_cache::Told;
+use crate::cli::{CommonArguments, ReduceArguments, when_interrupted};
 use crate::cli_cached::{claim, keep, serve};
 use crate::cli_scene::Made;
 use crate::error::{CommandRefusal, Error, Occupied};
@@ -58,13 +56,6 @@ impl Outcome {
 /// Whether the superelement is complete, so that an interruption comes too late.
 static WRITTEN: AtomicBool = AtomicBool::new(false);
 
-/// Leaves the last word to the signal that ends the program; whatever goes wrong after it is a consequence.
-pub fn wait_if_interrupted() {
-    while stop_signal::received().is_some() {
-        std::thread::park();
-    }
-}
-
 /// `PART.dcb.h5` beside `PART.mtx`.
 pub(crate) fn default_output(stiffness: &Path) -> PathBuf {
     let mut name = stem(stiffness).into_os_string();
@@ -78,17 +69,6 @@ fn last_words() -> String {
         true => "the superelement is complete".to_owned(),
         false => "nothing was written".to_owned(),
     }
-}
-
-/// Ends what was started, cleans up, says what there is, and ends with the signal's status (130 for Ctrl-C).
-pub(crate) fn when_interrupted(clean_up: impl Fn() -> String + Send + 'static) {
-    stop_signal::watch(move |signal| {
-        #[cfg(feature = "slepc")]
-        crate::mpi_job::end_all();
-        remove_unfinished();
-        print_to_stderr(signal.reason(), &clean_up());
-        stop_signal::end(signal);
-    });
 }
 
 /// A reduction as it is asked for, with all that can be checked before anything is read.
@@ -225,7 +205,7 @@ impl<'a> Job<'a> {
                 replace_existing,
                 compression: arguments.form.compression(),
             },
-            told: Told::of(common),
+            told: common.told(),
             listed: match common.verbose {
                 true => usize::MAX,
                 false => LISTED_MODES,

@@ -13,9 +13,9 @@ use dcb_report::{Ledger, Start};
 use serde_json::{Value, json};
 
 use crate::EnrichmentSource;
-use crate::cli::{CommonArguments, SiblingArguments};
+use crate::cli::{CommonArguments, SiblingArguments, when_interrupted};
 use crate::cli_memory::MemoryArguments;
-use crate::cli_reduce::{Outcome, when_interrupted};
+use crate::cli_reduce::Outcome;
 use crate::condensation::Model;
 use crate::error::{CommandRefusal, Error, Lacking};
 use crate::study::progress::Progress;

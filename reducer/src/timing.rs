@@ -3,11 +3,11 @@
 use std::time::Instant;
 
 use dcb_formats::out_of_memory::at_stage;
+use dcb_formats::program::print_to_stderr;
 use dcb_formats::threads::one_more;
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use serde::Serialize;
 
-use crate::cli::print_to_stderr;
 use crate::forecast::Forecast;
 use crate::machine_speed::MachineSpeed;
 use crate::memory_limit::MemoryLimit;

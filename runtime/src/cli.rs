@@ -1,15 +1,13 @@
 //! The command line of `simulate`. Results go to standard output, everything else to standard error.
 
-use std::io::{ErrorKind, Write};
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
-use clap::error::{ContextKind, ContextValue, ErrorKind as Misuse};
-use clap::{Args, CommandFactory, Parser, Subcommand, ValueEnum};
+use clap::{Args, Parser, Subcommand, ValueEnum};
 use dcb_formats::output::{Replace, check_output};
+use dcb_formats::program::{Told, begin, print_to_stderr, print_to_stdout};
 use dcb_formats::results::Results;
-use dcb_formats::terminal::{for_terminal, one_line};
-use dcb_formats::threads::start_workers;
+use dcb_formats::terminal::one_line;
 
 use crate::cli_prepare::{self, PrepareArguments};
 use crate::cli_scene;
@@ -56,6 +54,16 @@ pub struct CommonArguments {
     /// Worker threads of a study [default: all]. A scene is integrated by one.
     #[arg(long, global = true, value_name = "N", allow_negative_numbers = true, value_parser = clap::value_parser!(u16).range(1..=1024))]
     pub threads: Option<u16>,
+}
+
+impl CommonArguments {
+    /// Whether the user is told what goes on.
+    pub(crate) fn told(&self) -> Told {
+        match self.quiet {
+            true => Told::Nothing,
+            false => Told::Everything,
+        }
+    }
 }
 
 /// How interfaces follow the coordinates.
@@ -179,15 +187,11 @@ enum Command {
 
 /// Runs the program.
 pub fn main() -> ExitCode {
-    stop_signal::listen();
-    let cli = match Cli::try_parse() {
+    let common = |cli: &Cli| (cli.common.threads, cli.common.told());
+    let cli = match begin("SCENE.json", common) {
         Ok(cli) => cli,
-        Err(error) => return refuse(&in_our_words(error)),
+        Err(status) => return status,
     };
-    let workers = start_workers(cli.common.threads);
-    if let Some(note) = workers.note().filter(|_| !cli.common.quiet) {
-        print_to_stderr("note", &note);
-    }
     let done = match &cli.command {
         None => cli_scene::run(&cli.scene, &cli.common),
         Some(Command::Prepare(arguments)) => cli_prepare::run(arguments, &cli.common),
@@ -353,49 +357,4 @@ fn show(path: &PathBuf) -> Result<Done, Error> {
 fn schema() -> Result<Done, Error> {
     let text = serde_json::to_string_pretty(&scene_schema()).unwrap_or_default();
     Ok(Done::with(text + "\n"))
-}
-
-/// The help or the version, or what is wrong with the arguments: they may be names of anybody's files.
-fn refuse(error: &clap::Error) -> ExitCode {
-    if error.use_stderr() {
-        let message = for_terminal(&error.render().to_string());
-        let _ = std::io::stderr().write_all(message.as_bytes());
-    } else {
-        let _ = error.print();
-    }
-    ExitCode::from(u8::try_from(error.exit_code()).unwrap_or(2))
-}
-
-/// A second file, or a misspelt command before a file, is a conflict of commands to the parser: said as what it is.
-fn in_our_words(error: clap::Error) -> clap::Error {
-    match (error.kind(), error.get(ContextKind::InvalidSubcommand)) {
-        (Misuse::ArgumentConflict, Some(ContextValue::String(word))) => {
-            let message = format!(
-                "{word:?} is one argument too many: one SCENE.json is wanted, or the name of a command first (see --help)"
-            );
-            Cli::command().error(Misuse::TooManyValues, message)
-        }
-        _ => error,
-    }
-}
-
-/// A reader that closes the pipe early (`| head`) is not an error.
-fn print_to_stdout(text: &str) -> Result<(), Error> {
-    let mut out = std::io::stdout().lock();
-    let text = for_terminal(text);
-    match out.write_all(text.as_bytes()).and_then(|()| out.flush()) {
-        Err(source) if source.kind() != ErrorKind::BrokenPipe => {
-            Err(Error::File(dcb_formats::Error::Io {
-                path: "standard output".into(),
-                action: "write",
-                source,
-            }))
-        }
-        _ => Ok(()),
-    }
-}
-
-/// A closed standard error leaves nobody to tell.
-pub fn print_to_stderr(kind: &str, message: &str) {
-    let _ = writeln!(std::io::stderr(), "{kind}: {}", for_terminal(message));
 }

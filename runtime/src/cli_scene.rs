@@ -10,9 +10,7 @@ use dcb_formats::results::{Results, frequency_unit};
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use serde_json::json;
 
-use crate::cli::{
-    CommonArguments, Done, Ending, ModelArgument, SceneArguments, print_to_stderr, replace,
-};
+use crate::cli::{CommonArguments, Done, Ending, ModelArgument, SceneArguments, replace};
 use crate::error::Error;
 use crate::export::csv;
 use crate::export::history::Selection;
@@ -20,6 +18,7 @@ use crate::model::Model;
 use crate::run::{self, ModesReport, Observer, Profiling, Report, RunReport, Target, stiffened};
 use dcb_demand::SuperelementFiles;
 use dcb_demand::pruning::Pruning;
+use dcb_formats::program::Told;
 use dcb_formats::scene::{BodyKind, Method, Scene};
 use dcb_formats::stop_signal;
 
@@ -370,7 +369,7 @@ fn summary(report: &RunReport, path: &Path, scene: &Scene) -> String {
 /// Tells notes on standard error, and progress if it is a terminal.
 struct Watcher {
     bar: ProgressBar,
-    is_quiet: bool,
+    told: Told,
 }
 
 impl Watcher {
@@ -384,17 +383,15 @@ impl Watcher {
         }
         Self {
             bar,
-            is_quiet: common.quiet,
+            told: common.told(),
         }
     }
 }
 
 impl Observer for Watcher {
     fn note(&mut self, time: f64, message: &str) {
-        if !self.is_quiet {
-            self.bar
-                .suspend(|| print_to_stderr("note", &format!("t = {time:.6}: {message}")));
-        }
+        let line = format!("t = {time:.6}: {message}");
+        self.bar.suspend(|| self.told.say("note", &line));
     }
 
     fn progress(&mut self, time: f64, end: f64) {

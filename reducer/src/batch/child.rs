@@ -17,11 +17,10 @@ const SAME_MOMENT: Duration = Duration::from_millis(500);
 const INTERRUPTED: [i32; 3] = [130, 143, 129];
 
 /// Processes that run, and whether more may begin.
-static RUNNING: Mutex<Running> = Mutex::new(Running {
-    children: Vec::new(),
-    is_ended: false,
-});
+#[derive(Debug)]
+pub struct Processes(Mutex<Running>);
 
+#[derive(Debug)]
 struct Running {
     children: Vec<Arc<Mutex<Child>>>,
     is_ended: bool,
@@ -38,63 +37,96 @@ pub struct Ended {
     pub stderr: String,
 }
 
-/// Runs a process to its end.
-///
-/// # Errors
-/// It can't be started.
-pub fn run(command: &mut Command) -> std::io::Result<Ended> {
-    command.stdout(Stdio::piped()).stderr(Stdio::piped());
-    let (child, stdout, stderr) = {
-        let mut running = lock(&RUNNING);
-        while running.is_ended {
-            drop(running);
+impl Processes {
+    /// None yet.
+    pub const fn none() -> Self {
+        Self(Mutex::new(Running {
+            children: Vec::new(),
+            is_ended: false,
+        }))
+    }
+
+    /// Runs a process to its end.
+    ///
+    /// # Errors
+    /// It can't be started.
+    pub fn run(&self, command: &mut Command) -> std::io::Result<Ended> {
+        command.stdout(Stdio::piped()).stderr(Stdio::piped());
+        let (child, stdout, stderr) = {
+            let mut running = lock(&self.0);
+            while running.is_ended {
+                drop(running);
+                std::thread::park();
+                running = lock(&self.0);
+            }
+            let mut child = command.spawn()?;
+            let (stdout, stderr) = (child.stdout.take(), child.stderr.take());
+            let child = Arc::new(Mutex::new(child));
+            running.children.push(Arc::clone(&child));
+            (child, stdout, stderr)
+        };
+        let (stdout, stderr) = std::thread::scope(|scope| {
+            // Both pipes are read at a time, else a full one stops the process.
+            let reader = std::thread::Builder::new().spawn_scoped(scope, || text_of(stdout));
+            if reader.is_err() {
+                let _ = lock(&child).kill();
+            }
+            let stderr = text_of(stderr);
+            reader.map(|reader| (reader.join().unwrap_or_default(), stderr))
+        })
+        .inspect_err(|_| {
+            let _ = lock(&child).wait();
+            let mut running = lock(&self.0);
+            running.children.retain(|other| !Arc::ptr_eq(other, &child));
+        })?;
+        let status = loop {
+            if let Some(status) = lock(&child).try_wait()? {
+                break status;
+            }
+            std::thread::sleep(INTERVAL);
+        };
+        lock(&self.0)
+            .children
+            .retain(|other| !Arc::ptr_eq(other, &child));
+        if status
+            .code()
+            .is_some_and(|code| INTERRUPTED.contains(&code))
+        {
+            // Ctrl-C reaches all processes of a terminal at once; this one is ended by its own handler.
+            std::thread::sleep(SAME_MOMENT);
+        }
+        while lock(&self.0).is_ended {
             std::thread::park();
-            running = lock(&RUNNING);
         }
-        let mut child = command.spawn()?;
-        let (stdout, stderr) = (child.stdout.take(), child.stderr.take());
-        let child = Arc::new(Mutex::new(child));
-        running.children.push(Arc::clone(&child));
-        (child, stdout, stderr)
-    };
-    let (stdout, stderr) = std::thread::scope(|scope| {
-        // Both pipes are read at a time, else a full one stops the process.
-        let reader = std::thread::Builder::new().spawn_scoped(scope, || text_of(stdout));
-        if reader.is_err() {
-            let _ = lock(&child).kill();
-        }
-        let stderr = text_of(stderr);
-        reader.map(|reader| (reader.join().unwrap_or_default(), stderr))
-    })
-    .inspect_err(|_| {
-        let _ = lock(&child).wait();
-        let mut running = lock(&RUNNING);
-        running.children.retain(|other| !Arc::ptr_eq(other, &child));
-    })?;
-    let status = loop {
-        if let Some(status) = lock(&child).try_wait()? {
-            break status;
-        }
-        std::thread::sleep(INTERVAL);
-    };
-    lock(&RUNNING)
-        .children
-        .retain(|other| !Arc::ptr_eq(other, &child));
-    if status
-        .code()
-        .is_some_and(|code| INTERRUPTED.contains(&code))
-    {
-        // Ctrl-C reaches all processes of a terminal at once; this one is ended by its own handler.
-        std::thread::sleep(SAME_MOMENT);
+        Ok(Ended {
+            status,
+            stdout,
+            stderr,
+        })
     }
-    while lock(&RUNNING).is_ended {
-        std::thread::park();
+
+    /// Ends all processes, and lets none begin or report any more: only for a program that ends itself thereafter.
+    pub fn end_all(&self) {
+        let children = {
+            let mut running = lock(&self.0);
+            running.is_ended = true;
+            running.children.clone()
+        };
+        for child in &children {
+            interrupt(&mut lock(child));
+        }
+        let start = Instant::now();
+        let has_ended = |child: &Arc<Mutex<Child>>| !matches!(lock(child).try_wait(), Ok(None));
+        while !children.iter().all(has_ended) {
+            if start.elapsed() > GRACE {
+                for child in &children {
+                    let _ = lock(child).kill();
+                }
+                return;
+            }
+            std::thread::sleep(INTERVAL);
+        }
     }
-    Ok(Ended {
-        status,
-        stdout,
-        stderr,
-    })
 }
 
 fn text_of(pipe: Option<impl Read>) -> String {
@@ -104,29 +136,6 @@ fn text_of(pipe: Option<impl Read>) -> String {
         let _ = pipe.read_to_end(&mut bytes);
     }
     String::from_utf8_lossy(&bytes).into_owned()
-}
-
-/// Ends all processes, and lets none begin or report any more: only for a program that ends itself thereafter.
-pub fn end_all() {
-    let children = {
-        let mut running = lock(&RUNNING);
-        running.is_ended = true;
-        running.children.clone()
-    };
-    for child in &children {
-        interrupt(&mut lock(child));
-    }
-    let start = Instant::now();
-    let has_ended = |child: &Arc<Mutex<Child>>| !matches!(lock(child).try_wait(), Ok(None));
-    while !children.iter().all(has_ended) {
-        if start.elapsed() > GRACE {
-            for child in &children {
-                let _ = lock(child).kill();
-            }
-            return;
-        }
-        std::thread::sleep(INTERVAL);
-    }
 }
 
 /// Interrupts a process that wasn't waited for to its end, so that its number is still its own.

@@ -22,6 +22,7 @@ use std::fs::{File, TryLockError};
 use std::path::{Path, PathBuf};
 use std::sync::{Mutex, PoisonError};
 
+use self::child::Processes;
 use self::manifest::Part;
 use self::memory_share::MemoryShare;
 use self::part::Making;
@@ -48,6 +49,8 @@ pub struct Batch {
     pub cache: Option<Cache>,
     /// What to do with what was made before.
     pub earlier: Earlier,
+    /// The processes, which somebody else may end.
+    pub processes: &'static Processes,
 }
 
 /// What to do with rows from before.

@@ -10,7 +10,7 @@ use dcb_formats::dcb::SuperelementFile;
 use dcb_formats::output::remove_leftovers;
 use serde_json::Value;
 
-use super::child::{self, Ended};
+use super::child::Ended;
 use super::command;
 use super::manifest::Part;
 use super::memory_share::MemoryShare;
@@ -119,7 +119,11 @@ impl<'a> Making<'a> {
         let mut command = command::reduce(self.batch, self.part, &self.target(), &timings)
             .map_err(cannot_start)?;
         command.stdin(claim);
-        let ended = child::run(&mut command).map_err(cannot_start)?;
+        let ended = self
+            .batch
+            .processes
+            .run(&mut command)
+            .map_err(cannot_start)?;
         let costs: Option<Value> = std::fs::read(&timings)
             .ok()
             .and_then(|text| serde_json::from_slice(&text).ok());
@@ -141,7 +145,11 @@ impl<'a> Making<'a> {
     /// fail by itself.
     fn needed_memory(&self) -> Result<Result<u64, String>, Error> {
         let mut command = command::plan(self.batch, self.part).map_err(cannot_start)?;
-        let ended = child::run(&mut command).map_err(cannot_start)?;
+        let ended = self
+            .batch
+            .processes
+            .run(&mut command)
+            .map_err(cannot_start)?;
         let Ok(plan) = serde_json::from_str::<Value>(&ended.stdout) else {
             return Ok(Ok(0));
         };
