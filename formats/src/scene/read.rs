@@ -79,8 +79,7 @@ pub(super) fn text(path: &Path) -> Result<String, Error> {
         return Err(whole(format!(
             "has more than {} MiB; expected a scene (JSON)",
             LARGEST >> 20
-        ))
-        .into());
+        )));
     }
     let text = String::from_utf8(bytes).map_err(|error| {
         whole(format!(
@@ -88,7 +87,7 @@ pub(super) fn text(path: &Path) -> Result<String, Error> {
         ))
     })?;
     if text.trim().is_empty() {
-        return Err(whole("is empty; expected a scene (JSON)".into()).into());
+        return Err(whole("is empty; expected a scene (JSON)".into()));
     }
     Ok(text)
 }
