@@ -256,18 +256,8 @@ fn planar_i1(value: f64) -> [[f64; 3]; 3] {
 mod tests {
     #![allow(clippy::unwrap_used)]
     use super::*;
-    use dcb_samples::{Material, RodSection, SolidElement};
+    use dcb_samples::{Material, PseudoRandom, RodSection, SolidElement};
     use dcb_sparse::block_algebra::largest_entry;
-
-    fn pseudo_random(rows: usize, columns: usize) -> Mat<f64> {
-        let mut state = 5_u64;
-        Mat::from_fn(rows, columns, |_, _| {
-            state = state
-                .wrapping_mul(6364136223846793005)
-                .wrapping_add(1442695040888963407);
-            (state >> 11) as f64 / (1_u64 << 53) as f64 - 0.5
-        })
-    }
 
     fn block() -> Component {
         let size = [0.2, 0.1, 0.05];
@@ -290,8 +280,8 @@ mod tests {
         let solid = Solid::of(&component).unwrap();
         let centre = MassProperties::of(&component).unwrap().centre;
         let (modes, attachments) = (
-            pseudo_random(component.dofs.len(), 37),
-            pseudo_random(component.dofs.len(), 70),
+            PseudoRandom::new(5).matrix(component.dofs.len(), 37),
+            PseudoRandom::new(5).matrix(component.dofs.len(), 70),
         );
         let parts = [modes.as_ref(), attachments.as_ref()];
         let basis = Basis(&parts);
@@ -326,7 +316,7 @@ mod tests {
     fn invariants_do_not_depend_on_the_number_of_threads() {
         let component = block();
         let properties = MassProperties::of(&component).unwrap();
-        let basis = pseudo_random(component.dofs.len(), 40);
+        let basis = PseudoRandom::new(5).matrix(component.dofs.len(), 40);
         let run = |threads: usize| {
             let pool = rayon::ThreadPoolBuilder::new()
                 .num_threads(threads)

@@ -14,6 +14,7 @@ mod lattice;
 pub mod material;
 pub mod planar_rod;
 mod planform;
+pub mod pseudo_random;
 pub mod solid;
 mod sparse;
 pub mod spatial_beam;
@@ -24,6 +25,7 @@ pub use axial_prestress::axial_prestress;
 pub use connecting_rod::connecting_rod;
 pub use material::Material;
 pub use planar_rod::{RodSection, planar_rod};
+pub use pseudo_random::PseudoRandom;
 pub use solid::{
     SolidElement, assemble_solid, box_block, reference_hexahedra, reference_tetrahedra,
 };

@@ -15,18 +15,13 @@ fn cases() -> Vec<fn() -> HardCase> {
 }
 
 fn main() {
-    let path = format!(
-        "{}/../docs/data/hard_cases.jsonl",
-        env!("CARGO_MANIFEST_DIR")
-    );
     if std::env::args().any(|argument| argument == "--render") {
-        let raw = std::fs::read_to_string(path).expect("docs/data/hard_cases.jsonl");
-        print!("{}", hard_cases::render(&raw));
+        print!("{}", hard_cases::PAGE.rendered());
         return;
     }
     let mut lines = format!("{}\n", sections::machine(COMMAND));
     for case in cases() {
         lines += &format!("{}\n", case().line());
     }
-    std::fs::write(path, lines).expect("docs/data/hard_cases.jsonl");
+    std::fs::write(hard_cases::PAGE.data_path(), lines).expect("docs/data/hard_cases.jsonl");
 }

@@ -4,37 +4,23 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 use dcb_formats::Superelement;
-use dcb_formats::dcb::{Compression, Contents, SuperelementFile, WriteOptions, write_superelement};
-use dcb_formats::mesh::Dimension::{self, Planar, Spatial};
-use dcb_tests::synthetic;
-
-fn write(path: &Path, dimension: Dimension, compression: Compression) {
-    let superelement = synthetic::superelement(dimension);
-    let (recovery, mesh) = (
-        synthetic::recovery(&superelement),
-        synthetic::mesh(dimension),
-    );
-    let contents = Contents {
-        superelement: &superelement,
-        recovery: Some(&recovery),
-        mesh: Some(&mesh),
-    };
-    let options = WriteOptions {
-        compression,
-        ..WriteOptions::default()
-    };
-    write_superelement(path, &contents, &options).unwrap();
-}
+use dcb_formats::dcb::{Compression, SuperelementFile};
+use dcb_formats::mesh::Dimension::{Planar, Spatial};
+use dcb_samples::PseudoRandom;
+use dcb_tests::{python, synthetic};
 
 /// Four files of all the ways that HDF5 has to store things.
 fn samples(folder: &Path) -> Vec<PathBuf> {
     let (plain, small) = (folder.join("plain.dcb.h5"), folder.join("small.dcb.h5"));
-    write(&plain, Planar, Compression::None);
-    write(&small, Spatial, Compression::Deflate);
+    let written = |path, dimension, compression| {
+        synthetic::write(path, &synthetic::superelement(dimension), compression).unwrap();
+    };
+    written(&plain, Planar, Compression::None);
+    written(&small, Spatial, Compression::Deflate);
     let mut samples = vec![plain.clone(), small];
     for variant in ["default", "v114", "fixed"] {
         let copy = folder.join(format!("{variant}.dcb.h5"));
-        dcb_tests::python::recreate(&plain, &copy, variant).unwrap();
+        python::recreate(&plain, &copy, variant).unwrap();
         samples.push(copy);
     }
     samples
@@ -49,16 +35,6 @@ fn read(path: &Path) -> Option<Superelement> {
     let mut superelement = file.superelement().ok()?;
     superelement.provenance = synthetic::superelement(superelement.dimension).provenance;
     Some(superelement)
-}
-
-fn random_numbers() -> impl FnMut() -> usize {
-    let mut state = 0x9e37_79b9_7f4a_7c15_u64;
-    move || {
-        state = state
-            .wrapping_mul(6_364_136_223_846_793_005)
-            .wrapping_add(1_442_695_040_888_963_407);
-        (state >> 33) as usize
-    }
 }
 
 #[test]
@@ -88,16 +64,16 @@ fn flipped_bytes_never_bring_the_reader_down() {
     for path in samples(folder.path()) {
         let right = fs::read(&path).unwrap();
         let expected = read(&path).unwrap();
-        let mut random = random_numbers();
+        let mut random = PseudoRandom::new(1);
         let mut accepted = 0;
         for round in 0..rounds {
             let mut bytes = right.clone();
             let at = round * right.len() / rounds;
-            bytes[at] ^= 1 << (random() % 8);
+            bytes[at] ^= 1 << (random.below(8));
             if round % 2 == 1 {
-                for _ in 0..random() % 8 {
-                    let near = (at + random() % 64).min(right.len() - 1);
-                    bytes[near] = [0, 0xff, 0x7f, 0x80, 1][random() % 5];
+                for _ in 0..random.below(8) {
+                    let near = (at + random.below(64)).min(right.len() - 1);
+                    bytes[near] = [0, 0xff, 0x7f, 0x80, 1][random.below(5)];
                 }
             }
             fs::write(&broken, &bytes).unwrap();

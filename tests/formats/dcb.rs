@@ -28,24 +28,7 @@ fn bare(superelement: &Superelement) -> Contents<'_> {
 
 fn write_full(path: &Path, dimension: Dimension, compression: Compression) -> Superelement {
     let superelement = synthetic::enriched(dimension);
-    let (recovery, mesh) = (
-        synthetic::recovery(&superelement),
-        synthetic::mesh(dimension),
-    );
-    let contents = Contents {
-        superelement: &superelement,
-        recovery: Some(&recovery),
-        mesh: Some(&mesh),
-    };
-    write_superelement(
-        path,
-        &contents,
-        &WriteOptions {
-            compression,
-            ..FORCE
-        },
-    )
-    .unwrap();
+    synthetic::write(path, &superelement, compression).unwrap();
     superelement
 }
 

@@ -5,6 +5,7 @@ use std::path::{Path, PathBuf};
 
 use dcb_formats::dcb::SuperelementFile;
 use dcb_formats::superelement::FrameKind;
+use dcb_tests::reference::{numbers, reference};
 use dcb_tests::synthetic;
 use serde_json::Value;
 
@@ -12,19 +13,6 @@ fn data(path: &str) -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR"))
         .join("data")
         .join(path)
-}
-
-fn reference(name: &str) -> Value {
-    serde_json::from_str(&std::fs::read_to_string(data("reference").join(name)).unwrap()).unwrap()
-}
-
-fn numbers(value: &Value) -> Vec<f64> {
-    value
-        .as_array()
-        .unwrap()
-        .iter()
-        .map(|x| x.as_f64().unwrap())
-        .collect()
 }
 
 #[test]

@@ -6,10 +6,10 @@ use dcb_formats::dcb::{
     Compression, Contents, FormatVersion, SuperelementFile, WriteOptions, write_superelement,
 };
 use dcb_formats::mesh::Dimension::{Planar, Spatial};
-use dcb_tests::synthetic;
+use dcb_tests::{python, synthetic};
 
 fn check(file: &Path) -> Result<(), String> {
-    dcb_tests::python::run("check_superelement.py", &[file.as_os_str()])
+    python::run("check_superelement.py", &[file.as_os_str()]).map(drop)
 }
 
 #[test]
@@ -18,36 +18,12 @@ fn h5py_reads_every_dataset_and_recomputes_every_digest() {
     let path = folder.path().join("rod.dcb.h5");
     for dimension in [Planar, Spatial] {
         for compression in [Compression::None, Compression::Deflate] {
-            let _ = std::fs::remove_file(&path);
             let superelement = synthetic::enriched(dimension);
-            let (recovery, mesh) = (
-                synthetic::recovery(&superelement),
-                synthetic::mesh(dimension),
-            );
-            let contents = Contents {
-                superelement: &superelement,
-                recovery: Some(&recovery),
-                mesh: Some(&mesh),
-            };
-            write_superelement(
-                &path,
-                &contents,
-                &WriteOptions {
-                    compression,
-                    ..WriteOptions::default()
-                },
-            )
-            .unwrap();
+            synthetic::write(&path, &superelement, compression).unwrap();
             check(&path).unwrap();
         }
-        let _ = std::fs::remove_file(&path);
         let superelement = synthetic::superelement(dimension);
-        let contents = Contents {
-            superelement: &superelement,
-            recovery: None,
-            mesh: None,
-        };
-        write_superelement(&path, &contents, &WriteOptions::default()).unwrap();
+        dcb_tests::write_bare(&path, &superelement);
         check(&path).unwrap();
     }
 }
@@ -73,7 +49,7 @@ fn the_documented_program_verifies_a_file() {
         mesh: Some(&mesh),
     };
     write_superelement(&path, &contents, &WriteOptions::default()).unwrap();
-    dcb_tests::python::run(script, &[path.as_os_str()]).unwrap();
+    python::run(script, &[path.as_os_str()]).unwrap();
 }
 
 #[test]
@@ -81,16 +57,7 @@ fn h5py_sees_a_changed_number() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("rod.dcb.h5");
     let superelement = synthetic::superelement(Planar);
-    write_superelement(
-        &path,
-        &Contents {
-            superelement: &superelement,
-            recovery: None,
-            mesh: None,
-        },
-        &WriteOptions::default(),
-    )
-    .unwrap();
+    dcb_tests::write_bare(&path, &superelement);
     let mut bytes = std::fs::read(&path).unwrap();
     let mass = superelement.inertia.mass.to_le_bytes();
     let at = bytes.windows(8).position(|window| window == mass).unwrap();
@@ -114,16 +81,11 @@ fn files_that_h5py_wrote_say_the_same() {
             synthetic::recovery(&superelement),
             synthetic::mesh(dimension),
         );
-        let contents = Contents {
-            superelement: &superelement,
-            recovery: Some(&recovery),
-            mesh: Some(&mesh),
-        };
-        write_superelement(&path, &contents, &WriteOptions::default()).unwrap();
+        synthetic::write(&path, &superelement, Compression::None).unwrap();
         let right = SuperelementFile::open(&path).unwrap();
         for variant in ["default", "v114", "fixed"] {
             let copy = folder.path().join("copy.dcb.h5");
-            dcb_tests::python::recreate(&path, &copy, variant).unwrap();
+            python::recreate(&path, &copy, variant).unwrap();
             check(&copy).unwrap();
             let file = SuperelementFile::open(&copy).unwrap();
             assert_eq!(file.digest(), right.digest(), "{variant}");
@@ -146,13 +108,8 @@ fn what_a_later_minor_version_adds_is_ignored_but_verified() {
         folder.path().join("copy.dcb.h5"),
     );
     let superelement = synthetic::superelement(Spatial);
-    let contents = Contents {
-        superelement: &superelement,
-        recovery: None,
-        mesh: None,
-    };
-    write_superelement(&path, &contents, &WriteOptions::default()).unwrap();
-    dcb_tests::python::recreate(&path, &copy, "extended").unwrap();
+    dcb_tests::write_bare(&path, &superelement);
+    python::recreate(&path, &copy, "extended").unwrap();
     check(&copy).unwrap();
     let (old, new) = (
         SuperelementFile::open(&path).unwrap(),
@@ -172,12 +129,7 @@ fn six_thousand_columns_are_fine() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("long.dcb.h5");
     let superelement = synthetic::with_modes(6000);
-    let contents = Contents {
-        superelement: &superelement,
-        recovery: None,
-        mesh: None,
-    };
-    write_superelement(&path, &contents, &WriteOptions::default()).unwrap();
+    dcb_tests::write_bare(&path, &superelement);
     let file = SuperelementFile::open(&path).unwrap();
     assert_eq!(file.superelement().unwrap(), superelement);
     check(&path).unwrap();

@@ -4,7 +4,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 use dcb_formats::Error;
-use dcb_formats::dcb::{Compression, Contents, SuperelementFile, WriteOptions, write_superelement};
+use dcb_formats::dcb::{Compression, SuperelementFile};
 use dcb_formats::mesh::Dimension::{self, Planar, Spatial};
 use dcb_tests::synthetic;
 use hdf5::file::LibraryVersion;
@@ -15,24 +15,7 @@ use crate::hdf5_file::{self, set_text, unlocked};
 fn full(folder: &Path, dimension: Dimension, compression: Compression) -> PathBuf {
     let path = folder.join("rod.dcb.h5");
     let superelement = synthetic::superelement(dimension);
-    let (recovery, mesh) = (
-        synthetic::recovery(&superelement),
-        synthetic::mesh(dimension),
-    );
-    let contents = Contents {
-        superelement: &superelement,
-        recovery: Some(&recovery),
-        mesh: Some(&mesh),
-    };
-    write_superelement(
-        &path,
-        &contents,
-        &WriteOptions {
-            compression,
-            ..WriteOptions::default()
-        },
-    )
-    .unwrap();
+    synthetic::write(&path, &superelement, compression).unwrap();
     path
 }
 

@@ -6,6 +6,7 @@ use std::path::{Path, PathBuf};
 
 use dcb_formats::matrix::{MatrixReport, read_matrix, read_symmetric_operator};
 use dcb_formats::{Error, SparseMatrix};
+use dcb_samples::PseudoRandom;
 use serde_json::Value;
 
 fn conformance_folder() -> PathBuf {
@@ -42,7 +43,7 @@ impl Scratch {
     }
 }
 
-fn gzip(bytes: &[u8]) -> Vec<u8> {
+pub fn gzip(bytes: &[u8]) -> Vec<u8> {
     let mut encoder = flate2::write::GzEncoder::new(Vec::new(), flate2::Compression::fast());
     encoder.write_all(bytes).unwrap();
     encoder.finish().unwrap()
@@ -274,22 +275,9 @@ fn duplicates_and_zeros_are_counted() {
     );
 }
 
-/// A linear congruential generator: the same numbers in every run.
-struct Random(u64);
-
-impl Random {
-    fn below(&mut self, limit: u64) -> u64 {
-        self.0 = self
-            .0
-            .wrapping_mul(6_364_136_223_846_793_005)
-            .wrapping_add(1_442_695_040_888_963_407);
-        (self.0 >> 33) % limit
-    }
-}
-
 /// Unsorted entries below the diagonal, most of them duplicates whose sum depends on the order.
-fn disorderly(entry_count: usize, size: u64) -> String {
-    let mut random = Random(7);
+fn disorderly(entry_count: usize, size: usize) -> String {
+    let mut random = PseudoRandom::new(7);
     let mut text =
         format!("%%MatrixMarket matrix coordinate real symmetric\n{size} {size} {entry_count}\n");
     for _ in 0..entry_count {
@@ -491,8 +479,8 @@ fn rounding_asymmetry_is_averaged_and_reported() {
 
 #[test]
 fn averaging_completes_the_pattern_whatever_the_number_of_threads() {
-    let size = 2000u64;
-    let mut random = Random(11);
+    let size = 2000;
+    let mut random = PseudoRandom::new(11);
     let mut lines = BTreeMap::new();
     for _ in 0..60_000 {
         let (row, column) = (1 + random.below(size), 1 + random.below(size));
@@ -532,7 +520,7 @@ fn averaging_completes_the_pattern_whatever_the_number_of_threads() {
         let (matrix, _) = pool.install(|| read_symmetric_operator(&path)).unwrap();
         let found: BTreeMap<_, _> = matrix
             .triplet_iter()
-            .map(|entry| ((entry.row as u64, entry.col as u64), *entry.val))
+            .map(|entry| ((entry.row, entry.col), *entry.val))
             .collect();
         assert!(found == expected, "{thread_count} threads");
     }
@@ -684,7 +672,7 @@ fn mutated_files_never_panic() {
     ];
     let scratch = Scratch::new();
     let path = scratch.0.path().join("mutated.mtx");
-    let mut random = Random(2024);
+    let mut random = PseudoRandom::new(2024);
     let alphabet = b"0123456789 \t\n\r.+-eEdD%xXniaf,\0\xff";
     let mut read_count = 0;
     for name in originals {
@@ -692,8 +680,8 @@ fn mutated_files_never_panic() {
         for _ in 0..1500 {
             let mut bytes = original.clone();
             for _ in 0..=random.below(3) {
-                let at = random.below(bytes.len() as u64) as usize;
-                let byte = alphabet[random.below(alphabet.len() as u64) as usize];
+                let at = random.below(bytes.len());
+                let byte = alphabet[random.below(alphabet.len())];
                 match random.below(8) {
                     0..=2 => bytes[at] = byte,
                     3..=4 => bytes.insert(at, byte),

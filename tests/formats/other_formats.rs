@@ -1,16 +1,14 @@
 //! Files of other programs, given where Matrix Market is expected: each is named by its content, and none of its bytes are shown.
 
-use std::io::Write;
-
 use dcb_formats::matrix::{check_operator_header, read_matrix, read_symmetric_operator};
+
+use crate::matrix_market::gzip;
 
 /// The refusal of a file, which is the same for every reader, plain or gzipped, under whatever name.
 fn refusal(content: &[u8]) -> String {
     let folder = tempfile::tempdir().unwrap();
     let mut messages = Vec::new();
-    let mut packed = flate2::write::GzEncoder::new(Vec::new(), flate2::Compression::fast());
-    packed.write_all(content).unwrap();
-    let packed = packed.finish().unwrap();
+    let packed = gzip(content);
     for (name, bytes) in [
         ("k.mtx", content),
         ("k.npz", content),

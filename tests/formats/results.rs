@@ -8,6 +8,7 @@ use dcb_formats::Error;
 use dcb_formats::component::{Source, Units};
 use dcb_formats::output::Replace;
 use dcb_formats::results::{Channel, Column, Header, Outcome, Results, ResultsWriter};
+use dcb_tests::python;
 use hdf5::file::LibraryVersion;
 use serde_json::{Value, json};
 
@@ -90,18 +91,8 @@ fn steps_as_written(path: &Path) -> usize {
 
 /// What h5py finds.
 fn checked_with_h5py(path: &Path) -> Value {
-    let python = std::env::var_os("PYTHON").unwrap_or_else(|| "python3".into());
-    let script = Path::new(env!("CARGO_MANIFEST_DIR")).join("../tests/h5py/check_results.py");
-    let output = Command::new(python)
-        .env("HDF5_USE_FILE_LOCKING", "FALSE")
-        .env("PYTHONDONTWRITEBYTECODE", "1")
-        .arg(script)
-        .arg(path)
-        .output()
-        .unwrap();
-    let errors = String::from_utf8_lossy(&output.stderr);
-    assert!(output.status.success(), "{errors}");
-    serde_json::from_slice(&output.stdout).unwrap()
+    let found = python::run("check_results.py", &[path.as_os_str()]).unwrap();
+    serde_json::from_str(&found).unwrap()
 }
 
 #[test]

@@ -1,25 +1,16 @@
 //! Where eigensolutions lose digits: repeated roots, graded and tiny entries, many rows.
 
 use dcb_dense::{symmetric_eigen, symmetric_eigenvalues, symmetrized};
+use dcb_samples::PseudoRandom;
 use faer::Mat;
 
 /// Below 128 rows, at this limit and beyond it faer takes different ways.
 const ROWS: [usize; 7] = [1, 2, 60, 127, 128, 200, 400];
 const SIZES: [f64; 7] = [1.0, 1e-30, 1e-9, 1e9, 1e30, 1e-250, 1e250];
 
-fn pseudo_random(rows: usize, columns: usize) -> Mat<f64> {
-    let mut state = 7_u64;
-    Mat::from_fn(rows, columns, |_, _| {
-        state = state
-            .wrapping_mul(6364136223846793005)
-            .wrapping_add(1442695040888963407);
-        (state >> 11) as f64 / (1_u64 << 53) as f64 - 0.5
-    })
-}
-
 /// I - 2 v vᵀ / vᵀ v, which is orthogonal.
 fn reflection(n: usize) -> Mat<f64> {
-    let v = pseudo_random(n, 1);
+    let v = PseudoRandom::new(7).matrix(n, 1);
     let square = v.squared_norm_l2();
     Mat::from_fn(n, n, |i, j| {
         f64::from(u8::from(i == j)) - 2.0 * v[(i, 0)] * v[(j, 0)] / square
@@ -101,7 +92,7 @@ fn a_chain_has_the_frequencies_of_its_closed_form() {
 #[test]
 fn graded_matrices_are_diagonal_beside_their_own_size() {
     for n in ROWS {
-        let random = pseudo_random(n, n);
+        let random = PseudoRandom::new(7).matrix(n, n);
         for size in SIZES {
             let matrix = Mat::from_fn(n, n, |i, j| {
                 let decay = size * 0.93_f64.powi((i + j) as i32);

@@ -13,7 +13,7 @@ use dcb_reducer::rigid_body::MassProperties;
 use dcb_reducer::{Grounding, LoosePieces, Reduction};
 use dcb_samples::catalogue::CATALOGUE;
 use dcb_samples::hard::{self, Hinge};
-use dcb_samples::{SolidElement, UnitScale, in_units};
+use dcb_samples::{PseudoRandom, SolidElement, UnitScale, in_units};
 use dcb_tests::dense::{
     dense, diagonal_roots, difference, eigen, relative, scaled_difference, solve, sparse, symmetric,
 };
@@ -549,8 +549,8 @@ fn fewer_modes_than_loose_motions_are_not_kept_in_part() {
 fn small_and_identical_loose_pieces_are_reduced() {
     use dcb_tests::random_parts::{Recipe, SpringMass, Springs};
     let network = |seed: u64, stiffness: f64, mass: f64, size: f64| {
-        let mut random = dcb_tests::dense::pseudo_random(seed);
-        let mut about = |value: f64| value * (1.0 + 0.5 * random());
+        let mut random = PseudoRandom::new(seed);
+        let mut about = |value: f64| value * (1.0 + 0.5 * random.number());
         let springs = Springs {
             dimension: Dimension::Spatial,
             points: (0..5)
@@ -624,20 +624,24 @@ fn small_and_identical_loose_pieces_are_reduced() {
 #[test]
 fn random_loose_pieces_are_reduced() {
     use dcb_tests::random_parts::{Recipe, SpringMass, Springs};
-    let mut random = dcb_tests::dense::pseudo_random(7);
+    let mut random = PseudoRandom::new(7);
     let mut network = |spread: f64| {
         let [stiffness, mass, size] =
-            [1.5, 1.5, 1.5].map(|decades: f64| 10_f64.powf(spread * decades * random()));
-        let count = 2 + (2.0 + 2.0 * random()) as usize;
+            [1.5, 1.5, 1.5].map(|decades: f64| 10_f64.powf(spread * decades * random.number()));
+        let count = 2 + (2.0 + 2.0 * random.number()) as usize;
         let springs = Springs {
             dimension: Dimension::Spatial,
             points: (0..count)
-                .map(|_| std::array::from_fn(|_| size * random()))
+                .map(|_| std::array::from_fn(|_| size * random.number()))
                 .collect(),
             stiffness: (0..count * (count - 1) / 2)
-                .map(|_| 1e6 * stiffness * (1.0 + 0.5 * random()))
+                .map(|_| 1e6 * stiffness * (1.0 + 0.5 * random.number()))
                 .collect(),
-            mass: SpringMass::Lumped((0..count).map(|_| mass * (1.0 + 0.5 * random())).collect()),
+            mass: SpringMass::Lumped(
+                (0..count)
+                    .map(|_| mass * (1.0 + 0.5 * random.number()))
+                    .collect(),
+            ),
         };
         Recipe::Springs(springs).component()
     };

@@ -14,8 +14,8 @@ use dcb_runtime::system::Signal;
 use dcb_runtime::system::builder::{Drawn, SystemBuilder, Turning};
 use dcb_runtime::system::evaluation::Evaluation;
 use dcb_runtime::{Compatibility, FlexibleBody};
-use dcb_samples::{RodSection, SolidElement, UnitScale, in_units, planar_rod};
-use dcb_tests::dense::{dense, largest, pseudo_random, relative, solve};
+use dcb_samples::{PseudoRandom, RodSection, SolidElement, UnitScale, in_units, planar_rod};
+use dcb_tests::dense::{dense, largest, relative, solve};
 use dcb_tests::mechanism::method;
 use dcb_tests::oracle::{Oracle, centre_of_mass};
 use dcb_tests::parts::{skew_beam, steel_box};
@@ -188,8 +188,8 @@ fn columns_answer_to_centrifugal_forces() {
 #[test]
 fn named_loads_are_exact_statically() {
     let mut part = plate();
-    let mut random = pseudo_random(11);
-    let forces: Vec<f64> = (0..part.dofs.len()).map(|_| random()).collect();
+    let mut random = PseudoRandom::new(11);
+    let forces: Vec<f64> = (0..part.dofs.len()).map(|_| random.number()).collect();
     part.loads = vec![NamedLoad {
         name: "wind".into(),
         forces: forces.clone(),

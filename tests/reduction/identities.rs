@@ -10,11 +10,9 @@ use dcb_formats::{Component, Superelement};
 use dcb_reducer::invariants::inertia_invariants;
 use dcb_reducer::rigid_body::{MassProperties, component_columns};
 use dcb_samples::spatial_beam::SpatialBeam;
-use dcb_samples::{RodSection, SolidElement};
+use dcb_samples::{PseudoRandom, RodSection, SolidElement};
 use dcb_tests::accuracy::basis;
-use dcb_tests::dense::{
-    diagonal_roots, identity, largest, pseudo_random, scaled_difference, times,
-};
+use dcb_tests::dense::{diagonal_roots, identity, largest, scaled_difference, times};
 use dcb_tests::oracle::{Oracle, centre_of_mass, rigid_motions};
 use dcb_tests::{fields, lowest, nodal, parts};
 use faer::Mat;
@@ -212,7 +210,7 @@ fn random_state(
     element: &Superelement,
     seed: u64,
 ) -> (Vector3<f64>, Vector3<f64>, Vec<f64>, Vec<f64>) {
-    let mut random = pseudo_random(seed);
+    let mut random = PseudoRandom::new(seed);
     let n_k = element.mode_count();
     let scale: Vec<f64> = (0..element.basis_count())
         .map(|k| {
@@ -224,10 +222,10 @@ fn random_state(
         })
         .map(|s| 0.05 * element.inertia.mass.sqrt() * s)
         .collect();
-    let velocity = Vector3::from_fn(|_, _| random());
-    let omega = Vector3::from_fn(|_, _| 3.0 * random());
-    let y = scale.iter().map(|s| s * random()).collect();
-    let rate = scale.iter().map(|s| 2.0 * s * random()).collect();
+    let velocity = Vector3::from_fn(|_, _| random.number());
+    let omega = Vector3::from_fn(|_, _| 3.0 * random.number());
+    let y = scale.iter().map(|s| s * random.number()).collect();
+    let rate = scale.iter().map(|s| 2.0 * s * random.number()).collect();
     (velocity, omega, y, rate)
 }
 

@@ -9,8 +9,10 @@
 use dcb_formats::Component;
 use dcb_reducer::Reduced;
 use dcb_samples::solid::solid_component;
-use dcb_samples::{Material, RodSection, SolidElement, UnitScale, in_units, planar_rod};
-use dcb_tests::dense::{diagonal_roots, pseudo_random, relative, scaled_difference};
+use dcb_samples::{
+    Material, PseudoRandom, RodSection, SolidElement, UnitScale, in_units, planar_rod,
+};
+use dcb_tests::dense::{diagonal_roots, relative, scaled_difference};
 use dcb_tests::{lowest, parts};
 use faer::Mat;
 use nalgebra::{Rotation3, Vector3};
@@ -170,11 +172,11 @@ fn node_numbers_do_not_matter() {
     ] {
         let count = component.mesh.node_count() as u32;
         let mut order: Vec<u32> = (0..count).collect();
-        let mut random = pseudo_random(3);
+        let mut random = PseudoRandom::new(3);
         for i in (1..order.len()).rev() {
             order.swap(
                 i,
-                (((random() + 1.0) * 0.5 * (i + 1) as f64) as usize).min(i),
+                (((random.number() + 1.0) * 0.5 * (i + 1) as f64) as usize).min(i),
             );
         }
         let (a, b) = (

@@ -23,7 +23,7 @@ use dcb_samples::{SolidElement, connecting_rod};
 use dcb_tests::dense::{dense, solve};
 use dcb_tests::localization::localization;
 use dcb_tests::oracle::{Oracle, centre_of_mass, rigid_motions};
-use dcb_tests::raw_lines::raw_lines;
+use dcb_tests::pages::scene_reduction;
 use dcb_tests::{lowest, parts};
 use faer::linalg::solvers::Solve as _;
 use faer::sparse::{SparseColMat, Triplet};
@@ -333,11 +333,7 @@ fn compare_with_the_table(
         "true_error": error,
     });
     println!("{row}");
-    let path = concat!(
-        env!("CARGO_MANIFEST_DIR"),
-        "/../docs/data/scene_reduction.jsonl"
-    );
-    let table = raw_lines(&fs::read_to_string(path).unwrap());
+    let table = scene_reduction::PAGE.lines();
     let known = (table.iter())
         .find(|line| line["part"] == part && line["tolerance"] == row["tolerance"])
         .expect("a row of the table");

@@ -161,14 +161,3 @@ pub fn diagonal(values: &[f64]) -> Mat<f64> {
         if i == j { values[i] } else { 0.0 }
     })
 }
-
-/// Pseudo-random numbers in (-1, 1), the same every time.
-pub fn pseudo_random(seed: u64) -> impl FnMut() -> f64 {
-    let mut state = seed.wrapping_mul(0x9e37_79b9_7f4a_7c15) | 1;
-    move || {
-        state = state
-            .wrapping_mul(6_364_136_223_846_793_005)
-            .wrapping_add(1_442_695_040_888_963_407);
-        (state >> 11) as f64 / (1_u64 << 52) as f64 - 1.0
-    }
-}

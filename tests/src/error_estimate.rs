@@ -7,7 +7,7 @@ use dcb_formats::scene::Compatibility;
 use dcb_formats::{Component, Superelement};
 use dcb_reducer::{Grounding, InterfaceModes, Reduced, Reduction};
 use dcb_samples::spatial_beam::{BeamMass, BeamTheory};
-use dcb_samples::{Material, SolidElement, hard};
+use dcb_samples::{Material, PseudoRandom, SolidElement, hard};
 use dcb_superelement::FrequencyBand;
 use dcb_superelement::error_bounds::{Bracket, ErrorBounds, Estimate};
 use faer::linalg::solvers::Solve as _;
@@ -15,19 +15,12 @@ use faer::sparse::{SparseColMat, Triplet};
 use faer::{Mat, Side, c64};
 use serde_json::{Value, json};
 
-use crate::dense::{dense, eigen, pseudo_random, solve, symmetric, times};
+use crate::dense::{dense, eigen, solve, symmetric, times};
 use crate::localization::localization;
 use crate::oracle::{Oracle, centre_of_mass, rigid_motions};
-use crate::pages::accuracy::table;
 use crate::random_parts::{Recipe, SpringMass, Springs};
-use crate::raw_lines::raw_lines;
 use crate::{parts, with};
 
-/// The generated part of `docs/error-estimate.md` stands between these lines.
-pub const MARKERS: [&str; 2] = [
-    "<!-- generated from data/error_estimate.jsonl -->\n",
-    "<!-- end of the generated part -->\n",
-];
 /// Structural loss factor of all responses.
 pub const LOSS_FACTOR: f64 = 0.02;
 /// Parts with more dofs than this are solved as sparse ones, without held frequencies and static responses.
@@ -57,32 +50,34 @@ impl Case {
 }
 
 fn springs(dimension: Dimension, seed: u64) -> Component {
-    let mut random = pseudo_random(seed);
+    let mut random = PseudoRandom::new(seed);
     let count = 8;
     let recipe = Recipe::Springs(Springs {
         dimension,
         points: (0..count)
             .map(|i| {
                 let corner = [i & 1, i >> 1 & 1, i >> 2].map(|bit| bit as f64);
-                std::array::from_fn(|a| corner[a] * (1.0 + 0.2 * a as f64) + 0.2 * random())
+                std::array::from_fn(|a| corner[a] * (1.0 + 0.2 * a as f64) + 0.2 * random.number())
             })
             .collect(),
-        stiffness: (0..28).map(|_| 10.0_f64.powf(5.0 + random())).collect(),
-        mass: SpringMass::Lumped((0..count).map(|_| 1.0 + 0.5 * random()).collect()),
+        stiffness: (0..28)
+            .map(|_| 10.0_f64.powf(5.0 + random.number()))
+            .collect(),
+        mass: SpringMass::Lumped((0..count).map(|_| 1.0 + 0.5 * random.number()).collect()),
     });
     recipe.component()
 }
 
 fn random_box(seed: u64, element: SolidElement) -> Component {
-    let mut random = pseudo_random(seed);
+    let mut random = PseudoRandom::new(seed);
     let recipe = Recipe::Box {
         cells: [3, 2, 1],
-        size: std::array::from_fn(|_| 0.2 + 0.1 * random()),
+        size: std::array::from_fn(|_| 0.2 + 0.1 * random.number()),
         element,
         material: Material {
-            youngs_modulus: 10.0_f64.powf(10.0 + random()),
-            poisson_ratio: 0.25 + 0.1 * random(),
-            density: 4000.0 + 2000.0 * random(),
+            youngs_modulus: 10.0_f64.powf(10.0 + random.number()),
+            poisson_ratio: 0.25 + 0.1 * random.number(),
+            density: 4000.0 + 2000.0 * random.number(),
         },
     };
     recipe.component()
@@ -675,75 +670,4 @@ pub fn lines() -> Vec<Value> {
             .flat_map(Outcome::lines),
     );
     lines
-}
-
-/// Everything between the markers.
-pub fn render(raw: &str) -> String {
-    let lines = raw_lines(raw);
-    let lines: Vec<&Value> = lines
-        .iter()
-        .filter(|line| line["part"].is_string())
-        .collect();
-    let number = |line: &Value, key: &str| line[key].as_f64().unwrap_or(f64::NAN);
-    let mut page = String::new();
-    let mut groups: Vec<Vec<&Value>> = Vec::new();
-    let key = |line: &Value| ["part", "form", "band"].map(|key| line[key].to_string());
-    for line in &lines {
-        match groups.last_mut() {
-            Some(group) if key(group[0]) == key(line) => group.push(line),
-            _ => groups.push(vec![line]),
-        }
-    }
-    let rows: Vec<Vec<String>> = groups
-        .iter()
-        .map(|group| {
-            let first = group[0];
-            let mut row = vec![
-                first["part"].as_str().unwrap_or("").to_owned(),
-                first["modes"].to_string(),
-                first["form"].as_str().unwrap_or("").to_owned(),
-                format!("{:.2}", number(first, "band")),
-            ];
-            for measure in ["held", "collocated", "transfer"] {
-                let found = group.iter().find(|line| line["measure"] == measure);
-                row.push(found.map_or(String::new(), |line| {
-                    let truth = number(line, "true");
-                    format!(
-                        "{truth:.1e} ({:.3}, {:.3})",
-                        number(line, "lower") / truth,
-                        number(line, "upper") / truth
-                    )
-                }));
-            }
-            row
-        })
-        .collect();
-    page += &table(
-        &[
-            "part",
-            "modes",
-            "form",
-            "band",
-            "held frequency",
-            "collocated",
-            "transfer",
-        ],
-        &rows,
-    );
-    let fixed = lines.iter().filter(|line| line["measure"] == "static");
-    let all: Vec<[f64; 2]> = fixed
-        .filter(|line| {
-            !line["part"]
-                .as_str()
-                .unwrap_or("")
-                .contains("interface modes")
-        })
-        .map(|line| [number(line, "true"), number(line, "upper")])
-        .collect();
-    let largest = |which: usize| all.iter().map(|both| both[which]).fold(0.0, f64::max);
-    page + &format!(
-        "\nStatic responses with all attachments: true errors up to {:.1e}, bounds up to {:.1e}, which is rounding in K.\n",
-        largest(0),
-        largest(1)
-    )
 }

@@ -17,13 +17,16 @@ pub mod pages;
 pub mod parts;
 pub mod python;
 pub mod random_parts;
-pub mod raw_lines;
 pub mod reference;
 pub mod rod;
 pub mod synthetic;
 pub mod turned;
 
-use dcb_formats::Component;
+use std::path::Path;
+
+use dcb_formats::dcb::{Contents, WriteOptions, write_superelement};
+use dcb_formats::output::Replace;
+use dcb_formats::{Component, Superelement};
 use dcb_reducer::{Reduced, Reduction, reduce};
 
 /// The `count` lowest modes of a part that can be reduced.
@@ -52,4 +55,18 @@ pub fn assert_says(message: &str, parts: &[&str]) {
     for part in parts {
         assert!(message.contains(part), "{part:?} is missing in {message:?}");
     }
+}
+
+/// Writes a superelement without nodal fields and mesh over whatever is there.
+pub fn write_bare(path: &Path, superelement: &Superelement) {
+    let contents = Contents {
+        superelement,
+        recovery: None,
+        mesh: None,
+    };
+    let options = WriteOptions {
+        replace_existing: Replace::Overwrite,
+        ..WriteOptions::default()
+    };
+    write_superelement(path, &contents, &options).expect("a file");
 }

@@ -6,12 +6,13 @@ use dcb_formats::Component;
 use dcb_formats::component::{Damping, InterfaceKind};
 use dcb_formats::mesh::{CellBlock, Dimension, Direction, DofMap, Mesh};
 use dcb_samples::{
-    Material, RodSection, SolidElement, SpatialBeam, box_block, planar_rod, spatial_beam,
+    Material, PseudoRandom, RodSection, SolidElement, SpatialBeam, box_block, planar_rod,
+    spatial_beam,
 };
 use faer::Mat;
 use nalgebra::Vector3;
 
-use crate::dense::{pseudo_random, sparse};
+use crate::dense::sparse;
 use crate::mechanism::si;
 use crate::parts::interface;
 
@@ -149,8 +150,8 @@ impl Springs {
 
 /// The numbers below `count` in an order that depends on the seed.
 pub fn shuffled(count: usize, seed: u64) -> Vec<u32> {
-    let mut random = pseudo_random(seed);
-    let mut keys: Vec<(f64, u32)> = (0..count as u32).map(|i| (random(), i)).collect();
+    let mut random = PseudoRandom::new(seed);
+    let mut keys: Vec<(f64, u32)> = (0..count as u32).map(|i| (random.number(), i)).collect();
     keys.sort_by(|a, b| a.0.total_cmp(&b.0));
     keys.into_iter().map(|(_, i)| i).collect()
 }

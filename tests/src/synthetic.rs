@@ -1,10 +1,12 @@
 //! Synthetic superelements: every number different, everything that the contract demands holds.
 use std::collections::BTreeMap;
+use std::path::Path;
 
 use dcb_formats::Error;
 use dcb_formats::component::{InterfaceKind, Role, Source, Units};
-use dcb_formats::dcb::SuperelementFile;
+use dcb_formats::dcb::{Compression, Contents, SuperelementFile, WriteOptions, write_superelement};
 use dcb_formats::mesh::{CellBlock, Dimension, Direction, Dof, Mesh};
+use dcb_formats::output::Replace;
 use dcb_formats::superelement::{
     BoundaryRow, Enrichment, FrameKind, Inertia, InterfaceFrame, LoadedForces, Modes, Moments,
     PartLoad, Provenance, RecoveryBasis, Residual, Stiffening, Superelement,
@@ -373,4 +375,26 @@ pub fn with_modes(count: usize) -> Superelement {
     of.inertia.i3 = Mat::zeros(1, n);
     of.inertia.l3 = vec![Mat::zeros(n, n)];
     of
+}
+
+/// Writes a superelement of these over whatever is there, with [`recovery`] and [`mesh`].
+///
+/// # Errors
+/// The file can't be written.
+pub fn write(
+    path: &Path,
+    superelement: &Superelement,
+    compression: Compression,
+) -> Result<(), Error> {
+    let (recovery, mesh) = (recovery(superelement), mesh(superelement.dimension));
+    let contents = Contents {
+        superelement,
+        recovery: Some(&recovery),
+        mesh: Some(&mesh),
+    };
+    let options = WriteOptions {
+        replace_existing: Replace::Overwrite,
+        compression,
+    };
+    write_superelement(path, &contents, &options)
 }

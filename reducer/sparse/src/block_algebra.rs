@@ -108,17 +108,8 @@ mod tests {
     #![allow(clippy::unwrap_used)]
     use super::*;
     use dcb_formats::SparseMatrix;
+    use dcb_samples::PseudoRandom;
     use faer::sparse::Triplet;
-
-    fn pseudo_random(rows: usize, columns: usize) -> Mat<f64> {
-        let mut state = 7_u64;
-        Mat::from_fn(rows, columns, |_, _| {
-            state = state
-                .wrapping_mul(6364136223846793005)
-                .wrapping_add(1442695040888963407);
-            (state >> 11) as f64 / (1_u64 << 53) as f64 - 0.5
-        })
-    }
 
     #[test]
     fn products_do_not_depend_on_the_number_of_threads() {
@@ -132,7 +123,7 @@ mod tests {
             }
         }
         let matrix = SparseMatrix::try_new_from_triplets(n, n, &entries).unwrap();
-        let x = pseudo_random(n, 11);
+        let x = PseudoRandom::new(7).matrix(n, 11);
         let run = |threads: usize| {
             let pool = rayon::ThreadPoolBuilder::new()
                 .num_threads(threads)

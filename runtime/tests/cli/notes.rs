@@ -2,7 +2,8 @@
 
 use dcb_formats::dcb::read_superelement;
 use dcb_formats::results::{Outcome, Results};
-use serde_json::{Value, json};
+use dcb_tests::python;
+use serde_json::json;
 
 use super::support::Folder;
 
@@ -314,18 +315,7 @@ import h5py, json, sys
 with h5py.File(sys.argv[1]) as file:
     shapes = file['modes/shapes/beam']
     print(json.dumps({'shapes': shapes[:].tolist(), 'columns': [str(c) for c in shapes.attrs['columns']], 'units': file['modes/frequency'].attrs['units']}))";
-    let python = std::env::var_os("PYTHON").unwrap_or_else(|| "python3".into());
-    let output = std::process::Command::new(python)
-        .args(["-c", SCRIPT])
-        .arg(folder.path("scene.h5"))
-        .output()
-        .unwrap();
-    assert!(
-        output.status.success(),
-        "{}",
-        String::from_utf8_lossy(&output.stderr)
-    );
-    let found: Value = serde_json::from_slice(&output.stdout).unwrap();
+    let found = python::answer(SCRIPT, &folder.path("scene.h5"));
     assert_eq!(found["units"], json!("Hz"));
     assert_eq!(
         found["columns"].as_array().unwrap()[..7],

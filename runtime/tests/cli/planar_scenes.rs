@@ -1,47 +1,30 @@
 //! Planar scenes of spatial superelements.
 
-use dcb_formats::component::{Component, Interface, InterfaceKind, Role, Weights};
+use dcb_formats::component::{Component, InterfaceKind};
 use dcb_formats::dcb::{Contents, WriteOptions, read_superelement, write_superelement};
 use dcb_formats::mesh::Dimension;
 use dcb_formats::results::Results;
 use dcb_reducer::{Reduction, reduce};
-use dcb_samples::{Material, SolidElement, box_block};
+use dcb_samples::SolidElement;
+use dcb_tests::parts::{interface, steel_box, with_interfaces};
 use serde_json::{Value, json};
 
 use super::support::Folder;
 
 /// A steel block of 0.4 m x 0.1 m x 0.06 m with both ends as interfaces; `lug` are nodes of its upper face besides.
 pub(super) fn block(lug: impl Fn([f64; 3]) -> bool) -> Component {
-    let mut block = box_block(
-        [4, 2, 2],
-        [0.4, 0.1, 0.06],
-        SolidElement::Hexahedron20,
-        &Material::STEEL,
-    );
-    let interface = |name: &str, nodes: Vec<u32>| Interface {
-        name: name.into(),
-        kind: InterfaceKind::Average,
-        nodes,
-        position: None,
-        weights: Weights::Uniform,
-        axes: None,
-        directions: None,
-        role: Role::Attachment,
-    };
+    let block = steel_box([4, 2, 2], SolidElement::Hexahedron20);
+    let frame = |name: &str, nodes| interface(name, InterfaceKind::Average, nodes);
     let set = |name: &str| block.mesh.point_sets[name].clone();
-    let mut interfaces = vec![
-        interface("left", set("x_min")),
-        interface("right", set("x_max")),
-    ];
+    let mut interfaces = vec![frame("left", set("x_min")), frame("right", set("x_max"))];
     let nodes = 0..block.mesh.node_count() as u32;
     let on_lug: Vec<u32> = nodes
         .filter(|node| lug(block.mesh.position(*node)))
         .collect();
     if !on_lug.is_empty() {
-        interfaces.push(interface("lug", on_lug));
+        interfaces.push(frame("lug", on_lug));
     }
-    block.interfaces = interfaces;
-    block
+    with_interfaces(&block, interfaces)
 }
 
 /// `block.dcb.h5` with its fields, and a pendulum of it about z that falls with a force at its end, in space and in the plane.

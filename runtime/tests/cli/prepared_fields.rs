@@ -4,6 +4,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 use dcb_formats::dcb::{SuperelementFile, read_superelement};
+use dcb_tests::python;
 use nalgebra::Vector3;
 use serde_json::{Value, json};
 
@@ -57,18 +58,7 @@ fn displacement(path: &Path) -> Vec<Vector3<f64>> {
     const SCRIPT: &str = "
 import json, sys, meshio
 print(json.dumps(meshio.read(sys.argv[1]).point_data['displacement'].tolist()))";
-    let python = std::env::var_os("PYTHON").unwrap_or_else(|| "python3".into());
-    let output = std::process::Command::new(python)
-        .args(["-c", SCRIPT])
-        .arg(path)
-        .output()
-        .unwrap();
-    assert!(
-        output.status.success(),
-        "{}",
-        String::from_utf8_lossy(&output.stderr)
-    );
-    let rows: Vec<[f64; 3]> = serde_json::from_slice(&output.stdout).unwrap();
+    let rows: Vec<[f64; 3]> = serde_json::from_value(python::answer(SCRIPT, path)).unwrap();
     rows.into_iter().map(Vector3::from).collect()
 }
 

@@ -2,8 +2,8 @@
 
 use std::sync::Arc;
 
+use crate::support::Part;
 use crate::support::mechanisms::rigid;
-use crate::support::{Part, dense};
 use dcb_formats::mesh::Dimension;
 use dcb_runtime::FlexibleBody;
 use dcb_runtime::analysis::effective_damping::effective_damping;
@@ -11,6 +11,7 @@ use dcb_runtime::joint::{Fixed, JointKind};
 use dcb_runtime::system::builder::{Drawn, SystemBuilder, Turning};
 use dcb_runtime::system::{State, System};
 use dcb_samples::{SpatialBeam, spatial_beam};
+use dcb_tests::dense::dense;
 use faer::Mat;
 use faer::linalg::solvers::Solve;
 use nalgebra::{Matrix3, Vector3};

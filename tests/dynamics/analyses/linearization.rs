@@ -132,7 +132,7 @@ fn stiffened(component: Component, mass_per_length: f64) -> Component {
 
 /// A state far from everything: large turns, motion, deflections that turn interfaces by tenths of a radian.
 fn scattered(system: &System, seed: u64) -> State {
-    let mut random = Random(seed);
+    let mut random = Random::new(seed);
     let flat = |v: Vector3<f64>, spin: bool| match (system.dimension, spin) {
         (Dimension::Spatial, _) => v,
         (Dimension::Planar, false) => Vector3::new(v.x, v.y, 0.0),
@@ -395,10 +395,11 @@ fn markers_and_rows_move_with_their_bodies() {
         for row in 0..system.rows.len() {
             let rate = (after.values[row] - before.values[row]) / (2.0 * step);
             let error = (rate - now.rate(&system, row)).abs();
-            assert!(error < 1e-7, "{dimension:?} rate of row {row}: {error:e}");
+            // A difference over 1e-5 s errs by what third derivatives of the size 1e3 to 1e4 leave.
+            assert!(error < 3e-7, "{dimension:?} rate of row {row}: {error:e}");
             let second = (after.rate(&system, row) - before.rate(&system, row)) / (2.0 * step);
             let error = (second - now.second_rate(&system, row)).abs();
-            // A difference over 1e-5 s errs by what third derivatives of the size 1e4 to 1e5 leave.
+            // And by what those of the rates, 1e4 to 1e5, leave.
             assert!(
                 error < 5e-6,
                 "{dimension:?} second rate of row {row}: {error:e}"

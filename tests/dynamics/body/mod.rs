@@ -8,12 +8,13 @@ mod tangents;
 
 use crate::support;
 use crate::support::cloud::Cloud;
-use crate::support::{Part, dense, parts, product};
+use crate::support::{Part, parts, product};
 use dcb_formats::component::Role;
 use dcb_formats::mesh::Dimension;
 use dcb_formats::superelement::{Enrichment, FrameKind, Superelement};
 use dcb_runtime::{Compatibility, FlexibleBody, InertiaTerms, RigidBody, RigidPoint};
 use dcb_samples::{RodSection, planar_rod};
+use dcb_tests::dense::dense;
 use faer::Mat;
 use nalgebra::{Matrix3, Vector3};
 

@@ -77,7 +77,7 @@ fn sharpness(measure: &Measure, a: &FrameMotion, b: &FrameMotion) -> f64 {
 fn for_every_example(mut check: impl FnMut(&Measure, &FrameMotion, &FrameMotion, &mut Random)) {
     let mut count = [0; 7];
     for seed in 0..POSES {
-        let mut random = Random(seed);
+        let mut random = Random::new(seed);
         random.number();
         let (a, b) = (random.frame(), random.frame());
         for (kind, measure) in examples(&mut random).iter().enumerate() {
@@ -277,7 +277,7 @@ fn moving_both_frames_as_one_body_changes_nothing_and_the_forces_are_internal() 
 
 #[test]
 fn coinciding_points_feel_an_internal_force_along_a_world_direction() {
-    let mut random = Random(5);
+    let mut random = Random::new(5);
     let (a, mut b) = (random.frame(), random.frame());
     b.position = a.position;
     let measure = Measure::WorldDisplacement(WorldDisplacement {
@@ -290,7 +290,7 @@ fn coinciding_points_feel_an_internal_force_along_a_world_direction() {
 
 #[test]
 fn values_are_the_lengths_and_angles_they_are_called() {
-    let mut random = Random(11);
+    let mut random = Random::new(11);
     let a = random.frame();
     let separation = Vector3::new(0.3, -0.4, 1.2);
     let axis = random.unit();
@@ -359,7 +359,7 @@ fn an_angle_goes_round() {
 /// are smooth, so the gradient's derivative along a ray of rotations changes by what the step explains and no more.
 #[test]
 fn a_small_rotation_has_the_same_derivatives_as_a_larger_one() {
-    let mut random = Random(21);
+    let mut random = Random::new(21);
     let (axis, direction) = (random.unit(), random.unit());
     let rest = nalgebra::Matrix3::identity();
     let measure = Measure::Rotation(Rotation { direction, rest });
@@ -384,7 +384,7 @@ fn a_small_rotation_has_the_same_derivatives_as_a_larger_one() {
 
 #[test]
 fn a_spring_between_coinciding_points_pulls_nowhere() {
-    let mut random = Random(3);
+    let mut random = Random::new(3);
     let (a, mut b) = (random.frame(), random.frame());
     b.position = a.position + Vector3::new(1e-13, 0.0, 0.0);
     let measure = Measure::Elongation(Elongation { length: 0.1 });

@@ -3,7 +3,6 @@
 use crate::support;
 use std::collections::BTreeMap;
 use std::path::Path;
-use std::process::Command;
 
 use crate::support::{Part, numbers};
 use dcb_formats::component_files::{ComponentFiles, Overrides, read_component};
@@ -12,6 +11,7 @@ use dcb_formats::output::Replace;
 use dcb_runtime::export::nodal_field::NodalField;
 use dcb_runtime::export::vtu::{FieldSeries, FieldSnapshot};
 use dcb_samples::{RodSection, planar_rod};
+use dcb_tests::python;
 use nalgebra::{Rotation3, Vector3};
 use serde_json::Value;
 
@@ -27,18 +27,7 @@ print(json.dumps({
     'cells': [[block.type, block.data.tolist()] for block in mesh.cells],
     'data': {name: values.tolist() for name, values in mesh.point_data.items()},
 }))";
-    let python = std::env::var_os("PYTHON").unwrap_or_else(|| "python3".into());
-    let output = Command::new(python)
-        .args(["-c", SCRIPT])
-        .arg(path)
-        .output()
-        .unwrap();
-    assert!(
-        output.status.success(),
-        "{}",
-        String::from_utf8_lossy(&output.stderr)
-    );
-    serde_json::from_slice(&output.stdout).unwrap()
+    python::answer(SCRIPT, path)
 }
 
 fn vectors(of: &Value) -> Vec<Vector3<f64>> {

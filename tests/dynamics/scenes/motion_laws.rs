@@ -1,6 +1,7 @@
 //! Tables that keep their shape, motion laws, and formulas with branches: against closed forms, differences and quadrature.
 
 use dcb_formats::function::{Function, FunctionValue, Interpolation, Table, TimeFunction};
+use dcb_samples::PseudoRandom;
 use serde_json::{Value, json};
 
 fn ready(text: &Value) -> TimeFunction {
@@ -29,14 +30,6 @@ fn table(times: &[f64], values: &[f64], interpolation: Interpolation) -> TimeFun
         interpolation,
     }))
     .unwrap()
-}
-
-/// Numbers from 0 to 1, always the same.
-fn random(seed: &mut u64) -> f64 {
-    *seed = seed
-        .wrapping_mul(6_364_136_223_846_793_005)
-        .wrapping_add(1_442_695_040_888_963_407);
-    (*seed >> 11) as f64 / (1_u64 << 53) as f64
 }
 
 #[test]
@@ -73,25 +66,27 @@ fn a_dwell_stays_a_dwell() {
 
 /// Tables of all kinds: steps, dwells, extremes, slopes that change by factors of thousands, spans that do.
 fn tables() -> Vec<(Vec<f64>, Vec<f64>)> {
-    let mut seed = 1;
+    let mut random = PseudoRandom::new(1);
+    // From 0 to 1.
+    let mut share = || 0.5 * (random.number() + 1.0);
     let mut all = vec![
         (vec![0.0, 1.0], vec![0.0, 3.0]),
         (vec![0.0, 1.0, 2.0, 3.0], vec![0.0, 1.0, 2.0, 3.0]),
         (vec![-1.0, 0.0, 1e-3, 2.0], vec![5.0, 4.0, -4.0, -4.001]),
     ];
     for kind in 0..300 {
-        let count = 2 + (random(&mut seed) * 12.0) as usize;
-        let (mut time, mut value) = (random(&mut seed) - 0.5, random(&mut seed));
+        let count = 2 + (share() * 12.0) as usize;
+        let (mut time, mut value) = (share() - 0.5, share());
         let (mut times, mut values) = (Vec::new(), Vec::new());
         for _ in 0..count {
             times.push(time);
             values.push(value);
-            time += 10.0_f64.powf(3.0 * random(&mut seed) - 2.0);
-            let step = 10.0_f64.powf(4.0 * random(&mut seed) - 3.0);
+            time += 10.0_f64.powf(3.0 * share() - 2.0);
+            let step = 10.0_f64.powf(4.0 * share() - 3.0);
             value += match kind % 3 {
                 0 => step,
-                1 => -step * (random(&mut seed) * 3.0).floor(),
-                _ => step * ((random(&mut seed) * 3.0).floor() - 1.0),
+                1 => -step * (share() * 3.0).floor(),
+                _ => step * ((share() * 3.0).floor() - 1.0),
             };
         }
         all.push((times, values));

@@ -3,7 +3,6 @@
 use std::path::Path;
 
 use dcb_formats::Component;
-use dcb_formats::dcb::{Contents, WriteOptions, write_superelement};
 use dcb_reducer::{Reduction, reduce};
 use dcb_runtime::{Mechanism, Scene};
 use dcb_samples::spatial_beam::BeamSection;
@@ -20,19 +19,8 @@ pub struct Folder {
 impl Folder {
     pub fn with_parts() -> Self {
         let place = tempfile::tempdir().unwrap();
-        let beam = spatial_beam(&SpatialBeam {
-            elements: 3,
-            end: [0.3, 0.0, 0.0],
-            section: BeamSection::rectangle(0.03, 0.02),
-            material: Material {
-                youngs_modulus: 2e7,
-                density: 1000.0,
-                ..Material::STEEL
-            },
-            ..SpatialBeam::default()
-        });
-        store(&beam, &place.path().join("beam.dcb.h5"));
-        let mut rod = planar_rod(3, &RodSection::round(0.3, 0.03, 2e7, 1000.0));
+        store(&soft_beam(), &place.path().join("beam.dcb.h5"));
+        let mut rod = soft_rod();
         for interface in &mut rod.interfaces {
             // All that its node has, the rotation too.
             interface.directions = None;
@@ -46,14 +34,29 @@ impl Folder {
     }
 }
 
+/// 0.3 m along x in space, as soft as rubber.
+pub fn soft_beam() -> Component {
+    spatial_beam(&SpatialBeam {
+        elements: 3,
+        end: [0.3, 0.0, 0.0],
+        section: BeamSection::rectangle(0.03, 0.02),
+        material: Material {
+            youngs_modulus: 2e7,
+            density: 1000.0,
+            ..Material::STEEL
+        },
+        ..SpatialBeam::default()
+    })
+}
+
+/// The same in the plane.
+pub fn soft_rod() -> Component {
+    planar_rod(3, &RodSection::round(0.3, 0.03, 2e7, 1000.0))
+}
+
 pub fn store(component: &Component, path: &Path) {
     let reduced = reduce(component, &Reduction::lowest(3), &mut ()).unwrap();
-    let contents = Contents {
-        superelement: &reduced.superelement,
-        recovery: None,
-        mesh: None,
-    };
-    write_superelement(path, &contents, &WriteOptions::default()).unwrap();
+    dcb_tests::write_bare(path, &reduced.superelement);
 }
 
 /// A scene without superelements.

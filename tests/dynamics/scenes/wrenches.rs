@@ -3,18 +3,15 @@
 //! Each example moves far. What is recorded at the interface must lie in the space predicted, and fill it.
 
 use dcb_demand::demand::{Demand, PartInterface, Parts};
-use dcb_formats::Component;
 use dcb_formats::mesh::Direction;
 use dcb_reducer::{Reduction, reduce};
 use dcb_runtime::kinematics::rotation_vector::right_jacobian_inverse;
 use dcb_runtime::{Mechanism, Scene};
-use dcb_samples::spatial_beam::BeamSection;
-use dcb_samples::{Material, RodSection, SpatialBeam, planar_rod, spatial_beam};
 use nalgebra::{DMatrix, Matrix3, SVector, UnitQuaternion, Vector3};
 use serde_json::{Value, json};
 use tempfile::TempDir;
 
-use super::parts::{scene_text, store};
+use super::parts::{scene_text, soft_beam, soft_rod, store};
 
 const STEP: f64 = 2e-4;
 const STEPS: u32 = 400;
@@ -49,19 +46,9 @@ fn end_of(dimension: u32) -> Vector3<f64> {
 impl Part {
     /// With all directions at `b`, or only these.
     fn with(dimension: u32, directions: Option<Vec<Direction>>) -> Self {
-        let mut component: Component = match dimension {
-            2 => planar_rod(3, &RodSection::round(0.3, 0.03, 2e7, 1000.0)),
-            _ => spatial_beam(&SpatialBeam {
-                elements: 3,
-                end: [0.3, 0.0, 0.0],
-                section: BeamSection::rectangle(0.03, 0.02),
-                material: Material {
-                    youngs_modulus: 2e7,
-                    density: 1000.0,
-                    ..Material::STEEL
-                },
-                ..SpatialBeam::default()
-            }),
+        let mut component = match dimension {
+            2 => soft_rod(),
+            _ => soft_beam(),
         };
         for interface in &mut component.interfaces {
             interface.directions = None;

@@ -1,19 +1,20 @@
 //! Random frames, and frames moved by finite variations.
 
 use dcb_runtime::kinematics::frame_motion::{FrameMotion, Six};
+use dcb_samples::PseudoRandom;
 use nalgebra::{Matrix3, Rotation3, Unit, Vector3};
 
-/// A linear congruential generator (Knuth's MMIX constants): the same numbers everywhere.
-pub struct Random(pub u64);
+/// Pseudo-random vectors and frames.
+pub struct Random(PseudoRandom);
 
 impl Random {
+    pub fn new(seed: u64) -> Self {
+        Self(PseudoRandom::new(seed))
+    }
+
     /// In [-1, 1).
     pub fn number(&mut self) -> f64 {
-        self.0 = self
-            .0
-            .wrapping_mul(6_364_136_223_846_793_005)
-            .wrapping_add(1_442_695_040_888_963_407);
-        (self.0 >> 11) as f64 / (1_u64 << 52) as f64 - 1.0
+        self.0.number()
     }
 
     pub fn vector(&mut self) -> Vector3<f64> {

@@ -6,14 +6,15 @@ pub mod free;
 pub mod mechanisms;
 
 use dcb_formats::Component;
-use dcb_formats::dcb::{Contents, WriteOptions, write_superelement};
 use dcb_formats::mesh::Dimension;
 use dcb_reducer::{Reduced, Reduction, reduce};
 use dcb_runtime::{FlexibleBody, InertiaTerms};
 use dcb_samples::spatial_beam::BeamSection;
 use dcb_samples::{
-    Material, RodSection, SolidElement, SpatialBeam, box_block, planar_rod, spatial_beam,
+    Material, PseudoRandom, RodSection, SolidElement, SpatialBeam, box_block, planar_rod,
+    spatial_beam,
 };
+use dcb_tests::dense::dense;
 use faer::{Mat, MatRef};
 use nalgebra::{Matrix3, Vector3};
 
@@ -33,12 +34,7 @@ impl Part {
         let reduced = reduce(&component, options, &mut ()).unwrap();
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("part.dcb.h5");
-        let contents = Contents {
-            superelement: &reduced.superelement,
-            recovery: None,
-            mesh: None,
-        };
-        write_superelement(&path, &contents, &WriteOptions::default()).unwrap();
+        dcb_tests::write_bare(&path, &reduced.superelement);
         let body = FlexibleBody::load(&path).unwrap();
         Self {
             component,
@@ -126,15 +122,7 @@ pub fn parts() -> Vec<(&'static str, Part)> {
 
 /// Repeatable numbers in (-1, 1).
 pub fn numbers(count: usize, seed: u64) -> Vec<f64> {
-    let mut state = seed.wrapping_mul(0x9e37_79b9_7f4a_7c15) | 1;
-    (0..count)
-        .map(|_| {
-            state = state
-                .wrapping_mul(6_364_136_223_846_793_005)
-                .wrapping_add(1_442_695_040_888_963_407);
-            (state >> 11) as f64 / (1_u64 << 52) as f64 - 1.0
-        })
-        .collect()
+    PseudoRandom::new(seed).numbers(count)
 }
 
 /// Coordinates whose largest nodal translation is `size`.
@@ -149,20 +137,6 @@ pub fn product(matrix: &Mat<f64>, x: &[f64]) -> Vec<f64> {
     (0..matrix.nrows())
         .map(|i| (0..x.len()).map(|j| matrix[(i, j)] * x[j]).sum())
         .collect()
-}
-
-pub fn dense(matrix: &dcb_formats::SparseMatrix) -> Mat<f64> {
-    let mut full = Mat::zeros(matrix.nrows(), matrix.ncols());
-    for column in 0..matrix.ncols() {
-        for (row, value) in matrix
-            .row_idx_of_col_raw(column)
-            .iter()
-            .zip(matrix.val_of_col(column))
-        {
-            full[(*row as usize, column)] = *value;
-        }
-    }
-    full
 }
 
 fn bilinear(x: &[f64], matrix: MatRef<'_, f64>, y: &[f64]) -> f64 {

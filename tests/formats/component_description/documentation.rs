@@ -6,6 +6,7 @@ use dcb_formats::component::{Damping, InterfaceKind, Role, Weights};
 use dcb_formats::description::DofLayout;
 use dcb_formats::mesh::{Dimension, Direction};
 use dcb_formats::{component_schema, read_description};
+use dcb_tests::python;
 use serde_json::{Value, json};
 
 use super::*;
@@ -110,35 +111,17 @@ const GMSH_SQUARE: &str = "$MeshFormat\n2.2 0 8\n$EndMeshFormat\n$PhysicalNames\
     $EndPhysicalNames\n$Nodes\n4\n1 0 0 0\n2 1 0 0\n3 1 1 0\n4 0 1 0\n$EndNodes\n\
     $Elements\n3\n1 1 2 1 1 4 1\n2 2 2 1 1 1 2 3\n3 2 2 1 1 1 3 4\n$EndElements\n";
 
-/// Needs Python with meshio; without them there is nothing to run.
 #[test]
 fn the_documented_script_turns_a_meshio_mesh_into_a_component() {
-    use std::process::Command;
     let script = documented("python");
     assert!(script.lines().count() <= 15);
-    let meshio = Command::new("python3")
-        .args(["-c", "import meshio"])
-        .output();
-    if !meshio.is_ok_and(|found| found.status.success()) {
-        eprintln!("skipped: python3 with meshio is not installed");
-        return;
-    }
     let folder = tempfile::tempdir().unwrap();
     let (mesh, part) = (
         folder.path().join("square.msh"),
         folder.path().join("square.json"),
     );
     std::fs::write(&mesh, GMSH_SQUARE).unwrap();
-    let run = Command::new("python3")
-        .args(["-c", script])
-        .args([&mesh, &part])
-        .output()
-        .unwrap();
-    assert!(
-        run.status.success(),
-        "{}",
-        String::from_utf8_lossy(&run.stderr)
-    );
+    python::run_text(script, &[mesh.as_os_str(), part.as_os_str()]).unwrap();
     let square = read_description(&part).unwrap();
     assert_eq!(square.mesh.point_sets["left edge"], [0, 3]);
     assert_eq!(square.mesh.point_sets["plate"], [0, 1, 2, 3]);

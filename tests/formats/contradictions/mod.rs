@@ -10,6 +10,7 @@ use dcb_reducer::{EnrichmentSource, EstimateChoice, Grounding, InterfaceModes, R
 use dcb_samples::hard::grounded_block;
 use dcb_samples::{RodSection, SolidElement, axial_prestress, planar_rod};
 use dcb_superelement::selection::{InterfaceSelection, Selection};
+use dcb_tests::pages::between;
 use dcb_tests::parts::{beam, interface, rod, steel_box, with_interfaces};
 use dcb_tests::with;
 
@@ -91,10 +92,7 @@ fn bare() -> Vec<Superelement> {
 
 #[test]
 fn the_page_says_what_is_noticed() {
-    let path = format!("{}/../docs/format.md", env!("CARGO_MANIFEST_DIR"));
-    let page = std::fs::read_to_string(path).unwrap();
-    let (_, rest) = page.split_once(MARKERS[0]).expect("the first marker");
-    let (said, _) = rest.split_once(MARKERS[1]).expect("the second marker");
+    let said = between("format.md", MARKERS);
     let expected = format!(
         "Files as `reduce` writes them:\n\n{}\nBeams without component masses, error estimate and provenance:\n\n{}",
         table(&complete()),

@@ -16,10 +16,8 @@ use dcb_runtime::system::evaluation::Evaluation;
 use dcb_runtime::system::{LoadAxes, Signal};
 use dcb_runtime::{Compatibility, FlexibleBody};
 use dcb_samples::units::{UnitScale, in_units};
-use dcb_samples::{SolidElement, hard};
-use dcb_tests::dense::{
-    diagonal_roots, difference, largest, pseudo_random, relative, scaled_difference,
-};
+use dcb_samples::{PseudoRandom, SolidElement, hard};
+use dcb_tests::dense::{diagonal_roots, difference, largest, relative, scaled_difference};
 use dcb_tests::mechanism::{Scene, method, revolute, run};
 use dcb_tests::oracle::Oracle;
 use dcb_tests::{lowest, parts, with};
@@ -143,7 +141,7 @@ fn what_is_lost_falls_with_every_direction_and_is_bounded_by_the_report() {
             .sum::<f64>()
     });
     let flexibility0 = &modal + &whole.residual.flexibility;
-    let mut random = pseudo_random(7);
+    let mut random = PseudoRandom::new(7);
     let forces: Vec<Mat<f64>> = (0..6)
         .map(|one| {
             Mat::from_fn(198, 1, |i, _| {
@@ -152,7 +150,7 @@ fn what_is_lost_falls_with_every_direction_and_is_bounded_by_the_report() {
                 if one < 3 {
                     size * f64::from(u8::from(i == 60 * one + 5))
                 } else {
-                    size * random()
+                    size * random.number()
                 }
             })
         })

@@ -15,21 +15,6 @@ const FACES: [[usize; 4]; 6] = [
     [2, 3, 7, 6],
     [3, 0, 4, 7],
 ];
-const EDGES: [[usize; 2]; 12] = [
-    [0, 1],
-    [1, 2],
-    [2, 3],
-    [3, 0],
-    [4, 5],
-    [5, 6],
-    [6, 7],
-    [7, 4],
-    [0, 4],
-    [1, 5],
-    [2, 6],
-    [3, 7],
-];
-
 #[test]
 fn default_rod_is_large_enough_and_refinement_quadruples_it() {
     let sizes = [0, 1, 2].map(|refinement| connecting_rod(refinement).dofs.len() as f64);

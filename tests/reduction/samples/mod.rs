@@ -8,19 +8,26 @@ mod solids;
 
 use dcb_formats::mesh::Direction;
 use dcb_formats::{Component, SparseMatrix};
+use dcb_tests::dense::dense;
+use dcb_tests::reference::{numbers, reference};
 use faer::linalg::triangular_solve::solve_lower_triangular_in_place;
 use faer::{Mat, Par, Side};
 
-/// Dense copy.
-pub fn dense(matrix: &SparseMatrix) -> Mat<f64> {
-    let mut full = Mat::zeros(matrix.nrows(), matrix.ncols());
-    for column in 0..matrix.ncols() {
-        for at in matrix.col_ptr()[column] as usize..matrix.col_ptr()[column + 1] as usize {
-            full[(matrix.row_idx()[at] as usize, column)] = matrix.val()[at];
-        }
-    }
-    full
-}
+/// Corners of a hexahedron's edges.
+const EDGES: [[usize; 2]; 12] = [
+    [0, 1],
+    [1, 2],
+    [2, 3],
+    [3, 0],
+    [4, 5],
+    [5, 6],
+    [6, 7],
+    [7, 4],
+    [0, 4],
+    [1, 5],
+    [2, 6],
+    [3, 7],
+];
 
 /// Ascending eigenvalues of `K x = ω² M x`, dense.
 pub fn omega_squared(stiffness: &Mat<f64>, mass: &Mat<f64>) -> Vec<f64> {
@@ -160,23 +167,4 @@ pub fn nearest(values: &[f64], target: f64) -> f64 {
         .iter()
         .min_by(|a, b| (*a - target).abs().total_cmp(&(*b - target).abs()))
         .unwrap()
-}
-
-/// A file of reference values.
-pub fn reference(file: &str) -> serde_json::Value {
-    let path = format!(
-        "{}/../tests/data/reference/{file}",
-        env!("CARGO_MANIFEST_DIR")
-    );
-    serde_json::from_str(&std::fs::read_to_string(path).unwrap()).unwrap()
-}
-
-/// Numbers of a JSON array.
-pub fn numbers(value: &serde_json::Value) -> Vec<f64> {
-    value
-        .as_array()
-        .unwrap()
-        .iter()
-        .map(|number| number.as_f64().unwrap())
-        .collect()
 }

@@ -144,20 +144,7 @@ fn distorted_meshes_pass_the_patch_test() {
 /// Puts mid-side nodes halfway between their corners.
 fn straighten(mesh: &mut dcb_formats::mesh::Mesh) {
     let edges: &[[usize; 2]] = match mesh.cells[0].nodes_per_cell {
-        20 => &[
-            [0, 1],
-            [1, 2],
-            [2, 3],
-            [3, 0],
-            [4, 5],
-            [5, 6],
-            [6, 7],
-            [7, 4],
-            [0, 4],
-            [1, 5],
-            [2, 6],
-            [3, 7],
-        ],
+        20 => &EDGES,
         10 => &[[0, 1], [1, 2], [2, 0], [0, 3], [1, 3], [2, 3]],
         _ => return,
     };

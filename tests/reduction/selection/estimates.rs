@@ -4,7 +4,7 @@
 use super::ports::TruePorts;
 use dcb_formats::Component;
 use dcb_formats::component::{InterfaceKind, Role};
-use dcb_formats::dcb::{Contents, WriteOptions, read_superelement, write_superelement};
+use dcb_formats::dcb::read_superelement;
 use dcb_formats::mesh::Dimension;
 use dcb_formats::scene::Compatibility;
 use dcb_formats::superelement::Superelement;
@@ -90,12 +90,7 @@ fn over(estimate: &ErrorBounds, band: &FrequencyBand) -> Estimate {
 fn round_trip(element: &Superelement) -> Superelement {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("part.dcb.h5");
-    let contents = Contents {
-        superelement: element,
-        recovery: None,
-        mesh: None,
-    };
-    write_superelement(&path, &contents, &WriteOptions::default()).unwrap();
+    dcb_tests::write_bare(&path, element);
     read_superelement(&path).unwrap()
 }
 

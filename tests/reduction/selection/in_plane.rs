@@ -4,12 +4,10 @@ use std::sync::Arc;
 
 use dcb_formats::Component;
 use dcb_formats::component::InterfaceKind;
-use dcb_formats::dcb::{Contents, WriteOptions, read_superelement, write_superelement};
+use dcb_formats::dcb::read_superelement;
 use dcb_formats::mesh::Dimension;
 use dcb_formats::superelement::Superelement;
-use dcb_formats::{Function, TimeFunction};
 use dcb_runtime::system::builder::Drawn;
-use dcb_runtime::system::{LoadAxes, Signal};
 use dcb_runtime::{Compatibility, FlexibleBody};
 use dcb_samples::connecting_rod::{RodShape, connecting_rod_of};
 use dcb_samples::{Material, SolidElement, box_block, hard};
@@ -40,17 +38,7 @@ fn swings(element: &Superelement, root: [f64; 3], spin: f64) -> (usize, Vec<[f64
         Dimension::Spatial => root,
     });
     scene.join(&revolute(Vector3::z()), ground, first);
-    let signals = [2000.0, 12000.0].map(|value| {
-        Some(scene.builder().signal(Signal {
-            function: TimeFunction::new(&Function::Polynomial(vec![value])).unwrap(),
-            input: None,
-            offset: 0.0,
-        }))
-    });
-    let [x, y] = signals;
-    scene
-        .builder()
-        .load("load", tip, LoadAxes::World, [x, y, None], [None; 3]);
+    scene.push(tip, [2000.0, 12000.0]);
     let (mut simulation, _) = scene.start(method(0.8));
     let mut seen = Vec::new();
     run(&mut simulation, 0.01, 200, |simulation| {
@@ -104,12 +92,7 @@ fn a_symmetric_part_moves_in_the_plane_as_in_space() {
 
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("planar.dcb.h5");
-        let contents = Contents {
-            superelement: &planar,
-            recovery: None,
-            mesh: None,
-        };
-        write_superelement(&path, &contents, &WriteOptions::default()).unwrap();
+        dcb_tests::write_bare(&path, &planar);
         assert_eq!(read_superelement(&path).unwrap(), planar);
     }
 }

@@ -13,11 +13,9 @@ use dcb_formats::component::{Interface, InterfaceKind, Role};
 use dcb_formats::dcb::{Contents, WriteOptions, read_superelement, write_superelement};
 use dcb_formats::mesh::Direction;
 use dcb_formats::superelement::Superelement;
-use dcb_formats::{Function, TimeFunction};
 use dcb_reducer::{EnrichmentSource, Reduced, Reduction};
 use dcb_runtime::body::RigidBody;
 use dcb_runtime::system::builder::Drawn;
-use dcb_runtime::system::{LoadAxes, Signal};
 use dcb_runtime::{Compatibility, FlexibleBody};
 use dcb_samples::SolidElement;
 use dcb_superelement::LOSS_FACTOR;
@@ -387,17 +385,7 @@ fn swings(element: &Superelement, compatibility: Compatibility) -> (usize, Vec<V
     let (root, tip) = (scene.on(body, left), scene.on(body, right));
     let ground = scene.ground([0.0, 0.05, 0.03]);
     scene.join(&revolute(Vector3::z()), ground, root);
-    let signals = [300.0, 8000.0].map(|value| {
-        Some(scene.builder().signal(Signal {
-            function: TimeFunction::new(&Function::Polynomial(vec![value])).unwrap(),
-            input: None,
-            offset: 0.0,
-        }))
-    });
-    let [x, y] = signals;
-    scene
-        .builder()
-        .load("load", tip, LoadAxes::World, [x, y, None], [None; 3]);
+    scene.push(tip, [300.0, 8000.0]);
     let (mut simulation, _) = scene.start(method(0.8));
     let mut seen = Vec::new();
     run(&mut simulation, 0.02, 200, |simulation| {

@@ -8,7 +8,7 @@ use dcb_tests::dense::{difference, identity, largest, relative, scaled_differenc
 /// What may differ by rounding: eigenvectors by the rounding of their eigenvalues over the gaps between these.
 pub const ROUNDING: f64 = 1e-7;
 
-/// Everything of a superelement but its interfaces, damping aside.
+/// Everything of a superelement but its interfaces.
 pub fn compare(name: &str, found: &Superelement, expected: &Superelement) {
     let close = |quantity: &str, error: f64| {
         assert!(
@@ -88,7 +88,53 @@ pub fn compare(name: &str, found: &Superelement, expected: &Superelement) {
     }
     let mut columns = vec![1.0; expected.mode_count()];
     columns.extend(&masses);
+    columns.resize(expected.basis_count(), 1.0);
     compare_inertia(name, &found.inertia, &expected.inertia, &columns);
+    for (load, all) in found.loads.iter().zip(&expected.loads) {
+        assert_eq!((&load.name, load.force), (&all.name, all.force), "{name}");
+        let over = |work: &[f64]| Mat::from_fn(work.len(), 1, |i, _| work[i]);
+        let scale = |work: &Mat<f64>| {
+            Mat::from_fn(work.nrows(), 1, |i, _| {
+                work[(i, 0)] * columns[i].max(f64::MIN_POSITIVE).recip()
+            })
+        };
+        let (load, all) = (scale(&over(&load.work)), scale(&over(&all.work)));
+        close("the work of a load", difference(&load, &all));
+    }
+    assert_eq!(
+        found.enrichment.is_some(),
+        expected.enrichment.is_some(),
+        "{name}"
+    );
+    let Some((found, all)) = found.enrichment.as_ref().zip(expected.enrichment.as_ref()) else {
+        return;
+    };
+    assert_eq!(found.names, all.names, "{name}");
+    close(
+        "L_b X",
+        difference(&found.interface_shapes, &all.interface_shapes),
+    );
+    close(
+        "ΨᵀMΨ",
+        scaled_difference(&found.reduced_mass, &all.reduced_mass, &columns),
+    );
+    let mut stiffnesses: Vec<f64> = expected
+        .modes
+        .eigenvalues
+        .iter()
+        .map(|square| square.sqrt())
+        .collect();
+    stiffnesses.extend(&flexibilities);
+    let further = stiffnesses.len()..expected.basis_count();
+    stiffnesses.extend(further.map(|j| all.reduced_stiffness[(j, j)].sqrt()));
+    close(
+        "ΨᵀKΨ",
+        scaled_difference(
+            &found.reduced_stiffness,
+            &all.reduced_stiffness,
+            &stiffnesses,
+        ),
+    );
 }
 
 /// Columns are scaled to unit mass with no mode kept.
@@ -140,6 +186,15 @@ pub fn compare_fields(name: &str, found: &RecoveryBasis, all: &RecoveryBasis) {
     assert_eq!(found.dofs, all.dofs, "{name}");
     let error = difference(&found.modes, &all.modes);
     assert!(error < ROUNDING, "{name}: Φ differs by {error:.1e}");
+    assert_eq!(
+        found.enrichment.is_some(),
+        all.enrichment.is_some(),
+        "{name}"
+    );
+    if let Some((found, all)) = found.enrichment.as_ref().zip(all.enrichment.as_ref()) {
+        let error = difference(found, all);
+        assert!(error < ROUNDING, "{name}: X differs by {error:.1e}");
+    }
     // Against the whole static response of each row.
     for column in 0..all.residual.ncols() {
         let of = |matrix: &Mat<f64>| Mat::from_fn(matrix.nrows(), 1, |i, _| matrix[(i, column)]);

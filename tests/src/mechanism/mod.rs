@@ -10,6 +10,7 @@ pub mod slider_crank;
 use std::sync::Arc;
 
 use dcb_formats::component::Units;
+use dcb_formats::function::{Function, TimeFunction};
 use dcb_formats::mesh::Dimension;
 use dcb_formats::scene::Scheme;
 use dcb_runtime::FlexibleBody;
@@ -19,7 +20,7 @@ use dcb_runtime::integrator::{Formulation, Method, Tolerance};
 use dcb_runtime::joint::{JointKind, Revolute};
 use dcb_runtime::simulation::Simulation;
 use dcb_runtime::system::builder::{BuiltJoint, Drawn, SystemBuilder, Turning};
-use dcb_runtime::system::{State, System};
+use dcb_runtime::system::{LoadAxes, Signal, State, System};
 use nalgebra::{Matrix3, UnitQuaternion, Vector3};
 
 /// Metre, kilogram, second.
@@ -162,7 +163,20 @@ impl Scene {
         }
     }
 
-    /// For what is not a body or a joint.
+    /// Pushes a marker with a constant force along the world's x and y.
+    pub fn push(&mut self, marker: usize, force: [f64; 2]) {
+        let [x, y] = force.map(|value| {
+            Some(self.builder.signal(Signal {
+                function: TimeFunction::new(&Function::Polynomial(vec![value])).expect("a number"),
+                input: None,
+                offset: 0.0,
+            }))
+        });
+        self.builder
+            .load("load", marker, LoadAxes::World, [x, y, None], [None; 3]);
+    }
+
+    /// For what is not a body, a joint or such a force.
     pub fn builder(&mut self) -> &mut SystemBuilder {
         &mut self.builder
     }

@@ -1,12 +1,9 @@
 //! The pictures of `docs/accuracy.md` from the lines of `docs/data/motion.jsonl`.
 
-use std::path::Path;
-
-use dcb_formats::output::Replace;
-use dcb_runtime::export::picture::{Axis, Chart, ReferenceSlope, Scale, Series, Style, write_svg};
+use dcb_report::{Axis, Chart, ReferenceSlope, Scale, Series, Style};
 use serde_json::Value;
 
-use crate::raw_lines::raw_lines;
+use crate::pages::{Picture, raw_lines};
 use crate::reference::numbers;
 
 const ANGLE: &str = "crank angle [°]";
@@ -15,7 +12,7 @@ const SMALLEST_DRAWN: f64 = 1e-9;
 const DEFLECTION: &str = "deflection / length";
 
 /// Names of the files, and their charts.
-pub fn pictures(raw: &str) -> Vec<(&'static str, Vec<Chart>)> {
+pub fn pictures(raw: &str) -> Vec<Picture> {
     let lines = raw_lines(raw);
     let curves = |picture: &str, vertical: &str| chart(ANGLE, vertical, curves(&lines, picture));
     let mut reduced = curves("reduced difference", "largest difference so far");
@@ -31,27 +28,31 @@ pub fn pictures(raw: &str) -> Vec<(&'static str, Vec<Chart>)> {
         .iter_mut()
         .for_each(|series| series.style = Style::LineAndMarks);
     vec![
-        ("step-convergence.svg", vec![step_convergence(&lines)]),
-        ("unreduced.svg", vec![curves("unreduced", DEFLECTION)]),
         (
-            "classical.svg",
+            "step-convergence.svg".to_owned(),
+            vec![step_convergence(&lines)],
+        ),
+        (
+            "unreduced.svg".to_owned(),
+            vec![curves("unreduced", DEFLECTION)],
+        ),
+        (
+            "classical.svg".to_owned(),
             vec![
                 curves("classical", DEFLECTION),
                 curves("classical difference", "largest difference so far"),
             ],
         ),
-        ("reduced.svg", vec![curves("reduced", DEFLECTION), reduced]),
-        ("weak.svg", vec![curves("weak", DEFLECTION), growth]),
-        ("order.svg", order(&lines)),
+        (
+            "reduced.svg".to_owned(),
+            vec![curves("reduced", DEFLECTION), reduced],
+        ),
+        (
+            "weak.svg".to_owned(),
+            vec![curves("weak", DEFLECTION), growth],
+        ),
+        ("order.svg".to_owned(), order(&lines)),
     ]
-}
-
-/// Writes them into a folder.
-pub fn write(raw: &str, folder: &Path) {
-    std::fs::create_dir_all(folder).expect("a folder");
-    for (name, charts) in pictures(raw) {
-        write_svg(&charts, &folder.join(name), Replace::Overwrite).expect(name);
-    }
 }
 
 fn chart(horizontal: &str, vertical: &str, series: Vec<Series>) -> Chart {

@@ -2,13 +2,19 @@
 
 use serde_json::Value;
 
-use crate::raw_lines::raw_lines;
+use super::{Page, machine, raw_lines, rows, table, text};
 
-/// The generated part of `docs/accuracy.md` stands between these lines.
-pub const MARKERS: [&str; 2] = [
-    "<!-- generated from data/accuracy.jsonl -->\n",
-    "<!-- end of the generated part -->\n",
-];
+/// The first generated part of `docs/accuracy.md`.
+pub const PAGE: Page = Page {
+    page: "accuracy.md",
+    data: "accuracy",
+    markers: [
+        "<!-- generated from data/accuracy.jsonl -->\n",
+        "<!-- end of the generated part -->\n",
+    ],
+    render,
+    pictures: |_| Vec::new(),
+};
 
 /// Families of the dense table and the beginnings of their parts' names.
 const FAMILIES: [(&str, &[&str]); 6] = [
@@ -20,8 +26,7 @@ const FAMILIES: [(&str, &[&str]); 6] = [
     ("slender box", &["slender box, "]),
 ];
 
-/// Everything between the markers.
-pub fn render(raw: &str) -> String {
+fn render(raw: &str) -> String {
     let lines = raw_lines(raw);
     let of =
         |kind: &str| -> Vec<&Value> { lines.iter().filter(|line| line["kind"] == kind).collect() };
@@ -51,22 +56,6 @@ pub fn render(raw: &str) -> String {
     page += "\n## Dense algebra\n\n";
     page += &dense(&of("dense"));
     page
-}
-
-/// On what the lines were measured.
-pub(crate) fn machine(line: &Value) -> String {
-    format!(
-        "`{}`, commit {}, {}, {} cores, {}.\n",
-        text(line, "command"),
-        text(line, "commit"),
-        text(line, "cpu"),
-        line["cores"],
-        text(line, "rustc")
-    )
-}
-
-pub(crate) fn text(line: &Value, key: &str) -> String {
-    line[key].as_str().expect(key).to_owned()
 }
 
 fn float(line: &Value, key: &str) -> f64 {
@@ -105,22 +94,6 @@ fn number(value: &Value) -> String {
             }
         }
     }
-}
-
-pub(crate) fn rows(lines: &[&Value], row: impl Fn(&Value) -> Vec<String>) -> Vec<Vec<String>> {
-    lines.iter().map(|line| row(line)).collect()
-}
-
-pub(crate) fn table(header: &[&str], rows: &[Vec<String>]) -> String {
-    let mut page = format!(
-        "| {} |\n|{}\n",
-        header.join(" | "),
-        " --- |".repeat(header.len())
-    );
-    for row in rows {
-        page += &format!("| {} |\n", row.join(" | "));
-    }
-    page
 }
 
 /// The line closest to its bound.

@@ -2,17 +2,22 @@
 
 use serde_json::Value;
 
-use crate::pages::accuracy::{machine, rows, table, text};
-use crate::raw_lines::raw_lines;
+use super::{Page, machine, raw_lines, rows, table, text};
 
-/// The generated part of `docs/hard-cases.md` stands between these lines.
-pub const MARKERS: [&str; 2] = [
-    "<!-- generated from data/hard_cases.jsonl -->\n",
-    "<!-- end of the generated part -->\n",
-];
+/// The generated part of `docs/hard-cases.md`.
+pub const PAGE: Page = Page {
+    page: "hard-cases.md",
+    data: "hard_cases",
+    markers: [
+        "<!-- generated from data/hard_cases.jsonl -->\n",
+        "<!-- end of the generated part -->\n",
+    ],
+    render,
+    pictures: |_| Vec::new(),
+};
 
-/// Everything between the markers: the machine, then one table for each group in the order in which they appear.
-pub fn render(raw: &str) -> String {
+/// The machine, then one table for each group in the order in which they appear.
+fn render(raw: &str) -> String {
     let lines = raw_lines(raw);
     let (machines, cases): (Vec<&Value>, Vec<&Value>) =
         lines.iter().partition(|line| line["kind"] == "machine");

@@ -2,17 +2,21 @@
 
 use serde_json::Value;
 
-use crate::pages::accuracy::table;
-use crate::raw_lines::raw_lines;
+use super::{Page, raw_lines, table};
 
-/// The generated part stands between these lines.
-pub const MARKERS: [&str; 2] = [
-    "<!-- generated from data/large_file.jsonl -->\n",
-    "<!-- end of the generated part -->\n",
-];
+/// The generated part of `docs/format.md`.
+pub const PAGE: Page = Page {
+    page: "format.md",
+    data: "large_file",
+    markers: [
+        "<!-- generated from data/large_file.jsonl -->\n",
+        "<!-- end of the generated part -->\n",
+    ],
+    render,
+    pictures: |_| Vec::new(),
+};
 
-/// Everything between the markers.
-pub fn render(raw: &str) -> String {
+fn render(raw: &str) -> String {
     let lines = raw_lines(raw);
     let mut page = String::new();
     for line in lines.iter().filter(|line| line["kind"] == "conditions") {

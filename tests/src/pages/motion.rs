@@ -2,17 +2,22 @@
 
 use serde_json::Value;
 
-use crate::pages::accuracy::{machine, rows, table, text};
-use crate::raw_lines::raw_lines;
+use super::{Page, machine, raw_lines, rows, table, text};
+use crate::motion::pictures::pictures;
 
-/// The generated part stands between these lines.
-pub const MARKERS: [&str; 2] = [
-    "<!-- generated from data/motion.jsonl -->\n",
-    "<!-- end of the generated part on motion -->\n",
-];
+/// The second generated part of `docs/accuracy.md`, and its pictures.
+pub const PAGE: Page = Page {
+    page: "accuracy.md",
+    data: "motion",
+    markers: [
+        "<!-- generated from data/motion.jsonl -->\n",
+        "<!-- end of the generated part on motion -->\n",
+    ],
+    render,
+    pictures,
+};
 
-/// Everything between the markers.
-pub fn render(raw: &str) -> String {
+fn render(raw: &str) -> String {
     let lines = raw_lines(raw);
     let of =
         |kind: &str| -> Vec<&Value> { lines.iter().filter(|line| line["kind"] == kind).collect() };

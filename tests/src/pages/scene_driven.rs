@@ -2,14 +2,19 @@
 
 use serde_json::Value;
 
-use crate::pages::accuracy::table;
-use crate::raw_lines::raw_lines;
+use super::{Page, raw_lines, table};
 
-/// The generated part stands between these lines.
-pub const MARKERS: [&str; 2] = [
-    "<!-- generated from data/scene_driven.jsonl -->\n",
-    "<!-- end of the generated part -->\n",
-];
+/// What was measured of prepared scenes, in `docs/scene-driven.md`.
+pub const PAGE: Page = Page {
+    page: "scene-driven.md",
+    data: "scene_driven",
+    markers: [
+        "<!-- generated from data/scene_driven.jsonl -->\n",
+        "<!-- end of the generated part -->\n",
+    ],
+    render,
+    pictures: |_| Vec::new(),
+};
 
 fn number(line: &Value, key: &str) -> f64 {
     line[key].as_f64().unwrap_or(f64::NAN)
@@ -19,8 +24,7 @@ fn text<'a>(line: &'a Value, key: &str) -> &'a str {
     line[key].as_str().unwrap_or("")
 }
 
-/// Everything between the markers.
-pub fn render(raw: &str) -> String {
+fn render(raw: &str) -> String {
     let lines = raw_lines(raw);
     let mut page = String::new();
     for line in lines.iter().filter(|line| line["kind"] == "conditions") {

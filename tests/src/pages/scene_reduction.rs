@@ -1,16 +1,20 @@
 //! `docs/data/scene_reduction.jsonl`, bounds and true errors of parts reduced for a scene, as a generated part of `docs/scene-driven.md`.
 
-use crate::pages::accuracy::table;
-use crate::raw_lines::raw_lines;
+use super::{Page, raw_lines, table};
 
-/// The generated part stands between these lines.
-pub const MARKERS: [&str; 2] = [
-    "<!-- generated from data/scene_reduction.jsonl -->\n",
-    "<!-- end of the bounds and true errors -->\n",
-];
+/// Bounds and true errors, in `docs/scene-driven.md`.
+pub const PAGE: Page = Page {
+    page: "scene-driven.md",
+    data: "scene_reduction",
+    markers: [
+        "<!-- generated from data/scene_reduction.jsonl -->\n",
+        "<!-- end of the bounds and true errors -->\n",
+    ],
+    render,
+    pictures: |_| Vec::new(),
+};
 
-/// Everything between the markers.
-pub fn render(raw: &str) -> String {
+fn render(raw: &str) -> String {
     let mut last = "";
     let lines = raw_lines(raw);
     let cells: Vec<Vec<String>> = (lines.iter())

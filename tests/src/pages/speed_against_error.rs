@@ -1,19 +1,21 @@
 //! `docs/data/speed_against_error.jsonl` as the generated part of `docs/speed-against-error.md`, and as its pictures.
 
-use std::path::Path;
-
-use dcb_formats::output::Replace;
-use dcb_report::{Axis, Candidate, Chart, Series, Style, pareto_front, write_svg};
+use dcb_report::{Axis, Candidate, Chart, Series, Style, pareto_front};
 use serde_json::Value;
 
-use crate::pages::accuracy::table;
-use crate::raw_lines::raw_lines;
+use super::{Page, Picture, raw_lines, table};
 
-/// The generated part stands between these lines.
-pub const MARKERS: [&str; 2] = [
-    "<!-- generated from data/speed_against_error.jsonl -->\n",
-    "<!-- end of the generated part -->\n",
-];
+/// The generated part of `docs/speed-against-error.md`, and its pictures.
+pub const PAGE: Page = Page {
+    page: "speed-against-error.md",
+    data: "speed_against_error",
+    markers: [
+        "<!-- generated from data/speed_against_error.jsonl -->\n",
+        "<!-- end of the generated part -->\n",
+    ],
+    render,
+    pictures,
+};
 /// Errors for which the fastest run of each family is shown.
 const WANTED: [f64; 4] = [1e-1, 1e-2, 1e-3, 1e-4];
 
@@ -82,8 +84,7 @@ fn called((tool, compatibility, enrich): &Family) -> String {
     }
 }
 
-/// Everything between the markers.
-pub fn render(raw: &str) -> String {
+fn render(raw: &str) -> String {
     let lines = raw_lines(raw);
     let mut page = String::new();
     for line in lines.iter().filter(|line| line["kind"] == "conditions") {
@@ -237,7 +238,7 @@ fn fastest(runs: &[Run<'_>]) -> String {
 }
 
 /// Names of the pictures and their charts: the runs of each family that no other of it beats, and all others as marks.
-pub fn pictures(raw: &str) -> Vec<(String, Vec<Chart>)> {
+fn pictures(raw: &str) -> Vec<Picture> {
     let lines = raw_lines(raw);
     let of_reductions = reduction_chart(&lines);
     problems(&lines)
@@ -296,13 +297,5 @@ fn reduction_chart(lines: &[Value]) -> Chart {
         series,
         slopes: Vec::new(),
         notes: Vec::new(),
-    }
-}
-
-/// Writes them into a folder.
-pub fn write(raw: &str, folder: &Path) {
-    std::fs::create_dir_all(folder).expect("a folder");
-    for (name, charts) in pictures(raw) {
-        write_svg(&charts, &folder.join(&name), Replace::Overwrite).expect("a picture");
     }
 }

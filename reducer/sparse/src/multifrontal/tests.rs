@@ -1,5 +1,6 @@
 #![allow(clippy::unwrap_used)]
 use dcb_formats::SparseMatrix;
+use dcb_samples::PseudoRandom;
 use faer::sparse::Triplet;
 use faer::{Mat, Side};
 
@@ -9,13 +10,7 @@ use crate::ordering::{QuotientGraph, nested_dissection};
 
 /// A connected random graph of `points` points with `width` dofs each; diagonally dominant if `excess` is positive.
 fn random_matrix(points: u32, width: u32, excess: f64, seed: u64) -> (SparseMatrix, Vec<u32>) {
-    let mut state = seed;
-    let mut random = || {
-        state = state
-            .wrapping_mul(6_364_136_223_846_793_005)
-            .wrapping_add(1_442_695_040_888_963_407);
-        (state >> 11) as f64 / (1_u64 << 53) as f64
-    };
+    let mut random = PseudoRandom::new(seed);
     let n = (points * width) as usize;
     let mut dense = Mat::<f64>::zeros(n, n);
     for point in 0..points {
@@ -24,13 +19,13 @@ fn random_matrix(points: u32, width: u32, excess: f64, seed: u64) -> (SparseMatr
             others.push(point - 1);
         }
         for _ in 0..3 {
-            others.push((random() * f64::from(points)) as u32 % points);
+            others.push(random.below(points as usize) as u32);
         }
         for other in others {
             for a in 0..width {
                 for b in 0..width {
                     let (i, j) = ((point * width + a) as usize, (other * width + b) as usize);
-                    let value = random() - 0.5;
+                    let value = 0.5 * random.number();
                     dense[(i, j)] = value;
                     dense[(j, i)] = value;
                 }

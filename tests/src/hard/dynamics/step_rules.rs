@@ -8,7 +8,7 @@ use dcb_runtime::simulation::Simulation;
 use serde_json::{Value, json};
 
 use crate::mechanism::{method, run, stabilized};
-use crate::pages::accuracy::{rows, table, text};
+use crate::pages::{rows, table, text};
 use crate::rod::corotated::CorotatedSliderCrank;
 use crate::rod::deflection::{apart, history, reference_history};
 use crate::rod::reduced::{Benchmark, ReducedRod};

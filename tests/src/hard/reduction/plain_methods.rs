@@ -1,12 +1,13 @@
 //! What one writes first: the plain methods that run beside this project's own in the hard cases.
 
+use dcb_samples::PseudoRandom;
 use faer::linalg::solvers::Solve;
 use faer::linalg::triangular_solve::{
     solve_lower_triangular_in_place, solve_upper_triangular_in_place,
 };
 use faer::{Mat, MatRef, Par, Side};
 
-use crate::dense::{eigen, identity, pseudo_random, symmetric};
+use crate::dense::{eigen, identity, symmetric};
 
 /// A Ritz vector whose residual is below this fraction of its eigenvalue has converged.
 const CONVERGED: f64 = 1e-8;
@@ -88,8 +89,8 @@ pub fn block_lanczos(
     let mut basis = Basis::new(mass);
     basis.add(rigid);
     let locked = basis.vectors.len();
-    let mut random = pseudo_random(11);
-    let mut next = Mat::from_fn(n, block, |_, _| random());
+    let mut random = PseudoRandom::new(11);
+    let mut next = Mat::from_fn(n, block, |_, _| random.number());
     let mut images = Vec::new();
     loop {
         let first = basis.vectors.len();
