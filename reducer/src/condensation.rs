@@ -14,8 +14,10 @@ use faer::{Mat, MatRef};
 use rayon::prelude::*;
 
 use crate::error::{Error, InterfaceRefusal};
-use crate::frame::{FitDofs, FrameFit, merge_entries, offset, rigid_motion, weighted_centroid};
-use crate::localization::{cannot_carry, frame_directions};
+use crate::frame::{
+    FitDofs, FrameFit, cannot_carry, frame_directions, merge_entries, offset, rigid_motion,
+    weighted_centroid,
+};
 
 /// A dof of the model: a direction of a node or of a rigid interface's frame.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -304,18 +306,17 @@ fn place_frame(
     interface: &Interface,
     frame_count: usize,
     dofs: &mut Vec<ModelDof>,
-) -> Result<RigidFrame, Error> {
-    for node in &interface.nodes {
-        if Direction::ALL
+) -> Result<RigidFrame, InterfaceRefusal> {
+    let has_dof = |node: u32| {
+        Direction::ALL
             .iter()
-            .all(|direction| component.dofs.row(*node, *direction).is_none())
-        {
-            return Err(InterfaceRefusal::NodeWithoutDof {
-                interface: interface.name.clone(),
-                node: *node,
-            }
-            .into());
-        }
+            .any(|d| component.dofs.row(node, *d).is_some())
+    };
+    if let Some(node) = interface.nodes.iter().find(|node| !has_dof(**node)) {
+        return Err(InterfaceRefusal::NodeWithoutDof {
+            interface: interface.name.clone(),
+            node: *node,
+        });
     }
     let weights = vec![1.0; interface.nodes.len()];
     let position = interface
@@ -330,7 +331,7 @@ fn place_frame(
     );
     let wanted = frame_directions(component, interface);
     if let Some(open) = wanted.iter().find(|direction| fit.leaves_open(**direction)) {
-        return Err(cannot_carry(component, interface, *open, &fit.determined()).into());
+        return Err(cannot_carry(component, interface, *open, &fit.determined()));
     }
     let point = (component.mesh.node_count() + frame_count) as u32;
     let mut frame_dofs = Vec::new();

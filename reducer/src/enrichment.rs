@@ -12,7 +12,6 @@
 //!
 //! Gravity moves the part rigidly and the Euler force of an angular acceleration is rigid too: neither needs a column.
 
-use clap::ValueEnum;
 use dcb_dense::symmetrized;
 use dcb_formats::SparseMatrix;
 use dcb_formats::component::Component;
@@ -21,12 +20,11 @@ use dcb_formats::superelement::Enrichment;
 use dcb_sparse::block_algebra::{gram, symmetric_product};
 use dcb_sparse::factorization::PositiveFactor;
 use faer::Mat;
-use schemars::JsonSchema;
-use serde::{Deserialize, Serialize};
 
 use crate::attachment::{AttachmentProblem, Loads};
 use crate::condensation::Model;
-use crate::error::{Error, Lacking};
+use crate::enrichment_source::EnrichmentSource;
+use crate::error::Error;
 use crate::free_modes::FreeModes;
 use crate::localization::Localization;
 use crate::observer::Observer;
@@ -38,56 +36,6 @@ use dcb_superelement::MASS_TOLERANCE;
 /// A pattern whose response carries less than this part of the strain energy of the strongest is left out: what discretisation leaves of
 /// a rigid motion, as for a pattern across a straight beam.
 const WEAK_PATTERN: f64 = 1e-10;
-
-/// What further columns answer to.
-#[derive(
-    Clone,
-    Copy,
-    Debug,
-    PartialEq,
-    Eq,
-    PartialOrd,
-    Ord,
-    Serialize,
-    Deserialize,
-    ValueEnum,
-    JsonSchema,
-)]
-#[serde(rename_all = "lowercase")]
-#[schemars(rename = "Enrichment")]
-pub enum EnrichmentSource {
-    /// Centrifugal forces: six patterns in space, one in the plane.
-    Spin,
-    /// The component's named loads.
-    Loads,
-    /// The second Krylov block of the interfaces.
-    Krylov,
-}
-
-impl EnrichmentSource {
-    /// All, in the order of columns.
-    pub const ALL: [Self; 3] = [Self::Spin, Self::Loads, Self::Krylov];
-
-    /// Name in options and files.
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::Spin => "spin",
-            Self::Loads => "loads",
-            Self::Krylov => "krylov",
-        }
-    }
-
-    /// Refuses what the component has nothing for.
-    ///
-    /// # Errors
-    /// [`Error::Lacking`] if loads are asked for and there are none.
-    pub fn check(self, component: &Component) -> Result<(), Error> {
-        if self == Self::Loads && component.loads.is_empty() {
-            return Err(Lacking::Loads.into());
-        }
-        Ok(())
-    }
-}
 
 /// Forces over the model's dofs, with their names.
 struct Forces {

@@ -1,8 +1,11 @@
 //! The motion of a rigid frame as its nodes see it, and back: the frame motion that a set of nodes determines.
 
 use dcb_formats::Component;
+use dcb_formats::component::Interface;
 use dcb_formats::mesh::Direction;
 use nalgebra::{DMatrix, DVector};
+
+use crate::error::InterfaceRefusal;
 
 /// A direction is undetermined when the scaled normal matrix has an eigenvalue below this fraction of its largest:
 /// the square of a lever arm a millionth of the interface's size.
@@ -348,5 +351,34 @@ pub fn part_size(component: &Component) -> f64 {
         size
     } else {
         1.0
+    }
+}
+
+/// Directions that a frame interface offers: those asked for, in frame order, or all.
+pub(crate) fn frame_directions(component: &Component, interface: &Interface) -> Vec<Direction> {
+    let all = component.dimension().frame_directions();
+    match &interface.directions {
+        Some(wanted) => all
+            .iter()
+            .copied()
+            .filter(|direction| wanted.contains(direction))
+            .collect(),
+        None => all.to_vec(),
+    }
+}
+
+/// The message for a frame direction that the nodes leave open.
+pub(crate) fn cannot_carry(
+    component: &Component,
+    interface: &Interface,
+    direction: Direction,
+    possible: &[Direction],
+) -> InterfaceRefusal {
+    InterfaceRefusal::CannotCarry {
+        interface: interface.name.clone(),
+        nodes: interface.nodes.len(),
+        direction,
+        possible: possible.to_vec(),
+        dimension: component.dimension(),
     }
 }

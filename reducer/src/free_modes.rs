@@ -293,8 +293,7 @@ impl FreeModes {
     }
 }
 
-/// Inverse iteration on the `kept` lowest Ritz vectors, and a few further ones, which keep the last wanted ones clean and tell where the
-/// spectrum goes on.
+/// Inverse iteration on the `kept` lowest Ritz vectors, and on two more, which tell where the spectrum goes on.
 fn sharpened(lanczos: &Lanczos, pairs: &RitzPairs, kept: usize) -> Mat<f64> {
     let subspace = (kept + 2).min(pairs.eigenvalues.len());
     let first_guess = lanczos.ritz_vectors(pairs, subspace);

@@ -29,6 +29,7 @@ pub mod dependency;
 pub mod diagnosis;
 pub mod eigen_solver;
 pub mod enrichment;
+mod enrichment_source;
 pub mod error;
 mod error_report;
 pub mod file_form;
@@ -87,7 +88,7 @@ pub mod work;
 
 pub use crate::diagnosis::{Grounding, LoosePieces};
 pub use crate::eigen_solver::EigenSolver;
-pub use crate::enrichment::EnrichmentSource;
+pub use crate::enrichment_source::EnrichmentSource;
 pub use crate::error::Error;
 pub use crate::forecast::EstimateChoice;
 pub use crate::interface_reduction::InterfaceModes;

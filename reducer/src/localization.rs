@@ -7,15 +7,17 @@
 use std::ops::Range;
 
 use dcb_formats::Component;
-use dcb_formats::component::{Interface, InterfaceKind, Role, Weights};
+use dcb_formats::component::{Interface, InterfaceKind, Role};
 use dcb_formats::mesh::Direction;
 use dcb_formats::superelement::row_name;
 use faer::Mat;
 
 use crate::condensation::Model;
 use crate::error::{Error, InterfaceRefusal};
-use crate::frame::{FitDofs, FrameFit, merge_entries, weighted_centroid};
-use crate::surface::area_weights;
+use crate::frame::{
+    FitDofs, FrameFit, cannot_carry, frame_directions, merge_entries, weighted_centroid,
+};
+use crate::surface::weights_of;
 
 /// A row of L_b.
 #[derive(Clone, Debug, PartialEq)]
@@ -332,68 +334,6 @@ impl Localization {
 
 fn all_nodes(component: &Component) -> Vec<u32> {
     (0..component.mesh.node_count() as u32).collect()
-}
-
-/// Directions that a frame interface offers: those asked for, in frame order, or all.
-pub fn frame_directions(component: &Component, interface: &Interface) -> Vec<Direction> {
-    let all = component.dimension().frame_directions();
-    match &interface.directions {
-        Some(wanted) => all
-            .iter()
-            .copied()
-            .filter(|direction| wanted.contains(direction))
-            .collect(),
-        None => all.to_vec(),
-    }
-}
-
-/// The message for a frame direction that the nodes leave open.
-pub fn cannot_carry(
-    component: &Component,
-    interface: &Interface,
-    direction: Direction,
-    possible: &[Direction],
-) -> InterfaceRefusal {
-    InterfaceRefusal::CannotCarry {
-        interface: interface.name.clone(),
-        nodes: interface.nodes.len(),
-        direction,
-        possible: possible.to_vec(),
-        dimension: component.dimension(),
-    }
-}
-
-/// Node weights of an averaged interface, positive.
-fn weights_of(component: &Component, interface: &Interface) -> Result<Vec<f64>, InterfaceRefusal> {
-    match &interface.weights {
-        Weights::Uniform => Ok(vec![1.0; interface.nodes.len()]),
-        Weights::Given(weights) => Ok(weights.clone()),
-        Weights::Area => {
-            let no_area = |node| InterfaceRefusal::NoArea {
-                interface: interface.name.clone(),
-                node,
-            };
-            area_weights(&component.mesh, &interface.nodes).map_err(no_area)
-        }
-        Weights::Mass => {
-            let translations = &Direction::ALL[..component.dimension().coordinate_count()];
-            let mass_at = |node: u32| -> f64 {
-                let rows = translations
-                    .iter()
-                    .filter_map(|direction| component.dofs.row(node, *direction));
-                rows.filter_map(|row| component.mass.as_ref().get(row, row))
-                    .sum()
-            };
-            let weights: Vec<f64> = interface.nodes.iter().map(|node| mass_at(*node)).collect();
-            match weights.iter().position(|weight| *weight <= 0.0) {
-                Some(at) => Err(InterfaceRefusal::NoMass {
-                    interface: interface.name.clone(),
-                    node: interface.nodes[at],
-                }),
-                None => Ok(weights),
-            }
-        }
-    }
 }
 
 fn columns_of(axes: Option<[[f64; 3]; 3]>) -> [[f64; 3]; 3] {

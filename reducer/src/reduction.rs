@@ -11,7 +11,7 @@ use serde_json::Value;
 
 use crate::diagnosis::{Grounding, LoosePieces};
 use crate::eigen_solver::EigenSolver;
-use crate::enrichment::EnrichmentSource;
+use crate::enrichment_source::EnrichmentSource;
 use crate::forecast::EstimateChoice;
 use crate::interface_reduction::InterfaceModes;
 use crate::memory_limit::{FactorChoice, MemoryLimit};

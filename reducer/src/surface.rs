@@ -3,7 +3,10 @@
 
 use std::collections::HashMap;
 
-use dcb_formats::mesh::{Dimension, Mesh};
+use dcb_formats::component::{Component, Interface, Weights};
+use dcb_formats::mesh::{Dimension, Direction, Mesh};
+
+use crate::error::InterfaceRefusal;
 
 /// Faces of a cell by local node numbers, corners first, in meshio's node order.
 pub(crate) fn faces_of(cell_type: &str, dimension: Dimension) -> &'static [&'static [usize]] {
@@ -217,7 +220,7 @@ fn norm(a: [f64; 3]) -> f64 {
 ///
 /// # Errors
 /// A message when the mesh has no boundary face within the set, or a node touches none.
-pub fn area_weights(mesh: &Mesh, nodes: &[u32]) -> Result<Vec<f64>, u32> {
+fn area_weights(mesh: &Mesh, nodes: &[u32]) -> Result<Vec<f64>, u32> {
     let position: HashMap<u32, usize> = nodes
         .iter()
         .enumerate()
@@ -266,6 +269,42 @@ pub fn area_weights(mesh: &Mesh, nodes: &[u32]) -> Result<Vec<f64>, u32> {
     match weights.iter().position(|weight| *weight <= 0.0) {
         None => Ok(weights),
         Some(at) => Err(nodes[at]),
+    }
+}
+
+/// Node weights of an averaged interface, positive.
+pub(crate) fn weights_of(
+    component: &Component,
+    interface: &Interface,
+) -> Result<Vec<f64>, InterfaceRefusal> {
+    match &interface.weights {
+        Weights::Uniform => Ok(vec![1.0; interface.nodes.len()]),
+        Weights::Given(weights) => Ok(weights.clone()),
+        Weights::Area => {
+            let no_area = |node| InterfaceRefusal::NoArea {
+                interface: interface.name.clone(),
+                node,
+            };
+            area_weights(&component.mesh, &interface.nodes).map_err(no_area)
+        }
+        Weights::Mass => {
+            let translations = &Direction::ALL[..component.dimension().coordinate_count()];
+            let mass_at = |node: u32| -> f64 {
+                let rows = translations
+                    .iter()
+                    .filter_map(|direction| component.dofs.row(node, *direction));
+                rows.filter_map(|row| component.mass.as_ref().get(row, row))
+                    .sum()
+            };
+            let weights: Vec<f64> = interface.nodes.iter().map(|node| mass_at(*node)).collect();
+            match weights.iter().position(|weight| *weight <= 0.0) {
+                Some(at) => Err(InterfaceRefusal::NoMass {
+                    interface: interface.name.clone(),
+                    node: interface.nodes[at],
+                }),
+                None => Ok(weights),
+            }
+        }
     }
 }
 
