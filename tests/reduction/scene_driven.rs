@@ -2,7 +2,7 @@
 //! the whole matrices, solved at every frequency.
 //!
 //! Rows of the table in `docs/scene-driven.md` are compared with `docs/data/scene_reduction.jsonl`. Its lines are what is printed here:
-//! `cargo test --release -p dcb-tests --test reduction scene_driven:: -- --nocapture --test-threads 1 | grep '^{"part"'`.
+//! `cargo test --release -p dcb-tests --test reduction scene_driven:: -- --nocapture --test-threads 1 | grep true_error`.
 
 use std::collections::BTreeSet;
 use std::f64::consts::TAU;
