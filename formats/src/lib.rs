@@ -18,7 +18,6 @@ pub mod mesh;
 mod named;
 pub mod out_of_memory;
 pub mod output;
-pub mod program;
 pub mod results;
 pub mod scene;
 pub mod snapshot;

@@ -30,3 +30,24 @@ pub fn hertz_unit(time_unit: &str) -> String {
         format!("1/{time_unit}")
     }
 }
+
+/// A number of bytes for people.
+pub fn readable(bytes: u64) -> String {
+    let megabytes = bytes as f64 / 1024_f64.powi(2);
+    if megabytes < 1000.0 {
+        format!("{megabytes:.0} MB")
+    } else {
+        format!("{:.1} GB", megabytes / 1024.0)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn sizes_are_told_in_megabytes_and_gigabytes() {
+        assert_eq!(readable(512 << 20), "512 MB");
+        assert_eq!(readable(3 << 29), "1.5 GB");
+    }
+}

@@ -10,7 +10,7 @@ use std::time::Duration;
 
 use criterion::{BatchSize, BenchmarkId, Criterion, Throughput};
 use dcb_formats::SparseMatrix;
-use dcb_reducer::condensation::Model;
+use dcb_reducer::model::condensation::Model;
 use dcb_reducer::{Reduction, reduce};
 use dcb_samples::connecting_rod;
 use dcb_sparse::block_algebra::{combination, gram, symmetric_product};
@@ -18,7 +18,8 @@ use dcb_sparse::factorization::SymmetricFactor;
 use faer::Mat;
 
 #[global_allocator]
-static ALLOCATOR: dcb_reducer::huge_pages::HugePages = dcb_reducer::huge_pages::HugePages;
+static ALLOCATOR: dcb_reducer::resources::huge_pages::HugePages =
+    dcb_reducer::resources::huge_pages::HugePages;
 
 /// 28 176 dofs.
 const REFINEMENT: u32 = 1;

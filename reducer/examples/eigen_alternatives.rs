@@ -6,17 +6,18 @@ use std::time::Instant;
 
 use dcb_dense::{symmetric_eigen, symmetrized};
 use dcb_formats::component_files::{ComponentFiles, Overrides, read_component};
-use dcb_reducer::condensation::Model;
-use dcb_reducer::free_modes::{FreeModes, KnownMotions, Search};
-use dcb_reducer::piece_motions::Pieces;
-use dcb_reducer::rigid_body::{MassProperties, RigidBodyModes};
-use dcb_reducer::shift::SpectrumScale;
+use dcb_reducer::model::condensation::Model;
+use dcb_reducer::model::piece_motions::Pieces;
+use dcb_reducer::model::rigid_body::{MassProperties, RigidBodyModes};
+use dcb_reducer::model::shift::SpectrumScale;
+use dcb_reducer::modes::free_modes::{FreeModes, KnownMotions, Search};
 use dcb_sparse::block_algebra::{column_norms, combination, gram, symmetric_product};
 use dcb_sparse::factorization::{PositiveFactor, SymmetricFactor};
 use faer::{Mat, MatRef};
 
 #[global_allocator]
-static ALLOCATOR: dcb_reducer::huge_pages::HugePages = dcb_reducer::huge_pages::HugePages;
+static ALLOCATOR: dcb_reducer::resources::huge_pages::HugePages =
+    dcb_reducer::resources::huge_pages::HugePages;
 
 /// Residual ‖K φ - ω² M φ‖ / ‖K φ‖ that every method goes on to.
 const RESIDUAL: f64 = 1e-8;
@@ -179,7 +180,7 @@ impl Problem<'_> {
 }
 
 fn main() {
-    dcb_reducer::huge_pages::keep_freed_memory();
+    dcb_reducer::resources::huge_pages::keep_freed_memory();
     let path = std::env::args().nth(1).expect("PART.mtx");
     let wanted: usize = std::env::args().nth(2).map_or(30, |n| n.parse().unwrap());
     let files = ComponentFiles::beside(path.as_ref(), &Overrides::default()).unwrap();

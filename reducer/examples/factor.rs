@@ -4,11 +4,11 @@
 use std::time::Instant;
 
 use dcb_formats::component_files::{ComponentFiles, Overrides, read_component};
-use dcb_reducer::condensation::Model;
-use dcb_reducer::invariants::inertia_invariants;
-use dcb_reducer::piece_motions::Pieces;
-use dcb_reducer::rigid_body::{MassProperties, RigidBodyModes};
-use dcb_reducer::shift::SpectrumScale;
+use dcb_reducer::inertia::invariants::inertia_invariants;
+use dcb_reducer::model::condensation::Model;
+use dcb_reducer::model::piece_motions::Pieces;
+use dcb_reducer::model::rigid_body::{MassProperties, RigidBodyModes};
+use dcb_reducer::model::shift::SpectrumScale;
 use dcb_sparse::block_algebra::{largest_entry, symmetric_product, symmetric_product_into};
 use dcb_sparse::factor_store::{FactorStorage, Place, Precision};
 use dcb_sparse::factorization::SymmetricFactor;
@@ -16,7 +16,8 @@ use dcb_sparse::multifrontal::{Cholesky, Matrix, eliminate, solve_columns};
 use faer::Mat;
 
 #[global_allocator]
-static ALLOCATOR: dcb_reducer::huge_pages::HugePages = dcb_reducer::huge_pages::HugePages;
+static ALLOCATOR: dcb_reducer::resources::huge_pages::HugePages =
+    dcb_reducer::resources::huge_pages::HugePages;
 
 fn cpu() -> f64 {
     let text = std::fs::read_to_string("/proc/self/stat").unwrap();

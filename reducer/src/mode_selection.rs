@@ -8,7 +8,7 @@ use crate::error::{CommandRefusal, Error};
 use dcb_formats::units::si_factor;
 
 /// Modes kept where nothing is said.
-pub(crate) const DEFAULT_MODES: usize = 20;
+pub const DEFAULT_MODES: usize = 20;
 
 /// Which modes to keep.
 #[derive(Clone, Copy, Debug, PartialEq)]

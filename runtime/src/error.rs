@@ -490,7 +490,7 @@ impl Error {
     }
 
     /// A fault of a description at a path of keys.
-    pub(crate) fn described(location: impl Into<String>, message: impl Into<String>) -> Self {
+    pub fn described(location: impl Into<String>, message: impl Into<String>) -> Self {
         Self::Description {
             location: location.into(),
             message: message.into(),
@@ -498,7 +498,7 @@ impl Error {
     }
 
     /// A fault of a description as one of the file that holds it.
-    pub(crate) fn in_file(self, path: &Path) -> Self {
+    pub fn in_file(self, path: &Path) -> Self {
         match self {
             Self::Description { location, message } => Self::File(dcb_formats::Error::Location {
                 path: path.to_owned(),

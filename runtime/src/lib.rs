@@ -2,7 +2,7 @@
 //!
 //! A [`Scene`] says what moves, how it is held and driven and what is recorded; it is read from a JSON file or filled in by a
 //! program. [`Mechanism`] is a scene in motion: stepped, steered by inputs and asked for outputs by name. [`run`] is a whole run to
-//! a results file, which is what the program `simulate` does; [`study`] tries options. Superelements come from `.dcb.h5` files; the reducer is not
+//! a results file, which is what the program `simulate` does. Superelements come from `.dcb.h5` files; the reducer is not
 //! known here.
 //!
 //! ```
@@ -35,10 +35,6 @@
 
 pub mod analysis;
 pub mod body;
-pub mod cli;
-mod cli_prepare;
-mod cli_scene;
-mod cli_study;
 pub mod energy;
 pub mod error;
 pub mod export;
@@ -51,10 +47,8 @@ pub mod kinematics;
 pub mod measure;
 pub mod mechanism;
 pub mod model;
-pub mod prepare;
 pub mod run;
 pub mod simulation;
-pub mod study;
 pub mod system;
 pub mod watch;
 

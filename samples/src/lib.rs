@@ -10,7 +10,6 @@ pub mod catalogue;
 mod component;
 pub mod connecting_rod;
 pub mod hard;
-mod lattice;
 pub mod material;
 pub mod planar_rod;
 mod planform;

@@ -8,8 +8,8 @@ use std::ops::Range;
 
 use dcb_formats::mesh::Mesh;
 
-use crate::lattice::mesh_of_used_points;
 use crate::solid::SolidElement;
+use crate::solid::lattice::mesh_of_used_points;
 
 /// Points and quadrilaterals in the x–y plane.
 #[derive(Default)]

@@ -9,7 +9,7 @@ small end, `two interfaces and a node` at a node besides. `small` is the file as
 `cold` one the system is told to drop it. Bytes are those that the system says the process has read, whatever it is: libraries too. Needs 5 GB of
 memory, and 2.2 GB of disk until it ends.
 
-`--write` puts the lines in place of docs/data/large_file.jsonl; `cargo test --release -p dcb-tests --test published pages::large_file` says how docs/format.md shows them.
+`--write` puts the lines in place of docs/data/large_file.jsonl; the test `large_file_page` says how docs/format.md shows them.
 """
 import argparse
 import json

@@ -1,7 +1,7 @@
 """Chains of flexible bodies in `simulate` and in Exudyn: time per step, iterations and answers, interleaved, in the same reduced space.
 
     pip install exudyn numpy scipy h5py
-    cargo build --release -p dcb-runtime -p dcb-reducer -p dcb-samples
+    cargo build --release -p dcb-programs -p dcb-samples
     python3 tests/benches/simulate_against_exudyn.py [--cases 1x16,4x16] [--rounds 3] [--write]
 
 Each body is the generated connecting rod, reduced by `reduce`. Exudyn gets the same matrices and the same basis (see `exudyn_chain.py`), so

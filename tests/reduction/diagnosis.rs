@@ -9,7 +9,7 @@
 use dcb_formats::Component;
 use dcb_formats::mesh::{Dimension, DofMap};
 use dcb_formats::superelement::FrameKind;
-use dcb_reducer::rigid_body::MassProperties;
+use dcb_reducer::model::rigid_body::MassProperties;
 use dcb_reducer::{Grounding, LoosePieces, Reduction};
 use dcb_samples::catalogue::CATALOGUE;
 use dcb_samples::hard::{self, Hinge};
@@ -246,7 +246,7 @@ fn numbers_that_smell_of_mixed_units_are_warned_about() {
 
 fn unit_warnings(part: &Component) -> Vec<String> {
     let properties = MassProperties::of(part).unwrap();
-    dcb_reducer::plausibility::unit_warnings(part, &properties, None)
+    dcb_reducer::model::plausibility::unit_warnings(part, &properties, None)
 }
 
 #[test]

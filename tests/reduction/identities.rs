@@ -7,8 +7,8 @@
 )]
 
 use dcb_formats::{Component, Superelement};
-use dcb_reducer::invariants::inertia_invariants;
-use dcb_reducer::rigid_body::{MassProperties, component_columns};
+use dcb_reducer::inertia::invariants::inertia_invariants;
+use dcb_reducer::model::rigid_body::{MassProperties, component_columns};
 use dcb_samples::spatial_beam::SpatialBeam;
 use dcb_samples::{PseudoRandom, RodSection, SolidElement};
 use dcb_tests::accuracy::basis;

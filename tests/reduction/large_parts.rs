@@ -3,11 +3,12 @@
 
 use dcb_formats::Component;
 use dcb_formats::component::InterfaceKind;
-use dcb_reducer::basis_size::BasisSize;
-use dcb_reducer::condensation::Model;
-use dcb_reducer::forecast::Forecast;
-use dcb_reducer::memory_limit::{FactorChoice, MemoryLimit};
-use dcb_reducer::{Reduced, Reduction, plan};
+use dcb_reducer::forecast;
+use dcb_reducer::model::condensation::Model;
+use dcb_reducer::resources::basis_size::BasisSize;
+use dcb_reducer::resources::forecast::Forecast;
+use dcb_reducer::resources::memory_limit::{FactorChoice, MemoryLimit};
+use dcb_reducer::{Reduced, Reduction};
 use dcb_samples::spatial_beam::{BeamSection, SpatialBeam, spatial_beam};
 use dcb_samples::{Material, SolidElement, box_block};
 use dcb_sparse::factor_store::{FactorStorage, Place};
@@ -149,7 +150,7 @@ fn every_double_root_of_a_large_square_bar_is_found_twice() {
 fn a_basis_that_memory_cuts_short_finds_the_same_modes() {
     let bar = square_bar();
     let options = Reduction::lowest(220);
-    let roomy = plan::forecast(&bar, options.modes).unwrap();
+    let roomy = forecast(&bar, options.modes).unwrap();
     let short = Forecast {
         basis: BasisSize::Short,
         ..roomy

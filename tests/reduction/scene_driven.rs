@@ -2,7 +2,7 @@
 //! the whole matrices, solved at every frequency.
 //!
 //! Rows of the table in `docs/scene-driven.md` are compared with `docs/data/scene_reduction.jsonl`. Its lines are what is printed here:
-//! `cargo test --release -p dcb-tests --test reduction scene_driven:: -- --nocapture --test-threads 1 | grep true_error`.
+//! `cargo test --release -p dcb-tests --test reduction scene_driven:: -- --nocapture --test-threads 1 | grep '^{"part"'`.
 
 use std::collections::BTreeSet;
 use std::f64::consts::TAU;
@@ -14,9 +14,7 @@ use dcb_formats::component::{InterfaceKind, Role};
 use dcb_formats::dcb::{Contents, WriteOptions, write_superelement};
 use dcb_formats::mesh::Direction;
 use dcb_formats::superelement::Superelement;
-use dcb_reducer::scene::{
-    Asked, Extent, Fitted, Limits, Omission, PartInScene, SceneFit, Search, SpinColumns,
-};
+use dcb_reducer::quality::scene_fit::{Omission, SceneFit};
 use dcb_reducer::{EnrichmentSource, Error, Reduced, Reduction, reduce};
 use dcb_runtime::{Compatibility, FlexibleBody};
 use dcb_samples::{SolidElement, connecting_rod};
@@ -25,6 +23,9 @@ use dcb_tests::localization::localization;
 use dcb_tests::oracle::{Oracle, centre_of_mass, rigid_motions};
 use dcb_tests::pages::scene_reduction;
 use dcb_tests::{lowest, parts};
+use dcb_workflow::scene::{
+    Asked, Extent, Fitted, Limits, PartInScene, Search, SpinColumns, scene_fit,
+};
 use faer::linalg::solvers::Solve as _;
 use faer::sparse::{SparseColMat, Triplet};
 use faer::{Mat, c64};
@@ -60,7 +61,7 @@ fn asked(component: &Component, scene: &Value) -> (Asked, PartInScene) {
 
 fn try_to_fit(component: &Component, scene: &Value, limits: &Limits) -> Result<Outcome, Error> {
     let (asked, part) = asked(component, scene);
-    let fit = SceneFit::new(&part, &asked, limits);
+    let fit = scene_fit(&part, &asked, limits);
     let options = Reduction::lowest(0);
     let search = Search {
         asked: &asked,

@@ -2,6 +2,7 @@
 
 use std::path::Path;
 
+use crate::html::escaped;
 use crate::table::Table;
 use dcb_formats::Error;
 use dcb_formats::output::write_text;
@@ -15,21 +16,6 @@ th{vertical-align:bottom}td.number{text-align:right;font-variant-numeric:tabular
 tr.marked td{background:#fff3cd}.wide{overflow-x:auto}figure{margin:1rem 0}figure svg{max-width:100%;height:auto}\
 figcaption{font-size:.9rem;color:#555}.pictures{display:grid;grid-template-columns:repeat(auto-fill,minmax(min(100%,21rem),1fr));gap:1rem}\
 .pictures figure{margin:0}@media print{.wide{overflow:visible}table{font-size:.6rem}}";
-
-/// Text as it may stand in HTML and in SVG, in attributes as well.
-pub fn escaped(text: &str) -> String {
-    let mut safe = String::with_capacity(text.len());
-    for character in text.chars() {
-        match character {
-            '&' => safe += "&amp;",
-            '<' => safe += "&lt;",
-            '>' => safe += "&gt;",
-            '"' => safe += "&quot;",
-            other => safe.push(other),
-        }
-    }
-    safe
-}
 
 /// A page that grows from top to bottom. All text is escaped; pictures are SVG and taken as they are.
 #[derive(Clone, Debug, PartialEq, Eq)]

@@ -3,7 +3,7 @@
 use std::fmt::Write as _;
 use std::path::Path;
 
-use crate::page::escaped;
+use crate::html::escaped;
 use dcb_formats::Error;
 use dcb_formats::output::write_text;
 

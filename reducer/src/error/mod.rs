@@ -21,7 +21,7 @@ pub use self::lacking::Lacking;
 pub use self::matrix::{Matrix, MatrixRefusal};
 pub(crate) use self::places::LISTED;
 pub use self::places::Places;
-use crate::memory_limit::readable;
+use dcb_formats::units::readable;
 
 /// A reduction that ended without a superelement.
 #[derive(Debug, thiserror::Error)]
@@ -213,7 +213,7 @@ impl Error {
     }
 
     /// The same with the name of the file that is to be corrected: a reduction knows no files.
-    pub(crate) fn naming_the_file(self, files: &ComponentFiles) -> Self {
+    pub fn naming_the_file(self, files: &ComponentFiles) -> Self {
         let path = match self.concerns() {
             None => return self,
             Some(Input::Stiffness) => &files.stiffness,

@@ -18,14 +18,14 @@ use faer::{Mat, MatRef};
 
 use self::mode_residuals::ModeResiduals;
 use self::second_responses::SecondResponses;
-use crate::attachment::{AttachmentProblem, Loads};
-use crate::certificate::Sturm;
-use crate::condensation::CowMat;
-use crate::enrichment::Reducing;
+use crate::attachments::columns::{AttachmentProblem, Loads};
+use crate::attachments::enrichment::Reducing;
 use crate::error::Error;
-use crate::free_modes::FreeModes;
+use crate::model::condensation::CowMat;
+use crate::model::shift::EnergyBound;
+use crate::modes::certificate::Sturm;
+use crate::modes::free_modes::FreeModes;
 use crate::observer::Observer;
-use crate::shift::EnergyBound;
 
 /// M_1 to M_4 with their rounding; members as in [`Moments`].
 #[derive(Clone, Debug)]

@@ -4,8 +4,8 @@ use dcb_sparse::block_algebra::{column_dots, symmetric_product};
 use dcb_sparse::column_products::BLOCK;
 use dcb_sparse::factorization::PositiveFactor;
 
-use crate::enrichment::Reducing;
-use crate::free_modes::FreeModes;
+use crate::attachments::enrichment::Reducing;
+use crate::modes::free_modes::FreeModes;
 
 /// What the kept modes leave of their equation, ρ = K φ - ω² M φ, in the norm of the factorized matrix: ρᵀ (K + σ M)⁻¹ ρ.
 #[derive(Clone, Debug)]

@@ -10,10 +10,10 @@ use dcb_sparse::column_products::{BLOCK, enter_symmetric};
 use dcb_sparse::factorization::PositiveFactor;
 use faer::{Mat, MatRef};
 
-use crate::attachment::Complement;
-use crate::enrichment::Reducing;
+use crate::attachments::columns::Complement;
+use crate::attachments::enrichment::Reducing;
+use crate::model::shift::EnergyBound;
 use crate::observer::Observer;
-use crate::shift::EnergyBound;
 
 /// Moments of the static shapes X and their second responses Z.
 pub(super) struct SecondResponses {

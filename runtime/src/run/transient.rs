@@ -352,7 +352,7 @@ fn check_window(
 }
 
 /// What is told of steps that are too long for a motion.
-pub(crate) fn unresolved_warning(system: &System, found: &Unresolved) -> String {
+pub fn unresolved_warning(system: &System, found: &Unresolved) -> String {
     let what = match found.part {
         Part::Place => "motion",
         Part::Deflection => "deflection",
@@ -367,7 +367,7 @@ pub(crate) fn unresolved_warning(system: &System, found: &Unresolved) -> String 
 }
 
 /// What is told of forces that consist of rounding at steps of this size.
-pub(crate) fn rounding_warning(simulation: &Simulation, step: f64) -> Option<String> {
+pub fn rounding_warning(simulation: &Simulation, step: f64) -> Option<String> {
     let rounding = simulation.rounding_of_forces(step);
     (rounding.is_finite() && rounding > ROUNDING_TOLD).then(|| {
         format!(
@@ -392,7 +392,7 @@ fn damping_note(modes: &[EffectiveDamping], scene: &Scene) -> Option<String> {
 }
 
 /// What is told of an energy balance.
-pub(crate) fn imbalance_warning(balance: &EnergyBalance) -> Option<String> {
+pub fn imbalance_warning(balance: &EnergyBalance) -> Option<String> {
     let share = balance.share().filter(|share| *share > IMBALANCE_TOLD)?;
     Some(format!(
         "the energy balance lacks {share:.1e} of the largest energy that was stored or exchanged: the step doesn't resolve what happens; take a smaller one"

@@ -9,8 +9,8 @@ use super::element::{HEXAHEDRON_EDGES, SolidElement, TETRAHEDRON_EDGES};
 use crate::component::{
     TRANSLATIONS, average_interface, component, nodes_interface, nodes_on_plane, uniform_dofs,
 };
-use crate::lattice::mesh_of_used_points;
 use crate::material::Material;
+use crate::solid::lattice::mesh_of_used_points;
 
 /// Corners of a cell in half-steps of the lattice, in meshio's hexahedron order.
 const CORNERS: [[usize; 3]; 8] = [

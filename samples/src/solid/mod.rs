@@ -3,6 +3,7 @@
 mod assemble;
 mod block;
 mod element;
+pub(crate) mod lattice;
 mod quadrature;
 
 pub use assemble::{SolidMatrices, assemble_solid, jacobian_determinants};

@@ -12,8 +12,8 @@ mod modes;
 use dcb_formats::Component;
 use dcb_formats::component::{Interface, InterfaceKind, Role, Weights};
 use dcb_formats::mesh::Direction;
-use dcb_reducer::condensation::Model;
-use dcb_reducer::localization::Localization;
+use dcb_reducer::model::condensation::Model;
+use dcb_reducer::model::localization::Localization;
 use dcb_samples::spatial_beam::{BeamMass, BeamTheory};
 use dcb_samples::{SolidElement, reference_hexahedra};
 use dcb_tests::dense::{

@@ -7,7 +7,7 @@ use dcb_formats::Component;
 use dcb_formats::TimeFunction;
 use dcb_formats::component::{Interface, InterfaceKind, Role};
 use dcb_formats::function::Function;
-use dcb_reducer::interface_reduction::InterfaceReduction;
+use dcb_reducer::attachments::interface_reduction::InterfaceReduction;
 use dcb_reducer::{InterfaceModes, Reduced, Reduction};
 use dcb_runtime::analysis::equilibrium::{EquilibriumSettings, find_equilibrium};
 use dcb_runtime::joint::{Fixed, JointKind};

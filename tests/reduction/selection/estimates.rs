@@ -9,7 +9,6 @@ use dcb_formats::mesh::Dimension;
 use dcb_formats::scene::Compatibility;
 use dcb_formats::superelement::Superelement;
 use dcb_reducer::Reduction;
-use dcb_reducer::scene::{Asked, Extent, Fitted, Limits, PartInScene, SceneFit, Search};
 use dcb_samples::{SolidElement, hard};
 use dcb_superelement::FrequencyBand;
 use dcb_superelement::Selection;
@@ -17,6 +16,7 @@ use dcb_superelement::error_bounds::{Bracket, ErrorBounds, Estimate};
 use dcb_superelement::selection::{InPlane, InterfaceSelection, Normal};
 use dcb_tests::error_estimate::{LOSS_FACTOR, Truth};
 use dcb_tests::{lowest, parts};
+use dcb_workflow::scene::{Asked, Extent, Fitted, Limits, PartInScene, Search, scene_fit};
 use faer::Mat;
 use serde_json::json;
 
@@ -389,7 +389,7 @@ fn a_spatial_part_for_a_planar_scene_has_less_error_than_it_may_have() {
     let band = FrequencyBand {
         squares: whole.squares.iter().copied().step_by(20).collect(),
     };
-    let fit = SceneFit::new(&in_scene, &asked, &limits);
+    let fit = scene_fit(&in_scene, &asked, &limits);
     let fitted = Fitted::of(whole, &asked, &limits, fit).unwrap();
     let element = fitted.superelement;
     assert_eq!(element.dimension, Dimension::Planar);

@@ -24,6 +24,8 @@ use self::rows::Rows;
 use crate::Error;
 use crate::FrequencyBand;
 
+/// Equally spaced points of a usual band: those of a study.
+pub const POINTS: usize = 400;
 /// Rounding of a moment, whatever its columns are.
 pub const DENSE_ROUNDING: f64 = 64.0 * f64::EPSILON;
 

@@ -9,38 +9,40 @@ pub mod step_rules;
 pub mod steps;
 pub mod weak_form_map;
 
-/// The group of these cases.
-pub const GROUP: &str = "dynamics";
+use crate::hard::case::HardCase;
 
-/// Calls a macro with the cases of seconds each, `module::case` each, in the order of the page: they are tested and shown.
-#[macro_export]
-macro_rules! hard_dynamics_cases {
-    ($with:ident) => {
-        $with!(
-            steps::tiny_steps,
-            steps::long_steps,
-            steps::no_numerical_damping,
-            steps::weak_form_below_its_window,
-            steps::unscaled_newton_matrix,
-            steps::forces_far_from_the_origin,
-            weak_form_map::coarse_map,
-            scales::mass_ratio_1e8,
-            scales::stiffness_ratio_1e10,
-            scales::bushing_on_steel,
-            scales::force_of_a_pin,
-            scales::micrometre_beside_kilometre,
-            scales::attachments_of_rounding,
-            loops::nearly_redundant_loop,
-            loops::closed_ring,
-            loops::dead_centre,
-            motions::long_chain,
-            motions::whirling_bar,
-            motions::inconsistent_start,
-            events::jump_of_a_drive,
-            events::impulsive_load,
-            events::spin_through_the_first_frequency,
-        );
-    };
+/// Those of the default test run, each in seconds.
+pub fn cases() -> Vec<fn() -> HardCase> {
+    vec![
+        steps::tiny_steps,
+        steps::long_steps,
+        steps::no_numerical_damping,
+        steps::weak_form_below_its_window,
+        steps::unscaled_newton_matrix,
+        steps::forces_far_from_the_origin,
+        weak_form_map::coarse_map,
+        scales::mass_ratio_1e8,
+        scales::stiffness_ratio_1e10,
+        scales::bushing_on_steel,
+        scales::force_of_a_pin,
+        scales::micrometre_beside_kilometre,
+        scales::attachments_of_rounding,
+        loops::nearly_redundant_loop,
+        loops::closed_ring,
+        loops::dead_centre,
+        motions::long_chain,
+        motions::whirling_bar,
+        motions::inconsistent_start,
+        events::jump_of_a_drive,
+        events::impulsive_load,
+        events::spin_through_the_first_frequency,
+    ]
 }
 
-hard_dynamics_cases!(list);
+/// Those that take a minute or more.
+pub fn long_cases() -> Vec<fn() -> HardCase> {
+    vec![
+        motions::whirling_bar_ten_thousand_turns,
+        events::slider_crank_ten_thousand_turns,
+    ]
+}

@@ -1,0 +1,5 @@
+//! The programs `reduce` and `simulate`: one file a command. What they begin, say and end with is the same.
+
+pub mod program;
+pub mod reduce;
+pub mod simulate;

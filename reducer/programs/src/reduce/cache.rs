@@ -1,0 +1,244 @@
+//! The options of the cache, and the `reduce cache` command: what it holds.
+
+use std::fmt::Write as _;
+use std::path::PathBuf;
+use std::time::SystemTime;
+
+use crate::program::Told;
+use clap::Args;
+use serde_json::json;
+
+use crate::reduce::part::Outcome;
+use dcb_formats::units::readable;
+use dcb_reducer::error::{CommandRefusal, Error};
+use dcb_reducer::resources::memory_limit::size;
+use dcb_workflow::cache::eviction::Removal;
+use dcb_workflow::cache::folder::{
+    DEFAULT_LIMIT, FOLDER_VARIABLE, LIMIT_VARIABLE, default_folder, variable,
+};
+use dcb_workflow::cache::{Cache, Listed, ModeRequest};
+
+/// Superelements that were made before.
+#[derive(Clone, Debug, Args)]
+pub struct CacheArguments {
+    /// Take from a cache what was made before, and keep what is made.
+    ///
+    /// The folder is by default $DCB_CACHE, or dcb in the folder that the user's system has for caches.
+    #[arg(long, value_name = "FOLDER", num_args = 0..=1, require_equals = true)]
+    pub cache: Option<Option<PathBuf>>,
+    /// How large the cache may grow [default: $DCB_CACHE_LIMIT, or 20G].
+    #[arg(long, value_name = "SIZE", allow_hyphen_values = true, value_parser = size)]
+    pub cache_limit: Option<u64>,
+}
+
+impl CacheArguments {
+    /// The folder, named or not; `None` for a user without home.
+    pub fn folder(&self) -> Option<PathBuf> {
+        self.cache.clone().flatten().or_else(default_folder)
+    }
+
+    /// How many bytes may be kept.
+    ///
+    /// # Errors
+    /// [`Error::Command`] for an environment variable that isn't a size.
+    pub fn limit(&self) -> Result<u64, Error> {
+        if let Some(limit) = self.cache_limit {
+            return Ok(limit);
+        }
+        let Some(text) = variable(LIMIT_VARIABLE) else {
+            return Ok(DEFAULT_LIMIT);
+        };
+        let text = text.to_string_lossy();
+        size(&text).map_err(|wanted| {
+            let (variable, found) = (LIMIT_VARIABLE, text.into_owned());
+            CommandRefusal::NoSize {
+                variable,
+                found,
+                wanted,
+            }
+            .into()
+        })
+    }
+
+    /// The cache, whether or not `--cache` asks for it; `None`, with a warning, where there can't be one.
+    ///
+    /// # Errors
+    /// As [`CacheArguments::limit`].
+    pub fn open(&self, told: Told) -> Result<Option<Cache>, Error> {
+        let limit = self.limit()?;
+        let opened = match self.folder() {
+            Some(folder) => {
+                Cache::at(&folder, limit).map_err(|error| format!("{}: {error}", folder.display()))
+            }
+            None => Err(format!(
+                "no folder is known; name one with --cache=FOLDER or {FOLDER_VARIABLE}"
+            )),
+        };
+        match opened {
+            Ok(cache) => Ok(Some(cache)),
+            Err(why) => {
+                told.say("warning", &format!("the cache isn't used: {why}"));
+                Ok(None)
+            }
+        }
+    }
+}
+
+/// What is asked of the cache.
+#[derive(Debug, Args)]
+pub struct InventoryArguments {
+    /// Where it is.
+    #[command(flatten)]
+    pub cache: CacheArguments,
+    /// Remove all superelements, or the one whose key begins so.
+    #[arg(long, value_name = "KEY", num_args = 0..=1)]
+    pub clear: Option<Option<String>>,
+    /// As JSON; sizes in bytes, times in seconds (last use since 1970).
+    #[arg(long, conflicts_with = "clear")]
+    pub json: bool,
+}
+
+/// Runs the command.
+///
+/// # Errors
+/// There is no such key, or something can't be removed.
+pub fn run(arguments: &InventoryArguments) -> Result<Outcome, Error> {
+    let Some(folder) = arguments.cache.folder() else {
+        let variable = FOLDER_VARIABLE;
+        return Err(CommandRefusal::NoCacheFolder { variable }.into());
+    };
+    let cache = Cache::existing(&folder, arguments.cache.limit()?);
+    let entries = cache.entries();
+    let output = match &arguments.clear {
+        Some(key) => clear(&cache, entries, key.as_deref())?,
+        None if arguments.json => as_json(&cache, &entries),
+        None => table(&cache, &entries),
+    };
+    Ok(Outcome {
+        output,
+        failure: None,
+    })
+}
+
+fn clear(cache: &Cache, mut entries: Vec<Listed>, key: Option<&str>) -> Result<String, Error> {
+    if let Some(start) = key {
+        entries.retain(|entry| entry.key.to_string().starts_with(start));
+        if entries.len() != 1 {
+            return Err(CommandRefusal::NotOneKey {
+                folder: cache.folder().to_owned(),
+                start: start.to_owned(),
+                found: entries.len(),
+            }
+            .into());
+        }
+    }
+    let (mut text, mut bytes, mut count) = (String::new(), 0, 0);
+    for entry in &entries {
+        let path = cache.superelement_path(&entry.key);
+        let removal = cache.remove(&entry.key).map_err(|source| {
+            Error::File(dcb_formats::Error::Io {
+                path,
+                action: "cannot remove",
+                source,
+            })
+        })?;
+        match removal {
+            Removal::Removed => {
+                bytes += entry.record.bytes;
+                count += 1;
+            }
+            Removal::InUse => {
+                let _ = writeln!(text, "{} is in use and stays", entry.key.short());
+            }
+        }
+    }
+    cache.remove_leftovers();
+    let _ = writeln!(
+        text,
+        "removed {count} of {}, {}",
+        entries.len(),
+        readable(bytes)
+    );
+    Ok(text)
+}
+
+fn table(cache: &Cache, entries: &[Listed]) -> String {
+    let mut text = String::new();
+    let width = entries
+        .iter()
+        .map(|entry| entry.record.part.chars().count())
+        .chain([4])
+        .max()
+        .unwrap_or(0);
+    if !entries.is_empty() {
+        let _ = writeln!(
+            text,
+            "{:<12}  {:<width$}  {:<16}  {:>5}  {:>4}  {:>9}  {:>9}  last use",
+            "key", "part", "asked for", "modes", "rows", "size", "made in"
+        );
+    }
+    for entry in entries {
+        let record = &entry.record;
+        let asked = match record.request.modes {
+            ModeRequest::Lowest(count) => format!("{count} modes"),
+            ModeRequest::BelowHertz(hertz) => format!("below {hertz} Hz"),
+        };
+        let _ = writeln!(
+            text,
+            "{:<12}  {:<width$}  {asked:<16}  {:>5}  {:>4}  {:>9}  {:>7.1} s  {}",
+            entry.key.short(),
+            record.part,
+            record.modes,
+            record.rows,
+            readable(record.bytes),
+            record.seconds,
+            age(entry.last_used)
+        );
+    }
+    let _ = writeln!(
+        text,
+        "{} superelements, {} of at most {}, in {}",
+        entries.len(),
+        readable(total(entries)),
+        readable(cache.limit()),
+        cache.folder().display()
+    );
+    text
+}
+
+fn total(entries: &[Listed]) -> u64 {
+    entries.iter().map(|entry| entry.record.bytes).sum()
+}
+
+fn age(time: SystemTime) -> String {
+    let seconds = SystemTime::now()
+        .duration_since(time)
+        .map_or(0, |age| age.as_secs());
+    match seconds {
+        0..120 => format!("{seconds} s ago"),
+        120..7200 => format!("{} min ago", seconds / 60),
+        7200..172_800 => format!("{} h ago", seconds / 3600),
+        _ => format!("{} days ago", seconds / 86_400),
+    }
+}
+
+fn as_json(cache: &Cache, entries: &[Listed]) -> String {
+    let listed: Vec<_> = entries
+        .iter()
+        .map(|entry| {
+            json!({
+                "key": entry.key,
+                "superelement": cache.superelement_path(&entry.key),
+                "last_used": entry.last_used_seconds(),
+                "record": entry.record,
+            })
+        })
+        .collect();
+    let all = json!({
+        "folder": cache.folder(),
+        "limit_bytes": cache.limit(),
+        "total_bytes": total(entries),
+        "entries": listed,
+    });
+    all.to_string() + "\n"
+}

@@ -1,0 +1,397 @@
+//! The `reduce PART.mtx` command: read, reduce, write, and say what was done.
+
+use std::io::IsTerminal;
+use std::path::{Path, PathBuf};
+use std::sync::atomic::{AtomicBool, Ordering};
+
+use crate::program::Told;
+use dcb_formats::Superelement;
+use dcb_formats::component::Component;
+use dcb_formats::component_files::{ComponentFiles, read_component, stem};
+use dcb_formats::dcb::{Contents, WriteOptions, write_superelement};
+use dcb_formats::output::{Replace, check_output, is_same_file, write_text};
+use serde_json::{Value, json};
+
+use crate::reduce::cached::{claim, keep, serve};
+use crate::reduce::scene::Made;
+use crate::reduce::summary::summary;
+use crate::reduce::timing::{StageClock, StageTime};
+use crate::reduce::{CommonArguments, ReduceArguments, when_interrupted};
+use dcb_formats::units::hertz;
+use dcb_reducer::ModeSelection;
+use dcb_reducer::Reduction;
+use dcb_reducer::Work;
+use dcb_reducer::error::{CommandRefusal, Error, Occupied};
+use dcb_reducer::quality::lines::quality_lines;
+use dcb_reducer::reduce;
+use dcb_workflow::cache::{Cache, Claim, Request, Reservation};
+use dcb_workflow::part_study::progress::Display;
+use dcb_workflow::scene::{CachedReductions, PartInScene};
+
+/// Modes listed unless all are asked for.
+const LISTED_MODES: usize = 10;
+
+/// Reasons named in a failure.
+const NAMED_REASONS: usize = 5;
+
+/// What a command has to say.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Outcome {
+    /// For standard output.
+    pub output: String,
+    /// For standard error, with exit status 1: what was checked and did not hold.
+    pub failure: Option<String>,
+}
+
+impl Outcome {
+    /// All is well if there is no reason why not.
+    pub fn unless(output: String, what: &str, reasons: &[String]) -> Self {
+        let named = reasons[..reasons.len().min(NAMED_REASONS)].join("; ");
+        let more = match reasons.len().saturating_sub(NAMED_REASONS) {
+            0 => String::new(),
+            more => format!("; and {more} more"),
+        };
+        Self {
+            output,
+            failure: (!reasons.is_empty()).then(|| format!("{what}: {named}{more}")),
+        }
+    }
+}
+
+/// Whether the superelement is complete, so that an interruption comes too late.
+static WRITTEN: AtomicBool = AtomicBool::new(false);
+
+/// `PART.dcb.h5` beside `PART.mtx`.
+pub(crate) fn default_output(stiffness: &Path) -> PathBuf {
+    let mut name = stem(stiffness).into_os_string();
+    name.push(".dcb.h5");
+    PathBuf::from(name)
+}
+
+/// What there is when the user interrupts.
+fn last_words() -> String {
+    match WRITTEN.load(Ordering::SeqCst) {
+        true => "the superelement is complete".to_owned(),
+        false => "nothing was written".to_owned(),
+    }
+}
+
+/// A reduction as it is asked for, with all that can be checked before anything is read.
+struct Job<'a> {
+    arguments: &'a ReduceArguments,
+    target: PathBuf,
+    files: ComponentFiles,
+    /// The part in its scene, where it is reduced for one.
+    part: Option<PartInScene>,
+    reduction: Reduction,
+    write_options: WriteOptions,
+    told: Told,
+    /// Modes that are listed.
+    listed: usize,
+}
+
+/// What the cache has for a job.
+enum Claimed<'c> {
+    /// All that was asked for.
+    Served(Outcome),
+    /// A place to keep what is made.
+    Place(Box<Reservation<'c>>, Request),
+    /// Nothing.
+    Nothing,
+}
+
+/// Runs the command.
+///
+/// # Errors
+/// Whatever made it impossible to read, reduce or write.
+pub fn run(arguments: &ReduceArguments, common: &CommonArguments) -> Result<Outcome, Error> {
+    let mut job = Job::of(arguments, common)?;
+    let cache = match arguments.cache.cache {
+        Some(_) => arguments.cache.open(job.told)?,
+        None => None,
+    };
+    let mut clock = clock(common);
+    let claimed = job.claimed(cache.as_ref(), &mut clock)?;
+    if let Claimed::Served(outcome) = claimed {
+        return Ok(outcome);
+    }
+    job.reduction.memory = arguments.memory.limit(&job.target);
+    clock.start("read");
+    let component = read_component(&job.files, job.reduction.memory.bytes)?;
+    let (n_e, sources) = (component.dofs.len(), component.sources.clone());
+    let request = arguments.modes.request();
+    job.reduction.modes = request.selection(&component.units.time)?;
+    let mut made = job
+        .made(component, cache.as_ref(), &mut clock)
+        .map_err(|error| error.naming_the_file(&job.files))?;
+    let broken_limits = made.quality.broken_limits();
+    if !broken_limits.is_empty() {
+        clock.clear();
+        let what = format!(
+            "{}: nothing was written, the reduction is not good enough",
+            job.files.stiffness.display()
+        );
+        return Ok(Outcome::unless(
+            quality_lines(&made.quality, &made.superelement.units.time),
+            &what,
+            &broken_limits,
+        ));
+    }
+    clock.stop();
+    job.describe(&mut made, clock.stages());
+    clock.start("write");
+    job.write(&made)?;
+    clock.stop();
+    match claimed {
+        // Files that changed since they were hashed would be kept under a key that isn't theirs.
+        Claimed::Place(place, request) if request.is_of(&sources) => {
+            let seconds = clock.stages().iter().map(|stage| stage.seconds).sum();
+            clock.start("cache");
+            keep(*place, arguments.form, &mut made, seconds, job.told);
+        }
+        _ => {}
+    }
+    clock.clear();
+    if let Some(path) = &arguments.timings {
+        write_timings(path, clock.stages(), Some(&made.work))?;
+    }
+    for warning in &made.superelement.provenance.warnings {
+        job.told.say("warning", warning);
+    }
+    let (element, stages) = (&made.superelement, clock.stages());
+    Ok(Outcome {
+        output: summary(element, &made.quality, n_e, &job.target, stages, job.listed),
+        failure: None,
+    })
+}
+
+fn clock(common: &CommonArguments) -> StageClock {
+    let show = !common.quiet && std::io::stderr().is_terminal();
+    let mut clock = StageClock::new(if show { Display::Bars } else { Display::Silent });
+    if common.verbose && !common.quiet {
+        clock.announce_forecast();
+    }
+    clock
+}
+
+impl<'a> Job<'a> {
+    fn of(arguments: &'a ReduceArguments, common: &CommonArguments) -> Result<Self, Error> {
+        let stiffness = (arguments.stiffness.as_ref()).ok_or(CommandRefusal::NoPart)?;
+        let mut reduction = arguments.reduction.clone();
+        reduction.eigen_solver = arguments.eigen_solver.chosen()?;
+        reduction.memory.factor = arguments.memory.factor;
+        let usual = default_output(stiffness);
+        let target = arguments.output.clone().unwrap_or_else(|| usual.clone());
+        let replace_existing = match arguments.force {
+            true => Replace::Overwrite,
+            false => Replace::Refuse,
+        };
+        let files = ComponentFiles::beside(stiffness, &arguments.siblings.overrides())?;
+        refuse_input_as_output(&files, &target)?;
+        let part = arguments.scene.part(&target, &usual)?;
+        let scene = part.as_ref().map(|part| part.path.as_path());
+        refuse_scene_as_output(scene, &target)?;
+        check_output(&target, replace_existing)?;
+        if let Some(timings) = &arguments.timings {
+            refuse_input_as_output(&files, timings)?;
+            refuse_scene_as_output(scene, timings)?;
+            check_output(timings, Replace::Overwrite)?;
+            if is_same_file(timings, &target) {
+                return Err(would_destroy(timings, Occupied::Superelement));
+            }
+        }
+        Ok(Self {
+            arguments,
+            target,
+            files,
+            part,
+            reduction,
+            write_options: WriteOptions {
+                replace_existing,
+                compression: arguments.form.compression(),
+            },
+            told: common.told(),
+            listed: match common.verbose {
+                true => usize::MAX,
+                false => LISTED_MODES,
+            },
+        })
+    }
+
+    /// Everything that decides the result; hashes the files.
+    fn request(&self) -> Result<Request, Error> {
+        let modes = self.arguments.modes.request();
+        Ok(Request::new(&self.files.sources()?, modes, &self.reduction))
+    }
+
+    /// What the cache has. For a scene it has no result, but reductions to make one of.
+    fn claimed<'c>(
+        &self,
+        cache: Option<&'c Cache>,
+        clock: &mut StageClock,
+    ) -> Result<Claimed<'c>, Error> {
+        let Some(cache) = cache.filter(|_| self.part.is_none()) else {
+            when_interrupted(last_words);
+            return Ok(Claimed::Nothing);
+        };
+        clock.start("cache");
+        let request = self.request()?;
+        when_interrupted(last_words);
+        let entry = match claim(cache, &request, self.told) {
+            Some(Claim::Found(entry)) => entry,
+            Some(Claim::Missing(place)) => return Ok(Claimed::Place(place, request)),
+            None => return Ok(Claimed::Nothing),
+        };
+        let (form, target) = (self.arguments.form, &self.target);
+        let said = (self.told, self.listed);
+        let outcome = serve(&entry, form, target, &self.write_options, clock, said)?;
+        WRITTEN.store(true, Ordering::SeqCst);
+        if let Some(path) = &self.arguments.timings {
+            write_timings(path, clock.stages(), None)?;
+        }
+        Ok(Claimed::Served(outcome))
+    }
+
+    fn made(
+        &self,
+        component: Component,
+        cache: Option<&Cache>,
+        clock: &mut StageClock,
+    ) -> Result<Made, Error> {
+        let Some(part) = &self.part else {
+            let reduced = reduce(&component, &self.reduction, clock)?;
+            return Ok(Made {
+                superelement: reduced.superelement,
+                fields: Some(reduced.recovery),
+                mesh: Some(component.mesh),
+                quality: reduced.quality,
+                work: reduced.work,
+            });
+        };
+        let cached = match cache {
+            Some(cache) => Some(CachedReductions {
+                cache,
+                request: self.request()?,
+            }),
+            None => None,
+        };
+        let (scene, most_modes) = (&self.arguments.scene, self.arguments.modes.modes);
+        let reduction = &self.reduction;
+        scene.reduce(
+            part,
+            component,
+            reduction,
+            most_modes,
+            cached.as_ref(),
+            clock,
+        )
+    }
+
+    /// Writes into the superelement what was asked for and what it took.
+    fn describe(&self, made: &mut Made, stages: &[StageTime]) {
+        let empty = self.no_mode_warning(&made.superelement);
+        let provenance = &mut made.superelement.provenance;
+        provenance.warnings.extend(empty);
+        let selections = provenance.options["selections"].take();
+        provenance.options = self.options();
+        if let Some(part) = &self.part {
+            provenance.options["modes"] = json!({ "at_most": self.arguments.modes.modes });
+            provenance.options["scene"] = self.arguments.scene.as_json(part);
+            if !selections.is_null() {
+                provenance.options["selections"] = selections;
+            }
+        }
+        if let Some(quality) = provenance.quality.as_object_mut() {
+            quality.insert("stages".into(), json!(stages));
+        }
+    }
+
+    /// The options of the provenance.
+    fn options(&self) -> Value {
+        let mut options = serde_json::to_value(&self.reduction).unwrap_or_default();
+        options["modes"] = match self.reduction.modes {
+            ModeSelection::Lowest(count) => json!({ "lowest": count }),
+            ModeSelection::Below { eigenvalue } | ModeSelection::BelowAtMost { eigenvalue, .. } => {
+                json!({ "below_eigenvalue": eigenvalue })
+            }
+        };
+        options["max_frequency_hz"] = self.arguments.modes.max_frequency.into();
+        self.arguments.form.say(&mut options);
+        options
+    }
+
+    /// A frequency limit that leaves no mode is more often a slip than a wish.
+    fn no_mode_warning(&self, element: &Superelement) -> Option<String> {
+        let limit = (self.arguments.modes.max_frequency).filter(|_| element.mode_count() == 0)?;
+        let first = Some(element.modes.first_omitted_eigenvalue)
+            .filter(|value| value.is_finite())
+            .map_or(String::new(), |value| {
+                format!(
+                    " (the first is at {:.6} Hz)",
+                    hertz(value, &element.units.time)
+                )
+            });
+        Some(format!(
+            "no elastic mode lies below --max-frequency {limit} Hz{first}: none is kept, and the part deforms only as its attachments do; raise the limit, or use --modes"
+        ))
+    }
+
+    fn write(&self, made: &Made) -> Result<(), Error> {
+        let with_fields = !self.arguments.form.without_fields;
+        let contents = Contents {
+            superelement: &made.superelement,
+            recovery: made.fields.as_ref().filter(|_| with_fields),
+            mesh: made.mesh.as_ref().filter(|_| with_fields),
+        };
+        write_superelement(&self.target, &contents, &self.write_options)?;
+        WRITTEN.store(true, Ordering::SeqCst);
+        Ok(())
+    }
+}
+
+fn refuse_scene_as_output(scene: Option<&Path>, target: &Path) -> Result<(), Error> {
+    match scene.filter(|scene| is_same_file(scene, target)) {
+        None => Ok(()),
+        Some(scene) => Err(would_destroy(scene, Occupied::Scene)),
+    }
+}
+
+fn refuse_input_as_output(files: &ComponentFiles, target: &Path) -> Result<(), Error> {
+    match files
+        .all()
+        .into_iter()
+        .find(|input| is_same_file(input, target))
+    {
+        None => Ok(()),
+        Some(input) => Err(would_destroy(&input, Occupied::Component)),
+    }
+}
+
+fn would_destroy(path: &Path, role: Occupied) -> Error {
+    let path = path.to_owned();
+    CommandRefusal::WouldDestroy { path, role }.into()
+}
+
+fn write_timings(path: &Path, stages: &[StageTime], work: Option<&Work>) -> Result<(), Error> {
+    let total: f64 = stages.iter().map(|stage| stage.seconds).sum();
+    let text = json!({ "stages": stages, "total_seconds": total, "work": work }).to_string() + "\n";
+    write_text(path, &text).map_err(Error::Timings)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_failure_is_one_message_however_many_the_reasons() {
+        let reasons: Vec<String> = (1..=7).map(|number| format!("reason {number}")).collect();
+        let failure = Outcome::unless(String::new(), "part.mtx: refused", &reasons).failure;
+        let expected =
+            "part.mtx: refused: reason 1; reason 2; reason 3; reason 4; reason 5; and 2 more";
+        assert_eq!(failure.as_deref(), Some(expected));
+        assert_eq!(
+            Outcome::unless("well".into(), "part.mtx: refused", &[]).failure,
+            None
+        );
+    }
+}

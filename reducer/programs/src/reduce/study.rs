@@ -1,0 +1,306 @@
+//! The `reduce study PART.mtx` command: many reductions of one part, what each costs, and how far it is off.
+
+use std::io::IsTerminal;
+use std::path::{Path, PathBuf};
+use std::sync::atomic::{AtomicUsize, Ordering};
+
+use clap::Args;
+use dcb_formats::Component;
+use dcb_formats::component::{Interface, Role};
+use dcb_formats::component_files::{ComponentFiles, read_component, stem};
+use dcb_formats::output::remove_leftovers;
+use dcb_report::{Ledger, Start};
+use serde_json::{Value, json};
+
+use crate::reduce::memory::MemoryArguments;
+use crate::reduce::part::Outcome;
+use crate::reduce::{CommonArguments, when_interrupted};
+use dcb_formats::units::si_factor;
+use dcb_reducer::EnrichmentSource;
+use dcb_reducer::error::{CommandRefusal, Error, Lacking};
+use dcb_reducer::model::condensation::Model;
+use dcb_workflow::part_study::progress::Display;
+use dcb_workflow::part_study::progress::Progress;
+use dcb_workflow::part_study::reference::BandChoice;
+use dcb_workflow::part_study::report::Report;
+use dcb_workflow::part_study::sources::Sources;
+use dcb_workflow::part_study::sweep::Sweep;
+use dcb_workflow::part_study::variant::Variant;
+use dcb_workflow::part_study::{Study, missing, recorded, run as make};
+use dcb_workflow::siblings::SiblingArguments;
+
+/// Name of the ledger in a study's folder.
+const LEDGER: &str = "rows.jsonl";
+/// What reductions are written to.
+const SCRATCH: &str = "timing.dcb.h5";
+
+/// What is studied.
+#[derive(Debug, Args)]
+pub struct StudyArguments {
+    /// Stiffness matrix, Matrix Market (.mtx or .mtx.gz).
+    #[arg(value_name = "PART.mtx")]
+    pub stiffness: PathBuf,
+    /// Folder of the study [default: PART.study].
+    #[arg(long, short, value_name = "FOLDER")]
+    pub output: Option<PathBuf>,
+    /// Numbers of modes [default: 5,10,20,40].
+    #[arg(long, value_name = "N,…", value_delimiter = ',', allow_negative_numbers = true, value_parser = positive)]
+    pub modes: Option<Vec<usize>>,
+    /// Forms in which the superelement is used.
+    #[arg(long, value_name = "NAME,…", value_delimiter = ',', value_enum, default_values_t = Variant::ALL)]
+    pub variants: Vec<Variant>,
+    /// Numbers of interface modes, beside all of them.
+    #[arg(long, value_name = "N,…", value_delimiter = ',', allow_negative_numbers = true, value_parser = positive)]
+    pub interface_modes: Vec<usize>,
+    /// Further columns of strong rows, beside none [default: krylov].
+    ///
+    /// What `reduce --enrich` adds: krylov, spin, loads; several at once as spin+krylov; none for no such rows.
+    #[arg(long, value_name = "WHAT,…", value_delimiter = ',')]
+    pub enrich: Option<Vec<Sources>>,
+    /// Band of frequencies, Hz [default: up to half the highest mode].
+    #[arg(long, value_name = "FMIN:FMAX", allow_hyphen_values = true, value_parser = band)]
+    pub band: Option<[f64; 2]>,
+    /// Points of the band; resonances are added.
+    #[arg(long, value_name = "N", default_value_t = 400, value_parser = clap::value_parser!(u32).range(2..=100_000))]
+    pub points: u32,
+    /// Structural loss factor of the responses compared.
+    #[arg(long, value_name = "ETA", default_value_t = 0.02, allow_hyphen_values = true, value_parser = loss)]
+    pub loss_factor: f64,
+    /// Error for which the best row is named.
+    #[arg(long, value_name = "E", default_value_t = 1e-3, allow_hyphen_values = true, value_parser = tolerance)]
+    pub tolerance: f64,
+    /// Files beside the stiffness matrix.
+    #[command(flatten)]
+    pub siblings: SiblingArguments,
+    /// Start anew where the folder has rows already.
+    #[arg(long)]
+    pub force: bool,
+    /// Memory.
+    #[command(flatten)]
+    pub memory: MemoryArguments,
+}
+
+fn positive(text: &str) -> Result<usize, String> {
+    match text.trim().parse() {
+        Ok(count) if count > 0 => Ok(count),
+        _ => Err("numbers above 0 are wanted, for example 5,10,20".into()),
+    }
+}
+
+fn number(text: &str, limit: f64, wanted: &str) -> Result<f64, String> {
+    match text.parse::<f64>() {
+        Ok(value) if value > 0.0 && value <= limit => Ok(value),
+        _ => Err(wanted.into()),
+    }
+}
+
+fn loss(text: &str) -> Result<f64, String> {
+    number(text, 1.0, "a number above 0 and up to 1 is wanted")
+}
+
+fn tolerance(text: &str) -> Result<f64, String> {
+    number(text, f64::MAX, "a relative error above 0 is wanted")
+}
+
+/// Two frequencies, Hz.
+pub(crate) fn band(text: &str) -> Result<[f64; 2], String> {
+    let wanted = || "two frequencies in Hz are wanted, for example 10:2000".to_owned();
+    let (from, to) = text.split_once(':').ok_or_else(wanted)?;
+    let parsed = [from, to].map(|end| end.trim().parse::<f64>());
+    match parsed {
+        [Ok(from), Ok(to)] if from > 0.0 && to > from && to.is_finite() => Ok([from, to]),
+        _ => Err(wanted()),
+    }
+}
+
+/// Rows that are complete, for the last words of an interrupted run.
+static ROWS: AtomicUsize = AtomicUsize::new(0);
+
+/// Runs the command.
+///
+/// # Errors
+/// Whatever makes the component unusable, a numerical failure, or a folder that holds another study.
+pub fn run(arguments: &StudyArguments, common: &CommonArguments) -> Result<Outcome, Error> {
+    let folder = (arguments.output.clone()).unwrap_or_else(|| default_folder(&arguments.stiffness));
+    let files = ComponentFiles::beside(&arguments.stiffness, &arguments.siblings.overrides())?;
+    let component = read_component(&files, arguments.memory.limit(&folder).bytes)?;
+    let named = |error: Error| error.naming_the_file(&files);
+    let study = study(arguments, &component, &folder.join(SCRATCH)).map_err(named)?;
+    let start = if arguments.force {
+        Start::Anew
+    } else {
+        Start::Continue
+    };
+    prepare(&folder, start)?;
+    let settings = settings(&study, arguments.band, &component);
+    let mut ledger = Ledger::open(&folder.join(LEDGER), "reduction", &settings, start)?;
+    let scratch = folder.join(SCRATCH);
+    last_words(&scratch);
+    let show = !common.quiet && std::io::stderr().is_terminal();
+    let display = if show { Display::Bars } else { Display::Silent };
+    let planned = missing(&study, &ledger).into_iter().map(|run| run.modes);
+    let mut progress = Progress::new(display, planned);
+    let made = make(
+        &study,
+        &component,
+        &mut ledger,
+        &scratch,
+        &mut progress,
+        &ROWS,
+    );
+    progress.clear();
+    if let Err(error) = made {
+        // Nothing is left of a study without a row.
+        if ledger.is_empty() {
+            drop(ledger);
+            let _ = std::fs::remove_file(folder.join(LEDGER));
+            let _ = std::fs::remove_dir(&folder);
+        }
+        return Err(named(error));
+    }
+    let (reference, rows) = recorded(&study, &ledger).ok_or(Error::NotFinite {
+        what: "the rows of the study",
+    })?;
+    let report = Report::new(reference, &rows, arguments.tolerance);
+    report.write(&folder)?;
+    let output = format!(
+        "{}wrote {}\n",
+        report.text(),
+        folder.join("report.html").display()
+    );
+    Ok(Outcome {
+        output,
+        failure: None,
+    })
+}
+
+/// `PART.study` beside `PART.mtx`.
+fn default_folder(stiffness: &Path) -> PathBuf {
+    let mut name = stem(stiffness).into_os_string();
+    name.push(".study");
+    PathBuf::from(name)
+}
+
+fn study(
+    arguments: &StudyArguments,
+    component: &Component,
+    scratch: &Path,
+) -> Result<Study, Error> {
+    let acts = |interface: &Interface| interface.role == Role::Attachment;
+    if component.explicit_boundary.is_none() && !component.interfaces.iter().any(acts) {
+        return Err(Lacking::Interfaces.into());
+    }
+    let modes = match &arguments.modes {
+        Some(modes) => modes.clone(),
+        None => {
+            let elastic = Model::of(component)?
+                .len()
+                .saturating_sub(component.dimension().rigid_mode_count());
+            Sweep::default_modes(elastic)
+        }
+    };
+    let enrichments = enrichments(arguments, component)?;
+    let band = match arguments.band {
+        None => BandChoice::HalfOfHighest,
+        Some([from, to]) => {
+            let unit = &component.units.time;
+            let second = si_factor(unit).ok_or_else(|| CommandRefusal::UnknownTimeUnit {
+                option: "--band",
+                unit: unit.clone(),
+                remedy: "leave --band out",
+            })?;
+            let square = |hertz: f64| (2.0 * std::f64::consts::PI * hertz * second).powi(2);
+            BandChoice::Between {
+                from: square(from),
+                to: square(to),
+            }
+        }
+    };
+    Ok(Study {
+        sweep: Sweep {
+            modes,
+            variants: arguments.variants.clone(),
+            interface_modes: arguments.interface_modes.clone(),
+            enrichments,
+        },
+        band,
+        points: arguments.points as usize,
+        loss_factor: arguments.loss_factor,
+        memory: arguments.memory.limit(scratch),
+    })
+}
+
+/// The further columns that are asked for, those of the second Krylov block if nothing is said.
+fn enrichments(arguments: &StudyArguments, component: &Component) -> Result<Vec<Sources>, Error> {
+    let Some(asked) = &arguments.enrich else {
+        return Ok(vec![Sources::of(&[EnrichmentSource::Krylov])]);
+    };
+    for source in asked.iter().flat_map(Sources::as_slice) {
+        source.check(component)?;
+    }
+    let further = asked.iter().any(|sources| !sources.is_empty());
+    if further && !arguments.variants.contains(&Variant::Strong) {
+        return Err(CommandRefusal::EnrichWithoutStrong.into());
+    }
+    Ok(asked.clone())
+}
+
+/// What all rows have in common. More modes or forms may be added later, as far as the band doesn't depend on them.
+fn settings(study: &Study, band: Option<[f64; 2]>, component: &Component) -> Value {
+    let inputs: serde_json::Map<String, Value> = (component.sources.iter())
+        .map(|source| (source.role.clone(), json!(source.sha256)))
+        .collect();
+    let band = match band {
+        None => format!("up to half of mode {}", study.sweep.most_modes()),
+        Some([from, to]) => format!("{from}:{to} Hz"),
+    };
+    json!({
+        "program": concat!("reduce ", env!("CARGO_PKG_VERSION")),
+        "inputs": inputs,
+        "band": band,
+        "points": study.points,
+        "loss_factor": study.loss_factor,
+    })
+}
+
+/// Makes the folder, or sees that it is a study's.
+fn prepare(folder: &Path, start: Start) -> Result<(), Error> {
+    let refused = |message: &str| {
+        Error::File(dcb_formats::Error::File {
+            path: folder.to_owned(),
+            message: message.to_owned(),
+        })
+    };
+    let told = |source| {
+        Error::File(dcb_formats::Error::Io {
+            path: folder.to_owned(),
+            action: "cannot make the folder of the study",
+            source,
+        })
+    };
+    if folder.exists() && !folder.is_dir() {
+        return Err(refused("is no folder; name a folder for the study with -o"));
+    }
+    std::fs::create_dir_all(folder).map_err(told)?;
+    remove_leftovers(&folder.join(LEDGER));
+    let is_empty = std::fs::read_dir(folder).map_err(told)?.next().is_none();
+    if !is_empty && !folder.join(LEDGER).exists() && start == Start::Continue {
+        return Err(refused(
+            "has files in it and holds no study; name another folder with -o, or put the study there with --force",
+        ));
+    }
+    Ok(())
+}
+
+/// What an interrupted study leaves, and says.
+fn last_words(scratch: &Path) {
+    let scratch = scratch.to_owned();
+    when_interrupted(move || {
+        let _ = std::fs::remove_file(&scratch);
+        let rows = match ROWS.load(Ordering::SeqCst) {
+            1 => "1 row is complete".to_owned(),
+            count => format!("{count} rows are complete"),
+        };
+        format!("{rows}; the same command goes on from there")
+    });
+}

@@ -1,0 +1,408 @@
+//! The `simulate SCENE.json` command: read, run, record, and say what was done.
+
+use std::fmt::Write as _;
+use std::io::IsTerminal;
+use std::path::{Path, PathBuf};
+
+use dcb_formats::out_of_memory::at_stage;
+use dcb_formats::output::{Replace, check_output, is_same_file};
+use dcb_formats::results::{Results, frequency_unit};
+use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
+use serde_json::json;
+
+use crate::program::Told;
+use crate::simulate::{CommonArguments, Done, Ending, ModelArgument, SceneArguments, replace};
+use dcb_demand::SuperelementFiles;
+use dcb_demand::pruning::Pruning;
+use dcb_formats::scene::{BodyKind, Method, Scene};
+use dcb_formats::stop_signal;
+use dcb_runtime::error::Error;
+use dcb_runtime::export::csv;
+use dcb_runtime::export::history::Selection;
+use dcb_runtime::model::Model;
+use dcb_runtime::run::{
+    self, ModesReport, Observer, Profiling, Report, RunReport, Target, stiffened,
+};
+
+/// Positions of the progress bar.
+const POSITIONS: u64 = 1000;
+
+/// From now on the first signal to end is noticed instead of ending the program.
+pub fn watch_for_interruption() {
+    stop_signal::watch(|_| {});
+}
+
+/// Whether the program was asked to end.
+pub fn is_interrupted() -> bool {
+    stop_signal::received().is_some()
+}
+
+/// Runs the command.
+///
+/// # Errors
+/// Whatever made it impossible to read, run or write.
+pub fn run(arguments: &SceneArguments, common: &CommonArguments) -> Result<Done, Error> {
+    let Some(path) = &arguments.scene else {
+        return Err(Error::described("SCENE.json", "is missing"));
+    };
+    check_tolerance(arguments.tolerance)?;
+    at_stage("scene");
+    let mut scene = Scene::read(path)?;
+    override_scene(&mut scene, arguments)?;
+    let mut target = Target {
+        path: arguments
+            .output
+            .clone()
+            .unwrap_or_else(|| path.with_extension("h5")),
+        replace: replace(arguments.force),
+        options: options(arguments),
+        fields_in: arguments.fields_in.clone(),
+        kept: std::iter::once(path)
+            .chain(&arguments.csv)
+            .cloned()
+            .collect(),
+        profiling: if arguments.profile {
+            Profiling::Stages
+        } else {
+            Profiling::Off
+        },
+    };
+    check_output(&target.path, target.replace)?;
+    check_targets(path, &scene, &target, arguments)?;
+    watch_for_interruption();
+    at_stage("superelements");
+    // What the scene asks of its superelements is found wrong, or good, with all that they have.
+    let open = SuperelementFiles::default();
+    let mut model = Model::load_from(&scene, &open).map_err(|error| error.in_file(path))?;
+    let pruning = match arguments.model {
+        ModelArgument::Everything => None,
+        ModelArgument::Needed => {
+            let found = Pruning::of(&scene, &open, arguments.tolerance);
+            Some(found.map_err(|error| Error::from(error).in_file(path))?)
+        }
+    };
+    if let Some(pruning) = &pruning {
+        target.options["left_out"] = left_out(pruning);
+        if pruning.count() > 0 {
+            let narrowed = pruning.applied_to(&scene);
+            model = Model::load_narrowed(&narrowed, &open).map_err(|error| error.in_file(path))?;
+        }
+    }
+    drop(open);
+    let mut watcher = Watcher::new(common);
+    for note in &model.notes {
+        watcher.note(0.0, note);
+    }
+    let mut loaded = describe(&scene, &model, common);
+    if let Some(pruning) = &pruning {
+        loaded += &told_of(pruning, arguments);
+    }
+    at_stage("run");
+    let report = run::run(&scene, model, &target, &mut watcher);
+    watcher.bar.finish_and_clear();
+    let report = report?;
+    if let Some(table) = &arguments.csv {
+        let results = Results::open(&target.path)?;
+        csv::write_csv(&results, Selection::Outputs, table, Replace::Overwrite)?;
+    }
+    Ok(Done {
+        output: loaded + &told(&report, &target.path, &scene),
+        ending: if report.is_complete() {
+            Ending::Complete
+        } else {
+            Ending::Interrupted
+        },
+    })
+}
+
+/// What is left out, body by body.
+fn left_out(pruning: &Pruning) -> serde_json::Value {
+    let bodies = pruning.bodies.iter();
+    let told = bodies.map(|(name, pruned)| {
+        let lines = pruned.left_out.iter().map(ToString::to_string);
+        (name.clone(), lines.collect::<serde_json::Value>())
+    });
+    told.collect::<serde_json::Map<_, _>>().into()
+}
+
+/// A tolerance is a part of something.
+///
+/// # Errors
+/// [`Error::Description`] if it isn't between 0 and 1.
+pub(crate) fn check_tolerance(tolerance: f64) -> Result<(), Error> {
+    match tolerance > 0.0 && tolerance < 1.0 {
+        true => Ok(()),
+        false => Err(Error::described(
+            "--tolerance",
+            format!("is {tolerance}, expected a number between 0 and 1"),
+        )),
+    }
+}
+
+/// Nothing that is read may be written, and nothing that is written may be written over.
+fn check_targets(
+    scene_path: &Path,
+    scene: &Scene,
+    target: &Target,
+    arguments: &SceneArguments,
+) -> Result<(), Error> {
+    let superelements: Vec<PathBuf> = scene
+        .bodies
+        .values()
+        .filter_map(|body| match &body.kind {
+            BodyKind::Superelement(of) => Some(scene.resolve(&of.file)),
+            BodyKind::Rigid(_) => None,
+        })
+        .collect();
+    let targets = [Some(&target.path), arguments.csv.as_ref()];
+    for written in targets.into_iter().flatten() {
+        run::refuse_inputs(written, [scene_path], "the scene")?;
+        let superelements = superelements.iter().map(PathBuf::as_path);
+        run::refuse_inputs(written, superelements, "a superelement of the scene")?;
+    }
+    let Some(table) = &arguments.csv else {
+        return Ok(());
+    };
+    check_output(table, Replace::Overwrite)?;
+    if is_same_file(table, &target.path) {
+        return Err(Error::described(
+            "--csv",
+            "names the file of the results; name another one",
+        ));
+    }
+    Ok(())
+}
+
+/// Options of the command line in place of the scene's.
+fn override_scene(scene: &mut Scene, arguments: &SceneArguments) -> Result<(), Error> {
+    if let Some(integrator) = &mut scene.integrator {
+        if let Some(step) = arguments.step {
+            integrator.step = step;
+        }
+        if let Some(end) = arguments.end {
+            integrator.end = end;
+        }
+        if let (Some(given), method) = (arguments.rho_infinity, &mut integrator.method) {
+            let Method::GeneralizedAlpha { rho_infinity } = method else {
+                return Err(Error::described(
+                    "--rho-infinity",
+                    "belongs to generalized_alpha, but the scene integrates with hht; change the scene's `integrator`",
+                ));
+            };
+            *rho_infinity = given;
+        }
+    } else {
+        let numbers = [
+            ("--step", arguments.step),
+            ("--end", arguments.end),
+            ("--rho-infinity", arguments.rho_infinity),
+        ];
+        if let Some((option, _)) = numbers.iter().find(|(_, given)| given.is_some()) {
+            return Err(Error::described(
+                *option,
+                "has nothing to change: the scene has no `integrator`",
+            ));
+        }
+    }
+    if let Some(compatibility) = arguments.compatibility {
+        scene.compatibility = compatibility.into();
+    }
+    scene.allow_unstable_weak |= arguments.allow_unstable_weak;
+    // The scene by itself has been found good.
+    scene.check().map_err(|error| match error.into() {
+        Error::Description { location, message } => Error::described(
+            format!("{location} as changed by the command line"),
+            message,
+        ),
+        other => other,
+    })
+}
+
+fn options(arguments: &SceneArguments) -> serde_json::Value {
+    json!({
+        "step": arguments.step,
+        "end": arguments.end,
+        "rho_infinity": arguments.rho_infinity,
+        "compatibility": arguments.compatibility.map(|c| format!("{c:?}").to_lowercase()),
+        "model": format!("{:?}", arguments.model).to_lowercase(),
+        "tolerance": arguments.tolerance,
+    })
+}
+
+/// That something is left out, or with `--explain` what.
+fn told_of(pruning: &Pruning, arguments: &SceneArguments) -> String {
+    match (arguments.explain, pruning.count()) {
+        (true, _) => pruning.to_string(),
+        (false, 0) => String::new(),
+        (false, count) => format!(
+            "{count} thing{} of the superelements left out, which changes the response of a body by {:.1e} at most (--explain lists what, --model everything carries all)\n",
+            if count == 1 { "" } else { "s" },
+            pruning.error()
+        ),
+    }
+}
+
+/// What was loaded.
+fn describe(scene: &Scene, model: &Model, common: &CommonArguments) -> String {
+    let system = &model.system;
+    let mut text = format!(
+        "{} bodies, {} freedoms, {} constraint and spring rows, {} superelement file{}\n",
+        system.bodies.len(),
+        system.freedom_count(),
+        system.rows.len(),
+        model.files.len(),
+        if model.files.len() == 1 { "" } else { "s" },
+    );
+    let stiffened: Vec<&str> = stiffened(model).collect();
+    if !stiffened.is_empty() {
+        let _ = writeln!(text, "with geometric stiffening: {}", stiffened.join(", "));
+    }
+    if common.verbose {
+        for (name, body) in scene.bodies.keys().zip(&system.bodies) {
+            let n = body.flexible.coordinate_count();
+            let _ = writeln!(text, "  body {name:?}: {n} elastic coordinates");
+        }
+        for file in &model.files {
+            let _ = writeln!(text, "  {} ({})", file.path.display(), file.digest);
+            for warning in &file.warnings {
+                let _ = writeln!(text, "    warned at reduction: {warning}");
+            }
+        }
+    }
+    text
+}
+
+/// What was found.
+fn told(report: &Report, path: &Path, scene: &Scene) -> String {
+    let mut text = match report {
+        Report::Transient(report) => return summary(report, path, scene),
+        Report::Static(report) => format!(
+            "at rest after {} iterations; the softest free direction has a frequency of {:.4e} {}\n",
+            report.equilibrium.iterations,
+            report.equilibrium.least_stiffness.sqrt() / std::f64::consts::TAU,
+            frequency_unit(&scene.units)
+        ),
+        Report::Kinematic(report) => format!("{} times\n", report.times),
+        Report::Modes(report) => modes_table(report, scene),
+    };
+    let state = if report.is_complete() {
+        ""
+    } else {
+        " (incomplete)"
+    };
+    let _ = writeln!(text, "{}{state}", path.display());
+    text
+}
+
+/// Frequencies and damping.
+fn modes_table(report: &ModesReport, scene: &Scene) -> String {
+    let mut text = format!(
+        "{} freedoms, {} of them without stiffness\n{:>5} {:>18} {:>12} {:>12}\n",
+        report.modes.freedom_count,
+        report.modes.rigid_count,
+        "mode",
+        format!("frequency [{}]", frequency_unit(&scene.units)),
+        "damping",
+        "growth"
+    );
+    for (index, mode) in report.modes.modes.iter().take(report.count).enumerate() {
+        let _ = writeln!(
+            text,
+            "{:>5} {:>18.9} {:>12.5} {:>12.4e}",
+            index + 1,
+            mode.frequency(),
+            // No minus before a zero.
+            (1e5 * mode.damping_ratio()).round() / 1e5 + 0.0,
+            mode.growth
+        );
+    }
+    let unstable = report.modes.unstable().len();
+    if unstable > 0 {
+        let _ = writeln!(text, "{unstable} unstable: the growth is positive");
+    }
+    text
+}
+
+/// What was done.
+fn summary(report: &RunReport, path: &Path, scene: &Scene) -> String {
+    let steps = report.steps.max(1) as f64;
+    let unit = &scene.units.time;
+    let mut text = format!(
+        "t = {:.6} {unit} after {} steps: {:.2} iterations and {:.2} factorizations a step, {:.1} us a step\n",
+        report.time,
+        report.steps,
+        report.effort.iterations as f64 / steps,
+        report.effort.factorizations as f64 / steps,
+        1e6 * report.seconds / steps,
+    );
+    if let Some(share) = report.balance.share() {
+        let _ = writeln!(
+            text,
+            "energy balance: largest defect {:.2e}, {share:.1e} of the largest energy stored or exchanged",
+            report.balance.defect
+        );
+    }
+    if let Some(profile) = &report.profile {
+        let recording = (report.seconds - profile.total()).max(0.0);
+        for (stage, seconds) in [
+            ("predict", profile.predict),
+            ("evaluate", profile.evaluate),
+            ("factor", profile.factor),
+            ("solve", profile.solve),
+            ("correct", profile.correct),
+            ("record and rest", recording),
+        ] {
+            let _ = writeln!(
+                text,
+                "  {stage:<16} {seconds:>9.4} s {:>5.1} %",
+                100.0 * seconds / report.seconds.max(f64::MIN_POSITIVE)
+            );
+        }
+    }
+    let state = if report.is_complete {
+        ""
+    } else {
+        " (incomplete)"
+    };
+    let _ = writeln!(text, "{}{state}", path.display());
+    text
+}
+
+/// Tells notes on standard error, and progress if it is a terminal.
+struct Watcher {
+    bar: ProgressBar,
+    told: Told,
+}
+
+impl Watcher {
+    fn new(common: &CommonArguments) -> Self {
+        let bar = ProgressBar::with_draw_target(Some(POSITIONS), ProgressDrawTarget::stderr());
+        if common.quiet || !std::io::stderr().is_terminal() {
+            bar.set_draw_target(ProgressDrawTarget::hidden());
+        }
+        if let Ok(style) = ProgressStyle::with_template("{wide_bar} t = {msg} ({eta} left)") {
+            bar.set_style(style);
+        }
+        Self {
+            bar,
+            told: common.told(),
+        }
+    }
+}
+
+impl Observer for Watcher {
+    fn note(&mut self, time: f64, message: &str) {
+        let line = format!("t = {time:.6}: {message}");
+        self.bar.suspend(|| self.told.say("note", &line));
+    }
+
+    fn progress(&mut self, time: f64, end: f64) {
+        self.bar
+            .set_position((POSITIONS as f64 * time / end) as u64);
+        self.bar.set_message(format!("{time:.4}"));
+    }
+
+    fn is_stopped(&self) -> bool {
+        is_interrupted()
+    }
+}

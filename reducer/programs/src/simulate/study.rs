@@ -1,0 +1,272 @@
+//! The `simulate study SCENE.json` command: try options, and say what each costs and how far it is off.
+
+use std::fmt::Write as _;
+use std::io::IsTerminal;
+use std::num::NonZeroUsize;
+use std::path::PathBuf;
+
+use clap::{Args, ValueEnum};
+use dcb_report::Start;
+use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
+
+use crate::simulate::scene::{is_interrupted, watch_for_interruption};
+use crate::simulate::{CommonArguments, CompatibilityArgument, Done, Ending};
+use dcb_formats::scene::{InertiaChange, Scene};
+use dcb_runtime::error::Error;
+use dcb_workflow::scene_study::grid::Grid;
+use dcb_workflow::scene_study::monitor::Monitor;
+use dcb_workflow::scene_study::{
+    Combination, Lists, ModeCount, Reference, Setting, Store, Study, Subject, report,
+};
+
+/// How lists are combined.
+#[derive(Clone, Copy, Debug, ValueEnum)]
+enum CombinationArgument {
+    /// Every entry with every entry of the other lists.
+    Product,
+    /// One list at a time, the other options as the scene has them.
+    OneAtATime,
+}
+
+/// How far the inertia of bodies follows their deflection.
+#[derive(Clone, Copy, Debug, ValueEnum)]
+enum InertiaArgument {
+    /// Not at all.
+    #[value(alias = "none")]
+    Constant,
+    /// In first order.
+    #[value(alias = "linear")]
+    FirstOrder,
+    /// All of it.
+    #[value(alias = "full")]
+    SecondOrder,
+}
+
+/// Options of a study. Lists are separated by commas; without any list the study tries modes, strong and static compatibility and steps.
+#[derive(Debug, Args)]
+pub struct StudyArguments {
+    /// Scene.
+    #[arg(value_name = "SCENE.json")]
+    scene: PathBuf,
+    /// Numbers of modes, for every superelement: `1,2,5,all`.
+    #[arg(long, value_name = "LIST", value_delimiter = ',', allow_hyphen_values = true, value_parser = mode_count)]
+    modes: Vec<ModeCount>,
+    /// How interfaces follow the coordinates: `strong,static,weak`.
+    #[arg(long, value_name = "LIST", value_delimiter = ',', value_enum)]
+    compatibility: Vec<CompatibilityArgument>,
+    /// Steps, in the scene's unit of time.
+    #[arg(
+        long,
+        value_name = "LIST",
+        value_delimiter = ',',
+        allow_hyphen_values = true
+    )]
+    step: Vec<f64>,
+    /// Spectral radii at infinite frequency of generalized alpha.
+    #[arg(
+        long,
+        value_name = "LIST",
+        value_delimiter = ',',
+        allow_hyphen_values = true
+    )]
+    rho_infinity: Vec<f64>,
+    /// How far the inertia follows the deflection: `constant,first-order,second-order`.
+    #[arg(long, value_name = "LIST", value_delimiter = ',', value_enum)]
+    inertia: Vec<InertiaArgument>,
+    /// How the lists are combined [default: product, or one-at-a-time where that is more than 60 rows].
+    #[arg(long, value_enum)]
+    combine: Option<CombinationArgument>,
+    /// Names of outputs or recorded channels to compare [default: all outputs].
+    #[arg(long, value_name = "LIST", value_delimiter = ',')]
+    outputs: Vec<String>,
+    /// The error, relative to each output's range, for which the fastest row is named.
+    #[arg(
+        long,
+        value_name = "E",
+        default_value_t = 1e-3,
+        allow_hyphen_values = true
+    )]
+    tolerance: f64,
+    /// Folder of the study [default: SCENE.study]. One that was stopped, or is done, goes on.
+    #[arg(long, short, value_name = "FOLDER")]
+    output: Option<PathBuf>,
+    /// Start anew in a folder that has a study.
+    #[arg(long)]
+    force: bool,
+}
+
+/// Runs the command.
+///
+/// # Errors
+/// Whatever made it impossible to read, to make the reference, or to write.
+pub fn run(arguments: &StudyArguments, common: &CommonArguments) -> Result<Done, Error> {
+    let tolerance = arguments.tolerance;
+    if !(tolerance > 0.0 && tolerance.is_finite()) {
+        return Err(Error::described(
+            "--tolerance",
+            format!("is {tolerance}, expected a positive number"),
+        ));
+    }
+    let path = &arguments.scene;
+    let scene = Scene::read(path)?;
+    let subject = Subject::of(scene, &arguments.outputs).map_err(|error| error.in_file(path))?;
+    let asked = lists(arguments);
+    asked.check(&subject)?;
+    let lists = match asked.is_empty() {
+        true => Lists::usual(&subject),
+        false => asked,
+    };
+    let combination = arguments.combine.map(|combination| match combination {
+        CombinationArgument::Product => Combination::Product,
+        CombinationArgument::OneAtATime => Combination::OneAtATime,
+    });
+    let settings = lists.settings(&subject, combination)?;
+    let steps = settings.iter().map(|setting| setting.step);
+    let shortest = steps.clone().fold(f64::INFINITY, f64::min);
+    let grid = Grid::of(steps, subject.end);
+    let first = Reference::first_setting(&subject, shortest);
+    let default = path.with_extension("study");
+    let folder = arguments.output.as_ref().unwrap_or(&default);
+    let start = if arguments.force {
+        Start::Anew
+    } else {
+        Start::Continue
+    };
+    let mut store = Store::open(folder, &subject, &first, grid, start)?;
+    watch_for_interruption();
+    let monitor = Monitor::new(bar(common), is_interrupted);
+    let conducted = Study::conduct(
+        subject,
+        &settings,
+        first,
+        grid,
+        &mut store,
+        threads(common),
+        &monitor,
+    );
+    monitor.close();
+    let Some(study) = conducted? else {
+        return Ok(Done {
+            output: format!(
+                "{}: stopped; the same command goes on with the rows that are left\n",
+                folder.display()
+            ),
+            ending: Ending::Interrupted,
+        });
+    };
+    report::write(&study, &store, tolerance)?;
+    Ok(Done {
+        output: told(&study, &store, tolerance),
+        ending: Ending::Complete,
+    })
+}
+
+fn lists(arguments: &StudyArguments) -> Lists {
+    let compatibilities = arguments.compatibility.iter();
+    let inertia_changes = arguments.inertia.iter().map(|change| match change {
+        InertiaArgument::Constant => InertiaChange::Constant,
+        InertiaArgument::FirstOrder => InertiaChange::FirstOrder,
+        InertiaArgument::SecondOrder => InertiaChange::SecondOrder,
+    });
+    Lists {
+        modes: arguments.modes.clone(),
+        compatibilities: compatibilities.map(|choice| (*choice).into()).collect(),
+        steps: arguments.step.clone(),
+        radii: arguments.rho_infinity.clone(),
+        inertia_changes: inertia_changes.collect(),
+    }
+}
+
+fn mode_count(text: &str) -> Result<ModeCount, String> {
+    match text.trim() {
+        "all" => Ok(ModeCount::All),
+        number => number
+            .parse()
+            .map(ModeCount::Lowest)
+            .map_err(|_| format!("{number:?} is no number of modes; give a whole number or `all`")),
+    }
+}
+
+/// As many as were asked for, or as the machine runs at once.
+fn threads(common: &CommonArguments) -> NonZeroUsize {
+    let asked = common
+        .threads
+        .and_then(|count| NonZeroUsize::new(count.into()));
+    asked
+        .or_else(|| std::thread::available_parallelism().ok())
+        .unwrap_or(NonZeroUsize::MIN)
+}
+
+pub(crate) fn bar(common: &CommonArguments) -> ProgressBar {
+    let bar = ProgressBar::with_draw_target(Some(0), ProgressDrawTarget::stderr());
+    if common.quiet || !std::io::stderr().is_terminal() {
+        bar.set_draw_target(ProgressDrawTarget::hidden());
+    }
+    if let Ok(style) =
+        ProgressStyle::with_template("{wide_bar} {msg}: {percent} % of the steps ({eta} left)")
+    {
+        bar.set_style(style);
+    }
+    bar
+}
+
+/// What was found.
+fn told(study: &Study, store: &Store, tolerance: f64) -> String {
+    let subject = &study.subject;
+    let time = &subject.scene.units.time;
+    let stable = study.rows.iter().filter(|row| row.is_stable()).count();
+    let mut text = match study.rows.len() {
+        1 => format!("1 row, {stable} of it stable\n"),
+        count => format!("{count} rows, {stable} of them stable\n"),
+    };
+    // Writing to a string doesn't fail.
+    let _ = writeln!(text, "{}", study.reference_told());
+    let _ = writeln!(
+        text,
+        "{:>4} {:>6} {:<8} {:>11} {:>5} {:<12} {:>8} {:>10} {:>9} {:>10}",
+        "row",
+        "modes",
+        "compat.",
+        format!("step [{time}]"),
+        "rho",
+        "inertia",
+        "elastic",
+        format!("[s/{time}]"),
+        "steps/s",
+        "error"
+    );
+    for index in study.front() {
+        let row = &study.rows[index];
+        let Setting {
+            step, rho_infinity, ..
+        } = row.setting;
+        let _ = writeln!(
+            text,
+            "{:>4} {:>6} {:<8} {:>11.4e} {:>5} {:<12} {:>8} {:>10.4} {:>9.0} {:>10}",
+            index + 1,
+            row.setting.modes_text(),
+            row.setting.compatibility_text(),
+            step,
+            rho_infinity.map_or("-".to_owned(), |rho| rho.to_string()),
+            row.setting.inertia_text(),
+            row.course.elastic,
+            row.cost(subject.end).unwrap_or(f64::NAN),
+            row.speed().unwrap_or(f64::NAN),
+            row.claim(&study.reference).to_string(),
+        );
+    }
+    let _ = writeln!(
+        text,
+        "No other row is both faster and nearer than one of these."
+    );
+    let _ = writeln!(text, "{}", study.verdict(tolerance));
+    if let Some(index) = study.best(tolerance) {
+        let _ = writeln!(
+            text,
+            "In the scene: {}",
+            study.rows[index].setting.in_scene(subject)
+        );
+    }
+    let _ = writeln!(text, "{}", store.path("report.html").display());
+    text
+}

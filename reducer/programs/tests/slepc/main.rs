@@ -1,0 +1,15 @@
+//! SLEPc under `mpirun`: the same superelement as with the built-in eigensolver, and what happens when MPI fails.
+//!
+//! `cargo test --release -p dcb-programs --features slepc`; needs SLEPc and Open MPI.
+#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic)]
+
+mod agreement;
+mod failures;
+mod interruption;
+#[allow(dead_code)]
+#[path = "../reduce/support.rs"]
+mod support;
+
+/// `mpirun` on a machine that has other things to do too, as root or not.
+const MPIRUN: &str =
+    "mpirun --allow-run-as-root --oversubscribe --bind-to none --mca mpi_yield_when_idle 1";

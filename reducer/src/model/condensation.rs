@@ -1,0 +1,405 @@
+//! Rigid interfaces as constraints: their nodes are replaced by one frame each *before* anything else is computed.
+//!
+//! With u_e = T u_c the reduced model has K_c = Tᵀ K_ee T and M_c = Tᵀ M_ee T; modes and attachments of the model are
+//! expanded to all n_e dofs by T, so the interior of a rigid interface is recovered exactly. Without rigid interfaces
+//! the model *is* the component and T is the identity.
+
+use std::borrow::Cow;
+
+use dcb_formats::SparseMatrix;
+use dcb_formats::component::{Component, Interface, InterfaceKind};
+use dcb_formats::mesh::Direction;
+use faer::sparse::Triplet;
+use faer::{Mat, MatRef};
+use rayon::prelude::*;
+
+use crate::error::{Error, InterfaceRefusal};
+use crate::model::frame::{
+    FitDofs, FrameFit, cannot_carry, frame_directions, merge_entries, offset, rigid_motion,
+    weighted_centroid,
+};
+
+/// A dof of the model: a direction of a node or of a rigid interface's frame.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ModelDof {
+    /// Node id, or node count + index among the rigid frames.
+    pub point: u32,
+    /// Direction.
+    pub direction: Direction,
+    /// Position, component coordinates.
+    pub position: [f64; 3],
+}
+
+/// The frame that stands for a rigid interface's nodes.
+#[derive(Clone, Debug, PartialEq)]
+pub struct RigidFrame {
+    /// Index of the interface in the component.
+    pub interface: usize,
+    /// Its name.
+    pub name: String,
+    /// Reference position, component coordinates.
+    pub position: [f64; 3],
+    /// Directions that the interface offers as rows.
+    pub wanted: Vec<Direction>,
+    /// Directions that the nodes determine, with their model dofs.
+    pub dofs: Vec<(Direction, u32)>,
+    /// Each of those directions as a combination of the component's dofs: (row, coefficient).
+    pub from_nodes: Vec<Vec<(u32, f64)>>,
+}
+
+impl RigidFrame {
+    /// Model dof of a direction, if the frame has it.
+    pub fn dof(&self, direction: Direction) -> Option<u32> {
+        self.dofs
+            .iter()
+            .find(|(known, _)| *known == direction)
+            .map(|(_, dof)| *dof)
+    }
+}
+
+/// What is factorized: the component with its rigid interfaces condensed.
+pub struct Model<'a> {
+    /// K_c, (n_c, n_c), full symmetric storage.
+    pub stiffness: Cow<'a, SparseMatrix>,
+    /// M_c, (n_c, n_c), full symmetric storage.
+    pub mass: Cow<'a, SparseMatrix>,
+    /// Dofs in model order.
+    pub dofs: Vec<ModelDof>,
+    /// Frames of rigid interfaces.
+    pub frames: Vec<RigidFrame>,
+    /// Nodes of the mesh; points from here on are frames.
+    node_count: usize,
+    /// T by rows, (n_e) rows of (model dof, coefficient); `None` where it is the identity.
+    expansion: Option<Vec<Vec<(u32, f64)>>>,
+}
+
+impl<'a> Model<'a> {
+    /// Condenses the component's rigid interfaces.
+    ///
+    /// # Errors
+    /// [`Error::Interface`] naming the interfaces when two rigid ones share a node, or one can't carry a moment asked for.
+    pub fn of(component: &'a Component) -> Result<Self, Error> {
+        let mut owner: Vec<Option<usize>> = vec![None; component.mesh.node_count()];
+        let rigid: Vec<(usize, &Interface)> = component
+            .interfaces
+            .iter()
+            .enumerate()
+            .filter(|(_, i)| i.kind == InterfaceKind::Rigid)
+            .collect();
+        for (index, interface) in &rigid {
+            for node in &interface.nodes {
+                if let Some(other) = owner[*node as usize].replace(*index) {
+                    let first = &component.interfaces[other];
+                    return Err(InterfaceRefusal::SharedNode {
+                        interfaces: [first.name.clone(), interface.name.clone()],
+                        node: *node,
+                    }
+                    .into());
+                }
+            }
+        }
+        let mut model = Self {
+            stiffness: Cow::Borrowed(&component.stiffness),
+            mass: Cow::Borrowed(&component.mass),
+            dofs: Vec::new(),
+            frames: Vec::new(),
+            node_count: component.mesh.node_count(),
+            expansion: None,
+        };
+        let mut expansion = Vec::with_capacity(component.dofs.len());
+        for dof in component.dofs.dofs() {
+            if owner[dof.node as usize].is_none() {
+                expansion.push(vec![(model.dofs.len() as u32, 1.0)]);
+                let position = component.mesh.position(dof.node);
+                model.dofs.push(ModelDof {
+                    point: dof.node,
+                    direction: dof.direction,
+                    position,
+                });
+            } else {
+                expansion.push(Vec::new());
+            }
+        }
+        if rigid.is_empty() {
+            return Ok(model);
+        }
+        for (index, interface) in rigid {
+            let frame = place_frame(
+                component,
+                index,
+                interface,
+                model.frames.len(),
+                &mut model.dofs,
+            )?;
+            for node in &interface.nodes {
+                let arm = offset(component.mesh.position(*node), frame.position);
+                for nodal in Direction::ALL {
+                    if let Some(row) = component.dofs.row(*node, nodal) {
+                        let entries = frame
+                            .dofs
+                            .iter()
+                            .map(|(d, dof)| (*dof, rigid_motion(*d, arm)[nodal.index()]));
+                        expansion[row] = merge_entries(entries.collect());
+                    }
+                }
+            }
+            model.frames.push(frame);
+        }
+        model.stiffness = Cow::Owned(congruence(
+            &component.stiffness,
+            &expansion,
+            model.dofs.len(),
+        )?);
+        model.mass = Cow::Owned(congruence(&component.mass, &expansion, model.dofs.len())?);
+        model.expansion = Some(expansion);
+        Ok(model)
+    }
+
+    /// n_c.
+    pub fn len(&self) -> usize {
+        self.dofs.len()
+    }
+
+    /// Whether the model has no dof.
+    pub fn is_empty(&self) -> bool {
+        self.dofs.is_empty()
+    }
+
+    /// The frame of a component's interface, if it is rigid.
+    pub fn frame_of(&self, interface: usize) -> Option<&RigidFrame> {
+        self.frames
+            .iter()
+            .find(|frame| frame.interface == interface)
+    }
+
+    /// A row over the component's dofs as a row over the model's: `row T`.
+    pub fn condensed_row(&self, row: &[(u32, f64)]) -> Vec<(u32, f64)> {
+        match &self.expansion {
+            None => merge_entries(row.to_vec()),
+            Some(expansion) => merge_entries(
+                row.iter()
+                    .flat_map(|(dof, value)| {
+                        expansion[*dof as usize]
+                            .iter()
+                            .map(move |(to, c)| (*to, value * c))
+                    })
+                    .collect(),
+            ),
+        }
+    }
+
+    /// `T x`, (n_e, k): model columns expanded to all dofs of the component.
+    pub fn expand<'x>(&self, x: MatRef<'x, f64>) -> CowMat<'x> {
+        match &self.expansion {
+            None => CowMat::Borrowed(x),
+            Some(expansion) => {
+                CowMat::Owned(Mat::from_fn(expansion.len(), x.ncols(), |row, column| {
+                    expansion[row]
+                        .iter()
+                        .map(|(dof, c)| c * x[(*dof as usize, column)])
+                        .sum()
+                }))
+            }
+        }
+    }
+
+    /// `T⁺ x`, (n_c, k): columns over all dofs of the component seen by the model, rigid interfaces by their frames.
+    pub fn contract(&self, x: MatRef<'_, f64>) -> Mat<f64> {
+        let Some(expansion) = &self.expansion else {
+            return x.to_owned();
+        };
+        let mut contracted = Mat::zeros(self.len(), x.ncols());
+        let frame_start = self
+            .frames
+            .iter()
+            .flat_map(|frame| &frame.dofs)
+            .map(|(_, dof)| *dof)
+            .min()
+            .unwrap_or(u32::MAX);
+        for (row, entries) in expansion.iter().enumerate() {
+            if let [(dof, _)] = entries[..]
+                && dof < frame_start
+            {
+                contracted
+                    .as_mut()
+                    .row_mut(dof as usize)
+                    .copy_from(x.row(row));
+            }
+        }
+        for frame in &self.frames {
+            for ((_, dof), row) in frame.dofs.iter().zip(&frame.from_nodes) {
+                for column in 0..x.ncols() {
+                    contracted[(*dof as usize, column)] =
+                        row.iter().map(|(i, c)| c * x[(*i as usize, column)]).sum();
+                }
+            }
+        }
+        contracted
+    }
+
+    /// `Tᵀ f`, (n_c, k): forces on all dofs of the component as the model feels them.
+    pub fn condensed_forces(&self, f: Mat<f64>) -> Mat<f64> {
+        let Some(expansion) = &self.expansion else {
+            return f;
+        };
+        let mut condensed = Mat::zeros(self.len(), f.ncols());
+        for (row, entries) in expansion.iter().enumerate() {
+            for (dof, c) in entries {
+                for column in 0..f.ncols() {
+                    condensed[(*dof as usize, column)] += c * f[(row, column)];
+                }
+            }
+        }
+        condensed
+    }
+
+    /// The point that each dof belongs to, for orderings and graphs.
+    pub fn points(&self) -> Vec<u32> {
+        self.dofs.iter().map(|dof| dof.point).collect()
+    }
+
+    /// Name of a dof for messages, for example `node 17 uy`.
+    pub fn dof_name(&self, dof: usize) -> String {
+        let ModelDof {
+            point, direction, ..
+        } = self.dofs[dof];
+        match (point as usize).checked_sub(self.node_count) {
+            None => format!("node {point} {}", direction.name()),
+            Some(frame) => format!(
+                "interface {:?} {}",
+                self.frames[frame].name,
+                direction.name()
+            ),
+        }
+    }
+}
+
+/// A matrix that is borrowed where nothing had to be computed.
+pub enum CowMat<'a> {
+    /// As it was.
+    Borrowed(MatRef<'a, f64>),
+    /// Computed.
+    Owned(Mat<f64>),
+}
+
+impl CowMat<'_> {
+    /// The matrix.
+    pub fn as_ref(&self) -> MatRef<'_, f64> {
+        match self {
+            Self::Borrowed(matrix) => *matrix,
+            Self::Owned(matrix) => matrix.as_ref(),
+        }
+    }
+
+    /// The matrix if it was computed.
+    pub fn computed(self) -> Option<Mat<f64>> {
+        match self {
+            Self::Borrowed(_) => None,
+            Self::Owned(matrix) => Some(matrix),
+        }
+    }
+}
+
+fn place_frame(
+    component: &Component,
+    index: usize,
+    interface: &Interface,
+    frame_count: usize,
+    dofs: &mut Vec<ModelDof>,
+) -> Result<RigidFrame, InterfaceRefusal> {
+    let has_dof = |node: u32| {
+        Direction::ALL
+            .iter()
+            .any(|d| component.dofs.row(node, *d).is_some())
+    };
+    if let Some(node) = interface.nodes.iter().find(|node| !has_dof(**node)) {
+        return Err(InterfaceRefusal::NodeWithoutDof {
+            interface: interface.name.clone(),
+            node: *node,
+        });
+    }
+    let weights = vec![1.0; interface.nodes.len()];
+    let position = interface
+        .position
+        .unwrap_or_else(|| weighted_centroid(component, &interface.nodes, &weights));
+    let fit = FrameFit::new(
+        component,
+        &interface.nodes,
+        &weights,
+        position,
+        FitDofs::All,
+    );
+    let wanted = frame_directions(component, interface);
+    if let Some(open) = wanted.iter().find(|direction| fit.leaves_open(**direction)) {
+        return Err(cannot_carry(component, interface, *open, &fit.determined()));
+    }
+    let point = (component.mesh.node_count() + frame_count) as u32;
+    let mut frame_dofs = Vec::new();
+    for direction in fit.independent_directions() {
+        frame_dofs.push((direction, dofs.len() as u32));
+        dofs.push(ModelDof {
+            point,
+            direction,
+            position,
+        });
+    }
+    let from_nodes = frame_dofs
+        .iter()
+        .map(|(direction, _)| fit.row(*direction))
+        .collect();
+    Ok(RigidFrame {
+        interface: index,
+        name: interface.name.clone(),
+        position,
+        wanted,
+        dofs: frame_dofs,
+        from_nodes,
+    })
+}
+
+/// `Tᵀ A T` for symmetric A, exactly symmetric.
+fn congruence(
+    matrix: &SparseMatrix,
+    expansion: &[Vec<(u32, f64)>],
+    size: usize,
+) -> Result<SparseMatrix, Error> {
+    // Entries on or above the diagonal of the result; the rest is their mirror image.
+    let entries: Vec<Triplet<u32, u32, f64>> = (0..matrix.ncols())
+        .into_par_iter()
+        .flat_map_iter(|column| {
+            let to_column = &expansion[column];
+            matrix
+                .row_idx_of_col_raw(column)
+                .iter()
+                .zip(matrix.val_of_col(column))
+                .flat_map(move |(row, value)| {
+                    expansion[*row as usize].iter().flat_map(move |(i, ci)| {
+                        to_column
+                            .iter()
+                            .filter(move |(j, _)| i <= j)
+                            .map(move |(j, cj)| Triplet::new(*i, *j, ci * value * cj))
+                    })
+                })
+        })
+        .collect();
+    let out_of_memory = |_| Error::OutOfMemory {
+        what: "the condensed matrices",
+    };
+    let upper = SparseMatrix::try_new_from_triplets(size, size, &entries).map_err(out_of_memory)?;
+    drop(entries);
+    let mut mirrored = Vec::with_capacity(2 * upper.compute_nnz());
+    for column in 0..size {
+        for (row, value) in upper
+            .row_idx_of_col_raw(column)
+            .iter()
+            .zip(upper.val_of_col(column))
+        {
+            let (i, j) = (*row, column as u32);
+            mirrored.push(Triplet::new(i, j, *value));
+            if i != j {
+                mirrored.push(Triplet::new(j, i, *value));
+            }
+        }
+    }
+    SparseMatrix::try_new_from_triplets(size, size, &mirrored).map_err(out_of_memory)
+}

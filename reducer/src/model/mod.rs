@@ -1,0 +1,13 @@
+//! The part as the reduction sees it: matrices without the dofs of rigid interfaces, boundary rows, rigid motions, loose pieces, the scale of
+//! its spectrum.
+
+pub mod cell_coupling;
+pub mod condensation;
+pub mod couplings;
+pub mod frame;
+pub mod localization;
+pub mod piece_motions;
+pub mod plausibility;
+pub mod rigid_body;
+pub mod shift;
+pub mod surface;

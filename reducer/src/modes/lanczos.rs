@@ -1,0 +1,380 @@
+//! Block Lanczos on S = (K + σ M)⁻¹ M with the M inner product, full reorthogonalisation and thick restart.
+//!
+//! Rigid motions are deflated from geometry, never computed. Every basis vector is in the range of S, so a positive
+//! *semi*-definite M (massless rotations) needs no special care. The projected matrix is computed as inner products of all
+//! basis vectors with S V, not assembled from the recurrence, so rounding, dropped directions and injected random
+//! blocks don't disturb it. Largest eigenvalues θ = 1/(λ + σ) of S are the lowest λ.
+
+use dcb_dense::symmetric_eigen;
+use dcb_sparse::block_algebra::{
+    add_combination, column_dots, combination, gram, symmetric_product, symmetric_product_into,
+    turn,
+};
+use dcb_sparse::factorization::PositiveFactor;
+use dcb_sparse::krylov_basis::KrylovBasis;
+use faer::{Mat, MatRef};
+
+use crate::error::{Error, MatrixRefusal};
+use crate::model::condensation::Model;
+use crate::model::rigid_body::RigidBodyModes;
+
+/// A new direction whose M norm has fallen below this fraction of the block's before orthogonalisation is dropped.
+const DEPENDENT: f64 = 1e-12;
+
+/// A normalised direction that cleaning shortens below this was made of rounding and is dropped.
+const ROUNDING: f64 = 0.5;
+/// Below this fraction of its size a direction is found by itself: the Gram matrix of a block resolves only the square root
+/// of machine precision.
+const NEARLY_DEPENDENT: f64 = 1e-3;
+
+/// Approximate eigenpairs of S.
+pub struct RitzPairs {
+    /// λ = 1/θ - σ, ascending.
+    pub eigenvalues: Vec<f64>,
+    /// Relative error bound of each pair's vector under S: ‖S x - θ x‖_M / θ.
+    pub residuals: Vec<f64>,
+    /// Coefficients over the basis, (basis, pairs).
+    coefficients: Mat<f64>,
+}
+
+/// A Krylov basis that grows block by block.
+pub struct Lanczos<'a> {
+    model: &'a Model<'a>,
+    rigid: &'a RigidBodyModes,
+    factor: &'a PositiveFactor<'a>,
+    shift: f64,
+    /// M-orthonormal basis in the first `filled` columns, then the next block in `width` more.
+    basis: KrylovBasis,
+    filled: usize,
+    width: usize,
+    /// M times the next block.
+    mass_block: Mat<f64>,
+    /// Vᵀ M S V over the `filled` columns.
+    projected: Mat<f64>,
+    /// Coupling of the next block to the last `S V` block, (width, columns of that block), and where that block stood.
+    coupling: Mat<f64>,
+    coupled_at: usize,
+    random_state: u64,
+    block_width: usize,
+    exhausted: bool,
+}
+
+impl<'a> Lanczos<'a> {
+    /// Starts with a pseudo-random block of `block_width` columns; `capacity` bounds the basis.
+    ///
+    /// # Errors
+    /// [`Error::Matrix`] if the mass matrix is indefinite on the block, [`Error::OutOfMemory`].
+    pub fn start(
+        model: &'a Model,
+        rigid: &'a RigidBodyModes,
+        factor: &'a PositiveFactor,
+        shift: f64,
+        block_width: usize,
+        capacity: usize,
+        seed: u64,
+    ) -> Result<Self, Error> {
+        let n = model.len();
+        let columns = capacity + block_width;
+        let mut lanczos = Self {
+            model,
+            rigid,
+            factor,
+            shift,
+            basis: KrylovBasis::with_capacity(n, columns)?,
+            filled: 0,
+            width: 0,
+            mass_block: Mat::zeros(n, 0),
+            projected: Mat::zeros(columns, columns),
+            coupling: Mat::zeros(0, 0),
+            coupled_at: 0,
+            random_state: seed,
+            block_width,
+            exhausted: false,
+        };
+        lanczos.inject_random_block()?;
+        Ok(lanczos)
+    }
+
+    /// Whether the whole space that S can reach has been spanned.
+    pub fn is_exhausted(&self) -> bool {
+        self.exhausted
+    }
+
+    /// Whether another block fits.
+    pub fn is_full(&self) -> bool {
+        self.filled + self.width + self.block_width > self.basis.capacity()
+    }
+
+    /// `S x` without its rigid part, from M x.
+    fn apply(&self, mass_times_x: Mat<f64>) -> Mat<f64> {
+        let mut y = mass_times_x;
+        self.factor.solve_in_place(y.as_mut());
+        self.rigid.project_out(&mut y);
+        y
+    }
+
+    /// One block step: applies S to the last block and orthonormalises the result into the next one.
+    ///
+    /// # Errors
+    /// As [`Lanczos::start`].
+    pub fn step(&mut self) -> Result<(), Error> {
+        let mass_block = std::mem::replace(&mut self.mass_block, Mat::new());
+        let image = self.apply(mass_block);
+        let first = self.filled;
+        self.filled += self.width;
+        let known = self.filled;
+        let (next, amounts) = self.orthogonalized(image)?;
+        for j in 0..amounts.ncols() {
+            for i in 0..known {
+                let value = amounts[(i, j)];
+                self.projected[(i, first + j)] = value;
+                self.projected[(first + j, i)] = value;
+            }
+        }
+        self.coupled_at = first;
+        self.accept_block(next);
+        if self.width == 0 {
+            self.inject_random_block()?;
+        }
+        Ok(())
+    }
+
+    /// Continues with a fresh pseudo-random block, orthogonal to everything so far: finds what the Krylov space missed.
+    ///
+    /// # Errors
+    /// As [`Lanczos::start`].
+    pub fn inject_random_block(&mut self) -> Result<(), Error> {
+        let width = self
+            .block_width
+            .min(self.basis.capacity().saturating_sub(self.filled));
+        let state = &mut self.random_state;
+        let random = Mat::from_fn(self.model.len(), width, |_, _| {
+            *state = state
+                .wrapping_mul(6_364_136_223_846_793_005)
+                .wrapping_add(1_442_695_040_888_963_407);
+            (*state >> 11) as f64 / (1_u64 << 53) as f64 - 0.5
+        });
+        let mass_random = symmetric_product(&self.model.mass, random.as_ref());
+        let image = self.apply(mass_random);
+        let (mut next, _) = self.orthogonalized(image)?;
+        // A random block is coupled to nothing before it.
+        next.coupling = Mat::zeros(next.vectors.ncols(), 0);
+        self.exhausted = next.vectors.ncols() == 0;
+        self.accept_block(next);
+        Ok(())
+    }
+
+    fn accept_block(&mut self, next: NextBlock) {
+        self.width = next.vectors.ncols();
+        self.basis.set(self.filled, next.vectors.as_ref());
+        self.mass_block = next.mass_vectors;
+        self.coupling = next.coupling;
+    }
+
+    /// Removes the basis from a block (twice) and orthonormalises what is left. Returns the new block with its coupling
+    /// to the old one and the amounts removed.
+    fn orthogonalized(&self, mut block: Mat<f64>) -> Result<(NextBlock, Mat<f64>), Error> {
+        let known = self.basis.columns(0, self.filled);
+        let mut mass_block = symmetric_product(&self.model.mass, block.as_ref());
+        let before = column_dots(block.as_ref(), mass_block.as_ref());
+        let mut amounts = Mat::zeros(self.filled, block.ncols());
+        for _ in 0..2 {
+            let removed = gram(known, mass_block.as_ref());
+            add_combination(block.as_mut(), known, removed.as_ref(), -1.0);
+            // The basis carries rigid motion at rounding level, and every step would feed it back amplified.
+            self.rigid.project_out(&mut block);
+            symmetric_product_into(&self.model.mass, block.as_ref(), mass_block.as_mut());
+            amounts += removed;
+        }
+        let next = match orthonormalization(self.model, &block, &mass_block, &before)? {
+            Some(Orthonormalization { forward, coupling }) => {
+                turn(block.as_mut(), forward.as_ref());
+                turn(mass_block.as_mut(), forward.as_ref());
+                NextBlock {
+                    vectors: block,
+                    mass_vectors: mass_block,
+                    coupling,
+                }
+            }
+            None => self.orthonormalized_one_by_one(block, &before),
+        };
+        Ok((next, amounts))
+    }
+
+    /// Orthonormalises a block with nearly dependent columns: largest remainder first, each direction cleaned of the basis
+    /// and of the rigid motions before it is used, so that small genuine directions are told from rounding.
+    fn orthonormalized_one_by_one(&self, mut block: Mat<f64>, reference: &[f64]) -> NextBlock {
+        let (n, width) = (block.nrows(), block.ncols());
+        let scale: Vec<f64> = reference.iter().map(|r| r.max(0.0).sqrt()).collect();
+        for (j, s) in scale.iter().enumerate() {
+            let factor = if *s > 0.0 { 1.0 / s } else { 0.0 };
+            block
+                .as_mut()
+                .col_mut(j)
+                .iter_mut()
+                .for_each(|x| *x *= factor);
+        }
+        let (mut vectors, mut mass_vectors) = (Mat::zeros(n, width), Mat::zeros(n, width));
+        let mut coupling = Mat::zeros(width, width);
+        let mut count = 0;
+        for _ in 0..width {
+            let mass_block = symmetric_product(&self.model.mass, block.as_ref());
+            let norms = column_dots(block.as_ref(), mass_block.as_ref());
+            let largest = (0..width).max_by(|a, b| norms[*a].total_cmp(&norms[*b]).then(b.cmp(a)));
+            let Some(pivot) = largest.filter(|j| norms[*j] > DEPENDENT * DEPENDENT) else {
+                break;
+            };
+            let mut v = block.as_ref().subcols(pivot, 1).to_owned();
+            v *= faer::Scale(1.0 / norms[pivot].sqrt());
+            let known = [
+                self.basis.columns(0, self.filled),
+                vectors.as_ref().subcols(0, count),
+            ];
+            for basis in known.into_iter().chain(known) {
+                let amounts = gram(
+                    basis,
+                    symmetric_product(&self.model.mass, v.as_ref()).as_ref(),
+                );
+                add_combination(v.as_mut(), basis, amounts.as_ref(), -1.0);
+            }
+            self.rigid.project_out(&mut v);
+            let mut mass_v = symmetric_product(&self.model.mass, v.as_ref());
+            let norm = column_dots(v.as_ref(), mass_v.as_ref())[0].max(0.0).sqrt();
+            if norm < ROUNDING {
+                block.as_mut().col_mut(pivot).fill(0.0);
+                continue;
+            }
+            v *= faer::Scale(1.0 / norm);
+            mass_v *= faer::Scale(1.0 / norm);
+            let row = gram(mass_v.as_ref(), block.as_ref());
+            add_combination(block.as_mut(), v.as_ref(), row.as_ref(), -1.0);
+            for (j, s) in scale.iter().enumerate() {
+                coupling[(count, j)] = row[(0, j)] * s;
+            }
+            vectors.as_mut().col_mut(count).copy_from(v.col(0));
+            mass_vectors
+                .as_mut()
+                .col_mut(count)
+                .copy_from(mass_v.col(0));
+            count += 1;
+        }
+        NextBlock {
+            vectors: vectors.as_ref().subcols(0, count).to_owned(),
+            mass_vectors: mass_vectors.as_ref().subcols(0, count).to_owned(),
+            coupling: coupling.as_ref().subrows(0, count).to_owned(),
+        }
+    }
+
+    /// Eigenpairs of the projected matrix, best first.
+    ///
+    /// # Errors
+    /// [`Error::NotFinite`] if numbers overflowed.
+    pub fn ritz_pairs(&self) -> Result<RitzPairs, Error> {
+        let m = self.filled;
+        let (theta, vectors) = symmetric_eigen(self.projected.as_ref().submatrix(0, 0, m, m))
+            .ok_or(Error::NotFinite {
+                what: "the projected eigenproblem",
+            })?;
+        let order: Vec<usize> = (0..m).rev().filter(|i| theta[*i] > 0.0).collect();
+        let coefficients = Mat::from_fn(m, order.len(), |i, j| vectors[(i, order[j])]);
+        let last = coefficients
+            .as_ref()
+            .subrows(self.coupled_at, self.coupling.ncols());
+        let leaving = &self.coupling * last;
+        Ok(RitzPairs {
+            eigenvalues: order.iter().map(|i| 1.0 / theta[*i] - self.shift).collect(),
+            residuals: order
+                .iter()
+                .enumerate()
+                .map(|(j, i)| leaving.col(j).norm_l2() / theta[*i])
+                .collect(),
+            coefficients,
+        })
+    }
+
+    /// The first `count` Ritz vectors, (n_c, count).
+    pub fn ritz_vectors(&self, pairs: &RitzPairs, count: usize) -> Mat<f64> {
+        let coefficients = pairs.coefficients.as_ref().subcols(0, count);
+        combination(self.basis.columns(0, self.filled), coefficients)
+    }
+
+    /// Thick restart: keeps the first `count` Ritz vectors and the next block, and forgets the rest.
+    pub fn restart(&mut self, pairs: &RitzPairs, count: usize) {
+        let kept = self.ritz_vectors(pairs, count);
+        self.basis.shift(self.filled, count, self.width);
+        self.basis.set(0, kept.as_ref());
+        self.projected.fill(0.0);
+        for (i, lambda) in pairs.eigenvalues.iter().take(count).enumerate() {
+            self.projected[(i, i)] = 1.0 / (lambda + self.shift);
+        }
+        // Couplings of the kept vectors to the next block: the next step computes them as inner products. Until then
+        // the coupling that residuals are judged by is the old one, seen from the kept vectors.
+        let last =
+            pairs
+                .coefficients
+                .as_ref()
+                .submatrix(self.coupled_at, 0, self.coupling.ncols(), count);
+        self.coupling = &self.coupling * last;
+        self.coupled_at = 0;
+        self.filled = count;
+    }
+
+    /// One step of inverse iteration on any block: `(K + σ M)⁻¹ M x` without its rigid part, with M times the result.
+    pub fn polish(&self, x: MatRef<'_, f64>) -> Mat<f64> {
+        self.apply(symmetric_product(&self.model.mass, x))
+    }
+}
+
+/// An M-orthonormal block, `old = vectors · coupling`.
+struct NextBlock {
+    vectors: Mat<f64>,
+    mass_vectors: Mat<f64>,
+    coupling: Mat<f64>,
+}
+
+/// `vectors = block · forward` and `block = vectors · coupling`.
+struct Orthonormalization {
+    forward: Mat<f64>,
+    coupling: Mat<f64>,
+}
+
+/// What orthonormalises a block by its Gram matrix; `None` where a direction has fallen below [`NEARLY_DEPENDENT`] of its size
+/// before, `reference` (squared), which a Gram matrix can't resolve.
+fn orthonormalization(
+    model: &Model,
+    block: &Mat<f64>,
+    mass_block: &Mat<f64>,
+    reference: &[f64],
+) -> Result<Option<Orthonormalization>, Error> {
+    if reference.iter().any(|r| *r <= 0.0) {
+        return Ok(None);
+    }
+    let plain = gram(block.as_ref(), mass_block.as_ref());
+    let scale: Vec<f64> = reference.iter().map(|r| r.sqrt()).collect();
+    let scaled = Mat::from_fn(plain.nrows(), plain.ncols(), |i, j| {
+        0.5 * (plain[(i, j)] + plain[(j, i)]) / (scale[i] * scale[j])
+    });
+    let (values, vectors) = symmetric_eigen(scaled.as_ref()).ok_or(Error::NotFinite {
+        what: "orthonormalising a Lanczos block",
+    })?;
+    let largest = values.last().copied().unwrap_or(0.0);
+    let smallest = values.first().copied().unwrap_or(0.0);
+    if smallest < -1e-8 * largest.max(1e-8) {
+        let worst = combination(block.as_ref(), vectors.as_ref().subcols(0, 1));
+        let dof =
+            (0..worst.nrows()).max_by(|a, b| worst[(*a, 0)].abs().total_cmp(&worst[(*b, 0)].abs()));
+        let place = model.dof_name(dof.unwrap_or(0));
+        return Err(MatrixRefusal::NegativeMass { place }.into());
+    }
+    if smallest < NEARLY_DEPENDENT * NEARLY_DEPENDENT {
+        return Ok(None);
+    }
+    let width = values.len();
+    let forward = Mat::from_fn(width, width, |i, j| {
+        vectors[(i, j)] / (values[j].sqrt() * scale[i])
+    });
+    let coupling = Mat::from_fn(width, width, |i, j| {
+        vectors[(j, i)] * values[i].sqrt() * scale[j]
+    });
+    Ok(Some(Orthonormalization { forward, coupling }))
+}

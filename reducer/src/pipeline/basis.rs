@@ -1,0 +1,261 @@
+//! The basis of a reduction from one factorization of K + σ M: free-free modes Φ, attachments G_res L_bᵀ, further columns X, and the moments of
+//! what they leave out. It is searched for again, more widely or with a more accurate factor, until an eigenvalue count finds no mode missing.
+
+use dcb_formats::superelement::Moments;
+use dcb_sparse::factorization::{PositiveFactor, SymmetricFactor};
+use faer::Mat;
+
+use crate::attachments::enrichment::FurtherColumns;
+use crate::attachments::interface_reduction::InterfaceModes;
+use crate::attachments::residual::ResidualFlexibility;
+use crate::error::Error;
+use crate::mode_selection::ModeSelection;
+use crate::modes::certificate::Sturm;
+use crate::modes::free_modes::{FreeModes, KnownMotions, Search};
+use crate::moments::PowerMoments;
+use crate::observer::{Observer, Stage};
+use crate::pipeline::diagnosis::{LoosePieces, Support, loose, unfactorized};
+use crate::pipeline::free_body::{FreeBody, Spectrum};
+use crate::pipeline::memory_plan::MemoryPlan;
+use crate::pipeline::reduction::Reduction;
+use crate::resources::forecast::EstimateChoice;
+
+/// Searches made, each wider than the one before, until the eigenvalue count agrees.
+const ATTEMPTS: usize = 3;
+
+/// The columns Ψ = [Φ, G_res L_bᵀ, X].
+pub(crate) struct Basis {
+    pub modes: FreeModes,
+    pub residual: ResidualFlexibility,
+    pub further: Option<FurtherColumns>,
+    pub moments: Option<Moments>,
+    /// Why there are none, where they are wanted.
+    pub no_moments: Option<String>,
+    pub sturm: Sturm,
+}
+
+impl Basis {
+    /// With as many directions of residual flexibility as are to be kept.
+    ///
+    /// # Errors
+    /// [`Error::NotFinite`] if an eigenproblem fails.
+    pub fn keeping(self, which: InterfaceModes, body: &FreeBody<'_>) -> Result<Self, Error> {
+        let residual = match which {
+            InterfaceModes::All => self.residual,
+            InterfaceModes::Softest(wanted) => {
+                let (model, localization) = (&body.model, &body.localization);
+                (self.residual).keeping(wanted, model, localization, &self.modes)?
+            }
+        };
+        Ok(Self { residual, ..self })
+    }
+}
+
+/// A search for a basis.
+pub(crate) struct BasisSearch<'a> {
+    body: &'a FreeBody<'a>,
+    spectrum: &'a Spectrum,
+    memory: &'a MemoryPlan<'a>,
+    options: &'a Reduction,
+}
+
+/// What one factorization gives beside the modes; moments that are wanted and can't be had, with the reason.
+struct Columns {
+    residual: ResidualFlexibility,
+    further: Option<FurtherColumns>,
+    moments: Result<Option<PowerMoments>, String>,
+}
+
+impl<'a> BasisSearch<'a> {
+    /// Of a body that has settled.
+    pub fn new(
+        body: &'a FreeBody<'a>,
+        spectrum: &'a Spectrum,
+        memory: &'a MemoryPlan<'a>,
+        options: &'a Reduction,
+    ) -> Self {
+        Self {
+            body,
+            spectrum,
+            memory,
+            options,
+        }
+    }
+
+    /// A basis with no mode missing.
+    ///
+    /// # Errors
+    /// Loose pieces where they are refused, and numerical failures.
+    pub fn certified(
+        &self,
+        factor: &mut SymmetricFactor,
+        observer: &mut dyn Observer,
+    ) -> Result<Basis, Error> {
+        let FreeBody { model, rigid, .. } = self.body;
+        let scale = &self.spectrum.scale;
+        let wanted = self.wanted(factor, observer);
+        let room = self.memory.for_modes(wanted);
+        let loose = self.loose_motions()?;
+        let (mut missed, mut last_count) = (0, None);
+        for attempt in 0..ATTEMPTS {
+            observer.begin(Stage::Factor);
+            let positive = match factor.factorize(&model.stiffness, &model.mass, scale.shift()) {
+                Ok(positive) => positive,
+                Err(why) => return Err(unfactorized(model, scale, factor, why)),
+            };
+            let search = Search {
+                wanted,
+                attempt,
+                missed,
+                basis: room.basis,
+            };
+            let modes = self.modes(&positive, &loose, search, observer);
+            if let Ok(modes) = &modes {
+                self.refuse(modes, wanted)?;
+            }
+            let found = modes.and_then(|modes| {
+                let columns = self.columns(&modes, &positive, room.estimate, observer)?;
+                Ok((modes, columns))
+            });
+            let refined = positive.least_accurate();
+            if !refined.is_accurate() {
+                factor.keep_in_double(refined);
+                continue;
+            }
+            let (modes, columns) = found?;
+            observer.begin(Stage::Certificate);
+            factor.release();
+            let sturm = Sturm::count(model, rigid, &modes, factor);
+            if sturm.counted == sturm.found {
+                return Ok(columns.certified(modes, sturm));
+            }
+            missed += sturm.counted.saturating_sub(sturm.found);
+            last_count = Some(sturm);
+        }
+        Err(Error::ModesMissed {
+            found: last_count.map_or(0, |sturm| sturm.found),
+            counted: last_count.map_or(0, |sturm| sturm.counted),
+            limit: last_count.and_then(|sturm| sturm.limit).unwrap_or(0.0),
+        })
+    }
+
+    /// How many elastic modes are asked for.
+    fn wanted(&self, factor: &mut SymmetricFactor, observer: &mut dyn Observer) -> usize {
+        let FreeBody { model, rigid, .. } = self.body;
+        let mut below = |eigenvalue: f64| {
+            observer.begin(Stage::Certificate);
+            let inertia = factor.inertia(&model.stiffness, &model.mass, eigenvalue);
+            inertia.negative.saturating_sub(rigid.count())
+        };
+        match self.options.modes {
+            ModeSelection::Lowest(count) => count,
+            ModeSelection::Below { eigenvalue } => below(eigenvalue),
+            ModeSelection::BelowAtMost { eigenvalue, count } => below(eigenvalue).min(count),
+        }
+    }
+
+    /// Rigid motions of single pieces, (n_c, l), where they may be: the first modes.
+    fn loose_motions(&self) -> Result<Mat<f64>, Error> {
+        let FreeBody { model, rigid, .. } = self.body;
+        match (
+            self.options.loose_pieces,
+            self.body.support,
+            &self.spectrum.pieces.motions,
+        ) {
+            (LoosePieces::Allow, Support::Free, Some(motions)) => motions.beyond(rigid),
+            _ => Ok(Mat::zeros(model.len(), 0)),
+        }
+    }
+
+    fn modes(
+        &self,
+        positive: &PositiveFactor,
+        loose: &Mat<f64>,
+        search: Search,
+        observer: &mut dyn Observer,
+    ) -> Result<FreeModes, Error> {
+        observer.begin(Stage::Modes);
+        let FreeBody { model, rigid, .. } = self.body;
+        let known = KnownMotions { rigid, loose };
+        let shift = self.spectrum.scale.shift();
+        (self.options.eigen_solver).free_modes(model, known, positive, shift, search, observer)
+    }
+
+    /// Motions without stiffness where they are refused, and no mode at all.
+    fn refuse(&self, modes: &FreeModes, wanted: usize) -> Result<(), Error> {
+        if modes.zero_count > 0 && self.options.loose_pieces == LoosePieces::Refuse {
+            let shapes = modes.shapes.as_ref().subcols(0, modes.zero_count);
+            let pieces = &self.spectrum.pieces;
+            return Err(loose(
+                &self.body.model,
+                pieces,
+                modes.zero_count,
+                Some(shapes),
+            ));
+        }
+        if wanted > 0 && modes.count() == 0 && self.spectrum.scale.first_elastic > 0.0 {
+            return Err(Error::NotFinite { what: "the modes" });
+        }
+        Ok(())
+    }
+
+    fn columns(
+        &self,
+        modes: &FreeModes,
+        positive: &PositiveFactor,
+        estimate: EstimateChoice,
+        observer: &mut dyn Observer,
+    ) -> Result<Columns, Error> {
+        observer.begin(Stage::Attachments);
+        let FreeBody {
+            model,
+            localization,
+            rigid,
+            ..
+        } = self.body;
+        let residual =
+            ResidualFlexibility::compute(model, localization, rigid, modes, positive, observer)?;
+        let of = self.body.with(modes, &residual);
+        let further = FurtherColumns::compute(&self.options.enrichment, &of, positive, observer)?;
+        let moments = match (self.options.estimate, estimate) {
+            (EstimateChoice::LeftOut, _) => Ok(None),
+            (EstimateChoice::Computed, EstimateChoice::LeftOut) => Err(format!(
+                "memory has no room for {} more columns; allow more with --memory",
+                2 * localization.len()
+            )),
+            (EstimateChoice::Computed, EstimateChoice::Computed) => {
+                observer.begin(Stage::Estimate);
+                let columns = further.as_ref().map(|further| further.shapes.as_ref());
+                let shift = self.spectrum.scale.shift();
+                PowerMoments::compute(&of, columns, positive, shift, observer)
+                    .map(Some)
+                    .map_err(|why| why.to_string())
+            }
+        };
+        Ok(Columns {
+            residual,
+            further,
+            moments,
+        })
+    }
+}
+
+impl Columns {
+    fn certified(self, modes: FreeModes, sturm: Sturm) -> Basis {
+        let (moments, no_moments) = match self.moments {
+            Ok(moments) => (
+                moments.map(|moments| moments.certified(&modes, sturm)),
+                None,
+            ),
+            Err(why) => (None, Some(format!("no error estimate: {why}"))),
+        };
+        Basis {
+            modes,
+            residual: self.residual,
+            further: self.further,
+            moments,
+            no_moments,
+            sturm,
+        }
+    }
+}

@@ -1,0 +1,130 @@
+//! A component as a free body: K and M without what rigid interfaces take away, L_b, mass and centre, and the rigid motions.
+
+use dcb_formats::component::Component;
+use dcb_sparse::factorization::SymmetricFactor;
+
+use crate::attachments::enrichment::Reducing;
+use crate::attachments::residual::ResidualFlexibility;
+use crate::error::{BodyRefusal, Error};
+use crate::model::condensation::Model;
+use crate::model::localization::Localization;
+use crate::model::piece_motions::Pieces;
+use crate::model::rigid_body::{MassProperties, RigidBodyModes, StiffnessDefects};
+use crate::model::shift::SpectrumScale;
+use crate::modes::free_modes::FreeModes;
+use crate::pipeline::diagnosis::{LoosePieces, Support, check_rows, support};
+use crate::pipeline::reduction::Reduction;
+
+/// What a reduction starts from.
+pub(crate) struct FreeBody<'a> {
+    pub component: &'a Component,
+    pub properties: MassProperties,
+    pub model: Model<'a>,
+    pub localization: Localization,
+    /// Rigid motions; none of a body that is held.
+    pub rigid: RigidBodyModes,
+    pub support: Support,
+}
+
+/// What K says of a body before it is factorized.
+pub(crate) struct Spectrum {
+    /// K times the rigid motions.
+    pub defects: StiffnessDefects,
+    pub pieces: Pieces,
+    pub scale: SpectrumScale,
+}
+
+impl<'a> FreeBody<'a> {
+    /// # Errors
+    /// Refusals of single rows, of interfaces, of the mass, and of a part without elastic motion.
+    pub fn of(component: &'a Component) -> Result<Self, Error> {
+        check_rows(component)?;
+        let properties = MassProperties::of(component)?;
+        let model = Model::of(component)?;
+        let localization = Localization::of(component, &model)?;
+        let rigid = RigidBodyModes::of(component, &model, &properties)?;
+        let (dofs, motions) = (model.len(), rigid.count());
+        if dofs <= motions {
+            return Err(BodyRefusal::NothingElastic { dofs, motions }.into());
+        }
+        Ok(Self {
+            component,
+            properties,
+            model,
+            localization,
+            rigid,
+            support: Support::Free,
+        })
+    }
+
+    /// The order of the factor of K + σ M, found by one thread; what K says of the spectrum comes from the others meanwhile.
+    ///
+    /// # Errors
+    /// [`Error::OutOfMemory`].
+    pub fn analysed(&self) -> Result<(SymmetricFactor, Spectrum), Error> {
+        let model = &self.model;
+        let (factor, spectrum) = rayon::join(
+            || SymmetricFactor::analyse(&model.stiffness, &model.mass, &model.points()),
+            || self.spectrum(),
+        );
+        Ok((factor?, spectrum))
+    }
+
+    /// What K says before it is factorized.
+    pub fn spectrum(&self) -> Spectrum {
+        let (model, rigid) = (&self.model, &self.rigid);
+        let defects = rigid.stiffness_defects(model);
+        let pieces = Pieces::of(model, rigid);
+        let dimension = self.component.dimension();
+        let scale = SpectrumScale::of(model, rigid, &pieces, dimension, self.properties.centre);
+        Spectrum {
+            defects,
+            pieces,
+            scale,
+        }
+    }
+
+    /// Finds out how it is supported; returns what to say of a stiffness that is hardly one of a free body.
+    ///
+    /// # Errors
+    /// A support and loose pieces where they are refused; a mesh that doesn't belong to the matrices.
+    pub fn settle(
+        &mut self,
+        spectrum: &Spectrum,
+        factor: &mut SymmetricFactor,
+        options: &Reduction,
+    ) -> Result<Option<String>, Error> {
+        let (support, warning) = support(self, spectrum, factor, options.grounding)?;
+        self.stand(support);
+        match options.loose_pieces {
+            LoosePieces::Allow => {}
+            LoosePieces::Refuse => spectrum.pieces.refuse_several()?,
+        }
+        Ok(warning)
+    }
+
+    /// Supports it.
+    pub fn stand(&mut self, support: Support) {
+        if support == Support::Grounded {
+            self.rigid = self.rigid.none();
+        }
+        self.support = support;
+    }
+
+    /// With the first columns of the basis.
+    pub fn with<'b>(
+        &'b self,
+        modes: &'b FreeModes,
+        residual: &'b ResidualFlexibility,
+    ) -> Reducing<'b> {
+        Reducing {
+            component: self.component,
+            properties: &self.properties,
+            model: &self.model,
+            localization: &self.localization,
+            rigid: &self.rigid,
+            modes,
+            residual,
+        }
+    }
+}

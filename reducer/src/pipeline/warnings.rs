@@ -1,0 +1,109 @@
+//! What the user should be told of a reduction that succeeded, most important first.
+
+use crate::inertia::invariants::nodes_with_missing_translations;
+use crate::inertia::stiffening::unused_rows;
+use crate::model::cell_coupling::cell_warning;
+use crate::model::plausibility::unit_warnings;
+use crate::modes::free_modes::FreeModes;
+use crate::pipeline::diagnosis::Support;
+use crate::pipeline::free_body::FreeBody;
+use crate::quality::Quality;
+
+/// A mass matrix whose directions disagree by more than this, relatively, does not move as a rigid body.
+const MASS_DEFECT: f64 = 1e-6;
+
+/// What the steps had to say, each at most one thing.
+#[derive(Debug, Default)]
+pub(crate) struct Warnings {
+    /// K has few digits, or the part a weak support.
+    pub stiffness: Option<String>,
+    /// The factor went to disk.
+    pub memory: Option<String>,
+    /// The factor isn't as accurate as it was to be.
+    pub precision: Option<String>,
+    /// There is no error estimate.
+    pub estimate: Option<String>,
+}
+
+impl Warnings {
+    /// With what follows from the results.
+    pub fn with(self, body: &FreeBody<'_>, modes: &FreeModes, quality: &Quality) -> Vec<String> {
+        let steps = [self.stiffness, self.memory, self.precision, self.estimate];
+        let mut warnings: Vec<String> = steps.into_iter().flatten().collect();
+        if body.support == Support::Grounded {
+            warnings.push("the part is held, so its modes are not free-free and the frame is not on mean axes (frame kind `given`)".into());
+        }
+        warnings.extend(of_body(body, modes));
+        warnings.extend(of_columns(quality));
+        warnings.extend(cell_warning(body.component));
+        warnings.extend(body.component.notes.iter().cloned());
+        warnings.extend(unused_rows(body.component, &body.localization));
+        warnings
+    }
+}
+
+fn of_body(body: &FreeBody<'_>, modes: &FreeModes) -> Vec<String> {
+    let (component, properties) = (body.component, &body.properties);
+    let mut warnings = Vec::new();
+    if modes.zero_count > 0 {
+        warnings.push(format!(
+            "{} mode(s) without stiffness are kept (loose pieces or mechanisms)",
+            modes.zero_count
+        ));
+    }
+    let first_elastic = modes.eigenvalues.get(modes.zero_count).copied();
+    warnings.extend(unit_warnings(component, properties, first_elastic));
+    if properties.defect > MASS_DEFECT {
+        warnings.push(format!(
+            "the mass matrix does not move as a rigid body: its directions disagree by {:.1e} of the mass",
+            properties.defect
+        ));
+    }
+    if modes.added_for_cluster > 0 {
+        warnings.push(format!(
+            "{} mode(s) were added so that a multiple root is not cut: {} kept",
+            modes.added_for_cluster,
+            modes.count()
+        ));
+    }
+    if component.dofs.has_rotations() && component.component_masses.is_none() {
+        warnings.push("nodes have rotations: L3 (and I2) from the mass matrix alone are approximate; give the component masses (part.mass.xx.mtx …) for exact ones".into());
+    }
+    let incomplete = nodes_with_missing_translations(component);
+    if incomplete > 0 {
+        warnings.push(format!(
+            "{incomplete} node(s) lack a translation: L3 and I2 take it as zero"
+        ));
+    }
+    warnings
+}
+
+fn of_columns(quality: &Quality) -> Vec<String> {
+    let mut warnings = Vec::new();
+    for row in &quality.dependent_rows {
+        warnings.push(match row.depends_on.is_empty() {
+            true => format!("row {} sees no elastic motion; readers drop it", row.row),
+            false => format!(
+                "row {} is a combination of {}; readers keep one of them",
+                row.row,
+                row.depends_on.join(", ")
+            ),
+        });
+    }
+    if quality.static_directions > 0 {
+        warnings.push(format!(
+            "{} attachment direction(s) have flexibility but hardly any mass of their own: kept statically",
+            quality.static_directions
+        ));
+    }
+    for name in quality
+        .enrichment
+        .iter()
+        .flat_map(|further| &further.left_out)
+    {
+        warnings.push(format!(
+            "the response to {name} has nothing beyond the kept modes and rigid motions: no column"
+        ));
+    }
+    warnings
+}

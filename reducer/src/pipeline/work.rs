@@ -1,0 +1,53 @@
+//! How much a reduction computed: counts that, unlike times, are the same on every machine.
+
+use dcb_sparse::factorization::SymmetricFactor;
+use serde::Serialize;
+
+use crate::attachments::residual::ResidualFlexibility;
+use crate::model::condensation::Model;
+use crate::modes::free_modes::FreeModes;
+
+/// What a reduction took; all zero where it was made before.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
+pub struct Work {
+    /// Dofs of the model, rigid interfaces condensed.
+    pub dofs: usize,
+    /// Entries of the factor's lower triangle, padding of the fronts included.
+    pub factor_entries: usize,
+    /// Floating-point operations of one factorization.
+    pub factor_flops: f64,
+    /// Bytes of the stored factor.
+    pub stored_bytes: usize,
+    /// Columns solved with the factor, in total.
+    pub solve_columns: u64,
+    /// Passes over the factor: one forward and one backward sweep for a block of up to 16 columns.
+    pub solve_passes: u64,
+    /// Block steps of the eigensolver.
+    pub lanczos_block_steps: usize,
+    /// Preconditioned iterations of the attachments.
+    pub attachment_iterations: usize,
+    /// Threads that took part.
+    pub threads: usize,
+}
+
+impl Work {
+    /// Gathers what the stages counted.
+    pub fn of(
+        model: &Model,
+        factor: &SymmetricFactor,
+        modes: &FreeModes,
+        residual: &ResidualFlexibility,
+    ) -> Self {
+        Self {
+            dofs: model.len(),
+            factor_entries: factor.factor_entries(),
+            factor_flops: factor.flops(),
+            stored_bytes: factor.stored_bytes(),
+            solve_columns: factor.solve_columns(),
+            solve_passes: factor.solve_passes(),
+            lanczos_block_steps: modes.iterations,
+            attachment_iterations: residual.iterations,
+            threads: rayon::current_num_threads(),
+        }
+    }
+}

@@ -1,0 +1,434 @@
+//! Tables, pictures and the page of a study.
+
+use std::fmt::Write as _;
+use std::path::Path;
+
+use dcb_report::{
+    Axis, Candidate, Cell, Chart, Column, Family, Page, Series, Style, Table, pareto_chart, svg,
+};
+
+use dcb_formats::output::{write_json, write_text};
+use serde::Serialize;
+
+use super::best::{Best, best_rows};
+use super::errors::Deviation;
+use super::record::{Measure, ReferenceRecord, Row, StoredCurves};
+use super::variant::Variant;
+use dcb_formats::units::hertz;
+use dcb_reducer::error::Error;
+use dcb_reducer::scientific::scientific;
+
+/// Errors below this are rounding; the Pareto pictures show them here.
+const ROUNDING: f64 = 1e-14;
+
+/// All that is said of a study.
+pub struct Report<'a> {
+    reference: &'a ReferenceRecord,
+    rows: &'a [Row],
+    best: Vec<Best>,
+    tolerance: f64,
+}
+
+/// `study.json`.
+#[derive(Serialize)]
+struct Whole<'a> {
+    tolerance: f64,
+    best: &'a [Best],
+    reference: &'a ReferenceRecord,
+    rows: &'a [Row],
+}
+
+impl<'a> Report<'a> {
+    /// Judges the rows by a wanted error.
+    pub fn new(reference: &'a ReferenceRecord, rows: &'a [Row], tolerance: f64) -> Self {
+        Self {
+            best: best_rows(rows, tolerance),
+            reference,
+            rows,
+            tolerance,
+        }
+    }
+
+    /// Writes `study.csv`, `study.json`, `pareto.svg` and `report.html`.
+    ///
+    /// # Errors
+    /// [`Error::File`] where a file can't be written.
+    pub fn write(&self, folder: &Path) -> Result<(), Error> {
+        self.table().write_csv(&folder.join("study.csv"))?;
+        // Pictures are on the page, curves in the ledger; here they would be in the way of what is read.
+        let reference = ReferenceRecord {
+            pictures: Vec::new(),
+            curves: StoredCurves::default(),
+            ..self.reference.clone()
+        };
+        let rows: Vec<Row> = (self.rows.iter())
+            .map(|row| Row {
+                curves: StoredCurves::default(),
+                ..row.clone()
+            })
+            .collect();
+        let whole = Whole {
+            tolerance: self.tolerance,
+            best: &self.best,
+            reference: &reference,
+            rows: &rows,
+        };
+        write_json(&folder.join("study.json"), &whole)?;
+        let pareto = drawn(&self.pareto())?;
+        write_text(&folder.join("pareto.svg"), &pareto)?;
+        self.page(&pareto)?.write(&folder.join("report.html"))?;
+        Ok(())
+    }
+
+    fn hertz(&self, eigenvalue: f64) -> f64 {
+        hertz(eigenvalue, &self.reference.time_unit)
+    }
+
+    fn frequencies(&self) -> Vec<f64> {
+        let band = self.reference.band.iter();
+        band.map(|square| self.hertz(*square)).collect()
+    }
+
+    fn table(&self) -> Table {
+        let column = Column::new;
+        let mut columns = vec![
+            column("variant", "variant", ""),
+            column("modes", "modes", ""),
+            column("interface_modes", "interface modes", ""),
+            column("enrichment", "further columns", ""),
+            column("attachments", "attachments", ""),
+            column("unknowns", "unknowns", ""),
+            column("reduction_time", "reduction", "s"),
+            column("file_size", "file", "MB"),
+        ];
+        columns.extend(
+            (Measure::ALL.iter()).map(|measure| column(measure.column(), measure.title(), "1")),
+        );
+        columns.extend([
+            column("collocated_level", "collocated level", "dB"),
+            column("transfer_level", "transfer level", "dB"),
+            column("interface_force_level", "interface force level", "dB"),
+            column("next_free_frequency_error", "next free frequency", "1"),
+            column("spin_error", "response to spin", "1"),
+        ]);
+        for interface in &self.reference.interfaces {
+            let name = format!("static_error_{interface}");
+            columns.push(column(&name, &format!("static, {interface}"), "1"));
+        }
+        let rows = self.rows.iter().map(|row| {
+            let errors = &row.errors;
+            let count = |value: usize| Cell::Count(value as u64);
+            let mut cells = vec![
+                Cell::Text(row.variant.name().to_owned()),
+                count(row.modes),
+                row.asked_interface_modes.map_or(Cell::Empty, count),
+                match row.enrichment.is_empty() {
+                    true => Cell::Empty,
+                    false => Cell::Text(row.enrichment.to_string()),
+                },
+                count(row.attachments),
+                count(row.unknowns),
+                Cell::Number(row.reduction_seconds),
+                Cell::Number(row.file_bytes as f64 / 1e6),
+            ];
+            cells.extend((Measure::ALL.iter()).map(|measure| Cell::maybe(row.error(*measure))));
+            let level = |deviation: Option<Deviation>| {
+                Cell::maybe(deviation.and_then(|deviation| deviation.level_db))
+            };
+            cells.extend([
+                level(Some(errors.collocated)),
+                level(errors.transfer),
+                level(errors.interface_force),
+                Cell::maybe(errors.next_free_frequency),
+                Cell::maybe(self.spin_error(row)),
+            ]);
+            let of_interfaces = errors.static_response.iter();
+            cells.extend(of_interfaces.map(|one| Cell::Number(one.error)));
+            cells
+        });
+        Table {
+            rows: rows.collect(),
+            columns,
+        }
+    }
+
+    /// Rows that don't say it have no further columns.
+    fn spin_error(&self, row: &Row) -> Option<f64> {
+        let by_modes = &self.reference.spin;
+        row.spin_error.or_else(|| by_modes.get(row.modes).copied())
+    }
+
+    /// Response error against time, and against unknowns.
+    fn pareto(&self) -> Vec<Chart> {
+        let error = |row: &Row| {
+            let transfer = row.error(Measure::TransferResponse).unwrap_or(0.0);
+            row.errors.collocated.largest.max(transfer).max(ROUNDING)
+        };
+        let families = |cost: &dyn Fn(&Row) -> f64| {
+            let mut families: Vec<Family> = Vec::new();
+            for row in self.rows {
+                let candidate = Candidate {
+                    label: row.modes.to_string(),
+                    cost: cost(row),
+                    error: error(row),
+                };
+                let name = row.family();
+                match families.iter_mut().find(|family| family.name == name) {
+                    Some(family) => family.candidates.push(candidate),
+                    None => families.push(Family {
+                        name,
+                        candidates: vec![candidate],
+                    }),
+                }
+            }
+            families
+        };
+        let what = "largest error of the response";
+        vec![
+            pareto_chart(
+                "Error against the time of the reduction; numbers are modes",
+                "reduction and writing [s]",
+                what,
+                &families(&|row: &Row| row.reduction_seconds),
+            ),
+            pareto_chart(
+                "Error against the unknowns of a simulation",
+                "unknowns of the body beside its frame",
+                what,
+                &families(&|row: &Row| row.unknowns as f64),
+            ),
+        ]
+    }
+
+    fn over_frequency(&self, title: &str, vertical: &str, series: Vec<Series>) -> Chart {
+        Chart {
+            title: title.to_owned(),
+            horizontal: Axis::linear("frequency [Hz]"),
+            vertical: Axis::logarithmic(vertical),
+            series,
+            slopes: Vec::new(),
+            notes: Vec::new(),
+        }
+    }
+
+    fn curve(&self, name: &str, values: &[Option<f64>]) -> Series {
+        let points = self.frequencies().into_iter().zip(values);
+        Series {
+            name: name.to_owned(),
+            points: points
+                .map(|(frequency, value)| [frequency, value.unwrap_or(f64::NAN)])
+                .collect(),
+            style: Style::Line,
+        }
+    }
+
+    /// The responses that are drawn: the reference, and each form with the fewest modes, where they differ most.
+    fn responses(&self) -> Vec<Chart> {
+        let mut shown: Vec<&Row> = Vec::new();
+        for row in self.rows {
+            if !shown.iter().any(|known| known.family() == row.family()) {
+                shown.push(row);
+            }
+        }
+        let chart = |title: &str, take: &dyn Fn(&StoredCurves) -> Vec<Option<f64>>| {
+            let mut series = vec![self.curve("unreduced", &take(&self.reference.curves))];
+            let rows = shown.iter();
+            series.extend(rows.map(|row| self.curve(&row.title(), &take(&row.curves))));
+            self.over_frequency(title, "|H|, scaled", series)
+        };
+        let [own, between] = &self.reference.drawn;
+        let mut charts = Vec::new();
+        if let Some(what) = own {
+            charts.push(chart(what, &|curves: &StoredCurves| {
+                curves.collocated.clone()
+            }));
+        }
+        if let Some(what) = between {
+            charts.push(chart(what, &|curves: &StoredCurves| {
+                curves.transfer.clone()
+            }));
+        }
+        charts
+    }
+
+    /// For each form the error over the band, a curve for each number of modes.
+    fn errors(&self) -> Vec<Chart> {
+        let mut forms: Vec<(String, Vec<Series>)> = Vec::new();
+        for row in self.rows {
+            let series = self.curve(&row.title(), &row.curves.error);
+            let form = row.form();
+            match forms.iter_mut().find(|(known, _)| *known == form) {
+                Some((_, all)) => all.push(series),
+                None => forms.push((form, vec![series])),
+            }
+        }
+        let charts = forms.into_iter().map(|(form, series)| {
+            let title = format!("Error over the band: {form}");
+            self.over_frequency(&title, "|H - H_ref| / |H_ref|", series)
+        });
+        charts.collect()
+    }
+
+    fn introduction(&self) -> Vec<String> {
+        let reference = self.reference;
+        let frequencies = self.frequencies();
+        let ends = [frequencies.first(), frequencies.last()];
+        let [first, last] = ends.map(|end| end.copied().unwrap_or(0.0));
+        let [rows, independent] = reference.rows;
+        let held = match reference.held_eigenvalues.len() {
+            0 => "no frequency with held interfaces lies in the band".to_owned(),
+            1 => "1 frequency with held interfaces lies in the band".to_owned(),
+            count => format!("{count} frequencies with held interfaces lie in the band"),
+        };
+        vec![
+            format!(
+                "{}: {} dofs; forces act on {rows} rows ({independent} independent) of {}",
+                reference.name,
+                reference.dofs,
+                reference.interfaces.join(", ")
+            ),
+            format!(
+                "band {first:.4} to {last:.4} Hz, {} points, loss factor {}; {held}",
+                frequencies.len(),
+                reference.loss_factor
+            ),
+            format!(
+                "reference: {} modes and {} terms in {:.2} s; it leaves {:.1e} of the unreduced equations",
+                reference.free_eigenvalues.len(),
+                reference.terms,
+                reference.seconds,
+                reference.residual
+            ),
+        ]
+    }
+
+    /// A line for each measure: which row to take.
+    fn advice(&self) -> Vec<String> {
+        (self.best.iter())
+            .map(|best| {
+                let what = match best.measures.as_slice() {
+                    [measure] => measure.title(),
+                    _ => "all of them",
+                };
+                let named = best.row.zip(best.error).map(|(row, error)| {
+                    let row = &self.rows[row];
+                    format!(
+                        "{} ({} unknowns, {:.3} s): {}",
+                        row.title(),
+                        row.unknowns,
+                        row.reduction_seconds,
+                        scientific(error, 1)
+                    )
+                });
+                format!("{what}: {}", named.unwrap_or_else(|| "no row".to_owned()))
+            })
+            .collect()
+    }
+
+    /// What a part that spins should have besides; `None` where modes alone are as good as the tolerance.
+    fn proposal(&self) -> Option<String> {
+        let most = self.rows.iter().map(|row| row.modes).max()?;
+        let lacking = *self.reference.spin.get(most)?;
+        (lacking > self.tolerance).then(|| {
+            format!(
+                "if the part spins: {most} modes lack {} of its response to centrifugal forces; --enrich spin adds it",
+                scientific(lacking, 1),
+            )
+        })
+    }
+
+    /// For the terminal.
+    pub fn text(&self) -> String {
+        let mut text = String::new();
+        for line in self.introduction() {
+            let _ = writeln!(text, "{line}");
+        }
+        let forms = self.rows.iter().map(|row| row.form().len());
+        let width = forms.max().unwrap_or(0).max("variant".len());
+        let _ = writeln!(
+            text,
+            "{:<width$} {:>6} {:>9} {:>9} {:>10} {:>8}  largest errors: held     static   collocated  transfer   forces    spin",
+            "variant", "modes", "interface", "unknowns", "time [s]", "MB"
+        );
+        for row in self.rows {
+            let interface = row.asked_interface_modes;
+            let interface = interface.map_or_else(|| "all".to_owned(), |count| count.to_string());
+            let _ = write!(
+                text,
+                "{:<width$} {:>6} {:>9} {:>9} {:>10.4} {:>8.2}                 ",
+                row.form(),
+                row.modes,
+                if row.variant == Variant::Free {
+                    "-"
+                } else {
+                    &interface
+                },
+                row.unknowns,
+                row.reduction_seconds,
+                row.file_bytes as f64 / 1e6
+            );
+            let measured = Measure::ALL.map(|measure| row.error(measure));
+            for error in measured.into_iter().chain([self.spin_error(row)]) {
+                let error = error.map_or_else(|| "-".to_owned(), |error| scientific(error, 1));
+                let _ = write!(text, " {error:>9} ");
+            }
+            let _ = writeln!(text);
+        }
+        let tolerance = scientific(self.tolerance, 0);
+        let _ = writeln!(text, "fewest unknowns with an error up to {tolerance}");
+        for line in self.advice() {
+            let _ = writeln!(text, "  {line}");
+        }
+        if let Some(proposal) = self.proposal() {
+            let _ = writeln!(text, "{proposal}");
+        }
+        text
+    }
+
+    fn page(&self, pareto: &str) -> Result<Page, Error> {
+        let mut page = Page::new(&format!(
+            "{}: a study of its reduction",
+            self.reference.name
+        ));
+        page.list(&self.introduction());
+        page.heading(&format!(
+            "Fewest unknowns with an error up to {}",
+            scientific(self.tolerance, 0)
+        ));
+        page.list(&self.advice());
+        if let Some(proposal) = self.proposal() {
+            page.paragraph(&proposal);
+        }
+        page.heading("What an error costs");
+        page.picture(pareto, "Rows that nothing beats are joined by steps.");
+        let marked: Vec<usize> = self.best.iter().filter_map(|best| best.row).collect();
+        page.table(&self.table(), &marked);
+        page.paragraph(
+            "Errors are relative, the largest of the band; rows of the interfaces are scaled by their own flexibility. An empty field: the row has no such response. \
+             Further columns are static responses beside modes and attachments, as reduce --enrich makes them: krylov is the interfaces' second Krylov block, spin the \
+             response to centrifugal forces, loads that to the part's named loads.",
+        );
+        page.heading("Responses");
+        page.picture(
+            &drawn(&self.responses())?,
+            "The unreduced part, and each form with the fewest modes of the study.",
+        );
+        page.heading("Where the error is");
+        page.picture(
+            &drawn(&self.errors())?,
+            "All entries of the receptance together. Where a row is exact there is nothing to draw.",
+        );
+        if !self.reference.pictures.is_empty() {
+            page.heading("Free modes");
+            page.paragraph("Pale places hardly move, red ones most.");
+            page.pictures(&self.reference.pictures);
+        }
+        Ok(page)
+    }
+}
+
+fn drawn(charts: &[Chart]) -> Result<String, Error> {
+    svg(charts).map_err(|_| Error::NotFinite {
+        what: "the pictures",
+    })
+}

@@ -1,0 +1,307 @@
+//! The files of a prepared scene.
+
+use std::path::{Path, PathBuf};
+
+use dcb_formats::dcb::{Compression, Contents, WriteOptions, write_superelement};
+
+use dcb_formats::mesh::Mesh;
+use dcb_formats::output::Replace;
+use dcb_formats::output::write_text;
+use dcb_formats::superelement::{RecoveryBasis, Stiffening, Superelement};
+use serde::Serialize;
+
+use super::Prepared;
+use dcb_demand::PartFile;
+use dcb_demand::SuperelementFiles;
+use dcb_demand::pruning::{Carried, Carrying, NarrowedScene};
+use dcb_formats::scene::{
+    BodyKind, DampingOverride, GeometricStiffening, ModalRatios, Scene, SuperelementBody,
+};
+use dcb_runtime::body::{Compatibility, FlexibleBody};
+use dcb_runtime::error::Error;
+use dcb_runtime::run::refuse_inputs;
+use dcb_superelement::selection::ModeTruncation;
+use dcb_superelement::selection::{NodeSelection, Selection};
+
+/// A superelement as it was written.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct PreparedFile {
+    /// Bodies that are made of it.
+    pub bodies: Vec<String>,
+    /// The file, in the folder of the prepared scene.
+    pub file: PathBuf,
+    /// Modes and dynamic attachments.
+    pub coordinates: usize,
+    /// Bytes.
+    pub size: u64,
+    /// What it was made of.
+    pub from: PathBuf,
+    /// Modes and dynamic attachments of that.
+    pub of_coordinates: usize,
+    /// Bytes of that.
+    pub of_size: u64,
+}
+
+/// Bodies that are made of one file in one way.
+struct Group {
+    of: SuperelementBody,
+    carried: Option<Carried>,
+    bodies: Vec<String>,
+    /// Whether the scene writes displacement fields of one of them.
+    is_drawn: bool,
+}
+
+/// Writes the superelements and the scene, `scene.json`, into a folder that is there.
+///
+/// # Errors
+/// Those of files that can't be read or written.
+pub fn write(
+    prepared: &Prepared,
+    folder: &Path,
+    replace: Replace,
+) -> Result<Vec<PreparedFile>, Error> {
+    let NarrowedScene {
+        mut scene,
+        carrying,
+    } = prepared.narrowed.clone();
+    // A path would lead elsewhere from the new folder.
+    scene.schema = scene
+        .schema
+        .filter(|schema| schema.contains("://") && !schema.starts_with("file:"));
+    let groups = groups(&scene, &carrying);
+    let open = SuperelementFiles::default();
+    for group in &groups {
+        let target = folder.join(file_name(group, is_alone(group, &groups)));
+        let sources: Vec<PathBuf> = (groups.iter())
+            .map(|group| scene.resolve(&group.of.file))
+            .collect();
+        let sources = sources.iter().map(PathBuf::as_path);
+        refuse_inputs(&target, sources, "a superelement of the scene")?;
+    }
+    let mut written = Vec::new();
+    for group in &groups {
+        let name = file_name(group, is_alone(group, &groups));
+        let file = group.write(&open, &scene, &folder.join(&name), replace)?;
+        for body in &group.bodies {
+            if let Some(described) = scene.bodies.get_mut(body)
+                && let BodyKind::Superelement(of) = &mut described.kind
+            {
+                of.damping = of.damping.as_ref().map(|damping| file.damping(damping));
+                of.file = PathBuf::from(&name);
+                of.modes = None;
+            }
+        }
+        written.push(PreparedFile {
+            bodies: group.bodies.clone(),
+            file: PathBuf::from(&name),
+            coordinates: file.coordinates,
+            size: size(&folder.join(&name))?,
+            from: file.from.clone(),
+            of_coordinates: file.of_coordinates,
+            of_size: size(&file.from)?,
+        });
+    }
+    let path = folder.join("scene.json");
+    let text = serde_json::to_string_pretty(&scene).unwrap_or_default();
+    write_text(&path, &(text + "\n"))?;
+    Ok(written)
+}
+
+/// Bodies by what they are made of, in the order of the scene.
+fn groups(scene: &Scene, carrying: &Carrying) -> Vec<Group> {
+    let mut groups: Vec<Group> = Vec::new();
+    for (name, body) in &scene.bodies {
+        let BodyKind::Superelement(of) = &body.kind else {
+            continue;
+        };
+        let carried = carrying.bodies.get(name);
+        let is_same = |group: &&mut Group| {
+            (&group.of.file, group.of.modes, group.carried.as_ref())
+                == (&of.file, of.modes, carried)
+                && group.of.geometric_stiffening == of.geometric_stiffening
+        };
+        let is_drawn = scene.fields.iter().any(|field| field.body == *name);
+        match groups.iter_mut().find(is_same) {
+            Some(group) => {
+                group.bodies.push(name.clone());
+                group.is_drawn |= is_drawn;
+            }
+            None => groups.push(Group {
+                of: of.clone(),
+                carried: carried.cloned(),
+                bodies: vec![name.clone()],
+                is_drawn,
+            }),
+        }
+    }
+    groups
+}
+
+/// Whether no other small file is made of the same large one.
+fn is_alone(group: &Group, groups: &[Group]) -> bool {
+    let same = groups.iter().filter(|other| other.of.file == group.of.file);
+    same.count() == 1
+}
+
+/// The name of the large file, with that of the first body where several small ones are made of it.
+fn file_name(group: &Group, alone: bool) -> String {
+    let name = group
+        .of
+        .file
+        .file_name()
+        .unwrap_or_default()
+        .to_string_lossy();
+    let stem = name.strip_suffix(".dcb.h5").unwrap_or(&name);
+    let plain = |c: char| {
+        if c.is_alphanumeric() || "-_.".contains(c) {
+            c
+        } else {
+            '_'
+        }
+    };
+    match group.bodies.first() {
+        Some(body) if !alone => {
+            let body: String = body.chars().map(plain).collect();
+            format!("{stem}-{body}.dcb.h5")
+        }
+        _ => format!("{stem}.dcb.h5"),
+    }
+}
+
+/// What became of a file.
+struct Written {
+    from: PathBuf,
+    coordinates: usize,
+    of_coordinates: usize,
+    /// Places of the modes kept.
+    modes: Vec<usize>,
+    of_modes: usize,
+}
+
+impl Group {
+    fn write(
+        &self,
+        open: &SuperelementFiles,
+        scene: &Scene,
+        target: &Path,
+        replace: Replace,
+    ) -> Result<Written, Error> {
+        let from = scene.resolve(&self.of.file);
+        let at = format!("bodies.{}.superelement", self.bodies.join(","));
+        let file = PartFile::open(open, &from, scene.dimension, &at)?;
+        let read = file.superelement();
+        let truncation = (self.of.modes)
+            .map(|modes| ModeTruncation::of(read, (modes as usize).min(read.mode_count())))
+            .transpose()?;
+        let mut whole = match &truncation {
+            Some(truncation) => truncation.superelement(read)?,
+            None => read.clone(),
+        };
+        if self.of.geometric_stiffening == GeometricStiffening::Off {
+            whole.stiffening = Stiffening::default();
+        }
+        let mut selection = self.selection(&whole)?;
+        if self.is_drawn {
+            selection = selection.with_nodes(NodeSelection::All);
+        }
+        let small = selection.superelement(&whole)?;
+        let (recovery, mesh) = fields(&file, &selection)?;
+        let recovery = match (recovery, &truncation) {
+            (Some(basis), Some(truncation)) => Some(truncation.recovery(&basis)),
+            (basis, _) => basis,
+        };
+        let recovery = (recovery.map(|basis| selection.recovery(&whole, &basis))).transpose()?;
+        write_superelement(
+            target,
+            &Contents {
+                superelement: &small,
+                recovery: recovery.as_ref(),
+                mesh: mesh.as_ref(),
+            },
+            &WriteOptions {
+                replace_existing: replace,
+                compression: Compression::None,
+            },
+        )?;
+        let count = |of: &Superelement| -> Result<usize, Error> {
+            let body = FlexibleBody::from_superelement(of, Compatibility::Strong)?;
+            Ok(body.coordinate_count())
+        };
+        Ok(Written {
+            coordinates: count(&small)?,
+            of_coordinates: count(read)?,
+            modes: selection.modes().to_vec(),
+            of_modes: read.mode_count(),
+            from,
+        })
+    }
+
+    /// A body that doesn't deflect keeps its interfaces, without a coordinate.
+    fn selection(&self, whole: &Superelement) -> Result<Selection, Error> {
+        match &self.carried {
+            Some(Carried::Selection(selection)) => Ok((**selection).clone()),
+            None => Ok(Selection::everything(whole)),
+            Some(Carried::Rigid) => {
+                let loose = whole
+                    .modes
+                    .eigenvalues
+                    .iter()
+                    .take_while(|value| **value <= 0.0);
+                let kept = 0..loose.count();
+                let none = Selection::everything(whole).with_modes(kept)?;
+                let nodes = NodeSelection::Only(Default::default());
+                Ok(none.with_attachments(0).with_nodes(nodes))
+            }
+        }
+    }
+}
+
+impl Written {
+    /// The same ratios for the modes that are left; further entries are those of attachments.
+    fn damping(&self, damping: &DampingOverride) -> DampingOverride {
+        let DampingOverride::Modal(ratios) = damping else {
+            return damping.clone();
+        };
+        DampingOverride::Modal(match ratios {
+            ModalRatios::Uniform(ratio) => ModalRatios::Uniform(*ratio),
+            ModalRatios::PerMode(list) => {
+                let last = list.last().copied().unwrap_or(0.0);
+                let of = |mode: &usize| list.get(*mode).copied().unwrap_or(last);
+                let attached = list.get(self.of_modes..).filter(|rest| !rest.is_empty());
+                let attached = attached.map_or_else(|| vec![last], <[f64]>::to_vec);
+                ModalRatios::PerMode(self.modes.iter().map(of).chain(attached).collect())
+            }
+        })
+    }
+}
+
+/// Nodal fields and mesh, as far as the selection has nodes: a few nodes need no cells.
+fn fields(
+    file: &PartFile,
+    selection: &Selection,
+) -> Result<(Option<RecoveryBasis>, Option<Mesh>), Error> {
+    Ok(match selection.nodes() {
+        NodeSelection::All => (file.recovery()?, file.mesh()?),
+        NodeSelection::Only(nodes) if nodes.is_empty() => (None, None),
+        NodeSelection::Only(nodes) => {
+            let nodes: Vec<u32> = nodes.iter().copied().collect();
+            let points = file.mesh()?.map(|mesh| Mesh {
+                cells: Vec::new(),
+                point_sets: Default::default(),
+                ..mesh
+            });
+            (file.recovery_of(&nodes)?, points)
+        }
+    })
+}
+
+fn size(path: &Path) -> Result<u64, Error> {
+    let status = std::fs::metadata(path).map_err(|source| {
+        Error::File(dcb_formats::Error::Io {
+            path: path.to_owned(),
+            action: "cannot read",
+            source,
+        })
+    })?;
+    Ok(status.len())
+}

@@ -1,0 +1,160 @@
+//! The smallest superelements with which a scene's outputs stay within a tolerance, found by running the scene.
+//!
+//! A run with everything is the reference, at the scene's own step. What the scene doesn't need by itself is left out first
+//! ([`dcb_demand::pruning`]). A run without it says how much each coordinate moves on its own ([`Activity`]), and the least active ones are left out, as many
+//! as the outputs allow; the inertia follows the deflection no further than they need. What is left out keeps its flexibility: modes in the attachments, attachments as flexibility without mass. Every answer was
+//! run; nothing is inferred.
+
+mod activity;
+mod field_samples;
+mod files;
+mod integration;
+mod ranking;
+mod trials;
+
+pub use activity::Activity;
+pub use field_samples::FieldSamples;
+pub use files::{PreparedFile, write};
+pub use integration::Integration;
+pub use ranking::{Coordinate, Flexible, Ranking};
+
+use std::cell::Cell;
+
+use crate::scene_study::Subject;
+use crate::scene_study::grid::Grid;
+use crate::scene_study::monitor::Monitor;
+use crate::scene_study::motion::{self, Course};
+use dcb_demand::SuperelementFiles;
+pub use dcb_demand::fewest::Trial;
+use dcb_demand::pruning::{NarrowedScene, Pruning};
+use dcb_formats::scene::Compatibility;
+use dcb_runtime::error::Error;
+use trials::{Found, Start, Trials};
+
+/// Part of the tolerance that a search may use: the rest is for what the large superelements themselves are off.
+const SHARE: f64 = 0.8;
+/// Part of the tolerance for what the scene doesn't need by itself.
+const PRUNED: f64 = 0.1;
+/// Part of the tolerance up to which the inertia may be simplified: it costs time in each step, but less than coordinates do.
+const INERTIA: f64 = 0.3;
+/// Part of the tolerance that a coarser iteration may use.
+const ITERATION: f64 = 0.02;
+/// Of all steps that are short enough the longest so many are tried with fewer coordinates: a little longer can ask for many more.
+const LONGEST_TRIED: usize = 3;
+/// A scene whose superelements were made small.
+#[derive(Clone, Debug)]
+pub struct Prepared {
+    /// The scene, with what is carried of each superelement.
+    pub narrowed: NarrowedScene,
+    /// What wasn't needed before anything was run.
+    pub pruning: Pruning,
+    /// Elastic coordinates that are left.
+    pub coordinates: usize,
+    /// Largest relative distance of an output from the run with everything.
+    pub error: f64,
+    /// Numbers of coordinates that were run with the steps that were chosen, in this order.
+    pub trials: Vec<Trial>,
+    /// Runs made.
+    pub runs: usize,
+    /// The run with everything.
+    pub reference: Course,
+}
+
+/// Chooses what is carried; `None` if the user stopped it.
+///
+/// # Errors
+/// [`Error::Description`] with weak compatibility; what stops the run with everything; files that can't be read.
+pub fn prepare(
+    subject: &Subject,
+    tolerance: f64,
+    integration: Integration,
+    monitor: &Monitor,
+) -> Result<Option<Prepared>, Error> {
+    if subject.scene.compatibility == Compatibility::Weak {
+        return Err(Error::described(
+            "compatibility",
+            "is \"weak\", whose interface forces are coordinates that can't be left out; prepare the scene with \"strong\" or \"static\"",
+        ));
+    }
+    let whole = NarrowedScene::from(subject.own.applied_to(subject)?);
+    let scene = &whole.scene;
+    // Every time of comparison is the end of a step.
+    let grid = Grid::of(
+        [f64::from(integration::LONGEST) * subject.own.step],
+        subject.end,
+    );
+    monitor.tell("everything");
+    monitor.expect(motion::steps_of(scene)?);
+    let mut unseen = |_: &_| {};
+    let followed = motion::follow_to_the_end(subject, &whole, grid, monitor, &mut unseen)?;
+    let Some((reference, expected)) = followed else {
+        return Ok(None);
+    };
+    let trials = Trials {
+        subject,
+        grid,
+        expected: &expected,
+        monitor,
+        made: Cell::new(1),
+    };
+    let limit = SHARE * tolerance;
+    let open = SuperelementFiles::default();
+    let mut pruning = Pruning::of(scene, &open, PRUNED * tolerance)?;
+    let mut start = trials.start(scene, &pruning)?;
+    if start.as_ref().is_some_and(|start| start.error > limit) {
+        pruning = Pruning::nothing(scene, &open)?;
+        start = trials.start(scene, &pruning)?;
+    }
+    let Some(start) = start else {
+        return Ok(None);
+    };
+    let coarser = match integration {
+        Integration::OfScene => Some(start),
+        Integration::Adapted => trials.coarsest_iteration(start, ITERATION * tolerance)?,
+    };
+    let Some(start) = coarser else {
+        return Ok(None);
+    };
+    let Some(start) = trials.simplest_inertia(start, INERTIA * tolerance)? else {
+        return Ok(None);
+    };
+    let starts = match integration {
+        Integration::OfScene => Some(vec![start]),
+        Integration::Adapted => trials.longer_steps(start, limit)?,
+    };
+    let Some(starts) = starts else {
+        return Ok(None);
+    };
+    let Some((start, found)) = cheapest(&trials, &starts, limit)? else {
+        return Ok(None);
+    };
+    Ok(Some(Prepared {
+        narrowed: start.with(&found.chosen)?,
+        coordinates: found.coordinates,
+        pruning,
+        error: found.error,
+        trials: found.trials,
+        runs: trials.made.get(),
+        reference,
+    }))
+}
+
+/// The start and the coordinates with which a run takes the least time.
+/// `None` if the user stopped it.
+fn cheapest<'a>(
+    trials: &Trials,
+    starts: &'a [Start],
+    limit: f64,
+) -> Result<Option<(&'a Start, Found)>, Error> {
+    let mut best: Option<(&Start, Found)> = None;
+    for start in starts.iter().rev().take(LONGEST_TRIED) {
+        let Some(found) = trials.fewest(start, limit)? else {
+            return Ok(None);
+        };
+        let work = start.work(found.coordinates);
+        if !(best.as_ref()).is_some_and(|(start, best)| start.work(best.coordinates) <= work) {
+            best = Some((start, found));
+        }
+    }
+    Ok(best)
+}

@@ -1,0 +1,351 @@
+//! Enough modes for a scene: more and more, until certified bounds of what is left out of the component are small beside the tolerance.
+
+use dcb_formats::scene::Compatibility;
+use std::f64::consts::TAU;
+
+use dcb_demand::LeftOut;
+use dcb_formats::superelement::Superelement;
+use dcb_superelement::LOSS_FACTOR;
+
+use super::asked::{Asked, WATCHED};
+use super::cached::CachedReductions;
+use super::in_plane::in_plane;
+use super::spin::SpinColumns;
+use dcb_reducer::EnrichmentSource;
+use dcb_reducer::ModeSelection;
+use dcb_reducer::Reduced;
+use dcb_reducer::Reduction;
+use dcb_reducer::error::Error;
+use dcb_reducer::observer::Observer;
+use dcb_reducer::quality::scene_fit::Round;
+use dcb_reducer::reduce;
+use dcb_superelement::FrequencyBand;
+use dcb_superelement::error_bounds::ErrorBounds;
+use dcb_superelement::error_bounds::POINTS;
+
+/// The first search takes the modes up to this factor of the scene's highest frequency.
+const BEYOND: f64 = 1.5;
+/// Each further one takes this many times as many.
+const GROWTH: f64 = 1.5;
+/// And at least this many more.
+const LEAST_GROWTH: usize = 4;
+/// Part of the tolerance that a bound may use: the rest is for what is left out of the superelement.
+const SHARE: f64 = 0.5;
+/// More modes that don't bring the bound below this part of what it was show that rounding makes it.
+const PROGRESS: f64 = 0.95;
+/// Of the first elastic frequency: where a scene has no frequencies, or slower ones, this counts as none.
+const QUASISTATIC: f64 = 0.01;
+
+/// Whether what a scene doesn't ask for is left out.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Extent {
+    /// It is.
+    #[default]
+    Needed,
+    /// It stays: the superelement has enough for the scene, and more.
+    Everything,
+}
+
+/// What a search may do.
+#[derive(Clone, Debug)]
+pub struct Limits {
+    /// Largest relative error of the part's responses.
+    pub tolerance: f64,
+    /// Modes at most, if that is said.
+    pub most_modes: Option<usize>,
+    /// Modes where the scene doesn't say how fast it is.
+    pub default_modes: usize,
+    /// Whether anything is left out in the end.
+    pub extent: Extent,
+}
+
+/// The superelement that is good enough before anything is left out of it.
+#[derive(Clone, Debug)]
+pub struct Whole {
+    /// The reduction.
+    pub reduced: Reduced,
+    /// Every reduction with its error; empty where there is nothing to certify.
+    pub rounds: Vec<Round>,
+    /// ω² of comparison; empty where the scene has no band.
+    pub squares: Vec<f64>,
+    /// Why there are columns for centrifugal forces, or none.
+    pub spin: String,
+    /// What leads out of the plane of a planar scene, of a spatial component.
+    pub out_of_plane: Option<LeftOut>,
+}
+
+impl Whole {
+    /// Upper bound of its error; `None` where there is none.
+    pub fn certified(&self) -> Option<f64> {
+        self.rounds.last().and_then(|round| round.upper)
+    }
+}
+
+/// One reduction in the scene's dimension.
+struct Computed {
+    reduced: Reduced,
+    /// Modes of the component, those that lead out of the plane too.
+    modes: usize,
+    out_of_plane: Option<LeftOut>,
+}
+
+/// Reduces a component for what is asked of it.
+pub struct Search<'a> {
+    /// What is asked, with the component.
+    pub asked: &'a Asked,
+    /// Options but for the modes; enrichment is what the user wants besides.
+    pub options: &'a Reduction,
+    /// Limits.
+    pub limits: &'a Limits,
+    /// Where reductions are kept, if anywhere.
+    pub cached: Option<&'a CachedReductions<'a>>,
+}
+
+impl Search<'_> {
+    /// Finds the modes, then decides on centrifugal columns.
+    ///
+    /// # Errors
+    /// Those of [`reduce`]; [`Error::QualityLimit`] if the tolerance isn't reached, or the reduction isn't good by itself.
+    pub fn whole(&self, observer: &mut dyn Observer) -> Result<Whole, Error> {
+        let mut sources = self.options.enrichment.clone();
+        let loads = EnrichmentSource::Loads;
+        let is_seen_in_plane = self.asked.is_seen_in_plane();
+        let are_loads_asked = !self.asked.demand.part_loads.is_empty();
+        if are_loads_asked && !is_seen_in_plane && !sources.contains(&loads) {
+            sources.push(loads);
+        }
+        let mut found = self.enough_modes(&sources, observer)?;
+        let tolerance = self.limits.tolerance;
+        if is_seen_in_plane {
+            "no columns for centrifugal forces or loads: the part is taken through its plane of symmetry".clone_into(&mut found.spin);
+            return Ok(found);
+        }
+        let spin = EnrichmentSource::Spin;
+        if sources.contains(&spin) {
+            "columns for centrifugal forces were asked for".clone_into(&mut found.spin);
+            return Ok(found);
+        }
+        if let Some(why) = SpinColumns::unneeded(self.asked, &found.reduced, tolerance) {
+            found.spin = why;
+            return Ok(found);
+        }
+        sources.push(spin);
+        let modes = ModeSelection::Lowest(found.reduced.superelement.mode_count());
+        let enriched = self.reduced(modes, &sources, observer)?.reduced;
+        let columns = SpinColumns::of(self.asked, &enriched, tolerance)?;
+        found.spin = columns.why();
+        if columns.are_needed() {
+            let round = self.round(&enriched.superelement, &found.squares)?;
+            found.rounds.extend(round);
+            found.reduced = enriched;
+        }
+        Ok(found)
+    }
+
+    fn enough_modes(
+        &self,
+        sources: &[EnrichmentSource],
+        observer: &mut dyn Observer,
+    ) -> Result<Whole, Error> {
+        let mut selection = self.first_modes();
+        let mut rounds: Vec<Round> = Vec::new();
+        loop {
+            let Computed {
+                reduced,
+                modes,
+                out_of_plane,
+            } = self.reduced(selection, sources, observer)?;
+            let element = &reduced.superelement;
+            let squares = self.squares(element);
+            let found = self.round(element, &squares)?;
+            let good_enough = found.is_none_or(|round| {
+                round
+                    .upper
+                    .is_some_and(|upper| upper <= SHARE * self.limits.tolerance)
+            });
+            let before = rounds.last().and_then(|round: &Round| round.upper);
+            rounds.extend(found);
+            if good_enough {
+                return Ok(Whole {
+                    reduced,
+                    rounds,
+                    squares,
+                    spin: String::new(),
+                    out_of_plane,
+                });
+            }
+            let stands_still = (before.zip(found.and_then(|round| round.upper)))
+                .is_some_and(|(before, upper)| upper > PROGRESS * before);
+            let next = ((GROWTH * modes as f64).ceil() as usize).max(modes + LEAST_GROWTH);
+            let next = self.limits.most_modes.map_or(next, |most| next.min(most));
+            let has_more = element.modes.first_omitted_eigenvalue.is_finite() && next > modes;
+            if stands_still || !has_more {
+                return Err(self.not_reached(&rounds, stands_still));
+            }
+            selection = ModeSelection::Lowest(next);
+        }
+    }
+
+    fn first_modes(&self) -> ModeSelection {
+        let Limits {
+            most_modes,
+            default_modes,
+            ..
+        } = *self.limits;
+        if self.asked.is_rigid() {
+            return ModeSelection::Lowest(0);
+        }
+        match (self.asked.demand.band.frequency, most_modes) {
+            (None, most) => ModeSelection::Lowest(most.unwrap_or(default_modes)),
+            (Some(frequency), most) => {
+                let eigenvalue = (TAU * BEYOND * frequency).powi(2);
+                match most {
+                    _ if frequency <= 0.0 => ModeSelection::Lowest(0),
+                    Some(count) => ModeSelection::BelowAtMost { eigenvalue, count },
+                    None => ModeSelection::Below { eigenvalue },
+                }
+            }
+        }
+    }
+
+    fn reduced(
+        &self,
+        modes: ModeSelection,
+        sources: &[EnrichmentSource],
+        observer: &mut dyn Observer,
+    ) -> Result<Computed, Error> {
+        let options = Reduction {
+            modes,
+            enrichment: sources.to_vec(),
+            ..self.options.clone()
+        };
+        let reduced = match self.cached {
+            Some(cached) => cached.reduced(self.asked, &options, observer)?,
+            None => reduce(&self.asked.component, &options, observer)?,
+        };
+        let broken = reduced.quality.broken_limits();
+        if !broken.is_empty() {
+            return Err(Error::QualityLimit(broken.join("; ")));
+        }
+        let modes = reduced.superelement.mode_count();
+        let (reduced, out_of_plane) = match self.asked.is_seen_in_plane() {
+            true => {
+                let (planar, left_out) = in_plane(self.asked, reduced)?;
+                (planar, Some(left_out))
+            }
+            false => (reduced, None),
+        };
+        Ok(Computed {
+            reduced,
+            modes,
+            out_of_plane,
+        })
+    }
+
+    /// The scene's frequencies: equally spaced, with the resonances.
+    fn squares(&self, element: &Superelement) -> Vec<f64> {
+        let Some(frequency) = self
+            .asked
+            .demand
+            .band
+            .frequency
+            .filter(|_| !self.asked.is_rigid())
+        else {
+            return Vec::new();
+        };
+        let modes = &element.modes;
+        let elastic = modes.eigenvalues.iter().copied().find(|value| *value > 0.0);
+        let first = elastic.unwrap_or(modes.first_omitted_eigenvalue);
+        let slow = match first.is_finite() {
+            true => QUASISTATIC.powi(2) * first,
+            false => 0.0,
+        };
+        let end = (TAU * frequency).powi(2).max(slow);
+        match end > 0.0 {
+            true => FrequencyBand::new(None, end, POINTS, &modes.eigenvalues).squares,
+            false => Vec::new(),
+        }
+    }
+
+    /// Bounds of the error; `None` without a band, or where no force acts on the part.
+    fn round(&self, element: &Superelement, squares: &[f64]) -> Result<Option<Round>, Error> {
+        let asks_for = |name: &str| {
+            let mut used = self.asked.demand.interfaces.iter();
+            name == WATCHED || used.any(|used| used.name == name)
+        };
+        let rows: Vec<usize> = (0..element.rows.len())
+            .filter(|row| asks_for(&element.interfaces[element.rows[*row].interface].name))
+            .collect();
+        let estimate = ErrorBounds::of(element, Compatibility::Strong)?.ok_or_else(|| {
+            let why = (element.provenance.warnings.iter())
+                .find(|warning| warning.starts_with("no error estimate"));
+            Error::QualityLimit(why.map_or("no error estimate", String::as_str).to_owned())
+        })?;
+        let attached = estimate.attached_rows();
+        let Some(end) = squares
+            .last()
+            .filter(|_| rows.iter().any(|row| attached.contains(row)))
+        else {
+            return Ok(None);
+        };
+        let modes = element.mode_count();
+        if *end >= estimate.eigenvalue_bound() {
+            return Ok(Some(Round {
+                modes,
+                lower: 0.0,
+                upper: None,
+            }));
+        }
+        let band = FrequencyBand {
+            squares: squares.to_vec(),
+        };
+        let found = estimate.over(&rows, &band, LOSS_FACTOR)?;
+        let brackets = [Some(found.static_response), Some(found.collocated.largest)];
+        let transfer = found.transfer.map(|transfer| transfer.largest);
+        let (mut lower, mut upper) = (0.0_f64, 0.0_f64);
+        for bracket in brackets.into_iter().chain([transfer]).flatten() {
+            lower = lower.max(bracket.lower);
+            upper = upper.max(bracket.upper);
+        }
+        Ok(Some(Round {
+            modes,
+            lower,
+            upper: upper.is_finite().then_some(upper),
+        }))
+    }
+
+    fn not_reached(&self, rounds: &[Round], stands_still: bool) -> Error {
+        let Limits {
+            tolerance,
+            most_modes,
+            ..
+        } = *self.limits;
+        let frequency = self.asked.demand.band.frequency.unwrap_or(0.0);
+        let (modes, found) = match rounds.last() {
+            Some(Round {
+                modes,
+                lower,
+                upper: Some(upper),
+            }) => (
+                *modes,
+                format!("the error is certified to be between {lower:.1e} and {upper:.1e}"),
+            ),
+            Some(Round { modes, .. }) => (
+                *modes,
+                "the modes don't reach its highest frequency".to_owned(),
+            ),
+            None => (0, "there is no error bound".to_owned()),
+        };
+        let remedy = match (stands_still, most_modes) {
+            (true, _) => {
+                "more modes don't lower it: rounding in the stiffness matrix makes it; raise --tolerance".to_owned()
+            }
+            (false, Some(most)) => format!("allow more than --modes {most}, or raise --tolerance"),
+            (false, None) => "there are no more modes; raise --tolerance".to_owned(),
+        };
+        Error::QualityLimit(format!(
+            "with {modes} modes, over the scene's frequencies up to {frequency:.4e} per time unit, {found}; wanted is {:.1e}, half the tolerance; {remedy}",
+            SHARE * tolerance
+        ))
+    }
+}

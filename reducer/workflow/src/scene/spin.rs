@@ -1,0 +1,242 @@
+//! Whether a scene needs columns for the centrifugal forces of the part.
+//!
+//! Interfaces with attachments feel loads on the inside statically without an error, whichever column the basis lacks. What is lost is the displacement
+//! of places that only move: nodes and output interfaces. With L their rows, f(n) = ½ nᵀ J1 n the centrifugal forces of a unit spin about n and K the
+//! reduced stiffness,
+//!
+//! ```text
+//! lost displacement = Ω² L (K⁺ - K₀⁺) f(n)       K₀ without the columns (planar: f = I1)
+//! ```
+//! which is compared with the tolerance of deflections that are a hundredth of the part's size.
+
+use dcb_demand::demand::NodeDemand;
+use dcb_dense::{symmetric_eigen, symmetrized};
+use dcb_formats::component::Role;
+use dcb_formats::mesh::Dimension;
+use dcb_formats::superelement::{Enrichment, RecoveryBasis, Superelement};
+use faer::Mat;
+use nalgebra::Matrix3;
+
+use super::asked::Asked;
+use dcb_reducer::Reduced;
+use dcb_reducer::error::Error;
+
+/// Deflections of interest by the size of the part.
+const DEFLECTION: f64 = 0.01;
+/// Scaled directions of the reduced stiffness below this are combinations of others.
+const DEPENDENT: f64 = 1e-10;
+
+/// What columns for centrifugal forces add.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct SpinColumns {
+    /// How many there are.
+    count: usize,
+    /// rad/time.
+    rate: f64,
+    /// Displacement lost without them, of deflections of interest.
+    lost: f64,
+    tolerance: f64,
+}
+
+impl SpinColumns {
+    /// Why nothing can be lost, if that is clear without computing the columns.
+    pub fn unneeded(asked: &Asked, reduced: &Reduced, tolerance: f64) -> Option<String> {
+        let (spin, element) = (&asked.demand.spin, &reduced.superelement);
+        let outputs = element
+            .interfaces
+            .iter()
+            .any(|one| one.role == Role::Output);
+        let none = |why: &str| Some(format!("no columns for centrifugal forces: {why}"));
+        if asked.demand.nodes == NodeDemand::None && !outputs {
+            return none("nothing but interfaces with attachments is looked at");
+        }
+        if asked.is_rigid() {
+            return none("the part doesn't deform");
+        }
+        if spin.rate <= 0.0 {
+            return none(&spin.reason);
+        }
+        let modes = &element.modes;
+        let elastic = modes.eigenvalues.iter().copied().find(|value| *value > 0.0);
+        let first = elastic.unwrap_or(modes.first_omitted_eigenvalue);
+        let share = spin.rate * spin.rate / first / DEFLECTION;
+        (share <= tolerance).then(|| {
+            format!(
+                "no columns for centrifugal forces: at {:.4e} rad per time unit they deflect the part by {share:.1e} of deflections that are {DEFLECTION} of its size",
+                spin.rate
+            )
+        })
+    }
+
+    /// Of a reduction that has them.
+    ///
+    /// # Errors
+    /// [`Error::NotFinite`] if the reduced stiffness isn't finite.
+    pub fn of(asked: &Asked, reduced: &Reduced, tolerance: f64) -> Result<Self, Error> {
+        let element = &reduced.superelement;
+        let rate = asked.demand.spin.rate;
+        let (count, lost) = match &element.enrichment {
+            Some(enrichment) => {
+                let is_spin = |name: &&String| *name == "spin" || name.starts_with("spin ");
+                let count = enrichment.names.iter().filter(is_spin).count();
+                let rows = watched_rows(asked, element, enrichment, &reduced.recovery);
+                let most = largest_loss(element, enrichment, count, &rows)?;
+                (count, rate * rate * most / (DEFLECTION * size(element)))
+            }
+            None => (0, 0.0),
+        };
+        Ok(Self {
+            count,
+            rate,
+            lost,
+            tolerance,
+        })
+    }
+
+    /// Whether they are to be kept.
+    pub fn are_needed(&self) -> bool {
+        self.lost > self.tolerance
+    }
+
+    /// Why they are kept, or not.
+    pub fn why(&self) -> String {
+        let Self {
+            count, rate, lost, ..
+        } = self;
+        let begin = match self.are_needed() {
+            true => format!("{count} columns for centrifugal forces"),
+            false => "no columns for centrifugal forces".to_owned(),
+        };
+        format!(
+            "{begin}: without them, at {rate:.4e} rad per time unit, displacements inside lack {lost:.1e} of deflections that are {DEFLECTION} of the part's size"
+        )
+    }
+}
+
+/// Radius of gyration.
+fn size(element: &Superelement) -> f64 {
+    let trace: f64 = (0..3).map(|axis| element.inertia.tensor[axis][axis]).sum();
+    (trace / element.inertia.mass).sqrt()
+}
+
+/// Translations that are looked at and have no attachment over the whole basis, (rows, n): nodes, then output interfaces.
+fn watched_rows(
+    asked: &Asked,
+    element: &Superelement,
+    enrichment: &Enrichment,
+    fields: &RecoveryBasis,
+) -> Mat<f64> {
+    let is_wanted = |node: u32| match &asked.demand.nodes {
+        NodeDemand::None => false,
+        NodeDemand::Some(nodes) => nodes.contains_key(&node),
+        NodeDemand::All(_) => true,
+    };
+    let nodes: Vec<usize> = (0..fields.dofs.len())
+        .filter(|row| {
+            let dof = fields.dofs[*row];
+            !dof.direction.is_rotation() && is_wanted(dof.node)
+        })
+        .collect();
+    let outputs: Vec<usize> = (0..element.rows.len())
+        .filter(|row| {
+            let row = &element.rows[*row];
+            let is_translation = (0..3).contains(&row.direction);
+            element.interfaces[row.interface].role == Role::Output && is_translation
+        })
+        .collect();
+    let further = fields.enrichment.as_ref();
+    let (n_k, n_b) = (element.mode_count(), element.boundary_row_count());
+    let residual = &element.residual;
+    let seen = residual
+        .output_shapes
+        .as_ref()
+        .unwrap_or(&residual.flexibility);
+    Mat::from_fn(
+        nodes.len() + outputs.len(),
+        element.basis_count(),
+        |i, k| {
+            let (modes, attached, columns, row) = match i.checked_sub(nodes.len()) {
+                None => (&fields.modes, &fields.residual, further, nodes[i]),
+                Some(i) => {
+                    let columns = Some(&enrichment.interface_shapes);
+                    (&element.modes.interface_shapes, seen, columns, outputs[i])
+                }
+            };
+            match k.checked_sub(n_k) {
+                None => modes[(row, k)],
+                Some(k) if k < n_b => attached[(row, k)],
+                Some(k) => columns.map_or(0.0, |columns| columns[(row, k - n_b)]),
+            }
+        },
+    )
+}
+
+/// Largest displacement of a row under a unit spin that is lost without the columns for centrifugal forces.
+fn largest_loss(
+    element: &Superelement,
+    enrichment: &Enrichment,
+    spin_columns: usize,
+    rows: &Mat<f64>,
+) -> Result<f64, Error> {
+    let stiffness = &enrichment.reduced_stiffness;
+    let n = stiffness.nrows();
+    let further = element.mode_count() + element.boundary_row_count();
+    let is_spin = |k: usize| {
+        let name = k
+            .checked_sub(further)
+            .and_then(|at| enrichment.names.get(at));
+        name.is_some_and(|name| name == "spin" || name.starts_with("spin "))
+    };
+    let others: Vec<usize> = (0..n).filter(|k| !is_spin(*k)).collect();
+    let every: Vec<usize> = (0..n).collect();
+    let lost = match spin_columns {
+        0 => return Ok(0.0),
+        _ => responses(stiffness, rows, &every)? - responses(stiffness, rows, &others)?,
+    };
+    let most = (0..rows.nrows()).map(|row| {
+        let mut sum = Matrix3::<f64>::zeros();
+        for (k, block) in element.inertia.i1.iter().enumerate() {
+            sum += lost[(row, k)] * Matrix3::from_fn(|a, b| block[a][b]);
+        }
+        match element.dimension {
+            Dimension::Planar => sum[(2, 2)].abs(),
+            Dimension::Spatial => {
+                0.5 * (0.5 * (sum + sum.transpose()))
+                    .symmetric_eigenvalues()
+                    .amax()
+            }
+        }
+    });
+    Ok(most.fold(0.0, f64::max))
+}
+
+/// `L K⁺` over some of the basis' columns, zero in the others, (rows, n).
+fn responses(stiffness: &Mat<f64>, rows: &Mat<f64>, columns: &[usize]) -> Result<Mat<f64>, Error> {
+    let scale: Vec<f64> = (columns.iter())
+        .map(|k| match stiffness[(*k, *k)] {
+            own if own > 0.0 => own.sqrt().recip(),
+            _ => 0.0,
+        })
+        .collect();
+    let scaled = Mat::from_fn(columns.len(), columns.len(), |i, j| {
+        scale[i] * stiffness[(columns[i], columns[j])] * scale[j]
+    });
+    let (values, vectors) =
+        symmetric_eigen(symmetrized(scaled.as_ref()).as_ref()).ok_or(Error::NotFinite {
+            what: "the reduced stiffness",
+        })?;
+    let kept: Vec<usize> = (0..values.len())
+        .filter(|k| values[*k] > DEPENDENT)
+        .collect();
+    // Columns of K⁺ = U Λ⁻¹ Uᵀ in the scale.
+    let unit = Mat::from_fn(columns.len(), kept.len(), |i, k| {
+        scale[i] * vectors[(i, kept[k])] / values[kept[k]].sqrt()
+    });
+    let own = Mat::from_fn(rows.nrows(), columns.len(), |i, j| rows[(i, columns[j])]);
+    let found = (own * &unit) * unit.transpose();
+    let mut all = Mat::zeros(rows.nrows(), rows.ncols());
+    for (j, k) in columns.iter().enumerate() {
+        all.col_mut(*k).copy_from(found.col(j));
+    }
+    Ok(all)
+}

@@ -1,0 +1,325 @@
+//! What a study leaves for people and programs: a table, JSON, the Pareto front as a picture, and a page with all of it.
+
+use dcb_formats::output::Replace;
+use dcb_formats::output::write_json;
+use dcb_report::{Cell, Chart, Column, Page, Table, svg, write_svg};
+use serde_json::{Value, json};
+
+use super::pictures::{errors, front_chart, histories, shown};
+use super::row::Claim;
+use super::store::{Store, generator};
+use super::{Row, Study};
+use dcb_runtime::error::Error;
+
+/// Writes `study.csv`, `study.json`, `pareto.svg` and `report.html` into the folder of the study.
+///
+/// # Errors
+/// [`Error::File`] where a file can't be written.
+pub fn write(study: &Study, store: &Store, tolerance: f64) -> Result<(), Error> {
+    table(study, Detail::Everything).write_csv(&store.path("study.csv"))?;
+    write_json(&store.path("study.json"), &summary(study, tolerance))?;
+    let chart = front_chart(study);
+    if study.rows.iter().any(Row::is_stable) {
+        write_svg(
+            std::slice::from_ref(&chart),
+            &store.path("pareto.svg"),
+            Replace::Overwrite,
+        )?;
+    }
+    Ok(page(study, &chart, tolerance).write(&store.path("report.html"))?)
+}
+
+/// How much of the rows a table has.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Detail {
+    /// What a choice is made by.
+    Essential,
+    /// Options, errors of every quantity, and why runs stopped.
+    Errors,
+    /// All of it.
+    Everything,
+}
+
+/// The rows.
+fn table(study: &Study, detail: Detail) -> Table {
+    let time = &study.subject.scene.units.time;
+    let mut columns = vec![
+        Column::new("row", "row", ""),
+        Column::new("modes", "modes", ""),
+        Column::new("compatibility", "compatibility", ""),
+        Column::new("step", "step", time),
+        Column::new("rho_infinity", "ρ∞", "1"),
+        Column::new("inertia_change", "inertia", ""),
+    ];
+    let course = [
+        Column::new("stable", "stable", ""),
+        Column::new("elastic", "elastic coordinates", ""),
+        Column::new("freedoms", "all coordinates", ""),
+        Column::new("rows", "constraint and spring rows", ""),
+        Column::new(
+            "seconds_per_time",
+            "wall time for the motion",
+            &format!("s/{time}"),
+        ),
+        Column::new("steps_per_second", "steps in a second", "1/s"),
+        Column::new("error", "largest error / range", "1"),
+        Column::new("error_is_bound", "error is", ""),
+        Column::new("energy_defect", "energy defect / largest", "1"),
+        Column::new("warnings", "warnings", ""),
+    ];
+    if detail != Detail::Errors {
+        columns.extend(course);
+    }
+    if detail != Detail::Essential {
+        for quantity in &study.subject.quantities {
+            let of = |what: &str, unit: &str| {
+                let title = format!("{} {what}", quantity.name);
+                Column::new(&title, &title, unit)
+            };
+            columns.push(of("error max", &quantity.unit));
+            columns.push(of("error rms", &quantity.unit));
+            columns.push(of("error max / range", "1"));
+            columns.push(of("error rms / range", "1"));
+            columns.push(of("error is", ""));
+        }
+        columns.push(Column::new("stopped", "stopped", ""));
+    }
+    let rows = study.rows.iter().enumerate();
+    Table {
+        columns,
+        rows: rows
+            .map(|(index, row)| cells(study, index, row, detail))
+            .collect(),
+    }
+}
+
+fn cells(study: &Study, index: usize, row: &Row, detail: Detail) -> Vec<Cell> {
+    let (setting, run) = (&row.setting, &row.course);
+    let text = |text: &str| Cell::Text(text.to_owned());
+    let count = |count: usize| Cell::Count(count as u64);
+    let claim = row.claim(&study.reference);
+    let is_bound = |is_bound: bool| text(if is_bound { "at most" } else { "measured" });
+    let is_at_most = matches!(claim, Claim::AtMost(_));
+    let mut cells = vec![
+        count(index + 1),
+        Cell::Text(setting.modes_text()),
+        text(setting.compatibility_text()),
+        Cell::Number(setting.step),
+        Cell::maybe(setting.rho_infinity),
+        text(setting.inertia_text()),
+    ];
+    let course = [
+        text(if row.is_stable() { "yes" } else { "no" }),
+        count(run.elastic),
+        count(run.freedoms),
+        count(run.rows),
+        Cell::maybe(row.cost(study.subject.end)),
+        Cell::maybe(row.speed()),
+        Cell::maybe(row.is_stable().then(|| claim.value())),
+        match row.is_stable() {
+            true => is_bound(is_at_most),
+            false => Cell::Empty,
+        },
+        Cell::maybe(relative_defect(row)),
+        count(run.warnings.len()),
+    ];
+    if detail != Detail::Errors {
+        cells.extend(course);
+    }
+    if detail != Detail::Essential {
+        for place in 0..study.subject.quantities.len() {
+            match row.deviations.get(place) {
+                Some(deviation) => cells.extend([
+                    Cell::Number(deviation.distance.maximum),
+                    Cell::Number(deviation.distance.rms),
+                    Cell::maybe(deviation.relative.map(|relative| relative.maximum)),
+                    Cell::maybe(deviation.relative.map(|relative| relative.rms)),
+                    is_bound(deviation.is_below_reference),
+                ]),
+                None => cells.extend((0..5).map(|_| Cell::Empty)),
+            }
+        }
+        cells.push(run.stopped.as_deref().map_or(Cell::Empty, text));
+    }
+    cells
+}
+
+fn relative_defect(row: &Row) -> Option<f64> {
+    let course = &row.course;
+    (course.largest_energy > 0.0).then(|| course.energy_defect / course.largest_energy)
+}
+
+/// All of it for programs.
+fn summary(study: &Study, tolerance: f64) -> Value {
+    let subject = &study.subject;
+    let rows = study.rows.iter().enumerate().map(|(index, row)| {
+        json!({
+            "row": index + 1,
+            "options": row.setting.in_scene(subject),
+            "modes": row.setting.modes_text(),
+            "stable": row.is_stable(),
+            "seconds_per_time": row.cost(subject.end),
+            "steps_per_second": row.speed(),
+            "error": row.is_stable().then(|| row.claim(&study.reference).value()),
+            "error_measured": row.is_stable().then(|| row.error()),
+            "course": row.course,
+            "timing": row.timing,
+            "outputs": row.deviations,
+        })
+    });
+    let quantities = subject.quantities.iter().zip(&study.reference.convergence);
+    let quantities = quantities.map(|(quantity, convergence)| {
+        json!({"name": quantity.name, "unit": quantity.unit, "range": convergence.scale,
+            "reference_error": convergence.uncertainty, "reference_order": convergence.order})
+    });
+    let files = subject.files.iter();
+    let files =
+        files.map(|file| json!({"file": file.path.display().to_string(), "digest": file.digest}));
+    let best = study.best(tolerance);
+    json!({
+        "generator": generator(),
+        "scene": subject.scene,
+        "superelements": files.collect::<Vec<_>>(),
+        "outputs": quantities.collect::<Vec<_>>(),
+        "times": {"spacing": study.grid.spacing, "count": study.grid.count},
+        "reference": {
+            "options": study.reference.setting.in_scene(subject),
+            "steps": study.reference.steps,
+            "error": study.reference.uncertainty(),
+            "converged": study.reference.is_converged(),
+        },
+        "rows": rows.collect::<Vec<_>>(),
+        "front": study.front().iter().map(|index| index + 1).collect::<Vec<_>>(),
+        "best": {
+            "tolerance": tolerance,
+            "row": best.map(|index| index + 1),
+            "options": best.map(|index| study.rows[index].setting.in_scene(subject)),
+        },
+    })
+}
+
+fn page(study: &Study, chart: &Chart, tolerance: f64) -> Page {
+    let mut page = Page::new("Study of a scene");
+    page.paragraph(&study.verdict(tolerance));
+    page.heading("Error against time");
+    if let Ok(picture) = svg(std::slice::from_ref(chart)) {
+        page.picture(
+            &picture,
+            "Each mark is a row; rows of one colour differ in the step alone, which is told for those that no other beats, as a \
+             multiple of the scene's. \
+             The error is the largest of all outputs over all times, relative to the output's range.",
+        );
+    }
+    page.paragraph("The fastest row for each error:");
+    page.table(&decades(study), &[]);
+    page.heading("Rows");
+    let front = study.front();
+    page.table(&table(study, Detail::Essential), &front);
+    page.paragraph("Rows that no other beats in both time and error stand out.");
+    for (index, row) in study.rows.iter().enumerate() {
+        if let Some(reason) = &row.course.stopped {
+            page.paragraph(&format!(
+                "Row {} didn't come to its end: {reason}",
+                index + 1
+            ));
+        }
+    }
+    let warned: Vec<String> = warnings(study);
+    if !warned.is_empty() {
+        page.heading("Warnings");
+        page.list(&warned);
+    }
+    page.heading("Histories");
+    let shown = shown(study, tolerance);
+    page.pictures(&histories(study, &shown));
+    page.paragraph("Columns that stay zero are left out.");
+    page.paragraph(
+        "Errors of the same runs, relative to the range; what is smaller than the reference is known is drawn at that:",
+    );
+    page.pictures(&errors(study, &shown));
+    page.heading("Reference");
+    page.paragraph(&study.reference_told());
+    page.table(&convergence(study), &[]);
+    page.heading("Errors of every output");
+    page.table(&table(study, Detail::Errors), &front);
+    page.heading("How it was measured");
+    page.list(&study.conditions());
+    page
+}
+
+/// The fastest row for errors of 0.1, 0.01 and so on, down to what the reference can tell.
+fn decades(study: &Study) -> Table {
+    let time = &study.subject.scene.units.time;
+    let rows = (1..12)
+        .map(|power| 10.0_f64.powi(-power))
+        .map_while(|tolerance| study.best(tolerance).map(|index| (tolerance, index)));
+    Table {
+        columns: vec![
+            Column::new("tolerance", "error up to", "1"),
+            Column::new("row", "row", ""),
+            Column::new("options", "options", ""),
+            Column::new(
+                "seconds_per_time",
+                "wall time for the motion",
+                &format!("s/{time}"),
+            ),
+        ],
+        rows: rows
+            .map(|(tolerance, index)| {
+                let row = &study.rows[index];
+                vec![
+                    Cell::Number(tolerance),
+                    Cell::Count(index as u64 + 1),
+                    Cell::Text(row.setting.told(time)),
+                    Cell::maybe(row.cost(study.subject.end)),
+                ]
+            })
+            .collect(),
+    }
+}
+
+fn convergence(study: &Study) -> Table {
+    let told = study
+        .subject
+        .quantities
+        .iter()
+        .zip(&study.reference.convergence);
+    Table {
+        columns: vec![
+            Column::new("output", "output", ""),
+            Column::new("unit", "unit", ""),
+            Column::new("range", "range", ""),
+            Column::new("error", "estimated error of the reference / range", "1"),
+            Column::new("order", "order seen", ""),
+        ],
+        rows: told
+            .map(|(quantity, convergence)| {
+                vec![
+                    Cell::Text(quantity.name.clone()),
+                    Cell::Text(quantity.unit.clone()),
+                    Cell::maybe(convergence.scale),
+                    Cell::Number(convergence.relative()),
+                    Cell::maybe(convergence.order),
+                ]
+            })
+            .collect(),
+    }
+}
+
+/// Each warning once, with the rows that have it.
+fn warnings(study: &Study) -> Vec<String> {
+    let mut told: Vec<(&str, Vec<String>)> = Vec::new();
+    for (index, row) in study.rows.iter().enumerate() {
+        for warning in &row.course.warnings {
+            let number = (index + 1).to_string();
+            match told.iter_mut().find(|(known, _)| known == warning) {
+                Some((_, rows)) => rows.push(number),
+                None => told.push((warning.as_str(), vec![number])),
+            }
+        }
+    }
+    let lines = told.into_iter();
+    lines
+        .map(|(warning, rows)| format!("{warning} (rows {})", rows.join(", ")))
+        .collect()
+}

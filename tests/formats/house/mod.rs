@@ -1,0 +1,50 @@
+//! Rules that hold in all sources: how they lie in folders, who looks at whom, who writes files.
+
+mod circles;
+mod named_paths;
+mod one_writer;
+
+use std::fs;
+use std::path::{Path, PathBuf};
+
+/// The folder of the workspace.
+fn root() -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("..")
+}
+
+/// Folders of the crates, as the workspace lists them, without this one: its sources are tests.
+fn crates() -> Vec<String> {
+    let manifest = fs::read_to_string(root().join("Cargo.toml")).unwrap();
+    let members = manifest.split_once("members = [").unwrap().1;
+    let members = members.split_once(']').unwrap().0.split(',');
+    let names = members.map(|name| name.trim().trim_matches('"').to_owned());
+    let found: Vec<String> = names.filter(|name| name != "tests").collect();
+    assert!(found.len() > 5, "{found:?}");
+    found
+}
+
+/// Rust files below a folder.
+fn sources(folder: &Path) -> Vec<PathBuf> {
+    let mut all = Vec::new();
+    for entry in fs::read_dir(folder).unwrap() {
+        let path = entry.unwrap().path();
+        if path.is_dir() {
+            all.extend(sources(&path));
+        } else if path.extension().is_some_and(|extension| extension == "rs") {
+            all.push(path);
+        }
+    }
+    all
+}
+
+/// Numbered lines up to the tests, without comments.
+fn program(text: &str) -> Vec<(usize, &str)> {
+    let lines = text.lines().enumerate();
+    let lines = lines.take_while(|(_, line)| {
+        !line.starts_with("#[cfg(test)]") && !line.starts_with("#[cfg(all(test")
+    });
+    lines
+        .filter(|(_, line)| !line.trim_start().starts_with("//"))
+        .map(|(index, line)| (index + 1, line))
+        .collect()
+}
