@@ -1,8 +1,25 @@
-//! Data model and files of flexible-body superelements: components as FE codes export them, and the
-//! `.dcb.h5` superelements made from them, the results of simulations, and the reports of studies.
+//! Data model and files: components as finite-element codes export them, the `.dcb.h5` superelements made from them, scenes, and the results
+//! of simulations.
 //!
-//! No numerics beyond checks, of shape, range and symmetry and of the identities that a superelement's numbers must keep: the reduction is in `dcb-reducer`, the dynamics in `dcb-runtime`,
-//! and the two meet only through the types and files here.
+//! Files from anybody are checked before they are believed: shapes, ranges, symmetry, and the identities that a superelement's numbers must
+//! keep. Other numerics are elsewhere: `dcb-superelement` has what follows from one superelement, `dcb-reducer` the reduction, `dcb-runtime`
+//! the dynamics.
+//!
+//! ```
+//! use dcb_formats::dcb::{Contents, SuperelementFile, WriteOptions, write_superelement};
+//!
+//! let file = SuperelementFile::open("../samples/slider-crank/rod.dcb.h5")?;
+//! let rod = file.superelement()?;
+//! assert_eq!(rod.interfaces.len(), 2);
+//!
+//! // For a customer: nothing of the inside of the part.
+//! let folder = tempfile::tempdir()?;
+//! let target = folder.path().join("rod.dcb.h5");
+//! let contents = Contents { superelement: &rod, recovery: None, mesh: None };
+//! write_superelement(&target, &contents, &WriteOptions::default())?;
+//! assert!(SuperelementFile::open(&target)?.recovery()?.is_none());
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
 
 pub mod component;
 pub mod component_files;
@@ -10,22 +27,33 @@ pub mod dcb;
 pub mod description;
 pub mod error;
 pub mod function;
-pub mod further_column;
-mod hdf5_files;
-pub mod identities;
 pub mod matrix;
 pub mod mesh;
-mod named;
-pub mod out_of_memory;
-pub mod output;
 pub mod results;
 pub mod scene;
-pub mod snapshot;
-pub mod stop_signal;
 pub mod superelement;
-pub mod terminal;
-pub mod threads;
 pub mod units;
+
+// No part of the door: for the other crates of this workspace and its tests.
+#[doc(hidden)]
+pub mod further_column;
+#[doc(hidden)]
+pub mod identities;
+#[doc(hidden)]
+pub mod out_of_memory;
+#[doc(hidden)]
+pub mod output;
+#[doc(hidden)]
+pub mod snapshot;
+#[doc(hidden)]
+pub mod stop_signal;
+#[doc(hidden)]
+pub mod terminal;
+#[doc(hidden)]
+pub mod threads;
+
+mod hdf5_files;
+mod named;
 
 pub use component::Component;
 pub use description::{Description, component_schema, read_description};

@@ -29,27 +29,40 @@
 //! # Ok::<(), dcb_runtime::Error>(())
 //! ```
 //!
-//! Where to look further: [`scene`] for what scenes say, [`model`] for how they become a [`system`], [`initial`] for the start,
-//! [`integrator`] for steps, [`energy`] for the balance, [`demand`] for what a scene asks of a part. [`FlexibleBody`] is one superelement in dynamic coordinates, and [`frame`]
-//! the inertia of its floating frame. The examples `mechanism_in_rust` and `control_loop` are programs to start from.
+//! [`dcb_formats::scene`] says what stands in a scene, [`model`] how a scene becomes a system of equations. [`FlexibleBody`] is one superelement
+//! in dynamic coordinates. The examples `mechanism_in_rust` and `control_loop` are programs to start from.
 
-pub mod analysis;
 pub mod body;
-pub mod energy;
 pub mod error;
 pub mod export;
-pub mod force_law;
-pub mod frame;
-pub mod initial;
-pub mod integrator;
-pub mod joint;
-pub mod kinematics;
-pub mod measure;
 pub mod mechanism;
 pub mod model;
 pub mod run;
+
+// No part of the door: for the other crates of this workspace and its tests.
+#[doc(hidden)]
+pub mod analysis;
+#[doc(hidden)]
+pub mod energy;
+#[doc(hidden)]
+pub mod force_law;
+#[doc(hidden)]
+pub mod frame;
+#[doc(hidden)]
+pub mod initial;
+#[doc(hidden)]
+pub mod integrator;
+#[doc(hidden)]
+pub mod joint;
+#[doc(hidden)]
+pub mod kinematics;
+#[doc(hidden)]
+pub mod measure;
+#[doc(hidden)]
 pub mod simulation;
+#[doc(hidden)]
 pub mod system;
+#[doc(hidden)]
 pub mod watch;
 
 pub use body::{Attachment, Compatibility, FlexibleBody, GeneralizedBody, RigidBody, RigidPoint};
@@ -60,3 +73,4 @@ pub use frame::{
     InertiaTerms,
 };
 pub use mechanism::Mechanism;
+pub use model::Model;

@@ -5,20 +5,28 @@
 //! columns sorted), mesh, dof table and interfaces. Units are SI; [`in_units`] gives the same part in other units and
 //! [`write()`] puts it on disk as the files `reduce` reads. Nothing here solves anything.
 
-pub mod axial_prestress;
 pub mod catalogue;
-mod component;
-pub mod connecting_rod;
 pub mod hard;
-pub mod material;
-pub mod planar_rod;
-mod planform;
-pub mod pseudo_random;
+mod material;
 pub mod solid;
-mod sparse;
-pub mod spatial_beam;
 pub mod units;
 pub mod write;
+
+// No part of the door: for the other crates of this workspace and its tests.
+#[doc(hidden)]
+pub mod axial_prestress;
+#[doc(hidden)]
+pub mod connecting_rod;
+#[doc(hidden)]
+pub mod planar_rod;
+#[doc(hidden)]
+pub mod pseudo_random;
+#[doc(hidden)]
+pub mod spatial_beam;
+
+mod component;
+mod planform;
+mod sparse;
 
 pub use axial_prestress::axial_prestress;
 pub use connecting_rod::connecting_rod;

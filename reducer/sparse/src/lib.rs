@@ -23,16 +23,23 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 
-pub mod block_algebra;
-pub mod column_products;
-mod error;
 pub mod factor_store;
 pub mod factorization;
+mod ordering;
+mod refinement;
+mod sparse_product;
+mod tall_products;
+
+// No part of the door: for the other crates of this workspace and its tests.
+#[doc(hidden)]
+pub mod block_algebra;
+#[doc(hidden)]
+pub mod column_products;
+#[doc(hidden)]
 pub mod krylov_basis;
+#[doc(hidden)]
 pub mod multifrontal;
-pub mod ordering;
-pub mod refinement;
-pub mod sparse_product;
-pub mod tall_products;
+
+mod error;
 
 pub use error::Error;

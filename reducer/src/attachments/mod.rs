@@ -1,9 +1,9 @@
 //! What the modes leave out: attachments, their residual flexibility and mass, further columns.
 
-pub mod columns;
-pub mod dependency;
-pub mod enrichment;
-pub mod enrichment_source;
+pub(crate) mod columns;
+pub(crate) mod dependency;
+pub(crate) mod enrichment;
+pub(crate) mod enrichment_source;
 pub mod interface_reduction;
-pub mod residual;
-pub mod residual_filter;
+pub(crate) mod residual;
+pub(crate) mod residual_filter;

@@ -1,6 +1,6 @@
 //! Inertia invariants, and what spin, loads and interface forces do inside the part.
 
 pub mod invariants;
-pub mod part_loads;
+pub(crate) mod part_loads;
 pub mod spin_forces;
-pub mod stiffening;
+pub(crate) mod stiffening;

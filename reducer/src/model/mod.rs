@@ -1,9 +1,9 @@
 //! The part as the reduction sees it: matrices without the dofs of rigid interfaces, boundary rows, rigid motions, loose pieces, the scale of
 //! its spectrum.
 
-pub mod cell_coupling;
+pub(crate) mod cell_coupling;
 pub mod condensation;
-pub mod couplings;
+pub(crate) mod couplings;
 pub mod frame;
 pub mod localization;
 pub mod piece_motions;

@@ -1,13 +1,13 @@
 //! Free-free modes, and the count that certifies that none is missing.
 
-pub mod certificate;
-pub mod eigen_solver;
+pub(crate) mod certificate;
+pub(crate) mod eigen_solver;
 pub mod free_modes;
-pub mod lanczos;
+pub(crate) mod lanczos;
 #[cfg(feature = "slepc")]
 pub mod mpi_job;
-pub mod multiplet;
+pub(crate) mod multiplet;
 #[cfg(feature = "slepc")]
-pub mod petsc_binary;
+pub(crate) mod petsc_binary;
 #[cfg(feature = "slepc")]
 pub mod slepc;

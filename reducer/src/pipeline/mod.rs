@@ -8,7 +8,7 @@ pub(crate) mod memory_plan;
 pub(crate) mod projection;
 pub mod reduction;
 pub(crate) mod warnings;
-pub mod work;
+pub(crate) mod work;
 
 use dcb_formats::component::Component;
 use dcb_formats::{RecoveryBasis, Superelement};

@@ -5,4 +5,4 @@ pub mod forecast;
 pub mod huge_pages;
 pub mod machine_speed;
 pub mod memory_limit;
-pub mod stage;
+pub(crate) mod stage;

@@ -4,9 +4,13 @@
 
 pub mod batch;
 pub mod cache;
-pub mod file_form;
 pub mod part_study;
 pub mod prepare;
 pub mod scene;
 pub mod scene_study;
+
+// No part of the door: for the other crates of this workspace and its tests.
+#[doc(hidden)]
+pub mod file_form;
+#[doc(hidden)]
 pub mod siblings;

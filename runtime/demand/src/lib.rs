@@ -5,12 +5,16 @@
 //! of its dimension reads it.
 
 pub mod demand;
-mod error;
+pub mod pruning;
+
+// No part of the door: for the other crates of this workspace and its tests.
+#[doc(hidden)]
 pub mod fewest;
+
+mod error;
 mod left_out;
 mod part_file;
 mod planar_part;
-pub mod pruning;
 mod superelement_files;
 
 pub use demand::Demand;

@@ -1,11 +1,11 @@
 //! Time integration.
 
 pub mod adaptive;
-pub mod between;
+pub(crate) mod between;
 pub mod equal_steps;
-pub mod method;
-pub mod newton;
-pub mod profile;
+pub(crate) mod method;
+pub(crate) mod newton;
+pub(crate) mod profile;
 pub mod resolution;
 
 pub use method::{Effort, Formulation, Method, Tolerance};

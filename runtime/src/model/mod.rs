@@ -11,7 +11,7 @@ mod probe;
 mod quantities;
 mod recorder;
 mod springs;
-pub mod timetable;
+pub(crate) mod timetable;
 
 use indexmap::IndexMap;
 use nalgebra::Vector3;

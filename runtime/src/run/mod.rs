@@ -3,7 +3,7 @@
 //! [`run`] does what the scene's `analysis` says: motion over time ([`transient`]), or a rest, a motion that the drives fix, or small
 //! oscillations ([`analyses`]). Whatever stops a run, its file holds what was reached.
 
-pub mod analyses;
+pub(crate) mod analyses;
 pub mod transient;
 
 use std::path::{Path, PathBuf};

@@ -23,8 +23,6 @@ const DEPENDENT: f64 = 1e-9;
 pub struct FreeDirections {
     /// Free directions Z, (N, count): δq of each as a column.
     pub basis: Mat<f64>,
-    /// Number of independent constraints.
-    pub independent_constraints: usize,
     /// D V₁ Σ⁻¹ Uᵀ R, (N, constraints): the least motion for given changes of the constraints' measures.
     inverse: Mat<f64>,
 }
@@ -66,11 +64,7 @@ impl FreeDirections {
                 inverse[(*column, row)] = scale[*column] * sum * row_scale;
             }
         }
-        Ok(Self {
-            basis,
-            independent_constraints: rank,
-            inverse,
-        })
+        Ok(Self { basis, inverse })
     }
 
     /// Number of free directions.

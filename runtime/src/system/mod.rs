@@ -15,13 +15,13 @@ pub mod body_factor;
 pub mod builder;
 pub mod condensed;
 pub mod evaluation;
-pub mod free_directions;
-pub mod joint_system;
+pub(crate) mod free_directions;
+pub(crate) mod joint_system;
 pub mod linearization;
-pub mod marker;
+pub(crate) mod marker;
 mod redundancy;
-pub mod residual;
-pub mod state;
+pub(crate) mod residual;
+pub(crate) mod state;
 
 use std::ops::Range;
 use std::sync::Arc;

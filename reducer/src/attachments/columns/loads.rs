@@ -30,11 +30,6 @@ impl Loads<'_> {
         }
     }
 
-    /// Whether there is none.
-    pub fn is_empty(&self) -> bool {
-        self.len() == 0
-    }
-
     /// Name of one for messages.
     pub fn name(&self, load: usize) -> String {
         match self {

@@ -10,10 +10,10 @@
 //! already, from the same files with the same options, is left alone, so that a batch which was interrupted goes on where it ended.
 
 pub mod child;
-pub mod command;
+pub(crate) mod command;
 pub mod manifest;
-pub mod memory_share;
-pub mod part;
+pub(crate) mod memory_share;
+pub(crate) mod part;
 pub mod results;
 pub mod table;
 

@@ -10,11 +10,11 @@
 //! a second process that wants the same waits for the first, and nothing is removed while it is read. The system lets go of the
 //! locks of a process however it ends; what it left unfinished is removed by the next one.
 
-pub mod claim;
-pub mod entry;
+pub(crate) mod claim;
+pub(crate) mod entry;
 pub mod eviction;
 pub mod folder;
-pub mod request;
+pub(crate) mod request;
 
 use std::fs::{File, TryLockError};
 use std::io;

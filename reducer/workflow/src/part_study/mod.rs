@@ -5,18 +5,18 @@
 //! a simulation can use it ([`variant`]). Rows go to a ledger as they are made; the tables, pictures and the page ([`report`]) are made from
 //! the ledger alone, so that a study which was interrupted goes on where it ended.
 
-pub mod best;
-pub mod errors;
-pub mod mode_picture;
+pub(crate) mod best;
+pub(crate) mod errors;
+pub(crate) mod mode_picture;
 pub mod progress;
 pub mod record;
 pub mod reference;
 pub mod report;
-pub mod rows;
+pub(crate) mod rows;
 pub mod sources;
-pub mod spin;
+pub(crate) mod spin;
 pub mod sweep;
-pub mod timed;
+pub(crate) mod timed;
 pub mod variant;
 
 use std::path::Path;

@@ -5,18 +5,18 @@
 //! one after the other with nothing beside them. A [`Store`] keeps every result as it comes; [`report`] makes tables, pictures and a
 //! page of them.
 
-pub mod comparison;
+pub(crate) mod comparison;
 pub mod grid;
 pub mod monitor;
-pub mod motion;
+pub(crate) mod motion;
 mod pictures;
-pub mod reference;
+pub(crate) mod reference;
 pub mod report;
-pub mod row;
-pub mod setting;
-pub mod store;
-pub mod subject;
-pub mod sweep;
+pub(crate) mod row;
+pub(crate) mod setting;
+pub(crate) mod store;
+pub(crate) mod subject;
+pub(crate) mod sweep;
 mod verdict;
 
 use std::collections::VecDeque;
