@@ -46,8 +46,6 @@ pub mod output;
 #[doc(hidden)]
 pub mod snapshot;
 #[doc(hidden)]
-pub mod stop_signal;
-#[doc(hidden)]
 pub mod terminal;
 #[doc(hidden)]
 pub mod threads;

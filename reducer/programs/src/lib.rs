@@ -3,3 +3,4 @@
 pub mod program;
 pub mod reduce;
 pub mod simulate;
+mod stop_signal;

@@ -6,8 +6,8 @@ use std::process::ExitCode;
 use clap::Parser;
 use clap::error::{ContextKind, ContextValue, ErrorKind as Misuse};
 
+use crate::stop_signal;
 use dcb_formats::Error;
-use dcb_formats::stop_signal;
 use dcb_formats::terminal::for_terminal;
 use dcb_formats::threads::start_workers;
 

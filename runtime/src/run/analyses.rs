@@ -74,7 +74,7 @@ pub fn rest(
         }),
         Err(_) => json!({"analysis": "static"}),
     };
-    session.close(found, &at_start(), &summary)
+    session.close(observer, found, &at_start(), &summary)
 }
 
 /// Follows the drives from time zero to the end, and records what the scene asks for.
@@ -159,7 +159,7 @@ pub fn driven(
         is_complete: found.as_ref().is_ok_and(|report| report.is_complete),
         time: last,
     };
-    session.close(found, &ending, &summary)
+    session.close(observer, found, &ending, &summary)
 }
 
 /// Frequencies, damping and shapes of small oscillations about the start or a rest.
@@ -215,7 +215,7 @@ pub fn modes(
         }
         Err(_) => json!({"analysis": "modes"}),
     };
-    session.close(found, &at_start(), &summary)
+    session.close(observer, found, &at_start(), &summary)
 }
 
 /// The modes that were asked for, for the file.

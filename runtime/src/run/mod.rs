@@ -22,7 +22,6 @@ use crate::watch::purpose::Scope;
 pub use analyses::{DrivenReport, ModesReport, RestReport};
 use dcb_formats::scene::Scheme;
 use dcb_formats::scene::{self, Analysis, Integrator, RedundantConstraints, Scene};
-use dcb_formats::stop_signal::{self, StopSignal};
 pub use transient::RunReport;
 
 /// Who watches a run.
@@ -33,6 +32,10 @@ pub trait Observer {
     fn progress(&mut self, time: f64, end: f64);
     /// Whether the run is to stop.
     fn is_stopped(&self) -> bool;
+    /// Why the run is to stop, for the record in its results.
+    fn stop_reason(&self) -> &'static str {
+        "interrupted"
+    }
 }
 
 /// Nobody is watching.
@@ -327,16 +330,14 @@ impl Session {
     /// Closes the file with how it ended.
     fn close<T>(
         self,
+        observer: &dyn Observer,
         result: Result<T, Error>,
         ending: &Ending,
         summary: &Value,
     ) -> Result<T, Error> {
         let outcome = match (&result, ending.is_complete) {
             (Ok(_), true) => Outcome::Complete,
-            (Ok(_), false) => {
-                let signal = stop_signal::received().unwrap_or(StopSignal::Interrupt);
-                stopped(signal.reason(), ending.time)
-            }
+            (Ok(_), false) => stopped(observer.stop_reason(), ending.time),
             (Err(error), _) => stopped(&error.to_string(), ending.time),
         };
         let finished = self.writer.finish(&outcome, summary);

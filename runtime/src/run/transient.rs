@@ -72,7 +72,7 @@ pub fn transient(
                 is_complete: false,
                 time: None,
             };
-            return session.close(Err(error), &ending, &json!({}));
+            return session.close(observer, Err(error), &ending, &json!({}));
         }
     };
     tell_start(&initial, observer, &mut session);
@@ -85,7 +85,7 @@ pub fn transient(
             is_complete: false,
             time: None,
         };
-        return session.close(Err(error), &ending, &json!({}));
+        return session.close(observer, Err(error), &ending, &json!({}));
     }
     let mut run = Run {
         integrator,
@@ -121,7 +121,7 @@ pub fn transient(
         is_complete: matches!(result, Ok(true)),
         time: Some(time),
     };
-    let is_complete = session.close(result, &ending, &summary)?;
+    let is_complete = session.close(observer, result, &ending, &summary)?;
     Ok(RunReport {
         initial,
         steps,

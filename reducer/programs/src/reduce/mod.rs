@@ -21,9 +21,9 @@ use std::path::PathBuf;
 use std::process::ExitCode;
 
 use crate::program::{Told, begin, print_to_stderr, print_to_stdout};
+use crate::stop_signal;
 use clap::{Args, Parser, Subcommand, ValueEnum};
 use dcb_formats::output::remove_unfinished;
-use dcb_formats::stop_signal;
 
 use crate::reduce::batch::BatchArguments;
 use crate::reduce::cache::{CacheArguments, InventoryArguments};

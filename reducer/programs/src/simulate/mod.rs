@@ -15,8 +15,8 @@ use dcb_formats::terminal::one_line;
 
 use crate::simulate::prepare::PrepareArguments;
 use crate::simulate::study::StudyArguments;
+use crate::stop_signal::{self, StopSignal};
 use dcb_formats::scene::{Compatibility, scene_schema};
-use dcb_formats::stop_signal::{self, StopSignal};
 use dcb_runtime::error::Error;
 use dcb_runtime::export::csv;
 use dcb_runtime::export::history::Selection;

@@ -12,10 +12,10 @@ use serde_json::json;
 
 use crate::program::Told;
 use crate::simulate::{CommonArguments, Done, Ending, ModelArgument, SceneArguments, replace};
+use crate::stop_signal::{self, StopSignal};
 use dcb_demand::SuperelementFiles;
 use dcb_demand::pruning::Pruning;
 use dcb_formats::scene::{BodyKind, Method, Scene};
-use dcb_formats::stop_signal;
 use dcb_runtime::error::Error;
 use dcb_runtime::export::csv;
 use dcb_runtime::export::history::Selection;
@@ -404,5 +404,11 @@ impl Observer for Watcher {
 
     fn is_stopped(&self) -> bool {
         is_interrupted()
+    }
+
+    fn stop_reason(&self) -> &'static str {
+        stop_signal::received()
+            .unwrap_or(StopSignal::Interrupt)
+            .reason()
     }
 }

@@ -10,7 +10,7 @@
 use std::sync::atomic::{AtomicU8, Ordering};
 use std::sync::{Mutex, PoisonError};
 
-use crate::output::remove_unfinished;
+use dcb_formats::output::remove_unfinished;
 
 /// Who asked for an end.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
