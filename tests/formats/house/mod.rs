@@ -1,9 +1,11 @@
 //! Rules that hold in all sources: how they lie in folders, who looks at whom, who writes files.
 
 mod circles;
+mod crates;
 mod named_paths;
 mod one_writer;
 
+use std::collections::BTreeSet;
 use std::fs;
 use std::path::{Path, PathBuf};
 
@@ -12,14 +14,20 @@ fn root() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("..")
 }
 
-/// Folders of the crates, as the workspace lists them, without this one: its sources are tests.
-fn crates() -> Vec<String> {
+/// Folders of the crates, as the workspace lists them.
+fn members() -> BTreeSet<String> {
     let manifest = fs::read_to_string(root().join("Cargo.toml")).unwrap();
     let members = manifest.split_once("members = [").unwrap().1;
     let members = members.split_once(']').unwrap().0.split(',');
-    let names = members.map(|name| name.trim().trim_matches('"').to_owned());
-    let found: Vec<String> = names.filter(|name| name != "tests").collect();
-    assert!(found.len() > 5, "{found:?}");
+    members
+        .map(|name| name.trim().trim_matches('"').to_owned())
+        .collect()
+}
+
+/// Folders of the crates but this one: its sources are tests.
+fn crates() -> BTreeSet<String> {
+    let mut found = members();
+    assert!(found.remove("tests") && found.len() > 5, "{found:?}");
     found
 }
 
