@@ -19,7 +19,7 @@ pub enum Precision {
     /// 8 bytes an entry.
     #[default]
     Double,
-    /// 4 bytes an entry; solutions are refined with the matrices themselves ([`crate::refinement`]).
+    /// 4 bytes an entry; solutions are refined with the matrices themselves (`crate::refinement`).
     Single,
 }
 

@@ -1,7 +1,7 @@
 //! Sparse factorizations of `K + σ M` (Cholesky, for solving) and `K - μ M` (LDLᵀ, for counting eigenvalues) over one
 //! symbolic analysis.
 //!
-//! The order is nested dissection on the nodes ([`crate::ordering`]), the numbers are made by [`crate::multifrontal`].
+//! The order is nested dissection on the nodes (`crate::ordering`), the numbers are made by [`crate::multifrontal`].
 
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::{Mutex, PoisonError};

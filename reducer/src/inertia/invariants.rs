@@ -3,7 +3,7 @@
 //! From the mass matrix and the node coordinates alone, nothing lumped: exact for solids, whose three components share one
 //! shape function. Nodes with rotations interpolate differently per component; for them the element-integrated component
 //! masses M_cd = ∫ ρ N_cᵀ N_d, where given, make the coupling terms exact. With them, and on solids, everything follows from
-//! the couplings of directions ([`crate::model::couplings`]); other parts take the definitions below as they stand.
+//! the couplings of directions (`crate::model::couplings`); other parts take the definitions below as they stand.
 //!
 //! ```text
 //! L1      = Tᵀ M Ψ                         (d, n)

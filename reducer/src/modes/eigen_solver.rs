@@ -14,7 +14,7 @@ use crate::observer::Observer;
 #[derive(Clone, Debug, Default, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum EigenSolver {
-    /// Block Lanczos with the factorization that the attachments use too ([`crate::modes::lanczos`]).
+    /// Block Lanczos with the factorization that the attachments use too (`crate::modes::lanczos`).
     #[default]
     BlockLanczos,
     /// SLEPc with MUMPS on MPI processes.

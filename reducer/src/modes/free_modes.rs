@@ -1,8 +1,8 @@
 //! Free-free elastic modes: the lowest eigenpairs of K φ = ω² M φ that are M-orthogonal to the rigid motions.
 //!
-//! Lanczos ([`crate::modes::lanczos`]) finds the subspace, one step of inverse iteration and a Rayleigh–Ritz step on K and M
+//! Lanczos (`crate::modes::lanczos`) finds the subspace, one step of inverse iteration and a Rayleigh–Ritz step on K and M
 //! themselves sharpen it, and the true residuals decide. A multiple root's copies stay together: the number of
-//! modes is raised to the next gap. Signs, and the basis inside a multiple root, follow a fixed rule ([`crate::modes::multiplet`]).
+//! modes is raised to the next gap. Signs, and the basis inside a multiple root, follow a fixed rule (`crate::modes::multiplet`).
 
 use dcb_dense::{symmetric_eigen, symmetrized};
 use dcb_formats::SparseMatrix;

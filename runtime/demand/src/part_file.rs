@@ -24,7 +24,7 @@ impl PartFile {
     /// The file at a path for a scene of this dimension; `at` is the place in the scene that names it.
     ///
     /// # Errors
-    /// [`Error::File`]; [`Error::Description`] for a planar superelement in a spatial scene, and for a spatial one in a planar scene that isn't
+    /// [`Error::Formats`], also for a planar superelement in a spatial scene, and for a spatial one in a planar scene that isn't
     /// symmetric.
     pub fn open(
         files: &SuperelementFiles,
@@ -78,7 +78,7 @@ impl PartFile {
     /// Nodal fields in the scene's dimension.
     ///
     /// # Errors
-    /// [`Error::File`].
+    /// [`Error::Formats`].
     pub fn recovery(&self) -> Result<Option<RecoveryBasis>, Error> {
         let fields = self.opened.file.recovery()?;
         Ok(fields.map(|fields| self.recovered(fields)))
@@ -87,7 +87,7 @@ impl PartFile {
     /// Those of some nodes in the scene's dimension.
     ///
     /// # Errors
-    /// [`Error::File`].
+    /// [`Error::Formats`].
     pub fn recovery_of(&self, nodes: &[u32]) -> Result<Option<RecoveryBasis>, Error> {
         let fields = self.opened.file.recovery_of(nodes)?;
         Ok(fields.map(|fields| self.recovered(fields)))
@@ -108,7 +108,7 @@ impl PartFile {
     /// A node's position in the scene's dimension.
     ///
     /// # Errors
-    /// [`Error::File`].
+    /// [`Error::Formats`].
     pub fn node_position(&self, node: u32) -> Result<Option<[f64; 3]>, Error> {
         let position = self.opened.file.node_position(node)?;
         Ok(match self.planar {
@@ -120,7 +120,7 @@ impl PartFile {
     /// The mesh; of a spatial part in a planar scene its nodes alone, seen along z.
     ///
     /// # Errors
-    /// [`Error::File`].
+    /// [`Error::Formats`].
     pub fn mesh(&self) -> Result<Option<Mesh>, Error> {
         let mesh = self.opened.file.mesh()?;
         Ok(match self.planar {

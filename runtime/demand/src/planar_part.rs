@@ -22,7 +22,7 @@ impl PlanarPart {
     /// Of a spatial superelement whose part is symmetric about the plane, to 10⁻⁶.
     ///
     /// # Errors
-    /// [`Error::Asymmetric`] with how far it is from that; those of [`InPlane::of`].
+    /// [`dcb_superelement::Error::Asymmetric`] with how far it is from that; those of [`InPlane::of`].
     pub fn of(whole: &Superelement) -> Result<Self, Error> {
         let in_plane = InPlane::of(whole, NORMAL, SYMMETRIC)?;
         let superelement = in_plane.superelement(whole)?;

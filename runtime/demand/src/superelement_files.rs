@@ -28,7 +28,7 @@ impl SuperelementFiles {
     /// The file at a path, opened now if it isn't open.
     ///
     /// # Errors
-    /// [`Error::File`].
+    /// [`Error::Formats`].
     pub fn at(&self, path: &Path) -> Result<Arc<OpenSuperelement>, Error> {
         let mut open = self.open.lock().unwrap_or_else(PoisonError::into_inner);
         if let Some(known) = open.get(path) {

@@ -1,7 +1,7 @@
 //! A whole run: a scene to a results file.
 //!
 //! [`run`] does what the scene's `analysis` says: motion over time ([`transient`]), or a rest, a motion that the drives fix, or small
-//! oscillations ([`analyses`]). Whatever stops a run, its file holds what was reached.
+//! oscillations (`analyses`). Whatever stops a run, its file holds what was reached.
 
 pub(crate) mod analyses;
 pub mod transient;

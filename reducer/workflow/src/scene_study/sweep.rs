@@ -116,7 +116,7 @@ impl Lists {
         Ok(())
     }
 
-    /// The settings, each once; all combinations of the lists if these are at most [`MOST_COMBINATIONS`] or `combination` says
+    /// The settings, each once; all combinations of the lists if these are at most `MOST_COMBINATIONS` or `combination` says
     /// so.
     ///
     /// # Errors

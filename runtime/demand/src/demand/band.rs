@@ -33,7 +33,7 @@ impl Band {
     /// Of a run of a scene.
     ///
     /// # Errors
-    /// [`Error::Description`] for functions of time that can't be evaluated.
+    /// [`Error::Formats`] for functions of time that can't be evaluated.
     pub fn of(scene: &Scene) -> Result<Self, Error> {
         let at = |frequency: f64, reason: &str| {
             Ok(Self {

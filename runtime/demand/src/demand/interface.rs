@@ -300,7 +300,7 @@ impl Found {
 /// Whether a body of the scene is a superelement.
 ///
 /// # Errors
-/// [`Error::Description`] if it is rigid or isn't there.
+/// [`Error::Formats`] if it is rigid or isn't there.
 pub(super) fn superelement<'a>(
     scene: &'a Scene,
     name: &str,

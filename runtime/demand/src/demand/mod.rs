@@ -118,7 +118,7 @@ impl Demand {
     /// superelement that isn't in it, the demand is for every direction.
     ///
     /// # Errors
-    /// Those of [`Scene::check`]; [`Error::Description`] for a body that isn't there, is rigid or not in `parts`, and for an interface that
+    /// Those of [`Scene::check`]; [`Error::Formats`] for a body that isn't there, is rigid or not in `parts`, and for an interface that
     /// it doesn't have.
     pub fn of(scene: &Scene, body: &str, parts: &Parts) -> Result<Self, Error> {
         scene.check()?;

@@ -7,7 +7,7 @@
 //! t = S⁻¹ r,   (B S⁻¹ Bᵀ + c) δλ = B t - h,   δq = S⁻¹ Bᵀ δλ - t
 //! ```
 //! Interface forces that deflect a body beside its coordinates add their flexibility to Λ wherever S has stiffness; see
-//! [`super::residual`].
+//! `super::residual`.
 //!
 //! δq counts `(Aᵀ δR, δφ, δy)` for each body. Two parts of the exact matrix are left to the iteration: the coupling of a body's
 //! coordinates with each other by its spin, and the change of the rows' forces with the configuration. Both are of order h² and
