@@ -1,7 +1,7 @@
 //! `reduce study`: what a reduction costs and how far it is off, for many reductions of one part.
 //!
 //! The unreduced part is made exact once ([`mod@reference`]); every reduction is then really made, one after the other, timed and
-//! written (`mod@timed`), and its superelement compared with the reference by several measures (`errors`) in the forms in which
+//! written (`timed`), and its superelement compared with the reference by several measures (`errors`) in the forms in which
 //! a simulation can use it ([`variant`]). Rows go to a ledger as they are made; the tables, pictures and the page ([`report`]) are made from
 //! the ledger alone, so that a study which was interrupted goes on where it ended.
 
