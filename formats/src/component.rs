@@ -54,7 +54,7 @@ pub enum Weights {
     Given(Vec<f64>),
 }
 
-/// What an interface is for.
+/// Purpose of an interface.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Role {
     /// Forces act here: it gets attachment columns.
@@ -239,7 +239,7 @@ pub struct Component {
     pub damping: Damping,
     /// Where everything came from.
     pub sources: Vec<Source>,
-    /// What a reader of the files should be told: duplicates summed, asymmetry averaged and the like.
+    /// Notes for the reader of the files: duplicates summed, asymmetry averaged and the like.
     pub notes: Vec<String>,
 }
 

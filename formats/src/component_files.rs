@@ -3,27 +3,24 @@
 //! `part.mtx` (or `part.mtx.gz`) is the stiffness; `part.mass.mtx`, `part.json` and the optional `part.boundary.mtx` and
 //! `part.mass.xx.mtx` …, `part.load.NAME.mtx`, `part.stiffening.xx.mtx` … are found beside it, with or without `.gz`, unless named otherwise.
 
+mod component_masses;
 mod extras;
 mod mass_moments;
 mod sources;
 
 use std::path::{Path, PathBuf};
 
+use component_masses::{Operators, read_component_masses};
 use extras::{named_siblings, read_loads, read_stiffening};
-use mass_moments::check_moments;
 
 use crate::SparseMatrix;
-use crate::component::{Component, ComponentMasses, Source};
+use crate::component::{Component, Source};
 use crate::description::read_description;
 use crate::error::Error;
 use crate::matrix::{MatrixReader, MatrixReport, check_operator_header};
-use crate::mesh::Dimension;
 
 /// Component masses in stored order.
 const SPATIAL_MASSES: [&str; 6] = ["xx", "yy", "zz", "xy", "yz", "zx"];
-const PLANAR_MASSES: [&str; 3] = ["xx", "yy", "xy"];
-/// The component masses of the three axes must add up to the mass matrix this closely, relative to its largest entry.
-const MASS_SUM_TOLERANCE: f64 = 1e-8;
 
 /// Where a component's parts are.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -204,48 +201,23 @@ pub fn read_component(files: &ComponentFiles, memory: Option<u64>) -> Result<Com
     let component_masses = read_component_masses(
         files,
         &mut reader,
-        description.mesh.dimension,
-        &mass,
+        Operators {
+            mass: &mass,
+            stiffness: &stiffness,
+            mesh: &description.mesh,
+            dofs: &dofs,
+        },
         &mut sources,
     )?;
-    if let Some((paths, masses)) = &component_masses {
-        let named: Vec<_> = paths
-            .iter()
-            .zip(component_mass_names(description.mesh.dimension))
-            .zip(&masses.matrices)
-            .map(|((path, name), matrix)| (path.clone(), *name, matrix))
-            .collect();
-        check_moments(&named, &mass, &stiffness, &description.mesh, &dofs)?;
-    }
-    let component_masses = component_masses.map(|(_, masses)| masses);
     let explicit_boundary = match &files.boundary {
         None => None,
-        Some(path) => {
-            let (matrix, report) = reader.read_matrix(path)?;
-            if matrix.ncols() != n_e {
-                return Err(Error::File {
-                    path: path.clone(),
-                    message: format!(
-                        "{} columns, but the component has {n_e} dofs; a boundary localization is n_b x n_e",
-                        matrix.ncols()
-                    ),
-                });
-            }
-            if let Some(row) = matrix
-                .as_ref()
-                .val()
-                .iter()
-                .position(|value| !value.is_finite())
-            {
-                return Err(Error::File {
-                    path: path.clone(),
-                    message: format!("entry {row} is not finite"),
-                });
-            }
-            sources.push(source("boundary", &report));
-            note_repairs(&report, &mut notes);
-            Some(matrix)
-        }
+        Some(path) => Some(read_boundary(
+            path,
+            &mut reader,
+            n_e,
+            &mut sources,
+            &mut notes,
+        )?),
     };
     let loads = read_loads(&files.loads, &mut reader, n_e, &mut sources)?;
     let geometric_stiffness = read_stiffening(
@@ -272,6 +244,36 @@ pub fn read_component(files: &ComponentFiles, memory: Option<u64>) -> Result<Com
         sources,
         notes,
     })
+}
+
+/// Reads L_b as a matrix.
+fn read_boundary(
+    path: &Path,
+    reader: &mut MatrixReader,
+    n_e: usize,
+    sources: &mut Vec<Source>,
+    notes: &mut Vec<String>,
+) -> Result<SparseMatrix, Error> {
+    let (matrix, report) = reader.read_matrix(path)?;
+    let wrong = |message: String| {
+        Err(Error::File {
+            path: path.to_owned(),
+            message,
+        })
+    };
+    if matrix.ncols() != n_e {
+        return wrong(format!(
+            "{} columns, but the component has {n_e} dofs; a boundary localization is n_b x n_e",
+            matrix.ncols()
+        ));
+    }
+    let values = matrix.as_ref().val();
+    if let Some(row) = values.iter().position(|value| !value.is_finite()) {
+        return wrong(format!("entry {row} is not finite"));
+    }
+    sources.push(source("boundary", &report));
+    note_repairs(&report, notes);
+    Ok(matrix)
 }
 
 fn file_name(path: &Path) -> String {
@@ -302,102 +304,4 @@ fn note_repairs(report: &MatrixReport, notes: &mut Vec<String>) {
             report.largest_asymmetry
         ));
     }
-}
-
-fn read_component_masses(
-    files: &ComponentFiles,
-    reader: &mut MatrixReader,
-    dimension: Dimension,
-    mass: &SparseMatrix,
-    sources: &mut Vec<Source>,
-) -> Result<Option<(Vec<PathBuf>, ComponentMasses)>, Error> {
-    let n_e = mass.nrows();
-    let names = component_mass_names(dimension);
-    let paths = files.component_masses(names);
-    if !paths.iter().any(|path| path.exists()) {
-        return Ok(None);
-    }
-    if let Some(absent) = paths.iter().find(|path| !path.exists()) {
-        let present = paths.iter().filter(|path| path.exists()).count();
-        return Err(Error::File {
-            path: absent.clone(),
-            message: format!(
-                "missing, while {present} of the {} component masses ({}) are there; give all of them or none",
-                names.len(),
-                names.join(" ")
-            ),
-        });
-    }
-    let mut matrices = Vec::with_capacity(paths.len());
-    for (path, name) in paths.iter().zip(names) {
-        let (matrix, report) = reader.read_matrix(path)?;
-        if matrix.nrows() != n_e || matrix.ncols() != n_e {
-            return Err(Error::File {
-                path: path.clone(),
-                message: format!(
-                    "{} x {}, but the component has {n_e} dofs",
-                    matrix.nrows(),
-                    matrix.ncols()
-                ),
-            });
-        }
-        if matrix.as_ref().val().iter().any(|value| !value.is_finite()) {
-            return Err(Error::File {
-                path: path.clone(),
-                message: "has an entry that is not finite".into(),
-            });
-        }
-        sources.push(source(&format!("mass.{name}"), &report));
-        matrices.push(matrix);
-    }
-    check_sum(files, &matrices[..dimension.coordinate_count()], mass)?;
-    Ok(Some((paths, ComponentMasses { matrices })))
-}
-
-fn component_mass_names(dimension: Dimension) -> &'static [&'static str] {
-    match dimension {
-        Dimension::Planar => &PLANAR_MASSES,
-        Dimension::Spatial => &SPATIAL_MASSES,
-    }
-}
-
-/// M_xx + M_yy (+ M_zz) = M, or the component masses are not of this model.
-fn check_sum(
-    files: &ComponentFiles,
-    axes: &[SparseMatrix],
-    mass: &SparseMatrix,
-) -> Result<(), Error> {
-    let largest = mass
-        .as_ref()
-        .val()
-        .iter()
-        .fold(0.0_f64, |largest, value| largest.max(value.abs()));
-    let mut column_sum = vec![0.0; mass.nrows()];
-    for column in 0..mass.ncols() {
-        let mut touched = Vec::new();
-        for (matrix, sign) in axes.iter().map(|axis| (axis, 1.0)).chain([(mass, -1.0)]) {
-            for (row, value) in matrix
-                .row_idx_of_col_raw(column)
-                .iter()
-                .zip(matrix.val_of_col(column))
-            {
-                column_sum[*row as usize] += sign * value;
-                touched.push(*row as usize);
-            }
-        }
-        for row in touched {
-            let defect = std::mem::take(&mut column_sum[row]);
-            if defect.abs() > MASS_SUM_TOLERANCE * largest {
-                return Err(Error::Mismatch {
-                    message: format!(
-                        "{}: the component masses of the axes don't add up to it: at row {}, column {} they differ by {defect:.3e}",
-                        files.mass.display(),
-                        row + 1,
-                        column + 1
-                    ),
-                });
-            }
-        }
-    }
-    Ok(())
 }

@@ -20,9 +20,10 @@ use std::path::Path;
 use crate::Error;
 use crate::component::{Damping, Interface, Units};
 use crate::mesh::{Direction, Dof, DofMap, Mesh};
+use crate::named::Object;
 use crate::snapshot::read_small;
 use file::{ComponentPart, DampingPart, FilePart, UnitsPart};
-use values::{ModalDamping, Number, Object, RayleighDamping};
+use values::{ModalDamping, Number, RayleighDamping};
 
 pub use diagnosis::{json_error, listed, nearest_name, suggestion};
 
@@ -43,7 +44,7 @@ pub struct Description {
     pub damping: Damping,
     /// SHA-256 of the file's bytes, hex.
     pub sha256: String,
-    /// What the reader of the file should be told.
+    /// Notes for the reader of the file.
     pub notes: Vec<String>,
 }
 

@@ -1,4 +1,4 @@
-//! What can be wrong with a file. Every variant says where, what was found and what would be right.
+//! Faults of a file. Every variant says where, what was found and what would be right.
 
 use std::io::ErrorKind;
 use std::path::{Path, PathBuf};
@@ -11,7 +11,7 @@ pub enum Error {
     Io {
         /// File or folder.
         path: PathBuf,
-        /// What was being done, for example "cannot read".
+        /// Action that failed, for example "cannot read".
         action: &'static str,
         /// The system's answer.
         source: std::io::Error,
@@ -60,7 +60,7 @@ pub enum Error {
         /// Which parts, with both numbers.
         message: String,
     },
-    /// What is read takes more memory than it may, or than there is.
+    /// The file takes more memory than it may, or than there is.
     #[error(
         "{}: not enough memory: takes {} MB{}", path.display(), needed.div_ceil(1 << 20), of_allowed(*allowed)
     )]
@@ -69,7 +69,7 @@ pub enum Error {
         path: PathBuf,
         /// Needed for what is known of it, bytes.
         needed: u64,
-        /// What may be taken, bytes; `None` where the system refused.
+        /// Bytes allowed; `None` where the system refused.
         allowed: Option<u64>,
     },
     /// A scene, or a function of time, says something that can't be used.
@@ -77,7 +77,7 @@ pub enum Error {
     Description {
         /// Where: a path of keys such as `joints.axle.revolute.a`.
         location: String,
-        /// What was found, and what would be right.
+        /// Found and expected.
         message: String,
     },
     /// The output is there already.

@@ -1,4 +1,4 @@
-//! What the further columns of a basis answer to, as files name them, and what centrifugal forces do on any column.
+//! Sources of the further columns of a basis, as files name them, and the effect of centrifugal forces on any column.
 
 use std::fmt;
 
@@ -40,7 +40,7 @@ impl Answer<'static> {
 }
 
 impl<'a> Answer<'a> {
-    /// What a column of this name answers to; `None` for a name that `reduce` doesn't give.
+    /// Source of a column of this name; `None` for a name that `reduce` doesn't give.
     pub fn named(name: &'a str, dimension: Dimension) -> Option<Self> {
         let mut spins = Answer::spins(dimension).into_iter();
         match name.split_once(' ') {

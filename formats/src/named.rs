@@ -1,4 +1,4 @@
-//! How a scene's JSON is read where serde's own reading would let a mistake pass.
+//! JSON objects of scenes and components, read where serde's own reading would let a mistake pass.
 
 use std::borrow::Cow;
 use std::fmt;
@@ -59,7 +59,7 @@ where
 
 /// A value read by [`object`].
 #[derive(Clone, Debug, PartialEq)]
-pub(crate) struct Object<T>(pub T);
+pub struct Object<T>(pub T);
 
 impl<'de, T: Deserialize<'de>> Deserialize<'de> for Object<T> {
     fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {

@@ -47,7 +47,7 @@ unsafe impl<A: GlobalAlloc> GlobalAlloc for EndsProgram<A> {
     }
 }
 
-/// What a program does at its end for want of memory.
+/// End of a program for want of memory.
 struct End {
     clean_up: fn(),
     remedy: &'static str,
@@ -77,7 +77,7 @@ pub fn demand(bytes: usize) {
     }
 }
 
-/// What the program is at, for the message.
+/// Present task of the program, for the message.
 pub fn at_stage(name: &str) {
     let bytes = name.bytes().chain(std::iter::repeat(0));
     for (place, byte) in STAGE_NAME.iter().zip(bytes) {

@@ -24,7 +24,7 @@ pub struct Snapshot {
     hash: Hash,
 }
 
-/// What changes when somebody writes to a file.
+/// Traces that a write leaves on a file.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 struct Stamp {
     length: u64,

@@ -121,7 +121,7 @@ pub struct Stiffening {
 /// Further columns X of the reduced basis, optional.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Enrichment {
-    /// What each column answers to, (n_x); empty where the file doesn't say.
+    /// Source of each column, (n_x); empty where the file doesn't say.
     pub names: Vec<String>,
     /// (n_b, n_x).
     pub interface_shapes: Mat<f64>,
@@ -131,7 +131,7 @@ pub struct Enrichment {
     pub reduced_stiffness: Mat<f64>,
 }
 
-/// What the modes leave out as power moments: an error estimate follows from it over any band, optional.
+/// Power moments of the motions beyond the modes: an error estimate follows from them over any band, optional.
 ///
 /// M_1 = Σ c cᵀ / μ, M_2 = Σ c cᵀ / μ², M_3 = Σ c cᵀ / (μ² (μ + σ)), M_4 = Σ c cᵀ / (μ² (μ + σ)²) over the omitted modes, c their rows, μ
 /// their ω² and σ the shift. The rows L are those of the boundary, output interfaces included, and then the work of each further column's load.
@@ -181,7 +181,7 @@ pub struct PartLoad {
     pub work: Vec<f64>,
 }
 
-/// What was done, from what, with which results: for people and for `verify`.
+/// Provenance: the work done, its input and its results, for people and for `verify`.
 #[derive(Clone, Debug, PartialEq, Default)]
 pub struct Provenance {
     /// Program and version that wrote the superelement.
@@ -223,7 +223,7 @@ pub struct Superelement {
     pub stiffening: Stiffening,
     /// Further basis columns, if the file has them.
     pub enrichment: Option<Enrichment>,
-    /// What the modes leave out, if the file has it (since 1.2).
+    /// Power moments of the motions beyond the modes, if the file has them (since 1.2).
     pub moments: Option<Moments>,
     /// Loads on the inside of the part, by name.
     pub loads: Vec<PartLoad>,
@@ -242,7 +242,7 @@ impl Superelement {
         self.modes.eigenvalues.len()
     }
 
-    /// What a row of the boundary localization is called.
+    /// Name of a row of the boundary localization.
     pub fn row_name(&self, row: usize) -> String {
         let BoundaryRow {
             interface,
@@ -270,7 +270,7 @@ impl Superelement {
     }
 }
 
-/// What a row of an interface is called, the `place`th of its rows: by direction and node, where it has them.
+/// Name of a row of an interface, the `place`th of its rows: by direction and node, where it has them.
 pub fn row_name(
     interface: &str,
     direction: Option<Direction>,

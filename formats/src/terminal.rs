@@ -68,7 +68,7 @@ pub fn abridged(message: &str, most: usize) -> Cow<'_, str> {
     Cow::Owned(format!("{start} … {end}"))
 }
 
-/// What a program shows: printable, without endless lines and numbers. JSON stays the same JSON.
+/// Text as a program shows it: printable, without endless lines and numbers. JSON stays the same JSON.
 pub fn for_terminal(text: &str) -> String {
     let shown = printable(text);
     // Read to its end only if it is JSON.

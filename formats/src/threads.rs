@@ -30,7 +30,7 @@ pub struct Workers {
 }
 
 impl Workers {
-    /// What there is to say if there are fewer than were wanted.
+    /// Warning if there are fewer threads than were wanted.
     pub fn note(&self) -> Option<String> {
         let Self { wanted, running } = self;
         let s = if *running == 1 { "" } else { "s" };

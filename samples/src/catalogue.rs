@@ -15,7 +15,7 @@ pub struct Sample {
     pub name: &'static str,
     /// One line.
     pub description: &'static str,
-    /// What the refinement number means and its default, if the sample has one.
+    /// Meaning of the refinement number and its default, if the sample has one.
     pub refinement: Option<(&'static str, u32)>,
     make: fn(u32) -> Component,
 }

@@ -77,7 +77,7 @@ pub fn two_loose_blocks() -> Component {
     pair_of_blocks("two-loose-blocks", [0.05, 0.0, 0.0])
 }
 
-/// What two blocks have in common.
+/// Connection of two blocks.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Hinge {
     /// One edge: seven zero frequencies, the seventh is rotation about the edge.

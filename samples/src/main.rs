@@ -63,7 +63,7 @@ fn main() -> ExitCode {
     }
 }
 
-/// What to print, or why not.
+/// Text to print, or why there is none.
 fn run(command: Command) -> Result<String, String> {
     match command {
         Command::List => Ok(CATALOGUE.iter().map(describe).collect()),

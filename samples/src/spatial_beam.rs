@@ -61,7 +61,7 @@ impl BeamSection {
     }
 }
 
-/// What the beam's kinematics contain.
+/// Kinematics of the beam.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum BeamTheory {
     /// No shear deformation, no rotary inertia of bending.

@@ -1,4 +1,4 @@
-//! What the targets share: the readers take files.
+//! Common to the fuzz targets: the readers take files.
 
 use std::fs;
 use std::path::{Path, PathBuf};

@@ -20,7 +20,7 @@ pub struct Chart {
     pub notes: Vec<Note>,
 }
 
-/// What an axis shows.
+/// Quantity on an axis.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Axis {
     /// Quantity and unit, for example `time [s]`.
@@ -81,7 +81,7 @@ pub enum Style {
 /// A thin dashed line `y = c xᵖ` through a point: on logarithmic axes, a slope.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ReferenceSlope {
-    /// What stands at its end, for example `h²`.
+    /// Label at its end, for example `h²`.
     pub name: String,
     /// p.
     pub exponent: f64,
@@ -92,7 +92,7 @@ pub struct ReferenceSlope {
 /// A word or number beside a point of a chart.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Note {
-    /// What stands there.
+    /// Text of the label.
     pub text: String,
     /// The point.
     pub at: [f64; 2],

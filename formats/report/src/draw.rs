@@ -137,7 +137,7 @@ fn draw(
 
 type Failure<B> = plotters::drawing::DrawingAreaErrorKind<<B as DrawingBackend>::ErrorType>;
 
-/// What stands left and right of the axes, the same for all charts of a picture: their axes are aligned.
+/// Room left and right of the axes, the same for all charts of a picture: their axes are aligned.
 #[derive(Clone, Copy)]
 struct Widths {
     labels: u32,

@@ -20,7 +20,7 @@ use serde_json::Value;
 use dcb_formats::Error;
 use dcb_formats::output::write_text;
 
-/// What to do with rows that are there already.
+/// Treatment of rows that are there already.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Start {
     /// Keep them if their settings are the same, refuse otherwise.

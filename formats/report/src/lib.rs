@@ -1,4 +1,4 @@
-//! What a study leaves behind: rows that survive an interruption, tables, charts, and one page that shows them.
+//! The record of a study: rows that survive an interruption, tables, charts, and one page that shows them.
 //!
 //! A study does many runs with different options and asks what each costs and how far it is off. This module has what all
 //! studies share and knows nothing of reductions or motions:

@@ -7,7 +7,7 @@ use crate::chart::{Axis, Chart, Note, Series, Style};
 pub struct Candidate {
     /// Short name, for example the number of modes.
     pub label: String,
-    /// What it takes: a time, a number of unknowns.
+    /// Its cost: a time, a number of unknowns.
     pub cost: f64,
     /// How far it is off.
     pub error: f64,

@@ -14,13 +14,13 @@ use crate::Error;
 use crate::hdf5_files::container::{Container, on_large_stack};
 use crate::hdf5_files::digest;
 use crate::hdf5_files::inventory::{self, Finding, Hashes, Inventory};
-use crate::hdf5_files::version::{Kind, read_version, text_attribute};
+use crate::hdf5_files::version::{FileKind, read_version, text_attribute};
 use crate::identities;
 use crate::mesh::{CellBlock, Dof, Mesh};
 use crate::superelement::{RecoveryBasis, Superelement};
 
 /// What is read here.
-const KIND: Kind = Kind {
+const KIND: FileKind = FileKind {
     called: "a superelement",
     format: FORMAT,
     version: FORMAT_VERSION,

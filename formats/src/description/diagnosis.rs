@@ -1,4 +1,4 @@
-//! What is wrong with a JSON text, in words that name the place, what stands there and what would be right.
+//! Diagnosis of a JSON text: the place of the fault, what stands there and what would be right.
 
 use std::path::Path;
 

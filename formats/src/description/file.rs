@@ -1,13 +1,12 @@
 //! The component file as it stands on disk. The texts here are the descriptions in the published JSON schema.
 
+use crate::named::Object;
 use schemars::JsonSchema;
 use serde::Deserialize;
 use serde::de::IgnoredAny;
 
 use super::lists::{Connectivity, Keys, NodeList, PointSets, Points};
-use super::values::{
-    DirectionName, Dofs, ModalDamping, Number, Object, RayleighDamping, WeightsValue,
-};
+use super::values::{DirectionName, Dofs, ModalDamping, Number, RayleighDamping, WeightsValue};
 
 /// Component description: a meshio-compatible JSON mesh with one extra key, `component`.
 #[derive(Debug, Deserialize, JsonSchema)]
@@ -53,7 +52,7 @@ pub struct FilePart {
     /// Skipped, except that its names help to explain an unknown point set.
     #[serde(default)]
     pub cell_sets: Keys,
-    /// What the mesh alone doesn't say.
+    /// The component, beyond its mesh.
     pub component: Option<Object<ComponentPart>>,
 }
 
@@ -119,7 +118,7 @@ pub enum KindPart {
     Rigid,
 }
 
-/// What an interface is for.
+/// Purpose of an interface.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize, JsonSchema)]
 #[serde(rename_all = "lowercase")]
 #[schemars(rename = "Role")]

@@ -3,9 +3,9 @@
 use super::diagnosis::suggestion;
 use super::file::CellPart;
 use super::lists::{PointSets, Points};
-use super::values::Object;
 use super::{DofLayout, Fault, check_label, fault};
 use crate::mesh::{CellBlock, Dimension, Direction, DofMap, DofMapError, Mesh};
+use crate::named::Object;
 
 /// meshio's cell names and their node counts. Other names are kept as they are.
 const CELL_TYPES: [(&str, usize); 24] = [

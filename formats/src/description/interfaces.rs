@@ -7,10 +7,11 @@ use super::diagnosis::{listed, suggestion};
 use super::file::{InterfacePart, KindPart, RolePart};
 use super::geometry::{check_ids, check_repeats};
 use super::lists::NodeList;
-use super::values::{DirectionName, Number, Object, WeightsValue};
+use super::values::{DirectionName, Number, WeightsValue};
 use super::{DofLayout, Fault, check_label, fault};
 use crate::component::{Interface, InterfaceKind, Role, Weights};
 use crate::mesh::{Dimension, Direction, Mesh};
+use crate::named::Object;
 
 pub fn interfaces(
     parts: Vec<Object<InterfacePart>>,
@@ -81,7 +82,7 @@ fn check_rigid_overlap(interfaces: &[Interface]) -> Result<(), Fault> {
     Ok(())
 }
 
-/// What an interface request is checked against.
+/// Context that an interface request is checked against.
 struct Request<'a> {
     mesh: &'a Mesh,
     dofs: &'a DofLayout,

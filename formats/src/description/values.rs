@@ -2,7 +2,6 @@
 
 use std::borrow::Cow;
 use std::fmt;
-use std::marker::PhantomData;
 
 use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema};
 use serde::Deserialize;
@@ -306,13 +305,13 @@ impl<'de> Visitor<'de> for ModalDampingVisitor {
 #[derive(Debug)]
 pub enum RayleighDamping {
     Factors(Vec<f64>),
-    Through(RayleighPoints),
+    Through(RayleighRatios),
 }
 
 /// Ratios to critical at frequencies in cycles per time, two of each.
 #[derive(Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
-pub struct RayleighPoints {
+pub struct RayleighRatios {
     pub frequencies: Vec<Number>,
     pub ratios: Vec<Number>,
 }
@@ -354,45 +353,6 @@ impl<'de> Visitor<'de> for RayleighDampingVisitor {
     }
 
     fn visit_map<A: MapAccess<'de>>(self, map: A) -> Result<RayleighDamping, A::Error> {
-        RayleighPoints::deserialize(MapAccessDeserializer::new(map)).map(RayleighDamping::Through)
-    }
-}
-
-/// A JSON object, and nothing else: derived structs alone would take a list of their fields as well.
-#[derive(Debug)]
-pub struct Object<T>(pub T);
-
-impl<'de, T: Deserialize<'de>> Deserialize<'de> for Object<T> {
-    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
-        deserializer.deserialize_map(ObjectVisitor(PhantomData))
-    }
-}
-
-impl<T: JsonSchema> JsonSchema for Object<T> {
-    fn inline_schema() -> bool {
-        T::inline_schema()
-    }
-    fn schema_name() -> Cow<'static, str> {
-        T::schema_name()
-    }
-    fn schema_id() -> Cow<'static, str> {
-        T::schema_id()
-    }
-    fn json_schema(generator: &mut SchemaGenerator) -> Schema {
-        T::json_schema(generator)
-    }
-}
-
-struct ObjectVisitor<T>(PhantomData<T>);
-
-impl<'de, T: Deserialize<'de>> Visitor<'de> for ObjectVisitor<T> {
-    type Value = Object<T>;
-
-    fn expecting(&self, f: &mut fmt::Formatter) -> fmt::Result {
-        f.write_str("an object {...}")
-    }
-
-    fn visit_map<A: MapAccess<'de>>(self, map: A) -> Result<Object<T>, A::Error> {
-        T::deserialize(MapAccessDeserializer::new(map)).map(Object)
+        RayleighRatios::deserialize(MapAccessDeserializer::new(map)).map(RayleighDamping::Through)
     }
 }

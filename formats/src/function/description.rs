@@ -75,7 +75,7 @@ pub struct Table {
     /// As many as times.
     #[schemars(extend("minItems" = 2))]
     pub values: Vec<f64>,
-    /// What happens between the points.
+    /// Interpolation between the points.
     #[serde(default)]
     pub interpolation: Interpolation,
 }

@@ -1,4 +1,4 @@
-//! What a formula may call: functions of second-order dual numbers, which carry first and second derivatives.
+//! Functions that a formula may call, of second-order dual numbers, which carry first and second derivatives.
 
 use num_dual::{Dual2_64, DualNum};
 
@@ -46,7 +46,7 @@ pub enum Pair {
     Or,
 }
 
-/// What a name before a bracket stands for.
+/// Meaning of a name before a bracket.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Callable {
     One(Elementary),

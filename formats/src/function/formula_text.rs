@@ -9,7 +9,7 @@ use serde::{Serialize, Serializer};
 pub struct FormulaText {
     /// The formula.
     pub text: String,
-    /// What names beside `t`, `pi` and `e` stand for.
+    /// Values of the names beside `t`, `pi` and `e`.
     pub constants: Arc<[(String, f64)]>,
 }
 

@@ -7,6 +7,7 @@ mod chirp;
 mod description;
 mod elementary;
 mod formula;
+mod formula_parser;
 mod formula_text;
 mod piecewise;
 mod pulse;
@@ -44,10 +45,10 @@ pub struct FunctionValue {
 
 /// A function of time that has been checked and can be evaluated.
 #[derive(Clone, Debug, PartialEq)]
-pub struct TimeFunction(Kind);
+pub struct TimeFunction(FunctionForm);
 
 #[derive(Clone, Debug, PartialEq)]
-enum Kind {
+enum FunctionForm {
     Polynomial(Vec<f64>),
     Wave(Wave),
     Piecewise(Piecewise),
@@ -102,32 +103,32 @@ impl TimeFunction {
     pub fn new(function: &Function) -> Result<Self, Error> {
         function.check()?;
         Ok(Self(match function {
-            Function::Constant(value) => Kind::Polynomial(vec![*value]),
-            Function::Polynomial(coefficients) => Kind::Polynomial(coefficients.clone()),
-            Function::Harmonic(harmonic) => Kind::Wave(Wave {
+            Function::Constant(value) => FunctionForm::Polynomial(vec![*value]),
+            Function::Polynomial(coefficients) => FunctionForm::Polynomial(coefficients.clone()),
+            Function::Harmonic(harmonic) => FunctionForm::Wave(Wave {
                 offset: harmonic.offset,
                 drift: 0.0,
                 amplitude: harmonic.amplitude,
                 angular_frequency: harmonic.radians_per_time(),
                 phase: harmonic.phase,
             }),
-            Function::Table(table) => Kind::Piecewise(match table.interpolation {
+            Function::Table(table) => FunctionForm::Piecewise(match table.interpolation {
                 Interpolation::Smooth => Piecewise::smooth(&table.times, &table.values),
                 Interpolation::Pchip => Piecewise::monotone(&table.times, &table.values),
                 Interpolation::Spline => Piecewise::spline(&table.times, &table.values),
                 Interpolation::Linear => Piecewise::linear(&table.times, &table.values),
             }),
             Function::SmoothStep(step) => match step.profile {
-                Profile::Polynomial => Kind::Piecewise(step.quintic()),
-                Profile::Cycloidal => Kind::Law(Law::Cycloid(step.cycloid())),
+                Profile::Polynomial => FunctionForm::Piecewise(step.quintic()),
+                Profile::Cycloidal => FunctionForm::Law(Law::Cycloid(step.cycloid())),
             },
-            Function::Trapezoid(trapezoid) => Kind::Piecewise(trapezoid.piecewise()),
-            Function::Chirp(chirp) => Kind::Chirp(*chirp),
-            Function::Pulse(pulse) => Kind::Law(Law::Pulse(*pulse)),
+            Function::Trapezoid(trapezoid) => FunctionForm::Piecewise(trapezoid.piecewise()),
+            Function::Chirp(chirp) => FunctionForm::Chirp(*chirp),
+            Function::Pulse(pulse) => FunctionForm::Law(Law::Pulse(*pulse)),
             Function::Formula(formula) => {
-                Kind::Formula(Formula::parse(&formula.text, &formula.constants)?)
+                FunctionForm::Formula(Formula::parse(&formula.text, &formula.constants)?)
             }
-            Function::Input(_) => Kind::Input,
+            Function::Input(_) => FunctionForm::Input,
         }))
     }
 
@@ -142,7 +143,7 @@ impl TimeFunction {
     pub fn integral_of(function: &Function, end: f64) -> Result<Self, Error> {
         let Self(kind) = Self::new(function)?;
         Ok(Self(match kind {
-            Kind::Polynomial(coefficients) => Kind::Polynomial(
+            FunctionForm::Polynomial(coefficients) => FunctionForm::Polynomial(
                 std::iter::once(0.0)
                     .chain(
                         coefficients
@@ -152,15 +153,19 @@ impl TimeFunction {
                     )
                     .collect(),
             ),
-            Kind::Wave(wave) => Kind::Wave(wave.integral()),
-            Kind::Piecewise(table) => Kind::Piecewise(table.integral()),
-            Kind::Law(law) => {
+            FunctionForm::Wave(wave) => FunctionForm::Wave(wave.integral()),
+            FunctionForm::Piecewise(table) => FunctionForm::Piecewise(table.integral()),
+            FunctionForm::Law(law) => {
                 let at_zero = law.antiderivative(0.0);
-                Kind::IntegratedLaw(law, at_zero)
+                FunctionForm::IntegratedLaw(law, at_zero)
             }
-            Kind::Formula(formula) => tabulated(Integrand::Formula(formula), "formula", end)?,
-            Kind::Chirp(chirp) => tabulated(Integrand::Chirp(chirp), "chirp", end)?,
-            Kind::Input | Kind::RunningIntegral(_) | Kind::IntegratedLaw(..) => {
+            FunctionForm::Formula(formula) => {
+                tabulated(Integrand::Formula(formula), "formula", end)?
+            }
+            FunctionForm::Chirp(chirp) => tabulated(Integrand::Chirp(chirp), "chirp", end)?,
+            FunctionForm::Input
+            | FunctionForm::RunningIntegral(_)
+            | FunctionForm::IntegratedLaw(..) => {
                 return Err(Error::described(
                     "input",
                     "can't be integrated over time, because its future is not known; drive the angle or the position",
@@ -172,15 +177,15 @@ impl TimeFunction {
     /// Times from zero to an end at which the value or a derivative may jump, ascending.
     pub fn breaks(&self, end: f64) -> Vec<f64> {
         let mut breaks = match &self.0 {
-            Kind::Piecewise(table) => table.breaks().to_vec(),
-            Kind::Law(law) | Kind::IntegratedLaw(law, _) => match law {
+            FunctionForm::Piecewise(table) => table.breaks().to_vec(),
+            FunctionForm::Law(law) | FunctionForm::IntegratedLaw(law, _) => match law {
                 Law::Cycloid(cycloid) => cycloid.breaks(),
                 Law::Pulse(pulse) => pulse.breaks(end),
             },
-            Kind::Chirp(chirp) => chirp.breaks(),
-            Kind::Formula(formula) => formula.breaks(end),
-            Kind::RunningIntegral(integral) => integral.breaks(),
-            Kind::Polynomial(_) | Kind::Wave(_) | Kind::Input => Vec::new(),
+            FunctionForm::Chirp(chirp) => chirp.breaks(),
+            FunctionForm::Formula(formula) => formula.breaks(end),
+            FunctionForm::RunningIntegral(integral) => integral.breaks(),
+            FunctionForm::Polynomial(_) | FunctionForm::Wave(_) | FunctionForm::Input => Vec::new(),
         };
         breaks.retain(|time| (0.0..=end).contains(time));
         breaks
@@ -192,11 +197,11 @@ impl TimeFunction {
     /// either. Does not allocate.
     pub fn evaluate(&self, time: f64, input: f64) -> FunctionValue {
         match &self.0 {
-            Kind::Polynomial(coefficients) => polynomial(coefficients, time),
-            Kind::Wave(wave) => wave.evaluate(time),
-            Kind::Piecewise(table) => table.evaluate(time),
-            Kind::Law(law) => law.evaluate(time),
-            Kind::IntegratedLaw(law, at_zero) => {
+            FunctionForm::Polynomial(coefficients) => polynomial(coefficients, time),
+            FunctionForm::Wave(wave) => wave.evaluate(time),
+            FunctionForm::Piecewise(table) => table.evaluate(time),
+            FunctionForm::Law(law) => law.evaluate(time),
+            FunctionForm::IntegratedLaw(law, at_zero) => {
                 let rate = law.evaluate(time);
                 FunctionValue {
                     value: law.antiderivative(time) - at_zero,
@@ -204,10 +209,10 @@ impl TimeFunction {
                     second_rate: rate.rate,
                 }
             }
-            Kind::Chirp(chirp) => chirp.evaluate(time),
-            Kind::Formula(formula) => formula.evaluate(time),
-            Kind::RunningIntegral(integral) => integral.evaluate(time),
-            Kind::Input => FunctionValue {
+            FunctionForm::Chirp(chirp) => chirp.evaluate(time),
+            FunctionForm::Formula(formula) => formula.evaluate(time),
+            FunctionForm::RunningIntegral(integral) => integral.evaluate(time),
+            FunctionForm::Input => FunctionValue {
                 value: input,
                 ..FunctionValue::default()
             },
@@ -216,9 +221,9 @@ impl TimeFunction {
 }
 
 /// The integral of what has none in closed form.
-fn tabulated(integrand: Integrand, key: &str, end: f64) -> Result<Kind, Error> {
+fn tabulated(integrand: Integrand, key: &str, end: f64) -> Result<FunctionForm, Error> {
     if end > 0.0 {
-        return Ok(Kind::RunningIntegral(RunningIntegral::tabulate(
+        return Ok(FunctionForm::RunningIntegral(RunningIntegral::tabulate(
             integrand, end,
         )?));
     }

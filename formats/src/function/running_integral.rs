@@ -30,7 +30,7 @@ const MOST_SPANS: usize = 100_000;
 /// Rounding that a time may lie outside of the table, relative to its end.
 const SLACK: f64 = 1e-9;
 
-/// What is integrated.
+/// Integrand.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Integrand {
     /// A formula.

@@ -9,7 +9,7 @@ use hdf5_pure::{AttrValue, Datatype};
 
 use crate::terminal::shortened;
 
-/// What an attribute may hold.
+/// Value of an attribute.
 #[derive(Clone, PartialEq)]
 pub(crate) enum Value {
     /// One string.

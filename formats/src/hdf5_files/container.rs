@@ -9,12 +9,12 @@ use std::sync::{Arc, Mutex, PoisonError};
 
 use hdf5_pure::{FormatError, ReadSeekSource, Source};
 
-/// What one step may read beyond the file's own length: the small parts of a small file are read many times.
+/// Bytes that one step may read beyond the file's own length: metadata of a small file is read many times.
 pub(crate) const SPARE_BYTES: u64 = 1 << 24;
 /// The pages of the file that are kept, 1 MiB in all.
 const PAGE_BYTES: u64 = 1 << 12;
 const MOST_PAGES: usize = 256;
-/// What HDF5 writes into the header of every extensible array, an index of chunks: bits of the number of elements,
+/// First bytes of the header of every extensible array, an index of chunks, as HDF5 writes them: bits of the number of elements,
 /// elements in the index, elements of the smallest block, blocks in the index, bits of the elements of a page.
 const EXTENSIBLE_ARRAY: [u8; 5] = [32, 4, 16, 4, 10];
 /// Enough for the deepest element type that HDF5 can describe (64 KiB, 8 bytes a level), which the library

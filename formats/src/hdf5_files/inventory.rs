@@ -1,4 +1,4 @@
-//! What a file holds: every dataset's type, shape and claimed hash, and every attribute, without reading any data.
+//! Inventory of a file: every dataset's type, shape and claimed hash, and every attribute, without reading any data.
 
 use std::collections::BTreeMap;
 
@@ -45,7 +45,7 @@ pub(crate) struct Finding {
 }
 
 impl Finding {
-    /// What is wrong at a path.
+    /// Fault at a path.
     pub(crate) fn at(path: &str, message: impl Into<String>) -> Self {
         Self {
             path: path.to_owned(),

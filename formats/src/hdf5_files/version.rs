@@ -1,4 +1,4 @@
-//! What kind of file it is and of which version, and other things that every file must say.
+//! FileKind and version of a file, and other attributes that every file must have.
 
 use std::collections::BTreeMap;
 
@@ -27,8 +27,8 @@ pub(crate) fn missing(path: &str) -> Finding {
 }
 
 /// The kind of file that a program reads.
-pub(crate) struct Kind {
-    /// What people call it, with its article.
+pub(crate) struct FileKind {
+    /// Usual name, with its article.
     pub(crate) called: &'static str,
     /// Its attribute `format`.
     pub(crate) format: &'static str,
@@ -39,7 +39,7 @@ pub(crate) struct Kind {
 /// Format and version, before anything else is believed.
 pub(crate) fn read_version(
     attributes: &BTreeMap<String, Value>,
-    kind: &Kind,
+    kind: &FileKind,
 ) -> Result<FormatVersion, Finding> {
     let called = kind.called;
     let root = |message: String| Finding::at("/", message);

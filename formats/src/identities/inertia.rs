@@ -15,7 +15,7 @@ use crate::superelement::{FrameKind, Superelement};
 /// shapes, whose rotations can take back as much of the motion between nodes.
 const NODAL_EXCESS: f64 = 8.0;
 
-/// What may be left of a trace: attachments hold up to 2e-9 of the kept modes.
+/// Largest rest of a trace: attachments hold up to 2e-9 of the kept modes.
 const TRACE_LIMIT: f64 = 1e-6;
 
 /// Where L3 and I2 come from.
@@ -31,7 +31,7 @@ pub enum Couplings {
 }
 
 impl Couplings {
-    /// What the maker of a superelement says.
+    /// Value that the maker of a superelement states.
     pub fn of(of: &Superelement) -> Self {
         let said = of.provenance.quality.get("couplings");
         said.and_then(|said| Self::deserialize(said).ok())

@@ -12,7 +12,7 @@ use super::scaled::larger;
 use crate::further_column::Answer;
 use crate::superelement::{Enrichment, Superelement};
 
-/// What solutions with different right sides may differ by.
+/// Largest difference of solutions with different right sides.
 const WORK_LIMIT: f64 = 1e-6;
 
 pub(super) fn in_full(of: &Superelement) -> Vec<Identity> {

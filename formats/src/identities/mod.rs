@@ -1,4 +1,4 @@
-//! What the numbers of a superelement have to do with each other: identities and bounds that hold whoever made it.
+//! Identities and bounds between the numbers of a superelement: they hold whoever made it.
 //!
 //! `docs/format.md` has the table of all of them, with the reasons. [`at_load`] has those that cost next to nothing; whoever is about
 //! to use a superelement's numbers asks for them ([`SuperelementFile::for_dynamics`](crate::dcb::SuperelementFile::for_dynamics)).
@@ -30,11 +30,11 @@ const AGREEMENT: f64 = 1e-8;
 pub struct Identity {
     /// The dataset that it is about, or the first of those that contradict each other.
     pub path: &'static str,
-    /// What must hold.
+    /// Statement that must hold.
     pub what: &'static str,
     /// How far it is from holding, without unit.
     pub defect: f64,
-    /// What it may be.
+    /// Largest defect allowed.
     pub limit: f64,
 }
 

@@ -13,7 +13,7 @@ use super::residual::{is_attached, may_be_cut};
 use super::scaled::{larger, negative_part, reciprocal};
 use crate::superelement::{Moments, Superelement};
 
-/// What rounding in the moments of a row may be, for the row to be compared.
+/// Largest rounding in the moments of a row that is compared.
 const TRUSTED: f64 = 1e-7;
 const ORDER_LIMIT: f64 = 1e-6;
 
@@ -36,37 +36,30 @@ fn reciprocals(sizes: &[f64]) -> Vec<f64> {
     sizes.iter().copied().map(reciprocal).collect()
 }
 
-fn among_each_other(moments: &Moments) -> Vec<Identity> {
+/// Scales of rows by their sizes. A row whose moments are rounding isn't compared: its scale is zero.
+fn scales(moments: &Moments, sizes: &[f64]) -> Vec<f64> {
+    let scales = reciprocals(sizes).into_iter();
+    let trusted = scales.zip(&moments.rounding);
+    trusted
+        .map(|(scale, rounding)| if *rounding <= TRUSTED { scale } else { 0.0 })
+        .collect()
+}
+
+/// Size of each row: the larger one of both matrices.
+fn larger_sizes(a: &Mat<f64>, b: &Mat<f64>, by: f64) -> Vec<f64> {
+    (0..a.nrows())
+        .map(|i| a[(i, i)].abs().max(by * b[(i, i)].abs()).sqrt())
+        .collect()
+}
+
+/// Negative part of `[M_2 M_3; M_3 M_4]`.
+fn hankel_defect(moments: &Moments) -> f64 {
     let Moments {
-        first,
         second,
         third,
         fourth,
         ..
     } = moments;
-    let bound = match moments.eigenvalue_bound {
-        finite if finite.is_finite() => finite,
-        // Nothing with mass was left out.
-        _ => 0.0,
-    };
-    let shifted = bound + moments.shift;
-    // A row counts as much as it has in either; rows that are rounding aren't compared.
-    let scale = |sizes: Vec<f64>| -> Vec<f64> {
-        let scales = reciprocals(&sizes).into_iter();
-        let trusted = scales.zip(&moments.rounding);
-        trusted
-            .map(|(scale, rounding)| if *rounding <= TRUSTED { scale } else { 0.0 })
-            .collect()
-    };
-    let larger_of = |a: &Mat<f64>, b: &Mat<f64>, by: f64| -> Vec<f64> {
-        (0..a.nrows())
-            .map(|i| a[(i, i)].abs().max(by * b[(i, i)].abs()).sqrt())
-            .collect()
-    };
-    let falls = |upper: &Mat<f64>, lower: &Mat<f64>, by: f64| {
-        let difference = upper - lower * Scale(by);
-        negative_part(difference.as_ref(), &scale(larger_of(upper, lower, by)))
-    };
     let n = second.nrows();
     let hankel = Mat::from_fn(2 * n, 2 * n, |i, j| {
         let of = match (i < n, j < n) {
@@ -87,10 +80,32 @@ fn among_each_other(moments: &Moments) -> Vec<Identity> {
         fourth[(i, i)].abs().max(least).sqrt()
     });
     let both = [
-        scale(larger_of(second, second, 1.0)),
-        scale(fourths.collect()),
+        scales(moments, &larger_sizes(second, second, 1.0)),
+        scales(moments, &fourths.collect::<Vec<_>>()),
     ]
     .concat();
+    negative_part(hankel.as_ref(), &both)
+}
+
+fn among_each_other(moments: &Moments) -> Vec<Identity> {
+    let Moments {
+        first,
+        second,
+        third,
+        fourth,
+        ..
+    } = moments;
+    let bound = match moments.eigenvalue_bound {
+        finite if finite.is_finite() => finite,
+        // Nothing with mass was left out.
+        _ => 0.0,
+    };
+    let shifted = bound + moments.shift;
+    let falls = |upper: &Mat<f64>, lower: &Mat<f64>, by: f64| {
+        let difference = upper - lower * Scale(by);
+        let sizes = larger_sizes(upper, lower, by);
+        negative_part(difference.as_ref(), &scales(moments, &sizes))
+    };
     let identity = |path, what, defect| Identity {
         path,
         what,
@@ -116,7 +131,7 @@ fn among_each_other(moments: &Moments) -> Vec<Identity> {
         identity(
             "/error/moment_4",
             "M_2, M_3 and M_4 are moments of one measure (negative part)",
-            negative_part(hankel.as_ref(), &both),
+            hankel_defect(moments),
         ),
     ]
 }

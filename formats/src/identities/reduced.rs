@@ -15,7 +15,7 @@ use super::scaled::{larger, negative_part, reciprocal};
 use super::{AGREEMENT, Identity, LOAD_LIMIT};
 use crate::superelement::{Enrichment, Superelement};
 
-/// What may be left of a zero or of an equal entry.
+/// Largest rest of a zero or of an equal entry.
 const BLOCK_LIMIT: f64 = 1e-6;
 
 const MASS: &str = "/reduced/mass";
@@ -222,7 +222,7 @@ fn quotients(of: &Superelement, enrichment: &Enrichment) -> Identity {
     }
 }
 
-/// What attachments and further columns have to do with each other in K is what further columns do at the rows: K G_res L_bᵀ = P' L_bᵀ,
+/// Connection of attachments and further columns in K: further columns at the rows, K G_res L_bᵀ = P' L_bᵀ,
 /// and further columns have no share of the motions that P' takes out.
 fn work_at_rows(of: &Superelement, enrichment: &Enrichment, sizes: &Sizes) -> Option<Identity> {
     if may_be_cut(of) {

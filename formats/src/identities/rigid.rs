@@ -73,7 +73,7 @@ fn from_geometry(of: &Superelement, shapes: &Mat<f64>) -> Identity {
     }
 }
 
-/// What a row sees of a unit rotation about an axis.
+/// Displacement of a row in a unit rotation about an axis.
 fn turned(row: &BoundaryRow, axis: usize) -> f64 {
     let direction = usize::try_from(row.direction).unwrap_or(0);
     if direction >= 3 {

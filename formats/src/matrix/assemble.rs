@@ -292,7 +292,7 @@ fn split_at_ranges<'a>(
     parts
 }
 
-/// What sorting and summing did to a range of columns.
+/// Effect of sorting and summing a range of columns.
 #[derive(Debug, Default)]
 struct Settled {
     /// Length of each column; empty if all are what they were.

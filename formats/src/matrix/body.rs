@@ -11,8 +11,8 @@ use rayon::{Scope, Yield};
 use super::MatrixReader;
 use super::bytes::{BLOCK, TextBlocks};
 use super::entries::{Entries, Triplet};
-use super::header::{Field, Header, Layout, Symmetry, shown};
-use super::number::{self, NotANumber};
+use super::entry_reader::{BadEntry, EntryReader};
+use super::header::{Layout, MatrixHeader, Symmetry};
 use crate::Error;
 
 /// Blocks for each thread that are in memory together.
@@ -45,13 +45,6 @@ pub(super) struct Block {
     missing_bytes: u64,
 }
 
-/// A bad place: its line in the block, 0-based.
-#[derive(Debug)]
-struct BadEntry {
-    line: u32,
-    message: String,
-}
-
 /// The blocks of a file.
 pub(super) struct Blocks {
     pub(super) blocks: Vec<Block>,
@@ -71,7 +64,7 @@ impl Blocks {
     }
 
     /// Compares the number of entries with the size line; the first bad line in file order is told.
-    fn check(&self, path: &Path, header: &Header) -> Result<(), Error> {
+    fn check(&self, path: &Path, header: &MatrixHeader) -> Result<(), Error> {
         let bad = |line, message| Error::Line {
             path: path.into(),
             line,
@@ -121,7 +114,7 @@ impl Blocks {
 pub(super) fn read_entries(
     path: &Path,
     text: &mut TextBlocks,
-    header: &Header,
+    header: &MatrixHeader,
     memory: &MatrixReader,
 ) -> Result<Blocks, Error> {
     let blocks = rayon::scope(|scope| Reading::new(header).read(scope, path, text, memory))?;
@@ -136,7 +129,7 @@ pub(super) fn read_entries(
     Ok(blocks)
 }
 
-/// What a thread has made of a block: its number, its entries, and the buffer for another one.
+/// A block read by a thread: its number, its entries, and the buffer for another one.
 type Done = (usize, Block, Vec<u8>);
 
 /// A block that is worked on. It is handed back however the work ends, so that nobody waits for it for ever.
@@ -148,7 +141,7 @@ struct Work {
 }
 
 impl Work {
-    fn read(mut self, used: usize, header: &Header) {
+    fn read(mut self, used: usize, header: &MatrixHeader) {
         self.block = read_block(&self.buffer[..used], header);
     }
 }
@@ -166,7 +159,7 @@ impl Drop for Work {
 
 /// Blocks on their way through the threads.
 struct Reading<'h> {
-    header: &'h Header,
+    header: &'h MatrixHeader,
     sender: Sender<Done>,
     receiver: Receiver<Done>,
     blocks: Vec<Block>,
@@ -179,7 +172,7 @@ struct Reading<'h> {
 }
 
 impl<'h> Reading<'h> {
-    fn new(header: &'h Header) -> Self {
+    fn new(header: &'h MatrixHeader) -> Self {
         let (sender, receiver) = channel();
         Self {
             header,
@@ -272,7 +265,7 @@ impl<'h> Reading<'h> {
 }
 
 /// Reads the lines of one block; an error ends it and keeps what was read before.
-fn read_block(text: &[u8], header: &Header) -> Block {
+fn read_block(text: &[u8], header: &MatrixHeader) -> Block {
     let capacity = likely_line_count(text);
     let Some(entries) = Entries::with_capacity(capacity) else {
         return Block {
@@ -284,11 +277,7 @@ fn read_block(text: &[u8], header: &Header) -> Block {
         entries,
         ..Block::default()
     };
-    let mut reader = Reader {
-        text,
-        at: 0,
-        line: 0,
-    };
+    let mut reader = EntryReader::new(text);
     let mut expected_line = 0;
     while reader.advance_to_entry() {
         match reader.entry(header) {
@@ -348,172 +337,9 @@ impl Block {
 
 const _: () = assert!(BLOCK < u32::MAX as usize);
 
-struct Reader<'a> {
-    text: &'a [u8],
-    at: usize,
-    /// 0-based.
-    line: u32,
-}
-
-impl Reader<'_> {
-    /// Skips blanks, line ends and comment lines; false at the end.
-    #[inline(always)]
-    fn advance_to_entry(&mut self) -> bool {
-        while let Some(&byte) = self.text.get(self.at) {
-            match byte {
-                b' ' | b'\t' | b'\r' => self.at += 1,
-                b'\n' => {
-                    self.at += 1;
-                    self.line += 1;
-                }
-                b'%' => self.at += self.rest_of_line().len(),
-                _ => return true,
-            }
-        }
-        false
-    }
-
-    #[inline(always)]
-    fn entry(&mut self, header: &Header) -> Result<Triplet, BadEntry> {
-        let (mut row, mut column) = (0, 0);
-        if header.layout == Layout::Coordinate {
-            row = self.index("row", header.rows)?;
-            if !header.is_vector {
-                self.gap("a column")?;
-                column = self.index("column", header.columns)?;
-            }
-            if header.field != Field::Pattern {
-                self.gap("a value")?;
-            }
-        }
-        let value = match header.field {
-            Field::Pattern => 1.0,
-            Field::Real => self.value(number::real(&self.text[self.at..]))?,
-            Field::Integer => self.value(number::integer(&self.text[self.at..]))?,
-        };
-        self.end_of_entry()?;
-        if header.symmetry == Symmetry::Skew
-            && header.layout == Layout::Coordinate
-            && row == column
-            && value != 0.0
-        {
-            let place = row + 1;
-            return Err(self.refuse(format!(
-                "({place}, {place}) = {value:e} in a skew-symmetric matrix; its diagonal is zero"
-            )));
-        }
-        Ok(Triplet { row, column, value })
-    }
-
-    /// A 1-based index, returned 0-based.
-    #[inline(always)]
-    fn index(&mut self, name: &str, count: usize) -> Result<u32, BadEntry> {
-        match number::unsigned(&self.text[self.at..]) {
-            Ok((index, length)) if index >= 1 && index <= count as u64 => {
-                self.at += length;
-                Ok((index - 1) as u32)
-            }
-            Ok((0, _)) => Err(self.refuse(format!("{name} 0; {name}s are counted from 1"))),
-            Ok((index, _)) => Err(self.refuse(format!(
-                "{name} {index} exceeds the announced {count} {name}s"
-            ))),
-            Err(NotANumber::OutOfRange) => Err(self.refuse(format!(
-                "{name} `{}` exceeds the announced {count} {name}s",
-                shown(self.word())
-            ))),
-            Err(_) => Err(self.refuse(format!(
-                "`{}`; expected a {name} from 1 to {count}",
-                shown(self.word())
-            ))),
-        }
-    }
-
-    #[inline(always)]
-    fn value(&mut self, read: Result<(f64, usize), NotANumber>) -> Result<f64, BadEntry> {
-        match read {
-            Ok((value, length)) if self.is_word_end(self.at + length) => {
-                self.at += length;
-                Ok(value)
-            }
-            Err(NotANumber::NotFinite) => Err(self.refuse(format!(
-                "value `{}`; expected a finite number",
-                shown(self.word())
-            ))),
-            Err(NotANumber::OutOfRange) => Err(self.refuse(format!(
-                "integer `{}` is beyond 64 bits",
-                shown(self.word())
-            ))),
-            _ => Err(self.refuse(format!("`{}`; expected a number", shown(self.word())))),
-        }
-    }
-
-    /// Blanks, then something on the same line.
-    #[inline(always)]
-    fn gap(&mut self, expected: &str) -> Result<(), BadEntry> {
-        let before = self.at;
-        self.skip_blanks();
-        match self.text.get(self.at) {
-            None | Some(b'\n') => Err(self.refuse(format!("the line ends; expected {expected}"))),
-            Some(_) if self.at == before => Err(self.refuse(format!(
-                "`{}` after an index; expected a blank, then {expected}",
-                shown(self.word())
-            ))),
-            Some(_) => Ok(()),
-        }
-    }
-
-    #[inline(always)]
-    fn end_of_entry(&mut self) -> Result<(), BadEntry> {
-        self.skip_blanks();
-        match self.text.get(self.at) {
-            None | Some(b'\n') => Ok(()),
-            Some(_) => Err(self.refuse(format!(
-                "`{}` after the entry; expected the end of the line",
-                shown(self.word())
-            ))),
-        }
-    }
-
-    #[inline(always)]
-    fn skip_blanks(&mut self) {
-        while matches!(self.text.get(self.at), Some(b' ' | b'\t' | b'\r')) {
-            self.at += 1;
-        }
-    }
-
-    #[inline(always)]
-    fn is_word_end(&self, at: usize) -> bool {
-        matches!(self.text.get(at), None | Some(b' ' | b'\t' | b'\r' | b'\n'))
-    }
-
-    fn rest_of_line(&self) -> &[u8] {
-        let rest = &self.text[self.at..];
-        &rest[..rest
-            .iter()
-            .position(|&byte| byte == b'\n')
-            .unwrap_or(rest.len())]
-    }
-
-    fn word(&self) -> &[u8] {
-        let rest = self.rest_of_line();
-        &rest[..rest
-            .iter()
-            .position(u8::is_ascii_whitespace)
-            .unwrap_or(rest.len())]
-    }
-
-    #[cold]
-    fn refuse(&self, message: String) -> BadEntry {
-        BadEntry {
-            line: self.line,
-            message,
-        }
-    }
-}
-
 /// Gives array values their places, column after column; of symmetric arrays the file holds the lower triangle, of skew ones
 /// the strictly lower. Zeros are dropped: in a dense listing they say that there is no entry.
-fn place_array_values(blocks: &mut [Block], header: &Header) {
+fn place_array_values(blocks: &mut [Block], header: &MatrixHeader) {
     let first_row = |column: usize| match header.symmetry {
         Symmetry::General => 0,
         Symmetry::Symmetric | Symmetry::Hermitian => column,

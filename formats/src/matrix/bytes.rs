@@ -19,7 +19,7 @@ const LOOKED_THROUGH: u64 = 1 << 30;
 /// The text of a matrix file.
 pub(super) struct TextBlocks {
     path: PathBuf,
-    source: Source,
+    source: TextSource,
     /// Read, but not given out.
     pending: Vec<u8>,
     is_at_end: bool,
@@ -30,12 +30,12 @@ pub(super) struct TextBlocks {
 /// A file of which the first bytes, looked at already, come again.
 type PutBack = Chain<Cursor<Vec<u8>>, BufReader<Snapshot>>;
 
-enum Source {
+enum TextSource {
     Plain(Snapshot),
     Gzip(Box<MultiGzDecoder<PutBack>>),
 }
 
-impl Source {
+impl TextSource {
     fn snapshot(&self) -> &Snapshot {
         match self {
             Self::Plain(file) => file,
@@ -59,9 +59,9 @@ impl TextBlocks {
         let (source, pending) = if start.starts_with(GZIP_MAGIC) {
             let packed = Cursor::new(start).chain(BufReader::with_capacity(PACKED_BLOCK, file));
             let decoder = MultiGzDecoder::new(packed);
-            (Source::Gzip(Box::new(decoder)), Vec::new())
+            (TextSource::Gzip(Box::new(decoder)), Vec::new())
         } else {
-            (Source::Plain(file), start)
+            (TextSource::Plain(file), start)
         };
         let mut blocks = Self {
             path: path.into(),
@@ -88,8 +88,8 @@ impl TextBlocks {
     pub(super) fn text_length(&self) -> Option<u64> {
         match &self.source {
             _ if self.is_at_end => Some(self.length),
-            Source::Plain(file) => file.length(),
-            Source::Gzip(_) => None,
+            TextSource::Plain(file) => file.length(),
+            TextSource::Gzip(_) => None,
         }
     }
 
@@ -124,8 +124,8 @@ impl TextBlocks {
         let mut at = 0;
         while at < room.len() && !self.is_at_end {
             let read = match &mut self.source {
-                Source::Plain(file) => file.read(&mut room[at..]),
-                Source::Gzip(decoder) => decoder.read(&mut room[at..]),
+                TextSource::Plain(file) => file.read(&mut room[at..]),
+                TextSource::Gzip(decoder) => decoder.read(&mut room[at..]),
             };
             match read {
                 Ok(0) => self.is_at_end = true,
@@ -143,7 +143,7 @@ impl TextBlocks {
     fn unreadable(&self, source: std::io::Error) -> Error {
         match &self.source {
             _ if self.source.snapshot().is_changed() => self.source.snapshot().changed(),
-            Source::Gzip(_)
+            TextSource::Gzip(_)
                 if matches!(
                     source.kind(),
                     ErrorKind::InvalidInput | ErrorKind::InvalidData | ErrorKind::UnexpectedEof
@@ -191,7 +191,7 @@ impl TextBlocks {
     /// Says what is wrong with the file as a whole, which may be why its text can't be used: that it was changed, or gzip data
     /// that turn out to be damaged.
     pub(super) fn reason_or(mut self, found: Error) -> Error {
-        if let Source::Gzip(decoder) = &mut self.source {
+        if let TextSource::Gzip(decoder) = &mut self.source {
             let mut rest = decoder.take(LOOKED_THROUGH);
             let mut buffer = vec![0; BLOCK];
             loop {
@@ -216,8 +216,8 @@ impl TextBlocks {
     /// As [`Snapshot::finish`].
     pub(super) fn finish(self) -> Result<String, Error> {
         match self.source {
-            Source::Plain(file) => file.finish(),
-            Source::Gzip(decoder) => decoder.into_inner().into_inner().1.into_inner().finish(),
+            TextSource::Plain(file) => file.finish(),
+            TextSource::Gzip(decoder) => decoder.into_inner().into_inner().1.into_inner().finish(),
         }
     }
 }

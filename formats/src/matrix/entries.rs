@@ -28,14 +28,14 @@ pub(super) struct Entries {
 #[derive(Clone, Copy, Debug)]
 struct Run {
     start: u32,
-    along: Line,
+    along: RowOrColumn,
 }
 
 /// A row or a column, told apart by the bit that no index has.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-struct Line(u32);
+struct RowOrColumn(u32);
 
-impl Line {
+impl RowOrColumn {
     const IS_COLUMN: u32 = 1 << 31;
 
     fn row(index: u32) -> Self {
@@ -137,8 +137,8 @@ impl Entries {
     #[inline(always)]
     pub(super) fn push(&mut self, entry: Triplet) {
         let other = match self.runs.last() {
-            Some(run) if run.along == Line::row(entry.row) => entry.column,
-            Some(run) if run.along == Line::column(entry.column) => entry.row,
+            Some(run) if run.along == RowOrColumn::row(entry.row) => entry.column,
+            Some(run) if run.along == RowOrColumn::column(entry.column) => entry.row,
             _ => self.begin_run(entry),
         };
         self.others.push(other);
@@ -154,13 +154,13 @@ impl Entries {
             && let (row, column) = run.along.place(self.others[before])
             && column == entry.column
         {
-            run.along = Line::column(column);
+            run.along = RowOrColumn::column(column);
             self.others[before] = row;
             return entry.row;
         }
         self.runs.push(Run {
             start: self.others.len() as u32,
-            along: Line::row(entry.row),
+            along: RowOrColumn::row(entry.row),
         });
         entry.column
     }

@@ -10,7 +10,7 @@ const LOOKED_AT: usize = 1 << 20;
 /// Where the section with the conversions is.
 const HOW: &str = "docs/component.md says how (\"Matrices of other programs\")";
 
-/// What a file that begins so is, and how it becomes Matrix Market; `None` for text and for what isn't known.
+/// Format of a file that begins so, and how it becomes Matrix Market; `None` for text and for unknown formats.
 pub(super) fn binary_format(start: &[u8]) -> Option<String> {
     let packed = |program: &str, unpack: &str| {
         format!("compressed with {program}; expected plain text or gzip ({unpack} it first)")
@@ -134,7 +134,7 @@ fn is_op4(start: &[u8]) -> bool {
         })
 }
 
-/// What text without a banner seems to be, given its first line that isn't blank.
+/// Likely format of text without a banner, given its first line that isn't blank.
 pub(super) fn text_format(text: &[u8], first: &[u8]) -> String {
     if first.is_empty() {
         return "empty file; expected a Matrix Market banner".into();

@@ -8,9 +8,11 @@
 //! plausible.
 
 mod assemble;
+mod banner;
 mod body;
 mod bytes;
 mod entries;
+mod entry_reader;
 mod foreign;
 mod header;
 mod number;
@@ -22,11 +24,11 @@ use std::path::Path;
 use assemble::{CannotAssemble, Columns, Expansion, full_count};
 use body::Blocks;
 use bytes::{BLOCK, TextBlocks};
-use header::{Field, Header, Layout, Symmetry};
+use header::{Field, Layout, MatrixHeader, Symmetry};
 
 use crate::{Error, SparseMatrix};
 
-/// What was found while reading a matrix.
+/// Report of reading a matrix.
 #[derive(Clone, Debug, PartialEq)]
 pub struct MatrixReport {
     /// File name without its folder.
@@ -177,7 +179,7 @@ impl MatrixReader {
         path: &Path,
         text: &mut TextBlocks,
         purpose: Purpose,
-    ) -> Result<(Header, Blocks), Error> {
+    ) -> Result<(MatrixHeader, Blocks), Error> {
         let header = read_header(path, text)?;
         if let Some(length) = text.text_length() {
             header.check_dimensions(path, length)?;
@@ -227,7 +229,7 @@ const BYTE_ORDER_MARK: &[u8] = b"\xef\xbb\xbf";
 const LONGEST_HEADER: usize = 1 << 26;
 
 /// Reads up to the size line; entries come next.
-fn read_header(path: &Path, text: &mut TextBlocks) -> Result<Header, Error> {
+fn read_header(path: &Path, text: &mut TextBlocks) -> Result<MatrixHeader, Error> {
     if text.pending().starts_with(BYTE_ORDER_MARK) {
         text.skip(BYTE_ORDER_MARK.len());
     }
@@ -239,7 +241,7 @@ fn read_header(path: &Path, text: &mut TextBlocks) -> Result<Header, Error> {
             Some(end) if !text.is_at_end() => end + 1,
             _ => pending.len(),
         };
-        if let Some(header) = Header::read(path, &pending[..whole])? {
+        if let Some(header) = MatrixHeader::read(path, &pending[..whole])? {
             text.skip(header.body_start);
             return Ok(header);
         }
@@ -264,7 +266,7 @@ fn read_header(path: &Path, text: &mut TextBlocks) -> Result<Header, Error> {
     }
 }
 
-fn refuse_as_operator(path: &Path, header: &Header) -> Result<(), Error> {
+fn refuse_as_operator(path: &Path, header: &MatrixHeader) -> Result<(), Error> {
     let expected = "a stiffness or mass matrix has to be real and symmetric";
     let refuse = |line, found: &str| {
         Err(Error::Line {

@@ -9,7 +9,7 @@ pub use unfinished::{UnfinishedFolder, remove_leftover, remove_leftovers, remove
 pub(crate) use whole::write_whole;
 pub use whole::{Counted, Stream, check_output, copy_whole, is_same_file, write_stream};
 
-/// What to do where the output exists already.
+/// Treatment of an output that exists already.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
 pub enum Replace {
     /// Leave it and say so.

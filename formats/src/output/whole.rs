@@ -125,7 +125,7 @@ pub(crate) fn write_whole(
     UnfinishedFolder::of(target, replace)?.write(target, replace, fill)
 }
 
-/// What a file is written through.
+/// Writer of a file.
 pub type Stream<'a> = BufWriter<Counted<'a>>;
 
 /// A file, and how many bytes were to be in it.

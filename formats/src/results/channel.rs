@@ -1,4 +1,4 @@
-//! What a channel records: its place in the file, its columns and their units.
+//! Channels of a recording: their places in the file, their columns and units.
 
 use std::collections::BTreeSet;
 
@@ -10,7 +10,7 @@ const DEEPEST: usize = 5;
 pub struct Channel {
     /// Group and name without a leading slash, for example `outputs/midpoint_deflection` or `interface_forces/rod/a`.
     pub path: String,
-    /// What each number of a row is; at least one.
+    /// Meaning of each number of a row; at least one.
     pub columns: Vec<Column>,
     /// One sentence for people.
     pub description: String,

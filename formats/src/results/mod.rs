@@ -14,20 +14,20 @@ mod reserve;
 mod write;
 
 pub use channel::{Channel, Column};
-pub use modes::{ModeShapes, Modes, frequency_unit};
+pub use modes::{ModeShapes, SystemModes, frequency_unit};
 pub use read::Results;
 pub use write::ResultsWriter;
 
 use crate::component::{Source, Units};
 use crate::hdf5_files::FormatVersion;
 
-/// What the attribute `format` of every results file says.
+/// Value of the attribute `format` of every results file.
 pub const FORMAT: &str = "dcb-results";
 
 /// The version this program writes; it reads every minor version of the same major version.
 pub const FORMAT_VERSION: FormatVersion = FormatVersion { major: 1, minor: 0 };
 
-/// What is known of a run before its first step.
+/// Facts of a run that are known before its first step.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Header {
     /// Unit system of the scene.
@@ -40,7 +40,7 @@ pub struct Header {
     pub inputs: Vec<Source>,
     /// Options of the run that override the scene, JSON.
     pub options: serde_json::Value,
-    /// What a reader should be told about the scene.
+    /// Notes about the scene, for the reader.
     pub warnings: Vec<String>,
 }
 
@@ -63,6 +63,6 @@ pub enum Outcome {
 pub struct Event {
     /// When, in the scene's unit.
     pub time: f64,
-    /// What.
+    /// Its text.
     pub message: String,
 }

@@ -32,7 +32,7 @@ const LISTS: [(&str, &str); 3] = [
 
 /// Modes of small oscillations, by increasing |s|.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub struct Modes {
+pub struct SystemModes {
     /// Cycles per time, (n_m).
     pub frequency: Vec<f64>,
     /// Parts of the critical damping, (n_m).
@@ -48,7 +48,7 @@ pub struct Modes {
 pub struct ModeShapes {
     /// Name of the body.
     pub body: String,
-    /// What each number of a motion is, (6 + n).
+    /// Meaning of each number of a motion, (6 + n).
     pub columns: Vec<Column>,
     /// (n_m, 2, 6 + n), row by row: in phase, and a quarter period behind.
     pub values: Vec<f64>,
@@ -62,7 +62,7 @@ pub fn frequency_unit(units: &Units) -> String {
     }
 }
 
-impl Modes {
+impl SystemModes {
     /// The lists with their names and units.
     pub fn lists(&self, units: &Units) -> [(&'static str, String, &[f64]); 3] {
         [

@@ -7,7 +7,7 @@ use ndarray::{ArrayView2, s};
 use serde_json::json;
 
 use super::channel::Channel;
-use super::modes::Modes;
+use super::modes::SystemModes;
 use super::reserve::Reserve;
 use super::{FORMAT, FORMAT_VERSION, Header, Outcome};
 use crate::component::Units;
@@ -16,7 +16,7 @@ use crate::hdf5_files::create::{abandon, create};
 
 /// Rows of a chunk in the file, at most.
 const CHUNK_ROWS: usize = 256;
-/// What HDF5 needs beside the data of a block: for its tables, and for each dataset's index of chunks.
+/// Memory of HDF5 beside the data of a block: for its tables, and for each dataset's index of chunks.
 const TABLE_BYTES: u64 = 1 << 15;
 const INDEX_BYTES: u64 = 1 << 13;
 
@@ -26,7 +26,7 @@ pub(super) enum CloseError {
     Io(std::io::Error),
 }
 
-/// What is said at the end, JSON.
+/// Outcome written at the end, JSON.
 pub(super) struct OutcomeTexts {
     pub(super) stopped: String,
     pub(super) events: String,
@@ -159,12 +159,12 @@ impl OpenFile {
     }
 
     /// Bytes that modes need.
-    pub(super) fn needed_space_of(&self, modes: &Modes) -> u64 {
+    pub(super) fn needed_space_of(&self, modes: &SystemModes) -> u64 {
         modes.size() + INDEX_BYTES * modes.dataset_count() as u64 + TABLE_BYTES
     }
 
     /// Adds modes.
-    pub(super) fn write_modes(&mut self, modes: &Modes, units: &Units) -> hdf5::Result<()> {
+    pub(super) fn write_modes(&mut self, modes: &SystemModes, units: &Units) -> hdf5::Result<()> {
         modes.write(&self.file, units)?;
         self.file.flush()
     }

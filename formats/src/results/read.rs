@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 use faer::Mat;
 
 use super::channel::{Channel, Column};
-use super::modes::Modes;
+use super::modes::SystemModes;
 use super::{Event, FORMAT, FORMAT_VERSION, Outcome};
 use crate::Error;
 use crate::component::Units;
@@ -16,10 +16,10 @@ use crate::hdf5_files::attributes::Value;
 use crate::hdf5_files::container::{Container, on_large_stack};
 use crate::hdf5_files::element::Element;
 use crate::hdf5_files::inventory::{self, Entry, Finding, Hashes, Inventory};
-use crate::hdf5_files::version::{Kind, missing, read_version, text_attribute};
+use crate::hdf5_files::version::{FileKind, missing, read_version, text_attribute};
 
-/// What is read here.
-const KIND: Kind = Kind {
+/// The kind of file read here.
+const KIND: FileKind = FileKind {
     called: "a results file",
     format: FORMAT,
     version: FORMAT_VERSION,
@@ -178,13 +178,13 @@ impl Results {
     ///
     /// # Errors
     /// [`Error::Location`] if they can't be read.
-    pub fn modes(&self) -> Result<Option<Modes>, Error> {
+    pub fn modes(&self) -> Result<Option<SystemModes>, Error> {
         let read = |path: &str, count: usize| {
             let mut list = Vec::new();
             self.each_row_of(path, [count, 1], |_, row| list.extend_from_slice(row))?;
             Ok(list)
         };
-        Modes::read(&self.inventory, read).map_err(|finding| told(&self.path, finding))
+        SystemModes::read(&self.inventory, read).map_err(|finding| told(&self.path, finding))
     }
 
     /// One of the JSON attributes of `/provenance`: `scene`, `inputs`, `options`, `warnings`, `summary`; `null` where
@@ -201,7 +201,7 @@ impl Results {
         }
     }
 
-    /// What was worth telling during the run, in the order of time.
+    /// Notes of the run, in the order of time.
     ///
     /// # Errors
     /// As [`Results::provenance`].

@@ -11,7 +11,7 @@ use std::time::{Duration, Instant};
 use serde_json::json;
 
 use super::channel::{self, Channel};
-use super::modes::Modes;
+use super::modes::SystemModes;
 use super::open_file::{CloseError, OpenFile, OutcomeTexts, stopped_text};
 use super::{Event, Header, Outcome};
 use crate::Error;
@@ -137,7 +137,7 @@ impl ResultsWriter {
     ///
     /// # Errors
     /// [`Error::Io`] where the system refuses.
-    pub fn write_modes(&mut self, modes: &Modes) -> Result<(), Error> {
+    pub fn write_modes(&mut self, modes: &SystemModes) -> Result<(), Error> {
         let Some(open) = &mut self.open else {
             return Err(self.closed());
         };
@@ -232,7 +232,7 @@ impl ResultsWriter {
 }
 
 impl Drop for ResultsWriter {
-    /// What goes wrong here can't be told; the rows written so far stay readable.
+    /// An error here can't be told; the rows written so far stay readable.
     fn drop(&mut self) {
         if self.open.is_some() && self.write_block().is_ok() {
             let outcome = Outcome::Stopped {

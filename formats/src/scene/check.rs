@@ -6,7 +6,7 @@ use crate::mesh::Dimension;
 use super::{Attachment, Body, BodyKind, Joint, Scene};
 use crate::Error;
 
-/// What the checks of the parts need of the whole.
+/// Context of the checks: facts of the whole scene that its members are checked against.
 pub(super) struct Checker<'a> {
     scene: &'a Scene,
 }

@@ -15,7 +15,7 @@ use super::joint::{with_angle, with_length};
 use crate::Error;
 use crate::function::{Function, FunctionKey, FunctionValue, TimeFunction};
 
-/// What of a joint follows a function of time.
+/// Motion of a joint that follows a function of time.
 #[derive(Clone, Debug, PartialEq, Serialize, DeriveDeserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum Drive {
@@ -54,7 +54,7 @@ impl Drive {
         }
     }
 
-    /// What is driven, as the scene writes it.
+    /// The driven motion, as the scene writes it.
     pub fn kind(&self) -> &'static str {
         match self {
             Self::Angle(_) => "angle",

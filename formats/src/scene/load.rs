@@ -31,7 +31,7 @@ pub struct PartLoadFunction {
     pub body: String,
     /// The load's name in the file of its superelement.
     pub load: String,
-    /// What the load is multiplied by, a function of time.
+    /// Factor of the load, a function of time.
     pub factor: Function,
 }
 

@@ -7,6 +7,7 @@
 mod attachment;
 mod body;
 mod check;
+mod damping;
 mod drive;
 mod integrator;
 mod joint;
@@ -29,9 +30,10 @@ use serde::{Deserialize, Serialize};
 
 pub use attachment::Attachment;
 pub use body::{
-    Body, BodyKind, DampingOverride, GeometricStiffening, InertiaChange, ModalRatios, Placement,
-    Point, PointFrame, Rayleigh, RayleighPoints, RigidBody, SuperelementBody,
+    Body, BodyKind, GeometricStiffening, InertiaChange, Placement, Point, PointFrame, RigidBody,
+    SuperelementBody,
 };
+pub use damping::{DampingOverride, ModalRatios, Rayleigh, RayleighPoints};
 pub use drive::{Drive, DriveFunction};
 pub use integrator::{AdaptiveStep, Formulation, Integrator, Method};
 pub use joint::{
@@ -71,8 +73,8 @@ pub struct Scene {
     #[schemars(schema_with = "read::dimension::schema")]
     pub dimension: Dimension,
     /// Units of every number; force is mass · length / time². Superelements must have the same.
-    #[serde(with = "read::UnitsPart")]
-    #[schemars(with = "read::UnitsPart")]
+    #[serde(with = "read::UnitNames")]
+    #[schemars(with = "read::UnitNames")]
     pub units: Units,
     /// Acceleration of free fall, world axes: 2 (planar) or 3 components; none where absent.
     #[serde(default, skip_serializing_if = "Option::is_none")]
@@ -117,13 +119,13 @@ pub struct Scene {
     /// Whether weak compatibility may be used where it is unstable.
     #[serde(default)]
     pub allow_unstable_weak: bool,
-    /// What happens where joints constrain the same motion twice.
+    /// Treatment of joints that constrain the same motion twice.
     #[serde(default)]
     pub redundant_constraints: RedundantConstraints,
     /// How the initial placement is made to fit the joints.
     #[serde(default)]
     pub initial: Initial,
-    /// What is computed.
+    /// The analysis.
     #[serde(default)]
     pub analysis: Analysis,
     /// How motion is integrated; a transient or kinematic analysis needs it.
@@ -131,7 +133,7 @@ pub struct Scene {
     pub integrator: Option<Integrator>,
 }
 
-/// What doesn't move.
+/// The ground: places that don't move.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Ground {

@@ -1,4 +1,4 @@
-//! What a run records.
+//! Records of a run.
 
 use std::path::PathBuf;
 

@@ -20,7 +20,7 @@ const LARGEST: u64 = 64 << 20;
 #[derive(Serialize, Deserialize, JsonSchema)]
 #[serde(remote = "Units", deny_unknown_fields)]
 #[schemars(rename = "Units")]
-pub(super) struct UnitsPart {
+pub(super) struct UnitNames {
     /// Length unit, for example `m`.
     length: String,
     /// Mass unit, for example `kg`.

@@ -71,7 +71,7 @@ impl Scheme {
         self.alpha_m - self.alpha_f
     }
 
-    /// What an increment lacks of the motion: this times h³ q'''.
+    /// Error constant: an increment lacks this times h³ q''' of the motion.
     pub fn increment_error(&self) -> f64 {
         1.0 / 6.0 - self.beta - 0.5 * self.time_ahead()
     }

@@ -1,11 +1,11 @@
-//! What is computed, and how strictly.
+//! The analysis of a scene, and how strict it is.
 
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use crate::named::object;
 
-/// What is computed of a scene.
+/// The analysis of a scene.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum Analysis {
@@ -68,7 +68,7 @@ impl Compatibility {
     }
 }
 
-/// What happens where joints constrain the same motion twice.
+/// Treatment of joints that constrain the same motion twice.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum RedundantConstraints {

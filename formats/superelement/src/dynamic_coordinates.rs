@@ -19,13 +19,13 @@ use crate::residual_coordinates::ResidualCoordinates;
 pub struct DynamicCoordinates {
     /// ω² and σ², (n), 1/time²; zero for interface forces as coordinates (weak).
     pub stiffness: Vec<f64>,
-    /// What they do to the interface rows, (n_b, n).
+    /// Their displacements of the interface rows, (n_b, n).
     pub interface_shapes: Mat<f64>,
     /// T, (n_b, r): T_r where compatibility is strong, without columns where it is static, the identity where it is weak.
     pub attached: Mat<f64>,
     /// T_x, (n_x, r).
     pub further: Mat<f64>,
-    /// What interface forces do beyond the coordinates, (n_b, n_b). Strong: the directions of F_res without mass, `None` if there are none.
+    /// Flexibility beyond the coordinates, (n_b, n_b). Strong: the directions of F_res without mass, `None` if there are none.
     /// Static and weak: all of F_res, with the rows of output interfaces.
     pub residual_flexibility: Option<Mat<f64>>,
     mode_count: usize,
@@ -114,7 +114,7 @@ fn seen(superelement: &Superelement, transform: &Mat<f64>, further: &Mat<f64>) -
     }
 }
 
-/// What F_res has beyond the coordinates ζ: it acts statically. `None` where that is rounding, measured by the whole flexibility of
+/// The static flexibility of F_res beyond the coordinates ζ. `None` where that is rounding, measured by the whole flexibility of
 /// each row with no mode kept and the tolerance that T_r was made with.
 ///
 /// ```text

@@ -11,9 +11,9 @@ pub enum Error {
     NotHandled {
         /// Name of the superelement.
         body: String,
-        /// What was found.
+        /// Found.
         what: &'static str,
-        /// What to do instead.
+        /// Remedy.
         remedy: &'static str,
     },
     /// It has no coordinates beyond its modes.
@@ -29,7 +29,7 @@ pub enum Error {
     Selection {
         /// Name of the superelement.
         body: String,
-        /// What was asked for, and what would be right.
+        /// The request, and what would be right.
         message: String,
     },
     /// A part that isn't symmetric about a plane is to move in it alone.

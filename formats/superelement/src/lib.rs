@@ -1,4 +1,4 @@
-//! What follows from one superelement file by algebra alone, for whoever reduces, estimates errors or simulates: which residual
+//! Algebra of one superelement file, for whoever reduces, estimates errors or simulates: which residual
 //! directions have mass ([`ResidualFilter`]), the coordinates beyond the modes ([`ResidualCoordinates`]) and those of the dynamics
 //! ([`DynamicCoordinates`]), where a list of modes may end ([`extended_to_gap`]), the smaller superelement that a scene needs ([`selection`]),
 //! how far the superelement is off ([`ErrorBounds`]), and what a file was made for ([`MadeFor`]).

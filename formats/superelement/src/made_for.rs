@@ -1,4 +1,4 @@
-//! What a superelement was made for, as far as its file says.
+//! Purpose of a superelement, as far as its file says.
 
 use std::f64::consts::TAU;
 
@@ -38,7 +38,7 @@ pub struct LoadedDirections {
     pub by: LeftOutBy,
 }
 
-/// What a superelement was made for: everything that isn't limited here.
+/// Purpose of a superelement: everything that isn't limited here.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct MadeFor {
     /// How fast motions may be; `None` if no mode was left out, or nobody says.
@@ -48,7 +48,7 @@ pub struct MadeFor {
 }
 
 impl MadeFor {
-    /// What the provenance says of selections, and the modes that the reduction left out.
+    /// The purpose by the selections in the provenance and by the modes that the reduction left out.
     pub fn of(superelement: &Superelement) -> Self {
         Self::of_run(superelement, usize::MAX)
     }

@@ -26,7 +26,7 @@ pub enum StopSignal {
 /// Exit status of the first signal that somebody watched for; 0 before.
 static RECEIVED: AtomicU8 = AtomicU8::new(0);
 
-/// What the first signal calls.
+/// Function that the first signal calls.
 type First = Box<dyn FnOnce(StopSignal) + Send>;
 static FIRST: Mutex<Option<First>> = Mutex::new(None);
 

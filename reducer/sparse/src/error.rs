@@ -6,7 +6,7 @@ pub enum Error {
     /// Memory ran out.
     #[error("out of memory for {what}")]
     OutOfMemory {
-        /// What it was wanted for.
+        /// Its use.
         what: &'static str,
     },
     /// A file can't hold what it should.

@@ -23,7 +23,7 @@ pub enum Precision {
     Single,
 }
 
-/// What holds the entries.
+/// Memory or file that holds the entries.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub enum Place {
     /// Memory.
@@ -41,7 +41,7 @@ pub enum Place {
 pub struct FactorStorage {
     /// Precision of the entries.
     pub precision: Precision,
-    /// What holds them.
+    /// Memory or file that holds them.
     pub place: Place,
 }
 

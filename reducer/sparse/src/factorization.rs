@@ -3,23 +3,19 @@
 //!
 //! The order is nested dissection on the nodes (`crate::ordering`), the numbers are made by [`crate::multifrontal`].
 
-use std::sync::atomic::{AtomicU64, Ordering};
-use std::sync::{Mutex, PoisonError};
+use std::sync::Mutex;
+use std::sync::atomic::Ordering;
 
 use dcb_formats::SparseMatrix;
-use faer::{Mat, MatMut};
+use faer::Mat;
 
 use crate::Error;
 use crate::factor_store::{FactorStorage, FactorValues, Place, Precision};
-use crate::multifrontal::{
-    Cholesky, Fronts, Indefinite, Matrix, NotPositive, Real, eliminate, solve_columns,
-};
+use crate::multifrontal::{Cholesky, Fronts, Indefinite, Matrix, NotPositive, Real, eliminate};
 use crate::ordering::{QuotientGraph, nested_dissection};
+pub use crate::positive_factor::PositiveFactor;
+use crate::positive_factor::{FEW_COLUMNS, Solves};
 use crate::refinement::{Refined, Refinement};
-
-/// Right-hand sides solved together: one or two of the widest registers.
-const FEW_COLUMNS: usize = 8;
-const MANY_COLUMNS: usize = 16;
 
 /// The pattern of `K + σ M` analysed once, with room for one factor.
 pub struct SymmetricFactor {
@@ -30,30 +26,6 @@ pub struct SymmetricFactor {
     values: Option<FactorValues>,
     warning: Option<String>,
     solves: Solves,
-}
-
-/// Solutions made with the factors of one analysis.
-#[derive(Debug, Default)]
-struct Solves {
-    columns: AtomicU64,
-    passes: AtomicU64,
-}
-
-impl Solves {
-    /// One pass over the factor for `columns` right-hand sides.
-    fn count(&self, columns: usize) {
-        self.columns.fetch_add(columns as u64, Ordering::Relaxed);
-        self.passes.fetch_add(1, Ordering::Relaxed);
-    }
-}
-
-/// `K + σ M = L Lᵀ`, ready to solve.
-pub struct PositiveFactor<'a> {
-    fronts: &'a Fronts,
-    values: &'a FactorValues,
-    solves: &'a Solves,
-    refinement: Option<Refinement<'a>>,
-    least_accurate: Mutex<Refined>,
 }
 
 /// Why there is no factor.
@@ -119,7 +91,7 @@ impl SymmetricFactor {
         })
     }
 
-    /// What is known of the factor before any number is computed.
+    /// Analysis of the factor before any number is computed.
     pub fn fronts(&self) -> &Fronts {
         &self.fronts
     }
@@ -170,7 +142,7 @@ impl SymmetricFactor {
         };
     }
 
-    /// What a user should know of the factor's precision.
+    /// Warning about the factor's precision.
     pub fn warning(&self) -> Option<&str> {
         self.warning.as_deref()
     }
@@ -278,56 +250,6 @@ impl SymmetricFactor {
                 .map(|position| self.fronts.forward[*position] as usize)
                 .collect(),
         }
-    }
-}
-
-impl PositiveFactor<'_> {
-    /// Replaces every column of `block` by the solution for it.
-    pub fn solve_in_place(&self, block: MatMut<'_, f64>) {
-        let mut rest = block;
-        while rest.ncols() > 0 {
-            let width = if rest.ncols() <= FEW_COLUMNS {
-                rest.ncols()
-            } else {
-                MANY_COLUMNS.min(rest.ncols())
-            };
-            let (columns, after) = rest.split_at_col_mut(width);
-            self.solves.count(width);
-            match (self.values, &self.refinement) {
-                (FactorValues::Double(values), _) => self.solve(values, columns),
-                (FactorValues::Single(values), None) => self.solve(values, columns),
-                (FactorValues::Single(values), Some(refinement)) => {
-                    let refined = refinement.solve_in_place(columns, |x| self.solve(values, x));
-                    self.note(refined);
-                }
-            }
-            rest = after;
-        }
-    }
-
-    /// At most [`MANY_COLUMNS`] columns.
-    fn solve<T: Real>(&self, values: &[T], columns: MatMut<'_, f64>) {
-        if columns.ncols() <= FEW_COLUMNS {
-            solve_columns::<T, FEW_COLUMNS>(self.fronts, values, columns);
-        } else {
-            solve_columns::<T, MANY_COLUMNS>(self.fronts, values, columns);
-        }
-    }
-
-    fn note(&self, refined: Refined) {
-        let mut known = self
-            .least_accurate
-            .lock()
-            .unwrap_or_else(PoisonError::into_inner);
-        known.include(refined);
-    }
-
-    /// Most steps and largest residual of the refinements made with this factor; zeros for one in double precision.
-    pub fn least_accurate(&self) -> Refined {
-        *self
-            .least_accurate
-            .lock()
-            .unwrap_or_else(PoisonError::into_inner)
     }
 }
 

@@ -26,6 +26,8 @@
 pub mod factor_store;
 pub mod factorization;
 mod ordering;
+mod positive_factor;
+mod prefetch;
 mod refinement;
 mod sparse_product;
 mod tall_products;

@@ -19,7 +19,7 @@ const STEPS: usize = 12;
 /// A step that leaves more than this of the residual is the last.
 const LEAST_GAIN: f64 = 0.5;
 
-/// What refinement needs beside the rounded factor.
+/// Operators that refinement needs beside the rounded factor.
 pub struct Refinement<'a> {
     matrix: Matrix<'a>,
     /// √aᵢᵢ: residuals are divided by it and solutions multiplied, so that units don't count.

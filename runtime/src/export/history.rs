@@ -3,7 +3,7 @@
 use std::collections::BTreeSet;
 
 use dcb_formats::component::Units;
-use dcb_formats::results::{Modes, Results};
+use dcb_formats::results::{Results, SystemModes};
 
 use crate::error::Error;
 
@@ -86,7 +86,7 @@ pub fn histories(results: &Results, selection: Selection) -> Result<Histories, E
     })
 }
 
-fn of_modes(modes: &Modes, units: &Units) -> Histories {
+fn of_modes(modes: &SystemModes, units: &Units) -> Histories {
     let numbers = 1..=modes.frequency.len();
     let lists = modes.lists(units).into_iter();
     Histories {

@@ -1,6 +1,6 @@
 //! Analyses without integration: a rest, a motion that the drives fix, small oscillations.
 
-use dcb_formats::results::{Column, ModeShapes, Modes};
+use dcb_formats::results::{Column, ModeShapes, SystemModes};
 use serde_json::{Value, json};
 
 use super::{Ending, Observer, Opened, Session, Target, redundancy, tell_start};
@@ -219,7 +219,7 @@ pub fn modes(
 }
 
 /// The modes that were asked for, for the file.
-fn listed(report: &ModesReport, scene: &Scene, system: &System) -> Modes {
+fn listed(report: &ModesReport, scene: &Scene, system: &System) -> SystemModes {
     let modes = &report.modes.modes[..report.count.min(report.modes.modes.len())];
     let numbers = |of: fn(&Eigenmode) -> f64| modes.iter().map(of).collect();
     let column = |name: String, unit: &str| Column {
@@ -246,7 +246,7 @@ fn listed(report: &ModesReport, scene: &Scene, system: &System) -> Modes {
             values: motions.collect(),
         }
     });
-    Modes {
+    SystemModes {
         frequency: numbers(Eigenmode::frequency),
         damping_ratio: numbers(Eigenmode::damping_ratio),
         growth: numbers(|mode| mode.growth),

@@ -1,4 +1,4 @@
-//! What a form is off at one λ: a known part, and bounds of the rest.
+//! Deviation of a form at one λ: a known part, and bounds of the rest.
 //!
 //! With u = X g the motion that a form has for a force, the residual of mode μ is r = c (P + λ g/μ), P = I - g. For λ' = λ + σ, μ' = μ + σ
 //!
@@ -26,13 +26,13 @@ pub(super) struct Deviation {
     /// A Hermitian form over all of the rows that bounds the rest: a block of the rest is not larger than the root of the product of the
     /// blocks on its diagonals.
     pub rest: Mat<c64>,
-    /// What rounding can add to each entry, without that in the kept modes.
+    /// Largest rounding of each entry, without that in the kept modes.
     pub rounding: Mat<f64>,
-    /// What errors of the kept modes can add to each entry.
+    /// Largest error of each entry by errors of the kept modes.
     pub of_modes: Mat<f64>,
 }
 
-/// What the sums are made of, of scaled moments, (n, n).
+/// Combinations of scaled moments in the sums, (n, n).
 pub(super) struct ScaledMoments {
     /// σ
     shift: f64,
@@ -96,11 +96,97 @@ impl ScaledMoments {
     }
 }
 
+/// Static shapes g that a form takes for forces on some rows, P = I - g, and their products with the moments; (n, rows) unless said otherwise.
+struct Shapes {
+    g: Mat<c64>,
+    p: Mat<c64>,
+    /// B_2 P
+    residual_p: Mat<c64>,
+    /// B_3 g
+    third_g: Mat<c64>,
+    /// B_3 P
+    third_p: Mat<c64>,
+    /// M_4 g
+    fourth_g: Mat<c64>,
+    /// gᵀ B_3 P, (rows, rows)
+    g_third_p: Mat<c64>,
+    /// gᵀ M_4 g, (rows, rows)
+    g_fourth_g: Mat<c64>,
+}
+
+/// λ, and the disc that all f(μ) lie in.
+struct Disc {
+    lambda: c64,
+    /// λ' = λ + σ
+    shifted: c64,
+    /// f(μ₁) of the eigenvalue bound.
+    far: c64,
+    middle: c64,
+    radius: f64,
+}
+
+impl Shapes {
+    /// N without its conjugates: Σ r rᵀ/μ'².
+    fn bilinear(&self, lambda: c64) -> Mat<c64> {
+        let p = &self.p;
+        let p_third_g = p.transpose() * &self.third_g;
+        Mat::from_fn(p.ncols(), p.ncols(), |i, j| {
+            (p.col(i).transpose() * self.residual_p.col(j))
+                + lambda * (p_third_g[(i, j)] + self.g_third_p[(i, j)])
+                + lambda * lambda * self.g_fourth_g[(i, j)]
+        })
+    }
+
+    /// The bound of the rest: Σ r̄ rᵀ/μ'² times |λ'| and the radius of the disc.
+    fn rest(&self, disc: &Disc) -> Mat<c64> {
+        let Self { g, p, .. } = self;
+        let (lambda, size) = (disc.lambda, disc.lambda.norm());
+        let (pg, gp, gg, pp) = (
+            p.adjoint() * &self.third_g,
+            g.adjoint() * &self.third_p,
+            g.adjoint() * &self.fourth_g,
+            p.adjoint() * &self.residual_p,
+        );
+        Mat::from_fn(g.ncols(), g.ncols(), |i, j| {
+            let form = pp[(i, j)]
+                + lambda * pg[(i, j)]
+                + lambda.conj() * gp[(i, j)]
+                + gg[(i, j)] * (size * size);
+            form * (disc.radius * disc.shifted.norm())
+        })
+    }
+}
+
 impl ErrorBounds {
     /// `rows` with those that forces act on, `forced`, all below the eigenvalue bound.
     pub(super) fn deviation(&self, rows: &[usize], forced: &[usize], lambda: c64) -> Deviation {
+        let shapes = self.shapes(rows, lambda);
+        let disc = self.disc(lambda);
+        let places: Vec<usize> = forced
+            .iter()
+            .filter_map(|row| rows.iter().position(|known| known == row))
+            .collect();
+        let between = |make: &dyn Fn(usize, usize) -> c64| {
+            Mat::from_fn(rows.len(), places.len(), |i, j| make(i, places[j]))
+        };
+        let response = between(&|i, j| self.model.response(rows[i], rows[j], lambda));
+        let known = self.known(rows, &shapes, &disc);
+        let poles = between(&|i, j| self.of_poles(rows[i], rows[j], lambda));
+        let size = disc.shifted.norm();
+        let rounding = self.rounding(rows, &shapes.g, &shapes.p, size, disc.far.norm());
+        Deviation {
+            reduced: poles + response,
+            known: between(&known),
+            rest: shapes.rest(&disc),
+            rounding: Mat::from_fn(rows.len(), places.len(), |i, j| rounding[(i, places[j])]),
+            of_modes: Mat::from_fn(rows.len(), places.len(), |i, j| {
+                self.mode_error(rows[i], rows[places[j]], lambda)
+            }),
+        }
+    }
+
+    fn shapes(&self, rows: &[usize], lambda: c64) -> Shapes {
         let (n, count) = (self.moments.first.nrows(), rows.len());
-        let zero = c64::new(0.0, 0.0);
         let mut g = Mat::<c64>::zeros(n, count);
         let mut p = Mat::<c64>::zeros(n, count);
         for (column, row) in rows.iter().enumerate() {
@@ -111,89 +197,81 @@ impl ErrorBounds {
             }
         }
         let m = &self.moments;
-        let (m2p, m3g, m3p, m4g) = (
-            &m.residual * &p,
-            &m.third * &g,
-            &m.third * &p,
-            &m.fourth * &g,
-        );
-        let shifted = lambda + m.shift;
+        let (third_p, fourth_g) = (&m.third * &p, &m.fourth * &g);
+        Shapes {
+            residual_p: &m.residual * &p,
+            third_g: &m.third * &g,
+            g_third_p: g.transpose() * &third_p,
+            g_fourth_g: g.transpose() * &fourth_g,
+            third_p,
+            fourth_g,
+            g,
+            p,
+        }
+    }
+
+    fn disc(&self, lambda: c64) -> Disc {
+        let shifted = lambda + self.moments.shift;
         let far = match self.eigenvalue_bound.is_finite() {
             true => shifted / (c64::new(self.eigenvalue_bound, 0.0) - lambda),
-            false => zero,
+            false => c64::new(0.0, 0.0),
         };
-        let (middle, radius) = (far * 0.5, 0.5 * far.norm());
-        // Σ r rᵀ/μ'² and Σ r̄ rᵀ/μ'².
-        let (gm3p, pm3p, pm3g, gm4g) = (
-            g.transpose() * &m3p,
-            p.transpose() * &m3p,
-            p.transpose() * &m3g,
-            g.transpose() * &m4g,
-        );
-        let bilinear = Mat::from_fn(count, count, |i, j| {
-            (p.col(i).transpose() * m2p.col(j))
-                + lambda * (pm3g[(i, j)] + gm3p[(i, j)])
-                + lambda * lambda * gm4g[(i, j)]
-        });
-        let (pg, gp, gg, pp) = (
-            p.adjoint() * &m3g,
-            g.adjoint() * &m3p,
-            g.adjoint() * &m4g,
-            p.adjoint() * &m2p,
-        );
-        let size = lambda.norm();
-        let rest = Mat::from_fn(count, count, |i, j| {
-            let form = pp[(i, j)]
-                + lambda * pg[(i, j)]
-                + lambda.conj() * gp[(i, j)]
-                + gg[(i, j)] * (size * size);
-            form * (radius * shifted.norm())
-        });
-        let places: Vec<usize> = forced
-            .iter()
-            .filter_map(|row| rows.iter().position(|known| known == row))
-            .collect();
-        let between = |make: &dyn Fn(usize, usize) -> c64| {
-            Mat::from_fn(count, places.len(), |i, j| make(i, places[j]))
-        };
-        let response = between(&|i, j| self.model.response(rows[i], rows[j], lambda));
-        let known = between(&|i, j| {
+        Disc {
+            lambda,
+            shifted,
+            far,
+            middle: far * 0.5,
+            radius: 0.5 * far.norm(),
+        }
+    }
+
+    /// The known part of H - H of the form, between two of the rows by their places.
+    fn known<'a>(
+        &'a self,
+        rows: &'a [usize],
+        shapes: &'a Shapes,
+        disc: &'a Disc,
+    ) -> impl Fn(usize, usize) -> c64 + 'a {
+        let Disc {
+            lambda,
+            shifted,
+            middle,
+            ..
+        } = *disc;
+        let bilinear = shapes.bilinear(lambda);
+        let p_third_p = shapes.p.transpose() * &shapes.third_p;
+        let m = &self.moments;
+        move |i, j| {
             let (row, column) = (rows[i], rows[j]);
             let series = m.first[(row, column)]
                 + lambda * m.second[(row, column)]
-                + lambda * shifted * (m3g[(row, j)] + gm3p[(i, j)])
-                - shifted * m.shift * pm3p[(i, j)]
-                + lambda * shifted * shifted * gm4g[(i, j)];
+                + lambda * shifted * (shapes.third_g[(row, j)] + shapes.g_third_p[(i, j)])
+                - shifted * m.shift * p_third_p[(i, j)]
+                + lambda * shifted * shifted * shapes.g_fourth_g[(i, j)];
             series - self.model.response(row, column, lambda) + middle * shifted * bilinear[(i, j)]
-        });
-        let of_poles = |i: usize, j: usize| {
-            (self.rows.poles.iter().enumerate()).fold(zero, |sum, (pole, square)| {
-                let both = self.rows.shapes[(rows[i], pole)] * self.rows.shapes[(rows[j], pole)];
-                sum + c64::new(both, 0.0) / (c64::new(*square, 0.0) - lambda)
-            })
-        };
-        let poles = between(&of_poles);
-        let rounding = self.rounding(rows, &g, &p, shifted.norm(), far.norm());
-        let mode_error = |i: usize, j: usize| -> f64 {
-            (self.rows.zero_count..self.rows.poles.len())
-                .map(|pole| {
-                    let square = self.rows.poles[pole];
-                    let distance = (c64::new(square, 0.0) - lambda).norm();
-                    let error = self.rows.pole_errors[pole];
-                    let both =
-                        self.rows.shapes[(rows[i], pole)] * self.rows.shapes[(rows[j], pole)];
-                    both.abs() / distance
-                        * (error * square / distance + 2.0 * error + DENSE_ROUNDING)
-                })
-                .sum()
-        };
-        Deviation {
-            reduced: poles + response,
-            known,
-            rest,
-            rounding: Mat::from_fn(count, places.len(), |i, j| rounding[(i, places[j])]),
-            of_modes: Mat::from_fn(count, places.len(), |i, j| mode_error(i, places[j])),
         }
+    }
+
+    /// H of the kept modes between two rows.
+    fn of_poles(&self, row: usize, column: usize, lambda: c64) -> c64 {
+        let zero = c64::new(0.0, 0.0);
+        (self.rows.poles.iter().enumerate()).fold(zero, |sum, (pole, square)| {
+            let both = self.rows.shapes[(row, pole)] * self.rows.shapes[(column, pole)];
+            sum + c64::new(both, 0.0) / (c64::new(*square, 0.0) - lambda)
+        })
+    }
+
+    /// Bound of the error that the kept modes' own errors make in H between two rows.
+    fn mode_error(&self, row: usize, column: usize, lambda: c64) -> f64 {
+        (self.rows.zero_count..self.rows.poles.len())
+            .map(|pole| {
+                let square = self.rows.poles[pole];
+                let distance = (c64::new(square, 0.0) - lambda).norm();
+                let error = self.rows.pole_errors[pole];
+                let both = self.rows.shapes[(row, pole)] * self.rows.shapes[(column, pole)];
+                both.abs() / distance * (error * square / distance + 2.0 * error + DENSE_ROUNDING)
+            })
+            .sum()
     }
 
     /// Rounding of every product that the known part and the rest are made of.

@@ -4,6 +4,7 @@
 //! no finer reduction and no further solution is needed, whatever the band and whichever rows are of interest. `docs/error-estimate.md` has
 //! the derivation. Measures, scales and norms are those of `reduce study`.
 
+mod blocks;
 mod deviation;
 mod held;
 mod model;
@@ -18,7 +19,8 @@ use serde::{Deserialize, Serialize};
 
 pub use self::held::HeldEigenvalue;
 
-use self::deviation::{Deviation, ScaledMoments};
+use self::blocks::{Blocks, InterfacePairs};
+use self::deviation::ScaledMoments;
 use self::model::Model;
 use self::rows::Rows;
 use crate::Error;
@@ -87,7 +89,7 @@ pub struct ErrorMatrices {
     pub radius: Mat<f64>,
 }
 
-/// What is known of a superelement's errors with one compatibility.
+/// Errors of a superelement with one compatibility, as far as they are known.
 pub struct ErrorBounds {
     compatibility: Compatibility,
     eigenvalue_bound: f64,
@@ -195,7 +197,10 @@ impl ErrorBounds {
             .map(|lambda| {
                 let deviation = self.deviation(rows, &forced, *lambda);
                 let blocks = Blocks::of(&deviation, &self.rows.interface, rows, &forced);
-                [blocks.error(Kind::Collocated), blocks.error(Kind::Transfer)]
+                [
+                    blocks.error(InterfacePairs::Collocated),
+                    blocks.error(InterfacePairs::Transfer),
+                ]
             })
             .collect();
         let largest = |kind: usize| {
@@ -369,63 +374,4 @@ fn largest_held(held: &[HeldEigenvalue], top: f64) -> Option<Bracket> {
         worst = Some(worst.map_or(error, |worst| worst.including(error)));
     }
     worst
-}
-
-#[derive(Clone, Copy, PartialEq, Eq)]
-enum Kind {
-    Collocated,
-    Transfer,
-}
-
-/// Squares of Frobenius norms over the blocks of interfaces.
-struct Blocks {
-    known: [f64; 2],
-    whole: [f64; 2],
-    margin: [f64; 2],
-}
-
-impl Blocks {
-    fn of(found: &Deviation, interface: &[usize], rows: &[usize], forced: &[usize]) -> Self {
-        let whole = &found.reduced + &found.known;
-        let count = interface.iter().max().map_or(0, |most| most + 1);
-        let of_row = |i: usize| interface[rows[i]];
-        // ‖N_aa‖ for each interface.
-        let mut own = vec![0.0_f64; count];
-        for j in 0..rows.len() {
-            for i in (0..rows.len()).filter(|i| of_row(*i) == of_row(j)) {
-                own[of_row(j)] += found.rest[(i, j)].norm_sqr();
-            }
-        }
-        let mut rounding = Mat::<f64>::zeros(count, count);
-        let mut present = Mat::<f64>::zeros(count, count);
-        let (mut known_sum, mut whole_sum) = ([0.0; 2], [0.0; 2]);
-        for (j, column) in forced.iter().enumerate() {
-            for i in 0..rows.len() {
-                let (a, b) = (of_row(i), interface[*column]);
-                let kind = usize::from(a != b);
-                known_sum[kind] += found.known[(i, j)].norm_sqr();
-                whole_sum[kind] += whole[(i, j)].norm_sqr();
-                rounding[(a, b)] += (found.rounding[(i, j)] + found.of_modes[(i, j)]).powi(2);
-                present[(a, b)] = 1.0;
-            }
-        }
-        let mut margin = [0.0; 2];
-        for b in 0..count {
-            for a in (0..count).filter(|a| present[(*a, b)] > 0.0) {
-                let rest = (own[a].sqrt() * own[b].sqrt()).sqrt();
-                margin[usize::from(a != b)] += (rest + rounding[(a, b)].sqrt()).powi(2);
-            }
-        }
-        Self {
-            known: known_sum,
-            whole: whole_sum,
-            margin,
-        }
-    }
-
-    fn error(&self, kind: Kind) -> Bracket {
-        let kind = usize::from(kind == Kind::Transfer);
-        let root = |values: &[f64; 2]| values[kind].sqrt();
-        bracket(root(&self.known), root(&self.margin), root(&self.whole))
-    }
 }

@@ -1,4 +1,4 @@
-//! What a superelement takes for the motions beyond its modes, in combinations of the static shapes X of the power moments.
+//! Model of the motions beyond a superelement's modes, in combinations of the static shapes X of the power moments.
 //!
 //! A unit force at row j moves the part by X g_j(λ) beside its rigid motions and modes, and the rows by C_j(λ):
 //!

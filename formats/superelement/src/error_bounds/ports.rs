@@ -1,11 +1,11 @@
-//! What an estimate is taken between where forces act along some directions only: these directions in place of the rows of their interfaces.
+//! Ports of an estimate: where forces act along some directions only, these directions in place of the rows of their interfaces.
 //!
 //! With L for the rows and B for the forces, moments, shapes and flexibilities become those of the rows Bᵀ L, which have static shapes X B of their own: all that
 //! holds for rows holds for them. Each interface's are orthonormal in scaled rows, so that no choice among the same forces changes a norm.
 
 use faer::Mat;
 
-/// What one force has beyond the others of its interface counts from this part of its size on.
+/// A force is dependent on the others of its interface if less than this fraction of its size is beyond them.
 const DEPENDENT: f64 = 1e-6;
 
 /// Rows of L_b that stand for themselves, and combinations of rows.

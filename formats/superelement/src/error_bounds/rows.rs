@@ -16,7 +16,7 @@ const DEPENDENT: f64 = 1e-12;
 pub(super) struct Rows {
     /// One over the root of a file row's flexibility, (n_b), then of a further column's, (n_x); zero where nothing moves.
     file_scale: Vec<f64>,
-    /// What takes the place of the file's rows, which are n_b otherwise.
+    /// Ports in place of the file's rows, which are n_b otherwise.
     ports: Option<Ports>,
     /// The scale of a row; 1 for a force on several rows of the file, (n_b).
     pub scale: Vec<f64>,
@@ -227,7 +227,7 @@ impl Rows {
         ))
     }
 
-    /// What further columns do to the rows, (n_b, n_x), scaled from both sides.
+    /// Displacements of the rows by further columns, (n_b, n_x), scaled from both sides.
     pub(super) fn scaled_further(&self, shapes: &Mat<f64>) -> Mat<f64> {
         let n_b = shapes.nrows();
         let scaled = Mat::from_fn(n_b, shapes.ncols(), |i, j| {

@@ -12,6 +12,7 @@ use faer::Mat;
 use super::NodeSelection;
 use super::congruence::{congruent, over, squeezed, worked};
 use super::interface::InterfaceSelection;
+use super::kept_columns::KeptColumns;
 use super::loaded_forces::loaded_forces;
 use super::moments::{Kept, moments};
 use super::projection::projector;
@@ -19,7 +20,7 @@ use super::record::{SelectionRecord, recorded};
 use super::statics::Statics;
 use crate::Error;
 
-/// What a basis is made of.
+/// Choice that a basis is made of.
 pub(super) struct Choice<'a> {
     pub turn: Option<Mat<f64>>,
     pub modes: Vec<usize>,
@@ -41,7 +42,7 @@ pub(crate) struct Basis {
     left_out: Vec<usize>,
     /// Rows that stay.
     rows: Vec<usize>,
-    /// What the interfaces that stay are for, and their places in the whole.
+    /// Interfaces that stay, by their places in the whole, and their roles.
     interfaces: Vec<(usize, Role)>,
     further: Vec<usize>,
     nodes: NodeSelection,
@@ -71,47 +72,19 @@ impl Basis {
             up_to,
         } = choice;
         let (n_k, n_b) = (whole.mode_count(), whole.rows.len());
-        let n = whole.basis_count();
         let left_out: Vec<usize> = (0..n_k).filter(|k| !modes.contains(k)).collect();
         let shapes = turned(&whole.modes.interface_shapes, turn.as_ref());
         let statics = Statics::of(whole, shapes.as_ref(), &left_out);
         let of_rows: Vec<usize> = whole.rows.iter().map(|row| row.interface).collect();
         let forces = projector(&statics, &of_rows, wanted, &rows)?;
 
-        let (kept, attached) = (modes.len(), rows.len());
-        let turn_of = |k: usize, mode: usize| match &turn {
-            Some(turn) => turn[(k, mode)],
-            None => f64::from(u8::from(k == mode)),
+        let kept = KeptColumns {
+            turn: turn.as_ref(),
+            modes: &modes,
+            left_out: &left_out,
+            further: &further,
         };
-        let absorbed = &statics.absorbed * &forces;
-        let absorbed = match &turn {
-            Some(turn) => {
-                Mat::from_fn(n_k, left_out.len(), |k, j| turn[(k, left_out[j])]) * absorbed
-            }
-            None => {
-                let mut spread = Mat::zeros(n_k, attached);
-                for (i, mode) in left_out.iter().enumerate() {
-                    spread.row_mut(*mode).copy_from(absorbed.row(i));
-                }
-                spread
-            }
-        };
-        let columns = Mat::from_fn(n, kept + attached + further.len(), |i, j| {
-            if j < kept {
-                if i < n_k { turn_of(i, modes[j]) } else { 0.0 }
-            } else if j < kept + attached {
-                if i < n_k {
-                    absorbed[(i, j - kept)]
-                } else if i < n_k + n_b {
-                    forces[(i - n_k, j - kept)]
-                } else {
-                    0.0
-                }
-            } else {
-                f64::from(u8::from(i == n_k + n_b + further[j - kept - attached]))
-            }
-        });
-
+        let columns = kept.columns(whole, &statics, &forces);
         let role = |wanted: &InterfaceSelection| match wanted {
             InterfaceSelection::Loaded | InterfaceSelection::LoadedAlong(_) => {
                 Some(Role::Attachment)
@@ -125,7 +98,7 @@ impl Basis {
         let is_everything = turn.is_none()
             && left_out.is_empty()
             && rows.iter().copied().eq(0..n_b)
-            && further.len() == n - n_k - n_b
+            && further.len() == whole.basis_count() - n_k - n_b
             && (wanted.iter().zip(&whole.interfaces)).all(|(wanted, frame)| match wanted {
                 InterfaceSelection::Loaded => frame.role == Role::Attachment,
                 InterfaceSelection::Observed => frame.role == Role::Output,

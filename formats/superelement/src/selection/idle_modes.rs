@@ -13,7 +13,7 @@ const MOVED: f64 = SYMMETRIC;
 /// How far a resonance enlarges a response over its static one.
 const RESONANCE: f64 = 1.0 / LOSS_FACTOR;
 
-/// What modes left out do to rows.
+/// Effect of modes left out on rows.
 pub(super) struct Shares {
     /// c over the root of μ and of the row's moment, the largest of the four moments, (rows, modes).
     pub cosines: Mat<f64>,

@@ -1,4 +1,4 @@
-//! What a motion in a plane needs of a spatial superelement.
+//! Demands of a motion in a plane on a spatial superelement.
 
 use dcb_formats::mesh::{Dimension, Direction, Dof};
 use dcb_formats::superelement::{Modes, RecoveryBasis, Superelement};

@@ -1,11 +1,11 @@
-//! What happens at an interface.
+//! Use of an interface by a scene.
 
 use dcb_formats::component::Role;
 use dcb_formats::mesh::Direction;
 use dcb_formats::superelement::Superelement;
 use faer::Mat;
 
-/// What a scene does at an interface.
+/// Use of an interface.
 #[derive(Clone, Debug)]
 pub enum InterfaceSelection {
     /// Forces act on all its rows.

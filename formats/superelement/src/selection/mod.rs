@@ -13,7 +13,7 @@
 //! loaded along some forces B only the nearest of these in energy (`projection.rs`). T_r and σ² are found anew by the filter of
 //! `docs/theory.md` §6.
 //!
-//! What is left out has a price: [`Selection::receptance_difference`] and [`Selection::participation`] say which.
+//! The price of leaving out: [`Selection::receptance_difference`] and [`Selection::participation`] say it.
 //! [`InPlane`] selects what a motion in a plane needs.
 
 mod basis;
@@ -21,6 +21,7 @@ mod congruence;
 mod idle_modes;
 mod in_plane;
 mod interface;
+mod kept_columns;
 mod loaded_forces;
 mod moments;
 mod observation;
@@ -67,7 +68,7 @@ pub enum NodeSelection {
     Only(BTreeSet<u32>),
 }
 
-/// What a scene needs of a superelement.
+/// Demand of a scene on a superelement.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Selection {
     body: String,
@@ -209,7 +210,7 @@ impl Selection {
         &self.modes
     }
 
-    /// What happens at each interface of the whole, in its order.
+    /// Selection at each interface of the whole, in its order.
     pub fn interfaces(&self) -> &[InterfaceSelection] {
         &self.interfaces
     }
@@ -290,7 +291,7 @@ impl Selection {
         self.refused("the selection was made for another superelement".to_owned())
     }
 
-    /// What belongs to the modes that a superelement was made with, and isn't known for fewer.
+    /// Facts of the modes that a superelement was made with, which aren't known for fewer.
     fn refuse_bound_to_modes(&self, whole: &Superelement) -> Result<(), Error> {
         if record::has_cut_directions(whole) {
             return Err(Error::NotHandled {

@@ -14,7 +14,7 @@ use crate::Error;
 
 /// Eigenvalues closer than this, relatively, are one multiple root: the reducer's rule for its choice of vectors.
 const MULTIPLE: f64 = 1e-9;
-/// What a coordinate does at rows and to the inertia, relative to the most that it could, below which it doesn't tell.
+/// Smallest effect of a coordinate on rows and on the inertia, relative to the largest possible, that tells its parity.
 const SILENT: f64 = 1e-8;
 
 /// In the plane or out of it.
@@ -176,7 +176,7 @@ fn row_parities(whole: &Superelement, normal: Normal) -> Result<Vec<Parity>, Err
     (0..whole.rows.len()).map(parity).collect()
 }
 
-/// What coordinates show of themselves.
+/// Parities that coordinates show.
 struct Features<'a> {
     whole: &'a Superelement,
     normal: Normal,

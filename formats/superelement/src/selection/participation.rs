@@ -14,7 +14,7 @@ use dcb_formats::superelement::Superelement;
 use faer::{Mat, c64};
 
 use super::Selection;
-use super::ports::Ports;
+use super::ports::ScaledPorts;
 use super::receptance::{damped, ratio, receptance};
 use crate::DynamicCoordinates;
 use crate::{Error, Receptance};
@@ -38,7 +38,7 @@ impl Selection {
         if coordinates.residual_flexibility.is_some() {
             return selection.participation_one_by_one(whole, squares);
         }
-        let ports = Ports::of(whole, &selection)?;
+        let ports = ScaledPorts::of(whole, &selection)?;
         let receptance = receptance(&part, &ports, basis.rows())?;
         let eigenvalues = &part.modes.eigenvalues;
         let rank = coordinates.attached.ncols();
@@ -96,7 +96,7 @@ impl Selection {
         whole: &Superelement,
         squares: &[f64],
     ) -> Result<Vec<f64>, Error> {
-        let ports = Ports::of(whole, self)?;
+        let ports = ScaledPorts::of(whole, self)?;
         let with = |modes: Vec<usize>| -> Result<Vec<Mat<c64>>, Error> {
             let part = Self {
                 modes,
@@ -134,7 +134,7 @@ impl Selection {
     }
 }
 
-/// What is missing without a mode each.
+/// Loss without a mode, for each mode.
 struct Missing<'a> {
     receptance: &'a Receptance,
     /// v of each mode, (rank, n_k).

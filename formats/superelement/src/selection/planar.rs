@@ -12,7 +12,7 @@ use super::rigid_motions::rigid_motions;
 
 /// Axes that differ less than this are the same: the file's rule for rotation matrices.
 const SAME_AXIS: f64 = 1e-9;
-/// What the thickness adds to the inertia counts from this part of the mass on.
+/// The inertia of the thickness counts from this fraction of the mass on.
 const ROUNDING: f64 = 1e-12;
 
 /// `spatial` has nothing but rows, modes and further columns in the plane.

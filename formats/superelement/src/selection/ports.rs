@@ -11,7 +11,7 @@ use super::statics::Statics;
 use crate::Error;
 
 /// Rows and forces of a selection in the whole's rows.
-pub(super) struct Ports {
+pub(super) struct ScaledPorts {
     /// Rows whose displacement is seen.
     pub rows: Vec<usize>,
     /// The interface of each.
@@ -26,7 +26,7 @@ pub(super) struct Ports {
     pub rigid: Mat<f64>,
 }
 
-impl Ports {
+impl ScaledPorts {
     /// Flexibility is that with inertia relieved, plus the rigid motion over ω₁². What forces on rows that are only observed in the whole would
     /// do beyond the modes isn't known; they are scaled by the modes.
     pub fn of(whole: &Superelement, selection: &Selection) -> Result<Self, Error> {

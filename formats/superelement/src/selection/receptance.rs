@@ -11,7 +11,7 @@ use dcb_formats::superelement::Superelement;
 use faer::{Mat, MatRef, c64, concat};
 
 use super::Selection;
-use super::ports::Ports;
+use super::ports::ScaledPorts;
 use crate::DynamicCoordinates;
 use crate::{Error, Receptance};
 use dcb_formats::scene::Compatibility;
@@ -47,7 +47,7 @@ impl Selection {
         whole: &Superelement,
         squares: &[f64],
     ) -> Result<ReceptanceDifference, Error> {
-        let ports = Ports::of(whole, self)?;
+        let ports = ScaledPorts::of(whole, self)?;
         let everywhere: Vec<usize> = (0..whole.rows.len()).collect();
         let exact = receptance(whole, &ports, &everywhere)?;
         let selected = receptance(&self.superelement(whole)?, &ports, &ports.rows)?;
@@ -81,7 +81,7 @@ pub(super) fn ratio(a: f64, b: f64) -> f64 {
     if b > 0.0 { (a / b).sqrt() } else { 0.0 }
 }
 
-impl Ports {
+impl ScaledPorts {
     /// Squares of Frobenius norms: over blocks of one interface, and between two.
     fn squares(&self, h: &Mat<c64>) -> [f64; 2] {
         let mut squares = [0.0; 2];
@@ -97,7 +97,7 @@ impl Ports {
 /// H between forces and rows, scaled. `places` are the rows of `of` among those of the whole.
 pub(super) fn receptance(
     of: &Superelement,
-    ports: &Ports,
+    ports: &ScaledPorts,
     places: &[usize],
 ) -> Result<Receptance, Error> {
     let coordinates = DynamicCoordinates::of(of, Compatibility::Strong)?;

@@ -1,4 +1,4 @@
-//! What the interfaces feel statically beside the modes that stay.
+//! Static flexibility of the interfaces beyond the modes that stay.
 
 use dcb_dense::symmetrized;
 use dcb_formats::component::Role;

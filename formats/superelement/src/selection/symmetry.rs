@@ -243,7 +243,7 @@ impl Check<'_> {
         }
     }
 
-    /// What a coordinate is called.
+    /// Name of a coordinate.
     fn name(&self, coordinate: usize) -> String {
         let n_k = self.whole.mode_count();
         match coordinate.checked_sub(n_k) {

@@ -1,4 +1,4 @@
-//! What an order costs: entries of the Cholesky factor and multiplications to compute it, by a symbolic elimination.
+//! Cost of an order: entries of the Cholesky factor and multiplications to compute it, by a symbolic elimination.
 
 use super::QuotientGraph;
 
