@@ -164,7 +164,7 @@ impl Damping {
     }
 }
 
-/// An input file and what it was used for.
+/// An input file and its use.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Source {
     /// `stiffness`, `mass`, `mesh`, `boundary`, `mass.xx` and so on.
@@ -182,7 +182,7 @@ pub struct ComponentMasses {
     pub matrices: Vec<SparseMatrix>,
 }
 
-/// A load on the inside of the part.
+/// A load on the inside of the component.
 #[derive(Clone, Debug, PartialEq)]
 pub struct NamedLoad {
     /// Unique name.
@@ -191,7 +191,7 @@ pub struct NamedLoad {
     pub forces: Vec<f64>,
 }
 
-/// Geometric stiffness of the free part by what its prestress comes from, inertia relieved (the part accelerates under it).
+/// Geometric stiffness of the free component by the source of its prestress, inertia relieved (the component accelerates under it).
 #[derive(Clone, Debug, Default)]
 pub struct GeometricStiffness {
     /// (n_e, n_e) per product of spins ω_a ω_b, (rad/time)²: xx, yy, zz, xy, yz, zx, planar zz, `None` where there is none of it;
@@ -210,7 +210,7 @@ pub struct RowStiffness {
     pub matrix: SparseMatrix,
 }
 
-/// A component ready to be reduced: every part has been checked against the others.
+/// A component ready to be reduced: every member has been checked against the others.
 #[derive(Clone, Debug)]
 pub struct Component {
     /// Name.

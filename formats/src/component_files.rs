@@ -4,14 +4,14 @@
 //! `part.mass.xx.mtx` …, `part.load.NAME.mtx`, `part.stiffening.xx.mtx` … are found beside it, with or without `.gz`, unless named otherwise.
 
 mod component_masses;
-mod extras;
+mod loads_and_stiffening;
 mod mass_moments;
 mod sources;
 
 use std::path::{Path, PathBuf};
 
 use component_masses::{Operators, read_component_masses};
-use extras::{named_siblings, read_loads, read_stiffening};
+use loads_and_stiffening::{named_siblings, read_loads, read_stiffening};
 
 use crate::SparseMatrix;
 use crate::component::{Component, Source};
@@ -22,7 +22,7 @@ use crate::matrix::{MatrixReader, MatrixReport, check_operator_header};
 /// Component masses in stored order.
 const SPATIAL_MASSES: [&str; 6] = ["xx", "yy", "zz", "xy", "yz", "zx"];
 
-/// Where a component's parts are.
+/// Where a component's files are.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct ComponentFiles {
     /// K_ee.
@@ -33,7 +33,7 @@ pub struct ComponentFiles {
     pub description: PathBuf,
     /// L_b, if given or found.
     pub boundary: Option<PathBuf>,
-    /// Loads inside the part, by name.
+    /// Loads inside the component, by name.
     pub loads: Vec<(String, PathBuf)>,
     /// Geometric stiffness, by what the prestress comes from.
     pub stiffening: Vec<(String, PathBuf)>,
@@ -75,10 +75,10 @@ fn sibling(stem: &Path, ending: &str) -> PathBuf {
 }
 
 impl ComponentFiles {
-    /// Finds the parts beside the stiffness matrix.
+    /// Finds the files beside the stiffness matrix.
     ///
     /// # Errors
-    /// [`Error::File`] naming a missing part and the option that points elsewhere; before that, what shows at the beginning
+    /// [`Error::File`] naming a missing file and the option that points elsewhere; before that, what shows at the beginning
     /// of a file that can't be a stiffness matrix at all.
     pub fn beside(stiffness: &Path, overrides: &Overrides) -> Result<Self, Error> {
         let stem = stem(stiffness);
@@ -209,16 +209,10 @@ pub fn read_component(files: &ComponentFiles, memory: Option<u64>) -> Result<Com
         },
         &mut sources,
     )?;
-    let explicit_boundary = match &files.boundary {
-        None => None,
-        Some(path) => Some(read_boundary(
-            path,
-            &mut reader,
-            n_e,
-            &mut sources,
-            &mut notes,
-        )?),
-    };
+    let boundary = files.boundary.as_ref();
+    let explicit_boundary = boundary
+        .map(|path| read_boundary(path, &mut reader, n_e, &mut sources, &mut notes))
+        .transpose()?;
     let loads = read_loads(&files.loads, &mut reader, n_e, &mut sources)?;
     let geometric_stiffness = read_stiffening(
         &files.stiffening,

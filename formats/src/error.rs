@@ -54,10 +54,10 @@ pub enum Error {
         /// Found and expected.
         message: String,
     },
-    /// The parts of a component don't fit each other.
+    /// The files of a component don't fit each other.
     #[error("{message}")]
     Mismatch {
-        /// Which parts, with both numbers.
+        /// Which files, with both numbers.
         message: String,
     },
     /// The file takes more memory than it may, or than there is.

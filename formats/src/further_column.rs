@@ -20,7 +20,7 @@ const PAIRS: [(usize, usize, &str); 6] = [
 pub enum Answer<'a> {
     /// Centrifugal forces ∫ ρ Nᵀ S r of this pattern: S = I in the plane, e_a e_aᵀ or e_a e_bᵀ + e_b e_aᵀ in space.
     Spin(Dimension, usize),
-    /// A load on the inside of the part, by its name.
+    /// A load on the inside of the component, by its name.
     Load(&'a str),
     /// Inertia of the attachment of a row of the boundary localization, by its name.
     Krylov(&'a str),

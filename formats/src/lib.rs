@@ -12,7 +12,7 @@
 //! let rod = file.superelement()?;
 //! assert_eq!(rod.interfaces.len(), 2);
 //!
-//! // For a customer: nothing of the inside of the part.
+//! // For a customer: nothing of the inside of the component.
 //! let folder = tempfile::tempdir()?;
 //! let target = folder.path().join("rod.dcb.h5");
 //! let contents = Contents { superelement: &rod, recovery: None, mesh: None };

@@ -117,7 +117,7 @@ impl Read for Snapshot {
     }
 }
 
-/// Bytes and SHA-256 of a file that is small when it is what it should be.
+/// Bytes and SHA-256 of a file that should be small.
 ///
 /// # Errors
 /// As [`Snapshot::open`] and [`Snapshot::finish`]; [`Error::File`] for more than `most` bytes, of which not more are read.

@@ -1,4 +1,4 @@
-//! The reduced component: what a `.dcb.h5` file holds, as plain data.
+//! The reduced component: the content of a `.dcb.h5` file, as plain data.
 //!
 //! Symbols and shapes are those of `docs/notation.md`; n_b counts the rows of the boundary localization,
 //! n_k the kept modes, n_x further columns, n = n_k + n_b + n_x. Dense arrays are faer matrices in the shape
@@ -141,7 +141,7 @@ pub struct Moments {
     pub eigenvalue_bound: f64,
     /// Relative bounds of what ω² of the kept modes may be off, (n_k).
     pub eigenvalue_errors: Vec<f64>,
-    /// M-orthonormal rigid motions at the boundary rows, (n_b, 3 or 6); no column for a part that is held.
+    /// M-orthonormal rigid motions at the boundary rows, (n_b, 3 or 6); no column for a component that is held.
     pub rigid_shapes: Mat<f64>,
     /// σ, 1/time².
     pub shift: f64,
@@ -168,7 +168,7 @@ pub struct LoadedForces {
     pub eigenvalue_bound: f64,
 }
 
-/// A load on the inside of the part, by what it does to its motions; it keeps its direction in the body frame.
+/// A load on the inside of the component, as its work on the component's motions; it keeps its direction in the body frame.
 #[derive(Clone, Debug, PartialEq)]
 pub struct PartLoad {
     /// Unique name.
@@ -225,7 +225,7 @@ pub struct Superelement {
     pub enrichment: Option<Enrichment>,
     /// Power moments of the motions beyond the modes, if the file has them (since 1.2).
     pub moments: Option<Moments>,
-    /// Loads on the inside of the part, by name.
+    /// Loads on the inside of the component, by name.
     pub loads: Vec<PartLoad>,
     /// Where it came from.
     pub provenance: Provenance,

@@ -17,7 +17,7 @@ use crate::out_of_memory::address_space_limit;
 const SPARE: usize = 3;
 /// Address space of a thread's stack, bytes.
 const STACK_BYTES: u64 = 1 << 21;
-/// Stacks may take one part of so many of a limited address space.
+/// Stacks may take one fraction, 1 / this, of a limited address space.
 const STACKS: u64 = 4;
 
 /// How many threads work.

@@ -1,4 +1,4 @@
-//! The parts every generated component has in common.
+//! Members that every generated component has in common.
 
 use dcb_formats::component::{Damping, Interface, InterfaceKind, Role, Units, Weights};
 use dcb_formats::mesh::{Direction, Dof, DofMap, Mesh};

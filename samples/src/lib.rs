@@ -2,7 +2,7 @@
 //! a connecting rod, and the awkward cases a reducer has to recognise.
 //!
 //! Every function returns a complete [`dcb_formats::Component`]: stiffness and mass (exactly symmetric, full storage,
-//! columns sorted), mesh, dof table and interfaces. Units are SI; [`in_units`] gives the same part in other units and
+//! columns sorted), mesh, dof table and interfaces. Units are SI; [`in_units`] gives the same component in other units and
 //! [`write()`] puts it on disk as the files `reduce` reads. Nothing here solves anything.
 
 pub mod catalogue;

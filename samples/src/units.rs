@@ -1,4 +1,4 @@
-//! The same part in another unit system.
+//! The same component in another unit system.
 
 use dcb_formats::component::{Damping, RowStiffness, Units};
 use dcb_formats::{Component, SparseMatrix};

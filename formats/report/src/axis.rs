@@ -6,7 +6,7 @@ use plotters::coord::ranged1d::{KeyPointHint, NoDefaultFormatting, Ranged, Value
 
 use crate::chart::Scale;
 
-/// Part of the range that is left free at each end of a linear axis of values.
+/// Fraction of the range that is left free at each end of a linear axis of values.
 const MARGIN: f64 = 0.05;
 /// And at an end of a logarithmic one, where a value is nearer to it than that.
 const LOGARITHMIC_MARGIN: f64 = 0.03;

@@ -25,7 +25,7 @@ fn is_ordered(piece: &[[f64; 2]]) -> bool {
     piece.windows(2).all(|pair| pair[0][0] <= pair[1][0])
 }
 
-/// Of each column the first, lowest, highest and last point: what is drawn doesn't change.
+/// The first, lowest, highest and last point of each column of pixels: the picture stays the same.
 fn thinned(piece: &[[f64; 2]], x: &Ruler) -> Vec<[f64; 2]> {
     let column = |point: &[f64; 2]| (x.fraction(point[0]) * COLUMNS) as i64;
     let mut thin = Vec::new();

@@ -12,18 +12,18 @@
 mod axis;
 mod chart;
 mod curve;
-mod draw;
 mod html;
+mod label_places;
 mod ledger;
 mod page;
 mod pareto;
+mod svg;
 mod table;
-mod words;
 
 pub use chart::{Axis, Chart, Note, ReferenceSlope, Scale, Series, Style};
-pub use draw::{NotDrawn, small_svg, svg, write_svg};
 pub use html::escaped;
 pub use ledger::{Ledger, Start};
 pub use page::Page;
 pub use pareto::{Candidate, Family, cheapest_within, pareto_chart, pareto_front};
+pub use svg::{NotDrawn, small_svg, svg, write_svg};
 pub use table::{Cell, Column, Table};

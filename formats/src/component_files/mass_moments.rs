@@ -8,7 +8,7 @@
 //! X_aᵀ M_cd T_b = δ_bd T_cᵀ M X_a
 //! ```
 //! A file that is zero, transposed or in another's place has other moments. Fields that the dofs can't represent (those of
-//! a held part, recognized by K x ≠ 0) are left out; second moments too, because lumped masses don't keep them.
+//! a held component, recognized by K x ≠ 0) are left out; second moments too, because lumped masses don't keep them.
 
 use std::path::PathBuf;
 
@@ -16,7 +16,7 @@ use crate::SparseMatrix;
 use crate::error::Error;
 use crate::mesh::{Direction, DofMap, Mesh};
 
-/// Moments may differ by this, relative to the mass times the part's size.
+/// Moments may differ by this, relative to the mass times the component's size.
 const MOMENT_TOLERANCE: f64 = 1e-6;
 /// A row of K x this small, relative to its terms, is zero.
 const FREE_TOLERANCE: f64 = 1e-6;
@@ -90,7 +90,7 @@ pub(super) fn check_moments(
                     return Err(Error::File {
                         path: path.clone(),
                         message: format!(
-                            "is not the component mass {name} of this part: between its rigid motions {} and {} it gives {found:.6e}, but the mass matrix {expected:.6e} (missing entries, transposed, or another component's file?)",
+                            "is not the component mass {name} of this component: between its rigid motions {} and {} it gives {found:.6e}, but the mass matrix {expected:.6e} (missing entries, transposed, or another component's file?)",
                             left.direction.name(),
                             right.direction.name()
                         ),

@@ -4,7 +4,7 @@ use super::values::Number;
 use super::{Fault, fault};
 use crate::mesh::Dimension;
 
-/// Largest deviation of given axes from orthogonal unit vectors: what seven written digits leave.
+/// Largest deviation of given axes from orthogonal unit vectors: the rounding of seven written digits.
 const AXES_TOLERANCE: f64 = 1e-6;
 
 /// Three orthonormal rows; a planar frame may be given by its two rows in the plane.

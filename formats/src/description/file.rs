@@ -14,7 +14,7 @@ use super::values::{DirectionName, Dofs, ModalDamping, Number, RayleighDamping, 
 #[schemars(rename = "ComponentFile", extend("required" = ["points", "component"]))]
 #[expect(
     dead_code,
-    reason = "the skipped parts are declared so that they are not taken for typing errors"
+    reason = "the skipped members are declared so that they are not taken for typing errors"
 )]
 pub struct FilePart {
     /// Where this schema is, for editors; not used.

@@ -57,7 +57,7 @@ impl<'de, J: Deserialize<'de> + Into<T>, T> Visitor<'de> for Append<'_, J, T> {
     }
 }
 
-/// Rows of equal length in one flat array: what points and the cells of a block are.
+/// Rows of equal length in one flat array, as points and the cells of a block.
 fn equal_rows<'de, J, T, A>(
     rows: &mut A,
     row_name: &str,

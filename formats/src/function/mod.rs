@@ -1,4 +1,4 @@
-//! Functions of time: what drives, loads and inputs follow.
+//! Functions of time that drives, loads and inputs follow.
 //!
 //! [`Function`] is the description, as a scene writes it; [`TimeFunction`] is the same, checked and ready to be evaluated with its
 //! first and second derivative, or the integral of it where a drive prescribes a speed.

@@ -28,12 +28,12 @@ pub struct Trapezoid {
     pub max_jerk: Option<f64>,
 }
 
-/// Times and peaks of a rise: seven parts, of which some may take no time.
+/// Times and peaks of a rise: seven intervals, of which some may take no time.
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct Course {
-    /// Of each of the four parts in which the acceleration changes; zero without a limit of jerk.
+    /// Of each of the four intervals in which the acceleration changes; zero without a limit of jerk.
     changing: f64,
-    /// Of each of the two parts of constant acceleration.
+    /// Of each of the two intervals of constant acceleration.
     accelerating: f64,
     /// At the largest speed.
     cruising: f64,

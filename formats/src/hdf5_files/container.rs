@@ -75,7 +75,7 @@ impl Container {
         self.length
     }
 
-    /// Lets the next step read the whole file once, and a little more. A file whose parts refer to each other in
+    /// Lets the next step read the whole file once, and a little more. A file whose objects refer to each other in
     /// circles, or to the same bytes again and again, runs out of this.
     pub(crate) fn allow_reading(&self) {
         let allowance = self.length.saturating_add(SPARE_BYTES);

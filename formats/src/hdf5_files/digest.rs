@@ -86,7 +86,7 @@ pub(crate) struct Line {
 /// Attributes by the path of their object, then by name.
 pub(crate) type Attributes = BTreeMap<String, BTreeMap<String, Value>>;
 
-/// Whether the digest covers an attribute: what is only said to people stays outside.
+/// Whether the digest covers an attribute. Attributes that only people read stay outside.
 pub(crate) fn covers(path: &str, is_dataset: bool, name: &str) -> bool {
     match path {
         "/" => name != "digest" && name != "generator",

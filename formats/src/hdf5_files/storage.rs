@@ -1,4 +1,4 @@
-//! How a dataset is stored: what its layout claims is compared with the file before the HDF5 library takes memory for it.
+//! Storage of a dataset: the claims of its layout are compared with the file before the HDF5 library takes memory for it.
 //!
 //! Chunks are found through one of five indices (B-tree of version 1, single chunk, implicit, fixed array, extensible
 //! array; the library can't read a B-tree of version 2). The library lists the chunks of all of them in the same way, so
@@ -50,7 +50,7 @@ struct ChunkSize {
 }
 
 impl Storage {
-    /// Looks at a dataset, without its data and chunks: the file must be able to hold what its shape claims.
+    /// Looks at a dataset, without its data and chunks: the file must be able to hold an array of its shape.
     ///
     /// # Errors
     /// It has another type than the format's three, or claims more than the file can hold.

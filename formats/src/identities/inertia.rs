@@ -22,9 +22,9 @@ const TRACE_LIMIT: f64 = 1e-6;
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Couplings {
-    /// Integrals over the part: they belong to one field of displacements with the mass.
+    /// Integrals over the component: they belong to one field of displacements with the mass.
     Integrals,
-    /// The mass matrix at nodes whose rotations move the part between them too: approximations.
+    /// The mass matrix at nodes whose rotations move the component between them too: approximations.
     Nodal,
     /// The file doesn't say.
     Unknown,

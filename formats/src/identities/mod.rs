@@ -45,7 +45,7 @@ impl Identity {
     }
 }
 
-/// The identities that every load for dynamics checks: their cost is a small part of reading the numbers.
+/// The identities that every load for dynamics checks: their cost is a small fraction of reading the numbers.
 pub fn at_load(of: &Superelement) -> Vec<Identity> {
     [
         residual::at_load(of),

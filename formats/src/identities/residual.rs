@@ -16,9 +16,9 @@ use crate::superelement::Superelement;
 const TRANSFORM_LIMIT: f64 = 1e-4;
 /// Negative eigenvalues of matrices that are Gram matrices.
 const DEFINITENESS_LIMIT: f64 = 1e-8;
-/// σ² below this part of the largest has no scale of its own.
+/// σ² below this fraction of the largest has no scale of its own.
 const SMALLEST_SIGMA: f64 = 1e-12;
-/// Masses of rows below this part of the largest of their kind are rounding.
+/// Masses of rows below this fraction of the largest of their kind are rounding.
 const MASS_ROUNDING: f64 = 1e-18;
 
 const FLEXIBILITY: &str = "/residual/flexibility";
@@ -178,7 +178,7 @@ pub fn flexibilities(of: &Superelement) -> Vec<f64> {
     sums
 }
 
-/// Whether a part of the attachments may have been left out of `/residual`: on request, by a selection, or by a maker that doesn't say.
+/// Whether some of the attachments may have been left out of `/residual`: on request, by a selection, or by a maker that doesn't say.
 pub(super) fn may_be_cut(of: &Superelement) -> bool {
     let quality = &of.provenance.quality;
     let selections = of.provenance.options["selections"].as_array();

@@ -11,8 +11,8 @@ use std::sync::atomic::{AtomicU32, AtomicU64, Ordering};
 use faer::sparse::SymbolicSparseColMat;
 use rayon::prelude::*;
 
-use super::body::Block;
 use super::entries::Entries;
+use super::entry_blocks::Block;
 use super::shared::{shared_indices, shared_reals};
 use crate::SparseMatrix;
 

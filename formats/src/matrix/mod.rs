@@ -9,9 +9,9 @@
 
 mod assemble;
 mod banner;
-mod body;
 mod bytes;
 mod entries;
+mod entry_blocks;
 mod entry_reader;
 mod foreign;
 mod header;
@@ -22,8 +22,8 @@ mod symmetry;
 use std::path::Path;
 
 use assemble::{CannotAssemble, Columns, Expansion, full_count};
-use body::Blocks;
 use bytes::{BLOCK, TextBlocks};
+use entry_blocks::Blocks;
 use header::{Field, Layout, MatrixHeader, Symmetry};
 
 use crate::{Error, SparseMatrix};
@@ -187,7 +187,7 @@ impl MatrixReader {
         if purpose == Purpose::SymmetricOperator {
             refuse_as_operator(path, &header)?;
         }
-        let blocks = body::read_entries(path, text, &header, self)?;
+        let blocks = entry_blocks::read_entries(path, text, &header, self)?;
         header.check_dimensions(path, text.length())?;
         Ok((header, blocks))
     }

@@ -6,8 +6,8 @@ use std::sync::atomic::Ordering;
 use rayon::prelude::*;
 
 use super::assemble::Columns;
-use super::body::Blocks;
 use super::entries::Triplet;
+use super::entry_blocks::Blocks;
 use super::shared::shared_reals;
 use crate::Error;
 

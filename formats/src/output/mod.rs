@@ -2,12 +2,12 @@
 
 mod text;
 mod unfinished;
-mod whole;
+mod whole_file;
 
 pub use text::{write_json, write_text};
 pub use unfinished::{UnfinishedFolder, remove_leftover, remove_leftovers, remove_unfinished};
-pub(crate) use whole::write_whole;
-pub use whole::{Counted, Stream, check_output, copy_whole, is_same_file, write_stream};
+pub(crate) use whole_file::write_whole;
+pub use whole_file::{Counted, Stream, check_output, copy_whole, is_same_file, write_stream};
 
 /// Treatment of an output that exists already.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]

@@ -128,7 +128,7 @@ impl Drop for UnfinishedFolder {
 /// Removes what killed programs left of `target`.
 pub fn remove_leftovers(target: &Path) {
     if let Some(name) = target.file_name() {
-        remove_those(super::whole::folder_of(target), &start(name));
+        remove_those(super::whole_file::folder_of(target), &start(name));
     }
 }
 

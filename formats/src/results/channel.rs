@@ -44,7 +44,7 @@ impl Channel {
         }
     }
 
-    /// The last part of the path.
+    /// The last name of the path.
     pub fn name(&self) -> &str {
         self.path
             .rsplit_once('/')

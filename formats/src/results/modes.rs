@@ -2,7 +2,7 @@
 //!
 //! ```text
 //! /modes/frequency       (n_m)            cycles per time
-//! /modes/damping_ratio   (n_m)            part of the critical damping
+//! /modes/damping_ratio   (n_m)            fraction of the critical damping
 //! /modes/growth          (n_m)            real part of s in exp(s t)
 //! /modes/shapes/<body>   (n_m, 2, 6 + n)  δq in phase, and a quarter period behind
 //! ```
@@ -35,7 +35,7 @@ const LISTS: [(&str, &str); 3] = [
 pub struct SystemModes {
     /// Cycles per time, (n_m).
     pub frequency: Vec<f64>,
-    /// Parts of the critical damping, (n_m).
+    /// Fractions of the critical damping, (n_m).
     pub damping_ratio: Vec<f64>,
     /// Real parts of s, 1/time, (n_m).
     pub growth: Vec<f64>,

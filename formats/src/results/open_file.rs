@@ -47,7 +47,7 @@ pub(super) struct OpenFile {
     file: hdf5::File,
     time: Dataset,
     channels: Vec<(Dataset, usize)>,
-    /// Values of one dataset's part of a block.
+    /// Values of one dataset in a block.
     part: Vec<f64>,
     rows: usize,
     pub(super) last_written: Option<f64>,

@@ -46,7 +46,7 @@ impl Results {
     /// Opens a file and checks everything but the histories.
     ///
     /// # Errors
-    /// The file can't be read, isn't a results file, is of a higher major version, or its parts don't fit each
+    /// The file can't be read, isn't a results file, is of a higher major version, or its datasets don't fit each
     /// other; the message names the place.
     pub fn open(path: impl AsRef<Path>) -> Result<Self, Error> {
         let path = path.as_ref().to_owned();

@@ -1,4 +1,4 @@
-//! Whether the parts of a scene fit each other: names, sizes, and who refers to whom.
+//! Whether the members of a scene fit each other: names, sizes, and who refers to whom.
 
 use crate::description::{listed, suggestion};
 use crate::mesh::Dimension;
@@ -174,7 +174,7 @@ pub(super) fn name(location: &str, name: &str) -> Result<(), Error> {
     Ok(())
 }
 
-/// Every part of a list with the place it has: the names, then what `check` says of each.
+/// Every member of a list with its place: the names, then what `check` says of each.
 pub(super) fn each<T>(
     list: &str,
     parts: &super::Named<T>,

@@ -1,4 +1,4 @@
-//! Joints: what two places of two bodies have in common, and what two joints have in common.
+//! Joints: constraints between two places of two bodies, and between two joints.
 //!
 //! `a` and `b` are attachments on different bodies. An axis is given in the axes of `a` (`axis_b` in those of `b`), not
 //! necessarily as a unit vector. Where `axis_b` is absent, the axis lies in `b` as the initial placement draws it.

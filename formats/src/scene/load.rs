@@ -18,7 +18,7 @@ pub enum Load {
     /// A torque: 1 (planar) or 3 components.
     #[serde(deserialize_with = "object")]
     Torque(LoadFunction),
-    /// A load on the inside of a part, by its name in the superelement's file; it turns with the body.
+    /// A load on the inside of a component, by its name in the superelement's file; it turns with the body.
     #[serde(deserialize_with = "object")]
     PartLoad(PartLoadFunction),
 }

@@ -287,7 +287,7 @@ impl Record {
 /// Times that a scene may ask for.
 const MOST_TIMES: f64 = 1e9;
 
-/// An interval of time, not so short that nobody could wait for what it asks for.
+/// An interval of time, not so short that nobody could wait for its records.
 fn often(location: &str, interval: f64, end: Option<f64>) -> Result<(), Error> {
     positive(location, interval)?;
     match end {

@@ -7,7 +7,7 @@ use serde::{Deserialize, Serialize};
 use super::check::{Checker, finite, vector};
 use crate::Error;
 
-/// Largest deviation of a given quaternion's length from one: what seven written digits leave.
+/// Largest deviation of a given quaternion's length from one: the rounding of seven written digits.
 const QUATERNION_TOLERANCE: f64 = 1e-6;
 
 /// Rounding allowed to an inertia matrix, relative to its trace.

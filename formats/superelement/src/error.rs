@@ -32,7 +32,7 @@ pub enum Error {
         /// The request, and what would be right.
         message: String,
     },
-    /// A part that isn't symmetric about a plane is to move in it alone.
+    /// A component that isn't symmetric about a plane is to move in it alone.
     #[error(transparent)]
     Asymmetric(#[from] Asymmetry),
     /// Errors are asked for over a band in which they aren't known.

@@ -1,4 +1,4 @@
-//! Eigenvalues with all interfaces held: of a reduced part by dense algebra, of the unreduced one by counting.
+//! Eigenvalues with all interfaces held: of a superelement by dense algebra, of the unreduced component by counting.
 //!
 //! *Reduced.* ReducedCoordinates y with stiffness diag(k), mass 1 or 0 each and interface motion B y: the motions with B y = 0 are spanned by Z, and
 //! the eigenvalues are those of (Zᵀ k Z, Zᵀ m Z). With all motions shifted by τ and (k + τ m)^½ Z = Q R they are those of the compliances
@@ -26,7 +26,7 @@ const WIDTH: f64 = 4.0 * f64::EPSILON;
 /// A count at an eigenvalue is repeated this far beside it, relatively.
 const BESIDE: f64 = 1e-13;
 
-/// ReducedCoordinates of a reduced part.
+/// Reduced coordinates of a superelement.
 #[derive(Clone, Debug)]
 pub struct ReducedCoordinates {
     /// k; positive for massless coordinates.
@@ -88,7 +88,7 @@ pub fn rank(shapes: &Mat<f64>) -> usize {
     shapes.ncols() - free_motions(shapes).ncols()
 }
 
-/// Orthonormal Z with B Z = 0 for B (m, n): what the rows of B leave. Found in finitely many steps, whatever repeats.
+/// Orthonormal basis Z of the null space of B, (m, n): B Z = 0. It takes finitely many steps, even if rows repeat.
 fn free_motions(rows: &Mat<f64>) -> Mat<f64> {
     let n = rows.ncols();
     if rows.nrows() == 0 {
@@ -134,7 +134,7 @@ pub fn dual_eigenvalues(
     Some(values.into_iter().skip(rank + loose).collect())
 }
 
-/// Held eigenvalues of the unreduced part below `limit`, ascending. `response` is H between independent combinations of
+/// Held eigenvalues of the unreduced component below `limit`, ascending. `response` is H between independent combinations of
 /// rows, `free` the free eigenvalues, rigid ones as zeros, ascending.
 pub fn counted_eigenvalues(
     response: &Receptance,

@@ -25,7 +25,7 @@
 //! ```
 //!
 //! ```
-//! // Six modes are wanted of a part with double roots: the seventh belongs to the sixth.
+//! // Six modes are wanted of a component with double roots: the seventh belongs to the sixth.
 //! let squares = [1.0, 4.0, 4.0, 9.0, 16.0, 25.0, 25.0, 36.0];
 //! assert_eq!(dcb_superelement::extended_to_gap(&squares, 6), 7);
 //! ```

@@ -88,7 +88,7 @@ fn directions(of: &Superelement, name: &str, forces: &[Vec<f64>]) -> Option<Load
     })
 }
 
-/// Selections that say up to which frequency they are good may leave out slower modes that don't take part.
+/// Selections that say up to which frequency they are good may leave out slower modes that no force moves.
 fn frequency(
     of: &Superelement,
     records: &[SelectionRecord],

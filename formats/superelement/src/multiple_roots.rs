@@ -1,6 +1,6 @@
 //! Where a list of eigenvalues may end.
 
-/// Eigenvalues closer than this, relatively, are one multiple root, which is never cut. Meshes of symmetric parts split a double root by
+/// Eigenvalues closer than this, relatively, are one multiple root, which is never cut. Meshes of symmetric components split a double root by
 /// rounding only (1e-9 and less), nearly double roots of slightly unsymmetric meshes by 1e-4 and more.
 pub const CLUSTER_TOLERANCE: f64 = 1e-5;
 

@@ -1,10 +1,10 @@
-//! How interfaces move under forces at interfaces: the receptance H of a part, unreduced or reduced, as a sum over poles and a
+//! How interfaces move under forces at interfaces: the receptance H of a component, unreduced or reduced, as a sum over poles and a
 //! short power series.
 //!
 //! ```text
 //! H(λ) = Σ_p s_p f_p / (λ_p - λ)  +  Σ_j (λ/λ₀)^j S_j        λ = ω² / (1 + iη)
 //! ```
-//! Rigid motions are poles at zero. With a structural loss factor η the part's receptance is H(λ) / (1 + iη), because
+//! Rigid motions are poles at zero. With a structural loss factor η the component's receptance is H(λ) / (1 + iη), because
 //! K (1 + iη) - ω² M = (1 + iη) (K - λ M).
 
 use faer::{Mat, Scale, c64};

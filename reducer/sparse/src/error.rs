@@ -9,7 +9,7 @@ pub enum Error {
         /// Its use.
         what: &'static str,
     },
-    /// A file can't hold what it should.
+    /// A file can't hold the factor.
     #[error(transparent)]
     File(#[from] dcb_formats::Error),
 }

@@ -2,7 +2,7 @@
 //!
 //! The block is packed so that a row is one or two cache lines, and a pass over the matrix serves eight or sixteen columns. Three
 //! rows of the matrix are taken together. On solids they are those of one node and use the same rows of the block (stiffness) or
-//! adjacent ones (mass), so that one index serves three entries. What bounds the product is fetching rows of the block, which
+//! adjacent ones (mass), so that one index serves three entries. The product is bounded by fetching rows of the block, which
 //! stand where the mesher numbered the nodes: they are asked for three rows ahead, as are the matrix's entries.
 //!
 //! Every entry of the result is a sum in the order of the matrix's entries, whatever the number of threads.

@@ -24,7 +24,7 @@ const WRITING: [&str; 14] = [
 
 /// Who may, and why.
 const ALLOWED: [(&str, &str); 9] = [
-    ("formats/src/output/whole.rs", "is the writer"),
+    ("formats/src/output/whole_file.rs", "is the writer"),
     (
         "formats/src/hdf5_files/create.rs",
         "HDF5 into an unfinished file",

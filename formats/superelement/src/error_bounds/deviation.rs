@@ -17,7 +17,7 @@ use super::DENSE_ROUNDING;
 use super::ErrorBounds;
 use super::rows::Rows;
 
-/// H of a form at one λ, and what it lacks, between some rows and those of them that forces act on; rows are scaled.
+/// H of a form at one λ, and its error, between some rows and those of them that forces act on; rows are scaled.
 pub(super) struct Deviation {
     /// H of the form.
     pub reduced: Mat<c64>,

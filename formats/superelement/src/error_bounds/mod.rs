@@ -1,12 +1,12 @@
-//! How far a superelement is off, from the superelement alone: rigorous bounds of its receptance, static response and held frequencies.
+//! Errors of a superelement, from the superelement alone: rigorous bounds of its receptance, static response and held frequencies.
 //!
-//! The file's power moments ([`dcb_formats::superelement::Moments`]) bound what the modes leave out on both sides:
+//! The file's power moments ([`dcb_formats::superelement::Moments`]) bound the omitted motions on both sides:
 //! no finer reduction and no further solution is needed, whatever the band and whichever rows are of interest. `docs/error-estimate.md` has
 //! the derivation. Measures, scales and norms are those of `reduce study`.
 
 mod blocks;
 mod deviation;
-mod held;
+mod held_eigenvalues;
 mod model;
 mod ports;
 mod rows;
@@ -17,7 +17,7 @@ use faer::{Mat, c64};
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
-pub use self::held::HeldEigenvalue;
+pub use self::held_eigenvalues::HeldEigenvalue;
 
 use self::blocks::{Blocks, InterfacePairs};
 use self::deviation::ScaledMoments;
@@ -28,7 +28,7 @@ use crate::FrequencyBand;
 
 /// Equally spaced points of a usual band: those of a study.
 pub const POINTS: usize = 400;
-/// Rounding of a moment, whatever its columns are.
+/// Relative rounding of a moment.
 pub const DENSE_ROUNDING: f64 = 64.0 * f64::EPSILON;
 
 /// An error between its bounds.
@@ -76,7 +76,7 @@ pub struct Estimate {
     pub free_frequency: f64,
 }
 
-/// H of a superelement between rows at one frequency, with what it is off; in the file's units, forces act on the columns' rows.
+/// H of a superelement between rows at one frequency, with its error. All are in the file's units; forces act on the columns' rows.
 #[derive(Clone, Debug)]
 pub struct ErrorMatrices {
     /// Rows that forces act on, which the columns belong to.
@@ -253,7 +253,7 @@ impl ErrorBounds {
         let places: Vec<usize> = (0..rows.len())
             .filter(|i| self.rows.attached[rows[*i]])
             .collect();
-        // Back from scaled rows, and H / (1 + iη) is the damped part's.
+        // Back from scaled rows, and H / (1 + iη) is the damped component's.
         let unscaled = |i: usize, j: usize| {
             let whole = self.rows.scale[rows[i]] * self.rows.scale[forced[j]];
             if whole > 0.0 { 1.0 / whole } else { 0.0 }

@@ -1,6 +1,6 @@
 //! Model of the motions beyond a superelement's modes, in combinations of the static shapes X of the power moments.
 //!
-//! A unit force at row j moves the part by X g_j(λ) beside its rigid motions and modes, and the rows by C_j(λ):
+//! A unit force at row j moves the component by X g_j(λ) beside its rigid motions and modes, and the rows by C_j(λ):
 //!
 //! ```text
 //! strong   g = Q + T diag(λ / (σ² (σ² - λ))) Bᵀ     C = F + B diag(λ / (σ² (σ² - λ))) Bᵀ

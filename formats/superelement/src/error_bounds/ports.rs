@@ -8,7 +8,7 @@ use faer::Mat;
 /// A force is dependent on the others of its interface if less than this fraction of its size is beyond them.
 const DEPENDENT: f64 = 1e-6;
 
-/// Rows of L_b that stand for themselves, and combinations of rows.
+/// Rows of L_b alone, and combinations of rows.
 pub(super) struct Ports {
     /// W, orthonormal columns over scaled rows and further columns, (n_b + n_x, p + n_x).
     pub columns: Mat<f64>,

@@ -9,7 +9,7 @@ use faer::Mat;
 
 use super::ports::Ports;
 
-/// Flexibilities below this part of the largest belong to dependent forces.
+/// Flexibilities below this fraction of the largest belong to dependent forces.
 const DEPENDENT: f64 = 1e-12;
 
 /// Scales of boundary rows and further columns, and the motions that the modes and the frame give the rows.

@@ -1,4 +1,4 @@
-//! S, the reduced basis as combinations of the whole's, and what becomes of a superelement and its fields under it.
+//! The reduced basis S as combinations of the whole's, and the superelement and its fields in this basis.
 
 use crate::ResidualFilter;
 use dcb_dense::symmetrized;
@@ -34,7 +34,7 @@ pub(super) struct Choice<'a> {
     pub up_to: Option<f64>,
 }
 
-/// S and what it was made of.
+/// S and the choice that it was made of.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Basis {
     turn: Option<Mat<f64>>,

@@ -8,7 +8,7 @@ use faer::Mat;
 
 use super::in_plane::SYMMETRIC;
 
-/// A mode is moved by a force from this part on of the most that it could be, as a cosine.
+/// A mode is moved by a force from this fraction on of the most that it could be, as a cosine.
 const MOVED: f64 = SYMMETRIC;
 /// How far a resonance enlarges a response over its static one.
 const RESONANCE: f64 = 1.0 / LOSS_FACTOR;

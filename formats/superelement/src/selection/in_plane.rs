@@ -11,10 +11,10 @@ use super::symmetry::refuse_asymmetric;
 use super::{InterfaceSelection, Selection};
 use crate::Error;
 
-/// Couplings of a part that counts as symmetric are below this.
+/// Couplings of a component that counts as symmetric are below this.
 pub const SYMMETRIC: f64 = 1e-6;
 
-/// Normal of a plane of motion through the part: an axis of the component.
+/// Normal of a plane of motion through the component: an axis of the component.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Normal {
     /// The plane is y, z.
@@ -71,10 +71,10 @@ impl Normal {
     }
 }
 
-/// The coordinates of a symmetric part that a motion in its plane of symmetry moves, and no others.
+/// The coordinates of a symmetric component that a motion in its plane of symmetry moves, and no others.
 ///
-/// The plane goes through the centre of mass. Nothing is lost for motions in it, but for couplings below the tolerance; reactions that hold the part in
-/// the plane act on a part that is rigid against them.
+/// The plane goes through the centre of mass. Nothing is lost for motions in it, but for couplings below the tolerance; reactions that hold the component in
+/// the plane act on a component that is rigid against them.
 #[derive(Clone, Debug, PartialEq)]
 pub struct InPlane {
     normal: Normal,
@@ -146,7 +146,7 @@ impl InPlane {
         })
     }
 
-    /// The part in space with the coordinates in the plane alone: its rows all stay.
+    /// The component in space with the coordinates in the plane alone: its rows all stay.
     pub fn selection(&self) -> &Selection {
         &self.selection
     }

@@ -246,7 +246,7 @@ impl Selection {
         Ok(self.basis(whole)?.recovery(fields))
     }
 
-    /// S and what it was made of.
+    /// S and the choice that it was made of.
     pub(crate) fn basis(&self, whole: &Superelement) -> Result<Basis, Error> {
         let rows = self.rows(whole);
         self.basis_over(whole, rows)

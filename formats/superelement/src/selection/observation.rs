@@ -1,4 +1,4 @@
-//! A superelement with some of its nodes as rows that are observed: what a selection costs there counts as at interfaces.
+//! A superelement with some of its nodes as observed rows: errors of a selection at these nodes count as those at interfaces.
 
 use dcb_formats::component::{InterfaceKind, Role};
 use dcb_formats::superelement::{

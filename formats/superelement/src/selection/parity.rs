@@ -1,6 +1,6 @@
 //! Which coordinates move in a plane and which out of it.
 //!
-//! Mirrored at the plane a coordinate of a symmetric part becomes itself (in the plane) or its negative (out of it). Rows tell it by their direction, modes and
+//! Mirrored at the plane a coordinate of a symmetric component becomes itself (in the plane) or its negative (out of it). Rows tell it by their direction, modes and
 //! further columns by what they do at the rows and to the inertia. Modes of one multiple root come in any combination: they are turned apart first.
 
 use dcb_dense::{symmetric_eigen, symmetrized};

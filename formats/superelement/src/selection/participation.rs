@@ -6,7 +6,7 @@
 //! z  = (1, -v),   v = (P T)ᵀ w                     on (φ, ζ), orthogonal in M to what is left
 //! ΔH = p pᵀ / q,  p = L D⁻¹ z,  q = zᵀ D⁻¹ z       D = diag(ω² - λ, σ² - λ)
 //! ```
-//! so that no mode costs more than a few products. Where w has a part that no attachment has, absorbing φ adds as much to the attachments as it takes away,
+//! so a mode costs only a few products. Where w has a part that no attachment has, absorbing φ adds as much to the attachments as it takes away,
 //! and nothing changes at all.
 
 use crate::ResidualFilter;

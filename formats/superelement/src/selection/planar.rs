@@ -114,7 +114,7 @@ fn inertia(spatial: &Inertia, normal: Normal) -> Inertia {
     }
 }
 
-/// Planar files have I2 = Ψᵀ M Ψ, in which motions along the normal count as if they turned the part; they are taken back here.
+/// Planar files have I2 = Ψᵀ M Ψ, in which motions along the normal count as if they turned the component; they are taken back here.
 fn stiffening(spatial: &Superelement, normal: usize) -> Stiffening {
     let mass = reduced_mass(spatial);
     let across = &mass - &spatial.inertia.i2[normal];

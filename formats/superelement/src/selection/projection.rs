@@ -1,4 +1,4 @@
-//! Interface forces that are left, P: what a unit force on each row becomes.
+//! Projector P of interface forces: column by column, the force that replaces a unit force on a row.
 //!
 //! Where an interface is loaded along the forces B only, its attachments are X B. They stay one for each row, because the file has them so:
 //!
@@ -15,7 +15,7 @@ use super::interface::InterfaceSelection;
 use super::statics::Statics;
 use crate::Error;
 
-/// Forces count as dependent where the energy of what one has beyond the others is below this part of its own.
+/// Forces count as dependent where the energy of what one has beyond the others is below this fraction of its own.
 const DEPENDENT: f64 = 1e-12;
 
 /// P over the rows of `of`, (n_b, rows): `interfaces` says what interface each row of the whole belongs to.

@@ -5,7 +5,7 @@ use dcb_formats::superelement::{BoundaryRow, FrameKind, Superelement};
 use faer::Mat;
 use nalgebra::{Matrix3, Vector3};
 
-/// M-orthonormal rigid motions at the rows, (n_b, r). None in a frame that isn't on mean axes, whose part is held; none of explicit rows, which don't
+/// M-orthonormal rigid motions at the rows, (n_b, r). None in a frame that isn't on mean axes, whose component is held; none of explicit rows, which don't
 /// say how the frame moves them.
 pub(super) fn rigid_motions(whole: &Superelement) -> Mat<f64> {
     if whole.frame_kind == FrameKind::Given {

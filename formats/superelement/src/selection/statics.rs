@@ -5,7 +5,7 @@ use dcb_formats::component::Role;
 use dcb_formats::superelement::Superelement;
 use faer::{Mat, MatRef};
 
-/// Flexibilities below this part of the largest of their kind, of forces or of moments, are rounding: what is left of a direction that an earlier
+/// Flexibilities below this fraction of the largest of their kind, of forces or of moments, are rounding: what is left of a direction that an earlier
 /// selection didn't load.
 const ROUNDING: f64 = 1e-12;
 
@@ -73,7 +73,7 @@ impl Statics {
     }
 }
 
-/// Rows of attachments along which a force deflects the part by more than rounding.
+/// Rows of attachments along which a force deflects the component by more than rounding.
 fn acting(whole: &Superelement, shapes: MatRef<'_, f64>) -> Vec<bool> {
     let residual = &whole.residual;
     let flexibilities: Vec<f64> = (0..whole.rows.len())

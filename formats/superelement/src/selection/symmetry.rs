@@ -1,4 +1,4 @@
-//! Whether a part is symmetric about a plane, as far as its interfaces and its inertia can tell.
+//! Whether a component is symmetric about a plane, as far as its interfaces and its inertia can tell.
 
 use dcb_formats::superelement::Superelement;
 use faer::Mat;

@@ -1,6 +1,6 @@
 //! Frequencies with the interfaces held, between bounds.
 //!
-//! Below λ the part has as many held eigenvalues as free ones, less the negative eigenvalues of H(λ) between independent combinations of
+//! Below λ the component has as many held eigenvalues as free ones, less the negative eigenvalues of H(λ) between independent combinations of
 //! rows ([`crate::held_frequencies`]). With H between two quadratic forms the count is between two counts, and where the upper one is at most i
 //! the held eigenvalue i isn't below λ; where the lower one is above i it isn't above λ.
 
@@ -22,7 +22,7 @@ const BESIDE: f64 = 1e-13;
 /// A search that ends above this isn't told from the whole.
 const WHOLE: f64 = 1.0 - 1e-3;
 
-/// A held eigenvalue of the unreduced part between its bounds, ω² in 1/time².
+/// A held eigenvalue of the unreduced component between its bounds, ω² in 1/time².
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct HeldEigenvalue {
     /// Of the superelement; absent if it lacks this one.

@@ -1,4 +1,4 @@
-//! Optional files with a name of their own: loads inside the part, and geometric stiffness.
+//! Optional files with a name of their own: loads inside the component, and geometric stiffness.
 //!
 //! `part.load.NAME.mtx` is a load vector, (n_e, 1). `part.stiffening.xx.mtx` … are stiffness matrices per product of spins, planar
 //! `part.stiffening.zz.mtx`; `part.stiffening.INTERFACE.ux.mtx` is one per unit force along a row of an interface.

@@ -16,7 +16,7 @@ use plotters::style::text_anchor::{HPos, Pos, VPos};
 use crate::axis::{Ends, Ruler};
 use crate::chart::{Chart, ReferenceSlope, Scale, Style};
 use crate::curve::pieces;
-use crate::words::{Mark, Word, placed};
+use crate::label_places::{Mark, Word, placed};
 use dcb_formats::Error;
 use dcb_formats::output::{Replace, write_stream};
 
