@@ -58,7 +58,7 @@ pub struct ModeOptions {
 }
 
 impl ModeOptions {
-    /// What they ask for.
+    /// Request.
     pub fn request(&self) -> ModeRequest {
         match self.max_frequency {
             Some(hertz) => ModeRequest::BelowHertz(hertz),

@@ -10,7 +10,7 @@ pub trait Observer {
     fn begin(&mut self, stage: Stage);
     /// The running stage has done about this share of its work, 0 to 1.
     fn progress(&mut self, share: f64);
-    /// What the reduction will cost, before the first factorization.
+    /// Cost of the reduction, before the first factorization.
     fn forecast(&mut self, _: &Forecast, _: &MemoryLimit) {}
 }
 

@@ -30,7 +30,7 @@ fn control(mechanism: &mut Mechanism, gains: [f64; 2], duration: f64) -> Result<
 /// Tries two futures of the same pendulum, and one of them twice.
 ///
 /// # Errors
-/// Whatever stops the start or a step.
+/// Any error of the start or of a step.
 pub fn main() -> Result<(), Error> {
     let scene = Scene::parse(SCENE, Path::new("pendulum.json"))?;
     let mut mechanism = Mechanism::start(&scene)?;

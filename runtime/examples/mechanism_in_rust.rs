@@ -72,7 +72,7 @@ fn scene() -> Scene {
 /// Runs the scene for two seconds.
 ///
 /// # Errors
-/// Whatever stops the start or a step.
+/// Any error of the start or of a step.
 pub fn main() -> Result<(), Error> {
     let mut mechanism = Mechanism::start(&scene())?;
     println!("time [s], height [m], torque [N m]");

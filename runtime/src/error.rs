@@ -2,7 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
-/// What went wrong, and what would be right.
+/// Errors: the finding, and the remedy.
 #[derive(Debug, thiserror::Error)]
 pub enum Error {
     /// The superelement's file can't be used.
@@ -29,7 +29,7 @@ pub enum Error {
     NothingToShow {
         /// The file that would have shown it.
         path: PathBuf,
-        /// What is missing.
+        /// Missing part.
         message: String,
     },
     /// The superelement has something that the dynamics doesn't handle.
@@ -37,9 +37,9 @@ pub enum Error {
     NotHandled {
         /// Name of the body.
         body: String,
-        /// What was found.
+        /// Value found.
         what: &'static str,
-        /// What to do instead.
+        /// Remedy.
         remedy: &'static str,
     },
     /// Nothing of the kind follows from the superelement.
@@ -70,7 +70,7 @@ pub enum Error {
     /// Accelerations were asked for in a closed form that the body doesn't have.
     #[error("no closed form for the accelerations of this body: {what}")]
     NoClosedForm {
-        /// What the body has beyond it.
+        /// Property of the body beyond it.
         what: &'static str,
     },
     /// A quantity of a body made in memory has to be positive and isn't.
@@ -78,7 +78,7 @@ pub enum Error {
     NotPositive {
         /// Name of the body.
         body: String,
-        /// What it is.
+        /// Kind.
         quantity: &'static str,
         /// `positive`, or a weaker demand.
         required: &'static str,
@@ -147,7 +147,7 @@ pub enum Error {
         time: f64,
         /// The drive or load that follows it.
         name: String,
-        /// What it is there.
+        /// Kind there.
         found: f64,
     },
     /// Newton's iteration did not converge.
@@ -161,7 +161,7 @@ pub enum Error {
         iterations: usize,
         /// Size of the last correction, a length.
         residual: f64,
-        /// What would have been small enough.
+        /// Tolerance.
         tolerance: f64,
         /// The body with the largest correction.
         worst: String,
@@ -182,7 +182,7 @@ pub enum Error {
         iterations: usize,
         /// Size of the last correction, a length.
         residual: f64,
-        /// What would have been small enough.
+        /// Tolerance.
         tolerance: f64,
         /// The body with the largest correction.
         body: String,
@@ -191,10 +191,10 @@ pub enum Error {
     },
     /// A mechanism isn't moved by its drives alone.
     #[error(
-        "{count} freedoms are left to dynamics beside the drives; drive as many joint coordinates more, or run the dynamics"
+        "{count} degrees of freedom are left to dynamics beside the drives; drive as many joint coordinates more, or run the dynamics"
     )]
     NotDriven {
-        /// Freedoms left.
+        /// Degrees of freedom left.
         count: usize,
     },
     /// Steps had to become too small.
@@ -302,11 +302,11 @@ pub enum Error {
     /// A number from the calling program can't be used.
     #[error("{quantity} is {found}; give {expected}")]
     BadNumber {
-        /// What it is for.
+        /// Purpose.
         quantity: String,
         /// As given.
         found: f64,
-        /// What would be right.
+        /// Expected value.
         expected: &'static str,
     },
     /// A saved state has other sizes than the mechanism that is to go on from it.
@@ -320,12 +320,12 @@ pub enum Error {
         /// The nearest name, or those that there are.
         hint: String,
     },
-    /// What was read would be lost.
+    /// The output would overwrite an input.
     #[error("{}: is {role}, which writing there would destroy; name another file", path.display())]
     WouldDestroyInput {
         /// The file.
         path: PathBuf,
-        /// What it is in this run.
+        /// Its role in this run.
         role: &'static str,
     },
     /// No input has this name.
@@ -357,7 +357,7 @@ pub enum Error {
         quantity: &'static str,
         /// As given.
         found: [f64; 3],
-        /// What would be right.
+        /// Expected value.
         expected: &'static str,
     },
     /// Axes that must be perpendicular are not.
@@ -449,7 +449,7 @@ pub enum Error {
     Description {
         /// Where: a path of keys such as `joints.axle.revolute.a`.
         location: String,
-        /// What was found, and what would be right.
+        /// Finding and expectation.
         message: String,
     },
 }

@@ -67,10 +67,10 @@ pub mod watch;
 
 pub use body::{Attachment, Compatibility, FlexibleBody, GeneralizedBody, RigidBody, RigidPoint};
 pub use dcb_formats::Scene;
+pub use dcb_formats::scene::InertiaChange;
 pub use error::Error;
 pub use frame::{
-    BodyAcceleration, BodyState, FrameInertia, InertiaChange, InertiaForces, InertiaTangent,
-    InertiaTerms,
+    BodyAcceleration, BodyState, FrameInertia, InertiaForces, InertiaTangent, InertiaTerms,
 };
 pub use mechanism::Mechanism;
 pub use model::Model;

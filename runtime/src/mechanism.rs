@@ -41,7 +41,7 @@ impl Mechanism {
             ..
         } = Model::load(scene)?;
         let method = run::method(&integrator);
-        let redundancy = run::redundancy(scene);
+        let redundancy = scene.redundant_constraints;
         let (simulation, initial) =
             Simulation::start_holding(system, drawn, method, redundancy, &held)?;
         let columns = recorder.channels().iter();
@@ -56,7 +56,7 @@ impl Mechanism {
         })
     }
 
-    /// What was done to make the start consistent.
+    /// Changes that made the start consistent.
     pub fn initial(&self) -> &InitialReport {
         &self.initial
     }

@@ -9,10 +9,10 @@ use dcb_formats::TimeFunction;
 use dcb_formats::component::Units;
 use dcb_formats::function::Function;
 use dcb_formats::mesh::{Dimension, Direction};
+use dcb_formats::scene::RedundantConstraints;
 use dcb_formats::scene::Scheme;
 use dcb_reducer::{Reduced, Reduction, reduce};
 use dcb_runtime::body::{RigidBody, RigidPoint};
-use dcb_runtime::initial::Redundancy;
 use dcb_runtime::integrator::{Formulation, Method, Tolerance};
 use dcb_runtime::joint::{JointKind, Prismatic, Revolute};
 use dcb_runtime::measure::Measure;
@@ -139,7 +139,7 @@ impl SliderCrank {
         let method = method(radius);
         let (system, state) = (self.system.clone(), self.state.clone());
         let (simulation, report) =
-            Simulation::start(system, state, method, Redundancy::MinimumNorm).unwrap();
+            Simulation::start(system, state, method, RedundantConstraints::MinimumNorm).unwrap();
         assert!(report.redundant.is_empty(), "{report:?}");
         simulation
     }
@@ -320,7 +320,7 @@ fn interface_forces_energy_and_restoring() {
         method.formulation = formulation;
         let (system, state) = (crank.system.clone(), crank.state.clone());
         let (mut simulation, _) =
-            Simulation::start(system, state, method, Redundancy::MinimumNorm).unwrap();
+            Simulation::start(system, state, method, RedundantConstraints::MinimumNorm).unwrap();
         let step = TAU / SPEED / 3600.0;
         let mut peak: f64 = 0.0;
         for _ in 0..1800 {
@@ -465,7 +465,7 @@ fn rod_between_two_pins() {
     }
     let (system, state) = builder.finish();
     let (mut simulation, report) =
-        Simulation::start(system, state, method(0.8), Redundancy::Refuse).unwrap();
+        Simulation::start(system, state, method(0.8), RedundantConstraints::Refuse).unwrap();
     assert!(report.redundant.is_empty());
     let weight = 9.81 * reduced.superelement.inertia.mass;
     let period = TAU / (PI * PI / (ROD * ROD) * bending_speed());

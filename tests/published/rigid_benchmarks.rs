@@ -5,7 +5,7 @@
 //! (2006) 179-190 (problems A01, A02, A04); the IFToMM library's problem "spatial rigid slider-crank mechanism" and the
 //! solutions submitted to it; values of Exudyn's examples where named.
 
-use dcb_runtime::initial::Redundancy;
+use dcb_formats::scene::RedundantConstraints;
 use dcb_tests::mechanism::rigid_benchmarks::{
     Last, SUBMITTED_PLACES, bricard, bricard_errors, chain_error, double_four_bar_errors,
     expected_head, pendulum_errors, slider_places,
@@ -52,16 +52,17 @@ fn spatial_slider_crank_follows_the_submitted_solution() {
 #[test]
 fn bricard_moves_with_a_redundant_constraint() {
     let methods = [method(0.95), stabilized(0.95)];
-    assert!(bricard(Last::Revolute, methods[0], Redundancy::Refuse).is_err());
+    assert!(bricard(Last::Revolute, methods[0], RedundantConstraints::Refuse).is_err());
     for method in methods {
-        let (_, report) = bricard(Last::Revolute, method, Redundancy::MinimumNorm).unwrap();
+        let (_, report) =
+            bricard(Last::Revolute, method, RedundantConstraints::MinimumNorm).unwrap();
         println!("{report:?}");
         assert_eq!(report.independent_constraints, 29);
         println!("{report:?}");
         assert_eq!(report.independent_constraints, 29);
         let redundant: usize = report.redundant.iter().map(|(_, count)| count).sum();
         assert_eq!(redundant, 1);
-        let (_, report) = bricard(Last::Cylindrical, method, Redundancy::Refuse).unwrap();
+        let (_, report) = bricard(Last::Cylindrical, method, RedundantConstraints::Refuse).unwrap();
         assert_eq!(report.independent_constraints, 29);
         let (drift, apart) = bricard_errors(method);
         println!("energy {drift:.2e} J, apart {apart:.2e} m");

@@ -24,7 +24,7 @@ use dcb_tests::oracle::{Oracle, centre_of_mass, rigid_motions};
 use dcb_tests::pages::scene_reduction;
 use dcb_tests::{lowest, parts};
 use dcb_workflow::scene::{
-    Asked, Extent, Fitted, Limits, PartInScene, Search, SpinColumns, scene_fit,
+    ComponentDemand, Extent, Fitted, Limits, PartInScene, Search, SpinColumns, scene_fit,
 };
 use faer::linalg::solvers::Solve as _;
 use faer::sparse::{SparseColMat, Triplet};
@@ -36,7 +36,7 @@ const LOSS_FACTOR: f64 = 0.02;
 const FILE: &str = "part.dcb.h5";
 
 struct Outcome {
-    asked: Asked,
+    asked: ComponentDemand,
     fitted: Fitted,
     fit: SceneFit,
 }
@@ -50,13 +50,13 @@ fn limits(tolerance: f64) -> Limits {
     }
 }
 
-fn asked(component: &Component, scene: &Value) -> (Asked, PartInScene) {
+fn asked(component: &Component, scene: &Value) -> (ComponentDemand, PartInScene) {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("scene.json");
     fs::write(&path, scene.to_string()).unwrap();
     let output = folder.path().join(FILE);
     let part = PartInScene::find(&path, &[], &output, &output).unwrap();
-    (Asked::of(&part, component.clone()).unwrap(), part)
+    (ComponentDemand::of(&part, component.clone()).unwrap(), part)
 }
 
 fn try_to_fit(component: &Component, scene: &Value, limits: &Limits) -> Result<Outcome, Error> {

@@ -15,12 +15,12 @@ use dcb_tests::oracle::{Oracle, centre_of_mass, rigid_motions};
 use dcb_tests::{parts, with};
 use dcb_workflow::part_study::progress::Display;
 use dcb_workflow::part_study::progress::Progress;
-use dcb_workflow::part_study::record::{Entry, Measure, Row};
-use dcb_workflow::part_study::reference::{BandChoice, Reference};
+use dcb_workflow::part_study::record::{ComponentEntry, ComponentRow, Measure};
+use dcb_workflow::part_study::reference::{BandChoice, ComponentReference};
 use dcb_workflow::part_study::sources::Sources;
 use dcb_workflow::part_study::sweep::Sweep;
 use dcb_workflow::part_study::variant::Variant;
-use dcb_workflow::part_study::{Study, recorded, run};
+use dcb_workflow::part_study::{ComponentStudy, recorded, run};
 use faer::linalg::solvers::Solve as _;
 use faer::{Mat, Side, c64};
 
@@ -32,8 +32,8 @@ fn part() -> Component {
     parts::steel_box([4, 1, 1], SolidElement::Hexahedron)
 }
 
-fn study(modes: &[usize], band: BandChoice) -> Study {
-    Study {
+fn study(modes: &[usize], band: BandChoice) -> ComponentStudy {
+    ComponentStudy {
         sweep: Sweep {
             modes: modes.to_vec(),
             variants: Variant::ALL.to_vec(),
@@ -49,11 +49,11 @@ fn study(modes: &[usize], band: BandChoice) -> Study {
     }
 }
 
-fn rows(component: &Component, study: &Study) -> Vec<Row> {
+fn rows(component: &Component, study: &ComponentStudy) -> Vec<ComponentRow> {
     let folder = tempfile::tempdir().unwrap();
     let settings = serde_json::Value::Null;
     let path = folder.path().join("rows.jsonl");
-    let mut ledger: Ledger<Entry> =
+    let mut ledger: Ledger<ComponentEntry> =
         Ledger::open(&path, "reduction", &settings, Start::Anew).unwrap();
     let mut progress = Progress::new(Display::Silent, std::iter::empty());
     let scratch = folder.path().join("scratch.dcb.h5");
@@ -94,7 +94,7 @@ impl Dense {
     }
 
     /// `whole` over rigid motions, modes and (strong) attachments and further columns of a row's reduction.
-    fn reduced(component: &Component, row: &Row) -> Self {
+    fn reduced(component: &Component, row: &ComponentRow) -> Self {
         let whole = Self::whole(component);
         let (variant, reduced) = (row.variant, reduction(component, row));
         let rigid = rigid_motions(component, centre_of_mass(component).1);
@@ -199,7 +199,7 @@ fn orthonormal(blocks: &[Mat<f64>], metric: &Mat<f64>) -> Mat<f64> {
 }
 
 /// The reduction that a row was made with.
-fn reduction(component: &Component, row: &Row) -> Reduced {
+fn reduction(component: &Component, row: &ComponentRow) -> Reduced {
     let options = Reduction {
         enrichment: row.enrichment.as_slice().to_vec(),
         ..Reduction::lowest(row.asked_modes)
@@ -253,7 +253,7 @@ fn the_reference_is_the_whole_part() {
     ] {
         let memory = MemoryLimit::default();
         let reference =
-            Reference::compute(&component, modes, band, POINTS, &memory, &mut ()).unwrap();
+            ComponentReference::compute(&component, modes, band, POINTS, &memory, &mut ()).unwrap();
         assert!(reference.residual < 1e-9, "{:e}", reference.residual);
         assert_eq!(reference.loose, 0);
         let damped = c64::new(1.0, LOSS_FACTOR);
@@ -302,7 +302,7 @@ fn every_error_is_that_of_a_projection_of_the_whole_matrices() {
     let study = study(&modes, BandChoice::HalfOfHighest);
     let memory = MemoryLimit::default();
     let reference =
-        Reference::compute(&component, 10, study.band, POINTS, &memory, &mut ()).unwrap();
+        ComponentReference::compute(&component, 10, study.band, POINTS, &memory, &mut ()).unwrap();
     let exact: Vec<Mat<c64>> = (reference.band.squares.iter())
         .map(|square| whole.response(*square, &scale))
         .collect();
@@ -335,7 +335,7 @@ fn every_error_is_that_of_a_projection_of_the_whole_matrices() {
         agree("transfer", row.errors.transfer.unwrap().largest, transfer);
         match row.errors.interface_force {
             Some(found) => agree("force", found.largest, force),
-            // Ten freedoms can't move twelve rows.
+            // Ten degrees of freedom can't move twelve rows.
             None => assert!(row.variant == Variant::Free && row.modes == 4),
         }
         if row.variant == Variant::Weak {
@@ -361,8 +361,9 @@ fn errors_follow_the_order_of_each_form() {
     let from = to / (POINTS * POINTS) as f64;
     let study = study(&[6, 12, 20], BandChoice::Between { from, to });
     let rows = rows(&component, &study);
-    let of_form =
-        |form: &str| -> Vec<&Row> { rows.iter().filter(|row| row.form() == form).collect() };
+    let of_form = |form: &str| -> Vec<&ComponentRow> {
+        rows.iter().filter(|row| row.form() == form).collect()
+    };
     let of = |variant: Variant| of_form(variant.name());
     for variant in [Variant::Strong, Variant::Static, Variant::Weak] {
         for row in of(variant) {

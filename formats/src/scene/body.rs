@@ -8,7 +8,7 @@ use serde::{Deserialize, Serialize};
 
 use super::check::{Checker, each};
 use super::damping::DampingOverride;
-use super::values::positive;
+use super::values::{in_space, positive};
 use super::{AngularVelocity, Named, Orientation, RotaryInertia};
 use crate::Error;
 use crate::named::{object, unique};
@@ -93,7 +93,9 @@ pub struct PointFrame {
 }
 
 /// How far the inertia follows the deflection.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[derive(
+    Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize, JsonSchema,
+)]
 #[serde(rename_all = "kebab-case")]
 pub enum InertiaChange {
     /// The inertia is that of the undeformed body.
@@ -144,11 +146,11 @@ impl Body {
     /// The state at time zero; of a body that has been checked.
     pub fn placement(&self) -> Placement {
         Placement {
-            position: in_space(self.position.as_deref()),
+            position: in_space(self.position.as_deref().unwrap_or_default()),
             orientation: self
                 .orientation
                 .map_or_else(UnitQuaternion::identity, |given| given.rotation()),
-            velocity: in_space(self.velocity.as_deref()),
+            velocity: in_space(self.velocity.as_deref().unwrap_or_default()),
             angular_velocity: self
                 .angular_velocity
                 .map_or_else(Vector3::zeros, |given| given.components()),
@@ -208,10 +210,10 @@ impl RigidBody {
 impl Point {
     /// Coordinates in the frame of the body; z is zero where planar.
     pub fn position(&self) -> Vector3<f64> {
-        in_space(Some(match self {
+        in_space(match self {
             Self::Coordinates(position) => position,
             Self::Frame(frame) => &frame.position,
-        }))
+        })
     }
 
     /// Axes of the point to axes of the body.
@@ -234,12 +236,6 @@ impl Point {
             }
         }
     }
-}
-
-/// Two or three components as three; none are zero.
-pub(super) fn in_space(components: Option<&[f64]>) -> Vector3<f64> {
-    let given = components.unwrap_or_default();
-    Vector3::from_fn(|axis, _| given.get(axis).copied().unwrap_or(0.0))
 }
 
 /// One body: exactly one of `superelement` and `rigid`, and the state at time zero.

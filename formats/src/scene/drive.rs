@@ -11,7 +11,7 @@ use serde::de::{Deserialize, Deserializer, Error as _, MapAccess, Visitor};
 use serde::{Deserialize as DeriveDeserialize, Serialize};
 
 use super::check::Checker;
-use super::joint::{with_angle, with_length};
+use super::gear::{with_angle, with_length};
 use crate::Error;
 use crate::function::{Function, FunctionKey, FunctionValue, TimeFunction};
 

@@ -3,11 +3,13 @@
 //! `a` and `b` are attachments on different bodies. An axis is given in the axes of `a` (`axis_b` in those of `b`), not
 //! necessarily as a unit vector. Where `axis_b` is absent, the axis lies in `b` as the initial placement draws it.
 
+use nalgebra::Vector3;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use super::check::{Checker, finite};
-use super::values::positive;
+use super::check::Checker;
+use super::gear::{Gear, Rack};
+use super::values::{in_space, positive};
 use crate::Error;
 use crate::named::object;
 
@@ -145,28 +147,51 @@ pub struct DistanceJoint {
     pub length: Option<f64>,
 }
 
-/// Two rotations in a fixed ratio.
-#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields)]
-pub struct Gear {
-    /// Name of a revolute or cylindrical joint.
-    pub first: String,
-    /// Name of another one.
-    pub second: String,
-    /// Angle of the second per angle of the first; negative where they turn against each other.
-    pub ratio: f64,
+/// One of the two places of a joint.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Side {
+    /// The first.
+    A,
+    /// The second.
+    B,
 }
 
-/// A rotation and a translation in a fixed ratio.
-#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields)]
-pub struct Rack {
-    /// Name of a revolute or cylindrical joint.
-    pub rotation: String,
-    /// Name of a prismatic or cylindrical joint.
-    pub translation: String,
-    /// Translation per angle, length; may be negative.
-    pub radius: f64,
+impl Side {
+    /// Both, in order.
+    pub const BOTH: [Self; 2] = [Self::A, Self::B];
+}
+
+/// Axis of a joint, not necessarily of unit length.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct JointAxis {
+    /// Direction in the axes of a.
+    pub a: Vector3<f64>,
+    /// Direction in the axes of b.
+    pub b: SecondAxis,
+}
+
+/// Axis of a joint at its second place.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum SecondAxis {
+    /// In the axes of b.
+    Given(Vector3<f64>),
+    /// Parallel to the axis of a in the initial placement.
+    AsDrawn,
+    /// No direction of b is an axis.
+    None,
+}
+
+/// Directions in which a joint can exert a force or a moment at a place.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum ExertedDirections {
+    /// None.
+    None,
+    /// The axis.
+    Along,
+    /// Those perpendicular to the axis.
+    Across,
+    /// All.
+    All,
 }
 
 impl Joint {
@@ -216,6 +241,59 @@ impl Joint {
         }
     }
 
+    /// Where the joint takes rotations from, if not from the interfaces.
+    pub fn orientation(&self) -> Option<OrientationSource> {
+        match self {
+            Self::Fixed(joint) => joint.orientation,
+            Self::Revolute(joint)
+            | Self::Prismatic(joint)
+            | Self::Cylindrical(joint)
+            | Self::Planar(joint) => joint.orientation,
+            Self::Universal(joint) => joint.orientation,
+            Self::PointOnLine(joint) => joint.orientation,
+            Self::Spherical(_) | Self::Distance(_) | Self::Gear(_) | Self::Rack(_) => None,
+        }
+    }
+
+    /// Axis at both places; `None` for a kind that has none.
+    pub fn axis(&self) -> Option<JointAxis> {
+        match self {
+            Self::Revolute(joint)
+            | Self::Prismatic(joint)
+            | Self::Cylindrical(joint)
+            | Self::Planar(joint) => Some(joint.common_axis()),
+            Self::Universal(joint) => Some(JointAxis {
+                a: in_space(&joint.axis),
+                b: SecondAxis::Given(in_space(&joint.axis_b)),
+            }),
+            Self::PointOnLine(joint) => Some(JointAxis {
+                a: in_space(&joint.axis),
+                b: SecondAxis::None,
+            }),
+            Self::Fixed(_)
+            | Self::Spherical(_)
+            | Self::Distance(_)
+            | Self::Gear(_)
+            | Self::Rack(_) => None,
+        }
+    }
+
+    /// Directions of the force and of the moment that the joint can exert at one of its places, drives left aside.
+    pub fn exerts(&self, side: Side) -> [ExertedDirections; 2] {
+        use ExertedDirections::{Across, All, Along, None};
+        match (self, side) {
+            (Self::Fixed(_), _) => [All, All],
+            (Self::Revolute(_) | Self::Universal(_), _) => [All, Across],
+            (Self::Prismatic(_), _) => [Across, All],
+            (Self::Cylindrical(_), _) | (Self::PointOnLine(_), Side::A) => [Across, Across],
+            (Self::Spherical(_) | Self::Distance(_), _) | (Self::PointOnLine(_), Side::B) => {
+                [All, None]
+            }
+            (Self::Planar(_), _) => [Along, Across],
+            (Self::Gear(_) | Self::Rack(_), _) => [None, None],
+        }
+    }
+
     pub(super) fn check(&self, location: &str, checker: &Checker) -> Result<(), Error> {
         let kind = self.kind();
         let location = format!("{location}.{kind}");
@@ -259,6 +337,24 @@ impl Joint {
 }
 
 impl AxisJoint {
+    fn common_axis(&self) -> JointAxis {
+        match (&self.axis, &self.axis_b) {
+            // A planar revolute joint.
+            (None, _) => JointAxis {
+                a: Vector3::z(),
+                b: SecondAxis::Given(Vector3::z()),
+            },
+            (Some(axis), None) => JointAxis {
+                a: in_space(axis),
+                b: SecondAxis::AsDrawn,
+            },
+            (Some(axis), Some(axis_b)) => JointAxis {
+                a: in_space(axis),
+                b: SecondAxis::Given(in_space(axis_b)),
+            },
+        }
+    }
+
     fn check_planar_pin(&self, location: &str) -> Result<(), Error> {
         for (key, axis) in [("axis", &self.axis), ("axis_b", &self.axis_b)] {
             if axis.is_some() {
@@ -289,72 +385,4 @@ impl AxisJoint {
             None => Ok(()),
         }
     }
-}
-
-impl Gear {
-    fn check(&self, location: &str, checker: &Checker) -> Result<(), Error> {
-        for (key, name) in [("first", &self.first), ("second", &self.second)] {
-            with_angle(&format!("{location}.{key}"), name, checker)?;
-        }
-        if self.first == self.second {
-            return Err(Error::described(
-                format!("{location}.second"),
-                format!("is {:?} like first; expected another joint", self.second),
-            ));
-        }
-        not_zero(&format!("{location}.ratio"), self.ratio)
-    }
-}
-
-impl Rack {
-    fn check(&self, location: &str, checker: &Checker) -> Result<(), Error> {
-        with_angle(&format!("{location}.rotation"), &self.rotation, checker)?;
-        with_length(
-            &format!("{location}.translation"),
-            &self.translation,
-            checker,
-        )?;
-        not_zero(&format!("{location}.radius"), self.radius)
-    }
-}
-
-/// A joint that has an angle, by name.
-pub(super) fn with_angle(location: &str, name: &str, checker: &Checker) -> Result<(), Error> {
-    let joint = checker.joint(location, name)?;
-    if joint.has_angle() {
-        return Ok(());
-    }
-    Err(Error::described(
-        location,
-        format!(
-            "joint {name:?} is {}, which has no angle; expected a revolute or cylindrical joint",
-            joint.kind()
-        ),
-    ))
-}
-
-/// A joint that has a translation or a distance, by name.
-pub(super) fn with_length(location: &str, name: &str, checker: &Checker) -> Result<(), Error> {
-    let joint = checker.joint(location, name)?;
-    if joint.has_length() {
-        return Ok(());
-    }
-    Err(Error::described(
-        location,
-        format!(
-            "joint {name:?} is {}, which has no translation; expected a prismatic, cylindrical or distance joint",
-            joint.kind()
-        ),
-    ))
-}
-
-fn not_zero(location: &str, number: f64) -> Result<(), Error> {
-    finite(location, number)?;
-    if number == 0.0 {
-        return Err(Error::described(
-            location,
-            "is zero, expected another number",
-        ));
-    }
-    Ok(())
 }

@@ -9,6 +9,7 @@ mod body;
 mod check;
 mod damping;
 mod drive;
+mod gear;
 mod integrator;
 mod joint;
 mod load;
@@ -35,10 +36,11 @@ pub use body::{
 };
 pub use damping::{DampingOverride, ModalRatios, Rayleigh, RayleighPoints};
 pub use drive::{Drive, DriveFunction};
+pub use gear::{Gear, Rack};
 pub use integrator::{AdaptiveStep, Formulation, Integrator, Method};
 pub use joint::{
-    AxisJoint, DistanceJoint, FixedJoint, Gear, Joint, LineJoint, OrientationSource, PointJoint,
-    Rack, UniversalJoint,
+    AxisJoint, DistanceJoint, ExertedDirections, FixedJoint, Joint, JointAxis, LineJoint,
+    OrientationSource, PointJoint, SecondAxis, Side, UniversalJoint,
 };
 pub use load::{Load, LoadAxes, LoadFunction, PartLoadFunction};
 pub use output::{
@@ -50,7 +52,7 @@ pub use settings::{
     Analysis, Compatibility, Initial, Linearization, ModesAnalysis, RedundantConstraints,
 };
 pub use spring::{Bushing, LineSpring, Spring, TorsionSpring};
-pub use values::{AngularVelocity, Characteristic, Orientation, RotaryInertia};
+pub use values::{AngularVelocity, Characteristic, Orientation, RotaryInertia, in_space};
 
 use crate::Error;
 use crate::function::{Function, check_constant};
@@ -271,7 +273,7 @@ impl Scene {
 
     /// Gravity in three dimensions, world axes; of a scene that has been checked.
     pub fn gravity_in_space(&self) -> Vector3<f64> {
-        body::in_space(self.gravity.as_deref())
+        in_space(self.gravity.as_deref().unwrap_or_default())
     }
 
     /// Where a path of this scene leads to: relative ones start at the folder of the scene.

@@ -5,7 +5,7 @@ use serde::{Deserialize, Serialize};
 
 use super::Characteristic;
 use super::check::{Checker, finite};
-use super::joint::with_angle;
+use super::gear::with_angle;
 use super::values::positive;
 use crate::Error;
 use crate::named::object;

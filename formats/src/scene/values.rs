@@ -13,6 +13,11 @@ const QUATERNION_TOLERANCE: f64 = 1e-6;
 /// Rounding allowed to an inertia matrix, relative to its trace.
 const INERTIA_ROUNDING: f64 = 1e-9;
 
+/// Two or three components as three; components that are missing are zero.
+pub fn in_space(components: &[f64]) -> Vector3<f64> {
+    Vector3::from_fn(|axis, _| components.get(axis).copied().unwrap_or(0.0))
+}
+
 /// From the axes of a component to world axes.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(

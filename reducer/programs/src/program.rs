@@ -1,4 +1,4 @@
-//! What the programs have in common: how they begin, what they say, and to whom.
+//! Common part of the programs: how they begin, what they say, and to whom.
 
 use std::io::{ErrorKind, Write};
 use std::process::ExitCode;

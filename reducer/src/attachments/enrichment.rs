@@ -46,7 +46,7 @@ struct Forces {
 /// Further columns of the reduced basis.
 #[derive(Clone, Debug)]
 pub struct FurtherColumns {
-    /// What each answers to.
+    /// Load that each responds to.
     pub names: Vec<String>,
     /// X over the model's dofs, (n_c, n_x).
     pub shapes: Mat<f64>,
@@ -66,7 +66,7 @@ pub struct FurtherColumns {
     stiffness: Mat<f64>,
 }
 
-/// What the columns are computed from.
+/// Sources of the columns.
 #[derive(Clone, Copy)]
 pub struct Reducing<'a> {
     /// The component.
@@ -261,7 +261,7 @@ impl FurtherColumns {
         self
     }
 
-    /// What the file holds of them: over Ψ = [Φ, G_res L_bᵀ, X], with the orthogonality of modes and residual shapes.
+    /// Contents of the file about them: over Ψ = [Φ, G_res L_bᵀ, X], with the orthogonality of modes and residual shapes.
     pub fn stored(
         &self,
         model: &Model,

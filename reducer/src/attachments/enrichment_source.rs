@@ -1,4 +1,4 @@
-//! What further columns of the basis answer to, as options, manifests and files name it.
+//! Loads that further columns of the basis respond to, as options, manifests and files name it.
 
 use clap::ValueEnum;
 use dcb_formats::component::Component;
@@ -7,7 +7,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::error::{Error, Lacking};
 
-/// What further columns answer to.
+/// Loads that further columns respond to.
 #[derive(
     Clone,
     Copy,

@@ -57,7 +57,7 @@ impl From<InterfaceModes> for Option<usize> {
     }
 }
 
-/// What an interface reduction kept, and what it left out. Errors are relative and have no unit.
+/// Contents that an interface reduction kept, and contents that it left out. Errors are relative and have no unit.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct InterfaceReduction {
     /// Directions asked for.

@@ -1,4 +1,4 @@
-//! What the modes leave out: attachments, their residual flexibility and mass, further columns.
+//! Residual of the modes: attachments, their residual flexibility and mass, further columns.
 
 pub(crate) mod columns;
 pub(crate) mod dependency;

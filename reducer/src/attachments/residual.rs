@@ -55,13 +55,13 @@ pub struct ResidualFlexibility {
     pub iterations: usize,
     /// Rows that depend on others, by name.
     pub dependencies: Vec<Dependency>,
-    /// What was left out on request; `None` if nothing was requested.
+    /// Contents left out on request; `None` if nothing was requested.
     pub interface_reduction: Option<InterfaceReduction>,
-    /// What the rows are to the attachments.
+    /// Relation of the rows to the attachments.
     rows: RowKinds,
 }
 
-/// What the rows of L_b are to the attachments.
+/// Relation of the rows of L_b to the attachments.
 #[derive(Clone, Debug)]
 struct RowKinds {
     /// Rows that act and feel elastic motion.
@@ -103,7 +103,7 @@ impl ResidualFlexibility {
         Self::from_columns(model, localization, modes, solved)
     }
 
-    /// What given columns X = G_res L_bᵀ amount to, with the residual that they leave in K X = P' L_bᵀ.
+    /// Residual flexibility of given columns X = G_res L_bᵀ, with the residual that they leave in K X = P' L_bᵀ.
     ///
     /// # Errors
     /// [`Error::NotPositive`] if F_res has a negative eigenvalue beyond rounding.
@@ -165,7 +165,7 @@ impl ResidualFlexibility {
         })
     }
 
-    /// What other columns, (n_c, n_b), amount to; everything that was found out on the way to these stays.
+    /// Residual flexibility of other columns, (n_c, n_b); everything that was found out on the way to these stays.
     ///
     /// # Errors
     /// [`Error::NotPositive`] if their F_res has a negative eigenvalue beyond rounding.

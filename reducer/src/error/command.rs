@@ -1,4 +1,4 @@
-//! What a command refuses before it begins: options, files and folders that don't go together.
+//! Refusals of a command before it begins: options, files and folders that don't go together.
 
 use std::path::PathBuf;
 
@@ -23,7 +23,7 @@ pub enum CommandRefusal {
     WouldDestroy {
         /// The file.
         path: PathBuf,
-        /// What it is.
+        /// Kind.
         role: Occupied,
     },
     /// Options of the eigensolver that don't go together.
@@ -41,7 +41,7 @@ pub enum CommandRefusal {
         variable: &'static str,
         /// As given.
         found: String,
-        /// What would be right.
+        /// Expected value.
         wanted: String,
     },
     /// No folder for a cache.
@@ -77,7 +77,7 @@ pub enum CommandRefusal {
     },
 }
 
-/// What stands where an output is to go.
+/// File or folder that stands in the way of an output.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Occupied {
     /// The scene.

@@ -1,4 +1,4 @@
-//! What is wrong with a component's interfaces.
+//! Defects of a component's interfaces.
 
 use dcb_formats::component::InterfaceKind;
 use dcb_formats::mesh::{Dimension, Direction};

@@ -1,4 +1,4 @@
-//! What a component lacks for what is asked of it.
+//! Missing properties of a component.
 
 /// Something that isn't there to be studied, or answered to.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]

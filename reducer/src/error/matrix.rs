@@ -1,4 +1,4 @@
-//! What is wrong with K or M by themselves: both are positive semi-definite, and M gives the part a mass.
+//! Defects of K or M alone: both are positive semi-definite, and M gives the part a mass.
 
 use super::{Input, Places};
 

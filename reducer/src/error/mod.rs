@@ -44,12 +44,12 @@ pub enum Error {
     /// Options, files and folders of a command don't go together.
     #[error(transparent)]
     Command(#[from] CommandRefusal),
-    /// What is wrong with the component, and the file that says so.
+    /// Defect of the component, and its file.
     #[error("{}: {source}", path.display())]
     In {
         /// The file.
         path: PathBuf,
-        /// What is wrong.
+        /// Defect.
         source: Box<Self>,
     },
     /// All is done but the list of what it took.
@@ -63,7 +63,7 @@ pub enum Error {
     InScene {
         /// The scene's file.
         path: PathBuf,
-        /// What was found and what would be right.
+        /// Finding and expectation.
         message: String,
     },
     /// A scene can't be read, or what it needs can't be taken out of a superelement.
@@ -72,7 +72,7 @@ pub enum Error {
     /// Memory ran out.
     #[error("out of memory for {what}: use a machine with more memory, or a coarser mesh")]
     OutOfMemory {
-        /// What it was wanted for.
+        /// Purpose.
         what: &'static str,
     },
     /// The forecast exceeds the memory that may be taken; nothing was computed.
@@ -86,7 +86,7 @@ pub enum Error {
         needed: u64,
         /// Allowed, bytes.
         available: u64,
-        /// What the user can do.
+        /// Remedy.
         remedies: String,
     },
     /// The eigenvalue iteration stopped short.
@@ -164,7 +164,7 @@ pub enum Error {
     /// A dense eigenvalue problem failed, which only non-finite numbers cause.
     #[error("{what}: numbers overflowed; check the units of the matrices")]
     NotFinite {
-        /// What was being computed.
+        /// Quantity that was being computed.
         what: &'static str,
     },
 }

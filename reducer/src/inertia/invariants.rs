@@ -22,7 +22,7 @@ use dcb_formats::superelement::Inertia;
 use dcb_sparse::block_algebra::{gram, symmetric_product};
 use faer::{Mat, MatRef};
 
-use crate::model::couplings::{Basis, Couplings, Solid};
+use crate::model::couplings::{BasisColumns, Couplings, Solid};
 use crate::model::rigid_body::{MassProperties, component_columns};
 
 pub use crate::model::couplings::PAIRS;
@@ -34,7 +34,7 @@ pub fn inertia_invariants(
     properties: &MassProperties,
     basis: &[MatRef<'_, f64>],
 ) -> (Inertia, CouplingSource) {
-    let basis = Basis(basis);
+    let basis = BasisColumns(basis);
     let centre = properties.centre;
     let d = component.dimension().coordinate_count();
     let x = component_columns(component, centre);
@@ -126,7 +126,7 @@ fn antisymmetrized(a: &Mat<f64>) -> Mat<f64> {
 }
 
 /// Invariants as M and the node coordinates give them.
-fn from_mass(component: &Component, centre: [f64; 3], basis: Basis<'_>) -> Terms {
+fn from_mass(component: &Component, centre: [f64; 3], basis: BasisColumns<'_>) -> Terms {
     let n = basis.ncols();
     match component.dimension() {
         Dimension::Planar => {
@@ -284,7 +284,7 @@ mod tests {
             PseudoRandom::new(5).matrix(component.dofs.len(), 70),
         );
         let parts = [modes.as_ref(), attachments.as_ref()];
-        let basis = Basis(&parts);
+        let basis = BasisColumns(&parts);
         let found = from_couplings(
             component.dimension(),
             &Couplings::of_solid(&component, &solid, centre, basis),

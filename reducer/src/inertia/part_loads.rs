@@ -9,7 +9,7 @@ use dcb_formats::superelement::PartLoad;
 use dcb_sparse::block_algebra::gram;
 use faer::{Mat, MatRef};
 
-use crate::model::couplings::Basis;
+use crate::model::couplings::BasisColumns;
 use crate::model::rigid_body::component_columns;
 
 /// The component's named loads over Ψ, (n_e, n), given as blocks that stand side by side.
@@ -23,7 +23,7 @@ pub fn part_loads(
         return Vec::new();
     }
     let forces = Mat::from_fn(component.dofs.len(), loads.len(), |i, j| loads[j].forces[i]);
-    let work = Basis(basis).gram(forces.as_ref());
+    let work = BasisColumns(basis).gram(forces.as_ref());
     let columns = component_columns(component, centre);
     let resultants = gram(columns.as_ref(), forces.as_ref());
     let d = component.dimension().coordinate_count();

@@ -1,4 +1,4 @@
-//! What centrifugal forces do inside a part: a pattern of nodal forces for each product of spins.
+//! Centrifugal forces inside a component: a pattern of nodal forces for each product of spins.
 
 use dcb_formats::SparseMatrix;
 use dcb_formats::component::{Component, ComponentMasses};

@@ -14,7 +14,7 @@ use dcb_formats::superelement::Stiffening;
 use dcb_sparse::block_algebra::symmetric_product;
 use faer::{Mat, MatRef};
 
-use crate::model::couplings::Basis;
+use crate::model::couplings::BasisColumns;
 use crate::model::localization::Localization;
 
 /// Projects the component's geometric stiffness on Ψ, (n_e, n), given as blocks that stand side by side.
@@ -26,7 +26,7 @@ pub fn stiffening(
     let Some(given) = &component.geometric_stiffness else {
         return Stiffening::default();
     };
-    let basis = Basis(basis);
+    let basis = BasisColumns(basis);
     let n = basis.ncols();
     let centrifugal = given
         .spins
@@ -59,7 +59,7 @@ pub fn stiffening(
     }
 }
 
-/// What the user should know of it: rows that were given and don't exist.
+/// Note for the user: rows that were given and don't exist.
 pub fn unused_rows(component: &Component, localization: &Localization) -> Vec<String> {
     let given = component.geometric_stiffness.iter();
     given
@@ -80,7 +80,7 @@ pub fn unused_rows(component: &Component, localization: &Localization) -> Vec<St
         .collect()
 }
 
-fn projected(matrix: &SparseMatrix, basis: Basis<'_>) -> Mat<f64> {
+fn projected(matrix: &SparseMatrix, basis: BasisColumns<'_>) -> Mat<f64> {
     let n = basis.ncols();
     let mut projected = Mat::zeros(n, n);
     for (first, strip) in basis.strips() {

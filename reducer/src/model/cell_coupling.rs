@@ -10,7 +10,7 @@ const EXAMINED: usize = 2000;
 /// A few cells may join nothing (surfaces of contact, lines for a picture); of wrong ones, hardly any joins its nodes.
 const STRANGE: f64 = 0.1;
 
-/// What is wrong with the cells' node numbers, if more than a tenth of the cells join nodes most of which no entry of the
+/// Defect of the cells' node numbers, if more than a tenth of the cells join nodes most of which no entry of the
 /// stiffness joins.
 pub fn cell_warning(component: &Component) -> Option<String> {
     let count: usize = component

@@ -14,50 +14,10 @@ use faer::{Mat, MatRef};
 use rayon::prelude::*;
 
 use crate::error::{Error, InterfaceRefusal};
-use crate::model::frame::{
-    FitDofs, FrameFit, cannot_carry, frame_directions, merge_entries, offset, rigid_motion,
-    weighted_centroid,
-};
+use crate::model::frame::{merge_entries, offset, rigid_motion};
+use crate::model::rigid_frame::{ModelDof, RigidFrame};
 
-/// A dof of the model: a direction of a node or of a rigid interface's frame.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct ModelDof {
-    /// Node id, or node count + index among the rigid frames.
-    pub point: u32,
-    /// Direction.
-    pub direction: Direction,
-    /// Position, component coordinates.
-    pub position: [f64; 3],
-}
-
-/// The frame that stands for a rigid interface's nodes.
-#[derive(Clone, Debug, PartialEq)]
-pub struct RigidFrame {
-    /// Index of the interface in the component.
-    pub interface: usize,
-    /// Its name.
-    pub name: String,
-    /// Reference position, component coordinates.
-    pub position: [f64; 3],
-    /// Directions that the interface offers as rows.
-    pub wanted: Vec<Direction>,
-    /// Directions that the nodes determine, with their model dofs.
-    pub dofs: Vec<(Direction, u32)>,
-    /// Each of those directions as a combination of the component's dofs: (row, coefficient).
-    pub from_nodes: Vec<Vec<(u32, f64)>>,
-}
-
-impl RigidFrame {
-    /// Model dof of a direction, if the frame has it.
-    pub fn dof(&self, direction: Direction) -> Option<u32> {
-        self.dofs
-            .iter()
-            .find(|(known, _)| *known == direction)
-            .map(|(_, dof)| *dof)
-    }
-}
-
-/// What is factorized: the component with its rigid interfaces condensed.
+/// The matrices that are factorized: the component with its rigid interfaces condensed.
 pub struct Model<'a> {
     /// K_c, (n_c, n_c), full symmetric storage.
     pub stiffness: Cow<'a, SparseMatrix>,
@@ -124,7 +84,7 @@ impl<'a> Model<'a> {
             return Ok(model);
         }
         for (index, interface) in rigid {
-            let frame = place_frame(
+            let frame = RigidFrame::of(
                 component,
                 index,
                 interface,
@@ -298,63 +258,6 @@ impl CowMat<'_> {
             Self::Owned(matrix) => Some(matrix),
         }
     }
-}
-
-fn place_frame(
-    component: &Component,
-    index: usize,
-    interface: &Interface,
-    frame_count: usize,
-    dofs: &mut Vec<ModelDof>,
-) -> Result<RigidFrame, InterfaceRefusal> {
-    let has_dof = |node: u32| {
-        Direction::ALL
-            .iter()
-            .any(|d| component.dofs.row(node, *d).is_some())
-    };
-    if let Some(node) = interface.nodes.iter().find(|node| !has_dof(**node)) {
-        return Err(InterfaceRefusal::NodeWithoutDof {
-            interface: interface.name.clone(),
-            node: *node,
-        });
-    }
-    let weights = vec![1.0; interface.nodes.len()];
-    let position = interface
-        .position
-        .unwrap_or_else(|| weighted_centroid(component, &interface.nodes, &weights));
-    let fit = FrameFit::new(
-        component,
-        &interface.nodes,
-        &weights,
-        position,
-        FitDofs::All,
-    );
-    let wanted = frame_directions(component, interface);
-    if let Some(open) = wanted.iter().find(|direction| fit.leaves_open(**direction)) {
-        return Err(cannot_carry(component, interface, *open, &fit.determined()));
-    }
-    let point = (component.mesh.node_count() + frame_count) as u32;
-    let mut frame_dofs = Vec::new();
-    for direction in fit.independent_directions() {
-        frame_dofs.push((direction, dofs.len() as u32));
-        dofs.push(ModelDof {
-            point,
-            direction,
-            position,
-        });
-    }
-    let from_nodes = frame_dofs
-        .iter()
-        .map(|(direction, _)| fit.row(*direction))
-        .collect();
-    Ok(RigidFrame {
-        interface: index,
-        name: interface.name.clone(),
-        position,
-        wanted,
-        dofs: frame_dofs,
-        from_nodes,
-    })
 }
 
 /// `Tᵀ A T` for symmetric A, exactly symmetric.

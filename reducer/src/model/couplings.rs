@@ -1,4 +1,4 @@
-//! What the directions of a reduced basis Ψ have to do with each other, from which all invariants of inertia follow:
+//! Couplings between the directions of a reduced basis Ψ, from which all invariants of inertia follow:
 //!
 //! ```text
 //! S_cd = ∫ ρ ψ_c ψ_d = Ψᵀ M_cd Ψ      (n, n) for each c, d; S_dc = S_cdᵀ
@@ -30,9 +30,9 @@ const ROUNDING: f64 = 16.0 * f64::EPSILON;
 
 /// Ψ as blocks that stand side by side.
 #[derive(Clone, Copy)]
-pub struct Basis<'a>(pub &'a [MatRef<'a, f64>]);
+pub struct BasisColumns<'a>(pub &'a [MatRef<'a, f64>]);
 
-impl<'a> Basis<'a> {
+impl<'a> BasisColumns<'a> {
     /// n.
     pub fn ncols(self) -> usize {
         self.0.iter().map(|part| part.ncols()).sum()
@@ -96,7 +96,7 @@ impl Couplings {
         component: &Component,
         masses: &ComponentMasses,
         centre: [f64; 3],
-        basis: Basis<'_>,
+        basis: BasisColumns<'_>,
     ) -> Self {
         // Position in the stored order of M_cd; M_dc is its transpose.
         let order: &[(usize, usize)] = match component.dimension() {
@@ -156,7 +156,7 @@ impl Couplings {
         component: &Component,
         solid: &Solid,
         centre: [f64; 3],
-        basis: Basis<'_>,
+        basis: BasisColumns<'_>,
     ) -> Self {
         let d = component.dimension().coordinate_count();
         let n = basis.ncols();
@@ -257,11 +257,11 @@ impl Strip {
         d: usize,
         first: usize,
         nodes: &[SolidNode],
-        basis: Basis<'_>,
+        basis: BasisColumns<'_>,
         product: MatRef<'_, f64>,
         room: &mut Room,
     ) {
-        gather(d, nodes, Basis(&[product]), &mut room.product);
+        gather(d, nodes, BasisColumns(&[product]), &mut room.product);
         gather(d, nodes, basis, &mut room.basis);
         let add = |to: &mut Mat<f64>, skipped: usize, left: &Mat<f64>, right: &Mat<f64>| {
             let count = left.ncols() - skipped;
@@ -285,7 +285,7 @@ impl Strip {
 }
 
 /// The rows of some nodes, each direction by itself.
-fn gather(d: usize, nodes: &[SolidNode], from: Basis<'_>, to: &mut [Mat<f64>; 3]) {
+fn gather(d: usize, nodes: &[SolidNode], from: BasisColumns<'_>, to: &mut [Mat<f64>; 3]) {
     for block in &mut to[..d] {
         if (block.nrows(), block.ncols()) != (nodes.len(), from.ncols()) {
             *block = Mat::zeros(nodes.len(), from.ncols());

@@ -10,7 +10,7 @@ use nalgebra::{DMatrix, DVector};
 /// the square of a lever arm a millionth of the interface's size.
 const UNDETERMINED: f64 = 1e-12;
 
-/// What a point at `offset` from a frame's reference does (translations, then rotations) when the frame moves by one
+/// Motion of a point at `offset` from a frame's reference (translations, then rotations) when the frame moves by one
 /// unit in `direction`.
 pub fn rigid_motion(direction: Direction, offset: [f64; 3]) -> [f64; 6] {
     let mut motion = [0.0; 6];

@@ -130,7 +130,7 @@ impl Localization {
         columns
     }
 
-    /// What unit forces at some rows do along motions x, (n, k): `xᵀ L_bᵀ`, (k, count); zero for output rows.
+    /// Work of unit forces at some rows along motions x, (n, k): `xᵀ L_bᵀ`, (k, count); zero for output rows.
     pub fn work(&self, x: faer::MatRef<'_, f64>, rows: Range<usize>) -> Mat<f64> {
         let mut work = Mat::zeros(x.ncols(), rows.len());
         let first = rows.start;

@@ -9,5 +9,6 @@ pub mod localization;
 pub mod piece_motions;
 pub mod plausibility;
 pub mod rigid_body;
+pub mod rigid_frame;
 pub mod shift;
 pub mod surface;

@@ -185,7 +185,7 @@ impl PieceMotions {
         }
     }
 
-    /// What the motions of the pieces have beyond those of the whole: M-orthonormal to each other and to these, exactly rigid on each piece,
+    /// Motions of the pieces beyond those of the whole: M-orthonormal to each other and to these, exactly rigid on each piece,
     /// (n_c, l).
     ///
     /// # Errors

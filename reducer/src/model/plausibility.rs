@@ -15,7 +15,7 @@ const DENSITY: (f64, f64) = (0.05, 23_000.0);
 const FASTEST_WAVE: f64 = 20_000.0;
 /// And above that of the most slender structures, m/s.
 const SLOWEST_WAVE: f64 = 1e-3;
-/// What parts are made of carries pressure waves at 500 m/s (soft plastics) to 18 000 m/s (diamond); steel at 6000 m/s. A
+/// Materials carry pressure waves at 500 m/s (soft plastics) to 18 000 m/s (diamond); steel at 6000 m/s. A
 /// factor of 1000 in stiffness or mass, which is one of 32 in speed, must leave the band: hence not lower.
 const SLOWEST_MATERIAL: f64 = 300.0;
 /// Nodal rotations that stay zero stiffen beams with elements shorter than their sections are high.
@@ -23,7 +23,7 @@ const FASTEST_WITH_ROTATIONS: f64 = 40_000.0;
 /// Sides of the box shorter than this fraction of the longest say little: curved shells and frames hardly strain there.
 const SHORT_SIDE: f64 = 0.1;
 
-/// What looks wrong about mass, size, stiffness and first frequency together.
+/// Implausible combinations of mass, size, stiffness and first frequency.
 pub fn unit_warnings(
     component: &Component,
     properties: &MassProperties,

@@ -29,7 +29,7 @@ const SHIFT_OVER_PRECISION: f64 = 10.0;
 /// Entries known to fewer digits than this are no stiffness matrix.
 const FEWEST_DIGITS: f64 = 1e-5;
 
-/// What the spectrum looks like, ω² in 1/time².
+/// Scale of the spectrum, ω² in 1/time².
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SpectrumScale {
     /// Upper bound of the first elastic eigenvalue; 0 for a part without elastic motion.

@@ -1,4 +1,4 @@
-//! What finds the free modes. Whatever it is, the sharpening, the residuals and the eigenvalue count afterwards are the same.
+//! Solvers for the free modes. With each of them the sharpening, the residuals and the eigenvalue count afterwards are the same.
 
 use dcb_sparse::factorization::PositiveFactor;
 use serde::Serialize;
@@ -10,7 +10,7 @@ use crate::modes::free_modes::{FreeModes, KnownMotions, Search};
 use crate::modes::slepc::SlepcRun;
 use crate::observer::Observer;
 
-/// What finds the free modes.
+/// Solver for the free modes.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum EigenSolver {

@@ -338,7 +338,7 @@ struct Orthonormalization {
     coupling: Mat<f64>,
 }
 
-/// What orthonormalises a block by its Gram matrix; `None` where a direction has fallen below [`NEARLY_DEPENDENT`] of its size
+/// Factor that orthonormalises a block by its Gram matrix; `None` where a direction has fallen below [`NEARLY_DEPENDENT`] of its size
 /// before, `reference` (squared), which a Gram matrix can't resolve.
 fn orthonormalization(
     model: &Model,

@@ -23,7 +23,7 @@ const PAUSE: Duration = Duration::from_millis(20);
 const REMEMBERED: usize = 16 * 1024;
 /// Lines of them that a failure repeats.
 const REPEATED_LINES: usize = 6;
-/// What PETSc says next describes the installation.
+/// The rest of PETSc's message describes the installation.
 const END_OF_PETSC_MESSAGE: &str = "for trouble shooting";
 
 /// Folders in use and the process groups that work there, for an interruption.

@@ -192,7 +192,7 @@ impl<'a> StaticShapes<'a> {
         symmetrized(raw.as_ref())
     }
 
-    /// What a static shape's flexibility and its energy differ by, relatively: zero for an exact solution. Those of further columns are
+    /// Relative difference of a static shape's flexibility and its energy: zero for an exact solution. Those of further columns are
     /// energies.
     fn inaccuracy(&self, of: &Reducing<'_>, column: usize, flexibility: f64) -> f64 {
         let of_output = (self.output_energies.iter()).find(|(row, _)| *row == column);

@@ -1,4 +1,4 @@
-//! What the kept modes leave of their equation, and what their ω² are off by that.
+//! Residuals of the kept modes, and the errors of ω² that follow.
 
 use dcb_sparse::block_algebra::{column_dots, symmetric_product};
 use dcb_sparse::column_products::BLOCK;
@@ -7,7 +7,7 @@ use dcb_sparse::factorization::PositiveFactor;
 use crate::attachments::enrichment::Reducing;
 use crate::modes::free_modes::FreeModes;
 
-/// What the kept modes leave of their equation, ρ = K φ - ω² M φ, in the norm of the factorized matrix: ρᵀ (K + σ M)⁻¹ ρ.
+/// Residuals of the kept modes, ρ = K φ - ω² M φ, in the norm of the factorized matrix: ρᵀ (K + σ M)⁻¹ ρ.
 #[derive(Clone, Debug)]
 pub(super) struct ModeResiduals {
     squares: Vec<f64>,

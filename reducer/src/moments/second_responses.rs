@@ -23,7 +23,7 @@ pub(super) struct SecondResponses {
     pub third: Mat<f64>,
     /// M_4 = Zᵀ M Z.
     pub fourth: Mat<f64>,
-    /// What M_3 was away from symmetry at most, in each column by its diagonal entries: rounding in the solutions.
+    /// Largest deviation of M_3 from symmetry, in each column by its diagonal entries: rounding in the solutions.
     pub asymmetry: Vec<f64>,
     /// Bounds of |z|ᵀ |K| |z|.
     pub energies: Vec<f64>,

@@ -11,9 +11,9 @@ use crate::model::frame::offset;
 use crate::pipeline::Reduced;
 use crate::pipeline::basis::Basis;
 use crate::pipeline::diagnosis::Support;
+use crate::pipeline::effort::Work;
 use crate::pipeline::free_body::FreeBody;
 use crate::pipeline::projection::Projection;
-use crate::pipeline::work::Work;
 use crate::quality::Quality;
 use dcb_superelement::MASS_TOLERANCE;
 

@@ -59,7 +59,7 @@ pub(crate) struct BasisSearch<'a> {
     options: &'a Reduction,
 }
 
-/// What one factorization gives beside the modes; moments that are wanted and can't be had, with the reason.
+/// Results of one factorization beside the modes; moments that are wanted and can't be had, with the reason.
 struct Columns {
     residual: ResidualFlexibility,
     further: Option<FurtherColumns>,

@@ -1,4 +1,4 @@
-//! What is wrong with a component that can't be reduced as a free body, said in the order in which an analyst would look:
+//! Defects of a component that can't be reduced as a free body, reported in the order in which an analyst would look:
 //! dofs that nothing holds, a part that is still held, pieces and mechanisms, and last a mesh that doesn't belong to the
 //! matrices.
 
@@ -110,7 +110,7 @@ pub fn check_rows(component: &Component) -> Result<(), Error> {
     Ok(())
 }
 
-/// What a part stands on, judged by K r for the geometric rigid motions, and what to say otherwise. Also returns a warning
+/// Supports of a component, judged by K r for the geometric rigid motions, and what to say otherwise. Also returns a warning
 /// where the defect is larger than rounding but harmless.
 ///
 /// # Errors
@@ -195,7 +195,7 @@ impl Resistance {
         self.points as f64 > SPREAD * self.all_points as f64
     }
 
-    /// What to say of a harmless one.
+    /// Message for a harmless one.
     fn warning(&self) -> Option<String> {
         let (largest, softness) = (self.force, self.softness.ratio);
         (largest > QUIET_TOLERANCE || softness > QUIET_SOFTNESS).then(|| match self.is_spread() {

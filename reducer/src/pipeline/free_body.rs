@@ -15,7 +15,7 @@ use crate::modes::free_modes::FreeModes;
 use crate::pipeline::diagnosis::{LoosePieces, Support, check_rows, support};
 use crate::pipeline::reduction::Reduction;
 
-/// What a reduction starts from.
+/// Start of a reduction.
 pub(crate) struct FreeBody<'a> {
     pub component: &'a Component,
     pub properties: MassProperties,
@@ -26,7 +26,7 @@ pub(crate) struct FreeBody<'a> {
     pub support: Support,
 }
 
-/// What K says of a body before it is factorized.
+/// Properties of a body from K before it is factorized.
 pub(crate) struct Spectrum {
     /// K times the rigid motions.
     pub defects: StiffnessDefects,
@@ -70,7 +70,7 @@ impl<'a> FreeBody<'a> {
         Ok((factor?, spectrum))
     }
 
-    /// What K says before it is factorized.
+    /// Properties from K before it is factorized.
     pub fn spectrum(&self) -> Spectrum {
         let (model, rigid) = (&self.model, &self.rigid);
         let defects = rigid.stiffness_defects(model);

@@ -16,7 +16,7 @@ use dcb_formats::units::readable;
 pub(crate) struct MemoryPlan<'a> {
     limit: &'a MemoryLimit,
     estimate: EstimateChoice,
-    /// What it needs with as much as fits.
+    /// Need with as much as fits.
     forecast: Forecast,
 }
 

@@ -3,12 +3,12 @@
 pub(crate) mod assemble;
 pub(crate) mod basis;
 pub mod diagnosis;
+pub(crate) mod effort;
 pub(crate) mod free_body;
 pub(crate) mod memory_plan;
 pub(crate) mod projection;
 pub mod reduction;
 pub(crate) mod warnings;
-pub(crate) mod work;
 
 use dcb_formats::component::Component;
 use dcb_formats::{RecoveryBasis, Superelement};
@@ -20,12 +20,12 @@ use crate::model::localization::Localization;
 use crate::observer::{Observer, Stage};
 use crate::pipeline::assemble::assembled;
 use crate::pipeline::basis::BasisSearch;
+use crate::pipeline::effort::Work;
 use crate::pipeline::free_body::FreeBody;
 use crate::pipeline::memory_plan::MemoryPlan;
 use crate::pipeline::projection::Projection;
 use crate::pipeline::reduction::Reduction;
 use crate::pipeline::warnings::Warnings;
-use crate::pipeline::work::Work;
 use crate::quality::Quality;
 use crate::resources::forecast::Forecast;
 use dcb_sparse::factorization::SymmetricFactor;

@@ -1,4 +1,4 @@
-//! What the body's mass, geometric stiffness and loads are over the basis Ψ = [Φ, G_res L_bᵀ, X], and Ψ over all degrees of freedom of the
+//! Mass, geometric stiffness and loads of the body over the basis Ψ = [Φ, G_res L_bᵀ, X], and Ψ over all degrees of freedom of the
 //! component.
 
 use dcb_formats::identities::Couplings;

@@ -1,4 +1,4 @@
-//! What is asked of a reduction. Options of the command line, keys of a manifest, the cache's key and the provenance in the file are all of this
+//! Options of a reduction. Options of the command line, keys of a manifest, the cache's key and the provenance in the file are all of this
 //! type: an option is a field here, with the text that help and schema show.
 
 use std::collections::BTreeMap;
@@ -17,7 +17,7 @@ use crate::pipeline::diagnosis::{Grounding, LoosePieces};
 use crate::resources::forecast::EstimateChoice;
 use crate::resources::memory_limit::{FactorChoice, MemoryLimit};
 
-/// What to do. Modes and memory have options of their own ([`crate::mode_selection::ModeRequest`], [`MemoryLimit`]), since what they mean
+/// Options of a reduction. Modes and memory have options of their own ([`crate::mode_selection::ModeRequest`], [`MemoryLimit`]), since what they mean
 /// depends on the part's units and on the machine.
 #[derive(Clone, Debug, PartialEq, Args, Serialize, Deserialize, JsonSchema)]
 #[serde(default)]
@@ -57,7 +57,7 @@ pub struct Reduction {
     #[serde(rename = "allow_loose", with = "as_flag")]
     #[schemars(with = "bool")]
     pub loose_pieces: LoosePieces,
-    /// What finds the modes.
+    /// Solver for the modes.
     #[arg(skip)]
     #[serde(skip_deserializing, skip_serializing_if = "EigenSolver::is_built_in")]
     #[schemars(skip)]

@@ -1,4 +1,4 @@
-//! What the user should be told of a reduction that succeeded, most important first.
+//! Warnings of a reduction that succeeded, most important first.
 
 use crate::inertia::invariants::nodes_with_missing_translations;
 use crate::inertia::stiffening::unused_rows;
@@ -12,7 +12,7 @@ use crate::quality::Quality;
 /// A mass matrix whose directions disagree by more than this, relatively, does not move as a rigid body.
 const MASS_DEFECT: f64 = 1e-6;
 
-/// What the steps had to say, each at most one thing.
+/// Warnings of the steps, at most one each.
 #[derive(Debug, Default)]
 pub(crate) struct Warnings {
     /// K has few digits, or the part a weak support.

@@ -71,7 +71,7 @@ pub fn quality_lines(quality: &Quality, time: &str) -> String {
     text
 }
 
-/// What an interface reduction kept and lost.
+/// Contents that an interface reduction kept and lost.
 fn interface_lines(reduction: &InterfaceReduction, time: &str) -> String {
     let InterfaceReduction {
         wanted,

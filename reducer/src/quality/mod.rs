@@ -2,26 +2,23 @@
 //!
 //! Every defect is dimensionless: divided by the size of what it is a part of.
 
+mod identities;
 pub mod lines;
 pub mod scene_fit;
 
 use dcb_formats::Superelement;
 use dcb_formats::identities::Couplings;
 use dcb_formats::superelement::Inertia;
-use dcb_sparse::block_algebra::{gram, symmetric_product};
-use faer::{Mat, MatRef};
 use serde::{Deserialize, Serialize};
 
+pub use self::identities::mean_axis_defects;
+use self::identities::{Identities, basis_norms};
 use self::scene_fit::SceneFit;
 use crate::attachments::columns::residual_limit;
 use crate::attachments::enrichment::{FurtherColumns, Reducing};
 use crate::attachments::interface_reduction::InterfaceReduction;
-use crate::attachments::residual::ResidualFlexibility;
-use crate::model::condensation::Model;
-use crate::model::rigid_body::MassProperties;
-use crate::model::shift::AbsoluteForces;
 use crate::modes::certificate::Sturm;
-use crate::modes::free_modes::{FreeModes, RESIDUAL_TOLERANCE, residual_is_accepted};
+use crate::modes::free_modes::{RESIDUAL_TOLERANCE, residual_is_accepted};
 
 /// Limit of the orthogonality defects (Eq. 29–32, 39–40).
 pub const ORTHOGONALITY_LIMIT: f64 = 1e-8;
@@ -35,7 +32,7 @@ pub struct Quality {
     pub mode_residuals: Vec<f64>,
     /// The part of it that rounding in K φ explains, ε ‖|K| |φ|‖ / ‖K φ‖.
     pub mode_residual_roundings: Vec<f64>,
-    /// What rounding in K can do to ω², relatively: ε |φ|ᵀ |K| |φ| / ω².
+    /// Effect of rounding in K on ω², relative: ε |φ|ᵀ |K| |φ| / ω².
     pub eigenvalue_roundings: Vec<f64>,
     /// Largest relative residual of an attachment column.
     pub attachment_residual: f64,
@@ -69,7 +66,7 @@ pub struct Quality {
     pub flexibility_rank: usize,
     /// Condition number of the scaled F_res over its rank.
     pub flexibility_condition: f64,
-    /// What an interface reduction left out of F_res; absent if none was asked for, and in files of older versions.
+    /// F_res that an interface reduction left out; absent if none was asked for, and in files of older versions.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub interface_reduction: Option<InterfaceReduction>,
     /// Further columns of the basis; absent if there are none, and in files of older versions.
@@ -100,7 +97,7 @@ pub struct Quality {
 /// How good further columns are.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct EnrichmentQuality {
-    /// What each column answers to.
+    /// Load that each column responds to.
     pub names: Vec<String>,
     /// Largest relative residual of a column.
     pub residual: f64,
@@ -133,7 +130,7 @@ impl EnrichmentQuality {
 pub struct DependentRow {
     /// The row.
     pub row: String,
-    /// What it depends on; empty if it sees no elastic motion.
+    /// Rows that it depends on; empty if it sees no elastic motion.
     pub depends_on: Vec<String>,
 }
 
@@ -302,108 +299,4 @@ impl Quality {
             self.mode_residuals.len()
         ))
     }
-}
-
-/// Left sides of Eq. 29–32 minus their right sides, scaled.
-struct Identities {
-    stiffness_orthogonality: f64,
-    mass_orthogonality: f64,
-    mass_orthonormality: f64,
-    stiffness_diagonality: f64,
-    flexibility_identity: f64,
-}
-
-fn largest_scaled(matrix: MatRef<'_, f64>, scale: impl Fn(usize, usize) -> f64) -> f64 {
-    let mut largest = 0.0_f64;
-    for j in 0..matrix.ncols() {
-        for i in 0..matrix.nrows() {
-            let s = scale(i, j);
-            if s > 0.0 {
-                largest = largest.max((matrix[(i, j)] / s).abs());
-            }
-        }
-    }
-    largest
-}
-
-impl Identities {
-    fn of(model: &Model, modes: &FreeModes, residual: &ResidualFlexibility) -> Self {
-        let phi = modes.shapes.as_ref();
-        let k_phi = symmetric_product(&model.stiffness, phi);
-        let highest = modes
-            .eigenvalues
-            .last()
-            .copied()
-            .unwrap_or(0.0)
-            .max(f64::MIN_POSITIVE);
-        // A motion of a loose piece has no ω² of its own: it is measured against the first elastic one.
-        let elastic = modes
-            .eigenvalues
-            .iter()
-            .copied()
-            .find(|value| *value > 0.0)
-            .unwrap_or(modes.first_omitted);
-        let floor = if elastic.is_finite() {
-            elastic.max(1e-12 * highest)
-        } else {
-            1.0
-        };
-        // What rounding in K makes of a motion without stiffness is within the limit: a light, stiff piece has more of it than a soft one has stiffness.
-        let loose = phi.subcols(0, modes.zero_count);
-        let energies = AbsoluteForces::of(&model.stiffness, loose).energies;
-        let omega_squared = |i: usize| match energies.get(i) {
-            Some(energy) => floor.max(f64::EPSILON / ORTHOGONALITY_LIMIT * energy),
-            None => modes.eigenvalues[i],
-        };
-        let f0 = |i: usize| residual.flexibility0[(i, i)].max(0.0);
-        let m0 = |i: usize| residual.mass_diagonal0[i];
-        let n_k = modes.count();
-        let mass = gram(phi, modes.mass_shapes.as_ref());
-        let stiffness = gram(phi, k_phi.as_ref());
-        let identity = |i: usize, j: usize| if i == j { 1.0 } else { 0.0 };
-        let mass_defect = Mat::from_fn(n_k, n_k, |i, j| mass[(i, j)] - identity(i, j));
-        let stiffness_defect = Mat::from_fn(n_k, n_k, |i, j| {
-            stiffness[(i, j)] - identity(i, j) * modes.eigenvalues[i]
-        });
-        let flexibility_defect = &residual.stiffness.columns - &residual.flexibility;
-        Self {
-            stiffness_orthogonality: largest_scaled(residual.stiffness.modes.as_ref(), |i, j| {
-                (omega_squared(i) * f0(j)).sqrt()
-            }),
-            mass_orthogonality: largest_scaled(
-                gram(modes.mass_shapes.as_ref(), residual.shapes.as_ref()).as_ref(),
-                |_, j| m0(j).sqrt(),
-            ),
-            mass_orthonormality: largest_scaled(mass_defect.as_ref(), |_, _| 1.0),
-            stiffness_diagonality: largest_scaled(stiffness_defect.as_ref(), |i, j| {
-                omega_squared(i).max(omega_squared(j))
-            }),
-            flexibility_identity: largest_scaled(flexibility_defect.as_ref(), |i, j| {
-                (f0(i) * f0(j)).sqrt()
-            }),
-        }
-    }
-}
-
-/// M norm of each basis column: 1 for a mode, for the others that with no mode kept (so a vanishing residual stays small).
-fn basis_norms(modes: &FreeModes, residual: &ResidualFlexibility, further: usize) -> Vec<f64> {
-    let attachments = residual.mass_diagonal0.iter().map(|m| m.sqrt());
-    std::iter::repeat_n(1.0, modes.count())
-        .chain(attachments)
-        .chain(std::iter::repeat_n(1.0, further))
-        .collect()
-}
-
-/// Largest |L1 ψ| / (√m ‖ψ‖) and |I3 ψ| / (√I ‖ψ‖): cosines between a rigid motion and a column of the basis.
-pub fn mean_axis_defects(
-    properties: &MassProperties,
-    inertia: &Inertia,
-    norms: &[f64],
-) -> (f64, f64) {
-    let largest_moment = (0..3).map(|a| properties.tensor[a][a]).fold(0.0, f64::max);
-    let l1 = largest_scaled(inertia.l1.as_ref(), |_, j| {
-        properties.mass.sqrt() * norms[j]
-    });
-    let i3 = largest_scaled(inertia.i3.as_ref(), |_, j| largest_moment.sqrt() * norms[j]);
-    (l1, i3)
 }

@@ -1,4 +1,4 @@
-//! What a superelement for a scene was made for, what was left out of it and what that costs: for people and in files.
+//! Purpose of a superelement for a scene, contents left out of it and their effect: for people and in files.
 
 use std::fmt::Write as _;
 
@@ -31,7 +31,7 @@ impl Amounts {
     }
 }
 
-/// What is in the superelement.
+/// Contents of the superelement.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Kept {
     /// Elastic modes.
@@ -47,7 +47,7 @@ pub struct Kept {
 /// Something that was left out.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Omission {
-    /// What.
+    /// Contents.
     pub what: String,
     /// Why.
     pub why: String,
@@ -72,21 +72,21 @@ pub struct SceneFit {
     pub bodies: Vec<String>,
     /// Relative error that the part's responses may have.
     pub tolerance: f64,
-    /// What the scene asks, line by line.
+    /// Demand of the scene, line by line.
     pub asked: Vec<String>,
-    /// What should be known besides.
+    /// Further notes.
     pub notes: Vec<String>,
     /// Reductions that were made with their certified errors, the last one good enough.
     pub rounds: Vec<Round>,
     /// About columns for centrifugal forces.
     pub spin: String,
-    /// What was left out.
+    /// Contents left out.
     pub left_out: Vec<Omission>,
-    /// What is there.
+    /// Contents.
     pub kept: Kept,
     /// Upper bound of what the reduction itself is off; absent without a band, or where no force acts.
     pub certified: Option<f64>,
-    /// What leaving out changes.
+    /// Effect of leaving out.
     pub left_out_error: f64,
     /// Both; absent without a band.
     pub total: Option<f64>,

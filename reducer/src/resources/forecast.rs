@@ -1,4 +1,4 @@
-//! What a reduction will cost, known from the pattern of the matrices before a number is computed.
+//! Cost of a reduction, known from the pattern of the matrices before a number is computed.
 
 use dcb_sparse::factor_store::{FactorStorage, Place};
 use dcb_sparse::factorization::SymmetricFactor;

@@ -57,7 +57,7 @@ impl MemoryLimit {
         }
     }
 
-    /// What may be tried, best first.
+    /// Possible choices, best first.
     pub fn candidates(&self) -> Vec<FactorStorage> {
         match self.factor {
             FactorChoice::Auto => vec![Self::in_memory(Precision::Double), self.on_disk()],
@@ -149,7 +149,7 @@ impl MemoryLimit {
 /// A size such as `8G`; units of 1024.
 ///
 /// # Errors
-/// What was expected.
+/// Expected form.
 pub fn size(text: &str) -> Result<u64, String> {
     let wanted = || "a size such as 8G or 512M is wanted (K, M, G or T)".to_owned();
     let digits = text.trim_end_matches(|c: char| c.is_ascii_alphabetic());
@@ -183,13 +183,13 @@ fn kilobytes(text: &str, key: &str) -> Option<u64> {
     Some(kilobytes * 1024)
 }
 
-/// What the control groups of this process leave, both versions.
+/// Memory that the control groups of this process leave, both versions.
 fn control_group() -> Option<u64> {
     let groups = std::fs::read_to_string("/proc/self/cgroup").ok()?;
     groups.lines().filter_map(left_in).min()
 }
 
-/// What a line of `/proc/self/cgroup` leaves; its files may be mounted as the group itself or as the whole tree.
+/// Memory that a line of `/proc/self/cgroup` leaves; its files may be mounted as the group itself or as the whole tree.
 fn left_in(line: &str) -> Option<u64> {
     let mut fields = line.splitn(3, ':');
     let (_, controllers, group) = (fields.next()?, fields.next()?, fields.next()?);

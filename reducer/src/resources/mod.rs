@@ -1,4 +1,4 @@
-//! What a reduction costs, and what it may take.
+//! Cost of a reduction, and its limits.
 
 pub mod basis_size;
 pub mod forecast;

@@ -186,7 +186,7 @@ impl Stored<'_> {
         Ok((residual, moments))
     }
 
-    /// What the file has over Ψ = [Φ, G_res L_bᵀ, X].
+    /// Matrices of the file over Ψ = [Φ, G_res L_bᵀ, X].
     fn check_projections(
         &self,
         residual: &ResidualFlexibility,

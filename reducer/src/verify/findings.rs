@@ -1,4 +1,4 @@
-//! What was checked, and what failed.
+//! Checks and failures.
 
 use std::fmt::Write as _;
 
@@ -10,7 +10,7 @@ pub const AGREEMENT: f64 = 1e-8;
 /// Modes found twice agree only as closely as their residuals allow, a pair of close ones less.
 pub const SHAPE_AGREEMENT: f64 = 1e-6;
 
-/// What was checked, line by line.
+/// Checks, line by line.
 pub struct Findings {
     /// A line for each check.
     pub text: String,

@@ -1,4 +1,4 @@
-//! What a superelement has beside modes and attachments, against the component: further columns, geometric stiffening, named loads.
+//! Contents of a superelement beside modes and attachments, against the component: further columns, geometric stiffening, named loads.
 
 use dcb_formats::Superelement;
 use dcb_formats::superelement::PartLoad;

@@ -12,7 +12,7 @@ use crate::quality::Quality;
 /// Errors of an interface reduction agree as closely as its eigenvalues; the worst direction divides by small ones.
 const REPORT_AGREEMENT: f64 = 1e-4;
 
-/// What the stored report says of an interface reduction.
+/// Stored report of an interface reduction.
 pub fn reported_reduction(element: &Superelement) -> Option<InterfaceReduction> {
     Quality::stored(element).and_then(|quality| quality.interface_reduction)
 }

@@ -8,7 +8,7 @@ use super::findings::{AGREEMENT, Findings};
 
 /// A stored eigenvalue bound may be above a counted one by rounding.
 const BOUND_AGREEMENT: f64 = 1e-6;
-/// What rounding does differs from run to run, but not by more than this factor.
+/// Factor by which rounding may differ between runs.
 const ROUNDING_AGREEMENT: f64 = 10.0;
 
 /// Stored moments and bounds against computed ones; `certified` says whether an eigenvalue count has confirmed the computed bound.

@@ -22,7 +22,7 @@ pub struct SiblingArguments {
 }
 
 impl SiblingArguments {
-    /// What replaces the names beside the stiffness matrix.
+    /// Names in place of those beside the stiffness matrix.
     pub fn overrides(&self) -> Overrides {
         Overrides {
             mass: self.mass.clone(),

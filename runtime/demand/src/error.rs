@@ -6,7 +6,7 @@ pub enum Error {
     /// A file, or what a scene says.
     #[error(transparent)]
     Formats(#[from] dcb_formats::Error),
-    /// What follows from a superelement.
+    /// Properties that follow from a superelement.
     #[error(transparent)]
     Superelement(#[from] dcb_superelement::Error),
 }

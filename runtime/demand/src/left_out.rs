@@ -1,11 +1,11 @@
-//! What a scene doesn't need.
+//! Contents of a superelement that a scene doesn't need.
 
 use std::fmt::{self, Display, Formatter};
 
 /// Something that a scene doesn't need.
 #[derive(Clone, Debug, PartialEq)]
 pub struct LeftOut {
-    /// What.
+    /// Contents.
     pub what: String,
     /// Why it isn't needed.
     pub why: String,

@@ -1,4 +1,4 @@
-//! What a scene needs of its superelements, found without integrating it.
+//! Needs of a scene for its superelements, found without integrating it.
 //!
 //! A [`Demand`] is what a scene asks of one part; the superelement needn't be there yet. [`Pruning`] leaves out of superelements what their
 //! demands don't ask for, and a [`NarrowedScene`] is a scene with what is carried of them. [`PartFile`] is a superelement's file as a scene
@@ -9,7 +9,7 @@ pub mod pruning;
 
 // No part of the door: for the other crates of this workspace and its tests.
 #[doc(hidden)]
-pub mod fewest;
+pub mod coordinate_search;
 
 mod error;
 mod left_out;

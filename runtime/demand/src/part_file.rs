@@ -16,7 +16,7 @@ use crate::{OpenSuperelement, SuperelementFiles};
 /// An open file and its superelement, of the scene's dimension.
 pub struct PartFile {
     opened: Arc<OpenSuperelement>,
-    /// What a spatial file is read through in the plane.
+    /// Map from a spatial file to the plane.
     planar: Option<PlanarPart>,
 }
 
@@ -65,7 +65,7 @@ impl PartFile {
         }
     }
 
-    /// What leads out of the plane of a planar scene; `None` if the file is of the scene's dimension.
+    /// Motions out of the plane of a planar scene; `None` if the file is of the scene's dimension.
     pub fn left_out(&self) -> Option<&LeftOut> {
         self.planar.as_ref().map(PlanarPart::left_out)
     }

@@ -43,7 +43,7 @@ impl PlanarPart {
         self.in_plane.selection().modes()
     }
 
-    /// What leads out of the plane.
+    /// Motions out of the plane.
     pub fn left_out(&self) -> &LeftOut {
         &self.left_out
     }

@@ -10,11 +10,12 @@
 //! those of least norm.
 
 use crate::error::Error;
-use crate::initial::{InitialReport, Redundancy, Starter, carried};
+use crate::initial::{InitialReport, Starter, carried};
 use crate::system::evaluation::Evaluation;
 use crate::system::free_directions::FreeDirections;
 use crate::system::linearization::Linearization;
 use crate::system::{State, System};
+use dcb_formats::scene::RedundantConstraints;
 
 /// A mechanism that follows its drives.
 pub struct DrivenMotion<'a> {
@@ -26,11 +27,11 @@ impl<'a> DrivenMotion<'a> {
     /// At the state's time, from positions as drawn.
     ///
     /// # Errors
-    /// [`Error::NotDriven`] with the number of freedoms that no drive fixes; those of [`Starter::start`].
+    /// [`Error::NotDriven`] with the number of degrees of freedom that no drive fixes; those of [`Starter::start`].
     pub fn start(system: &'a System, mut state: State) -> Result<(Self, InitialReport), Error> {
         let mut starter = Starter::of(system)?;
-        let report = starter.start(&mut state, Redundancy::MinimumNorm)?;
-        let count = freedoms(system, &state)?;
+        let report = starter.start(&mut state, RedundantConstraints::MinimumNorm)?;
+        let count = dof_count(system, &state)?;
         if count > 0 {
             return Err(Error::NotDriven { count });
         }
@@ -65,8 +66,8 @@ impl<'a> DrivenMotion<'a> {
     }
 }
 
-/// Freedoms of the bodies, as rigid ones, that joints and drives leave.
-fn freedoms(system: &System, state: &State) -> Result<usize, Error> {
+/// Degrees of freedom of the bodies, as rigid ones, that joints and drives leave.
+fn dof_count(system: &System, state: &State) -> Result<usize, Error> {
     let still = state.without_motion();
     let evaluation = Evaluation::at(system, &still);
     let mut jacobian = Linearization::at(system, &still, &evaluation)?.jacobian;

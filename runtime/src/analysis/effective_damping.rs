@@ -32,7 +32,7 @@ pub struct EffectiveDamping {
 }
 
 /// Of the lowest modes in which damped superelements deflect, at a state taken as being at rest. Empty where no superelement with damping is
-/// in a joint or on a spring, for systems with more than 300 freedoms, and for compatibilities that have no linearization.
+/// in a joint or on a spring, for systems with more than 300 degrees of freedom, and for compatibilities that have no linearization.
 pub fn effective_damping(system: &System, state: &State) -> Vec<EffectiveDamping> {
     if !has_damped_parts(system) || system.velocity_count() > LARGEST {
         return Vec::new();

@@ -66,7 +66,7 @@ pub struct Eigenmodes {
     /// Number of modes without frequency: motions that meet no stiffness.
     pub rigid_count: usize,
     /// Degrees of freedom.
-    pub freedom_count: usize,
+    pub dof_count: usize,
 }
 
 impl Eigenmodes {
@@ -79,12 +79,12 @@ impl Eigenmodes {
         let mut linearization = Linearization::with_rigid_joints(system, state, &evaluation)?;
         let directions = FreeDirections::of(system, &linearization.jacobian)?;
         turn_with_bodies(system, state, &mut linearization);
-        let freedom_count = directions.count();
-        if freedom_count == 0 {
+        let dof_count = directions.count();
+        if dof_count == 0 {
             return Ok(Self {
                 modes: Vec::new(),
                 rigid_count: 0,
-                freedom_count,
+                dof_count,
             });
         }
         let [mass, damping, stiffness] = directions.reduced(&linearization);
@@ -105,7 +105,7 @@ impl Eigenmodes {
         Ok(Self {
             rigid_count: modes.iter().filter(|mode| size(mode) == 0.0).count(),
             modes,
-            freedom_count,
+            dof_count,
         })
     }
 

@@ -16,11 +16,12 @@ use faer::{Mat, Side};
 use nalgebra::{UnitQuaternion, Vector3};
 
 use crate::error::Error;
-use crate::initial::{Redundancy, Starter};
+use crate::initial::Starter;
 use crate::system::evaluation::Evaluation;
 use crate::system::free_directions::FreeDirections;
 use crate::system::linearization::Linearization;
 use crate::system::{State, System};
+use dcb_formats::scene::RedundantConstraints;
 
 /// Largest turn of a body in one iteration.
 const LARGEST_TURN: f64 = 0.5;
@@ -68,7 +69,7 @@ pub fn find_equilibrium(
     state: &mut State,
     settings: &EquilibriumSettings,
 ) -> Result<EquilibriumReport, Error> {
-    Starter::of(system)?.start(state, Redundancy::MinimumNorm)?;
+    Starter::of(system)?.start(state, RedundantConstraints::MinimumNorm)?;
     for values in [
         &mut state.velocities,
         &mut state.accelerations,

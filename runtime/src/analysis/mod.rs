@@ -1,4 +1,4 @@
-//! What a mechanism does beside moving through time: rest, motion that drives fix, small vibrations.
+//! Analyses beside motion over time: rest, motion that drives fix, small vibrations.
 
 pub mod driven;
 pub mod effective_damping;

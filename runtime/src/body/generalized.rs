@@ -34,7 +34,7 @@ pub struct GeneralizedBody {
     pub inertia: Inertia,
     /// Interfaces.
     pub interfaces: Vec<InterfaceFrame>,
-    /// What the rows of `interface_shapes` are, interface by interface.
+    /// Meaning of the rows of `interface_shapes`, interface by interface.
     pub rows: Vec<BoundaryRow>,
     /// Displacements of the interfaces, (n_b, n).
     pub interface_shapes: Mat<f64>,

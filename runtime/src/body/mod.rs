@@ -22,12 +22,13 @@ mod superelement;
 use std::path::Path;
 
 use dcb_formats::component::{Role, Units};
+use dcb_formats::scene::InertiaChange;
 use dcb_formats::superelement::{BoundaryRow, InterfaceFrame};
 use faer::Mat;
 use nalgebra::Vector3;
 
 use crate::error::Error;
-use crate::frame::{FrameInertia, InertiaChange};
+use crate::frame::FrameInertia;
 pub use attachment::Attachment;
 pub use dcb_formats::scene::Compatibility;
 use dcb_superelement::MadeFor;
@@ -83,7 +84,7 @@ pub struct FlexibleBody {
     pub damping: Vec<f64>,
     /// The lowest ω² that the modes leave out; infinite if nothing is.
     pub first_omitted_eigenvalue: f64,
-    /// What the superelement was made for.
+    /// Purpose of the superelement.
     pub made_for: MadeFor,
     /// L_b Ψ_r, (n_b, n), 1/√mass (rotation rows: 1/(√mass·length)).
     pub interface_shapes: Mat<f64>,
@@ -92,7 +93,7 @@ pub struct FlexibleBody {
     pub attachment_transform: Mat<f64>,
     /// T_x, (n_x, rank), for further columns X of the basis: u = Φ η + (G_res L_bᵀ T + X T_x) ζ.
     pub further_transform: Mat<f64>,
-    /// What interface forces g do beyond the coordinates, u_Γ += F g, (n_b, n_b). Static: F_res. Strong: the directions of F_res
+    /// Deflection of interface forces g beyond the coordinates, u_Γ += F g, (n_b, n_b). Static: F_res. Strong: the directions of F_res
     /// without mass, `None` if there are none. Weak: F_res, already in `interface_shapes` and, as strain energy
     /// ½ gᵀ F_res g, not in `stiffness`. Rows of output interfaces are observed.
     pub residual_flexibility: Option<Mat<f64>>,

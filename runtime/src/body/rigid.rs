@@ -29,7 +29,7 @@ pub struct RigidBody {
     pub tensor: Matrix3<f64>,
     /// Centre of mass, component coordinates.
     pub center: Vector3<f64>,
-    /// What it can be joined at.
+    /// Points for joints.
     pub points: Vec<RigidPoint>,
 }
 

@@ -25,39 +25,15 @@ impl FlexibleBody {
         let (modes, residual) = (&superelement.modes, &superelement.residual);
         let coordinates = DynamicCoordinates::of(superelement, compatibility)?;
         let columns = coordinates.to_file();
-        if superelement.frame_kind == FrameKind::MeanAxis {
-            // Whatever the coordinates are: in those that have mass its columns are of unit norm.
-            match compatibility {
-                Compatibility::Strong => check_mean_axes(superelement, &columns)?,
-                Compatibility::Static | Compatibility::Weak => {
-                    let massive = DynamicCoordinates::of(superelement, Compatibility::Strong)?;
-                    check_mean_axes(superelement, &massive.to_file())?;
-                }
-            }
-        }
+        check_frame(superelement, compatibility, &columns)?;
         let rank = coordinates.attached.ncols();
         let attached_damping = match compatibility {
             Compatibility::Strong => modes.residual_damping,
             Compatibility::Static | Compatibility::Weak => 0.0,
         };
-        let momentum = match superelement.frame_kind {
-            FrameKind::MeanAxis => None,
-            FrameKind::Given => FrameMomentum::over(&superelement.inertia, columns.as_ref()),
-        };
-        let stiffening = &superelement.stiffening;
-        let mut inertia = FrameInertia::over(
-            &superelement.inertia,
-            superelement.dimension,
-            columns.as_ref(),
-        )
-        .with_momentum(momentum);
-        if compatibility == Compatibility::Weak {
-            refuse_stiffening(superelement)?;
-            inertia = inertia.with_attachment_mass(AttachmentMass::of(&residual.mass));
-        } else {
-            inertia = inertia.with_stiffening(&stiffening.centrifugal, columns.as_ref());
-        }
-        let interface_stiffening = stiffening
+        let inertia = frame_inertia(superelement, compatibility, &columns)?;
+        let interface_stiffening = superelement
+            .stiffening
             .interface
             .iter()
             .map(|of_row| columns.transpose() * of_row * &columns)
@@ -105,6 +81,46 @@ impl FlexibleBody {
     /// Whether geometric stiffening acts in it.
     pub fn is_stiffened(&self) -> bool {
         !self.interface_stiffening.is_empty() || self.inertia.is_stiffened()
+    }
+}
+
+/// Refuses a basis with momentum in a frame that is called mean-axis. The check takes coordinates that have mass, whatever those of the
+/// body are: their columns are of unit norm.
+fn check_frame(
+    superelement: &Superelement,
+    compatibility: Compatibility,
+    columns: &Mat<f64>,
+) -> Result<(), Error> {
+    match (superelement.frame_kind, compatibility) {
+        (FrameKind::Given, _) => Ok(()),
+        (FrameKind::MeanAxis, Compatibility::Strong) => check_mean_axes(superelement, columns),
+        (FrameKind::MeanAxis, Compatibility::Static | Compatibility::Weak) => {
+            let massive = DynamicCoordinates::of(superelement, Compatibility::Strong)?;
+            check_mean_axes(superelement, &massive.to_file())
+        }
+    }
+}
+
+/// Inertia of the frame over the columns of the coordinates, with what the spin stiffens.
+fn frame_inertia(
+    superelement: &Superelement,
+    compatibility: Compatibility,
+    columns: &Mat<f64>,
+) -> Result<FrameInertia, Error> {
+    let of_file = &superelement.inertia;
+    let momentum = match superelement.frame_kind {
+        FrameKind::MeanAxis => None,
+        FrameKind::Given => FrameMomentum::over(of_file, columns.as_ref()),
+    };
+    let inertia = FrameInertia::over(of_file, superelement.dimension, columns.as_ref())
+        .with_momentum(momentum);
+    if compatibility == Compatibility::Weak {
+        refuse_stiffening(superelement)?;
+        let mass = AttachmentMass::of(&superelement.residual.mass);
+        Ok(inertia.with_attachment_mass(mass))
+    } else {
+        let centrifugal = &superelement.stiffening.centrifugal;
+        Ok(inertia.with_stiffening(centrifugal, columns.as_ref()))
     }
 }
 

@@ -32,7 +32,7 @@ pub struct History {
 pub struct Histories {
     /// Time, or the numbers of the modes from 1.
     pub over: History,
-    /// What is listed; may be empty.
+    /// Entries of the list; may be empty.
     pub columns: Vec<History>,
     /// Whether the values follow each other as a motion does.
     pub is_motion: bool,

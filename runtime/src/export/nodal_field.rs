@@ -38,32 +38,13 @@ impl NodalField {
     /// # Errors
     /// [`Error::Field`] if body, basis and mesh aren't of one component, or no node's translations are in the basis.
     pub fn new(body: &FlexibleBody, basis: &RecoveryBasis, mesh: &Mesh) -> Result<Self, Error> {
-        let refused = |message: String| {
-            Err(Error::Field {
-                body: body.name.clone(),
-                message,
-            })
+        let refused = |message: String| Error::Field {
+            body: body.name.clone(),
+            message,
         };
+        check_counts(body, basis, mesh).map_err(refused)?;
         let node_count = mesh.node_count();
         let transform = &body.attachment_transform;
-        let found = (basis.modes.ncols(), basis.residual.ncols());
-        let expected = (body.mode_count, transform.nrows());
-        if found != expected {
-            return refused(format!(
-                "its nodal fields have {} modes and {} attachments, but the body has {} and {}; read both from one file",
-                found.0, found.1, expected.0, expected.1
-            ));
-        }
-        if let Some(dof) = basis
-            .dofs
-            .iter()
-            .find(|dof| dof.node as usize >= node_count)
-        {
-            return refused(format!(
-                "its nodal fields name node {}, but the mesh has {node_count} nodes",
-                dof.node
-            ));
-        }
         let translations: Vec<usize> = (0..basis.dofs.len())
             .filter(|&row| !basis.dofs[row].direction.is_rotation())
             .collect();
@@ -74,24 +55,12 @@ impl NodalField {
         let d = mesh.dimension.coordinate_count();
         let recovered: Vec<u8> = found_axes.iter().map(|&axes| u8::from(axes == d)).collect();
         if !recovered.contains(&1) {
-            return refused(
+            return Err(refused(
                 "its nodal fields hold no node's translations; reduce it with the fields of the nodes to show"
                     .to_owned(),
-            );
+            ));
         }
-        let mut attached = &basis.residual * transform;
-        let further = &body.further_transform;
-        match &basis.enrichment {
-            Some(fields) if fields.ncols() == further.nrows() => attached += fields * further,
-            None if further.nrows() == 0 => {}
-            found => {
-                let found = found.as_ref().map_or(0, |fields| fields.ncols());
-                return refused(format!(
-                    "its nodal fields have {found} further columns, but the body has {}; read both from one file, of format 1.1 or later",
-                    further.nrows()
-                ));
-            }
-        }
+        let attached = attached_fields(body, basis).map_err(refused)?;
         let n_k = body.mode_count;
         let shapes = Mat::from_fn(translations.len(), body.coordinate_count(), |i, j| {
             let row = translations[i];
@@ -164,4 +133,43 @@ impl NodalField {
         let moved = self.positions.iter().map(|at| position + axes * at);
         moved.collect()
     }
+}
+
+/// Whether modes, attachments and nodes of a basis are those of the body and the mesh.
+fn check_counts(body: &FlexibleBody, basis: &RecoveryBasis, mesh: &Mesh) -> Result<(), String> {
+    let found = (basis.modes.ncols(), basis.residual.ncols());
+    let expected = (body.mode_count, body.attachment_transform.nrows());
+    if found != expected {
+        return Err(format!(
+            "its nodal fields have {} modes and {} attachments, but the body has {} and {}; read both from one file",
+            found.0, found.1, expected.0, expected.1
+        ));
+    }
+    let node_count = mesh.node_count();
+    let mut dofs = basis.dofs.iter();
+    match dofs.find(|dof| dof.node as usize >= node_count) {
+        Some(dof) => Err(format!(
+            "its nodal fields name node {}, but the mesh has {node_count} nodes",
+            dof.node
+        )),
+        None => Ok(()),
+    }
+}
+
+/// G_res L_bᵀ T + X T_x, (n_f, n - n_k).
+fn attached_fields(body: &FlexibleBody, basis: &RecoveryBasis) -> Result<Mat<f64>, String> {
+    let mut attached = &basis.residual * &body.attachment_transform;
+    let further = &body.further_transform;
+    match &basis.enrichment {
+        Some(fields) if fields.ncols() == further.nrows() => attached += fields * further,
+        None if further.nrows() == 0 => {}
+        found => {
+            let found = found.as_ref().map_or(0, |fields| fields.ncols());
+            return Err(format!(
+                "its nodal fields have {found} further columns, but the body has {}; read both from one file, of format 1.1 or later",
+                further.nrows()
+            ));
+        }
+    }
+    Ok(attached)
 }

@@ -1,4 +1,4 @@
-//! What a frame that isn't on mean axes, and coordinates that aren't orthonormal, add to the inertia.
+//! Additions to the inertia by a frame that isn't on mean axes, and by coordinates that aren't orthonormal.
 
 use dcb_formats::superelement::Inertia;
 use faer::{Mat, MatMut, MatRef};

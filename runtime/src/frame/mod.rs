@@ -26,6 +26,7 @@ mod tangent;
 mod terms;
 
 use dcb_formats::mesh::Dimension;
+use dcb_formats::scene::InertiaChange;
 use dcb_formats::superelement::Inertia;
 use faer::{Mat, MatMut, MatRef};
 use nalgebra::Vector3;
@@ -33,7 +34,7 @@ use pulp::{Arch, Simd, WithSimd};
 
 pub use forces::{BodyAcceleration, InertiaForces};
 pub use given::{AttachmentMass, FrameMomentum};
-pub use rotary_inertia::{InertiaChange, RotaryInertia};
+pub use rotary_inertia::RotaryInertia;
 pub use tangent::{InertiaTangent, TangentBlock};
 pub use terms::InertiaTerms;
 

@@ -17,6 +17,7 @@
 use std::ops::Range;
 
 use dcb_formats::mesh::Dimension;
+use dcb_formats::scene::InertiaChange;
 use dcb_formats::superelement::Inertia;
 use faer::{Mat, MatMut, MatRef};
 use nalgebra::{Matrix3, Vector3};
@@ -27,18 +28,6 @@ use super::{AttachmentMass, BodyState, InertiaTerms};
 
 /// Pairs of axes in the order of six-fold quantities: xx, yy, zz, xy, yz, zx.
 pub const PAIRS: [(usize, usize); 6] = [(0, 0), (1, 1), (2, 2), (0, 1), (1, 2), (2, 0)];
-
-/// How far the change of the rotary inertia with the deflection is followed. Each choice has a kinetic energy that all its
-/// forces derive from, so energy and momentum are conserved; the coupling L(y) is always there.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
-pub enum InertiaChange {
-    /// J = I0.
-    Constant,
-    /// J = I0 + J1 y.
-    FirstOrder,
-    /// J = I0 + J1 y + yᵀ J2 y, the exact one.
-    SecondOrder,
-}
 
 /// J2, where it is followed.
 #[derive(Clone, Debug, PartialEq)]
@@ -362,7 +351,7 @@ impl RotaryInertia {
     }
 }
 
-/// What a pair of axes counts for in `ωᵀ J ω`: a pair of different axes stands for two entries of the tensor.
+/// Weight of a pair of axes in `ωᵀ J ω`: a pair of different axes stands for two entries of the tensor.
 fn spin_product(spin: &Vector3<f64>, pair: usize) -> f64 {
     let (a, b) = PAIRS[pair];
     spin[a] * spin[b] * if a == b { 1.0 } else { 2.0 }

@@ -1,4 +1,4 @@
-//! What the invariants amount to at one configuration and velocity.
+//! Values of the invariants at one configuration and velocity.
 
 use dcb_formats::mesh::Dimension;
 use nalgebra::{Matrix3, Vector3};
@@ -6,7 +6,7 @@ use nalgebra::{Matrix3, Vector3};
 use super::rotary_inertia::PAIRS;
 use crate::error::Error;
 
-/// What the invariants amount to at one configuration and velocity; made once, overwritten by every evaluation of the same
+/// Values of the invariants at one configuration and velocity; made once, overwritten by every evaluation of the same
 /// body.
 #[derive(Clone, Debug, PartialEq)]
 pub struct InertiaTerms {
@@ -34,7 +34,7 @@ pub struct InertiaTerms {
     pub(super) first_moment_rate: Vector3<f64>,
     /// `y'ᵀ M y'` of coordinates that aren't orthonormal.
     pub(super) weighted_square: Option<f64>,
-    /// What the body has that the closed form of [`InertiaTerms::accelerations`] doesn't.
+    /// Terms of the body beyond the closed form of [`InertiaTerms::accelerations`].
     pub(super) beyond_closed_form: Option<&'static str>,
 }
 

@@ -19,6 +19,7 @@ mod interfaces;
 mod rank;
 mod report;
 
+use dcb_formats::scene::RedundantConstraints;
 use nalgebra::{UnitQuaternion, Vector3};
 
 use crate::error::Error;
@@ -32,7 +33,7 @@ pub(crate) use rank::dependent_rows;
 /// The start iterates it away; steps keep it, so that redundant forces are determined.
 pub const REGULARIZATION: f64 = 1e-10;
 
-/// What it took to make a start consistent.
+/// Effort of making a start consistent.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct InitialReport {
     /// Bodies that moved: name, distance of the frame's origin, angle.
@@ -56,16 +57,6 @@ pub struct MovedBody {
     pub translation: f64,
     /// Rotation, rad.
     pub rotation: f64,
-}
-
-/// What to do about redundant constraints.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum Redundancy {
-    /// Share their forces out in the minimum-norm sense.
-    #[default]
-    MinimumNorm,
-    /// Refuse the scene.
-    Refuse,
 }
 
 /// Finds consistent positions, velocities and accelerations for a system.
@@ -122,7 +113,7 @@ impl<'a> Starter<'a> {
     pub fn start(
         &mut self,
         state: &mut State,
-        redundancy: Redundancy,
+        redundancy: RedundantConstraints,
     ) -> Result<InitialReport, Error> {
         let drawn = state.clone();
         self.start_angles(state);
@@ -133,7 +124,7 @@ impl<'a> Starter<'a> {
             ..InitialReport::default()
         };
         self.find_redundant(state, &mut report)?;
-        if redundancy == Redundancy::Refuse && !report.redundant.is_empty() {
+        if redundancy == RedundantConstraints::Refuse && !report.redundant.is_empty() {
             return Err(Error::Redundant {
                 joints: report
                     .redundant
@@ -164,7 +155,7 @@ impl<'a> Starter<'a> {
         self.evaluation.resist(self.system, state);
     }
 
-    /// What each constraint must change by; springs hold still.
+    /// Change that each constraint needs; springs hold still.
     fn demand_changes(&mut self, change: impl Fn(&Evaluation, usize) -> Option<f64>) {
         for (index, row) in self.system.rows.iter().enumerate() {
             self.changes[index] = if row.is_constraint() {

@@ -45,7 +45,7 @@ impl SparseColumn {
     }
 }
 
-/// What a factorization found.
+/// Result of a factorization.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub(crate) struct Dependence {
     /// Rows that depend on the others, ascending.

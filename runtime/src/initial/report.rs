@@ -1,4 +1,4 @@
-//! What the start changed, and which constraints repeat others.
+//! Changes at the start, and constraints that repeat others.
 
 use nalgebra::Vector3;
 

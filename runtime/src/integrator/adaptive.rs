@@ -1,6 +1,6 @@
 //! Steps as large as a tolerance allows.
 //!
-//! What a step adds to the error of the positions is, to leading order in the step, a multiple of h³ q'''; the change of the
+//! The error of the positions that a step adds is, to leading order in the step, a multiple of h³ q'''; the change of the
 //! accelerations over the step is h q''' to the same order:
 //!
 //! ```text
@@ -126,7 +126,7 @@ impl StepSize {
     }
 }
 
-/// What a step from `start` to `end` added to the error of the positions, a length.
+/// Error of the positions that the step from `start` to `end` added, a length.
 pub fn local_error(system: &System, scheme: &Scheme, start: &State, end: &State, step: f64) -> f64 {
     let mut largest: f64 = 0.0;
     for body in &system.bodies {

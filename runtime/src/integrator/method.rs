@@ -33,7 +33,7 @@ pub struct Method {
     pub tolerance: Tolerance,
 }
 
-/// What a step took.
+/// Effort of a step.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Effort {
     /// Newton iterations.

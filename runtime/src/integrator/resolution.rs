@@ -37,14 +37,14 @@ const HOPELESS: f64 = 5.0;
 const OVERTURNED: f64 = 0.5;
 /// A body slower than this part of the fastest is not what the mechanism does.
 const SLOW: f64 = 0.1;
-/// What moves by less than this part of its length in a step is at rest but for rounding.
+/// Motions in a step below this fraction of the length are rounding.
 const AT_REST: f64 = 1e-11;
 /// A motion of less than this part of the body's length is none that anybody looks at.
 const NEGLIGIBLE: f64 = 1e-8;
 /// A run of fewer periods of a motion has only begun it: that its steps are too long for it can't be told.
 const SEEN_PERIODS: f64 = 3.0;
 
-/// What of a body moves.
+/// Moving part of a body.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Part {
     /// Its frame.
@@ -58,7 +58,7 @@ pub enum Part {
 pub struct Unresolved {
     /// Which body, in the order of the system.
     pub body: usize,
-    /// What of it.
+    /// Moving part of it.
     pub part: Part,
     /// Steps in a period of the motion, as far as the last steps tell.
     pub steps_per_period: f64,

@@ -16,7 +16,7 @@
 //! | distance | 1 | 1 | | yes |
 //!
 //! Positions are held together: the two origins coincide, or are on one line or in one plane. Orientations are held as
-//! drawn. A new kind is one file, its lines in this one, and its example in the family's tests.
+//! drawn. A new kind is one file, its lines here and in the scene's `joint.rs`, and its example in the tests.
 
 mod axis_pair;
 mod cylindrical;
@@ -33,6 +33,8 @@ mod spherical;
 mod universal;
 
 use dcb_formats::mesh::Dimension;
+use dcb_formats::scene::{Joint, JointAxis, SecondAxis};
+use nalgebra::Vector3;
 
 pub use cylindrical::Cylindrical;
 pub use distance::DistanceJoint;
@@ -47,8 +49,9 @@ pub use spherical::Spherical;
 pub use universal::Universal;
 
 use crate::error::Error;
+use crate::kinematics::frame_motion::FrameMotion;
 
-/// What a joint leaves free between its frames a and b.
+/// Motions that a joint leaves free between its frames a and b.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum JointKind {
     /// Nothing.
@@ -72,6 +75,55 @@ pub enum JointKind {
 }
 
 impl JointKind {
+    /// A joint of a scene between two frames as drawn.
+    ///
+    /// # Errors
+    /// [`Error::Description`] for a joint that couples joints, and for a key that has no meaning for its kind.
+    pub(crate) fn of(
+        joint: &Joint,
+        location: &str,
+        [a, b]: &[FrameMotion; 2],
+    ) -> Result<Self, Error> {
+        let (axis, axis_b) = match joint.axis() {
+            Some(JointAxis { a, b }) => match b {
+                SecondAxis::Given(b) => (a, Some(b)),
+                SecondAxis::AsDrawn | SecondAxis::None => (a, None),
+            },
+            None => (Vector3::zeros(), None),
+        };
+        Ok(match joint {
+            Joint::Fixed(_) => Self::Fixed(Fixed),
+            Joint::Revolute(_) => Self::Revolute(Revolute { axis, axis_b }),
+            Joint::Prismatic(_) if axis_b.is_some() => {
+                return Err(Error::described(
+                    format!("{location}.axis_b"),
+                    "has no meaning: a prismatic joint keeps the orientation as drawn; leave it out",
+                ));
+            }
+            Joint::Prismatic(_) => Self::Prismatic(Prismatic { axis }),
+            Joint::Cylindrical(_) => Self::Cylindrical(Cylindrical { axis, axis_b }),
+            Joint::Universal(_) => Self::Universal(Universal {
+                axis_a: axis,
+                axis_b: axis_b.unwrap_or(axis),
+            }),
+            Joint::Spherical(_) => Self::Spherical(Spherical),
+            Joint::Planar(_) => Self::Planar(Planar {
+                normal: axis,
+                normal_b: axis_b,
+            }),
+            Joint::PointOnLine(_) => Self::PointOnLine(PointOnLine { direction: axis }),
+            Joint::Distance(joint) => {
+                let drawn = || (b.position - a.position).norm();
+                Self::Distance(DistanceJoint {
+                    length: joint.length.unwrap_or_else(drawn),
+                })
+            }
+            Joint::Gear(_) | Joint::Rack(_) => {
+                return Err(Error::described(location, "couples joints, not places"));
+            }
+        })
+    }
+
     /// As error messages call it.
     pub fn name(&self) -> &'static str {
         match self {

@@ -1,4 +1,4 @@
-//! What a joint comes to: measures held, measures left free, and the rotations involved.
+//! Rows of a joint: measures held, measures left free, and the rotations involved.
 
 use dcb_formats::mesh::Dimension;
 use nalgebra::{Unit, Vector3};

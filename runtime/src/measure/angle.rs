@@ -49,7 +49,7 @@ impl Angle {
     }
 }
 
-/// What the derivatives have in common.
+/// Common terms of the derivatives.
 struct Poles {
     n: Vector3<f64>,
     f: Vector3<f64>,

@@ -124,7 +124,7 @@ impl Measure {
     }
 }
 
-/// What each kind of measure has to know; the meanings are those of [`Measure`]'s functions.
+/// Functions of each kind of measure; the meanings are those of [`Measure`]'s functions.
 trait FrameFunction {
     fn value(&self, a: &FrameMotion, b: &FrameMotion) -> f64;
     fn gradient(&self, a: &FrameMotion, b: &FrameMotion) -> Gradient;

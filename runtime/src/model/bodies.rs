@@ -3,9 +3,10 @@
 use nalgebra::{Matrix3, Vector3};
 
 use crate::body::{FlexibleBody, RigidBody, RigidPoint};
-use crate::frame::InertiaChange;
 use crate::system::builder::Drawn;
-use dcb_formats::scene::{self, Body, DampingOverride, ModalRatios, Point, RotaryInertia, Scene};
+use dcb_formats::scene::{
+    self, Body, DampingOverride, ModalRatios, Point, RotaryInertia, Scene, in_space,
+};
 
 /// Position and motion as drawn.
 pub(super) fn drawn(body: &Body) -> Drawn {
@@ -38,17 +39,8 @@ pub(super) fn rigid(scene: &Scene, name: &str, rigid: &scene::RigidBody) -> Rigi
             RotaryInertia::Principal(moments) => Matrix3::from_diagonal(&Vector3::from(moments)),
             RotaryInertia::Tensor(rows) => Matrix3::from_fn(|i, j| 0.5 * (rows[i][j] + rows[j][i])),
         },
-        center: Vector3::from_fn(|axis, _| center.get(axis).copied().unwrap_or(0.0)),
+        center: in_space(center),
         points: rigid.points.iter().map(point).collect(),
-    }
-}
-
-/// How far the inertia follows the deflection.
-pub(super) fn inertia_change(change: scene::InertiaChange) -> InertiaChange {
-    match change {
-        scene::InertiaChange::Constant => InertiaChange::Constant,
-        scene::InertiaChange::FirstOrder => InertiaChange::FirstOrder,
-        scene::InertiaChange::SecondOrder => InertiaChange::SecondOrder,
     }
 }
 

@@ -4,20 +4,18 @@ use dcb_formats::description::{listed, suggestion};
 use dcb_formats::mesh::Dimension;
 use nalgebra::Vector3;
 
-use super::places::{Place, Rotation, Turned, find, marker};
+use super::places::{Place, RotationNeeded, Turned, find, marker};
 use super::{NamedJoint, Names};
 use crate::body::Compatibility;
 use crate::error::Error;
-use crate::joint::{
-    Cylindrical, DistanceJoint, Fixed, JointKind, Planar, PointOnLine, Prismatic, RestPlacement,
-    Revolute, Spherical, Universal,
-};
+use crate::joint::{JointKind, RestPlacement};
+use crate::kinematics::frame_motion::FrameMotion;
 use crate::measure::Measure;
 use crate::system::builder::{BuiltJoint, JointCoordinate, SystemBuilder};
 use crate::system::{LoadAxes, Signal};
 use dcb_formats::function::{Function, TimeFunction};
 use dcb_formats::scene::{
-    self, AxisJoint, Drive, Joint, Load, OrientationSource, PartLoadFunction, Scene, Spring,
+    self, Drive, Joint, Load, OrientationSource, PartLoadFunction, Scene, Spring,
 };
 
 /// Adds a joint.
@@ -62,7 +60,7 @@ fn add_held(
     let place_a = find(scene, builder, names, &at_a, a)?;
     let place_b = find(scene, builder, names, &at_b, b)?;
     let frames = [frame(builder, &place_a), frame(builder, &place_b)];
-    let kind = kind_of(scene.dimension, joint, location, &frames)?;
+    let kind = JointKind::of(joint, location, &frames)?;
     let within = |error: Error| Error::described(location, error.to_string());
     let rest = RestPlacement::of(&frames[0], &frames[1]);
     let mut rows = kind.rows(scene.dimension, &rest).map_err(within)?;
@@ -70,7 +68,7 @@ fn add_held(
         // The drive holds the distance in its place.
         rows.held.clear();
     }
-    let source = orientation_source(joint);
+    let source = joint.orientation();
     if source == Some(OrientationSource::Body) {
         notes.push(format!(
             "joint {name:?}: rotations are those of the body frames, not of the interfaces"
@@ -104,11 +102,11 @@ fn add_held(
     })
 }
 
-fn rotation_needed<'a>(directions: &'a [nalgebra::Unit<Vector3<f64>>]) -> Rotation<'a> {
+fn rotation_needed<'a>(directions: &'a [nalgebra::Unit<Vector3<f64>>]) -> RotationNeeded<'a> {
     if directions.is_empty() {
-        Rotation::None
+        RotationNeeded::None
     } else {
-        Rotation::About(directions)
+        RotationNeeded::About(directions)
     }
 }
 
@@ -174,84 +172,10 @@ pub(super) fn coordinate(
     Some((built, measure))
 }
 
-fn orientation_source(joint: &Joint) -> Option<OrientationSource> {
-    match joint {
-        Joint::Fixed(joint) => joint.orientation,
-        Joint::Revolute(joint)
-        | Joint::Prismatic(joint)
-        | Joint::Cylindrical(joint)
-        | Joint::Planar(joint) => joint.orientation,
-        Joint::Universal(joint) => joint.orientation,
-        Joint::PointOnLine(joint) => joint.orientation,
-        Joint::Spherical(_) | Joint::Distance(_) | Joint::Gear(_) | Joint::Rack(_) => None,
-    }
-}
-
-fn kind_of(
-    dimension: Dimension,
-    joint: &Joint,
-    location: &str,
-    frames: &[crate::kinematics::frame_motion::FrameMotion; 2],
-) -> Result<JointKind, Error> {
-    let vector =
-        |given: &[f64]| Vector3::from_fn(|axis, _| given.get(axis).copied().unwrap_or(0.0));
-    let axes = |joint: &AxisJoint| {
-        let axis = match (&joint.axis, dimension) {
-            (Some(axis), _) => vector(axis),
-            (None, _) => Vector3::z(),
-        };
-        (axis, joint.axis_b.as_deref().map(vector))
-    };
-    Ok(match joint {
-        Joint::Fixed(_) => JointKind::Fixed(Fixed),
-        Joint::Revolute(joint) => {
-            let (axis, axis_b) = axes(joint);
-            JointKind::Revolute(Revolute { axis, axis_b })
-        }
-        Joint::Prismatic(AxisJoint {
-            axis_b: Some(_), ..
-        }) => {
-            return Err(Error::described(
-                format!("{location}.axis_b"),
-                "has no meaning: a prismatic joint keeps the orientation as drawn; leave it out",
-            ));
-        }
-        Joint::Prismatic(joint) => JointKind::Prismatic(Prismatic {
-            axis: axes(joint).0,
-        }),
-        Joint::Cylindrical(joint) => {
-            let (axis, axis_b) = axes(joint);
-            JointKind::Cylindrical(Cylindrical { axis, axis_b })
-        }
-        Joint::Universal(joint) => JointKind::Universal(Universal {
-            axis_a: vector(&joint.axis),
-            axis_b: vector(&joint.axis_b),
-        }),
-        Joint::Spherical(_) => JointKind::Spherical(Spherical),
-        Joint::Planar(joint) => {
-            let (normal, normal_b) = axes(joint);
-            JointKind::Planar(Planar { normal, normal_b })
-        }
-        Joint::PointOnLine(joint) => JointKind::PointOnLine(PointOnLine {
-            direction: vector(&joint.axis),
-        }),
-        Joint::Distance(joint) => JointKind::Distance(DistanceJoint {
-            length: joint
-                .length
-                .unwrap_or((frames[1].position - frames[0].position).norm()),
-        }),
-        Joint::Gear(_) | Joint::Rack(_) => {
-            return Err(Error::described(location, "couples joints, not places"));
-        }
-    })
-}
-
 /// A place as drawn, before it has a marker.
-fn frame(builder: &SystemBuilder, place: &Place) -> crate::kinematics::frame_motion::FrameMotion {
+fn frame(builder: &SystemBuilder, place: &Place) -> FrameMotion {
     match place {
-        Place::Ground { position, axes } => {
-            crate::kinematics::frame_motion::FrameMotion::at_rest(*position, *axes)
-        }
+        Place::Ground { position, axes } => FrameMotion::at_rest(*position, *axes),
         Place::Body { body, interface } => builder.interface_frame(*body, *interface),
     }
 }
@@ -314,8 +238,8 @@ pub(super) fn add_load(
 ) -> Result<(), Error> {
     let (kind, rotation, function) = match load {
         Load::PartLoad(part) => return add_part_load(builder, names, name, part),
-        Load::Force(function) => ("force", Rotation::None, function),
-        Load::Torque(function) => ("torque", Rotation::All, function),
+        Load::Force(function) => ("force", RotationNeeded::None, function),
+        Load::Torque(function) => ("torque", RotationNeeded::All, function),
     };
     let location = format!("loads.{name}.{kind}");
     let at = format!("{location}.at");
@@ -340,7 +264,7 @@ pub(super) fn add_load(
         };
         let input = input_of(builder, &input_name, component);
         let slot = match (&rotation, scene.dimension) {
-            (Rotation::All, Dimension::Planar) => 2,
+            (RotationNeeded::All, Dimension::Planar) => 2,
             _ => index,
         };
         signals[slot] = Some(builder.signal(Signal {
@@ -354,7 +278,7 @@ pub(super) fn add_load(
         scene::LoadAxes::Follower => LoadAxes::Follower,
     };
     let (force, torque) = match rotation {
-        Rotation::All => ([None; 3], signals),
+        RotationNeeded::All => ([None; 3], signals),
         _ => (signals, [None; 3]),
     };
     builder.load(name, marker, axes, force, torque);

@@ -8,12 +8,12 @@ use super::fields::FieldPlan;
 use crate::error::Error;
 use crate::export::vtu::FieldSeries;
 
-/// What the fields of a run must keep to.
+/// Rules for the fields of a run.
 #[derive(Debug)]
 pub struct FieldFolders<'a> {
     /// Folders in which they may be.
     pub within: Vec<&'a Path>,
-    /// What happens to files that are there.
+    /// Treatment of files that exist.
     pub replace: Replace,
     /// Files that this run reads or writes.
     pub others: Vec<&'a Path>,

@@ -20,7 +20,7 @@ use dcb_superelement::MadeFor;
 use dcb_superelement::selection::ModeTruncation;
 use dcb_superelement::selection::SelectionRecord;
 
-/// What reading one file gave.
+/// Content of one file that was read.
 #[derive(Clone, Debug, PartialEq)]
 pub struct LoadedFile {
     /// Where it was read from.
@@ -125,7 +125,7 @@ impl OpenFile {
                 "must be \"second-order\" with geometric stiffening, which is of that order; or set \"geometric_stiffening\": \"off\"",
             ));
         }
-        body = body.with_inertia_change(bodies::inertia_change(of.inertia_change));
+        body = body.with_inertia_change(of.inertia_change);
         if let Some(damping) = &of.damping {
             let modes: Vec<usize> = match &used.carried {
                 Some(Carried::Selection(selection)) => selection.modes().to_vec(),
@@ -329,7 +329,7 @@ impl Library {
         }
     }
 
-    /// What of a body's superelement leads out of the plane of the scene; `None` for rigid bodies and superelements of the scene's dimension.
+    /// Motions of a body's superelement out of the plane of the scene; `None` for rigid bodies and superelements of the scene's dimension.
     pub fn out_of_plane(&mut self, scene: &Scene, body: &str) -> Option<&LeftOut> {
         let (opened, _) = self.flexible(scene, body)?;
         opened.file.left_out()
@@ -352,7 +352,7 @@ impl Library {
         }
     }
 
-    /// What was read.
+    /// Content that was read.
     pub fn into_files(self) -> Vec<LoadedFile> {
         self.files
             .into_iter()

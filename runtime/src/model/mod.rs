@@ -5,6 +5,8 @@ mod couplings;
 mod field_folder;
 mod fields;
 mod library;
+mod moment;
+mod node_shapes;
 mod outputs;
 mod places;
 mod probe;
@@ -35,7 +37,7 @@ pub struct Model {
     pub system: System,
     /// Bodies as the scene draws them.
     pub drawn: State,
-    /// What the run records.
+    /// Recorder of the run.
     pub recorder: Recorder,
     /// Fields that the run writes.
     pub fields: Vec<FieldPlan>,
@@ -43,7 +45,7 @@ pub struct Model {
     pub held: Vec<usize>,
     /// Files that were read.
     pub files: Vec<LoadedFile>,
-    /// What the user should know before the run.
+    /// Notes for the user before the run.
     pub notes: Vec<String>,
 }
 

@@ -5,15 +5,18 @@ use dcb_formats::results::Channel;
 use nalgebra::{Matrix3, Vector3};
 
 use super::library::Library;
+use super::node_shapes::{Chord, NodeShapes};
 use super::places::{Place, find};
-use super::probe::{Chord, FrameQuantity, NodeShapes, Probe, Rate};
+use super::probe::{CoordinateProbe, FrameProbe, FrameQuantity, Probe, Rate};
 use super::quantities::Quantities;
 use super::{NamedJoint, Names};
 use crate::error::Error;
 use crate::measure::{Angle, Measure};
 use crate::system::builder::{JointCoordinate, SystemBuilder, Turning, marker_of};
 use crate::system::marker::Marker;
-use dcb_formats::scene::{Analysis, AtPlace, Output, Scene};
+use dcb_formats::scene::{
+    Analysis, AtPlace, ChordDeflection, MeshNode, OfBody, Output, Reaction, Scene,
+};
 
 /// Makes channels and probes of a scene's outputs.
 pub(super) struct OutputBuilder<'a> {
@@ -31,148 +34,167 @@ impl OutputBuilder<'_> {
         output: &Output,
     ) -> Result<(Channel, Probe), Error> {
         let (path, at) = (format!("outputs/{name}"), format!("outputs.{name}"));
-        let (q, dimension) = (self.quantities, self.scene.dimension);
-        Ok(match output {
-            Output::Position(of) => {
-                let channel = q.vector(&path, dimension, &q.length, "position, world axes");
-                (channel, self.frame(&at, of, FrameQuantity::Position)?)
-            }
-            Output::Displacement(of) => {
-                let channel = q.vector(&path, dimension, &q.length, "displacement, world axes");
-                (channel, self.frame(&at, of, FrameQuantity::Displacement)?)
-            }
-            Output::Velocity(of) => {
-                let channel = q.vector(&path, dimension, &q.velocity, "velocity, world axes");
-                (channel, self.frame(&at, of, FrameQuantity::Velocity)?)
-            }
-            Output::Acceleration(of) => {
-                let unit = &q.acceleration;
-                let channel = q.vector(&path, dimension, unit, "acceleration, world axes");
-                (channel, self.frame(&at, of, FrameQuantity::Acceleration)?)
-            }
-            Output::Orientation(of) => {
-                let channel = match dimension {
-                    Dimension::Planar => Channel::scalar(&path, "rad", "angle against the world"),
-                    Dimension::Spatial => {
-                        let names = ["w", "x", "y", "z"];
-                        Channel::vector(&path, &names, "1", "quaternion, own axes to world axes")
-                    }
-                };
-                (channel, self.frame(&at, of, FrameQuantity::Orientation)?)
-            }
+        match output {
+            Output::Position(of) => self.frame(&path, &at, of, FrameQuantity::Position),
+            Output::Displacement(of) => self.frame(&path, &at, of, FrameQuantity::Displacement),
+            Output::Velocity(of) => self.frame(&path, &at, of, FrameQuantity::Velocity),
+            Output::Acceleration(of) => self.frame(&path, &at, of, FrameQuantity::Acceleration),
+            Output::Orientation(of) => self.frame(&path, &at, of, FrameQuantity::Orientation),
             Output::AngularVelocity(of) => {
-                let what = "angular velocity, world axes";
-                let channel = match dimension {
-                    Dimension::Planar => Channel::scalar(&path, &q.angular_velocity, what),
-                    Dimension::Spatial => q.vector(&path, dimension, &q.angular_velocity, what),
-                };
-                (
-                    channel,
-                    self.frame(&at, of, FrameQuantity::AngularVelocity)?,
-                )
+                self.frame(&path, &at, of, FrameQuantity::AngularVelocity)
             }
-            Output::ChordDeflection(of) => {
-                let at = format!("{at}.chord_deflection");
-                let what = "deflection from the chord by the chord's length, body axes";
-                let channel = match dimension {
-                    Dimension::Planar => Channel::scalar(&path, "1", what),
-                    Dimension::Spatial => q.vector(&path, dimension, "1", what),
-                };
-                let body = self.body(&of.body);
-                let node = self.node(&at, &of.body, of.node)?;
-                let mut ends = Vec::new();
-                for interface in &of.between {
-                    let reference = format!("{}/{interface}", of.body);
-                    ends.push(self.marker(&format!("{at}.between"), &reference)?.1);
-                }
-                let chord = <[Marker; 2]>::try_from(ends).ok();
-                let chord = chord.and_then(|ends| Chord::between(node, ends));
-                let chord = chord.ok_or_else(|| {
-                    Error::described(format!("{at}.between"), "names two interfaces at one point")
-                })?;
-                let chord = Box::new(chord);
-                (channel, Probe::Chord { body, chord })
-            }
-            Output::NodeDisplacement(of) => {
-                let node = self.node(&format!("{at}.node_displacement"), &of.body, of.node)?;
-                let what = "elastic displacement of the node, body axes";
-                let body = self.body(&of.body);
-                let channel = q.vector(&path, dimension, &q.length, what);
-                (channel, Probe::NodeDisplacement { body, node })
-            }
-            Output::NodePosition(of) => {
-                let node = self.node(&format!("{at}.node_position"), &of.body, of.node)?;
-                let body = self.body(&of.body);
-                let channel = q.vector(
-                    &path,
-                    dimension,
-                    &q.length,
-                    "position of the node, world axes",
-                );
-                (channel, Probe::NodePosition { body, node })
-            }
-            Output::JointCoordinate(of) => self.coordinate(&path, &at, &of.joint, Rate::Value)?,
-            Output::JointRate(of) => self.coordinate(&path, &at, &of.joint, Rate::Rate)?,
-            Output::Reaction(of) => {
-                let connection = self.joint(&at, &of.joint)?.connection;
-                let connection = &self.builder.system().connections[connection];
-                let what = "force and moment of the joint on its first body";
-                let probe = Probe::Reaction {
-                    rows: connection.rows.clone(),
-                    a: connection.a,
-                    b: connection.b,
-                    axes: of.axes,
-                };
-                (q.wrench(&path, dimension, what), probe)
-            }
-            Output::InterfaceForce(of) => {
-                let (place, _) = self.marker(&format!("{at}.interface_force.at"), &of.at)?;
-                let Place::Body { body, interface } = place else {
-                    return Err(Error::described(at, "is on the ground"));
-                };
-                let system = self.builder.system();
-                let markers = system.markers_on(body, interface);
-                if markers.is_empty() {
-                    return Err(Error::described(
-                        format!("{at}.interface_force.at"),
-                        format!(
-                            "nothing takes hold of {:?}: no joint, spring or load is there",
-                            of.at
-                        ),
-                    ));
-                }
-                let what =
-                    "force on the interface and what is conjugate to its rotation, body axes";
-                (
-                    q.wrench(&path, dimension, what),
-                    Probe::InterfaceForce { markers },
-                )
-            }
+            Output::ChordDeflection(of) => self.chord_deflection(&path, &at, of),
+            Output::NodeDisplacement(of) => self.node_displacement(&path, &at, of),
+            Output::NodePosition(of) => self.node_position(&path, &at, of),
+            Output::JointCoordinate(of) => self.coordinate(&path, &at, &of.joint, Rate::Value),
+            Output::JointRate(of) => self.coordinate(&path, &at, &of.joint, Rate::Rate),
+            Output::Reaction(of) => self.reaction(&path, &at, of),
+            Output::InterfaceForce(of) => self.interface_force(&path, &at, of),
             Output::DriveEffort(of) => {
-                self.forces(&path, self.names.drives.get(&of.drive).copied(), &at)?
+                self.forces(&path, self.names.drives.get(&of.drive).copied(), &at)
             }
             Output::SpringForce(of) => {
-                self.forces(&path, self.names.springs.get(&of.spring).copied(), &at)?
+                self.forces(&path, self.names.springs.get(&of.spring).copied(), &at)
             }
-            Output::Modal(of) => {
-                let body = &self.builder.system().bodies[self.body(&of.body)];
-                let names: Vec<String> = (1..=body.coordinates.len())
-                    .map(|k| k.to_string())
-                    .collect();
-                let names: Vec<&str> = names.iter().map(String::as_str).collect();
-                if names.is_empty() {
-                    return Err(Error::described(at, "is of a body without coordinates"));
-                }
-                let what = "dynamic coordinates: modes, then attachments";
-                (
-                    Channel::vector(&path, &names, &q.modal, what),
-                    Probe::Modal {
-                        coordinates: body.coordinates.clone(),
-                    },
-                )
+            Output::Modal(of) => self.modal(&path, &at, of),
+            Output::Energy => Ok(energy(self.quantities, self.scene, &path)),
+        }
+    }
+
+    fn chord_deflection(
+        &mut self,
+        path: &str,
+        at: &str,
+        of: &ChordDeflection,
+    ) -> Result<(Channel, Probe), Error> {
+        let at = format!("{at}.chord_deflection");
+        let what = "deflection from the chord by the chord's length, body axes";
+        let dimension = self.scene.dimension;
+        let channel = match dimension {
+            Dimension::Planar => Channel::scalar(path, "1", what),
+            Dimension::Spatial => self.quantities.vector(path, dimension, "1", what),
+        };
+        let body = self.body(&of.body);
+        let node = self.node(&at, &of.body, of.node)?;
+        let mut ends = Vec::new();
+        for interface in &of.between {
+            let reference = format!("{}/{interface}", of.body);
+            ends.push(self.marker(&format!("{at}.between"), &reference)?.1);
+        }
+        let chord = <[Marker; 2]>::try_from(ends).ok();
+        let chord = chord.and_then(|ends| Chord::between(node, ends));
+        let chord = chord.ok_or_else(|| {
+            Error::described(format!("{at}.between"), "names two interfaces at one point")
+        })?;
+        let chord = Box::new(chord);
+        Ok((channel, Probe::Chord { body, chord }))
+    }
+
+    fn node_displacement(
+        &mut self,
+        path: &str,
+        at: &str,
+        of: &MeshNode,
+    ) -> Result<(Channel, Probe), Error> {
+        let node = self.node(&format!("{at}.node_displacement"), &of.body, of.node)?;
+        let what = "elastic displacement of the node, body axes";
+        let (q, body) = (self.quantities, self.body(&of.body));
+        let channel = q.vector(path, self.scene.dimension, &q.length, what);
+        Ok((channel, Probe::NodeDisplacement { body, node }))
+    }
+
+    fn node_position(
+        &mut self,
+        path: &str,
+        at: &str,
+        of: &MeshNode,
+    ) -> Result<(Channel, Probe), Error> {
+        let node = self.node(&format!("{at}.node_position"), &of.body, of.node)?;
+        let what = "position of the node, world axes";
+        let (q, body) = (self.quantities, self.body(&of.body));
+        let channel = q.vector(path, self.scene.dimension, &q.length, what);
+        Ok((channel, Probe::NodePosition { body, node }))
+    }
+
+    fn reaction(&self, path: &str, at: &str, of: &Reaction) -> Result<(Channel, Probe), Error> {
+        let connection = self.joint(at, &of.joint)?.connection;
+        let connection = &self.builder.system().connections[connection];
+        let what = "force and moment of the joint on its first body";
+        let probe = Probe::Reaction {
+            rows: connection.rows.clone(),
+            a: connection.a,
+            b: connection.b,
+            axes: of.axes,
+        };
+        let dimension = self.scene.dimension;
+        Ok((self.quantities.wrench(path, dimension, what), probe))
+    }
+
+    fn interface_force(
+        &self,
+        path: &str,
+        at: &str,
+        of: &AtPlace,
+    ) -> Result<(Channel, Probe), Error> {
+        let (place, _) = self.marker(&format!("{at}.interface_force.at"), &of.at)?;
+        let Place::Body { body, interface } = place else {
+            return Err(Error::described(at, "is on the ground"));
+        };
+        let markers = self.builder.system().markers_on(body, interface);
+        if markers.is_empty() {
+            return Err(Error::described(
+                format!("{at}.interface_force.at"),
+                format!(
+                    "nothing takes hold of {:?}: no joint, spring or load is there",
+                    of.at
+                ),
+            ));
+        }
+        let what = "force on the interface and what is conjugate to its rotation, body axes";
+        let channel = self.quantities.wrench(path, self.scene.dimension, what);
+        Ok((channel, Probe::InterfaceForce { markers }))
+    }
+
+    fn modal(&self, path: &str, at: &str, of: &OfBody) -> Result<(Channel, Probe), Error> {
+        let body = &self.builder.system().bodies[self.body(&of.body)];
+        let names: Vec<String> = (1..=body.coordinates.len())
+            .map(|k| k.to_string())
+            .collect();
+        let names: Vec<&str> = names.iter().map(String::as_str).collect();
+        if names.is_empty() {
+            return Err(Error::described(at, "is of a body without coordinates"));
+        }
+        let what = "dynamic coordinates: modes, then attachments";
+        let probe = Probe::Modal {
+            coordinates: body.coordinates.clone(),
+        };
+        let unit = &self.quantities.modal;
+        Ok((Channel::vector(path, &names, unit, what), probe))
+    }
+
+    /// Channel of a quantity of a frame.
+    fn frame_channel(&self, path: &str, quantity: FrameQuantity) -> Channel {
+        let (q, dimension) = (self.quantities, self.scene.dimension);
+        let vector = |unit: &str, what: &str| q.vector(path, dimension, unit, what);
+        match (quantity, dimension) {
+            (FrameQuantity::Position, _) => vector(&q.length, "position, world axes"),
+            (FrameQuantity::Displacement, _) => vector(&q.length, "displacement, world axes"),
+            (FrameQuantity::Velocity, _) => vector(&q.velocity, "velocity, world axes"),
+            (FrameQuantity::Acceleration, _) => vector(&q.acceleration, "acceleration, world axes"),
+            (FrameQuantity::Orientation, Dimension::Planar) => {
+                Channel::scalar(path, "rad", "angle against the world")
             }
-            Output::Energy => energy(q, self.scene, &path),
-        })
+            (FrameQuantity::Orientation, Dimension::Spatial) => {
+                let names = ["w", "x", "y", "z"];
+                Channel::vector(path, &names, "1", "quaternion, own axes to world axes")
+            }
+            (FrameQuantity::AngularVelocity, Dimension::Planar) => {
+                Channel::scalar(path, &q.angular_velocity, "angular velocity, world axes")
+            }
+            (FrameQuantity::AngularVelocity, Dimension::Spatial) => {
+                vector(&q.angular_velocity, "angular velocity, world axes")
+            }
+        }
     }
 
     fn body(&self, name: &str) -> usize {
@@ -200,7 +222,14 @@ impl OutputBuilder<'_> {
         Ok((place, marker))
     }
 
-    fn frame(&mut self, at: &str, of: &AtPlace, quantity: FrameQuantity) -> Result<Probe, Error> {
+    fn frame(
+        &mut self,
+        path: &str,
+        at: &str,
+        of: &AtPlace,
+        quantity: FrameQuantity,
+    ) -> Result<(Channel, Probe), Error> {
+        let channel = self.frame_channel(path, quantity);
         let (place, marker) = self.marker(&format!("{at}.at"), &of.at)?;
         let at_start = match place {
             Place::Ground { position, .. } => position,
@@ -214,12 +243,13 @@ impl OutputBuilder<'_> {
             Place::Body { body, interface } if turns => Some(self.turns(body, interface)?),
             _ => None,
         };
-        Ok(Probe::Frame {
-            marker: Box::new(marker),
+        let probe = FrameProbe {
+            marker,
             quantity,
             at_start,
             angle,
-        })
+        };
+        Ok((channel, Probe::Frame(Box::new(probe))))
     }
 
     /// Counts the turns of an interface against the world; planar.
@@ -275,14 +305,14 @@ impl OutputBuilder<'_> {
             (false, Rate::Value) => "rad",
             (false, Rate::Rate) => &q.angular_velocity,
         };
-        let probe = Probe::Coordinate {
+        let probe = Probe::Coordinate(CoordinateProbe {
             a: built.a,
             b: built.b,
             measure,
             angle,
             zero: named.zero(which),
             is_rate,
-        };
+        });
         Ok((
             Channel::scalar(path, unit, "coordinate of the joint"),
             probe,

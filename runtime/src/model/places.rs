@@ -26,8 +26,8 @@ pub(super) enum Place {
     },
 }
 
-/// What of an interface's rotation a coupling needs.
-pub(super) enum Rotation<'a> {
+/// Rotations of an interface that a coupling needs.
+pub(super) enum RotationNeeded<'a> {
     /// None: the interface's own rotation is used where it has one, else the body's.
     None,
     /// About these directions of the place's axes.
@@ -41,7 +41,7 @@ pub(super) enum Rotation<'a> {
 pub(super) enum Turned {
     /// The interface's; the scene can't say otherwise.
     Interface,
-    /// What a joint's `orientation` says.
+    /// Value of a joint's `orientation`.
     AsJointSays(Option<OrientationSource>),
 }
 
@@ -102,7 +102,7 @@ pub(super) fn marker(
     builder: &mut SystemBuilder,
     at: &str,
     place: &Place,
-    rotation: &Rotation,
+    rotation: &RotationNeeded,
     turned: Turned,
 ) -> Result<usize, Error> {
     let (body, interface) = match place {
@@ -141,13 +141,13 @@ pub(super) fn marker(
         return builder.marker(body, interface, Turning::Body);
     }
     let needed: Vec<Vector3<f64>> = match (rotation, dimension) {
-        (Rotation::None, _) => Vec::new(),
-        (Rotation::About(directions), _) => directions
+        (RotationNeeded::None, _) => Vec::new(),
+        (RotationNeeded::About(directions), _) => directions
             .iter()
             .map(|direction| attachment.axes * direction.as_ref())
             .collect(),
-        (Rotation::All, Dimension::Planar) => vec![Vector3::z()],
-        (Rotation::All, Dimension::Spatial) => vec![Vector3::x(), Vector3::y(), Vector3::z()],
+        (RotationNeeded::All, Dimension::Planar) => vec![Vector3::z()],
+        (RotationNeeded::All, Dimension::Spatial) => vec![Vector3::x(), Vector3::y(), Vector3::z()],
     };
     let missing = needed
         .iter()

@@ -3,34 +3,16 @@
 use std::ops::Range;
 
 use dcb_formats::mesh::Dimension;
-use faer::Mat;
 use nalgebra::Vector3;
 
-use super::library::FieldsOfNode;
-use crate::body::{Compatibility, FlexibleBody};
-use crate::energy::{Energy, Works};
+use super::moment::Moment;
+use super::node_shapes::{Chord, NodeShapes};
 use crate::kinematics::frame_motion::{FrameMotion, Six};
 use crate::measure::Measure;
-use crate::system::evaluation::{Evaluation, unwound};
-use crate::system::marker::{Marker, MarkerPlace, halves, turned_back};
+use crate::system::evaluation::unwound;
+use crate::system::marker::{Marker, MarkerPlace, halves, six, turned_back};
 use crate::system::state::rates;
-use crate::system::{State, System};
 use dcb_formats::scene::ReactionAxes;
-
-/// What quantities are computed from: a state, and everything that depends on it.
-#[derive(Clone, Copy)]
-pub(super) struct Moment<'a> {
-    pub system: &'a System,
-    pub state: &'a State,
-    /// Up to date, with velocities and accelerations of the markers.
-    pub evaluation: &'a Evaluation,
-    pub energy: &'a Energy,
-    pub works: &'a Works,
-    /// Defect of the energy balance.
-    pub defect: f64,
-    /// Size of the last step, and the iterations that it took.
-    pub step: (f64, usize),
-}
 
 /// Quantities of a frame.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -45,14 +27,8 @@ pub(super) enum FrameQuantity {
 
 /// A quantity.
 pub(super) enum Probe {
-    /// Of a place; `at_start` is its position as drawn.
-    Frame {
-        marker: Box<Marker>,
-        quantity: FrameQuantity,
-        at_start: Vector3<f64>,
-        /// Where a planar angle is counted past half a turn.
-        angle: Option<usize>,
-    },
+    /// Of a place.
+    Frame(Box<FrameProbe>),
     /// Deflection of a node from a chord.
     Chord { body: usize, chord: Box<Chord> },
     /// Elastic displacement of a node, body axes.
@@ -60,14 +36,7 @@ pub(super) enum Probe {
     /// Position of a node, world axes.
     NodePosition { body: usize, node: NodeShapes },
     /// A joint's coordinate or its rate.
-    Coordinate {
-        a: usize,
-        b: usize,
-        measure: Measure,
-        angle: Option<usize>,
-        zero: f64,
-        is_rate: Rate,
-    },
+    Coordinate(CoordinateProbe),
     /// Force and moment of rows on their first marker.
     Reaction {
         rows: Range<usize>,
@@ -91,6 +60,30 @@ pub(super) enum Probe {
     Steps,
 }
 
+/// A quantity of a frame at a place.
+pub(super) struct FrameProbe {
+    pub marker: Marker,
+    pub quantity: FrameQuantity,
+    /// Position as drawn.
+    pub at_start: Vector3<f64>,
+    /// Where a planar angle is counted past half a turn.
+    pub angle: Option<usize>,
+}
+
+/// A coordinate of a joint, or its rate.
+pub(super) struct CoordinateProbe {
+    /// Marker on the first body.
+    pub a: usize,
+    /// Marker on the second body.
+    pub b: usize,
+    pub measure: Measure,
+    /// Where an angle is counted past half a turn.
+    pub angle: Option<usize>,
+    /// Value as drawn.
+    pub zero: f64,
+    pub is_rate: Rate,
+}
+
 /// Whether a coordinate or its rate.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Rate {
@@ -98,150 +91,12 @@ pub(super) enum Rate {
     Rate,
 }
 
-/// Displacement of one node by the coordinates.
-#[derive(Clone, Debug)]
-pub(super) struct NodeShapes {
-    /// At rest from the centre of mass, body axes.
-    position: Vector3<f64>,
-    /// By axes, (n) each.
-    shapes: [Vec<f64>; 3],
-    /// G_res L_bᵀ at the node by axes, (n_b) each, where interface forces deflect the body beside the coordinates; else empty.
-    residual: [Vec<f64>; 3],
-}
-
-impl NodeShapes {
-    /// Of the node whose fields these are.
-    pub fn of(body: &FlexibleBody, fields: &FieldsOfNode) -> Self {
-        let basis = &fields.basis;
-        let mut shapes = [(); 3].map(|()| vec![0.0; body.coordinate_count()]);
-        let rows = match body.compatibility {
-            Compatibility::Static => body.rows.len(),
-            Compatibility::Strong | Compatibility::Weak => 0,
-        };
-        let mut residual = [(); 3].map(|()| vec![0.0; rows]);
-        for (row, dof) in basis.dofs.iter().enumerate() {
-            if dof.direction.is_rotation() {
-                continue;
-            }
-            let own = &mut residual[dof.direction.axis()];
-            for (b, entry) in own.iter_mut().enumerate() {
-                *entry = basis.residual[(row, b)];
-            }
-            let shape = &mut shapes[dof.direction.axis()];
-            for (k, entry) in shape.iter_mut().enumerate() {
-                *entry = if k < body.mode_count {
-                    basis.modes[(row, k)]
-                } else {
-                    let at_row = |fields: &Mat<f64>, transform: &Mat<f64>| -> f64 {
-                        let column = transform.col(k - body.mode_count);
-                        (0..column.nrows())
-                            .map(|b| fields[(row, b)] * column[b])
-                            .sum()
-                    };
-                    let further = basis.enrichment.as_ref();
-                    at_row(&basis.residual, &body.attachment_transform)
-                        + further.map_or(0.0, |fields| at_row(fields, &body.further_transform))
-                };
-            }
-        }
-        Self {
-            position: Vector3::from(fields.position) - Vector3::from(body.origin),
-            shapes,
-            residual,
-        }
-    }
-
-    /// u, body axes, of a node of body `index`.
-    fn displacement(&self, at: &Moment, index: usize) -> Vector3<f64> {
-        let body = &at.system.bodies[index];
-        let y = &at.state.coordinates[body.coordinates.clone()];
-        let product = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| a * b).sum::<f64>();
-        let mut u = Vector3::from_fn(|axis, _| product(&self.shapes[axis], y));
-        if !self.residual[0].is_empty() {
-            let mut forces = vec![0.0; self.residual[0].len()];
-            at.evaluation
-                .write_interface_forces(at.system, index, &mut forces);
-            u += Vector3::from_fn(|axis, _| product(&self.residual[axis], &forces));
-        }
-        u
-    }
-}
-
-/// A node between two interfaces.
-#[derive(Clone, Debug)]
-pub(super) struct Chord {
-    node: NodeShapes,
-    ends: [Marker; 2],
-    /// Where the node is along the chord, 0 to 1.
-    fraction: f64,
-    direction: Vector3<f64>,
-    length: f64,
-}
-
-impl Chord {
-    /// `None` if the ends coincide.
-    pub fn between(node: NodeShapes, ends: [Marker; 2]) -> Option<Self> {
-        let chord = ends[1].position - ends[0].position;
-        let length = chord.norm();
-        (length > 0.0).then(|| {
-            let direction = chord / length;
-            Self {
-                fraction: direction.dot(&(node.position - ends[0].position)) / length,
-                node,
-                ends,
-                direction,
-                length,
-            }
-        })
-    }
-
-    /// Deflection across the chord, divided by its length, body axes.
-    fn deflection(&self, at: &Moment, index: usize) -> Vector3<f64> {
-        let body = &at.system.bodies[index];
-        let y = &at.state.coordinates[body.coordinates.clone()];
-        let [a, b] = self.ends.each_ref().map(|end| {
-            let extra = at.evaluation.extra(at.system, at.state, end);
-            end.displacement(y).0 + halves(&extra).0
-        });
-        let node = self.node.displacement(at, index);
-        let off = node - a * (1.0 - self.fraction) - b * self.fraction;
-        (off - self.direction * self.direction.dot(&off)) / self.length
-    }
-}
-
 impl Probe {
     /// Appends the quantity's numbers.
     pub fn write(&mut self, at: &Moment, row: &mut Vec<f64>) {
         let dimension = at.system.dimension;
         match self {
-            Self::Frame {
-                marker,
-                quantity,
-                at_start,
-                angle,
-            } => {
-                let motion = frame_motion(at, marker);
-                match (quantity, dimension) {
-                    (FrameQuantity::Position, _) => push(row, dimension, &motion.position),
-                    (FrameQuantity::Displacement, _) => {
-                        push(row, dimension, &(motion.position - *at_start));
-                    }
-                    (FrameQuantity::Velocity, _) => push(row, dimension, &motion.velocity),
-                    (FrameQuantity::Acceleration, _) => push(row, dimension, &motion.acceleration),
-                    (FrameQuantity::AngularVelocity, Dimension::Planar) => row.push(motion.spin.z),
-                    (FrameQuantity::AngularVelocity, Dimension::Spatial) => {
-                        push(row, dimension, &motion.spin);
-                    }
-                    (FrameQuantity::Orientation, Dimension::Planar) => {
-                        let value = motion.axes[(1, 0)].atan2(motion.axes[(0, 0)]);
-                        row.push(unwound(value, *angle, &at.state.angles));
-                    }
-                    (FrameQuantity::Orientation, Dimension::Spatial) => {
-                        let turn = nalgebra::UnitQuaternion::from_matrix(&motion.axes);
-                        row.extend([turn.w, turn.i, turn.j, turn.k]);
-                    }
-                }
-            }
+            Self::Frame(frame) => frame.write(at, row),
             Self::Chord { body, chord } => {
                 let off = chord.deflection(at, *body);
                 match dimension {
@@ -256,26 +111,10 @@ impl Probe {
             Self::NodePosition { body, node } => {
                 let pose = &at.evaluation.poses[*body];
                 let u = node.displacement(at, *body);
-                push(
-                    row,
-                    dimension,
-                    &(pose.origin + pose.axes * (node.position + u)),
-                );
+                let position = pose.origin + pose.axes * (node.position + u);
+                push(row, dimension, &position);
             }
-            Self::Coordinate {
-                a,
-                b,
-                measure,
-                angle,
-                zero,
-                is_rate,
-            } => {
-                let (a, b) = (&at.evaluation.motions[*a], &at.evaluation.motions[*b]);
-                row.push(match is_rate {
-                    Rate::Rate => measure.rate(a, b),
-                    Rate::Value => unwound(measure.value(a, b), *angle, &at.state.angles) - *zero,
-                });
-            }
+            Self::Coordinate(coordinate) => row.push(coordinate.value(at)),
             Self::Reaction { rows, a, b, axes } => {
                 let world = reaction(at, rows, *a);
                 let wrench = match axes {
@@ -286,55 +125,104 @@ impl Probe {
                 push_wrench(row, dimension, &wrench);
             }
             Self::InterfaceForce { markers } => {
-                let mut total = Six::zeros();
-                for &marker in &*markers {
-                    let Some(body) = at.system.markers[marker].body else {
-                        continue;
-                    };
-                    let axes = &at.evaluation.poses[body].axes;
-                    let wrench = turned_back(axes, &at.evaluation.wrenches[marker]);
-                    let (force, moment) = halves(&wrench);
-                    // Conjugate to the rotation rows: J_lᵀ τ.
-                    let turn = at.evaluation.places[marker].turn_jacobian.tr_mul(&moment);
-                    total += crate::system::marker::six(&force, &turn);
-                }
-                push_wrench(row, dimension, &total);
+                push_wrench(row, dimension, &interface_force(at, markers));
             }
             Self::Forces { rows } => row.extend(&at.state.forces[rows.clone()]),
             Self::Modal { coordinates } => row.extend(&at.state.coordinates[coordinates.clone()]),
-            Self::Energy => row.extend([
-                at.energy.kinetic,
-                at.energy.strain,
-                at.energy.gravity,
-                at.energy.springs,
-                at.works.drives,
-                at.works.loads,
-                at.works.dissipated,
-                at.defect,
-            ]),
-            Self::StoredEnergy => row.extend([
-                at.energy.kinetic,
-                at.energy.strain,
-                at.energy.gravity,
-                at.energy.springs,
-            ]),
-            Self::Drift => {
-                let (system, state) = (at.system, at.state);
-                // Of lengths: positions, velocities; of angles: the same.
-                let mut largest = [0.0_f64; 4];
-                for (index, constraint) in system.rows.iter().enumerate() {
-                    let defect = at.evaluation.velocity_defect(system, state, index);
-                    let Some(rate) = defect else { continue };
-                    let is_length = system.terms[constraint.terms.start].measure.is_length();
-                    let first = if is_length { 0 } else { 2 };
-                    largest[first] = largest[first].max(at.evaluation.answers[index].abs());
-                    largest[first + 1] = largest[first + 1].max(rate.abs());
-                }
-                row.extend(largest);
+            Self::Energy => {
+                let works = at.works;
+                row.extend(stored(at));
+                row.extend([works.drives, works.loads, works.dissipated, at.defect]);
             }
+            Self::StoredEnergy => row.extend(stored(at)),
+            Self::Drift => row.extend(drift(at)),
             Self::Steps => row.extend([at.step.0, at.step.1 as f64]),
         }
     }
+}
+
+impl FrameProbe {
+    fn write(&self, at: &Moment, row: &mut Vec<f64>) {
+        let dimension = at.system.dimension;
+        let motion = frame_motion(at, &self.marker);
+        match (self.quantity, dimension) {
+            (FrameQuantity::Position, _) => push(row, dimension, &motion.position),
+            (FrameQuantity::Displacement, _) => {
+                push(row, dimension, &(motion.position - self.at_start));
+            }
+            (FrameQuantity::Velocity, _) => push(row, dimension, &motion.velocity),
+            (FrameQuantity::Acceleration, _) => push(row, dimension, &motion.acceleration),
+            (FrameQuantity::AngularVelocity, Dimension::Planar) => row.push(motion.spin.z),
+            (FrameQuantity::AngularVelocity, Dimension::Spatial) => {
+                push(row, dimension, &motion.spin);
+            }
+            (FrameQuantity::Orientation, Dimension::Planar) => {
+                let value = motion.axes[(1, 0)].atan2(motion.axes[(0, 0)]);
+                row.push(unwound(value, self.angle, &at.state.angles));
+            }
+            (FrameQuantity::Orientation, Dimension::Spatial) => {
+                let turn = nalgebra::UnitQuaternion::from_matrix(&motion.axes);
+                row.extend([turn.w, turn.i, turn.j, turn.k]);
+            }
+        }
+    }
+}
+
+impl CoordinateProbe {
+    fn value(&self, at: &Moment) -> f64 {
+        let motions = &at.evaluation.motions;
+        let (a, b) = (&motions[self.a], &motions[self.b]);
+        match self.is_rate {
+            Rate::Rate => self.measure.rate(a, b),
+            Rate::Value => {
+                let value = self.measure.value(a, b);
+                unwound(value, self.angle, &at.state.angles) - self.zero
+            }
+        }
+    }
+}
+
+/// Kinetic, strain and gravity energy, and that of springs.
+fn stored(at: &Moment) -> [f64; 4] {
+    let energy = at.energy;
+    [
+        energy.kinetic,
+        energy.strain,
+        energy.gravity,
+        energy.springs,
+    ]
+}
+
+/// Force and moment on the rows of an interface, body axes.
+fn interface_force(at: &Moment, markers: &[usize]) -> Six {
+    let mut total = Six::zeros();
+    for &marker in markers {
+        let Some(body) = at.system.markers[marker].body else {
+            continue;
+        };
+        let axes = &at.evaluation.poses[body].axes;
+        let wrench = turned_back(axes, &at.evaluation.wrenches[marker]);
+        let (force, moment) = halves(&wrench);
+        // Conjugate to the rotation rows: J_lᵀ τ.
+        let turn = at.evaluation.places[marker].turn_jacobian.tr_mul(&moment);
+        total += six(&force, &turn);
+    }
+    total
+}
+
+/// Largest violation of the constraints: of lengths their position and velocity, of angles the same.
+fn drift(at: &Moment) -> [f64; 4] {
+    let (system, state) = (at.system, at.state);
+    let mut largest = [0.0_f64; 4];
+    for (index, constraint) in system.rows.iter().enumerate() {
+        let defect = at.evaluation.velocity_defect(system, state, index);
+        let Some(rate) = defect else { continue };
+        let is_length = system.terms[constraint.terms.start].measure.is_length();
+        let first = if is_length { 0 } else { 2 };
+        largest[first] = largest[first].max(at.evaluation.answers[index].abs());
+        largest[first + 1] = largest[first + 1].max(rate.abs());
+    }
+    largest
 }
 
 /// Motion of a frame that no coupling needs, at the state.

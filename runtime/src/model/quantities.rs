@@ -98,7 +98,7 @@ impl Quantities {
         }
     }
 
-    /// What is stored at a state that no motion over time led to.
+    /// Energies stored at a state that no motion over time led to.
     pub(super) fn stored_energy(&self, path: &str) -> Channel {
         let names = ["kinetic", "strain", "gravity", "springs"];
         Channel::vector(path, &names, &self.energy, "energy stored")

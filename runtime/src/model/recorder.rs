@@ -1,4 +1,4 @@
-//! What a run records: channels, and the probes that fill them.
+//! Records of a run: channels, and the probes that fill them.
 
 use std::ops::Range;
 
@@ -7,8 +7,9 @@ use dcb_formats::results::Channel;
 
 use super::Names;
 use super::library::Library;
+use super::moment::Moment;
 use super::outputs::{OutputBuilder, energy};
-use super::probe::{Moment, Probe};
+use super::probe::Probe;
 use super::quantities::{Quantities, column};
 use crate::energy::{Energy, Works};
 use crate::error::Error;
@@ -26,7 +27,7 @@ pub struct Recorder {
     row: Vec<f64>,
 }
 
-/// What a recorded row is computed from.
+/// Source of a recorded row.
 pub struct RecordedStep<'a> {
     /// The mechanism.
     pub system: &'a System,
@@ -136,7 +137,7 @@ impl Recorder {
         self.probes.push(probe);
     }
 
-    /// What every run records.
+    /// Channels that every run records.
     fn add_standard(&mut self, scene: &Scene, system: &System, quantities: &Quantities) {
         for connection in &system.connections {
             let (name, rows) = (&connection.name, connection.rows.clone());

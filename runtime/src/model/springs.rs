@@ -5,7 +5,7 @@ use nalgebra::Vector3;
 
 use super::Names;
 use super::couplings::coordinate;
-use super::places::{Rotation, Turned, find, marker};
+use super::places::{RotationNeeded, Turned, find, marker};
 use crate::error::Error;
 use crate::force_law::{self, Law, Table};
 use crate::measure::{Angle, Displacement, Elongation, Measure, Rotation as Turn};
@@ -56,7 +56,7 @@ fn add_line_spring(
         names,
         &location,
         [&spring.a, &spring.b],
-        &Rotation::None,
+        &RotationNeeded::None,
     )?;
     let drawn = (builder.frame(b).position - builder.frame(a).position).norm();
     let free = spring.free_length.unwrap_or(drawn);
@@ -80,7 +80,11 @@ fn add_bushing(
 ) -> Result<usize, Error> {
     let location = format!("springs.{name}.bushing");
     let turns = bushing.rotation.is_some() || bushing.rotation_damping.is_some();
-    let needed = if turns { Rotation::All } else { Rotation::None };
+    let needed = if turns {
+        RotationNeeded::All
+    } else {
+        RotationNeeded::None
+    };
     let [a, b] = ends(
         scene,
         builder,
@@ -144,7 +148,7 @@ fn ends(
     names: &Names,
     location: &str,
     references: [&str; 2],
-    rotation: &Rotation,
+    rotation: &RotationNeeded,
 ) -> Result<[usize; 2], Error> {
     let mut markers = [0; 2];
     for ((key, reference), found) in ["a", "b"].into_iter().zip(references).zip(&mut markers) {

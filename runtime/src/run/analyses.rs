@@ -3,7 +3,7 @@
 use dcb_formats::results::{Column, ModeShapes, SystemModes};
 use serde_json::{Value, json};
 
-use super::{Ending, Observer, Opened, Session, Target, redundancy, tell_start};
+use super::{Ending, Observer, Opened, Session, Target, tell_start};
 use crate::analysis::driven::DrivenMotion;
 use crate::analysis::eigenmodes::{Eigenmode, Eigenmodes};
 use crate::analysis::equilibrium::{EquilibriumReport, EquilibriumSettings, find_equilibrium};
@@ -26,7 +26,7 @@ pub struct RestReport {
 /// A motion that the drives fix.
 #[derive(Clone, Debug, PartialEq)]
 pub struct DrivenReport {
-    /// What was done to make the start consistent.
+    /// Changes that made the start consistent.
     pub initial: InitialReport,
     /// Times that were computed.
     pub times: u64,
@@ -187,7 +187,7 @@ pub fn modes(
             Linearization::Initial => {
                 let initial = Starter::of(&system)?
                     .holding(&held)
-                    .start(&mut drawn, redundancy(scene))?;
+                    .start(&mut drawn, scene.redundant_constraints)?;
                 tell_start(&initial, observer, &mut session);
             }
         }
@@ -208,7 +208,7 @@ pub fn modes(
             let listed = report.modes.modes.iter().take(report.count);
             json!({
                 "analysis": "modes",
-                "freedoms": report.modes.freedom_count,
+                "freedoms": report.modes.dof_count,
                 "rigid": report.modes.rigid_count,
                 "modes": listed.map(|mode| described(&system, mode)).collect::<Vec<_>>(),
             })

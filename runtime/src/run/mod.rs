@@ -14,14 +14,14 @@ use dcb_formats::results::{Header, Outcome, ResultsWriter};
 use serde_json::{Value, json};
 
 use crate::error::Error;
-use crate::initial::{InitialReport, Redundancy};
+use crate::initial::InitialReport;
 use crate::integrator::{self, Method, Tolerance};
 use crate::model::{FieldFolders, FieldWriter, LoadedFile, Model, RecordedStep, Recorder};
 use crate::system::{State, System};
-use crate::watch::purpose::Scope;
+use crate::watch::applicability::Scope;
 pub use analyses::{DrivenReport, ModesReport, RestReport};
 use dcb_formats::scene::Scheme;
-use dcb_formats::scene::{self, Analysis, Integrator, RedundantConstraints, Scene};
+use dcb_formats::scene::{self, Analysis, Integrator, Scene};
 pub use transient::RunReport;
 
 /// Who watches a run.
@@ -52,7 +52,7 @@ impl Observer for () {
 pub struct Target {
     /// The file.
     pub path: PathBuf,
-    /// What happens to one that is there.
+    /// Treatment of a file that exists.
     pub replace: Replace,
     /// Folder in which the scene may write fields, beside its own and that of the results.
     pub fields_in: Option<PathBuf>,
@@ -74,7 +74,7 @@ pub enum Profiling {
     Stages,
 }
 
-/// What a run found.
+/// Results of a run.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Report {
     /// Motion over time.
@@ -138,14 +138,6 @@ pub fn method(integrator: &Integrator) -> Method {
     }
 }
 
-/// What a scene says about redundant constraints.
-pub fn redundancy(scene: &Scene) -> Redundancy {
-    match scene.redundant_constraints {
-        RedundantConstraints::MinimumNorm => Redundancy::MinimumNorm,
-        RedundantConstraints::Refuse => Redundancy::Refuse,
-    }
-}
-
 /// A file that is read can't be written.
 ///
 /// # Errors
@@ -172,7 +164,7 @@ fn stopped(reason: &str, time: Option<f64>) -> Outcome {
     }
 }
 
-/// What the file says before its first row.
+/// Header of the file.
 fn header(scene: &Scene, model: &Model, target: &Target) -> Header {
     let input = |file: &LoadedFile| Source {
         role: "superelement".into(),
@@ -208,7 +200,7 @@ fn file_name(path: &Path) -> String {
         .unwrap_or_default()
 }
 
-/// What it took to make the start consistent.
+/// Effort of making the start consistent.
 fn tell_start(initial: &InitialReport, observer: &mut dyn Observer, session: &mut Session) {
     let mut tell = |message: String| session.tell(observer, 0.0, &message);
     for moved in &initial.moved {
@@ -244,7 +236,7 @@ struct Session {
     scope: Scope,
 }
 
-/// What is left of a model when its session is open.
+/// Rest of a model when its session is open.
 struct Opened {
     session: Session,
     system: System,

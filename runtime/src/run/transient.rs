@@ -5,7 +5,7 @@ use std::time::Instant;
 use dcb_formats::results::frequency_unit;
 use serde_json::json;
 
-use super::{Ending, Observer, Opened, Profiling, Session, Target, method, redundancy, tell_start};
+use super::{Ending, Observer, Opened, Profiling, Session, Target, method, tell_start};
 use crate::analysis::effective_damping::{EffectiveDamping, effective_damping};
 use crate::error::Error;
 use crate::initial::InitialReport;
@@ -25,11 +25,11 @@ use dcb_formats::scene::{Compatibility, Integrator, Record, Scene};
 /// How a run went.
 #[derive(Clone, Debug, PartialEq)]
 pub struct RunReport {
-    /// What was done to make the start consistent.
+    /// Changes that made the start consistent.
     pub initial: InitialReport,
     /// Steps.
     pub steps: usize,
-    /// What they took.
+    /// Effort of the steps.
     pub effort: Effort,
     /// Wall time of the integration, s.
     pub seconds: f64,
@@ -42,6 +42,12 @@ pub struct RunReport {
     /// Where the time of the steps went, if it was asked for.
     pub profile: Option<Profile>,
 }
+
+/// The end of a run that made no step.
+const NOT_BEGUN: Ending = Ending {
+    is_complete: false,
+    time: None,
+};
 
 /// Integrates a scene over time and records it.
 ///
@@ -64,16 +70,11 @@ pub fn transient(
         held,
     } = Session::open(scene, model, target)?;
     let method = method(&integrator);
-    let started = Simulation::start_holding(system, drawn, method, redundancy(scene), &held);
+    let started =
+        Simulation::start_holding(system, drawn, method, scene.redundant_constraints, &held);
     let (mut simulation, initial) = match started {
         Ok(started) => started,
-        Err(error) => {
-            let ending = Ending {
-                is_complete: false,
-                time: None,
-            };
-            return session.close(observer, Err(error), &ending, &json!({}));
-        }
+        Err(error) => return session.close(observer, Err(error), &NOT_BEGUN, &json!({})),
     };
     tell_start(&initial, observer, &mut session);
     let damping = effective_damping(simulation.system(), simulation.state());
@@ -81,11 +82,7 @@ pub fn transient(
         session.tell(observer, 0.0, &message);
     }
     if let Err(error) = check_window(scene, &integrator, &simulation, observer, &mut session) {
-        let ending = Ending {
-            is_complete: false,
-            time: None,
-        };
-        return session.close(observer, Err(error), &ending, &json!({}));
+        return session.close(observer, Err(error), &NOT_BEGUN, &json!({}));
     }
     let mut run = Run {
         integrator,
@@ -351,7 +348,7 @@ fn check_window(
     window.check(step)
 }
 
-/// What is told of steps that are too long for a motion.
+/// Note on steps that are too long for a motion.
 pub fn unresolved_warning(system: &System, found: &Unresolved) -> String {
     let what = match found.part {
         Part::Place => "motion",
@@ -366,7 +363,7 @@ pub fn unresolved_warning(system: &System, found: &Unresolved) -> String {
     )
 }
 
-/// What is told of forces that consist of rounding at steps of this size.
+/// Note on forces that consist of rounding at steps of this size.
 pub fn rounding_warning(simulation: &Simulation, step: f64) -> Option<String> {
     let rounding = simulation.rounding_of_forces(step);
     (rounding.is_finite() && rounding > ROUNDING_TOLD).then(|| {
@@ -376,7 +373,7 @@ pub fn rounding_warning(simulation: &Simulation, step: f64) -> Option<String> {
     })
 }
 
-/// What is told of the damping of the modes as they are put together.
+/// Note on the damping of the assembled modes.
 fn damping_note(modes: &[EffectiveDamping], scene: &Scene) -> Option<String> {
     let unit = frequency_unit(&scene.units);
     let listed = modes
@@ -391,7 +388,7 @@ fn damping_note(modes: &[EffectiveDamping], scene: &Scene) -> Option<String> {
     })
 }
 
-/// What is told of an energy balance.
+/// Note on an energy balance.
 pub fn imbalance_warning(balance: &EnergyBalance) -> Option<String> {
     let share = balance.share().filter(|share| *share > IMBALANCE_TOLD)?;
     Some(format!(

@@ -30,7 +30,7 @@ pub struct Evaluation {
     pub values: Vec<f64>,
     /// Rate of each row's measure, for rows with dampers.
     pub value_rates: Vec<f64>,
-    /// What each row's demand leaves: e - f of a constraint, the spring's force of a spring.
+    /// Remainder of each row's demand: e - f of a constraint, the spring's force of a spring.
     pub answers: Vec<f64>,
     /// Inertia of each body.
     pub inertia: Vec<InertiaTerms>,
@@ -208,7 +208,7 @@ impl Evaluation {
         }
     }
 
-    /// What is left of the equations of motion, after `load`.
+    /// Residual of the equations of motion, after `load`.
     pub fn resist(&mut self, system: &System, state: &State) {
         for (index, body) in system.bodies.iter().enumerate() {
             let pose = &self.poses[index];

@@ -41,11 +41,11 @@ pub struct JointSystem {
     values: Vec<f64>,
     /// Index of each diagonal entry among the values.
     diagonal: Vec<usize>,
-    /// What bodies among the unknowns add to Λ_ii, by rows.
+    /// Contributions of bodies among the unknowns to Λ_ii, by rows.
     beyond: Vec<f64>,
     /// 1/√Λ_ii by rows, and the same of S by motions.
     pub(super) scale: Vec<f64>,
-    /// What the last factor has beyond Λ + c on the diagonal of the scaled matrix.
+    /// Addition of the last factor to Λ + c on the diagonal of the scaled matrix.
     pub(super) regularization: f64,
     factor: Factor,
     stack: MemBuffer,

@@ -16,7 +16,7 @@ use crate::frame::tall_products::{add_columns, add_products};
 use crate::kinematics::frame_motion::{FrameMotion, Six};
 use crate::kinematics::rotation_vector::{left_jacobian, left_jacobian_rate};
 
-/// What of a marker's motion comes from the body's deflection.
+/// Motion of a marker by the body's deflection.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Elasticity {
     /// Nothing: a point of a rigid body.
@@ -40,7 +40,7 @@ pub struct Marker {
     pub axes: Matrix3<f64>,
     /// S_uᵀ and S_θᵀ, (n, 6) by columns, 1/√mass and 1/(√mass·length).
     pub shapes: Vec<f64>,
-    /// What `shapes` does.
+    /// Meaning of `shapes`.
     pub elasticity: Elasticity,
     /// Geometric stiffness K per unit force along a slot of the six, (n, n), where there is any.
     pub stiffening: Vec<(usize, Mat<f64>)>,
@@ -177,7 +177,7 @@ impl Marker {
         Six::from_fn(|slot, _| self.rows[slot].map_or(0.0, |row| values[row]))
     }
 
-    /// What a wrench `(f, τ)` in body axes is on the slots of displacement and turn: `(f, J_lᵀ τ)`.
+    /// Wrench `(f, τ)` in body axes on the slots of displacement and turn: `(f, J_lᵀ τ)`.
     pub fn forces_by_slot(&self, place: &MarkerPlace, wrench: &Six) -> Six {
         let (force, torque) = halves(wrench);
         six(&force, &place.turn_jacobian.tr_mul(&torque))

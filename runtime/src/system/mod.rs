@@ -69,13 +69,13 @@ pub struct Term {
     pub a: usize,
     /// Second marker.
     pub b: usize,
-    /// What is measured.
+    /// Measure.
     pub measure: Measure,
     /// Where an angle's last value is kept, so that it goes on past half a turn.
     pub angle: Option<usize>,
 }
 
-/// What a row's measure must do.
+/// Demand on a row's measure.
 #[derive(Clone, Debug)]
 pub enum Demand {
     /// Stay at a value.
@@ -91,9 +91,9 @@ pub enum Demand {
 pub struct Row {
     /// The connection that it belongs to.
     pub connection: usize,
-    /// What is measured: one term, or two for a gear.
+    /// Measured terms: one, or two for a gear.
     pub terms: Range<usize>,
-    /// What it must do.
+    /// Demand.
     pub demand: Demand,
 }
 
@@ -107,7 +107,7 @@ impl Row {
     }
 }
 
-/// What kind of thing a connection is, for reports.
+/// Kind of a connection, for reports.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum ConnectionKind {
     /// A joint.
@@ -123,7 +123,7 @@ pub enum ConnectionKind {
 pub struct Connection {
     /// Name in the scene.
     pub name: String,
-    /// What it is.
+    /// Kind.
     pub kind: ConnectionKind,
     /// First marker.
     pub a: usize,
@@ -166,7 +166,7 @@ pub struct PartLoad {
     pub body: usize,
     /// Index among its [`crate::FlexibleBody::loads`].
     pub load: usize,
-    /// What it is multiplied by: index of a function of time.
+    /// Factor: index of a function of time.
     pub factor: usize,
 }
 
@@ -236,7 +236,7 @@ impl System {
     }
 
     /// Number of degrees of freedom before constraints: 3 + n or 6 + n for each body.
-    pub fn freedom_count(&self) -> usize {
+    pub fn dof_count(&self) -> usize {
         let rigid = self.bodies.iter().flat_map(|body| body.free);
         rigid.filter(|free| *free).count() + self.coordinate_count()
     }
@@ -288,7 +288,7 @@ impl System {
         })
     }
 
-    /// What a body's inertia forces depend on, in its own axes.
+    /// State that a body's inertia forces depend on, in its own axes.
     pub fn body_motion<'a>(
         &self,
         state: &'a State,

@@ -10,7 +10,7 @@ use super::marker::{BodyPose, BodyRates};
 pub struct State {
     /// Time.
     pub time: f64,
-    /// What rounding took from the time when it was summed: the sum of both is the time.
+    /// Rounding of the summed time: the sum of both is the time.
     pub time_rest: f64,
     /// R of each body: centre of mass at rest, world.
     pub origins: Vec<Vector3<f64>>,

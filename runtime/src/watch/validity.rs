@@ -31,7 +31,7 @@ pub fn rod_frequency_deficit(ratio: f64) -> f64 {
     1.0 - ((1.0 - square) / (1.0 + (ROD_STIFFENING - 1.0) * square)).sqrt()
 }
 
-/// What has been told.
+/// Messages that have been given.
 #[derive(Clone, Debug)]
 pub struct Validity {
     told: Vec<[bool; 4]>,

@@ -57,7 +57,7 @@ fn close(found: f64, expected: f64, tolerance: f64) {
 fn pendulum_swings_with_its_own_frequency_in_any_units() {
     for scale in [1.0, 1000.0] {
         let modes = at_rest(pendulum(1, 1.0, scale));
-        assert_eq!((modes.freedom_count, modes.rigid_count), (1, 0));
+        assert_eq!((modes.dof_count, modes.rigid_count), (1, 0));
         let squared = 2.0 * GRAVITY * 0.5 / (0.1 + 2.0 * 0.25);
         close(modes.modes[0].angular_frequency, squared.sqrt(), 1e-9);
     }
@@ -69,7 +69,10 @@ fn pendulum_above_its_pivot_falls() {
     // Held up by the pivot: λ of the first row along y carries the weight.
     dcb_runtime::initial::Starter::of(&system)
         .unwrap()
-        .start(&mut state, dcb_runtime::initial::Redundancy::MinimumNorm)
+        .start(
+            &mut state,
+            dcb_formats::scene::RedundantConstraints::MinimumNorm,
+        )
         .unwrap();
     state.accelerations.fill(0.0);
     let modes = Eigenmodes::at(&system, &state).unwrap();
@@ -93,7 +96,7 @@ fn double_pendulum_has_the_frequencies_of_its_two_by_two_problem() {
         ]) {
             close(mode.angular_frequency, squared.sqrt(), 1e-9);
         }
-        assert_eq!(modes.freedom_count, 2);
+        assert_eq!(modes.dof_count, 2);
     }
 }
 
@@ -114,7 +117,7 @@ fn damped_spring_has_its_frequency_and_ratio_and_leaves_the_other_motions_free()
     builder.spring("spring", ground, end, [(measure, linear(0.0, 900.0, 12.0))]);
     let (system, state) = builder.finish();
     let modes = Eigenmodes::at(&system, &state).unwrap();
-    assert_eq!((modes.freedom_count, modes.rigid_count), (6, 5));
+    assert_eq!((modes.dof_count, modes.rigid_count), (6, 5));
     let mode = &modes.modes[5];
     close(
         mode.damping_ratio(),

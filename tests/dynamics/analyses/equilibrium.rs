@@ -5,11 +5,11 @@ use std::sync::Arc;
 use crate::support::Part;
 use crate::support::mechanisms::{about_z, linear, method, rigid};
 use dcb_formats::mesh::Dimension;
+use dcb_formats::scene::RedundantConstraints;
 use dcb_runtime::Error;
 use dcb_runtime::analysis::equilibrium::{
     EquilibriumReport, EquilibriumSettings, find_equilibrium,
 };
-use dcb_runtime::initial::Redundancy;
 use dcb_runtime::integrator::Formulation;
 use dcb_runtime::joint::{Fixed, JointKind, Spherical};
 use dcb_runtime::measure::{Displacement, Elongation, Measure, Rotation};
@@ -173,8 +173,13 @@ fn a_damped_motion_dies_out_where_the_equilibrium_is() {
     let mut state = drawn.clone();
     rest(&system, &mut state);
     let method = method(Formulation::Index3, 0.5);
-    let (mut simulation, _) =
-        Simulation::start(system.clone(), drawn, method, Redundancy::MinimumNorm).unwrap();
+    let (mut simulation, _) = Simulation::start(
+        system.clone(),
+        drawn,
+        method,
+        RedundantConstraints::MinimumNorm,
+    )
+    .unwrap();
     for _ in 0..1500 {
         simulation.step(0.01).unwrap();
     }

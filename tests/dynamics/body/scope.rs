@@ -6,11 +6,11 @@ use std::sync::Arc;
 use crate::support::Part;
 use crate::support::mechanisms::method;
 use dcb_formats::mesh::Dimension;
-use dcb_runtime::initial::Redundancy;
+use dcb_formats::scene::RedundantConstraints;
 use dcb_runtime::integrator::Formulation;
 use dcb_runtime::simulation::Simulation;
 use dcb_runtime::system::builder::{Drawn, SystemBuilder};
-use dcb_runtime::watch::purpose::{BeyondScope, Scope};
+use dcb_runtime::watch::applicability::{BeyondScope, Scope};
 use dcb_runtime::{Compatibility, FlexibleBody};
 use dcb_samples::{RodSection, planar_rod};
 use dcb_superelement::LeftOutBy;
@@ -35,7 +35,7 @@ fn vibrating(body: &FlexibleBody, rates: &[(usize, f64)]) -> Vec<BeyondScope> {
     }
     let method = method(Formulation::Index3, 0.9);
     let (mut simulation, _) =
-        Simulation::start(system, state, method, Redundancy::MinimumNorm).unwrap();
+        Simulation::start(system, state, method, RedundantConstraints::MinimumNorm).unwrap();
     let mut scope = Scope::of(simulation.system());
     let (end, step) = (20.0 * TAU / slowest, TAU / fastest / 60.0);
     for _ in 0..(end / step) as usize {

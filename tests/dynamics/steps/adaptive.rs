@@ -3,8 +3,8 @@
 use crate::support::Part;
 use crate::support::mechanisms::{about_z, formula, method, rigid, with_stiffness};
 use dcb_formats::mesh::Dimension;
+use dcb_formats::scene::RedundantConstraints;
 use dcb_runtime::Error;
-use dcb_runtime::initial::Redundancy;
 use dcb_runtime::integrator::Formulation;
 use dcb_runtime::integrator::adaptive::{AdaptiveStep, StepSize};
 use dcb_runtime::simulation::Simulation;
@@ -66,7 +66,7 @@ fn flexible_crank() -> (System, State) {
 
 fn start((system, state): (System, State)) -> Simulation {
     let method = method(Formulation::Index3, 0.8);
-    Simulation::start(system, state, method, Redundancy::MinimumNorm)
+    Simulation::start(system, state, method, RedundantConstraints::MinimumNorm)
         .unwrap()
         .0
 }

@@ -9,7 +9,7 @@ use std::sync::Arc;
 use crate::support::Part;
 use crate::support::mechanisms::{about_z, method};
 use dcb_formats::mesh::Dimension;
-use dcb_runtime::initial::Redundancy;
+use dcb_formats::scene::RedundantConstraints;
 use dcb_runtime::integrator::Formulation;
 use dcb_runtime::simulation::Simulation;
 use dcb_runtime::system::builder::{Drawn, SystemBuilder, Turning};
@@ -109,7 +109,7 @@ fn steps_do_not_allocate() {
         }
         let (system, state) = builder.finish();
         let method = method(formulation, 0.8);
-        let started = Simulation::start(system, state, method, Redundancy::MinimumNorm);
+        let started = Simulation::start(system, state, method, RedundantConstraints::MinimumNorm);
         let (mut simulation, _) = started.unwrap();
         // The first steps make room for what later factors fill in; a change of the step asks for a new factor.
         let step = |index: u32| {

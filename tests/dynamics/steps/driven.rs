@@ -101,7 +101,7 @@ fn slider_moves_as_the_crank_says_and_the_drive_gives_the_power() {
 }
 
 #[test]
-fn freedoms_without_a_drive_are_counted_and_refused() {
+fn degrees_of_freedom_without_a_drive_are_counted_and_refused() {
     let (system, drawn) = slider_crank(None);
     match DrivenMotion::start(&system, drawn) {
         Err(Error::NotDriven { count }) => assert_eq!(count, 1),

@@ -3,7 +3,7 @@
 use crate::support::Part;
 use crate::support::mechanisms::{about_z, method, rigid, with_stiffness};
 use dcb_formats::mesh::Dimension;
-use dcb_runtime::initial::Redundancy;
+use dcb_formats::scene::RedundantConstraints;
 use dcb_runtime::integrator::Formulation;
 use dcb_runtime::joint::{JointKind, Revolute, Spherical};
 use dcb_runtime::simulation::Simulation;
@@ -71,7 +71,7 @@ fn run(
 ) -> Vec<State> {
     let method = method(formulation, radius);
     let (mut simulation, _) =
-        Simulation::start(system, state, method, Redundancy::MinimumNorm).unwrap();
+        Simulation::start(system, state, method, RedundantConstraints::MinimumNorm).unwrap();
     let mut states = vec![simulation.state().clone()];
     for _ in 0..steps {
         simulation.step(end / steps as f64).unwrap();
@@ -150,7 +150,7 @@ fn second_order_in_forces_across_growth_of_the_step() {
         let (system, state) = double_pendulum();
         let method = method(Formulation::Index3, 0.8);
         let (mut simulation, _) =
-            Simulation::start(system, state, method, Redundancy::MinimumNorm).unwrap();
+            Simulation::start(system, state, method, RedundantConstraints::MinimumNorm).unwrap();
         let mut states = Vec::new();
         for (count, step) in [(40, 1e-3), (40, 2e-3), (40, 4e-3)] {
             for _ in 0..count {

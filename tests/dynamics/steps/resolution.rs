@@ -5,9 +5,9 @@ use std::f64::consts::TAU;
 use crate::support::Part as Body;
 use crate::support::mechanisms::{about_z, formula, linear, method, rigid, with_stiffness};
 use dcb_formats::mesh::Dimension;
+use dcb_formats::scene::RedundantConstraints;
 use dcb_formats::scene::Scheme;
 use dcb_runtime::Error;
-use dcb_runtime::initial::Redundancy;
 use dcb_runtime::integrator::Formulation;
 use dcb_runtime::integrator::resolution::Part;
 use dcb_runtime::measure::{Displacement, Measure};
@@ -55,7 +55,7 @@ fn block(omega: f64, force: &str) -> (System, State) {
 
 fn started((system, state): (System, State), radius: f64) -> Simulation {
     let method = method(Formulation::Index3, radius);
-    Simulation::start(system, state, method, Redundancy::MinimumNorm)
+    Simulation::start(system, state, method, RedundantConstraints::MinimumNorm)
         .unwrap()
         .0
 }

@@ -16,7 +16,9 @@ use dcb_superelement::error_bounds::{Bracket, ErrorBounds, Estimate};
 use dcb_superelement::selection::{InPlane, InterfaceSelection, Normal};
 use dcb_tests::error_estimate::{LOSS_FACTOR, Truth};
 use dcb_tests::{lowest, parts};
-use dcb_workflow::scene::{Asked, Extent, Fitted, Limits, PartInScene, Search, scene_fit};
+use dcb_workflow::scene::{
+    ComponentDemand, Extent, Fitted, Limits, PartInScene, Search, scene_fit,
+};
 use faer::Mat;
 use serde_json::json;
 
@@ -372,7 +374,7 @@ fn a_spatial_part_for_a_planar_scene_has_less_error_than_it_may_have() {
     std::fs::write(&path, scene.to_string()).unwrap();
     let usual = folder.path().join("block.dcb.h5");
     let in_scene = PartInScene::find(&path, &[], &usual, &usual).unwrap();
-    let asked = Asked::of(&in_scene, part.clone()).unwrap();
+    let asked = ComponentDemand::of(&in_scene, part.clone()).unwrap();
     let limits = Limits {
         tolerance: 1e-3,
         most_modes: None,

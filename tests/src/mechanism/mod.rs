@@ -12,10 +12,11 @@ use std::sync::Arc;
 use dcb_formats::component::Units;
 use dcb_formats::function::{Function, TimeFunction};
 use dcb_formats::mesh::Dimension;
+use dcb_formats::scene::RedundantConstraints;
 use dcb_formats::scene::Scheme;
 use dcb_runtime::FlexibleBody;
 use dcb_runtime::body::{RigidBody, RigidPoint};
-use dcb_runtime::initial::{InitialReport, Redundancy};
+use dcb_runtime::initial::InitialReport;
 use dcb_runtime::integrator::{Formulation, Method, Tolerance};
 use dcb_runtime::joint::{JointKind, Revolute};
 use dcb_runtime::simulation::Simulation;
@@ -98,7 +99,7 @@ pub fn stabilized(spectral_radius: f64) -> Method {
 
 /// A start that succeeds.
 pub fn start(system: System, state: State, method: Method) -> (Simulation, InitialReport) {
-    match Simulation::start(system, state, method, Redundancy::MinimumNorm) {
+    match Simulation::start(system, state, method, RedundantConstraints::MinimumNorm) {
         Ok(started) => started,
         Err(error) => panic!("{error}"),
     }

@@ -5,7 +5,8 @@
 //! solutions submitted to it; values of Exudyn's examples where named.
 
 use dcb_formats::mesh::Dimension;
-use dcb_runtime::initial::{InitialReport, Redundancy};
+use dcb_formats::scene::RedundantConstraints;
+use dcb_runtime::initial::InitialReport;
 use dcb_runtime::integrator::Method;
 use dcb_runtime::joint::{Cylindrical, JointKind, Prismatic, Spherical, Universal};
 use dcb_runtime::simulation::Simulation;
@@ -179,7 +180,7 @@ pub enum Last {
 pub fn bricard(
     last: Last,
     method: Method,
-    redundancy: Redundancy,
+    redundancy: RedundantConstraints,
 ) -> Result<(Simulation, InitialReport), dcb_runtime::Error> {
     let corners = [
         [0.0, 0.0, 0.0],
@@ -233,8 +234,8 @@ pub fn bricard(
 /// those of the same loop without redundancy.
 pub fn bricard_errors(method: Method) -> (f64, f64) {
     let loops = [
-        (Last::Revolute, Redundancy::MinimumNorm),
-        (Last::Cylindrical, Redundancy::Refuse),
+        (Last::Revolute, RedundantConstraints::MinimumNorm),
+        (Last::Cylindrical, RedundantConstraints::Refuse),
     ];
     let [mut simulation, mut other] =
         loops.map(|(last, redundancy)| bricard(last, method, redundancy).expect("a start").0);

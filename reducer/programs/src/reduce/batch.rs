@@ -10,7 +10,7 @@ use dcb_formats::output::is_same_file;
 
 use crate::reduce::cache::CacheArguments;
 use crate::reduce::part::Outcome;
-use crate::reduce::{CommonArguments, when_interrupted};
+use crate::reduce::{ReduceCommonArguments, when_interrupted};
 use dcb_reducer::error::{CommandRefusal, Error, Occupied};
 use dcb_reducer::resources::memory_limit::{available, size};
 use dcb_workflow::batch::child::Processes;
@@ -19,7 +19,7 @@ use dcb_workflow::batch::results::RESULTS;
 use dcb_workflow::batch::table::{table, word};
 use dcb_workflow::batch::{Batch, Earlier, Fate, io_error, run as make};
 
-/// What is made.
+/// Outputs.
 #[derive(Debug, Args)]
 pub struct BatchArguments {
     /// Parts and their options (docs/batch.md; `reduce schema batch`).
@@ -79,7 +79,7 @@ static COMPLETE: AtomicUsize = AtomicUsize::new(0);
 ///
 /// # Errors
 /// The manifest or the folder can't be used. Parts that fail are an [`Outcome`].
-pub fn run(arguments: &BatchArguments, common: &CommonArguments) -> Result<Outcome, Error> {
+pub fn run(arguments: &BatchArguments, common: &ReduceCommonArguments) -> Result<Outcome, Error> {
     let mut parts = read_manifest(&arguments.manifest)?;
     if let Some(Shard { index, count }) = arguments.shard {
         parts = parts.into_iter().skip(index - 1).step_by(count).collect();

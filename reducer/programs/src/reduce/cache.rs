@@ -84,7 +84,7 @@ impl CacheArguments {
     }
 }
 
-/// What is asked of the cache.
+/// Request to the cache.
 #[derive(Debug, Args)]
 pub struct InventoryArguments {
     /// Where it is.

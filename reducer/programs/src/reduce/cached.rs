@@ -9,8 +9,8 @@ use dcb_formats::output::copy_whole;
 
 use crate::reduce::inspect::{frequency_table, interface_table, mass_lines};
 use crate::reduce::part::Outcome;
+use crate::reduce::reduction_report::{further_columns, stage_lines};
 use crate::reduce::scene::Made;
-use crate::reduce::summary::{further_columns, stage_lines};
 use crate::reduce::timing::StageClock;
 use dcb_formats::units::readable;
 use dcb_reducer::error::Error;

@@ -235,7 +235,7 @@ fn frequency_table(
     }
 }
 
-/// What the kept modes contribute to a flexibility.
+/// Contribution of the kept modes to a flexibility.
 #[derive(Clone, Copy, PartialEq, Eq)]
 enum ModalPart {
     Added,

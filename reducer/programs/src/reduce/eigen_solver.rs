@@ -5,10 +5,10 @@ use clap::{Args, ValueEnum};
 use dcb_reducer::EigenSolver;
 use dcb_reducer::error::{CommandRefusal, EigenSolverRefusal, Error};
 
-/// What finds the modes.
+/// Solver for the modes.
 #[derive(Debug, Args)]
 pub struct EigenSolverArguments {
-    /// What finds the modes.
+    /// Solver for the modes.
     #[arg(long, value_name = "NAME", value_enum, default_value_t)]
     eigen_solver: SolverName,
     /// MPI processes of --eigen-solver slepc.
@@ -19,7 +19,7 @@ pub struct EigenSolverArguments {
     mpirun: Option<String>,
 }
 
-/// What finds the modes.
+/// Solver for the modes.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
 enum SolverName {
     /// Block Lanczos, built in.

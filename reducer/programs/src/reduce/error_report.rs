@@ -13,7 +13,7 @@ use dcb_reducer::scientific::scientific;
 use dcb_superelement::FrequencyBand;
 use dcb_superelement::error_bounds::{Bracket, ErrorBounds, Estimate, POINTS};
 
-/// What is known of a superelement's errors in both forms.
+/// Errors of a superelement in both forms.
 pub struct Report {
     time_unit: String,
     band: FrequencyBand,

@@ -12,7 +12,7 @@ use serde_json::json;
 
 use crate::reduce::error_report::Report;
 use crate::reduce::part::Outcome;
-use crate::reduce::summary::further_columns;
+use crate::reduce::reduction_report::further_columns;
 use dcb_formats::units::{hertz, hertz_unit, si_factor};
 use dcb_reducer::error::Error;
 use dcb_reducer::quality::Quality;

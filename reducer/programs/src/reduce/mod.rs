@@ -11,9 +11,9 @@ mod memory;
 mod part;
 mod plan;
 mod plan_report;
+mod reduction_report;
 mod scene;
 mod study;
-mod summary;
 mod timing;
 mod verify;
 
@@ -31,8 +31,8 @@ use crate::reduce::eigen_solver::EigenSolverArguments;
 use crate::reduce::memory::MemoryArguments;
 use crate::reduce::part::Outcome;
 use crate::reduce::plan::PlanArguments;
-use crate::reduce::scene::SceneArguments;
-use crate::reduce::study::StudyArguments;
+use crate::reduce::scene::SceneReductionArguments;
+use crate::reduce::study::ComponentStudyArguments;
 use dcb_reducer::Reduction;
 use dcb_reducer::error::Error;
 use dcb_reducer::mode_selection::ModeOptions;
@@ -53,18 +53,18 @@ use dcb_workflow::siblings::SiblingArguments;
 #[command(
     after_help = "Exit status: 0 done, 1 numerical failure or broken quality limit, 2 unusable input,\n130 interrupted (143 by SIGTERM, 129 by SIGHUP)."
 )]
-struct Cli {
+struct ReduceCli {
     #[command(subcommand)]
-    command: Option<Command>,
+    command: Option<ReduceCommand>,
     #[command(flatten)]
     reduce: ReduceArguments,
     #[command(flatten)]
-    common: CommonArguments,
+    common: ReduceCommonArguments,
 }
 
 /// Options of every command.
 #[derive(Debug, Args)]
-pub struct CommonArguments {
+pub struct ReduceCommonArguments {
     /// Print no summary, warnings or progress.
     #[arg(long, short, global = true)]
     pub quiet: bool,
@@ -76,7 +76,7 @@ pub struct CommonArguments {
     pub threads: Option<u16>,
 }
 
-impl CommonArguments {
+impl ReduceCommonArguments {
     /// Whether the user is told what goes on.
     pub fn told(&self) -> Told {
         match self.quiet {
@@ -98,12 +98,12 @@ pub struct ReduceArguments {
     /// Modes.
     #[command(flatten)]
     pub modes: ModeOptions,
-    /// What else decides the result.
+    /// Further options that decide the result.
     #[command(flatten)]
     pub reduction: Reduction,
     /// Reducing for a scene.
     #[command(flatten)]
-    pub scene: SceneArguments,
+    pub scene: SceneReductionArguments,
     /// Files beside the stiffness matrix.
     #[command(flatten)]
     pub siblings: SiblingArguments,
@@ -116,7 +116,7 @@ pub struct ReduceArguments {
     /// Write times and memory of each stage and counts of the work as JSON (replaces an older one).
     #[arg(long, value_name = "F.json")]
     pub timings: Option<PathBuf>,
-    /// What finds the modes.
+    /// Solver for the modes.
     #[command(flatten)]
     pub eigen_solver: EigenSolverArguments,
     /// Memory.
@@ -127,7 +127,7 @@ pub struct ReduceArguments {
     pub cache: CacheArguments,
 }
 
-/// What is verified, and against what.
+/// Superelement to verify, and its component.
 #[derive(Debug, Args)]
 pub struct VerifyArguments {
     /// Superelement.
@@ -146,7 +146,7 @@ pub struct VerifyArguments {
     pub boundary: Option<PathBuf>,
 }
 
-/// What there is a schema of.
+/// Files that have a schema.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
 enum SchemaName {
     /// Component description, PART.json.
@@ -157,7 +157,7 @@ enum SchemaName {
 }
 
 #[derive(Debug, Subcommand)]
-enum Command {
+enum ReduceCommand {
     /// Show what a superelement holds.
     Inspect {
         /// Superelement.
@@ -181,7 +181,7 @@ enum Command {
     /// Say what a reduction will cost, without doing it: factor, memory, time.
     Plan(PlanArguments),
     /// Reduce in many ways and say what each costs and how far it is off.
-    Study(StudyArguments),
+    Study(ComponentStudyArguments),
     /// List or clear the superelements that --cache keeps.
     Cache(InventoryArguments),
     /// Reduce many parts, or one in many ways, as a manifest says.
@@ -196,14 +196,14 @@ enum Command {
 
 /// Runs the program.
 pub fn main() -> ExitCode {
-    let common = |cli: &Cli| (cli.common.threads, cli.common.told());
+    let common = |cli: &ReduceCli| (cli.common.threads, cli.common.told());
     let cli = match begin("PART.mtx", common) {
         Ok(cli) => cli,
         Err(status) => return status,
     };
     let outcome = match &cli.command {
         None => part::run(&cli.reduce, &cli.common),
-        Some(Command::Inspect { file, json, band }) => inspect::run(
+        Some(ReduceCommand::Inspect { file, json, band }) => inspect::run(
             file,
             if *json {
                 inspect::Form::Json
@@ -212,18 +212,18 @@ pub fn main() -> ExitCode {
             },
             *band,
         ),
-        Some(Command::Verify(arguments)) => verify::run(arguments),
-        Some(Command::Compare { a, b }) => compare::run(a, b),
-        Some(Command::Plan(arguments)) => plan::run(arguments),
-        Some(Command::Study(arguments)) => study::run(arguments, &cli.common),
-        Some(Command::Cache(arguments)) => cache::run(arguments),
-        Some(Command::Batch(arguments)) => batch::run(arguments, &cli.common),
-        Some(Command::Schema { of }) => schema(*of),
+        Some(ReduceCommand::Verify(arguments)) => verify::run(arguments),
+        Some(ReduceCommand::Compare { a, b }) => compare::run(a, b),
+        Some(ReduceCommand::Plan(arguments)) => plan::run(arguments),
+        Some(ReduceCommand::Study(arguments)) => study::run(arguments, &cli.common),
+        Some(ReduceCommand::Cache(arguments)) => cache::run(arguments),
+        Some(ReduceCommand::Batch(arguments)) => batch::run(arguments, &cli.common),
+        Some(ReduceCommand::Schema { of }) => schema(*of),
     };
     // What was asked for is printed also with --quiet; what was done along the way is not.
     let is_report = matches!(
         cli.command,
-        None | Some(Command::Verify(_) | Command::Study(_) | Command::Batch(_))
+        None | Some(ReduceCommand::Verify(_) | ReduceCommand::Study(_) | ReduceCommand::Batch(_))
     );
     let outcome = outcome.and_then(|outcome| {
         if !(is_report && cli.common.quiet) {

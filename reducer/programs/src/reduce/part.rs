@@ -13,10 +13,10 @@ use dcb_formats::output::{Replace, check_output, is_same_file, write_text};
 use serde_json::{Value, json};
 
 use crate::reduce::cached::{claim, keep, serve};
+use crate::reduce::reduction_report::summary;
 use crate::reduce::scene::Made;
-use crate::reduce::summary::summary;
 use crate::reduce::timing::{StageClock, StageTime};
-use crate::reduce::{CommonArguments, ReduceArguments, when_interrupted};
+use crate::reduce::{ReduceArguments, ReduceCommonArguments, when_interrupted};
 use dcb_formats::units::hertz;
 use dcb_reducer::ModeSelection;
 use dcb_reducer::Reduction;
@@ -34,7 +34,7 @@ const LISTED_MODES: usize = 10;
 /// Reasons named in a failure.
 const NAMED_REASONS: usize = 5;
 
-/// What a command has to say.
+/// Output of a command.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Outcome {
     /// For standard output.
@@ -68,7 +68,7 @@ pub(crate) fn default_output(stiffness: &Path) -> PathBuf {
     PathBuf::from(name)
 }
 
-/// What there is when the user interrupts.
+/// State when the user interrupts.
 fn last_words() -> String {
     match WRITTEN.load(Ordering::SeqCst) {
         true => "the superelement is complete".to_owned(),
@@ -90,7 +90,7 @@ struct Job<'a> {
     listed: usize,
 }
 
-/// What the cache has for a job.
+/// Entry of the cache for a job.
 enum Claimed<'c> {
     /// All that was asked for.
     Served(Outcome),
@@ -103,8 +103,8 @@ enum Claimed<'c> {
 /// Runs the command.
 ///
 /// # Errors
-/// Whatever made it impossible to read, reduce or write.
-pub fn run(arguments: &ReduceArguments, common: &CommonArguments) -> Result<Outcome, Error> {
+/// Any error of reading, reducing or writing.
+pub fn run(arguments: &ReduceArguments, common: &ReduceCommonArguments) -> Result<Outcome, Error> {
     let mut job = Job::of(arguments, common)?;
     let cache = match arguments.cache.cache {
         Some(_) => arguments.cache.open(job.told)?,
@@ -165,7 +165,7 @@ pub fn run(arguments: &ReduceArguments, common: &CommonArguments) -> Result<Outc
     })
 }
 
-fn clock(common: &CommonArguments) -> StageClock {
+fn clock(common: &ReduceCommonArguments) -> StageClock {
     let show = !common.quiet && std::io::stderr().is_terminal();
     let mut clock = StageClock::new(if show { Display::Bars } else { Display::Silent });
     if common.verbose && !common.quiet {
@@ -175,7 +175,7 @@ fn clock(common: &CommonArguments) -> StageClock {
 }
 
 impl<'a> Job<'a> {
-    fn of(arguments: &'a ReduceArguments, common: &CommonArguments) -> Result<Self, Error> {
+    fn of(arguments: &'a ReduceArguments, common: &ReduceCommonArguments) -> Result<Self, Error> {
         let stiffness = (arguments.stiffness.as_ref()).ok_or(CommandRefusal::NoPart)?;
         let mut reduction = arguments.reduction.clone();
         reduction.eigen_solver = arguments.eigen_solver.chosen()?;
@@ -224,7 +224,7 @@ impl<'a> Job<'a> {
         Ok(Request::new(&self.files.sources()?, modes, &self.reduction))
     }
 
-    /// What the cache has. For a scene it has no result, but reductions to make one of.
+    /// Entry of the cache. For a scene it has no result, but reductions to make one of.
     fn claimed<'c>(
         &self,
         cache: Option<&'c Cache>,

@@ -5,15 +5,16 @@ use std::path::PathBuf;
 use clap::Args;
 use dcb_formats::component_files::{ComponentFiles, read_component};
 
+use crate::reduce::inspect::Form;
 use crate::reduce::memory::MemoryArguments;
 use crate::reduce::part::{Outcome, default_output};
-use crate::reduce::plan_report::{Form, report};
+use crate::reduce::plan_report::report;
 use dcb_reducer::error::Error;
 use dcb_reducer::forecast;
 use dcb_reducer::mode_selection::ModeOptions;
 use dcb_workflow::siblings::SiblingArguments;
 
-/// What is to be reduced.
+/// Component to plan for.
 #[derive(Debug, Args)]
 pub struct PlanArguments {
     /// Stiffness matrix, Matrix Market (.mtx or .mtx.gz).
@@ -36,7 +37,7 @@ pub struct PlanArguments {
 /// Runs the command.
 ///
 /// # Errors
-/// Whatever makes the component unusable.
+/// Any error of the component.
 pub fn run(arguments: &PlanArguments) -> Result<Outcome, Error> {
     let limit = arguments
         .memory

@@ -5,22 +5,14 @@ use std::fmt::Write as _;
 use dcb_sparse::factor_store::{FactorStorage, Place, Precision};
 use serde_json::json;
 
+use crate::reduce::inspect::Form;
 use crate::reduce::part::Outcome;
 use dcb_formats::units::readable;
 use dcb_reducer::resources::forecast::Forecast;
 use dcb_reducer::resources::machine_speed::MachineSpeed;
 use dcb_reducer::resources::memory_limit::MemoryLimit;
 
-/// Text or JSON.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Form {
-    /// For people.
-    Text,
-    /// For programs.
-    Json,
-}
-
-/// What the command prints.
+/// Output of the command.
 pub fn report(name: &str, forecast: &Forecast, limit: &MemoryLimit, form: Form) -> Outcome {
     let speed = MachineSpeed::measure();
     let output = match form {

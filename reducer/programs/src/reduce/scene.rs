@@ -16,7 +16,7 @@ use dcb_reducer::error::Error;
 use dcb_reducer::mode_selection::DEFAULT_MODES;
 use dcb_reducer::quality::Quality;
 use dcb_workflow::scene::{
-    Asked, CachedReductions, Extent, Fitted, Limits, PartInScene, Search, scene_fit,
+    CachedReductions, ComponentDemand, Extent, Fitted, Limits, PartInScene, Search, scene_fit,
 };
 
 /// Error of the part's responses where nothing is said.
@@ -24,7 +24,7 @@ const DEFAULT_TOLERANCE: f64 = 1e-3;
 
 /// Options of a reduction for a scene.
 #[derive(Debug, Args)]
-pub struct SceneArguments {
+pub struct SceneReductionArguments {
     /// Keep what this scene asks of the part, and leave out the rest (docs/scene-driven.md).
     #[arg(long = "scene", value_name = "SCENE.json", conflicts_with_all = ["max_frequency", "interface_modes", "without_fields", "without_estimate"])]
     pub file: Option<PathBuf>,
@@ -46,7 +46,7 @@ fn tolerance(text: &str) -> Result<f64, String> {
     }
 }
 
-/// What a reduction has made, ready to be written.
+/// Result of a reduction, ready to be written.
 pub(crate) struct Made {
     pub superelement: Superelement,
     pub fields: Option<RecoveryBasis>,
@@ -55,7 +55,7 @@ pub(crate) struct Made {
     pub work: Work,
 }
 
-impl SceneArguments {
+impl SceneReductionArguments {
     /// The scene, if there is one, and the bodies that are meant.
     ///
     /// # Errors
@@ -72,7 +72,7 @@ impl SceneArguments {
     /// Reduces for the scene; `modes` is the most that may be kept, if that is said.
     ///
     /// # Errors
-    /// Those of [`Asked::of`], [`Search::whole`] and [`Fitted::of`].
+    /// Those of [`ComponentDemand::of`], [`Search::whole`] and [`Fitted::of`].
     pub(crate) fn reduce(
         &self,
         part: &PartInScene,
@@ -91,7 +91,7 @@ impl SceneArguments {
                 false => Extent::Needed,
             },
         };
-        let asked = Asked::of(part, component)?;
+        let asked = ComponentDemand::of(part, component)?;
         let fit = scene_fit(part, &asked, &limits);
         let search = Search {
             asked: &asked,

@@ -14,7 +14,7 @@ use serde_json::{Value, json};
 
 use crate::reduce::memory::MemoryArguments;
 use crate::reduce::part::Outcome;
-use crate::reduce::{CommonArguments, when_interrupted};
+use crate::reduce::{ReduceCommonArguments, when_interrupted};
 use dcb_formats::units::si_factor;
 use dcb_reducer::EnrichmentSource;
 use dcb_reducer::error::{CommandRefusal, Error, Lacking};
@@ -26,17 +26,17 @@ use dcb_workflow::part_study::report::Report;
 use dcb_workflow::part_study::sources::Sources;
 use dcb_workflow::part_study::sweep::Sweep;
 use dcb_workflow::part_study::variant::Variant;
-use dcb_workflow::part_study::{Study, missing, recorded, run as make};
+use dcb_workflow::part_study::{ComponentStudy, missing, recorded, run as make};
 use dcb_workflow::siblings::SiblingArguments;
 
 /// Name of the ledger in a study's folder.
 const LEDGER: &str = "rows.jsonl";
-/// What reductions are written to.
+/// Files that reductions are written to.
 const SCRATCH: &str = "timing.dcb.h5";
 
-/// What is studied.
+/// Subject of the study.
 #[derive(Debug, Args)]
-pub struct StudyArguments {
+pub struct ComponentStudyArguments {
     /// Stiffness matrix, Matrix Market (.mtx or .mtx.gz).
     #[arg(value_name = "PART.mtx")]
     pub stiffness: PathBuf,
@@ -119,8 +119,11 @@ static ROWS: AtomicUsize = AtomicUsize::new(0);
 /// Runs the command.
 ///
 /// # Errors
-/// Whatever makes the component unusable, a numerical failure, or a folder that holds another study.
-pub fn run(arguments: &StudyArguments, common: &CommonArguments) -> Result<Outcome, Error> {
+/// Any error of the component, a numerical failure, or a folder that holds another study.
+pub fn run(
+    arguments: &ComponentStudyArguments,
+    common: &ReduceCommonArguments,
+) -> Result<Outcome, Error> {
     let folder = (arguments.output.clone()).unwrap_or_else(|| default_folder(&arguments.stiffness));
     let files = ComponentFiles::beside(&arguments.stiffness, &arguments.siblings.overrides())?;
     let component = read_component(&files, arguments.memory.limit(&folder).bytes)?;
@@ -182,10 +185,10 @@ fn default_folder(stiffness: &Path) -> PathBuf {
 }
 
 fn study(
-    arguments: &StudyArguments,
+    arguments: &ComponentStudyArguments,
     component: &Component,
     scratch: &Path,
-) -> Result<Study, Error> {
+) -> Result<ComponentStudy, Error> {
     let acts = |interface: &Interface| interface.role == Role::Attachment;
     if component.explicit_boundary.is_none() && !component.interfaces.iter().any(acts) {
         return Err(Lacking::Interfaces.into());
@@ -216,7 +219,7 @@ fn study(
             }
         }
     };
-    Ok(Study {
+    Ok(ComponentStudy {
         sweep: Sweep {
             modes,
             variants: arguments.variants.clone(),
@@ -231,7 +234,10 @@ fn study(
 }
 
 /// The further columns that are asked for, those of the second Krylov block if nothing is said.
-fn enrichments(arguments: &StudyArguments, component: &Component) -> Result<Vec<Sources>, Error> {
+fn enrichments(
+    arguments: &ComponentStudyArguments,
+    component: &Component,
+) -> Result<Vec<Sources>, Error> {
     let Some(asked) = &arguments.enrich else {
         return Ok(vec![Sources::of(&[EnrichmentSource::Krylov])]);
     };
@@ -245,8 +251,8 @@ fn enrichments(arguments: &StudyArguments, component: &Component) -> Result<Vec<
     Ok(asked.clone())
 }
 
-/// What all rows have in common. More modes or forms may be added later, as far as the band doesn't depend on them.
-fn settings(study: &Study, band: Option<[f64; 2]>, component: &Component) -> Value {
+/// Properties that all rows share. More modes or forms may be added later, as far as the band doesn't depend on them.
+fn settings(study: &ComponentStudy, band: Option<[f64; 2]>, component: &Component) -> Value {
     let inputs: serde_json::Map<String, Value> = (component.sources.iter())
         .map(|source| (source.role.clone(), json!(source.sha256)))
         .collect();
@@ -292,7 +298,7 @@ fn prepare(folder: &Path, start: Start) -> Result<(), Error> {
     Ok(())
 }
 
-/// What an interrupted study leaves, and says.
+/// Files and message of an interrupted study.
 fn last_words(scratch: &Path) {
     let scratch = scratch.to_owned();
     when_interrupted(move || {

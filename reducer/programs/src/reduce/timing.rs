@@ -15,7 +15,7 @@ use dcb_reducer::resources::forecast::Forecast;
 use dcb_reducer::resources::machine_speed::MachineSpeed;
 use dcb_reducer::resources::memory_limit::MemoryLimit;
 
-/// What one stage took.
+/// Time of one stage.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct StageTime {
     /// Name of the stage.

@@ -1,6 +1,8 @@
 //! The command line of `simulate`. Results go to standard output, everything else to standard error.
 
+mod component_reduction;
 mod prepare;
+mod run_report;
 mod scene;
 mod study;
 
@@ -8,6 +10,7 @@ use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 use crate::program::{Told, begin, print_to_stderr, print_to_stdout};
+use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
 use clap::{Args, Parser, Subcommand, ValueEnum};
 use dcb_formats::output::{Replace, check_output};
 use dcb_formats::results::Results;
@@ -69,25 +72,21 @@ impl CommonArguments {
     }
 }
 
-/// How interfaces follow the coordinates.
-#[derive(Clone, Copy, Debug, ValueEnum)]
-pub enum CompatibilityArgument {
-    /// Attachments are dynamic coordinates (stable).
-    Strong,
-    /// Attachments follow the forces without inertia (stable).
-    Static,
-    /// The dual form of the paper; unstable below a step, refused there unless it is allowed by name.
-    Weak,
-}
-
-impl From<CompatibilityArgument> for Compatibility {
-    fn from(argument: CompatibilityArgument) -> Self {
-        match argument {
-            CompatibilityArgument::Strong => Self::Strong,
-            CompatibilityArgument::Static => Self::Static,
-            CompatibilityArgument::Weak => Self::Weak,
-        }
-    }
+/// Parser of a compatibility by its name in scenes.
+fn compatibility() -> impl TypedValueParser<Value = Compatibility> {
+    let choices = [
+        ("strong", "Attachments are dynamic coordinates (stable)"),
+        (
+            "static",
+            "Attachments follow the forces without inertia (stable)",
+        ),
+        (
+            "weak",
+            "The dual form of the paper; unstable below a step, refused there unless it is allowed by name",
+        ),
+    ];
+    let choices = choices.map(|(name, help)| PossibleValue::new(name).help(help));
+    PossibleValuesParser::new(choices).try_map(|name| serde_json::from_value(name.into()))
 }
 
 /// Options of a run.
@@ -109,8 +108,8 @@ pub struct SceneArguments {
     #[arg(long, value_name = "R", allow_hyphen_values = true)]
     pub rho_infinity: Option<f64>,
     /// How interfaces follow the coordinates.
-    #[arg(long, value_enum)]
-    pub compatibility: Option<CompatibilityArgument>,
+    #[arg(long, value_parser = compatibility())]
+    pub compatibility: Option<Compatibility>,
     /// Let --compatibility weak run where it is unstable.
     #[arg(long)]
     pub allow_unstable_weak: bool,
@@ -126,7 +125,7 @@ pub struct SceneArguments {
     /// Say where the time goes.
     #[arg(long)]
     pub profile: bool,
-    /// What of the superelements is carried.
+    /// Contents of the superelements that are carried.
     #[arg(long, value_name = "WHAT", value_enum, default_value_t)]
     pub model: ModelArgument,
     /// How far a body's response may change by what is left out.
@@ -137,10 +136,10 @@ pub struct SceneArguments {
     pub explain: bool,
 }
 
-/// What of the superelements is carried.
+/// Contents of the superelements that are carried.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
 pub enum ModelArgument {
-    /// What the scene needs.
+    /// Needs of the scene.
     #[default]
     Needed,
     /// All that is in the files.
@@ -246,7 +245,7 @@ pub fn main() -> ExitCode {
     }
 }
 
-/// What a command has to say.
+/// Output of a command.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Done {
     /// For standard output.
@@ -273,7 +272,7 @@ impl Done {
     }
 }
 
-/// What happens to an existing file.
+/// Treatment of an existing file.
 pub(crate) fn replace(force: bool) -> Replace {
     if force {
         Replace::Overwrite

@@ -1,16 +1,16 @@
 //! The `simulate SCENE.json` command: read, run, record, and say what was done.
 
-use std::fmt::Write as _;
 use std::io::IsTerminal;
 use std::path::{Path, PathBuf};
 
 use dcb_formats::out_of_memory::at_stage;
 use dcb_formats::output::{Replace, check_output, is_same_file};
-use dcb_formats::results::{Results, frequency_unit};
+use dcb_formats::results::Results;
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use serde_json::json;
 
 use crate::program::Told;
+use crate::simulate::run_report::{describe, told, told_of};
 use crate::simulate::{CommonArguments, Done, Ending, ModelArgument, SceneArguments, replace};
 use crate::stop_signal::{self, StopSignal};
 use dcb_demand::SuperelementFiles;
@@ -20,9 +20,7 @@ use dcb_runtime::error::Error;
 use dcb_runtime::export::csv;
 use dcb_runtime::export::history::Selection;
 use dcb_runtime::model::Model;
-use dcb_runtime::run::{
-    self, ModesReport, Observer, Profiling, Report, RunReport, Target, stiffened,
-};
+use dcb_runtime::run::{self, Observer, Profiling, Target};
 
 /// Positions of the progress bar.
 const POSITIONS: u64 = 1000;
@@ -40,7 +38,7 @@ pub fn is_interrupted() -> bool {
 /// Runs the command.
 ///
 /// # Errors
-/// Whatever made it impossible to read, run or write.
+/// Any error of reading, running or writing.
 pub fn run(arguments: &SceneArguments, common: &CommonArguments) -> Result<Done, Error> {
     let Some(path) = &arguments.scene else {
         return Err(Error::described("SCENE.json", "is missing"));
@@ -115,7 +113,7 @@ pub fn run(arguments: &SceneArguments, common: &CommonArguments) -> Result<Done,
     })
 }
 
-/// What is left out, body by body.
+/// Contents left out, body by body.
 fn left_out(pruning: &Pruning) -> serde_json::Value {
     let bodies = pruning.bodies.iter();
     let told = bodies.map(|(name, pruned)| {
@@ -205,7 +203,7 @@ fn override_scene(scene: &mut Scene, arguments: &SceneArguments) -> Result<(), E
         }
     }
     if let Some(compatibility) = arguments.compatibility {
-        scene.compatibility = compatibility.into();
+        scene.compatibility = compatibility;
     }
     scene.allow_unstable_weak |= arguments.allow_unstable_weak;
     // The scene by itself has been found good.
@@ -227,145 +225,6 @@ fn options(arguments: &SceneArguments) -> serde_json::Value {
         "model": format!("{:?}", arguments.model).to_lowercase(),
         "tolerance": arguments.tolerance,
     })
-}
-
-/// That something is left out, or with `--explain` what.
-fn told_of(pruning: &Pruning, arguments: &SceneArguments) -> String {
-    match (arguments.explain, pruning.count()) {
-        (true, _) => pruning.to_string(),
-        (false, 0) => String::new(),
-        (false, count) => format!(
-            "{count} thing{} of the superelements left out, which changes the response of a body by {:.1e} at most (--explain lists what, --model everything carries all)\n",
-            if count == 1 { "" } else { "s" },
-            pruning.error()
-        ),
-    }
-}
-
-/// What was loaded.
-fn describe(scene: &Scene, model: &Model, common: &CommonArguments) -> String {
-    let system = &model.system;
-    let mut text = format!(
-        "{} bodies, {} freedoms, {} constraint and spring rows, {} superelement file{}\n",
-        system.bodies.len(),
-        system.freedom_count(),
-        system.rows.len(),
-        model.files.len(),
-        if model.files.len() == 1 { "" } else { "s" },
-    );
-    let stiffened: Vec<&str> = stiffened(model).collect();
-    if !stiffened.is_empty() {
-        let _ = writeln!(text, "with geometric stiffening: {}", stiffened.join(", "));
-    }
-    if common.verbose {
-        for (name, body) in scene.bodies.keys().zip(&system.bodies) {
-            let n = body.flexible.coordinate_count();
-            let _ = writeln!(text, "  body {name:?}: {n} elastic coordinates");
-        }
-        for file in &model.files {
-            let _ = writeln!(text, "  {} ({})", file.path.display(), file.digest);
-            for warning in &file.warnings {
-                let _ = writeln!(text, "    warned at reduction: {warning}");
-            }
-        }
-    }
-    text
-}
-
-/// What was found.
-fn told(report: &Report, path: &Path, scene: &Scene) -> String {
-    let mut text = match report {
-        Report::Transient(report) => return summary(report, path, scene),
-        Report::Static(report) => format!(
-            "at rest after {} iterations; the softest free direction has a frequency of {:.4e} {}\n",
-            report.equilibrium.iterations,
-            report.equilibrium.least_stiffness.sqrt() / std::f64::consts::TAU,
-            frequency_unit(&scene.units)
-        ),
-        Report::Kinematic(report) => format!("{} times\n", report.times),
-        Report::Modes(report) => modes_table(report, scene),
-    };
-    let state = if report.is_complete() {
-        ""
-    } else {
-        " (incomplete)"
-    };
-    let _ = writeln!(text, "{}{state}", path.display());
-    text
-}
-
-/// Frequencies and damping.
-fn modes_table(report: &ModesReport, scene: &Scene) -> String {
-    let mut text = format!(
-        "{} freedoms, {} of them without stiffness\n{:>5} {:>18} {:>12} {:>12}\n",
-        report.modes.freedom_count,
-        report.modes.rigid_count,
-        "mode",
-        format!("frequency [{}]", frequency_unit(&scene.units)),
-        "damping",
-        "growth"
-    );
-    for (index, mode) in report.modes.modes.iter().take(report.count).enumerate() {
-        let _ = writeln!(
-            text,
-            "{:>5} {:>18.9} {:>12.5} {:>12.4e}",
-            index + 1,
-            mode.frequency(),
-            // No minus before a zero.
-            (1e5 * mode.damping_ratio()).round() / 1e5 + 0.0,
-            mode.growth
-        );
-    }
-    let unstable = report.modes.unstable().len();
-    if unstable > 0 {
-        let _ = writeln!(text, "{unstable} unstable: the growth is positive");
-    }
-    text
-}
-
-/// What was done.
-fn summary(report: &RunReport, path: &Path, scene: &Scene) -> String {
-    let steps = report.steps.max(1) as f64;
-    let unit = &scene.units.time;
-    let mut text = format!(
-        "t = {:.6} {unit} after {} steps: {:.2} iterations and {:.2} factorizations a step, {:.1} us a step\n",
-        report.time,
-        report.steps,
-        report.effort.iterations as f64 / steps,
-        report.effort.factorizations as f64 / steps,
-        1e6 * report.seconds / steps,
-    );
-    if let Some(share) = report.balance.share() {
-        let _ = writeln!(
-            text,
-            "energy balance: largest defect {:.2e}, {share:.1e} of the largest energy stored or exchanged",
-            report.balance.defect
-        );
-    }
-    if let Some(profile) = &report.profile {
-        let recording = (report.seconds - profile.total()).max(0.0);
-        for (stage, seconds) in [
-            ("predict", profile.predict),
-            ("evaluate", profile.evaluate),
-            ("factor", profile.factor),
-            ("solve", profile.solve),
-            ("correct", profile.correct),
-            ("record and rest", recording),
-        ] {
-            let _ = writeln!(
-                text,
-                "  {stage:<16} {seconds:>9.4} s {:>5.1} %",
-                100.0 * seconds / report.seconds.max(f64::MIN_POSITIVE)
-            );
-        }
-    }
-    let state = if report.is_complete {
-        ""
-    } else {
-        " (incomplete)"
-    };
-    let _ = writeln!(text, "{}{state}", path.display());
-    text
 }
 
 /// Tells notes on standard error, and progress if it is a terminal.

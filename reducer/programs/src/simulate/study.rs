@@ -10,23 +10,14 @@ use dcb_report::Start;
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 
 use crate::simulate::scene::{is_interrupted, watch_for_interruption};
-use crate::simulate::{CommonArguments, CompatibilityArgument, Done, Ending};
-use dcb_formats::scene::{InertiaChange, Scene};
+use crate::simulate::{CommonArguments, Done, Ending, compatibility};
+use dcb_formats::scene::{Compatibility, InertiaChange, Scene};
 use dcb_runtime::error::Error;
 use dcb_workflow::scene_study::grid::Grid;
 use dcb_workflow::scene_study::monitor::Monitor;
 use dcb_workflow::scene_study::{
-    Combination, Lists, ModeCount, Reference, Setting, Store, Study, Subject, report,
+    Combination, Lists, ModeCount, SceneReference, SceneStudy, Setting, Store, Subject, report,
 };
-
-/// How lists are combined.
-#[derive(Clone, Copy, Debug, ValueEnum)]
-enum CombinationArgument {
-    /// Every entry with every entry of the other lists.
-    Product,
-    /// One list at a time, the other options as the scene has them.
-    OneAtATime,
-}
 
 /// How far the inertia of bodies follows their deflection.
 #[derive(Clone, Copy, Debug, ValueEnum)]
@@ -52,8 +43,8 @@ pub struct StudyArguments {
     #[arg(long, value_name = "LIST", value_delimiter = ',', allow_hyphen_values = true, value_parser = mode_count)]
     modes: Vec<ModeCount>,
     /// How interfaces follow the coordinates: `strong,static,weak`.
-    #[arg(long, value_name = "LIST", value_delimiter = ',', value_enum)]
-    compatibility: Vec<CompatibilityArgument>,
+    #[arg(long, value_name = "LIST", value_delimiter = ',', value_parser = compatibility())]
+    compatibility: Vec<Compatibility>,
     /// Steps, in the scene's unit of time.
     #[arg(
         long,
@@ -75,7 +66,7 @@ pub struct StudyArguments {
     inertia: Vec<InertiaArgument>,
     /// How the lists are combined [default: product, or one-at-a-time where that is more than 60 rows].
     #[arg(long, value_enum)]
-    combine: Option<CombinationArgument>,
+    combine: Option<Combination>,
     /// Names of outputs or recorded channels to compare [default: all outputs].
     #[arg(long, value_name = "LIST", value_delimiter = ',')]
     outputs: Vec<String>,
@@ -98,7 +89,7 @@ pub struct StudyArguments {
 /// Runs the command.
 ///
 /// # Errors
-/// Whatever made it impossible to read, to make the reference, or to write.
+/// Any error of reading, making the reference, or writing.
 pub fn run(arguments: &StudyArguments, common: &CommonArguments) -> Result<Done, Error> {
     let tolerance = arguments.tolerance;
     if !(tolerance > 0.0 && tolerance.is_finite()) {
@@ -116,15 +107,11 @@ pub fn run(arguments: &StudyArguments, common: &CommonArguments) -> Result<Done,
         true => Lists::usual(&subject),
         false => asked,
     };
-    let combination = arguments.combine.map(|combination| match combination {
-        CombinationArgument::Product => Combination::Product,
-        CombinationArgument::OneAtATime => Combination::OneAtATime,
-    });
-    let settings = lists.settings(&subject, combination)?;
+    let settings = lists.settings(&subject, arguments.combine)?;
     let steps = settings.iter().map(|setting| setting.step);
     let shortest = steps.clone().fold(f64::INFINITY, f64::min);
     let grid = Grid::of(steps, subject.end);
-    let first = Reference::first_setting(&subject, shortest);
+    let first = SceneReference::first_setting(&subject, shortest);
     let default = path.with_extension("study");
     let folder = arguments.output.as_ref().unwrap_or(&default);
     let start = if arguments.force {
@@ -135,7 +122,7 @@ pub fn run(arguments: &StudyArguments, common: &CommonArguments) -> Result<Done,
     let mut store = Store::open(folder, &subject, &first, grid, start)?;
     watch_for_interruption();
     let monitor = Monitor::new(bar(common), is_interrupted);
-    let conducted = Study::conduct(
+    let conducted = SceneStudy::conduct(
         subject,
         &settings,
         first,
@@ -162,7 +149,6 @@ pub fn run(arguments: &StudyArguments, common: &CommonArguments) -> Result<Done,
 }
 
 fn lists(arguments: &StudyArguments) -> Lists {
-    let compatibilities = arguments.compatibility.iter();
     let inertia_changes = arguments.inertia.iter().map(|change| match change {
         InertiaArgument::Constant => InertiaChange::Constant,
         InertiaArgument::FirstOrder => InertiaChange::FirstOrder,
@@ -170,7 +156,7 @@ fn lists(arguments: &StudyArguments) -> Lists {
     });
     Lists {
         modes: arguments.modes.clone(),
-        compatibilities: compatibilities.map(|choice| (*choice).into()).collect(),
+        compatibilities: arguments.compatibility.clone(),
         steps: arguments.step.clone(),
         radii: arguments.rho_infinity.clone(),
         inertia_changes: inertia_changes.collect(),
@@ -210,8 +196,8 @@ pub(crate) fn bar(common: &CommonArguments) -> ProgressBar {
     bar
 }
 
-/// What was found.
-fn told(study: &Study, store: &Store, tolerance: f64) -> String {
+/// Value found.
+fn told(study: &SceneStudy, store: &Store, tolerance: f64) -> String {
     let subject = &study.subject;
     let time = &subject.scene.units.time;
     let stable = study.rows.iter().filter(|row| row.is_stable()).count();

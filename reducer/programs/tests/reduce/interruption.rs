@@ -104,7 +104,7 @@ fn interrupted(folder: &Folder, moment: impl FnOnce(&mut Child)) -> bool {
     output.status.code() == Some(130)
 }
 
-/// What a killed run left is removed by the next one that writes this file, and by no other.
+/// Files of a killed run are removed by the next one that writes this file, and by no other.
 #[test]
 fn leftovers_of_killed_runs_are_removed() {
     let folder = Folder::with(&dcb_samples::connecting_rod(0));

@@ -22,7 +22,7 @@ fn within(kilobytes: u64, folder: &Folder, arguments: &str) -> Output {
         .unwrap()
 }
 
-/// Whatever is allowed: done, or one message, status 1 and nothing left.
+/// Allowed outcomes: done, or one message, status 1 and no file left.
 #[test]
 fn memory_that_is_refused_is_told_and_leaves_nothing() {
     let folder = Folder::with(&dcb_samples::connecting_rod(0));

@@ -8,7 +8,7 @@ fn planned(folder: &Folder, options: &str) -> Value {
     serde_json::from_str(&folder.done(&format!("plan rotor.mtx --json {options}"))).unwrap()
 }
 
-/// What the reduction needs with the factor on disk, KiB: too little for the factor in memory, even if the error estimate is left out.
+/// Memory of the reduction with the factor on disk, KiB: too little for the factor in memory, even if the error estimate is left out.
 fn too_little_for_memory(folder: &Folder) -> u64 {
     let plan = planned(folder, "--factor disk");
     let needed = plan["choices"][0]["peak_bytes"].as_u64().unwrap();

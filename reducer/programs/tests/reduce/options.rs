@@ -1,4 +1,4 @@
-//! What each option of a reduction changes, and what it leaves alone.
+//! Effects of each option of a reduction.
 
 use serde_json::{Value, json};
 

@@ -310,7 +310,7 @@ fn boundary_rows_of_any_size_verify_and_are_told_nothing_false() {
     }
 }
 
-/// What no identity of the file shows, the component does.
+/// Defects that no identity of the file shows, the component shows.
 #[test]
 fn altered_descriptions_are_found_with_the_component() {
     let folder = Folder::rotor();

@@ -83,7 +83,7 @@ fn redundant_constraints_are_told_or_refused_by_name() {
         .iter()
         .map(|joint| joint["count"].as_u64().unwrap())
         .sum();
-    // Four times five constraints on three times six freedoms leave one freedom.
+    // Four times five constraints on three times six degrees of freedom leave one.
     assert_eq!(count, 20 - 17, "{summary}");
     let names = ["axle", "knee", "elbow", "foot"];
     assert!(

@@ -6,7 +6,7 @@ use std::process::Command;
 
 use super::support::Folder;
 
-/// Whatever is allowed: done, or one message and status 1.
+/// Allowed outcomes: done, or one message and status 1.
 #[test]
 fn memory_that_is_refused_is_told() {
     let folder = Folder::slider_crank();

@@ -87,11 +87,11 @@ fn a_symmetric_mechanism_moves_in_its_plane_as_in_space() {
             .done("scene.json -o space.h5 --model everything --explain")
             .stdout;
         assert!(
-            told.contains("3 bodies, 19 freedoms, 14 constraint and spring rows"),
+            told.contains("3 bodies, 19 degrees of freedom, 14 constraint and spring rows"),
             "{told}"
         );
         assert!(
-            all.contains("3 bodies, 40 freedoms, 24 constraint and spring rows"),
+            all.contains("3 bodies, 40 degrees of freedom, 24 constraint and spring rows"),
             "{all}"
         );
         assert!(told.contains("motion out of the plane across ["), "{told}");

@@ -1,4 +1,4 @@
-//! What a run leaves out of its superelements, and `simulate prepare`.
+//! Contents that a run leaves out of its superelements, and `simulate prepare`.
 
 use std::path::Path;
 
@@ -63,12 +63,12 @@ fn a_run_carries_what_its_scene_needs_and_says_what_it_leaves_out() {
         .done("scene.json -o all.h5 --model everything --explain")
         .stdout;
     assert!(!all.contains("without"), "{all}");
-    let freedoms = |told: &str| -> usize {
+    let dofs = |told: &str| -> usize {
         let words: Vec<&str> = told.split_whitespace().collect();
-        let at = words.iter().position(|word| *word == "freedoms,").unwrap();
-        words[at - 1].parse().unwrap()
+        let at = words.iter().position(|word| *word == "freedom,").unwrap();
+        words[at - 3].parse().unwrap()
     };
-    assert!(freedoms(&told) + 12 < freedoms(&all), "{told}{all}");
+    assert!(dofs(&told) + 12 < dofs(&all), "{told}{all}");
     for output in ["tip", "angle"] {
         let found = apart(&folder.path("needed.h5"), &folder.path("all.h5"), output);
         assert!(found < 1e-4, "{output}: {found:e}");

@@ -25,7 +25,7 @@ fn resting(step: f64) -> Folder {
     folder
 }
 
-/// What is wrong with a run that tells nothing of what this file is about.
+/// Defects of a run without notes.
 #[track_caller]
 fn says_nothing(folder: &Folder, words: &str) {
     let answer = folder.done(words);
@@ -168,7 +168,7 @@ fn drives_that_fit_each_other_and_one_that_bends_a_lot_are_no_error() {
     assert!(!answer.stderr.contains("contradict"), "{}", answer.stderr);
 }
 
-/// What a run says of fast motion comes from all its steps, however few are recorded.
+/// Notes on fast motion come from all steps, however few are recorded.
 #[test]
 fn records_do_not_decide_what_is_told_of_fast_motion() {
     let scene = json!({

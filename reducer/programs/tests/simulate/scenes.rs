@@ -61,7 +61,7 @@ fn hostile_json_is_refused_and_not_swallowed() {
     folder.refuses("folder", &["folder: cannot read"]);
 }
 
-/// What is changed in the pendulum, at which JSON pointer, and what is said about it.
+/// Changes of the pendulum with their JSON pointers, and the messages about them.
 #[test]
 fn what_does_not_fit_is_told_with_its_path_of_keys() {
     let cases: &[(&str, Value, &[&str])] = &[

@@ -110,7 +110,7 @@ fn a_study_measures_errors_and_times_and_names_the_best_row() {
     assert!(folder.read("scene.study/pareto.svg").contains("<svg"));
 }
 
-/// What the study says of a row, from a run of its own and the reference's file.
+/// Entry of the study for a row, from a run of its own and the reference's file.
 #[test]
 fn an_error_is_that_of_the_scene_run_with_these_options() {
     let folder = Folder::slider_crank();

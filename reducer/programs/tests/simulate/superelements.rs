@@ -228,7 +228,7 @@ fn rotation_rows_are_needed_by_what_turns_and_the_body_can_lend_its_own() {
     assert!(warnings.to_string().contains("clamp"), "{warnings}");
 }
 
-/// What a node's fields say, which are read alone, and what the rows of the interface say that consists of this node.
+/// Fields of a node, which are read alone, and the rows of the interface that consists of this node.
 #[test]
 fn a_node_moves_as_the_interface_that_it_is() {
     let folder = Folder::slider_crank();

@@ -162,7 +162,7 @@ impl Folder {
             .collect()
     }
 
-    /// What a run says on standard output that is interrupted soon after this file is there; it ends with 130.
+    /// Standard output of a run that is interrupted soon after this file exists; it ends with 130.
     #[track_caller]
     pub fn interrupted(&self, words: &str, file: &str) -> String {
         self.stopped_by("INT", 130, words, file)

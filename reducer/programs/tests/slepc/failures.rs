@@ -1,4 +1,4 @@
-//! Whatever is wrong with MPI or SLEPc: one message, the right status, and nothing left behind.
+//! Failures of MPI or SLEPc: one message, the right status, and nothing left behind.
 
 use std::os::unix::fs::PermissionsExt;
 

@@ -4,7 +4,7 @@ use dcb_sparse::block_algebra::{add_combination, column_dots, gram, symmetric_pr
 use dcb_sparse::factorization::PositiveFactor;
 use faer::Mat;
 
-use super::{AttachmentProblem, Forces, add_scaled, relative};
+use super::{AttachmentProblem, ProjectedForces, add_scaled, relative};
 
 /// Relative residual of the attachment columns that is aimed at.
 const RESIDUAL_AIM: f64 = 3e-13;
@@ -24,7 +24,7 @@ pub struct Solution {
     pub x: Mat<f64>,
     /// K x.
     pub product: Mat<f64>,
-    /// What they leave of the forces.
+    /// Residual forces.
     pub left: Mat<f64>,
     /// Its norm over that of the forces.
     pub residuals: Vec<f64>,
@@ -51,7 +51,11 @@ enum Sweep {
 impl AttachmentProblem<'_> {
     /// Sweeps of refinement until the residuals are small or as good as rounding allows. The factor alone mostly takes a residual
     /// to rounding; where it doesn't, because the shift is not small beside the first eigenvalue, conjugate gradients go on.
-    pub(super) fn solve_block(&self, factor: &PositiveFactor, forces: &Forces) -> Solution {
+    pub(super) fn solve_block(
+        &self,
+        factor: &PositiveFactor,
+        forces: &ProjectedForces,
+    ) -> Solution {
         let mut best = Solution {
             x: Mat::zeros(forces.columns.nrows(), forces.columns.ncols()),
             product: Mat::zeros(0, 0),
@@ -93,7 +97,12 @@ impl AttachmentProblem<'_> {
     }
 
     /// A block of columns with what they leave.
-    pub(super) fn solution(&self, forces: &Forces, x: Mat<f64>, iterations: usize) -> Solution {
+    pub(super) fn solution(
+        &self,
+        forces: &ProjectedForces,
+        x: Mat<f64>,
+        iterations: usize,
+    ) -> Solution {
         let product = symmetric_product(&self.model.stiffness, x.as_ref());
         let left = self.remainder(forces, &product);
         Solution {
@@ -107,7 +116,7 @@ impl AttachmentProblem<'_> {
 
     /// Takes kept modes out where the columns hold more of them than [`MODE_CONTENT`]. The exact solution has none; but with
     /// modes that rounding leaves a residual, to take them out can cost the columns as much of theirs.
-    fn without_kept_modes(&self, forces: &Forces, solution: Solution) -> Solution {
+    fn without_kept_modes(&self, forces: &ProjectedForces, solution: Solution) -> Solution {
         let amounts = gram(self.kept.mass_shapes, solution.x.as_ref());
         let sizes = self.norms(solution.x.as_ref());
         let share = |j: usize| {
@@ -142,7 +151,7 @@ impl AttachmentProblem<'_> {
     fn conjugate_gradients(
         &self,
         factor: &PositiveFactor,
-        forces: &Forces,
+        forces: &ProjectedForces,
         mut r: Mat<f64>,
     ) -> (Mat<f64>, usize) {
         let mut x = Mat::zeros(r.nrows(), r.ncols());

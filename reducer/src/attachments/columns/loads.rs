@@ -16,7 +16,7 @@ pub enum Loads<'a> {
     Columns {
         /// Over the model's dofs, (n_c, n).
         forces: MatRef<'a, f64>,
-        /// What each is called, (n).
+        /// Names, (n).
         names: &'a [String],
     },
 }
@@ -46,7 +46,7 @@ impl Loads<'_> {
         }
     }
 
-    /// What some of them do along motions x, (n_c, k): `xᵀ f`, (k, count).
+    /// Work of some of them along motions x, (n_c, k): `xᵀ f`, (k, count).
     pub fn work(&self, x: MatRef<'_, f64>, which: Range<usize>) -> Mat<f64> {
         match self {
             Self::Interfaces(localization) => localization.work(x, which),

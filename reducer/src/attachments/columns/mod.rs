@@ -51,7 +51,7 @@ pub struct AttachmentProblem<'a> {
 }
 
 /// Some columns of P' L_bᵀ: what the interface forces do beyond moving the part as the rigid and kept motions.
-struct Forces {
+struct ProjectedForces {
     columns: Mat<f64>,
     norms: Vec<f64>,
     inert: Vec<bool>,
@@ -74,7 +74,7 @@ pub struct SolvedColumns {
     pub worst: Option<WorstColumn>,
 }
 
-/// What an attachment column leaves of its equation.
+/// Residual of an attachment column.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct WorstColumn {
     /// Its row of L_b, or its place among the forces.
@@ -114,7 +114,7 @@ impl<'a> AttachmentProblem<'a> {
     }
 
     /// Columns of P' L_bᵀ. What is left of a force at rounding level must not pass for a direction of its own: it is zero.
-    fn forces(&self, first: usize, count: usize) -> Forces {
+    fn forces(&self, first: usize, count: usize) -> ProjectedForces {
         let rows = first..first + count;
         let mut columns = self.loads.columns(self.model.len(), rows.clone());
         let whole = self.norms(columns.as_ref());
@@ -146,7 +146,7 @@ impl<'a> AttachmentProblem<'a> {
             columns.as_mut().col_mut(j).fill(0.0);
             norms[j] = 0.0;
         }
-        Forces {
+        ProjectedForces {
             columns,
             norms,
             inert,
@@ -199,7 +199,7 @@ impl<'a> AttachmentProblem<'a> {
     fn by_blocks(
         &self,
         mut columns: Mat<f64>,
-        mut solve: impl FnMut(&Forces, usize, MatRef<'_, f64>) -> Solution,
+        mut solve: impl FnMut(&ProjectedForces, usize, MatRef<'_, f64>) -> Solution,
     ) -> SolvedColumns {
         let n_b = columns.ncols();
         let mut stiffness = StiffnessProducts::empty(self.kept.shapes.ncols(), n_b);
@@ -233,7 +233,7 @@ impl<'a> AttachmentProblem<'a> {
     }
 
     /// f - K x without its rigid part, which no x can change.
-    fn remainder(&self, forces: &Forces, product: &Mat<f64>) -> Mat<f64> {
+    fn remainder(&self, forces: &ProjectedForces, product: &Mat<f64>) -> Mat<f64> {
         let mut left = forces.columns.clone();
         add_scaled(&mut left, &vec![-1.0; product.ncols()], product);
         self.project_force(&mut left);
@@ -308,7 +308,7 @@ fn relative(sizes: &[f64], scales: &[f64]) -> Vec<f64> {
         .collect()
 }
 
-/// What the attachments' residual may be: as small as it should be, or as rounding allows.
+/// Limit of the attachments' residual: as small as it should be, or as rounding allows.
 pub fn residual_limit(rounding: f64) -> f64 {
     RESIDUAL_LIMIT.max(RESIDUAL_OVER_ROUNDING * rounding)
 }

@@ -31,9 +31,9 @@ struct Running {
 pub struct Ended {
     /// Its status.
     pub status: ExitStatus,
-    /// What it printed.
+    /// Standard output.
     pub stdout: String,
-    /// What it said.
+    /// Standard error.
     pub stderr: String,
 }
 

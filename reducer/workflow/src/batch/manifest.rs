@@ -1,4 +1,4 @@
-//! What a batch is to make, as the user writes it.
+//! Manifest of a batch, as the user writes it.
 
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
@@ -38,7 +38,7 @@ pub struct PartEntry {
     /// Modes.
     #[serde(flatten)]
     pub modes: ModeOptions,
-    /// What else decides the result.
+    /// Further options that decide the result.
     #[serde(flatten)]
     pub reduction: Reduction,
     /// Files beside the stiffness matrix.
@@ -56,7 +56,7 @@ pub struct PartEntry {
 pub struct Part {
     /// Name of the superelement.
     pub name: String,
-    /// What is asked for.
+    /// Options that are asked for.
     pub entry: PartEntry,
 }
 
@@ -66,7 +66,7 @@ const LONGEST_MANIFEST: u64 = 1 << 28;
 /// Reads a manifest.
 ///
 /// # Errors
-/// What is wrong with it, with its line or JSON path.
+/// Defect of a manifest, with its line or JSON path.
 pub fn read_manifest(path: &Path) -> Result<Vec<Part>, dcb_formats::Error> {
     let (bytes, _) = read_small(path, LONGEST_MANIFEST)?;
     let syntax = |error: serde_json::Error| dcb_formats::Error::Line {
@@ -83,7 +83,7 @@ pub fn read_manifest(path: &Path) -> Result<Vec<Part>, dcb_formats::Error> {
     })
 }
 
-/// What the parser says, which may quote the file.
+/// Message of the parser, which may quote the file.
 fn told(error: &serde_json::Error) -> String {
     abridged(&error.to_string(), 400).into_owned()
 }

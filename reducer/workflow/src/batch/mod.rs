@@ -26,11 +26,11 @@ use self::child::Processes;
 use self::manifest::Part;
 use self::memory_share::MemoryShare;
 use self::part::Making;
-use self::results::{Results, Row, Status};
+use self::results::{BatchRow, Results, Status};
 use crate::cache::Cache;
 use dcb_reducer::error::Error;
 
-/// What is made, where, and with how much.
+/// Tasks, place and resources of a batch.
 #[derive(Clone, Debug)]
 pub struct Batch {
     /// Parts.
@@ -47,13 +47,13 @@ pub struct Batch {
     pub scratch: Option<PathBuf>,
     /// Cache that they use.
     pub cache: Option<Cache>,
-    /// What to do with what was made before.
+    /// Treatment of earlier results.
     pub earlier: Earlier,
     /// The processes, which somebody else may end.
     pub processes: &'static Processes,
 }
 
-/// What to do with rows from before.
+/// Treatment of earlier rows.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Earlier {
     /// Leave alone what is complete and unchanged.
@@ -62,13 +62,13 @@ pub enum Earlier {
     MakeAgain,
 }
 
-/// What became of a part.
+/// Outcome of a component.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Fate {
     /// Made, or failed, now.
-    Settled(Box<Row>),
+    Settled(Box<BatchRow>),
     /// Complete and unchanged.
-    Unchanged(Box<Row>),
+    Unchanged(Box<BatchRow>),
     /// Another process is at it.
     Elsewhere,
 }
@@ -116,7 +116,7 @@ pub fn run(batch: &Batch, told: &(dyn Fn(&Part, &Fate) + Sync)) -> Result<Vec<Fa
     Ok(fates.into_iter().flatten().collect())
 }
 
-/// What the workers share.
+/// State that the workers share.
 struct Shared<'a> {
     batch: &'a Batch,
     results: Mutex<Results>,

@@ -14,7 +14,7 @@ use super::child::Ended;
 use super::command;
 use super::manifest::Part;
 use super::memory_share::MemoryShare;
-use super::results::{Age, Made, Row, Status};
+use super::results::{Age, BatchRow, BatchSuperelement, Status};
 use super::{Batch, Earlier, io_error, lock};
 use crate::cache::request::digest_of;
 use crate::cache::{Key, Request};
@@ -24,7 +24,7 @@ use dcb_reducer::error::Error;
 pub struct Making<'a> {
     batch: &'a Batch,
     part: &'a Part,
-    /// What decides the result, and what else decides the file; or why the part's files can't be read.
+    /// Options that decide the result, and options that decide the file; or why the part's files can't be read.
     request: Result<(Request, Key), Error>,
 }
 
@@ -65,7 +65,7 @@ impl<'a> Making<'a> {
     }
 
     /// Whether a row says what there is to say: it came since this batch began, or is of the superelement that is there, made of the same.
-    pub fn is_settled_by(&self, row: &Row, age: Age) -> bool {
+    pub fn is_settled_by(&self, row: &BatchRow, age: Age) -> bool {
         let is_unchanged = || {
             let made = row.superelement.as_ref();
             row.status == Status::Done
@@ -98,7 +98,7 @@ impl<'a> Making<'a> {
         claim: File,
         memory: Option<&MemoryShare>,
         planning: &Mutex<()>,
-    ) -> Result<Row, Error> {
+    ) -> Result<BatchRow, Error> {
         if let Err(error) = &self.request {
             return Ok(self.failed(error.to_string(), Some(2)));
         }
@@ -166,8 +166,8 @@ impl<'a> Making<'a> {
             .unwrap_or(0)))
     }
 
-    fn failed(&self, error: String, exit_status: Option<i32>) -> Row {
-        Row {
+    fn failed(&self, error: String, exit_status: Option<i32>) -> BatchRow {
+        BatchRow {
             name: self.part.name.clone(),
             part: self.part.entry.part.clone(),
             status: Status::Failed,
@@ -184,7 +184,7 @@ impl<'a> Making<'a> {
         }
     }
 
-    fn row_of(&self, ended: &Ended, costs: Option<&Value>) -> Row {
+    fn row_of(&self, ended: &Ended, costs: Option<&Value>) -> BatchRow {
         let said = |kind: &str| -> Vec<String> {
             let lines = ended.stderr.lines();
             lines
@@ -204,14 +204,14 @@ impl<'a> Making<'a> {
             .filter_map(|stage| stage["peak_megabytes"].as_f64())
             .reduce(f64::max);
         let row = match made {
-            Ok(made) => Row {
+            Ok(made) => BatchRow {
                 status: Status::Done,
                 superelement: Some(made),
                 ..self.failed(String::new(), Some(0))
             },
             Err(error) => self.failed(error, ended.status.code()),
         };
-        Row {
+        BatchRow {
             error: row.error.filter(|error| !error.is_empty()),
             peak_megabytes,
             warnings: said("warning: "),
@@ -219,14 +219,14 @@ impl<'a> Making<'a> {
         }
     }
 
-    fn made(&self, costs: Option<&Value>) -> Result<Made, String> {
+    fn made(&self, costs: Option<&Value>) -> Result<BatchSuperelement, String> {
         let read = || -> Result<_, dcb_formats::Error> {
             let file = SuperelementFile::open(self.target())?;
             let element = file.superelement()?;
             Ok((file, element))
         };
         let (file, element) = read().map_err(|error| error.to_string())?;
-        Ok(Made {
+        Ok(BatchSuperelement {
             file: self.file_name(),
             digest: file.digest().to_owned(),
             modes: element.mode_count(),

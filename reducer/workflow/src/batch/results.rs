@@ -26,7 +26,7 @@ pub enum Status {
 
 /// One line.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Row {
+pub struct BatchRow {
     /// Name of the superelement.
     pub name: String,
     /// Stiffness matrix.
@@ -42,7 +42,7 @@ pub struct Row {
     pub key: Option<Key>,
     /// The superelement.
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub superelement: Option<Made>,
+    pub superelement: Option<BatchSuperelement>,
     /// Wall time of the process, s.
     pub seconds: f64,
     /// Its largest resident memory, MB, where the system tells.
@@ -55,9 +55,9 @@ pub struct Row {
     pub ended: u64,
 }
 
-/// What a part became.
+/// Outcome of a component.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Made {
+pub struct BatchSuperelement {
     /// Name of its file, in the folder of the results.
     pub file: PathBuf,
     /// Digest.
@@ -86,7 +86,7 @@ pub enum Age {
 pub struct Results {
     path: PathBuf,
     file: File,
-    rows: BTreeMap<String, (Row, Age)>,
+    rows: BTreeMap<String, (BatchRow, Age)>,
     /// Bytes that were read: whole lines.
     read: u64,
     lines: u64,
@@ -125,7 +125,7 @@ impl Results {
     }
 
     /// The last row of a name.
-    pub fn row(&self, name: &str) -> Option<&(Row, Age)> {
+    pub fn row(&self, name: &str) -> Option<&(BatchRow, Age)> {
         self.rows.get(name)
     }
 
@@ -133,7 +133,7 @@ impl Results {
     ///
     /// # Errors
     /// A full disk, for example.
-    pub fn add(&mut self, row: Row) -> Result<(), Error> {
+    pub fn add(&mut self, row: BatchRow) -> Result<(), Error> {
         let failed = |source| io_error(&self.path, "cannot write", source);
         self.file.lock().map_err(failed)?;
         let added = self.add_alone(row);
@@ -142,7 +142,7 @@ impl Results {
         unlocked.map_err(|source| io_error(&self.path, "cannot write", source))
     }
 
-    fn add_alone(&mut self, row: Row) -> Result<(), Error> {
+    fn add_alone(&mut self, row: BatchRow) -> Result<(), Error> {
         self.refresh()?;
         let failed = |source| io_error(&self.path, "cannot write", source);
         let line = serde_json::to_string(&row).map_err(|error| failed(error.into()))? + "\n";
@@ -170,7 +170,7 @@ impl Results {
             let Some(whole) = line.strip_suffix('\n') else {
                 break;
             };
-            let row: Row = serde_json::from_str(whole).map_err(|error| {
+            let row: BatchRow = serde_json::from_str(whole).map_err(|error| {
                 Error::File(dcb_formats::Error::Line {
                     path: self.path.clone(),
                     line: self.lines + 1,

@@ -1,10 +1,10 @@
-//! What a batch has made, for people.
+//! Table of a batch's results, for people.
 
 use std::fmt::Write as _;
 
 use super::Fate;
 use super::manifest::Part;
-use super::results::{Row, Status};
+use super::results::{BatchRow, Status};
 
 /// One line for each part.
 pub fn table(parts: &[Part], fates: &[Fate]) -> String {
@@ -31,7 +31,7 @@ pub fn table(parts: &[Part], fates: &[Fate]) -> String {
     text
 }
 
-/// What became of a part, in a word.
+/// Outcome of a component, in a word.
 pub fn word(fate: &Fate) -> &'static str {
     let row = match fate {
         Fate::Elsewhere => return "elsewhere",
@@ -45,7 +45,7 @@ pub fn word(fate: &Fate) -> &'static str {
     }
 }
 
-fn numbers(row: &Row) -> String {
+fn numbers(row: &BatchRow) -> String {
     let mut text = String::new();
     match (&row.superelement, &row.error) {
         (Some(made), _) => {

@@ -12,7 +12,7 @@ use dcb_formats::output::write_json;
 use super::{Cache, Entry, Key, Record, Request};
 use dcb_reducer::error::Error;
 
-/// What became of a request.
+/// Outcome of a request.
 #[derive(Debug)]
 pub enum Claim<'c> {
     /// It was made before.
@@ -26,12 +26,12 @@ pub enum Claim<'c> {
 pub struct Reservation<'c> {
     cache: &'c Cache,
     request: Request,
-    /// What was wrong with the entry that was there, which is gone.
+    /// Defect of the entry that was there and has been removed.
     pub damage: Option<String>,
     _lock: File,
 }
 
-/// What became of a superelement that was to be kept.
+/// Outcome of keeping a superelement.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Stored {
     /// It is kept.

@@ -10,10 +10,10 @@ use serde::{Deserialize, Serialize};
 
 use super::{Cache, Key, ModeRequest, RECORD, Request};
 
-/// What `KEY.json` says.
+/// Content of `KEY.json`.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Record {
-    /// What was asked for.
+    /// Request.
     pub request: Request,
     /// Name of the part.
     pub part: String,
@@ -27,7 +27,7 @@ pub struct Record {
     pub first_omitted_hertz: Option<f64>,
     /// Rows of the interfaces.
     pub rows: usize,
-    /// What making it took, s.
+    /// Time of making it, s.
     pub seconds: f64,
 }
 
@@ -36,7 +36,7 @@ pub struct Record {
 pub struct Listed {
     /// Its key.
     pub key: Key,
-    /// What is known of it.
+    /// Description of the entry.
     pub record: Record,
     /// When it was last used, or made.
     pub last_used: SystemTime,
@@ -49,7 +49,7 @@ pub struct Entry {
     pub file: SuperelementFile,
     /// Where it is.
     pub path: PathBuf,
-    /// What is known of it.
+    /// Description of the entry.
     pub record: Record,
     pub(super) _lock: File,
 }

@@ -1,4 +1,4 @@
-//! What leaves the cache: entries that weren't used for long, and what killed processes left.
+//! Eviction from the cache: entries that weren't used for long, and files that killed processes left.
 
 use std::io;
 use std::path::Path;

@@ -12,7 +12,7 @@ pub const LIMIT_VARIABLE: &str = "DCB_CACHE_LIMIT";
 /// Bytes that are kept where nothing else is said: 20 GB.
 pub const DEFAULT_LIMIT: u64 = 20 << 30;
 
-/// What an environment variable says, if anything.
+/// Value of an environment variable, if it is set.
 pub fn variable(name: &str) -> Option<OsString> {
     std::env::var_os(name).filter(|value| !value.is_empty())
 }

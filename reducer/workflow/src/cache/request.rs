@@ -1,4 +1,4 @@
-//! What decides a reduction's result, and its digest.
+//! Inputs and options that decide a reduction's result, and their digest.
 
 use std::collections::BTreeMap;
 use std::fmt;

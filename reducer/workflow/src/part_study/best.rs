@@ -3,7 +3,7 @@
 use dcb_report::{Candidate, cheapest_within};
 use serde::Serialize;
 
-use super::record::{Measure, Row};
+use super::record::{ComponentRow, Measure};
 use super::variant::Variant;
 
 /// The row with the fewest unknowns whose errors are small enough.
@@ -19,7 +19,7 @@ pub struct Best {
 
 /// The best row by each measure that any row has, and by all of them together. Weak is never named: it is there to compare with the
 /// literature and has motions that grow.
-pub fn best_rows(rows: &[Row], tolerance: f64) -> Vec<Best> {
+pub fn best_rows(rows: &[ComponentRow], tolerance: f64) -> Vec<Best> {
     let applicable: Vec<Measure> = Measure::ALL
         .into_iter()
         .filter(|measure| rows.iter().any(|row| row.error(*measure).is_some()))
@@ -53,7 +53,7 @@ pub fn best_rows(rows: &[Row], tolerance: f64) -> Vec<Best> {
 }
 
 /// A response that a row doesn't have is infinitely wrong.
-fn worst(row: &Row, measures: &[Measure]) -> f64 {
+fn worst(row: &ComponentRow, measures: &[Measure]) -> f64 {
     measures
         .iter()
         .map(|measure| row.error(*measure).unwrap_or(f64::INFINITY))

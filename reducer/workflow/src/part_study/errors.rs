@@ -6,7 +6,7 @@ use faer::{Mat, c64};
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
-use super::reference::Reference;
+use super::reference::ComponentReference;
 use super::variant::ReducedPart;
 
 /// Blocks of H smaller than this beside the blocks on their diagonals vanish by symmetry: no level is compared.
@@ -14,7 +14,7 @@ const NO_COUPLING: f64 = 1e-9;
 
 /// Deviation of a response over the band.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Deviation {
+pub struct ResponseDeviation {
     /// Largest ‖H - H_ref‖ / ‖H_ref‖ of any frequency (Frobenius norms over all entries concerned).
     pub largest: f64,
     /// ω² where that is.
@@ -42,11 +42,11 @@ pub struct Errors {
     /// Static response with the inertia relieved.
     pub static_response: Vec<InterfaceError>,
     /// Receptance of each interface at itself.
-    pub collocated: Deviation,
+    pub collocated: ResponseDeviation,
     /// Receptance between different interfaces.
-    pub transfer: Option<Deviation>,
+    pub transfer: Option<ResponseDeviation>,
     /// Dynamic stiffness Z = H⁻¹: forces needed to move the interfaces.
-    pub interface_force: Option<Deviation>,
+    pub interface_force: Option<ResponseDeviation>,
 }
 
 /// Norms over the band, for pictures.
@@ -71,7 +71,7 @@ pub struct Drawn {
 
 impl Drawn {
     /// The softest row, and the row elsewhere that it moves most.
-    pub fn of(reference: &Reference) -> Self {
+    pub fn of(reference: &ComponentReference) -> Self {
         let flexibility = &reference.flexibility;
         let softest = (0..flexibility.nrows())
             .max_by(|a, b| flexibility[(*a, *a)].total_cmp(&flexibility[(*b, *b)]))
@@ -94,7 +94,7 @@ impl Drawn {
 struct Blocks(Mat<f64>);
 
 impl Blocks {
-    fn of(reference: &Reference, h: &Mat<c64>) -> Self {
+    fn of(reference: &ComponentReference, h: &Mat<c64>) -> Self {
         let groups = &reference.rows.groups;
         Self(Mat::from_fn(groups.len(), groups.len(), |a, b| {
             let entries = groups[a]
@@ -122,7 +122,7 @@ enum Kind {
     Transfer,
 }
 
-/// What one frequency says of one response.
+/// Deviation of one response at one frequency.
 #[derive(Clone, Copy)]
 struct Sample {
     error: f64,
@@ -165,7 +165,7 @@ struct Point {
 
 /// Errors and curves of reduced parts, all against the same reference. Frequencies are shared among the threads.
 pub fn evaluate(
-    reference: &Reference,
+    reference: &ComponentReference,
     parts: &[ReducedPart],
     modes: &[usize],
     loss_factor: f64,
@@ -211,7 +211,7 @@ pub fn evaluate(
 }
 
 /// |H| of the drawn entries of the reference over the band: on the diagonal, and between interfaces.
-pub fn reference_curves(reference: &Reference, loss_factor: f64, drawn: Drawn) -> Curves {
+pub fn reference_curves(reference: &ComponentReference, loss_factor: f64, drawn: Drawn) -> Curves {
     let lambdas: Vec<c64> = reference.band.damped(loss_factor).collect();
     let entries: Vec<[f64; 2]> = lambdas
         .par_iter()
@@ -236,7 +236,7 @@ fn entries(h: &Mat<c64>, drawn: Drawn) -> [f64; 2] {
 }
 
 fn points(
-    reference: &Reference,
+    reference: &ComponentReference,
     parts: &[ReducedPart],
     lambda: c64,
     square: f64,
@@ -256,7 +256,7 @@ fn points(
             );
             let sample = |kind| Sample::of_blocks(&blocks, &found_blocks, &difference_blocks, kind);
             // With fewer independent motions than rows some motion needs infinite forces.
-            let has_forces = part.freedoms >= reference.independent.ncols();
+            let has_forces = part.dofs >= reference.independent.ncols();
             let force = has_forces.then(|| {
                 let found = inverted(reference, &found);
                 let (there, here) = (stiffness.squared_norm_l2(), found.squared_norm_l2());
@@ -278,7 +278,7 @@ fn points(
 }
 
 /// Z between independent combinations of rows.
-fn inverted(reference: &Reference, h: &Mat<c64>) -> Mat<c64> {
+fn inverted(reference: &ComponentReference, h: &Mat<c64>) -> Mat<c64> {
     let w = &reference.independent;
     let part = |take: fn(&c64) -> f64| {
         let part = Mat::from_fn(h.nrows(), h.ncols(), |i, j| take(&h[(i, j)]));
@@ -292,7 +292,7 @@ fn inverted(reference: &Reference, h: &Mat<c64>) -> Mat<c64> {
     .inverse()
 }
 
-fn deviation(samples: &[(f64, Sample)]) -> Deviation {
+fn deviation(samples: &[(f64, Sample)]) -> ResponseDeviation {
     let (at, largest) = samples
         .iter()
         .map(|(square, sample)| (*square, sample.error))
@@ -301,14 +301,14 @@ fn deviation(samples: &[(f64, Sample)]) -> Deviation {
     let sum: f64 = samples.iter().map(|(_, sample)| sample.levels.0).sum();
     let count: usize = samples.iter().map(|(_, sample)| sample.levels.1).sum();
     let level = (sum / count.max(1) as f64).sqrt();
-    Deviation {
+    ResponseDeviation {
         largest,
         at,
         level_db: Some(level).filter(|level| level.is_finite()),
     }
 }
 
-fn held_errors(reference: &Reference, part: &ReducedPart) -> Option<Vec<f64>> {
+fn held_errors(reference: &ComponentReference, part: &ReducedPart) -> Option<Vec<f64>> {
     let held = part.held.as_ref()?;
     Some(
         (reference.held.iter().enumerate())
@@ -320,13 +320,13 @@ fn held_errors(reference: &Reference, part: &ReducedPart) -> Option<Vec<f64>> {
     )
 }
 
-fn next_free(reference: &Reference, part: &ReducedPart, modes: usize) -> Option<f64> {
+fn next_free(reference: &ComponentReference, part: &ReducedPart, modes: usize) -> Option<f64> {
     let exact = reference.free.get(modes)?;
     Some((part.first_attachment? / exact).sqrt() - 1.0)
 }
 
 /// Static flexibility with the inertia relieved: the poles without the rigid ones, and the series at λ = 0.
-fn static_errors(reference: &Reference, part: &ReducedPart) -> Vec<InterfaceError> {
+fn static_errors(reference: &ComponentReference, part: &ReducedPart) -> Vec<InterfaceError> {
     let rigid = reference.rows.rigid.ncols();
     let response = &part.response;
     let elastic = response.seen.ncols() - rigid;

@@ -6,6 +6,7 @@
 //! the ledger alone, so that a study which was interrupted goes on where it ended.
 
 pub(crate) mod best;
+mod charts;
 pub(crate) mod errors;
 pub(crate) mod mode_picture;
 pub mod progress;
@@ -29,9 +30,9 @@ use dcb_report::Ledger;
 use self::errors::{Drawn, evaluate, reference_curves};
 use self::mode_picture::mode_pictures;
 use self::progress::Progress;
-use self::record::{Entry, ReferenceRecord, Row, StoredCurves};
-use self::reference::{BandChoice, Reference};
-use self::sweep::{Run, Sweep};
+use self::record::{ComponentEntry, ComponentRow, ReferenceRecord, StoredCurves};
+use self::reference::{BandChoice, ComponentReference};
+use self::sweep::{ReductionRun, Sweep};
 use self::timed::timed;
 use self::variant::{ReducedPart, Variant};
 use dcb_formats::units::hertz;
@@ -46,9 +47,9 @@ use dcb_reducer::resources::memory_limit::MemoryLimit;
 /// Key of the reference in the ledger.
 const REFERENCE: &str = "reference";
 
-/// What is studied, and how.
+/// Subject and options of a study.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Study {
+pub struct ComponentStudy {
     /// Reductions and forms.
     pub sweep: Sweep,
     /// Frequencies.
@@ -64,16 +65,16 @@ pub struct Study {
 /// Makes what the ledger doesn't have yet. `scratch` is a file that reductions are written to; `complete` follows the rows that the ledger has.
 ///
 /// # Errors
-/// Those of [`Reference::compute`], `timed()` and [`Ledger::add`].
+/// Those of [`ComponentReference::compute`], `timed()` and [`Ledger::add`].
 pub fn run(
-    study: &Study,
+    study: &ComponentStudy,
     component: &Component,
-    ledger: &mut Ledger<Entry>,
+    ledger: &mut Ledger<ComponentEntry>,
     scratch: &Path,
     progress: &mut Progress,
     complete: &AtomicUsize,
 ) -> Result<(), Error> {
-    let missing: Vec<Run> = missing(study, ledger);
+    let missing: Vec<ReductionRun> = missing(study, ledger);
     let rows: usize = study
         .sweep
         .runs()
@@ -87,7 +88,7 @@ pub fn run(
     }
     let start = Instant::now();
     let most = study.sweep.most_modes();
-    let reference = Reference::compute(
+    let reference = ComponentReference::compute(
         component,
         most,
         study.band,
@@ -98,7 +99,7 @@ pub fn run(
     let drawn = Drawn::of(&reference);
     if ledger.row(REFERENCE).is_none() {
         let record = record(study, component, &reference, drawn, start)?;
-        ledger.add(REFERENCE, Entry::Reference(Box::new(record)))?;
+        ledger.add(REFERENCE, ComponentEntry::Reference(Box::new(record)))?;
     }
     progress.begin_rows();
     for run in missing {
@@ -111,7 +112,7 @@ pub fn run(
         );
         let modes = run.modes;
         for (key, row) in rows_of(study, component, &reference, drawn, run, scratch)? {
-            ledger.add(&key, Entry::Row(Box::new(row)))?;
+            ledger.add(&key, ComponentEntry::Row(Box::new(row)))?;
             complete.fetch_add(1, Ordering::SeqCst);
         }
         progress.row_done(modes);
@@ -120,7 +121,7 @@ pub fn run(
 }
 
 /// Reductions with rows that the ledger doesn't have.
-pub fn missing(study: &Study, ledger: &Ledger<Entry>) -> Vec<Run> {
+pub fn missing(study: &ComponentStudy, ledger: &Ledger<ComponentEntry>) -> Vec<ReductionRun> {
     let mut runs = study.sweep.runs();
     for run in &mut runs {
         let known = run.clone();
@@ -133,17 +134,17 @@ pub fn missing(study: &Study, ledger: &Ledger<Entry>) -> Vec<Run> {
 
 /// The reference and the rows of a study that is complete, in the order of the sweep.
 pub fn recorded<'a>(
-    study: &Study,
-    ledger: &'a Ledger<Entry>,
-) -> Option<(&'a ReferenceRecord, Vec<Row>)> {
-    let Some(Entry::Reference(reference)) = ledger.row(REFERENCE) else {
+    study: &ComponentStudy,
+    ledger: &'a Ledger<ComponentEntry>,
+) -> Option<(&'a ReferenceRecord, Vec<ComponentRow>)> {
+    let Some(ComponentEntry::Reference(reference)) = ledger.row(REFERENCE) else {
         return None;
     };
     let mut rows = Vec::new();
     for run in study.sweep.runs() {
         for variant in &run.variants {
             match ledger.row(&run.key(*variant)) {
-                Some(Entry::Row(row)) => rows.push(row.as_ref().clone()),
+                Some(ComponentEntry::Row(row)) => rows.push(row.as_ref().clone()),
                 _ => return None,
             }
         }
@@ -153,13 +154,13 @@ pub fn recorded<'a>(
 
 /// One reduction, timed, and what it is worth in each of its forms.
 fn rows_of(
-    study: &Study,
+    study: &ComponentStudy,
     component: &Component,
-    reference: &Reference,
+    reference: &ComponentReference,
     drawn: Drawn,
-    run: Run,
+    run: ReductionRun,
     scratch: &Path,
-) -> Result<Vec<(String, Row)>, Error> {
+) -> Result<Vec<(String, ComponentRow)>, Error> {
     let options = Reduction {
         modes: ModeSelection::Lowest(run.modes),
         interface_modes: run.interface_modes,
@@ -184,7 +185,7 @@ fn rows_of(
     let found = evaluate(reference, &parts, &modes, study.loss_factor, drawn);
     Ok((run.variants.iter().zip(&parts).zip(found))
         .map(|((variant, part), (errors, curves))| {
-            let row = Row {
+            let row = ComponentRow {
                 variant: *variant,
                 asked_modes: run.modes,
                 asked_interface_modes: match (variant, run.interface_modes) {
@@ -208,9 +209,9 @@ fn rows_of(
 }
 
 fn record(
-    study: &Study,
+    study: &ComponentStudy,
     component: &Component,
-    reference: &Reference,
+    reference: &ComponentReference,
     drawn: Drawn,
     start: Instant,
 ) -> Result<ReferenceRecord, Error> {

@@ -1,4 +1,4 @@
-//! What is kept of a study: the reference and the rows, as lines of `rows.jsonl` and in `study.json`.
+//! Records of a study: the reference and the rows, as lines of `rows.jsonl` and in `study.json`.
 
 use serde::{Deserialize, Serialize};
 
@@ -9,11 +9,11 @@ use super::variant::Variant;
 /// A line of the ledger.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
-pub enum Entry {
-    /// What all rows are compared with.
+pub enum ComponentEntry {
+    /// Reference of all rows.
     Reference(Box<ReferenceRecord>),
     /// One row.
-    Row(Box<Row>),
+    Row(Box<ComponentRow>),
 }
 
 /// The unreduced part.
@@ -39,15 +39,15 @@ pub struct ReferenceRecord {
     pub band: Vec<f64>,
     /// Structural loss factor η of the responses.
     pub loss_factor: f64,
-    /// What the reference leaves of the unreduced equations.
+    /// Residual of the reference in the unreduced equations.
     pub residual: f64,
     /// Terms of its series.
     pub terms: usize,
-    /// What 0, 1, … modes lack of the static response to centrifugal forces, in the norm of strain energy; empty where no spin strains the part.
+    /// Missing fraction of the static response to centrifugal forces with 0, 1, … modes, in the norm of strain energy; empty where no spin strains the part.
     pub spin: Vec<f64>,
     /// Time it took, s.
     pub seconds: f64,
-    /// What the drawn responses are, on the diagonal and between interfaces.
+    /// Titles of the drawn responses, on the diagonal and between interfaces.
     pub drawn: [Option<String>; 2],
     /// |H| of these.
     #[serde(default, skip_serializing_if = "StoredCurves::is_empty")]
@@ -59,7 +59,7 @@ pub struct ReferenceRecord {
 
 /// One way to reduce the part.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Row {
+pub struct ComponentRow {
     /// Form of use.
     pub variant: Variant,
     /// Modes asked for.
@@ -83,7 +83,7 @@ pub struct Row {
     pub file_bytes: u64,
     /// Errors.
     pub errors: Errors,
-    /// What modes and further columns lack of the static response to centrifugal forces, in the norm of strain energy; `None` where no spin strains
+    /// Missing fraction of the static response to centrifugal forces with modes and further columns, in the norm of strain energy; `None` where no spin strains
     /// the part, and in studies from before rows said it.
     #[serde(default)]
     pub spin_error: Option<f64>,
@@ -128,7 +128,7 @@ impl StoredCurves {
     }
 }
 
-/// What a row may be judged by.
+/// Measures for judging a row.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Measure {
@@ -177,7 +177,7 @@ impl Measure {
     }
 }
 
-impl Row {
+impl ComponentRow {
     /// Its error by a measure; `None` where it has no such response, or nothing is measured.
     pub fn error(&self, measure: Measure) -> Option<f64> {
         let errors = &self.errors;
@@ -206,7 +206,7 @@ impl Row {
         )
     }
 
-    /// What its curve is called: the form, and interface modes where they are limited.
+    /// Name of its curve: the form, and interface modes where they are limited.
     pub fn family(&self) -> String {
         format!("{}{}", self.form(), self.interface_modes())
     }

@@ -49,14 +49,14 @@ const MOST_TERMS: usize = 90;
 /// Passes of refinement of a term, and the relative residual at which they end.
 const PASSES: usize = 4;
 const TERM_RESIDUAL: f64 = 1e-13;
-/// What the reference may leave of the unreduced equations.
+/// Limit of the reference's residual in the unreduced equations.
 const RESIDUAL_LIMIT: f64 = 1e-7;
 /// Directions of the interfaces' flexibility below this fraction of the largest are dependent rows.
 const DEPENDENT: f64 = 1e-10;
 
 /// The unreduced part.
 #[derive(Clone, Debug)]
-pub struct Reference {
+pub struct ComponentReference {
     /// Rows that forces act on.
     pub rows: InterfaceRows,
     /// H between them, scaled.
@@ -99,7 +99,7 @@ pub enum BandChoice {
     },
 }
 
-impl Reference {
+impl ComponentReference {
     /// Computes it with at least `modes` modes.
     ///
     /// # Errors
@@ -348,7 +348,7 @@ impl Unreduced<'_> {
         found
     }
 
-    /// What u(λ) leaves of (K - λ M) u = f; `sum` is its part beyond the modes.
+    /// Residual of u(λ) in (K - λ M) u = f; `sum` is its part beyond the modes.
     fn residual(&self, forces: &Mat<f64>, sum: Mat<f64>, lambda: f64) -> f64 {
         let mut amounts = gram(self.kept.as_ref(), forces.as_ref());
         for (k, pole) in self.poles.iter().enumerate() {

@@ -3,44 +3,41 @@
 use std::fmt::Write as _;
 use std::path::Path;
 
-use dcb_report::{
-    Axis, Candidate, Cell, Chart, Column, Family, Page, Series, Style, Table, pareto_chart, svg,
-};
+use dcb_report::{Cell, Column, Page, Table};
+
+use super::charts::drawn;
 
 use dcb_formats::output::{write_json, write_text};
 use serde::Serialize;
 
 use super::best::{Best, best_rows};
-use super::errors::Deviation;
-use super::record::{Measure, ReferenceRecord, Row, StoredCurves};
+use super::errors::ResponseDeviation;
+use super::record::{ComponentRow, Measure, ReferenceRecord, StoredCurves};
 use super::variant::Variant;
 use dcb_formats::units::hertz;
 use dcb_reducer::error::Error;
 use dcb_reducer::scientific::scientific;
 
-/// Errors below this are rounding; the Pareto pictures show them here.
-const ROUNDING: f64 = 1e-14;
-
 /// All that is said of a study.
 pub struct Report<'a> {
-    reference: &'a ReferenceRecord,
-    rows: &'a [Row],
+    pub(super) reference: &'a ReferenceRecord,
+    pub(super) rows: &'a [ComponentRow],
     best: Vec<Best>,
     tolerance: f64,
 }
 
 /// `study.json`.
 #[derive(Serialize)]
-struct Whole<'a> {
+struct StudyFile<'a> {
     tolerance: f64,
     best: &'a [Best],
     reference: &'a ReferenceRecord,
-    rows: &'a [Row],
+    rows: &'a [ComponentRow],
 }
 
 impl<'a> Report<'a> {
     /// Judges the rows by a wanted error.
-    pub fn new(reference: &'a ReferenceRecord, rows: &'a [Row], tolerance: f64) -> Self {
+    pub fn new(reference: &'a ReferenceRecord, rows: &'a [ComponentRow], tolerance: f64) -> Self {
         Self {
             best: best_rows(rows, tolerance),
             reference,
@@ -61,13 +58,13 @@ impl<'a> Report<'a> {
             curves: StoredCurves::default(),
             ..self.reference.clone()
         };
-        let rows: Vec<Row> = (self.rows.iter())
-            .map(|row| Row {
+        let rows: Vec<ComponentRow> = (self.rows.iter())
+            .map(|row| ComponentRow {
                 curves: StoredCurves::default(),
                 ..row.clone()
             })
             .collect();
-        let whole = Whole {
+        let whole = StudyFile {
             tolerance: self.tolerance,
             best: &self.best,
             reference: &reference,
@@ -84,7 +81,7 @@ impl<'a> Report<'a> {
         hertz(eigenvalue, &self.reference.time_unit)
     }
 
-    fn frequencies(&self) -> Vec<f64> {
+    pub(super) fn frequencies(&self) -> Vec<f64> {
         let band = self.reference.band.iter();
         band.map(|square| self.hertz(*square)).collect()
     }
@@ -132,7 +129,7 @@ impl<'a> Report<'a> {
                 Cell::Number(row.file_bytes as f64 / 1e6),
             ];
             cells.extend((Measure::ALL.iter()).map(|measure| Cell::maybe(row.error(*measure))));
-            let level = |deviation: Option<Deviation>| {
+            let level = |deviation: Option<ResponseDeviation>| {
                 Cell::maybe(deviation.and_then(|deviation| deviation.level_db))
             };
             cells.extend([
@@ -153,120 +150,9 @@ impl<'a> Report<'a> {
     }
 
     /// Rows that don't say it have no further columns.
-    fn spin_error(&self, row: &Row) -> Option<f64> {
+    fn spin_error(&self, row: &ComponentRow) -> Option<f64> {
         let by_modes = &self.reference.spin;
         row.spin_error.or_else(|| by_modes.get(row.modes).copied())
-    }
-
-    /// Response error against time, and against unknowns.
-    fn pareto(&self) -> Vec<Chart> {
-        let error = |row: &Row| {
-            let transfer = row.error(Measure::TransferResponse).unwrap_or(0.0);
-            row.errors.collocated.largest.max(transfer).max(ROUNDING)
-        };
-        let families = |cost: &dyn Fn(&Row) -> f64| {
-            let mut families: Vec<Family> = Vec::new();
-            for row in self.rows {
-                let candidate = Candidate {
-                    label: row.modes.to_string(),
-                    cost: cost(row),
-                    error: error(row),
-                };
-                let name = row.family();
-                match families.iter_mut().find(|family| family.name == name) {
-                    Some(family) => family.candidates.push(candidate),
-                    None => families.push(Family {
-                        name,
-                        candidates: vec![candidate],
-                    }),
-                }
-            }
-            families
-        };
-        let what = "largest error of the response";
-        vec![
-            pareto_chart(
-                "Error against the time of the reduction; numbers are modes",
-                "reduction and writing [s]",
-                what,
-                &families(&|row: &Row| row.reduction_seconds),
-            ),
-            pareto_chart(
-                "Error against the unknowns of a simulation",
-                "unknowns of the body beside its frame",
-                what,
-                &families(&|row: &Row| row.unknowns as f64),
-            ),
-        ]
-    }
-
-    fn over_frequency(&self, title: &str, vertical: &str, series: Vec<Series>) -> Chart {
-        Chart {
-            title: title.to_owned(),
-            horizontal: Axis::linear("frequency [Hz]"),
-            vertical: Axis::logarithmic(vertical),
-            series,
-            slopes: Vec::new(),
-            notes: Vec::new(),
-        }
-    }
-
-    fn curve(&self, name: &str, values: &[Option<f64>]) -> Series {
-        let points = self.frequencies().into_iter().zip(values);
-        Series {
-            name: name.to_owned(),
-            points: points
-                .map(|(frequency, value)| [frequency, value.unwrap_or(f64::NAN)])
-                .collect(),
-            style: Style::Line,
-        }
-    }
-
-    /// The responses that are drawn: the reference, and each form with the fewest modes, where they differ most.
-    fn responses(&self) -> Vec<Chart> {
-        let mut shown: Vec<&Row> = Vec::new();
-        for row in self.rows {
-            if !shown.iter().any(|known| known.family() == row.family()) {
-                shown.push(row);
-            }
-        }
-        let chart = |title: &str, take: &dyn Fn(&StoredCurves) -> Vec<Option<f64>>| {
-            let mut series = vec![self.curve("unreduced", &take(&self.reference.curves))];
-            let rows = shown.iter();
-            series.extend(rows.map(|row| self.curve(&row.title(), &take(&row.curves))));
-            self.over_frequency(title, "|H|, scaled", series)
-        };
-        let [own, between] = &self.reference.drawn;
-        let mut charts = Vec::new();
-        if let Some(what) = own {
-            charts.push(chart(what, &|curves: &StoredCurves| {
-                curves.collocated.clone()
-            }));
-        }
-        if let Some(what) = between {
-            charts.push(chart(what, &|curves: &StoredCurves| {
-                curves.transfer.clone()
-            }));
-        }
-        charts
-    }
-
-    /// For each form the error over the band, a curve for each number of modes.
-    fn errors(&self) -> Vec<Chart> {
-        let mut forms: Vec<(String, Vec<Series>)> = Vec::new();
-        for row in self.rows {
-            let series = self.curve(&row.title(), &row.curves.error);
-            let form = row.form();
-            match forms.iter_mut().find(|(known, _)| *known == form) {
-                Some((_, all)) => all.push(series),
-                None => forms.push((form, vec![series])),
-            }
-        }
-        let charts = forms.into_iter().map(|(form, series)| {
-            let title = format!("Error over the band: {form}");
-            self.over_frequency(&title, "|H - H_ref| / |H_ref|", series)
-        });
-        charts.collect()
     }
 
     fn introduction(&self) -> Vec<String> {
@@ -325,7 +211,7 @@ impl<'a> Report<'a> {
             .collect()
     }
 
-    /// What a part that spins should have besides; `None` where modes alone are as good as the tolerance.
+    /// Proposal for a component that spins; `None` where modes alone are as good as the tolerance.
     fn proposal(&self) -> Option<String> {
         let most = self.rows.iter().map(|row| row.modes).max()?;
         let lacking = *self.reference.spin.get(most)?;
@@ -425,10 +311,4 @@ impl<'a> Report<'a> {
         }
         Ok(page)
     }
-}
-
-fn drawn(charts: &[Chart]) -> Result<String, Error> {
-    svg(charts).map_err(|_| Error::NotFinite {
-        what: "the pictures",
-    })
 }

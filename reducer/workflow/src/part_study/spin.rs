@@ -1,4 +1,4 @@
-//! What a basis lacks of the static response to centrifugal forces: the reason for `--enrich spin`.
+//! Missing fraction of the static response to centrifugal forces in a basis: the reason for `--enrich spin`.
 //!
 //! A pattern f has the strain energy ½ fᵀ G f, of which a mode has ½ (φᵀ f)² / ω² and further columns, orthogonal to the modes in K, have
 //! ½ fᵀX (XᵀKX)⁻¹ Xᵀf. The error is the root of the part that is beyond them, over all patterns, each scaled so that G f has unit M norm.
@@ -21,7 +21,7 @@ pub struct SpinStrain {
     forces: Mat<f64>,
     /// Those that strain the part.
     patterns: Vec<Pattern>,
-    /// What 0, 1, … modes lack of it, relative, up to those of the superelement that it is known from.
+    /// Missing fraction with 0, 1, … modes, up to those of the superelement that it is known from.
     pub beyond_modes: Vec<f64>,
 }
 
@@ -93,7 +93,7 @@ impl SpinStrain {
         })
     }
 
-    /// What the modes and further columns of a superelement of the same part lack, relative; `None` if an eigenproblem fails.
+    /// Missing fraction with the modes and further columns of a superelement of the same component; `None` if an eigenproblem fails.
     pub fn beyond(&self, element: &Superelement, recovery: &RecoveryBasis) -> Option<f64> {
         let Some((further, fields)) = element
             .enrichment

@@ -4,7 +4,7 @@ use super::sources::Sources;
 use super::variant::Variant;
 use dcb_reducer::InterfaceModes;
 
-/// What is varied.
+/// Options that are varied.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Sweep {
     /// Numbers of modes.
@@ -19,7 +19,7 @@ pub struct Sweep {
 
 /// One reduction: its options, and the forms that its superelement is studied in.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Run {
+pub struct ReductionRun {
     /// Modes asked for.
     pub modes: usize,
     /// Interface modes asked for.
@@ -47,7 +47,7 @@ impl Sweep {
     }
 
     /// All reductions, few modes first, each once.
-    pub fn runs(&self) -> Vec<Run> {
+    pub fn runs(&self) -> Vec<ReductionRun> {
         let (attached, alone): (Vec<Variant>, Vec<Variant>) = Variant::ALL
             .into_iter()
             .filter(|variant| self.variants.contains(variant))
@@ -64,7 +64,7 @@ impl Sweep {
         for modes in sorted(&self.modes) {
             let mut add = |interface_modes, enrichment: &Sources, variants: &[Variant]| {
                 if !variants.is_empty() {
-                    runs.push(Run {
+                    runs.push(ReductionRun {
                         modes,
                         interface_modes,
                         enrichment: enrichment.clone(),
@@ -93,8 +93,8 @@ fn sorted<T: Clone + Ord>(values: &[T]) -> Vec<T> {
     values
 }
 
-impl Run {
-    /// What a row of it is called, for example `strong/20`, or `strong/20/8+krylov` with eight interface modes and further columns.
+impl ReductionRun {
+    /// Name of a row of it, for example `strong/20`, or `strong/20/8+krylov` with eight interface modes and further columns.
     pub fn key(&self, variant: Variant) -> String {
         let mut key = format!("{}/{}", variant.name(), self.modes);
         if let (true, InterfaceModes::Softest(count)) =

@@ -16,7 +16,7 @@ use dcb_reducer::reduce;
 const LONG_ENOUGH: f64 = 0.5;
 const MOST_REPEATS: usize = 5;
 
-/// What a reduction gave, and what it took.
+/// Result and effort of a reduction.
 #[derive(Clone, Debug)]
 pub struct Timed {
     /// The superelement.

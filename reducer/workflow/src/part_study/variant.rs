@@ -49,7 +49,7 @@ pub struct ReducedPart {
     /// Coordinates beside the six (planar: three) of the frame.
     pub unknowns: usize,
     /// Independent motions that the rows can have at all.
-    pub freedoms: usize,
+    pub dofs: usize,
     /// ω² with all interfaces held, ascending, without those of motions that the interfaces leave free; `None` where the form has none
     /// (weak, with attachments that have no mass).
     pub held: Option<Vec<f64>>,
@@ -73,10 +73,10 @@ impl ReducedPart {
         let mut poles = vec![0.0; rows.rigid.ncols()];
         poles.extend(&element.modes.eigenvalues);
         let kept = beside(rows.rigid.as_ref(), modes.as_ref());
-        let part = |response: Receptance, unknowns: usize, freedoms: usize, held| Self {
+        let part = |response: Receptance, unknowns: usize, dofs: usize, held| Self {
             response,
             unknowns,
-            freedoms,
+            dofs,
             held,
             first_attachment: None,
         };

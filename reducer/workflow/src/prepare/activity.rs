@@ -1,4 +1,4 @@
-//! What every coordinate of every body does in a run, beyond following its interface forces.
+//! Activity of every coordinate of every body in a run, beyond following its interface forces.
 //!
 //! A coordinate that is left out of a superelement leaves its static response to interface forces in F_res. What is lost is
 //!

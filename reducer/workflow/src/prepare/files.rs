@@ -34,7 +34,7 @@ pub struct PreparedFile {
     pub coordinates: usize,
     /// Bytes.
     pub size: u64,
-    /// What it was made of.
+    /// Source.
     pub from: PathBuf,
     /// Modes and dynamic attachments of that.
     pub of_coordinates: usize,
@@ -168,7 +168,7 @@ fn file_name(group: &Group, alone: bool) -> String {
     }
 }
 
-/// What became of a file.
+/// Change of a file.
 struct Written {
     from: PathBuf,
     coordinates: usize,

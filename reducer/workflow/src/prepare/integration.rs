@@ -85,7 +85,7 @@ impl Start {
     }
 }
 
-/// What is recorded stays at the same times, as far as the longest step is divided so that it can.
+/// Recorded times stay the same, as far as the longest step is divided so that it can.
 fn keep_records(scene: &mut Scene, division: u32) {
     if let Some(Record::Every(every)) = &mut scene.record {
         let kept = f64::from(*every) * f64::from(division) / f64::from(LONGEST);

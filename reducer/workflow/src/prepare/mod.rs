@@ -25,7 +25,7 @@ use crate::scene_study::grid::Grid;
 use crate::scene_study::monitor::Monitor;
 use crate::scene_study::motion::{self, Course};
 use dcb_demand::SuperelementFiles;
-pub use dcb_demand::fewest::Trial;
+pub use dcb_demand::coordinate_search::Trial;
 use dcb_demand::pruning::{NarrowedScene, Pruning};
 use dcb_formats::scene::Compatibility;
 use dcb_runtime::error::Error;
@@ -46,7 +46,7 @@ const LONGEST_TRIED: usize = 3;
 pub struct Prepared {
     /// The scene, with what is carried of each superelement.
     pub narrowed: NarrowedScene,
-    /// What wasn't needed before anything was run.
+    /// Contents that weren't needed before anything was run.
     pub pruning: Pruning,
     /// Elastic coordinates that are left.
     pub coordinates: usize,

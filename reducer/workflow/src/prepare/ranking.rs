@@ -3,7 +3,7 @@
 
 use super::activity::Activity;
 
-/// What a coordinate is.
+/// Kind of a coordinate.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Coordinate {
     /// A mode, by its place among those of the body.

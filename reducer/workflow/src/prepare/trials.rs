@@ -10,7 +10,7 @@ use crate::scene_study::grid::{Grid, Trace};
 use crate::scene_study::monitor::Monitor;
 use crate::scene_study::motion;
 use dcb_demand::SuperelementFiles;
-use dcb_demand::fewest::{Trial, fewest};
+use dcb_demand::coordinate_search::{Trial, fewest};
 use dcb_demand::pruning::{Carried, NarrowedScene, Pruning};
 use dcb_formats::scene::{BodyKind, InertiaChange, Scene};
 use dcb_runtime::error::Error;
@@ -20,7 +20,7 @@ use dcb_runtime::simulation::Simulation;
 /// So small a part of the coordinates isn't worth another run.
 const PRECISION: f64 = 0.03;
 
-/// What runs are compared with.
+/// Reference of the runs.
 pub(super) struct Trials<'a> {
     pub subject: &'a Subject,
     pub grid: Grid,
@@ -36,14 +36,14 @@ pub(super) struct Start {
     pub narrowed: NarrowedScene,
     bodies: Vec<Flexible>,
     ranking: Ranking,
-    /// What a step takes beside what elastic coordinates take, in coordinates.
+    /// Cost of a step beside that of elastic coordinates, in coordinates.
     overhead: f64,
     /// Its error.
     pub error: f64,
 }
 
-/// What a rigid freedom or a row takes in a step, in elastic coordinates. Seen on mechanisms of three and six bodies in space: as much as 90 coordinates for
-/// 36 freedoms and rows, and as 104 for 72.
+/// Cost of a rigid degree of freedom or a row in a step, in elastic coordinates. Seen on mechanisms of three and six bodies in space: as much as 90 coordinates for
+/// 36 degrees of freedom and rows, and as 104 for 72.
 const RIGID: f64 = 2.0;
 
 /// Coordinates that are enough.
@@ -53,7 +53,7 @@ pub(super) struct Found {
     pub coordinates: usize,
     /// The error with them.
     pub error: f64,
-    /// What was tried.
+    /// Selection that was tried.
     pub trials: Vec<Trial>,
 }
 
@@ -64,7 +64,7 @@ impl Trials<'_> {
         let model = Model::load_narrowed(&narrowed, &SuperelementFiles::default())?;
         let bodies = flexible(&narrowed, pruning, &model);
         let system = &model.system;
-        let rigid = system.freedom_count() - system.coordinate_count() + system.rows.len();
+        let rigid = system.dof_count() - system.coordinate_count() + system.rows.len();
         let mut activity = Activity::default();
         let mut watch = |simulation: &Simulation| activity.watch(simulation);
         let error = self.error(&narrowed, coordinates(&bodies), &mut watch)?;

@@ -97,7 +97,7 @@ impl PartInScene {
         }
     }
 
-    /// What the scene has.
+    /// Contents of the scene.
     fn inventory(&self) -> String {
         let bodies = self
             .scene

@@ -6,7 +6,7 @@ use std::time::Instant;
 use dcb_formats::dcb::Contents;
 use serde_json::{Value, json};
 
-use super::asked::Asked;
+use super::component_demand::ComponentDemand;
 use crate::cache::{Cache, Claim, Entry, ModeRequest, Request};
 use dcb_formats::units::si_factor;
 use dcb_reducer::ModeSelection;
@@ -33,7 +33,7 @@ impl CachedReductions<'_> {
     /// Those of [`reduce`].
     pub fn reduced(
         &self,
-        asked: &Asked,
+        asked: &ComponentDemand,
         options: &Reduction,
         observer: &mut dyn Observer,
     ) -> Result<Reduced, Error> {
@@ -71,7 +71,7 @@ impl CachedReductions<'_> {
     }
 
     /// `None` for modes that no request can name.
-    fn request(&self, asked: &Asked, options: &Reduction) -> Option<Request> {
+    fn request(&self, asked: &ComponentDemand, options: &Reduction) -> Option<Request> {
         let modes = match options.modes {
             ModeSelection::Lowest(count) => ModeRequest::Lowest(count),
             ModeSelection::Below { eigenvalue } => {
@@ -93,7 +93,7 @@ impl CachedReductions<'_> {
     }
 }
 
-/// What an entry holds; `None` if it has no report of its quality or no fields.
+/// Contents of an entry; `None` if it has no report of its quality or no fields.
 fn taken(entry: &Entry) -> Option<Reduced> {
     let superelement = entry.file.superelement().ok()?;
     let quality = serde_json::from_value(superelement.provenance.quality.clone()).ok()?;

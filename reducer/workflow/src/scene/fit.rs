@@ -1,4 +1,4 @@
-//! What is left of a superelement that is good enough: only what the scene asks for.
+//! Pruning of a superelement that is good enough to the contents that the scene asks for.
 
 use std::collections::BTreeSet;
 
@@ -9,8 +9,8 @@ use dcb_formats::mesh::Mesh;
 use dcb_formats::superelement::{RecoveryBasis, Superelement};
 use dcb_superelement::selection::{InterfaceSelection, NodeSelection, ObservedNodes, Selection};
 
-use super::asked::{Asked, WATCHED};
-use super::search::{Extent, Limits, Whole};
+use super::component_demand::{ComponentDemand, WATCHED};
+use super::search::{Extent, Limits, UnprunedReduction};
 use dcb_reducer::Reduced;
 use dcb_reducer::Work;
 use dcb_reducer::error::Error;
@@ -30,7 +30,7 @@ pub struct Fitted {
     pub fields: Option<(RecoveryBasis, Mesh)>,
     /// Quality of the reduction; what was left out and why.
     pub quality: Quality,
-    /// What the reductions took.
+    /// Effort of the reductions.
     pub work: Work,
 }
 
@@ -40,8 +40,8 @@ impl Fitted {
     /// # Errors
     /// Those of [`Pruned::of`] and of selections; [`Error::QualityLimit`] if the whole leaves nothing of the tolerance.
     pub fn of(
-        whole: Whole,
-        asked: &Asked,
+        whole: UnprunedReduction,
+        asked: &ComponentDemand,
         limits: &Limits,
         mut fit: SceneFit,
     ) -> Result<Self, Error> {
@@ -111,16 +111,16 @@ impl Fitted {
     }
 }
 
-/// What is asked for, taken out of a superelement.
+/// Contents asked for, taken out of a superelement.
 struct LeavingOut<'a> {
     element: &'a Superelement,
-    asked: &'a Asked,
+    asked: &'a ComponentDemand,
     squares: &'a [f64],
     nodes: Option<ObservedNodes>,
 }
 
 impl LeavingOut<'_> {
-    /// What stays, what doesn't, and how much that changes.
+    /// Contents kept, contents left out, and the effect.
     fn within(&self, share: f64) -> Result<(Selection, Vec<LeftOut>, f64), Error> {
         let (mut tolerance, mut found) = (share, f64::INFINITY);
         for _ in 0..ATTEMPTS {
@@ -170,7 +170,7 @@ impl LeavingOut<'_> {
 }
 
 /// Without the interface of the nodes that are looked at, and without the fields of the others.
-fn without_watched(reduced: Reduced, asked: &Asked) -> Result<Reduced, Error> {
+fn without_watched(reduced: Reduced, asked: &ComponentDemand) -> Result<Reduced, Error> {
     let element = &reduced.superelement;
     let nodes = match asked.demand.nodes {
         NodeDemand::All(_) => return Ok(reduced),
@@ -197,7 +197,7 @@ fn without_watched(reduced: Reduced, asked: &Asked) -> Result<Reduced, Error> {
 fn observed(
     element: &Superelement,
     recovery: &RecoveryBasis,
-    asked: &Asked,
+    asked: &ComponentDemand,
 ) -> Option<ObservedNodes> {
     let nodes = asked.named_nodes();
     let position = |node: &u32| (*node, offset(asked.position(*node), element.origin));
@@ -225,7 +225,7 @@ fn nodes_of(recovery: &RecoveryBasis, component: &Component) -> Amounts {
 }
 
 /// Loads on the inside that don't act.
-fn left_out_loads(asked: &Asked) -> Option<LeftOut> {
+fn left_out_loads(asked: &ComponentDemand) -> Option<LeftOut> {
     let names: Vec<String> = asked
         .idle_loads
         .iter()

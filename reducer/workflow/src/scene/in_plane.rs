@@ -3,7 +3,7 @@
 use dcb_demand::LeftOut;
 use dcb_demand::PlanarPart;
 
-use super::asked::Asked;
+use super::component_demand::ComponentDemand;
 use dcb_reducer::Reduced;
 use dcb_reducer::error::Error;
 use dcb_reducer::quality::Quality;
@@ -12,7 +12,10 @@ use dcb_reducer::quality::Quality;
 ///
 /// # Errors
 /// [`Error::InScene`] with how far the part is from symmetric, if it isn't; those of [`PlanarPart::of`].
-pub(super) fn in_plane(asked: &Asked, spatial: Reduced) -> Result<(Reduced, LeftOut), Error> {
+pub(super) fn in_plane(
+    asked: &ComponentDemand,
+    spatial: Reduced,
+) -> Result<(Reduced, LeftOut), Error> {
     let part = match PlanarPart::of(&spatial.superelement) {
         Err(dcb_demand::Error::Superelement(dcb_superelement::Error::Asymmetric(found))) => {
             return Err(Error::InScene {

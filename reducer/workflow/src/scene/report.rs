@@ -1,13 +1,13 @@
-//! What a superelement for a scene is made for.
+//! Report on the purpose of a superelement for a scene.
 
 use dcb_reducer::quality::scene_fit::SceneFit;
 
-use super::Asked;
+use super::ComponentDemand;
 use super::bodies::PartInScene;
 use super::search::Limits;
 
 /// The report before anything is reduced.
-pub fn scene_fit(part: &PartInScene, asked: &Asked, limits: &Limits) -> SceneFit {
+pub fn scene_fit(part: &PartInScene, asked: &ComponentDemand, limits: &Limits) -> SceneFit {
     let name = part.path.file_name();
     SceneFit {
         scene: name.map_or(String::new(), |name| name.to_string_lossy().into_owned()),

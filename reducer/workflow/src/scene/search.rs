@@ -7,8 +7,8 @@ use dcb_demand::LeftOut;
 use dcb_formats::superelement::Superelement;
 use dcb_superelement::LOSS_FACTOR;
 
-use super::asked::{Asked, WATCHED};
 use super::cached::CachedReductions;
+use super::component_demand::{ComponentDemand, WATCHED};
 use super::in_plane::in_plane;
 use super::spin::SpinColumns;
 use dcb_reducer::EnrichmentSource;
@@ -46,7 +46,7 @@ pub enum Extent {
     Everything,
 }
 
-/// What a search may do.
+/// Limits of a search.
 #[derive(Clone, Debug)]
 pub struct Limits {
     /// Largest relative error of the part's responses.
@@ -61,7 +61,7 @@ pub struct Limits {
 
 /// The superelement that is good enough before anything is left out of it.
 #[derive(Clone, Debug)]
-pub struct Whole {
+pub struct UnprunedReduction {
     /// The reduction.
     pub reduced: Reduced,
     /// Every reduction with its error; empty where there is nothing to certify.
@@ -70,11 +70,11 @@ pub struct Whole {
     pub squares: Vec<f64>,
     /// Why there are columns for centrifugal forces, or none.
     pub spin: String,
-    /// What leads out of the plane of a planar scene, of a spatial component.
+    /// Motions of a spatial component out of the plane of a planar scene.
     pub out_of_plane: Option<LeftOut>,
 }
 
-impl Whole {
+impl UnprunedReduction {
     /// Upper bound of its error; `None` where there is none.
     pub fn certified(&self) -> Option<f64> {
         self.rounds.last().and_then(|round| round.upper)
@@ -91,8 +91,8 @@ struct Computed {
 
 /// Reduces a component for what is asked of it.
 pub struct Search<'a> {
-    /// What is asked, with the component.
-    pub asked: &'a Asked,
+    /// Demand, with the component.
+    pub asked: &'a ComponentDemand,
     /// Options but for the modes; enrichment is what the user wants besides.
     pub options: &'a Reduction,
     /// Limits.
@@ -106,7 +106,7 @@ impl Search<'_> {
     ///
     /// # Errors
     /// Those of [`reduce`]; [`Error::QualityLimit`] if the tolerance isn't reached, or the reduction isn't good by itself.
-    pub fn whole(&self, observer: &mut dyn Observer) -> Result<Whole, Error> {
+    pub fn whole(&self, observer: &mut dyn Observer) -> Result<UnprunedReduction, Error> {
         let mut sources = self.options.enrichment.clone();
         let loads = EnrichmentSource::Loads;
         let is_seen_in_plane = self.asked.is_seen_in_plane();
@@ -146,7 +146,7 @@ impl Search<'_> {
         &self,
         sources: &[EnrichmentSource],
         observer: &mut dyn Observer,
-    ) -> Result<Whole, Error> {
+    ) -> Result<UnprunedReduction, Error> {
         let mut selection = self.first_modes();
         let mut rounds: Vec<Round> = Vec::new();
         loop {
@@ -166,7 +166,7 @@ impl Search<'_> {
             let before = rounds.last().and_then(|round: &Round| round.upper);
             rounds.extend(found);
             if good_enough {
-                return Ok(Whole {
+                return Ok(UnprunedReduction {
                     reduced,
                     rounds,
                     squares,

@@ -17,7 +17,7 @@ use dcb_formats::superelement::{Enrichment, RecoveryBasis, Superelement};
 use faer::Mat;
 use nalgebra::Matrix3;
 
-use super::asked::Asked;
+use super::component_demand::ComponentDemand;
 use dcb_reducer::Reduced;
 use dcb_reducer::error::Error;
 
@@ -26,7 +26,7 @@ const DEFLECTION: f64 = 0.01;
 /// Scaled directions of the reduced stiffness below this are combinations of others.
 const DEPENDENT: f64 = 1e-10;
 
-/// What columns for centrifugal forces add.
+/// Effect of columns for centrifugal forces.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SpinColumns {
     /// How many there are.
@@ -40,7 +40,7 @@ pub struct SpinColumns {
 
 impl SpinColumns {
     /// Why nothing can be lost, if that is clear without computing the columns.
-    pub fn unneeded(asked: &Asked, reduced: &Reduced, tolerance: f64) -> Option<String> {
+    pub fn unneeded(asked: &ComponentDemand, reduced: &Reduced, tolerance: f64) -> Option<String> {
         let (spin, element) = (&asked.demand.spin, &reduced.superelement);
         let outputs = element
             .interfaces
@@ -72,7 +72,7 @@ impl SpinColumns {
     ///
     /// # Errors
     /// [`Error::NotFinite`] if the reduced stiffness isn't finite.
-    pub fn of(asked: &Asked, reduced: &Reduced, tolerance: f64) -> Result<Self, Error> {
+    pub fn of(asked: &ComponentDemand, reduced: &Reduced, tolerance: f64) -> Result<Self, Error> {
         let element = &reduced.superelement;
         let rate = asked.demand.spin.rate;
         let (count, lost) = match &element.enrichment {
@@ -121,7 +121,7 @@ fn size(element: &Superelement) -> f64 {
 
 /// Translations that are looked at and have no attachment over the whole basis, (rows, n): nodes, then output interfaces.
 fn watched_rows(
-    asked: &Asked,
+    asked: &ComponentDemand,
     element: &Superelement,
     enrichment: &Enrichment,
     fields: &RecoveryBasis,

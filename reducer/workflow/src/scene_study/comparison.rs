@@ -54,7 +54,7 @@ impl Distance {
     }
 }
 
-/// What a quantity's errors are relative to: its range, or its size where it is constant; `None` where it is zero.
+/// Reference size of a quantity's errors: its range, or its size where it is constant; `None` where it is zero.
 pub fn scale(trace: &Trace, columns: Range<usize>) -> Option<f64> {
     let (mut ranges, mut sizes) = (0.0, 0.0);
     for column in columns {

@@ -1,7 +1,7 @@
 //! Studies: one scene with many options, what each costs and how far it is off.
 //!
-//! A [`Subject`] is a scene and what its runs are compared by; [`Lists`] say which options are tried. [`Study::conduct`] makes the
-//! [`Reference`], one run for the values of each row, and one or several for its time. Runs for values go in parallel, those for times
+//! A [`Subject`] is a scene and what its runs are compared by; [`Lists`] say which options are tried. [`SceneStudy::conduct`] makes the
+//! [`SceneReference`], one run for the values of each row, and one or several for its time. Runs for values go in parallel, those for times
 //! one after the other with nothing beside them. A [`Store`] keeps every result as it comes; [`report`] makes tables, pictures and a
 //! page of them.
 
@@ -29,25 +29,25 @@ use dcb_runtime::error::Error;
 use grid::{Grid, Trace};
 use monitor::Monitor;
 use motion::Course;
-pub use reference::Reference;
-pub use row::Row;
+pub use reference::SceneReference;
+pub use row::SceneRow;
 pub use setting::{ModeCount, Setting};
 pub use store::Store;
 pub use subject::Subject;
 pub use sweep::{Combination, Lists};
 
 /// A study that is done.
-pub struct Study {
-    /// What was studied.
+pub struct SceneStudy {
+    /// Subject of the study.
     pub subject: Subject,
     /// The times of comparison.
     pub grid: Grid,
-    /// What the rows are compared with.
-    pub reference: Reference,
+    /// Reference of the rows.
+    pub reference: SceneReference,
     /// Its values.
     pub reference_trace: Trace,
     /// The rows, in the order of the settings.
-    pub rows: Vec<Row>,
+    pub rows: Vec<SceneRow>,
     /// Their values.
     pub traces: Vec<Trace>,
     /// How many runs for values went beside each other.
@@ -61,16 +61,16 @@ enum Job {
 }
 
 /// A run that was made.
-enum Made {
-    Reference(Reference, Trace),
+enum JobResult {
+    Reference(SceneReference, Trace),
     Row(Setting, Course, Trace),
 }
 
-impl Study {
+impl SceneStudy {
     /// Makes what isn't in the store yet; `None` if the user stopped it: what was made until then is in the store.
     ///
     /// # Errors
-    /// What stopped the reference; files that can't be read or written. A row that fails is told in the row.
+    /// The error that stopped the reference; files that can't be read or written. A row that fails is told in the row.
     pub fn conduct(
         subject: Subject,
         settings: &[Setting],
@@ -105,7 +105,7 @@ impl Study {
             };
             let timing = store.timing(setting);
             let compared = (&reference, &reference_trace);
-            rows.push(Row::of(
+            rows.push(SceneRow::of(
                 &subject,
                 *setting,
                 (course, &trace),
@@ -157,12 +157,12 @@ fn make(
     let jobs = Mutex::new(jobs);
     let next = || jobs.lock().ok().and_then(|mut jobs| jobs.pop_front());
     let work = |job: Job| match job {
-        Job::Reference => Reference::find(subject, first, grid, monitor)
-            .map(|found| found.map(|(reference, trace)| Made::Reference(reference, trace))),
+        Job::Reference => SceneReference::find(subject, first, grid, monitor)
+            .map(|found| found.map(|(reference, trace)| JobResult::Reference(reference, trace))),
         Job::Row(setting) => setting
             .applied_to(subject)
             .and_then(|scene| motion::follow(subject, &scene.into(), grid, monitor, &mut |_| {}))
-            .map(|made| made.map(|(course, trace)| Made::Row(setting, course, trace))),
+            .map(|made| made.map(|(course, trace)| JobResult::Row(setting, course, trace))),
     };
     let all = |sender: mpsc::Sender<_>| {
         while let Some(job) = next().filter(|_| !monitor.is_stopped()) {
@@ -189,10 +189,10 @@ fn make(
         for made in receiver {
             let kept = made.and_then(|made| match made {
                 None => Ok(()),
-                Some(Made::Reference(reference, trace)) => {
+                Some(JobResult::Reference(reference, trace)) => {
                     store.keep_reference(subject, &reference, &trace)
                 }
-                Some(Made::Row(setting, course, trace)) => {
+                Some(JobResult::Row(setting, course, trace)) => {
                     store.keep_course(subject, &setting, &course, &trace)
                 }
             });

@@ -39,7 +39,7 @@ impl Monitor {
         self.bar.inc(steps);
     }
 
-    /// What is being done.
+    /// Present activity.
     pub fn tell(&self, message: &str) {
         self.bar.set_message(printable(message).into_owned());
     }

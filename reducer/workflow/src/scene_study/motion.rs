@@ -14,8 +14,8 @@ use dcb_runtime::error::Error;
 use dcb_runtime::integrator::Effort;
 use dcb_runtime::integrator::equal_steps::EqualSteps;
 use dcb_runtime::model::{Model, RecordedStep, Recorder};
+use dcb_runtime::run::method;
 use dcb_runtime::run::transient::{imbalance_warning, rounding_warning, unresolved_warning};
-use dcb_runtime::run::{method, redundancy};
 use dcb_runtime::simulation::Simulation;
 use dcb_runtime::watch::compatibility_window::WeakWindow;
 use dcb_runtime::watch::energy_balance::EnergyBalance;
@@ -45,13 +45,13 @@ pub struct Course {
     pub energy_defect: f64,
     /// The largest energy that was stored or exchanged; zero where all of it is rounding.
     pub largest_energy: f64,
-    /// What a user would be told.
+    /// Notes for the user.
     pub warnings: Vec<String>,
     /// Why the run did not come to its end; `None` if it did.
     pub stopped: Option<String>,
 }
 
-/// What integrating took.
+/// Effort of an integration.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Timing {
     /// Wall time of the fastest run, s: steps only.
@@ -65,7 +65,7 @@ pub struct Timing {
 /// Runs a scene and samples the subject's quantities; `watch` sees every state that is sampled. `None` if the user stopped it.
 ///
 /// # Errors
-/// What can't be blamed on the options: files that can't be read, memory. Everything else is told in [`Course::stopped`].
+/// Failures that don't depend on the options: files that can't be read, memory. Everything else is told in [`Course::stopped`].
 pub fn follow(
     subject: &Subject,
     narrowed: &NarrowedScene,
@@ -90,7 +90,7 @@ pub fn follow(
 /// The same for a run that has to come to its end.
 ///
 /// # Errors
-/// Whatever stopped it.
+/// The error that stopped it.
 pub fn follow_to_the_end(
     subject: &Subject,
     narrowed: &NarrowedScene,
@@ -116,7 +116,7 @@ fn attempt(
     let width: usize = widths.sum();
     let mut sampler = Sampler::new(grid, step_of(scene)?.step, width);
     let outcome = begin(narrowed, &mut course).and_then(|(simulation, recorder)| {
-        let mut run = Run {
+        let mut run = TimedRun {
             validity: Validity::of(simulation.system(), simulation.state()),
             balance: EnergyBalance::default(),
             simulation,
@@ -176,7 +176,7 @@ pub fn steps_of(scene: &Scene) -> Result<u64, Error> {
 }
 
 /// A run that is sampled.
-struct Run<'a> {
+struct TimedRun<'a> {
     simulation: Simulation,
     recorder: Recorder,
     validity: Validity,
@@ -189,7 +189,7 @@ struct Run<'a> {
     watch: &'a mut dyn FnMut(&Simulation),
 }
 
-impl Run<'_> {
+impl TimedRun<'_> {
     /// Whether the end was reached; else the user stopped it.
     fn integrate(&mut self, scene: &Scene, grid: Grid, monitor: &Monitor) -> Result<bool, Error> {
         let integrator = step_of(scene)?;
@@ -247,7 +247,7 @@ impl Run<'_> {
 fn begin(narrowed: &NarrowedScene, course: &mut Course) -> Result<(Simulation, Recorder), Error> {
     let scene = &narrowed.scene;
     let model = Model::load_narrowed(narrowed, &SuperelementFiles::default())?;
-    course.freedoms = model.system.freedom_count();
+    course.freedoms = model.system.dof_count();
     course.elastic = model.system.coordinate_count();
     course.rows = model.system.rows.len();
     let (simulation, recorder) = start(model, scene)?;
@@ -279,7 +279,7 @@ fn start(model: Model, scene: &Scene) -> Result<(Simulation, Recorder), Error> {
     } = model;
     let method = method(&step_of(scene)?);
     let (simulation, _) =
-        Simulation::start_holding(system, drawn, method, redundancy(scene), &held)?;
+        Simulation::start_holding(system, drawn, method, scene.redundant_constraints, &held)?;
     Ok((simulation, recorder))
 }
 

@@ -2,7 +2,7 @@
 
 use dcb_report::{Axis, Chart, Family, Note, Series, Style, pareto_chart, pareto_front, small_svg};
 
-use super::Study;
+use super::SceneStudy;
 use super::comparison::places;
 use super::grid::Trace;
 use super::setting::Setting;
@@ -13,7 +13,7 @@ const MOST_HISTORIES: usize = 3;
 const NOTHING: f64 = 1e-10;
 
 /// Error against cost: rows of different steps are joined.
-pub(super) fn front_chart(study: &Study) -> Chart {
+pub(super) fn front_chart(study: &SceneStudy) -> Chart {
     let mut families: Vec<Family> = Vec::new();
     let mut order: Vec<usize> = (0..study.rows.len()).collect();
     order.sort_by(|a, b| {
@@ -79,8 +79,8 @@ pub(super) fn front_chart(study: &Study) -> Chart {
     chart
 }
 
-/// What rows that differ in their step alone have in common, as far as the study varies it.
-fn family(study: &Study, setting: &Setting) -> String {
+/// Common properties of rows that differ in their step alone, as far as the study varies it.
+fn family(study: &SceneStudy, setting: &Setting) -> String {
     let mut parts = Vec::new();
     let varies = |of: fn(&Setting) -> String| {
         let mut all = study.rows.iter().map(|row| of(&row.setting));
@@ -104,7 +104,7 @@ fn family(study: &Study, setting: &Setting) -> String {
 }
 
 /// Rows whose histories are shown: the best one, the fastest, and that of the scene's own options, each once.
-pub(super) fn shown(study: &Study, tolerance: f64) -> Vec<usize> {
+pub(super) fn shown(study: &SceneStudy, tolerance: f64) -> Vec<usize> {
     let own = study
         .rows
         .iter()
@@ -121,7 +121,7 @@ pub(super) fn shown(study: &Study, tolerance: f64) -> Vec<usize> {
 }
 
 /// One picture for each column of each quantity that isn't zero.
-pub(super) fn histories(study: &Study, shown: &[usize]) -> Vec<(String, String)> {
+pub(super) fn histories(study: &SceneStudy, shown: &[usize]) -> Vec<(String, String)> {
     let mut pictures = Vec::new();
     let columns = places(&study.subject.quantities);
     let quantities = study.subject.quantities.iter().zip(columns);
@@ -156,7 +156,7 @@ pub(super) fn histories(study: &Study, shown: &[usize]) -> Vec<(String, String)>
 }
 
 /// The error of each quantity over time.
-pub(super) fn errors(study: &Study, shown: &[usize]) -> Vec<(String, String)> {
+pub(super) fn errors(study: &SceneStudy, shown: &[usize]) -> Vec<(String, String)> {
     let mut pictures = Vec::new();
     let columns = places(&study.subject.quantities);
     let quantities = study.subject.quantities.iter().zip(columns);
@@ -188,7 +188,7 @@ pub(super) fn errors(study: &Study, shown: &[usize]) -> Vec<(String, String)> {
     pictures
 }
 
-fn points(study: &Study, trace: &Trace, value: impl Fn(&[f64]) -> f64) -> Vec<[f64; 2]> {
+fn points(study: &SceneStudy, trace: &Trace, value: impl Fn(&[f64]) -> f64) -> Vec<[f64; 2]> {
     let rows = (0..trace.len()).filter_map(|index| Some((index, trace.row(index)?)));
     rows.map(|(index, row)| [study.grid.time(index), value(row)])
         .collect()
@@ -196,7 +196,7 @@ fn points(study: &Study, trace: &Trace, value: impl Fn(&[f64]) -> f64) -> Vec<[f
 
 /// A picture over time, and its caption; nothing where there is nothing to draw.
 fn drawn(
-    study: &Study,
+    study: &SceneStudy,
     caption: &str,
     vertical: Axis,
     series: Vec<Series>,

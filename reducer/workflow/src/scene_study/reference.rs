@@ -26,7 +26,7 @@ const RICHARDSON: f64 = 1.0 / 3.0;
 
 /// The run that the others are compared with.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Reference {
+pub struct SceneReference {
     /// Its options.
     pub setting: Setting,
     /// Steps of the runs that were made, the last of which is the reference.
@@ -40,7 +40,7 @@ pub struct Reference {
 /// How well converged a quantity of the reference is.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Convergence {
-    /// What errors are relative to; `None` for a quantity that is zero throughout.
+    /// Reference size of errors; `None` for a quantity that is zero throughout.
     pub scale: Option<f64>,
     /// Estimated error.
     pub uncertainty: Distance,
@@ -56,7 +56,7 @@ impl Convergence {
     }
 }
 
-impl Reference {
+impl SceneReference {
     /// The largest estimated error of a quantity, relative to its range.
     pub fn uncertainty(&self) -> f64 {
         let each = self.convergence.iter().map(Convergence::relative);
@@ -86,7 +86,7 @@ impl Reference {
     /// Makes it, starting with `first`; `None` if the user stopped it. Later runs that can't be made end the halving.
     ///
     /// # Errors
-    /// What stopped one of the first two runs; [`Error::Description`] if there is nothing but zeros to compare.
+    /// The error that stopped one of the first two runs; [`Error::Description`] if there is nothing but zeros to compare.
     pub fn find(
         subject: &Subject,
         first: Setting,

@@ -1,4 +1,4 @@
-//! What a study leaves for people and programs: a table, JSON, the Pareto front as a picture, and a page with all of it.
+//! Outputs of a study for people and programs: a table, JSON, the Pareto front as a picture, and a page with all of it.
 
 use dcb_formats::output::Replace;
 use dcb_formats::output::write_json;
@@ -6,20 +6,20 @@ use dcb_report::{Cell, Chart, Column, Page, Table, svg, write_svg};
 use serde_json::{Value, json};
 
 use super::pictures::{errors, front_chart, histories, shown};
-use super::row::Claim;
+use super::row::ErrorStatement;
 use super::store::{Store, generator};
-use super::{Row, Study};
+use super::{SceneRow, SceneStudy};
 use dcb_runtime::error::Error;
 
 /// Writes `study.csv`, `study.json`, `pareto.svg` and `report.html` into the folder of the study.
 ///
 /// # Errors
 /// [`Error::File`] where a file can't be written.
-pub fn write(study: &Study, store: &Store, tolerance: f64) -> Result<(), Error> {
+pub fn write(study: &SceneStudy, store: &Store, tolerance: f64) -> Result<(), Error> {
     table(study, Detail::Everything).write_csv(&store.path("study.csv"))?;
     write_json(&store.path("study.json"), &summary(study, tolerance))?;
     let chart = front_chart(study);
-    if study.rows.iter().any(Row::is_stable) {
+    if study.rows.iter().any(SceneRow::is_stable) {
         write_svg(
             std::slice::from_ref(&chart),
             &store.path("pareto.svg"),
@@ -32,7 +32,7 @@ pub fn write(study: &Study, store: &Store, tolerance: f64) -> Result<(), Error> 
 /// How much of the rows a table has.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Detail {
-    /// What a choice is made by.
+    /// Criterion of a choice.
     Essential,
     /// Options, errors of every quantity, and why runs stopped.
     Errors,
@@ -41,7 +41,7 @@ enum Detail {
 }
 
 /// The rows.
-fn table(study: &Study, detail: Detail) -> Table {
+fn table(study: &SceneStudy, detail: Detail) -> Table {
     let time = &study.subject.scene.units.time;
     let mut columns = vec![
         Column::new("row", "row", ""),
@@ -93,13 +93,13 @@ fn table(study: &Study, detail: Detail) -> Table {
     }
 }
 
-fn cells(study: &Study, index: usize, row: &Row, detail: Detail) -> Vec<Cell> {
+fn cells(study: &SceneStudy, index: usize, row: &SceneRow, detail: Detail) -> Vec<Cell> {
     let (setting, run) = (&row.setting, &row.course);
     let text = |text: &str| Cell::Text(text.to_owned());
     let count = |count: usize| Cell::Count(count as u64);
     let claim = row.claim(&study.reference);
     let is_bound = |is_bound: bool| text(if is_bound { "at most" } else { "measured" });
-    let is_at_most = matches!(claim, Claim::AtMost(_));
+    let is_at_most = matches!(claim, ErrorStatement::AtMost(_));
     let mut cells = vec![
         count(index + 1),
         Cell::Text(setting.modes_text()),
@@ -144,13 +144,13 @@ fn cells(study: &Study, index: usize, row: &Row, detail: Detail) -> Vec<Cell> {
     cells
 }
 
-fn relative_defect(row: &Row) -> Option<f64> {
+fn relative_defect(row: &SceneRow) -> Option<f64> {
     let course = &row.course;
     (course.largest_energy > 0.0).then(|| course.energy_defect / course.largest_energy)
 }
 
 /// All of it for programs.
-fn summary(study: &Study, tolerance: f64) -> Value {
+fn summary(study: &SceneStudy, tolerance: f64) -> Value {
     let subject = &study.subject;
     let rows = study.rows.iter().enumerate().map(|(index, row)| {
         json!({
@@ -198,7 +198,7 @@ fn summary(study: &Study, tolerance: f64) -> Value {
     })
 }
 
-fn page(study: &Study, chart: &Chart, tolerance: f64) -> Page {
+fn page(study: &SceneStudy, chart: &Chart, tolerance: f64) -> Page {
     let mut page = Page::new("Study of a scene");
     page.paragraph(&study.verdict(tolerance));
     page.heading("Error against time");
@@ -248,7 +248,7 @@ fn page(study: &Study, chart: &Chart, tolerance: f64) -> Page {
 }
 
 /// The fastest row for errors of 0.1, 0.01 and so on, down to what the reference can tell.
-fn decades(study: &Study) -> Table {
+fn decades(study: &SceneStudy) -> Table {
     let time = &study.subject.scene.units.time;
     let rows = (1..12)
         .map(|power| 10.0_f64.powi(-power))
@@ -278,7 +278,7 @@ fn decades(study: &Study) -> Table {
     }
 }
 
-fn convergence(study: &Study) -> Table {
+fn convergence(study: &SceneStudy) -> Table {
     let told = study
         .subject
         .quantities
@@ -307,7 +307,7 @@ fn convergence(study: &Study) -> Table {
 }
 
 /// Each warning once, with the rows that have it.
-fn warnings(study: &Study) -> Vec<String> {
+fn warnings(study: &SceneStudy) -> Vec<String> {
     let mut told: Vec<(&str, Vec<String>)> = Vec::new();
     for (index, row) in study.rows.iter().enumerate() {
         for warning in &row.course.warnings {

@@ -6,26 +6,26 @@ use serde::Serialize;
 use super::comparison::{Distance, places};
 use super::grid::Trace;
 use super::motion::{Course, Timing};
-use super::reference::Reference;
+use super::reference::SceneReference;
 use super::setting::Setting;
 use super::subject::Subject;
 
 /// One row.
 #[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct Row {
+pub struct SceneRow {
     /// Its options.
     pub setting: Setting,
     /// How the run went.
     pub course: Course,
-    /// What it took; `None` for a run that didn't come to its end.
+    /// Effort; `None` for a run that didn't come to its end.
     pub timing: Option<Timing>,
     /// Quantity by quantity; empty for a run that didn't come to its end.
-    pub deviations: Vec<Deviation>,
+    pub deviations: Vec<OutputDeviation>,
 }
 
 /// How far one quantity of a row is from the reference.
 #[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct Deviation {
+pub struct OutputDeviation {
     /// In the quantity's unit.
     pub distance: Distance,
     /// Relative to the quantity's range in the reference; `None` where that is zero.
@@ -34,20 +34,20 @@ pub struct Deviation {
     pub is_below_reference: bool,
 }
 
-impl Row {
+impl SceneRow {
     /// Compares a run with the reference.
     pub fn of(
         subject: &Subject,
         setting: Setting,
         (course, trace): (Course, &Trace),
         timing: Option<Timing>,
-        (reference, reference_trace): (&Reference, &Trace),
+        (reference, reference_trace): (&SceneReference, &Trace),
     ) -> Self {
         let columns = places(&subject.quantities);
         let deviation = |(index, columns): (usize, &std::ops::Range<usize>)| {
             let known = &reference.convergence[index];
             let distance = Distance::between(trace, reference_trace, columns.clone());
-            Deviation {
+            OutputDeviation {
                 distance,
                 relative: known.scale.map(|scale| distance.scaled(1.0 / scale)),
                 is_below_reference: distance.maximum <= known.uncertainty.maximum,
@@ -94,16 +94,16 @@ impl Row {
     }
 
     /// The same, but no smaller than what the reference itself may be off: what can be claimed.
-    pub fn claim(&self, reference: &Reference) -> Claim {
+    pub fn claim(&self, reference: &SceneReference) -> ErrorStatement {
         let (error, limit) = (self.error(), reference.uncertainty());
         match error > limit {
-            true => Claim::Measured(error),
-            false => Claim::AtMost(limit),
+            true => ErrorStatement::Measured(error),
+            false => ErrorStatement::AtMost(limit),
         }
     }
 
     /// As a candidate of the Pareto front.
-    pub fn candidate(&self, subject: &Subject, reference: &Reference) -> Candidate {
+    pub fn candidate(&self, subject: &Subject, reference: &SceneReference) -> Candidate {
         Candidate {
             label: multiple(self.setting.step / subject.own.step),
             cost: self.cost(subject.end).unwrap_or(f64::INFINITY),
@@ -114,14 +114,14 @@ impl Row {
 
 /// An error that can be claimed.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Claim {
+pub enum ErrorStatement {
     /// This.
     Measured(f64),
     /// No more than this: the reference isn't known better.
     AtMost(f64),
 }
 
-impl Claim {
+impl ErrorStatement {
     /// The number.
     pub fn value(self) -> f64 {
         match self {
@@ -130,7 +130,7 @@ impl Claim {
     }
 }
 
-impl std::fmt::Display for Claim {
+impl std::fmt::Display for ErrorStatement {
     fn fmt(&self, f: &mut std::fmt::Formatter) -> std::fmt::Result {
         match self {
             Self::Measured(error) => write!(f, "{error:.1e}"),
@@ -159,6 +159,6 @@ mod tests {
         for (ratio, text) in [(1.0, "h"), (16.0, "16 h"), (0.25, "h/4"), (1.5, "1.500 h")] {
             assert_eq!(multiple(ratio), text);
         }
-        assert_eq!(Claim::AtMost(3.14e-6).to_string(), "≤ 3.1e-6");
+        assert_eq!(ErrorStatement::AtMost(3.14e-6).to_string(), "≤ 3.1e-6");
     }
 }

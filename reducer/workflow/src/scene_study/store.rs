@@ -14,17 +14,17 @@ use serde_json::{Value, json};
 
 use super::grid::{Grid, Trace};
 use super::motion::{Course, Timing};
-use super::reference::Reference;
+use super::reference::SceneReference;
 use super::setting::Setting;
 use super::subject::{Quantity, Subject};
 use dcb_runtime::error::Error;
 use dcb_runtime::model::LoadedFile;
 
-/// What is in a line of `rows.jsonl`.
+/// Content of a line of `rows.jsonl`.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
-enum Entry {
-    Reference(Reference),
+enum SceneEntry {
+    Reference(SceneReference),
     Course(Course),
     Timing(Timing),
 }
@@ -32,7 +32,7 @@ enum Entry {
 /// The folder of a study.
 pub struct Store {
     folder: PathBuf,
-    ledger: Ledger<Entry>,
+    ledger: Ledger<SceneEntry>,
     grid: Grid,
 }
 
@@ -82,9 +82,9 @@ impl Store {
     }
 
     /// The reference, if it has been made.
-    pub fn reference(&self, subject: &Subject) -> Option<(Reference, Trace)> {
+    pub fn reference(&self, subject: &Subject) -> Option<(SceneReference, Trace)> {
         match self.ledger.row("reference") {
-            Some(Entry::Reference(reference)) => {
+            Some(SceneEntry::Reference(reference)) => {
                 Some((reference.clone(), self.history(subject, "reference")?))
             }
             _ => None,
@@ -95,17 +95,17 @@ impl Store {
     pub fn course(&self, subject: &Subject, setting: &Setting) -> Option<(Course, Trace)> {
         let key = setting.key();
         match self.ledger.row(&format!("course {key}")) {
-            Some(Entry::Course(course)) => {
+            Some(SceneEntry::Course(course)) => {
                 Some((course.clone(), self.history(subject, &file_name(&key))?))
             }
             _ => None,
         }
     }
 
-    /// What a run of these options takes, if it was measured.
+    /// Time of a run with these options, if it was measured.
     pub fn timing(&self, setting: &Setting) -> Option<Timing> {
         match self.ledger.row(&timing_key(setting)) {
-            Some(Entry::Timing(timing)) => Some(*timing),
+            Some(SceneEntry::Timing(timing)) => Some(*timing),
             _ => None,
         }
     }
@@ -117,7 +117,7 @@ impl Store {
     pub fn keep_reference(
         &mut self,
         subject: &Subject,
-        reference: &Reference,
+        reference: &SceneReference,
         trace: &Trace,
     ) -> Result<(), Error> {
         self.write(
@@ -127,7 +127,7 @@ impl Store {
             &reference.course,
             trace,
         )?;
-        let entry = Entry::Reference(reference.clone());
+        let entry = SceneEntry::Reference(reference.clone());
         Ok(self.ledger.add("reference", entry)?)
     }
 
@@ -144,7 +144,7 @@ impl Store {
     ) -> Result<(), Error> {
         let key = setting.key();
         self.write(subject, &file_name(&key), setting, course, trace)?;
-        let entry = Entry::Course(course.clone());
+        let entry = SceneEntry::Course(course.clone());
         Ok(self.ledger.add(&format!("course {key}"), entry)?)
     }
 
@@ -154,7 +154,7 @@ impl Store {
     /// [`Error::File`].
     pub fn keep_timing(&mut self, setting: &Setting, timing: Timing) -> Result<(), Error> {
         let key = timing_key(setting);
-        Ok(self.ledger.add(&key, Entry::Timing(timing))?)
+        Ok(self.ledger.add(&key, SceneEntry::Timing(timing))?)
     }
 
     /// Writes the values of a run as a results file.
@@ -228,7 +228,7 @@ pub fn generator() -> String {
     concat!("dcb simulate ", env!("CARGO_PKG_VERSION")).into()
 }
 
-/// What all rows have in common.
+/// Properties that all rows share.
 fn settings(subject: &Subject, first: &Setting, grid: Grid) -> Value {
     let files: Vec<Value> = (subject.files.iter())
         .map(|file| json!({"file": file_of(&file.path), "digest": file.digest}))

@@ -1,4 +1,4 @@
-//! What is studied: a scene, the modes that its superelements have, and the quantities that its runs are compared by.
+//! Subject of a study: a scene, the modes that its superelements have, and the quantities that its runs are compared by.
 
 use std::ops::Range;
 
@@ -23,7 +23,7 @@ pub struct Subject {
     pub mode_counts: IndexMap<String, u32>,
     /// Superelements that were read.
     pub files: Vec<LoadedFile>,
-    /// What is compared.
+    /// Quantities that are compared.
     pub quantities: Vec<Quantity>,
 }
 

@@ -1,5 +1,7 @@
 //! Which options a study tries: lists, and how they are combined.
 
+use clap::ValueEnum;
+
 use super::setting::{ModeCount, Setting};
 use super::subject::Subject;
 use dcb_formats::scene::{Compatibility, InertiaChange};
@@ -12,7 +14,7 @@ const STEP_MULTIPLES: [f64; 5] = [1.0, 2.0, 4.0, 8.0, 16.0];
 /// Steps of a run, at least, where the study chooses them.
 const FEWEST_STEPS: f64 = 50.0;
 
-/// What is tried of each option; the scene's own where a list is empty.
+/// Values to try of each option; the scene's own where a list is empty.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Lists {
     /// Numbers of modes.
@@ -28,16 +30,16 @@ pub struct Lists {
 }
 
 /// How lists are combined.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 pub enum Combination {
-    /// Every entry with every entry of the others.
+    /// Every entry with every entry of the other lists.
     Product,
     /// One list at a time, the other options as the scene has them.
     OneAtATime,
 }
 
 impl Lists {
-    /// What a study tries where nothing is asked for: modes in steps of 1, 2, 5, strong and static compatibility, the scene's step
+    /// Default lists of a study: modes in steps of 1, 2, 5, strong and static compatibility, the scene's step
     /// and up to sixteen times as long ones.
     pub fn usual(subject: &Subject) -> Self {
         let most = subject.most_modes().unwrap_or(0);

@@ -1,10 +1,10 @@
-//! What a study says in words: how good the reference is, which row to take, and under which conditions it was measured.
+//! Verdicts of a study in words: how good the reference is, which row to take, and under which conditions it was measured.
 
 use std::fmt::Write as _;
 
 use super::reference::AGREEMENT;
 use super::setting::{ModeCount, Setting};
-use super::{Row, Study};
+use super::{SceneRow, SceneStudy};
 
 impl Setting {
     /// `1 mode`, `5 modes`, `all modes`, or `modes as in the scene`.
@@ -36,7 +36,7 @@ impl Setting {
     }
 }
 
-impl Study {
+impl SceneStudy {
     /// Which row is the fastest for an error, or how near the rows come.
     pub fn verdict(&self, tolerance: f64) -> String {
         let time = &self.subject.scene.units.time;
@@ -54,7 +54,7 @@ impl Study {
         }
         let mut text = format!("No row has an error up to {tolerance:e} of each output's range");
         let stable = self.rows.iter().filter(|row| row.is_stable());
-        match stable.map(Row::error).min_by(f64::total_cmp) {
+        match stable.map(SceneRow::error).min_by(f64::total_cmp) {
             // Writing to a string doesn't fail.
             None => text += ": none came to its end.",
             Some(_) if limit > tolerance => {
@@ -73,7 +73,7 @@ impl Study {
         text
     }
 
-    /// What the rows are compared with, and how well converged it is.
+    /// Reference of the rows, and how well converged it is.
     pub fn reference_told(&self) -> String {
         let time = &self.subject.scene.units.time;
         let steps: Vec<String> = self

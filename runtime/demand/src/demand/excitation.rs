@@ -90,7 +90,7 @@ fn far_motion(scene: &Scene) -> Vec<String> {
     reasons
 }
 
-/// What lets go at time zero.
+/// Releases at time zero.
 fn release(scene: &Scene) -> Vec<String> {
     let mut reasons = Vec::new();
     if scene.gravity_in_space().norm() > 0.0 {

@@ -1,4 +1,4 @@
-//! What acts on the interfaces of a body, and what looks at them.
+//! Loads on the interfaces of a body, and outputs that observe them.
 
 use std::collections::BTreeSet;
 
@@ -9,15 +9,16 @@ use serde::Serialize;
 
 use super::part::{PartInterface, Parts, find};
 use super::transmission::{
-    Driven, Side, Transmission, first_torque_axis, kept_orientation, load_directions,
+    Driven, Transmission, first_torque_axis, kept_orientation, load_directions,
 };
 use super::wrench_space::{Half, Span, WrenchSpace};
 use crate::Error;
 use dcb_formats::scene::{
-    Attachment, BodyKind, Joint, Load, LoadAxes, LoadFunction, Output, ReactionAxes, Scene, Spring,
+    Attachment, BodyKind, Joint, Load, LoadAxes, LoadFunction, Output, ReactionAxes, Scene, Side,
+    Spring,
 };
 
-/// What a scene asks of an interface.
+/// Demand of a scene on an interface.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct InterfaceDemand {
     /// Name of the interface.
@@ -48,7 +49,7 @@ struct Found {
     is_grounded: bool,
 }
 
-/// What acts on the interfaces of a body.
+/// Loads on the interfaces of a body.
 pub(super) struct Gathered {
     pub(super) interfaces: Vec<InterfaceDemand>,
     /// Whether each of them is fixed to the ground.

@@ -1,4 +1,4 @@
-//! What a scene asks of a part: which of its interfaces are loaded and how, which of its motions anybody looks at, how fast
+//! Demand of a scene on a component: which of its interfaces are loaded and how, which of its motions anybody looks at, how fast
 //! they are, and whether it turns or falls.
 //!
 //! A [`Demand`] is read off a scene without integrating it, and without the part's superelement: names, places and directions of its
@@ -60,14 +60,14 @@ use crate::Error;
 use dcb_formats::scene::{Analysis, InertiaChange, Load, Output, Scene};
 use interface::{Gathered, Gathering, superelement};
 
-/// What a scene asks of one of its superelements.
+/// Demand of a scene on one of its superelements.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Demand {
     /// Name of the body.
     pub body: String,
-    /// What the body has to do with the rest.
+    /// Involvement of the body.
     pub involvement: Involvement,
-    /// What of its deflection is followed.
+    /// Deflection that is followed.
     pub deflection: Deflection,
     /// Interfaces that the scene uses, in the order of the part; the others are not used.
     pub interfaces: Vec<InterfaceDemand>,
@@ -89,7 +89,7 @@ pub struct Demand {
     pub planes: PlanesOfMotion,
 }
 
-/// What a body has to do with the rest of a scene.
+/// Involvement of a body in a scene.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Involvement {
@@ -101,7 +101,7 @@ pub enum Involvement {
     Unused,
 }
 
-/// What of a deflection an analysis follows.
+/// Deflection that an analysis follows.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Deflection {
@@ -114,7 +114,7 @@ pub enum Deflection {
 }
 
 impl Demand {
-    /// What a scene asks of its body `body`. `parts` has at least that body's interfaces; where a direction depends on another
+    /// Demand of a scene on its body `body`. `parts` has at least that body's interfaces; where a direction depends on another
     /// superelement that isn't in it, the demand is for every direction.
     ///
     /// # Errors

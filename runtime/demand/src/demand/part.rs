@@ -1,4 +1,4 @@
-//! What is known of a part without its superelement: where its interfaces are and what of their motion it has.
+//! Properties of a component without its superelement: where its interfaces are and what of their motion it has.
 
 use dcb_formats::description::suggestion;
 use dcb_formats::superelement::Superelement;

@@ -10,10 +10,10 @@ use nalgebra::{Matrix3, Vector3};
 use serde::Serialize;
 
 use super::part::{DrawnPlace, Parts};
-use super::transmission::{Driven, Side, acts, axis, first_torque_axis, in_space, load_directions};
+use super::transmission::{Driven, acts, axis, first_torque_axis, load_directions};
 use dcb_formats::scene::{
     Analysis, Attachment, Body, BodyKind, Bushing, Characteristic, Load, LoadAxes, Placement,
-    Scene, Spring,
+    Scene, Side, Spring, in_space,
 };
 
 /// How nearly an axis of a frame is a plane's normal: rounding.

@@ -1,4 +1,4 @@
-//! What joints, drives, springs and loads can exert at the places that they hold, in the axes of the place.
+//! Forces and moments that joints, drives, springs and loads can exert at their places, in the axes of the place.
 //!
 //! | coupling | force on a | moment on a | force on b | moment on b |
 //! |---|---|---|---|---|
@@ -25,20 +25,9 @@ use super::part::{DrawnPlace, Parts};
 use super::wrench_space::Span;
 use dcb_formats::function::Function;
 use dcb_formats::scene::{
-    AxisJoint, Bushing, Characteristic, Drive, Joint, LoadFunction, OrientationSource, Scene,
-    Spring,
+    Bushing, Characteristic, Drive, ExertedDirections, Joint, LoadFunction, OrientationSource,
+    Scene, SecondAxis, Side, Spring,
 };
-
-/// Which end of a coupling.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Side {
-    A,
-    B,
-}
-
-impl Side {
-    pub(super) const BOTH: [Self; 2] = [Self::A, Self::B];
-}
 
 /// Forces and moments at a place, in its axes.
 #[derive(Clone, Debug, PartialEq)]
@@ -55,47 +44,31 @@ impl Transmission {
         }
     }
 
-    /// What a joint between two places exerts at one of them by itself.
+    /// Forces and moments of a joint at one of its places, drives left aside.
     pub(super) fn of_joint(scene: &Scene, parts: &Parts, joint: &Joint, side: Side) -> Self {
         let axis = axis(scene, parts, joint, side);
-        let (along, across) = (
-            axis.map_or(Span::Everything, Span::Along),
-            axis.map_or(Span::Everything, Span::Across),
-        );
-        let (force, moment) = match joint {
-            Joint::Fixed(_) => (Span::Everything, Span::Everything),
-            Joint::Revolute(_) | Joint::Universal(_) => (Span::Everything, across),
-            Joint::Prismatic(_) => (across, Span::Everything),
-            Joint::Cylindrical(_) => (across, across),
-            Joint::Spherical(_) | Joint::Distance(_) => (Span::Everything, Span::Nothing),
-            Joint::Planar(_) => (along, across),
-            Joint::PointOnLine(_) => match side {
-                Side::A => (across, across),
-                Side::B => (Span::Everything, Span::Nothing),
-            },
-            Joint::Gear(_) | Joint::Rack(_) => (Span::Nothing, Span::Nothing),
-        };
+        let [force, moment] = joint.exerts(side).map(|which| Span::of(which, axis));
         match takes_the_body(joint) {
             true => Self::of(force, Span::Nothing),
             false => Self::of(force, moment),
         }
     }
 
-    /// What acts on the angle of a joint, at one of its places.
+    /// Moment that acts on the angle of a joint, at one of its places.
     pub(super) fn about_the_axis(scene: &Scene, parts: &Parts, joint: &Joint, side: Side) -> Self {
         match takes_the_body(joint) {
             true => Self::of(Span::Nothing, Span::Nothing),
             false => {
                 let axis = axis(scene, parts, joint, side);
-                Self::of(Span::Nothing, axis.map_or(Span::Everything, Span::Along))
+                Self::of(Span::Nothing, Span::of(ExertedDirections::Along, axis))
             }
         }
     }
 
-    /// What acts on the translation or distance of a joint, at one of its places.
+    /// Force that acts on the translation or distance of a joint, at one of its places.
     pub(super) fn along_the_axis(scene: &Scene, parts: &Parts, joint: &Joint, side: Side) -> Self {
         let axis = axis(scene, parts, joint, side);
-        Self::of(axis.map_or(Span::Everything, Span::Along), Span::Nothing)
+        Self::of(Span::of(ExertedDirections::Along, axis), Span::Nothing)
     }
 
     /// A spring between two places.
@@ -138,17 +111,7 @@ impl Transmission {
 
 /// Whether the moments of a joint act on the body frames and not on the interfaces.
 fn takes_the_body(joint: &Joint) -> bool {
-    let source = match joint {
-        Joint::Fixed(joint) => joint.orientation,
-        Joint::Revolute(joint)
-        | Joint::Prismatic(joint)
-        | Joint::Cylindrical(joint)
-        | Joint::Planar(joint) => joint.orientation,
-        Joint::Universal(joint) => joint.orientation,
-        Joint::PointOnLine(joint) => joint.orientation,
-        Joint::Spherical(_) | Joint::Distance(_) | Joint::Gear(_) | Joint::Rack(_) => None,
-    };
-    source == Some(OrientationSource::Body)
+    joint.orientation() == Some(OrientationSource::Body)
 }
 
 /// The axis of a joint that is fixed in one of its places, in its axes; `None` where it has none, or where that of b depends on an
@@ -159,49 +122,18 @@ pub(super) fn axis(
     joint: &Joint,
     side: Side,
 ) -> Option<Vector3<f64>> {
-    match joint {
-        Joint::Revolute(joint)
-        | Joint::Prismatic(joint)
-        | Joint::Cylindrical(joint)
-        | Joint::Planar(joint) => common_axis(scene, parts, joint, side),
-        Joint::Universal(joint) => Some(in_space(match side {
-            Side::A => &joint.axis,
-            Side::B => &joint.axis_b,
-        })),
-        Joint::PointOnLine(joint) => (side == Side::A).then(|| in_space(&joint.axis)),
-        Joint::Fixed(_)
-        | Joint::Spherical(_)
-        | Joint::Distance(_)
-        | Joint::Gear(_)
-        | Joint::Rack(_) => None,
-    }
-}
-
-fn common_axis(
-    scene: &Scene,
-    parts: &Parts,
-    joint: &AxisJoint,
-    side: Side,
-) -> Option<Vector3<f64>> {
-    let axis = match &joint.axis {
-        Some(axis) => in_space(axis),
-        // A planar revolute joint.
-        None => return Some(Vector3::z()),
-    };
-    match (side, &joint.axis_b) {
-        (Side::A, _) => Some(axis),
-        (Side::B, Some(axis_b)) => Some(in_space(axis_b)),
-        (Side::B, None) => {
-            let a = DrawnPlace::of(scene, parts, &joint.a)?;
-            let b = DrawnPlace::of(scene, parts, &joint.b)?;
-            Some(b.axes.tr_mul(&(a.axes * axis)))
+    let axis = joint.axis()?;
+    match (side, axis.b) {
+        (Side::A, _) => Some(axis.a),
+        (Side::B, SecondAxis::Given(axis)) => Some(axis),
+        (Side::B, SecondAxis::AsDrawn) => {
+            let [a, b] = joint.attachments()?;
+            let a = DrawnPlace::of(scene, parts, a)?;
+            let b = DrawnPlace::of(scene, parts, b)?;
+            Some(b.axes.tr_mul(&(a.axes * axis.a)))
         }
+        (Side::B, SecondAxis::None) => None,
     }
-}
-
-/// Two or three components as three.
-pub(super) fn in_space(components: &[f64]) -> Vector3<f64> {
-    Vector3::from_fn(|axis, _| components.get(axis).copied().unwrap_or(0.0))
 }
 
 /// Whether a characteristic is more than zero.
@@ -218,7 +150,7 @@ pub(super) fn acts_along(list: &Option<Vec<Characteristic>>, index: usize) -> bo
     entry.is_some_and(acts)
 }
 
-/// What drives, torsion springs, gears and racks act on, of one joint: paths of keys.
+/// Drives, torsion springs, gears and racks that act on one joint: paths of keys.
 pub(super) struct Driven {
     /// Those that act on its angle.
     pub(super) turned_by: Vec<String>,

@@ -1,4 +1,4 @@
-//! What several bodies of one part ask of it together: whatever one of them asks.
+//! Common demand of several bodies of one component: whatever one of them asks.
 
 use nalgebra::Vector3;
 
@@ -10,7 +10,7 @@ use super::{Band, Demand, InterfaceDemand, NodeDemand, PlaneOfMotion, PlanesOfMo
 const ROUNDING: f64 = 1e-6;
 
 impl Demand {
-    /// What several bodies that are made of one part ask of it, `interfaces` its own; `None` without a body. Wrenches of an interface span what
+    /// Common demand of several bodies of one component, `interfaces` its own; `None` without a body. Wrenches of an interface span what
     /// those of the bodies span together, bands and spins are the largest, and planes of motion those that all bodies have.
     pub fn united(demands: &[Self], interfaces: &[PartInterface]) -> Option<Self> {
         let (first, others) = demands.split_first()?;
@@ -41,7 +41,7 @@ impl Demand {
     }
 }
 
-/// What is in any of some lists, once.
+/// Union of lists.
 fn together<'a>(lists: impl Iterator<Item = &'a Vec<String>>) -> Vec<String> {
     let mut all: Vec<String> = Vec::new();
     for entry in lists.flatten() {

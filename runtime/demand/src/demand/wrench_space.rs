@@ -1,8 +1,9 @@
 //! The space of wrenches that act on one interface.
 
+use dcb_formats::scene::ExertedDirections;
 use nalgebra::Vector3;
 
-/// A direction that others make up but for this part of its length isn't new: what seven written digits leave.
+/// A direction depends on others if what they leave of it is below this fraction of its length: the rounding of seven written digits.
 const DEPENDENT: f64 = 1e-6;
 
 /// Directions at a place, in its axes.
@@ -19,6 +20,16 @@ pub(super) enum Span {
 }
 
 impl Span {
+    /// Directions by the axis of a joint; all where an axis is needed and isn't known.
+    pub(super) fn of(directions: ExertedDirections, axis: Option<Vector3<f64>>) -> Self {
+        match (directions, axis) {
+            (ExertedDirections::None, _) => Self::Nothing,
+            (ExertedDirections::Along, Some(axis)) => Self::Along(axis),
+            (ExertedDirections::Across, Some(axis)) => Self::Across(axis),
+            (ExertedDirections::All, _) | (_, None) => Self::Everything,
+        }
+    }
+
     /// Vectors that span it.
     pub(super) fn vectors(&self) -> Vec<Vector3<f64>> {
         let axes = [Vector3::x(), Vector3::y(), Vector3::z()];

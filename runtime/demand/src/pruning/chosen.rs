@@ -12,8 +12,8 @@ use super::ranges::ranges;
 use super::{Carried, Pruned};
 use crate::Error;
 use crate::LeftOut;
+use crate::coordinate_search::{EXACTLY, fewest};
 use crate::demand::{Deflection, Demand, NodeDemand, PlaneOfMotion};
-use crate::fewest::{EXACTLY, fewest};
 use dcb_superelement::selection::{
     InPlane, NodeSelection, Normal, ObservedNodes, SYMMETRIC, Selection,
 };
@@ -204,11 +204,11 @@ impl<'a> Chooser<'a> {
     }
 }
 
-/// What is selected before coordinates are left out.
+/// Selection before coordinates are left out.
 struct Reference<'a, 'b> {
     chooser: &'b Chooser<'a>,
     selection: Selection,
-    /// What its interfaces cost.
+    /// Cost of its interfaces.
     error: f64,
     /// E, and how much its loss counts.
     spin: (f64, f64),

@@ -1,4 +1,4 @@
-//! What a scene needs of a superelement, and what it leaves out: why, and at which estimated cost.
+//! Contents of a superelement that a scene needs, and those that it leaves out: why, and at which estimated cost.
 //!
 //! A [`Demand`] says what a scene asks of a part. [`Pruned::of`] leaves out of the part's superelement what the demand doesn't ask for, as long
 //! as the receptance between the forces that act and all that is looked at changes by no more than a tolerance, over the demand's band of
@@ -26,7 +26,7 @@ use dcb_superelement::selection::{Normal, ObservedNodes, Selection};
 /// The tolerance of runs where nothing else is said.
 pub const DEFAULT_TOLERANCE: f64 = 1e-4;
 
-/// What is left of a superelement.
+/// Superelement after pruning.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Carried {
     /// A smaller superelement.
@@ -38,9 +38,9 @@ pub enum Carried {
 /// One superelement as a scene needs it.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Pruned {
-    /// What is left.
+    /// Remaining superelement.
     pub carried: Carried,
-    /// What isn't, in the order in which it was left out.
+    /// Contents left out, in order.
     pub left_out: Vec<LeftOut>,
     /// The normal of the plane that the part moves in, if that was made use of.
     pub plane: Option<Normal>,

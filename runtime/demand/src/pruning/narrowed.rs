@@ -5,7 +5,7 @@ use indexmap::IndexMap;
 
 use super::Carried;
 
-/// What is carried of the superelements of a scene; by default everything.
+/// Contents carried of the superelements of a scene; by default everything.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Carrying {
     /// By the names of the bodies; all of the superelement where a body has no entry.
@@ -19,7 +19,7 @@ pub struct Carrying {
 pub struct NarrowedScene {
     /// The scene.
     pub scene: Scene,
-    /// What is carried.
+    /// Contents carried.
     pub carrying: Carrying,
 }
 

@@ -23,7 +23,7 @@ use dcb_superelement::selection::{ObservedNodes, Selection};
 /// Planes with normals of a smaller sine are the same.
 const PARALLEL: f64 = 1e-6;
 
-/// What a scene carries of its superelements.
+/// Contents of the superelements that a scene carries.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Pruning {
     /// By the names of the bodies.
@@ -37,7 +37,7 @@ struct Given<'a> {
     name: &'a str,
     file: &'a PartFile,
     whole: Superelement,
-    /// What became of the modes by the scene's own number of them.
+    /// Effect of the scene's own number of modes.
     truncation: Option<ModeTruncation>,
 }
 

@@ -198,7 +198,7 @@ impl Corrector {
         }
     }
 
-    /// What rounding of the positions is in the accelerations that constraints ask for: small steps and far places make it large where
+    /// Rounding of the positions in the accelerations that constraints ask for: small steps and far places make it large where
     /// constraints are on positions.
     pub fn rounding_of_accelerations(&self, system: &System, scheme: &Scheme, step: f64) -> f64 {
         let of_positions = SCATTER * ROUNDING * self.reach(system);

@@ -37,7 +37,7 @@ impl Condensed {
         }
     }
 
-    /// What the wrenches of the last solve make of interface forces and displacements.
+    /// Interface forces and displacements that follow from the wrenches of the last solve.
     pub(super) fn follow_forces(&mut self, system: &System, evaluation: &Evaluation) {
         for (index, body) in system.bodies.iter().enumerate() {
             let rows = body.residual_rows.clone();

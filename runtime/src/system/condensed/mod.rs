@@ -104,7 +104,7 @@ pub struct Condensed {
     interfaces: Interfaces,
     /// Rows that touch a body whose interfaces are deflected by their forces.
     compliant: Vec<bool>,
-    /// What interface forces, and interface displacements for the forces that are known, still differ by; by residual rows.
+    /// Remaining differences of interface forces, and of interface displacements for known forces; by residual rows.
     force_gaps: Vec<f64>,
     gaps: Vec<f64>,
     /// δg of the last solve, by residual rows.
@@ -351,7 +351,7 @@ impl Condensed {
         Ok(())
     }
 
-    /// What each row's measure must change by: to the demand for constraints, and for springs by what the force still differs.
+    /// Change that each row's measure needs: to the demand for constraints, and for springs by what the force still differs.
     ///
     /// Where constraints are redundant their regularization is a compliance of the joints, part of the equations and not
     /// of the iteration alone: the share of λ that does nothing is then determined and can't drift from step to step.

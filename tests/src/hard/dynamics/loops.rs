@@ -3,7 +3,7 @@
 use std::f64::consts::{FRAC_PI_2, PI, TAU};
 
 use dcb_formats::mesh::Dimension;
-use dcb_runtime::initial::Redundancy;
+use dcb_formats::scene::RedundantConstraints;
 use dcb_runtime::simulation::Simulation;
 use dcb_runtime::system::evaluation::Evaluation;
 use dcb_runtime::system::linearization::Linearization;
@@ -70,7 +70,12 @@ fn skewed_linkage(skew: f64) -> (f64, Simulation) {
     scene.join(&revolute(Vector3::z()), ground, last);
     let (system, state) = scene.finish();
     let naive = eliminated(&system, &state);
-    let started = Simulation::start(system, state, method(0.9), Redundancy::MinimumNorm);
+    let started = Simulation::start(
+        system,
+        state,
+        method(0.9),
+        RedundantConstraints::MinimumNorm,
+    );
     (naive, started.expect("a start").0)
 }
 
@@ -138,8 +143,13 @@ pub fn closed_ring() -> HardCase {
     let expected = mass * speed * speed * inner / (2.0 * half.sin());
     let naive = eliminated(&system, &state);
     assert!(naive.is_finite(), "the redundancy is noticed");
-    let (mut simulation, report) =
-        Simulation::start(system, state, method(0.9), Redundancy::MinimumNorm).expect("a start");
+    let (mut simulation, report) = Simulation::start(
+        system,
+        state,
+        method(0.9),
+        RedundantConstraints::MinimumNorm,
+    )
+    .expect("a start");
     let redundant: usize = report.redundant.iter().map(|(_, count)| count).sum();
     assert_eq!(redundant, 3);
     let first = simulation.state().origins.clone();

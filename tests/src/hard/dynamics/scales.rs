@@ -6,9 +6,9 @@ use std::sync::Arc;
 
 use dcb_formats::SparseMatrix;
 use dcb_formats::mesh::Dimension;
+use dcb_formats::scene::RedundantConstraints;
 use dcb_formats::superelement::Superelement;
 use dcb_runtime::force_law::{Characteristic, Law};
-use dcb_runtime::initial::Redundancy;
 use dcb_runtime::measure::{Displacement, Measure};
 use dcb_runtime::simulation::Simulation;
 use dcb_runtime::system::builder::Drawn;
@@ -348,7 +348,12 @@ pub fn attachments_of_rounding() -> HardCase {
                 ..ReducedRod::new(benchmark, 4, 10).mechanism()
             };
             let (system, state) = mechanism.system(&mechanism.rigid_start());
-            let started = Simulation::start(system, state, patient(0.8), Redundancy::MinimumNorm);
+            let started = Simulation::start(
+                system,
+                state,
+                patient(0.8),
+                RedundantConstraints::MinimumNorm,
+            );
             match started {
                 Err(refused) => format!("doesn't start: {refused}"),
                 Ok((mut simulation, _)) => {

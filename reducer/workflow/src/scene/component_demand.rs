@@ -1,4 +1,4 @@
-//! What a scene asks of a component that isn't reduced yet.
+//! Demand of a scene on a component that isn't reduced yet.
 
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
@@ -21,12 +21,12 @@ const NODES_WITH_BOUNDS: usize = 64;
 /// Name of the interface that stands for them; no file can have it.
 pub(super) const WATCHED: &str = "/nodes";
 
-/// What is asked of a part by all bodies that are made of it.
+/// Demand on a component by all bodies that are made of it.
 #[derive(Clone, Debug)]
-pub struct Asked {
+pub struct ComponentDemand {
     /// The demand.
     pub demand: Demand,
-    /// What the reader should know of it, or of what it is known from.
+    /// Notes on the demand and its sources.
     pub notes: Vec<String>,
     /// The component as it is to be reduced: without loads that don't act, with the nodes that are looked at as an output interface.
     pub component: Component,
@@ -38,7 +38,7 @@ pub struct Asked {
     pub dimension: Dimension,
 }
 
-impl Asked {
+impl ComponentDemand {
     /// Of the bodies that are made of a component.
     ///
     /// # Errors
@@ -331,7 +331,7 @@ fn refuse_unknown(part: &PartInScene, demand: &Demand, component: &Component) ->
     }
 }
 
-/// What in the scene counts modes of the file, and what the error isn't of.
+/// Settings of the scene that count modes of the file, and outputs outside the error.
 fn notes_on(part: &PartInScene) -> Vec<String> {
     let mut notes = Vec::new();
     for name in &part.bodies {

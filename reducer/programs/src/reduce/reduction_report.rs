@@ -1,4 +1,4 @@
-//! What `reduce PART.mtx` prints when it is done.
+//! Output of `reduce PART.mtx`.
 
 use std::fmt::Write as _;
 use std::path::Path;
@@ -54,7 +54,7 @@ pub fn stage_lines(stages: &[StageTime]) -> String {
     text
 }
 
-/// What stands beside modes and attachments, named; nothing where nothing does.
+/// Names of the columns beside modes and attachments; empty without any.
 pub fn further_columns(element: &Superelement) -> String {
     let mut text = String::new();
     if let Some(enrichment) = &element.enrichment {

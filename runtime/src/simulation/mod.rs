@@ -1,8 +1,11 @@
 //! A run: the system, its state, and what advances it.
 
+mod snapshot;
+
+pub use self::snapshot::Snapshot;
 use crate::energy::{Energy, Works};
 use crate::error::Error;
-use crate::initial::{InitialReport, REGULARIZATION, Redundancy, Starter};
+use crate::initial::{InitialReport, REGULARIZATION, Starter};
 use crate::integrator::adaptive::{StepSize, local_error};
 use crate::integrator::between::between;
 use crate::integrator::equal_steps::EqualSteps;
@@ -11,6 +14,7 @@ use crate::integrator::resolution::{Resolution, Unresolved};
 use crate::integrator::{Effort, Formulation, Method, Profile};
 use crate::system::evaluation::Evaluation;
 use crate::system::{State, System};
+use dcb_formats::scene::RedundantConstraints;
 
 /// Forces of which rounding is a smaller part are there by themselves.
 const MOSTLY_ROUNDING: f64 = 0.3;
@@ -20,14 +24,6 @@ const ALL_ROUNDING: f64 = 20.0;
 const NEGLIGIBLE: f64 = 1e-3;
 /// The interval of the differences that tell the rate of the accelerations at the start, in first steps.
 const LOOKED_BACK: f64 = 0.01;
-
-/// A state and all that its continuation depends on; restoring it continues to the last bit.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Snapshot {
-    state: State,
-    works: Works,
-    reference_energy: f64,
-}
 
 /// A mechanism in motion.
 pub struct Simulation {
@@ -56,7 +52,7 @@ impl Simulation {
         system: System,
         state: State,
         method: Method,
-        redundancy: Redundancy,
+        redundancy: RedundantConstraints,
     ) -> Result<(Self, InitialReport), Error> {
         Self::start_holding(system, state, method, redundancy, &[])
     }
@@ -69,7 +65,7 @@ impl Simulation {
         system: System,
         mut state: State,
         method: Method,
-        redundancy: Redundancy,
+        redundancy: RedundantConstraints,
         held: &[usize],
     ) -> Result<(Self, InitialReport), Error> {
         let report = Starter::of(&system)?
@@ -250,7 +246,7 @@ impl Simulation {
         self.corrector.profile.as_ref()
     }
 
-    /// What rounding is in the joints' forces at a step of this size, as a part of the largest forces of the run so far; zero where
+    /// Rounding in the joints' forces at a step of this size, as a fraction of the largest forces of the run so far; zero where
     /// constraints are on velocities too, and where it isn't there or there is nothing else: no forces that stand out, and no motion.
     pub fn rounding_of_forces(&self, step: f64) -> f64 {
         match self.method.formulation {
@@ -356,7 +352,7 @@ impl Simulation {
         (energy, works, self.lacking(&energy, &works))
     }
 
-    /// What was evaluated last.
+    /// Last evaluation.
     pub fn evaluation(&self) -> &Evaluation {
         &self.corrector.evaluation
     }
@@ -368,7 +364,7 @@ impl Simulation {
         (energy, self.works, self.lacking(&energy, &self.works))
     }
 
-    /// What the balance lacks.
+    /// Defect of the balance.
     fn lacking(&self, energy: &Energy, works: &Works) -> f64 {
         energy.total() - self.reference_energy - works.drives - works.loads + works.dissipated
     }
@@ -416,43 +412,4 @@ impl Simulation {
             }),
         }
     }
-
-    /// The state with all that its continuation depends on. Both runs, this one and a restored one, go on from here alike to
-    /// the last bit.
-    pub fn save(&mut self) -> Snapshot {
-        self.corrector.forget();
-        self.resolution.forget();
-        Snapshot {
-            state: self.state.clone(),
-            works: self.works,
-            reference_energy: self.reference_energy,
-        }
-    }
-
-    /// Goes back, or on, to a saved state of the same system.
-    ///
-    /// # Errors
-    /// [`Error::ForeignSnapshot`] if it is of another system.
-    pub fn restore(&mut self, snapshot: &Snapshot) -> Result<(), Error> {
-        if sizes(&self.state) != sizes(&snapshot.state) {
-            return Err(Error::ForeignSnapshot);
-        }
-        self.corrector.forget();
-        self.resolution.forget();
-        self.state.copy_from(&snapshot.state);
-        self.works = snapshot.works;
-        self.reference_energy = snapshot.reference_energy;
-        Ok(())
-    }
-}
-
-/// Bodies, coordinates, rows, angles and inputs.
-fn sizes(state: &State) -> [usize; 5] {
-    [
-        state.origins.len(),
-        state.coordinates.len(),
-        state.forces.len(),
-        state.angles.len(),
-        state.inputs.len(),
-    ]
 }

@@ -7,7 +7,7 @@ use crate::attachments::residual::ResidualFlexibility;
 use crate::model::condensation::Model;
 use crate::modes::free_modes::FreeModes;
 
-/// What a reduction took; all zero where it was made before.
+/// Effort of a reduction; all zero where it was made before.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
 pub struct Work {
     /// Dofs of the model, rigid interfaces condensed.

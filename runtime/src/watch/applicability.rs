@@ -22,6 +22,7 @@ use std::f64::consts::TAU;
 use std::ops::Range;
 
 use dcb_formats::mesh::Direction;
+use dcb_formats::results::frequency_unit;
 
 use crate::body::FlexibleBody;
 
@@ -43,10 +44,10 @@ const ASIDE: f64 = 0.05;
 /// Forces below this part of the largest in the scene are rounding, and forces that don't move the body by this part of its length in the
 /// time of the run.
 const ROUNDING: f64 = 1e-9;
-/// A direction that others make up but for this part isn't new.
+/// A direction depends on others if what they leave of it is below this fraction of its length.
 const DEPENDENT: f64 = 1e-6;
 
-/// What was met so far.
+/// Observations so far.
 #[derive(Clone, Debug)]
 pub struct Scope {
     bodies: Vec<Vibration>,
@@ -66,7 +67,7 @@ pub struct Scope {
 pub struct BeyondScope {
     /// When it was the most.
     pub time: f64,
-    /// What it is, how much, and what to do.
+    /// Finding with its size and the remedy.
     pub message: String,
 }
 
@@ -159,7 +160,7 @@ impl Scope {
         }
     }
 
-    /// What was beyond.
+    /// Findings beyond the purpose of the superelements.
     pub fn found(&self, system: &System) -> Vec<BeyondScope> {
         let [first, last] = self.times.unwrap_or_default();
         let vibrating = self.bodies.iter();
@@ -168,7 +169,7 @@ impl Scope {
             let share = vibration.share_above(body, last - first, self.states)?;
             (share > ABOVE).then(|| BeyondScope {
                 time: last,
-                message: vibration.told(&body.name, share),
+                message: vibration.told(body, share),
             })
         });
         let loaded = self.interfaces.iter().filter_map(|loading| {
@@ -209,7 +210,9 @@ impl Vibration {
         (mean > DEFLECTS * body.length && energy > 0.0).then(|| (above / energy).min(1.0))
     }
 
-    fn told(&self, name: &str, share: f64) -> String {
+    fn told(&self, body: &Body, share: f64) -> String {
+        let name = &body.name;
+        let unit = frequency_unit(&body.flexible.units);
         let (percent, frequency) = (100.0 * share, self.limit.frequency);
         let (why, remedy) = match self.limit.by {
             LeftOutBy::Reduction => (
@@ -226,7 +229,7 @@ impl Vibration {
             ),
         };
         format!(
-            "{percent:.0} % of the elastic energy of body {name:?} is in motion above {frequency:.3e} per time, {why}: what is that fast isn't right; {remedy}"
+            "{percent:.0} % of the elastic energy of body {name:?} is in motion above {frequency:.3e} {unit}, {why}: what is that fast isn't right; {remedy}"
         )
     }
 }
