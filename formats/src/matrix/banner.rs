@@ -18,7 +18,7 @@ pub(super) struct Banner {
 
 /// The numbers of the size line.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Sizes {
+pub(super) struct SizeLine {
     pub(super) rows: u64,
     pub(super) columns: u64,
     /// Entries that follow.
@@ -71,7 +71,7 @@ impl Banner {
     ///
     /// # Errors
     /// Found and expected.
-    pub(super) fn sizes(&self, line: &[u8]) -> Result<Sizes, String> {
+    pub(super) fn sizes(&self, line: &[u8]) -> Result<SizeLine, String> {
         let names: &[&str] = match (self.is_vector, self.layout) {
             (false, Layout::Coordinate) => &["rows", "columns", "entries"],
             (false, Layout::Array) => &["rows", "columns"],
@@ -101,7 +101,7 @@ impl Banner {
             (Layout::Array, Symmetry::Symmetric | Symmetry::Hermitian) => rows * (rows + 1) / 2,
             (Layout::Array, Symmetry::Skew) => rows * rows.saturating_sub(1) / 2,
         };
-        Ok(Sizes {
+        Ok(SizeLine {
             rows,
             columns,
             entries,

@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use super::banner::{Banner, Sizes};
+use super::banner::{Banner, SizeLine};
 use super::foreign;
 use crate::Error;
 
@@ -94,7 +94,7 @@ impl MatrixHeader {
             }
         };
         let size_line = lines.number;
-        let Sizes {
+        let SizeLine {
             rows,
             columns,
             entries,
