@@ -4,6 +4,10 @@
 //! n_k the kept modes, n_x further columns, n = n_k + n_b + n_x. Dense arrays are faer matrices in the shape
 //! that the file documents; small fixed-size blocks are plain arrays.
 
+mod derivation;
+
+pub use derivation::{CouplingSource, Derivation, InterfaceDirections, SelectionRecord};
+
 use faer::Mat;
 
 use crate::component::{InterfaceKind, Role, Source, Units};
@@ -181,7 +185,7 @@ pub struct PartLoad {
     pub work: Vec<f64>,
 }
 
-/// Provenance: the work done, its input and its results, for people and for `verify`.
+/// Provenance: the work done, its input and its results, for people. Programs go by [`Derivation`].
 #[derive(Clone, Debug, PartialEq, Default)]
 pub struct Provenance {
     /// Program and version that wrote the superelement.
@@ -227,6 +231,8 @@ pub struct Superelement {
     pub moments: Option<Moments>,
     /// Loads on the inside of the component, by name.
     pub loads: Vec<PartLoad>,
+    /// How it was made; `None` if its maker doesn't say. Files before 1.4 say so in the provenance.
+    pub derivation: Option<Derivation>,
     /// Where it came from.
     pub provenance: Provenance,
 }
@@ -240,6 +246,18 @@ impl Superelement {
     /// n_k, the number of kept modes.
     pub fn mode_count(&self) -> usize {
         self.modes.eigenvalues.len()
+    }
+
+    /// Where L3 and I2 come from.
+    pub fn coupling_source(&self) -> CouplingSource {
+        let derivation = self.derivation.as_ref();
+        derivation.map_or(CouplingSource::Unknown, |of| of.coupling_source)
+    }
+
+    /// All selections that it went through, the first one first.
+    pub fn selections(&self) -> &[SelectionRecord] {
+        let derivation = self.derivation.as_ref();
+        derivation.map_or(&[], |of| of.selections.as_slice())
     }
 
     /// Name of a row of the boundary localization.

@@ -7,6 +7,7 @@ mod component_description;
 mod contradictions;
 mod damaged;
 mod dcb;
+mod derivation;
 mod frozen;
 mod full_disk;
 mod h5py;

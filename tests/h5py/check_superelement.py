@@ -27,10 +27,15 @@ SPATIAL = """
 """
 OPTIONAL = """
 /residual/output_shapes b,b | /enrichment/interface_shapes b,x | /enrichment/names x | /enrichment/shapes x,f | /reduced/mass n,n | /reduced/stiffness n,n
+/error/forces b,p | /derivation/coupling_source - | /derivation/interface_directions 2 | /derivation/left_out_columns o
+/derivation/selection_modes m,2 | /derivation/selection_first_omitted_eigenvalues s | /derivation/selection_frequency_limits s
+/derivation/selection_forces b,v | /derivation/selection_force_interfaces v,2
 /stiffening/interface b,n,n | /loads/names l | /loads/forces l,d | /loads/work l,n | /fields/dofs f,2 | /modes/shapes k,f | /residual/shapes b,f
 """
-STRINGS = {"/interfaces/names", "/interfaces/kinds", "/interfaces/roles", "/enrichment/names", "/loads/names"}
-INTEGERS = {"/interfaces/dofs", "/interfaces/row_nodes", "/fields/dofs"}
+STRINGS = {"/interfaces/names", "/interfaces/kinds", "/interfaces/roles", "/enrichment/names", "/loads/names",
+           "/derivation/coupling_source", "/derivation/left_out_columns"}
+INTEGERS = {"/interfaces/dofs", "/interfaces/row_nodes", "/fields/dofs", "/derivation/interface_directions",
+            "/derivation/selection_modes", "/derivation/selection_force_interfaces"}
 
 
 def parse(table):
@@ -121,6 +126,10 @@ def check(file):
         sizes["x"] = file["/enrichment/interface_shapes"].shape[1]
     if "/fields/dofs" in file:
         sizes["f"] = len(file["/fields/dofs"])
+    for letter, path, axis in (("p", "/error/forces", 1), ("o", "/derivation/left_out_columns", 0),
+                               ("s", "/derivation/selection_frequency_limits", 0), ("m", "/derivation/selection_modes", 0),
+                               ("v", "/derivation/selection_forces", 1)):
+        sizes[letter] = file[path].shape[axis] if path in file else 0
     sizes["n"] = sizes["k"] + sizes["b"] + sizes["x"]
     required = parse(REQUIRED) | parse(PLANAR if planar else SPATIAL)
     optional = parse(OPTIONAL) | {

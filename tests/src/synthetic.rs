@@ -8,8 +8,9 @@ use dcb_formats::dcb::{Compression, Contents, SuperelementFile, WriteOptions, wr
 use dcb_formats::mesh::{CellBlock, Dimension, Direction, Dof, Mesh};
 use dcb_formats::output::Replace;
 use dcb_formats::superelement::{
-    BoundaryRow, Enrichment, FrameKind, Inertia, InterfaceFrame, LoadedForces, Modes, Moments,
-    PartLoad, Provenance, RecoveryBasis, Residual, Stiffening, Superelement,
+    BoundaryRow, CouplingSource, Derivation, Enrichment, FrameKind, Inertia, InterfaceDirections,
+    InterfaceFrame, LoadedForces, Modes, Moments, PartLoad, Provenance, RecoveryBasis, Residual,
+    SelectionRecord, Stiffening, Superelement,
 };
 use faer::Mat;
 
@@ -154,6 +155,7 @@ pub fn superelement(dimension: Dimension) -> Superelement {
         enrichment: None,
         moments: None,
         loads: Vec::new(),
+        derivation: None,
         provenance: Provenance {
             generator: "reduce 0.1.0".to_owned(),
             inputs: vec![Source {
@@ -225,6 +227,7 @@ pub fn enriched(dimension: Dimension) -> Superelement {
             eigenvalue_bound: 6.25e7,
         }),
     });
+    of.derivation = Some(derivation(&of));
     of.inertia.l1 = matrix(50, dimension.coordinate_count(), n);
     of.inertia.i1.resize(n, of.inertia.i1[0]);
     of.inertia.i3 = matrix(51, axes, n);
@@ -234,6 +237,35 @@ pub fn enriched(dimension: Dimension) -> Superelement {
         .collect();
     of.frame_kind = FrameKind::Given;
     of
+}
+
+/// Two selections: the first left modes out up to a frequency, the second loads the first interface along two forces.
+fn derivation(of: &Superelement) -> Derivation {
+    let rows = of.rows.iter().filter(|row| row.interface == 0).count();
+    let force = |seed| (0..rows).map(|row| noise(seed, row, 0)).collect();
+    Derivation {
+        coupling_source: CouplingSource::Nodal,
+        interface_directions: Some(InterfaceDirections {
+            kept: 5,
+            available: 7,
+        }),
+        left_out_columns: vec!["spin zz".to_owned(), "load \"Böe\"".to_owned()],
+        selections: vec![
+            SelectionRecord {
+                modes: vec![0, 1, 3, 4, 6],
+                of_modes: 9,
+                first_omitted_eigenvalue: Some(4.5e7),
+                up_to: Some(812.5),
+                ..SelectionRecord::default()
+            },
+            SelectionRecord {
+                modes: vec![0, 1, 2, 4],
+                of_modes: 5,
+                loaded_along: BTreeMap::from([("big end".to_owned(), vec![force(96), force(97)])]),
+                ..SelectionRecord::default()
+            },
+        ],
+    }
 }
 
 /// A mesh of two cells, with node sets whose names HDF5 can't take.
@@ -358,6 +390,13 @@ pub fn summary(file: &SuperelementFile) -> Result<serde_json::Value, Error> {
         "warnings": of.provenance.warnings,
     });
     summary["moments_loaded"] = loaded.into();
+    let made = of.derivation.as_ref();
+    summary["coupling_source"] = serde_json::json!(made.map(|made| made.coupling_source));
+    let directions = made.and_then(|made| made.interface_directions);
+    let directions = directions.map(|directions| [directions.kept, directions.available]);
+    summary["interface_directions"] = serde_json::json!(directions);
+    summary["left_out_columns"] = serde_json::json!(made.map(|made| &made.left_out_columns));
+    summary["selections"] = serde_json::json!(of.selections());
     Ok(summary)
 }
 

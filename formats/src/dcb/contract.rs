@@ -36,6 +36,14 @@ pub(super) enum Axis {
     Rigid,
     /// n_p.
     Forces,
+    /// n_o.
+    LeftOutColumns,
+    /// n_s.
+    Selections,
+    /// n_m.
+    SelectedModes,
+    /// n_v.
+    SelectedForces,
 }
 
 /// The numbers that all shapes follow from.
@@ -51,6 +59,10 @@ pub(super) struct Counts {
     pub(super) loads: usize,
     pub(super) rigid: usize,
     pub(super) forces: usize,
+    pub(super) left_out_columns: usize,
+    pub(super) selections: usize,
+    pub(super) selected_modes: usize,
+    pub(super) selected_forces: usize,
 }
 
 impl Counts {
@@ -73,6 +85,10 @@ impl Counts {
             Axis::Residual => self.rows.saturating_add(self.enrichment),
             Axis::Rigid => self.rigid,
             Axis::Forces => self.forces,
+            Axis::LeftOutColumns => self.left_out_columns,
+            Axis::Selections => self.selections,
+            Axis::SelectedModes => self.selected_modes,
+            Axis::SelectedForces => self.selected_forces,
         }
     }
 
@@ -101,6 +117,10 @@ pub(super) enum Presence {
     Loaded,
     /// All or none of the datasets with this mark.
     Estimated,
+    /// Where the file says how it was made.
+    Derived,
+    /// All or none of the datasets with this mark.
+    Selected,
     /// By itself or not.
     Optional,
 }

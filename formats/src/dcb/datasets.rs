@@ -2,9 +2,12 @@
 //! `docs/format.md` has the same table in words.
 
 use super::contract::Axis::{
-    Basis, Coordinates, FieldDofs, Fixed, Forces, Interfaces, Modes, Rank, Residual, Rigid, Rows,
+    Basis, Coordinates, FieldDofs, Fixed, Forces, Interfaces, LeftOutColumns, Modes, Rank,
+    Residual, Rigid, Rows, SelectedForces, SelectedModes, Selections,
 };
-use super::contract::Presence::{Enriched, Estimated, Fields, Loaded, Optional, Required, Spatial};
+use super::contract::Presence::{
+    Derived, Enriched, Estimated, Fields, Loaded, Optional, Required, Selected, Spatial,
+};
 use super::contract::{Axis, Dataset, Presence};
 use super::units::{
     FIRST_MOMENT, FORCE, Factor, INERTIA, LENGTH, MASS, MODAL, MOMENT, ONE, PER_MODAL, Rule, SAME,
@@ -521,5 +524,77 @@ pub(super) const DATASETS: &[Dataset] = &[
         "B",
         Rule::Product(&[Factor::Force, SAME]),
         "forces that the superelement is made for (since 1.3)",
+    ),
+    same(
+        "/derivation/coupling_source",
+        Text,
+        &[],
+        Derived,
+        "",
+        PLAIN,
+        "where L3 and I2 come from: integrals, nodal or unknown (since 1.4)",
+    ),
+    same(
+        "/derivation/interface_directions",
+        Integer,
+        &[Fixed(2)],
+        Optional,
+        "",
+        PLAIN,
+        "directions of F_res that an interface reduction kept, and those that there were (since 1.4)",
+    ),
+    same(
+        "/derivation/left_out_columns",
+        Text,
+        &[LeftOutColumns],
+        Optional,
+        "",
+        PLAIN,
+        "further columns that were asked for and have nothing beyond the kept modes (since 1.4)",
+    ),
+    same(
+        "/derivation/selection_modes",
+        Integer,
+        &[SelectedModes, Fixed(2)],
+        Selected,
+        "",
+        PLAIN,
+        "per mode before a selection: index of the selection, 1 if it kept the mode or 0 (since 1.4)",
+    ),
+    same(
+        "/derivation/selection_first_omitted_eigenvalues",
+        Real,
+        &[Selections],
+        Selected,
+        "omega^2",
+        Rule::AngularFrequencySquared,
+        "lowest squared angular frequency that was left out before the selection, or infinite (since 1.4)",
+    ),
+    same(
+        "/derivation/selection_frequency_limits",
+        Real,
+        &[Selections],
+        Selected,
+        "f",
+        Rule::Product(&[Factor::Uniform(ONE.over(TIME))]),
+        "cycles per time up to which responses were to stay as they are; infinite if nobody said (since 1.4)",
+    ),
+    same(
+        "/derivation/selection_forces",
+        Real,
+        &[Rows, SelectedForces],
+        Selected,
+        "",
+        Rule::Product(&[Factor::Force, SAME]),
+        "forces along which a selection leaves an interface loaded, zero on other interfaces (since 1.4)",
+    ),
+    same(
+        "/derivation/selection_force_interfaces",
+        Integer,
+        &[SelectedForces, Fixed(2)],
+        Selected,
+        "",
+        PLAIN,
+        "per column of forces: index of the selection, index of the interface (since 1.4)",
     ),
 ];

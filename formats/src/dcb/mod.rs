@@ -8,19 +8,16 @@
 
 mod assemble;
 mod check;
-mod check_fields;
 mod contract;
 mod data;
 mod datasets;
 mod names;
 mod read;
-mod rules;
 mod second_order;
 mod shapes;
 mod sink;
 mod units;
 mod write;
-mod write_fields;
 
 pub use crate::hdf5_files::FormatVersion;
 pub use read::{SuperelementFile, read_superelement};
@@ -37,7 +34,7 @@ compile_error!("`.dcb.h5` data are little-endian and are read and written withou
 pub const FORMAT: &str = "dcb-superelement";
 
 /// The version this program writes; it reads every minor version of the same major version.
-pub const FORMAT_VERSION: FormatVersion = FormatVersion { major: 1, minor: 3 };
+pub const FORMAT_VERSION: FormatVersion = FormatVersion { major: 1, minor: 4 };
 
 /// How the field arrays (and only they) are stored.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]

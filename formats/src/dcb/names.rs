@@ -4,7 +4,7 @@
 //! cut at spaces: such bytes are written `%2F`, as in a URL.
 
 use crate::component::{InterfaceKind, Role};
-use crate::superelement::FrameKind;
+use crate::superelement::{CouplingSource, FrameKind};
 
 /// The word for a role.
 pub(super) fn role(role: Role) -> &'static str {
@@ -34,6 +34,23 @@ pub(super) fn frame_kind_of(word: &str) -> Option<FrameKind> {
     [FrameKind::MeanAxis, FrameKind::Given]
         .into_iter()
         .find(|known| known.name() == word)
+}
+
+/// The word for the source of couplings.
+pub(super) fn coupling_source(source: CouplingSource) -> &'static str {
+    match source {
+        CouplingSource::Integrals => "integrals",
+        CouplingSource::Nodal => "nodal",
+        CouplingSource::Unknown => "unknown",
+    }
+}
+
+/// The source of couplings of a word.
+pub(super) fn coupling_source_of(word: &str) -> Option<CouplingSource> {
+    use CouplingSource::{Integrals, Nodal, Unknown};
+    [Integrals, Nodal, Unknown]
+        .into_iter()
+        .find(|&known| coupling_source(known) == word)
 }
 
 /// The link name of a node set.

@@ -7,9 +7,10 @@ use std::sync::OnceLock;
 
 use faer::Mat;
 
+use super::check::rules;
 use super::contract::Counts;
 use super::shapes::{check_shapes, count};
-use super::{FORMAT, FORMAT_VERSION, FormatVersion, assemble, check, check_fields, names, rules};
+use super::{FORMAT, FORMAT_VERSION, FormatVersion, assemble, check, names};
 use crate::Error;
 use crate::hdf5_files::container::{Container, on_large_stack};
 use crate::hdf5_files::digest;
@@ -135,6 +136,12 @@ impl SuperelementFile {
     pub fn superelement(&self) -> Result<Superelement, Error> {
         let superelement = assemble::superelement(self).map_err(|finding| self.told(finding))?;
         check::superelement(&superelement).map_err(|finding| self.told(finding))?;
+        if let Some(derivation) =
+            (superelement.derivation.as_ref()).filter(|_| assemble::says_derivation(self))
+        {
+            check::derivation::derivation(&superelement, derivation)
+                .map_err(|finding| self.told(finding))?;
+        }
         Ok(superelement)
     }
 
@@ -214,7 +221,7 @@ impl SuperelementFile {
             },
         };
         let columns = [self.counts.modes, self.counts.rows, self.counts.enrichment];
-        check_fields::recovery(&basis, self.counts.dimension, columns, self.node_count())?;
+        check::fields::recovery(&basis, self.counts.dimension, columns, self.node_count())?;
         Ok(basis)
     }
 
@@ -262,7 +269,7 @@ impl SuperelementFile {
         }
         let read = || {
             let mesh = self.read_mesh()?;
-            check_fields::mesh(&mesh, self.counts.dimension)?;
+            check::fields::mesh(&mesh, self.counts.dimension)?;
             Ok(mesh)
         };
         read().map(Some).map_err(|finding| self.told(finding))

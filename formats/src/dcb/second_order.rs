@@ -2,7 +2,7 @@
 
 use faer::Mat;
 
-use super::rules;
+use super::check::rules;
 use crate::hdf5_files::inventory::Finding;
 
 /// Which of xx, yy, zz, xy, yz, zx entry (a, b) of a symmetric tensor is.

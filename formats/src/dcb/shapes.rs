@@ -37,6 +37,11 @@ pub(super) fn count(inventory: &Inventory) -> Result<Counts, Finding> {
             Ok(0)
         }
     };
+    // Of two that are the same: where one is missing, that is what is wrong, and not the size of the other.
+    let either = |path: &str, axis: usize, other: &str| match optional(path, axis)? {
+        0 => optional(other, 0),
+        count => Ok(count),
+    };
     Ok(Counts {
         dimension,
         interfaces: size("/interfaces/names", 0)?,
@@ -48,6 +53,18 @@ pub(super) fn count(inventory: &Inventory) -> Result<Counts, Finding> {
         loads: optional("/loads/names", 0)?,
         rigid: optional("/error/rigid_shapes", 1)?,
         forces: optional("/error/forces", 1)?,
+        left_out_columns: optional("/derivation/left_out_columns", 0)?,
+        selections: either(
+            "/derivation/selection_frequency_limits",
+            0,
+            "/derivation/selection_first_omitted_eigenvalues",
+        )?,
+        selected_modes: optional("/derivation/selection_modes", 0)?,
+        selected_forces: either(
+            "/derivation/selection_forces",
+            1,
+            "/derivation/selection_force_interfaces",
+        )?,
     })
 }
 
@@ -99,6 +116,11 @@ fn is_required(dataset: &Dataset, inventory: &Inventory, counts: &Counts) -> boo
         Presence::Optional => false,
         Presence::Fields => any(Presence::Fields),
         Presence::Estimated => any(Presence::Estimated),
+        Presence::Selected => any(Presence::Selected),
+        Presence::Derived => {
+            let mut paths = inventory.entries.keys();
+            paths.any(|path| path.starts_with("/derivation/"))
+        }
         Presence::Loaded => inventory.entries.contains_key("/loads/names"),
         Presence::Enriched => inventory
             .entries

@@ -15,11 +15,11 @@
 
 use faer::Mat;
 
-use super::inertia::{Couplings, PAIRS, trace_defect, whole_norms};
+use super::inertia::{PAIRS, trace_defect, whole_norms};
 use super::scaled::{negative_part, reciprocal, reduced_mass};
 use super::{AGREEMENT, Identity};
 use crate::mesh::Dimension;
-use crate::superelement::Superelement;
+use crate::superelement::{CouplingSource, Superelement};
 
 /// Rounding of attachments beside their size with no mode kept.
 const GRAM_LIMIT: f64 = 1e-8;
@@ -28,13 +28,13 @@ const GRAM_LIMIT: f64 = 1e-8;
 const SECTION_LIMIT: f64 = 1e-2;
 
 pub(super) fn in_full(of: &Superelement) -> Vec<Identity> {
-    let couplings = Couplings::of(of);
+    let source = of.coupling_source();
     match of.dimension {
-        Dimension::Planar if couplings == Couplings::Integrals => planar(of).into(),
+        Dimension::Planar if source == CouplingSource::Integrals => planar(of).into(),
         Dimension::Planar => Vec::new(),
         Dimension::Spatial => {
-            let is_whole = couplings == Couplings::Integrals
-                || couplings == Couplings::Unknown && trace_defect(of) <= AGREEMENT;
+            let is_whole = source == CouplingSource::Integrals
+                || source == CouplingSource::Unknown && trace_defect(of) <= AGREEMENT;
             match is_whole {
                 true => spatial(of).into(),
                 false => nodal(of),

@@ -4,12 +4,10 @@
 //! rotations with ψ, I1 of rigid rotations with Ω_a ψ, L3 of Ω_a ψ with ψ, I2 of Ω_a ψ with Ω_b ψ. No product exceeds that of the norms
 //! √m, √J_aa, √I2_aa,kk and √M_kk, however M was lumped and whether nodes have rotations or not.
 
-use serde::{Deserialize, Serialize};
-
 use super::scaled::{larger, norms, reciprocals, reduced_mass};
 use super::{AGREEMENT, Identity, LOAD_LIMIT};
 use crate::mesh::Dimension;
-use crate::superelement::{FrameKind, Superelement};
+use crate::superelement::{CouplingSource, FrameKind, Superelement};
 
 /// How much more than its mass a column may have in I2 where the mass of nodal rotations was left out of it: 6 for elements with cubic
 /// shapes, whose rotations can take back as much of the motion between nodes.
@@ -17,27 +15,6 @@ const NODAL_EXCESS: f64 = 8.0;
 
 /// Largest rest of a trace: attachments hold up to 2e-9 of the kept modes.
 const TRACE_LIMIT: f64 = 1e-6;
-
-/// Where L3 and I2 come from.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "lowercase")]
-pub enum Couplings {
-    /// Integrals over the component: they belong to one field of displacements with the mass.
-    Integrals,
-    /// The mass matrix at nodes whose rotations move the component between them too: approximations.
-    Nodal,
-    /// The file doesn't say.
-    Unknown,
-}
-
-impl Couplings {
-    /// Value that the maker of a superelement states.
-    pub fn of(of: &Superelement) -> Self {
-        let said = of.provenance.quality.get("couplings");
-        said.and_then(|said| Self::deserialize(said).ok())
-            .unwrap_or(Self::Unknown)
-    }
-}
 
 pub(super) fn at_load(of: &Superelement) -> Vec<Identity> {
     let mut all = vec![tensor(of)];
@@ -168,9 +145,9 @@ fn cosines(of: &Superelement, norms: &[f64]) -> (f64, f64) {
 fn planar(of: &Superelement) -> [Identity; 2] {
     let sizes = whole_norms(of);
     let reciprocal = reciprocals(&sizes);
-    let allowed = match Couplings::of(of) {
-        Couplings::Integrals => 1.0,
-        Couplings::Nodal | Couplings::Unknown => NODAL_EXCESS.sqrt(),
+    let allowed = match of.coupling_source() {
+        CouplingSource::Integrals => 1.0,
+        CouplingSource::Nodal | CouplingSource::Unknown => NODAL_EXCESS.sqrt(),
     };
     let moment = of.inertia.tensor[2][2].max(0.0).sqrt();
     let mut first = 0.0;
@@ -246,9 +223,9 @@ fn spatial(of: &Superelement) -> Vec<Identity> {
             }
         }
     }
-    let allowed = match Couplings::of(of) {
-        Couplings::Integrals => TRACE_LIMIT,
-        Couplings::Nodal | Couplings::Unknown => NODAL_EXCESS,
+    let allowed = match of.coupling_source() {
+        CouplingSource::Integrals => TRACE_LIMIT,
+        CouplingSource::Nodal | CouplingSource::Unknown => NODAL_EXCESS,
     };
     vec![
         Identity {

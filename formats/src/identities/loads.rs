@@ -6,11 +6,10 @@
 //! The work of the centrifugal forces of ω_a ω_b on ψ is −I1_ab (a ≠ b) and ¼ tr I1 − ½ I1_aa; in the plane that of ω² is I1.
 
 use super::Identity;
-use super::inertia::Couplings;
 use super::residual::flexibilities;
 use super::scaled::larger;
 use crate::further_column::Answer;
-use crate::superelement::{Enrichment, Superelement};
+use crate::superelement::{CouplingSource, Enrichment, Superelement};
 
 /// Largest difference of solutions with different right sides.
 const WORK_LIMIT: f64 = 1e-6;
@@ -31,7 +30,7 @@ pub(super) fn in_full(of: &Superelement) -> Vec<Identity> {
         }),
         limit: WORK_LIMIT,
     }];
-    if Couplings::of(of) == Couplings::Integrals {
+    if of.coupling_source() == CouplingSource::Integrals {
         all.push(Identity {
             path: "/inertia/I1",
             what: "beyond the modes it is proportional to what the columns `spin` have in K",

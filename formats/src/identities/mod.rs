@@ -17,7 +17,6 @@ mod scaled;
 
 use crate::superelement::Superelement;
 
-pub use inertia::Couplings;
 pub use residual::{flexibilities, row_scales};
 
 /// Largest defect of an identity that a load accepts: far above rounding, far below what changes a motion.

@@ -180,16 +180,11 @@ pub fn flexibilities(of: &Superelement) -> Vec<f64> {
 
 /// Whether some of the attachments may have been left out of `/residual`: on request, by a selection, or by a maker that doesn't say.
 pub(super) fn may_be_cut(of: &Superelement) -> bool {
-    let quality = &of.provenance.quality;
-    let selections = of.provenance.options["selections"].as_array();
-    let loaded = of
-        .moments
-        .as_ref()
-        .and_then(|moments| moments.loaded.as_ref());
-    quality.is_null()
-        || !quality["interface_reduction"].is_null()
-        || selections.is_some_and(|selections| !selections.is_empty())
-        || loaded.is_some()
+    let loaded = (of.moments.as_ref()).and_then(|moments| moments.loaded.as_ref());
+    let by_maker = of.derivation.as_ref().is_none_or(|derivation| {
+        derivation.interface_directions.is_some() || !derivation.selections.is_empty()
+    });
+    by_maker || loaded.is_some()
 }
 
 pub(super) fn is_attached(of: &Superelement, row: usize) -> bool {

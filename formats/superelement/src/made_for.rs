@@ -2,10 +2,8 @@
 
 use std::f64::consts::TAU;
 
-use dcb_formats::superelement::Superelement;
+use dcb_formats::superelement::{SelectionRecord, Superelement};
 use faer::Mat;
-
-use crate::selection::SelectionRecord;
 
 /// Who left something out of a superelement.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -48,14 +46,14 @@ pub struct MadeFor {
 }
 
 impl MadeFor {
-    /// The purpose by the selections in the provenance and by the modes that the reduction left out.
+    /// The purpose by the selections that it went through and by the modes that the reduction left out.
     pub fn of(superelement: &Superelement) -> Self {
         Self::of_run(superelement, usize::MAX)
     }
 
     /// The same where the run made all selections but the first `before`.
     pub fn of_run(superelement: &Superelement, before: usize) -> Self {
-        let records = SelectionRecord::all_of(superelement);
+        let records = superelement.selections();
         let by = |place: usize| match place < before {
             true => LeftOutBy::Selection,
             false => LeftOutBy::Run,
@@ -71,7 +69,7 @@ impl MadeFor {
         });
         Self {
             directions: directions.collect(),
-            frequency: frequency(superelement, &records, by),
+            frequency: frequency(superelement, records, by),
         }
     }
 }
@@ -81,7 +79,7 @@ fn directions(of: &Superelement, name: &str, forces: &[Vec<f64>]) -> Option<Load
     let interface = interfaces.position(|known| known.name == name)?;
     let own = of.rows.iter().filter(|row| row.interface == interface);
     let count = own.count();
-    (forces.iter().all(|force| force.len() == count)).then(|| LoadedDirections {
+    (!forces.is_empty()).then(|| LoadedDirections {
         interface,
         forces: Mat::from_fn(count, forces.len(), |row, force| forces[force][row]),
         by: LeftOutBy::Selection,

@@ -16,8 +16,8 @@
 
 use dcb_dense::symmetrized;
 use dcb_formats::component::Component;
-use dcb_formats::identities::Couplings as CouplingSource;
 use dcb_formats::mesh::{Dimension, Direction};
+use dcb_formats::superelement::CouplingSource;
 use dcb_formats::superelement::Inertia;
 use dcb_sparse::block_algebra::{gram, symmetric_product};
 use faer::{Mat, MatRef};

@@ -3,8 +3,8 @@
 use dcb_formats::component::Damping;
 use dcb_formats::mesh::Direction;
 use dcb_formats::superelement::{
-    BoundaryRow, FrameKind, InterfaceFrame, Modes, Provenance, RecoveryBasis, Residual,
-    Superelement,
+    BoundaryRow, Derivation, FrameKind, InterfaceDirections, InterfaceFrame, Modes, Provenance,
+    RecoveryBasis, Residual, Superelement,
 };
 
 use crate::model::frame::offset;
@@ -65,6 +65,7 @@ pub(crate) fn assembled(
         enrichment: projection.enrichment,
         moments: basis.moments,
         loads: projection.loads,
+        derivation: Some(derivation(&quality)),
         provenance: Provenance {
             generator: format!("dcb-reducer {}", env!("CARGO_PKG_VERSION")),
             inputs: component.sources.clone(),
@@ -84,6 +85,22 @@ pub(crate) fn assembled(
         recovery,
         quality,
         work,
+    }
+}
+
+/// What other programs need of the report.
+fn derivation(quality: &Quality) -> Derivation {
+    let reduction = quality.interface_reduction.as_ref();
+    let reduction = reduction.filter(|of| of.leaves_out());
+    let further = quality.enrichment.as_ref();
+    Derivation {
+        coupling_source: quality.couplings.unwrap_or_default(),
+        interface_directions: reduction.map(|of| InterfaceDirections {
+            kept: of.kept,
+            available: of.available,
+        }),
+        left_out_columns: further.map_or_else(Vec::new, |of| of.left_out.clone()),
+        selections: Vec::new(),
     }
 }
 

@@ -1,7 +1,7 @@
 //! Mass, geometric stiffness and loads of the body over the basis Ψ = [Φ, G_res L_bᵀ, X], and Ψ over all degrees of freedom of the
 //! component.
 
-use dcb_formats::identities::Couplings;
+use dcb_formats::superelement::CouplingSource;
 use dcb_formats::superelement::{Enrichment, Inertia, PartLoad, Stiffening};
 use faer::Mat;
 
@@ -18,7 +18,7 @@ use crate::quality::Quality;
 /// Projections on a basis.
 pub(crate) struct Projection {
     pub inertia: Inertia,
-    pub couplings: Couplings,
+    pub couplings: CouplingSource,
     pub stiffening: Stiffening,
     pub loads: Vec<PartLoad>,
     /// Further columns as the interfaces see them.

@@ -7,7 +7,7 @@ pub mod lines;
 pub mod scene_fit;
 
 use dcb_formats::Superelement;
-use dcb_formats::identities::Couplings;
+use dcb_formats::superelement::CouplingSource;
 use dcb_formats::superelement::Inertia;
 use serde::{Deserialize, Serialize};
 
@@ -88,7 +88,7 @@ pub struct Quality {
     pub iterations: (usize, usize),
     /// Where L3 and I2 come from; absent in files of older versions.
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub couplings: Option<Couplings>,
+    pub couplings: Option<CouplingSource>,
     /// The scene that the superelement was made for; absent if it was made for none, and in files of older versions.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub scene: Option<SceneFit>,

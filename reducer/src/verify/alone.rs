@@ -3,8 +3,9 @@
 
 use dcb_dense::{symmetric_eigen, symmetrized};
 use dcb_formats::component::Role;
-use dcb_formats::identities::{self, Couplings};
+use dcb_formats::identities;
 use dcb_formats::mesh::Mesh;
+use dcb_formats::superelement::CouplingSource;
 use dcb_formats::{RecoveryBasis, Superelement};
 use dcb_superelement::MASS_TOLERANCE;
 use faer::Mat;
@@ -63,10 +64,10 @@ fn check_identities(element: &Superelement, findings: &mut Findings) {
         findings.check(&what, identity.defect, identity.limit);
     }
     let inexact = "L3 and I2 are not integrals over the part but what its nodes say: they are compared with the mass only roughly";
-    let said = match Couplings::of(element) {
-        Couplings::Integrals => None,
-        Couplings::Nodal => Some(inexact),
-        Couplings::Unknown => Some(
+    let said = match element.coupling_source() {
+        CouplingSource::Integrals => None,
+        CouplingSource::Nodal => Some(inexact),
+        CouplingSource::Unknown => Some(
             "the file doesn't say whether L3 and I2 are integrals over the part: they are compared with the mass only roughly",
         ),
     };
@@ -113,8 +114,7 @@ fn check_rank(element: &Superelement, findings: &mut Findings) -> Result<(), Err
 
 /// Whether it was taken out of a larger superelement.
 pub(crate) fn is_selection(element: &Superelement) -> bool {
-    let selections = element.provenance.options["selections"].as_array();
-    selections.is_some_and(|selections| !selections.is_empty())
+    !element.selections().is_empty()
 }
 
 /// Rows of `nodes` interfaces are entries of the fields, of modes, attachments and further columns alike.
@@ -210,7 +210,19 @@ fn report_drops(element: &Superelement, findings: &mut Findings) {
                 ),
             });
         }
-        if let Some(reduction) = quality.interface_reduction.filter(|it| it.leaves_out()) {
+        let derivation = element.derivation.as_ref();
+        let said = derivation.and_then(|derivation| derivation.interface_directions);
+        let said = said.filter(|of| of.leave_out());
+        let said = said.map(|of| (of.kept, of.available));
+        let reduction = quality.interface_reduction.filter(|it| it.leaves_out());
+        if said != reduction.as_ref().map(|of| (of.kept, of.available)) {
+            findings.require(
+                "/derivation/interface_directions are those of the quality report",
+                false,
+                "they differ",
+            );
+        }
+        if let Some(reduction) = reduction {
             findings.note(&format!(
                 "interface reduction: {} of {} directions of F_res are kept",
                 reduction.kept, reduction.available

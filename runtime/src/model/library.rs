@@ -18,7 +18,6 @@ use dcb_demand::{Carried, Carrying, LeftOut};
 use dcb_formats::scene::{self, Body, BodyKind, Scene, SuperelementBody};
 use dcb_superelement::MadeFor;
 use dcb_superelement::selection::ModeTruncation;
-use dcb_superelement::selection::SelectionRecord;
 
 /// Content of one file that was read.
 #[derive(Clone, Debug, PartialEq)]
@@ -117,7 +116,7 @@ impl OpenFile {
             return FlexibleBody::rigid(&RigidBody::locked(&superelement));
         }
         let mut body = FlexibleBody::from_superelement(&superelement, compatibility)?;
-        let of_file = SelectionRecord::all_of(self.file.superelement()).len();
+        let of_file = self.file.superelement().selections().len();
         body.made_for = MadeFor::of_run(&superelement, of_file);
         if body.is_stiffened() && of.inertia_change != scene::InertiaChange::SecondOrder {
             return Err(Error::described(

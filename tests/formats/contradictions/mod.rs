@@ -85,6 +85,7 @@ fn bare() -> Vec<Superelement> {
         .map(|(part, count)| {
             let mut element = with(&part, &without(count)).superelement;
             element.provenance = Default::default();
+            element.derivation = None;
             element
         })
         .collect()

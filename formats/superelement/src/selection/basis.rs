@@ -4,8 +4,8 @@ use crate::ResidualFilter;
 use dcb_dense::symmetrized;
 use dcb_formats::component::Role;
 use dcb_formats::superelement::{
-    BoundaryRow, Enrichment, InterfaceFrame, Modes, Moments, PartLoad, Provenance, RecoveryBasis,
-    Residual, Stiffening, Superelement,
+    BoundaryRow, Enrichment, InterfaceFrame, Modes, Moments, PartLoad, RecoveryBasis, Residual,
+    Stiffening, Superelement,
 };
 use faer::Mat;
 
@@ -16,7 +16,7 @@ use super::kept_columns::KeptColumns;
 use super::loaded_forces::loaded_forces;
 use super::moments::{Kept, moments};
 use super::projection::projector;
-use super::record::{SelectionRecord, recorded};
+use super::record::RecordedSelection;
 use super::statics::Statics;
 use crate::Error;
 
@@ -54,8 +54,7 @@ pub(crate) struct Basis {
     /// S, (n of the whole, n).
     columns: Mat<f64>,
     is_everything: bool,
-    /// For the provenance.
-    record: SelectionRecord,
+    record: RecordedSelection,
 }
 
 impl Basis {
@@ -104,7 +103,7 @@ impl Basis {
                 InterfaceSelection::Observed => frame.role == Role::Output,
                 InterfaceSelection::LoadedAlong(_) | InterfaceSelection::Dropped => false,
             });
-        let record = SelectionRecord::of(whole, &modes, wanted, &further, up_to);
+        let record = RecordedSelection::of(whole, &modes, wanted, &further, up_to);
         Ok(Self {
             turn,
             modes,
@@ -144,6 +143,7 @@ impl Basis {
         }
         let columns = self.columns.as_ref();
         let stiffening = &whole.stiffening;
+        let derivation = self.record.derivation(whole, &self.rows);
         Ok(Superelement {
             interfaces: (self.interfaces.iter())
                 .map(|(index, role)| InterfaceFrame {
@@ -180,10 +180,8 @@ impl Basis {
                     ..load.clone()
                 })
                 .collect(),
-            provenance: Provenance {
-                options: recorded(whole, &self.record, &self.rows),
-                ..whole.provenance.clone()
-            },
+            provenance: self.record.provenance(whole, &derivation),
+            derivation: Some(derivation),
             ..whole.clone()
         })
     }
@@ -262,7 +260,7 @@ impl Basis {
             observed: &observed,
             further: &self.further,
             forces: &self.loaded,
-            is_cut: !self.record.loaded_along.is_empty(),
+            is_cut: !self.record.selection.loaded_along.is_empty(),
         };
         Some(moments(whole, of, &kept))
     }

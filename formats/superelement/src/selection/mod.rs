@@ -53,7 +53,6 @@ pub use interface::InterfaceSelection;
 use interface::Place;
 pub use observation::ObservedNodes;
 pub use receptance::ReceptanceDifference;
-pub use record::SelectionRecord;
 use statics::Statics;
 pub use truncation::ModeTruncation;
 use truncation::refuse_reduced_interfaces;
@@ -338,7 +337,7 @@ fn further_names(whole: &Superelement) -> Vec<String> {
 fn most_attachments(whole: &Superelement) -> Result<usize, Error> {
     let residual = &whole.residual;
     let count = residual.sigma_squared.len();
-    if SelectionRecord::all_of(whole).is_empty() {
+    if whole.selections().is_empty() {
         return Ok(usize::MAX);
     }
     let statics = Statics::of(whole, whole.modes.interface_shapes.as_ref(), &[]);

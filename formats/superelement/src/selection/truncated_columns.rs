@@ -67,11 +67,10 @@ impl TruncatedColumns {
                 "its further columns don't answer to the loads and centrifugal forces that it tells of",
             ));
         }
-        let left_out = superelement.provenance.quality["enrichment"]["left_out"].as_array();
-        let left_out = left_out.into_iter().flatten();
-        let missing: Option<Vec<Response>> = left_out
-            .map(|name| whole.response(name.as_str()?))
-            .collect();
+        let derivation = superelement.derivation.as_ref();
+        let left_out = derivation.map_or(&[][..], |of| of.left_out_columns.as_slice());
+        let missing: Option<Vec<Response>> =
+            left_out.iter().map(|name| whole.response(name)).collect();
         let missing = missing.ok_or_else(unknown)?;
         let strongest = |kind: Kind| {
             let there = columns.iter().filter(|column| column.response.kind == kind);

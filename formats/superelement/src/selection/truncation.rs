@@ -17,7 +17,8 @@ use crate::{ResidualFilter, extended_to_gap};
 use dcb_dense::symmetrized;
 use dcb_formats::component::Role;
 use dcb_formats::superelement::{
-    Enrichment, Inertia, Modes, PartLoad, RecoveryBasis, Residual, Stiffening, Superelement,
+    Enrichment, Inertia, InterfaceDirections, Modes, PartLoad, RecoveryBasis, Residual, Stiffening,
+    Superelement,
 };
 use faer::{Mat, MatRef};
 
@@ -232,8 +233,9 @@ pub(super) fn acting_rows(superelement: &Superelement) -> Vec<bool> {
 }
 
 pub(super) fn refuse_reduced_interfaces(superelement: &Superelement) -> Result<(), Error> {
-    let reduction = &superelement.provenance.quality["interface_reduction"];
-    if reduction["kept"].as_u64() < reduction["available"].as_u64() {
+    let derivation = superelement.derivation.as_ref();
+    let directions = derivation.and_then(|derivation| derivation.interface_directions);
+    if directions.is_some_and(InterfaceDirections::leave_out) {
         return Err(Error::NotHandled {
             body: superelement.name.clone(),
             what: "it was made with a reduced number of interface directions, which belong to its modes",

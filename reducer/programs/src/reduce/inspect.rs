@@ -7,7 +7,6 @@ use dcb_formats::Superelement;
 use dcb_formats::dcb::SuperelementFile;
 use dcb_formats::mesh::{Dimension, Direction};
 use dcb_formats::terminal::one_line;
-use dcb_superelement::selection::SelectionRecord;
 use serde_json::json;
 
 use crate::reduce::error_report::Report;
@@ -130,7 +129,7 @@ pub fn frequency_table(element: &Superelement, quality: Option<&Quality>, listed
 fn places_in_report(element: &Superelement, reported: usize) -> Vec<Option<usize>> {
     let mut places: Vec<Option<usize>> = (0..element.mode_count()).map(Some).collect();
     let mut count = places.len();
-    for selection in SelectionRecord::all_of(element).iter().rev() {
+    for selection in element.selections().iter().rev() {
         if count == reported {
             break;
         }

@@ -292,14 +292,15 @@ impl<'a> Job<'a> {
         let empty = self.no_mode_warning(&made.superelement);
         let provenance = &mut made.superelement.provenance;
         provenance.warnings.extend(empty);
-        let selections = provenance.options["selections"].take();
-        provenance.options = self.options();
+        let mut options = self.options();
         if let Some(part) = &self.part {
-            provenance.options["modes"] = json!({ "at_most": self.arguments.modes.modes });
-            provenance.options["scene"] = self.arguments.scene.as_json(part);
-            if !selections.is_null() {
-                provenance.options["selections"] = selections;
-            }
+            options["modes"] = json!({ "at_most": self.arguments.modes.modes });
+            options["scene"] = self.arguments.scene.as_json(part);
+        }
+        match (&mut provenance.options, options) {
+            // Selections are listed there.
+            (Value::Object(keys), Value::Object(more)) => keys.extend(more),
+            (all, options) => *all = options,
         }
         if let Some(quality) = provenance.quality.as_object_mut() {
             quality.insert("stages".into(), json!(stages));

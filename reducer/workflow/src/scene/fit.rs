@@ -187,6 +187,7 @@ fn without_watched(reduced: Reduced, asked: &ComponentDemand) -> Result<Reduced,
     }
     let mut superelement = selection.superelement(element)?;
     superelement.provenance = element.provenance.clone();
+    superelement.derivation = element.derivation.clone();
     Ok(Reduced {
         recovery: selection.recovery(element, &reduced.recovery)?,
         superelement,

@@ -1,5 +1,9 @@
 //! A superelement to a file.
 
+mod derivation;
+mod fields;
+mod optional;
+
 use std::path::Path;
 
 use faer::Mat;
@@ -8,8 +12,7 @@ use super::contract::Counts;
 use super::sink::Sink;
 use super::units::UnitSystem;
 use super::{
-    Compression, Contents, FORMAT, FORMAT_VERSION, WriteOptions, check, check_fields, names,
-    second_order,
+    Compression, Contents, FORMAT, FORMAT_VERSION, WriteOptions, check, names, second_order,
 };
 use crate::Error;
 use crate::hdf5_files::attributes::Value;
@@ -17,7 +20,7 @@ use crate::hdf5_files::create::{abandon, create, told};
 use crate::hdf5_files::inventory::Finding;
 use crate::mesh::{Dimension, Mesh};
 use crate::output;
-use crate::superelement::{Moments, Superelement};
+use crate::superelement::Superelement;
 
 /// Writes a superelement: complete and durable under its name, or not at all.
 ///
@@ -36,11 +39,14 @@ pub fn write_superelement(
     };
     let of = contents.superelement;
     check::superelement(of).map_err(broken)?;
+    if let Some(derivation) = &of.derivation {
+        check::derivation::derivation(of, derivation).map_err(broken)?;
+    }
     if let Some(mesh) = contents.mesh {
-        check_fields::mesh(mesh, of.dimension).map_err(broken)?;
+        check::fields::mesh(mesh, of.dimension).map_err(broken)?;
     }
     if let Some(recovery) = contents.recovery {
-        check_fields::recovery(
+        check::fields::recovery(
             recovery,
             of.dimension,
             [
@@ -86,9 +92,9 @@ fn fill(partial: &Path, contents: &Contents, compression: Compression) -> hdf5::
 }
 
 /// Puts each part of the contents where the contract has it.
-pub(super) struct Writer<'a> {
+struct Writer<'a> {
     contents: &'a Contents<'a>,
-    pub(super) sink: Sink<'a>,
+    sink: Sink<'a>,
 }
 
 impl<'a> Writer<'a> {
@@ -102,6 +108,7 @@ impl<'a> Writer<'a> {
             .enrichment
             .as_ref()
             .map_or(0, |enrichment| enrichment.interface_shapes.ncols());
+        let left_out = (of.derivation.as_ref()).map_or(0, |of| of.left_out_columns.len());
         let counts = Counts {
             dimension: of.dimension,
             interfaces: of.interfaces.len(),
@@ -115,6 +122,10 @@ impl<'a> Writer<'a> {
             forces: (of.moments.as_ref())
                 .and_then(|moments| moments.loaded.as_ref())
                 .map_or(0, |loaded| loaded.forces.ncols()),
+            left_out_columns: left_out,
+            selections: of.selections().len(),
+            selected_modes: (of.selections().iter()).map(|record| record.of_modes).sum(),
+            selected_forces: derivation::loaded_along_count(of),
         };
         let units = UnitSystem {
             units: &of.units,
@@ -145,6 +156,9 @@ impl<'a> Writer<'a> {
         }
         if let Some(mesh) = self.contents.mesh {
             self.mesh(mesh)?;
+        }
+        if let Some(derivation) = &of.derivation {
+            self.derivation(of, derivation)?;
         }
         self.provenance(of)?;
         self.sink.finish()
@@ -309,130 +323,6 @@ impl<'a> Writer<'a> {
                     .reals("/inertia/I2", &second_order::to_values(&inertia.i2))
             }
         }
-    }
-
-    fn optional(&mut self, of: &Superelement) -> hdf5::Result<()> {
-        let stiffening = [
-            ("centrifugal", &of.stiffening.centrifugal),
-            ("interface", &of.stiffening.interface),
-        ];
-        if stiffening.iter().any(|(_, matrices)| !matrices.is_empty()) {
-            self.sink.group("stiffening")?;
-        }
-        for (name, matrices) in stiffening {
-            if !matrices.is_empty() {
-                self.sink
-                    .reals(&format!("/stiffening/{name}"), &stacked(matrices))?;
-            }
-        }
-        if !of.loads.is_empty() {
-            self.loads(of)?;
-        }
-        if let Some(enrichment) = &of.enrichment {
-            self.sink.group("enrichment")?;
-            self.sink.group("reduced")?;
-            self.sink.reals(
-                "/enrichment/interface_shapes",
-                &row_major(&enrichment.interface_shapes),
-            )?;
-            if !enrichment.names.is_empty() {
-                self.sink.texts("/enrichment/names", &enrichment.names)?;
-            }
-            self.sink
-                .reals("/reduced/mass", &row_major(&enrichment.reduced_mass))?;
-            self.sink.reals(
-                "/reduced/stiffness",
-                &row_major(&enrichment.reduced_stiffness),
-            )?;
-        }
-        Ok(())
-    }
-
-    fn error(&mut self, moments: &Moments) -> hdf5::Result<()> {
-        self.sink.group("error")?;
-        self.sink.attribute(
-            "/error",
-            "eigenvalue_bound",
-            Value::Real(moments.eigenvalue_bound),
-        )?;
-        self.sink
-            .attribute("/error", "shift", Value::Real(moments.shift))?;
-        self.sink
-            .reals("/error/eigenvalue_errors", &moments.eigenvalue_errors)?;
-        self.sink
-            .reals("/error/rigid_shapes", &row_major(&moments.rigid_shapes))?;
-        for (path, moment) in [
-            ("/error/moment_1", &moments.first),
-            ("/error/moment_2", &moments.second),
-            ("/error/moment_3", &moments.third),
-            ("/error/moment_4", &moments.fourth),
-        ] {
-            self.sink.reals(path, &row_major(moment))?;
-        }
-        self.sink.reals("/error/rounding", &moments.rounding)?;
-        if let Some(loaded) = &moments.loaded {
-            self.sink
-                .reals("/error/forces", &row_major(&loaded.forces))?;
-            self.sink.attribute(
-                "/error",
-                "forces_eigenvalue_bound",
-                Value::Real(loaded.eigenvalue_bound),
-            )?;
-        }
-        Ok(())
-    }
-
-    fn loads(&mut self, of: &Superelement) -> hdf5::Result<()> {
-        self.sink.group("loads")?;
-        let d = of.dimension.coordinate_count();
-        let turns = if of.dimension == Dimension::Planar {
-            2..3
-        } else {
-            0..3
-        };
-        let names: Vec<String> = of.loads.iter().map(|load| load.name.clone()).collect();
-        let forces = of.loads.iter().flat_map(|load| load.force[..d].to_vec());
-        let moments = of
-            .loads
-            .iter()
-            .flat_map(|load| load.moment[turns.clone()].to_vec());
-        let work = of.loads.iter().flat_map(|load| load.work.clone());
-        self.sink.texts("/loads/names", &names)?;
-        self.sink
-            .reals("/loads/forces", &forces.collect::<Vec<_>>())?;
-        self.sink
-            .reals("/loads/moments", &moments.collect::<Vec<_>>())?;
-        self.sink.reals("/loads/work", &work.collect::<Vec<_>>())
-    }
-
-    fn provenance(&mut self, of: &Superelement) -> hdf5::Result<()> {
-        self.sink.group("provenance")?;
-        let provenance = &of.provenance;
-        let inputs: Vec<_> = provenance
-            .inputs
-            .iter()
-            .map(|source| serde_json::json!({ "role": source.role, "file_name": source.file_name, "sha256": source.sha256 }))
-            .collect();
-        self.sink
-            .attribute("/provenance", "tool_version", text(&provenance.generator))?;
-        self.sink.attribute(
-            "/provenance",
-            "inputs",
-            text(&serde_json::Value::from(inputs).to_string()),
-        )?;
-        self.sink.attribute(
-            "/provenance",
-            "options",
-            text(&provenance.options.to_string()),
-        )?;
-        self.sink.attribute(
-            "/provenance",
-            "quality",
-            text(&provenance.quality.to_string()),
-        )?;
-        let warnings = serde_json::Value::from(provenance.warnings.as_slice());
-        self.sink
-            .attribute("/provenance", "warnings", text(&warnings.to_string()))
     }
 }
 

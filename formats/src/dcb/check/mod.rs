@@ -1,21 +1,24 @@
 //! What must hold of the numbers, whoever made them: the writer refuses to write anything else, the reader to
 //! hand it on.
 
-use super::rules::{
+pub(super) mod derivation;
+pub(super) mod fields;
+mod interfaces;
+pub(super) mod rules;
+
+use crate::component::Role;
+use crate::mesh::Dimension;
+use crate::superelement::{BoundaryRow, LoadedForces, Superelement};
+use interfaces::{interfaces, rows};
+use rules::{
     Checked, ascending, finite, layers, length, matrix, mirrored, name, not_negative, symmetric,
     symmetric_tensor, trace, wrong,
 };
-use crate::component::{InterfaceKind, Role};
-use crate::mesh::{Dimension, Direction};
-use crate::superelement::{BoundaryRow, InterfaceFrame, LoadedForces, Superelement};
-
-/// Rotation matrices may differ from orthonormal by this much.
-const ROTATION_TOLERANCE: f64 = 1e-9;
 
 /// Checks a superelement.
 pub(super) fn superelement(of: &Superelement) -> Checked {
     let d = of.dimension.coordinate_count();
-    let (n_b, n_k, n) = (of.boundary_row_count(), of.mode_count(), of.basis_count());
+    let (n_b, n_k) = (of.boundary_row_count(), of.mode_count());
     name("/", "name", &of.name)?;
     for (attribute, text) in [
         ("length", &of.units.length),
@@ -43,7 +46,15 @@ pub(super) fn superelement(of: &Superelement) -> Checked {
     }
 
     residual(of)?;
+    inertia(of)?;
+    stiffening(of)?;
+    loads(of)?;
+    moments(of)?;
+    enrichment(of)
+}
 
+fn inertia(of: &Superelement) -> Checked {
+    let (d, n) = (of.dimension.coordinate_count(), of.basis_count());
     let inertia = &of.inertia;
     if !(inertia.mass.is_finite() && inertia.mass > 0.0) {
         return wrong(
@@ -59,10 +70,9 @@ pub(super) fn superelement(of: &Superelement) -> Checked {
     }
     matrix("/inertia/L1", &inertia.l1, d, n)?;
     length("/inertia/I1", inertia.i1.len(), n)?;
-    let axes = if of.dimension == Dimension::Planar {
-        1
-    } else {
-        3
+    let axes = match of.dimension {
+        Dimension::Planar => 1,
+        Dimension::Spatial => 3,
     };
     matrix("/inertia/I3", &inertia.i3, axes, n)?;
     layers("/inertia/L3", &inertia.l3, axes, n)?;
@@ -87,11 +97,11 @@ pub(super) fn superelement(of: &Superelement) -> Checked {
     inertia
         .i2
         .iter()
-        .try_for_each(|layer| mirrored("/inertia/I2", layer.as_ref(), 1.0, scale))?;
+        .try_for_each(|layer| mirrored("/inertia/I2", layer.as_ref(), 1.0, scale))
+}
 
-    stiffening(of)?;
-    loads(of)?;
-    moments(of)?;
+fn enrichment(of: &Superelement) -> Checked {
+    let (n_b, n_k, n) = (of.boundary_row_count(), of.mode_count(), of.basis_count());
     if let Some(enrichment) = &of.enrichment {
         if !enrichment.names.is_empty() {
             length("/enrichment/names", enrichment.names.len(), n - n_k - n_b)?;
@@ -111,129 +121,6 @@ pub(super) fn superelement(of: &Superelement) -> Checked {
         symmetric("/reduced/stiffness", enrichment.reduced_stiffness.as_ref())?;
     }
     Ok(())
-}
-
-fn interfaces(of: &Superelement) -> Checked {
-    let mut names = std::collections::HashSet::new();
-    for (index, interface) in of.interfaces.iter().enumerate() {
-        name(
-            "/interfaces/names",
-            &format!("name {index}"),
-            &interface.name,
-        )?;
-        if !names.insert(interface.name.as_str()) {
-            return wrong(
-                "/interfaces/names",
-                format!("{:?} stands there twice", interface.name),
-            );
-        }
-        finite("/interfaces/positions", &interface.position)?;
-        rotation(of.dimension, interface)?;
-    }
-    Ok(())
-}
-
-fn rotation(dimension: Dimension, interface: &InterfaceFrame) -> Checked {
-    let axes = &interface.orientation;
-    let path = "/interfaces/orientations";
-    let dot = |a: usize, b: usize| -> f64 { (0..3).map(|k| axes[k][a] * axes[k][b]).sum() };
-    let minor = |a: usize, b: usize| axes[1][a] * axes[2][b] - axes[1][b] * axes[2][a];
-    let determinant =
-        axes[0][0] * minor(1, 2) - axes[0][1] * minor(0, 2) + axes[0][2] * minor(0, 1);
-    let mut defect = (determinant - 1.0).abs();
-    for a in 0..3 {
-        for b in 0..3 {
-            let unit = if a == b { 1.0 } else { 0.0 };
-            defect = nan_max(defect, (dot(a, b) - unit).abs());
-        }
-    }
-    if defect.is_nan() || defect > ROTATION_TOLERANCE {
-        return wrong(
-            path,
-            format!(
-                "the axes of {:?} aren't a rotation matrix: defect {defect:.1e}",
-                interface.name
-            ),
-        );
-    }
-    if dimension == Dimension::Planar && (axes[2][2] - 1.0).abs() > ROTATION_TOLERANCE {
-        return wrong(
-            path,
-            format!("the axes of {:?} turn out of the plane", interface.name),
-        );
-    }
-    Ok(())
-}
-
-fn nan_max(a: f64, b: f64) -> f64 {
-    if a.is_nan() || a > b { a } else { b }
-}
-
-fn rows(of: &Superelement) -> Checked {
-    let mut previous = 0;
-    let mut seen = std::collections::HashSet::new();
-    for (index, row) in of.rows.iter().enumerate() {
-        let path = "/interfaces/dofs";
-        let Some(interface) = of.interfaces.get(row.interface) else {
-            return wrong(
-                path,
-                format!(
-                    "row {index} names interface {} of {}",
-                    row.interface,
-                    of.interfaces.len()
-                ),
-            );
-        };
-        if row.interface < previous {
-            return wrong(
-                path,
-                format!(
-                    "row {index} goes back to interface {}; rows go interface by interface",
-                    row.interface
-                ),
-            );
-        }
-        previous = row.interface;
-        let explicit = interface.kind == InterfaceKind::Boundary;
-        let direction = usize::try_from(row.direction)
-            .ok()
-            .and_then(Direction::from_index);
-        let fits = match direction {
-            None => explicit && row.direction == -1,
-            Some(direction) => !explicit && has_direction(of.dimension, direction),
-        };
-        if !fits {
-            return wrong(
-                path,
-                format!(
-                    "row {index} has dof index {}, which {:?} interfaces of this dimension don't have",
-                    row.direction,
-                    interface.kind.name()
-                ),
-            );
-        }
-        if direction.is_some() && !seen.insert((row.interface, row.node, row.direction)) {
-            return wrong(path, format!("row {index} repeats an earlier row"));
-        }
-        let of_node = interface.kind == InterfaceKind::Nodes;
-        if of_node != (0..=i64::from(u32::MAX)).contains(&row.node) || (!of_node && row.node != -1)
-        {
-            return wrong(
-                "/interfaces/row_nodes",
-                format!(
-                    "row {index} has node {}, of a {:?} interface",
-                    row.node,
-                    interface.kind.name()
-                ),
-            );
-        }
-        finite("/interfaces/row_positions", &row.position)?;
-    }
-    Ok(())
-}
-
-pub(super) fn has_direction(dimension: Dimension, direction: Direction) -> bool {
-    dimension.frame_directions().contains(&direction)
 }
 
 fn residual(of: &Superelement) -> Checked {

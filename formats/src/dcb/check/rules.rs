@@ -6,11 +6,11 @@ use crate::hdf5_files::inventory::Finding;
 use crate::terminal::shortened;
 
 /// Entries that should be equal may differ by this much of their scale: rounding of a long sum, not more.
-pub(super) const SYMMETRY_TOLERANCE: f64 = 1e-9;
+pub(in crate::dcb) const SYMMETRY_TOLERANCE: f64 = 1e-9;
 /// Names longer than this are a mistake.
 const LONGEST_NAME: usize = 4096;
 
-pub(super) type Checked = Result<(), Finding>;
+pub(in crate::dcb) type Checked = Result<(), Finding>;
 
 pub(super) fn wrong<T>(path: &str, message: impl Into<String>) -> Result<T, Finding> {
     Err(Finding::at(path, message))
@@ -37,7 +37,7 @@ pub(super) fn length(path: &str, found: usize, right: usize) -> Checked {
     }
 }
 
-pub(super) fn finite(path: &str, values: &[f64]) -> Checked {
+pub(in crate::dcb) fn finite(path: &str, values: &[f64]) -> Checked {
     match values.iter().position(|value| !value.is_finite()) {
         Some(index) => wrong(
             path,

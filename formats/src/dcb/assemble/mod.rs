@@ -1,20 +1,30 @@
 //! The data model from a file's datasets; every shape has been checked already.
 
+mod derivation;
+mod older;
+mod provenance;
+
 use faer::Mat;
 
 use super::names;
 use super::read::SuperelementFile;
 use super::second_order;
-use crate::component::{Source, Units};
+use crate::component::Units;
+use crate::hdf5_files::FormatVersion;
 use crate::hdf5_files::attributes::Value;
 use crate::hdf5_files::inventory::Finding;
 use crate::hdf5_files::version::text_attribute;
 use crate::mesh::{Dimension, Direction, Dof};
 use crate::superelement::{
     BoundaryRow, Enrichment, Inertia, InterfaceFrame, LoadedForces, Modes, Moments, PartLoad,
-    Provenance, Residual, Stiffening, Superelement,
+    Residual, Stiffening, Superelement,
 };
 use crate::terminal::shortened;
+
+/// Whether a file says in datasets how it was made: those of 1.4 and later do.
+pub(super) fn says_derivation(file: &SuperelementFile) -> bool {
+    file.format_version() >= FormatVersion { major: 1, minor: 4 }
+}
 
 /// Everything but the nodal fields and the mesh.
 pub(super) fn superelement(file: &SuperelementFile) -> Result<Superelement, Finding> {
@@ -30,14 +40,20 @@ pub(super) fn superelement(file: &SuperelementFile) -> Result<Superelement, Find
             ),
         )
     })?;
+    let (interfaces, rows) = (interfaces(file)?, rows(file)?);
+    let provenance = provenance::provenance(file)?;
     Ok(Superelement {
+        derivation: match says_derivation(file) {
+            true => derivation::derivation(file, &interfaces, &rows)?,
+            false => older::derivation(&provenance, &interfaces, &rows),
+        },
         name: text("/", "name")?.to_owned(),
         dimension: file.counts().dimension,
         units: units(text("/", "units")?)?,
         origin: point(&file.reals("/frame/origin")?),
         frame_kind,
-        interfaces: interfaces(file)?,
-        rows: rows(file)?,
+        interfaces,
+        rows,
         modes: modes(file)?,
         residual: residual(file)?,
         inertia: inertia(file)?,
@@ -48,7 +64,7 @@ pub(super) fn superelement(file: &SuperelementFile) -> Result<Superelement, Find
         enrichment: enrichment(file)?,
         moments: moments(file)?,
         loads: loads(file)?,
-        provenance: provenance(file)?,
+        provenance,
     })
 }
 
@@ -365,51 +381,4 @@ fn real(file: &SuperelementFile, path: &str, name: &str) -> Result<f64, Finding>
         )),
         None => Err(Finding::at(path, format!("attribute {name} is missing"))),
     }
-}
-
-/// What the digest doesn't cover: each part may be missing, none may be malformed.
-fn provenance(file: &SuperelementFile) -> Result<Provenance, Finding> {
-    let text = |path: &str, name: &str| match file.inventory().attribute(path, name) {
-        Some(Value::Text(text)) => Ok(text.as_str()),
-        Some(other) => Err(Finding::at(
-            path,
-            format!("attribute {name} is {other:?}; it must be a string"),
-        )),
-        None => Ok(""),
-    };
-    let json = |name: &str| {
-        let text = text("/provenance", name)?;
-        if text.is_empty() {
-            return Ok(serde_json::Value::Null);
-        }
-        serde_json::from_str(text).map_err(|error| {
-            Finding::at(
-                "/provenance",
-                format!("attribute {name} isn't JSON: {error}"),
-            )
-        })
-    };
-    let list = |name: &str| json(name).map(|value| value.as_array().cloned().unwrap_or_default());
-    let word = |value: &serde_json::Value, name: &str| {
-        value
-            .get(name)
-            .and_then(serde_json::Value::as_str)
-            .unwrap_or("")
-            .to_owned()
-    };
-    let source = |value| Source {
-        role: word(value, "role"),
-        file_name: word(value, "file_name"),
-        sha256: word(value, "sha256"),
-    };
-    Ok(Provenance {
-        generator: text("/", "generator")?.to_owned(),
-        inputs: list("inputs")?.iter().map(source).collect(),
-        options: json("options")?,
-        quality: json("quality")?,
-        warnings: list("warnings")?
-            .iter()
-            .map(|warning| warning.as_str().unwrap_or("").to_owned())
-            .collect(),
-    })
 }

@@ -1,9 +1,9 @@
 //! Nodal fields and the mesh to a file.
 
-use super::names;
-use super::sink::About;
-use super::units::{Factor, LENGTH, Rule};
-use super::write::Writer;
+use super::Writer;
+use crate::dcb::names;
+use crate::dcb::sink::About;
+use crate::dcb::units::{Factor, LENGTH, Rule};
 use crate::mesh::Mesh;
 use crate::superelement::RecoveryBasis;
 

@@ -1,13 +1,13 @@
 //! What must hold of nodal fields and of a mesh.
 
-use super::check::has_direction;
+use super::interfaces::has_direction;
 use super::rules::{Checked, finite, matrix, name, wrong};
 use crate::mesh::{Dimension, Mesh};
 use crate::superelement::RecoveryBasis;
 
 /// Checks nodal fields against their superelement, and against the number of nodes if there is a mesh.
 /// `columns` are n_k, n_b and n_x.
-pub(super) fn recovery(
+pub(in crate::dcb) fn recovery(
     basis: &RecoveryBasis,
     dimension: Dimension,
     columns: [usize; 3],
@@ -44,7 +44,7 @@ pub(super) fn recovery(
 }
 
 /// Checks a mesh.
-pub(super) fn mesh(mesh: &Mesh, dimension: Dimension) -> Checked {
+pub(in crate::dcb) fn mesh(mesh: &Mesh, dimension: Dimension) -> Checked {
     let d = dimension.coordinate_count();
     if mesh.dimension != dimension || !mesh.coordinates.len().is_multiple_of(d) {
         return wrong(
@@ -87,7 +87,7 @@ pub(super) fn mesh(mesh: &Mesh, dimension: Dimension) -> Checked {
     }
     mesh.point_sets.iter().try_for_each(|(name, ids)| {
         nodes(
-            &format!("/mesh/point_sets/{}", super::names::encode(name)),
+            &format!("/mesh/point_sets/{}", crate::dcb::names::encode(name)),
             ids,
         )
     })
