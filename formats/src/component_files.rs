@@ -5,22 +5,20 @@
 
 mod component_masses;
 mod loads_and_stiffening;
-mod mass_moments;
 mod sources;
 
 use std::path::{Path, PathBuf};
 
-use component_masses::{Operators, read_component_masses};
+use component_masses::read_component_masses;
 use loads_and_stiffening::{named_siblings, read_loads, read_stiffening};
 
-use crate::SparseMatrix;
-use crate::component::{Component, Source};
+use crate::component::{
+    Component, ComponentDraft, ComponentFault, ComponentMasses, GeometricStiffness, Place, Source,
+};
 use crate::description::read_description;
 use crate::error::Error;
 use crate::matrix::{MatrixReader, MatrixReport, check_operator_header};
-
-/// Component masses in stored order.
-const SPATIAL_MASSES: [&str; 6] = ["xx", "yy", "zz", "xy", "yz", "zx"];
+use crate::mesh::Dimension;
 
 /// Where a component's files are.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -170,132 +168,107 @@ pub fn read_component(files: &ComponentFiles, memory: Option<u64>) -> Result<Com
     let description = read_description(&files.description)?;
     let (stiffness, stiffness_report) = reader.read_symmetric_operator(&files.stiffness)?;
     let (mass, mass_report) = reader.read_symmetric_operator(&files.mass)?;
-    if mass.nrows() != stiffness.nrows() {
-        return Err(Error::Mismatch {
-            message: format!(
-                "{} is {} x {} but {} is {} x {}: stiffness and mass must be of one model",
-                files.stiffness.display(),
-                stiffness.nrows(),
-                stiffness.ncols(),
-                files.mass.display(),
-                mass.nrows(),
-                mass.ncols()
-            ),
-        });
-    }
-    let n_e = stiffness.nrows();
-    let dofs = description.dof_map(n_e, &files.description)?;
-    let mut sources = vec![
-        source("stiffness", &stiffness_report),
-        source("mass", &mass_report),
-        Source {
-            role: "mesh".into(),
-            file_name: file_name(&files.description),
-            sha256: description.sha256.clone(),
-        },
-    ];
-    let mut notes = description.notes.clone();
-    note_repairs(&stiffness_report, &mut notes);
-    note_repairs(&mass_report, &mut notes);
-
-    let component_masses = read_component_masses(
-        files,
-        &mut reader,
-        Operators {
-            mass: &mass,
-            stiffness: &stiffness,
-            mesh: &description.mesh,
-            dofs: &dofs,
-        },
-        &mut sources,
-    )?;
-    let boundary = files.boundary.as_ref();
-    let explicit_boundary = boundary
-        .map(|path| read_boundary(path, &mut reader, n_e, &mut sources, &mut notes))
-        .transpose()?;
-    let loads = read_loads(&files.loads, &mut reader, n_e, &mut sources)?;
-    let geometric_stiffness = read_stiffening(
-        &files.stiffening,
-        &mut reader,
-        (n_e, description.mesh.dimension),
-        &description.interfaces,
-        &mut sources,
-        &mut notes,
-    )?;
-    Ok(Component {
-        name: description.name,
-        units: description.units,
-        mesh: description.mesh,
-        dofs,
-        stiffness,
-        mass,
-        component_masses,
+    let dofs = description.dof_map(stiffness.nrows(), &files.description)?;
+    let mut draft = ComponentDraft {
         interfaces: description.interfaces,
-        explicit_boundary,
-        loads,
-        geometric_stiffness,
         damping: description.damping,
-        sources,
-        notes,
-    })
+        notes: description.notes,
+        ..ComponentDraft::new(
+            &description.name,
+            description.units,
+            (description.mesh, dofs),
+            stiffness,
+            mass,
+        )
+    };
+    draft.took("stiffness", &stiffness_report);
+    draft.took("mass", &mass_report);
+    draft.sources.push(Source {
+        role: "mesh".into(),
+        file_name: file_name(&files.description),
+        sha256: description.sha256,
+    });
+    read_component_masses(files, &mut reader, &mut draft)?;
+    if let Some(path) = &files.boundary {
+        let (matrix, report) = reader.read_matrix(path)?;
+        draft.took("boundary", &report);
+        draft.explicit_boundary = Some(matrix);
+    }
+    read_loads(&files.loads, &mut reader, &mut draft)?;
+    read_stiffening(&files.stiffening, &mut reader, &mut draft)?;
+    let dimension = draft.dimension();
+    Component::checked(draft).map_err(|fault| files.fault(fault, dimension))
 }
 
-/// Reads L_b as a matrix.
-fn read_boundary(
-    path: &Path,
-    reader: &mut MatrixReader,
-    n_e: usize,
-    sources: &mut Vec<Source>,
-    notes: &mut Vec<String>,
-) -> Result<SparseMatrix, Error> {
-    let (matrix, report) = reader.read_matrix(path)?;
-    let wrong = |message: String| {
-        Err(Error::File {
-            path: path.to_owned(),
+impl ComponentFiles {
+    /// A fault of the component as one of the file that it is in.
+    fn fault(&self, fault: ComponentFault, dimension: Dimension) -> Error {
+        let ComponentFault { place, message } = fault;
+        let products = GeometricStiffness::spin_products(dimension);
+        let mut stiffening = self.stiffening.iter();
+        let path = match place {
+            Place::Description(location) => {
+                return Error::Location {
+                    path: self.description.clone(),
+                    location,
+                    message,
+                };
+            }
+            Place::Stiffness => Some(self.stiffness.clone()),
+            Place::Mass => Some(self.mass.clone()),
+            Place::Boundary => self.boundary.clone(),
+            Place::ComponentMass(index) => {
+                let names = ComponentMasses::names(dimension);
+                self.component_masses(names).into_iter().nth(index)
+            }
+            Place::Load(index) => path_of(self.loads.get(index)),
+            Place::SpinStiffness(index) => {
+                let product = products.get(index).copied();
+                path_of(stiffening.find(|(name, _)| Some(name.as_str()) == product))
+            }
+            Place::RowStiffness(index) => path_of(
+                stiffening
+                    .filter(|(name, _)| !products.contains(&name.as_str()))
+                    .nth(index),
+            ),
+        };
+        Error::File {
+            path: path.unwrap_or_else(|| self.stiffness.clone()),
             message,
-        })
-    };
-    if matrix.ncols() != n_e {
-        return wrong(format!(
-            "{} columns, but the component has {n_e} dofs; a boundary localization is n_b x n_e",
-            matrix.ncols()
-        ));
+        }
     }
-    let values = matrix.as_ref().val();
-    if let Some(row) = values.iter().position(|value| !value.is_finite()) {
-        return wrong(format!("entry {row} is not finite"));
+}
+
+impl ComponentDraft {
+    /// Notes where a matrix came from, and its repairs.
+    fn took(&mut self, role: &str, report: &MatrixReport) {
+        let name = &report.file_name;
+        self.sources.push(Source {
+            role: role.into(),
+            file_name: name.clone(),
+            sha256: report.sha256.clone(),
+        });
+        if report.duplicates_summed > 0 {
+            self.notes.push(format!(
+                "{name}: {} repeated entries were summed",
+                report.duplicates_summed
+            ));
+        }
+        if report.largest_asymmetry > 0.0 {
+            self.notes.push(format!(
+                "{name}: asymmetry of up to {:.1e} was averaged away",
+                report.largest_asymmetry
+            ));
+        }
     }
-    sources.push(source("boundary", &report));
-    note_repairs(&report, notes);
-    Ok(matrix)
+}
+
+fn path_of(named: Option<&(String, PathBuf)>) -> Option<PathBuf> {
+    named.map(|(_, path)| path.clone())
 }
 
 fn file_name(path: &Path) -> String {
     path.file_name()
         .map(|name| name.to_string_lossy().into_owned())
         .unwrap_or_default()
-}
-
-fn source(role: &str, report: &MatrixReport) -> Source {
-    Source {
-        role: role.into(),
-        file_name: report.file_name.clone(),
-        sha256: report.sha256.clone(),
-    }
-}
-
-fn note_repairs(report: &MatrixReport, notes: &mut Vec<String>) {
-    let name = &report.file_name;
-    if report.duplicates_summed > 0 {
-        notes.push(format!(
-            "{name}: {} repeated entries were summed",
-            report.duplicates_summed
-        ));
-    }
-    if report.largest_asymmetry > 0.0 {
-        notes.push(format!(
-            "{name}: asymmetry of up to {:.1e} was averaged away",
-            report.largest_asymmetry
-        ));
-    }
 }

@@ -7,7 +7,6 @@
 //! Left out: `point_data`, `cell_data`, `field_data` and `cell_sets` are skipped; whether the nodes of an interface
 //! determine its frame is known only to the reduction.
 
-mod axes;
 mod diagnosis;
 mod file;
 mod geometry;
@@ -18,7 +17,9 @@ mod values;
 use std::path::Path;
 
 use crate::Error;
-use crate::component::{Damping, Interface, Units};
+use crate::component::{
+    ComponentFault, Damping, Interface, Units, check_label, check_units, fault,
+};
 use crate::mesh::{Direction, Dof, DofMap, Mesh};
 use crate::named::Object;
 use crate::snapshot::read_small;
@@ -57,19 +58,6 @@ pub enum DofLayout {
     Table(Vec<Dof>),
 }
 
-/// A place in the file and what is wrong there.
-struct Fault {
-    location: String,
-    message: String,
-}
-
-fn fault(location: impl Into<String>, message: impl Into<String>) -> Fault {
-    Fault {
-        location: location.into(),
-        message: message.into(),
-    }
-}
-
 /// Reads and checks a component file.
 ///
 /// # Errors
@@ -82,9 +70,9 @@ pub fn read_description(path: &Path) -> Result<Description, Error> {
     let Object(file) = serde_json::from_slice::<Object<FilePart>>(text)
         .map_err(|error| json_error(path, text, &error, example_of))?;
     drop(bytes);
-    checked(file, sha256).map_err(|Fault { location, message }| Error::Location {
+    checked(file, sha256).map_err(|ComponentFault { place, message }| Error::Location {
         path: path.to_owned(),
-        location,
+        location: place.to_string(),
         message,
     })
 }
@@ -198,7 +186,7 @@ fn json_text<'a>(path: &Path, bytes: &'a [u8]) -> Result<&'a [u8], Error> {
     Ok(text)
 }
 
-fn checked(file: FilePart, sha256: String) -> Result<Description, Fault> {
+fn checked(file: FilePart, sha256: String) -> Result<Description, ComponentFault> {
     check_format(file.format.as_deref(), file.version)?;
     let Some(Object(component)) = file.component else {
         return Err(fault(
@@ -219,7 +207,9 @@ fn checked(file: FilePart, sha256: String) -> Result<Description, Fault> {
     } = component;
     let mut notes = Vec::new();
     check_label("component.name", &name)?;
-    let units = checked_units(units)?;
+    let UnitsPart { length, mass, time } = units;
+    let units = Units { length, mass, time };
+    check_units(&units)?;
     let mesh = geometry::mesh(
         file.points,
         file.cells,
@@ -245,7 +235,7 @@ fn checked(file: FilePart, sha256: String) -> Result<Description, Fault> {
     })
 }
 
-fn check_format(format: Option<&str>, version: Option<Number>) -> Result<(), Fault> {
+fn check_format(format: Option<&str>, version: Option<Number>) -> Result<(), ComponentFault> {
     match format {
         None | Some("meshio-json") => {}
         Some(other) => {
@@ -264,116 +254,59 @@ fn check_format(format: Option<&str>, version: Option<Number>) -> Result<(), Fau
     }
 }
 
-/// A name that people and other files refer to: not blank, and nothing that can't be printed.
-fn check_label(location: &str, label: &str) -> Result<(), Fault> {
-    if label.trim().is_empty() {
-        return Err(fault(location, "is empty; expected a name"));
-    }
-    if label.contains(char::is_control) {
-        return Err(fault(
-            location,
-            format!("{label:?} contains a control character; expected printable text"),
-        ));
-    }
-    Ok(())
-}
-
-fn checked_units(UnitsPart { length, mass, time }: UnitsPart) -> Result<Units, Fault> {
-    for (key, unit) in [("length", &length), ("mass", &mass), ("time", &time)] {
-        check_label(&format!("component.units.{key}"), unit)?;
-    }
-    Ok(Units { length, mass, time })
-}
-
-fn checked_damping(damping: DampingPart, notes: &mut Vec<String>) -> Result<Damping, Fault> {
-    match damping {
-        DampingPart {
-            modal: Some(ModalDamping::Uniform(ratio)),
-            rayleigh: None,
-        } => {
-            check_ratio("component.damping.modal", ratio, notes)?;
-            Ok(Damping::Uniform(ratio))
+fn checked_damping(
+    damping: DampingPart,
+    notes: &mut Vec<String>,
+) -> Result<Damping, ComponentFault> {
+    let damping = match (damping.modal, damping.rayleigh) {
+        (Some(ModalDamping::Uniform(ratio)), None) => Damping::Uniform(ratio),
+        (Some(ModalDamping::PerMode(ratios)), None) => Damping::PerMode(ratios),
+        (None, Some(rayleigh)) => {
+            let [alpha, beta] = rayleigh_factors(rayleigh)?;
+            Damping::Rayleigh { alpha, beta }
         }
-        DampingPart {
-            modal: Some(ModalDamping::PerMode(ratios)),
-            rayleigh: None,
-        } => {
-            if ratios.is_empty() {
-                return Err(fault(
-                    "component.damping.modal",
-                    "is an empty list; expected at least one ratio",
-                ));
-            }
-            for (mode, &ratio) in ratios.iter().enumerate() {
-                check_ratio(&format!("component.damping.modal[{mode}]"), ratio, notes)?;
-            }
-            Ok(Damping::PerMode(ratios))
-        }
-        DampingPart {
-            modal: None,
-            rayleigh: Some(RayleighDamping::Through(points)),
-        } => {
-            let two = |key: &str, numbers: &[Number]| match numbers {
-                [Number(first), Number(second)] => Ok([*first, *second]),
-                _ => Err(fault(
-                    format!("component.damping.rayleigh.{key}"),
-                    format!("has {} numbers, expected 2", numbers.len()),
-                )),
-            };
-            let frequencies = two("frequencies", &points.frequencies)?;
-            let ratios = two("ratios", &points.ratios)?;
-            let [alpha, beta] = Damping::rayleigh_through(frequencies, ratios)
-                .map_err(|message| fault("component.damping.rayleigh", message))?;
-            Ok(Damping::Rayleigh { alpha, beta })
-        }
-        DampingPart {
-            modal: None,
-            rayleigh: Some(RayleighDamping::Factors(factors)),
-        } => {
-            let [alpha, beta] = factors[..] else {
-                let found = factors.len();
-                return Err(fault(
-                    "component.damping.rayleigh",
-                    format!("has {found} numbers, expected 2: [alpha, beta]"),
-                ));
-            };
-            for (index, factor) in [alpha, beta].into_iter().enumerate() {
-                if factor < 0.0 {
-                    return Err(fault(
-                        format!("component.damping.rayleigh[{index}]"),
-                        format!("is {factor}, expected a factor >= 0"),
-                    ));
-                }
-            }
-            Ok(Damping::Rayleigh { alpha, beta })
-        }
-        DampingPart { modal, .. } => {
+        (modal, _) => {
             let found = if modal.is_some() {
                 "has both `modal` and `rayleigh`"
             } else {
                 "is empty"
             };
-            Err(fault(
+            return Err(fault(
                 "component.damping",
                 format!(
                     "{found}; expected one of {{\"modal\": 0.01}}, {{\"rayleigh\": [alpha, beta]}} and {{\"rayleigh\": {{\"frequencies\": [f1, f2], \"ratios\": [z1, z2]}}}}"
                 ),
-            ))
+            ));
         }
-    }
+    };
+    damping.check()?;
+    notes.extend(damping.above_critical());
+    Ok(damping)
 }
 
-fn check_ratio(location: &str, ratio: f64, notes: &mut Vec<String>) -> Result<(), Fault> {
-    if ratio < 0.0 {
-        return Err(fault(
-            location,
-            format!("is {ratio}, expected a ratio to critical damping >= 0 (0.01 is 1 %)"),
-        ));
+/// `[alpha, beta]`.
+fn rayleigh_factors(rayleigh: RayleighDamping) -> Result<[f64; 2], ComponentFault> {
+    const RAYLEIGH: &str = "component.damping.rayleigh";
+    match rayleigh {
+        RayleighDamping::Factors(factors) => factors.as_slice().try_into().map_err(|_| {
+            let found = factors.len();
+            fault(
+                RAYLEIGH,
+                format!("has {found} numbers, expected 2: [alpha, beta]"),
+            )
+        }),
+        RayleighDamping::Through(points) => {
+            let two = |key: &str, numbers: &[Number]| match numbers {
+                [Number(first), Number(second)] => Ok([*first, *second]),
+                _ => Err(fault(
+                    format!("{RAYLEIGH}.{key}"),
+                    format!("has {} numbers, expected 2", numbers.len()),
+                )),
+            };
+            let frequencies = two("frequencies", &points.frequencies)?;
+            let ratios = two("ratios", &points.ratios)?;
+            Damping::rayleigh_through(frequencies, ratios)
+                .map_err(|message| fault(RAYLEIGH, message))
+        }
     }
-    if ratio > 1.0 {
-        notes.push(format!(
-            "{location} is {ratio}, more than critical damping: a ratio is meant, not percent"
-        ));
-    }
-    Ok(())
 }

@@ -241,6 +241,26 @@ impl DofMap {
         (row != NO_ROW).then_some(row as usize)
     }
 
+    /// The directions of the nodes, if all have the same in the same order, node after node.
+    pub fn pattern(&self) -> Option<Vec<Direction>> {
+        let size = self.len().checked_div(self.node_count())?;
+        let of_node = |dofs: &[Dof]| dofs.iter().map(|dof| dof.direction).collect::<Vec<_>>();
+        let pattern = of_node(self.dofs.get(..size)?);
+        let is_uniform = self.len() == size * self.node_count()
+            && size > 0
+            && self
+                .dofs
+                .chunks_exact(size)
+                .enumerate()
+                .all(|(node, dofs)| {
+                    let as_first = dofs.iter().zip(&pattern);
+                    as_first.into_iter().all(|(dof, direction)| {
+                        dof.node as usize == node && dof.direction == *direction
+                    })
+                });
+        is_uniform.then_some(pattern)
+    }
+
     /// Whether any node carries a rotation.
     pub fn has_rotations(&self) -> bool {
         self.dofs.iter().any(|dof| dof.direction.is_rotation())

@@ -1,6 +1,6 @@
 //! Members that every generated component has in common.
 
-use dcb_formats::component::{Damping, Interface, InterfaceKind, Role, Units, Weights};
+use dcb_formats::component::{ComponentDraft, Interface, InterfaceKind, Role, Units, Weights};
 use dcb_formats::mesh::{Direction, Dof, DofMap, Mesh};
 use dcb_formats::{Component, SparseMatrix};
 
@@ -8,30 +8,33 @@ use dcb_formats::{Component, SparseMatrix};
 pub(crate) const TRANSLATIONS: [Direction; 3] = [Direction::Ux, Direction::Uy, Direction::Uz];
 
 /// A component in SI units without component masses, damping or explicit boundary rows.
-pub(crate) fn component(
+pub(crate) fn draft(
     name: &str,
     mesh: Mesh,
     dofs: DofMap,
     stiffness: SparseMatrix,
     mass: SparseMatrix,
     interfaces: Vec<Interface>,
-) -> Component {
-    Component {
-        name: name.to_owned(),
-        units: si(),
-        mesh,
-        dofs,
-        stiffness,
-        mass,
-        component_masses: None,
+) -> ComponentDraft {
+    ComponentDraft {
         interfaces,
-        explicit_boundary: None,
-        loads: Vec::new(),
-        geometric_stiffness: None,
-        damping: Damping::None,
-        sources: Vec::new(),
-        notes: Vec::new(),
+        ..ComponentDraft::new(name, si(), (mesh, dofs), stiffness, mass)
     }
+}
+
+/// The component that a draft of this crate is.
+pub(crate) fn checked(draft: ComponentDraft) -> Component {
+    match Component::checked(draft) {
+        Ok(component) => component,
+        Err(fault) => unreachable!("a generated component is consistent: {fault}"),
+    }
+}
+
+/// A component of this crate with a change.
+pub(crate) fn changed(component: Component, change: impl FnOnce(&mut ComponentDraft)) -> Component {
+    let mut draft = component.into_draft();
+    change(&mut draft);
+    checked(draft)
 }
 
 /// Metre, kilogram, second.

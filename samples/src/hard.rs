@@ -1,9 +1,9 @@
 //! Components that try a reducer: clustered and double roots, bad aspect ratios, and defects it has to name.
 
-use dcb_formats::Component;
+use dcb_formats::component::{Component, ComponentDraft};
 use dcb_formats::mesh::{CellBlock, Direction, Dof, Mesh};
 
-use crate::component::{average_interface, dof_table, nodes_on_plane};
+use crate::component::{average_interface, changed, checked, dof_table, nodes_on_plane};
 use crate::material::Material;
 use crate::planform::{Annulus, Planform, full_circle};
 use crate::solid::{SolidElement, box_block, box_mesh, solid_component};
@@ -18,10 +18,7 @@ pub fn thin_plate() -> Component {
         SolidElement::Hexahedron20,
         &Material::STEEL,
     );
-    Component {
-        name: "thin-plate".into(),
-        ..plate
-    }
+    changed(plate, |draft| draft.name = "thin-plate".into())
 }
 
 /// A bar of 2 m × 12 mm × 8 mm: stiffness along and across differ by the square of 250.
@@ -32,10 +29,7 @@ pub fn slender_block() -> Component {
         SolidElement::Hexahedron20,
         &Material::STEEL,
     );
-    Component {
-        name: "slender-block".into(),
-        ..bar
-    }
+    changed(bar, |draft| draft.name = "slender-block".into())
 }
 
 /// A bar of square section, 0.4 m × 0.1 m × 0.1 m: every bending mode is an exact double root.
@@ -46,10 +40,7 @@ pub fn square_block() -> Component {
         SolidElement::Hexahedron20,
         &Material::STEEL,
     );
-    Component {
-        name: "square-block".into(),
-        ..bar
-    }
+    changed(bar, |draft| draft.name = "square-block".into())
 }
 
 /// A flat ring, radii 50 mm and 100 mm, 10 mm thick, whose mesh repeats `fold` times around (at least three): modes
@@ -154,26 +145,20 @@ fn welded(mut first: Mesh, second: &Mesh) -> Mesh {
 /// A block whose dofs on the face x = 0 were removed from the matrices: no zero frequency, and a dof table instead of
 /// a pattern. Interface `right`.
 pub fn grounded_block() -> Component {
-    let free = box_block(
+    let mut free = box_block(
         [6, 2, 2],
         [0.3, 0.1, 0.08],
         SolidElement::Hexahedron,
         &Material::STEEL,
-    );
+    )
+    .into_draft();
+    free.interfaces
+        .retain(|interface| interface.name == "right");
     let held = &free.mesh.point_sets["x_min"];
     let kept: Vec<usize> = (0..free.dofs.len())
         .filter(|&row| !held.contains(&free.dofs.dofs()[row].node))
         .collect();
-    let grounded = with_rows(free, "grounded-block", &kept, &[]);
-    let interfaces = grounded
-        .interfaces
-        .into_iter()
-        .filter(|interface| interface.name == "right")
-        .collect();
-    Component {
-        interfaces,
-        ..grounded
-    }
+    with_rows(free, "grounded-block", &kept, &[])
 }
 
 /// A block and one more node that belongs to no element but has a dof: a row without stiffness or mass.
@@ -183,7 +168,8 @@ pub fn orphan_dof_block() -> Component {
         [0.2, 0.1, 0.08],
         SolidElement::Hexahedron,
         &Material::STEEL,
-    );
+    )
+    .into_draft();
     let orphan = block.mesh.node_count() as u32;
     block.mesh.coordinates.extend([0.1, 0.2, 0.04]);
     let rows: Vec<usize> = (0..=block.dofs.len()).collect();
@@ -199,15 +185,15 @@ pub fn orphan_dof_block() -> Component {
 }
 
 /// The component with the given rows, `extra` naming those beyond the present ones.
-fn with_rows(component: Component, name: &str, rows: &[usize], extra: &[Dof]) -> Component {
+fn with_rows(component: ComponentDraft, name: &str, rows: &[usize], extra: &[Dof]) -> Component {
     let mut dofs = component.dofs.dofs().to_vec();
     dofs.extend_from_slice(extra);
     let dofs = rows.iter().map(|&row| dofs[row]).collect();
-    Component {
+    checked(ComponentDraft {
         name: name.into(),
         dofs: dof_table(dofs, component.mesh.node_count()),
         stiffness: principal_submatrix(&component.stiffness, rows),
         mass: principal_submatrix(&component.mass, rows),
         ..component
-    }
+    })
 }

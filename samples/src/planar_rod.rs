@@ -4,11 +4,11 @@
 use std::collections::BTreeMap;
 use std::f64::consts::PI;
 
-use dcb_formats::component::ComponentMasses;
+use dcb_formats::component::{ComponentDraft, ComponentMasses};
 use dcb_formats::mesh::{CellBlock, Dimension, Direction, Mesh};
 use dcb_formats::{Component, SparseMatrix};
 
-use crate::component::{component, nodes_interface, uniform_dofs};
+use crate::component::{checked, draft, nodes_interface, uniform_dofs};
 use crate::sparse::Assembly;
 
 /// Geometry, section and material of a uniform rod.
@@ -114,12 +114,12 @@ pub fn planar_rod(elements: usize, rod: &RodSection) -> Component {
         nodes_interface("a", vec![0], &ends),
         nodes_interface("b", vec![elements as u32], &ends),
     ];
-    Component {
+    checked(ComponentDraft {
         component_masses: Some(ComponentMasses {
             matrices: masses.into(),
         }),
-        ..component("planar-rod", mesh, dofs, stiffness, mass, interfaces)
-    }
+        ..draft("planar-rod", mesh, dofs, stiffness, mass, interfaces)
+    })
 }
 
 type Element = [[f64; 6]; 6];

@@ -6,12 +6,12 @@
 use std::collections::BTreeMap;
 use std::f64::consts::PI;
 
-use dcb_formats::component::ComponentMasses;
+use dcb_formats::component::{ComponentDraft, ComponentMasses};
 use dcb_formats::mesh::{CellBlock, Dimension, Direction, Mesh};
 use dcb_formats::{Component, SparseMatrix};
 use nalgebra::{Matrix3, Rotation3, SMatrix, Vector3};
 
-use crate::component::{component, nodes_interface, uniform_dofs};
+use crate::component::{checked, draft, nodes_interface, uniform_dofs};
 use crate::material::Material;
 use crate::planar_rod::GAUSS_4;
 use crate::sparse::Assembly;
@@ -177,12 +177,12 @@ pub fn spatial_beam(beam: &SpatialBeam) -> Component {
             },
         )
     });
-    Component {
+    checked(ComponentDraft {
         component_masses: Some(ComponentMasses {
             matrices: masses.collect(),
         }),
-        ..component("spatial-beam", mesh, dofs, stiffness, mass, interfaces)
-    }
+        ..draft("spatial-beam", mesh, dofs, stiffness, mass, interfaces)
+    })
 }
 
 /// Columns are the local axes in global coordinates.

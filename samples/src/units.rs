@@ -3,6 +3,7 @@
 use dcb_formats::component::{Damping, RowStiffness, Units};
 use dcb_formats::{Component, SparseMatrix};
 
+use crate::component::checked;
 use crate::sparse::map_entries;
 
 /// A unit system and how many of its units make one of the old ones.
@@ -49,7 +50,7 @@ pub fn in_units(component: &Component, scale: &UnitScale) -> Component {
             value * (factor * scale.length.powi(rotation[row] + rotation[column]))
         })
     };
-    let mut result = component.clone();
+    let mut result = component.clone().into_draft();
     result.units = scale.units.clone();
     result.stiffness = scaled(&component.stiffness, scale.mass / (scale.time * scale.time));
     result.mass = scaled(&component.mass, scale.mass);
@@ -103,5 +104,5 @@ pub fn in_units(component: &Component, scale: &UnitScale) -> Component {
         *alpha /= scale.time;
         *beta *= scale.time;
     }
-    result
+    checked(result)
 }

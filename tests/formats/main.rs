@@ -3,6 +3,7 @@
 
 mod changed_files;
 mod claimed_chunks;
+mod component_checks;
 mod component_description;
 mod contradictions;
 mod damaged;

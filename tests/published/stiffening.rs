@@ -2,6 +2,7 @@
 //! program (sine modes in a rod with the axial force in its bending stiffness): first peak 0.01539 and minimum -0.01263 at 5.08 rad, where the
 //! linear theory has 0.01876 and -0.0136 at 5.83 rad.
 
+use dcb_formats::component::ComponentDraft;
 use std::sync::Arc;
 
 use dcb_formats::Component;
@@ -17,10 +18,11 @@ use nalgebra::Vector3;
 fn stiffened(elements: usize) -> Component {
     let section = RodSection::default();
     let rod = planar_rod(elements, &section);
-    Component {
+    Component::checked(ComponentDraft {
         geometric_stiffness: Some(axial_prestress(&rod, section.density * section.area)),
-        ..rod
-    }
+        ..rod.into_draft()
+    })
+    .unwrap()
 }
 
 /// First peak, and the minimum with its crank angle, up to 8 rad.

@@ -172,6 +172,7 @@ fn a_ball_has_the_inertia_of_a_ball() {
             SolidElement::Hexahedron20,
             &Material::STEEL,
         )
+        .into_draft()
         .mesh;
         for point in mesh.coordinates.chunks_exact_mut(3) {
             let [x, y, z] = [point[0] - 1.0, point[1] - 1.0, point[2] - 1.0];

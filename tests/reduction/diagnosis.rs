@@ -7,6 +7,7 @@
 )]
 
 use dcb_formats::Component;
+use dcb_formats::component::ComponentDraft;
 use dcb_formats::mesh::{Dimension, DofMap};
 use dcb_formats::superelement::FrameKind;
 use dcb_reducer::model::rigid_body::MassProperties;
@@ -64,13 +65,14 @@ fn a_held_part_is_named_with_the_dofs_that_hold_it() {
         .filter(|row| free.dofs.dofs()[*row].node != 0)
         .collect();
     let dofs = rows.iter().map(|row| free.dofs.dofs()[*row]).collect();
-    let pinned = Component {
+    let pinned = Component::checked(ComponentDraft {
         dofs: dcb_formats::mesh::DofMap::new(dofs, free.mesh.node_count()).unwrap(),
         stiffness: parts::with_rows(&free.stiffness, &rows),
         mass: parts::with_rows(&free.mass, &rows),
         interfaces: free.interfaces[1..].to_vec(),
-        ..free
-    };
+        ..free.into_draft()
+    })
+    .unwrap();
     assert_says(
         &refusal(&pinned),
         &["the part is held", "of 6 rigid motions are free"],
@@ -79,10 +81,12 @@ fn a_held_part_is_named_with_the_dofs_that_hold_it() {
 
 #[test]
 fn a_spring_to_ground_is_named_where_it_stands() {
-    let mut part = parts::steel_box([3, 1, 1], SolidElement::Hexahedron);
+    let part = parts::steel_box([3, 1, 1], SolidElement::Hexahedron);
     let mut stiffness = dense(&part.stiffness);
     stiffness[(3 * 7 + 1, 3 * 7 + 1)] *= 1.5;
-    part.stiffness = sparse(&stiffness);
+    let part = part
+        .changed(|draft| draft.stiffness = sparse(&stiffness))
+        .unwrap();
     assert_says(
         &refusal(&part),
         &["the part is held", "only 5 of 6", "node 7 uy", "(1 dofs"],
@@ -134,13 +138,13 @@ fn mechanisms_are_found_however_few_modes_are_wanted() {
 
 #[test]
 fn a_mesh_in_another_order_than_the_matrices_is_found() {
-    let mut rotor = parts::rotor();
+    let mut rotor = parts::rotor().into_draft();
     // Two nodes of the disc change places in the mesh, not in the matrices.
     let (a, b) = (28, 36);
     for axis in 0..3 {
         rotor.mesh.coordinates.swap(3 * a + axis, 3 * b + axis);
     }
-    let message = refusal(&rotor);
+    let message = refusal(&Component::checked(rotor).unwrap());
     assert_says(
         &message,
         &[
@@ -163,10 +167,13 @@ fn wrong_signs_are_found() {
     let part = parts::steel_box([3, 1, 1], SolidElement::Hexahedron);
     let mut mass = dense(&part.mass);
     mass[(10, 10)] = -mass[(10, 10)];
-    let message = refusal(&Component {
-        mass: sparse(&mass),
-        ..part.clone()
-    });
+    let message = refusal(
+        &Component::checked(ComponentDraft {
+            mass: sparse(&mass),
+            ..part.clone().into_draft()
+        })
+        .unwrap(),
+    );
     assert_says(
         &message,
         &[
@@ -176,10 +183,13 @@ fn wrong_signs_are_found() {
         ],
     );
     let negative = sparse(&(dense(&part.stiffness) * faer::Scale(-1.0)));
-    let message = refusal(&Component {
-        stiffness: negative,
-        ..part.clone()
-    });
+    let message = refusal(
+        &Component::checked(ComponentDraft {
+            stiffness: negative,
+            ..part.clone().into_draft()
+        })
+        .unwrap(),
+    );
     assert_says(&message, &["stiffness matrix has 48 negative diagonal"]);
 }
 
@@ -194,10 +204,13 @@ fn an_indefinite_stiffness_is_counted_and_located() {
             let shape = &oracle.mass * oracle.shapes.as_ref().subcols(k, 1).to_owned();
             stiffness -= &shape * shape.transpose() * faer::Scale(2.0 * oracle.eigenvalues[k]);
         }
-        let message = refusal(&Component {
-            stiffness: sparse(&symmetric(&stiffness)),
-            ..part.clone()
-        });
+        let message = refusal(
+            &Component::checked(ComponentDraft {
+                stiffness: sparse(&symmetric(&stiffness)),
+                ..part.clone().into_draft()
+            })
+            .unwrap(),
+        );
         let pivots = format!("{count} negative pivot(s), at node ");
         assert_says(
             &message,
@@ -224,7 +237,7 @@ fn numbers_that_smell_of_mixed_units_are_warned_about() {
         );
     };
     // Millimetres in the mesh, metres in the name.
-    let mut millimetres = part.clone();
+    let mut millimetres = part.clone().into_draft();
     millimetres
         .mesh
         .coordinates
@@ -234,13 +247,16 @@ fn numbers_that_smell_of_mixed_units_are_warned_about() {
         .interfaces
         .iter_mut()
         .for_each(|i| i.position = i.position.map(|p| p.map(|x| x * 1e3)));
+    let millimetres = Component::checked(millimetres).unwrap();
     warned(&millimetres, "lighter than a foam");
     // Kilograms where tonnes are named.
-    let mut tonnes = in_units(&part, &UnitScale::mm_t_s());
-    tonnes.mass.val_mut().iter_mut().for_each(|m| *m *= 1e3);
+    let tonnes = in_units(&part, &UnitScale::mm_t_s())
+        .changed(|draft| draft.mass.val_mut().iter_mut().for_each(|m| *m *= 1e3))
+        .unwrap();
     warned(&tonnes, "denser than any material");
-    let mut stiff = part;
-    stiff.stiffness.val_mut().iter_mut().for_each(|k| *k *= 1e6);
+    let stiff = part
+        .changed(|draft| draft.stiffness.val_mut().iter_mut().for_each(|k| *k *= 1e6))
+        .unwrap();
     warned(&stiff, "wave speed");
 }
 
@@ -253,11 +269,12 @@ fn unit_warnings(part: &Component) -> Vec<String> {
 fn a_factor_of_a_thousand_is_warned_about() {
     let solid = parts::steel_box([3, 1, 1], SolidElement::Hexahedron);
     let scaled = |part: &Component, k: f64, m: f64, x: f64| {
-        let mut part = part.clone();
+        let mut part = part.clone().into_draft();
+        part.component_masses = None;
         part.stiffness.val_mut().iter_mut().for_each(|v| *v *= k);
         part.mass.val_mut().iter_mut().for_each(|v| *v *= m);
         part.mesh.coordinates.iter_mut().for_each(|v| *v *= x);
-        part
+        Component::checked(part).unwrap()
     };
     let beam = dcb_samples::spatial_beam(&dcb_samples::SpatialBeam::default());
     for part in [solid, beam, parts::skew_beam()] {
@@ -296,9 +313,10 @@ fn samples_in_their_own_units_are_not_warned_about() {
 #[test]
 fn a_stray_point_without_dofs_changes_nothing() {
     let part = parts::steel_box([3, 1, 1], SolidElement::Hexahedron);
-    let mut stray = part.clone();
+    let mut stray = part.clone().into_draft();
     stray.mesh.coordinates.extend([1e6, -1e6, 1e6]);
     stray.dofs = DofMap::new(part.dofs.dofs().to_vec(), stray.mesh.node_count()).unwrap();
+    let stray = Component::checked(stray).unwrap();
     assert_eq!(
         MassProperties::of(&stray).unwrap(),
         MassProperties::of(&part).unwrap()
@@ -312,11 +330,12 @@ fn a_stray_point_without_dofs_changes_nothing() {
 }
 
 /// The part as a program that prints this many decimals of the mantissa would export it.
-fn printed(mut part: Component, decimals: usize) -> Component {
+fn printed(part: Component, decimals: usize) -> Component {
+    let mut part = part.into_draft();
     for value in part.stiffness.val_mut() {
         *value = format!("{value:.decimals$e}").parse().unwrap();
     }
-    part
+    Component::checked(part).unwrap()
 }
 
 #[test]
@@ -346,7 +365,7 @@ fn few_printed_digits_are_warned_about_or_refused() {
 
 /// The slender block with a spring to ground at node 0 along z, relative to the stiffness there.
 fn slender_block_on_a_spring(relative: f64) -> Component {
-    let mut part = hard::slender_block();
+    let mut part = hard::slender_block().into_draft();
     let mut triplets = Vec::new();
     for column in 0..part.stiffness.ncols() {
         let rows = part.stiffness.row_idx_of_col_raw(column).iter();
@@ -365,7 +384,7 @@ fn slender_block_on_a_spring(relative: f64) -> Component {
     }
     let n = part.stiffness.nrows();
     part.stiffness = dcb_formats::SparseMatrix::try_new_from_triplets(n, n, &triplets).unwrap();
-    part
+    Component::checked(part).unwrap()
 }
 
 #[test]
@@ -388,14 +407,14 @@ fn a_weak_spring_to_ground_is_named_where_it_stands() {
 
 #[test]
 fn a_part_without_elastic_motion_is_refused() {
-    let mut part = parts::steel_box([3, 1, 1], SolidElement::Hexahedron);
+    let mut part = parts::steel_box([3, 1, 1], SolidElement::Hexahedron).into_draft();
     let all: Vec<u32> = (0..part.mesh.node_count() as u32).collect();
     part.interfaces.truncate(1);
     part.interfaces[0].kind = dcb_formats::component::InterfaceKind::Rigid;
     part.interfaces[0].nodes = all;
     part.interfaces[0].directions = None;
     assert_says(
-        &refusal(&part),
+        &refusal(&Component::checked(part).unwrap()),
         &[
             "nothing elastic is left",
             "6 dofs remain",
@@ -406,13 +425,13 @@ fn a_part_without_elastic_motion_is_refused() {
 
 #[test]
 fn an_indefinite_mass_is_refused_with_its_place() {
-    let mut part = parts::steel_box([3, 1, 1], SolidElement::Hexahedron);
+    let part = parts::steel_box([3, 1, 1], SolidElement::Hexahedron);
     let mut mass = dense(&part.mass);
     let (a, b) = (3 * 5, 3 * 6);
     let strong = 3.0 * (mass[(a, a)] * mass[(b, b)]).sqrt();
     mass[(a, b)] = strong;
     mass[(b, a)] = strong;
-    part.mass = sparse(&mass);
+    let part = part.changed(|draft| draft.mass = sparse(&mass)).unwrap();
     let message = refusal(&part);
     assert!(message.contains("mass matrix"), "{message}");
 }

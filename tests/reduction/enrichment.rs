@@ -184,16 +184,20 @@ fn columns_answer_to_centrifugal_forces() {
     }
 }
 
+/// The part with one load.
+fn in_the_wind(part: Component, forces: Vec<f64>) -> Component {
+    let name = "wind".into();
+    part.changed(|draft| draft.loads = vec![NamedLoad { name, forces }])
+        .unwrap()
+}
+
 /// A load inside the part: its static response is in the basis, and its name in the file.
 #[test]
 fn named_loads_are_exact_statically() {
-    let mut part = plate();
     let mut random = PseudoRandom::new(11);
+    let part = plate();
     let forces: Vec<f64> = (0..part.dofs.len()).map(|_| random.number()).collect();
-    part.loads = vec![NamedLoad {
-        name: "wind".into(),
-        forces: forces.clone(),
-    }];
+    let part = in_the_wind(part, forces.clone());
     let oracle = Oracle::of(&part);
     let f = Mat::from_fn(forces.len(), 1, |i, _| forces[i]);
     let exact = &oracle.inverse * &f;
@@ -217,7 +221,7 @@ fn named_loads_are_exact_statically() {
     });
     assert!(largest((&found - &exact).as_ref()) < 1e-9 * largest(exact.as_ref()));
     // Without the file there is nothing to enrich with.
-    part.loads.clear();
+    let part = part.changed(|draft| draft.loads.clear()).unwrap();
     let message = reduce(&part, &enriched(8, &[EnrichmentSource::Loads]), &mut ())
         .unwrap_err()
         .to_string();
@@ -315,7 +319,7 @@ fn static_compatibility_leaves_the_columns_out() {
 /// with the clamp as a constraint.
 #[test]
 fn a_load_inside_bends_a_clamped_part_as_the_whole_part() {
-    let mut part = plate();
+    let part = plate();
     let forces: Vec<f64> = part
         .dofs
         .dofs()
@@ -329,10 +333,7 @@ fn a_load_inside_bends_a_clamped_part_as_the_whole_part() {
             }
         })
         .collect();
-    part.loads = vec![NamedLoad {
-        name: "wind".into(),
-        forces: forces.clone(),
-    }];
+    let part = in_the_wind(part, forces.clone());
     let oracle = Oracle::of(&part);
     // [[K, Lᵀ], [L, 0]] with the rows of the left interface.
     let n = forces.len();

@@ -1,6 +1,6 @@
 //! Are estimated errors bounds, and close ones? Against the whole matrices, solved at every frequency.
 
-use dcb_formats::component::Role;
+use dcb_formats::component::{Component, Role};
 use dcb_formats::dcb::read_superelement;
 use dcb_formats::scene::Compatibility;
 use dcb_reducer::{EnrichmentSource, Reduction};
@@ -99,7 +99,7 @@ fn further_columns_count() {
 
 #[test]
 fn some_rows_alone_and_rows_that_only_move() {
-    let mut component = parts::steel_box([4, 1, 1], SolidElement::Hexahedron);
+    let mut component = parts::steel_box([4, 1, 1], SolidElement::Hexahedron).into_draft();
     component.interfaces.push({
         let mut sensor = parts::interface(
             "sensor",
@@ -109,6 +109,7 @@ fn some_rows_alone_and_rows_that_only_move() {
         sensor.role = Role::Output;
         sensor
     });
+    let component = Component::checked(component).unwrap();
     let reduced = lowest(&component, 6);
     let element = &reduced.superelement;
     assert_eq!(attached(element).iter().filter(|it| !**it).count(), 3);

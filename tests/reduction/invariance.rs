@@ -6,7 +6,7 @@
     clippy::needless_range_loop
 )]
 
-use dcb_formats::Component;
+use dcb_formats::component::{Component, Interface};
 use dcb_reducer::Reduced;
 use dcb_samples::solid::solid_component;
 use dcb_samples::{
@@ -42,11 +42,10 @@ fn frequency_change(a: &Reduced, b: &Reduced) -> (f64, f64) {
 #[test]
 fn units_change_nothing_but_the_numbers() {
     let slender = planar_rod(8, &RodSection::round(0.3, 0.0003, 0.2e12, 7870.0));
-    let with_rotation = |mut rod: Component| {
-        for interface in &mut rod.interfaces {
-            interface.directions = None;
-        }
-        rod
+    let with_rotation = |rod: Component| {
+        let all = |interface: &mut Interface| interface.directions = None;
+        rod.changed(|draft| draft.interfaces.iter_mut().for_each(all))
+            .unwrap()
     };
     for component in [
         parts::rod(4),

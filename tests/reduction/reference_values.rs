@@ -6,6 +6,7 @@
     clippy::needless_range_loop
 )]
 
+use dcb_formats::Component;
 use dcb_samples::{reference_hexahedra, reference_tetrahedra};
 use dcb_tests::dense::{diagonal_roots, relative, scaled_difference};
 use dcb_tests::reference::{matrix, numbers, reference};
@@ -107,8 +108,9 @@ fn residuals_of_the_rod_for_every_number_of_modes() {
 fn boxes() {
     let file = reference("ref_spatial.json");
     // The reference cuts its boxes into tetrahedra along the mirrored diagonal: z points the other way.
-    let mut mirrored = reference_tetrahedra();
+    let mut mirrored = reference_tetrahedra().into_draft();
     (mirrored.interfaces[0].nodes, mirrored.interfaces[1].nodes) = (vec![1], vec![14]);
+    let mirrored = Component::checked(mirrored).unwrap();
     for (name, component, z) in [("hex", reference_hexahedra(), 1.0), ("tet", mirrored, -1.0)] {
         let sign = |row: usize| if row % 3 == 2 { z } else { 1.0 };
         let flipped = |m: Mat<f64>| Mat::from_fn(6, 6, |i, j| sign(i) * m[(i, j)] * sign(j));

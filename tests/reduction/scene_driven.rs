@@ -131,7 +131,7 @@ impl Places {
             None => BTreeSet::new(),
         };
         // Nodes with attachments of their own, so that their flexibility is known.
-        let mut whole = component.clone();
+        let mut whole = component.clone().into_draft();
         if !nodes.is_empty() {
             let mut watched = parts::interface(
                 "nodes",
@@ -142,6 +142,7 @@ impl Places {
             watched.directions = Some(Direction::ALL[..d].to_vec());
             whole.interfaces.push(watched);
         }
+        let whole = Component::checked(whole).unwrap();
         let reference = lowest(&whole, 0).superelement;
         let all = localization(&whole);
         let rigid = rigid_motions(component, centre_of_mass(component).1);

@@ -147,12 +147,13 @@ fn lumped_beam(elements: usize) -> Component {
         elements,
         BeamTheory::EulerBernoulli,
         BeamMass::LumpedTranslations,
-    );
+    )
+    .into_draft();
     let mut mass = dense(&beam.mass);
     mass[(3, 3)] = 1e-3;
     beam.mass = sparse(&mass);
     beam.component_masses = None;
-    beam
+    Component::checked(beam).unwrap()
 }
 
 #[test]

@@ -86,9 +86,9 @@ fn random_box(seed: u64, element: SolidElement) -> Component {
 /// Parts that dense algebra can follow.
 pub fn cases() -> Vec<Case> {
     let flat = |seed| {
-        let mut part = springs(Dimension::Planar, seed);
-        part.name = "planar springs".into();
-        part
+        springs(Dimension::Planar, seed)
+            .changed(|draft| draft.name = "planar springs".into())
+            .expect("a component")
     };
     vec![
         Case::new("rod, 4 elements", parts::rod(4), 3),

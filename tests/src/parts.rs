@@ -2,7 +2,7 @@
 
 use std::path::PathBuf;
 
-use dcb_formats::component::{Interface, InterfaceKind, Role, Weights};
+use dcb_formats::component::{ComponentDraft, Interface, InterfaceKind, Role, Weights};
 use dcb_formats::mesh::{Direction, Dof, DofMap, Mesh};
 use dcb_formats::{Component, SparseMatrix};
 use dcb_samples::spatial_beam::{BeamMass, BeamTheory, SpatialBeam};
@@ -71,10 +71,11 @@ pub fn interface(name: &str, kind: InterfaceKind, nodes: Vec<u32>) -> Interface 
 
 /// The part with other interfaces.
 pub fn with_interfaces(component: &Component, interfaces: Vec<Interface>) -> Component {
-    Component {
+    Component::checked(ComponentDraft {
         interfaces,
-        ..component.clone()
-    }
+        ..component.clone().into_draft()
+    })
+    .expect("a component")
 }
 
 /// The published rotor: matrices and mesh as the sample files hold them.
@@ -94,7 +95,7 @@ pub fn rotor() -> Component {
     let dofs = description
         .dof_map(stiffness.nrows(), &path)
         .expect("the dof table");
-    Component {
+    Component::checked(ComponentDraft {
         name: "rotor".into(),
         units: description.units.clone(),
         mesh: description.mesh.clone(),
@@ -109,12 +110,13 @@ pub fn rotor() -> Component {
         damping: dcb_formats::component::Damping::None,
         sources: Vec::new(),
         notes: Vec::new(),
-    }
+    })
+    .expect("a component")
 }
 
 /// Parts of the same kind of nodes as one component, 10 m from each other, with no connection.
 pub fn side_by_side(pieces: &[Component]) -> Component {
-    let mut whole = pieces[0].clone();
+    let mut whole = pieces[0].clone().into_draft();
     let size = pieces.iter().map(|piece| piece.dofs.len()).sum();
     let (mut k, mut m) = (Mat::zeros(size, size), Mat::zeros(size, size));
     whole.mesh.coordinates.clear();
@@ -153,7 +155,7 @@ pub fn side_by_side(pieces: &[Component]) -> Component {
     let directions = &Direction::ALL[..whole.dimension().coordinate_count()];
     whole.dofs = DofMap::uniform(nodes as usize, directions).expect("a dof table");
     (whole.stiffness, whole.mass) = (sparse(&k), sparse(&m));
-    whole
+    Component::checked(whole).expect("a component")
 }
 
 /// Nodes in another order: node i of the result is node `order[i]` of the part, and its dofs move with it.
@@ -199,7 +201,7 @@ pub fn renumbered(component: &Component, order: &[u32]) -> Component {
             }
         })
         .collect();
-    let mut result = component.clone();
+    let mut result = component.clone().into_draft();
     result.dofs = DofMap::new(dofs, order.len()).expect("a dof table");
     result.stiffness = with_rows(&component.stiffness, &rows);
     result.mass = with_rows(&component.mass, &rows);
@@ -217,7 +219,7 @@ pub fn renumbered(component: &Component, order: &[u32]) -> Component {
             .for_each(|node| *node = new_of[*node as usize]);
     }
     result.mesh = mesh;
-    result
+    Component::checked(result).expect("a component")
 }
 
 /// Rows and columns of a matrix in another order, possibly fewer.
@@ -279,19 +281,20 @@ pub fn with_oscillators(count: usize) -> (Component, f64) {
             k[(base, at)] = -stiffness;
         }
     }
-    let component = Component {
+    let component = Component::checked(ComponentDraft {
         dofs: DofMap::new(dofs, nodes + count).expect("a dof table"),
         stiffness: sparse(&k),
         mass: sparse(&m),
         mesh,
-        ..block
-    };
+        ..block.into_draft()
+    })
+    .expect("a component");
     (component, stiffness / mass)
 }
 
 /// The part elsewhere: coordinates and positions of interfaces increased by `by`.
 pub fn moved(component: &Component, by: [f64; 3]) -> Component {
-    let mut result = component.clone();
+    let mut result = component.clone().into_draft();
     let d = component.dimension().coordinate_count();
     for point in result.mesh.coordinates.chunks_exact_mut(d) {
         point.iter_mut().zip(by).for_each(|(x, b)| *x += b);
@@ -303,5 +306,5 @@ pub fn moved(component: &Component, by: [f64; 3]) -> Component {
     {
         position.iter_mut().zip(by).for_each(|(x, b)| *x += b);
     }
-    result
+    Component::checked(result).expect("a component")
 }

@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 
 use dcb_formats::Component;
-use dcb_formats::component::{Damping, InterfaceKind};
+use dcb_formats::component::{ComponentDraft, Damping, InterfaceKind};
 use dcb_formats::mesh::{CellBlock, Dimension, Direction, DofMap, Mesh};
 use dcb_samples::{
     Material, PseudoRandom, RodSection, SolidElement, SpatialBeam, box_block, planar_rod,
@@ -126,7 +126,7 @@ impl Springs {
             }],
             point_sets: BTreeMap::new(),
         };
-        Component {
+        Component::checked(ComponentDraft {
             name: "springs".into(),
             units: si(),
             dofs: DofMap::uniform(count, &Direction::ALL[..d]).expect("a dof table"),
@@ -144,7 +144,8 @@ impl Springs {
             damping: Damping::None,
             sources: Vec::new(),
             notes: Vec::new(),
-        }
+        })
+        .expect("a component")
     }
 }
 

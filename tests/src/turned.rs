@@ -43,7 +43,7 @@ pub fn turned_rows(element: &Superelement, turn: &Rotation3<f64>) -> Mat<f64> {
 pub fn turned(component: &Component, turn: &Rotation3<f64>, by: [f64; 3]) -> Component {
     let d = component.dimension().coordinate_count();
     let place = |x: [f64; 3]| -> [f64; 3] { (turn * Vector3::from(x) + Vector3::from(by)).into() };
-    let mut result = component.clone();
+    let mut result = component.clone().into_draft();
     result.mesh.coordinates = (0..component.mesh.node_count() as u32)
         .flat_map(|node| place(component.mesh.position(node))[..d].to_vec())
         .collect();
@@ -86,5 +86,5 @@ pub fn turned(component: &Component, turn: &Rotation3<f64>, by: [f64; 3]) -> Com
             matrices: pairs.iter().copied().map(new).collect(),
         }
     });
-    result
+    Component::checked(result).expect("a component")
 }

@@ -6,14 +6,12 @@
 use std::ffi::OsStr;
 use std::path::{Path, PathBuf};
 
-use super::{SPATIAL_MASSES, source, stem};
+use super::stem;
 use crate::SparseMatrix;
-use crate::component::{
-    GeometricStiffness, Interface, InterfaceKind, NamedLoad, Role, RowStiffness, Source,
-};
+use crate::component::{ComponentDraft, GeometricStiffness, Interface, NamedLoad, RowStiffness};
 use crate::error::Error;
 use crate::matrix::MatrixReader;
-use crate::mesh::{Dimension, Direction};
+use crate::mesh::Direction;
 
 /// Files `STEM + infix + NAME + .mtx` (or `.mtx.gz`) beside the stiffness matrix by NAME, sorted.
 ///
@@ -67,124 +65,92 @@ pub(super) fn named_siblings(
 /// Reads the load vectors.
 ///
 /// # Errors
-/// The first file that isn't a finite vector of n_e entries.
+/// The first file that isn't one column.
 pub(super) fn read_loads(
     files: &[(String, PathBuf)],
     reader: &mut MatrixReader,
-    n_e: usize,
-    sources: &mut Vec<Source>,
-) -> Result<Vec<NamedLoad>, Error> {
-    let mut loads = Vec::with_capacity(files.len());
+    draft: &mut ComponentDraft,
+) -> Result<(), Error> {
+    let n_e = draft.stiffness.nrows();
     for (name, path) in files {
         let (matrix, report) = reader.read_matrix(path)?;
-        let wrong = |message: String| {
-            Err(Error::File {
-                path: path.clone(),
-                message,
-            })
-        };
         if (matrix.nrows(), matrix.ncols()) != (n_e, 1) {
-            return wrong(format!(
-                "{} x {}, but a load of this component is one column of {n_e} entries, one for each dof",
-                matrix.nrows(),
-                matrix.ncols()
-            ));
-        }
-        let mut forces = vec![0.0; n_e];
-        for (row, value) in matrix
-            .row_idx_of_col_raw(0)
-            .iter()
-            .zip(matrix.val_of_col(0))
-        {
-            if !value.is_finite() {
-                return wrong(format!("entry {} is not finite", row + 1));
-            }
-            forces[*row as usize] = *value;
-        }
-        if forces.iter().all(|force| *force == 0.0) {
-            return wrong("has no entry that isn't zero".into());
-        }
-        sources.push(source(&format!("load.{name}"), &report));
-        loads.push(NamedLoad {
-            name: name.clone(),
-            forces,
-        });
-    }
-    Ok(loads)
-}
-
-/// Reads the geometric stiffness; `None` without any file.
-///
-/// # Errors
-/// The first file that isn't a symmetric (n_e, n_e) matrix, or whose name is neither a product of spins nor a row of an attached
-/// interface.
-pub(super) fn read_stiffening(
-    files: &[(String, PathBuf)],
-    reader: &mut MatrixReader,
-    (n_e, dimension): (usize, Dimension),
-    interfaces: &[Interface],
-    sources: &mut Vec<Source>,
-    notes: &mut Vec<String>,
-) -> Result<Option<GeometricStiffness>, Error> {
-    if files.is_empty() {
-        return Ok(None);
-    }
-    let products: &[&str] = match dimension {
-        Dimension::Planar => &["zz"],
-        Dimension::Spatial => &SPATIAL_MASSES,
-    };
-    let mut stiffness = GeometricStiffness::default();
-    let mut spins: Vec<Option<SparseMatrix>> = products.iter().map(|_| None).collect();
-    for (name, path) in files {
-        let (matrix, report) = reader.read_symmetric_operator(path)?;
-        if matrix.nrows() != n_e {
             return Err(Error::File {
                 path: path.clone(),
                 message: format!(
-                    "{} x {}, but the component has {n_e} dofs",
+                    "{} x {}, but a load of this component is one column of {n_e} entries, one for each dof",
                     matrix.nrows(),
                     matrix.ncols()
                 ),
             });
         }
-        sources.push(source(&format!("stiffening.{name}"), &report));
+        let mut forces = vec![0.0; n_e];
+        let entries = matrix.row_idx_of_col_raw(0).iter();
+        for (row, value) in entries.zip(matrix.val_of_col(0)) {
+            forces[*row as usize] = *value;
+        }
+        draft.took(&format!("load.{name}"), &report);
+        draft.loads.push(NamedLoad {
+            name: name.clone(),
+            forces,
+        });
+    }
+    Ok(())
+}
+
+/// Reads the geometric stiffness, if there is any file of it.
+///
+/// # Errors
+/// The first file that isn't a symmetric matrix, or whose name is neither a product of spins nor a row of an attached interface.
+pub(super) fn read_stiffening(
+    files: &[(String, PathBuf)],
+    reader: &mut MatrixReader,
+    draft: &mut ComponentDraft,
+) -> Result<(), Error> {
+    if files.is_empty() {
+        return Ok(());
+    }
+    let products = GeometricStiffness::spin_products(draft.dimension());
+    let mut spins: Vec<Option<SparseMatrix>> = products.iter().map(|_| None).collect();
+    let mut rows = Vec::new();
+    for (name, path) in files {
+        let (matrix, report) = reader.read_symmetric_operator(path)?;
+        draft.took(&format!("stiffening.{name}"), &report);
         match products.iter().position(|product| product == name) {
             Some(product) => spins[product] = Some(matrix),
-            None => stiffness.rows.push(RowStiffness {
-                row: row_of(name, interfaces).ok_or_else(|| Error::File {
+            None => rows.push(RowStiffness {
+                row: row_of(name, &draft.interfaces).ok_or_else(|| Error::File {
                     path: path.clone(),
-                    message: unknown(name, products, interfaces),
+                    message: unknown(name, products, &draft.interfaces),
                 })?,
                 matrix,
             }),
         }
     }
-    let absent: Vec<&str> = products
-        .iter()
-        .zip(&spins)
+    let absent: Vec<&str> = (products.iter().zip(&spins))
         .filter(|(_, matrix)| matrix.is_none())
         .map(|(product, _)| *product)
         .collect();
-    if absent.len() < products.len() {
-        if !absent.is_empty() {
-            notes.push(format!(
-                "geometric stiffness: no file for the spin products {}; taken as zero",
-                absent.join(", ")
-            ));
-        }
-        stiffness.spins = spins;
+    if absent.len() == products.len() {
+        spins.clear();
+    } else if !absent.is_empty() {
+        draft.notes.push(format!(
+            "geometric stiffness: no file for the spin products {}; taken as zero",
+            absent.join(", ")
+        ));
     }
-    Ok(Some(stiffness))
+    draft.geometric_stiffness = Some(GeometricStiffness { spins, rows });
+    Ok(())
 }
 
 /// Interface and direction of a name such as `big-end.ux`; only attachments have rows that forces act on.
 fn row_of(name: &str, interfaces: &[Interface]) -> Option<(usize, Direction)> {
     let (interface, direction) = name.rsplit_once('.')?;
     let index = interfaces.iter().position(|one| one.name == interface)?;
-    let of = &interfaces[index];
-    let moves_as_one = of.kind != InterfaceKind::Nodes || of.nodes.len() == 1;
     let direction = Direction::from_name(direction)?;
-    (moves_as_one && of.role == Role::Attachment).then_some((index, direction))
+    interfaces[index]
+        .has_row_of_forces()
+        .then_some((index, direction))
 }
 
 fn unknown(name: &str, products: &[&str], interfaces: &[Interface]) -> String {

@@ -4,9 +4,10 @@ use std::path::PathBuf;
 
 use rayon::iter::{IntoParallelIterator, ParallelIterator};
 
-use super::{ComponentFiles, SPATIAL_MASSES, file_name};
-use crate::component::Source;
+use super::{ComponentFiles, file_name};
+use crate::component::{ComponentMasses, Source};
 use crate::error::Error;
+use crate::mesh::Dimension;
 use crate::snapshot::Snapshot;
 
 impl ComponentFiles {
@@ -36,9 +37,9 @@ impl ComponentFiles {
             ("mesh", Some(&self.description)),
             ("boundary", self.boundary.as_ref()),
         ];
-        let masses = SPATIAL_MASSES
-            .into_iter()
-            .zip(self.component_masses(&SPATIAL_MASSES))
+        let names = ComponentMasses::names(Dimension::Spatial);
+        let masses = (names.iter())
+            .zip(self.component_masses(names))
             .filter(|(_, path)| path.exists())
             .map(|(name, path)| (format!("mass.{name}"), path));
         let further = |kind: &'static str, files: &[(String, PathBuf)]| {

@@ -1,16 +1,17 @@
-//! Checks of the interface requests against the mesh and the dofs.
+//! The interface requests of a component file, with their nodes looked up.
 
-use std::collections::{HashMap, HashSet};
+use std::collections::HashSet;
 
-use super::axes::checked_axes;
+use super::DofLayout;
 use super::diagnosis::{listed, suggestion};
 use super::file::{InterfacePart, KindPart, RolePart};
-use super::geometry::{check_ids, check_repeats};
 use super::lists::NodeList;
-use super::values::{DirectionName, Number, WeightsValue};
-use super::{DofLayout, Fault, check_label, fault};
-use crate::component::{Interface, InterfaceKind, Role, Weights};
-use crate::mesh::{Dimension, Direction, Mesh};
+use super::values::{Number, WeightsValue};
+use crate::component::{
+    ComponentFault, Interface, InterfaceKind, Role, Weights, check_interfaces, check_weights_kind,
+    fault,
+};
+use crate::mesh::{Dimension, Mesh};
 use crate::named::Object;
 
 pub fn interfaces(
@@ -19,73 +20,27 @@ pub fn interfaces(
     dofs: &DofLayout,
     cell_sets: &[String],
     notes: &mut Vec<String>,
-) -> Result<Vec<Interface>, Fault> {
+) -> Result<Vec<Interface>, ComponentFault> {
     if parts.is_empty() {
         notes.push("the component has no interface: no joint or force can act on it".into());
     }
-    let request = Request {
-        mesh,
-        dofs,
-        cell_sets,
+    let request = Request { mesh, cell_sets };
+    let asked = parts.into_iter().enumerate();
+    let interfaces = asked
+        .map(|(index, Object(part))| {
+            request.interface(&format!("component.interfaces[{index}]"), part, notes)
+        })
+        .collect::<Result<_, _>>()?;
+    let pattern = match dofs {
+        DofLayout::Pattern(pattern) => Some(pattern.as_slice()),
+        DofLayout::Table(_) => None,
     };
-    let mut interfaces = Vec::new();
-    let mut names = HashMap::new();
-    for (index, Object(part)) in parts.into_iter().enumerate() {
-        let at = format!("component.interfaces[{index}]");
-        check_name(&at, &part.name)?;
-        if let Some(first) = names.insert(part.name.clone(), index) {
-            return Err(fault(
-                format!("{at}.name"),
-                format!(
-                    "\"{}\" is the name of interfaces[{first}] already; names must differ",
-                    part.name
-                ),
-            ));
-        }
-        interfaces.push(request.interface(&at, part, notes)?);
-    }
-    check_rigid_overlap(&interfaces)?;
-    Ok(interfaces)
-}
-
-fn check_name(at: &str, name: &str) -> Result<(), Fault> {
-    let location = format!("{at}.name");
-    check_label(&location, name)?;
-    if name.contains('/') {
-        return Err(fault(
-            location,
-            format!("\"{name}\" contains `/`, which separates body and interface in scenes"),
-        ));
-    }
-    Ok(())
-}
-
-/// A node that two rigid frames hold would weld them together.
-fn check_rigid_overlap(interfaces: &[Interface]) -> Result<(), Fault> {
-    let mut holders: HashMap<u32, &str> = HashMap::new();
-    for (index, interface) in interfaces.iter().enumerate() {
-        if interface.kind != InterfaceKind::Rigid {
-            continue;
-        }
-        for &node in &interface.nodes {
-            if let Some(other) = holders.insert(node, &interface.name) {
-                return Err(fault(
-                    format!("component.interfaces[{index}]"),
-                    format!(
-                        "node {node} belongs to the rigid interface \"{other}\" as well, which would weld the two together; \
-                         take it out of one of them, or make one of them `average`"
-                    ),
-                ));
-            }
-        }
-    }
-    Ok(())
+    check_interfaces(interfaces, mesh, pattern)
 }
 
 /// Context that an interface request is checked against.
 struct Request<'a> {
     mesh: &'a Mesh,
-    dofs: &'a DofLayout,
     cell_sets: &'a [String],
 }
 
@@ -95,50 +50,30 @@ impl Request<'_> {
         at: &str,
         part: InterfacePart,
         notes: &mut Vec<String>,
-    ) -> Result<Interface, Fault> {
+    ) -> Result<Interface, ComponentFault> {
         let kind = match part.kind {
             KindPart::Nodes => InterfaceKind::Nodes,
             KindPart::Average => InterfaceKind::Average,
             KindPart::Rigid => InterfaceKind::Rigid,
         };
         let nodes = self.nodes(at, part.point_set, part.nodes, notes)?;
-        let position = match part.position {
-            Some(_) if kind == InterfaceKind::Nodes => {
-                return Err(fault(
-                    format!("{at}.position"),
-                    "is for the kinds `average` and `rigid`; an interface of kind `nodes` is where its nodes are",
-                ));
-            }
-            Some(position) => Some(self.position(&format!("{at}.position"), &position)?),
-            None => None,
-        };
+        let at_position = format!("{at}.position");
+        let position = (part.position.as_deref())
+            .map(|numbers| self.position(&at_position, numbers))
+            .transpose()?;
         let weights = match part.weights {
-            Some(_) if kind != InterfaceKind::Average => {
-                return Err(fault(
-                    format!("{at}.weights"),
-                    format!(
-                        "is for the kind `average`, but this one is `{}`",
-                        kind.name()
-                    ),
-                ));
-            }
             Some(WeightsValue(weights)) => {
-                checked_weights(&format!("{at}.weights"), weights, nodes.len())?
+                check_weights_kind(&format!("{at}.weights"), kind)?;
+                weights
             }
             None => Weights::Uniform,
         };
-        let axes = match part.axes {
-            Some(rows) => Some(checked_axes(
-                &format!("{at}.axes"),
-                &rows,
-                self.mesh.dimension,
-            )?),
-            None => None,
-        };
-        let directions = match part.dofs {
-            Some(names) => Some(self.directions(&format!("{at}.dofs"), kind, &names)?),
-            None => None,
-        };
+        let axes = (part.axes.as_deref())
+            .map(|rows| given_axes(&format!("{at}.axes"), rows, self.mesh.dimension))
+            .transpose()?;
+        let directions = part
+            .dofs
+            .map(|names| names.iter().map(|name| name.0).collect());
         let role = match part.role.unwrap_or_default() {
             RolePart::Attachment => Role::Attachment,
             RolePart::Output => Role::Output,
@@ -161,24 +96,10 @@ impl Request<'_> {
         point_set: Option<String>,
         nodes: Option<NodeList>,
         notes: &mut Vec<String>,
-    ) -> Result<Vec<u32>, Fault> {
+    ) -> Result<Vec<u32>, ComponentFault> {
         match (point_set, nodes) {
             (Some(name), None) => self.nodes_of_set(at, &name, notes),
-            (None, Some(NodeList(nodes))) => {
-                let location = format!("{at}.nodes");
-                if nodes.is_empty() {
-                    return Err(fault(location, "is empty; expected at least one node id"));
-                }
-                check_ids(&location, &nodes, self.mesh.node_count())?;
-                let mut seen = HashSet::new();
-                if let Some(repeat) = nodes.iter().position(|node| !seen.insert(*node)) {
-                    return Err(fault(
-                        format!("{location}[{repeat}]"),
-                        format!("is node {} again", nodes[repeat]),
-                    ));
-                }
-                Ok(nodes)
-            }
+            (None, Some(NodeList(nodes))) => Ok(nodes),
             (None, None) => Err(fault(
                 at,
                 "names no node; give it `point_set` (the name of a set) or `nodes` (ids)",
@@ -196,7 +117,7 @@ impl Request<'_> {
         at: &str,
         name: &str,
         notes: &mut Vec<String>,
-    ) -> Result<Vec<u32>, Fault> {
+    ) -> Result<Vec<u32>, ComponentFault> {
         let location = format!("{at}.point_set");
         let sets = &self.mesh.point_sets;
         let Some(ids) = sets.get(name) else {
@@ -242,16 +163,10 @@ impl Request<'_> {
         )
     }
 
-    fn position(&self, location: &str, numbers: &[Number]) -> Result<[f64; 3], Fault> {
+    fn position(&self, location: &str, numbers: &[Number]) -> Result<[f64; 3], ComponentFault> {
         match (self.mesh.dimension, numbers) {
-            (Dimension::Planar, &[Number(x), Number(y)] | &[Number(x), Number(y), Number(0.0)]) => {
-                Ok([x, y, 0.0])
-            }
-            (Dimension::Spatial, &[Number(x), Number(y), Number(z)]) => Ok([x, y, z]),
-            (Dimension::Planar, &[_, _, Number(z)]) => Err(fault(
-                location,
-                format!("has z = {z}, but the component is planar; expected [x, y]"),
-            )),
+            (Dimension::Planar, &[Number(x), Number(y)]) => Ok([x, y, 0.0]),
+            (_, &[Number(x), Number(y), Number(z)]) => Ok([x, y, z]),
             (dimension, _) => {
                 let (found, expected) = (numbers.len(), dimension.coordinate_count());
                 Err(fault(
@@ -261,65 +176,39 @@ impl Request<'_> {
             }
         }
     }
-
-    fn directions(
-        &self,
-        location: &str,
-        kind: InterfaceKind,
-        names: &[DirectionName],
-    ) -> Result<Vec<Direction>, Fault> {
-        let mut directions: Vec<Direction> = names.iter().map(|name| name.0).collect();
-        if directions.is_empty() {
-            return Err(fault(
-                location,
-                "is empty; leave it out for all dofs, or name at least one",
-            ));
-        }
-        check_repeats(location, &directions)?;
-        let (owner, available) = match (kind, self.dofs) {
-            (InterfaceKind::Nodes, DofLayout::Pattern(pattern)) => {
-                ("the nodes have", pattern.as_slice())
-            }
-            _ => ("the frame has", self.mesh.dimension.frame_directions()),
-        };
-        if let Some(at) = directions
-            .iter()
-            .position(|direction| !available.contains(direction))
-        {
-            let known: Vec<&str> = available.iter().map(|direction| direction.name()).collect();
-            return Err(fault(
-                format!("{location}[{at}]"),
-                format!(
-                    "is {}, but {owner} only {}",
-                    directions[at].name(),
-                    known.join(" ")
-                ),
-            ));
-        }
-        if kind != InterfaceKind::Nodes {
-            directions.sort_unstable();
-        }
-        Ok(directions)
-    }
 }
 
-fn checked_weights(location: &str, weights: Weights, node_count: usize) -> Result<Weights, Fault> {
-    if let Weights::Given(weights) = &weights {
-        if weights.len() != node_count {
-            let found = weights.len();
-            return Err(fault(
-                location,
-                format!(
-                    "has {found} numbers, but the interface has {node_count} nodes; expected one per node"
-                ),
-            ));
-        }
-        if let Some(at) = weights.iter().position(|&weight| weight <= 0.0) {
-            return Err(fault(
-                format!("{location}[{at}]"),
-                format!("is {}, expected a number > 0", weights[at]),
-            ));
+/// Three rows; a planar frame may be given by its two rows in the plane.
+fn given_axes(
+    location: &str,
+    rows: &[Vec<Number>],
+    dimension: Dimension,
+) -> Result<[[f64; 3]; 3], ComponentFault> {
+    let size = rows.len();
+    let sizes: &[usize] = match dimension {
+        Dimension::Planar => &[2, 3],
+        Dimension::Spatial => &[3],
+    };
+    if !sizes.contains(&size) || rows.iter().any(|row| row.len() != size) {
+        let lengths: Vec<String> = rows.iter().map(|row| row.len().to_string()).collect();
+        let expected = if size == 2 && sizes.contains(&2) {
+            "2 rows of 2"
+        } else {
+            "3 rows of 3"
+        };
+        return Err(fault(
+            location,
+            format!(
+                "has {size} rows with {} numbers, expected {expected}",
+                lengths.join(", ")
+            ),
+        ));
+    }
+    let mut axes = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
+    for (axis, row) in axes.iter_mut().zip(rows) {
+        for (entry, Number(given)) in axis.iter_mut().zip(row) {
+            *entry = *given;
         }
     }
-    Ok(weights)
+    Ok(axes)
 }

@@ -25,6 +25,7 @@ use assemble::{CannotAssemble, Columns, Expansion, full_count};
 use bytes::{BLOCK, TextBlocks};
 use entry_blocks::Blocks;
 use header::{Field, Layout, MatrixHeader, Symmetry};
+pub(crate) use symmetry::made_symmetric;
 
 use crate::{Error, SparseMatrix};
 
@@ -152,7 +153,10 @@ impl MatrixReader {
         )?;
         let (columns, largest_asymmetry) =
             if purpose == Purpose::SymmetricOperator && !header.is_mirrored() {
-                symmetry::averaged(path, columns)?
+                symmetry::averaged(columns).map_err(|reason| Error::File {
+                    path: path.into(),
+                    message: reason.into(),
+                })?
             } else {
                 (columns, 0.0)
             };

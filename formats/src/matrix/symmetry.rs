@@ -9,7 +9,7 @@ use super::assemble::Columns;
 use super::entries::Triplet;
 use super::entry_blocks::Blocks;
 use super::shared::shared_reals;
-use crate::Error;
+use crate::{Error, SparseMatrix};
 
 /// Largest |a_ij - a_ji| relative to max(|a_ij|, |a_ji|, √|a_ii a_jj|) that counts as rounding. In a semi-definite matrix
 /// |a_ij| ≤ √(a_ii a_jj), so the measure is the same in any units, and cancellation remains (1e-7 beside 8e9) pass. Assembly in
@@ -100,12 +100,69 @@ impl Asymmetry {
     }
 }
 
+/// A matrix that isn't symmetric, or can't be made so: its worst pair, or why, in words.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) struct NotSymmetric(String);
+
+impl From<NotSymmetric> for String {
+    fn from(NotSymmetric(message): NotSymmetric) -> Self {
+        message
+    }
+}
+
+/// A matrix with sorted columns as [`averaged`], and its largest relative asymmetry. One that is symmetric already is only looked through.
+///
+/// # Errors
+/// As [`averaged`].
+pub(crate) fn made_symmetric(matrix: SparseMatrix) -> Result<(SparseMatrix, f64), NotSymmetric> {
+    if is_symmetric(&matrix) {
+        return Ok((matrix, 0.0));
+    }
+    let (symbolic, values) = matrix.into_parts();
+    let (row_count, _, starts, _, rows) = symbolic.into_parts();
+    let columns = Columns {
+        row_count,
+        starts,
+        rows,
+        values,
+        duplicates_summed: 0,
+    };
+    let (columns, largest) = averaged(columns)?;
+    Ok((columns.into_matrix(), largest))
+}
+
+/// Whether a square matrix with sorted columns is its own transpose, to the last bit and in its pattern.
+fn is_symmetric(matrix: &SparseMatrix) -> bool {
+    // The entries above the diagonal of a column, from the top, are those below it in the columns before, in their order.
+    let mut above = vec![0; matrix.ncols()];
+    for column in 0..matrix.ncols() {
+        let (rows, values) = (matrix.row_idx_of_col_raw(column), matrix.val_of_col(column));
+        let first = rows.partition_point(|row| (*row as usize) < column);
+        if above[column] != first {
+            return false;
+        }
+        for (row, value) in rows.iter().zip(values).skip(first) {
+            let row = *row as usize;
+            if row > column {
+                let at = above[row];
+                let mirrored = matrix.row_idx_of_col_raw(row).get(at) == Some(&(column as u32))
+                    && matrix.val_of_col(row)[at] == *value;
+                if !mirrored {
+                    return false;
+                }
+                above[row] += 1;
+            }
+        }
+    }
+    true
+}
+
 /// The mean of a matrix and its transpose, exactly symmetric, and its largest relative asymmetry.
 /// Where only one of a pair is stored, the other counts as zero, and both are stored afterwards.
 ///
 /// # Errors
-/// [`Error::File`] with the worst pair if it is beyond rounding.
-pub(super) fn averaged(path: &Path, mut matrix: Columns) -> Result<(Columns, f64), Error> {
+/// The worst pair if it is beyond rounding.
+pub(super) fn averaged(mut matrix: Columns) -> Result<(Columns, f64), NotSymmetric> {
     let (worst, unpaired_count) = worst_asymmetry(&matrix);
     if worst.relative > ROUNDING_ASYMMETRY {
         let Asymmetry {
@@ -115,13 +172,10 @@ pub(super) fn averaged(path: &Path, mut matrix: Columns) -> Result<(Columns, f64
             values: [a, b],
         } = worst;
         let (row, column) = (row + 1, column + 1);
-        return Err(Error::File {
-            path: path.into(),
-            message: format!(
-                "not symmetric: ({row}, {column}) is {a:e}, but ({column}, {row}) is {b:e}, the worst pair; \
-                 relative difference {relative:.1e}, expected at most {ROUNDING_ASYMMETRY:e}"
-            ),
-        });
+        return Err(NotSymmetric(format!(
+            "not symmetric: ({row}, {column}) is {a:e}, but ({column}, {row}) is {b:e}, the worst pair; \
+             relative difference {relative:.1e}, expected at most {ROUNDING_ASYMMETRY:e}"
+        )));
     }
     if unpaired_count > 0 {
         let places = unpaired(&matrix);
@@ -186,13 +240,12 @@ fn unpaired(matrix: &Columns) -> Vec<(u32, u32)> {
 }
 
 /// Stores zeros at places (column, row), given in order, that weren't stored.
-fn with_zeros_at(matrix: Columns, places: &[(u32, u32)]) -> Result<Columns, Error> {
+fn with_zeros_at(matrix: Columns, places: &[(u32, u32)]) -> Result<Columns, NotSymmetric> {
     let total = matrix.rows.len() + places.len();
     if u32::try_from(total).is_err() {
-        return Err(Error::Mismatch {
-            message: "more than 4294967295 entries after completing the pattern symmetrically"
-                .into(),
-        });
+        return Err(NotSymmetric(
+            "more than 4294967295 entries after completing the pattern symmetrically".into(),
+        ));
     }
     let mut starts = Vec::with_capacity(matrix.starts.len());
     let mut rows = Vec::with_capacity(total);

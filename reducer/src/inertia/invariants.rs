@@ -305,8 +305,9 @@ mod tests {
     /// A mass that differs between directions, or couples them, is no solid's, however little.
     #[test]
     fn only_equal_directions_make_a_solid() {
-        let mut component = block();
-        component.mass.val_mut()[17] *= 1.0 + 1e-12;
+        let component = block()
+            .changed(|draft| draft.mass.val_mut()[17] *= 1.0 + 1e-12)
+            .unwrap();
         assert!(Solid::of(&component).is_none());
         let rod = dcb_samples::planar_rod(4, &RodSection::default());
         assert!(Solid::of(&rod).is_none());

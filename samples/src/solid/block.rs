@@ -7,7 +7,7 @@ use dcb_formats::mesh::Mesh;
 use super::assemble::assemble_solid;
 use super::element::{HEXAHEDRON_EDGES, SolidElement, TETRAHEDRON_EDGES};
 use crate::component::{
-    TRANSLATIONS, average_interface, component, nodes_interface, nodes_on_plane, uniform_dofs,
+    TRANSLATIONS, average_interface, checked, draft, nodes_interface, nodes_on_plane, uniform_dofs,
 };
 use crate::material::Material;
 use crate::solid::lattice::mesh_of_used_points;
@@ -60,14 +60,14 @@ pub fn solid_component(
 ) -> Component {
     let matrices = assemble_solid(&mesh, material);
     let dofs = uniform_dofs(mesh.node_count(), &TRANSLATIONS);
-    component(
+    checked(draft(
         name,
         mesh,
         dofs,
         matrices.stiffness,
         matrices.mass,
         interfaces,
-    )
+    ))
 }
 
 /// 30 nodes: 4 × 2 × 1 hexahedra, 1 m × 0.2 m × 0.1 m, with its first and last node as interfaces.

@@ -1,5 +1,6 @@
 //! The exact linearization against differences of the equations; the condensed solve against the exact one.
 
+use dcb_formats::component::ComponentDraft;
 use std::sync::Arc;
 
 use crate::support::frames::Random;
@@ -124,10 +125,11 @@ fn flexible(dimension: Dimension) -> [Arc<FlexibleBody>; 2] {
 
 /// With geometric stiffening by spins and by forces at both ends.
 fn stiffened(component: Component, mass_per_length: f64) -> Component {
-    Component {
+    Component::checked(ComponentDraft {
         geometric_stiffness: Some(axial_prestress(&component, mass_per_length)),
-        ..component
-    }
+        ..component.into_draft()
+    })
+    .unwrap()
 }
 
 /// A state far from everything: large turns, motion, deflections that turn interfaces by tenths of a radian.

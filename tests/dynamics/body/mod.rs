@@ -56,8 +56,9 @@ fn dynamic_coordinates_are_orthonormal_and_uncoupled() {
 
 #[test]
 fn interface_shapes_are_the_field_at_the_interface_nodes() {
-    let mut component = planar_rod(4, &RodSection::default());
-    component.interfaces[1].role = Role::Output;
+    let component = planar_rod(4, &RodSection::default())
+        .changed(|draft| draft.interfaces[1].role = Role::Output)
+        .unwrap();
     for (name, part) in [
         ("output", Part::reduced(component, 3)),
         (
@@ -103,8 +104,9 @@ fn internal_forces_are_the_gradient_of_the_strain_energy() {
 
 #[test]
 fn damping_follows_the_ratios() {
-    let mut component = planar_rod(4, &RodSection::default());
-    component.damping = dcb_formats::component::Damping::Uniform(0.02);
+    let component = planar_rod(4, &RodSection::default())
+        .changed(|draft| draft.damping = dcb_formats::component::Damping::Uniform(0.02))
+        .unwrap();
     let part = Part::reduced(component, 3);
     let n = part.body.coordinate_count();
     let mut forces = vec![0.0; n];
@@ -395,5 +397,5 @@ fn a_rigid_body_is_its_mass_and_points() {
 }
 
 fn part_units() -> dcb_formats::component::Units {
-    planar_rod(1, &RodSection::default()).units
+    planar_rod(1, &RodSection::default()).into_draft().units
 }

@@ -3,6 +3,7 @@
 use crate::support::free::{FreeState, free_motion, integrate};
 use crate::support::{Part, numbers};
 use dcb_formats::Component;
+use dcb_formats::component::ComponentDraft;
 use dcb_runtime::FlexibleBody;
 use dcb_runtime::watch::validity::rod_frequency_deficit;
 use dcb_samples::spatial_beam::BeamSection;
@@ -11,10 +12,11 @@ use faer::Mat;
 use nalgebra::Vector3;
 
 fn stiffened(component: Component, mass_per_length: f64) -> Component {
-    Component {
+    Component::checked(ComponentDraft {
         geometric_stiffness: Some(axial_prestress(&component, mass_per_length)),
-        ..component
-    }
+        ..component.into_draft()
+    })
+    .unwrap()
 }
 
 fn rod(elements: usize) -> Component {

@@ -20,11 +20,12 @@ impl Folder {
     pub fn with_parts() -> Self {
         let place = tempfile::tempdir().unwrap();
         store(&soft_beam(), &place.path().join("beam.dcb.h5"));
-        let mut rod = soft_rod();
+        let mut rod = soft_rod().into_draft();
         for interface in &mut rod.interfaces {
             // All that its node has, the rotation too.
             interface.directions = None;
         }
+        let rod = Component::checked(rod).unwrap();
         store(&rod, &place.path().join("rod.dcb.h5"));
         Self { place }
     }

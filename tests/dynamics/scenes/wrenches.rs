@@ -3,6 +3,7 @@
 //! Each example moves far. What is recorded at the interface must lie in the space predicted, and fill it.
 
 use dcb_demand::demand::{Demand, PartInterface, Parts};
+use dcb_formats::Component;
 use dcb_formats::mesh::Direction;
 use dcb_reducer::{Reduction, reduce};
 use dcb_runtime::kinematics::rotation_vector::right_jacobian_inverse;
@@ -49,7 +50,8 @@ impl Part {
         let mut component = match dimension {
             2 => soft_rod(),
             _ => soft_beam(),
-        };
+        }
+        .into_draft();
         for interface in &mut component.interfaces {
             interface.directions = None;
             if interface.name == "b" {
@@ -59,6 +61,7 @@ impl Part {
                 interface.directions = directions.clone();
             }
         }
+        let component = Component::checked(component).unwrap();
         let place = tempfile::tempdir().unwrap();
         store(&component, &place.path().join("part.dcb.h5"));
         let reduced = reduce(&component, &Reduction::lowest(3), &mut ()).unwrap();

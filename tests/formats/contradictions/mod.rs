@@ -3,7 +3,7 @@
 mod table;
 
 use crate::contradictions::table::table;
-use dcb_formats::component::{InterfaceKind, NamedLoad, Role};
+use dcb_formats::component::{ComponentDraft, InterfaceKind, NamedLoad, Role};
 use dcb_formats::identities::{at_load, in_full};
 use dcb_formats::{Component, Superelement};
 use dcb_reducer::{EnrichmentSource, EstimateChoice, Grounding, InterfaceModes, Reduction};
@@ -45,14 +45,15 @@ fn loaded_rod() -> Component {
     };
     let rod = planar_rod(6, &section);
     let forces = (0..rod.dofs.len()).map(|dof| ((dof * dof) % 7) as f64 - 2.0);
-    Component {
+    Component::checked(ComponentDraft {
         loads: vec![NamedLoad {
             name: "push".into(),
             forces: forces.collect(),
         }],
         geometric_stiffness: Some(axial_prestress(&rod, section.density * section.area)),
-        ..rod
-    }
+        ..rod.into_draft()
+    })
+    .unwrap()
 }
 
 /// As `reduce` makes them from solids and from beams with component masses.
@@ -71,9 +72,12 @@ fn complete() -> Vec<Superelement> {
 /// Beams without component masses, without the error estimate, and without a word of where they come from.
 fn bare() -> Vec<Superelement> {
     use dcb_samples::spatial_beam::{BeamMass, BeamTheory};
-    let nodal = |part: Component| Component {
-        component_masses: None,
-        ..part
+    let nodal = |part: Component| {
+        Component::checked(ComponentDraft {
+            component_masses: None,
+            ..part.into_draft()
+        })
+        .unwrap()
     };
     let without = |count: usize| Reduction {
         estimate: EstimateChoice::LeftOut,

@@ -10,7 +10,7 @@ mod dense_reduction;
 mod modes;
 
 use dcb_formats::Component;
-use dcb_formats::component::{Interface, InterfaceKind, Role, Weights};
+use dcb_formats::component::{ComponentDraft, Interface, InterfaceKind, Role, Weights};
 use dcb_formats::mesh::Direction;
 use dcb_reducer::model::condensation::Model;
 use dcb_reducer::model::localization::Localization;
@@ -214,10 +214,11 @@ fn a_rigid_interface_is_the_constrained_part_exactly() {
             ..parts::interface("hub", InterfaceKind::Rigid, nodes.clone())
         };
         let other = part.interfaces[0].clone();
-        let component = Component {
+        let component = Component::checked(ComponentDraft {
             component_masses: None,
-            ..parts::with_interfaces(&part, vec![rigid, other.clone()])
-        };
+            ..parts::with_interfaces(&part, vec![rigid, other.clone()]).into_draft()
+        })
+        .unwrap();
         let t = constrained(&component, &nodes, position);
         let through = |a: Mat<f64>| t.transpose() * a * &t;
         let (_, centre) = centre_of_mass(&component);
@@ -338,10 +339,11 @@ fn explicit_rows_are_used_as_they_are() {
     let part = reference_hexahedra();
     let mut matrix = Mat::zeros(2, part.dofs.len());
     (matrix[(0, 3)], matrix[(0, 12)], matrix[(1, 40)]) = (0.25, -1.5, 2.0);
-    let component = Component {
+    let component = Component::checked(ComponentDraft {
         explicit_boundary: Some(sparse(&matrix)),
-        ..parts::with_interfaces(&part, Vec::new())
-    };
+        ..parts::with_interfaces(&part, Vec::new()).into_draft()
+    })
+    .unwrap();
     let oracle = Oracle::of(&component);
     let element = lowest(&component, 4).superelement;
     assert_eq!(element.interfaces[0].name, "boundary");

@@ -299,12 +299,14 @@ fn a_loaded_mechanism_is_too_stiff_by_what_is_reported() {
 /// Fewer directions than the rows of one joint, and two interfaces that say the same.
 #[test]
 fn joints_hold_with_fewer_directions_than_rows() {
-    let mut component = many_frames();
+    let component = many_frames();
     let again = Interface {
         name: "again".into(),
         ..component.interfaces[0].clone()
     };
-    component.interfaces.push(again);
+    let component = component
+        .changed(|draft| draft.interfaces.push(again))
+        .unwrap();
     for (wanted, compatibility) in [
         (0, Compatibility::Strong),
         (3, Compatibility::Strong),
@@ -399,8 +401,9 @@ fn a_double_direction_is_not_cut() {
 
 #[test]
 fn output_rows_see_what_is_kept() {
-    let mut component = many_frames();
-    component.interfaces[3].role = Role::Output;
+    let component = many_frames()
+        .changed(|draft| draft.interfaces[3].role = Role::Output)
+        .unwrap();
     let whole = lowest(&component, 4).superelement.residual;
     let reduced = softest(&component, 4, 6).superelement.residual;
     let (all, some) = (whole.output_shapes.unwrap(), reduced.output_shapes.unwrap());

@@ -36,7 +36,7 @@ fn no_element_is_inverted() {
 
 #[test]
 fn mesh_is_one_piece_with_two_holes_and_no_doubled_nodes() {
-    let mesh = connecting_rod(0).mesh;
+    let mesh = connecting_rod(0).into_draft().mesh;
     let cells: Vec<&[u32]> = mesh.cells[0].cells().collect();
     let sorted = |nodes: &mut dyn Iterator<Item = u32>| {
         let mut nodes: Vec<u32> = nodes.collect();

@@ -4,7 +4,7 @@
 //! interface matrices. They share no code.
 
 use dcb_formats::Component;
-use dcb_formats::component::{InterfaceKind, NamedLoad, Role};
+use dcb_formats::component::{ComponentDraft, InterfaceKind, NamedLoad, Role};
 use dcb_formats::superelement::{FrameKind, Superelement};
 use dcb_reducer::{EnrichmentSource, Grounding, InterfaceModes, LoosePieces, Reduction};
 use dcb_runtime::{Compatibility, FlexibleBody};
@@ -195,10 +195,11 @@ fn loaded(part: Component) -> Component {
         name: name.into(),
         forces: (0..part.dofs.len()).map(|_| random.number()).collect(),
     });
-    Component {
+    Component::checked(ComponentDraft {
         loads: loads.to_vec(),
-        ..part
-    }
+        ..part.into_draft()
+    })
+    .unwrap()
 }
 
 #[test]
@@ -284,10 +285,11 @@ fn columns_that_are_something_else_are_refused() {
         assert!(refused.contains("don't answer to"), "{refused}");
     }
     // Where the invariants don't tell the centrifugal forces: rotations, and no component masses.
-    let bare = Component {
+    let bare = Component::checked(ComponentDraft {
         component_masses: None,
-        ..parts::skew_beam()
-    };
+        ..parts::skew_beam().into_draft()
+    })
+    .unwrap();
     let options = Reduction {
         enrichment: vec![EnrichmentSource::Spin],
         ..options

@@ -150,8 +150,9 @@ pub fn reference_values() -> Vec<Value> {
         1.0,
     ));
     // The reference cuts its boxes along the mirrored diagonal: z points the other way.
-    let mut mirrored = reference_tetrahedra();
+    let mut mirrored = reference_tetrahedra().into_draft();
     (mirrored.interfaces[0].nodes, mirrored.interfaces[1].nodes) = (vec![1], vec![14]);
+    let mirrored = Component::checked(mirrored).expect("a component");
     lines.extend(spatial_reference("tet", "tetrahedra", &mirrored, -1.0));
     lines
 }

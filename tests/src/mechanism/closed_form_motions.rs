@@ -22,12 +22,14 @@ use crate::mechanism::{Scene, method, revolute, run, start};
 
 /// A steel beam of 1 m along x, clamped or hinged at a; b is free.
 pub fn beam(elements: usize, modes: usize, damping: f64) -> (Reduced, Arc<FlexibleBody>) {
-    let mut component = spatial_beam(&SpatialBeam {
+    let component = spatial_beam(&SpatialBeam {
         elements,
         section: BeamSection::rectangle(0.02, 0.03),
         ..SpatialBeam::default()
     });
-    component.damping = Damping::Uniform(damping);
+    let component = component
+        .changed(|draft| draft.damping = Damping::Uniform(damping))
+        .expect("a component");
     let reduced = lowest(&component, modes);
     let body = FlexibleBody::from_superelement(&reduced.superelement, Compatibility::Strong);
     (reduced, Arc::new(body.unwrap()))

@@ -263,7 +263,7 @@ impl<'a> Job<'a> {
             return Ok(Made {
                 superelement: reduced.superelement,
                 fields: Some(reduced.recovery),
-                mesh: Some(component.mesh),
+                mesh: Some(component.into_draft().mesh),
                 quality: reduced.quality,
                 work: reduced.work,
             });

@@ -1,7 +1,7 @@
 //! Loads and geometric stiffness beside the matrices, and the columns of `--enrich`.
 
 use dcb_formats::Component;
-use dcb_formats::component::NamedLoad;
+use dcb_formats::component::{ComponentDraft, NamedLoad};
 use dcb_formats::dcb::SuperelementFile;
 use dcb_samples::{RodSection, SolidElement, axial_prestress, planar_rod};
 
@@ -14,21 +14,23 @@ fn solid_with_load() -> Component {
         [0.4, 0.1, 0.05],
         SolidElement::Tetra10,
         &material,
-    );
+    )
+    .into_draft();
     part.loads = vec![NamedLoad {
         name: "wind".into(),
         forces: (0..part.dofs.len()).map(|i| (i as f64).sin()).collect(),
     }];
-    part
+    Component::checked(part).unwrap()
 }
 
 fn stiffened_rod() -> Component {
     let section = RodSection::default();
     let rod = planar_rod(6, &section);
-    Component {
+    Component::checked(ComponentDraft {
         geometric_stiffness: Some(axial_prestress(&rod, section.density * section.area)),
-        ..rod
-    }
+        ..rod.into_draft()
+    })
+    .unwrap()
 }
 
 #[test]

@@ -2,7 +2,7 @@
 
 use std::fs;
 
-use dcb_formats::component::{Interface, InterfaceKind, Role, Weights};
+use dcb_formats::component::{Component, Interface, InterfaceKind, Role, Weights};
 use dcb_runtime::{Mechanism, Scene};
 use dcb_samples::{Material, SolidElement, box_block};
 use serde_json::{Value, json};
@@ -175,7 +175,8 @@ fn slips_and_broken_scenes_are_refused() {
 /// A steel block with both ends as interfaces, some of its nodes fixed to each other as a `lug`, and a planar pendulum of it with a force at its end.
 fn pendulum_of_a_block(lug: impl Fn([f64; 3]) -> bool) -> Folder {
     let sides = [0.4, 0.1, 0.06];
-    let mut block = box_block([4, 2, 2], sides, SolidElement::Hexahedron, &Material::STEEL);
+    let mut block =
+        box_block([4, 2, 2], sides, SolidElement::Hexahedron, &Material::STEEL).into_draft();
     block.name = "part".into();
     let interface = |name: &str, nodes: Vec<u32>| Interface {
         name: name.into(),
@@ -207,7 +208,7 @@ fn pendulum_of_a_block(lug: impl Fn([f64; 3]) -> bool) -> Folder {
     if !on_lug.is_empty() {
         block.interfaces.push(interface("lug", on_lug));
     }
-    let folder = Folder::with(&block);
+    let folder = Folder::with(&Component::checked(block).unwrap());
     let scene = json!({
         "dimension": 2,
         "units": {"length": "m", "mass": "kg", "time": "s"},

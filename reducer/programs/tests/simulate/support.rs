@@ -83,7 +83,8 @@ impl Folder {
         let mut beam = spatial_beam(&SpatialBeam {
             elements: 4,
             ..SpatialBeam::default()
-        });
+        })
+        .into_draft();
         let more = |name: &str, nodes: Vec<u32>| Interface {
             name: name.into(),
             kind: InterfaceKind::Nodes,
@@ -104,7 +105,7 @@ impl Folder {
             directions: Some(vec![Direction::Ux, Direction::Uy, Direction::Uz]),
             ..bare
         });
-        made.store_lowest("beam.dcb.h5", &beam, modes);
+        made.store_lowest("beam.dcb.h5", &Component::checked(beam).unwrap(), modes);
         made
     }
 

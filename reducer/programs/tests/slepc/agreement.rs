@@ -111,8 +111,9 @@ fn a_connecting_rod() {
 /// Condensed before: what travels is the model, not the component.
 #[test]
 fn a_rigid_interface() {
-    let mut component = connecting_rod(0);
-    component.interfaces[0].kind = InterfaceKind::Rigid;
+    let component = connecting_rod(0)
+        .changed(|draft| draft.interfaces[0].kind = InterfaceKind::Rigid)
+        .unwrap();
     compared(&component, &Reduction::lowest(12));
 }
 

@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 use dcb_demand::PlanarPart;
 use dcb_demand::demand::{Demand, Involvement, NodeDemand, PartInterface, Parts, PlaneOfMotion};
 use dcb_demand::pruning::Pruned;
-use dcb_formats::component::{Component, Interface, InterfaceKind, Role, Weights};
+use dcb_formats::component::{Component, Interface, InterfaceKind, NamedLoad, Role, Weights};
 use dcb_formats::dcb::SuperelementFile;
 use dcb_formats::mesh::{Dimension, Direction, Mesh};
 use dcb_formats::scene::{Compatibility, DampingOverride, ModalRatios};
@@ -18,8 +18,8 @@ use dcb_reducer::error::Error;
 
 /// Nodes that are looked at count as rows of the error's bounds up to this number: each takes three solutions with the factorization.
 const NODES_WITH_BOUNDS: usize = 64;
-/// Name of the interface that stands for them; no file can have it.
-pub(super) const WATCHED: &str = "/nodes";
+/// Name of the interface that stands for them; another one of this name is refused.
+pub(super) const WATCHED: &str = "nodes that the scene looks at";
 
 /// Demand on a component by all bodies that are made of it.
 #[derive(Clone, Debug)]
@@ -87,30 +87,29 @@ impl ComponentDemand {
             .ok_or_else(|| part.refused("has no body of this part"))?;
         refuse_unknown(part, &demand, &component)?;
         notes.extend(notes_on(part));
-        let mut asked = Self {
-            demand,
-            notes,
-            component,
-            idle_loads: Vec::new(),
-            scene: part.path.clone(),
-            dimension,
-        };
-        if asked.is_seen_in_plane() {
-            refuse_fields(part, &asked.demand)?;
-            asked.notes.push(
+        if component.dimension() != dimension {
+            refuse_fields(part, &demand)?;
+            notes.push(
                 "the scene is planar: the spatial part is taken through its plane of symmetry, without further columns".to_owned(),
             );
         }
-        let acting = &asked.demand.part_loads;
-        for load in asked
-            .component
-            .loads
-            .extract_if(.., |load| !acting.contains(&load.name))
-        {
-            asked.idle_loads.push(load.name);
-        }
-        asked.watch_nodes();
-        Ok(asked)
+        let watched = watched(&demand, component.dimension(), &mut notes);
+        let is_idle = |load: &mut NamedLoad| !demand.part_loads.contains(&load.name);
+        let mut idle_loads = Vec::new();
+        let component = component
+            .changed(|draft| {
+                idle_loads.extend(draft.loads.extract_if(.., is_idle).map(|load| load.name));
+                draft.interfaces.extend(watched);
+            })
+            .map_err(|fault| part.refused(&fault.to_string()))?;
+        Ok(Self {
+            demand,
+            notes,
+            component,
+            idle_loads,
+            scene: part.path.clone(),
+            dimension,
+        })
     }
 
     /// Whether a spatial part is seen by a planar scene.
@@ -164,33 +163,38 @@ impl ComponentDemand {
         let watched = interfaces.find(|interface| interface.name == WATCHED);
         watched.map_or(&[], |watched| watched.nodes.as_slice())
     }
+}
 
-    fn watch_nodes(&mut self) {
-        let nodes: Vec<u32> = self.named_nodes().into_keys().collect();
-        match (&self.demand.nodes, nodes.len()) {
-            (NodeDemand::None, _) => {}
-            (NodeDemand::All(by), _) => self.notes.push(format!(
+/// Nodes that are looked at, so that their displacement is bounded too.
+fn watched(demand: &Demand, dimension: Dimension, notes: &mut Vec<String>) -> Option<Interface> {
+    let nodes = match &demand.nodes {
+        NodeDemand::None => return None,
+        NodeDemand::All(by) => {
+            notes.push(format!(
                 "{} wants the whole field: the error's bounds are those of the interfaces, not of every node",
                 by.join(", ")
-            )),
-            (NodeDemand::Some(_), count) if count > NODES_WITH_BOUNDS => self.notes.push(format!(
-                "{count} nodes are looked at, more than {NODES_WITH_BOUNDS}: the error's bounds are those of the interfaces alone"
-            )),
-            (NodeDemand::Some(_), _) => {
-                let d = self.component.dimension().coordinate_count();
-                self.component.interfaces.push(Interface {
-                    name: WATCHED.to_owned(),
-                    kind: InterfaceKind::Nodes,
-                    nodes,
-                    position: None,
-                    weights: Weights::Uniform,
-                    axes: None,
-                    directions: Some(Direction::ALL[..d].to_vec()),
-                    role: Role::Output,
-                });
-            }
+            ));
+            return None;
         }
-    }
+        NodeDemand::Some(nodes) if nodes.len() > NODES_WITH_BOUNDS => {
+            notes.push(format!(
+                "{} nodes are looked at, more than {NODES_WITH_BOUNDS}: the error's bounds are those of the interfaces alone",
+                nodes.len()
+            ));
+            return None;
+        }
+        NodeDemand::Some(nodes) => nodes.keys().copied().collect(),
+    };
+    Some(Interface {
+        name: WATCHED.to_owned(),
+        kind: InterfaceKind::Nodes,
+        nodes,
+        position: None,
+        weights: Weights::Uniform,
+        axes: None,
+        directions: Some(Direction::ALL[..dimension.coordinate_count()].to_vec()),
+        role: Role::Output,
+    })
 }
 
 /// Superelements of the scene that are made of other parts, as far as there are files.

@@ -1,6 +1,7 @@
 //! Hard cases of conditioning: slender, thin, soft between stiff, other units, far from the origin.
 
 use dcb_formats::Component;
+use dcb_formats::component::ComponentDraft;
 use dcb_formats::mesh::{CellBlock, Mesh};
 use dcb_samples::spatial_beam::{BeamSection, SpatialBeam, spatial_beam};
 use dcb_samples::{Material, SolidElement, UnitScale, assemble_solid, box_block, in_units};
@@ -138,10 +139,11 @@ fn soft_layer() -> (Component, Mat<f64>) {
     };
     let layer = dense(&assemble_solid(&only(true), &soft).stiffness);
     let ends = dense(&assemble_solid(&only(false), &Material::STEEL).stiffness);
-    let component = Component {
+    let component = Component::checked(ComponentDraft {
         stiffness: sparse(&(&layer + ends)),
-        ..block
-    };
+        ..block.into_draft()
+    })
+    .expect("a component");
     (component, layer)
 }
 
@@ -191,10 +193,11 @@ pub fn stiffness_contrast_1e8() -> HardCase {
 
 /// A rod with rotation rows in both unit systems.
 pub fn millimetre_tonne_second() -> HardCase {
-    let mut rod = parts::rod(4);
+    let mut rod = parts::rod(4).into_draft();
     for interface in &mut rod.interfaces {
         interface.directions = None;
     }
+    let rod = Component::checked(rod).expect("a component");
     let scale = UnitScale::mm_t_s();
     let fine = in_units(&rod, &scale);
     let [coarse_rank, fine_rank] =

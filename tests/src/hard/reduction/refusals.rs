@@ -1,6 +1,7 @@
 //! Hard cases that have no right answer: the part is refused, and the message says what to mend.
 
 use dcb_formats::Component;
+use dcb_formats::component::ComponentDraft;
 use dcb_samples::SolidElement;
 use dcb_samples::hard::{self, Hinge};
 use faer::Mat;
@@ -154,10 +155,11 @@ fn with_negative_stiffness(part: &Component, oracle: &Oracle, share: f64) -> Com
     let momentum = &oracle.mass * oracle.kept(1);
     let removed =
         &momentum * momentum.transpose() * faer::Scale((1.0 + share) * oracle.eigenvalues[0]);
-    Component {
+    Component::checked(ComponentDraft {
         stiffness: sparse(&symmetric(&(&oracle.stiffness - removed))),
-        ..part.clone()
-    }
+        ..part.clone().into_draft()
+    })
+    .expect("a component")
 }
 
 /// One eigenvalue of K a thousandth, or a ten-millionth, of the first one below zero.

@@ -1,7 +1,7 @@
 //! Hard cases of the spectrum: infinite, double, triple, 51-fold and clustered eigenvalues.
 
 use dcb_formats::Component;
-use dcb_formats::component::InterfaceKind;
+use dcb_formats::component::{ComponentDraft, InterfaceKind};
 use dcb_samples::spatial_beam::{BeamMass, BeamTheory};
 use dcb_samples::{Material, SolidElement, box_block};
 use faer::Mat;
@@ -61,10 +61,11 @@ fn corners_without_mass() -> Component {
         .iter()
         .map(|sum| sum.max(0.0) * total / positive)
         .collect();
-    Component {
+    Component::checked(ComponentDraft {
         mass: sparse(&diagonal(&lumped)),
-        ..block
-    }
+        ..block.into_draft()
+    })
+    .expect("a component")
 }
 
 /// A diagonal mass with zeros.

@@ -7,13 +7,12 @@
 //! T_bᵀ M_cd X_a = δ_bc T_dᵀ M X_a    = δ_bc ∫ ρ (e_a × r)_d
 //! X_aᵀ M_cd T_b = δ_bd T_cᵀ M X_a
 //! ```
-//! A file that is zero, transposed or in another's place has other moments. Fields that the dofs can't represent (those of
+//! A matrix that is zero, transposed or in another's place has other moments. Fields that the dofs can't represent (those of
 //! a held component, recognized by K x ≠ 0) are left out; second moments too, because lumped masses don't keep them.
 
-use std::path::PathBuf;
-
+use super::fault::{ComponentFault, Place};
+use super::{ComponentDraft, ComponentMasses};
 use crate::SparseMatrix;
-use crate::error::Error;
 use crate::mesh::{Direction, DofMap, Mesh};
 
 /// Moments may differ by this, relative to the mass times the component's size.
@@ -33,17 +32,21 @@ impl RigidField {
     }
 }
 
-/// Checks one file per pair (c, d), in the order of `names` (`xx`, `xy` and so on).
+/// Checks every component mass.
 ///
 /// # Errors
-/// [`Error::File`] naming the first file with a wrong moment, with the one found and the one expected.
+/// The first one with a wrong moment, with the one found and the one expected.
 pub(super) fn check_moments(
-    files: &[(PathBuf, &str, &SparseMatrix)],
-    mass: &SparseMatrix,
-    stiffness: &SparseMatrix,
-    mesh: &Mesh,
-    dofs: &DofMap,
-) -> Result<(), Error> {
+    masses: &ComponentMasses,
+    of: &ComponentDraft,
+) -> Result<(), ComponentFault> {
+    let ComponentDraft {
+        mesh,
+        dofs,
+        stiffness,
+        mass,
+        ..
+    } = of;
     let centre = mean_position(mesh);
     let size = (0..mesh.node_count())
         .map(|node| {
@@ -59,7 +62,8 @@ pub(super) fn check_moments(
         .filter(|field| is_free(stiffness, field, dofs, size))
         .collect();
     let translation = |axis| fields.iter().find(|field| field.is_translation_along(axis));
-    for (path, name, matrix) in files {
+    let names = ComponentMasses::names(mesh.dimension);
+    for (index, (name, matrix)) in names.iter().zip(&masses.matrices).enumerate() {
         let Some((c, d)) = axes_of(name) else {
             continue;
         };
@@ -87,14 +91,14 @@ pub(super) fn check_moments(
                     };
                 let found = product(&left.values, matrix, &right.values);
                 if (found - expected).abs() > MOMENT_TOLERANCE * unit.abs().max(expected.abs()) {
-                    return Err(Error::File {
-                        path: path.clone(),
-                        message: format!(
+                    return Err(ComponentFault::at(
+                        Place::ComponentMass(index),
+                        format!(
                             "is not the component mass {name} of this component: between its rigid motions {} and {} it gives {found:.6e}, but the mass matrix {expected:.6e} (missing entries, transposed, or another component's file?)",
                             left.direction.name(),
                             right.direction.name()
                         ),
-                    });
+                    ));
                 }
             }
         }

@@ -1,44 +1,24 @@
 //! The axes of an interface frame: checked, then made orthonormal to rounding.
 
-use super::values::Number;
-use super::{Fault, fault};
+use super::fault::{ComponentFault, fault};
 use crate::mesh::Dimension;
 
 /// Largest deviation of given axes from orthogonal unit vectors: the rounding of seven written digits.
 const AXES_TOLERANCE: f64 = 1e-6;
 
-/// Three orthonormal rows; a planar frame may be given by its two rows in the plane.
-pub fn checked_axes(
+/// Rows that deviate by no more are orthonormal to rounding.
+const ROUNDING: f64 = 8.0 * f64::EPSILON;
+
+/// The rotation nearest to three rows that are orthonormal within seven written digits; rows that are orthonormal to rounding stay as
+/// they are.
+///
+/// # Errors
+/// Rows that aren't, or that turn a planar frame out of its plane.
+pub(super) fn checked_axes(
     location: &str,
-    rows: &[Vec<Number>],
+    axes: [[f64; 3]; 3],
     dimension: Dimension,
-) -> Result<[[f64; 3]; 3], Fault> {
-    let size = rows.len();
-    let sizes: &[usize] = match dimension {
-        Dimension::Planar => &[2, 3],
-        Dimension::Spatial => &[3],
-    };
-    if !sizes.contains(&size) || rows.iter().any(|row| row.len() != size) {
-        let lengths: Vec<String> = rows.iter().map(|row| row.len().to_string()).collect();
-        let expected = if size == 2 && sizes.contains(&2) {
-            "2 rows of 2"
-        } else {
-            "3 rows of 3"
-        };
-        return Err(fault(
-            location,
-            format!(
-                "has {size} rows with {} numbers, expected {expected}",
-                lengths.join(", ")
-            ),
-        ));
-    }
-    let mut axes = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
-    for (axis, row) in axes.iter_mut().zip(rows) {
-        for (entry, Number(given)) in axis.iter_mut().zip(row) {
-            *entry = *given;
-        }
-    }
+) -> Result<[[f64; 3]; 3], ComponentFault> {
     check_axes(location, &axes)?;
     if dimension == Dimension::Planar && (axes[2][2] - 1.0).abs() > AXES_TOLERANCE {
         return Err(fault(
@@ -49,7 +29,14 @@ pub fn checked_axes(
             ),
         ));
     }
-    Ok(orthonormalized(axes))
+    let unit = |i: usize, j: usize| if i == j { 1.0 } else { 0.0 };
+    let is_orthonormal =
+        (0..3).all(|i| (0..3).all(|j| (dot(&axes[i], &axes[j]) - unit(i, j)).abs() <= ROUNDING));
+    Ok(if is_orthonormal {
+        axes
+    } else {
+        orthonormal(axes)
+    })
 }
 
 fn dot(a: &[f64; 3], b: &[f64; 3]) -> f64 {
@@ -64,10 +51,10 @@ fn cross(a: &[f64; 3], b: &[f64; 3]) -> [f64; 3] {
     ]
 }
 
-fn check_axes(location: &str, axes: &[[f64; 3]; 3]) -> Result<(), Fault> {
+fn check_axes(location: &str, axes: &[[f64; 3]; 3]) -> Result<(), ComponentFault> {
     for (row, axis) in axes.iter().enumerate() {
         let length = dot(axis, axis).sqrt();
-        if (length - 1.0).abs() > AXES_TOLERANCE {
+        if length.is_nan() || (length - 1.0).abs() > AXES_TOLERANCE {
             return Err(fault(
                 format!("{location}[{row}]"),
                 format!("has length {length}, expected a unit vector (within {AXES_TOLERANCE:e})"),
@@ -95,7 +82,7 @@ fn check_axes(location: &str, axes: &[[f64; 3]; 3]) -> Result<(), Fault> {
 }
 
 /// The rotation nearest to nearly orthonormal rows: Newton-Schulz, X ← (3 X - X Xᵀ X) / 2, which squares the defect.
-fn orthonormalized(mut axes: [[f64; 3]; 3]) -> [[f64; 3]; 3] {
+fn orthonormal(mut axes: [[f64; 3]; 3]) -> [[f64; 3]; 3] {
     const STEPS: usize = 3; // 1e-6, 1e-12, rounding
     for _ in 0..STEPS {
         let gram = axes.map(|a| axes.map(|b| dot(&a, &b)));
@@ -122,7 +109,7 @@ mod tests {
     #[test]
     fn nearly_orthonormal_axes_become_orthonormal_to_rounding() {
         let (c, s) = (0.8 + 3e-7, 0.6 - 2e-7);
-        let axes = orthonormalized([[c, s, 4e-7], [-s, c, 0.0], [0.0, 1e-7, 1.0]]);
+        let axes = orthonormal([[c, s, 4e-7], [-s, c, 0.0], [0.0, 1e-7, 1.0]]);
         for (i, a) in axes.iter().enumerate() {
             for (j, b) in axes.iter().enumerate() {
                 let defect = dot(a, b) - if i == j { 1.0 } else { 0.0 };

@@ -1,0 +1,178 @@
+//! Checks of the matrices of a component: their sizes, their order, and their symmetry.
+
+use super::fault::{ComponentFault, Place};
+use super::{GeometricStiffness, Interface, InterfaceKind, NamedLoad, Role};
+use crate::SparseMatrix;
+use crate::matrix::made_symmetric;
+use crate::mesh::Dimension;
+
+/// An operator of (n_e, n_e), made exactly symmetric where it is so within rounding; that is noted.
+///
+/// # Errors
+/// Another size, entries out of order or not finite, a pair that differs by more than rounding.
+pub(super) fn symmetric(
+    matrix: SparseMatrix,
+    n_e: usize,
+    place: Place,
+    notes: &mut Vec<String>,
+) -> Result<SparseMatrix, ComponentFault> {
+    check_square(&matrix, n_e, &place)?;
+    match made_symmetric(matrix) {
+        Ok((matrix, asymmetry)) => {
+            if asymmetry > 0.0 {
+                notes.push(format!(
+                    "{place}: asymmetry of up to {asymmetry:.1e} was averaged away"
+                ));
+            }
+            Ok(matrix)
+        }
+        Err(reason) => Err(ComponentFault::at(place, reason)),
+    }
+}
+
+/// (n_e, n_e), in order, finite.
+pub(super) fn check_square(
+    matrix: &SparseMatrix,
+    n_e: usize,
+    place: &Place,
+) -> Result<(), ComponentFault> {
+    let (rows, columns) = (matrix.nrows(), matrix.ncols());
+    if (rows, columns) != (n_e, n_e) {
+        let message = match place {
+            Place::Mass => format!(
+                "is {rows} x {columns}, but the stiffness matrix is {n_e} x {n_e}: stiffness and mass must be of one model"
+            ),
+            _ => format!("is {rows} x {columns}, but the component has {n_e} dofs"),
+        };
+        return Err(ComponentFault::at(place.clone(), message));
+    }
+    check_entries(matrix, place)
+}
+
+/// Columns without gaps, rows in order and once, values that are numbers.
+fn check_entries(matrix: &SparseMatrix, place: &Place) -> Result<(), ComponentFault> {
+    if matrix.symbolic().col_nnz().is_some() {
+        return Err(ComponentFault::at(
+            place.clone(),
+            "has gaps between its columns; expected compressed columns",
+        ));
+    }
+    for column in 0..matrix.ncols() {
+        let (rows, values) = (matrix.row_idx_of_col_raw(column), matrix.val_of_col(column));
+        if let Some(pair) = rows.windows(2).find(|pair| pair[1] <= pair[0]) {
+            return Err(ComponentFault::at(
+                place.clone(),
+                format!(
+                    "column {} has row {} after {}; expected rows in order, each once",
+                    column + 1,
+                    pair[1] + 1,
+                    pair[0] + 1
+                ),
+            ));
+        }
+        if let Some(at) = values.iter().position(|value| !value.is_finite()) {
+            return Err(ComponentFault::at(
+                place.clone(),
+                format!(
+                    "the entry at row {}, column {} is {}, expected a finite number",
+                    rows[at] + 1,
+                    column + 1,
+                    values[at]
+                ),
+            ));
+        }
+    }
+    Ok(())
+}
+
+/// Rows of L_b that are given as a matrix: (any, n_e).
+pub(super) fn check_boundary(matrix: &SparseMatrix, n_e: usize) -> Result<(), ComponentFault> {
+    if matrix.ncols() != n_e {
+        return Err(ComponentFault::at(
+            Place::Boundary,
+            format!(
+                "{} columns, but the component has {n_e} dofs; a boundary localization is n_b x n_e",
+                matrix.ncols()
+            ),
+        ));
+    }
+    check_entries(matrix, &Place::Boundary)
+}
+
+/// Names that differ, n_e finite forces each, not all zero.
+pub(super) fn check_loads(loads: &[NamedLoad], n_e: usize) -> Result<(), ComponentFault> {
+    for (index, NamedLoad { name, forces }) in loads.iter().enumerate() {
+        let wrong = |message: String| Err(ComponentFault::at(Place::Load(index), message));
+        if name.is_empty() || loads[..index].iter().any(|other| other.name == *name) {
+            return wrong(format!(
+                "is named {name:?}; expected a name that no other load has"
+            ));
+        }
+        if forces.len() != n_e {
+            return wrong(format!(
+                "has {} entries, but a load of this component is one column of {n_e} entries, one for each dof",
+                forces.len()
+            ));
+        }
+        if let Some(row) = forces.iter().position(|force| !force.is_finite()) {
+            return wrong(format!("entry {} is not finite", row + 1));
+        }
+        if forces.iter().all(|force| *force == 0.0) {
+            return wrong("has no entry that isn't zero".into());
+        }
+    }
+    Ok(())
+}
+
+/// Geometric stiffness with operators as [`symmetric`] makes them.
+///
+/// # Errors
+/// An operator that is refused, spins that aren't one per product, a row that no force acts on.
+pub(super) fn checked_geometric_stiffness(
+    mut of: GeometricStiffness,
+    (n_e, dimension): (usize, Dimension),
+    interfaces: &[Interface],
+    notes: &mut Vec<String>,
+) -> Result<GeometricStiffness, ComponentFault> {
+    let products = GeometricStiffness::spin_products(dimension).len();
+    if ![0, products].contains(&of.spins.len()) {
+        return Err(ComponentFault::at(
+            Place::SpinStiffness(of.spins.len().min(products)),
+            format!(
+                "there are {} products of spins, expected {products} or none",
+                of.spins.len()
+            ),
+        ));
+    }
+    for (index, spin) in of.spins.iter_mut().enumerate() {
+        if let Some(matrix) = spin.take() {
+            *spin = Some(symmetric(matrix, n_e, Place::SpinStiffness(index), notes)?);
+        }
+    }
+    let mut rows = Vec::with_capacity(of.rows.len());
+    for (index, mut stiffness) in of.rows.into_iter().enumerate() {
+        let place = Place::RowStiffness(index);
+        let (interface, direction) = stiffness.row;
+        if !(interfaces.get(interface)).is_some_and(|interface| interface.has_row_of_forces()) {
+            return Err(ComponentFault::at(
+                place,
+                format!(
+                    "is for {} of interface {interface}, which is no attached interface that moves as one",
+                    direction.name()
+                ),
+            ));
+        }
+        stiffness.matrix = symmetric(stiffness.matrix, n_e, place, notes)?;
+        rows.push(stiffness);
+    }
+    of.rows = rows;
+    Ok(of)
+}
+
+impl Interface {
+    /// Whether it is attached and moves as one, so that a row of it has a direction that a force acts along.
+    pub(crate) fn has_row_of_forces(&self) -> bool {
+        let moves_as_one = self.kind != InterfaceKind::Nodes || self.nodes.len() == 1;
+        moves_as_one && self.role == Role::Attachment
+    }
+}
