@@ -3,6 +3,43 @@
 //!
 //! Whoever has one, a file, an importer of another code's files or a program, fills a [`ComponentDraft`]. [`Component::checked`] is the
 //! only way from there to a [`Component`].
+//!
+//! ```
+//! use std::collections::BTreeMap;
+//!
+//! use dcb_formats::component::{Component, ComponentDraft, Place, Units};
+//! use dcb_formats::mesh::{Dimension, Direction, DofMap, Mesh};
+//! use dcb_formats::SparseMatrix;
+//! use faer::sparse::Triplet;
+//!
+//! // Two points and a spring between them, along x.
+//! let mesh = Mesh {
+//!     dimension: Dimension::Planar,
+//!     coordinates: vec![0.0, 0.0, 1.0, 0.0],
+//!     cells: Vec::new(),
+//!     point_sets: BTreeMap::new(),
+//! };
+//! let dofs = DofMap::uniform(2, &[Direction::Ux, Direction::Uy])?;
+//! let (k, m) = (1e6, 0.5);
+//! let stiffness = [(0, 0, k), (2, 0, -k), (0, 2, -k), (2, 2, k)];
+//! let stiffness = stiffness.map(|(row, column, value)| Triplet::new(row, column, value));
+//! let mass = [0, 1, 2, 3].map(|row| Triplet::new(row, row, m));
+//! let draft = ComponentDraft::new(
+//!     "two points",
+//!     Units { length: "m".into(), mass: "kg".into(), time: "s".into() },
+//!     (mesh, dofs),
+//!     SparseMatrix::try_new_from_triplets(4, 4, &stiffness)?,
+//!     SparseMatrix::try_new_from_triplets(4, 4, &mass)?,
+//! );
+//! let component = Component::checked(draft)?;
+//! assert_eq!(component.dofs.len(), 4);
+//!
+//! // The mass of another model is refused, by its place.
+//! let other = SparseMatrix::try_new_from_triplets(3, 3, &mass[..3])?;
+//! let fault = component.changed(|draft| draft.mass = other).unwrap_err();
+//! assert_eq!(fault.place, Place::Mass);
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
 
 mod axes;
 mod component_masses;
@@ -14,6 +51,9 @@ mod interfaces;
 mod label;
 mod mass_moments;
 mod operators;
+
+use schemars::JsonSchema;
+use serde::Deserialize;
 
 use crate::SparseMatrix;
 use crate::mesh::{Dimension, Direction};
@@ -39,20 +79,25 @@ pub struct Units {
     pub time: String,
 }
 
-/// How an interface turns nodal dofs into rows of the boundary localization L_b.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+/// How the nodes of an interface become rows of L_b.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize, JsonSchema)]
+#[serde(rename_all = "lowercase")]
 pub enum InterfaceKind {
     /// The raw dofs of the nodes.
     Nodes,
-    /// One frame that follows the nodes' weighted mean motion (force-distributing, RBE3).
+    /// One frame that follows the weighted mean motion of the nodes (force-distributing, RBE3).
     Average,
     /// The nodes move as one rigid frame (RBE2).
     Rigid,
     /// Rows given explicitly as a matrix.
+    #[serde(skip)]
     Boundary,
 }
 
 impl InterfaceKind {
+    /// All of them.
+    pub(crate) const ALL: [Self; 4] = [Self::Nodes, Self::Average, Self::Rigid, Self::Boundary];
+
     /// Name as files write it.
     pub fn name(self) -> &'static str {
         match self {
@@ -78,12 +123,27 @@ pub enum Weights {
 }
 
 /// Purpose of an interface.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize, JsonSchema)]
+#[serde(rename_all = "lowercase")]
 pub enum Role {
-    /// Forces act here: it gets attachment columns.
+    /// Forces act here: attachment columns are computed.
+    #[default]
     Attachment,
-    /// Observed only: rows in the interface shapes, no attachment columns.
+    /// Observed only: rows in the interface shapes.
     Output,
+}
+
+impl Role {
+    /// Both.
+    pub(crate) const ALL: [Self; 2] = [Self::Attachment, Self::Output];
+
+    /// Name as files write it.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Attachment => "attachment",
+            Self::Output => "output",
+        }
+    }
 }
 
 /// One requested interface.

@@ -6,27 +6,15 @@
 use crate::component::{InterfaceKind, Role};
 use crate::superelement::{CouplingSource, FrameKind};
 
-/// The word for a role.
-pub(super) fn role(role: Role) -> &'static str {
-    match role {
-        Role::Attachment => "attachment",
-        Role::Output => "output",
-    }
-}
-
 /// The role of a word.
 pub(super) fn role_of(word: &str) -> Option<Role> {
-    [Role::Attachment, Role::Output]
-        .into_iter()
-        .find(|&known| role(known) == word)
+    Role::ALL.into_iter().find(|known| known.name() == word)
 }
 
 /// The interface kind of a word.
 pub(super) fn interface_kind_of(word: &str) -> Option<InterfaceKind> {
-    use InterfaceKind::{Average, Boundary, Nodes, Rigid};
-    [Nodes, Average, Rigid, Boundary]
-        .into_iter()
-        .find(|known| known.name() == word)
+    let mut kinds = InterfaceKind::ALL.into_iter();
+    kinds.find(|known| known.name() == word)
 }
 
 /// The frame kind of a word.

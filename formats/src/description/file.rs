@@ -1,5 +1,6 @@
 //! The component file as it stands on disk. The texts here are the descriptions in the published JSON schema.
 
+use crate::component::{InterfaceKind, Role};
 use crate::named::Object;
 use schemars::JsonSchema;
 use serde::Deserialize;
@@ -105,31 +106,6 @@ pub struct UnitsPart {
     pub time: String,
 }
 
-/// How the nodes of an interface become rows.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize, JsonSchema)]
-#[serde(rename_all = "lowercase")]
-#[schemars(rename = "InterfaceKind")]
-pub enum KindPart {
-    /// The raw dofs of the nodes.
-    Nodes,
-    /// One frame that follows the weighted mean motion of the nodes (force-distributing, RBE3).
-    Average,
-    /// The nodes move as one rigid frame (RBE2).
-    Rigid,
-}
-
-/// Purpose of an interface.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize, JsonSchema)]
-#[serde(rename_all = "lowercase")]
-#[schemars(rename = "Role")]
-pub enum RolePart {
-    /// Forces act here: attachment columns are computed.
-    #[default]
-    Attachment,
-    /// Observed only.
-    Output,
-}
-
 /// One interface; exactly one of `point_set` and `nodes` says where.
 #[derive(Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
@@ -139,7 +115,7 @@ pub struct InterfacePart {
     #[schemars(extend("minLength" = 1, "pattern" = "^[^/]+$"))]
     pub name: String,
     /// `nodes`, `average` or `rigid`.
-    pub kind: KindPart,
+    pub kind: InterfaceKind,
     /// Name of a set in `point_sets`.
     #[serde(default)]
     pub point_set: Option<String>,
@@ -163,7 +139,7 @@ pub struct InterfacePart {
     pub dofs: Option<Vec<DirectionName>>,
     /// `attachment` (the default) or `output`.
     #[serde(default)]
-    pub role: Option<RolePart>,
+    pub role: Option<Role>,
 }
 
 /// Exactly one of `modal` and `rayleigh`.

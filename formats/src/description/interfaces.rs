@@ -4,12 +4,11 @@ use std::collections::HashSet;
 
 use super::DofLayout;
 use super::diagnosis::{listed, suggestion};
-use super::file::{InterfacePart, KindPart, RolePart};
+use super::file::InterfacePart;
 use super::lists::NodeList;
 use super::values::{Number, WeightsValue};
 use crate::component::{
-    ComponentFault, Interface, InterfaceKind, Role, Weights, check_interfaces, check_weights_kind,
-    fault,
+    ComponentFault, Interface, Weights, check_interfaces, check_weights_kind, fault,
 };
 use crate::mesh::{Dimension, Mesh};
 use crate::named::Object;
@@ -51,11 +50,7 @@ impl Request<'_> {
         part: InterfacePart,
         notes: &mut Vec<String>,
     ) -> Result<Interface, ComponentFault> {
-        let kind = match part.kind {
-            KindPart::Nodes => InterfaceKind::Nodes,
-            KindPart::Average => InterfaceKind::Average,
-            KindPart::Rigid => InterfaceKind::Rigid,
-        };
+        let kind = part.kind;
         let nodes = self.nodes(at, part.point_set, part.nodes, notes)?;
         let at_position = format!("{at}.position");
         let position = (part.position.as_deref())
@@ -74,10 +69,7 @@ impl Request<'_> {
         let directions = part
             .dofs
             .map(|names| names.iter().map(|name| name.0).collect());
-        let role = match part.role.unwrap_or_default() {
-            RolePart::Attachment => Role::Attachment,
-            RolePart::Output => Role::Output,
-        };
+        let role = part.role.unwrap_or_default();
         Ok(Interface {
             name: part.name,
             kind,

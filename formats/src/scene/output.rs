@@ -7,6 +7,7 @@ use serde::{Deserialize, Serialize};
 
 use super::check::{Checker, finite};
 use super::values::positive;
+use super::{Joint, Scene};
 use crate::Error;
 use crate::named::object;
 
@@ -200,6 +201,52 @@ impl Output {
             Self::SpringForce(_) => "spring_force",
             Self::Modal(_) => "modal",
             Self::Energy => "energy",
+        }
+    }
+
+    /// Places `body/interface` whose motion or force it shows, or what turns with them, without loading them.
+    pub fn observes(&self, scene: &Scene) -> Vec<String> {
+        let of_joint = |name: &str| scene.joints.get(name).and_then(Joint::attachments);
+        match self {
+            Self::Position(of)
+            | Self::Displacement(of)
+            | Self::Velocity(of)
+            | Self::Acceleration(of)
+            | Self::Orientation(of)
+            | Self::AngularVelocity(of)
+            | Self::InterfaceForce(of) => vec![of.at.clone()],
+            Self::ChordDeflection(of) => {
+                let ends = of.between.iter();
+                ends.map(|end| format!("{}/{end}", of.body)).collect()
+            }
+            Self::JointCoordinate(of) | Self::JointRate(of) => {
+                let places = of_joint(&of.joint).into_iter().flatten();
+                places.map(str::to_owned).collect()
+            }
+            // Its axes turn with the place.
+            Self::Reaction(of) => {
+                let turning = of_joint(&of.joint).and_then(|[a, b]| match of.axes {
+                    ReactionAxes::World => None,
+                    ReactionAxes::First => Some(a.to_owned()),
+                    ReactionAxes::Second => Some(b.to_owned()),
+                });
+                turning.into_iter().collect()
+            }
+            Self::NodeDisplacement(_)
+            | Self::NodePosition(_)
+            | Self::DriveEffort(_)
+            | Self::SpringForce(_)
+            | Self::Modal(_)
+            | Self::Energy => Vec::new(),
+        }
+    }
+
+    /// The body and the node of its mesh that it looks at.
+    pub fn node(&self) -> Option<(&str, u32)> {
+        match self {
+            Self::ChordDeflection(of) => Some((&of.body, of.node)),
+            Self::NodeDisplacement(of) | Self::NodePosition(of) => Some((&of.body, of.node)),
+            _ => None,
         }
     }
 

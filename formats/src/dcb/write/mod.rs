@@ -11,9 +11,7 @@ use faer::Mat;
 use super::contract::Counts;
 use super::sink::Sink;
 use super::units::UnitSystem;
-use super::{
-    Compression, Contents, FORMAT, FORMAT_VERSION, WriteOptions, check, names, second_order,
-};
+use super::{Compression, Contents, FORMAT, FORMAT_VERSION, WriteOptions, check, second_order};
 use crate::Error;
 use crate::hdf5_files::attributes::Value;
 use crate::hdf5_files::create::{abandon, create, told};
@@ -206,7 +204,7 @@ impl<'a> Writer<'a> {
         self.sink.texts(
             "/interfaces/roles",
             &all.iter()
-                .map(|one| names::role(one.role).to_owned())
+                .map(|one| one.role.name().to_owned())
                 .collect::<Vec<_>>(),
         )?;
         self.sink.reals(

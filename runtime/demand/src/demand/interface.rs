@@ -14,8 +14,7 @@ use super::transmission::{
 use super::wrench_space::{Half, Span, WrenchSpace};
 use crate::Error;
 use dcb_formats::scene::{
-    Attachment, BodyKind, Joint, Load, LoadAxes, LoadFunction, Output, ReactionAxes, Scene, Side,
-    Spring,
+    Attachment, BodyKind, Joint, Load, LoadAxes, LoadFunction, Scene, Side, Spring,
 };
 
 /// Demand of a scene on an interface.
@@ -215,43 +214,8 @@ impl<'a> Gathering<'a> {
         for (name, output) in &scene.outputs {
             let by = format!("outputs.{name}");
             let at = format!("{by}.{}", output.kind());
-            let places: Vec<String> = match output {
-                Output::Position(of)
-                | Output::Displacement(of)
-                | Output::Velocity(of)
-                | Output::Acceleration(of)
-                | Output::Orientation(of)
-                | Output::AngularVelocity(of)
-                | Output::InterfaceForce(of) => vec![of.at.clone()],
-                Output::ChordDeflection(of) => {
-                    let places = of.between.iter();
-                    places.map(|end| format!("{}/{end}", of.body)).collect()
-                }
-                Output::JointCoordinate(of) | Output::JointRate(of) => {
-                    let joint = scene.joints.get(&of.joint);
-                    let places = joint.and_then(Joint::attachments);
-                    places.into_iter().flatten().map(str::to_owned).collect()
-                }
-                // Its axes turn with the place.
-                Output::Reaction(of) => {
-                    let joint = scene.joints.get(&of.joint);
-                    let places = joint.and_then(Joint::attachments);
-                    let turning = places.and_then(|[a, b]| match of.axes {
-                        ReactionAxes::World => None,
-                        ReactionAxes::First => Some(a),
-                        ReactionAxes::Second => Some(b),
-                    });
-                    turning.into_iter().map(str::to_owned).collect()
-                }
-                Output::NodeDisplacement(_)
-                | Output::NodePosition(_)
-                | Output::DriveEffort(_)
-                | Output::SpringForce(_)
-                | Output::Modal(_)
-                | Output::Energy => Vec::new(),
-            };
-            for place in &places {
-                if let Some(found) = self.at(&at, place)? {
+            for place in output.observes(scene) {
+                if let Some(found) = self.at(&at, &place)? {
                     found.observed_by.insert(by.clone());
                 }
             }

@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use serde::Serialize;
 
-use dcb_formats::scene::{Output, Scene};
+use dcb_formats::scene::Scene;
 
 /// Nodes whose displacement is wanted, and who wants it: paths of keys of the scene.
 #[derive(Clone, Debug, PartialEq, Serialize)]
@@ -30,16 +30,9 @@ impl NodeDemand {
         }
         let mut nodes: BTreeMap<u32, Vec<String>> = BTreeMap::new();
         for (name, output) in &scene.outputs {
-            let (of, node) = match output {
-                Output::ChordDeflection(of) => (&of.body, of.node),
-                Output::NodeDisplacement(of) | Output::NodePosition(of) => (&of.body, of.node),
-                _ => continue,
-            };
-            if of == body {
-                nodes
-                    .entry(node)
-                    .or_default()
-                    .push(format!("outputs.{name}"));
+            if let Some((_, node)) = output.node().filter(|(of, _)| *of == body) {
+                let looking = nodes.entry(node).or_default();
+                looking.push(format!("outputs.{name}"));
             }
         }
         match nodes.is_empty() {
