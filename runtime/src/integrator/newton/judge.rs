@@ -4,7 +4,8 @@ use std::f64::consts::TAU;
 
 use nalgebra::Vector3;
 
-use super::{Corrector, ROUNDING, three};
+use super::correct::three;
+use super::{Corrector, ROUNDING};
 use crate::error::Error;
 use crate::initial::REGULARIZATION;
 use crate::integrator::method::{Formulation, Method};

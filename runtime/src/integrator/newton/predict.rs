@@ -2,7 +2,8 @@
 
 use nalgebra::{UnitQuaternion, Vector3};
 
-use super::{Corrector, three};
+use super::Corrector;
+use super::correct::three;
 use crate::error::Error;
 use crate::integrator::method::Method;
 use crate::system::{State, System};

@@ -14,13 +14,17 @@
 //! the exact matrix is in [`super::linearization`].
 
 mod assemble;
+mod changes;
 mod columns;
 mod following;
+mod solve;
+mod touch;
 
 use faer::Mat;
 use nalgebra::Vector3;
 
 pub(super) use assemble::keep_rows_in_world;
+use touch::{Side, Touch, body_pairs, side};
 
 use crate::error::Error;
 use crate::frame::InertiaTangent;
@@ -28,7 +32,6 @@ use crate::kinematics::frame_motion::Six;
 use crate::system::body_factor::{BodyFactor, BodyMatrix, Elastic};
 use crate::system::evaluation::Evaluation;
 use crate::system::joint_system::JointSystem;
-use crate::system::marker::{turned, turned_back};
 use crate::system::residual::{marker_compliance, write_compliance};
 use crate::system::{Demand, State, System};
 
@@ -59,22 +62,6 @@ impl Blend {
 
 /// A rigid body with more touches than this stays among the unknowns of the joints' system.
 const MANY_TOUCHES: usize = 36;
-
-/// The side of a term on a body.
-#[derive(Clone, Copy, Debug)]
-struct Touch {
-    row: usize,
-    term: usize,
-    side: Side,
-    /// Marker, counted among the body's own.
-    local: usize,
-}
-
-#[derive(Clone, Copy, Debug)]
-enum Side {
-    A,
-    B,
-}
 
 /// The factored iteration matrix of a system.
 pub struct Condensed {
@@ -351,198 +338,9 @@ impl Condensed {
         Ok(())
     }
 
-    /// Change that each row's measure needs: to the demand for constraints, and for springs by what the force still differs.
-    ///
-    /// Where constraints are redundant their regularization is a compliance of the joints, part of the equations and not
-    /// of the iteration alone: the share of λ that does nothing is then determined and can't drift from step to step.
-    pub fn demand(
-        &self,
-        system: &System,
-        state: &State,
-        evaluation: &Evaluation,
-        changes: &mut [f64],
-    ) {
-        for (index, row) in system.rows.iter().enumerate() {
-            changes[index] = match &row.demand {
-                Demand::Hold(_) | Demand::Follow(_) => {
-                    -evaluation.answers[index] - self.yielding(state, index)
-                }
-                Demand::Answer(_) => {
-                    (evaluation.answers[index] - state.forces[index]) * self.compliances[index]
-                }
-            };
-        }
-    }
-
-    /// How the rows' measures change with a motion δq, rigid parts in body axes.
-    pub fn row_changes(
-        &mut self,
-        system: &System,
-        evaluation: &Evaluation,
-        motion: &[f64],
-        changes: &mut [f64],
-    ) {
-        self.twist_markers(system, evaluation, motion);
-        changes.fill(0.0);
-        for touch in self.touches.iter().flatten() {
-            changes[touch.row] += side(evaluation, touch).dot(&self.twists[touch.marker(system)]);
-        }
-    }
-
-    /// World twists of the markers by a motion δq.
-    fn twist_markers(&mut self, system: &System, evaluation: &Evaluation, motion: &[f64]) {
-        for (body, pose) in system.bodies.iter().zip(&evaluation.poses) {
-            let (rigid, elastic) = motion[body.velocities.clone()].split_at(6);
-            let six = Six::from_column_slice(rigid);
-            for &marker in body.markers.iter().filter(|m| self.coupled[**m]) {
-                let twist = system.markers[marker].twist(&evaluation.places[marker], &six, elastic);
-                self.twists[marker] = turned(&pose.axes, &twist);
-            }
-        }
-    }
-
-    /// How far a constraint gives way to its force by the regularization.
-    pub fn yielding(&self, state: &State, row: usize) -> f64 {
-        self.joints.regularizing_compliance(row) * state.forces[row]
-    }
-
     /// Whether a row touches a body whose interfaces are deflected by their forces: such a row has no velocity constraint of
     /// its own.
     pub fn is_compliant(&self, row: usize) -> bool {
         self.compliant[row]
-    }
-
-    /// Solves `S δq - Bᵀ δλ = -residual, B δq + c δλ = changes`: `step` and `force_step`. Where interfaces follow their
-    /// forces, also `residual_step`, with what the evaluation's interface forces and displacements still differ by.
-    pub fn solve(
-        &mut self,
-        system: &System,
-        state: &State,
-        evaluation: &Evaluation,
-        changes: &[f64],
-        residual: &[f64],
-    ) {
-        if self.interfaces == Interfaces::Following {
-            self.find_gaps(system, state, evaluation);
-        }
-        self.solve_rows(system, evaluation, changes, residual, self.interfaces);
-        match self.interfaces {
-            Interfaces::Following => self.follow_forces(system, evaluation),
-            Interfaces::Held => self.residual_step.fill(0.0),
-        }
-    }
-
-    /// The same where δλ are no forces but corrections of the positions: interfaces stay.
-    pub fn solve_positions(
-        &mut self,
-        system: &System,
-        evaluation: &Evaluation,
-        changes: &[f64],
-        residual: &[f64],
-    ) {
-        self.solve_rows(system, evaluation, changes, residual, Interfaces::Held);
-    }
-
-    fn solve_rows(
-        &mut self,
-        system: &System,
-        evaluation: &Evaluation,
-        changes: &[f64],
-        residual: &[f64],
-        interfaces: Interfaces,
-    ) {
-        // t = S⁻¹ r, and how it moves the markers.
-        self.step.copy_from_slice(residual);
-        for (index, body) in system.bodies.iter().enumerate() {
-            let (rigid, elastic) = self.step[body.velocities.clone()].split_at_mut(6);
-            let mut six = Six::from_column_slice(rigid);
-            self.factors[index].solve(&mut six, elastic);
-            rigid.copy_from_slice(six.as_slice());
-            let gaps = match interfaces {
-                Interfaces::Following => body.residual_rows.clone(),
-                Interfaces::Held => 0..0,
-            };
-            for &marker in body.markers.iter().filter(|m| self.coupled[**m]) {
-                let place = &evaluation.places[marker];
-                let mut twist = system.markers[marker].twist(place, &six, elastic);
-                if !gaps.is_empty() {
-                    let gaps = &self.gaps[gaps.clone()];
-                    twist -= system.markers[marker].interface_twist(place, gaps);
-                }
-                self.twists[marker] = turned(&evaluation.poses[index].axes, &twist);
-            }
-        }
-        // (Λ + c) δλ = B t + changes
-        self.force_step.copy_from_slice(changes);
-        for own in &self.touches {
-            for touch in own {
-                let marker = touch.marker(system);
-                self.force_step[touch.row] += side(evaluation, touch).dot(&self.twists[marker]);
-            }
-        }
-        self.joints.solve(&mut self.force_step);
-        // δq = S⁻¹ Bᵀ δλ - t
-        self.wrenches.fill(Six::zeros());
-        for own in &self.touches {
-            for touch in own {
-                let marker = touch.marker(system);
-                self.wrenches[marker] += side(evaluation, touch) * self.force_step[touch.row];
-            }
-        }
-        for (index, body) in system.bodies.iter().enumerate() {
-            let step = &mut self.step[body.velocities.clone()];
-            for entry in step.iter_mut() {
-                *entry = -*entry;
-            }
-            let (rigid, elastic) = step.split_at_mut(6);
-            let mut six = Six::from_column_slice(rigid);
-            for (local, marker) in body.markers.iter().enumerate() {
-                if self.coupled[*marker] {
-                    let wrench =
-                        turned_back(&evaluation.poses[index].axes, &self.wrenches[*marker]);
-                    self.factors[index].add_response(local, &wrench, &mut six, elastic);
-                }
-            }
-            rigid.copy_from_slice(six.as_slice());
-        }
-    }
-}
-
-impl Touch {
-    fn marker(&self, system: &System) -> usize {
-        match self.side {
-            Side::A => system.terms[self.term].a,
-            Side::B => system.terms[self.term].b,
-        }
-    }
-}
-
-/// Where the entries of one body are in the joints' system, in the order of [`Condensed::factor_joints`].
-fn body_pairs(own: &[Touch], motion: Option<usize>) -> Vec<(usize, usize)> {
-    let Some(first) = motion else {
-        let column = |column: &Touch| {
-            let column = column.row;
-            own.iter().map(move |row| (row.row, column))
-        };
-        return own.iter().flat_map(column).collect();
-    };
-    let motions = first..first + 6;
-    let mut pairs = Vec::with_capacity(12 * own.len() + 36);
-    for touch in own {
-        for motion in motions.clone() {
-            pairs.extend([(touch.row, motion), (motion, touch.row)]);
-        }
-    }
-    for column in motions.clone() {
-        pairs.extend(motions.clone().map(|row| (row, column)));
-    }
-    pairs
-}
-
-/// The gradient of a touch, world axes.
-fn side<'a>(evaluation: &'a Evaluation, touch: &Touch) -> &'a Six {
-    match touch.side {
-        Side::A => &evaluation.gradients[touch.term].a,
-        Side::B => &evaluation.gradients[touch.term].b,
     }
 }

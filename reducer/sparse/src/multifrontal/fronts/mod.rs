@@ -1,5 +1,10 @@
 //! The symbolic factorization: fronts, their rows, where a child's rows lie in its parent, and what the numbers will cost.
 
+mod rows_below;
+mod tasks;
+
+use rows_below::rows_below_groups;
+
 use super::amalgamation::{Groups, gather};
 use super::dense::UpdateLayout;
 use super::elimination_tree::{NONE, OrderedGraph, children_of, postorder};
@@ -340,56 +345,6 @@ impl Fronts {
             .sum()
     }
 
-    /// Whether a subtree is small enough to be one task.
-    pub fn is_one_task(&self, front: usize) -> bool {
-        self.children(front).is_empty() || self.subtree_flops[front] * TASKS <= self.flops()
-    }
-
-    /// Entries that the update matrices of fronts of even and of odd depth take at most while one thread eliminates a subtree; the
-    /// root's own is held elsewhere.
-    pub fn stack_rooms(&self, root: usize) -> [usize; 2] {
-        let (mut tops, mut rooms) = ([0_usize; 2], [0_usize; 2]);
-        for front in self.first_descendant(root)..root {
-            let own = self.depth(front) % 2;
-            let children = self.children(front).iter();
-            let handed: usize = children
-                .map(|child| self.update_length(*child as usize))
-                .sum();
-            tops[1 - own] -= handed;
-            tops[own] += self.update_length(front);
-            rooms[own] = rooms[own].max(tops[own]);
-        }
-        rooms
-    }
-
-    /// Bound of the entries of update matrices held at once by so many threads.
-    pub fn stack_bound(&self, threads: usize) -> usize {
-        let mut bounds = vec![0_usize; self.len()];
-        let square = |front: u32| self.update_length(front as usize);
-        for front in 0..self.len() {
-            bounds[front] = if self.is_one_task(front) {
-                self.subtree_stack[front]
-            } else {
-                let bound = self.side_by_side(&self.children[front], &bounds, threads);
-                let held: usize = self.children[front].iter().map(|c| square(*c)).sum();
-                bound.max(held + square(front as u32))
-            };
-        }
-        self.side_by_side(&self.roots, &bounds, threads)
-    }
-
-    /// As many of the largest subtrees as there are threads at their peak, the others done.
-    fn side_by_side(&self, subtrees: &[u32], bounds: &[usize], threads: usize) -> usize {
-        let square = |front: &u32| self.update_length(*front as usize);
-        let mut extra: Vec<usize> = subtrees
-            .iter()
-            .map(|front| bounds[*front as usize].saturating_sub(square(front)))
-            .collect();
-        extra.sort_unstable_by_key(|extra| std::cmp::Reverse(*extra));
-        let held: usize = subtrees.iter().map(square).sum();
-        held + extra.iter().take(threads).sum::<usize>()
-    }
-
     /// Largest panel of one front, entries.
     pub fn largest_panel(&self) -> usize {
         (0..self.len())
@@ -398,9 +353,6 @@ impl Fronts {
             .unwrap_or(0)
     }
 }
-
-/// A subtree becomes one task when it is less than this part of the work.
-const TASKS: f64 = 64.0;
 
 fn push_run(runs: &mut Vec<Run>, run: Run) {
     match runs.last_mut() {
@@ -412,46 +364,4 @@ fn push_run(runs: &mut Vec<Run>, run: Run) {
         }
         _ => runs.push(run),
     }
-}
-
-/// Rows (vertices) below the columns of each group.
-fn rows_below_groups(graph: &OrderedGraph, groups: &Groups) -> Vec<Vec<u32>> {
-    let count = groups.vertices.len();
-    let mut group_of = vec![0_u32; graph.len()];
-    for (group, vertices) in groups.vertices.iter().enumerate() {
-        for vertex in vertices {
-            group_of[*vertex as usize] = group as u32;
-        }
-    }
-    let (children, _) = children_of(&groups.parents);
-    let mut below: Vec<Vec<u32>> = vec![Vec::new(); count];
-    let mut seen_by = vec![NONE; graph.len()];
-    for group in 0..count {
-        let vertices = &groups.vertices[group];
-        let mut rows = Vec::new();
-        for vertex in vertices {
-            seen_by[*vertex as usize] = group as u32;
-        }
-        let mut add = |vertex: u32| {
-            if seen_by[vertex as usize] != group as u32 {
-                seen_by[vertex as usize] = group as u32;
-                rows.push(vertex);
-            }
-        };
-        for child in &children[group] {
-            for row in &below[*child as usize] {
-                add(*row);
-            }
-        }
-        for vertex in vertices {
-            // Neighbours eliminated before belong to descendants.
-            for neighbour in graph.neighbours_of(*vertex) {
-                if group_of[*neighbour as usize] > group as u32 {
-                    add(*neighbour);
-                }
-            }
-        }
-        below[group] = rows;
-    }
-    below
 }

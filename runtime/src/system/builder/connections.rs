@@ -1,0 +1,156 @@
+//! Joints, drives, gears, springs and loads of a system.
+
+use super::{BuiltJoint, SystemBuilder};
+use crate::error::Error;
+use crate::force_law::Law;
+use crate::joint::{JointKind, JointRows, RestPlacement};
+use crate::measure::Measure;
+use crate::system::{Connection, ConnectionKind, Demand, Load, LoadAxes, PartLoad, Row, Term};
+
+impl SystemBuilder {
+    /// A joint between two markers.
+    ///
+    /// # Errors
+    /// Those of [`JointKind::rows`].
+    pub fn joint(
+        &mut self,
+        name: &str,
+        a: usize,
+        b: usize,
+        kind: &JointKind,
+    ) -> Result<BuiltJoint, Error> {
+        let rest = RestPlacement::of(&self.frame(a), &self.frame(b));
+        let rows = kind.rows(self.system.dimension, &rest)?;
+        Ok(self.joint_of(name, a, b, rows))
+    }
+
+    /// A joint between two markers that holds the measures in `rows`.
+    pub fn joint_of(&mut self, name: &str, a: usize, b: usize, rows: JointRows) -> BuiltJoint {
+        let connection = self.connect(name, ConnectionKind::Joint, a, b);
+        for measure in &rows.held {
+            if !self.leads_out_of_plane(a, b, measure) {
+                self.row(connection, &[(1.0, a, b, *measure)], Demand::Hold(0.0));
+            }
+        }
+        BuiltJoint {
+            connection,
+            a,
+            b,
+            rows,
+        }
+    }
+
+    /// A joint coordinate that follows a function of time.
+    pub fn drive(
+        &mut self,
+        name: &str,
+        joint: &BuiltJoint,
+        measure: Measure,
+        signal: usize,
+    ) -> usize {
+        let connection = self.connect(name, ConnectionKind::Drive, joint.a, joint.b);
+        let term = (1.0, joint.a, joint.b, measure);
+        self.row(connection, &[term], Demand::Follow(signal));
+        connection
+    }
+
+    /// Two joint coordinates in a fixed ratio, `second - ratio first = constant as drawn`.
+    pub fn gear(
+        &mut self,
+        name: &str,
+        (first, first_measure): (&BuiltJoint, Measure),
+        (second, second_measure): (&BuiltJoint, Measure),
+        ratio: f64,
+    ) -> usize {
+        let value = |joint: &BuiltJoint, measure: &Measure| {
+            measure.value(&self.frame(joint.a), &self.frame(joint.b))
+        };
+        let constant = value(second, &second_measure) - ratio * value(first, &first_measure);
+        let connection = self.connect(name, ConnectionKind::Joint, second.a, second.b);
+        let terms = [
+            (1.0, second.a, second.b, second_measure),
+            (-ratio, first.a, first.b, first_measure),
+        ];
+        self.row(connection, &terms, Demand::Hold(constant));
+        connection
+    }
+
+    /// Forces between two markers along measures: a spring, a torsion spring, a bushing.
+    pub fn spring(
+        &mut self,
+        name: &str,
+        a: usize,
+        b: usize,
+        laws: impl IntoIterator<Item = (Measure, Law)>,
+    ) -> usize {
+        let connection = self.connect(name, ConnectionKind::Spring, a, b);
+        for (measure, law) in laws {
+            self.system.is_damped |= law.is_damped();
+            self.row(connection, &[(1.0, a, b, measure)], Demand::Answer(law));
+        }
+        connection
+    }
+
+    /// A force and a torque on a marker; components are functions of time by index.
+    pub fn load(
+        &mut self,
+        name: &str,
+        marker: usize,
+        axes: LoadAxes,
+        force: [Option<usize>; 3],
+        torque: [Option<usize>; 3],
+    ) -> usize {
+        self.system.loads.push(Load {
+            name: name.to_owned(),
+            marker,
+            axes,
+            force,
+            torque,
+        });
+        self.system.loads.len() - 1
+    }
+
+    /// A load on the inside of a body, by its index among the body's own; the factor is a function of time by index.
+    pub fn part_load(&mut self, name: &str, body: usize, load: usize, factor: usize) -> usize {
+        self.system.part_loads.push(PartLoad {
+            name: name.to_owned(),
+            body,
+            load,
+            factor,
+        });
+        self.system.part_loads.len() - 1
+    }
+
+    fn connect(&mut self, name: &str, kind: ConnectionKind, a: usize, b: usize) -> usize {
+        let at = self.system.rows.len();
+        self.system.connections.push(Connection {
+            name: name.to_owned(),
+            kind,
+            a,
+            b,
+            rows: at..at,
+        });
+        self.system.connections.len() - 1
+    }
+
+    fn row(&mut self, connection: usize, terms: &[(f64, usize, usize, Measure)], demand: Demand) {
+        let first = self.system.terms.len();
+        for (weight, a, b, measure) in terms {
+            let angle = matches!(measure, Measure::Angle(_)).then_some(self.system.angle_count);
+            self.system.angle_count += usize::from(angle.is_some());
+            self.system.terms.push(Term {
+                weight: *weight,
+                a: *a,
+                b: *b,
+                measure: *measure,
+                angle,
+            });
+        }
+        self.system.rows.push(Row {
+            connection,
+            terms: first..self.system.terms.len(),
+            demand,
+        });
+        self.system.connections[connection].rows.end = self.system.rows.len();
+    }
+}
