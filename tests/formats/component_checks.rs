@@ -283,6 +283,17 @@ fn operators() {
     for (change, place, word) in cases {
         refused(block(), change, place, &[word]);
     }
+    let named: Change = |of| {
+        of.explicit_boundary = Some(sparse(&faer::Mat::identity(3, 48)));
+        of.interfaces[1].name = "boundary".into();
+    };
+    let place = "component.interfaces[1].name";
+    refused(block(), named, place, &["--boundary", "rename"]);
+    let empty: Change = |of| {
+        let rows = faer::Mat::from_fn(3, 48, |i, j| if i == 1 { 0.0 } else { j as f64 });
+        of.explicit_boundary = Some(sparse(&rows));
+    };
+    refused(block(), empty, "explicit_boundary", &["row 2 has no entry"]);
     // Rows in another order than theirs.
     let mut starts = vec![0_u32, 2];
     starts.resize(n + 1, 2);

@@ -5,7 +5,7 @@ use std::ops::Deref;
 use super::component_masses::check_component_masses;
 use super::fault::{ComponentFault, Place, fault};
 use super::geometry::{check_directions, check_mesh};
-use super::interfaces::check_interfaces;
+use super::interfaces::{check_interfaces, check_names_beside_boundary};
 use super::label::{check_label, check_units};
 use super::operators::{check_boundary, check_loads, checked_geometric_stiffness, symmetric};
 use super::{ComponentMasses, Damping, GeometricStiffness, Interface, NamedLoad, Source, Units};
@@ -104,6 +104,7 @@ impl Component {
         of.mass = symmetric(of.mass, n_e, Place::Mass, &mut of.notes)?;
         if let Some(boundary) = &of.explicit_boundary {
             check_boundary(boundary, n_e)?;
+            check_names_beside_boundary(&of.interfaces)?;
         }
         check_loads(&of.loads, n_e)?;
         let size = (n_e, of.mesh.dimension);

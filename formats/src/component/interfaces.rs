@@ -6,7 +6,7 @@ use super::axes::checked_axes;
 use super::fault::{ComponentFault, fault};
 use super::geometry::{check_ids, check_repeats};
 use super::label::check_label;
-use super::{Interface, InterfaceKind, Weights};
+use super::{EXPLICIT_BOUNDARY, Interface, InterfaceKind, Weights};
 use crate::mesh::{Dimension, Direction, Mesh};
 
 /// The interfaces with exactly orthonormal axes, and the directions of frames in their order. `pattern` are the directions of the nodes
@@ -42,6 +42,19 @@ pub(crate) fn check_interfaces(
     }
     check_rigid_overlap(&interfaces)?;
     Ok(interfaces)
+}
+
+/// The rows of L_b that are given as a matrix make an interface too.
+pub(super) fn check_names_beside_boundary(interfaces: &[Interface]) -> Result<(), ComponentFault> {
+    match (interfaces.iter()).position(|interface| interface.name == EXPLICIT_BOUNDARY) {
+        None => Ok(()),
+        Some(index) => Err(fault(
+            format!("component.interfaces[{index}].name"),
+            format!(
+                "{EXPLICIT_BOUNDARY:?} is the name of the rows given as a matrix (--boundary); rename the interface"
+            ),
+        )),
+    }
 }
 
 fn check_name(at: &str, name: &str) -> Result<(), ComponentFault> {

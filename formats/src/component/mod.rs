@@ -167,6 +167,9 @@ pub struct Interface {
     pub role: Role,
 }
 
+/// Name of the interface that the rows of [`ComponentDraft::explicit_boundary`] make.
+pub const EXPLICIT_BOUNDARY: &str = "boundary";
+
 /// An input file and its use.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Source {

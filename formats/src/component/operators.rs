@@ -85,7 +85,7 @@ fn check_entries(matrix: &SparseMatrix, place: &Place) -> Result<(), ComponentFa
     Ok(())
 }
 
-/// Rows of L_b that are given as a matrix: (any, n_e).
+/// Rows of L_b that are given as a matrix: (any, n_e), none of them zero.
 pub(super) fn check_boundary(matrix: &SparseMatrix, n_e: usize) -> Result<(), ComponentFault> {
     if matrix.ncols() != n_e {
         return Err(ComponentFault::at(
@@ -96,7 +96,21 @@ pub(super) fn check_boundary(matrix: &SparseMatrix, n_e: usize) -> Result<(), Co
             ),
         ));
     }
-    check_entries(matrix, &Place::Boundary)
+    check_entries(matrix, &Place::Boundary)?;
+    let mut is_zero = vec![true; matrix.nrows()];
+    for column in 0..matrix.ncols() {
+        let entries = matrix.row_idx_of_col_raw(column).iter();
+        for (row, value) in entries.zip(matrix.val_of_col(column)) {
+            is_zero[*row as usize] &= *value == 0.0;
+        }
+    }
+    match is_zero.iter().position(|is_zero| *is_zero) {
+        None => Ok(()),
+        Some(row) => Err(ComponentFault::at(
+            Place::Boundary,
+            format!("row {} has no entry other than zero; remove it", row + 1),
+        )),
+    }
 }
 
 /// Names that differ, n_e finite forces each, not all zero.

@@ -11,7 +11,7 @@ use crate::mesh::Dimension;
 use crate::snapshot::Snapshot;
 
 impl ComponentFiles {
-    /// Names and SHA-256 of every file, without reading what is in it: those of [`Component::sources`](crate::Component::sources), and of component masses that
+    /// Names and SHA-256 of every file, without reading what is in it: those of [`ComponentDraft::sources`](crate::component::ComponentDraft::sources), and of component masses that
     /// its dimension has no use for.
     ///
     /// # Errors

@@ -3,8 +3,6 @@
 use dcb_formats::component::InterfaceKind;
 use dcb_formats::mesh::{Dimension, Direction};
 
-use super::Input;
-
 /// An interface that the component can't have.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum InterfaceRefusal {
@@ -94,39 +92,6 @@ pub enum InterfaceRefusal {
         /// The node.
         node: u32,
     },
-    /// A node belongs to two rigid interfaces.
-    #[error(
-        "interfaces {:?} and {:?}: both rigid and both hold node {node}, which can't follow two frames; give the node to one of them, or make one an \"average\"",
-        interfaces[0],
-        interfaces[1]
-    )]
-    SharedNode {
-        /// Names of both.
-        interfaces: [String; 2],
-        /// The node.
-        node: u32,
-    },
-    /// An interface has the name of the rows of `--boundary`.
-    #[error(
-        "an interface is named \"boundary\", which is the name of the rows given by --boundary; rename the interface"
-    )]
-    NamedBoundary,
-    /// A row of `--boundary` is zero.
-    #[error("boundary row {row} has no entry other than zero; remove it")]
-    EmptyBoundaryRow {
-        /// Its number, from 1.
-        row: usize,
-    },
-}
-
-impl InterfaceRefusal {
-    /// The file that says so.
-    pub(super) fn concerns(&self) -> Input {
-        match self {
-            Self::EmptyBoundaryRow { .. } => Input::Boundary,
-            _ => Input::Description,
-        }
-    }
 }
 
 fn quoted(directions: &[Direction]) -> String {

@@ -201,9 +201,9 @@ impl Error {
     /// The file of the component that is to be corrected, if it is one.
     pub fn concerns(&self) -> Option<Input> {
         match self {
-            Self::Interface(refusal) => Some(refusal.concerns()),
             Self::Matrix(refusal) => Some(refusal.concerns()),
-            Self::Lacking(Lacking::Interfaces | Lacking::Forces)
+            Self::Interface(_)
+            | Self::Lacking(Lacking::Interfaces | Lacking::Forces)
             | Self::Command(CommandRefusal::UnknownTimeUnit { .. }) => Some(Input::Description),
             Self::Body(_)
             | Self::Lacking(Lacking::ElasticModes | Lacking::Loads)
@@ -281,12 +281,12 @@ mod tests {
             ),
             (mechanism.into(), "rod.mtx: the part is a mechanism"),
             (
-                InterfaceRefusal::NamedBoundary.into(),
-                "rod.json: an interface is named",
-            ),
-            (
-                InterfaceRefusal::EmptyBoundaryRow { row: 3 }.into(),
-                "rod.boundary.mtx: boundary row 3 has no entry",
+                InterfaceRefusal::NodeWithoutDof {
+                    interface: "hub".into(),
+                    node: 3,
+                }
+                .into(),
+                "rod.json: interface \"hub\": node 3 has no dof",
             ),
             (CommandRefusal::NoPart.into(), "no stiffness matrix given"),
         ] {

@@ -13,7 +13,7 @@ use faer::sparse::Triplet;
 use faer::{Mat, MatRef};
 use rayon::prelude::*;
 
-use crate::error::{Error, InterfaceRefusal};
+use crate::error::Error;
 use crate::model::frame::{merge_entries, offset, rigid_motion};
 use crate::model::rigid_frame::{ModelDof, RigidFrame};
 
@@ -37,7 +37,7 @@ impl<'a> Model<'a> {
     /// Condenses the component's rigid interfaces.
     ///
     /// # Errors
-    /// [`Error::Interface`] naming the interfaces when two rigid ones share a node, or one can't carry a moment asked for.
+    /// [`Error::Interface`] naming the interface that can't carry a moment asked for.
     pub fn of(component: &'a Component) -> Result<Self, Error> {
         let mut owner: Vec<Option<usize>> = vec![None; component.mesh.node_count()];
         let rigid: Vec<(usize, &Interface)> = component
@@ -48,14 +48,7 @@ impl<'a> Model<'a> {
             .collect();
         for (index, interface) in &rigid {
             for node in &interface.nodes {
-                if let Some(other) = owner[*node as usize].replace(*index) {
-                    let first = &component.interfaces[other];
-                    return Err(InterfaceRefusal::SharedNode {
-                        interfaces: [first.name.clone(), interface.name.clone()],
-                        node: *node,
-                    }
-                    .into());
-                }
+                owner[*node as usize] = Some(*index);
             }
         }
         let mut model = Self {

@@ -7,7 +7,7 @@
 use std::ops::Range;
 
 use dcb_formats::Component;
-use dcb_formats::component::{Interface, InterfaceKind, Role};
+use dcb_formats::component::{EXPLICIT_BOUNDARY, Interface, InterfaceKind, Role};
 use dcb_formats::mesh::Direction;
 use dcb_formats::superelement::row_name;
 use faer::Mat;
@@ -84,7 +84,7 @@ impl Localization {
                 orientation: columns_of(interface.axes),
             });
         }
-        localization.add_explicit(component, model)?;
+        localization.add_explicit(component, model);
         Ok(localization)
     }
 
@@ -278,17 +278,10 @@ impl Localization {
         });
     }
 
-    fn add_explicit(&mut self, component: &Component, model: &Model) -> Result<(), Error> {
+    fn add_explicit(&mut self, component: &Component, model: &Model) {
         let Some(matrix) = &component.explicit_boundary else {
-            return Ok(());
+            return;
         };
-        if self
-            .interfaces
-            .iter()
-            .any(|interface| interface.name == "boundary")
-        {
-            return Err(InterfaceRefusal::NamedBoundary.into());
-        }
         let mut rows: Vec<Vec<(u32, f64)>> = vec![Vec::new(); matrix.nrows()];
         for column in 0..matrix.ncols() {
             for (row, value) in matrix
@@ -299,11 +292,8 @@ impl Localization {
                 rows[*row as usize].push((column as u32, *value));
             }
         }
-        for (number, entries) in rows.into_iter().enumerate() {
+        for entries in rows {
             let entries = merge_entries(entries);
-            if entries.is_empty() {
-                return Err(InterfaceRefusal::EmptyBoundaryRow { row: number + 1 }.into());
-            }
             let nodes: Vec<u32> = entries
                 .iter()
                 .map(|(dof, _)| component.dofs.dofs()[*dof as usize].node)
@@ -318,7 +308,7 @@ impl Localization {
             });
         }
         self.interfaces.push(Placed {
-            name: "boundary".into(),
+            name: EXPLICIT_BOUNDARY.into(),
             kind: InterfaceKind::Boundary,
             role: Role::Attachment,
             position: weighted_centroid(
@@ -328,7 +318,6 @@ impl Localization {
             ),
             orientation: columns_of(None),
         });
-        Ok(())
     }
 }
 

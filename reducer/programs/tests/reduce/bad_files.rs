@@ -97,8 +97,8 @@ fn matrices_of_different_size_are_refused_with_both_sizes() {
     folder.refused(
         "rotor.mtx",
         &[
-            "rotor.mtx is 345 x 345",
-            "rotor.mass.mtx is 15 x 15",
+            "rotor.mass.mtx: is 15 x 15",
+            "the stiffness matrix is 345 x 345",
             "of one model",
         ],
     );
