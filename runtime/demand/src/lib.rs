@@ -20,7 +20,7 @@ mod superelement_files;
 pub use demand::Demand;
 pub use error::Error;
 pub use left_out::LeftOut;
-pub use part_file::PartFile;
+pub use part_file::{AskedPart, PartFile};
 pub use planar_part::PlanarPart;
 pub use pruning::{Carried, Carrying, NarrowedScene, Pruned, Pruning};
 pub use superelement_files::{OpenSuperelement, SuperelementFiles};

@@ -2,11 +2,14 @@
 //!
 //! A planar scene reads a spatial superelement through its plane of symmetry across z ([`PlanarPart`]). A part that isn't symmetric is refused.
 
+use std::borrow::Cow;
 use std::path::Path;
 use std::sync::Arc;
 
 use dcb_formats::mesh::{Dimension, Mesh};
-use dcb_formats::superelement::{RecoveryBasis, Superelement};
+use dcb_formats::scene::{GeometricStiffening, SuperelementBody};
+use dcb_formats::superelement::{RecoveryBasis, Stiffening, Superelement};
+use dcb_superelement::Selection;
 
 use crate::Error;
 use crate::LeftOut;
@@ -126,6 +129,55 @@ impl PartFile {
         Ok(match self.planar {
             Some(_) => mesh.map(PlanarPart::mesh),
             None => mesh,
+        })
+    }
+}
+
+/// A superelement as a body of the scene asks for it: with fewer modes, and with geometric stiffening or without.
+pub struct AskedPart<'a> {
+    read: &'a Superelement,
+    /// The lowest modes, where the body says how many.
+    truncation: Option<Selection>,
+    superelement: Cow<'a, Superelement>,
+}
+
+impl<'a> AskedPart<'a> {
+    /// Of the file that the body names.
+    ///
+    /// # Errors
+    /// Those of [`Selection::lowest_modes`].
+    pub fn of(file: &'a PartFile, body: &SuperelementBody) -> Result<Self, Error> {
+        let read = file.superelement();
+        let truncation = (body.modes)
+            .map(|modes| Selection::lowest_modes(read, modes as usize))
+            .transpose()?;
+        let mut superelement = match &truncation {
+            Some(truncation) => Cow::Owned(truncation.superelement(read)?),
+            None => Cow::Borrowed(read),
+        };
+        if body.geometric_stiffening == GeometricStiffening::Off {
+            superelement.to_mut().stiffening = Stiffening::default();
+        }
+        Ok(Self {
+            read,
+            truncation,
+            superelement,
+        })
+    }
+
+    /// The superelement with what was asked for.
+    pub fn superelement(&self) -> &Superelement {
+        &self.superelement
+    }
+
+    /// Its nodal fields from those of the file.
+    ///
+    /// # Errors
+    /// Those of [`Selection::recovery`].
+    pub fn recovered(&self, fields: RecoveryBasis) -> Result<RecoveryBasis, Error> {
+        Ok(match &self.truncation {
+            Some(truncation) => truncation.recovery(self.read, &fields)?,
+            None => fields,
         })
     }
 }

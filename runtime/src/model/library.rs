@@ -6,18 +6,15 @@ use std::sync::Arc;
 
 use dcb_formats::component::Units;
 use dcb_formats::mesh::{Dimension, Mesh};
-use dcb_formats::superelement::{RecoveryBasis, Stiffening, Superelement};
+use dcb_formats::superelement::RecoveryBasis;
 use indexmap::IndexMap;
 
 use super::bodies;
 use crate::body::{Compatibility, FlexibleBody, RigidBody};
 use crate::error::Error;
-use dcb_demand::PartFile;
-use dcb_demand::SuperelementFiles;
-use dcb_demand::{Carried, Carrying, LeftOut};
+use dcb_demand::{AskedPart, Carried, Carrying, LeftOut, PartFile, SuperelementFiles};
 use dcb_formats::scene::{self, Body, BodyKind, Scene, SuperelementBody};
 use dcb_superelement::MadeFor;
-use dcb_superelement::selection::ModeTruncation;
 
 /// Content of one file that was read.
 #[derive(Clone, Debug, PartialEq)]
@@ -62,45 +59,16 @@ struct OpenFile {
 }
 
 impl OpenFile {
-    /// The truncation that a body asks for with `modes`, if it does.
-    fn truncation(&self, name: &str, modes: Option<u32>) -> Result<Option<ModeTruncation>, Error> {
-        let Some(wanted) = modes else {
-            return Ok(None);
-        };
+    /// The superelement as the scene has it for a body.
+    fn asked(&self, name: &str, of: &SuperelementBody) -> Result<AskedPart<'_>, Error> {
         let available = self.file.superelement().mode_count();
-        if wanted as usize > available {
-            return Err(Error::described(
+        match of.modes {
+            Some(wanted) if wanted as usize > available => Err(Error::described(
                 format!("bodies.{name}.modes"),
                 format!("is {wanted}, but the superelement has {available} modes"),
-            ));
+            )),
+            _ => Ok(AskedPart::of(&self.file, of)?),
         }
-        Ok(Some(ModeTruncation::of(
-            self.file.superelement(),
-            wanted as usize,
-        )?))
-    }
-
-    /// The superelement with as many modes as a body asks for.
-    fn truncated(&self, name: &str, of: &SuperelementBody) -> Result<Cow<'_, Superelement>, Error> {
-        Ok(match self.truncation(name, of.modes)? {
-            Some(truncation) => Cow::Owned(truncation.superelement(self.file.superelement())?),
-            None => Cow::Borrowed(self.file.superelement()),
-        })
-    }
-
-    /// The superelement as a body uses it.
-    fn used(&self, name: &str, used: &Use) -> Result<Cow<'_, Superelement>, Error> {
-        let of = &used.of;
-        let mut superelement = self.truncated(name, of)?;
-        if of.geometric_stiffening == scene::GeometricStiffening::Off {
-            superelement.to_mut().stiffening = Stiffening::default();
-        }
-        Ok(match &used.carried {
-            Some(Carried::Selection(selection)) => {
-                Cow::Owned(selection.superelement(&superelement)?)
-            }
-            Some(Carried::Rigid) | None => superelement,
-        })
     }
 
     /// The body in its own coordinates.
@@ -111,10 +79,16 @@ impl OpenFile {
         compatibility: Compatibility,
     ) -> Result<FlexibleBody, Error> {
         let of = &used.of;
-        let superelement = self.used(name, used)?;
-        if used.carried == Some(Carried::Rigid) {
-            return FlexibleBody::rigid(&RigidBody::locked(&superelement));
-        }
+        let asked = self.asked(name, of)?;
+        let superelement = match &used.carried {
+            Some(Carried::Rigid) => {
+                return FlexibleBody::rigid(&RigidBody::locked(asked.superelement()));
+            }
+            Some(Carried::Selection(selection)) => {
+                Cow::Owned(selection.superelement(asked.superelement())?)
+            }
+            None => Cow::Borrowed(asked.superelement()),
+        };
         let mut body = FlexibleBody::from_superelement(&superelement, compatibility)?;
         let of_file = self.file.superelement().selections().len();
         body.made_for = MadeFor::of_run(&superelement, of_file);
@@ -148,7 +122,6 @@ impl OpenFile {
         body: &str,
         at: &str,
     ) -> Result<RecoveryBasis, Error> {
-        let of = &used.of;
         if self.file.superelement().enrichment.is_some() && basis.enrichment.is_none() {
             return Err(Error::described(
                 at,
@@ -157,14 +130,11 @@ impl OpenFile {
                 ),
             ));
         }
-        let basis = match self.truncation(body, of.modes)? {
-            Some(truncation) => truncation.recovery(&basis),
-            None => basis,
-        };
+        let asked = self.asked(body, &used.of)?;
+        let basis = asked.recovered(basis)?;
         match &used.carried {
             Some(Carried::Selection(selection)) => {
-                let whole = self.truncated(body, of)?;
-                Ok(selection.recovery(&whole, &basis)?)
+                Ok(selection.recovery(asked.superelement(), &basis)?)
             }
             Some(Carried::Rigid) | None => Ok(basis),
         }

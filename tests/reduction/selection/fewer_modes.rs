@@ -1,6 +1,6 @@
 //! Modes left out of a superelement: is it the one that the reducer makes with fewer modes?
 //!
-//! The reducer solves for the attachments of fewer modes in the finite element model; `ModeTruncation` only does algebra on
+//! The reducer solves for the attachments of fewer modes in the finite element model; `Selection` only does algebra on
 //! interface matrices. They share no code.
 
 use dcb_formats::Component;
@@ -9,9 +9,11 @@ use dcb_formats::superelement::{FrameKind, Superelement};
 use dcb_reducer::{EnrichmentSource, Grounding, InterfaceModes, LoosePieces, Reduction};
 use dcb_runtime::{Compatibility, FlexibleBody};
 use dcb_samples::{PseudoRandom, SolidElement, hard};
-use dcb_superelement::selection::ModeTruncation;
+use dcb_superelement::Selection;
+use dcb_superelement::selection::InterfaceSelection;
 use dcb_tests::dense::largest;
 use dcb_tests::{parts, with};
+use faer::Mat;
 
 use super::same_superelement::{compare, compare_fields};
 
@@ -31,7 +33,7 @@ fn check(component: &Component, options: &Reduction, many: usize, few: usize) ->
         )
     };
     let (whole, expected) = (reduced(many), reduced(few));
-    let truncation = ModeTruncation::of(&whole.superelement, few).unwrap();
+    let truncation = Selection::lowest_modes(&whole.superelement, few).unwrap();
     let found = truncation.superelement(&whole.superelement).unwrap();
     let name = format!("{} with {few} of {many} modes", component.name);
     assert!(
@@ -39,16 +41,13 @@ fn check(component: &Component, options: &Reduction, many: usize, few: usize) ->
         "{name}: nothing is left out"
     );
     assert_eq!(
-        truncation.kept(),
+        truncation.modes().len(),
         expected.superelement.mode_count(),
         "{name}"
     );
     compare(&name, &found, &expected.superelement);
-    compare_fields(
-        &name,
-        &truncation.recovery(&whole.recovery),
-        &expected.recovery,
-    );
+    let fields = truncation.recovery(&whole.superelement, &whole.recovery);
+    compare_fields(&name, &fields.unwrap(), &expected.recovery);
     for compatibility in [
         Compatibility::Strong,
         Compatibility::Static,
@@ -173,12 +172,53 @@ fn nothing_changes_where_nothing_is_left_out() {
         let modes = Reduction::lowest(5).modes;
         let whole = with(&part, &Reduction { modes, ..options });
         for wanted in [5, 6, 100] {
-            let truncation = ModeTruncation::of(&whole.superelement, wanted).unwrap();
+            let truncation = Selection::lowest_modes(&whole.superelement, wanted).unwrap();
             let left = truncation.superelement(&whole.superelement).unwrap();
             assert_eq!(left, whole.superelement);
-            assert_eq!(truncation.recovery(&whole.recovery), whole.recovery);
+            let fields = truncation.recovery(&whole.superelement, &whole.recovery);
+            assert_eq!(fields.unwrap(), whole.recovery);
         }
     }
+}
+
+/// A file that lost a low mode and directions of force in an earlier selection.
+#[test]
+fn fewer_modes_follow_an_earlier_selection() {
+    let whole = with(&parts::skew_beam(), &Reduction::lowest(12)).superelement;
+    let first = whole.interfaces[0].name.clone();
+    let rows = whole.rows.iter().filter(|row| row.interface == 0).count();
+    let along = Mat::from_fn(rows, 2, |i, j| f64::from(u8::from(i == j)));
+    let earlier = Selection::everything(&whole)
+        .with_modes((0..12).filter(|mode| *mode != 2))
+        .and_then(|of| of.with_interface(&first, InterfaceSelection::LoadedAlong(along)))
+        .unwrap();
+    let small = earlier.superelement(&whole).unwrap();
+    let fewer = Selection::lowest_modes(&small, 6).unwrap();
+    let found = fewer.superelement(&small).unwrap();
+    assert_eq!(found.mode_count(), 6);
+    assert_eq!(
+        found.modes.first_omitted_eigenvalue,
+        whole.modes.eigenvalues[2]
+    );
+    assert_eq!(found.derivation, small.derivation);
+    // Statically nothing is lost along the directions that are left.
+    let statically = |of: &Superelement, row: usize| {
+        let modes = of.modes.eigenvalues.iter().enumerate();
+        let of_modes =
+            modes.map(|(k, square)| of.modes.interface_shapes[(row, k)].powi(2) / square);
+        of.residual.flexibility[(row, row)] + of_modes.sum::<f64>()
+    };
+    for row in [0, 1, rows, rows + 5] {
+        let ratio = statically(&found, row) / statically(&whole, row);
+        assert!((ratio - 1.0).abs() < 1e-12, "row {row}: {ratio}");
+    }
+    // With other modes it is a selection like any other.
+    let refused = fewer.with_modes(0..5).unwrap().superelement(&small);
+    let refused = refused.unwrap_err().to_string();
+    assert!(
+        refused.contains("loaded along some forces only"),
+        "{refused}"
+    );
 }
 
 fn enriched(sources: &[EnrichmentSource]) -> Reduction {
@@ -249,7 +289,7 @@ fn a_column_that_more_modes_made_superfluous_is_missed() {
         assert!(!left_out.is_empty(), "{source:?}");
         let listed = &whole.provenance.quality["enrichment"]["left_out"];
         assert_eq!(*listed, serde_json::json!(left_out));
-        let refused = ModeTruncation::of(&whole, 4).unwrap_err().to_string();
+        let refused = Selection::lowest_modes(&whole, 4).unwrap_err().to_string();
         assert!(refused.contains("needs a further column"), "{refused}");
     }
 }
@@ -265,7 +305,7 @@ fn columns_that_are_something_else_are_refused() {
     let renamed = |change: &dyn Fn(&mut Vec<String>)| {
         let mut other = whole.clone();
         change(&mut other.enrichment.as_mut().unwrap().names);
-        ModeTruncation::of(&other, 4).unwrap_err().to_string()
+        Selection::lowest_modes(&other, 4).unwrap_err().to_string()
     };
     for refused in [
         renamed(&|names| names.clear()),
@@ -295,7 +335,7 @@ fn columns_that_are_something_else_are_refused() {
         ..options
     };
     let whole = with(&bare, &options).superelement;
-    let refused = ModeTruncation::of(&whole, 4).unwrap_err().to_string();
+    let refused = Selection::lowest_modes(&whole, 4).unwrap_err().to_string();
     assert!(refused.contains("don't answer to"), "{refused}");
 }
 
@@ -307,10 +347,10 @@ fn a_reduced_number_of_interface_directions_is_refused() {
     };
     let part = parts::steel_box([5, 2, 2], SolidElement::Hexahedron);
     let whole = with(&part, &options).superelement;
-    let refused = ModeTruncation::of(&whole, 4).unwrap_err().to_string();
+    let refused = Selection::lowest_modes(&whole, 4).unwrap_err().to_string();
     assert!(refused.contains("interface directions"), "{refused}");
     assert!(
-        ModeTruncation::of(&whole, 8).is_ok(),
+        Selection::lowest_modes(&whole, 8).is_ok(),
         "nothing is left out of it"
     );
 }

@@ -4,86 +4,57 @@ use crate::ResidualFilter;
 use dcb_dense::symmetrized;
 use dcb_formats::component::Role;
 use dcb_formats::superelement::{
-    BoundaryRow, Enrichment, InterfaceFrame, Modes, Moments, PartLoad, RecoveryBasis, Residual,
-    Stiffening, Superelement,
+    BoundaryRow, Enrichment, InterfaceFrame, Modes, PartLoad, RecoveryBasis, Residual, Stiffening,
+    Superelement,
 };
-use faer::Mat;
+use faer::{Mat, MatRef, concat};
 
-use super::NodeSelection;
 use super::congruence::{congruent, over, squeezed, worked};
+use super::further_columns::FurtherColumns;
 use super::interface::InterfaceSelection;
-use super::kept_columns::KeptColumns;
-use super::loaded_forces::loaded_forces;
-use super::moments::{Kept, moments};
 use super::projection::projector;
-use super::record::RecordedSelection;
-use super::statics::Statics;
+use super::statics::{Statics, acting, attached};
+use super::{NodeSelection, Selection};
 use crate::Error;
 
-/// Choice that a basis is made of.
-pub(super) struct Choice<'a> {
-    pub turn: Option<Mat<f64>>,
-    pub modes: Vec<usize>,
-    /// By the whole's interfaces.
-    pub interfaces: &'a [InterfaceSelection],
-    /// Rows that stay, interface by interface.
-    pub rows: Vec<usize>,
-    pub further: Vec<usize>,
-    pub nodes: NodeSelection,
-    /// Cycles per time.
-    pub up_to: Option<f64>,
-}
-
-/// S and the choice that it was made of.
+/// S and the selection that it was made of.
 #[derive(Clone, Debug, PartialEq)]
-pub(crate) struct Basis {
-    turn: Option<Mat<f64>>,
-    modes: Vec<usize>,
-    left_out: Vec<usize>,
-    /// Rows that stay.
-    rows: Vec<usize>,
+pub(super) struct Basis {
+    pub(super) selection: Selection,
+    pub(super) left_out: Vec<usize>,
+    /// Rows of the whole that stay, interface by interface.
+    pub(super) rows: Vec<usize>,
     /// Interfaces that stay, by their places in the whole, and their roles.
     interfaces: Vec<(usize, Role)>,
-    further: Vec<usize>,
-    nodes: NodeSelection,
-    statics: Statics,
+    further: FurtherColumns,
+    /// L_b Φ after the turn, (n_b, n_k).
+    pub(super) shapes: Mat<f64>,
+    pub(super) statics: Statics,
     /// P, (n_b, rows that stay).
-    forces: Mat<f64>,
-    /// B, (n_b, forces).
-    loaded: Mat<f64>,
-    /// S, (n of the whole, n).
-    columns: Mat<f64>,
-    is_everything: bool,
-    record: RecordedSelection,
+    pub(super) forces: Mat<f64>,
 }
 
 impl Basis {
+    /// Over these rows, interface by interface.
+    ///
     /// # Errors
     /// [`Error::NoEigenvalues`] if the residual matrices aren't finite.
-    pub(super) fn of(whole: &Superelement, choice: Choice<'_>) -> Result<Self, Error> {
-        let Choice {
-            turn,
-            modes,
-            interfaces: wanted,
-            rows,
-            further,
-            nodes,
-            up_to,
-        } = choice;
-        let (n_k, n_b) = (whole.mode_count(), whole.rows.len());
-        let left_out: Vec<usize> = (0..n_k).filter(|k| !modes.contains(k)).collect();
-        let shapes = turned(&whole.modes.interface_shapes, turn.as_ref());
-        let statics = Statics::of(whole, shapes.as_ref(), &left_out);
-        let of_rows: Vec<usize> = whole.rows.iter().map(|row| row.interface).collect();
-        let forces = projector(&statics, &of_rows, wanted, &rows)?;
-
-        let kept = KeptColumns {
-            turn: turn.as_ref(),
-            modes: &modes,
-            left_out: &left_out,
-            further: &further,
+    pub(super) fn of(
+        whole: &Superelement,
+        of: &Selection,
+        rows: Vec<usize>,
+    ) -> Result<Self, Error> {
+        let left_out: Vec<usize> = (0..whole.mode_count())
+            .filter(|k| !of.modes.contains(k))
+            .collect();
+        let shapes = turned(whole.modes.interface_shapes.clone(), of.turn.as_ref());
+        let acting = match of.truncation {
+            Some(_) => attached(whole),
+            None => acting(whole, shapes.as_ref()),
         };
-        let columns = kept.columns(whole, &statics, &forces);
+        let statics = Statics::of(whole, shapes.as_ref(), &left_out, acting);
+        let of_rows: Vec<usize> = whole.rows.iter().map(|row| row.interface).collect();
+        let forces = projector(&statics, &of_rows, &of.interfaces, &rows)?;
         let role = |wanted: &InterfaceSelection| match wanted {
             InterfaceSelection::Loaded | InterfaceSelection::LoadedAlong(_) => {
                 Some(Role::Attachment)
@@ -91,59 +62,89 @@ impl Basis {
             InterfaceSelection::Observed => Some(Role::Output),
             InterfaceSelection::Dropped => None,
         };
-        let interfaces: Vec<(usize, Role)> = (wanted.iter().enumerate())
-            .filter_map(|(index, wanted)| Some((index, role(wanted)?)))
-            .collect();
-        let is_everything = turn.is_none()
-            && left_out.is_empty()
-            && rows.iter().copied().eq(0..n_b)
-            && further.len() == whole.basis_count() - n_k - n_b
-            && (wanted.iter().zip(&whole.interfaces)).all(|(wanted, frame)| match wanted {
-                InterfaceSelection::Loaded => frame.role == Role::Attachment,
-                InterfaceSelection::Observed => frame.role == Role::Output,
-                InterfaceSelection::LoadedAlong(_) | InterfaceSelection::Dropped => false,
-            });
-        let record = RecordedSelection::of(whole, &modes, wanted, &further, up_to);
+        let interfaces = of.interfaces.iter().enumerate();
+        let unchanged = || FurtherColumns::unchanged(&of.enrichment, left_out.len());
         Ok(Self {
-            turn,
-            modes,
+            interfaces: interfaces
+                .filter_map(|(index, wanted)| Some((index, role(wanted)?)))
+                .collect(),
+            further: of.truncation.clone().unwrap_or_else(unchanged),
+            selection: of.clone(),
             left_out,
             rows,
-            interfaces,
-            further,
-            nodes,
+            shapes,
             statics,
             forces,
-            loaded: loaded_forces(whole, wanted),
-            columns,
-            is_everything,
-            record,
         })
     }
 
-    pub(super) fn statics(&self) -> &Statics {
-        &self.statics
+    fn is_everything(&self, whole: &Superelement) -> bool {
+        let wanted = self.selection.interfaces.iter().zip(&whole.interfaces);
+        self.selection.turn.is_none()
+            && self.left_out.is_empty()
+            && self.rows.iter().copied().eq(0..whole.rows.len())
+            && self.further.places.len() == self.selection.further.len()
+            && wanted.into_iter().all(|(wanted, frame)| match wanted {
+                InterfaceSelection::Loaded => frame.role == Role::Attachment,
+                InterfaceSelection::Observed => frame.role == Role::Output,
+                InterfaceSelection::LoadedAlong(_) | InterfaceSelection::Dropped => false,
+            })
     }
 
-    /// Rows of the whole that stay.
-    pub(super) fn rows(&self) -> &[usize] {
-        &self.rows
+    fn has_further(&self) -> bool {
+        self.selection.truncation.is_some() || !self.further.places.is_empty()
     }
 
-    /// P, (n_b, rows that stay).
-    pub(super) fn forces(&self) -> &Mat<f64> {
-        &self.forces
+    /// S, (n of the whole, n).
+    fn columns(&self, whole: &Superelement) -> Mat<f64> {
+        let (n_k, n_b) = (whole.mode_count(), whole.rows.len());
+        let (forces, further, left_out) = (&self.forces, &self.further, &self.left_out);
+        let (kept, attached) = (self.selection.modes.len(), forces.ncols());
+        let turn = |k: usize, mode: usize| match &self.selection.turn {
+            Some(turn) => turn[(k, mode)],
+            None => f64::from(u8::from(k == mode)),
+        };
+        // Shares of the modes left out in attachments and further columns.
+        let absorbed = &self.statics.absorbed * forces;
+        let absorbed = concat![[absorbed, further.absorbed]];
+        let absorbed = match self.selection.turn {
+            Some(_) => Mat::from_fn(n_k, left_out.len(), |k, j| turn(k, left_out[j])) * absorbed,
+            None => {
+                let mut spread = Mat::zeros(n_k, absorbed.ncols());
+                for (i, mode) in left_out.iter().enumerate() {
+                    spread.row_mut(*mode).copy_from(absorbed.row(i));
+                }
+                spread
+            }
+        };
+        let count = kept + absorbed.ncols();
+        Mat::from_fn(whole.basis_count(), count, |i, j| {
+            match (i.checked_sub(n_k), j.checked_sub(kept)) {
+                (None, None) => turn(i, self.selection.modes[j]),
+                (None, Some(j)) => absorbed[(i, j)],
+                (Some(row), Some(j)) if row < n_b && j < attached => forces[(row, j)],
+                (Some(i), Some(j)) if j >= attached && i == n_b + further.places[j - attached] => {
+                    further.scale[j - attached]
+                }
+                _ => 0.0,
+            }
+        })
     }
 
     /// # Errors
     /// [`Error::NoEigenvalues`] if the residual matrices aren't finite.
-    pub(crate) fn superelement(&self, whole: &Superelement) -> Result<Superelement, Error> {
-        if self.is_everything {
+    pub(super) fn superelement(&self, whole: &Superelement) -> Result<Superelement, Error> {
+        if self.is_everything(whole) {
             return Ok(whole.clone());
         }
-        let columns = self.columns.as_ref();
+        let columns = self.columns(whole);
+        let columns = columns.as_ref();
         let stiffening = &whole.stiffening;
-        let derivation = self.record.derivation(whole, &self.rows);
+        // Leaving out the highest modes alone isn't on record as a selection.
+        let (derivation, provenance) = match self.selection.truncation {
+            Some(_) => (whole.derivation.clone(), whole.provenance.clone()),
+            None => self.selection.recorded(whole, &self.rows),
+        };
         Ok(Superelement {
             interfaces: (self.interfaces.iter())
                 .map(|(index, role)| InterfaceFrame {
@@ -170,49 +171,52 @@ impl Basis {
                 },
             },
             enrichment: match &whole.enrichment {
-                Some(enrichment) if !self.further.is_empty() => Some(self.enrichment(enrichment)),
+                Some(whole) if self.has_further() => Some(self.enrichment(whole, columns)),
                 _ => None,
             },
-            moments: self.moments(whole),
+            moments: match self.selection.truncation {
+                Some(_) => None,
+                None => self.moments(whole),
+            },
             loads: (whole.loads.iter())
                 .map(|load| PartLoad {
                     work: worked(&load.work, columns),
                     ..load.clone()
                 })
                 .collect(),
-            provenance: self.record.provenance(whole, &derivation),
-            derivation: Some(derivation),
+            provenance,
+            derivation,
             ..whole.clone()
         })
     }
 
     /// Nodal fields.
-    pub(crate) fn recovery(&self, whole: &RecoveryBasis) -> RecoveryBasis {
+    pub(super) fn recovery(&self, whole: &RecoveryBasis) -> RecoveryBasis {
         let rows: Vec<usize> = (0..whole.dofs.len())
-            .filter(|row| match &self.nodes {
+            .filter(|row| match &self.selection.nodes {
                 NodeSelection::All => true,
                 NodeSelection::Only(nodes) => nodes.contains(&whole.dofs[*row].node),
             })
             .collect();
-        let picked = |fields: &Mat<f64>, columns: &[usize]| {
-            Mat::from_fn(rows.len(), columns.len(), |i, j| {
-                fields[(rows[i], columns[j])]
-            })
+        let picked = |fields: &Mat<f64>| {
+            Mat::from_fn(rows.len(), fields.ncols(), |i, j| fields[(rows[i], j)])
         };
-        let every: Vec<usize> = (0..whole.modes.ncols()).collect();
-        let modes = turned(&picked(&whole.modes, &every), self.turn.as_ref());
+        let modes = turned(picked(&whole.modes), self.selection.turn.as_ref());
         let columns = |of: &[usize]| Mat::from_fn(rows.len(), of.len(), |i, j| modes[(i, of[j])]);
-        let every: Vec<usize> = (0..whole.residual.ncols()).collect();
-        let mut attached = picked(&whole.residual, &every);
+        let left_out = columns(&self.left_out);
+        let mut attached = picked(&whole.residual);
         if !self.left_out.is_empty() {
-            attached += columns(&self.left_out) * &self.statics.absorbed;
+            attached += &left_out * &self.statics.absorbed;
         }
         RecoveryBasis {
             dofs: rows.iter().map(|row| whole.dofs[*row]).collect(),
-            modes: columns(&self.modes),
+            modes: columns(&self.selection.modes),
             residual: combinations(&attached, &self.forces),
             enrichment: match &whole.enrichment {
-                Some(fields) if !self.further.is_empty() => Some(picked(fields, &self.further)),
+                Some(fields) if self.has_further() => {
+                    let further = picked(fields);
+                    Some(self.further.over(further.as_ref(), left_out.as_ref()))
+                }
                 _ => None,
             },
         }
@@ -225,44 +229,23 @@ impl Basis {
             .partition_point(|(index, _)| *index < interface)
     }
 
-    fn is_loaded(&self, whole: &Superelement, row: usize) -> bool {
+    pub(super) fn is_loaded(&self, whole: &Superelement, row: usize) -> bool {
         self.interfaces[self.interface_of(whole, row)].1 == Role::Attachment
     }
 
     fn modes(&self, whole: &Modes) -> Modes {
-        let shapes = turned(&whole.interface_shapes, self.turn.as_ref());
-        let (rows, modes) = (&self.rows, &self.modes);
+        let (rows, modes) = (&self.rows, &self.selection.modes);
         let of = |values: &[f64]| modes.iter().map(|mode| values[*mode]).collect();
         let left_out = self.left_out.iter().map(|mode| whole.eigenvalues[*mode]);
         Modes {
             eigenvalues: of(&whole.eigenvalues),
             damping: of(&whole.damping),
             interface_shapes: Mat::from_fn(rows.len(), modes.len(), |i, j| {
-                shapes[(rows[i], modes[j])]
+                self.shapes[(rows[i], modes[j])]
             }),
             first_omitted_eigenvalue: left_out.fold(whole.first_omitted_eigenvalue, f64::min),
             residual_damping: whole.residual_damping,
         }
-    }
-
-    fn moments(&self, whole: &Superelement) -> Option<Moments> {
-        let of = whole.moments.as_ref()?;
-        let observed: Vec<bool> = (self.rows.iter())
-            .map(|row| !self.is_loaded(whole, *row))
-            .collect();
-        let shapes = turned(&whole.modes.interface_shapes, self.turn.as_ref());
-        let kept = Kept {
-            shapes: shapes.as_ref(),
-            turn: self.turn.as_ref(),
-            modes: &self.modes,
-            left_out: &self.left_out,
-            rows: &self.rows,
-            observed: &observed,
-            further: &self.further,
-            forces: &self.loaded,
-            is_cut: !self.record.selection.loaded_along.is_empty(),
-        };
-        Some(moments(whole, of, &kept))
     }
 
     fn residual(&self, whole: &Superelement) -> Result<Residual, Error> {
@@ -281,6 +264,7 @@ impl Basis {
         let mass0 = self.mass0(whole, &mass);
         let mass_diagonal0: Vec<f64> = (rows.iter().enumerate())
             .map(|(place, row)| match whole.residual.mass_diagonal0[*row] {
+                felt if self.selection.truncation.is_some() => felt,
                 felt if felt > 0.0 && loaded[place] => mass0[(place, place)].max(0.0),
                 _ => 0.0,
             })
@@ -322,16 +306,19 @@ impl Basis {
         })
     }
 
-    fn enrichment(&self, whole: &Enrichment) -> Enrichment {
-        let (rows, further) = (&self.rows, &self.further);
-        let names = whole.names.iter().enumerate();
-        let kept = names.filter(|(place, _)| further.contains(place));
-        let columns = self.columns.as_ref();
+    fn enrichment(&self, whole: &Enrichment, columns: MatRef<'_, f64>) -> Enrichment {
+        let (rows, places) = (&self.rows, &self.further.places);
+        let names = places.iter().filter_map(|place| whole.names.get(*place));
+        let picked = |shapes: &Mat<f64>| {
+            Mat::from_fn(rows.len(), shapes.ncols(), |i, j| shapes[(rows[i], j)])
+        };
+        let left_out = Mat::from_fn(rows.len(), self.left_out.len(), |i, j| {
+            self.shapes[(rows[i], self.left_out[j])]
+        });
+        let further = picked(&whole.interface_shapes);
         Enrichment {
-            names: kept.map(|(_, name)| name.clone()).collect(),
-            interface_shapes: Mat::from_fn(rows.len(), further.len(), |i, j| {
-                whole.interface_shapes[(rows[i], further[j])]
-            }),
+            names: names.cloned().collect(),
+            interface_shapes: self.further.over(further.as_ref(), left_out.as_ref()),
             reduced_mass: symmetrized(squeezed(&whole.reduced_mass, columns)),
             reduced_stiffness: symmetrized(squeezed(&whole.reduced_stiffness, columns)),
         }
@@ -353,9 +340,9 @@ fn combinations(columns: &Mat<f64>, forces: &Mat<f64>) -> Mat<f64> {
 }
 
 /// Columns after the turn.
-fn turned(columns: &Mat<f64>, turn: Option<&Mat<f64>>) -> Mat<f64> {
+fn turned(columns: Mat<f64>, turn: Option<&Mat<f64>>) -> Mat<f64> {
     match turn {
         Some(turn) => columns * turn,
-        None => columns.clone(),
+        None => columns,
     }
 }

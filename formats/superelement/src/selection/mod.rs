@@ -13,49 +13,45 @@
 //! loaded along some forces B only the nearest of these in energy (`projection.rs`). T_r and σ² are found anew by the filter of
 //! `docs/theory.md` §6.
 //!
+//! [`Selection::lowest_modes`] leaves out nothing but the highest modes: F_res' = F_res + C W and M_res' = M_res + Wᵀ W with all interfaces, and further columns
+//! take what these modes did of their responses (`further_columns.rs`).
+//!
 //! The price of leaving out: [`Selection::receptance_difference`] and [`Selection::participation`] say it.
 //! [`InPlane`] selects what a motion in a plane needs.
 
 mod basis;
 mod congruence;
-mod idle_modes;
-mod in_plane;
+mod further_columns;
 mod interface;
-mod kept_columns;
-mod loaded_forces;
 mod moments;
 mod observation;
-mod parity;
 mod participation;
-mod planar;
+mod plane;
 mod ports;
 mod projection;
 mod receptance;
 mod record;
 mod rigid_motions;
 mod statics;
-mod symmetry;
-mod truncated_columns;
-mod truncation;
 
 use std::collections::BTreeSet;
 
-use crate::ResidualFilter;
 use dcb_formats::component::Role;
-use dcb_formats::superelement::{RecoveryBasis, Superelement};
+use dcb_formats::superelement::{InterfaceDirections, RecoveryBasis, Superelement};
 use faer::Mat;
 
-use crate::Error;
-pub(crate) use basis::Basis;
-use basis::Choice;
-pub use in_plane::{InPlane, Normal, SYMMETRIC};
+use crate::{Error, ResidualFilter, extended_to_gap};
+use basis::Basis;
+use further_columns::FurtherColumns;
 pub use interface::InterfaceSelection;
 use interface::Place;
 pub use observation::ObservedNodes;
+pub use plane::{InPlane, Normal, SYMMETRIC};
 pub use receptance::ReceptanceDifference;
 use statics::Statics;
-pub use truncation::ModeTruncation;
-use truncation::refuse_reduced_interfaces;
+
+/// Remedy where a file doesn't tell what fewer modes would be like.
+const FEWER_MODES: &str = "reduce it with fewer modes instead of leaving some out";
 
 /// Whose displacements a file's nodal fields hold.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
@@ -79,6 +75,8 @@ pub struct Selection {
     modes: Vec<usize>,
     interfaces: Vec<InterfaceSelection>,
     enrichment: Vec<usize>,
+    /// What becomes of further columns where the highest modes are all that is left out.
+    truncation: Option<FurtherColumns>,
     /// Dynamic attachments at most; all where `None`.
     attachments: Option<usize>,
     nodes: NodeSelection,
@@ -104,10 +102,37 @@ impl Selection {
                 .collect(),
             enrichment: (0..further.len()).collect(),
             further,
+            truncation: None,
             attachments: None,
             nodes: NodeSelection::All,
             up_to: None,
         }
+    }
+
+    /// The `wanted` lowest modes, which give the superelement that `reduce` makes with so many, to rounding. More where that would cut a multiple root or
+    /// leave out a motion without stiffness; everything where there are no more.
+    ///
+    /// Interfaces and further columns stay; the power moments go. It isn't put on record as a selection, and it may follow one that cut directions of force.
+    /// With another choice of modes, interfaces or further columns ([`Self::with_modes`] and so on) it becomes a selection like any other.
+    ///
+    /// # Errors
+    /// [`Error::NotHandled`] if modes are to be left out of a superelement with a reduced number of interface directions, or with further columns
+    /// that aren't those of `reduce --enrich`, or of which fewer modes need more: what these would become isn't in the file.
+    pub fn lowest_modes(whole: &Superelement, wanted: usize) -> Result<Self, Error> {
+        let eigenvalues = &whole.modes.eigenvalues;
+        let kept = extended_to_gap(eigenvalues, wanted.max(without_stiffness(eigenvalues)));
+        let everything = Self::everything(whole);
+        if kept == eigenvalues.len() {
+            return Ok(everything);
+        }
+        refuse_reduced_interfaces(whole)?;
+        let further = FurtherColumns::with_fewer_modes(whole, kept)?;
+        Ok(Self {
+            modes: (0..kept).collect(),
+            enrichment: further.places.clone(),
+            truncation: Some(further),
+            ..everything
+        })
     }
 
     /// The same with these modes only, by their places among all; in any order.
@@ -130,6 +155,7 @@ impl Selection {
         }
         Ok(Self {
             modes: kept.into_iter().collect(),
+            truncation: None,
             ..self
         })
     }
@@ -146,6 +172,7 @@ impl Selection {
             return self.refused(message);
         }
         self.interfaces[at] = wanted;
+        self.truncation = None;
         Ok(self)
     }
 
@@ -164,6 +191,7 @@ impl Selection {
         let kept = places.filter(|at| names.contains(&self.further[*at].as_str()));
         Ok(Self {
             enrichment: kept.collect(),
+            truncation: None,
             ..self
         })
     }
@@ -224,8 +252,10 @@ impl Selection {
     pub fn superelement(&self, whole: &Superelement) -> Result<Superelement, Error> {
         let mut superelement = self.basis(whole)?.superelement(whole)?;
         let residual = &mut superelement.residual;
-        let count = self.attachments.unwrap_or(usize::MAX);
-        let count = count.min(most_attachments(whole)?);
+        let mut count = self.attachments.unwrap_or(usize::MAX);
+        if self.truncation.is_none() {
+            count = count.min(most_attachments(whole)?);
+        }
         if count < residual.sigma_squared.len() {
             residual.transform = residual.transform.get(.., ..count).to_owned();
             residual.sigma_squared.truncate(count);
@@ -246,29 +276,17 @@ impl Selection {
     }
 
     /// S and the choice that it was made of.
-    pub(crate) fn basis(&self, whole: &Superelement) -> Result<Basis, Error> {
-        let rows = self.rows(whole);
-        self.basis_over(whole, rows)
+    fn basis(&self, whole: &Superelement) -> Result<Basis, Error> {
+        self.basis_over(whole, self.rows(whole))
     }
 
     /// The same over some of the selected rows, in any order within an interface.
     fn basis_over(&self, whole: &Superelement, rows: Vec<usize>) -> Result<Basis, Error> {
         self.refuse_other(whole)?;
-        if self.modes.len() < whole.mode_count() {
+        if self.truncation.is_none() && self.modes.len() < whole.mode_count() {
             self.refuse_bound_to_modes(whole)?;
         }
-        Basis::of(
-            whole,
-            Choice {
-                turn: self.turn.clone(),
-                modes: self.modes.clone(),
-                interfaces: &self.interfaces,
-                rows,
-                further: self.enrichment.clone(),
-                nodes: self.nodes.clone(),
-                up_to: self.up_to,
-            },
-        )
+        Basis::of(whole, self, rows)
     }
 
     /// Rows of the interfaces that aren't dropped.
@@ -340,8 +358,27 @@ fn most_attachments(whole: &Superelement) -> Result<usize, Error> {
     if whole.selections().is_empty() {
         return Ok(usize::MAX);
     }
-    let statics = Statics::of(whole, whole.modes.interface_shapes.as_ref(), &[]);
+    let statics = Statics::with_all_modes(whole);
     let filter = ResidualFilter::of(&residual.mass_diagonal0, &statics.mass0)?;
     let (_, all) = filter.directions(residual.tolerance, &residual.flexibility, &residual.mass)?;
     Ok(if all.len() > count { count } else { usize::MAX })
+}
+
+/// How many of the lowest eigenvalues are motions without stiffness: loose pieces.
+fn without_stiffness(eigenvalues: &[f64]) -> usize {
+    let zero = eigenvalues.iter().take_while(|value| **value <= 0.0);
+    zero.count()
+}
+
+fn refuse_reduced_interfaces(whole: &Superelement) -> Result<(), Error> {
+    let derivation = whole.derivation.as_ref();
+    let directions = derivation.and_then(|derivation| derivation.interface_directions);
+    match directions.is_some_and(InterfaceDirections::leave_out) {
+        false => Ok(()),
+        true => Err(Error::NotHandled {
+            body: whole.name.clone(),
+            what: "it was made with a reduced number of interface directions, which belong to its modes",
+            remedy: FEWER_MODES,
+        }),
+    }
 }

@@ -30,6 +30,7 @@ impl Selection {
     pub fn participation(&self, whole: &Superelement, squares: &[f64]) -> Result<Vec<f64>, Error> {
         let selection = Self {
             enrichment: Vec::new(),
+            truncation: None,
             ..self.clone()
         };
         let basis = selection.basis(whole)?;
@@ -39,22 +40,21 @@ impl Selection {
             return selection.participation_one_by_one(whole, squares);
         }
         let ports = ScaledPorts::of(whole, &selection)?;
-        let receptance = receptance(&part, &ports, basis.rows())?;
+        let receptance = receptance(&part, &ports, &basis.rows)?;
         let eigenvalues = &part.modes.eigenvalues;
         let rank = coordinates.attached.ncols();
         // What every mode does statically to the rows of the whole.
-        let acting = &basis.statics().acting;
-        let shapes = selection.mode_shapes(whole);
+        let acting = &basis.statics.acting;
         let responses = Mat::from_fn(acting.len(), eigenvalues.len(), |row, k| {
             match acting[row] && eigenvalues[k] > 0.0 {
-                true => shapes[(row, selection.modes[k])] / eigenvalues[k],
+                true => basis.shapes[(row, selection.modes[k])] / eigenvalues[k],
                 false => 0.0,
             }
         });
-        let transform = basis.forces() * &coordinates.attached;
+        let transform = &basis.forces * &coordinates.attached;
         let along = transform.transpose() * &responses;
-        let beyond = &responses - &basis.statics().mass * &transform * &along;
-        let beyond = basis.forces().transpose() * beyond;
+        let beyond = &responses - &basis.statics.mass * &transform * &along;
+        let beyond = basis.forces.transpose() * beyond;
         let masses = &part.residual.mass_diagonal0;
         let mass0 = basis.mass0(whole, &part.residual.mass);
         let least = part.residual.tolerance * ResidualFilter::of(masses, &mass0)?.largest_mass();
@@ -122,15 +122,6 @@ impl Selection {
             Ok(changes.fold(0.0, f64::max))
         };
         self.modes.iter().map(without).collect()
-    }
-
-    /// L_b Φ of all modes after the turn.
-    fn mode_shapes(&self, whole: &Superelement) -> Mat<f64> {
-        let shapes = &whole.modes.interface_shapes;
-        match &self.turn {
-            Some(turn) => shapes * turn,
-            None => shapes.clone(),
-        }
     }
 }
 

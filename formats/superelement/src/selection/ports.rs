@@ -31,7 +31,7 @@ impl ScaledPorts {
     /// do beyond the modes isn't known; they are scaled by the modes.
     pub fn of(whole: &Superelement, selection: &Selection) -> Result<Self, Error> {
         let shapes = &whole.modes.interface_shapes;
-        let statics = Statics::of(whole, shapes.as_ref(), &[]);
+        let statics = Statics::with_all_modes(whole);
         let rigid = rigid_motions(whole);
         let eigenvalues = &whole.modes.eigenvalues;
         let lowest = eigenvalues.iter().copied().find(|value| *value > 0.0);

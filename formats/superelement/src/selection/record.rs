@@ -5,6 +5,7 @@ use std::collections::BTreeMap;
 use dcb_formats::superelement::{Derivation, Provenance, SelectionRecord, Superelement};
 use serde_json::{Value, json};
 
+use super::Selection;
 use super::interface::{InterfaceSelection, rows_of};
 
 /// Key of the provenance's options under which people find selections.
@@ -12,65 +13,43 @@ const LISTED: &str = "selections";
 /// Key of one selection's interfaces that are loaded along some forces only.
 const LOADED_ALONG: &str = "loaded_along";
 
-/// A selection, and what only people ask about it.
-#[derive(Clone, Debug, PartialEq)]
-pub(super) struct RecordedSelection {
-    pub selection: SelectionRecord,
-    /// Interfaces whose attachments went.
-    observed: Vec<String>,
-    /// Interfaces that went.
-    dropped: Vec<String>,
-    /// Places of the further columns that stayed.
-    further_columns: Vec<usize>,
-}
-
-impl RecordedSelection {
-    pub(super) fn of(
+impl Selection {
+    /// How a superelement was made that went through this selection too, which leaves these rows, and its provenance with one more selection.
+    pub(super) fn recorded(
+        &self,
         whole: &Superelement,
-        modes: &[usize],
-        wanted: &[InterfaceSelection],
-        further: &[usize],
-        up_to: Option<f64>,
-    ) -> Self {
-        let interfaces = || whole.interfaces.iter().map(|frame| &frame.name).zip(wanted);
-        let named = |use_of: InterfaceSelection| {
-            let those = interfaces().filter(|(_, wanted)| **wanted == use_of);
-            those.map(|(name, _)| name.clone()).collect()
-        };
-        let along = interfaces().filter_map(|(name, wanted)| match wanted {
+        rows: &[usize],
+    ) -> (Option<Derivation>, Provenance) {
+        let mut derivation = whole.derivation.clone().unwrap_or_default();
+        derivation.selections.push(self.record(whole));
+        for record in &mut derivation.selections {
+            record.loaded_along = over_rows(whole, &record.loaded_along, rows);
+        }
+        let provenance = self.provenance(whole, &derivation.selections);
+        (Some(derivation), provenance)
+    }
+
+    fn record(&self, whole: &Superelement) -> SelectionRecord {
+        let along = whole.interfaces.iter().zip(&self.interfaces);
+        let along = along.filter_map(|(frame, wanted)| match wanted {
             InterfaceSelection::LoadedAlong(forces) => {
                 let columns = forces.col_iter().map(|force| force.iter().copied());
-                Some((name.clone(), columns.map(Iterator::collect).collect()))
+                Some((frame.name.clone(), columns.map(Iterator::collect).collect()))
             }
             _ => None,
         });
         let omitted = whole.modes.first_omitted_eigenvalue;
-        Self {
-            selection: SelectionRecord {
-                modes: modes.to_vec(),
-                of_modes: whole.mode_count(),
-                first_omitted_eigenvalue: Some(omitted).filter(|square| square.is_finite()),
-                up_to: up_to.filter(|frequency| frequency.is_finite()),
-                loaded_along: along.collect(),
-            },
-            observed: named(InterfaceSelection::Observed),
-            dropped: named(InterfaceSelection::Dropped),
-            further_columns: further.to_vec(),
+        SelectionRecord {
+            modes: self.modes.clone(),
+            of_modes: whole.mode_count(),
+            first_omitted_eigenvalue: Some(omitted).filter(|square| square.is_finite()),
+            up_to: self.up_to.filter(|frequency| frequency.is_finite()),
+            loaded_along: along.collect(),
         }
     }
 
-    /// How a superelement was made that went through this selection too, which leaves these rows.
-    pub(super) fn derivation(&self, whole: &Superelement, rows: &[usize]) -> Derivation {
-        let mut derivation = whole.derivation.clone().unwrap_or_default();
-        derivation.selections.push(self.selection.clone());
-        for record in &mut derivation.selections {
-            record.loaded_along = over_rows(whole, &record.loaded_along, rows);
-        }
-        derivation
-    }
-
-    /// The provenance with one more selection; as it is where the options have no keys.
-    pub(super) fn provenance(&self, whole: &Superelement, derivation: &Derivation) -> Provenance {
+    /// The provenance with this selection, the last on record; as it is where the options have no keys.
+    fn provenance(&self, whole: &Superelement, records: &[SelectionRecord]) -> Provenance {
         let mut provenance = whole.provenance.clone();
         if provenance.options.is_null() {
             provenance.options = json!({});
@@ -81,8 +60,8 @@ impl RecordedSelection {
                 *list = json!([]);
             }
             if let Some(list) = list.as_array_mut() {
-                list.push(self.listed());
-                for (listed, record) in list.iter_mut().zip(&derivation.selections) {
+                list.push(self.listed(whole, records));
+                for (listed, record) in list.iter_mut().zip(records) {
                     if let Some(keys) = listed.as_object_mut() {
                         keys.insert(LOADED_ALONG.to_owned(), json!(record.loaded_along));
                     }
@@ -92,11 +71,17 @@ impl RecordedSelection {
         provenance
     }
 
-    fn listed(&self) -> Value {
-        let mut listed = json!(self.selection);
-        listed["observed"] = json!(self.observed);
-        listed["dropped"] = json!(self.dropped);
-        listed["further_columns"] = json!(self.further_columns);
+    /// The last on record, and the facts that only people ask about.
+    fn listed(&self, whole: &Superelement, records: &[SelectionRecord]) -> Value {
+        let named = |use_of: InterfaceSelection| -> Vec<&str> {
+            let interfaces = whole.interfaces.iter().zip(&self.interfaces);
+            let those = interfaces.filter(|(_, wanted)| **wanted == use_of);
+            those.map(|(frame, _)| frame.name.as_str()).collect()
+        };
+        let mut listed = json!(records.last());
+        listed["observed"] = json!(named(InterfaceSelection::Observed));
+        listed["dropped"] = json!(named(InterfaceSelection::Dropped));
+        listed["further_columns"] = json!(self.enrichment);
         listed
     }
 }

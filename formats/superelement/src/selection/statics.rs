@@ -29,11 +29,21 @@ pub(super) struct Statics {
 }
 
 impl Statics {
-    /// `shapes` is L_b Φ, (n_b, n_k).
-    pub fn of(whole: &Superelement, shapes: MatRef<'_, f64>, left_out: &[usize]) -> Self {
+    /// With all modes kept.
+    pub fn with_all_modes(whole: &Superelement) -> Self {
+        let shapes = whole.modes.interface_shapes.as_ref();
+        Self::of(whole, shapes, &[], acting(whole, shapes))
+    }
+
+    /// `shapes` is L_b Φ, (n_b, n_k); `acting` says which rows take over what the modes left out do.
+    pub fn of(
+        whole: &Superelement,
+        shapes: MatRef<'_, f64>,
+        left_out: &[usize],
+        acting: Vec<bool>,
+    ) -> Self {
         let residual = &whole.residual;
         let eigenvalues = &whole.modes.eigenvalues;
-        let acting = acting(whole, shapes);
         let responses = |modes: &[usize]| {
             Mat::from_fn(modes.len(), acting.len(), |i, row| {
                 match acting[row] && eigenvalues[modes[i]] > 0.0 {
@@ -73,30 +83,32 @@ impl Statics {
     }
 }
 
-/// Rows of attachments along which a force deflects the component by more than rounding.
-fn acting(whole: &Superelement, shapes: MatRef<'_, f64>) -> Vec<bool> {
-    let residual = &whole.residual;
-    let flexibilities: Vec<f64> = (0..whole.rows.len())
-        .map(|row| {
-            let modes = whole.modes.eigenvalues.iter().enumerate();
-            let of_modes = modes.filter(|(_, value)| **value > 0.0);
-            let of_modes = of_modes.map(|(k, value)| shapes[(row, k)].powi(2) / value);
-            residual.flexibility[(row, row)] + of_modes.sum::<f64>()
-        })
-        .collect();
-    let is_force = |row: usize| (0..3).contains(&whole.rows[row].direction);
-    let is_loaded = |row: usize| {
-        whole.interfaces[whole.rows[row].interface].role == Role::Attachment
-            && residual.mass_diagonal0[row] > 0.0
+/// Rows that have columns: those of attachments that feel any elastic motion.
+pub(super) fn attached(whole: &Superelement) -> Vec<bool> {
+    let rows = whole.rows.iter().zip(&whole.residual.mass_diagonal0);
+    rows.map(|(row, mass)| whole.interfaces[row.interface].role == Role::Attachment && *mass > 0.0)
+        .collect()
+}
+
+/// Those of them along which a force deflects the component by more than rounding.
+pub(super) fn acting(whole: &Superelement, shapes: MatRef<'_, f64>) -> Vec<bool> {
+    let flexibility = |row: usize| {
+        let modes = whole.modes.eigenvalues.iter().enumerate();
+        let of_modes = modes.filter(|(_, value)| **value > 0.0);
+        let of_modes = of_modes.map(|(k, value)| shapes[(row, k)].powi(2) / value);
+        whole.residual.flexibility[(row, row)] + of_modes.sum::<f64>()
     };
+    let flexibilities: Vec<f64> = (0..whole.rows.len()).map(flexibility).collect();
+    let is_force = |row: usize| (0..3).contains(&whole.rows[row].direction);
+    let attached = attached(whole);
     let largest = [false, true].map(|force| {
-        let own = (0..whole.rows.len()).filter(|row| is_loaded(*row) && is_force(*row) == force);
+        let own = (0..attached.len()).filter(|row| attached[*row] && is_force(*row) == force);
         own.fold(0.0, |most: f64, row| most.max(flexibilities[row]))
     });
-    (0..whole.rows.len())
+    (0..attached.len())
         .map(|row| {
             let least = ROUNDING * largest[usize::from(is_force(row))];
-            is_loaded(row) && flexibilities[row] > least
+            attached[row] && flexibilities[row] > least
         })
         .collect()
 }

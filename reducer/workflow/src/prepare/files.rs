@@ -7,20 +7,16 @@ use dcb_formats::dcb::{Compression, Contents, WriteOptions, write_superelement};
 use dcb_formats::mesh::Mesh;
 use dcb_formats::output::Replace;
 use dcb_formats::output::write_text;
-use dcb_formats::superelement::{RecoveryBasis, Stiffening, Superelement};
+use dcb_formats::superelement::{RecoveryBasis, Superelement};
 use serde::Serialize;
 
 use super::Prepared;
-use dcb_demand::PartFile;
-use dcb_demand::SuperelementFiles;
 use dcb_demand::pruning::{Carried, Carrying, NarrowedScene};
-use dcb_formats::scene::{
-    BodyKind, DampingOverride, GeometricStiffening, ModalRatios, Scene, SuperelementBody,
-};
+use dcb_demand::{AskedPart, PartFile, SuperelementFiles};
+use dcb_formats::scene::{BodyKind, DampingOverride, ModalRatios, Scene, SuperelementBody};
 use dcb_runtime::body::{Compatibility, FlexibleBody};
 use dcb_runtime::error::Error;
 use dcb_runtime::run::refuse_inputs;
-use dcb_superelement::selection::ModeTruncation;
 use dcb_superelement::selection::{NodeSelection, Selection};
 
 /// A superelement as it was written.
@@ -190,27 +186,18 @@ impl Group {
         let at = format!("bodies.{}.superelement", self.bodies.join(","));
         let file = PartFile::open(open, &from, scene.dimension, &at)?;
         let read = file.superelement();
-        let truncation = (self.of.modes)
-            .map(|modes| ModeTruncation::of(read, (modes as usize).min(read.mode_count())))
-            .transpose()?;
-        let mut whole = match &truncation {
-            Some(truncation) => truncation.superelement(read)?,
-            None => read.clone(),
-        };
-        if self.of.geometric_stiffening == GeometricStiffening::Off {
-            whole.stiffening = Stiffening::default();
-        }
-        let mut selection = self.selection(&whole)?;
+        let asked = AskedPart::of(&file, &self.of)?;
+        let whole = asked.superelement();
+        let mut selection = self.selection(whole)?;
         if self.is_drawn {
             selection = selection.with_nodes(NodeSelection::All);
         }
-        let small = selection.superelement(&whole)?;
+        let small = selection.superelement(whole)?;
         let (recovery, mesh) = fields(&file, &selection)?;
-        let recovery = match (recovery, &truncation) {
-            (Some(basis), Some(truncation)) => Some(truncation.recovery(&basis)),
-            (basis, _) => basis,
-        };
-        let recovery = (recovery.map(|basis| selection.recovery(&whole, &basis))).transpose()?;
+        let recovery = recovery.map(|basis| -> Result<RecoveryBasis, Error> {
+            Ok(selection.recovery(whole, &asked.recovered(basis)?)?)
+        });
+        let recovery = recovery.transpose()?;
         write_superelement(
             target,
             &Contents {

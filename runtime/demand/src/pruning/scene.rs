@@ -3,21 +3,15 @@
 use std::fmt::{self, Display, Formatter};
 use std::path::PathBuf;
 
-use dcb_formats::superelement::{Stiffening, Superelement};
 use indexmap::IndexMap;
 use nalgebra::Vector3;
 
 use super::{Carried, Carrying, NarrowedScene, Pruned};
-use crate::Error;
-use crate::LeftOut;
-use crate::PartFile;
-use crate::SuperelementFiles;
 use crate::demand::{Demand, NodeDemand, PartInterface, Parts, PlanesOfMotion};
+use crate::{AskedPart, Error, LeftOut, PartFile, SuperelementFiles};
 use dcb_formats::scene::{
-    Analysis, BodyKind, Compatibility, GeometricStiffening, RedundantConstraints, Scene,
-    SuperelementBody,
+    Analysis, BodyKind, Compatibility, RedundantConstraints, Scene, SuperelementBody,
 };
-use dcb_superelement::selection::ModeTruncation;
 use dcb_superelement::selection::{ObservedNodes, Selection};
 
 /// Planes with normals of a smaller sine are the same.
@@ -36,9 +30,7 @@ pub struct Pruning {
 struct Given<'a> {
     name: &'a str,
     file: &'a PartFile,
-    whole: Superelement,
-    /// Effect of the scene's own number of modes.
-    truncation: Option<ModeTruncation>,
+    asked: AskedPart<'a>,
 }
 
 impl Pruning {
@@ -56,7 +48,12 @@ impl Pruning {
             .collect();
         let given = given?;
         let parts: Parts = (given.iter())
-            .map(|given| (given.name.to_owned(), PartInterface::all_of(&given.whole)))
+            .map(|given| {
+                (
+                    given.name.to_owned(),
+                    PartInterface::all_of(given.asked.superelement()),
+                )
+            })
             .collect();
         let prune = |planes: Planes| -> Result<Self, Error> {
             let mut bodies = IndexMap::new();
@@ -121,9 +118,10 @@ impl Pruning {
         let mut bodies = IndexMap::new();
         for (name, of) in superelements(scene) {
             let given = Given::of(name, of, &files[&scene.resolve(&of.file)])?;
-            let selection = Selection::everything(&given.whole);
+            let whole = given.asked.superelement();
+            let selection = Selection::everything(whole);
             let everything = Pruned {
-                has_bound_modes: !selection.allows_fewer_modes(&given.whole),
+                has_bound_modes: !selection.allows_fewer_modes(whole),
                 carried: Carried::Selection(Box::new(selection)),
                 left_out: Vec::new(),
                 plane: None,
@@ -200,25 +198,10 @@ enum Planes {
 
 impl<'a> Given<'a> {
     fn of(name: &'a str, of: &SuperelementBody, file: &'a PartFile) -> Result<Self, Error> {
-        let read = file.superelement();
-        let wanted = of
-            .modes
-            .map(|modes| (modes as usize).min(read.mode_count()));
-        let truncation = wanted
-            .map(|wanted| ModeTruncation::of(read, wanted))
-            .transpose()?;
-        let mut whole = match &truncation {
-            Some(truncation) => truncation.superelement(read)?,
-            None => read.clone(),
-        };
-        if of.geometric_stiffening == GeometricStiffening::Off {
-            whole.stiffening = Stiffening::default();
-        }
         Ok(Self {
             name,
             file,
-            whole,
-            truncation,
+            asked: AskedPart::of(file, of)?,
         })
     }
 
@@ -241,7 +224,12 @@ impl<'a> Given<'a> {
             }
             NodeDemand::All(_) => None,
         };
-        let mut pruned = Pruned::of(&self.whole, &demand, nodes.as_ref(), tolerance)?;
+        let mut pruned = Pruned::of(
+            self.asked.superelement(),
+            &demand,
+            nodes.as_ref(),
+            tolerance,
+        )?;
         pruned.left_out.splice(..0, self.file.left_out().cloned());
         Ok(pruned)
     }
@@ -251,7 +239,7 @@ impl<'a> Given<'a> {
         let Some(basis) = self.file.recovery_of(nodes)? else {
             return Ok(None);
         };
-        let origin = self.whole.origin;
+        let origin = self.asked.superelement().origin;
         let mut positions = Vec::new();
         for node in nodes {
             if let Some(position) = self.file.node_position(*node)? {
@@ -260,10 +248,7 @@ impl<'a> Given<'a> {
             }
         }
         Ok(Some(ObservedNodes {
-            basis: match &self.truncation {
-                Some(truncation) => truncation.recovery(&basis),
-                None => basis,
-            },
+            basis: self.asked.recovered(basis)?,
             positions,
         }))
     }

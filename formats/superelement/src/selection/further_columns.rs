@@ -14,7 +14,7 @@ use dcb_formats::further_column::Answer;
 use dcb_formats::superelement::{Enrichment, Superelement};
 use faer::{Mat, MatRef};
 
-use super::truncation::{acting_rows, without_stiffness};
+use super::statics::attached;
 use crate::Error;
 
 /// What norm and stiffness of a column may differ by, relative to those of the response with no mode kept.
@@ -22,55 +22,66 @@ const AGREEMENT: f64 = 1e-6;
 /// The reducer's rule: a response with less than this part of the strain energy of the strongest of its kind has no column.
 const WEAK_RESPONSE: f64 = 1e-10;
 
-/// Further columns of a superelement that loses modes.
+/// Further columns that stay, and their shares of the modes left out.
 #[derive(Clone, Debug, PartialEq)]
-pub(super) struct TruncatedColumns {
-    /// Further columns in the file.
-    count: usize,
-    /// Which of them stay.
-    kept: Vec<usize>,
-    /// What each is multiplied by.
-    scale: Vec<f64>,
-    /// What each takes of the modes left out, (modes left out, columns that stay).
-    absorbed: Mat<f64>,
+pub(super) struct FurtherColumns {
+    /// Their places in the file.
+    pub places: Vec<usize>,
+    /// Factor of each.
+    pub scale: Vec<f64>,
+    /// Shares of the modes left out, (modes left out, columns that stay).
+    pub absorbed: Mat<f64>,
 }
 
-impl TruncatedColumns {
+impl FurtherColumns {
+    /// As they are in the file.
+    pub fn unchanged(places: &[usize], left_out: usize) -> Self {
+        Self {
+            places: places.to_vec(),
+            scale: vec![1.0; places.len()],
+            absorbed: Mat::zeros(left_out, places.len()),
+        }
+    }
+
     /// Those of a superelement that keeps its `modes` lowest modes.
     ///
     /// # Errors
     /// [`Error::NotHandled`] for columns that aren't those which `reduce` makes, and where fewer modes need a column that the file doesn't have.
-    pub fn of(
-        superelement: &Superelement,
-        enrichment: &Enrichment,
-        modes: usize,
-    ) -> Result<Self, Error> {
-        let whole = Whole::of(superelement, enrichment, modes);
-        let unknown = || {
-            refused(
-                superelement,
-                "it has further columns other than those of `reduce --enrich`",
-            )
+    pub fn with_fewer_modes(superelement: &Superelement, modes: usize) -> Result<Self, Error> {
+        let left_out_modes = superelement.mode_count() - modes;
+        let Some(enrichment) = &superelement.enrichment else {
+            return Ok(Self::unchanged(&[], left_out_modes));
         };
-        let count = enrichment.interface_shapes.ncols();
-        if enrichment.names.len() != count {
+        let whole = Whole {
+            superelement,
+            enrichment,
+            eigenvalues: &superelement.modes.eigenvalues,
+            modes,
+            attached: attached(superelement),
+        };
+        let refused = |what| Error::NotHandled {
+            body: superelement.name.clone(),
+            what,
+            remedy: super::FEWER_MODES,
+        };
+        let unknown = || refused("it has further columns other than those of `reduce --enrich`");
+        if enrichment.names.len() != enrichment.interface_shapes.ncols() {
             return Err(unknown());
         }
-        let mut columns = Vec::new();
-        for (place, name) in enrichment.names.iter().enumerate() {
-            let response = whole.response(name).ok_or_else(unknown)?;
-            columns.push(whole.column(place, response));
-        }
+        let columns: Option<Vec<Column>> = (enrichment.names.iter().enumerate())
+            .map(|(place, name)| Some(whole.column(place, whole.response(name)?)))
+            .collect();
+        let columns = columns.ok_or_else(unknown)?;
         if !whole.agree(&columns) {
             return Err(refused(
-                superelement,
                 "its further columns don't answer to the loads and centrifugal forces that it tells of",
             ));
         }
         let derivation = superelement.derivation.as_ref();
-        let left_out = derivation.map_or(&[][..], |of| of.left_out_columns.as_slice());
-        let missing: Option<Vec<Response>> =
-            left_out.iter().map(|name| whole.response(name)).collect();
+        let missing: Option<Vec<Response>> = (derivation.iter())
+            .flat_map(|derivation| &derivation.left_out_columns)
+            .map(|name| whole.response(name))
+            .collect();
         let missing = missing.ok_or_else(unknown)?;
         let strongest = |kind: Kind| {
             let there = columns.iter().filter(|column| column.response.kind == kind);
@@ -87,19 +98,16 @@ impl TruncatedColumns {
         };
         if missing.iter().any(comes_back) {
             return Err(refused(
-                superelement,
                 "with fewer modes it needs a further column that it was made without",
             ));
         }
         let columns: Vec<&Column> = (columns.iter())
             .filter(|column| matters(column.response.kind, column.energy))
             .collect();
-        let left_out = whole.eigenvalues.len() - modes;
         let scale: Vec<f64> = columns.iter().map(|column| column.scale_now()).collect();
         Ok(Self {
-            count,
-            kept: columns.iter().map(|column| column.place).collect(),
-            absorbed: Mat::from_fn(left_out, columns.len(), |k, j| {
+            places: columns.iter().map(|column| column.place).collect(),
+            absorbed: Mat::from_fn(left_out_modes, columns.len(), |k, j| {
                 scale[j] * columns[j].response.modal[modes + k]
             }),
             scale: (columns.iter().zip(&scale))
@@ -108,37 +116,15 @@ impl TruncatedColumns {
         })
     }
 
-    /// Columns in the file and columns that stay.
-    pub fn counts(&self) -> (usize, usize) {
-        (self.count, self.kept.len())
-    }
-
-    /// What column `j` has of column `place` of the file.
-    pub fn share(&self, place: usize, j: usize) -> f64 {
-        match self.kept[j] == place {
-            true => self.scale[j],
-            false => 0.0,
-        }
-    }
-
-    /// What each column takes of the modes left out, (modes left out, columns that stay).
-    pub fn absorbed(&self) -> MatRef<'_, f64> {
-        self.absorbed.as_ref()
-    }
-
-    /// The names of those that stay.
-    pub fn names(&self, names: &[String]) -> Vec<String> {
-        (self.kept.iter())
-            .map(|place| names[*place].clone())
-            .collect()
-    }
-
-    /// Any linear quantity over the columns, (m, n_x), from it and what the modes left out have of it, (m, modes left out).
+    /// Any linear quantity over the columns that stay, (m, n_x), from it over all columns and over the modes left out, (m, modes left out).
     pub fn over(&self, columns: MatRef<'_, f64>, left_out: MatRef<'_, f64>) -> Mat<f64> {
-        let stay = Mat::from_fn(columns.nrows(), self.kept.len(), |i, j| {
-            self.scale[j] * columns[(i, self.kept[j])]
+        let stay = Mat::from_fn(columns.nrows(), self.places.len(), |i, j| {
+            self.scale[j] * columns[(i, self.places[j])]
         });
-        stay + left_out * &self.absorbed
+        match self.absorbed.nrows() {
+            0 => stay,
+            _ => stay + left_out * &self.absorbed,
+        }
     }
 }
 
@@ -187,14 +173,6 @@ fn squares(values: &[f64]) -> f64 {
     values.iter().map(|value| value * value).sum()
 }
 
-fn refused(superelement: &Superelement, what: &'static str) -> Error {
-    Error::NotHandled {
-        body: superelement.name.clone(),
-        what,
-        remedy: "reduce it with fewer modes instead of leaving some out",
-    }
-}
-
 /// The superelement as its file has it, seen from the further columns.
 struct Whole<'a> {
     superelement: &'a Superelement,
@@ -202,20 +180,11 @@ struct Whole<'a> {
     eigenvalues: &'a [f64],
     /// Modes that stay.
     modes: usize,
-    acting: Vec<bool>,
+    /// Rows that have columns.
+    attached: Vec<bool>,
 }
 
-impl<'a> Whole<'a> {
-    fn of(superelement: &'a Superelement, enrichment: &'a Enrichment, modes: usize) -> Self {
-        Self {
-            superelement,
-            enrichment,
-            eigenvalues: &superelement.modes.eigenvalues,
-            modes,
-            acting: acting_rows(superelement),
-        }
-    }
-
+impl Whole<'_> {
     /// Where columns beyond the modes begin.
     fn first(&self) -> usize {
         self.eigenvalues.len()
@@ -224,7 +193,7 @@ impl<'a> Whole<'a> {
     /// `None` for a name that says nothing here.
     fn response(&self, name: &str) -> Option<Response> {
         let of = self.superelement;
-        let elastic = without_stiffness(self.eigenvalues);
+        let elastic = super::without_stiffness(self.eigenvalues);
         let all = 0..of.basis_count();
         let static_response = |kind, work: Vec<f64>| Response {
             kind,
@@ -248,7 +217,7 @@ impl<'a> Whole<'a> {
             // f has no part along the modes kept: G_res sees to that.
             Answer::Krylov(name) => {
                 let mut rows = 0..of.boundary_row_count();
-                let row = rows.find(|row| self.acting[*row] && of.row_name(*row) == name)?;
+                let row = rows.find(|row| self.attached[*row] && of.row_name(*row) == name)?;
                 let shapes = &of.modes.interface_shapes;
                 Response {
                     kind: Kind::Krylov,
@@ -302,7 +271,7 @@ impl<'a> Whole<'a> {
         // ψᵀ K ψ of attachments and further columns with no mode kept.
         let n_b = of.boundary_row_count();
         let shapes = &of.modes.interface_shapes;
-        let elastic = without_stiffness(self.eigenvalues);
+        let elastic = super::without_stiffness(self.eigenvalues);
         let attachment = |row: usize| {
             let modes =
                 (elastic..self.first()).map(|k| shapes[(row, k)].powi(2) / self.eigenvalues[k]);

@@ -1,15 +1,19 @@
 //! Demands of a motion in a plane on a spatial superelement.
 
+mod parity;
+mod planar;
+mod symmetry;
+
 use dcb_formats::mesh::{Dimension, Direction, Dof};
 use dcb_formats::superelement::{Modes, RecoveryBasis, Superelement};
 use faer::Mat;
 
 use super::basis::Basis;
-use super::parity::{Norms, Parities, Parity, turn};
-use super::planar::planar;
-use super::symmetry::refuse_asymmetric;
 use super::{InterfaceSelection, Selection};
 use crate::Error;
+use parity::{Norms, Parities, Parity, turn};
+use planar::planar;
+use symmetry::refuse_asymmetric;
 
 /// Couplings of a component that counts as symmetric are below this.
 pub const SYMMETRIC: f64 = 1e-6;
@@ -216,7 +220,7 @@ fn loads_in_plane(
         ];
         let mut elastic = [0.0; 2];
         for (k, parity) in all.iter().enumerate() {
-            let work = super::parity::cosine(load.work[k], norms.energy[k], 1.0);
+            let work = parity::cosine(load.work[k], norms.energy[k], 1.0);
             elastic[usize::from(*parity == Parity::Out)] += work * work;
         }
         let is_small =

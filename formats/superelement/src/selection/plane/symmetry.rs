@@ -3,7 +3,7 @@
 use dcb_formats::superelement::Superelement;
 use faer::Mat;
 
-use super::in_plane::Normal;
+use super::Normal;
 use super::parity::{Norms, Parities, Parity, cosine};
 use crate::Asymmetry;
 

@@ -8,9 +8,9 @@ use dcb_formats::component::Role;
 use dcb_formats::superelement::Superelement;
 use faer::Mat;
 
-use super::in_plane::Normal;
-use super::statics::Statics;
+use super::Normal;
 use crate::Error;
+use crate::selection::statics::Statics;
 
 /// Eigenvalues closer than this, relatively, are one multiple root: the reducer's rule for its choice of vectors.
 const MULTIPLE: f64 = 1e-9;
@@ -36,7 +36,7 @@ pub(super) struct Norms {
 
 impl Norms {
     pub fn of(whole: &Superelement) -> Self {
-        let statics = Statics::of(whole, whole.modes.interface_shapes.as_ref(), &[]);
+        let statics = Statics::with_all_modes(whole);
         let root = |value: f64| value.max(0.0).sqrt();
         let of_acting = |row: usize, value: f64| match statics.acting[row] {
             true => root(value),

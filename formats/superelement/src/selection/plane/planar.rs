@@ -7,8 +7,8 @@ use dcb_formats::superelement::{
 };
 use faer::Mat;
 
-use super::in_plane::Normal;
-use super::rigid_motions::rigid_motions;
+use super::Normal;
+use crate::selection::rigid_motions::rigid_motions;
 
 /// Axes that differ less than this are the same: the file's rule for rotation matrices.
 const SAME_AXIS: f64 = 1e-9;
