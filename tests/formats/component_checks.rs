@@ -8,7 +8,7 @@ use dcb_formats::component::{
 use dcb_formats::mesh::{Dimension, Direction, DofMap};
 use dcb_samples::{Material, RodSection, SolidElement, box_block, planar_rod};
 use dcb_tests::dense::{dense, sparse};
-use faer::sparse::SymbolicSparseColMat;
+use faer::sparse::{SymbolicSparseColMat, Triplet};
 
 /// Three cells with an averaged frame at each end.
 fn block() -> ComponentDraft {
@@ -462,6 +462,31 @@ fn rounding_is_put_in_order() {
     assert_eq!(again.interfaces, smooth.interfaces);
     assert_eq!(again.stiffness.val(), smooth.stiffness.val());
     assert_eq!(again.notes, smooth.notes);
+}
+
+/// A place that is stored on one side of the diagonal only counts as zero on the other, and both are stored afterwards.
+#[test]
+fn a_place_without_mirror_image_gets_one() {
+    for (row, column) in [(0, 47), (47, 0)] {
+        let mut draft = block();
+        let whole = dense(&draft.stiffness);
+        assert_eq!(whole[(row, column)], 0.0);
+        let mut entries = Vec::new();
+        for j in 0..48 {
+            let rows = draft.stiffness.row_idx_of_col_raw(j).iter();
+            let stored = rows.zip(draft.stiffness.val_of_col(j));
+            entries.extend(stored.map(|(i, value)| Triplet::new(*i, j as u32, *value)));
+        }
+        let tiny = 1e-12 * whole[(0, 0)];
+        entries.push(Triplet::new(row as u32, column as u32, tiny));
+        let stored = entries.len();
+        draft.stiffness = SparseMatrix::try_new_from_triplets(48, 48, &entries).unwrap();
+        let component = Component::checked(draft).unwrap();
+        assert_eq!(component.stiffness.compute_nnz(), stored + 1);
+        let after = dense(&component.stiffness);
+        assert_eq!(after[(0, 47)], 0.5 * tiny);
+        assert_eq!(after[(47, 0)], 0.5 * tiny);
+    }
 }
 
 #[test]

@@ -1,5 +1,7 @@
 //! Checks of the matrices of a component: their sizes, their order, and their symmetry.
 
+use rayon::prelude::*;
+
 use super::fault::{ComponentFault, Place};
 use super::{GeometricStiffness, Interface, InterfaceKind, NamedLoad, Role};
 use crate::SparseMatrix;
@@ -57,32 +59,31 @@ fn check_entries(matrix: &SparseMatrix, place: &Place) -> Result<(), ComponentFa
             "has gaps between its columns; expected compressed columns",
         ));
     }
-    for column in 0..matrix.ncols() {
-        let (rows, values) = (matrix.row_idx_of_col_raw(column), matrix.val_of_col(column));
-        if let Some(pair) = rows.windows(2).find(|pair| pair[1] <= pair[0]) {
-            return Err(ComponentFault::at(
-                place.clone(),
-                format!(
-                    "column {} has row {} after {}; expected rows in order, each once",
-                    column + 1,
-                    pair[1] + 1,
-                    pair[0] + 1
-                ),
-            ));
-        }
-        if let Some(at) = values.iter().position(|value| !value.is_finite()) {
-            return Err(ComponentFault::at(
-                place.clone(),
-                format!(
-                    "the entry at row {}, column {} is {}, expected a finite number",
-                    rows[at] + 1,
-                    column + 1,
-                    values[at]
-                ),
-            ));
-        }
+    let columns = (0..matrix.ncols()).into_par_iter();
+    match columns.find_map_first(|column| wrong_entry(matrix, column)) {
+        None => Ok(()),
+        Some(message) => Err(ComponentFault::at(place.clone(), message)),
     }
-    Ok(())
+}
+
+/// The first entry of a column that is out of order or no number.
+fn wrong_entry(matrix: &SparseMatrix, column: usize) -> Option<String> {
+    let (rows, values) = (matrix.row_idx_of_col_raw(column), matrix.val_of_col(column));
+    if let Some(pair) = rows.windows(2).find(|pair| pair[1] <= pair[0]) {
+        return Some(format!(
+            "column {} has row {} after {}; expected rows in order, each once",
+            column + 1,
+            pair[1] + 1,
+            pair[0] + 1
+        ));
+    }
+    let at = values.iter().position(|value| !value.is_finite())?;
+    Some(format!(
+        "the entry at row {}, column {} is {}, expected a finite number",
+        rows[at] + 1,
+        column + 1,
+        values[at]
+    ))
 }
 
 /// Rows of L_b that are given as a matrix: (any, n_e), none of them zero.

@@ -1,5 +1,6 @@
 //! Whether what should be symmetric is.
 
+use std::ops::Range;
 use std::path::Path;
 use std::sync::atomic::Ordering;
 
@@ -133,28 +134,44 @@ pub(crate) fn made_symmetric(matrix: SparseMatrix) -> Result<(SparseMatrix, f64)
 
 /// Whether a square matrix with sorted columns is its own transpose, to the last bit and in its pattern.
 fn is_symmetric(matrix: &SparseMatrix) -> bool {
+    let count = matrix.ncols();
+    let chunk = count.div_ceil(4 * rayon::current_num_threads()).max(1);
+    let chunks = (0..count).into_par_iter().step_by(chunk);
+    let balance = chunks
+        .map(|first| mirrored(matrix, first..(first + chunk).min(count)))
+        .try_reduce(|| 0, |a, b| Some(a + b));
+    // Each entry below the diagonal has its mirror image above it; so none is left over where there are as many.
+    balance == Some(0)
+}
+
+/// Entries below the diagonal less those above it, in some columns of a matrix; `None` if one below isn't mirrored.
+fn mirrored(matrix: &SparseMatrix, columns: Range<usize>) -> Option<i64> {
     // The entries above the diagonal of a column, from the top, are those below it in the columns before, in their order.
-    let mut above = vec![0; matrix.ncols()];
-    for column in 0..matrix.ncols() {
+    let mut above: Vec<usize> = (columns.start..matrix.ncols())
+        .map(|row| {
+            let rows = matrix.row_idx_of_col_raw(row);
+            rows.partition_point(|row| (*row as usize) < columns.start)
+        })
+        .collect();
+    let mut balance = 0;
+    for column in columns.clone() {
         let (rows, values) = (matrix.row_idx_of_col_raw(column), matrix.val_of_col(column));
-        let first = rows.partition_point(|row| (*row as usize) < column);
-        if above[column] != first {
-            return false;
-        }
-        for (row, value) in rows.iter().zip(values).skip(first) {
+        let first = rows.partition_point(|row| (*row as usize) <= column);
+        let has_diagonal = first > 0 && rows[first - 1] as usize == column;
+        balance -= (first - usize::from(has_diagonal)) as i64;
+        balance += (rows.len() - first) as i64;
+        for (row, value) in rows[first..].iter().zip(&values[first..]) {
             let row = *row as usize;
-            if row > column {
-                let at = above[row];
-                let mirrored = matrix.row_idx_of_col_raw(row).get(at) == Some(&(column as u32))
-                    && matrix.val_of_col(row)[at] == *value;
-                if !mirrored {
-                    return false;
-                }
-                above[row] += 1;
+            let at = &mut above[row - columns.start];
+            let is_mirrored = matrix.row_idx_of_col_raw(row).get(*at) == Some(&(column as u32))
+                && matrix.val_of_col(row)[*at] == *value;
+            if !is_mirrored {
+                return None;
             }
+            *at += 1;
         }
     }
-    true
+    Some(balance)
 }
 
 /// The mean of a matrix and its transpose, exactly symmetric, and its largest relative asymmetry.
