@@ -14,15 +14,19 @@ fn a_missing_sibling_is_named_with_the_option_that_replaces_it() {
     for (name, option) in [("rotor.mass.mtx", "--mass"), ("rotor.json", "--mesh")] {
         let folder = Folder::rotor();
         folder.remove(name);
-        folder.refused("rotor.mtx", &[name, "is not there", option]);
-        folder.refused(
-            &format!("rotor.mtx {option} nowhere"),
-            &["nowhere", "is not there", option, "existing file"],
-        );
+        folder.refused_each(&[
+            ("rotor.mtx", &[name, "is not there", option]),
+            (
+                &format!("rotor.mtx {option} nowhere"),
+                &["nowhere", "is not there", option, "existing file"],
+            ),
+        ]);
     }
     let folder = Folder::rotor();
-    folder.refused("nowhere.mtx", &["nowhere.mtx", "is not there", "PART.mtx"]);
-    folder.refused("rotor.mtx --boundary nowhere", &["nowhere", "--boundary"]);
+    folder.refused_each(&[
+        ("nowhere.mtx", &["nowhere.mtx", "is not there", "PART.mtx"]),
+        ("rotor.mtx --boundary nowhere", &["nowhere", "--boundary"]),
+    ]);
 }
 
 #[test]
@@ -185,8 +189,10 @@ fn a_folder_in_place_of_a_file_is_refused() {
         );
     }
     let folder = Folder::rotor();
-    folder.refused(".", &[".: is a folder", "PART.mtx"]);
-    folder.refused("/", &["/: is a folder"]);
+    folder.refused_each(&[
+        (".", &[".: is a folder", "PART.mtx"]),
+        ("/", &["/: is a folder"]),
+    ]);
 }
 
 #[test]

@@ -2,12 +2,12 @@
 
 use std::collections::BTreeMap;
 use std::fs::{self, File};
-use std::process::{Child, Command, Stdio};
+use std::process::Child;
 use std::time::{Duration, SystemTime};
 
 use serde_json::{Value, json};
 
-use crate::support::{Folder, stored};
+use crate::support::{Answer, Folder, number, says, start, stopped, stored};
 
 /// A folder with the rotor and a manifest.
 fn with_manifest(manifest: &Value) -> Folder {
@@ -35,6 +35,12 @@ fn rows(folder: &Folder) -> Vec<Value> {
         .collect()
 }
 
+/// The first row of a name.
+fn row(folder: &Folder, name: &str) -> Value {
+    let mut rows = rows(folder).into_iter();
+    rows.find(|row| row["name"] == name).unwrap()
+}
+
 /// How many rows there are of each name.
 fn row_counts(folder: &Folder) -> BTreeMap<String, usize> {
     let mut counts = BTreeMap::new();
@@ -44,13 +50,6 @@ fn row_counts(folder: &Folder) -> BTreeMap<String, usize> {
             .or_default() += 1;
     }
     counts
-}
-
-fn digest(folder: &Folder, name: &str) -> String {
-    folder.inspected(name)["digest"]
-        .as_str()
-        .unwrap()
-        .to_owned()
 }
 
 /// The word beside each part in the table.
@@ -89,20 +88,14 @@ fn a_batch_makes_what_single_reductions_make() {
     ] {
         folder.done(&format!("rotor.mtx {options} -o single.dcb.h5 --force"));
         let made = format!("m.batch/{name}.dcb.h5");
-        assert_eq!(
-            digest(&folder, &made),
-            digest(&folder, "single.dcb.h5"),
-            "{name}"
-        );
-        let row = rows(&folder)
-            .into_iter()
-            .find(|row| row["name"] == name)
-            .unwrap();
+        let digest = folder.digest(&made);
+        assert_eq!(digest, folder.digest("single.dcb.h5"), "{name}");
+        let row = row(&folder, name);
         assert_eq!(row["status"], "done");
-        assert_eq!(row["superelement"]["digest"], digest(&folder, &made));
+        assert_eq!(row["superelement"]["digest"], digest);
         assert_eq!(row["superelement"]["rows"], 12);
         assert!(
-            row["seconds"].as_f64().unwrap() > 0.0 && row["error"].is_null(),
+            number(&row["seconds"]) > 0.0 && row["error"].is_null(),
             "{row}"
         );
     }
@@ -117,11 +110,9 @@ fn the_cache_is_used_unless_told_otherwise() {
     let table = folder.done("batch m.json -o other");
     assert_eq!(words(&table), all("cached", &NAMES));
     for name in NAMES {
-        let (a, b) = (
-            format!("m.batch/{name}.dcb.h5"),
-            format!("other/{name}.dcb.h5"),
-        );
-        assert_eq!(digest(&folder, &a), digest(&folder, &b));
+        let [a, b] =
+            ["m.batch", "other"].map(|made| folder.digest(&format!("{made}/{name}.dcb.h5")));
+        assert_eq!(a, b);
     }
     // A forecast isn't made for what is only copied.
     let table = folder.done("batch m.json -o third --jobs 2 --memory 100K");
@@ -131,13 +122,9 @@ fn the_cache_is_used_unless_told_otherwise() {
 #[test]
 fn one_part_that_fails_does_not_stop_the_others() {
     let mut manifest = variants();
-    let bad = [
-        json!({"part": "nowhere.mtx"}),
-        json!({"part": "rotor.mtx", "name": "too-many", "interface_modes": 4000, "mesh": "broken.json"}),
-    ];
     let parts = manifest["parts"].as_array_mut().unwrap();
-    parts.insert(0, bad[0].clone());
-    parts.insert(2, bad[1].clone());
+    parts.insert(0, json!({"part": "nowhere.mtx"}));
+    parts.insert(2, json!({"part": "rotor.mtx", "name": "too-many", "interface_modes": 4000, "mesh": "broken.json"}));
     let folder = with_manifest(&manifest);
     folder.write("broken.json", "{");
     for _ in 0..2 {
@@ -162,18 +149,12 @@ fn one_part_that_fails_does_not_stop_the_others() {
     let counts = row_counts(&folder);
     assert_eq!(counts["nowhere"], 2);
     assert!(NAMES.iter().all(|name| counts[*name] == 1), "{counts:?}");
-    let row = rows(&folder)
-        .into_iter()
-        .find(|row| row["name"] == "too-many")
-        .unwrap();
+    let row = row(&folder, "too-many");
     assert_eq!(
         (&row["status"], &row["exit_status"]),
         (&json!("failed"), &json!(2))
     );
-    assert!(
-        row["error"].as_str().unwrap().contains("broken.json"),
-        "{row}"
-    );
+    says!(row["error"].as_str().unwrap(), "broken.json");
 }
 
 #[test]
@@ -183,10 +164,8 @@ fn only_what_has_changed_is_made_again() {
     folder.done(batch);
     let written = || {
         let time = |name: &str| {
-            fs::metadata(folder.path(&format!("m.batch/{name}.dcb.h5")))
-                .unwrap()
-                .modified()
-                .unwrap()
+            let made = fs::metadata(folder.path(&format!("m.batch/{name}.dcb.h5")));
+            made.unwrap().modified().unwrap()
         };
         NAMES.map(time)
     };
@@ -290,8 +269,10 @@ fn unusable_manifests_are_refused_with_the_place() {
         folder.refused("batch m.json --no-cache", &["m.json", says]);
     }
     folder.write("m.json", "{\n  \"parts\": [,]\n}");
-    folder.refused("batch m.json --no-cache", &["m.json:2: "]);
-    folder.refused("batch none.json --no-cache", &["none.json: cannot read"]);
+    folder.refused_each(&[
+        ("batch m.json --no-cache", &["m.json:2: "]),
+        ("batch none.json --no-cache", &["none.json: cannot read"]),
+    ]);
     folder.write("m.json", variants().to_string());
     folder.write("file", "");
     folder.refused("batch m.json --no-cache -o file", &["file: cannot make"]);
@@ -340,13 +321,18 @@ fn slow() -> Folder {
     folder
 }
 
-fn start(folder: &Folder, arguments: &str) -> Child {
-    let mut command = folder.command(arguments);
-    command
-        .stdout(Stdio::piped())
-        .stderr(Stdio::piped())
-        .spawn()
-        .unwrap()
+/// Each of its parts was made once, and verifies; nothing unfinished is left.
+fn is_made_once(folder: &Folder) {
+    let counts = row_counts(folder);
+    assert!(
+        counts.len() == 6 && counts.values().all(|count| *count == 1),
+        "{counts:?}"
+    );
+    for i in 1..=6 {
+        folder.done(&format!("verify m.batch/p{i}.dcb.h5"));
+    }
+    assert_eq!(folder.names_with("partial"), [""; 0]);
+    assert_eq!(folder.names_with("timings"), [""; 0]);
 }
 
 #[test]
@@ -355,40 +341,15 @@ fn processes_that_share_a_folder_make_each_part_once() {
     let cache = ["--no-cache", "--cache=c", "--no-cache", "--cache=c"];
     let running: Vec<Child> = cache
         .iter()
-        .map(|cache| start(&folder, &format!("batch m.json {cache}")))
+        .map(|cache| folder.start(&format!("batch m.json {cache}")))
         .collect();
-    let outputs: Vec<_> = running
-        .into_iter()
-        .map(|child| child.wait_with_output().unwrap())
-        .collect();
-    assert!(
-        outputs.iter().all(|output| output.status.success()),
-        "{outputs:?}"
-    );
-    let counts = row_counts(&folder);
-    assert!(
-        counts.len() == 6 && counts.values().all(|count| *count == 1),
-        "{counts:?}"
-    );
-    let made = |output: &std::process::Output| {
-        String::from_utf8_lossy(&output.stdout)
-            .matches(" done ")
-            .count()
-    };
-    assert_eq!(outputs.iter().map(made).sum::<usize>(), 6, "{outputs:?}");
-    assert!(
-        outputs.iter().filter(|output| made(output) > 0).count() > 1,
-        "one did it all: {outputs:?}"
-    );
-    for i in 1..=6 {
-        folder.done(&format!("verify m.batch/p{i}.dcb.h5"));
-    }
-    let unfinished: Vec<_> = folder
-        .names()
-        .into_iter()
-        .filter(|name| name.contains("partial") || name.contains("timings"))
-        .collect();
-    assert!(unfinished.is_empty(), "{unfinished:?}");
+    let answers: Vec<Answer> = running.into_iter().map(Answer::at_end).collect();
+    assert!(answers.iter().all(|answer| answer.code == Some(0)));
+    let made = |answer: &Answer| answer.stdout.matches(" done ").count();
+    assert_eq!(answers.iter().map(made).sum::<usize>(), 6, "{answers:?}");
+    let busy = answers.iter().filter(|answer| made(answer) > 0);
+    assert!(busy.count() > 1, "one did it all: {answers:?}");
+    is_made_once(&folder);
 }
 
 #[test]
@@ -398,7 +359,7 @@ fn a_part_that_another_process_is_at_is_left_to_it() {
     let lock = File::create(folder.path("m.batch/.locks/low")).unwrap();
     lock.lock().unwrap();
     let table = folder.done("batch m.json --no-cache");
-    assert!(table.contains("1 of them by other processes"), "{table}");
+    says!(table, "1 of them by other processes");
     assert_eq!(words(&table)[1].1, "elsewhere");
     assert!(!folder.path("m.batch/low.dcb.h5").exists());
     drop(lock);
@@ -426,14 +387,11 @@ fn shards_share_the_parts_out() {
 fn jobs_share_the_memory() {
     let folder = slow();
     let table = folder.done("batch m.json --no-cache --jobs 3 --memory 400M");
-    assert_eq!(
-        words(&table)
-            .iter()
-            .filter(|(_, word)| word == "done")
-            .count(),
-        6,
+    assert!(
+        words(&table).iter().all(|(_, word)| word == "done"),
         "{table}"
     );
+    assert_eq!(words(&table).len(), 6, "{table}");
     let answer = folder.run("batch m.json --no-cache --jobs 2 --memory 2M --force");
     answer.is_error(
         1,
@@ -452,31 +410,19 @@ fn jobs_share_the_memory() {
 #[test]
 fn an_interrupted_batch_goes_on_where_it_ended() {
     let folder = slow();
-    let mut stopped = 0;
-    for (signal, milliseconds) in [("-INT", 300), ("-INT", 900), ("-KILL", 500), ("-INT", 100)] {
-        let child = start(&folder, "batch m.json --no-cache --jobs 2");
+    let mut interrupted = 0;
+    for (signal, milliseconds) in [("INT", 300), ("INT", 900), ("KILL", 500), ("INT", 100)] {
+        let child = folder.start("batch m.json --no-cache --jobs 2");
         std::thread::sleep(Duration::from_millis(milliseconds));
-        let _ = Command::new("kill")
-            .args([signal, &child.id().to_string()])
-            .status();
-        let output = child.wait_with_output().unwrap();
-        let stderr = String::from_utf8_lossy(&output.stderr).into_owned();
-        if output.status.code() == Some(130) {
-            stopped += 1;
-            assert!(
-                stderr.starts_with("interrupted: ")
-                    && stderr.contains("of 6 parts are complete; the same command goes on"),
-                "{stderr}"
-            );
-            let unfinished: Vec<_> = folder
-                .names()
-                .into_iter()
-                .filter(|name| name.contains("partial"))
-                .collect();
-            assert!(unfinished.is_empty(), "{unfinished:?}");
+        let Answer { code, stderr, .. } = stopped(signal, child);
+        if code == Some(130) {
+            interrupted += 1;
+            assert!(stderr.starts_with("interrupted: "), "{stderr}");
+            says!(stderr, "of 6 parts are complete; the same command goes on");
+            assert_eq!(folder.names_with("partial"), [""; 0]);
         }
     }
-    assert!(stopped > 0, "all of it is done within 300 ms");
+    assert!(interrupted > 0, "all of it is done within 300 ms");
     // The processes of the killed batch keep their parts until they are done.
     let mut rounds = 0;
     while folder.done("batch m.json --no-cache").contains("elsewhere") {
@@ -485,14 +431,7 @@ fn an_interrupted_batch_goes_on_where_it_ended() {
         std::thread::sleep(Duration::from_millis(100));
     }
     assert!(rows(&folder).iter().all(|row| row["status"] == "done"));
-    let counts = row_counts(&folder);
-    assert!(
-        counts.len() == 6 && counts.values().all(|count| *count == 1),
-        "{counts:?}"
-    );
-    for i in 1..=6 {
-        folder.done(&format!("verify m.batch/p{i}.dcb.h5"));
-    }
+    is_made_once(&folder);
 }
 
 #[test]
@@ -524,29 +463,19 @@ fn the_documented_array_job_makes_every_part() {
     let folder = slow();
     fs::rename(folder.path("m.json"), folder.path("parts.json")).unwrap();
     folder.write("batch.sh", documented("Slurm", "sh"));
-    let bin = std::path::Path::new(crate::support::REDUCE)
-        .parent()
-        .unwrap();
-    let path = format!("{}:{}", bin.display(), std::env::var("PATH").unwrap());
     let task = |id: usize| {
-        Command::new("sh")
-            .arg("batch.sh")
-            .current_dir(folder.path("."))
-            .env("PATH", &path)
+        let mut command = folder.shell("PATH=${0%/*}:$PATH; exec sh batch.sh");
+        let command = command
             .env("DCB_CACHE", folder.path("default-cache"))
             .env("SLURM_ARRAY_TASK_ID", id.to_string())
             .env("SLURM_ARRAY_TASK_COUNT", "4")
             .env("SLURM_CPUS_PER_TASK", "1")
-            .env("SLURM_MEM_PER_NODE", "2048")
-            .stdout(Stdio::piped())
-            .stderr(Stdio::piped())
-            .spawn()
-            .unwrap()
+            .env("SLURM_MEM_PER_NODE", "2048");
+        start(command)
     };
     let running: Vec<Child> = (1..=4).map(task).collect();
-    for child in running {
-        let output = child.wait_with_output().unwrap();
-        assert!(output.status.success(), "{output:?}");
+    for answer in running.into_iter().map(Answer::at_end) {
+        assert_eq!(answer.code, Some(0), "{answer:?}");
     }
     let text = folder.read("superelements/results.jsonl");
     assert_eq!(text.lines().count(), 6, "{text}");

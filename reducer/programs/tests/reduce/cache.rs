@@ -2,13 +2,12 @@
 
 use std::fs::{self, File};
 use std::path::PathBuf;
-use std::process::{Child, Command, Stdio};
-use std::time::{Duration, Instant};
+use std::time::Duration;
 
 use dcb_workflow::cache::{Cache, ModeRequest, Request};
 use serde_json::Value;
 
-use crate::support::{Answer, Folder, answer};
+use crate::support::{Answer, Folder, answer, list, says, stopped};
 
 const SERVED: &str = "from the cache";
 
@@ -18,9 +17,14 @@ fn listed(folder: &Folder) -> Value {
 }
 
 fn keys(folder: &Folder) -> Vec<String> {
-    let entries = listed(folder)["entries"].as_array().unwrap().clone();
     let key = |entry: &Value| entry["key"].as_str().unwrap().to_owned();
-    entries.iter().map(key).collect()
+    list(&listed(folder)["entries"]).iter().map(key).collect()
+}
+
+/// The lock of an entry.
+fn lock(folder: &Folder, key: &str) -> File {
+    let path = folder.path(&format!("c/{key}.lock"));
+    File::options().read(true).write(true).open(path).unwrap()
 }
 
 /// The superelements in the cache.
@@ -32,13 +36,6 @@ fn kept(folder: &Folder) -> Vec<PathBuf> {
         .collect();
     found.sort();
     found
-}
-
-fn digest(folder: &Folder, name: &str) -> String {
-    folder.inspected(name)["digest"]
-        .as_str()
-        .unwrap()
-        .to_owned()
 }
 
 #[test]
@@ -56,10 +53,9 @@ fn the_second_reduction_is_a_copy_of_the_first() {
     ] {
         assert!(second.contains(says), "{says}: {second}");
     }
-    let bytes = |name: &str| fs::read(folder.path(name)).unwrap();
-    assert!(bytes("one.dcb.h5") == bytes("two.dcb.h5"));
+    assert!(folder.bytes("one.dcb.h5") == folder.bytes("two.dcb.h5"));
     folder.done("verify two.dcb.h5 --component rotor.mtx");
-    let costs: Value = serde_json::from_str(&folder.read("t.json")).unwrap();
+    let costs = folder.json("t.json");
     assert!(costs["work"].is_null(), "{costs}");
     let refused = "rotor.mtx --modes 6 --cache=c -o two.dcb.h5";
     folder.refused(refused, &["two.dcb.h5", "--force"]);
@@ -87,12 +83,10 @@ fn an_entry_serves_every_form_of_the_file() {
             folder.done(&format!(
                 "rotor.mtx --modes 5 {form} -o plain.dcb.h5 --force"
             ));
-            assert_eq!(
-                digest(&folder, "served.dcb.h5"),
-                digest(&folder, "plain.dcb.h5")
-            );
-            let options = |name: &str| folder.inspected(name)["options"].clone();
-            assert_eq!(options("served.dcb.h5"), options("plain.dcb.h5"), "{form}");
+            let [served, plain] =
+                ["served.dcb.h5", "plain.dcb.h5"].map(|name| folder.inspected(name));
+            assert_eq!(served["digest"], plain["digest"]);
+            assert_eq!(served["options"], plain["options"], "{form}");
         }
     }
 }
@@ -119,11 +113,10 @@ fn other_requests_are_not_served() {
     assert_eq!(keys(&folder).len(), 1 + others.len());
     // The same file under another name, and a file with the same name that says something else.
     for file in ["mtx", "mass.mtx", "json"] {
-        fs::copy(
-            folder.path(&format!("rotor.{file}")),
-            folder.path(&format!("copy.{file}")),
-        )
-        .unwrap();
+        folder.write(
+            &format!("copy.{file}"),
+            folder.bytes(&format!("rotor.{file}")),
+        );
     }
     let shown = folder.done("copy.mtx --modes 6 --cache=c");
     assert!(!shown.contains(SERVED), "{shown}");
@@ -147,7 +140,7 @@ fn a_damaged_entry_is_told_and_made_anew() {
     let folder = Folder::rotor();
     let command = "rotor.mtx --modes 6 --cache=c -o part.dcb.h5 --force";
     folder.done(command);
-    let right = digest(&folder, "part.dcb.h5");
+    let right = folder.digest("part.dcb.h5");
     let entry = kept(&folder).pop().unwrap();
     let record = folder.path(&format!("c/{}.json", keys(&folder)[0]));
     let whole = fs::read(&entry).unwrap();
@@ -163,7 +156,7 @@ fn a_damaged_entry_is_told_and_made_anew() {
         fs::write(path, damaged).unwrap();
         let answer = folder.warned(command, &["damaged superelement", "made anew"]);
         assert!(!answer.stdout.contains(SERVED));
-        assert_eq!(digest(&folder, "part.dcb.h5"), right);
+        assert_eq!(folder.digest("part.dcb.h5"), right);
         assert!(folder.done(command).contains(SERVED));
     }
     fs::remove_file(&entry).unwrap();
@@ -184,15 +177,9 @@ fn what_killed_processes_left_is_removed() {
     }
     folder.write("c/notes.txt", "mine");
     folder.done("rotor.mtx --modes 5 --cache=c -o part.dcb.h5 --force");
-    let names = folder.names();
-    let left: Vec<_> = names
-        .iter()
-        .filter(|name| name.contains(&other) && !name.ends_with(".lock"))
-        .collect();
-    assert!(
-        left.is_empty() && names.contains(&"c/notes.txt".to_owned()),
-        "{names:?}"
-    );
+    let left = folder.names_with(&other);
+    assert!(left.iter().all(|name| name.ends_with(".lock")), "{left:?}");
+    assert_eq!(folder.read("c/notes.txt"), "mine");
     assert_eq!(keys(&folder).len(), 2);
 }
 
@@ -210,28 +197,18 @@ fn the_superelement_that_was_not_used_for_longest_leaves_first() {
     reduce(5, &room_for_two);
     assert!(reduce(4, &room_for_two).contains(SERVED));
     reduce(6, &room_for_two);
-    let modes: Vec<_> = listed(&folder)["entries"]
-        .as_array()
-        .unwrap()
-        .iter()
+    let modes: Vec<_> = (list(&listed(&folder)["entries"]).iter())
         .map(|entry| entry["record"]["modes"].clone())
         .collect();
     assert_eq!(modes, [6, 4], "5 was not used again");
     // Nothing is removed while another process reads it.
-    let lock = File::options()
-        .read(true)
-        .write(true)
-        .open(folder.path(&format!("c/{}.lock", keys(&folder)[1])))
-        .unwrap();
+    let lock = lock(&folder, &keys(&folder)[1]);
     lock.lock_shared().unwrap();
     reduce(3, &format!("{}K", size * 3 / 2 / 1024));
     assert_eq!(keys(&folder).len(), 2, "4 is in use, 6 is gone, 3 is new");
     assert!(reduce(4, "1G").contains(SERVED));
     let cleared = folder.done("cache --cache=c --clear");
-    assert!(
-        cleared.contains("is in use and stays") && cleared.contains("removed 1 of 2"),
-        "{cleared}"
-    );
+    says!(cleared, "is in use and stays", "removed 1 of 2");
     drop(lock);
     // One that is larger than the whole cache isn't kept.
     folder.warned(
@@ -244,49 +221,19 @@ fn the_superelement_that_was_not_used_for_longest_leaves_first() {
 #[test]
 fn processes_that_want_the_same_make_it_once() {
     let folder = Folder::with(&dcb_samples::connecting_rod(0));
-    let start = |number: usize| {
-        let mut command =
-            folder.command(&format!("part.mtx --modes 8 --cache=c -o {number}.dcb.h5"));
-        command
-            .stdout(Stdio::piped())
-            .stderr(Stdio::piped())
-            .spawn()
-            .unwrap()
-    };
-    let running: Vec<Child> = (0..4).map(start).collect();
-    let outputs: Vec<_> = running
-        .into_iter()
-        .map(|child| child.wait_with_output().unwrap())
-        .collect();
-    let served = outputs
+    let made = |number: usize| format!("{number}.dcb.h5");
+    let running = [0, 1, 2, 3]
+        .map(|number| folder.start(&format!("part.mtx --modes 8 --cache=c -o {}", made(number))));
+    let answers = running.map(Answer::at_end);
+    assert!(answers.iter().all(|answer| answer.code == Some(0)));
+    let served = answers
         .iter()
-        .filter(|output| String::from_utf8_lossy(&output.stdout).contains(SERVED))
-        .count();
-    assert!(
-        outputs.iter().all(|output| output.status.success()),
-        "{outputs:?}"
-    );
-    assert_eq!(served, 3, "{outputs:?}");
-    let first = fs::read(folder.path("0.dcb.h5")).unwrap();
-    assert!(
-        (1..4).all(|number| fs::read(folder.path(&format!("{number}.dcb.h5"))).unwrap() == first)
-    );
-    let waited = outputs
-        .iter()
-        .any(|output| String::from_utf8_lossy(&output.stderr).contains("waiting: another process"));
-    assert!(waited, "{outputs:?}");
-}
-
-fn interrupt(child: Child) -> Answer {
-    let _ = Command::new("kill")
-        .args(["-INT", &child.id().to_string()])
-        .status();
-    let output = child.wait_with_output().unwrap();
-    Answer {
-        code: output.status.code(),
-        stdout: String::from_utf8(output.stdout).unwrap(),
-        stderr: String::from_utf8(output.stderr).unwrap(),
-    }
+        .filter(|answer| answer.stdout.contains(SERVED));
+    assert_eq!(served.count(), 3, "{answers:?}");
+    let first = folder.bytes(&made(0));
+    assert!((1..4).all(|number| folder.bytes(&made(number)) == first));
+    let is_waiting = |answer: &Answer| answer.stderr.contains("waiting: another process");
+    assert!(answers.iter().any(is_waiting), "{answers:?}");
 }
 
 #[test]
@@ -295,42 +242,28 @@ fn a_process_that_waits_can_be_interrupted_and_one_that_dies_is_succeeded() {
     folder.done("rotor.mtx --modes 6 --cache=c -o first.dcb.h5");
     let key = keys(&folder).pop().unwrap();
     folder.done("cache --cache=c --clear");
-    let lock = File::options()
-        .read(true)
-        .write(true)
-        .open(folder.path(&format!("c/{key}.lock")))
-        .unwrap();
+    let lock = lock(&folder, &key);
     lock.lock().unwrap();
     let before = folder.names();
-    let mut command = folder.command("rotor.mtx --modes 6 --cache=c -o second.dcb.h5");
-    let child = command
-        .stdout(Stdio::piped())
-        .stderr(Stdio::piped())
-        .spawn()
-        .unwrap();
+    let command = "rotor.mtx --modes 6 --cache=c -o second.dcb.h5";
+    let child = folder.start(command);
     std::thread::sleep(Duration::from_millis(700));
-    let answer = interrupt(child);
+    let answer = stopped("INT", child);
     assert_eq!(answer.code, Some(130), "{answer:?}");
-    assert!(
-        answer.stderr.contains("waiting: ")
-            && answer
-                .stderr
-                .ends_with("interrupted: nothing was written\n"),
-        "{answer:?}"
+    says!(
+        answer.stderr,
+        "waiting: ",
+        "interrupted: nothing was written\n"
     );
     assert_eq!(folder.names(), before);
     // The lock goes with the process that had it.
-    let child = command
-        .stdout(Stdio::piped())
-        .stderr(Stdio::piped())
-        .spawn()
-        .unwrap();
+    let child = folder.start(command);
     std::thread::sleep(Duration::from_millis(300));
     drop(lock);
-    let output = child.wait_with_output().unwrap();
+    let answer = Answer::at_end(child);
     assert!(
-        output.status.success() && !String::from_utf8_lossy(&output.stdout).contains(SERVED),
-        "{output:?}"
+        answer.code == Some(0) && !answer.stdout.contains(SERVED),
+        "{answer:?}"
     );
 }
 
@@ -339,31 +272,13 @@ fn a_killed_reduction_leaves_nothing_that_is_taken_for_a_result() {
     let folder = Folder::with(&dcb_samples::connecting_rod(1));
     let command = "part.mtx --modes 10 --cache=c -o part.dcb.h5 --force";
     for milliseconds in [100, 600, 1500] {
-        let mut child = folder
-            .command(command)
-            .stdout(Stdio::null())
-            .stderr(Stdio::null())
-            .spawn()
-            .unwrap();
+        let child = folder.start(command);
         std::thread::sleep(Duration::from_millis(milliseconds));
-        let _ = child.kill();
-        let _ = child.wait();
+        stopped("KILL", child);
     }
-    let start = Instant::now();
-    let answer = answer(&mut folder.command(command));
-    assert_eq!(
-        (answer.code, answer.stderr.as_str()),
-        (Some(0), ""),
-        "{answer:?}"
-    );
-    println!("{:?}", start.elapsed());
+    folder.done(command);
     folder.done("verify part.dcb.h5");
-    let unfinished: Vec<_> = folder
-        .names()
-        .into_iter()
-        .filter(|name| name.starts_with("c/."))
-        .collect();
-    assert!(unfinished.is_empty(), "{unfinished:?}");
+    assert_eq!(folder.names_with("c/."), [""; 0]);
 }
 
 #[test]
@@ -381,7 +296,7 @@ fn a_cache_that_cannot_be_used_is_no_obstacle() {
     let done = answer(command.env("DCB_CACHE_LIMIT", "1G"));
     assert_eq!(done.code, Some(0), "{done:?}");
     let json: Value = serde_json::from_str(&folder.done("cache --json")).unwrap();
-    assert_eq!(json["entries"].as_array().unwrap().len(), 1, "{json}");
+    assert_eq!(list(&json["entries"]).len(), 1, "{json}");
     assert_eq!(json["limit_bytes"], 20_u64 << 30);
 }
 
@@ -397,15 +312,14 @@ fn the_cache_is_listed_and_cleared() {
     folder.done("rotor.mtx --modes 6 --cache=c -o one.dcb.h5");
     folder.done("rotor.mtx --max-frequency 250 --cache=c -o two.dcb.h5");
     let shown = folder.done("cache --cache=c");
-    for says in [
+    says!(
+        shown,
         "rotor",
         "6 modes",
         "below 250 Hz",
         "s ago",
-        "2 superelements",
-    ] {
-        assert!(shown.contains(says), "{says}: {shown}");
-    }
+        "2 superelements"
+    );
     let entries = listed(&folder);
     let bytes: u64 = kept(&folder)
         .iter()
@@ -418,14 +332,10 @@ fn the_cache_is_listed_and_cleared() {
     );
     let key = keys(&folder)[0].clone();
     let cleared = folder.done(&format!("cache --cache=c --clear {}", &key[..12]));
-    assert!(cleared.contains("removed 1 of 1"), "{cleared}");
+    says!(cleared, "removed 1 of 1");
     assert!(!keys(&folder).contains(&key) && keys(&folder).len() == 1);
     folder.done("cache --cache=c --clear");
-    let left: Vec<_> = folder
-        .names()
-        .into_iter()
-        .filter(|name| name.starts_with("c/"))
-        .collect();
+    let left = folder.names_with("c/");
     assert!(
         left.iter()
             .all(|name| name.ends_with(".lock") || name.ends_with("CACHEDIR.TAG")),

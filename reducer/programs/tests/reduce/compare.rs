@@ -2,7 +2,7 @@
 
 use serde_json::json;
 
-use crate::support::Folder;
+use crate::support::{Folder, says};
 
 /// The number at the end of the line that starts so.
 fn last_number(text: &str, start: &str) -> f64 {
@@ -57,6 +57,6 @@ fn parts_of_other_dimension_or_rows_are_told_apart() {
     });
     folder.done("rotor.mtx --modes 3 -o node.dcb.h5");
     let shown = folder.done("compare rotor.dcb.h5 node.dcb.h5");
-    assert!(shown.contains("A has 12 boundary rows, B 3"), "{shown}");
+    says!(shown, "A has 12 boundary rows, B 3");
     folder.refused("compare rotor.dcb.h5 nowhere.h5", &["nowhere.h5"]);
 }

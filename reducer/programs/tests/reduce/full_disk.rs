@@ -4,7 +4,8 @@ use std::fs;
 use std::path::Path;
 use std::process::Command;
 
-use crate::support::{Folder, answer, skipped};
+use crate::part_folder::skipped;
+use crate::support::{Folder, answer};
 
 /// A file system of so many KiB, unmounted when dropped.
 struct SmallDisk<'a> {
@@ -68,21 +69,15 @@ fn a_superelement_without_room_is_told_and_keeps_the_old_output() {
     folder.write("rotor.dcb.h5", "precious");
     folder.write("t.json", "precious");
     let before = folder.contents();
-    let within = |kibibytes: u32, arguments: &str| {
-        let reduce = crate::support::REDUCE;
-        let script = format!("ulimit -f {kibibytes}; exec {reduce} {arguments}");
-        let mut shell = Command::new("bash");
-        answer(shell.args(["-c", &script]).current_dir(folder.path(".")))
-    };
     for options in ["", "--compress"] {
-        let answer = within(16, &format!("rotor.mtx --force {options}"));
+        let answer = folder.run_within(16, &format!("rotor.mtx --force {options}"));
         answer.is_error(
             2,
             &["rotor.dcb.h5: larger than a file may be here", "needs "],
         );
         assert_eq!(folder.contents(), before);
     }
-    let answer = within(16, "rotor.mtx --force --factor disk");
+    let answer = folder.run_within(16, "rotor.mtx --force --factor disk");
     answer.is_error(2, &["cannot keep the factor here, which needs ", "MB"]);
     assert_eq!(folder.contents(), before);
 }
@@ -94,23 +89,9 @@ fn a_full_standard_output_is_an_error() {
     let Ok(full) = fs::File::options().write(true).open("/dev/full") else {
         return skipped("no /dev/full here");
     };
-    let answer = answer_with_stdout(&folder, full);
-    answer.is_error(2, &["standard output", "No space left"]);
-}
-
-fn answer_with_stdout(folder: &Folder, stdout: fs::File) -> crate::support::Answer {
     let mut command = folder.command("inspect rotor.dcb.h5 --json");
-    let child = command
-        .stdout(stdout)
-        .stderr(std::process::Stdio::piped())
-        .spawn()
-        .unwrap();
-    let output = child.wait_with_output().unwrap();
-    crate::support::Answer {
-        code: output.status.code(),
-        stdout: String::new(),
-        stderr: String::from_utf8(output.stderr).unwrap(),
-    }
+    let answer = answer(command.stdout(full));
+    answer.is_error(2, &["standard output", "No space left"]);
 }
 
 #[test]
@@ -123,26 +104,15 @@ fn a_reader_that_closes_the_pipe_early_is_no_error() {
         "--help",
         "schema",
     ] {
-        let script = format!(
-            "{} {arguments} | true; exit ${{PIPESTATUS[0]}}",
-            crate::support::REDUCE
-        );
-        let mut shell = Command::new("bash");
-        shell.args(["-c", &script]).current_dir(folder.path("."));
-        let answer = answer(&mut shell);
-        assert_eq!(
-            (answer.code, answer.stderr.as_str()),
-            (Some(0), ""),
-            "{arguments}"
-        );
+        let script = format!("\"$0\" {arguments} | true; exit ${{PIPESTATUS[0]}}");
+        let answer = answer(&mut folder.shell(&script));
+        assert_eq!((answer.code, answer.stderr.as_str()), (Some(0), ""));
     }
 }
 
 #[test]
 fn nobody_listening_to_errors_is_no_crash() {
     let folder = Folder::rotor();
-    let script = format!("{} nowhere.mtx 2>&-", crate::support::REDUCE);
-    let mut shell = Command::new("bash");
-    shell.args(["-c", &script]).current_dir(folder.path("."));
+    let mut shell = folder.shell("\"$0\" nowhere.mtx 2>&-");
     assert_eq!(answer(&mut shell).code, Some(2));
 }

@@ -1,12 +1,11 @@
 //! `reduce inspect`.
 
 use dcb_formats::Superelement;
-use dcb_formats::dcb::{Contents, SuperelementFile, WriteOptions, write_superelement};
-use dcb_formats::output::Replace;
+use dcb_formats::dcb::read_superelement;
 use dcb_superelement::Selection;
 use serde_json::json;
 
-use crate::support::{Folder, stored};
+use crate::support::{Folder, list, number, says, stored};
 
 #[test]
 fn json_has_what_the_reduction_found() {
@@ -26,9 +25,9 @@ fn json_has_what_the_reduction_found() {
         json!(["ux", "uy", "uz", "rx", "ry", "rz"])
     );
     // From the Ansys model's documentation, to its digits.
-    assert!((found["mass"].as_f64().unwrap() - 77.97).abs() < 0.005);
-    assert!((found["frequencies_hz"][0].as_f64().unwrap() - 104.637).abs() < 5e-4);
-    assert_eq!(found["inertia"].as_array().unwrap().len(), 3);
+    assert!((number(&found["mass"]) - 77.97).abs() < 0.005);
+    assert!((number(&found["frequencies_hz"][0]) - 104.637).abs() < 5e-4);
+    assert_eq!(list(&found["inertia"]).len(), 3);
     assert_eq!(found["residual_rank"], 12);
     assert_eq!(found["has_fields"], true);
     assert_eq!(found["warnings"], json!([]));
@@ -43,15 +42,14 @@ fn text_shows_the_same_in_columns() {
     let folder = Folder::rotor();
     folder.done("rotor.mtx --modes 4");
     let shown = folder.done("inspect rotor.dcb.h5");
-    for words in [
+    says!(
+        shown,
         "rotor: spatial superelement, format 1.4, units m kg s, frame mean-axis",
         "mass      7.796604705e+01 kg",
         "   1          104.637010551",
         "bearing-left   average",
-        "made from rotor.mass.mtx (mass, sha256 ",
-    ] {
-        assert!(shown.contains(words), "`{words}` is missing:\n{shown}");
-    }
+        "made from rotor.mass.mtx (mass, sha256 "
+    );
     let lines: Vec<&str> = shown.lines().collect();
     let tensor = lines
         .iter()
@@ -90,9 +88,7 @@ fn text_shows_the_same_in_columns() {
 fn residuals_of_selected_modes_are_their_own() {
     let folder = Folder::rotor();
     folder.done("rotor.mtx --modes 6");
-    let path = folder.path("rotor.dcb.h5");
-    let file = SuperelementFile::open(&path).unwrap();
-    let mut whole = file.superelement().unwrap();
+    let mut whole = read_superelement(&folder.path("rotor.dcb.h5")).unwrap();
     whole.provenance.quality["mode_residuals"] = json!([1e-11, 2e-11, 3e-11, 4e-11, 5e-11, 6e-11]);
     // Twice: the second selection counts among the modes of the first.
     let selected = |of: &Superelement, modes: &[usize]| {
@@ -102,16 +98,7 @@ fn residuals_of_selected_modes_are_their_own() {
     let first = selected(&whole, &[0, 1, 3, 5]);
     let second = selected(&first, &[1, 2, 3]);
     let residuals = |element: &Superelement| -> Vec<String> {
-        let contents = Contents {
-            superelement: element,
-            recovery: None,
-            mesh: None,
-        };
-        let options = WriteOptions {
-            replace_existing: Replace::Overwrite,
-            ..WriteOptions::default()
-        };
-        write_superelement(&path, &contents, &options).unwrap();
+        folder.store_superelement("rotor.dcb.h5", element);
         let shown = folder.done("inspect rotor.dcb.h5");
         let lines = shown.lines().skip_while(|line| !line.starts_with("mode "));
         let lines = lines.skip(1).take(element.mode_count());
@@ -131,10 +118,7 @@ fn residuals_of_selected_modes_are_their_own() {
     );
     assert_eq!(residuals(&second), ["2.0e-11", "4.0e-11", "6.0e-11"]);
     let verified = folder.done("verify rotor.dcb.h5 --component rotor.mtx");
-    assert!(
-        verified.contains("taken out of a larger superelement"),
-        "{verified}"
-    );
+    says!(verified, "taken out of a larger superelement");
 }
 
 #[test]
@@ -146,13 +130,11 @@ fn a_planar_part_is_shown_in_its_plane() {
     assert!(found["inertia"].is_f64());
     assert_eq!(found["first_omitted_eigenvalue"], json!(null));
     let shown = folder.done("inspect rod.dcb.h5");
-    assert!(
-        shown.contains("planar superelement") && shown.contains("every finite mode is kept"),
-        "{shown}"
-    );
-    assert!(
-        shown.contains("attachment coordinates: 0 for 4 rows; the modes say all there is"),
-        "{shown}"
+    says!(
+        shown,
+        "planar superelement",
+        "every finite mode is kept",
+        "attachment coordinates: 0 for 4 rows; the modes say all there is"
     );
 }
 
@@ -162,7 +144,7 @@ fn a_frozen_file_of_the_first_version_is_shown() {
         let path = stored("tests/data/frozen").join(name);
         let folder = Folder::empty();
         let shown = folder.done(&format!("inspect {}", path.display()));
-        assert!(shown.contains("format 1.0"), "{shown}");
+        says!(shown, "format 1.0");
         folder.inspected(&path.display().to_string());
     }
 }
@@ -177,7 +159,7 @@ fn errors_are_shown_between_their_bounds() {
     for form in ["strong", "static"] {
         for measure in ["collocated", "transfer"] {
             let bounds = &errors[form][measure]["largest"];
-            let bound = |key: &str| bounds[key].as_f64().unwrap();
+            let bound = |key: &str| number(&bounds[key]);
             assert!(
                 0.0 < bound("lower") && bound("lower") < bound("upper"),
                 "{form} {measure}: {bounds}"
@@ -187,18 +169,19 @@ fn errors_are_shown_between_their_bounds() {
     let of = |form: &str| errors[form]["collocated"]["largest"]["upper"].as_f64();
     assert!(of("strong") < of("static"), "{errors}");
     let shown = folder.done("inspect rotor.dcb.h5 --band 1:20");
-    for words in [
+    says!(
+        shown,
         "errors, rigorous bounds from 1.0000 to 20.0000 Hz, loss factor 0.02",
         "collocated response",
-        "kept free frequencies              up to ",
-    ] {
-        assert!(shown.contains(words), "`{words}` is missing:\n{shown}");
-    }
-    folder.refused(
-        "inspect rotor.dcb.h5 --band 10:1000",
-        &["1000", "first frequency left out", "keep more modes"],
+        "kept free frequencies              up to "
     );
-    folder.refused("inspect rotor.dcb.h5 --band 100", &["10:2000"]);
+    folder.refused_each(&[
+        (
+            "inspect rotor.dcb.h5 --band 10:1000",
+            &["1000", "first frequency left out", "keep more modes"],
+        ),
+        ("inspect rotor.dcb.h5 --band 100", &["10:2000"]),
+    ]);
     let old = stored("tests/data/frozen/planar-1.1.dcb.h5");
     folder.refused(
         &format!("inspect {} --band 1:2", old.display()),
@@ -225,13 +208,15 @@ fn errors_can_be_left_out() {
 #[test]
 fn other_files_are_refused() {
     let folder = Folder::rotor();
-    folder.refused("inspect nowhere.h5", &["nowhere.h5", "cannot read"]);
-    folder.refused("inspect rotor.mtx", &["rotor.mtx", "isn't an HDF5 file"]);
-    folder.refused("inspect .", &[".", "isn't a file"]);
+    folder.refused_each(&[
+        ("inspect nowhere.h5", &["nowhere.h5", "cannot read"]),
+        ("inspect rotor.mtx", &["rotor.mtx", "isn't an HDF5 file"]),
+        ("inspect .", &[".", "isn't a file"]),
+    ]);
     folder.write("empty.h5", "");
     folder.refused("inspect empty.h5", &["empty.h5"]);
     folder.done("rotor.mtx");
-    let whole = std::fs::read(folder.path("rotor.dcb.h5")).unwrap();
+    let whole = folder.bytes("rotor.dcb.h5");
     folder.write("half.h5", &whole[..whole.len() / 2]);
     folder.refused("inspect half.h5", &["half.h5"]);
 }

@@ -1,19 +1,16 @@
 //! Ctrl-C and other signals, and what killed runs leave.
 
-use std::process::{Child, Command, Stdio};
+use std::process::Child;
 use std::time::Duration;
 
-use crate::support::Folder;
+use crate::support::{Answer, Folder, stopped};
 
 /// At several moments of a reduction that takes seconds.
 #[test]
 fn an_interrupted_reduction_leaves_nothing() {
     let folder = Folder::with(&dcb_samples::connecting_rod(1));
-    let interrupted = [200, 500, 1000].map(|milliseconds| {
-        interrupted(&folder, |_| {
-            std::thread::sleep(Duration::from_millis(milliseconds))
-        })
-    });
+    let wait = |milliseconds| std::thread::sleep(Duration::from_millis(milliseconds));
+    let interrupted = [200, 500, 1000].map(|time| interrupted(&folder, |_| wait(time)));
     assert!(
         interrupted.contains(&true),
         "all of it is done within 200 ms"
@@ -26,31 +23,26 @@ fn a_reduction_that_is_asked_to_end_leaves_nothing() {
     let folder = Folder::with(&dcb_samples::connecting_rod(1));
     let before = folder.names();
     for (signal, status, word) in [
-        ("-TERM", 143, "terminated (SIGTERM)"),
-        ("-HUP", 129, "hung up (SIGHUP)"),
+        ("TERM", 143, "terminated (SIGTERM)"),
+        ("HUP", 129, "hung up (SIGHUP)"),
     ] {
-        let mut stopped = false;
+        let mut came_in_time = false;
         for milliseconds in [50, 100, 150, 200, 300, 400, 500, 1000] {
-            let mut command = folder.command("part.mtx --modes 20 --force");
-            let child = command.stderr(Stdio::piped()).spawn().unwrap();
+            let child = folder.start("part.mtx --modes 20 --force");
             std::thread::sleep(Duration::from_millis(milliseconds));
-            let _ = Command::new("kill")
-                .args([signal, &child.id().to_string()])
-                .status();
-            let output = child.wait_with_output().unwrap();
-            if output.status.code() == Some(status) {
-                stopped = true;
-                let stderr = String::from_utf8_lossy(&output.stderr);
+            let Answer { code, stderr, .. } = stopped(signal, child);
+            if code == Some(status) {
+                came_in_time = true;
                 // Nothing is said of what hadn't begun.
                 let told = format!("{word}: nothing was written\n");
                 assert!(stderr.is_empty() || stderr == told, "{stderr}");
                 assert_eq!(folder.names(), before);
             } else {
-                assert_eq!(output.status.code(), Some(0), "{output:?}");
+                assert_eq!(code, Some(0), "{stderr}");
                 folder.remove("part.dcb.h5");
             }
         }
-        assert!(stopped, "all of it is done within 200 ms");
+        assert!(came_in_time, "all of it is done within 200 ms");
     }
 }
 
@@ -59,11 +51,13 @@ fn a_reduction_that_is_asked_to_end_leaves_nothing() {
 fn a_reduction_interrupted_while_writing_leaves_nothing() {
     let folder = Folder::with(&dcb_samples::connecting_rod(0));
     for _ in 0..5 {
-        interrupted(&folder, |running| {
-            while !is_writing(&folder) && running.try_wait().unwrap().is_none() {
-                std::hint::spin_loop();
-            }
-        });
+        interrupted(&folder, |running| wait_for_writing(&folder, running));
+    }
+}
+
+fn wait_for_writing(folder: &Folder, running: &mut Child) {
+    while !is_writing(folder) && running.try_wait().unwrap().is_none() {
+        std::hint::spin_loop();
     }
 }
 
@@ -79,29 +73,18 @@ fn is_writing(folder: &Folder) -> bool {
 /// Runs a reduction, interrupts it at a moment, and says whether that came in time. Either nothing is left or all is done.
 fn interrupted(folder: &Folder, moment: impl FnOnce(&mut Child)) -> bool {
     let before = folder.names();
-    let mut command = folder.command("part.mtx --modes 20");
-    let mut child = command
-        .stdout(Stdio::piped())
-        .stderr(Stdio::piped())
-        .spawn()
-        .unwrap();
+    let mut child = folder.start("part.mtx --modes 20");
     moment(&mut child);
-    let _ = Command::new("kill")
-        .args(["-INT", &child.id().to_string()])
-        .status();
-    let output = child.wait_with_output().unwrap();
-    let stderr = String::from_utf8_lossy(&output.stderr).into_owned();
+    let Answer { code, stderr, .. } = stopped("INT", child);
     if folder.path("part.dcb.h5").exists() {
         folder.done("verify part.dcb.h5");
         folder.remove("part.dcb.h5");
     } else {
-        assert_eq!(
-            (output.status.code(), stderr.as_str()),
-            (Some(130), "interrupted: nothing was written\n")
-        );
+        let told = "interrupted: nothing was written\n";
+        assert_eq!((code, stderr.as_str()), (Some(130), told));
     }
-    assert_eq!(folder.names(), before, "{output:?}");
-    output.status.code() == Some(130)
+    assert_eq!(folder.names(), before, "{stderr}");
+    code == Some(130)
 }
 
 /// Files of a killed run are removed by the next one that writes this file, and by no other.
@@ -111,15 +94,8 @@ fn leftovers_of_killed_runs_are_removed() {
     let before = folder.names();
     let mut killed = 0;
     for _ in 0..20 {
-        let mut command = folder.command("part.mtx --modes 20");
-        let mut running = command
-            .stdout(Stdio::null())
-            .stderr(Stdio::null())
-            .spawn()
-            .unwrap();
-        while !is_writing(&folder) && running.try_wait().unwrap().is_none() {
-            std::hint::spin_loop();
-        }
+        let mut running = folder.start("part.mtx --modes 20");
+        wait_for_writing(&folder, &mut running);
         running.kill().unwrap();
         running.wait().unwrap();
         match folder.path("part.dcb.h5").exists() {
@@ -144,14 +120,9 @@ fn two_reductions_of_one_part_at_a_time_end_well() {
     let before = folder.names();
     for (options, refused) in [("", 1), ("--force", 0)] {
         for _ in 0..4 {
-            let start = || {
-                let words = format!("part.mtx --modes 20 {options}");
-                let mut command = folder.command(&words);
-                command.stdout(Stdio::null()).stderr(Stdio::piped());
-                command.spawn().unwrap()
-            };
-            let both = [start(), start()].map(|child| child.wait_with_output().unwrap());
-            let ends = both.each_ref().map(|output| output.status.code());
+            let start = || folder.start(&format!("part.mtx --modes 20 {options}"));
+            let both = [start(), start()].map(Answer::at_end);
+            let ends = both.each_ref().map(|answer| answer.code);
             let failed = ends.iter().filter(|code| **code == Some(2)).count();
             assert!(failed == refused && ends.contains(&Some(0)), "{both:?}");
             folder.done("verify part.dcb.h5");

@@ -4,23 +4,11 @@
 use std::fs;
 use std::os::unix::fs::PermissionsExt;
 use std::os::unix::process::ExitStatusExt;
-use std::process::{Command, Output};
+use std::process::Command;
 
-use crate::support::{Folder, REDUCE};
-
-fn text(bytes: &[u8]) -> String {
-    String::from_utf8_lossy(bytes).into_owned()
-}
-
-/// The program with so many kilobytes of address space.
-fn within(kilobytes: u64, folder: &Folder, arguments: &str) -> Output {
-    let script = format!("ulimit -v {kilobytes}; ulimit -c 0; exec \"$0\" {arguments}");
-    Command::new("sh")
-        .args(["-c", &script, REDUCE])
-        .current_dir(folder.path(""))
-        .output()
-        .unwrap()
-}
+use crate::PROGRAM;
+use crate::part_folder::is_root;
+use crate::support::{Answer, Folder, answer, says};
 
 /// Allowed outcomes: done, or one message, status 1 and no file left.
 #[test]
@@ -29,12 +17,9 @@ fn memory_that_is_refused_is_told_and_leaves_nothing() {
     let before = folder.names();
     let (mut refused, mut told, mut done) = (0, 0, 0);
     for megabytes in [50, 60, 75, 90, 110, 130, 150, 180, 220, 260, 400, 2000] {
-        let output = within(
-            1024 * megabytes,
-            &folder,
-            "part.mtx --quiet -o out.dcb.h5 --force --threads 2",
-        );
-        let stderr = text(&output.stderr);
+        let arguments = "part.mtx --quiet -o out.dcb.h5 --force --threads 2";
+        let output = folder.run_in_memory(1024 * megabytes, arguments);
+        let stderr = String::from_utf8_lossy(&output.stderr);
         assert_eq!(output.status.signal(), None, "{megabytes} MB: {stderr}");
         match output.status.code() {
             Some(0) => {
@@ -74,13 +59,9 @@ fn memory_that_is_refused_is_told_and_leaves_nothing() {
 #[test]
 fn threads_are_fewer_where_their_stacks_have_no_room() {
     let folder = Folder::rotor();
-    let output = within(2_000_000, &folder, "rotor.mtx --threads 1000");
-    let stderr = text(&output.stderr);
-    assert_eq!(output.status.code(), Some(0), "{stderr}");
-    assert!(
-        stderr.starts_with("note: ") && stderr.contains("threads instead of 1000"),
-        "{stderr}"
-    );
+    let answer = Answer::of(folder.run_in_memory(2_000_000, "rotor.mtx --threads 1000"));
+    assert_eq!(answer.code, Some(0), "{answer:?}");
+    says!(answer.stderr, "note: ", "threads instead of 1000");
 }
 
 /// With no thread beside the first one, the program works alone, and its results are the same.
@@ -89,11 +70,10 @@ fn a_program_that_may_start_no_thread_works_alone() {
     let folder = Folder::rotor();
     folder.done("rotor.mtx -o free.dcb.h5");
     fs::set_permissions(folder.path(""), fs::Permissions::from_mode(0o777)).unwrap();
-    let is_root = text(&Command::new("id").arg("-u").output().unwrap().stdout).trim() == "0";
     let program = folder.path("program");
-    fs::copy(REDUCE, &program).unwrap();
+    fs::copy(PROGRAM, &program).unwrap();
     // Limits don't hold for root.
-    let mut command = match is_root {
+    let mut command = match is_root() {
         true => {
             let mut command = Command::new("setpriv");
             command.args([
@@ -106,21 +86,10 @@ fn a_program_that_may_start_no_thread_works_alone() {
         }
         false => Command::new("prlimit"),
     };
-    let output = command
-        .arg("--nproc=1")
-        .arg(&program)
-        .args(["rotor.mtx", "-o", "alone.dcb.h5", "--threads", "4"])
-        .current_dir(folder.path(""))
-        .output()
-        .unwrap();
-    let stderr = text(&output.stderr);
-    assert_eq!(output.status.code(), Some(0), "{stderr}");
-    assert!(
-        stderr.starts_with("note: 1 thread instead of 4"),
-        "{stderr}"
-    );
-    assert!(!stderr.contains("panicked"), "{stderr}");
-    let digest = |name: &str| folder.inspected(name)["digest"].clone();
-    assert!(digest("alone.dcb.h5").is_string());
-    assert_eq!(digest("alone.dcb.h5"), digest("free.dcb.h5"));
+    command.arg("--nproc=1").arg(&program);
+    command.args(["rotor.mtx", "-o", "alone.dcb.h5", "--threads", "4"]);
+    let answer = answer(command.current_dir(folder.path("")));
+    assert_eq!(answer.code, Some(0), "{answer:?}");
+    says!(answer.stderr, "note: 1 thread instead of 4");
+    assert_eq!(folder.digest("alone.dcb.h5"), folder.digest("free.dcb.h5"));
 }

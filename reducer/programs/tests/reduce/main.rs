@@ -16,9 +16,16 @@ mod limits;
 mod memory;
 mod options;
 mod output;
+mod part_folder;
 mod scene;
 mod strangers;
 mod study;
-mod support;
 mod unit_systems;
 mod verify;
+// Each program needs its part of it.
+#[allow(dead_code)]
+#[path = "../support/mod.rs"]
+mod support;
+
+/// The program.
+const PROGRAM: &str = env!("CARGO_BIN_EXE_reduce");

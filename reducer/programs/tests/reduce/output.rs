@@ -4,7 +4,8 @@ use std::fs;
 use std::os::unix::fs::{PermissionsExt, symlink};
 use std::os::unix::process::CommandExt;
 
-use crate::support::{Folder, answer, is_root, skipped};
+use crate::part_folder::{is_root, skipped};
+use crate::support::{Folder, answer};
 
 #[test]
 fn an_existing_output_is_kept_unless_forced() {
@@ -20,15 +21,17 @@ fn an_existing_output_is_kept_unless_forced() {
 #[test]
 fn an_output_needs_a_folder_and_a_name() {
     let folder = Folder::rotor();
-    folder.refused("rotor.mtx -o .", &[".", "is a folder"]);
-    folder.refused(
-        "rotor.mtx -o no/x.dcb.h5",
-        &["no/x.dcb.h5", "doesn't exist"],
-    );
-    folder.refused(
-        "rotor.mtx -o rotor.json/x.dcb.h5",
-        &["rotor.json", "doesn't exist"],
-    );
+    folder.refused_each(&[
+        ("rotor.mtx -o .", &[".", "is a folder"]),
+        (
+            "rotor.mtx -o no/x.dcb.h5",
+            &["no/x.dcb.h5", "doesn't exist"],
+        ),
+        (
+            "rotor.mtx -o rotor.json/x.dcb.h5",
+            &["rotor.json", "doesn't exist"],
+        ),
+    ]);
 }
 
 #[test]
@@ -44,24 +47,28 @@ fn an_input_is_never_written_over() {
         "alias.h5",
         "hard.h5",
     ] {
-        folder.refused(&format!("rod.mtx --force -o {name}"), &["is an input"]);
-        folder.refused(&format!("rod.mtx --timings {name}"), &["is an input"]);
+        folder.refused_each(&[
+            (&format!("rod.mtx --force -o {name}"), &["is an input"]),
+            (&format!("rod.mtx --timings {name}"), &["is an input"]),
+        ]);
     }
 }
 
 #[test]
 fn timings_are_not_the_output_and_their_place_is_checked_first() {
     let folder = Folder::rotor();
-    folder.refused(
-        "rotor.mtx --timings rotor.dcb.h5",
-        &["rotor.dcb.h5", "is the output"],
-    );
-    folder.refused("rotor.mtx --timings ./rotor.dcb.h5", &["is the output"]);
-    folder.refused(
-        "rotor.mtx --timings no/times.json",
-        &["no/times.json", "doesn't exist"],
-    );
-    folder.refused("rotor.mtx --timings .", &["is a folder"]);
+    folder.refused_each(&[
+        (
+            "rotor.mtx --timings rotor.dcb.h5",
+            &["rotor.dcb.h5", "is the output"],
+        ),
+        ("rotor.mtx --timings ./rotor.dcb.h5", &["is the output"]),
+        (
+            "rotor.mtx --timings no/times.json",
+            &["no/times.json", "doesn't exist"],
+        ),
+        ("rotor.mtx --timings .", &["is a folder"]),
+    ]);
 }
 
 /// As `nobody` where the test is root, whom nothing stops.

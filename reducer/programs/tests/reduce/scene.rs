@@ -2,21 +2,20 @@
 
 use std::fs;
 
-use dcb_formats::component::{Component, Interface, InterfaceKind, Role, Weights};
+use dcb_formats::component::InterfaceKind;
 use dcb_runtime::{Mechanism, Scene};
-use dcb_samples::{Material, SolidElement, box_block};
+use dcb_samples::SolidElement;
+use dcb_tests::parts::{interface, steel_box, with_interfaces};
 use serde_json::{Value, json};
 
-use crate::support::{Folder, stored};
+use crate::support::{Folder, list, number, says, stored};
 
 /// The planar rod and the slider-crank that it belongs to, whose steps are ten times as long, so that the rod's four elements have enough modes.
 fn slider_crank() -> Folder {
     let folder = Folder::rod();
     let scene = fs::read_to_string(stored("samples/slider-crank/scene.json")).unwrap();
     folder.write("scene.json", scene);
-    folder.edit("scene.json", |scene| {
-        scene["integrator"]["generalized_alpha"]["step"] = json!(1e-4);
-    });
+    folder.set("scene.json", "integrator/generalized_alpha/step", 1e-4);
     folder
 }
 
@@ -24,48 +23,37 @@ fn slider_crank() -> Folder {
 fn the_rod_of_the_slider_crank_is_reduced_for_it() {
     let folder = slider_crank();
     let shown = folder.done("rod.mtx --scene scene.json --tolerance 1e-3");
-    for says in [
+    says!(
+        shown,
         "made for scene.json, which asks",
         "interface    \"a\" takes fx fy from joints.wrist",
         "node         2 for outputs.midpoint_deflection",
         "fields of 1 of 5 nodes",
         " dynamic attachments (",
         "error of the responses certified between",
-        "tolerance 1.0e-03",
-    ] {
-        assert!(shown.contains(says), "{says} is missing:\n{shown}");
-    }
+        "tolerance 1.0e-03"
+    );
     folder.done("verify rod.dcb.h5");
     let verified = folder.done("verify rod.dcb.h5 --component rod.mtx");
-    assert!(
-        verified.contains("taken out of a larger superelement"),
-        "{verified}"
-    );
+    says!(verified, "taken out of a larger superelement");
     // It is all in the file.
     let inspected = folder.done("inspect rod.dcb.h5");
-    assert!(
-        inspected.contains("made for scene.json, which asks"),
-        "{inspected}"
-    );
+    says!(inspected, "made for scene.json, which asks");
     let found = folder.inspected("rod.dcb.h5");
     let fit = &found["quality"]["scene"];
-    let number = |key: &str| fit[key].as_f64().unwrap();
     assert!(
-        number("certified") <= 0.5e-3 && number("total") <= 1e-3,
+        number(&fit["certified"]) <= 0.5e-3 && number(&fit["total"]) <= 1e-3,
         "{fit}"
     );
-    assert!(number("certified") <= number("total"));
+    assert!(number(&fit["certified"]) <= number(&fit["total"]));
     assert_eq!(fit["bodies"], json!(["rod"]));
     assert_eq!(
         found["options"]["scene"],
         json!({"file": "scene.json", "bodies": ["rod"], "tolerance": 1e-3})
     );
-    let modes = found["eigenvalues"].as_array().unwrap().len();
+    let modes = list(&found["eigenvalues"]).len();
     assert_eq!(fit["kept"]["modes"]["kept"], json!(modes));
-    assert_eq!(
-        found["quality"]["mode_residuals"].as_array().unwrap().len(),
-        modes
-    );
+    assert_eq!(list(&found["quality"]["mode_residuals"]).len(), modes);
 }
 
 #[test]
@@ -73,9 +61,7 @@ fn bodies_are_found_by_file_or_named() {
     let folder = slider_crank();
     // By the part's own name, whatever the output is called.
     folder.done("rod.mtx --scene scene.json -o other.dcb.h5");
-    folder.edit("scene.json", |scene| {
-        scene["bodies"]["rod"]["superelement"] = json!("arm.dcb.h5");
-    });
+    folder.set("scene.json", "bodies/rod/superelement", "arm.dcb.h5");
     folder.done("rod.mtx --scene scene.json -o arm.dcb.h5");
     folder.done("rod.mtx --scene scene.json --body rod");
     let says = [
@@ -89,11 +75,13 @@ fn bodies_are_found_by_file_or_named() {
         "no superelement is called \"crank\"",
         "\"rod\" (arm.dcb.h5)",
     ];
-    folder.refused("rod.mtx --scene scene.json -o x.dcb.h5 --body crank", &says);
-    folder.refused(
-        "rod.mtx --scene scene.json -o x.dcb.h5 --body rod,wheel",
-        &["no superelement is called \"wheel\""],
-    );
+    folder.refused_each(&[
+        ("rod.mtx --scene scene.json -o x.dcb.h5 --body crank", &says),
+        (
+            "rod.mtx --scene scene.json -o x.dcb.h5 --body rod,wheel",
+            &["no superelement is called \"wheel\""],
+        ),
+    ]);
 }
 
 #[test]
@@ -125,7 +113,7 @@ fn slips_and_broken_scenes_are_refused() {
     ] {
         folder.refused(&format!("rod.mtx {arguments}"), &[says]);
     }
-    let sound: Value = serde_json::from_str(&folder.read("scene.json")).unwrap();
+    let sound = folder.json("scene.json");
     let broken = |change: &dyn Fn(&mut Value), says: &[&str]| {
         let mut scene = sound.clone();
         change(&mut scene);
@@ -174,41 +162,24 @@ fn slips_and_broken_scenes_are_refused() {
 
 /// A steel block with both ends as interfaces, some of its nodes fixed to each other as a `lug`, and a planar pendulum of it with a force at its end.
 fn pendulum_of_a_block(lug: impl Fn([f64; 3]) -> bool) -> Folder {
-    let sides = [0.4, 0.1, 0.06];
-    let mut block =
-        box_block([4, 2, 2], sides, SolidElement::Hexahedron, &Material::STEEL).into_draft();
-    block.name = "part".into();
-    let interface = |name: &str, nodes: Vec<u32>| Interface {
-        name: name.into(),
-        kind: InterfaceKind::Average,
-        nodes,
-        position: None,
-        weights: Weights::Uniform,
-        axes: None,
-        directions: None,
-        role: Role::Attachment,
-    };
+    let block = steel_box([4, 2, 2], SolidElement::Hexahedron);
+    let block = block.changed(|draft| draft.name = "part".into()).unwrap();
     let nodes = 0..block.mesh.node_count() as u32;
-    let on_lug: Vec<u32> = nodes
-        .filter(|node| lug(block.mesh.position(*node)))
-        .collect();
-    let middle = (0..block.mesh.node_count() as u32).find(|node| {
-        let place = block.mesh.position(*node);
-        let apart = place
-            .iter()
-            .zip([0.2, 0.1, 0.06])
-            .map(|(a, b)| (a - b).abs());
-        apart.sum::<f64>() < 1e-9
-    });
+    let at = |node: &u32| block.mesh.position(*node);
+    let on_lug: Vec<u32> = nodes.clone().filter(|node| lug(at(node))).collect();
+    let apart = |node: &u32| -> f64 {
+        let pairs = at(node).into_iter().zip([0.2, 0.1, 0.06]);
+        pairs.map(|(a, b)| (a - b).abs()).sum()
+    };
+    let middle = nodes.clone().find(|node| apart(node) < 1e-9);
+    let frame = |name: &str, nodes| interface(name, InterfaceKind::Average, nodes);
     let set = |name: &str| block.mesh.point_sets[name].clone();
-    block.interfaces = vec![
-        interface("left", set("x_min")),
-        interface("right", set("x_max")),
-    ];
+    let mut interfaces = vec![frame("left", set("x_min")), frame("right", set("x_max"))];
     if !on_lug.is_empty() {
-        block.interfaces.push(interface("lug", on_lug));
+        interfaces.push(frame("lug", on_lug));
     }
-    let folder = Folder::with(&Component::checked(block).unwrap());
+    let block = with_interfaces(&block, interfaces);
+    let folder = Folder::with(&block);
     let scene = json!({
         "dimension": 2,
         "units": {"length": "m", "mass": "kg", "time": "s"},
@@ -241,20 +212,21 @@ fn bent(folder: &Folder) -> Vec<f64> {
 fn a_spatial_part_is_reduced_for_a_planar_scene_that_runs_it() {
     let folder = pendulum_of_a_block(|_| false);
     let shown = folder.done("part.mtx --scene scene.json --tolerance 1e-3");
-    for says in [
+    says!(
+        shown,
         "interface    \"left\" takes fx fy from joints.hinge",
         "the scene is planar: the spatial part is taken through its plane of symmetry",
         "that lead out of the plane across z",
-        "error of the responses certified between",
-    ] {
-        assert!(shown.contains(says), "{says} is missing:\n{shown}");
-    }
+        "error of the responses certified between"
+    );
     folder.done("verify part.dcb.h5");
     folder.done("verify part.dcb.h5 --component part.mtx");
     let inspected = folder.done("inspect part.dcb.h5");
-    for says in ["part: planar superelement", "errors, rigorous bounds from"] {
-        assert!(inspected.contains(says), "{says} is missing:\n{inspected}");
-    }
+    says!(
+        inspected,
+        "part: planar superelement",
+        "errors, rigorous bounds from"
+    );
     // A force that sets in at once excites everything: the tighter, the closer.
     let loose = bent(&folder);
     folder.done("part.mtx --scene scene.json --tolerance 1e-6 --force");
@@ -305,9 +277,11 @@ fn a_tolerance_that_is_not_reached_is_a_failure_with_numbers() {
 #[test]
 fn a_body_that_nothing_refers_to_could_be_rigid() {
     let folder = slider_crank();
-    folder.edit("scene.json", |scene| {
-        scene["bodies"]["spare"] = json!({"superelement": "spare.dcb.h5"});
-    });
+    folder.set(
+        "scene.json",
+        "bodies/spare",
+        json!({"superelement": "spare.dcb.h5"}),
+    );
     let answer = folder.warned(
         "rod.mtx --scene scene.json -o spare.dcb.h5",
         &[
@@ -315,11 +289,7 @@ fn a_body_that_nothing_refers_to_could_be_rigid() {
             "a rigid body would do",
         ],
     );
-    assert!(
-        answer.stdout.contains("no mode is kept"),
-        "{}",
-        answer.stdout
-    );
+    says!(answer.stdout, "no mode is kept");
     let found = folder.inspected("spare.dcb.h5");
     assert_eq!(found["eigenvalues"], json!([]));
     assert_eq!(found["interfaces"], json!([]));
@@ -336,13 +306,11 @@ fn loads_that_act_get_columns_and_others_go() {
         }
         folder.write(&format!("rod.load.{name}.mtx"), text);
     }
-    folder.edit("scene.json", |scene| {
-        scene["loads"] = json!({"gust": {"part_load": {"body": "rod", "load": "wind", "factor": {"formula": "sin(9*t)"}}}});
-    });
+    folder.set("scene.json", "loads", json!({"gust": {"part_load": {"body": "rod", "load": "wind", "factor": {"formula": "sin(9*t)"}}}}));
     let shown = folder.done("rod.mtx --scene scene.json --tolerance 1e-2");
-    assert!(
-        shown.contains("without loads \"idle\": the scene doesn't apply them"),
-        "{shown}"
+    says!(
+        shown,
+        "without loads \"idle\": the scene doesn't apply them",
+        "load wind"
     );
-    assert!(shown.contains("load wind"), "{shown}");
 }

@@ -2,18 +2,13 @@
 
 use std::collections::BTreeMap;
 use std::fs;
-use std::process::{Command, Stdio};
 use std::time::Duration;
 
 use serde_json::Value;
 
-use crate::support::Folder;
+use crate::support::{Folder, list, number, says, stopped};
 
 const SMALL: &str = "study rotor.mtx --modes 3,6 --points 30";
-
-fn json(folder: &Folder, name: &str) -> Value {
-    serde_json::from_str(&folder.read(name)).unwrap()
-}
 
 /// The rows of the ledger by their keys.
 fn rows(folder: &Folder, study: &str) -> BTreeMap<String, Value> {
@@ -31,20 +26,15 @@ fn rows(folder: &Folder, study: &str) -> BTreeMap<String, Value> {
 fn a_study_leaves_tables_pictures_and_a_page() {
     let folder = Folder::rotor();
     let shown = folder.done(SMALL);
-    for says in [
+    says!(
+        shown,
         "rotor: 345 dofs; forces act on 12 rows (12 independent) of bearing-left, bearing-right",
         "loss factor 0.02",
         "fewest unknowns with an error up to 1e-03",
         "all of them:",
-        "wrote rotor.study/report.html",
-    ] {
-        assert!(shown.contains(says), "{says}: {shown}");
-    }
-    let made: Vec<String> = folder
-        .names()
-        .into_iter()
-        .filter(|name| name.starts_with("rotor.study/"))
-        .collect();
+        "wrote rotor.study/report.html"
+    );
+    let made = folder.names_with("rotor.study/");
     let expected = [
         "pareto.svg",
         "report.html",
@@ -54,10 +44,10 @@ fn a_study_leaves_tables_pictures_and_a_page() {
     ];
     assert_eq!(made, expected.map(|name| format!("rotor.study/{name}")));
 
-    let whole = json(&folder, "rotor.study/study.json");
+    let whole = folder.json("rotor.study/study.json");
     assert_eq!(whole["reference"]["dofs"], 345);
     assert_eq!(whole["reference"]["interfaces"][1], "bearing-right");
-    let rows = whole["rows"].as_array().unwrap();
+    let rows = list(&whole["rows"]);
     let variants: Vec<&str> = rows
         .iter()
         .map(|row| row["variant"].as_str().unwrap())
@@ -65,12 +55,12 @@ fn a_study_leaves_tables_pictures_and_a_page() {
     let once = ["strong", "static", "weak", "strong", "free"];
     assert_eq!(variants, [once, once].concat());
     for row in rows {
-        assert!(row["reduction_seconds"].as_f64().unwrap() > 0.0);
+        assert!(number(&row["reduction_seconds"]) > 0.0);
         // Nodal shapes of all columns are in the file.
         let columns = row["modes"].as_u64().unwrap() + 12;
         assert!(row["file_bytes"].as_u64().unwrap() > 8 * 345 * columns);
         let enriched = row["enrichment"] == serde_json::json!(["krylov"]);
-        assert!(enriched || row["enrichment"].as_array().unwrap().is_empty());
+        assert!(enriched || list(&row["enrichment"]).is_empty());
         let unknowns = match row["variant"].as_str().unwrap() {
             // The second block of twelve rows.
             "strong" if enriched => columns + 12,
@@ -86,11 +76,16 @@ fn a_study_leaves_tables_pictures_and_a_page() {
         table.starts_with("variant,modes,interface_modes,enrichment,"),
         "{table}"
     );
-    assert!(table.contains("\nstrong,3,,krylov,12,27,"), "{table}");
+    says!(table, "\nstrong,3,,krylov,12,27,");
 
     let page = folder.read("rotor.study/report.html");
-    assert!(page.contains("<svg") && page.contains("mode 1, 104.637") && page.contains("</html>"));
-    assert!(page.contains("Error over the band: strong+krylov"));
+    says!(
+        page,
+        "<svg",
+        "mode 1, 104.637",
+        "</html>",
+        "Error over the band: strong+krylov"
+    );
     // Nothing is fetched from anywhere.
     let links = page.replace("http://www.w3.org/2000/svg", "");
     assert!(!links.contains("http") && !links.contains("src=") && !links.contains("<script"));
@@ -105,7 +100,7 @@ fn interface_modes_are_rows_of_their_own() {
     );
     let keys: Vec<String> = rows(&folder, "s").into_keys().collect();
     assert_eq!(keys, ["free/5", "reference", "strong/5", "strong/5/4"]);
-    let whole = json(&folder, "s/study.json");
+    let whole = folder.json("s/study.json");
     let of = |row: usize, name: &str| {
         let interfaces = whole["rows"][row]["errors"]["static_response"]
             .as_array()
@@ -114,7 +109,7 @@ fn interface_modes_are_rows_of_their_own() {
             .iter()
             .find(|one| one["interface"] == name)
             .unwrap();
-        named["error"].as_f64().unwrap()
+        number(&named["error"])
     };
     assert_eq!(whole["rows"][1]["asked_interface_modes"], 4);
     assert!(of(0, "bearing-left") < 1e-9 && of(1, "bearing-left") > 1e-4);
@@ -135,12 +130,12 @@ fn further_columns_are_rows_of_their_own() {
         "strong/5+spin+krylov",
     ];
     assert_eq!(keys, expected);
-    assert!(shown.contains("\nstrong+spin+krylov "), "{shown}");
-    let whole = json(&folder, "rotor.study/study.json");
-    let rows = whole["rows"].as_array().unwrap();
-    let spin = |row: usize| rows[row]["spin_error"].as_f64().unwrap();
+    says!(shown, "\nstrong+spin+krylov ");
+    let whole = folder.json("rotor.study/study.json");
+    let rows = list(&whole["rows"]);
+    let spin = |row: usize| number(&rows[row]["spin_error"]);
     // strong, static, with spin and krylov, with krylov.
-    assert_eq!(spin(0), whole["reference"]["spin"][5].as_f64().unwrap());
+    assert_eq!(spin(0), number(&whole["reference"]["spin"][5]));
     assert_eq!(spin(0), spin(1));
     assert!(spin(2) < 1e-6 && spin(2) < spin(3) && spin(3) < spin(0));
     assert_eq!(rows[2]["enrichment"], serde_json::json!(["spin", "krylov"]));
@@ -217,10 +212,10 @@ fn a_study_goes_on_where_it_ended() {
 fn bending_modes_alone_have_no_forces_along_the_rod() {
     let folder = Folder::rod();
     folder.done("study rod.mtx --modes 5 --variants strong,free");
-    let study = json(&folder, "rod.study/study.json");
+    let study = folder.json("rod.study/study.json");
     // Three rigid motions and five modes for four rows, but none of the modes stretches the rod.
     let row = |variant: &str| {
-        let rows = study["rows"].as_array().unwrap();
+        let rows = list(&study["rows"]);
         let mut rows = rows.iter().filter(|row| row["variant"] == variant);
         rows.next().unwrap()["errors"]["interface_force"].clone()
     };
@@ -232,26 +227,22 @@ fn bending_modes_alone_have_no_forces_along_the_rod() {
 fn rows_of_another_study_are_not_mixed_in() {
     let folder = Folder::rotor();
     folder.done(SMALL);
-    folder.refused(
-        "study rotor.mtx --modes 3,6 --points 31",
-        &["rows.jsonl", "`points` is 30 there and 31 now", "--force"],
-    );
-    folder.refused(
-        "study rotor.mtx --modes 3,8 --points 30",
-        &["`band` is \"up to half of mode 6\" there and \"up to half of mode 8\" now"],
-    );
-    folder.edit("rotor.json", |description| {
-        description["component"]["name"] = "other".into();
-    });
+    folder.refused_each(&[
+        (
+            "study rotor.mtx --modes 3,6 --points 31",
+            &["rows.jsonl", "`points` is 30 there and 31 now", "--force"],
+        ),
+        (
+            "study rotor.mtx --modes 3,8 --points 30",
+            &["`band` is \"up to half of mode 6\" there and \"up to half of mode 8\" now"],
+        ),
+    ]);
+    folder.set("rotor.json", "component/name", "other");
     folder.refused(SMALL, &["`inputs.mesh`", "--force"]);
     let before = folder.read("rotor.study/rows.jsonl");
     folder.done(&format!("{SMALL} --force"));
     assert!(folder.read("rotor.study/rows.jsonl") != before);
-    assert!(
-        folder
-            .read("rotor.study/report.html")
-            .contains("other: a study")
-    );
+    says!(folder.read("rotor.study/report.html"), "other: a study");
 }
 
 #[test]
@@ -301,34 +292,18 @@ fn slips_are_refused_before_anything_is_made() {
 fn an_interrupted_study_keeps_its_rows() {
     let folder = Folder::with(&dcb_samples::connecting_rod(0));
     let arguments = "study part.mtx --modes 4,6,8,10,12,14 --points 20 --variants strong,free";
-    let mut child = folder
-        .command(arguments)
-        .stdout(Stdio::piped())
-        .stderr(Stdio::piped())
-        .spawn()
-        .unwrap();
+    let mut child = folder.start(arguments);
     let ledger = folder.path("part.study/rows.jsonl");
     let complete = || fs::read_to_string(&ledger).map_or(0, |text| text.matches('\n').count());
     // The settings, the reference and a row.
     while complete() < 3 && child.try_wait().unwrap().is_none() {
         std::thread::sleep(Duration::from_millis(5));
     }
-    let _ = Command::new("kill")
-        .args(["-INT", &child.id().to_string()])
-        .status();
-    let output = child.wait_with_output().unwrap();
-    let stderr = String::from_utf8_lossy(&output.stderr);
-    assert_eq!(output.status.code(), Some(130), "{stderr}");
-    assert!(
-        stderr.starts_with("interrupted: ") && stderr.contains("goes on from there"),
-        "{stderr}"
-    );
-    let names = folder.names();
-    assert!(
-        !names
-            .iter()
-            .any(|name| name.contains("timing") || name.contains("partial"))
-    );
+    let answer = stopped("INT", child);
+    assert_eq!(answer.code, Some(130), "{answer:?}");
+    says!(answer.stderr, "interrupted: ", "goes on from there");
+    assert_eq!(folder.names_with("timing"), [""; 0]);
+    assert_eq!(folder.names_with("partial"), [""; 0]);
     let before = fs::read_to_string(&ledger).unwrap();
     folder.done(arguments);
     let after = fs::read_to_string(&ledger).unwrap();

@@ -1,10 +1,10 @@
 //! `reduce verify`: intact and honest files pass, damaged ones are refused, altered ones don't verify.
 
 use dcb_formats::Superelement;
-use dcb_formats::dcb::{Contents, SuperelementFile, WriteOptions, write_superelement};
+use dcb_formats::dcb::{Contents, SuperelementFile, read_superelement};
 use dcb_superelement::selection::{InPlane, Normal, SYMMETRIC};
 
-use crate::support::Folder;
+use crate::support::{Folder, says};
 
 /// Writes an altered copy whose digests are right again.
 fn altered(folder: &Folder, change: impl FnOnce(&mut Superelement)) {
@@ -17,11 +17,7 @@ fn altered(folder: &Folder, change: impl FnOnce(&mut Superelement)) {
         recovery: recovery.as_ref(),
         mesh: mesh.as_ref(),
     };
-    let options = WriteOptions {
-        replace_existing: dcb_formats::output::Replace::Overwrite,
-        ..WriteOptions::default()
-    };
-    write_superelement(&folder.path("altered.dcb.h5"), &contents, &options).unwrap();
+    folder.store_contents("altered.dcb.h5", &contents);
 }
 
 #[test]
@@ -55,10 +51,7 @@ fn an_honest_superelement_is_verified_against_everything() {
         "L3",
         "I2",
     ] {
-        assert!(
-            shown.contains(&format!("ok   {what}")),
-            "{what} is missing:\n{shown}"
-        );
+        says!(shown, format!("ok   {what}"));
     }
     assert!(shown.ends_with("\nverified\n"), "{shown}");
 }
@@ -86,12 +79,10 @@ fn an_interface_reduction_is_verified_and_made_anew() {
             "rotor.mtx --modes 8 --interface-modes 5 --force {options}"
         ));
         let shown = folder.done("verify rotor.dcb.h5");
-        assert!(
-            shown.contains("interface reduction: 5 of 12 directions of F_res are kept")
-                && shown.contains(
-                    "rank of the residual transform                             5 stored, 5 found"
-                ),
-            "{shown}"
+        says!(
+            shown,
+            "interface reduction: 5 of 12 directions of F_res are kept",
+            "rank of the residual transform                             5 stored, 5 found"
         );
         let shown = folder.done("verify rotor.dcb.h5 --component rotor.mtx");
         assert_eq!(shown.contains("reduced anew"), made_anew, "{shown}");
@@ -142,12 +133,7 @@ fn an_altered_interface_reduction_does_not_verify() {
     );
     let shown = folder.run("verify altered.dcb.h5 --component rotor.mtx");
     assert_eq!(shown.code, Some(1), "{shown:?}");
-    assert!(
-        shown
-            .stdout
-            .contains("FAIL identities recomputed with K and M"),
-        "{shown:?}"
-    );
+    says!(shown.stdout, "FAIL identities recomputed with K and M");
 }
 
 #[test]
@@ -174,7 +160,7 @@ fn another_component_does_not_verify() {
             "mass: ",
         ],
     );
-    assert!(message.contains("centre of mass"), "{message}");
+    says!(message, "centre of mass");
     folder.refused(
         "verify rotor.dcb.h5 --component nowhere.mtx",
         &["nowhere.mtx", "is not there"],
@@ -186,21 +172,18 @@ fn a_flipped_byte_is_found_with_its_dataset() {
     let folder = Folder::rotor();
     folder.done("rotor.mtx --modes 4");
     let file = SuperelementFile::open(folder.path("rotor.dcb.h5")).unwrap();
-    let (superelement, fields) = (
-        file.superelement().unwrap(),
-        file.recovery().unwrap().unwrap(),
-    );
+    let superelement = file.superelement().unwrap();
+    let fields = file.recovery().unwrap().unwrap();
     for (path, value) in [
         ("/modes/eigenvalues", superelement.modes.eigenvalues[2]),
         ("/residual/sigma2", superelement.residual.sigma_squared[5]),
         ("/modes/shapes", fields.modes[(200, 1)]),
         ("/residual/shapes", fields.residual[(200, 7)]),
     ] {
-        let mut bytes = std::fs::read(folder.path("rotor.dcb.h5")).unwrap();
-        let at = bytes
-            .windows(8)
-            .position(|window| window == value.to_le_bytes())
-            .unwrap();
+        let mut bytes = folder.bytes("rotor.dcb.h5");
+        let mut numbers = bytes.windows(8);
+        let at = numbers.position(|number| number == value.to_le_bytes());
+        let at = at.unwrap();
         bytes[at] ^= 1; // the last bit of the number
         folder.write("flipped.dcb.h5", &bytes);
         folder.refused("verify flipped.dcb.h5", &["flipped.dcb.h5", path, "sha256"]);
@@ -353,9 +336,9 @@ fn a_file_without_fields_is_checked_by_another_reduction() {
     let folder = Folder::rotor();
     folder.done("rotor.mtx --modes 4 --without-fields");
     let shown = folder.done("verify rotor.dcb.h5 --component rotor.mtx");
-    assert!(
-        shown.contains("no nodal fields are stored: the component was reduced anew"),
-        "{shown}"
+    says!(
+        shown,
+        "no nodal fields are stored: the component was reduced anew"
     );
     altered(&folder, |it| {
         it.modes.interface_shapes *= faer::Scale(1.001)
@@ -385,14 +368,10 @@ fn the_component_may_have_its_parts_elsewhere() {
         "verify rotor.dcb.h5 --component rotor.mtx --mass elsewhere.mass.mtx --mesh elsewhere.json",
     );
     assert!(shown.ends_with("\nverified\n"), "{shown}");
-    folder.refused(
-        "verify rotor.dcb.h5 --component rotor.mtx --mesh elsewhere.json --mass nowhere",
-        &["nowhere", "is not there", "--mass"],
-    );
-    folder.refused(
-        "verify rotor.dcb.h5 --component rotor.mtx --mesh elsewhere.json --mass elsewhere.mass.mtx --boundary nowhere",
-        &["nowhere", "--boundary"],
-    );
+    folder.refused_each(&[
+("verify rotor.dcb.h5 --component rotor.mtx --mesh elsewhere.json --mass nowhere", &["nowhere", "is not there", "--mass"]),
+("verify rotor.dcb.h5 --component rotor.mtx --mesh elsewhere.json --mass elsewhere.mass.mtx --boundary nowhere", &["nowhere", "--boundary"]),
+]);
 }
 
 #[test]
@@ -430,22 +409,11 @@ fn a_planar_superelement_of_a_spatial_part_is_checked_by_itself() {
         ..dcb_samples::SpatialBeam::default()
     }));
     folder.done("part.mtx --modes 6");
-    let whole = SuperelementFile::open(folder.path("part.dcb.h5"))
-        .and_then(|file| file.superelement())
-        .unwrap();
+    let whole = read_superelement(&folder.path("part.dcb.h5")).unwrap();
     let in_plane = InPlane::of(&whole, Normal::Z, SYMMETRIC).unwrap();
-    let contents = Contents {
-        superelement: &in_plane.superelement(&whole).unwrap(),
-        recovery: None,
-        mesh: None,
-    };
-    let path = folder.path("planar.dcb.h5");
-    write_superelement(&path, &contents, &WriteOptions::default()).unwrap();
+    folder.store_superelement("planar.dcb.h5", &in_plane.superelement(&whole).unwrap());
     folder.done("inspect planar.dcb.h5");
     let shown = folder.done("verify planar.dcb.h5 --component part.mtx");
-    assert!(
-        shown.contains("what moves in a plane of a spatial superelement"),
-        "{shown}"
-    );
+    says!(shown, "what moves in a plane of a spatial superelement");
     assert!(shown.ends_with("\nverified\n"), "{shown}");
 }

@@ -2,14 +2,15 @@
 
 use serde_json::{Value, json};
 
-use super::support::{Folder, pendulum};
+use crate::scene_folder::pendulum;
+use crate::support::{Folder, says, stored};
 
 #[test]
 fn results_become_pictures_tables_and_lists() {
     let folder = Folder::with(&pendulum(json!({})));
     folder.done("scene.json --csv direct.csv");
     assert_eq!(folder.done("plot scene.h5").stdout, "scene.svg\n");
-    assert!(folder.read("scene.svg").contains("<svg"));
+    says!(folder.read("scene.svg"), "<svg");
     assert_eq!(folder.done("csv scene.h5").stdout, "scene.csv\n");
     assert_eq!(folder.read("scene.csv"), folder.read("direct.csv"));
     assert!(
@@ -18,8 +19,10 @@ fn results_become_pictures_tables_and_lists() {
             .starts_with("time [s],angle [rad]\n0.0,0.0\n")
     );
     assert_eq!(folder.read("scene.csv").lines().count(), 102);
-    folder.refuses("plot scene.h5", &["scene.svg: exists already"]);
-    folder.refuses("csv scene.h5", &["scene.csv: exists already"]);
+    folder.refused_each(&[
+        ("plot scene.h5", &["scene.svg: exists already"]),
+        ("csv scene.h5", &["scene.csv: exists already"]),
+    ]);
     folder.done("csv scene.h5 reactions/hinge balance -o forces.csv");
     let header = folder.read("forces.csv");
     assert!(
@@ -27,10 +30,7 @@ fn results_become_pictures_tables_and_lists() {
         "{header}"
     );
     let shown = folder.done("show scene.h5").stdout;
-    assert!(
-        shown.contains("101 rows, complete") && shown.contains("angle [rad]"),
-        "{shown}"
-    );
+    says!(shown, "101 rows, complete", "angle [rad]");
 }
 
 #[test]
@@ -38,21 +38,23 @@ fn other_files_are_refused_by_what_they_are() {
     let folder = Folder::slider_crank();
     folder.done("scene.json");
     for command in ["plot", "csv", "show"] {
-        folder.refuses(
-            &format!("{command} nothing.h5"),
-            &["nothing.h5: cannot read"],
-        );
-        folder.refuses(
-            &format!("{command} scene.json"),
-            &["scene.json: isn't an HDF5 file"],
-        );
-        folder.refuses(
-            &format!("{command} rod.dcb.h5"),
-            &["rod.dcb.h5", "dcb-superelement", "dcb-results"],
-        );
+        folder.refused_each(&[
+            (
+                &format!("{command} nothing.h5"),
+                &["nothing.h5: cannot read"],
+            ),
+            (
+                &format!("{command} scene.json"),
+                &["scene.json: isn't an HDF5 file"],
+            ),
+            (
+                &format!("{command} rod.dcb.h5"),
+                &["rod.dcb.h5", "dcb-superelement", "dcb-results"],
+            ),
+        ]);
     }
     for command in ["plot", "csv"] {
-        folder.refuses(
+        folder.refused(
             &format!("{command} scene.h5 crank_angel"),
             &["crank_angel", "crank_angle"],
         );
@@ -61,22 +63,17 @@ fn other_files_are_refused_by_what_they_are() {
 
 #[test]
 fn the_schema_is_that_of_the_documentation() {
-    let printed: Value = serde_json::from_str(&Folder::empty().done("schema").stdout).unwrap();
-    let path =
-        std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("../../docs/scene.schema.json");
-    let documented: Value = serde_json::from_str(&std::fs::read_to_string(path).unwrap()).unwrap();
-    assert_eq!(printed, documented);
+    let printed = Folder::empty().done("schema").stdout;
+    let documented = std::fs::read_to_string(stored("docs/scene.schema.json")).unwrap();
+    let parsed = |text: &str| serde_json::from_str::<Value>(text).unwrap();
+    assert_eq!(parsed(&printed), parsed(&documented));
 }
 
 #[test]
 fn a_closed_pipe_is_no_error() {
     let folder = Folder::with(&pendulum(json!({})));
     folder.done("scene.json");
-    let mut child = folder
-        .command("show scene.h5")
-        .stdout(std::process::Stdio::piped())
-        .spawn()
-        .unwrap();
+    let mut child = folder.start("show scene.h5");
     drop(child.stdout.take());
     assert_eq!(child.wait().unwrap().code(), Some(0));
 }

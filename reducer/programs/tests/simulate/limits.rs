@@ -2,9 +2,8 @@
 #![cfg(target_os = "linux")]
 
 use std::os::unix::process::ExitStatusExt;
-use std::process::Command;
 
-use super::support::Folder;
+use crate::support::{Answer, Folder, says};
 
 /// Allowed outcomes: done, or one message and status 1.
 #[test]
@@ -12,15 +11,7 @@ fn memory_that_is_refused_is_told() {
     let folder = Folder::slider_crank();
     let (mut refused, mut done) = (0, 0);
     for megabytes in [30, 35, 40, 45, 50, 60, 70, 85, 100, 150, 300, 2000] {
-        let script = format!(
-            "ulimit -v {}; ulimit -c 0; exec \"$0\" scene.json --quiet --force",
-            1024 * megabytes
-        );
-        let output = Command::new("sh")
-            .args(["-c", &script, env!("CARGO_BIN_EXE_simulate")])
-            .current_dir(folder.path(""))
-            .output()
-            .unwrap();
+        let output = folder.run_in_memory(1024 * megabytes, "scene.json --quiet --force");
         let stderr = String::from_utf8_lossy(&output.stderr);
         assert_eq!(output.status.signal(), None, "{megabytes} MB: {stderr}");
         match output.status.code() {
@@ -44,16 +35,7 @@ fn memory_that_is_refused_is_told() {
 #[test]
 fn threads_are_fewer_where_their_stacks_have_no_room() {
     let folder = Folder::slider_crank();
-    let output = Command::new("sh")
-        .args([
-            "-c",
-            "ulimit -v 1000000; exec \"$0\" scene.json --threads 1000",
-        ])
-        .arg(env!("CARGO_BIN_EXE_simulate"))
-        .current_dir(folder.path(""))
-        .output()
-        .unwrap();
-    let stderr = String::from_utf8_lossy(&output.stderr);
-    assert_eq!(output.status.code(), Some(0), "{stderr}");
-    assert!(stderr.contains("threads instead of 1000"), "{stderr}");
+    let answer = Answer::of(folder.run_in_memory(1_000_000, "scene.json --threads 1000"));
+    assert_eq!(answer.code, Some(0), "{answer:?}");
+    says!(answer.stderr, "threads instead of 1000");
 }

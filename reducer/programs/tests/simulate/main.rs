@@ -14,9 +14,16 @@ mod prepare_stopped;
 mod prepared_fields;
 mod records;
 mod runs;
+mod scene_folder;
 mod scenes;
 mod scope;
 mod strangers;
 mod study;
 mod superelements;
+// Each program needs its part of it.
+#[allow(dead_code)]
+#[path = "../support/mod.rs"]
 mod support;
+
+/// The program.
+const PROGRAM: &str = env!("CARGO_BIN_EXE_simulate");

@@ -1,12 +1,12 @@
 //! Spatial scenes that are their own mirror image: motion out of the plane isn't integrated.
 
-use dcb_formats::results::Results;
 use faer::Mat;
 use nalgebra::{Quaternion, UnitQuaternion, Vector3};
 use serde_json::{Value, json};
 
 use super::planar_scenes::{block, write_reduced};
-use super::support::Folder;
+use crate::scene_folder::spatial;
+use crate::support::{Folder, list, number, says};
 
 /// Channels that have to be the same.
 const CHANNELS: [&str; 8] = [
@@ -26,9 +26,7 @@ fn slider_crank(turn: &UnitQuaternion<f64>) -> Value {
     let orientation = [turn.w, turn.i, turn.j, turn.k];
     let rigid = |mass: f64, points: Value| json!({"mass": mass, "inertia": [0.01, 0.02, 0.03], "points": points});
     let (height, depth, crank, rod) = (0.05, 0.03, 0.1, 0.4);
-    json!({
-        "dimension": 3,
-        "units": {"length": "m", "mass": "kg", "time": "s"},
+    spatial(json!({
         "gravity": world([0.0, -9.81, 0.0]),
         "ground": {"points": {
             "axle": {"position": world([0.0, height, depth]), "orientation": orientation},
@@ -62,11 +60,11 @@ fn slider_crank(turn: &UnitQuaternion<f64>) -> Value {
         },
         "record": {"every": 7},
         "integrator": {"generalized_alpha": {"step": 2e-4, "end": 0.1, "tolerance": 1e-10}}
-    })
+    }))
 }
 
 fn histories(folder: &Folder, results: &str) -> Vec<Mat<f64>> {
-    let results = Results::open(folder.path(results)).unwrap();
+    let results = folder.results_of(results);
     CHANNELS.map(|name| results.history(name).unwrap()).into()
 }
 
@@ -86,15 +84,15 @@ fn a_symmetric_mechanism_moves_in_its_plane_as_in_space() {
         let all = folder
             .done("scene.json -o space.h5 --model everything --explain")
             .stdout;
-        assert!(
-            told.contains("3 bodies, 19 degrees of freedom, 14 constraint and spring rows"),
-            "{told}"
+        says!(
+            told,
+            "3 bodies, 19 degrees of freedom, 14 constraint and spring rows"
         );
-        assert!(
-            all.contains("3 bodies, 40 degrees of freedom, 24 constraint and spring rows"),
-            "{all}"
+        says!(
+            all,
+            "3 bodies, 40 degrees of freedom, 24 constraint and spring rows"
         );
-        assert!(told.contains("motion out of the plane across ["), "{told}");
+        says!(told, "motion out of the plane across [");
         let found = histories(&folder, "plane.h5");
         let expected = histories(&folder, "space.h5");
         for ((name, found), expected) in CHANNELS.iter().zip(&found).zip(&expected) {
@@ -103,9 +101,9 @@ fn a_symmetric_mechanism_moves_in_its_plane_as_in_space() {
             assert!(size > 1e-2, "{name}: nothing happens, {size:e}");
             assert!(apart < 2e-7 * size, "{name}: {apart:e} of {size:e}");
         }
-        let left_out = Results::open(folder.path("plane.h5")).unwrap();
+        let left_out = folder.results_of("plane.h5");
         let left_out = &left_out.provenance("options").unwrap()["left_out"]["block"];
-        assert!(left_out.to_string().contains("motion out of"), "{left_out}");
+        says!(left_out.to_string(), "motion out of");
     }
 }
 
@@ -115,10 +113,8 @@ fn what_leaves_the_plane_is_integrated_in_space() {
     let turn = UnitQuaternion::identity();
     let folder = Folder::with(&slider_crank(&turn));
     write_reduced(&folder, &block(|_| false));
-    folder.edit("scene.json", |scene| {
-        scene["integrator"]["generalized_alpha"]["end"] = json!(1e-3);
-    });
-    assert!(explained(&folder).contains("motion out of the plane"));
+    folder.set_integrator("end", 1e-3);
+    says!(explained(&folder), "motion out of the plane");
     // Axes of the world that aren't along the plane.
     folder.edit("scene.json", |scene| {
         *scene = slider_crank(&UnitQuaternion::from_euler_angles(0.3, -1.1, 2.0));
@@ -126,10 +122,7 @@ fn what_leaves_the_plane_is_integrated_in_space() {
     });
     let oblique = explained(&folder);
     assert!(!oblique.contains("motion out of the plane"), "{oblique}");
-    assert!(
-        oblique.contains("that lead out of the plane across z"),
-        "{oblique}"
-    );
+    says!(oblique, "that lead out of the plane across z");
     // A frame that isn't along it.
     folder.edit("scene.json", |scene| *scene = slider_crank(&turn));
     folder.edit("scene.json", |scene| {
@@ -139,38 +132,32 @@ fn what_leaves_the_plane_is_integrated_in_space() {
     });
     assert!(!explained(&folder).contains("motion out of the plane"));
     folder.edit("scene.json", |scene| *scene = slider_crank(&turn));
-    folder.edit("scene.json", |scene| {
-        scene["integrator"]["generalized_alpha"]["end"] = json!(1e-3);
-        scene["loads"]["push"]["force"]["components"] = json!([0, 2e3, 1.0]);
-    });
+    folder.set_integrator("end", 1e-3);
+    folder.set_scene("loads/push/force/components", json!([0, 2e3, 1.0]));
     assert!(!explained(&folder).contains("motion out of the plane"));
     // Redundant constraints that are to be refused are those in space.
-    folder.edit("scene.json", |scene| {
-        scene["loads"]["push"]["force"]["components"] = json!([0, 2e3, 0]);
-        scene["redundant_constraints"] = json!("refuse");
-    });
+    folder.set_scene("loads/push/force/components", json!([0, 2e3, 0]));
+    folder.set_scene("redundant_constraints", "refuse");
     folder
         .run("scene.json --force")
-        .assert(2, &["constraints are redundant", "wrist"]);
+        .is_error(2, &["constraints are redundant", "wrist"]);
 }
 
 #[test]
 fn oscillations_out_of_a_plane_of_symmetry_are_found() {
-    let hinged = json!({
-        "dimension": 3,
-        "units": {"length": "m", "mass": "kg", "time": "s"},
+    let hinged = spatial(json!({
         "ground": {"points": {"wall": [0.0, 0.05, 0.03]}},
         "bodies": {"block": {"superelement": "block.dcb.h5"}},
         "joints": {"wall": {"fixed": {"a": "ground/wall", "b": "block/left"}}},
         "analysis": {"modes": {"count": 4}}
-    });
+    }));
     let folder = Folder::with(&hinged);
     write_reduced(&folder, &block(|_| false));
     let frequencies = |words: &str| -> Vec<f64> {
         folder.done(words);
         let summary = folder.results().provenance("summary").unwrap();
-        let modes = summary["modes"].as_array().unwrap();
-        let frequency = |mode: &Value| mode["frequency"].as_f64().unwrap();
+        let modes = list(&summary["modes"]);
+        let frequency = |mode: &Value| number(&mode["frequency"]);
         modes.iter().map(frequency).collect()
     };
     let all = frequencies("scene.json --model everything");

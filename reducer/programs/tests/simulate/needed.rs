@@ -6,19 +6,18 @@ use dcb_formats::dcb::read_superelement;
 use dcb_formats::results::Results;
 use serde_json::{Value, json};
 
-use super::support::Folder;
+use crate::scene_folder::spatial;
+use crate::support::{Folder, number, says};
 
 /// A beam on a hinge about z that falls in the x-y plane, damped so that what the start excites dies.
 fn falling_beam() -> Folder {
-    let scene = json!({
-        "dimension": 3,
-        "units": {"length": "m", "mass": "kg", "time": "s"},
+    let scene = spatial(json!({
         "gravity": [0, -9.81, 0],
         "bodies": {"beam": {"superelement": "beam.dcb.h5", "damping": {"modal": 0.05}}},
         "joints": {"hinge": {"revolute": {"a": "ground", "b": "beam/a", "axis": [0, 0, 1]}}},
         "outputs": {"tip": {"position": {"at": "beam/b"}}, "angle": {"joint_coordinate": {"joint": "hinge"}}},
         "integrator": {"generalized_alpha": {"step": 1e-4, "end": 0.2, "rho_infinity": 0.8}}
-    });
+    }));
     Folder::beam_with_modes(&scene, 12)
 }
 
@@ -48,17 +47,16 @@ fn a_run_carries_what_its_scene_needs_and_says_what_it_leaves_out() {
     let told = folder
         .done("scene.json -o needed.h5 --explain --tolerance 1e-3")
         .stdout;
-    for text in [
+    says!(
+        told,
         "body \"beam\":",
         "without interface \"pair\": nothing acts on it or looks at it",
         "without interface \"bare\": nothing acts on it or looks at it",
         "without interface \"watched\": nothing acts on it or looks at it",
-        "without attachments of interface \"b\": nothing acts on it",
-    ] {
-        assert!(told.contains(text), "no {text:?} in {told}");
-    }
+        "without attachments of interface \"b\": nothing acts on it"
+    );
     let short = folder.done("scene.json -o short.h5").stdout;
-    assert!(short.contains("--explain lists what"), "{short}");
+    says!(short, "--explain lists what");
     let all = folder
         .done("scene.json -o all.h5 --model everything --explain")
         .stdout;
@@ -73,7 +71,7 @@ fn a_run_carries_what_its_scene_needs_and_says_what_it_leaves_out() {
         let found = apart(&folder.path("needed.h5"), &folder.path("all.h5"), output);
         assert!(found < 1e-4, "{output}: {found:e}");
     }
-    let results = Results::open(folder.path("needed.h5")).unwrap();
+    let results = folder.results_of("needed.h5");
     let left_out = &results.provenance("options").unwrap()["left_out"]["beam"];
     assert!(left_out.as_array().unwrap().len() > 3, "{left_out}");
 }
@@ -81,38 +79,39 @@ fn a_run_carries_what_its_scene_needs_and_says_what_it_leaves_out() {
 #[test]
 fn a_body_that_nothing_moves_is_rigid() {
     let folder = falling_beam();
-    folder.edit("scene.json", |scene| {
-        scene["bodies"]["base"] = json!({"superelement": "beam.dcb.h5", "position": [0, 3, 0]});
-        scene["joints"]["clamp"] = json!({"fixed": {"a": "ground/base", "b": "base/a"}});
-        scene["ground"] = json!({"points": {"base": [0, 3, 0]}});
-    });
-    let told = folder.done("scene.json -o needed.h5 --explain").stdout;
-    assert!(
-        told.contains("body \"base\":\n  without all deflection"),
-        "{told}"
+    folder.set_scene(
+        "bodies/base",
+        json!({"superelement": "beam.dcb.h5", "position": [0, 3, 0]}),
     );
+    folder.set_scene(
+        "joints/clamp",
+        json!({"fixed": {"a": "ground/base", "b": "base/a"}}),
+    );
+    folder.set_scene("ground", json!({"points": {"base": [0, 3, 0]}}));
+    let told = folder.done("scene.json -o needed.h5 --explain").stdout;
+    says!(told, "body \"base\":\n  without all deflection");
 }
 
 #[test]
 fn tolerances_are_positive_and_below_one() {
     let folder = falling_beam();
-    folder.refuses("scene.json --tolerance 0", &["--tolerance", "is 0"]);
-    folder.refuses("scene.json --tolerance -1", &["--tolerance", "is -1"]);
-    folder.refuses("prepare scene.json --tolerance 1", &["--tolerance", "is 1"]);
+    folder.refused_each(&[
+        ("scene.json --tolerance 0", &["--tolerance", "is 0"]),
+        ("scene.json --tolerance -1", &["--tolerance", "is -1"]),
+        ("prepare scene.json --tolerance 1", &["--tolerance", "is 1"]),
+    ]);
 }
 
 /// The slider-crank for one turn, every step recorded.
 fn one_turn() -> Folder {
     let folder = Folder::slider_crank();
-    folder.edit("scene.json", |scene| {
-        scene["integrator"]["generalized_alpha"]["end"] = json!(0.042);
-        scene["record"] = json!({"every": 16});
-    });
+    folder.set_integrator("end", 0.042);
+    folder.set_scene("record", json!({"every": 16}));
     folder
 }
 
 fn report(folder: &Folder, name: &str) -> Value {
-    serde_json::from_str(&folder.read(&format!("{name}/report.json"))).unwrap()
+    folder.json(&format!("{name}/report.json"))
 }
 
 #[test]
@@ -126,12 +125,12 @@ fn a_prepared_scene_keeps_its_outputs_with_fewer_coordinates() {
                 "prepare scene.json --tolerance {tolerance} -o {name}"
             ))
             .stdout;
-        assert!(told.contains("elastic coordinates are enough"), "{told}");
+        says!(told, "elastic coordinates are enough");
         folder.done(&format!(
             "{name}/scene.json -o {name}.h5 --model everything"
         ));
         let report = report(&folder, name);
-        let claimed = report["error"].as_f64().unwrap();
+        let claimed = number(&report["error"]);
         assert!(claimed <= tolerance, "{claimed:e}");
         for output in ["midpoint_deflection", "crank_angle", "slider_position"] {
             let found = apart(
@@ -147,8 +146,7 @@ fn a_prepared_scene_keeps_its_outputs_with_fewer_coordinates() {
         let small = read_superelement(&folder.path(&format!("{name}/rod.dcb.h5"))).unwrap();
         let kept = small.mode_count() + small.residual.sigma_squared.len();
         assert_eq!(report["coordinates"], json!(kept));
-        let scene: Value =
-            serde_json::from_str(&folder.read(&format!("{name}/scene.json"))).unwrap();
+        let scene = folder.json(&format!("{name}/scene.json"));
         let order = scene["bodies"]["rod"]["inertia_change"].as_str();
         assert_eq!(order.is_some(), report["inertia_change"]["rod"].is_string());
         assert!(tolerance < 1e-2 || order.is_some(), "{scene}");
@@ -168,7 +166,7 @@ fn longer_steps_stay_within_the_tolerance() {
     folder.done("scene.json -o all.h5 --model everything");
     folder.done("prepare scene.json --tolerance 2e-2 --adapt-integrator -o longer");
     let report = report(&folder, "longer");
-    let steps = report["step"].as_f64().unwrap() / 1.163_552_834_662_886_4e-5;
+    let steps = number(&report["step"]) / 1.163_552_834_662_886_4e-5;
     assert!(steps > 1.5 && steps < 16.5, "{steps}");
     folder.done("longer/scene.json -o longer.h5 --model everything");
     let found = apart(
@@ -182,20 +180,18 @@ fn longer_steps_stay_within_the_tolerance() {
 #[test]
 fn preparations_that_cannot_be_made_are_refused() {
     let folder = one_turn();
-    folder.edit("scene.json", |scene| scene["compatibility"] = json!("weak"));
+    folder.set_scene("compatibility", "weak");
     folder
         .run("prepare scene.json")
-        .assert(2, &["compatibility", "weak"]);
-    folder.edit("scene.json", |scene| {
-        scene["compatibility"] = json!("strong")
-    });
+        .is_error(2, &["compatibility", "weak"]);
+    folder.set_scene("compatibility", "strong");
     folder.done("prepare scene.json --end 0.002");
     folder
         .run("prepare scene.json --end 0.002")
-        .assert(2, &["scene.json", "exists"]);
+        .is_error(2, &["scene.json", "exists"]);
     folder.done("prepare scene.json --end 0.002 --force");
     // The scene itself keeps its end.
-    let prepared: Value = serde_json::from_str(&folder.read("scene.prepared/scene.json")).unwrap();
+    let prepared = folder.json("scene.prepared/scene.json");
     assert_eq!(
         prepared["integrator"]["generalized_alpha"]["end"],
         json!(0.042)
@@ -203,5 +199,5 @@ fn preparations_that_cannot_be_made_are_refused() {
     folder.write("rod.mtx", "no matrix");
     folder
         .run("prepare scene.json --force --reduce ./nobody")
-        .assert(2, &["nobody", "cannot run"]);
+        .is_error(2, &["nobody", "cannot run"]);
 }

@@ -1,27 +1,25 @@
 //! Notes are said where they are true: not where forces, times or energies are nothing but rounding, and not instead of an error.
 
 use dcb_formats::dcb::read_superelement;
-use dcb_formats::results::{Outcome, Results};
 use dcb_tests::python;
 use serde_json::json;
 
-use super::support::Folder;
+use crate::scene_folder::spatial;
+use crate::support::{Folder, list, number, says};
 
 /// The slider-crank at rest, without its motor, for a thousand steps of this size.
 fn resting(step: f64) -> Folder {
     let folder = Folder::slider_crank();
-    folder.edit("scene.json", |scene| {
-        for (body, keys) in [
-            ("crank", vec!["angular_velocity"]),
-            ("rod", vec!["velocity", "angular_velocity"]),
-        ] {
-            let body = scene["bodies"][body].as_object_mut().unwrap();
-            keys.iter().for_each(|key| drop(body.remove(*key)));
-        }
-        scene.as_object_mut().unwrap().remove("drives");
-        scene["integrator"]["generalized_alpha"]["step"] = json!(step);
-        scene["integrator"]["generalized_alpha"]["end"] = json!(1000.0 * step);
-    });
+    for key in [
+        "crank/angular_velocity",
+        "rod/velocity",
+        "rod/angular_velocity",
+    ] {
+        folder.unset("scene.json", &format!("bodies/{key}"));
+    }
+    folder.unset("scene.json", "drives");
+    folder.set_integrator("step", step);
+    folder.set_integrator("end", 1000.0 * step);
     folder
 }
 
@@ -43,10 +41,10 @@ fn nothing_is_told_of_forces_and_energies_that_are_rounding() {
     ] {
         let folder = resting(1e-6);
         if let Some(force) = &force {
-            folder.edit("scene.json", |scene| {
-                scene["loads"] =
-                    json!({"push": {"force": {"at": "slider/pin", "components": [force, 0]}}});
-            });
+            folder.set_scene(
+                "loads",
+                json!({"push": {"force": {"at": "slider/pin", "components": [force, 0]}}}),
+            );
         }
         says_nothing(&folder, "scene.json --model everything");
         if force.is_none() {
@@ -59,9 +57,7 @@ fn nothing_is_told_of_forces_and_energies_that_are_rounding() {
 /// A bob in space that hangs at rest: its energies are rounding, and those of gravity are as large as that of its height.
 #[test]
 fn a_spatial_body_at_rest_lacks_no_energy() {
-    let folder = Folder::with(&json!({
-        "dimension": 3,
-        "units": {"length": "m", "mass": "kg", "time": "s"},
+    let folder = Folder::with(&spatial(json!({
         "gravity": [0.1, -0.2, -9.81],
         "bodies": {"bob": {"rigid": {"mass": 2, "inertia": [0.1, 0.1, 0.1], "points": {"top": [0.1, 0.2, 0.7]}},
                            "position": [0.9, 1.8, 2.3]}},
@@ -69,16 +65,17 @@ fn a_spatial_body_at_rest_lacks_no_energy() {
         "joints": {"hold": {"fixed": {"a": "bob/top", "b": "ground/pin"}}},
         "outputs": {"top": {"position": {"at": "bob/top"}}},
         "integrator": {"generalized_alpha": {"step": 1e-3, "end": 0.5}}
-    }));
+    })));
     says_nothing(&folder, "scene.json");
     // On springs it swings by rounding.
-    folder.edit("scene.json", |scene| {
-        scene["joints"] = json!({});
-        scene["gravity"] = json!([0, 0, 0]);
-        scene["springs"] = json!({"soft": {"bushing": {"a": "ground/pin", "b": "bob/top",
-            "translation": [1e3, 1e3, 1e3], "rotation": [10, 10, 10]}}});
-        scene["bodies"]["bob"]["angular_velocity"] = json!([1e-14, 0, 1e-14]);
-    });
+    folder.set_scene("joints", json!({}));
+    folder.set_scene("gravity", json!([0, 0, 0]));
+    folder.set_scene(
+        "springs",
+        json!({"soft": {"bushing": {"a": "ground/pin", "b": "bob/top",
+            "translation": [1e3, 1e3, 1e3], "rotation": [10, 10, 10]}}}),
+    );
+    folder.set_scene("bodies/bob/angular_velocity", json!([1e-14, 0, 1e-14]));
     says_nothing(&folder, "scene.json --force");
 }
 
@@ -86,21 +83,20 @@ fn a_spatial_body_at_rest_lacks_no_energy() {
 #[test]
 fn a_run_shorter_than_a_period_says_nothing_of_frequencies() {
     let folder = Folder::slider_crank();
-    folder.edit("scene.json", |scene| {
-        scene["integrator"]["generalized_alpha"]["step"] = json!(2e-4);
-        scene["integrator"]["generalized_alpha"]["end"] = json!(2e-3);
-    });
+    folder.set_integrator("step", 2e-4);
+    folder.set_integrator("end", 2e-3);
     says_nothing(&folder, "scene.json --model everything");
 }
 
 /// The motor turns the crank while a second drive pushes the slider away.
 fn contradicting() -> Folder {
     let folder = Folder::slider_crank();
-    folder.edit("scene.json", |scene| {
-        scene["drives"]["push"] = json!({"position": {"joint": "guide", "polynomial": [0, -20]}});
-        scene["integrator"]["generalized_alpha"]["end"] = json!(0.01);
-        scene["integrator"]["generalized_alpha"]["step"] = json!(5e-6);
-    });
+    folder.set_scene(
+        "drives/push",
+        json!({"position": {"joint": "guide", "polynomial": [0, -20]}}),
+    );
+    folder.set_integrator("end", 0.01);
+    folder.set_integrator("step", 5e-6);
     folder
 }
 
@@ -109,7 +105,7 @@ fn drives_that_contradict_each_other_beyond_the_theory_are_an_error() {
     let folder = contradicting();
     for model in ["needed", "everything"] {
         let answer = folder.run(&format!("scene.json --force --model {model}"));
-        answer.assert(
+        answer.is_error(
             1,
             &[
                 "error: t = 2.",
@@ -119,84 +115,64 @@ fn drives_that_contradict_each_other_beyond_the_theory_are_an_error() {
                 "leave one drive out",
             ],
         );
-        let results = Results::open(folder.path("scene.h5")).unwrap();
-        match results.outcome() {
-            Outcome::Stopped {
-                reason,
-                time: Some(time),
-            } => {
-                assert!(reason.contains("contradict"), "{reason}");
-                assert!(*time > 1e-3 && *time < 5e-3, "{time}");
-            }
-            other => panic!("{other:?}"),
-        }
+        let (reason, time, _) = folder.stopped();
+        says!(reason, "contradict");
+        assert!((1e-3..5e-3).contains(&time.unwrap()), "{time:?}");
     }
     // As a reference of a study neither.
     folder
         .run("prepare scene.json --tolerance 1e-2")
-        .assert(1, &["contradict each other"]);
+        .is_error(1, &["contradict each other"]);
 }
 
 #[test]
 fn drives_that_fit_each_other_and_one_that_bends_a_lot_are_no_error() {
     // Both slider and crank at rest, held by drives that agree.
     let folder = contradicting();
-    folder.edit("scene.json", |scene| {
-        scene["drives"]["motor"]["angle"]["polynomial"] = json!([0]);
-        scene["drives"]["push"]["position"]["polynomial"] = json!([0]);
-        scene["bodies"]["crank"]["angular_velocity"] = json!(0);
-        scene["bodies"]["rod"]["velocity"] = json!([0, 0]);
-        scene["bodies"]["rod"]["angular_velocity"] = json!(0);
-    });
+    folder.set_scene("drives/motor/angle/polynomial", json!([0]));
+    folder.set_scene("drives/push/position/polynomial", json!([0]));
+    folder.set_scene("bodies/crank/angular_velocity", 0);
+    folder.set_scene("bodies/rod/velocity", json!([0, 0]));
+    folder.set_scene("bodies/rod/angular_velocity", 0);
     folder.done("scene.json --model everything");
     // One drive and a force that bends a beam by more than a tenth of its length: told, no error.
-    let folder = Folder::beam(&json!({
-        "dimension": 3,
-        "units": {"length": "m", "mass": "kg", "time": "s"},
+    let folder = Folder::beam(&spatial(json!({
         "bodies": {"beam": {"superelement": "beam.dcb.h5"}},
         "joints": {"hinge": {"revolute": {"a": "ground", "b": "beam/a", "axis": [0, 0, 1]}}},
         "drives": {"motor": {"angle": {"joint": "hinge", "constant": 0}}},
         "loads": {"push": {"force": {"at": "beam/b", "components": [0, {"formula": "4e5*t"}, 0]}}},
         "integrator": {"generalized_alpha": {"step": 1e-4, "end": 0.02}}
-    }));
+    })));
     let answer = folder.run("scene.json --model everything");
-    assert!(
-        answer.stderr.contains("the theory is linear"),
-        "{}",
-        answer.stderr
-    );
+    says!(answer.stderr, "the theory is linear");
     assert!(!answer.stderr.contains("contradict"), "{}", answer.stderr);
 }
 
 /// Notes on fast motion come from all steps, however few are recorded.
 #[test]
 fn records_do_not_decide_what_is_told_of_fast_motion() {
-    let scene = json!({
-        "dimension": 3,
-        "units": {"length": "m", "mass": "kg", "time": "s"},
+    let scene = spatial(json!({
         "bodies": {"beam": {"superelement": "beam.dcb.h5", "damping": {"modal": 0.1}}},
         "joints": {"clamp": {"fixed": {"a": "ground", "b": "beam/a"}}},
         "integrator": {"generalized_alpha": {"step": 1e-4, "end": 0.05}}
-    });
+    }));
     let folder = Folder::beam_with_modes(&scene, 6);
     let superelement = read_superelement(&folder.path("beam.dcb.h5")).unwrap();
     let omega = 2.0 * superelement.modes.first_omitted_eigenvalue.sqrt();
     let force = json!({"formula": format!("sin({omega:e}*t)*(1 - exp(-({omega:e}*t/60)^2))")});
-    folder.edit("scene.json", |scene| {
-        scene["loads"] = json!({"push": {"force": {"at": "beam/b", "components": [0, force, 0]}}});
-        let step = 2e-2 / omega;
-        scene["integrator"]["generalized_alpha"]["step"] = json!(step);
-        scene["integrator"]["generalized_alpha"]["end"] = json!(12000.0 * step);
-    });
+    let push = json!({"force": {"at": "beam/b", "components": [0, force, 0]}});
+    folder.set_scene("loads/push", push);
+    folder.set_integrator("step", 2e-2 / omega);
+    folder.set_integrator("end", 240.0 / omega);
     let told = |every: usize| {
-        folder.edit("scene.json", |scene| {
-            scene["record"] = json!({"every": every})
-        });
+        folder.set_scene("record", json!({"every": every}));
         let stderr = folder.done("scene.json --force --model everything").stderr;
-        let lines = stderr
+        let told = |line: &&str| line.contains("elastic energy");
+        stderr
             .lines()
-            .filter(|line| line.contains("elastic energy"));
-        lines.map(str::to_owned).collect::<Vec<_>>()
+            .filter(told)
+            .map(str::to_owned)
+            .collect::<Vec<_>>()
     };
     let all = told(7);
     println!("{all:?}");
@@ -209,43 +185,29 @@ fn records_do_not_decide_what_is_told_of_fast_motion() {
 
 #[test]
 fn a_state_of_rest_has_its_energies_and_no_works() {
-    let folder = Folder::beam(&json!({
-        "dimension": 3,
-        "units": {"length": "m", "mass": "kg", "time": "s"},
+    let folder = Folder::beam(&spatial(json!({
         "gravity": [0, -9.81, 0],
         "bodies": {"beam": {"superelement": "beam.dcb.h5"}},
         "joints": {"clamp": {"fixed": {"a": "ground", "b": "beam/a"}}},
         "loads": {"push": {"force": {"at": "beam/b", "components": [0, 1, 0]}}},
         "outputs": {"energies": "energy", "tip": {"displacement": {"at": "beam/b"}}},
         "analysis": "static"
-    }));
+    })));
     folder.done("scene.json --model everything");
-    let results = Results::open(folder.path("scene.h5")).unwrap();
+    let results = folder.results();
     for channel in ["energy/balance", "outputs/energies"] {
-        let names: Vec<String> = results
-            .channel(channel)
-            .unwrap()
-            .columns
-            .iter()
-            .map(|c| c.name.clone())
-            .collect();
+        let columns = &results.channel(channel).unwrap().columns;
+        let names: Vec<&str> = columns.iter().map(|column| column.name.as_str()).collect();
         assert_eq!(names, ["kinetic", "strain", "gravity", "springs"]);
         let energies = results.history(channel).unwrap();
-        assert!(
-            energies
-                .col_iter()
-                .flat_map(|c| c.iter().copied().collect::<Vec<_>>())
-                .all(f64::is_finite)
-        );
+        assert!(energies.is_all_finite());
         assert_eq!((energies[(0, 0)], energies[(0, 3)]), (0.0, 0.0));
         assert!(energies[(0, 1)] > 0.0);
     }
     // Clapeyron: without gravity the strain energy is half of force times deflection.
-    folder.edit("scene.json", |scene| {
-        scene.as_object_mut().unwrap().remove("gravity");
-    });
+    folder.unset("scene.json", "gravity");
     folder.done("scene.json --force --model everything");
-    let results = Results::open(folder.path("scene.h5")).unwrap();
+    let results = folder.results();
     let strain = results.history("energy/balance").unwrap()[(0, 1)];
     let tip = results.history("outputs/tip").unwrap()[(0, 1)];
     assert!(
@@ -257,58 +219,41 @@ fn a_state_of_rest_has_its_energies_and_no_works() {
 /// Shapes, frequencies and damping stand as datasets, and the commands show them.
 #[test]
 fn modes_stand_in_the_file_as_numbers() {
-    let folder = Folder::beam(&json!({
-        "dimension": 3,
-        "units": {"length": "m", "mass": "kg", "time": "s"},
+    let folder = Folder::beam(&spatial(json!({
         "bodies": {"beam": {"superelement": "beam.dcb.h5", "damping": {"modal": 0.01}}},
         "joints": {"clamp": {"fixed": {"a": "ground", "b": "beam/a"}}},
         "analysis": {"modes": {"count": 5}}
-    }));
+    })));
     let told = folder.done("scene.json --model everything").stdout;
-    assert!(told.contains("frequency [Hz]"), "{told}");
-    let results = Results::open(folder.path("scene.h5")).unwrap();
+    says!(told, "frequency [Hz]");
+    let results = folder.results();
     let modes = results.modes().unwrap().unwrap();
     let summary = results.provenance("summary").unwrap();
-    let listed = summary["modes"].as_array().unwrap();
+    let listed = list(&summary["modes"]);
     assert_eq!(modes.frequency.len(), 5);
     for (k, mode) in listed.iter().enumerate() {
-        assert_eq!(mode["frequency"].as_f64().unwrap(), modes.frequency[k]);
-        assert_eq!(
-            mode["damping_ratio"].as_f64().unwrap(),
-            modes.damping_ratio[k]
-        );
-        assert_eq!(mode["growth"].as_f64().unwrap(), modes.growth[k]);
+        assert_eq!(number(&mode["frequency"]), modes.frequency[k]);
+        assert_eq!(number(&mode["damping_ratio"]), modes.damping_ratio[k]);
+        assert_eq!(number(&mode["growth"]), modes.growth[k]);
     }
     let shown = folder.done("show scene.h5").stdout;
-    assert!(
-        shown.contains("5 modes: frequency [Hz], damping_ratio [1], growth [1/s]"),
-        "{shown}"
+    says!(
+        shown,
+        "5 modes: frequency [Hz], damping_ratio [1], growth [1/s]"
     );
     folder.done("csv scene.h5");
     let table = folder.read("scene.csv");
-    let mut lines = table.lines();
+    let lines: Vec<&str> = table.lines().collect();
     assert_eq!(
-        lines.next(),
-        Some("mode [1],frequency [Hz],damping_ratio [1],growth [1/s]")
+        lines[0],
+        "mode [1],frequency [Hz],damping_ratio [1],growth [1/s]"
     );
-    let first: Vec<f64> = lines
-        .next()
-        .unwrap()
-        .split(',')
-        .map(|n| n.parse().unwrap())
-        .collect();
-    assert_eq!(
-        first,
-        [
-            1.0,
-            modes.frequency[0],
-            modes.damping_ratio[0],
-            modes.growth[0]
-        ]
-    );
-    assert_eq!(table.lines().count(), 6);
+    let first: Vec<f64> = lines[1].split(',').map(|n| n.parse().unwrap()).collect();
+    assert_eq!(first[..2], [1.0, modes.frequency[0]]);
+    assert_eq!(first[2..], [modes.damping_ratio[0], modes.growth[0]]);
+    assert_eq!(lines.len(), 6);
     folder.done("plot scene.h5");
-    assert!(folder.read("scene.svg").contains("frequency [Hz]"));
+    says!(folder.read("scene.svg"), "frequency [Hz]");
     // h5py finds the same shapes as the summary has.
     const SCRIPT: &str = "
 import h5py, json, sys
@@ -318,7 +263,7 @@ with h5py.File(sys.argv[1]) as file:
     let found = python::answer(SCRIPT, &folder.path("scene.h5"));
     assert_eq!(found["units"], json!("Hz"));
     assert_eq!(
-        found["columns"].as_array().unwrap()[..7],
+        list(&found["columns"])[..7],
         ["x", "y", "z", "rx", "ry", "rz", "1"].map(|name| json!(name))
     );
     for (k, mode) in listed.iter().enumerate() {
@@ -330,60 +275,44 @@ with h5py.File(sys.argv[1]) as file:
 /// A beam of free modes with one per cent, clamped: what is left is said, and stands in the file.
 #[test]
 fn a_run_says_the_damping_of_the_assembled_mechanism() {
-    let scene = json!({
-        "dimension": 3,
-        "units": {"length": "m", "mass": "kg", "time": "s"},
+    let scene = spatial(json!({
         "bodies": {"beam": {"superelement": "beam.dcb.h5", "damping": {"modal": 0.01}}},
         "joints": {"clamp": {"fixed": {"a": "ground", "b": "beam/a"}}},
         "outputs": {"tip": {"displacement": {"at": "beam/b"}}},
         "integrator": {"generalized_alpha": {"step": 1e-4, "end": 1e-3}}
-    });
+    }));
     let folder = Folder::beam(&scene);
     let told = folder.done("scene.json --model everything").stderr;
-    assert!(
-        told.contains("damping ratios of the lowest modes of the assembled mechanism: "),
-        "{told}"
+    says!(
+        told,
+        "damping ratios of the lowest modes of the assembled mechanism: "
     );
     let summary = |folder: &Folder| {
-        let results = Results::open(folder.path("scene.h5")).unwrap();
-        let told = results.provenance("summary").unwrap()["effective_damping"].clone();
-        told.as_array().unwrap().clone()
+        let summary = folder.results().provenance("summary").unwrap();
+        list(&summary["effective_damping"]).clone()
     };
     let modal = summary(&folder);
     assert_eq!(modal.len(), 4);
     // The modal analysis of the same scene has the same, from complex eigenvalues.
-    folder.edit("scene.json", |scene| {
-        scene["analysis"] = json!({"modes": {"count": 4}})
-    });
+    folder.set_scene("analysis", json!({"modes": {"count": 4}}));
     folder.done("scene.json -o modes.h5 --model everything");
-    let results = Results::open(folder.path("modes.h5")).unwrap();
+    let results = folder.results_of("modes.h5");
     let modes = results.modes().unwrap().unwrap();
     for (k, mode) in modal.iter().enumerate() {
-        let (frequency, ratio) = (
-            mode["frequency"].as_f64().unwrap(),
-            mode["damping_ratio"].as_f64().unwrap(),
-        );
+        let (frequency, ratio) = (number(&mode["frequency"]), number(&mode["damping_ratio"]));
         println!("{frequency} {ratio:e} {:e}", modes.damping_ratio[k]);
         assert!((frequency / modes.frequency[k] - 1.0).abs() < 1e-3);
         assert!((ratio / modes.damping_ratio[k] - 1.0).abs() < 2e-2);
     }
-    assert!(modal[0]["damping_ratio"].as_f64().unwrap() < 0.5 * 0.01);
-    folder.edit("scene.json", |scene| {
-        scene["analysis"] = json!("transient");
-        let f = modal[0]["frequency"].as_f64().unwrap();
-        scene["bodies"]["beam"]["damping"] =
-            json!({"rayleigh": [0, 0.02 / (std::f64::consts::PI * f)]});
-    });
+    assert!(number(&modal[0]["damping_ratio"]) < 0.5 * 0.01);
+    folder.set_scene("analysis", "transient");
+    let beta = 0.02 / (std::f64::consts::PI * number(&modal[0]["frequency"]));
+    folder.set_scene("bodies/beam/damping", json!({"rayleigh": [0, beta]}));
     folder.done("scene.json --force --model everything");
     let found = summary(&folder)[0]["damping_ratio"].as_f64().unwrap();
     assert!((found / 0.02 - 1.0).abs() < 2e-2, "{found}");
     // Nothing to say of an undamped beam.
-    folder.edit("scene.json", |scene| {
-        scene["bodies"]["beam"]
-            .as_object_mut()
-            .unwrap()
-            .remove("damping");
-    });
+    folder.unset("scene.json", "bodies/beam/damping");
     let told = folder.done("scene.json --force --model everything").stderr;
     assert!(!told.contains("damping ratios"), "{told}");
     for (given, texts) in [
@@ -400,9 +329,7 @@ fn a_run_says_the_damping_of_the_assembled_mechanism() {
             ["scene.json", "expected [alpha, beta]"],
         ),
     ] {
-        folder.edit("scene.json", |scene| {
-            scene["bodies"]["beam"]["damping"] = given
-        });
-        folder.refuses("scene.json --force", &texts);
+        folder.set_scene("bodies/beam/damping", given);
+        folder.refused("scene.json --force", &texts);
     }
 }

@@ -6,13 +6,14 @@ use std::path::Path;
 
 use serde_json::json;
 
-use super::support::{Folder, pendulum};
+use crate::scene_folder::pendulum;
+use crate::support::Folder;
 
 #[test]
 fn existing_results_stay_without_force() {
     let folder = Folder::with(&pendulum(json!({})));
     folder.done("scene.json");
-    folder.refuses("scene.json", &["scene.h5: exists already; use --force"]);
+    folder.refused("scene.json", &["scene.h5: exists already; use --force"]);
     folder.done("scene.json --force --end 0.05");
     assert_eq!(folder.results().step_count(), 51);
     folder.done("scene.json -o other.h5");
@@ -22,50 +23,52 @@ fn existing_results_stay_without_force() {
 fn inputs_are_never_written_over_not_even_by_force() {
     let folder = Folder::slider_crank();
     symlink(folder.path("rod.dcb.h5"), folder.path("link.h5")).unwrap();
-    folder.refuses(
-        "scene.json --force -o scene.json",
-        &["scene.json: is the scene"],
-    );
-    folder.refuses(
-        "scene.json --force -o ./scene.json",
-        &["scene.json: is the scene"],
-    );
-    folder.refuses(
-        "scene.json --force -o rod.dcb.h5",
-        &["rod.dcb.h5: is a superelement of the scene"],
-    );
-    folder.refuses(
-        "scene.json --force -o link.h5",
-        &["rod.dcb.h5: is a superelement of the scene"],
-    );
-    folder.refuses("scene.json --csv scene.json", &["scene.json: is the scene"]);
-    folder.refuses(
-        "scene.json --csv rod.dcb.h5",
-        &["rod.dcb.h5: is a superelement of the scene"],
-    );
-    folder.refuses("scene.json --csv scene.h5", &["--csv", "results"]);
+    folder.refused_each(&[
+        (
+            "scene.json --force -o scene.json",
+            &["scene.json: is the scene"],
+        ),
+        (
+            "scene.json --force -o ./scene.json",
+            &["scene.json: is the scene"],
+        ),
+        (
+            "scene.json --force -o rod.dcb.h5",
+            &["rod.dcb.h5: is a superelement of the scene"],
+        ),
+        (
+            "scene.json --force -o link.h5",
+            &["rod.dcb.h5: is a superelement of the scene"],
+        ),
+        ("scene.json --csv scene.json", &["scene.json: is the scene"]),
+        (
+            "scene.json --csv rod.dcb.h5",
+            &["rod.dcb.h5: is a superelement of the scene"],
+        ),
+        ("scene.json --csv scene.h5", &["--csv", "results"]),
+    ]);
     folder.done("scene.json");
     for command in [
         "plot scene.h5 -o scene.h5 --force",
         "csv scene.h5 -o scene.h5 --force",
     ] {
-        folder.refuses(command, &["scene.h5: is the file of the results"]);
+        folder.refused(command, &["scene.h5: is the file of the results"]);
     }
-    folder.refuses("scene.json --force --csv scene.h5", &["--csv", "results"]);
+    folder.refused("scene.json --force --csv scene.h5", &["--csv", "results"]);
 }
 
 #[test]
 fn a_scene_whose_superelement_has_the_name_of_the_results_keeps_it() {
     let folder = Folder::slider_crank();
     std::fs::rename(folder.path("rod.dcb.h5"), folder.path("scene.h5")).unwrap();
-    folder.edit("scene.json", |scene| {
-        scene["bodies"]["rod"]["superelement"] = json!("scene.h5")
-    });
-    folder.refuses("scene.json", &["scene.h5: exists already"]);
-    folder.refuses(
-        "scene.json --force",
-        &["scene.h5: is a superelement of the scene"],
-    );
+    folder.set_scene("bodies/rod/superelement", "scene.h5");
+    folder.refused_each(&[
+        ("scene.json", &["scene.h5: exists already"]),
+        (
+            "scene.json --force",
+            &["scene.h5: is a superelement of the scene"],
+        ),
+    ]);
     folder.done("scene.json -o results.h5");
 }
 
@@ -73,44 +76,48 @@ fn a_scene_whose_superelement_has_the_name_of_the_results_keeps_it() {
 fn places_that_cannot_be_written_are_told_before_the_run() {
     let folder = Folder::with(&pendulum(json!({})));
     std::fs::create_dir(folder.path("folder")).unwrap();
-    folder.refuses("scene.json -o folder", &["folder: is a folder"]);
-    folder.refuses(
-        "scene.json -o nowhere/x.h5",
-        &["the folder nowhere doesn't exist"],
-    );
-    folder.refuses(
-        "scene.json --csv nowhere/x.csv",
-        &["the folder nowhere doesn't exist"],
-    );
-    folder.refuses("scene.json -o /dev/null --force", &["/dev/null", "device"]);
+    folder.refused_each(&[
+        ("scene.json -o folder", &["folder: is a folder"]),
+        (
+            "scene.json -o nowhere/x.h5",
+            &["the folder nowhere doesn't exist"],
+        ),
+        (
+            "scene.json --csv nowhere/x.csv",
+            &["the folder nowhere doesn't exist"],
+        ),
+        ("scene.json -o /dev/null --force", &["/dev/null", "device"]),
+    ]);
     let locked = std::fs::Permissions::from_mode(0o555);
     std::fs::set_permissions(folder.path("folder"), locked).unwrap();
     // The superuser may write everywhere.
     if std::fs::File::create(folder.path("folder/probe")).is_err() {
-        folder.refuses(
+        folder.refused(
             "scene.json -o folder/x.h5",
             &["cannot write in this folder"],
         );
     }
-    folder.refuses("scene.json -o /proc/x.h5", &["/proc"]);
+    folder.refused("scene.json -o /proc/x.h5", &["/proc"]);
 }
 
 #[test]
 fn a_folder_for_fields_that_cannot_be_made_leaves_earlier_results() {
     let folder = Folder::slider_crank();
     folder.done("scene.json");
-    folder.edit("scene.json", |scene| {
-        scene["fields"] = json!([{"body": "rod", "times": [0], "directory": "rod.dcb.h5/fields"}]);
-    });
-    folder.refuses("scene.json --force", &["rod.dcb.h5/fields", "cannot write"]);
+    folder.set_scene(
+        "fields",
+        json!([{"body": "rod", "times": [0], "directory": "rod.dcb.h5/fields"}]),
+    );
+    folder.refused("scene.json --force", &["rod.dcb.h5/fields", "cannot write"]);
 }
 
 /// Fields of the rod at two times, in a folder.
 fn with_fields(directory: &str) -> Folder {
     let folder = Folder::slider_crank();
-    folder.edit("scene.json", |scene| {
-        scene["fields"] = json!([{"body": "rod", "times": [0, 0.001], "directory": directory}]);
-    });
+    folder.set_scene(
+        "fields",
+        json!([{"body": "rod", "times": [0, 0.001], "directory": directory}]),
+    );
     folder
 }
 
@@ -136,7 +143,7 @@ fn fields_replace_nothing_without_force() {
         fs::write(&precious, "mine").unwrap();
         symlink(&precious, folder.path("fields").join(name)).unwrap();
         let refused = format!("fields/{name}: exists already; use --force");
-        folder.refuses("scene.json -o other.h5", &[&refused]);
+        folder.refused("scene.json -o other.h5", &[&refused]);
         folder.done("scene.json --force");
         // A link is replaced, not what it leads to.
         assert_eq!(folder.read("precious"), "mine");
@@ -152,7 +159,7 @@ fn fields_stay_in_the_folders_of_the_scene_and_of_the_results() {
     for directory in [outside, &up, "link/fields"] {
         let folder = with_fields(directory);
         symlink(other.path(), folder.path("link")).unwrap();
-        folder.refuses(
+        folder.refused(
             "scene.json",
             &[
                 "fields[0].directory: leads to",
@@ -173,20 +180,16 @@ fn fields_never_replace_what_the_run_reads_or_writes() {
     folder.done("scene.json");
     let picture = folder.path("fields/rod_000000.vtu");
     fs::rename(folder.path("rod.dcb.h5"), &picture).unwrap();
-    folder.edit("scene.json", |scene| {
-        scene["bodies"]["rod"]["superelement"] = json!("fields/rod_000000.vtu");
-    });
+    folder.set_scene("bodies/rod/superelement", "fields/rod_000000.vtu");
     let before = fs::read(&picture).unwrap();
-    folder.refuses("scene.json --force", &["rod_000000.vtu", "this run reads"]);
+    folder.refused("scene.json --force", &["rod_000000.vtu", "this run reads"]);
     fs::rename(&picture, folder.path("rod.dcb.h5")).unwrap();
     fs::hard_link(folder.path("rod.dcb.h5"), &picture).unwrap();
-    folder.edit("scene.json", |scene| {
-        scene["bodies"]["rod"]["superelement"] = json!("rod.dcb.h5");
-    });
-    folder.refuses("scene.json --force", &["rod_000000.vtu", "this run reads"]);
+    folder.set_scene("bodies/rod/superelement", "rod.dcb.h5");
+    folder.refused("scene.json --force", &["rod_000000.vtu", "this run reads"]);
     assert_eq!(fs::read(&picture).unwrap(), before);
     fs::remove_file(&picture).unwrap();
-    folder.refuses(
+    folder.refused(
         "scene.json --force -o fields/rod.pvd",
         &["fields/rod.pvd", "this run reads or writes"],
     );
@@ -195,7 +198,7 @@ fn fields_never_replace_what_the_run_reads_or_writes() {
         let twice = fields[0].clone();
         fields.as_array_mut().unwrap().push(twice);
     });
-    folder.refuses("scene.json --force", &["fields[1].directory", "fields[0]"]);
+    folder.refused("scene.json --force", &["fields[1].directory", "fields[0]"]);
 }
 
 #[test]
@@ -204,13 +207,13 @@ fn a_table_without_room_leaves_the_old_one() {
     folder.done("scene.json");
     folder.write("scene.csv", "mine");
     let answer = folder.run_within(2, "csv scene.h5 --force");
-    answer.assert(
+    answer.is_error(
         2,
         &["scene.csv: larger than a file may be here (ulimit -f): needs "],
     );
     assert_eq!(folder.read("scene.csv"), "mine");
     let answer = folder.run_within(2, "plot scene.h5 -o scene.csv --force");
-    answer.assert(2, &["scene.csv: larger than a file may be here"]);
+    answer.is_error(2, &["scene.csv: larger than a file may be here"]);
     assert_eq!(folder.read("scene.csv"), "mine");
     assert_eq!(
         folder.contents().into_keys().collect::<Vec<_>>(),
@@ -232,7 +235,7 @@ fn an_input_under_another_name_is_an_input() {
             "scene.h5" => "csv scene.h5 -o hard --force",
             _ => "scene.json -o hard --force",
         };
-        folder.refuses(words, &["hard: is ", role]);
+        folder.refused(words, &["hard: is ", role]);
         fs::remove_file(folder.path("hard")).unwrap();
     }
 }

@@ -1,15 +1,14 @@
 //! Planar scenes of spatial superelements.
 
 use dcb_formats::component::{Component, InterfaceKind};
-use dcb_formats::dcb::{Contents, WriteOptions, read_superelement, write_superelement};
+use dcb_formats::dcb::{Contents, read_superelement};
 use dcb_formats::mesh::Dimension;
-use dcb_formats::results::Results;
 use dcb_reducer::{Reduction, reduce};
 use dcb_samples::SolidElement;
 use dcb_tests::parts::{interface, steel_box, with_interfaces};
 use serde_json::{Value, json};
 
-use super::support::Folder;
+use crate::support::{Folder, says};
 
 /// A steel block of 0.4 m x 0.1 m x 0.06 m with both ends as interfaces; `lug` are nodes of its upper face besides.
 pub(super) fn block(lug: impl Fn([f64; 3]) -> bool) -> Component {
@@ -68,12 +67,7 @@ pub(super) fn write_reduced(folder: &Folder, block: &Component) {
         recovery: Some(&reduced.recovery),
         mesh: Some(&block.mesh),
     };
-    write_superelement(
-        &folder.path("block.dcb.h5"),
-        &contents,
-        &WriteOptions::default(),
-    )
-    .unwrap();
+    folder.store_contents("block.dcb.h5", &contents);
 }
 
 fn node_at(block: &Component, place: [f64; 3]) -> u32 {
@@ -93,14 +87,13 @@ fn a_spatial_part_moves_in_a_planar_scene_as_in_space() {
     let folder = folder(&block(|_| false));
     folder.done("space.json --model everything");
     let answer = folder.done("scene.json --model everything");
-    for text in [
+    says!(
+        answer.stderr,
         "body \"block\" without ",
-        "6 of 10 modes, 6 of 12 interface directions that lead out of the plane across z",
-    ] {
-        assert!(answer.stderr.contains(text), "no {text:?} in {answer:?}");
-    }
+        "6 of 10 modes, 6 of 12 interface directions that lead out of the plane across z"
+    );
     let [space, plane] = ["space.h5", "scene.h5"].map(|name| {
-        let results = Results::open(folder.path(name)).unwrap();
+        let results = folder.results_of(name);
         ["tip", "node", "bent", "pull"]
             .map(|output| results.history(&format!("outputs/{output}")).unwrap())
     });
@@ -117,11 +110,11 @@ fn a_spatial_part_moves_in_a_planar_scene_as_in_space() {
     let explained = folder.done("scene.json --force --explain").stdout;
     let listed = "without 6 of 10 modes, 6 of 12 interface directions that lead out of the plane across z: the scene is planar, and the spatial part is symmetric to the plane";
     assert!(explained.contains(listed), "{explained}");
-    let results = Results::open(folder.path("scene.h5")).unwrap();
+    let results = folder.results();
     let left_out = &results.provenance("options").unwrap()["left_out"]["block"];
     assert_eq!(left_out[0], json!(listed));
     let warnings: Value = results.provenance("warnings").unwrap();
-    assert!(warnings[0].as_str().unwrap().contains("body \"block\""));
+    says!(warnings[0].as_str().unwrap(), "body \"block\"");
 }
 
 /// The superelement is taken as it is: its component isn't asked for.
@@ -135,7 +128,7 @@ fn a_planar_scene_of_a_spatial_part_is_prepared() {
     assert_eq!(small.dimension, Dimension::Planar);
     folder.done("small/scene.json -o small.h5 --model everything");
     let [all, small] = ["all.h5", "small.h5"].map(|name| {
-        let results = Results::open(folder.path(name)).unwrap();
+        let results = folder.results_of(name);
         results.history("outputs/bent").unwrap()
     });
     let apart = (&all - &small).norm_max();
@@ -145,7 +138,7 @@ fn a_planar_scene_of_a_spatial_part_is_prepared() {
 #[test]
 fn a_part_that_is_not_symmetric_is_refused_with_how_far_it_is_from_that() {
     let one_sided = folder(&block(|[x, y, z]| y > 0.099 && x < 0.11 && z > 0.029));
-    one_sided.refuses(
+    one_sided.refused(
         "scene.json",
         &[
             "bodies.block.superelement",
@@ -161,8 +154,9 @@ fn a_part_that_is_not_symmetric_is_refused_with_how_far_it_is_from_that() {
 #[test]
 fn fields_of_a_spatial_part_are_not_drawn_in_the_plane() {
     let folder = folder(&block(|_| false));
-    folder.edit("scene.json", |scene| {
-        scene["fields"] = json!([{"body": "block", "times": [1e-3], "directory": "fields"}]);
-    });
-    folder.refuses("scene.json", &["fields[0].body", "in the plane"]);
+    folder.set_scene(
+        "fields",
+        json!([{"body": "block", "times": [1e-3], "directory": "fields"}]),
+    );
+    folder.refused("scene.json", &["fields[0].body", "in the plane"]);
 }

@@ -2,10 +2,10 @@
 #![cfg(unix)]
 
 use std::os::unix::fs::PermissionsExt;
-use std::process::{Child, Command, Stdio};
+use std::process::Child;
 use std::time::{Duration, Instant};
 
-use crate::support::Folder;
+use crate::support::{Folder, send, stopped};
 
 /// Stands for `reduce`: says that it runs, and does what is given when SIGTERM comes, which it has inherited as blocked.
 fn waiting(then: &str) -> String {
@@ -20,12 +20,7 @@ fn started(then: &str) -> (Folder, Child) {
     folder.write("reduce.py", waiting(then));
     let program = folder.path("reduce.py");
     std::fs::set_permissions(&program, std::fs::Permissions::from_mode(0o755)).unwrap();
-    let mut command = folder.command("prepare scene.json --reduce ./reduce.py");
-    let child = command
-        .stdout(Stdio::null())
-        .stderr(Stdio::null())
-        .spawn()
-        .unwrap();
+    let child = folder.start("prepare scene.json --reduce ./reduce.py");
     wait_for(&folder, "began");
     (folder, child)
 }
@@ -38,20 +33,12 @@ fn wait_for(folder: &Folder, name: &str) {
     }
 }
 
-fn terminate(child: &Child) {
-    let sent = Command::new("kill")
-        .args(["-TERM", &child.id().to_string()])
-        .status();
-    assert!(sent.unwrap().success());
-}
-
 /// A batch system sends SIGTERM to the program alone.
 #[test]
 fn the_reduction_is_told_and_waited_for() {
-    let (folder, mut child) =
+    let (folder, child) =
         started("time.sleep(0.3); pathlib.Path('cleaned').touch(); sys.exit(143)");
-    terminate(&child);
-    assert_eq!(child.wait().unwrap().code(), Some(143));
+    assert_eq!(stopped("TERM", child).code, Some(143));
     assert!(folder.path("cleaned").exists());
     assert!(!folder.path("scene.prepared/scene.json").exists());
 }
@@ -60,10 +47,10 @@ fn the_reduction_is_told_and_waited_for() {
 #[test]
 fn a_second_signal_ends_the_program_at_once() {
     let (folder, mut child) = started("pathlib.Path('told').touch(); time.sleep(30)");
-    terminate(&child);
+    send("TERM", &child);
     wait_for(&folder, "told");
     let since = Instant::now();
-    terminate(&child);
+    send("TERM", &child);
     assert_eq!(child.wait().unwrap().code(), Some(143));
     assert!(since.elapsed() < Duration::from_secs(10));
 }

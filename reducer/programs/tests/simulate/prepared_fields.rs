@@ -1,15 +1,15 @@
 //! `simulate prepare` of scenes that write displacement fields.
 
 use std::fs;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 use dcb_formats::dcb::{SuperelementFile, read_superelement};
 use dcb_tests::python;
 use nalgebra::Vector3;
-use serde_json::{Value, json};
+use serde_json::json;
 
 use super::planar_scenes::{block, write_reduced};
-use super::support::Folder;
+use crate::support::{Folder, list, says};
 
 /// A block in space that hangs on a hinge and is shaken at its end; its field is written twice.
 fn shaken_block() -> Folder {
@@ -40,19 +40,6 @@ fn shaken_block() -> Folder {
     folder
 }
 
-/// Every file below a folder.
-fn files(folder: &Path) -> Vec<PathBuf> {
-    let entries = fs::read_dir(folder)
-        .unwrap()
-        .map(|entry| entry.unwrap().path());
-    entries
-        .flat_map(|path| match path.is_dir() {
-            true => files(&path),
-            false => vec![path],
-        })
-        .collect()
-}
-
 /// World displacements of a field as a VTU file has them: an array of vectors by its name.
 fn displacement(path: &Path) -> Vec<Vector3<f64>> {
     const SCRIPT: &str = "
@@ -81,14 +68,9 @@ fn a_prepared_scene_with_fields_runs_where_it_was_moved_to_and_shows_the_same() 
     let told = folder
         .done(&format!("prepare scene.json --tolerance {tolerance}"))
         .stdout;
-    assert!(
-        told.contains("field of block"),
-        "not said what counts: {told}"
-    );
+    says!(told, "field of block");
     // The scene itself, with everything.
-    folder.edit("scene.json", |scene| {
-        scene["fields"][1]["directory"] = json!("of base");
-    });
+    folder.set_scene("fields/1/directory", "of base");
     folder.done("scene.json --model everything");
 
     // Somewhere else, without what it was made of.
@@ -98,22 +80,22 @@ fn a_prepared_scene_with_fields_runs_where_it_was_moved_to_and_shows_the_same() 
     fs::rename(folder.path("block.dcb.h5"), elsewhere.path("kept.dcb.h5")).unwrap();
     let here = folder.path("");
     let here = here.to_str().unwrap().trim_end_matches('/');
-    for path in files(&elsewhere.path("moved")) {
-        let bytes = fs::read(&path).unwrap();
-        let has = |text: &str| {
-            bytes
-                .windows(text.len())
-                .any(|part| part == text.as_bytes())
-        };
-        assert!(!has(here), "{} has {here}", path.display());
-        assert!(!has("/nowhere"), "{} has /nowhere", path.display());
-        assert!(!has("/somewhere"), "{} has /somewhere", path.display());
+    let prepared = elsewhere.contents().into_iter();
+    for (name, bytes) in prepared.filter(|(name, _)| name.starts_with("moved/")) {
+        let bytes = bytes.unwrap_or_default();
+        for text in [here, "/nowhere", "/somewhere"] {
+            let mut parts = bytes.windows(text.len());
+            assert!(
+                !parts.any(|part| part == text.as_bytes()),
+                "{name} has {text}"
+            );
+        }
     }
-    let report: Value = serde_json::from_str(&elsewhere.read("moved/report.json")).unwrap();
-    for file in report["files"].as_array().unwrap() {
+    let report = elsewhere.json("moved/report.json");
+    for file in list(&report["files"]) {
         assert_eq!(file["from"], json!("../block.dcb.h5"));
     }
-    let scene: Value = serde_json::from_str(&elsewhere.read("moved/scene.json")).unwrap();
+    let scene = elsewhere.json("moved/scene.json");
     assert_eq!(
         scene["outputs"].as_object().unwrap().len(),
         1,
@@ -123,20 +105,16 @@ fn a_prepared_scene_with_fields_runs_where_it_was_moved_to_and_shows_the_same() 
     elsewhere.done("moved/scene.json -o run.h5");
 
     // The field of the block is compared, as its outputs are.
-    for (name, at) in [("seen", ["block_000000", "block_000001", "block_000002"])] {
-        let (mut largest, mut size) = (0.0_f64, 0.0_f64);
-        for file in at {
-            let file = format!("{name}/{file}.vtu");
-            let (distance, scale) = apart(
-                &elsewhere.path(&format!("moved/{file}")),
-                &folder.path(&file),
-            );
-            (largest, size) = (largest.max(distance), size.max(scale));
-        }
-        println!("{name}: {largest:.2e} of {size:.2e}");
-        assert!(size > 1e-6, "nothing deflects: {size:e}");
-        assert!(largest < 2.0 * tolerance * size, "{largest:e} of {size:e}");
+    let (mut largest, mut size) = (0.0_f64, 0.0_f64);
+    for number in 0..3 {
+        let file = format!("seen/block_{number:06}.vtu");
+        let moved = elsewhere.path(&format!("moved/{file}"));
+        let (distance, scale) = apart(&moved, &folder.path(&file));
+        (largest, size) = (largest.max(distance), size.max(scale));
     }
+    println!("{largest:.2e} of {size:.2e}");
+    assert!(size > 1e-6, "nothing deflects: {size:e}");
+    assert!(largest < 2.0 * tolerance * size, "{largest:e} of {size:e}");
     assert!(elsewhere.path("moved/base").is_dir());
     // With fewer coordinates, and the shapes of all nodes.
     let names = scene["bodies"]["block"]["superelement"].as_str().unwrap();
@@ -149,18 +127,8 @@ fn a_prepared_scene_with_fields_runs_where_it_was_moved_to_and_shows_the_same() 
 fn a_scene_that_cannot_write_its_fields_is_not_prepared() {
     let folder = shaken_block();
     let whole = read_superelement(&folder.path("block.dcb.h5")).unwrap();
-    let contents = dcb_formats::dcb::Contents {
-        superelement: &whole,
-        recovery: None,
-        mesh: None,
-    };
-    let options = dcb_formats::dcb::WriteOptions {
-        replace_existing: dcb_formats::output::Replace::Overwrite,
-        ..Default::default()
-    };
-    dcb_formats::dcb::write_superelement(&folder.path("block.dcb.h5"), &contents, &options)
-        .unwrap();
+    folder.store_superelement("block.dcb.h5", &whole);
     folder
         .run("prepare scene.json")
-        .assert(2, &["fields[0].body", "needs nodal fields", "has none"]);
+        .is_error(2, &["fields[0].body", "needs nodal fields", "has none"]);
 }

@@ -3,7 +3,8 @@
 use dcb_runtime::{Mechanism, Scene};
 use serde_json::{Value, json};
 
-use super::support::{Folder, pendulum};
+use crate::scene_folder::pendulum;
+use crate::support::Folder;
 
 /// Times, and the angle and its rate there.
 fn rows(scene: &Value) -> (Vec<f64>, Vec<[f64; 2]>) {
@@ -215,7 +216,7 @@ fn a_control_loop_loses_no_time() {
 
 #[test]
 fn a_file_of_more_rows_than_anybody_waits_for_is_refused() {
-    Folder::with(&swinging(json!({"interval": 1e-300}), 1e-3, 0.1)).refuses(
+    Folder::with(&swinging(json!({"interval": 1e-300}), 1e-3, 0.1)).refused(
         "scene.json",
         &[
             "record.interval: is 1e-300",
@@ -228,11 +229,14 @@ fn a_file_of_more_rows_than_anybody_waits_for_is_refused() {
 #[test]
 fn fields_are_written_at_the_times_asked() {
     let folder = Folder::slider_crank();
-    folder.edit("scene.json", |scene| {
-        scene["fields"] =
-            json!([{"body": "rod", "times": [0, 1e-4, 2.55e-4], "directory": "fields"}]);
-        scene["integrator"]["generalized_alpha"] = json!({"step": 1e-5, "end": 1e-3});
-    });
+    folder.set_scene(
+        "fields",
+        json!([{"body": "rod", "times": [0, 1e-4, 2.55e-4], "directory": "fields"}]),
+    );
+    folder.set_scene(
+        "integrator/generalized_alpha",
+        json!({"step": 1e-5, "end": 1e-3}),
+    );
     folder.done("scene.json");
     let list = folder.read("fields/rod.pvd");
     let times: Vec<f64> = (list.split("timestep=\"").skip(1))

@@ -2,19 +2,20 @@
 
 use serde_json::json;
 
-use super::support::{Folder, pendulum};
+use crate::scene_folder::{pendulum, planar};
+use crate::support::{Folder, answer, says};
 
 #[test]
 fn a_formula_that_ends_in_nothing_stops_the_run_at_its_time() {
     let folder = Folder::with(&pendulum(json!({
         "loads": {"pull": {"force": {"at": "bob/tip", "components": [{"formula": "sqrt(0.0505 - t)"}, 0]}}}
     })));
-    folder.run("scene.json").assert(
+    folder.run("scene.json").is_error(
         1,
         &["error: t = 5.1", "\"pull\"", "is NaN", "until the end"],
     );
     let (reason, time, rows) = folder.stopped();
-    assert!(reason.contains("is NaN"), "{reason}");
+    says!(reason, "is NaN");
     assert!((time.unwrap() - 0.05).abs() < 1e-9);
     assert_eq!(rows, 51);
     let angle = folder.results().history("angle").unwrap();
@@ -24,7 +25,7 @@ fn a_formula_that_ends_in_nothing_stops_the_run_at_its_time() {
 #[test]
 fn too_large_a_step_names_time_residual_and_worst_body() {
     let folder = Folder::slider_crank();
-    folder.run("scene.json --step 0.004 --end 0.08").assert(
+    folder.run("scene.json --step 0.004 --end 0.08").is_error(
         1,
         &[
             "error: t = ",
@@ -35,27 +36,22 @@ fn too_large_a_step_names_time_residual_and_worst_body() {
         ],
     );
     let (reason, time, rows) = folder.stopped();
-    assert!(reason.contains("no convergence"), "{reason}");
+    says!(reason, "no convergence");
     assert!(time.is_some() && rows >= 1);
 }
 
 #[test]
 fn steps_that_follow_nothing_stop_the_run() {
-    let spring = json!({
-        "dimension": 2,
-        "units": {"length": "m", "mass": "kg", "time": "s"},
+    let spring = planar(json!({
         "bodies": {"block": {
             "rigid": {"mass": 1, "inertia": 1, "points": {"center": [0, 0]}},
-            "position": [0.1, 0]
+            "position": [0.1, 0], "velocity": [1, 0]
         }},
         "springs": {"mount": {"bushing": {"a": "ground", "b": "block/center", "translation": [900, 900]}}},
         "integrator": {"generalized_alpha": {"step": 0.05, "end": 5}}
-    });
-    // Free where it is drawn: it is pushed.
-    let mut scene = spring;
-    scene["bodies"]["block"]["velocity"] = json!([1, 0]);
-    let folder = Folder::with(&scene);
-    folder.run("scene.json").assert(
+    }));
+    let folder = Folder::with(&spring);
+    folder.run("scene.json").is_error(
         1,
         &["error: t = ", "too long", "\"block\"", "take steps below"],
     );
@@ -67,38 +63,25 @@ fn steps_that_follow_nothing_stop_the_run() {
 fn steps_too_long_for_a_vibration_are_told_once() {
     let folder = Folder::slider_crank();
     let answer = folder.done("scene.json --step 0.0008 --end 0.08");
-    let told = answer
-        .stderr
-        .matches("the deflection of body \"rod\" has")
-        .count();
-    assert_eq!(told, 1, "{}", answer.stderr);
-    let events = folder.results().events().unwrap();
-    assert!(
-        events
-            .iter()
-            .any(|event| event.message.contains("to follow it take steps below"))
-    );
+    let told = answer.stderr.matches("the deflection of body \"rod\" has");
+    assert_eq!(told.count(), 1, "{}", answer.stderr);
+    says!(folder.told().join("\n"), "to follow it take steps below");
 }
 
 #[test]
 fn an_interrupted_run_keeps_its_rows() {
     let folder = Folder::slider_crank();
-    folder.edit("scene.json", |scene| {
-        scene["record"] = json!({"every": 1});
-        scene["integrator"]["generalized_alpha"]["end"] = json!(1000);
-    });
+    folder.set_scene("record", json!({"every": 1}));
+    folder.set_integrator("end", 1000.0);
     let stdout = folder.interrupted("scene.json --csv scene.csv", "scene.h5");
-    assert!(stdout.contains("scene.h5 (incomplete)"), "{stdout}");
+    says!(stdout, "scene.h5 (incomplete)");
     let (reason, time, rows) = folder.stopped();
     assert_eq!(reason, "interrupted");
     assert!(rows > 10, "{rows} rows");
     assert_eq!(folder.results().time().unwrap().last().copied(), time);
     assert_eq!(folder.read("scene.csv").lines().count(), rows + 1);
     let shown = folder.done("show scene.h5").stdout;
-    assert!(
-        shown.contains(&format!("{rows} rows, stopped at t = ")),
-        "{shown}"
-    );
+    says!(shown, format!("{rows} rows, stopped at t = "));
 }
 
 /// Batch systems and containers send SIGTERM, a terminal that is closed SIGHUP.
@@ -109,18 +92,15 @@ fn a_run_that_is_asked_to_end_keeps_its_rows_and_says_who_asked() {
         ("HUP", 129, "hung up (SIGHUP)"),
     ] {
         let folder = Folder::slider_crank();
-        folder.edit("scene.json", |scene| {
-            scene["record"] = json!({"every": 1});
-            scene["integrator"]["generalized_alpha"]["end"] = json!(1000);
-        });
+        folder.set_scene("record", json!({"every": 1}));
+        folder.set_integrator("end", 1000.0);
         let stdout = folder.stopped_by(signal, status, "scene.json", "scene.h5");
-        assert!(stdout.contains("scene.h5 (incomplete)"), "{stdout}");
+        says!(stdout, "scene.h5 (incomplete)");
         let (told, time, rows) = folder.stopped();
         assert_eq!(told, reason);
         assert!(rows > 10, "{rows} rows");
         assert_eq!(folder.results().time().unwrap().last().copied(), time);
-        let names: Vec<String> = folder.contents().into_keys().collect();
-        assert_eq!(names, ["rod.dcb.h5", "scene.h5", "scene.json"]);
+        assert_eq!(folder.names(), ["rod.dcb.h5", "scene.h5", "scene.json"]);
     }
 }
 
@@ -128,13 +108,8 @@ fn a_run_that_is_asked_to_end_keeps_its_rows_and_says_who_asked() {
 #[test]
 fn a_run_that_ignores_hangups_goes_on() {
     let folder = Folder::slider_crank();
-    let program = env!("CARGO_BIN_EXE_simulate");
-    let script = format!(
-        "trap '' HUP; '{program}' scene.json & child=$!; while [ ! -e scene.h5 ]; do :; done; kill -HUP $child; wait $child"
-    );
-    let mut shell = std::process::Command::new("bash");
-    let shell = shell.args(["-c", &script]).current_dir(folder.path("."));
-    assert_eq!(shell.output().unwrap().status.code(), Some(0));
+    let script = "trap '' HUP; \"$0\" scene.json & child=$!; while [ ! -e scene.h5 ]; do :; done; kill -HUP $child; wait $child";
+    assert_eq!(answer(&mut folder.shell(script)).code, Some(0));
     assert_eq!(
         *folder.results().outcome(),
         dcb_formats::results::Outcome::Complete
@@ -145,15 +120,12 @@ fn a_run_that_ignores_hangups_goes_on() {
 #[test]
 fn results_without_room_are_told_and_stay_readable() {
     let folder = Folder::slider_crank();
-    folder.edit("scene.json", |scene| {
-        scene["record"] = json!({"every": 1});
-        scene["integrator"]["generalized_alpha"]["end"] = json!(0.1);
-    });
-    let whole = folder.done("scene.json -o whole.h5");
-    drop(whole);
-    let size = std::fs::metadata(folder.path("whole.h5")).unwrap().len() / 1024;
+    folder.set_scene("record", json!({"every": 1}));
+    folder.set_integrator("end", 0.1);
+    folder.done("scene.json -o whole.h5");
+    let size = folder.size("whole.h5") / 1024;
     let answer = folder.run_within(size as u32 * 2 / 3, "scene.json");
-    answer.assert(
+    answer.is_error(
         2,
         &["scene.h5: larger than a file may be here (ulimit -f): needs "],
     );
@@ -164,12 +136,10 @@ fn results_without_room_are_told_and_stay_readable() {
 
 #[test]
 fn large_deflections_and_fast_spins_are_told_once() {
-    let free = json!({
-        "dimension": 2,
-        "units": {"length": "m", "mass": "kg", "time": "s"},
+    let free = planar(json!({
         "bodies": {"rod": {"superelement": "rod.dcb.h5", "angular_velocity": 0}},
         "integrator": {"generalized_alpha": {"step": 1e-6, "end": 5e-6}}
-    });
+    }));
     // A blow on its end bends the rod.
     let folder = Folder::slider_crank();
     let mut scene = free.clone();
@@ -179,11 +149,8 @@ fn large_deflections_and_fast_spins_are_told_once() {
     let answer = folder.done("scene.json");
     let told = answer.stderr.matches("body \"rod\" deflects by 0.").count();
     assert_eq!(told, 1, "{}", answer.stderr);
-    let events = folder.results().events().unwrap();
-    let told = events
-        .iter()
-        .filter(|event| event.message.contains("deflects by"));
-    assert_eq!(told.count(), 1, "{events:?}");
+    let told = folder.told().join("\n");
+    assert_eq!(told.matches("deflects by").count(), 1, "{told}");
     // The rod's first frequency is about 2000 rad/s: it is told that there is no meaning in faster spins.
     let spun = |spin: f64| {
         let folder = Folder::slider_crank();
@@ -200,38 +167,24 @@ fn large_deflections_and_fast_spins_are_told_once() {
         1,
         "{warned}"
     );
-    assert!(
-        warned.contains("\"rod\" spins at 0.") && warned.contains("too low by about"),
-        "{warned}"
-    );
+    says!(warned, "\"rod\" spins at 0.", "too low by about");
     let beyond = spun(4000.0);
-    assert!(
-        beyond.contains("the linear floating frame is not valid there"),
-        "{beyond}"
-    );
+    says!(beyond, "the linear floating frame is not valid there");
     assert!(!beyond.contains("too low by about"), "{beyond}");
 }
 
 #[test]
 fn a_rough_drawing_is_closed_and_told() {
     let folder = Folder::slider_crank();
-    folder.edit("scene.json", |scene| {
-        scene["bodies"]["slider"]["position"] = json!([0.48, 0.02]);
-        scene["bodies"]["rod"]["position"] = json!([0.16, 0.01]);
-    });
+    folder.set_scene("bodies/slider/position", json!([0.48, 0.02]));
+    folder.set_scene("bodies/rod/position", json!([0.16, 0.01]));
     let answer = folder.done("scene.json");
-    for text in [
+    says!(
+        answer.stderr,
         "assembly moved body \"slider\" by",
-        "assembly moved body \"rod\" by",
-    ] {
-        assert!(answer.stderr.contains(text), "{}", answer.stderr);
-    }
-    let events = folder.results().events().unwrap();
-    assert!(
-        events
-            .iter()
-            .any(|event| event.message.contains("assembly moved body"))
+        "assembly moved body \"rod\" by"
     );
+    says!(folder.told().join("\n"), "assembly moved body");
     let quiet = folder.done("scene.json --force --quiet");
     assert_eq!((quiet.stdout.as_str(), quiet.stderr.as_str()), ("", ""));
 }

@@ -2,18 +2,19 @@
 
 use serde_json::{Value, json};
 
-use super::support::{Folder, pendulum};
+use crate::scene_folder::pendulum;
+use crate::support::Folder;
 
 #[test]
 fn a_missing_scene_is_named() {
-    Folder::empty().refuses("machine.json", &["machine.json: cannot read: No such file"]);
+    Folder::empty().refused("machine.json", &["machine.json: cannot read: No such file"]);
 }
 
 #[test]
 fn broken_json_and_unknown_keys_have_a_line_and_a_column() {
     let folder = Folder::empty();
     folder.write("scene.json", "{\n  \"dimension\": 2,\n  \"units\": {\n");
-    folder.refuses("scene.json", &["scene.json:4: column", "object"]);
+    folder.refused("scene.json", &["scene.json:4: column", "object"]);
     let text = serde_json::to_string_pretty(&pendulum(json!({}))).unwrap();
     folder.write("scene.json", text.replace("\"inertia\"", "\"inertai\""));
     let line = text
@@ -21,7 +22,7 @@ fn broken_json_and_unknown_keys_have_a_line_and_a_column() {
         .position(|line| line.contains("\"inertia\""))
         .unwrap()
         + 1;
-    folder.refuses(
+    folder.refused(
         "scene.json",
         &[
             &format!("scene.json:{line}: column"),
@@ -30,9 +31,9 @@ fn broken_json_and_unknown_keys_have_a_line_and_a_column() {
         ],
     );
     folder.write("scene.json", text.replace("\"gravity\"", "\"gravtiy\""));
-    folder.refuses("scene.json", &["gravtiy", "`gravity`", "column"]);
+    folder.refused("scene.json", &["gravtiy", "`gravity`", "column"]);
     folder.write("scene.json", text.replace("\"revolute\"", "\"revolut\""));
-    folder.refuses("scene.json", &["revolut", "`revolute`", "column"]);
+    folder.refused("scene.json", &["revolut", "`revolute`", "column"]);
 }
 
 #[test]
@@ -53,12 +54,12 @@ fn hostile_json_is_refused_and_not_swallowed() {
         "{\"dimension\": 4}",
     ] {
         folder.write("scene.json", text);
-        folder.refuses("scene.json", &["error: scene.json"]);
+        folder.refused("scene.json", &["error: scene.json"]);
     }
     folder.write("scene.json", [0xff, 0xfe, 0x00]);
-    folder.refuses("scene.json", &["not UTF-8"]);
+    folder.refused("scene.json", &["not UTF-8"]);
     std::fs::create_dir(folder.path("folder")).unwrap();
-    folder.refuses("folder", &["folder: cannot read"]);
+    folder.refused("folder", &["folder: cannot read"]);
 }
 
 /// Changes of the pendulum with their JSON pointers, and the messages about them.
@@ -174,6 +175,6 @@ fn what_does_not_fit_is_told_with_its_path_of_keys() {
         }
         let mut all = vec!["scene.json: "];
         all.extend_from_slice(texts);
-        Folder::with(&scene).refuses("scene.json", &all);
+        Folder::with(&scene).refused("scene.json", &all);
     }
 }

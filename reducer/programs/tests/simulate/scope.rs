@@ -1,13 +1,11 @@
 //! Runs beyond what their superelements were made for: told with the number, and not told where there is nothing.
 
-use dcb_formats::dcb::{Contents, WriteOptions, read_superelement, write_superelement};
-
+use dcb_formats::dcb::read_superelement;
 use dcb_formats::mesh::Direction;
-use dcb_formats::output::Replace;
 use dcb_superelement::selection::{InterfaceSelection, Selection};
 use serde_json::{Value, json};
 
-use super::support::{Answer, Folder};
+use crate::support::{Answer, Folder, says};
 
 /// A beam that is clamped at `a` with this force at `b`.
 fn pushed(force: Value, modes: usize) -> Folder {
@@ -24,23 +22,14 @@ fn pushed(force: Value, modes: usize) -> Folder {
 
 /// The beam's attachments at `b` answer to forces in these directions from now on.
 fn made_for(folder: &Folder, directions: &[Direction]) {
-    let path = folder.path("beam.dcb.h5");
-    let whole = read_superelement(&path).unwrap();
+    let whole = read_superelement(&folder.path("beam.dcb.h5")).unwrap();
     let mut names = whole.interfaces.iter().map(|interface| &interface.name);
     let b = names.position(|name| name == "b").unwrap();
     let along = InterfaceSelection::along(&whole, b, directions);
     let selection = Selection::everything(&whole);
     let selection = selection.with_interface("b", along).unwrap();
-    let contents = Contents {
-        superelement: &selection.superelement(&whole).unwrap(),
-        recovery: None,
-        mesh: None,
-    };
-    let options = WriteOptions {
-        replace_existing: Replace::Overwrite,
-        ..WriteOptions::default()
-    };
-    write_superelement(&path, &contents, &options).unwrap();
+    let along = selection.superelement(&whole).unwrap();
+    folder.store_superelement("beam.dcb.h5", &along);
 }
 
 fn told(answer: &Answer) -> Vec<&str> {
@@ -68,16 +57,17 @@ fn forces_along_directions_that_were_left_out_are_told_with_their_share() {
         ] {
             assert!(lines[0].contains(text), "no {text:?} in {lines:?}");
         }
-        let events = folder.results().events().unwrap();
-        let stored = events
-            .iter()
-            .filter(|event| event.message.contains("by 80 % of its largest force"));
-        assert_eq!(stored.count(), 1, "{events:?}");
+        let stored = folder.told().join("\n");
+        assert_eq!(
+            stored.matches("by 80 % of its largest force").count(),
+            1,
+            "{stored}"
+        );
     }
     // An equilibrium as well.
-    folder.edit("scene.json", |scene| scene["analysis"] = json!("static"));
+    folder.set_scene("analysis", "static");
     let answer = folder.done("scene.json --force");
-    assert!(told(&answer)[0].contains("by 80 %"), "{answer:?}");
+    says!(told(&answer)[0], "by 80 %");
     let within = pushed(json!([1, 3, 0]), 3);
     made_for(&within, &[Direction::Ux, Direction::Uy]);
     assert!(told(&within.done("scene.json")).is_empty());
@@ -111,5 +101,5 @@ fn motion_above_the_modes_is_told_and_slow_motion_is_not() {
     let percent = percent.split_whitespace().last().unwrap();
     println!("{lines:?}");
     assert!(percent.parse::<f64>().unwrap() > 50.0, "{lines:?}");
-    assert!(lines[0].contains("where its superelement's modes end"));
+    says!(lines[0], "where its superelement's modes end");
 }

@@ -5,14 +5,8 @@ use dcb_formats::output::Replace;
 use dcb_formats::results::{Channel, Column, Header, Outcome, ResultsWriter};
 use serde_json::json;
 
-use crate::support::{Folder, pendulum};
-
-/// Clears the screen, colours, goes back to the beginning of the line, reverses the direction of reading.
-const COMMANDS: &str = "x\u{1b}[2J\u{9b}31m\r\u{202e}y";
-
-fn commands_a_terminal(text: &str) -> bool {
-    text.contains(|c: char| (c.is_control() && c != '\n') || ('\u{202a}'..='\u{202e}').contains(&c))
-}
+use crate::scene_folder::pendulum;
+use crate::support::{COMMANDS, Folder, commands_a_terminal, says};
 
 #[test]
 fn no_command_lets_the_text_of_results_reach_the_terminal() {
@@ -59,7 +53,7 @@ fn no_command_lets_the_text_of_results_reach_the_terminal() {
             assert!(!text.contains("\nerror: a line"), "{words}: {text:?}");
         }
     }
-    assert!(folder.done("show results.h5").stdout.contains("\\u001b[2J"));
+    says!(folder.done("show results.h5").stdout, "\\u001b[2J");
 }
 
 #[test]
@@ -67,7 +61,7 @@ fn what_messages_quote_is_printable_and_short() {
     for key in [COMMANDS, &"ab".repeat(5_000_000)] {
         let folder = Folder::with(&pendulum(json!({ key: 1 })));
         let said = folder.run("scene.json");
-        said.assert(2, &["scene.json", "unknown field"]);
+        said.is_error(2, &["scene.json", "unknown field"]);
         assert!(
             said.stderr.len() < 2000 && !commands_a_terminal(&said.stderr),
             "{said:?}"
@@ -101,6 +95,6 @@ fn numbers_in_messages_have_no_hundreds_of_digits() {
         "bodies": {"bob": {"rigid": {"mass": -1e300, "inertia": 0.01, "points": {"pin": [-0.5, 0]}}, "position": [0.5, 0]}}
     })));
     let said = folder.run("scene.json");
-    said.assert(2, &["-1e300"]);
+    said.is_error(2, &["-1e300"]);
     assert!(!said.stderr.contains(&"0".repeat(20)), "{said:?}");
 }

@@ -1,12 +1,12 @@
 //! `simulate study`: what it measures, what it leaves, and how it goes on.
 
-use dcb_formats::dcb::{Contents, WriteOptions, write_superelement};
-use dcb_formats::results::Results;
+use dcb_formats::dcb::Contents;
 use dcb_reducer::{Reduction, reduce};
 use dcb_samples::{RodSection, planar_rod};
 use serde_json::{Value, json};
 
-use super::support::{Folder, pendulum};
+use crate::scene_folder::pendulum;
+use crate::support::{Folder, list, number, says};
 
 /// Options that take a second.
 const COARSE: &str = "study scene.json --modes 1,all --compatibility strong,static --step 1e-5,1e-4,2e-4 --outputs midpoint_deflection,slider_position";
@@ -14,19 +14,17 @@ const COARSE: &str = "study scene.json --modes 1,all --compatibility strong,stat
 /// The slider-crank for one turn.
 fn one_turn() -> Folder {
     let folder = Folder::slider_crank();
-    folder.edit("scene.json", |scene| {
-        scene["integrator"]["generalized_alpha"]["end"] = json!(0.042);
-    });
+    folder.set_integrator("end", 0.042);
     folder
 }
 
 fn json_of(folder: &Folder) -> Value {
-    serde_json::from_str(&folder.read("scene.study/study.json")).unwrap()
+    folder.json("scene.study/study.json")
 }
 
 /// The row of these options.
 fn row<'a>(study: &'a Value, modes: &str, compatibility: &str, step: f64) -> &'a Value {
-    let rows = study["rows"].as_array().unwrap().iter();
+    let rows = list(&study["rows"]).iter();
     let mut found = rows.filter(|row| {
         row["modes"] == json!(modes)
             && row["options"]["compatibility"] == json!(compatibility)
@@ -35,20 +33,17 @@ fn row<'a>(study: &'a Value, modes: &str, compatibility: &str, step: f64) -> &'a
     found.next().unwrap()
 }
 
-fn number(value: &Value) -> f64 {
-    value
-        .as_f64()
-        .unwrap_or_else(|| panic!("{value} is no number"))
-}
-
 #[test]
 fn a_study_measures_errors_and_times_and_names_the_best_row() {
     let folder = one_turn();
     let said = folder.done(COARSE).stdout;
-    assert!(said.contains("12 rows, 12 of them stable"), "{said}");
-    assert!(said.contains("Fastest with an error up to 1e-3"), "{said}");
+    says!(
+        said,
+        "12 rows, 12 of them stable",
+        "Fastest with an error up to 1e-3"
+    );
     let study = json_of(&folder);
-    let rows = study["rows"].as_array().unwrap();
+    let rows = list(&study["rows"]);
     assert_eq!(rows.len(), 12);
     for row in rows {
         assert!(number(&row["seconds_per_time"]) > 0.0, "{row}");
@@ -56,7 +51,7 @@ fn a_study_measures_errors_and_times_and_names_the_best_row() {
             number(&row["error"]) >= number(&study["reference"]["error"]),
             "{row}"
         );
-        assert_eq!(row["outputs"].as_array().unwrap().len(), 2);
+        assert_eq!(list(&row["outputs"]).len(), 2);
     }
     // Strong: 1 or 5 modes and what of the 4 attachments has mass; static: modes alone.
     let elastic =
@@ -85,8 +80,8 @@ fn a_study_measures_errors_and_times_and_names_the_best_row() {
     let best = &study["best"];
     assert_eq!(best["row"], fastest.unwrap()["row"]);
     assert_eq!(best["options"], fastest.unwrap()["options"]);
-    assert!(study["front"].as_array().unwrap().contains(&best["row"]));
-    assert!(said.contains(&format!("row {}", best["row"])), "{said}");
+    assert!(list(&study["front"]).contains(&best["row"]));
+    says!(said, format!("row {}", best["row"]));
 
     let table = folder.read("scene.study/study.csv");
     assert_eq!(table.lines().count(), 13);
@@ -95,19 +90,18 @@ fn a_study_measures_errors_and_times_and_names_the_best_row() {
         "{table}"
     );
     let page = folder.read("scene.study/report.html");
-    for text in [
+    says!(
+        page,
         "<svg",
         "midpoint_deflection",
         "slider_position",
-        "How it was measured",
-    ] {
-        assert!(page.contains(text), "no {text:?} in the page");
-    }
+        "How it was measured"
+    );
     assert!(
         !page.contains("http://") || page.contains("www.w3.org"),
         "the page needs a network"
     );
-    assert!(folder.read("scene.study/pareto.svg").contains("<svg"));
+    says!(folder.read("scene.study/pareto.svg"), "<svg");
 }
 
 /// Entry of the study for a row, from a run of its own and the reference's file.
@@ -116,12 +110,10 @@ fn an_error_is_that_of_the_scene_run_with_these_options() {
     let folder = Folder::slider_crank();
     folder.done("study scene.json --step 2e-5,4e-5 --outputs midpoint_deflection");
     let study = json_of(&folder);
-    let reference = Results::open(folder.path("scene.study/histories/reference.h5")).unwrap();
+    let reference = folder.results_of("scene.study/histories/reference.h5");
     let expected = reference.history("midpoint_deflection").unwrap();
-    folder.edit("scene.json", |scene| {
-        scene["record"] = json!({"every": 1});
-        scene["integrator"]["generalized_alpha"]["step"] = json!(2e-5);
-    });
+    folder.set_scene("record", json!({"every": 1}));
+    folder.set_integrator("step", 2e-5);
     folder.done("scene.json");
     let found = folder.results().history("midpoint_deflection").unwrap();
     // The times of comparison are those of the longest step.
@@ -177,11 +169,11 @@ fn a_study_goes_on_where_it_ended() {
     assert!(again.starts_with(&lines[..cut - 19]));
     // A history is lost: its run is made again, with the same values.
     let history = "scene.study/histories/1_static_1e-4_0.8_second-order.h5";
-    let before = Results::open(folder.path(history)).unwrap();
+    let before = folder.results_of(history);
     let before = before.history("midpoint_deflection").unwrap();
     std::fs::remove_file(folder.path(history)).unwrap();
     folder.done(COARSE);
-    let after = Results::open(folder.path(history)).unwrap();
+    let after = folder.results_of(history);
     assert_eq!(after.history("midpoint_deflection").unwrap(), before);
 }
 
@@ -194,14 +186,12 @@ fn changed_inputs_are_noticed() {
     });
     let words = "study scene.json --step 4e-5,8e-5";
     folder.done(words);
-    folder.edit("scene.json", |scene| {
-        scene["integrator"]["generalized_alpha"]["end"] = json!(0.003);
-    });
-    folder.refuses(words, &["rows.jsonl", "end", "0.004", "0.003", "--force"]);
+    folder.set_integrator("end", 0.003);
+    folder.refused(words, &["rows.jsonl", "end", "0.004", "0.003", "--force"]);
     folder.done(&format!("{words} --force"));
     std::fs::remove_file(folder.path("rod.dcb.h5")).unwrap();
     folder.store("rod.dcb.h5", &planar_rod(4, &RodSection::default()));
-    folder.refuses(
+    folder.refused(
         words,
         &["rows.jsonl", "superelements", "rod.dcb.h5", "--force"],
     );
@@ -210,17 +200,15 @@ fn changed_inputs_are_noticed() {
 #[test]
 fn an_interrupted_study_keeps_its_rows() {
     let folder = Folder::slider_crank();
-    folder.edit("scene.json", |scene| {
-        scene["integrator"]["generalized_alpha"]["end"] = json!(1);
-    });
+    folder.set_integrator("end", 1.0);
     // The first row is short, the others would take minutes.
     let words = "study scene.json --step 1e-4,1e-7 --threads 2";
     let first = "scene.study/histories/all_strong_1e-4_0.8_second-order.h5";
     let stdout = folder.interrupted(words, first);
-    assert!(stdout.contains("scene.study: stopped"), "{stdout}");
+    says!(stdout, "scene.study: stopped");
     let lines = folder.read("scene.study/rows.jsonl");
     assert_eq!(lines.lines().count(), 2, "{lines}");
-    assert!(lines.contains("course all/strong/1e-4"), "{lines}");
+    says!(lines, "course all/strong/1e-4");
 }
 
 /// The paper's form is refused at steps that it isn't stable at; let loose, it doesn't come to its end.
@@ -229,7 +217,7 @@ fn rows_that_are_not_stable_are_told_and_fail_nothing() {
     let folder = Folder::slider_crank();
     let words = "study scene.json --compatibility strong,weak --step 2e-5,4e-5";
     let said = folder.done(words).stdout;
-    assert!(said.contains("4 rows, 2 of them stable"), "{said}");
+    says!(said, "4 rows, 2 of them stable");
     let study = json_of(&folder);
     for step in [2e-5, 4e-5] {
         let weak = row(&study, "all", "weak", step);
@@ -239,28 +227,17 @@ fn rows_that_are_not_stable_are_told_and_fail_nothing() {
             "{weak}"
         );
         let reason = weak["course"]["stopped"].as_str().unwrap();
-        assert!(reason.contains("weak compatibility"), "{reason}");
+        says!(reason, "weak compatibility");
         assert_eq!(row(&study, "all", "strong", step)["stable"], json!(true));
     }
-    assert!(
-        folder
-            .read("scene.study/report.html")
-            .contains("come to its end")
-    );
-    folder.edit("scene.json", |scene| {
-        scene["allow_unstable_weak"] = json!(true)
-    });
+    says!(folder.read("scene.study/report.html"), "come to its end");
+    folder.set_scene("allow_unstable_weak", true);
     folder.done(&format!("{words} --force"));
     let study = json_of(&folder);
     let weak = row(&study, "all", "weak", 2e-5);
     assert_eq!(weak["stable"], json!(false), "{weak}");
-    assert!(
-        weak["course"]["stopped"]
-            .as_str()
-            .unwrap()
-            .starts_with("t = "),
-        "{weak}"
-    );
+    let reason = weak["course"]["stopped"].as_str().unwrap();
+    assert!(reason.starts_with("t = "), "{weak}");
     assert!(number(&weak["course"]["steps"]) > 0.0, "{weak}");
 }
 
@@ -272,27 +249,24 @@ fn rows_tell_of_steps_that_are_too_long() {
     let study = json_of(&folder);
     let told = |step: f64| -> Vec<String> {
         let row = row(&study, "all", "strong", step);
-        let warnings = row["course"]["warnings"].as_array().unwrap().iter();
+        let warnings = list(&row["course"]["warnings"]).iter();
         let warnings = warnings.map(|warning| warning.as_str().unwrap().to_owned());
         warnings
             .filter(|said| said.contains("in a period"))
             .collect()
     };
     let of_run = |step: f64| -> Vec<String> {
-        folder.edit("scene.json", |scene| {
-            scene["integrator"]["generalized_alpha"]["step"] = json!(step);
-        });
+        folder.set_integrator("step", step);
         folder.done("scene.json --force");
-        let events = folder.results().events().unwrap().into_iter();
-        let said = events.map(|event| event.message);
-        said.filter(|said| said.contains("in a period")).collect()
+        let told = folder.told().into_iter();
+        told.filter(|said| said.contains("in a period")).collect()
     };
     assert_eq!(told(1e-4), of_run(1e-4));
     assert!(told(1e-4).is_empty());
     assert_eq!(told(5e-4), of_run(5e-4));
-    assert!(told(5e-4)[0].contains("take steps below"));
+    says!(told(5e-4)[0], "take steps below");
     let page = folder.read("scene.study/report.html");
-    assert!(page.contains("take steps below"));
+    says!(page, "take steps below");
 }
 
 #[test]
@@ -302,7 +276,7 @@ fn one_list_at_a_time_varies_around_the_scene() {
         "study scene.json --modes 1,5 --step 4e-5 --inertia none,full --rho-infinity 0.5 --combine one-at-a-time",
     );
     let study = json_of(&folder);
-    let options: Vec<&Value> = (study["rows"].as_array().unwrap().iter())
+    let options: Vec<&Value> = (list(&study["rows"]).iter())
         .map(|row| &row["options"])
         .collect();
     // The scene's own, two of the modes, one of the inertia that isn't its own, one radius, one step.
@@ -349,14 +323,14 @@ fn options_that_cannot_be_used_are_refused() {
         ("--tolerance 0", &["--tolerance", "is 0"]),
         ("--tolerance NaN", &["--tolerance", "NaN"]),
     ] {
-        folder.refuses(&format!("study scene.json {words}"), texts);
+        folder.refused(&format!("study scene.json {words}"), texts);
     }
-    folder.refuses("study", &["SCENE.json", "Usage"]);
+    folder.refused("study", &["SCENE.json", "Usage"]);
     folder.write("report", "mine");
-    folder.refuses("study scene.json -o report", &["report", "no folder"]);
+    folder.refused("study scene.json -o report", &["report", "no folder"]);
     std::fs::create_dir(folder.path("mine")).unwrap();
     folder.write("mine/notes.txt", "mine");
-    folder.refuses(
+    folder.refused(
         "study scene.json -o mine --force",
         &["mine", "holds no study"],
     );
@@ -365,26 +339,26 @@ fn options_that_cannot_be_used_are_refused() {
 #[test]
 fn scenes_that_cannot_be_studied_are_refused() {
     let without = |rest: Value| Folder::with(&pendulum(rest));
-    without(json!({})).refuses(
+    without(json!({})).refused(
         "study scene.json --modes 1",
         &["--modes", "no superelements"],
     );
-    without(json!({"outputs": {}})).refuses("study scene.json", &["outputs", "--outputs"]);
-    without(json!({"analysis": "static"})).refuses("study scene.json", &["analysis", "transient"]);
-    without(json!({"integrator": {"hht": {"step": 1e-3, "end": 0.1}}})).refuses(
+    without(json!({"outputs": {}})).refused("study scene.json", &["outputs", "--outputs"]);
+    without(json!({"analysis": "static"})).refused("study scene.json", &["analysis", "transient"]);
+    without(json!({"integrator": {"hht": {"step": 1e-3, "end": 0.1}}})).refused(
         "study scene.json --rho-infinity 0.5",
         &["--rho-infinity", "hht"],
     );
     let adaptive = json!({"generalized_alpha": {"step": 1e-3, "end": 0.1,
         "adaptive": {"tolerance": 1e-4, "minimum_step": 1e-6, "maximum_step": 1e-2}}});
     without(json!({"integrator": adaptive}))
-        .refuses("study scene.json", &["adaptive", "equal steps"]);
+        .refused("study scene.json", &["adaptive", "equal steps"]);
     let folder = Folder::slider_crank();
-    folder.edit("scene.json", |scene| {
-        scene["outputs"] = json!({"y": {"modal": {"body": "rod"}}});
-    });
-    folder.refuses("study scene.json", &["outputs", "--outputs"]);
-    folder.refuses("study scene.json --outputs y", &["modal coordinates"]);
+    folder.set_scene("outputs", json!({"y": {"modal": {"body": "rod"}}}));
+    folder.refused_each(&[
+        ("study scene.json", &["outputs", "--outputs"]),
+        ("study scene.json --outputs y", &["modal coordinates"]),
+    ]);
 }
 
 /// A scene without superelements varies steps; HHT has no spectral radius to vary.
@@ -396,11 +370,11 @@ fn rigid_scenes_and_other_methods_are_studied_too() {
     folder.done("study scene.json --outputs angle,reactions/hinge");
     let study = json_of(&folder);
     assert_eq!(
-        study["rows"].as_array().unwrap().len(),
+        list(&study["rows"]).len(),
         2,
         "1e-3 and 2e-3: fifty steps are left"
     );
-    let names: Vec<&str> = (study["outputs"].as_array().unwrap().iter())
+    let names: Vec<&str> = (list(&study["outputs"]).iter())
         .map(|output| output["name"].as_str().unwrap())
         .collect();
     assert_eq!(
@@ -416,17 +390,15 @@ fn rigid_scenes_and_other_methods_are_studied_too() {
 fn a_scene_can_use_fewer_modes_than_the_file_has() {
     let folder = Folder::slider_crank();
     let component = planar_rod(4, &RodSection::default());
-    let store = |name: &str, modes: usize| {
+    for (name, modes) in [("many.dcb.h5", 7), ("few.dcb.h5", 2)] {
         let reduced = reduce(&component, &Reduction::lowest(modes), &mut ()).unwrap();
         let contents = Contents {
             superelement: &reduced.superelement,
             recovery: Some(&reduced.recovery),
             mesh: Some(&component.mesh),
         };
-        write_superelement(&folder.path(name), &contents, &WriteOptions::default()).unwrap();
-    };
-    store("many.dcb.h5", 7);
-    store("few.dcb.h5", 2);
+        folder.store_contents(name, &contents);
+    }
     let mut histories = Vec::new();
     for body in [
         json!({"superelement": "few.dcb.h5"}),
@@ -454,15 +426,11 @@ fn a_scene_can_use_fewer_modes_than_the_file_has() {
         apart(2, 0)
     );
 
-    folder.edit("scene.json", |scene| {
-        scene["bodies"]["rod"]["modes"] = json!(8)
-    });
-    folder.refuses(
+    folder.set_scene("bodies/rod/modes", 8);
+    folder.refused(
         "scene.json --force",
         &["bodies.rod.modes", "is 8", "7 modes"],
     );
-    folder.edit("scene.json", |scene| {
-        scene["bodies"]["crank"]["modes"] = json!(1)
-    });
-    folder.refuses("scene.json --force", &["a rigid body has no `modes`"]);
+    folder.set_scene("bodies/crank/modes", 1);
+    folder.refused("scene.json --force", &["a rigid body has no `modes`"]);
 }

@@ -1,24 +1,20 @@
 //! Superelements that a scene can't use, and interfaces that a joint can't.
 
 use dcb_formats::Superelement;
-use dcb_formats::dcb::{
-    Contents, SuperelementFile, WriteOptions, read_superelement, write_superelement,
-};
-use dcb_formats::output::Replace;
+use dcb_formats::dcb::read_superelement;
 use dcb_samples::{RodSection, UnitScale, in_units, planar_rod};
 use serde_json::{Value, json};
 
-use super::support::Folder;
+use crate::scene_folder::spatial;
+use crate::support::{Folder, says};
 
 /// A beam, clamped by the joint that is given.
 fn beam(joint: Value) -> Value {
-    json!({
-        "dimension": 3,
-        "units": {"length": "m", "mass": "kg", "time": "s"},
+    spatial(json!({
         "bodies": {"beam": {"superelement": "beam.dcb.h5"}},
         "joints": {"clamp": joint},
         "integrator": {"generalized_alpha": {"step": 1e-4, "end": 1e-3}}
-    })
+    }))
 }
 
 fn fixed_at(interface: &str) -> Value {
@@ -29,12 +25,12 @@ fn fixed_at(interface: &str) -> Value {
 fn a_missing_superelement_is_named() {
     let folder = Folder::slider_crank();
     std::fs::remove_file(folder.path("rod.dcb.h5")).unwrap();
-    folder.refuses("scene.json", &["rod.dcb.h5: cannot read: No such file"]);
+    folder.refused("scene.json", &["rod.dcb.h5: cannot read: No such file"]);
     // From elsewhere too: paths start at the folder of the scene.
     std::fs::create_dir(folder.path("sub")).unwrap();
     let moved = folder.path("sub/scene.json");
     std::fs::copy(folder.path("scene.json"), moved).unwrap();
-    folder.refuses("sub/scene.json", &["sub/rod.dcb.h5: cannot read"]);
+    folder.refused("sub/scene.json", &["sub/rod.dcb.h5: cannot read"]);
 }
 
 #[test]
@@ -43,16 +39,16 @@ fn damaged_superelements_are_refused() {
     let whole = folder.bytes("rod.dcb.h5");
     for part in [0, 1, 100, whole.len() / 2, whole.len() - 1] {
         folder.write("rod.dcb.h5", &whole[..part]);
-        folder.refuses("scene.json", &["rod.dcb.h5"]);
+        folder.refused("scene.json", &["rod.dcb.h5"]);
     }
     let mut corrupt = whole.clone();
     for byte in corrupt.iter_mut().skip(200).step_by(64) {
         *byte ^= 0x55;
     }
     folder.write("rod.dcb.h5", corrupt);
-    folder.refuses("scene.json", &["rod.dcb.h5"]);
+    folder.refused("scene.json", &["rod.dcb.h5"]);
     folder.write("rod.dcb.h5", "not at all");
-    folder.refuses("scene.json", &["rod.dcb.h5", "HDF5"]);
+    folder.refused("scene.json", &["rod.dcb.h5", "HDF5"]);
 }
 
 /// Matrices with right digests that can't belong together change a motion by 3 % to 1300 %: no run starts with them.
@@ -70,10 +66,8 @@ fn superelements_that_contradict_themselves_are_refused() {
             it.residual.flexibility *= faer::Scale(0.0)
         }),
         ("/residual/sigma2", |it| {
-            it.residual
-                .sigma_squared
-                .iter_mut()
-                .for_each(|square| *square *= 100.0);
+            let squares = it.residual.sigma_squared.iter_mut();
+            squares.for_each(|square| *square *= 100.0);
         }),
         ("/residual/mass", |it| it.residual.mass *= faer::Scale(2.0)),
         ("/residual/transform", |it| {
@@ -84,30 +78,17 @@ fn superelements_that_contradict_themselves_are_refused() {
         }),
         ("/inertia/L3", |it| it.inertia.l3[0] *= faer::Scale(1e6)),
         ("/inertia/I1", |it| {
-            it.inertia
-                .i1
-                .iter_mut()
-                .for_each(|block| block[2][2] *= 1e6);
+            let blocks = it.inertia.i1.iter_mut();
+            blocks.for_each(|block| block[2][2] *= 1e6);
         }),
     ];
     let folder = Folder::slider_crank();
-    let file = SuperelementFile::open(folder.path("rod.dcb.h5")).unwrap();
-    let whole = file.superelement().unwrap();
-    drop(file);
+    let whole = read_superelement(&folder.path("rod.dcb.h5")).unwrap();
     for (names, change) in cases {
         let mut changed = whole.clone();
         change(&mut changed);
-        let contents = Contents {
-            superelement: &changed,
-            recovery: None,
-            mesh: None,
-        };
-        let options = WriteOptions {
-            replace_existing: Replace::Overwrite,
-            ..WriteOptions::default()
-        };
-        write_superelement(&folder.path("rod.dcb.h5"), &contents, &options).unwrap();
-        folder.refuses(
+        folder.store_superelement("rod.dcb.h5", &changed);
+        folder.refused(
             "scene.json",
             &[
                 "rod.dcb.h5",
@@ -134,7 +115,7 @@ fn a_later_major_version_is_refused() {
     assert!(version - format < 64);
     bytes[version] = b'9';
     folder.write("rod.dcb.h5", bytes);
-    folder.refuses("scene.json", &["rod.dcb.h5", "9.0", "1."]);
+    folder.refused("scene.json", &["rod.dcb.h5", "9.0", "1."]);
 }
 
 #[test]
@@ -142,10 +123,8 @@ fn dimension_and_units_must_be_those_of_the_scene() {
     let folder = Folder::beam(&fixed_at("beam/a"));
     let rod = planar_rod(4, &RodSection::default());
     folder.store("rod.dcb.h5", &rod);
-    folder.edit("scene.json", |scene| {
-        scene["bodies"]["beam"]["superelement"] = json!("rod.dcb.h5")
-    });
-    folder.refuses(
+    folder.set_scene("bodies/beam/superelement", "rod.dcb.h5");
+    folder.refused(
         "scene.json",
         &[
             "bodies.beam.superelement",
@@ -155,7 +134,7 @@ fn dimension_and_units_must_be_those_of_the_scene() {
     let folder = Folder::slider_crank();
     std::fs::remove_file(folder.path("rod.dcb.h5")).unwrap();
     folder.store("rod.dcb.h5", &in_units(&rod, &UnitScale::mm_t_s()));
-    folder.refuses(
+    folder.refused(
         "scene.json",
         &[
             "bodies.rod.superelement",
@@ -167,19 +146,17 @@ fn dimension_and_units_must_be_those_of_the_scene() {
 #[test]
 fn unknown_interfaces_have_a_nearest_name() {
     let folder = Folder::beam(&fixed_at("beam/piar"));
-    folder.refuses(
+    folder.refused(
         "scene.json",
         &["joints.clamp.fixed.b", "\"piar\"", "did you mean \"pair\"?"],
     );
-    folder.edit("scene.json", |scene| {
-        scene["joints"]["clamp"]["fixed"]["b"] = json!("beam/zzzzzz")
-    });
-    folder.refuses("scene.json", &["it has a, b, pair, watched, bare"]);
+    folder.set_scene("joints/clamp/fixed/b", "beam/zzzzzz");
+    folder.refused("scene.json", &["it has a, b, pair, watched, bare"]);
 }
 
 #[test]
 fn interfaces_that_have_no_frame_say_what_would() {
-    Folder::beam(&fixed_at("beam/pair")).refuses(
+    Folder::beam(&fixed_at("beam/pair")).refused(
         "scene.json",
         &[
             "joints.clamp.fixed.b",
@@ -188,7 +165,7 @@ fn interfaces_that_have_no_frame_say_what_would() {
             "`average` or `rigid`",
         ],
     );
-    Folder::beam(&fixed_at("beam/watched")).refuses(
+    Folder::beam(&fixed_at("beam/watched")).refused(
         "scene.json",
         &["joints.clamp.fixed.b", "\"beam/watched\" is an output only"],
     );
@@ -197,7 +174,7 @@ fn interfaces_that_have_no_frame_say_what_would() {
 #[test]
 fn rotation_rows_are_needed_by_what_turns_and_the_body_can_lend_its_own() {
     let folder = Folder::beam(&fixed_at("beam/bare"));
-    folder.refuses(
+    folder.refused(
         "scene.json",
         &[
             "joints.clamp.fixed.b",
@@ -211,21 +188,16 @@ fn rotation_rows_are_needed_by_what_turns_and_the_body_can_lend_its_own() {
     let mut loaded = fixed_at("beam/a");
     loaded["loads"] = json!({"twist": {"torque": {"at": "beam/bare", "components": [1, 0, 0]}}});
     let answer = Folder::beam(&loaded).run("scene.json");
-    answer.assert(2, &["loads.twist.torque.at", "no rotation rows"]);
+    answer.is_error(2, &["loads.twist.torque.at", "no rotation rows"]);
     assert!(!answer.stderr.contains("orientation"), "{}", answer.stderr);
-    folder.edit("scene.json", |scene| {
-        scene["joints"]["clamp"]["fixed"]["orientation"] = json!("body")
-    });
+    folder.set_scene("joints/clamp/fixed/orientation", "body");
     let answer = folder.done("scene.json");
-    assert!(
-        answer
-            .stderr
-            .contains("joint \"clamp\": rotations are those of the body frame"),
-        "{}",
-        answer.stderr
+    says!(
+        answer.stderr,
+        "joint \"clamp\": rotations are those of the body frame"
     );
     let warnings = folder.results().provenance("warnings").unwrap();
-    assert!(warnings.to_string().contains("clamp"), "{warnings}");
+    says!(warnings.to_string(), "clamp");
 }
 
 /// Fields of a node, which are read alone, and the rows of the interface that consists of this node.
@@ -238,41 +210,27 @@ fn a_node_moves_as_the_interface_that_it_is() {
         row.unwrap().node
     };
     for modes in [json!(null), json!(2)] {
-        folder.edit("scene.json", |scene| {
-            scene["bodies"]["rod"]["modes"] = modes.clone();
-            if modes.is_null() {
-                scene["bodies"]["rod"]
-                    .as_object_mut()
-                    .unwrap()
-                    .remove("modes");
-            }
-            scene["outputs"] = json!({
-                "a": {"position": {"at": "rod/a"}},
-                "b": {"position": {"at": "rod/b"}},
-                "node_a": {"node_position": {"body": "rod", "node": node_of(0)}},
-                "node_b": {"node_position": {"body": "rod", "node": node_of(1)}},
-            });
+        if !modes.is_null() {
+            folder.set_scene("bodies/rod/modes", &modes);
+        }
+        let outputs = json!({
+            "a": {"position": {"at": "rod/a"}},
+            "b": {"position": {"at": "rod/b"}},
+            "node_a": {"node_position": {"body": "rod", "node": node_of(0)}},
+            "node_b": {"node_position": {"body": "rod", "node": node_of(1)}},
         });
+        folder.set_scene("outputs", outputs);
         folder.done("scene.json --force");
         let results = folder.results();
         for (interface, node) in [("a", "node_a"), ("b", "node_b")] {
-            let (interface, node) = (
-                results.history(interface).unwrap(),
-                results.history(node).unwrap(),
-            );
+            let [interface, node] = [interface, node].map(|name| results.history(name).unwrap());
             assert_eq!(interface.ncols(), 2);
-            for row in 0..interface.nrows() {
-                for axis in 0..2 {
-                    let (a, b) = (interface[(row, axis)], node[(row, axis)]);
-                    assert!((a - b).abs() < 1e-12, "{modes}: {a} {b}");
-                }
-            }
+            let apart = (&interface - &node).norm_max();
+            assert!(apart < 1e-12, "{modes}: {apart:e}");
         }
     }
-    folder.edit("scene.json", |scene| {
-        scene["outputs"]["node_a"]["node_position"]["node"] = json!(77);
-    });
-    folder.refuses(
+    folder.set_scene("outputs/node_a/node_position/node", 77);
+    folder.refused(
         "scene.json --force",
         &["outputs.node_a", "node: is 77", "counted from 0"],
     );

@@ -6,7 +6,7 @@ use dcb_reducer::modes::slepc::SlepcRun;
 use dcb_reducer::{EigenSolver, Reduction, reduce};
 
 use crate::MPIRUN;
-use crate::support::{Answer, Folder, answer};
+use crate::support::{Answer, Folder, answer, says};
 
 /// Runs the rotor with this in place of `mpirun`.
 fn with_mpirun(folder: &Folder, mpirun: &str) -> Answer {
@@ -81,10 +81,7 @@ fn a_missing_program() {
     };
     let error = reduce(&component, &options, &mut ()).unwrap_err();
     assert!(error.is_unusable_input());
-    assert!(
-        error.to_string().contains("/no/such/dcb-slepc-eigen"),
-        "{error}"
-    );
+    says!(error.to_string(), "/no/such/dcb-slepc-eigen");
 }
 
 #[test]

@@ -1,11 +1,10 @@
 //! Ctrl-C while MPI runs.
 
 use std::path::Path;
-use std::process::{Command, Stdio};
 use std::time::{Duration, Instant};
 
 use crate::MPIRUN;
-use crate::support::Folder;
+use crate::support::{Folder, start, stopped};
 
 /// Command lines of processes that name this folder.
 fn processes(folder: &Path) -> Vec<String> {
@@ -37,13 +36,8 @@ fn an_interruption_ends_the_ranks() {
     let before = folder.names();
     for milliseconds in [0, 100, 400] {
         let mut command = folder.command("part.mtx --modes 300 --eigen-solver slepc --ranks 2");
-        let child = command
-            .args(["--mpirun", MPIRUN])
-            .env("TMPDIR", &scratch)
-            .stdout(Stdio::piped())
-            .stderr(Stdio::piped())
-            .spawn()
-            .unwrap();
+        let command = command.args(["--mpirun", MPIRUN]).env("TMPDIR", &scratch);
+        let child = start(command);
         let started = || {
             processes(&scratch)
                 .iter()
@@ -51,15 +45,9 @@ fn an_interruption_ends_the_ranks() {
         };
         assert!(waited_for(started));
         std::thread::sleep(Duration::from_millis(milliseconds));
-        let _ = Command::new("kill")
-            .args(["-INT", &child.id().to_string()])
-            .status();
-        let output = child.wait_with_output().unwrap();
-        let stderr = String::from_utf8_lossy(&output.stderr);
-        assert_eq!(
-            (output.status.code(), stderr.as_ref()),
-            (Some(130), "interrupted: nothing was written\n")
-        );
+        let answer = stopped("INT", child);
+        assert_eq!(answer.code, Some(130));
+        assert_eq!(answer.stderr, "interrupted: nothing was written\n");
         assert!(
             waited_for(|| processes(&scratch).is_empty()),
             "{:?}",
@@ -76,23 +64,12 @@ fn a_deaf_mpirun_is_killed() {
     let scratch = folder.path("scratch");
     std::fs::create_dir(&scratch).unwrap();
     let mut command = folder.command("rotor.mtx --modes 12 --eigen-solver slepc --ranks 2");
-    let child = command
-        .args([
-            "--mpirun",
-            "sh -c 'trap \"\" TERM; while :; do sleep 1; done'",
-        ])
-        .env("TMPDIR", &scratch)
-        .stdout(Stdio::piped())
-        .stderr(Stdio::piped())
-        .spawn()
-        .unwrap();
+    let deaf = "sh -c 'trap \"\" TERM; while :; do sleep 1; done'";
+    let child = start(command.args(["--mpirun", deaf]).env("TMPDIR", &scratch));
     assert!(waited_for(|| processes(&scratch)
         .iter()
         .any(|line| line.starts_with("sh "))));
-    let _ = Command::new("kill")
-        .args(["-INT", &child.id().to_string()])
-        .status();
-    assert_eq!(child.wait_with_output().unwrap().status.code(), Some(130));
+    assert_eq!(stopped("INT", child).code, Some(130));
     assert!(waited_for(|| processes(&scratch).is_empty()));
     assert_eq!(std::fs::read_dir(&scratch).unwrap().count(), 0);
 }

@@ -7,8 +7,14 @@ mod agreement;
 mod failures;
 mod interruption;
 #[allow(dead_code)]
-#[path = "../reduce/support.rs"]
+#[path = "../reduce/part_folder.rs"]
+mod part_folder;
+#[allow(dead_code)]
+#[path = "../support/mod.rs"]
 mod support;
+
+/// The program.
+const PROGRAM: &str = env!("CARGO_BIN_EXE_reduce");
 
 /// `mpirun` on a machine that has other things to do too, as root or not.
 const MPIRUN: &str =
