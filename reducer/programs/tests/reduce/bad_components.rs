@@ -178,9 +178,7 @@ fn mixed_units_get_a_warning() {
 #[test]
 fn a_part_without_interfaces_gets_a_warning() {
     let folder = Folder::rotor();
-    folder.edit("rotor.json", |json| {
-        json["component"]["interfaces"] = json!([])
-    });
+    folder.set("rotor.json", "component/interfaces", json!([]));
     let answer = folder.warned("rotor.mtx --modes 3", &["no interface"]);
     says!(answer.stdout, "no interface: nothing can be attached");
     let shown = folder.done("inspect rotor.dcb.h5");

@@ -199,9 +199,7 @@ fn only_what_has_changed_is_made_again() {
     assert_eq!(changed(before), ["rotor", "spinning"]);
     // Another mass matrix, and everything.
     let before = written();
-    folder.edit("rotor.json", |json| {
-        json["component"]["damping"] = json!({"modal": 0.01})
-    });
+    folder.set("rotor.json", "component/damping", json!({"modal": 0.01}));
     assert_eq!(words(&folder.done(batch)), all("done", &NAMES));
     assert_eq!(changed(before), NAMES);
     let before = written();
@@ -212,61 +210,60 @@ fn only_what_has_changed_is_made_again() {
 #[test]
 fn unusable_manifests_are_refused_with_the_place() {
     let folder = Folder::rotor();
-    let manifests = [
+    let refused = |manifest: Value, says: &str| {
+        folder.write("m.json", manifest.to_string());
+        folder.refused("batch m.json --no-cache", &["m.json", says]);
+    };
+    for (keys, says) in [
+        (json!({"mode": 6}), "mode: unknown field `mode`"),
         (
-            json!({"parts": [{"part": "rotor.mtx", "mode": 6}]}),
-            "parts[0].mode: unknown field `mode`",
+            json!({"enrich": ["spinn"]}),
+            "enrich: unknown variant `spinn`",
         ),
+        (json!({"name": "../rotor"}), "name: "),
+        (json!({"part": ".."}), "part: names no file"),
         (
-            json!({"parts": [{"part": "rotor.mtx"}, {"part": "b.mtx", "modes": -1}]}),
+            json!({"modes": 3, "max_frequency": 5}),
+            "max_frequency: stands beside modes",
+        ),
+        (json!({"max_frequency": 0}), "max_frequency: is 0"),
+    ] {
+        let mut part = json!({"part": "rotor.mtx"});
+        part.as_object_mut()
+            .unwrap()
+            .extend(keys.as_object().unwrap().clone());
+        refused(json!({ "parts": [part] }), &format!("parts[0].{says}"));
+    }
+    let rotor = json!({"part": "rotor.mtx"});
+    for (manifest, says) in [
+        (
+            json!({"parts": [rotor, {"part": "b.mtx", "modes": -1}]}),
             "parts[1].modes: invalid value",
         ),
         (
-            json!({"parts": [{"part": "rotor.mtx", "enrich": ["spinn"]}]}),
-            "parts[0].enrich: unknown variant `spinn`",
+            json!({"parts": [rotor, {"part": "a/rotor.mtx"}]}),
+            "parts[1]: is named \"rotor\"",
         ),
-        (
-            json!({"parts": [{"part": "rotor.mtx"}], "default": {}}),
-            "unknown field `default`",
-        ),
-        (
-            json!({"parts": [{"part": "rotor.mtx"}], "defaults": {"moods": 1}}),
-            "defaults.moods: unknown field",
-        ),
-        (
-            json!({"parts": [{"part": "rotor.mtx"}], "defaults": {"name": "x"}}),
-            "defaults.name: belongs to one",
-        ),
-        (json!({"parts": []}), "parts: is empty"),
-        (json!({}), "missing field `parts`"),
         (
             json!({"parts": [{"modes": 3}]}),
             "parts[0]: missing field `part`",
         ),
         (
-            json!({"parts": [{"part": "rotor.mtx"}, {"part": "a/rotor.mtx"}]}),
-            "parts[1]: is named \"rotor\"",
+            json!({"parts": [rotor], "default": {}}),
+            "unknown field `default`",
         ),
         (
-            json!({"parts": [{"part": "rotor.mtx", "name": "../rotor"}]}),
-            "parts[0].name: ",
+            json!({"parts": [rotor], "defaults": {"moods": 1}}),
+            "defaults.moods: unknown field",
         ),
         (
-            json!({"parts": [{"part": ".."}]}),
-            "parts[0].part: names no file",
+            json!({"parts": [rotor], "defaults": {"name": "x"}}),
+            "defaults.name: belongs to one",
         ),
-        (
-            json!({"parts": [{"part": "rotor.mtx", "modes": 3, "max_frequency": 5}]}),
-            "parts[0].max_frequency: stands beside modes",
-        ),
-        (
-            json!({"parts": [{"part": "rotor.mtx", "max_frequency": 0}]}),
-            "parts[0].max_frequency: is 0",
-        ),
-    ];
-    for (manifest, says) in manifests {
-        folder.write("m.json", manifest.to_string());
-        folder.refused("batch m.json --no-cache", &["m.json", says]);
+        (json!({"parts": []}), "parts: is empty"),
+        (json!({}), "missing field `parts`"),
+    ] {
+        refused(manifest, says);
     }
     folder.write("m.json", "{\n  \"parts\": [,]\n}");
     folder.refused_each(&[

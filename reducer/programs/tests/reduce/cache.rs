@@ -120,9 +120,11 @@ fn other_requests_are_not_served() {
     }
     let shown = folder.done("copy.mtx --modes 6 --cache=c");
     assert!(!shown.contains(SERVED), "{shown}");
-    folder.edit("rotor.json", |json| {
-        json["component"]["damping"] = serde_json::json!({"modal": 0.01})
-    });
+    folder.set(
+        "rotor.json",
+        "component/damping",
+        serde_json::json!({"modal": 0.01}),
+    );
     let shown = folder.done("rotor.mtx --modes 6 --cache=c -o changed.dcb.h5");
     assert!(
         !shown.contains(SERVED) && shown.contains("0.01000"),

@@ -52,9 +52,11 @@ fn parts_of_other_dimension_or_rows_are_told_apart() {
         &format!("compare rotor.dcb.h5 {}", path.display()),
         &["planar", "spatial"],
     );
-    folder.edit("rotor.json", |json| {
-        json["component"]["interfaces"] = json!([{"name": "n", "kind": "nodes", "nodes": [3]}])
-    });
+    folder.set(
+        "rotor.json",
+        "component/interfaces",
+        json!([{"name": "n", "kind": "nodes", "nodes": [3]}]),
+    );
     folder.done("rotor.mtx --modes 3 -o node.dcb.h5");
     let shown = folder.done("compare rotor.dcb.h5 node.dcb.h5");
     says!(shown, "A has 12 boundary rows, B 3");

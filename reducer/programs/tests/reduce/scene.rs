@@ -2,13 +2,12 @@
 
 use std::fs;
 
-use dcb_formats::component::InterfaceKind;
 use dcb_runtime::{Mechanism, Scene};
 use dcb_samples::SolidElement;
-use dcb_tests::parts::{interface, steel_box, with_interfaces};
-use serde_json::{Value, json};
+use dcb_tests::parts::steel_box;
+use serde_json::json;
 
-use crate::support::{Folder, list, number, says, stored};
+use crate::support::{Folder, list, node_at, number, says, stored, with_ends};
 
 /// The planar rod and the slider-crank that it belongs to, whose steps are ten times as long, so that the rod's four elements have enough modes.
 fn slider_crank() -> Folder {
@@ -114,42 +113,36 @@ fn slips_and_broken_scenes_are_refused() {
         folder.refused(&format!("rod.mtx {arguments}"), &[says]);
     }
     let sound = folder.json("scene.json");
-    let broken = |change: &dyn Fn(&mut Value), says: &[&str]| {
-        let mut scene = sound.clone();
-        change(&mut scene);
-        folder.write("scene.json", scene.to_string());
-        folder.refused("rod.mtx --scene scene.json", says);
-    };
-    broken(
-        &|scene| scene["joints"]["pin"]["revolute"]["a"] = json!("rod/c"),
-        &["scene.json", "joints.pin.revolute.a", "no interface \"c\""],
-    );
-    broken(
-        &|scene| scene["outputs"]["midpoint_deflection"]["chord_deflection"]["node"] = json!(9),
-        &[
-            "scene.json",
-            "outputs.midpoint_deflection names node 9",
-            "mesh of 5 nodes",
-        ],
-    );
-    broken(
-        &|scene| scene["units"]["length"] = json!("mm"),
-        &[
-            "scene.json",
-            "in mm, kg, s, but the component is in m, kg, s",
-        ],
-    );
-    broken(
-        &|scene| {
-            scene["loads"] =
-                json!({"wind": {"part_load": {"body": "rod", "load": "wind", "factor": 1}}})
-        },
-        &["scene.json", "no load \"wind\"", "it has none"],
-    );
-    broken(
-        &|scene| scene["joints"] = json!([]),
-        &["scene.json", "scene.json:1"],
-    );
+    let load = json!({"wind": {"part_load": {"body": "rod", "load": "wind", "factor": 1}}});
+    for (place, value, says) in [
+        (
+            "joints/pin/revolute/a",
+            json!("rod/c"),
+            ["joints.pin.revolute.a", "no interface \"c\""],
+        ),
+        (
+            "outputs/midpoint_deflection/chord_deflection/node",
+            json!(9),
+            [
+                "outputs.midpoint_deflection names node 9",
+                "mesh of 5 nodes",
+            ],
+        ),
+        (
+            "units/length",
+            json!("mm"),
+            ["in mm, kg, s,", "but the component is in m, kg, s"],
+        ),
+        ("loads", load, ["no load \"wind\"", "it has none"]),
+        ("joints", json!([]), ["scene.json:", "expected an object"]),
+    ] {
+        folder.write("scene.json", sound.to_string());
+        folder.set("scene.json", place, value);
+        folder.refused(
+            "rod.mtx --scene scene.json",
+            &["scene.json", says[0], says[1]],
+        );
+    }
     folder.write("scene.json", "{");
     folder.refused(
         "rod.mtx --scene scene.json",
@@ -164,21 +157,8 @@ fn slips_and_broken_scenes_are_refused() {
 fn pendulum_of_a_block(lug: impl Fn([f64; 3]) -> bool) -> Folder {
     let block = steel_box([4, 2, 2], SolidElement::Hexahedron);
     let block = block.changed(|draft| draft.name = "part".into()).unwrap();
-    let nodes = 0..block.mesh.node_count() as u32;
-    let at = |node: &u32| block.mesh.position(*node);
-    let on_lug: Vec<u32> = nodes.clone().filter(|node| lug(at(node))).collect();
-    let apart = |node: &u32| -> f64 {
-        let pairs = at(node).into_iter().zip([0.2, 0.1, 0.06]);
-        pairs.map(|(a, b)| (a - b).abs()).sum()
-    };
-    let middle = nodes.clone().find(|node| apart(node) < 1e-9);
-    let frame = |name: &str, nodes| interface(name, InterfaceKind::Average, nodes);
-    let set = |name: &str| block.mesh.point_sets[name].clone();
-    let mut interfaces = vec![frame("left", set("x_min")), frame("right", set("x_max"))];
-    if !on_lug.is_empty() {
-        interfaces.push(frame("lug", on_lug));
-    }
-    let block = with_interfaces(&block, interfaces);
+    let block = with_ends(&block, lug);
+    let middle = node_at(&block, [0.2, 0.1, 0.06]);
     let folder = Folder::with(&block);
     let scene = json!({
         "dimension": 2,
@@ -190,7 +170,7 @@ fn pendulum_of_a_block(lug: impl Fn([f64; 3]) -> bool) -> Folder {
         "loads": {"push": {"force": {"at": "block/right", "components": [3e4, 2e5]}}},
         "outputs": {
             "tip": {"position": {"at": "block/right"}},
-            "bent": {"node_displacement": {"body": "block", "node": middle.unwrap()}}
+            "bent": {"node_displacement": {"body": "block", "node": middle}}
         },
         "integrator": {"generalized_alpha": {"step": 4e-6, "end": 4e-3}}
     });

@@ -7,6 +7,7 @@ use dcb_superelement::selection::{InPlane, Normal, SYMMETRIC};
 use crate::support::{Folder, says};
 
 /// Writes an altered copy whose digests are right again.
+#[track_caller]
 fn altered(folder: &Folder, change: impl FnOnce(&mut Superelement)) {
     let file = SuperelementFile::open(folder.path("rotor.dcb.h5")).unwrap();
     let mut superelement = file.superelement().unwrap();
@@ -19,6 +20,23 @@ fn altered(folder: &Folder, change: impl FnOnce(&mut Superelement)) {
     };
     folder.store_contents("altered.dcb.h5", &contents);
 }
+
+/// With this change it isn't verified, and this is said about it.
+#[track_caller]
+fn refuted(folder: &Folder, says: &[&str], change: impl FnOnce(&mut Superelement)) {
+    altered(folder, change);
+    folder.failed(1, "verify altered.dcb.h5", says);
+}
+
+/// The same with the component.
+#[track_caller]
+fn refuted_by_component(folder: &Folder, says: &[&str], change: impl FnOnce(&mut Superelement)) {
+    altered(folder, change);
+    folder.failed(1, "verify altered.dcb.h5 --component rotor.mtx", says);
+}
+
+/// A change of a superelement.
+type Change = fn(&mut Superelement);
 
 #[test]
 fn an_honest_superelement_is_verified_against_everything() {
@@ -59,14 +77,13 @@ fn an_honest_superelement_is_verified_against_everything() {
 #[test]
 fn every_kind_of_interface_is_verified() {
     let folder = Folder::rotor();
-    folder.edit("rotor.json", |json| {
-        json["component"]["interfaces"] = serde_json::json!([
-            {"name": "a", "point_set": "bearing_left", "kind": "rigid"},
-            {"name": "b", "point_set": "bearing_right", "kind": "average", "weights": "mass",
-             "axes": [[0, 1, 0], [0, 0, 1], [1, 0, 0]], "position": [0.01, 0.02, 0.5]},
-            {"name": "c", "nodes": [50, 20], "kind": "nodes", "dofs": ["ux", "uz"], "role": "output"}
-        ]);
-    });
+    let interfaces = serde_json::json!([
+        {"name": "a", "point_set": "bearing_left", "kind": "rigid"},
+        {"name": "b", "point_set": "bearing_right", "kind": "average", "weights": "mass",
+         "axes": [[0, 1, 0], [0, 0, 1], [1, 0, 0]], "position": [0.01, 0.02, 0.5]},
+        {"name": "c", "nodes": [50, 20], "kind": "nodes", "dofs": ["ux", "uz"], "role": "output"}
+    ]);
+    folder.set("rotor.json", "component/interfaces", interfaces);
     folder.done("rotor.mtx --modes 6");
     folder.done("verify rotor.dcb.h5 --component rotor.mtx");
 }
@@ -98,39 +115,28 @@ fn an_interface_reduction_is_verified_and_made_anew() {
 fn an_altered_interface_reduction_does_not_verify() {
     let folder = Folder::rotor();
     folder.done("rotor.mtx --modes 8 --interface-modes 5");
-    altered(&folder, |it| {
-        let residual = &mut it.residual;
-        residual.transform = residual.transform.as_ref().subcols(0, 4).to_owned();
-        residual.sigma_squared.truncate(4);
-    });
-    folder.failed(
-        1,
-        "verify altered.dcb.h5",
+    refuted(
+        &folder,
         &["rank of the residual transform: 4 stored, 5 found"],
+        |it| {
+            let residual = &mut it.residual;
+            residual.transform = residual.transform.as_ref().subcols(0, 4).to_owned();
+            residual.sigma_squared.truncate(4);
+        },
     );
-    altered(&folder, |it| it.residual.flexibility[(2, 2)] *= 1.01);
-    folder.failed(1, "verify altered.dcb.h5", &["T_rᵀ F_res T_r"]);
-    altered(&folder, |it| {
+    refuted(&folder, &["T_rᵀ F_res T_r"], |it| {
+        it.residual.flexibility[(2, 2)] *= 1.01
+    });
+    refuted_by_component(&folder, &["errors of the interface reduction: "], |it| {
         let report = &mut it.provenance.quality["interface_reduction"];
         report["flexibility_error"] = serde_json::json!(1e-3);
     });
-    folder.failed(
-        1,
-        "verify altered.dcb.h5 --component rotor.mtx",
-        &["errors of the interface reduction: "],
-    );
     // Said to be whole.
-    altered(&folder, |it| {
+    refuted(&folder, &["/error/moment_1: M_1 is F_res"], |it| {
         let quality = it.provenance.quality.as_object_mut().unwrap();
         quality.remove("interface_reduction");
         it.derivation.as_mut().unwrap().interface_directions = None;
     });
-    // The error estimate is that of the whole part.
-    folder.failed(
-        1,
-        "verify altered.dcb.h5",
-        &["/error/moment_1: M_1 is F_res"],
-    );
     let shown = folder.run("verify altered.dcb.h5 --component rotor.mtx");
     assert_eq!(shown.code, Some(1), "{shown:?}");
     says!(shown.stdout, "FAIL identities recomputed with K and M");
@@ -195,38 +201,32 @@ fn a_flipped_byte_is_found_with_its_dataset() {
 fn altered_matrices_break_an_identity_of_the_file_itself() {
     let folder = Folder::rotor();
     folder.done("rotor.mtx --modes 4");
-    altered(&folder, |it| {
-        let f = &mut it.residual.flexibility;
-        *f *= faer::Scale(1.01);
-    });
-    folder.failed(
-        1,
-        "verify altered.dcb.h5",
+    refuted(
+        &folder,
         &[
             "altered.dcb.h5: not verified: /residual/flexibility: T_rᵀ F_res T_r",
             "above its limit 1e-4",
         ],
+        |it| {
+            let f = &mut it.residual.flexibility;
+            *f *= faer::Scale(1.01);
+        },
     );
-    altered(&folder, |it| it.residual.mass[(2, 2)] *= 1.01);
-    folder.failed(
-        1,
-        "verify altered.dcb.h5",
+    refuted(
+        &folder,
         &["T_rᵀ M_res T_r = I", "diag(M_res) with no mode kept"],
+        |it| it.residual.mass[(2, 2)] *= 1.01,
     );
-    altered(&folder, |it| it.modes.interface_shapes[(1, 0)] *= 1.01);
-    folder.failed(
-        1,
-        "verify altered.dcb.h5",
-        &["diag(M_res) with no mode kept"],
-    );
-    altered(&folder, |it| {
-        it.inertia.l1[(0, 3)] = 1e-3;
-        it.inertia.tensor[0][0] *= 5.0;
+    refuted(&folder, &["diag(M_res) with no mode kept"], |it| {
+        it.modes.interface_shapes[(1, 0)] *= 1.01
     });
-    folder.failed(
-        1,
-        "verify altered.dcb.h5",
+    refuted(
+        &folder,
         &["L1 Ψ = 0", "the inertia tensor is that of a body"],
+        |it| {
+            it.inertia.l1[(0, 3)] = 1e-3;
+            it.inertia.tensor[0][0] *= 5.0;
+        },
     );
 }
 
@@ -235,7 +235,6 @@ fn altered_matrices_break_an_identity_of_the_file_itself() {
 fn altered_rigid_motions_are_found_without_the_component() {
     let folder = Folder::rotor();
     folder.done("rotor.mtx --modes 4");
-    type Change = fn(&mut Superelement);
     let cases: [(&str, &str, Change); 4] = [
         ("/error/rigid_shapes", "mass: ", |it| {
             it.inertia.mass *= 1.0 + 1e-6
@@ -263,13 +262,8 @@ fn altered_rigid_motions_are_found_without_the_component() {
         ),
     ];
     for (path, says, change) in cases {
-        altered(&folder, change);
-        folder.failed(1, "verify altered.dcb.h5", &["not verified", path]);
-        folder.failed(
-            1,
-            "verify altered.dcb.h5 --component rotor.mtx",
-            &[path, says],
-        );
+        refuted(&folder, &["not verified", path], change);
+        refuted_by_component(&folder, &[path, says], change);
     }
 }
 
@@ -299,16 +293,13 @@ fn boundary_rows_of_any_size_verify_and_are_told_nothing_false() {
 fn altered_descriptions_are_found_with_the_component() {
     let folder = Folder::rotor();
     folder.done("rotor.mtx --modes 4");
-    type Change = fn(&mut Superelement);
     let cases: [(&str, Change); 5] = [
         ("centre of mass: ", |it| it.origin[2] += 1e-6),
         (
             "interfaces: names, kinds and roles: bearing-right (average), bearing-left (average), the component has",
             |it| {
-                let names = [it.interfaces[1].name.clone(), it.interfaces[0].name.clone()];
-                for (interface, name) in it.interfaces.iter_mut().zip(names) {
-                    interface.name = name;
-                }
+                let [first, second] = [0, 1].map(|k| it.interfaces[k].name.clone());
+                (it.interfaces[0].name, it.interfaces[1].name) = (second, first);
             },
         ),
         ("axes of interfaces: ", |it| {
@@ -320,13 +311,9 @@ fn altered_descriptions_are_found_with_the_component() {
         }),
     ];
     for (says, change) in cases {
-        altered(&folder, change);
+        let says = ["altered.dcb.h5: not verified", says];
+        refuted_by_component(&folder, &says, change);
         folder.done("verify altered.dcb.h5");
-        folder.failed(
-            1,
-            "verify altered.dcb.h5 --component rotor.mtx",
-            &["altered.dcb.h5: not verified", says],
-        );
     }
 }
 
@@ -340,20 +327,12 @@ fn a_file_without_fields_is_checked_by_another_reduction() {
         shown,
         "no nodal fields are stored: the component was reduced anew"
     );
-    altered(&folder, |it| {
+    refuted_by_component(&folder, &["L_b Φ Φᵀ L_bᵀ: "], |it| {
         it.modes.interface_shapes *= faer::Scale(1.001)
     });
-    folder.failed(
-        1,
-        "verify altered.dcb.h5 --component rotor.mtx",
-        &["L_b Φ Φᵀ L_bᵀ: "],
-    );
-    altered(&folder, |it| it.modes.eigenvalues[3] *= 1.0 + 1e-6);
-    folder.failed(
-        1,
-        "verify altered.dcb.h5 --component rotor.mtx",
-        &["eigenvalues: "],
-    );
+    refuted_by_component(&folder, &["eigenvalues: "], |it| {
+        it.modes.eigenvalues[3] *= 1.0 + 1e-6
+    });
 }
 
 #[test]
@@ -368,10 +347,16 @@ fn the_component_may_have_its_parts_elsewhere() {
         "verify rotor.dcb.h5 --component rotor.mtx --mass elsewhere.mass.mtx --mesh elsewhere.json",
     );
     assert!(shown.ends_with("\nverified\n"), "{shown}");
-    folder.refused_each(&[
-("verify rotor.dcb.h5 --component rotor.mtx --mesh elsewhere.json --mass nowhere", &["nowhere", "is not there", "--mass"]),
-("verify rotor.dcb.h5 --component rotor.mtx --mesh elsewhere.json --mass elsewhere.mass.mtx --boundary nowhere", &["nowhere", "--boundary"]),
-]);
+    for (options, says) in [
+        ("--mass nowhere", ["nowhere", "is not there", "--mass"]),
+        (
+            "--mass elsewhere.mass.mtx --boundary nowhere",
+            ["nowhere", "is not there", "--boundary"],
+        ),
+    ] {
+        let verify = "verify rotor.dcb.h5 --component rotor.mtx --mesh elsewhere.json";
+        folder.refused(&format!("{verify} {options}"), &says);
+    }
 }
 
 #[test]
@@ -391,14 +376,8 @@ fn a_better_error_than_the_true_one_is_found() {
         }),
     ];
     for (says, change) in changes {
-        altered(&folder, |superelement| {
-            change(superelement.moments.as_mut().unwrap());
-        });
-        folder.failed(
-            1,
-            "verify altered.dcb.h5 --component rotor.mtx",
-            &["not verified", says],
-        );
+        let change = |it: &mut Superelement| change(it.moments.as_mut().unwrap());
+        refuted_by_component(&folder, &["not verified", says], change);
     }
 }
 

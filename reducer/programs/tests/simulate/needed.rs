@@ -1,9 +1,6 @@
 //! Contents that a run leaves out of its superelements, and `simulate prepare`.
 
-use std::path::Path;
-
 use dcb_formats::dcb::read_superelement;
-use dcb_formats::results::Results;
 use serde_json::{Value, json};
 
 use crate::scene_folder::spatial;
@@ -22,23 +19,18 @@ fn falling_beam() -> Folder {
 }
 
 /// Largest difference of two runs in an output, relative to its range in the second.
-fn apart(a: &Path, b: &Path, name: &str) -> f64 {
-    let history = |path: &Path| {
-        let results = Results::open(path).unwrap();
-        results.history(&format!("outputs/{name}")).unwrap()
-    };
-    let (a, b) = (history(a), history(b));
+fn apart(folder: &Folder, runs: [&str; 2], name: &str) -> f64 {
+    let history = |run| folder.results_of(run).history(&format!("outputs/{name}"));
+    let [a, b] = runs.map(|run| history(run).unwrap());
     assert_eq!((a.nrows(), a.ncols()), (b.nrows(), b.ncols()));
     let ranges = b.col_iter().map(|column| {
         let most = column.iter().copied().fold(f64::NEG_INFINITY, f64::max);
         most - column.iter().copied().fold(f64::INFINITY, f64::min)
     });
     let range = ranges.map(|range| range * range).sum::<f64>().sqrt();
-    let distances = (&a - &b)
-        .row_iter()
-        .map(|row| row.norm_l2())
-        .fold(0.0, f64::max);
-    distances / range
+    let apart = &a - &b;
+    let distances = apart.row_iter().map(|row| row.norm_l2());
+    distances.fold(0.0, f64::max) / range
 }
 
 #[test]
@@ -68,7 +60,7 @@ fn a_run_carries_what_its_scene_needs_and_says_what_it_leaves_out() {
     };
     assert!(dofs(&told) + 12 < dofs(&all), "{told}{all}");
     for output in ["tip", "angle"] {
-        let found = apart(&folder.path("needed.h5"), &folder.path("all.h5"), output);
+        let found = apart(&folder, ["needed.h5", "all.h5"], output);
         assert!(found < 1e-4, "{output}: {found:e}");
     }
     let results = folder.results_of("needed.h5");
@@ -104,8 +96,7 @@ fn tolerances_are_positive_and_below_one() {
 
 /// The slider-crank for one turn, every step recorded.
 fn one_turn() -> Folder {
-    let folder = Folder::slider_crank();
-    folder.set_integrator("end", 0.042);
+    let folder = Folder::one_turn();
     folder.set_scene("record", json!({"every": 16}));
     folder
 }
@@ -133,11 +124,7 @@ fn a_prepared_scene_keeps_its_outputs_with_fewer_coordinates() {
         let claimed = number(&report["error"]);
         assert!(claimed <= tolerance, "{claimed:e}");
         for output in ["midpoint_deflection", "crank_angle", "slider_position"] {
-            let found = apart(
-                &folder.path(&format!("{name}.h5")),
-                &folder.path("all.h5"),
-                output,
-            );
+            let found = apart(&folder, [&format!("{name}.h5"), "all.h5"], output);
             assert!(
                 found <= 1.01 * claimed + 1e-9,
                 "{name} {output}: {found:e}, {claimed:e}"
@@ -169,11 +156,7 @@ fn longer_steps_stay_within_the_tolerance() {
     let steps = number(&report["step"]) / 1.163_552_834_662_886_4e-5;
     assert!(steps > 1.5 && steps < 16.5, "{steps}");
     folder.done("longer/scene.json -o longer.h5 --model everything");
-    let found = apart(
-        &folder.path("longer.h5"),
-        &folder.path("all.h5"),
-        "midpoint_deflection",
-    );
+    let found = apart(&folder, ["longer.h5", "all.h5"], "midpoint_deflection");
     assert!(found <= 2e-2, "{found:e}");
 }
 

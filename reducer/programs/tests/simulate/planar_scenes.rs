@@ -1,29 +1,18 @@
 //! Planar scenes of spatial superelements.
 
-use dcb_formats::component::{Component, InterfaceKind};
+use dcb_formats::component::Component;
 use dcb_formats::dcb::{Contents, read_superelement};
 use dcb_formats::mesh::Dimension;
 use dcb_reducer::{Reduction, reduce};
 use dcb_samples::SolidElement;
-use dcb_tests::parts::{interface, steel_box, with_interfaces};
+use dcb_tests::parts::steel_box;
 use serde_json::{Value, json};
 
-use crate::support::{Folder, says};
+use crate::support::{Folder, node_at, says, with_ends};
 
 /// A steel block of 0.4 m x 0.1 m x 0.06 m with both ends as interfaces; `lug` are nodes of its upper face besides.
 pub(super) fn block(lug: impl Fn([f64; 3]) -> bool) -> Component {
-    let block = steel_box([4, 2, 2], SolidElement::Hexahedron20);
-    let frame = |name: &str, nodes| interface(name, InterfaceKind::Average, nodes);
-    let set = |name: &str| block.mesh.point_sets[name].clone();
-    let mut interfaces = vec![frame("left", set("x_min")), frame("right", set("x_max"))];
-    let nodes = 0..block.mesh.node_count() as u32;
-    let on_lug: Vec<u32> = nodes
-        .filter(|node| lug(block.mesh.position(*node)))
-        .collect();
-    if !on_lug.is_empty() {
-        interfaces.push(frame("lug", on_lug));
-    }
-    with_interfaces(&block, interfaces)
+    with_ends(&steel_box([4, 2, 2], SolidElement::Hexahedron20), lug)
 }
 
 /// `block.dcb.h5` with its fields, and a pendulum of it about z that falls with a force at its end, in space and in the plane.
@@ -68,18 +57,6 @@ pub(super) fn write_reduced(folder: &Folder, block: &Component) {
         mesh: Some(&block.mesh),
     };
     folder.store_contents("block.dcb.h5", &contents);
-}
-
-fn node_at(block: &Component, place: [f64; 3]) -> u32 {
-    let distance = |node: &u32| {
-        let position = block.mesh.position(*node);
-        let squares = position.iter().zip(&place).map(|(a, b)| (a - b).powi(2));
-        squares.sum::<f64>()
-    };
-    let nodes = 0..block.mesh.node_count() as u32;
-    nodes
-        .min_by(|a, b| distance(a).total_cmp(&distance(b)))
-        .unwrap()
 }
 
 #[test]

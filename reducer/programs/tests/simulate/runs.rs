@@ -70,9 +70,7 @@ fn steps_too_long_for_a_vibration_are_told_once() {
 
 #[test]
 fn an_interrupted_run_keeps_its_rows() {
-    let folder = Folder::slider_crank();
-    folder.set_scene("record", json!({"every": 1}));
-    folder.set_integrator("end", 1000.0);
+    let folder = Folder::endless();
     let stdout = folder.interrupted("scene.json --csv scene.csv", "scene.h5");
     says!(stdout, "scene.h5 (incomplete)");
     let (reason, time, rows) = folder.stopped();
@@ -91,9 +89,7 @@ fn a_run_that_is_asked_to_end_keeps_its_rows_and_says_who_asked() {
         ("TERM", 143, "terminated (SIGTERM)"),
         ("HUP", 129, "hung up (SIGHUP)"),
     ] {
-        let folder = Folder::slider_crank();
-        folder.set_scene("record", json!({"every": 1}));
-        folder.set_integrator("end", 1000.0);
+        let folder = Folder::endless();
         let stdout = folder.stopped_by(signal, status, "scene.json", "scene.h5");
         says!(stdout, "scene.h5 (incomplete)");
         let (told, time, rows) = folder.stopped();

@@ -11,7 +11,7 @@ use dcb_reducer::{Reduction, reduce};
 use dcb_samples::{SpatialBeam, spatial_beam};
 use serde_json::{Value, json};
 
-use crate::support::{Answer, Folder, stopped, stored};
+use crate::support::{Answer, Folder, list, stopped, stored};
 
 impl Folder {
     /// `scene.json`.
@@ -30,6 +30,21 @@ impl Folder {
         }
         // A tenth of a turn is enough.
         made.set_integrator("end", 0.004);
+        made
+    }
+
+    /// The same for one turn.
+    pub fn one_turn() -> Self {
+        let made = Self::slider_crank();
+        made.set_integrator("end", 0.042);
+        made
+    }
+
+    /// The same for so long that nobody waits for its end.
+    pub fn endless() -> Self {
+        let made = Self::slider_crank();
+        made.set_scene("record", json!({"every": 1}));
+        made.set_integrator("end", 1000.0);
         made
     }
 
@@ -125,6 +140,13 @@ impl Folder {
     pub fn told(&self) -> Vec<String> {
         let events = self.results().events().unwrap().into_iter();
         events.map(|event| event.message).collect()
+    }
+
+    /// How many constraints the run told to be redundant.
+    pub fn redundant(&self) -> u64 {
+        let summary = self.results().provenance("summary").unwrap();
+        let joints = list(&summary["redundant_constraints"]).iter();
+        joints.map(|joint| joint["count"].as_u64().unwrap()).sum()
     }
 
     /// Why the run of the scene stopped, at what time, and how many rows it left.

@@ -3,7 +3,7 @@
 use dcb_formats::component::Units;
 use dcb_formats::output::Replace;
 use dcb_formats::results::{Channel, Column, Header, Outcome, ResultsWriter};
-use serde_json::json;
+use serde_json::{Value, json};
 
 use crate::scene_folder::pendulum;
 use crate::support::{COMMANDS, Folder, commands_a_terminal, says};
@@ -58,34 +58,22 @@ fn no_command_lets_the_text_of_results_reach_the_terminal() {
 
 #[test]
 fn what_messages_quote_is_printable_and_short() {
+    let refused = |keys: Value, most: usize| {
+        let said = Folder::with(&pendulum(keys)).run("scene.json");
+        let length = said.stderr.len();
+        assert_eq!(said.code, Some(2), "{length} bytes");
+        assert!(
+            length < most && !commands_a_terminal(&said.stderr),
+            "{length} bytes"
+        );
+        said
+    };
     for key in [COMMANDS, &"ab".repeat(5_000_000)] {
-        let folder = Folder::with(&pendulum(json!({ key: 1 })));
-        let said = folder.run("scene.json");
-        said.is_error(2, &["scene.json", "unknown field"]);
-        assert!(
-            said.stderr.len() < 2000 && !commands_a_terminal(&said.stderr),
-            "{said:?}"
-        );
-
+        refused(json!({ key: 1 }), 2000).is_error(2, &["scene.json", "unknown field"]);
         let body = json!({"rigid": {"mass": 1, "inertia": 0.01, "points": {"pin": [-0.5, 0]}}, "position": [0.5, 0]});
-        let folder = Folder::with(&pendulum(json!({ "bodies": {key: body} })));
-        let said = folder.run("scene.json");
-        assert_eq!(said.code, Some(2), "{}", said.stderr.len());
-        assert!(
-            said.stderr.len() < 6000 && !commands_a_terminal(&said.stderr),
-            "{} bytes",
-            said.stderr.len()
-        );
-
+        refused(json!({ "bodies": {key: body} }), 6000);
         let formula = json!({"motor": {"angle": {"joint": "hinge", "formula": key}}});
-        let folder = Folder::with(&pendulum(json!({ "drives": formula })));
-        let said = folder.run("scene.json");
-        assert_eq!(said.code, Some(2), "{}", said.stderr.len());
-        assert!(
-            said.stderr.len() < 6000 && !commands_a_terminal(&said.stderr),
-            "{} bytes",
-            said.stderr.len()
-        );
+        refused(json!({ "drives": formula }), 6000);
     }
 }
 

@@ -11,13 +11,6 @@ use crate::support::{Folder, list, number, says};
 /// Options that take a second.
 const COARSE: &str = "study scene.json --modes 1,all --compatibility strong,static --step 1e-5,1e-4,2e-4 --outputs midpoint_deflection,slider_position";
 
-/// The slider-crank for one turn.
-fn one_turn() -> Folder {
-    let folder = Folder::slider_crank();
-    folder.set_integrator("end", 0.042);
-    folder
-}
-
 fn json_of(folder: &Folder) -> Value {
     folder.json("scene.study/study.json")
 }
@@ -35,7 +28,7 @@ fn row<'a>(study: &'a Value, modes: &str, compatibility: &str, step: f64) -> &'a
 
 #[test]
 fn a_study_measures_errors_and_times_and_names_the_best_row() {
-    let folder = one_turn();
+    let folder = Folder::one_turn();
     let said = folder.done(COARSE).stdout;
     says!(
         said,
@@ -244,7 +237,7 @@ fn rows_that_are_not_stable_are_told_and_fail_nothing() {
 /// Steps that are too long are told in the rows that have them, in the words of a run with the same step.
 #[test]
 fn rows_tell_of_steps_that_are_too_long() {
-    let folder = one_turn();
+    let folder = Folder::one_turn();
     folder.done("study scene.json --step 1e-4,5e-4 --outputs midpoint_deflection");
     let study = json_of(&folder);
     let told = |step: f64| -> Vec<String> {

@@ -5,9 +5,11 @@ use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::{Child, Command, Output, Stdio};
 
-use dcb_formats::Superelement;
+use dcb_formats::component::{Component, InterfaceKind};
 use dcb_formats::dcb::{Contents, WriteOptions, write_superelement};
 use dcb_formats::output::Replace;
+use dcb_formats::superelement::Superelement;
+use dcb_tests::parts::{interface, with_interfaces};
 use serde::Serialize;
 use serde_json::{Value, json};
 use tempfile::TempDir;
@@ -213,6 +215,33 @@ fn at<'a>(mut value: &'a mut Value, place: &str) -> &'a mut Value {
         };
     }
     value
+}
+
+/// The block with both ends as interfaces, and some of its nodes as a `lug`, if there are such.
+pub fn with_ends(block: &Component, lug: impl Fn([f64; 3]) -> bool) -> Component {
+    let frame = |name: &str, nodes| interface(name, InterfaceKind::Average, nodes);
+    let set = |name: &str| block.mesh.point_sets[name].clone();
+    let mut interfaces = vec![frame("left", set("x_min")), frame("right", set("x_max"))];
+    let nodes = 0..block.mesh.node_count() as u32;
+    let on_lug: Vec<u32> = nodes
+        .filter(|node| lug(block.mesh.position(*node)))
+        .collect();
+    if !on_lug.is_empty() {
+        interfaces.push(frame("lug", on_lug));
+    }
+    with_interfaces(block, interfaces)
+}
+
+/// The node that is nearest to a place.
+pub fn node_at(component: &Component, place: [f64; 3]) -> u32 {
+    let distance = |node: &u32| -> f64 {
+        let pairs = component.mesh.position(*node).into_iter().zip(place);
+        pairs.map(|(a, b)| (a - b).powi(2)).sum()
+    };
+    let nodes = 0..component.mesh.node_count() as u32;
+    nodes
+        .min_by(|a, b| distance(a).total_cmp(&distance(b)))
+        .unwrap()
 }
 
 pub fn start(command: &mut Command) -> Child {
