@@ -89,22 +89,26 @@ pub enum Error {
 }
 
 impl Error {
+    /// The system refused an action on a file, for example `cannot read`.
+    pub fn io(path: &Path, action: &'static str, source: std::io::Error) -> Self {
+        Self::Io {
+            path: path.to_owned(),
+            action,
+            source,
+        }
+    }
+
     /// The system refused to write; `needed` are the bytes that there should have been room for, 0 if that isn't known.
     pub fn not_written(path: &Path, needed: u64, source: std::io::Error) -> Self {
-        let path = path.to_owned();
         match source.kind() {
             ErrorKind::StorageFull | ErrorKind::QuotaExceeded | ErrorKind::FileTooLarge => {
                 Self::NoRoom {
-                    path,
+                    path: path.to_owned(),
                     needed,
                     source,
                 }
             }
-            _ => Self::Io {
-                path,
-                action: "cannot write",
-                source,
-            },
+            _ => Self::io(path, "cannot write", source),
         }
     }
 

@@ -148,6 +148,15 @@ pub struct Mesh {
 }
 
 impl Mesh {
+    /// The places of the nodes, without cells and sets.
+    pub fn points_alone(self) -> Self {
+        Self {
+            cells: Vec::new(),
+            point_sets: BTreeMap::new(),
+            ..self
+        }
+    }
+
     /// Number of nodes.
     pub fn node_count(&self) -> usize {
         self.coordinates.len() / self.dimension.coordinate_count()

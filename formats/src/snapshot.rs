@@ -142,11 +142,7 @@ pub fn read_small(path: &Path, most: u64) -> Result<(Vec<u8>, String), Error> {
 }
 
 pub(crate) fn cannot_read(path: &Path, source: io::Error) -> Error {
-    Error::Io {
-        path: path.into(),
-        action: "cannot read",
-        source,
-    }
+    Error::io(path, "cannot read", source)
 }
 
 fn changed(path: &Path) -> Error {

@@ -13,7 +13,6 @@ use dcb_tests::dense::{dense, eigen, solve, symmetric};
 use dcb_tests::localization::localization;
 use dcb_tests::oracle::{Oracle, centre_of_mass, rigid_motions};
 use dcb_tests::{parts, with};
-use dcb_workflow::part_study::progress::Display;
 use dcb_workflow::part_study::progress::Progress;
 use dcb_workflow::part_study::record::{ComponentEntry, ComponentRow, Measure};
 use dcb_workflow::part_study::reference::{BandChoice, ComponentReference};
@@ -21,6 +20,7 @@ use dcb_workflow::part_study::sources::Sources;
 use dcb_workflow::part_study::sweep::Sweep;
 use dcb_workflow::part_study::variant::Variant;
 use dcb_workflow::part_study::{ComponentStudy, recorded, run};
+use dcb_workflow::progress_bar::Display;
 use faer::linalg::solvers::Solve as _;
 use faer::{Mat, Side, c64};
 

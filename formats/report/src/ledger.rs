@@ -70,7 +70,7 @@ impl<R: Serialize + DeserializeOwned> Ledger<R> {
         let text = match (std::fs::read_to_string(path), start) {
             (Ok(text), Start::Continue) => text,
             (Err(error), Start::Continue) if error.kind() != std::io::ErrorKind::NotFound => {
-                return Err(told(path, "cannot read", error));
+                return Err(Error::io(path, "cannot read", error));
             }
             _ => String::new(),
         };
@@ -99,13 +99,13 @@ impl<R: Serialize + DeserializeOwned> Ledger<R> {
             }
         }
         let mut file = (OpenOptions::new().read(true).write(true).open(path))
-            .map_err(|error| told(path, "cannot write", error))?;
+            .map_err(|error| Error::io(path, "cannot write", error))?;
         if whole > 0 {
             file.set_len(whole as u64)
-                .map_err(|error| told(path, "cannot write", error))?;
+                .map_err(|error| Error::io(path, "cannot write", error))?;
         }
         file.seek(SeekFrom::End(0))
-            .map_err(|error| told(path, "cannot write", error))?;
+            .map_err(|error| Error::io(path, "cannot write", error))?;
         Ok(Self {
             path: path.to_owned(),
             file,
@@ -137,7 +137,7 @@ impl<R: Serialize + DeserializeOwned> Ledger<R> {
         let text = serde_json::to_string(&line).map_err(|error| not_json(&self.path, &error))?;
         let line = text + "\n";
         let before = (self.file.metadata())
-            .map_err(|error| told(&self.path, "cannot write", error))?
+            .map_err(|error| Error::io(&self.path, "cannot write", error))?
             .len();
         let added = (self.file.write_all(line.as_bytes())).and_then(|()| self.file.sync_data());
         if let Err(error) = added {
@@ -197,14 +197,6 @@ fn difference(place: &str, a: &Value, b: &Value) -> Option<(String, String, Stri
         }
         _ if a == b => None,
         _ => Some((place.to_owned(), a.to_string(), b.to_string())),
-    }
-}
-
-fn told(path: &Path, action: &'static str, source: std::io::Error) -> Error {
-    Error::Io {
-        path: path.to_owned(),
-        action,
-        source,
     }
 }
 

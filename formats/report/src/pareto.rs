@@ -28,6 +28,23 @@ pub struct Family {
     pub candidates: Vec<Candidate>,
 }
 
+impl Family {
+    /// Candidates in families by name, both in the order in which they come.
+    pub fn of(named: impl IntoIterator<Item = (String, Candidate)>) -> Vec<Self> {
+        let mut families: Vec<Self> = Vec::new();
+        for (name, candidate) in named {
+            match families.iter_mut().find(|family| family.name == name) {
+                Some(family) => family.candidates.push(candidate),
+                None => families.push(Self {
+                    name,
+                    candidates: vec![candidate],
+                }),
+            }
+        }
+        families
+    }
+}
+
 /// Indices of the rows that no other row beats, by rising cost and falling error. Of rows that agree in both the first is taken.
 pub fn pareto_front(candidates: &[Candidate]) -> Vec<usize> {
     let mut order: Vec<usize> = (0..candidates.len())

@@ -104,11 +104,7 @@ impl Table {
     /// # Errors
     /// As [`write_text`].
     pub fn write_csv(&self, path: &Path) -> Result<(), Error> {
-        let told = |source: std::io::Error| Error::Io {
-            path: path.to_owned(),
-            action: "cannot write",
-            source,
-        };
+        let told = |source: std::io::Error| Error::io(path, "cannot write", source);
         let mut writer = csv::Writer::from_writer(Vec::new());
         let titles = self.columns.iter().map(Column::title_in_files);
         (writer.write_record(titles)).map_err(|error| told(error.into()))?;

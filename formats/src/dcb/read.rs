@@ -61,11 +61,7 @@ impl SuperelementFile {
         let path = path.as_ref().to_owned();
         let io = |action| {
             let path = path.clone();
-            move |source| Error::Io {
-                path,
-                action,
-                source,
-            }
+            move |source| Error::io(&path, action, source)
         };
         let unusable = |message: String| Error::File {
             path: path.clone(),

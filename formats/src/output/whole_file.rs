@@ -25,11 +25,7 @@ pub fn check_output(target: &Path, replace: Replace) -> Result<(), Error> {
     let name = target.file_name().unwrap_or_default();
     UnfinishedFolder::within(folder_of(target), name)
         .map(drop)
-        .map_err(|source| Error::Io {
-            path: folder_of(target).to_owned(),
-            action: "cannot write in this folder",
-            source,
-        })
+        .map_err(|source| Error::io(folder_of(target), "cannot write in this folder", source))
 }
 
 /// Whether two paths lead to one file, through whatever links, or would: they have one name in one folder.
@@ -90,11 +86,7 @@ fn check_path(target: &Path, replace: Replace) -> Result<(), Error> {
 /// [`Error::OutputExists`]; [`Error::NoRoom`] on a full disk; [`Error::Io`] where the system refuses.
 pub fn copy_whole(from: &Path, target: &Path, replace: Replace) -> Result<(), Error> {
     write_whole(target, replace, |_, mut file| {
-        let told = |source| Error::Io {
-            path: from.to_owned(),
-            action: "cannot read",
-            source,
-        };
+        let told = |source| Error::io(from, "cannot read", source);
         let mut source = File::open(from).map_err(told)?;
         let bytes = source.metadata().map_err(told)?.len();
         io::copy(&mut source, &mut file)

@@ -50,11 +50,7 @@ impl Results {
     /// other; the message names the place.
     pub fn open(path: impl AsRef<Path>) -> Result<Self, Error> {
         let path = path.as_ref().to_owned();
-        let io = |source| Error::Io {
-            path: path.clone(),
-            action: "cannot read",
-            source,
-        };
+        let io = |source| Error::io(&path, "cannot read", source);
         let unusable = |message: String| Error::File {
             path: path.clone(),
             message,

@@ -107,6 +107,17 @@ pub enum InertiaChange {
     SecondOrder,
 }
 
+impl InertiaChange {
+    /// Name in scenes, tables and files.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Constant => "constant",
+            Self::FirstOrder => "first-order",
+            Self::SecondOrder => "second-order",
+        }
+    }
+}
+
 /// Whether the geometric stiffening of a superelement's file acts.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]

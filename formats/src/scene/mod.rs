@@ -145,6 +145,15 @@ pub struct Ground {
 }
 
 impl Scene {
+    /// The bodies that are superelements, by their names.
+    pub fn superelements(&self) -> impl Iterator<Item = (&str, &SuperelementBody)> {
+        let bodies = self.bodies.iter();
+        bodies.filter_map(|(name, body)| match &body.kind {
+            BodyKind::Superelement(of) => Some((name.as_str(), of)),
+            BodyKind::Rigid(_) => None,
+        })
+    }
+
     /// An empty scene in SI units without gravity.
     pub fn new(dimension: Dimension) -> Self {
         Self {

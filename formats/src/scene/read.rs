@@ -61,11 +61,7 @@ pub(super) mod dimension {
 
 /// The text of a scene file.
 pub(super) fn text(path: &Path) -> Result<String, Error> {
-    let refused = |source| crate::Error::Io {
-        path: path.to_owned(),
-        action: "cannot read",
-        source,
-    };
+    let refused = |source| crate::Error::io(path, "cannot read", source);
     let whole = |message: String| crate::Error::File {
         path: path.to_owned(),
         message,

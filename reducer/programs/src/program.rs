@@ -1,15 +1,16 @@
 //! Common part of the programs: how they begin, what they say, and to whom.
 
-use std::io::{ErrorKind, Write};
+use std::io::{ErrorKind, IsTerminal, Write};
 use std::process::ExitCode;
 
-use clap::Parser;
 use clap::error::{ContextKind, ContextValue, ErrorKind as Misuse};
+use clap::{Args, Parser};
 
 use crate::stop_signal;
 use dcb_formats::Error;
 use dcb_formats::terminal::for_terminal;
 use dcb_formats::threads::start_workers;
+use dcb_workflow::progress_bar::Display;
 
 /// Whether the user is told what goes on.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -21,6 +22,14 @@ pub enum Told {
 }
 
 impl Told {
+    /// Bars if the user is told, on a terminal.
+    pub fn display(self) -> Display {
+        match self == Self::Everything && std::io::stderr().is_terminal() {
+            true => Display::Bars,
+            false => Display::Silent,
+        }
+    }
+
     /// One line, if the user is told.
     pub fn say(self, kind: &str, message: &str) {
         if self == Self::Everything {
@@ -29,20 +38,44 @@ impl Told {
     }
 }
 
+/// Options of every command.
+#[derive(Debug, Args)]
+pub struct CommonArguments {
+    /// Print no summary, warnings or progress.
+    #[arg(long, short, global = true)]
+    pub quiet: bool,
+    /// List every mode, and say beforehand what the reduction will cost.
+    #[arg(long, short, global = true)]
+    pub verbose: bool,
+    /// Worker threads (default: one per processor). Results do not depend on it.
+    #[arg(long, global = true, value_name = "N", allow_negative_numbers = true, value_parser = clap::value_parser!(u16).range(1..=1024))]
+    pub threads: Option<u16>,
+}
+
+impl CommonArguments {
+    /// Whether the user is told what goes on.
+    pub fn told(&self) -> Told {
+        match self.quiet {
+            true => Told::Nothing,
+            false => Told::Everything,
+        }
+    }
+}
+
 /// Begins a program whose usual command takes a `file`, for example `PART.mtx`: listens to signals, reads the arguments and starts the worker
-/// threads, as many as `common` finds in the arguments.
+/// threads, as many as the arguments have in `common`.
 ///
 /// # Errors
 /// The exit status after help, version, or what is wrong with the arguments.
 pub fn begin<C: Parser>(
     file: &str,
-    common: impl Fn(&C) -> (Option<u16>, Told),
+    common: impl Fn(&C) -> &CommonArguments,
 ) -> Result<C, ExitCode> {
     stop_signal::listen();
     let cli = C::try_parse().map_err(|error| refuse(&in_our_words::<C>(error, file)))?;
-    let (threads, told) = common(&cli);
-    if let Some(note) = start_workers(threads).note() {
-        told.say("note", &note);
+    let common = common(&cli);
+    if let Some(note) = start_workers(common.threads).note() {
+        common.told().say("note", &note);
     }
     Ok(cli)
 }
@@ -79,11 +112,11 @@ pub fn print_to_stdout(text: &str) -> Result<(), Error> {
     let mut out = std::io::stdout().lock();
     let text = for_terminal(text);
     match out.write_all(text.as_bytes()).and_then(|()| out.flush()) {
-        Err(source) if source.kind() != ErrorKind::BrokenPipe => Err(Error::Io {
-            path: "standard output".into(),
-            action: "cannot write",
+        Err(source) if source.kind() != ErrorKind::BrokenPipe => Err(Error::io(
+            "standard output".as_ref(),
+            "cannot write",
             source,
-        }),
+        )),
         _ => Ok(()),
     }
 }

@@ -206,11 +206,7 @@ impl Drop for Running<'_> {
 
 /// "File cannot be …".
 pub fn file_error(path: &Path, action: &'static str, source: std::io::Error) -> Error {
-    Error::File(dcb_formats::Error::Io {
-        path: path.to_path_buf(),
-        action,
-        source,
-    })
+    dcb_formats::Error::io(path, action, source).into()
 }
 
 fn interrupted() -> Error {

@@ -30,7 +30,7 @@ pub(crate) struct Basis {
     pub further: Option<FurtherColumns>,
     pub moments: Option<Moments>,
     /// Why there are none, where they are wanted.
-    pub no_moments: Option<String>,
+    pub missing_moments: Option<String>,
     pub sturm: Sturm,
 }
 
@@ -242,19 +242,19 @@ impl<'a> BasisSearch<'a> {
 
 impl Columns {
     fn certified(self, modes: FreeModes, sturm: Sturm) -> Basis {
-        let (moments, no_moments) = match self.moments {
+        let (moments, missing_moments) = match self.moments {
             Ok(moments) => (
                 moments.map(|moments| moments.certified(&modes, sturm)),
                 None,
             ),
-            Err(why) => (None, Some(format!("no error estimate: {why}"))),
+            Err(why) => (None, Some(why)),
         };
         Basis {
             modes,
             residual: self.residual,
             further: self.further,
             moments,
-            no_moments,
+            missing_moments,
             sturm,
         }
     }

@@ -43,6 +43,19 @@ pub struct Reduced {
     pub work: Work,
 }
 
+impl Reduced {
+    /// The same where it is good enough.
+    ///
+    /// # Errors
+    /// [`Error::QualityLimit`] with the limits that are broken.
+    pub fn accepted(self) -> Result<Self, Error> {
+        match self.quality.broken_limits() {
+            broken if broken.is_empty() => Ok(self),
+            broken => Err(Error::QualityLimit(broken.join("; "))),
+        }
+    }
+}
+
 /// Reduces a component.
 ///
 /// # Errors
@@ -70,7 +83,7 @@ pub fn reduce(
     let mut basis = search.certified(&mut factor, observer)?;
     let work = Work::of(&body.model, &factor, &basis.modes, &basis.residual);
     warnings.precision = factor.warning().map(str::to_owned);
-    warnings.estimate = basis.no_moments.take();
+    let missing_estimate = basis.missing_moments.take();
     drop(factor);
     let basis = basis.keeping(options.interface_modes, &body)?;
 
@@ -79,7 +92,8 @@ pub fn reduce(
     let projection = Projection::of(&body, &basis);
 
     observer.begin(Stage::Quality);
-    let quality = projection.quality(&body, &basis, &spectrum.defects);
+    let mut quality = projection.quality(&body, &basis, &spectrum.defects);
+    quality.missing_estimate = missing_estimate;
     let warnings = warnings.with(&body, &basis.modes, &quality);
     Ok(assembled(body, basis, projection, quality, work, warnings))
 }

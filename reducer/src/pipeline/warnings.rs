@@ -21,14 +21,14 @@ pub(crate) struct Warnings {
     pub memory: Option<String>,
     /// The factor isn't as accurate as it was to be.
     pub precision: Option<String>,
-    /// There is no error estimate.
-    pub estimate: Option<String>,
 }
 
 impl Warnings {
     /// With what follows from the results.
     pub fn with(self, body: &FreeBody<'_>, modes: &FreeModes, quality: &Quality) -> Vec<String> {
-        let steps = [self.stiffness, self.memory, self.precision, self.estimate];
+        let estimate = quality.missing_estimate.as_ref();
+        let estimate = estimate.map(|why| format!("no error estimate: {why}"));
+        let steps = [self.stiffness, self.memory, self.precision, estimate];
         let mut warnings: Vec<String> = steps.into_iter().flatten().collect();
         if body.support == Support::Grounded {
             warnings.push("the part is held, so its modes are not free-free and the frame is not on mean axes (frame kind `given`)".into());

@@ -86,6 +86,9 @@ pub struct Quality {
     pub dependent_rows: Vec<DependentRow>,
     /// Lanczos block steps and preconditioned iterations of the attachments.
     pub iterations: (usize, usize),
+    /// Why there is no error estimate; absent where there is one, or none was asked for.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub missing_estimate: Option<String>,
     /// Where L3 and I2 come from; absent in files of older versions.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub couplings: Option<CouplingSource>,
@@ -209,8 +212,23 @@ impl Quality {
                 })
                 .collect(),
             iterations: (modes.iterations, residual.iterations),
+            missing_estimate: None,
             couplings: None,
             scene: None,
+        }
+    }
+
+    /// The report of these modes alone.
+    pub fn of_modes(self, modes: &[usize]) -> Self {
+        let picked = |values: &[f64]| -> Vec<f64> {
+            let values = modes.iter().filter_map(|mode| values.get(*mode));
+            values.copied().collect()
+        };
+        Self {
+            mode_residuals: picked(&self.mode_residuals),
+            mode_residual_roundings: picked(&self.mode_residual_roundings),
+            eigenvalue_roundings: picked(&self.eigenvalue_roundings),
+            ..self
         }
     }
 

@@ -2,12 +2,27 @@
 //!
 //! Everything here asks the reducer and the runtime; neither knows of it, nor of the other.
 
+/// What a step found; the caller ends with `Ok(None)` where the user stopped it.
+macro_rules! unless_stopped {
+    ($step:expr) => {
+        match $step {
+            Some(found) => found,
+            None => return Ok(None),
+        }
+    };
+}
+
 pub mod batch;
 pub mod cache;
 pub mod part_study;
 pub mod prepare;
 pub mod scene;
 pub mod scene_study;
+
+mod inverse_root;
+mod lock_file;
+pub mod progress_bar;
+mod workers;
 
 // No part of the door: for the other crates of this workspace and its tests.
 #[doc(hidden)]

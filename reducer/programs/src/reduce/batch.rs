@@ -1,6 +1,5 @@
 //! The `reduce batch MANIFEST.json` command: many parts, or one in many ways.
 
-use std::io::IsTerminal;
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicUsize, Ordering};
 
@@ -8,9 +7,10 @@ use crate::program::print_to_stderr;
 use clap::Args;
 use dcb_formats::output::is_same_file;
 
+use crate::outcome::Outcome;
+use crate::program::CommonArguments;
 use crate::reduce::cache::CacheArguments;
-use crate::reduce::part::Outcome;
-use crate::reduce::{ReduceCommonArguments, when_interrupted};
+use crate::reduce::when_interrupted;
 use dcb_reducer::error::{CommandRefusal, Error, Occupied};
 use dcb_reducer::resources::memory_limit::{available, size};
 use dcb_workflow::batch::child::Processes;
@@ -18,6 +18,7 @@ use dcb_workflow::batch::manifest::{Part, read_manifest};
 use dcb_workflow::batch::results::RESULTS;
 use dcb_workflow::batch::table::{table, word};
 use dcb_workflow::batch::{Batch, Earlier, Fate, io_error, run as make};
+use dcb_workflow::progress_bar::Display;
 
 /// Outputs.
 #[derive(Debug, Args)]
@@ -43,7 +44,6 @@ pub struct BatchArguments {
     /// Make again what is complete and unchanged.
     #[arg(long)]
     pub force: bool,
-    /// Cache, used unless told otherwise.
     #[command(flatten)]
     pub cache: CacheArguments,
     /// Use no cache.
@@ -75,11 +75,7 @@ static PROCESSES: Processes = Processes::none();
 /// Parts that are complete, and how many there are, for the last words of an interrupted batch.
 static COMPLETE: AtomicUsize = AtomicUsize::new(0);
 
-/// Runs the command.
-///
-/// # Errors
-/// The manifest or the folder can't be used. Parts that fail are an [`Outcome`].
-pub fn run(arguments: &BatchArguments, common: &ReduceCommonArguments) -> Result<Outcome, Error> {
+pub fn run(arguments: &BatchArguments, common: &CommonArguments) -> Result<Outcome, Error> {
     let mut parts = read_manifest(&arguments.manifest)?;
     if let Some(Shard { index, count }) = arguments.shard {
         parts = parts.into_iter().skip(index - 1).step_by(count).collect();
@@ -124,7 +120,7 @@ pub fn run(arguments: &BatchArguments, common: &ReduceCommonArguments) -> Result
         let complete = COMPLETE.load(Ordering::SeqCst);
         format!("{complete} of {count} parts are complete; the same command goes on from there")
     });
-    let shows = !common.quiet && std::io::stderr().is_terminal();
+    let shows = common.told().display() == Display::Bars;
     let told = |part: &Part, fate: &Fate| {
         if fate.failure().is_none() && *fate != Fate::Elsewhere {
             COMPLETE.fetch_add(1, Ordering::SeqCst);

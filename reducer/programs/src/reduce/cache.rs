@@ -1,22 +1,30 @@
-//! The options of the cache, and the `reduce cache` command: what it holds.
+//! The cache on the command line: its options, superelements taken from it instead of being made or kept there once they are made, and the
+//! `reduce cache` command, which lists it.
 
 use std::fmt::Write as _;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::time::SystemTime;
 
 use crate::program::Told;
 use clap::Args;
+use dcb_formats::dcb::{Contents, WriteOptions, write_superelement};
+use dcb_formats::output::copy_whole;
+use dcb_formats::units::readable;
 use serde_json::json;
 
-use crate::reduce::part::Outcome;
-use dcb_formats::units::readable;
+use crate::outcome::Outcome;
+use crate::reduce::inspect::{frequency_table, interface_table, mass_lines};
+use crate::reduce::reduction_report::{further_columns, stage_lines};
+use crate::reduce::scene::Made;
+use crate::reduce::timing::StageClock;
 use dcb_reducer::error::{CommandRefusal, Error};
 use dcb_reducer::resources::memory_limit::size;
 use dcb_workflow::cache::eviction::Removal;
 use dcb_workflow::cache::folder::{
     DEFAULT_LIMIT, FOLDER_VARIABLE, LIMIT_VARIABLE, default_folder, variable,
 };
-use dcb_workflow::cache::{Cache, Listed, ModeRequest};
+use dcb_workflow::cache::{Cache, Claim, Entry, Listed, ModeRequest, Request, Reservation, Stored};
+use dcb_workflow::file_form::FileForm;
 
 /// Superelements that were made before.
 #[derive(Clone, Debug, Args)]
@@ -38,9 +46,6 @@ impl CacheArguments {
     }
 
     /// How many bytes may be kept.
-    ///
-    /// # Errors
-    /// [`Error::Command`] for an environment variable that isn't a size.
     pub fn limit(&self) -> Result<u64, Error> {
         if let Some(limit) = self.cache_limit {
             return Ok(limit);
@@ -61,9 +66,6 @@ impl CacheArguments {
     }
 
     /// The cache, whether or not `--cache` asks for it; `None`, with a warning, where there can't be one.
-    ///
-    /// # Errors
-    /// As [`CacheArguments::limit`].
     pub fn open(&self, told: Told) -> Result<Option<Cache>, Error> {
         let limit = self.limit()?;
         let opened = match self.folder() {
@@ -87,7 +89,6 @@ impl CacheArguments {
 /// Request to the cache.
 #[derive(Debug, Args)]
 pub struct InventoryArguments {
-    /// Where it is.
     #[command(flatten)]
     pub cache: CacheArguments,
     /// Remove all superelements, or the one whose key begins so.
@@ -98,10 +99,6 @@ pub struct InventoryArguments {
     pub json: bool,
 }
 
-/// Runs the command.
-///
-/// # Errors
-/// There is no such key, or something can't be removed.
 pub fn run(arguments: &InventoryArguments) -> Result<Outcome, Error> {
     let Some(folder) = arguments.cache.folder() else {
         let variable = FOLDER_VARIABLE;
@@ -114,10 +111,7 @@ pub fn run(arguments: &InventoryArguments) -> Result<Outcome, Error> {
         None if arguments.json => as_json(&cache, &entries),
         None => table(&cache, &entries),
     };
-    Ok(Outcome {
-        output,
-        failure: None,
-    })
+    Ok(Outcome::done(output))
 }
 
 fn clear(cache: &Cache, mut entries: Vec<Listed>, key: Option<&str>) -> Result<String, Error> {
@@ -135,13 +129,8 @@ fn clear(cache: &Cache, mut entries: Vec<Listed>, key: Option<&str>) -> Result<S
     let (mut text, mut bytes, mut count) = (String::new(), 0, 0);
     for entry in &entries {
         let path = cache.superelement_path(&entry.key);
-        let removal = cache.remove(&entry.key).map_err(|source| {
-            Error::File(dcb_formats::Error::Io {
-                path,
-                action: "cannot remove",
-                source,
-            })
-        })?;
+        let told = |source| dcb_formats::Error::io(&path, "cannot remove", source);
+        let removal = cache.remove(&entry.key).map_err(told)?;
         match removal {
             Removal::Removed => {
                 bytes += entry.record.bytes;
@@ -241,4 +230,115 @@ fn as_json(cache: &Cache, entries: &[Listed]) -> String {
         "entries": listed,
     });
     all.to_string() + "\n"
+}
+
+/// The entry of a request or its reservation; `None`, with a warning, where the cache can't be used.
+pub fn claim<'c>(cache: &'c Cache, request: &Request, told: Told) -> Option<Claim<'c>> {
+    let waiting = || {
+        told.say(
+            "waiting",
+            "another process makes this superelement; its result is taken",
+        );
+    };
+    match cache.claim(request, waiting) {
+        Ok(claim) => {
+            if let Claim::Missing(reservation) = &claim
+                && let Some(damage) = &reservation.damage
+            {
+                told.say(
+                    "warning",
+                    &format!("the cache had a damaged superelement, which is made anew: {damage}"),
+                );
+            }
+            Some(claim)
+        }
+        Err(error) => {
+            let folder = cache.folder().display();
+            told.say(
+                "warning",
+                &format!("the cache isn't used: {folder}: {error}"),
+            );
+            None
+        }
+    }
+}
+
+/// Writes a superelement of the cache as it is asked for, and says what it is.
+pub fn serve(
+    entry: &Entry,
+    form: FileForm,
+    target: &Path,
+    options: &WriteOptions,
+    clock: &mut StageClock,
+    (told, listed): (Told, usize),
+) -> Result<Outcome, Error> {
+    let mut element = entry.file.superelement()?;
+    clock.start("write");
+    if form != FileForm::default() {
+        form.say(&mut element.provenance.options);
+        let (recovery, mesh) = match form.without_fields {
+            true => (None, None),
+            false => (entry.file.recovery()?, entry.file.mesh()?),
+        };
+        let contents = Contents {
+            superelement: &element,
+            recovery: recovery.as_ref(),
+            mesh: mesh.as_ref(),
+        };
+        write_superelement(target, &contents, options)?;
+    } else {
+        copy_whole(&entry.path, target, options.replace_existing)?;
+    }
+    clock.clear();
+    for warning in &element.provenance.warnings {
+        told.say("warning", warning);
+    }
+    let mut output = String::new();
+    let _ = writeln!(
+        output,
+        "{}: {} modes and {} attachment rows (rank {}){}, from the cache: {} was made in {:.1} s",
+        element.name,
+        element.mode_count(),
+        element.boundary_row_count(),
+        element.residual.sigma_squared.len(),
+        further_columns(&element),
+        entry.record.request.key().short(),
+        entry.record.seconds,
+    );
+    output += &mass_lines(&element);
+    output += &frequency_table(&element, None, listed);
+    output += &interface_table(&element);
+    output += &stage_lines(clock.stages());
+    let _ = writeln!(output, "wrote {}", target.display());
+    Ok(Outcome::done(output))
+}
+
+/// Keeps a superelement that was made, with nodal fields whether or not they were asked for. Where that fails there is a warning.
+pub(crate) fn keep(
+    reservation: Reservation<'_>,
+    form: FileForm,
+    made: &mut Made,
+    seconds: f64,
+    told: Told,
+) {
+    FileForm::default().say(&mut made.superelement.provenance.options);
+    let contents = Contents {
+        superelement: &made.superelement,
+        recovery: made.fields.as_ref(),
+        mesh: made.mesh.as_ref(),
+    };
+    let stored = reservation.store(&contents, seconds);
+    form.say(&mut made.superelement.provenance.options);
+    let why = match stored {
+        Ok(Stored::Kept) => return,
+        Ok(Stored::TooLarge { bytes }) => format!(
+            "its {} are more than the cache may have; --cache-limit allows more",
+            readable(bytes)
+        ),
+        Err(error) => error.to_string(),
+    };
+    told.say(
+        "warning",
+        &format!("the superelement is complete, but isn't kept in the cache: {why}"),
+    );
 }

@@ -10,16 +10,12 @@ use dcb_formats::{RecoveryBasis, Superelement};
 use dcb_sparse::block_algebra::{gram, largest_entry};
 use faer::{Mat, MatRef};
 
-use crate::reduce::part::Outcome;
+use crate::outcome::Outcome;
 use dcb_formats::units::hertz;
 use dcb_formats::units::si_factor;
 use dcb_reducer::error::{CommandRefusal, Error};
 use dcb_reducer::scientific::scientific;
 
-/// Runs the command.
-///
-/// # Errors
-/// If a file can't be read, or a planar part is compared with a spatial one.
 pub fn run(a: &Path, b: &Path) -> Result<Outcome, Error> {
     let (file_a, file_b) = (SuperelementFile::open(a)?, SuperelementFile::open(b)?);
     let (first, second) = (file_a.superelement()?, file_b.superelement()?);
@@ -32,10 +28,7 @@ pub fn run(a: &Path, b: &Path) -> Result<Outcome, Error> {
     let shapes = matching_shapes(&first, &second, file_a.recovery()?, file_b.recovery()?);
     frequency_table(&mut text, &first, &second, shapes.as_ref());
     flexibility_table(&mut text, &first, &second);
-    Ok(Outcome {
-        output: text,
-        failure: None,
-    })
+    Ok(Outcome::done(text))
 }
 
 fn heading(letter: char, path: &Path, element: &Superelement) -> String {
@@ -61,13 +54,9 @@ fn si(element: &Superelement) -> [f64; 3] {
     [&units.length, &units.mass, &units.time].map(|unit| si_factor(unit).unwrap_or(1.0))
 }
 
-fn relative(a: f64, b: f64) -> f64 {
-    let scale = a.abs().max(b.abs());
-    if scale > 0.0 {
-        (a - b).abs() / scale
-    } else {
-        0.0
-    }
+/// A part of a whole; 0 of nothing.
+fn share(part: f64, whole: f64) -> f64 {
+    if whole > 0.0 { part / whole } else { 0.0 }
 }
 
 fn mass_table(text: &mut String, a: &Superelement, b: &Superelement) {
@@ -78,16 +67,8 @@ fn mass_table(text: &mut String, a: &Superelement, b: &Superelement) {
         "in SI units", "A", "B"
     );
     let mut line = |what: &str, x: f64, y: f64, scale: f64| {
-        let difference = if scale > 0.0 {
-            (x - y).abs() / scale
-        } else {
-            0.0
-        };
-        let (x, y, difference) = (
-            scientific(x, 9),
-            scientific(y, 9),
-            scientific(difference, 1),
-        );
+        let difference = scientific(share((x - y).abs(), scale), 1);
+        let (x, y) = (scientific(x, 9), scientific(y, 9));
         let _ = writeln!(text, "{what:<22} {x:>18} {y:>18}   {difference:>10}");
     };
     let (mass_a, mass_b) = (a.inertia.mass * ma, b.inertia.mass * mb);
@@ -142,11 +123,11 @@ fn matching_shapes(
             in_si(&y.modes, b, translates),
         ));
     }
-    let same_rows = a.rows.len() == b.rows.len()
-        && a.rows
-            .iter()
-            .zip(&b.rows)
-            .all(|(x, y)| (x.interface, x.direction) == (y.interface, y.direction));
+    let places = |of: &Superelement| -> Vec<_> {
+        let rows = of.rows.iter();
+        rows.map(|row| (row.interface, row.direction)).collect()
+    };
+    let same_rows = places(a) == places(b);
     let translates = |i: usize| a.rows[i].direction < 3;
     (same_rows && !a.rows.is_empty()).then(|| {
         (
@@ -172,12 +153,7 @@ fn in_si(
 fn modal_assurance(x: MatRef<'_, f64>, y: MatRef<'_, f64>) -> Mat<f64> {
     let (xy, xx, yy) = (gram(x, y), gram(x, x), gram(y, y));
     Mat::from_fn(x.ncols(), y.ncols(), |i, j| {
-        let scale = xx[(i, i)] * yy[(j, j)];
-        if scale > 0.0 {
-            xy[(i, j)] * xy[(i, j)] / scale
-        } else {
-            0.0
-        }
+        share(xy[(i, j)] * xy[(i, j)], xx[(i, i)] * yy[(j, j)])
     })
 }
 
@@ -205,7 +181,7 @@ fn frequency_table(
         let (x, y) = (of(a), of(b));
         let show = |value: Option<f64>| value.map_or("–".to_owned(), |hz| format!("{hz:.9}"));
         let difference = match (x, y) {
-            (Some(x), Some(y)) => scientific(relative(x, y), 1),
+            (Some(x), Some(y)) => scientific(share((x - y).abs(), x.abs().max(y.abs())), 1),
             _ => String::new(),
         };
         let best = assurance
@@ -268,12 +244,9 @@ fn flexibility(element: &Superelement, modal_part: ModalPart) -> Mat<f64> {
 }
 
 fn flexibility_table(text: &mut String, a: &Superelement, b: &Superelement) {
-    let same = a.rows.len() == b.rows.len()
-        && a.rows
-            .iter()
-            .zip(&b.rows)
-            .all(|(x, y)| x.direction == y.direction);
-    if !same {
+    let directions =
+        |of: &Superelement| -> Vec<_> { of.rows.iter().map(|row| row.direction).collect() };
+    if directions(a) != directions(b) {
         let _ = writeln!(
             text,
             "flexibility not compared: A has {} boundary rows, B {} (or other directions)",

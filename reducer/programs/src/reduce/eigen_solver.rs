@@ -31,9 +31,6 @@ enum SolverName {
 
 impl EigenSolverArguments {
     /// The eigensolver asked for.
-    ///
-    /// # Errors
-    /// [`Error::Command`] for options that don't go together, or that this build doesn't have.
     pub(crate) fn chosen(&self) -> Result<EigenSolver, Error> {
         match self.eigen_solver {
             SolverName::Slepc => slepc(self),

@@ -24,9 +24,6 @@ pub struct Report {
 
 impl Report {
     /// Over a band in Hz, or over the usual one; `None` where a file has no moments, or nothing that could be off.
-    ///
-    /// # Errors
-    /// [`Error::Band`] for a band that isn't below the first frequency left out, or that is asked for where nothing is known.
     pub fn of(element: &Superelement, hertz: Option<[f64; 2]>) -> Result<Option<Self>, Error> {
         let mut forms = Vec::new();
         let mut used = None;

@@ -1,48 +1,48 @@
 //! `reduce inspect`: what a superelement holds, for people and as JSON.
 
 use std::fmt::Write as _;
-use std::path::Path;
+use std::path::PathBuf;
 
+use clap::Args;
 use dcb_formats::Superelement;
 use dcb_formats::dcb::SuperelementFile;
 use dcb_formats::mesh::{Dimension, Direction};
 use dcb_formats::terminal::one_line;
 use serde_json::json;
 
+use crate::outcome::Outcome;
 use crate::reduce::error_report::Report;
-use crate::reduce::part::Outcome;
 use crate::reduce::reduction_report::further_columns;
+use crate::reduce::study::band;
 use dcb_formats::units::{hertz, hertz_unit, si_factor};
 use dcb_reducer::error::Error;
 use dcb_reducer::quality::Quality;
 use dcb_reducer::quality::lines::quality_lines;
 use dcb_reducer::scientific::{row, scientific};
 
-/// How to show it.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Form {
-    /// Tables.
-    Text,
-    /// One JSON object.
-    Json,
+/// Superelement to show.
+#[derive(Debug, Args)]
+pub struct InspectArguments {
+    /// Superelement.
+    file: PathBuf,
+    /// As JSON.
+    #[arg(long)]
+    json: bool,
+    /// Band of frequencies for the errors, Hz [default: up to half the highest mode].
+    #[arg(long, value_name = "FMIN:FMAX", allow_hyphen_values = true, value_parser = band)]
+    band: Option<[f64; 2]>,
 }
 
-/// Runs the command; errors are estimated over a band in Hz, or over the usual one.
-///
-/// # Errors
-/// If the file is not a superelement, or not an intact one; if it knows nothing of the band.
-pub fn run(path: &Path, form: Form, band: Option<[f64; 2]>) -> Result<Outcome, Error> {
-    let file = SuperelementFile::open(path)?;
+/// Errors are estimated over a band in Hz, or over the usual one.
+pub fn run(arguments: &InspectArguments) -> Result<Outcome, Error> {
+    let file = SuperelementFile::open(&arguments.file)?;
     let element = file.superelement()?;
-    let errors = Report::of(&element, band)?;
-    let output = match form {
-        Form::Text => text(&file, &element, errors.as_ref())?,
-        Form::Json => as_json(&file, &element, errors.as_ref())?,
+    let errors = Report::of(&element, arguments.band)?;
+    let output = match arguments.json {
+        false => text(&file, &element, errors.as_ref())?,
+        true => as_json(&file, &element, errors.as_ref())?,
     };
-    Ok(Outcome {
-        output,
-        failure: None,
-    })
+    Ok(Outcome::done(output))
 }
 
 /// Mass, centre and inertia.

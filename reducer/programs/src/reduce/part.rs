@@ -1,6 +1,5 @@
 //! The `reduce PART.mtx` command: read, reduce, write, and say what was done.
 
-use std::io::IsTerminal;
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicBool, Ordering};
 
@@ -12,11 +11,13 @@ use dcb_formats::dcb::{Contents, WriteOptions, write_superelement};
 use dcb_formats::output::{Replace, check_output, is_same_file, write_text};
 use serde_json::{Value, json};
 
-use crate::reduce::cached::{claim, keep, serve};
+use crate::outcome::Outcome;
+use crate::program::CommonArguments;
+use crate::reduce::cache::{claim, keep, serve};
 use crate::reduce::reduction_report::summary;
 use crate::reduce::scene::Made;
 use crate::reduce::timing::{StageClock, StageTime};
-use crate::reduce::{ReduceArguments, ReduceCommonArguments, when_interrupted};
+use crate::reduce::{ReduceArguments, when_interrupted};
 use dcb_formats::units::hertz;
 use dcb_reducer::ModeSelection;
 use dcb_reducer::Reduction;
@@ -25,38 +26,10 @@ use dcb_reducer::error::{CommandRefusal, Error, Occupied};
 use dcb_reducer::quality::lines::quality_lines;
 use dcb_reducer::reduce;
 use dcb_workflow::cache::{Cache, Claim, Request, Reservation};
-use dcb_workflow::part_study::progress::Display;
 use dcb_workflow::scene::{CachedReductions, PartInScene};
 
 /// Modes listed unless all are asked for.
 const LISTED_MODES: usize = 10;
-
-/// Reasons named in a failure.
-const NAMED_REASONS: usize = 5;
-
-/// Output of a command.
-#[derive(Clone, Debug, Default, PartialEq)]
-pub struct Outcome {
-    /// For standard output.
-    pub output: String,
-    /// For standard error, with exit status 1: what was checked and did not hold.
-    pub failure: Option<String>,
-}
-
-impl Outcome {
-    /// All is well if there is no reason why not.
-    pub fn unless(output: String, what: &str, reasons: &[String]) -> Self {
-        let named = reasons[..reasons.len().min(NAMED_REASONS)].join("; ");
-        let more = match reasons.len().saturating_sub(NAMED_REASONS) {
-            0 => String::new(),
-            more => format!("; and {more} more"),
-        };
-        Self {
-            output,
-            failure: (!reasons.is_empty()).then(|| format!("{what}: {named}{more}")),
-        }
-    }
-}
 
 /// Whether the superelement is complete, so that an interruption comes too late.
 static WRITTEN: AtomicBool = AtomicBool::new(false);
@@ -100,11 +73,7 @@ enum Claimed<'c> {
     Nothing,
 }
 
-/// Runs the command.
-///
-/// # Errors
-/// Any error of reading, reducing or writing.
-pub fn run(arguments: &ReduceArguments, common: &ReduceCommonArguments) -> Result<Outcome, Error> {
+pub fn run(arguments: &ReduceArguments, common: &CommonArguments) -> Result<Outcome, Error> {
     let mut job = Job::of(arguments, common)?;
     let cache = match arguments.cache.cache {
         Some(_) => arguments.cache.open(job.told)?,
@@ -159,15 +128,18 @@ pub fn run(arguments: &ReduceArguments, common: &ReduceCommonArguments) -> Resul
         job.told.say("warning", warning);
     }
     let (element, stages) = (&made.superelement, clock.stages());
-    Ok(Outcome {
-        output: summary(element, &made.quality, n_e, &job.target, stages, job.listed),
-        failure: None,
-    })
+    Ok(Outcome::done(summary(
+        element,
+        &made.quality,
+        n_e,
+        &job.target,
+        stages,
+        job.listed,
+    )))
 }
 
-fn clock(common: &ReduceCommonArguments) -> StageClock {
-    let show = !common.quiet && std::io::stderr().is_terminal();
-    let mut clock = StageClock::new(if show { Display::Bars } else { Display::Silent });
+fn clock(common: &CommonArguments) -> StageClock {
+    let mut clock = StageClock::new(common.told().display());
     if common.verbose && !common.quiet {
         clock.announce_forecast();
     }
@@ -175,7 +147,7 @@ fn clock(common: &ReduceCommonArguments) -> StageClock {
 }
 
 impl<'a> Job<'a> {
-    fn of(arguments: &'a ReduceArguments, common: &ReduceCommonArguments) -> Result<Self, Error> {
+    fn of(arguments: &'a ReduceArguments, common: &CommonArguments) -> Result<Self, Error> {
         let stiffness = (arguments.stiffness.as_ref()).ok_or(CommandRefusal::NoPart)?;
         let mut reduction = arguments.reduction.clone();
         reduction.eigen_solver = arguments.eigen_solver.chosen()?;
@@ -377,22 +349,4 @@ fn write_timings(path: &Path, stages: &[StageTime], work: Option<&Work>) -> Resu
     let total: f64 = stages.iter().map(|stage| stage.seconds).sum();
     let text = json!({ "stages": stages, "total_seconds": total, "work": work }).to_string() + "\n";
     write_text(path, &text).map_err(Error::Timings)
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn a_failure_is_one_message_however_many_the_reasons() {
-        let reasons: Vec<String> = (1..=7).map(|number| format!("reason {number}")).collect();
-        let failure = Outcome::unless(String::new(), "part.mtx: refused", &reasons).failure;
-        let expected =
-            "part.mtx: refused: reason 1; reason 2; reason 3; reason 4; reason 5; and 2 more";
-        assert_eq!(failure.as_deref(), Some(expected));
-        assert_eq!(
-            Outcome::unless("well".into(), "part.mtx: refused", &[]).failure,
-            None
-        );
-    }
 }

@@ -57,9 +57,6 @@ pub(crate) struct Made {
 
 impl SceneReductionArguments {
     /// The scene, if there is one, and the bodies that are meant.
-    ///
-    /// # Errors
-    /// Those of [`PartInScene::find`].
     pub(crate) fn part(
         &self,
         output: &Path,
@@ -70,9 +67,6 @@ impl SceneReductionArguments {
     }
 
     /// Reduces for the scene; `modes` is the most that may be kept, if that is said.
-    ///
-    /// # Errors
-    /// Those of [`ComponentDemand::of`], [`Search::whole`] and [`Fitted::of`].
     pub(crate) fn reduce(
         &self,
         part: &PartInScene,

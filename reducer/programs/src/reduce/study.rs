@@ -1,6 +1,5 @@
 //! The `reduce study PART.mtx` command: many reductions of one part, what each costs, and how far it is off.
 
-use std::io::IsTerminal;
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicUsize, Ordering};
 
@@ -12,14 +11,14 @@ use dcb_formats::output::remove_leftovers;
 use dcb_report::{Ledger, Start};
 use serde_json::{Value, json};
 
+use crate::outcome::Outcome;
+use crate::program::CommonArguments;
 use crate::reduce::memory::MemoryArguments;
-use crate::reduce::part::Outcome;
-use crate::reduce::{ReduceCommonArguments, when_interrupted};
+use crate::reduce::when_interrupted;
 use dcb_formats::units::si_factor;
 use dcb_reducer::EnrichmentSource;
 use dcb_reducer::error::{CommandRefusal, Error, Lacking};
 use dcb_reducer::model::condensation::Model;
-use dcb_workflow::part_study::progress::Display;
 use dcb_workflow::part_study::progress::Progress;
 use dcb_workflow::part_study::reference::BandChoice;
 use dcb_workflow::part_study::report::Report;
@@ -69,13 +68,11 @@ pub struct ComponentStudyArguments {
     /// Error for which the best row is named.
     #[arg(long, value_name = "E", default_value_t = 1e-3, allow_hyphen_values = true, value_parser = tolerance)]
     pub tolerance: f64,
-    /// Files beside the stiffness matrix.
     #[command(flatten)]
     pub siblings: SiblingArguments,
     /// Start anew where the folder has rows already.
     #[arg(long)]
     pub force: bool,
-    /// Memory.
     #[command(flatten)]
     pub memory: MemoryArguments,
 }
@@ -116,13 +113,9 @@ pub(crate) fn band(text: &str) -> Result<[f64; 2], String> {
 /// Rows that are complete, for the last words of an interrupted run.
 static ROWS: AtomicUsize = AtomicUsize::new(0);
 
-/// Runs the command.
-///
-/// # Errors
-/// Any error of the component, a numerical failure, or a folder that holds another study.
 pub fn run(
     arguments: &ComponentStudyArguments,
-    common: &ReduceCommonArguments,
+    common: &CommonArguments,
 ) -> Result<Outcome, Error> {
     let folder = (arguments.output.clone()).unwrap_or_else(|| default_folder(&arguments.stiffness));
     let files = ComponentFiles::beside(&arguments.stiffness, &arguments.siblings.overrides())?;
@@ -139,10 +132,8 @@ pub fn run(
     let mut ledger = Ledger::open(&folder.join(LEDGER), "reduction", &settings, start)?;
     let scratch = folder.join(SCRATCH);
     last_words(&scratch);
-    let show = !common.quiet && std::io::stderr().is_terminal();
-    let display = if show { Display::Bars } else { Display::Silent };
     let planned = missing(&study, &ledger).into_iter().map(|run| run.modes);
-    let mut progress = Progress::new(display, planned);
+    let mut progress = Progress::new(common.told().display(), planned);
     let made = make(
         &study,
         &component,
@@ -171,10 +162,7 @@ pub fn run(
         report.text(),
         folder.join("report.html").display()
     );
-    Ok(Outcome {
-        output,
-        failure: None,
-    })
+    Ok(Outcome::done(output))
 }
 
 /// `PART.study` beside `PART.mtx`.
@@ -277,13 +265,8 @@ fn prepare(folder: &Path, start: Start) -> Result<(), Error> {
             message: message.to_owned(),
         })
     };
-    let told = |source| {
-        Error::File(dcb_formats::Error::Io {
-            path: folder.to_owned(),
-            action: "cannot make the folder of the study",
-            source,
-        })
-    };
+    let told =
+        |source| dcb_formats::Error::io(folder, "cannot make the folder of the study", source);
     if folder.exists() && !folder.is_dir() {
         return Err(refused("is no folder; name a folder for the study with -o"));
     }

@@ -4,12 +4,11 @@ use std::time::Instant;
 
 use crate::program::print_to_stderr;
 use dcb_formats::out_of_memory::at_stage;
-use dcb_formats::threads::one_more;
-use dcb_workflow::part_study::progress::Display;
-use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
+use dcb_workflow::progress_bar::{Display, bar, tick};
+use indicatif::ProgressBar;
 use serde::Serialize;
 
-use crate::reduce::plan_report;
+use crate::reduce::plan;
 use dcb_reducer::observer::{Observer, Stage};
 use dcb_reducer::resources::forecast::Forecast;
 use dcb_reducer::resources::machine_speed::MachineSpeed;
@@ -48,16 +47,11 @@ const BAR_STEPS: u64 = 1000;
 impl StageClock {
     /// A clock with nothing running.
     pub fn new(display: Display) -> Self {
-        let bar = ProgressBar::new(BAR_STEPS);
-        bar.set_draw_target(match display {
-            Display::Bars => ProgressDrawTarget::stderr(),
-            Display::Silent => ProgressDrawTarget::hidden(),
-        });
-        if let Ok(style) =
-            ProgressStyle::with_template("{msg:12} {bar:40} {percent:>3} %  {elapsed}")
-        {
-            bar.set_style(style);
-        }
+        let bar = bar(
+            display,
+            BAR_STEPS,
+            "{msg:12} {bar:40} {percent:>3} %  {elapsed}",
+        );
         Self {
             finished: Vec::new(),
             running: None,
@@ -77,11 +71,7 @@ impl StageClock {
         at_stage(name);
         self.bar.reset();
         self.bar.set_message(name.to_owned());
-        // The bar takes its thread for granted.
-        if !self.bar.is_hidden() && one_more() {
-            self.bar
-                .enable_steady_tick(std::time::Duration::from_millis(200));
-        }
+        tick(&self.bar);
         self.running = Some(Running {
             stage: name.to_owned(),
             start: Instant::now(),
@@ -143,7 +133,7 @@ impl Observer for StageClock {
 
     fn forecast(&mut self, forecast: &Forecast, limit: &MemoryLimit) {
         if self.announces {
-            let text = plan_report::text(forecast, limit, MachineSpeed::measure());
+            let text = plan::text(forecast, limit, MachineSpeed::measure());
             self.bar
                 .suspend(|| print_to_stderr("forecast", &format!("\n{}", text.trim_end())));
         }

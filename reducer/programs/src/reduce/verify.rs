@@ -1,18 +1,32 @@
 //! `reduce verify`: recomputes what can be recomputed, from the file alone or, given the component, everything.
 
-use dcb_formats::component_files::{ComponentFiles, Overrides, read_component};
+use std::path::PathBuf;
+
+use clap::Args;
+use dcb_formats::component_files::{ComponentFiles, read_component};
 use dcb_formats::dcb::SuperelementFile;
 use dcb_reducer::error::Error;
 use dcb_reducer::resources::memory_limit::available;
 use dcb_reducer::verify::{Findings, check_alone, check_component};
 
-use crate::reduce::VerifyArguments;
-use crate::reduce::part::Outcome;
+use crate::outcome::Outcome;
+use dcb_workflow::siblings::SiblingArguments;
 
-/// Runs the command.
-///
-/// # Errors
-/// If the file is not an intact superelement, or the component can't be read.
+/// Superelement to verify, and its component.
+#[derive(Debug, Args)]
+#[command(mut_arg("mass", |arg| arg.requires("component").help("The component's mass matrix [default: PART.mass.mtx]")))]
+#[command(mut_arg("mesh", |arg| arg.requires("component").help("The component's description [default: PART.json]")))]
+#[command(mut_arg("boundary", |arg| arg.requires("component").help("The component's boundary localization, n_b x n_e [default: PART.boundary.mtx if there]")))]
+pub(crate) struct VerifyArguments {
+    /// Superelement.
+    pub file: PathBuf,
+    /// Stiffness matrix of the component that it was made from.
+    #[arg(long, value_name = "PART.mtx")]
+    pub component: Option<PathBuf>,
+    #[command(flatten)]
+    pub siblings: SiblingArguments,
+}
+
 pub fn run(arguments: &VerifyArguments) -> Result<Outcome, Error> {
     let path = &arguments.file;
     let file = SuperelementFile::open(path)?;
@@ -31,12 +45,7 @@ pub fn run(arguments: &VerifyArguments) -> Result<Outcome, Error> {
     let mesh = file.mesh()?;
     check_alone(&element, recovery.as_ref(), mesh.as_ref(), &mut findings)?;
     if let Some(stiffness) = &arguments.component {
-        let overrides = Overrides {
-            mass: arguments.mass.clone(),
-            description: arguments.mesh.clone(),
-            boundary: arguments.boundary.clone(),
-        };
-        let files = ComponentFiles::beside(stiffness, &overrides)?;
+        let files = ComponentFiles::beside(stiffness, &arguments.siblings.overrides())?;
         let component = read_component(&files, available())?;
         check_component(&element, recovery.as_ref(), &component, &mut findings)
             .map_err(|error| error.naming_the_file(&files))?;

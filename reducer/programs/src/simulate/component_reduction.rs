@@ -8,6 +8,7 @@ use dcb_formats::dcb::SuperelementFile;
 use dcb_formats::mesh::Dimension;
 use dcb_formats::scene::{BodyKind, Scene};
 use dcb_runtime::error::Error;
+use dcb_workflow::batch::child::terminate;
 
 use crate::simulate::prepare::PrepareArguments;
 use crate::simulate::scene::is_interrupted;
@@ -36,10 +37,7 @@ pub(super) fn reduce_components(
     folder: &Path,
 ) -> Result<Vec<Reduced>, Error> {
     let mut parts: Vec<Reduced> = Vec::new();
-    for body in scene.bodies.values() {
-        let BodyKind::Superelement(of) = &body.kind else {
-            continue;
-        };
+    for (_, of) in scene.superelements() {
         let file = scene.resolve(&of.file);
         let Some(matrix) = matrix_of(&file) else {
             continue;
@@ -83,11 +81,9 @@ pub(super) fn reduce_components(
                     });
                 }
                 Err(source) => {
-                    failure.get_or_insert(Error::File(dcb_formats::Error::Io {
-                        path: program(arguments),
-                        action: "cannot run",
-                        source,
-                    }));
+                    let program = program(arguments);
+                    let refused = dcb_formats::Error::io(&program, "cannot run", source);
+                    failure.get_or_insert(refused.into());
                 }
             }
         }
@@ -112,28 +108,11 @@ fn end_of(mut child: Child) -> std::io::Result<ExitStatus> {
             return Ok(status);
         }
         if is_interrupted() {
-            terminate(&mut child)?;
+            terminate(&mut child);
             return child.wait();
         }
         std::thread::sleep(LOOK_INTERVAL);
     }
-}
-
-/// Lets it remove what it has begun to write.
-#[cfg(unix)]
-fn terminate(child: &mut Child) -> std::io::Result<()> {
-    use nix::sys::signal::{Signal, kill};
-    use nix::unistd::Pid;
-
-    match i32::try_from(child.id()) {
-        Ok(id) => kill(Pid::from_raw(id), Signal::SIGTERM).map_err(Into::into),
-        Err(_) => child.kill(),
-    }
-}
-
-#[cfg(not(unix))]
-fn terminate(child: &mut Child) -> std::io::Result<()> {
-    child.kill()
 }
 
 /// Whether a planar scene uses a spatial superelement, which is taken as it is.
@@ -209,11 +188,6 @@ fn program(arguments: &PrepareArguments) -> PathBuf {
 
 /// Makes a folder, and those that it is in.
 pub(super) fn create(folder: &Path) -> Result<(), Error> {
-    std::fs::create_dir_all(folder).map_err(|source| {
-        Error::File(dcb_formats::Error::Io {
-            path: folder.to_owned(),
-            action: "cannot create",
-            source,
-        })
-    })
+    let told = |source| dcb_formats::Error::io(folder, "cannot create", source).into();
+    std::fs::create_dir_all(folder).map_err(told)
 }

@@ -9,7 +9,8 @@ mod study;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
-use crate::program::{Told, begin, print_to_stderr, print_to_stdout};
+use crate::outcome::{Outcome, ended};
+use crate::program::{CommonArguments, Told, begin};
 use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
 use clap::{Args, Parser, Subcommand, ValueEnum};
 use dcb_formats::output::{Replace, check_output};
@@ -18,7 +19,6 @@ use dcb_formats::terminal::one_line;
 
 use crate::simulate::prepare::PrepareArguments;
 use crate::simulate::study::StudyArguments;
-use crate::stop_signal::{self, StopSignal};
 use dcb_formats::scene::{Compatibility, scene_schema};
 use dcb_runtime::error::Error;
 use dcb_runtime::export::csv;
@@ -39,6 +39,9 @@ use dcb_runtime::run::refuse_inputs;
 #[command(
     after_help = "Exit status: 0 done, 1 numerical failure, 2 unusable input, 130 interrupted (143 by SIGTERM, 129 by SIGHUP)."
 )]
+#[command(mut_arg("quiet", |arg| arg.help("Print no summary, notes or progress")))]
+#[command(mut_arg("verbose", |arg| arg.help("Say more: what was loaded, every note")))]
+#[command(mut_arg("threads", |arg| arg.help("Worker threads of a study [default: all]. A scene is integrated by one")))]
 struct Cli {
     #[command(subcommand)]
     command: Option<Command>,
@@ -46,30 +49,6 @@ struct Cli {
     scene: SceneArguments,
     #[command(flatten)]
     common: CommonArguments,
-}
-
-/// Options of every command.
-#[derive(Debug, Args)]
-pub struct CommonArguments {
-    /// Print no summary, notes or progress.
-    #[arg(long, short, global = true)]
-    pub quiet: bool,
-    /// Say more: what was loaded, every note.
-    #[arg(long, short, global = true)]
-    pub verbose: bool,
-    /// Worker threads of a study [default: all]. A scene is integrated by one.
-    #[arg(long, global = true, value_name = "N", allow_negative_numbers = true, value_parser = clap::value_parser!(u16).range(1..=1024))]
-    pub threads: Option<u16>,
-}
-
-impl CommonArguments {
-    /// Whether the user is told what goes on.
-    pub(crate) fn told(&self) -> Told {
-        match self.quiet {
-            true => Told::Nothing,
-            false => Told::Everything,
-        }
-    }
 }
 
 /// Parser of a compatibility by its name in scenes.
@@ -91,7 +70,7 @@ fn compatibility() -> impl TypedValueParser<Value = Compatibility> {
 
 /// Options of a run.
 #[derive(Debug, Args)]
-pub struct SceneArguments {
+pub(crate) struct SceneArguments {
     /// Scene.
     #[arg(value_name = "SCENE.json", required = true)]
     pub scene: Option<PathBuf>,
@@ -138,12 +117,27 @@ pub struct SceneArguments {
 
 /// Contents of the superelements that are carried.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
-pub enum ModelArgument {
+pub(crate) enum ModelArgument {
     /// Needs of the scene.
     #[default]
     Needed,
     /// All that is in the files.
     Everything,
+}
+
+/// Results, and what is made of them.
+#[derive(Debug, Args)]
+pub(crate) struct ExportArguments {
+    /// Results.
+    results: PathBuf,
+    /// Names of outputs or channels [default: all outputs].
+    names: Vec<String>,
+    /// File [default: beside the results].
+    #[arg(long, short, value_name = "FILE")]
+    output: Option<PathBuf>,
+    /// Replace an existing one.
+    #[arg(long)]
+    force: bool,
 }
 
 #[derive(Debug, Subcommand)]
@@ -153,31 +147,13 @@ enum Command {
     /// Reduce the parts of a scene, and leave out of them what its outputs don't need.
     Prepare(PrepareArguments),
     /// Draw recorded quantities over time as SVG.
-    Plot {
-        /// Results.
-        results: PathBuf,
-        /// Names of outputs or channels [default: all outputs].
-        names: Vec<String>,
-        /// Picture [default: RESULTS.svg].
-        #[arg(long, short, value_name = "FILE")]
-        output: Option<PathBuf>,
-        /// Replace an existing picture.
-        #[arg(long)]
-        force: bool,
-    },
+    #[command(mut_arg("output", |arg| arg.help("Picture [default: RESULTS.svg]")))]
+    #[command(mut_arg("force", |arg| arg.help("Replace an existing picture")))]
+    Plot(ExportArguments),
     /// Write recorded quantities as CSV.
-    Csv {
-        /// Results.
-        results: PathBuf,
-        /// Names of outputs or channels [default: all outputs].
-        names: Vec<String>,
-        /// Table [default: RESULTS.csv].
-        #[arg(long, short, value_name = "FILE")]
-        output: Option<PathBuf>,
-        /// Replace an existing table.
-        #[arg(long)]
-        force: bool,
-    },
+    #[command(mut_arg("output", |arg| arg.help("Table [default: RESULTS.csv]")))]
+    #[command(mut_arg("force", |arg| arg.help("Replace an existing table")))]
+    Csv(ExportArguments),
     /// List what a results file holds and how the run ended.
     Show {
         /// Results.
@@ -189,8 +165,7 @@ enum Command {
 
 /// Runs the program.
 pub fn main() -> ExitCode {
-    let common = |cli: &Cli| (cli.common.threads, cli.common.told());
-    let cli = match begin("SCENE.json", common) {
+    let cli = match begin("SCENE.json", |cli: &Cli| &cli.common) {
         Ok(cli) => cli,
         Err(status) => return status,
     };
@@ -198,78 +173,16 @@ pub fn main() -> ExitCode {
         None => scene::run(&cli.scene, &cli.common),
         Some(Command::Prepare(arguments)) => prepare::run(arguments, &cli.common),
         Some(Command::Study(arguments)) => study::run(arguments, &cli.common),
-        Some(Command::Plot {
-            results,
-            names,
-            output,
-            force,
-        }) => export(
-            results,
-            output.as_deref(),
-            replace(*force),
-            "svg",
-            |results, target| picture::plot(results, selection(names), target, replace(*force)),
-        ),
-        Some(Command::Csv {
-            results,
-            names,
-            output,
-            force,
-        }) => export(
-            results,
-            output.as_deref(),
-            replace(*force),
-            "csv",
-            |results, target| csv::write_csv(results, selection(names), target, replace(*force)),
-        ),
+        Some(Command::Plot(arguments)) => export(arguments, "svg", picture::plot),
+        Some(Command::Csv(arguments)) => export(arguments, "csv", csv::write_csv),
         Some(Command::Show { results }) => show(results),
         Some(Command::Schema) => schema(),
     };
-    let done = done.and_then(|done| {
-        let is_report = matches!(cli.command, None | Some(Command::Study(_)));
-        if !(is_report && cli.common.quiet) {
-            print_to_stdout(&done.output)?;
-        }
-        Ok(done.ending)
-    });
-    match done {
-        Ok(Ending::Complete) => ExitCode::SUCCESS,
-        Ok(Ending::Interrupted) => {
-            let signal = stop_signal::received().unwrap_or(StopSignal::Interrupt);
-            ExitCode::from(signal.exit_status())
-        }
-        Err(error) => {
-            print_to_stderr("error", &error.to_string());
-            ExitCode::from(if error.is_unusable_input() { 2 } else { 1 })
-        }
-    }
-}
-
-/// Output of a command.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Done {
-    /// For standard output.
-    pub output: String,
-    /// Whether all was done.
-    pub ending: Ending,
-}
-
-/// Whether all was done.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Ending {
-    /// It was.
-    Complete,
-    /// The user stopped it.
-    Interrupted,
-}
-
-impl Done {
-    fn with(output: String) -> Self {
-        Self {
-            output,
-            ending: Ending::Complete,
-        }
-    }
+    let told = match cli.command {
+        None | Some(Command::Study(_)) => cli.common.told(),
+        _ => Told::Everything,
+    };
+    ended(done, told, Error::is_unusable_input, || {})
 }
 
 /// Treatment of an existing file.
@@ -281,31 +194,26 @@ pub(crate) fn replace(force: bool) -> Replace {
     }
 }
 
-fn selection(names: &[String]) -> Selection<'_> {
-    if names.is_empty() {
-        Selection::Outputs
-    } else {
-        Selection::Named(names)
-    }
-}
+/// Writes a file made of results.
+type Export = fn(&Results, Selection<'_>, &Path, Replace) -> Result<(), Error>;
 
 /// A file made of results; without a name it stands beside them with the extension of its kind.
-fn export(
-    path: &Path,
-    output: Option<&Path>,
-    replace: Replace,
-    extension: &str,
-    write: impl FnOnce(&Results, &Path) -> Result<(), Error>,
-) -> Result<Done, Error> {
+fn export(arguments: &ExportArguments, extension: &str, write: Export) -> Result<Outcome, Error> {
+    let (path, replace) = (&arguments.results, replace(arguments.force));
     let results = Results::open(path)?;
-    let target = output.map_or_else(|| path.with_extension(extension), Path::to_path_buf);
-    check_output(&target, replace)?;
-    refuse_inputs(&target, [path], "the file of the results")?;
-    write(&results, &target)?;
-    Ok(Done::with(format!("{}\n", target.display())))
+    let beside = path.with_extension(extension);
+    let target = arguments.output.as_ref().unwrap_or(&beside);
+    check_output(target, replace)?;
+    refuse_inputs(target, [path.as_path()], "the file of the results")?;
+    let selection = match arguments.names.as_slice() {
+        [] => Selection::Outputs,
+        names => Selection::Named(names),
+    };
+    write(&results, selection, target, replace)?;
+    Ok(Outcome::done(format!("{}\n", target.display())))
 }
 
-fn show(path: &PathBuf) -> Result<Done, Error> {
+fn show(path: &PathBuf) -> Result<Outcome, Error> {
     use std::fmt::Write as _;
 
     let results = Results::open(path)?;
@@ -353,10 +261,10 @@ fn show(path: &PathBuf) -> Result<Done, Error> {
     for event in results.events()? {
         let _ = writeln!(text, "  t = {}: {}", event.time, one_line(&event.message));
     }
-    Ok(Done::with(text))
+    Ok(Outcome::done(text))
 }
 
-fn schema() -> Result<Done, Error> {
+fn schema() -> Result<Outcome, Error> {
     let text = serde_json::to_string_pretty(&scene_schema()).unwrap_or_default();
-    Ok(Done::with(text + "\n"))
+    Ok(Outcome::done(text + "\n"))
 }

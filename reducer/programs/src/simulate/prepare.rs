@@ -11,16 +11,17 @@ use dcb_formats::output::write_text;
 use serde::Serialize;
 use serde_json::json;
 
+use crate::outcome::Outcome;
+use crate::program::CommonArguments;
 use crate::simulate::component_reduction::{self, Reduced, create, reduce_components};
+use crate::simulate::replace;
 use crate::simulate::scene::{check_tolerance, is_interrupted, watch_for_interruption};
-use crate::simulate::study::bar;
-use crate::simulate::{CommonArguments, Done, Ending, replace};
-use dcb_formats::scene::{BodyKind, InertiaChange, Scene};
+use crate::simulate::study::monitor;
+use dcb_formats::scene::{InertiaChange, Scene};
 use dcb_runtime::error::Error;
 use dcb_runtime::run::refuse_inputs;
 use dcb_workflow::prepare::{FieldSamples, Integration, Prepared, PreparedFile, prepare, write};
 use dcb_workflow::scene_study::Subject;
-use dcb_workflow::scene_study::monitor::Monitor;
 
 /// Options of a preparation.
 #[derive(Debug, Args)]
@@ -65,11 +66,7 @@ pub struct PrepareArguments {
     pub(super) reduce: Option<PathBuf>,
 }
 
-/// Runs the command.
-///
-/// # Errors
-/// Any error of reading, reducing, the run with everything, or writing.
-pub fn run(arguments: &PrepareArguments, common: &CommonArguments) -> Result<Done, Error> {
+pub fn run(arguments: &PrepareArguments, common: &CommonArguments) -> Result<Outcome, Error> {
     let tolerance = arguments.tolerance;
     check_tolerance(tolerance)?;
     let path = &arguments.scene;
@@ -98,7 +95,7 @@ pub fn run(arguments: &PrepareArguments, common: &CommonArguments) -> Result<Don
     let subject = Subject::of(scene, &arguments.outputs);
     let mut subject = subject.map_err(|error| error.in_file(path))?;
     fields.join(&mut subject);
-    let monitor = Monitor::new(bar(common), is_interrupted);
+    let monitor = monitor(common);
     let integration = match arguments.adapt_integrator {
         true => Integration::Adapted,
         false => Integration::OfScene,
@@ -123,10 +120,9 @@ pub fn run(arguments: &PrepareArguments, common: &CommonArguments) -> Result<Don
         runs: clock.elapsed().as_secs_f64() - reduction,
     };
     report(&prepared, &files, tolerance, &seconds, folder)?;
-    Ok(Done {
-        output: told(&prepared, &files, tolerance, folder) + &fields.told(&subject),
-        ending: Ending::Complete,
-    })
+    Ok(Outcome::done(
+        told(&prepared, &files, tolerance, folder) + &fields.told(&subject),
+    ))
 }
 
 /// Effort of a preparation.
@@ -138,11 +134,11 @@ struct Seconds {
     runs: f64,
 }
 
-fn stopped(folder: &Path) -> Done {
-    Done {
-        output: format!("{}: stopped, nothing was prepared\n", folder.display()),
-        ending: Ending::Interrupted,
-    }
+fn stopped(folder: &Path) -> Outcome {
+    Outcome::interrupted(format!(
+        "{}: stopped, nothing was prepared\n",
+        folder.display()
+    ))
 }
 
 /// Source of a file, from the folder of the prepared scene. Of a superelement that was reduced here it is the matrix: the superelement itself is deleted.
@@ -196,17 +192,10 @@ fn report(
 
 /// Bodies whose inertia doesn't follow the deflection to second order, and how it does.
 fn simpler_inertia(scene: &Scene) -> impl Iterator<Item = (&str, &'static str)> {
-    scene.bodies.iter().filter_map(|(name, body)| {
-        let BodyKind::Superelement(of) = &body.kind else {
-            return None;
-        };
-        match of.inertia_change {
-            InertiaChange::Constant => Some((name.as_str(), "that of the undeformed body")),
-            InertiaChange::FirstOrder => {
-                Some((name.as_str(), "follows the deflection to first order"))
-            }
-            InertiaChange::SecondOrder => None,
-        }
+    (scene.superelements()).filter_map(|(name, of)| match of.inertia_change {
+        InertiaChange::Constant => Some((name, "that of the undeformed body")),
+        InertiaChange::FirstOrder => Some((name, "follows the deflection to first order")),
+        InertiaChange::SecondOrder => None,
     })
 }
 

@@ -9,7 +9,8 @@ use dcb_formats::scene::Scene;
 use dcb_runtime::model::Model;
 use dcb_runtime::run::{ModesReport, Report, RunReport, stiffened};
 
-use crate::simulate::{CommonArguments, SceneArguments};
+use crate::program::CommonArguments;
+use crate::simulate::SceneArguments;
 
 /// That something is left out, or with `--explain` what.
 pub(super) fn told_of(pruning: &Pruning, arguments: &SceneArguments) -> String {
@@ -56,7 +57,7 @@ pub(super) fn describe(scene: &Scene, model: &Model, common: &CommonArguments) -
 
 /// Value found.
 pub(super) fn told(report: &Report, path: &Path, scene: &Scene) -> String {
-    let mut text = match report {
+    let text = match report {
         Report::Transient(report) => return summary(report, path, scene),
         Report::Static(report) => format!(
             "at rest after {} iterations; the softest free direction has a frequency of {:.4e} {}\n",
@@ -67,13 +68,7 @@ pub(super) fn told(report: &Report, path: &Path, scene: &Scene) -> String {
         Report::Kinematic(report) => format!("{} times\n", report.times),
         Report::Modes(report) => modes_table(report, scene),
     };
-    let state = if report.is_complete() {
-        ""
-    } else {
-        " (incomplete)"
-    };
-    let _ = writeln!(text, "{}{state}", path.display());
-    text
+    text + &last_line(path, report.is_complete())
 }
 
 /// Frequencies and damping.
@@ -141,11 +136,10 @@ fn summary(report: &RunReport, path: &Path, scene: &Scene) -> String {
             );
         }
     }
-    let state = if report.is_complete {
-        ""
-    } else {
-        " (incomplete)"
-    };
-    let _ = writeln!(text, "{}{state}", path.display());
-    text
+    text + &last_line(path, report.is_complete)
+}
+
+fn last_line(path: &Path, is_complete: bool) -> String {
+    let state = if is_complete { "" } else { " (incomplete)" };
+    format!("{}{state}\n", path.display())
 }

@@ -1,26 +1,29 @@
 //! The `simulate SCENE.json` command: read, run, record, and say what was done.
 
-use std::io::IsTerminal;
 use std::path::{Path, PathBuf};
 
 use dcb_formats::out_of_memory::at_stage;
 use dcb_formats::output::{Replace, check_output, is_same_file};
 use dcb_formats::results::Results;
-use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
+use indicatif::ProgressBar;
 use serde_json::json;
 
+use crate::outcome::Outcome;
+use crate::program::CommonArguments;
 use crate::program::Told;
 use crate::simulate::run_report::{describe, told, told_of};
-use crate::simulate::{CommonArguments, Done, Ending, ModelArgument, SceneArguments, replace};
+use crate::simulate::{ModelArgument, SceneArguments, replace};
 use crate::stop_signal::{self, StopSignal};
 use dcb_demand::SuperelementFiles;
 use dcb_demand::pruning::Pruning;
-use dcb_formats::scene::{BodyKind, Method, Scene};
+use dcb_formats::scene::{Compatibility, Method, Scene};
 use dcb_runtime::error::Error;
 use dcb_runtime::export::csv;
 use dcb_runtime::export::history::Selection;
 use dcb_runtime::model::Model;
 use dcb_runtime::run::{self, Observer, Profiling, Target};
+use dcb_workflow::progress_bar::bar;
+use dcb_workflow::scene_study::{by_command_line, no_radius};
 
 /// Positions of the progress bar.
 const POSITIONS: u64 = 1000;
@@ -35,11 +38,7 @@ pub fn is_interrupted() -> bool {
     stop_signal::received().is_some()
 }
 
-/// Runs the command.
-///
-/// # Errors
-/// Any error of reading, running or writing.
-pub fn run(arguments: &SceneArguments, common: &CommonArguments) -> Result<Done, Error> {
+pub fn run(arguments: &SceneArguments, common: &CommonArguments) -> Result<Outcome, Error> {
     let Some(path) = &arguments.scene else {
         return Err(Error::described("SCENE.json", "is missing"));
     };
@@ -103,13 +102,10 @@ pub fn run(arguments: &SceneArguments, common: &CommonArguments) -> Result<Done,
         let results = Results::open(&target.path)?;
         csv::write_csv(&results, Selection::Outputs, table, Replace::Overwrite)?;
     }
-    Ok(Done {
-        output: loaded + &told(&report, &target.path, &scene),
-        ending: if report.is_complete() {
-            Ending::Complete
-        } else {
-            Ending::Interrupted
-        },
+    let output = loaded + &told(&report, &target.path, &scene);
+    Ok(match report.is_complete() {
+        true => Outcome::done(output),
+        false => Outcome::interrupted(output),
     })
 }
 
@@ -124,9 +120,6 @@ fn left_out(pruning: &Pruning) -> serde_json::Value {
 }
 
 /// A tolerance is a part of something.
-///
-/// # Errors
-/// [`Error::Description`] if it isn't between 0 and 1.
 pub(crate) fn check_tolerance(tolerance: f64) -> Result<(), Error> {
     match tolerance > 0.0 && tolerance < 1.0 {
         true => Ok(()),
@@ -144,13 +137,8 @@ fn check_targets(
     target: &Target,
     arguments: &SceneArguments,
 ) -> Result<(), Error> {
-    let superelements: Vec<PathBuf> = scene
-        .bodies
-        .values()
-        .filter_map(|body| match &body.kind {
-            BodyKind::Superelement(of) => Some(scene.resolve(&of.file)),
-            BodyKind::Rigid(_) => None,
-        })
+    let superelements: Vec<PathBuf> = (scene.superelements())
+        .map(|(_, of)| scene.resolve(&of.file))
         .collect();
     let targets = [Some(&target.path), arguments.csv.as_ref()];
     for written in targets.into_iter().flatten() {
@@ -182,10 +170,7 @@ fn override_scene(scene: &mut Scene, arguments: &SceneArguments) -> Result<(), E
         }
         if let (Some(given), method) = (arguments.rho_infinity, &mut integrator.method) {
             let Method::GeneralizedAlpha { rho_infinity } = method else {
-                return Err(Error::described(
-                    "--rho-infinity",
-                    "belongs to generalized_alpha, but the scene integrates with hht; change the scene's `integrator`",
-                ));
+                return Err(no_radius());
             };
             *rho_infinity = given;
         }
@@ -206,14 +191,7 @@ fn override_scene(scene: &mut Scene, arguments: &SceneArguments) -> Result<(), E
         scene.compatibility = compatibility;
     }
     scene.allow_unstable_weak |= arguments.allow_unstable_weak;
-    // The scene by itself has been found good.
-    scene.check().map_err(|error| match error.into() {
-        Error::Description { location, message } => Error::described(
-            format!("{location} as changed by the command line"),
-            message,
-        ),
-        other => other,
-    })
+    scene.check().map_err(|error| by_command_line(error.into()))
 }
 
 fn options(arguments: &SceneArguments) -> serde_json::Value {
@@ -221,7 +199,7 @@ fn options(arguments: &SceneArguments) -> serde_json::Value {
         "step": arguments.step,
         "end": arguments.end,
         "rho_infinity": arguments.rho_infinity,
-        "compatibility": arguments.compatibility.map(|c| format!("{c:?}").to_lowercase()),
+        "compatibility": arguments.compatibility.map(Compatibility::name),
         "model": format!("{:?}", arguments.model).to_lowercase(),
         "tolerance": arguments.tolerance,
     })
@@ -235,16 +213,10 @@ struct Watcher {
 
 impl Watcher {
     fn new(common: &CommonArguments) -> Self {
-        let bar = ProgressBar::with_draw_target(Some(POSITIONS), ProgressDrawTarget::stderr());
-        if common.quiet || !std::io::stderr().is_terminal() {
-            bar.set_draw_target(ProgressDrawTarget::hidden());
-        }
-        if let Ok(style) = ProgressStyle::with_template("{wide_bar} t = {msg} ({eta} left)") {
-            bar.set_style(style);
-        }
+        let (told, template) = (common.told(), "{wide_bar} t = {msg} ({eta} left)");
         Self {
-            bar,
-            told: common.told(),
+            bar: bar(told.display(), POSITIONS, template),
+            told,
         }
     }
 }

@@ -1,18 +1,19 @@
 //! The `simulate study SCENE.json` command: try options, and say what each costs and how far it is off.
 
 use std::fmt::Write as _;
-use std::io::IsTerminal;
 use std::num::NonZeroUsize;
 use std::path::PathBuf;
 
 use clap::{Args, ValueEnum};
 use dcb_report::Start;
-use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 
+use crate::outcome::Outcome;
+use crate::program::CommonArguments;
+use crate::simulate::compatibility;
 use crate::simulate::scene::{is_interrupted, watch_for_interruption};
-use crate::simulate::{CommonArguments, Done, Ending, compatibility};
 use dcb_formats::scene::{Compatibility, InertiaChange, Scene};
 use dcb_runtime::error::Error;
+use dcb_workflow::progress_bar::bar;
 use dcb_workflow::scene_study::grid::Grid;
 use dcb_workflow::scene_study::monitor::Monitor;
 use dcb_workflow::scene_study::{
@@ -86,11 +87,7 @@ pub struct StudyArguments {
     force: bool,
 }
 
-/// Runs the command.
-///
-/// # Errors
-/// Any error of reading, making the reference, or writing.
-pub fn run(arguments: &StudyArguments, common: &CommonArguments) -> Result<Done, Error> {
+pub fn run(arguments: &StudyArguments, common: &CommonArguments) -> Result<Outcome, Error> {
     let tolerance = arguments.tolerance;
     if !(tolerance > 0.0 && tolerance.is_finite()) {
         return Err(Error::described(
@@ -121,7 +118,7 @@ pub fn run(arguments: &StudyArguments, common: &CommonArguments) -> Result<Done,
     };
     let mut store = Store::open(folder, &subject, &first, grid, start)?;
     watch_for_interruption();
-    let monitor = Monitor::new(bar(common), is_interrupted);
+    let monitor = monitor(common);
     let conducted = SceneStudy::conduct(
         subject,
         &settings,
@@ -133,19 +130,13 @@ pub fn run(arguments: &StudyArguments, common: &CommonArguments) -> Result<Done,
     );
     monitor.close();
     let Some(study) = conducted? else {
-        return Ok(Done {
-            output: format!(
-                "{}: stopped; the same command goes on with the rows that are left\n",
-                folder.display()
-            ),
-            ending: Ending::Interrupted,
-        });
+        return Ok(Outcome::interrupted(format!(
+            "{}: stopped; the same command goes on with the rows that are left\n",
+            folder.display()
+        )));
     };
     report::write(&study, &store, tolerance)?;
-    Ok(Done {
-        output: told(&study, &store, tolerance),
-        ending: Ending::Complete,
-    })
+    Ok(Outcome::done(told(&study, &store, tolerance)))
 }
 
 fn lists(arguments: &StudyArguments) -> Lists {
@@ -183,17 +174,10 @@ fn threads(common: &CommonArguments) -> NonZeroUsize {
         .unwrap_or(NonZeroUsize::MIN)
 }
 
-pub(crate) fn bar(common: &CommonArguments) -> ProgressBar {
-    let bar = ProgressBar::with_draw_target(Some(0), ProgressDrawTarget::stderr());
-    if common.quiet || !std::io::stderr().is_terminal() {
-        bar.set_draw_target(ProgressDrawTarget::hidden());
-    }
-    if let Ok(style) =
-        ProgressStyle::with_template("{wide_bar} {msg}: {percent} % of the steps ({eta} left)")
-    {
-        bar.set_style(style);
-    }
-    bar
+/// Progress of a study or a preparation.
+pub(crate) fn monitor(common: &CommonArguments) -> Monitor {
+    let template = "{wide_bar} {msg}: {percent} % of the steps ({eta} left)";
+    Monitor::new(bar(common.told().display(), 0, template), is_interrupted)
 }
 
 /// Value found.
@@ -231,7 +215,7 @@ fn told(study: &SceneStudy, store: &Store, tolerance: f64) -> String {
             "{:>4} {:>6} {:<8} {:>11.4e} {:>5} {:<12} {:>8} {:>10.4} {:>9.0} {:>10}",
             index + 1,
             row.setting.modes_text(),
-            row.setting.compatibility_text(),
+            row.setting.compatibility.name(),
             step,
             rho_infinity.map_or("-".to_owned(), |rho| rho.to_string()),
             row.setting.inertia_text(),

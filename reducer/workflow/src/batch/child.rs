@@ -5,7 +5,7 @@ use std::process::{Child, Command, ExitStatus, Stdio};
 use std::sync::{Arc, Mutex};
 use std::time::{Duration, Instant};
 
-use super::lock;
+use crate::workers::lock;
 
 /// How often a process is looked at.
 const INTERVAL: Duration = Duration::from_millis(20);
@@ -113,7 +113,7 @@ impl Processes {
             running.children.clone()
         };
         for child in &children {
-            interrupt(&mut lock(child));
+            terminate(&mut lock(child));
         }
         let start = Instant::now();
         let has_ended = |child: &Arc<Mutex<Child>>| !matches!(lock(child).try_wait(), Ok(None));
@@ -138,20 +138,21 @@ fn text_of(pipe: Option<impl Read>) -> String {
     String::from_utf8_lossy(&bytes).into_owned()
 }
 
-/// Interrupts a process that wasn't waited for to its end, so that its number is still its own.
+/// Asks a process to end, so that it can remove what it has begun to write. It wasn't waited for to its end: its number is still its own.
 #[cfg(unix)]
-fn interrupt(child: &mut Child) {
+pub fn terminate(child: &mut Child) {
     use nix::sys::signal::{Signal, kill};
     use nix::unistd::Pid;
 
     if matches!(child.try_wait(), Ok(None))
         && let Ok(number) = i32::try_from(child.id())
     {
-        let _ = kill(Pid::from_raw(number), Signal::SIGINT);
+        let _ = kill(Pid::from_raw(number), Signal::SIGTERM);
     }
 }
 
+/// Ends a process.
 #[cfg(not(unix))]
-fn interrupt(child: &mut Child) {
+pub fn terminate(child: &mut Child) {
     let _ = child.kill();
 }

@@ -2,7 +2,7 @@
 
 use std::ffi::OsString;
 use std::path::Path;
-use std::process::{Command, Stdio};
+use std::process::Command;
 
 use serde::Serialize;
 use serde_json::{Value, json};
@@ -14,9 +14,6 @@ use super::manifest::Part;
 const KILOBYTE: u64 = 1024;
 
 /// Makes a part's superelement, and says in a file what that took.
-///
-/// # Errors
-/// This program's own file isn't known.
 pub fn reduce(
     batch: &Batch,
     part: &Part,
@@ -45,9 +42,6 @@ pub fn reduce(
 }
 
 /// Forecasts what making a part takes.
-///
-/// # Errors
-/// This program's own file isn't known.
 pub fn plan(batch: &Batch, part: &Part) -> std::io::Result<Command> {
     let mut command = Command::new(std::env::current_exe()?);
     command
@@ -55,8 +49,7 @@ pub fn plan(batch: &Batch, part: &Part) -> std::io::Result<Command> {
         .args(resources(batch))
         .args(files_and_modes(part))
         .arg("--")
-        .arg(&part.entry.part)
-        .stdin(Stdio::null());
+        .arg(&part.entry.part);
     Ok(command)
 }
 

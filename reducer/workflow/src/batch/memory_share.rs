@@ -2,7 +2,7 @@
 
 use std::sync::{Condvar, Mutex, PoisonError};
 
-use super::lock;
+use crate::workers::lock;
 
 /// Memory that is there, and who waits for it. It is given in the order in which it is asked for: a large part isn't overtaken for ever.
 #[derive(Debug)]

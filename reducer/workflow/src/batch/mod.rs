@@ -18,7 +18,6 @@ pub mod results;
 pub mod table;
 
 use std::collections::VecDeque;
-use std::fs::{File, TryLockError};
 use std::path::{Path, PathBuf};
 use std::sync::{Mutex, PoisonError};
 
@@ -28,6 +27,8 @@ use self::memory_share::MemoryShare;
 use self::part::Making;
 use self::results::{BatchRow, Results, Status};
 use crate::cache::Cache;
+use crate::lock_file;
+use crate::workers::{lock, on_threads};
 use dcb_reducer::error::Error;
 
 /// Tasks, place and resources of a batch.
@@ -88,7 +89,8 @@ pub fn run(batch: &Batch, told: &(dyn Fn(&Part, &Fate) + Sync)) -> Result<Vec<Fa
         planning: Mutex::new(()),
     };
     let fates = Mutex::new(vec![None; batch.parts.len()]);
-    let work = || -> Result<(), Error> {
+    let count = batch.jobs.clamp(1, batch.parts.len().max(1));
+    on_threads(count, || -> Result<(), Error> {
         while let Some(index) = shared.next() {
             let part = &batch.parts[index];
             let fate = shared.settle(part)?;
@@ -96,21 +98,6 @@ pub fn run(batch: &Batch, told: &(dyn Fn(&Part, &Fate) + Sync)) -> Result<Vec<Fa
             lock(&fates)[index] = Some(fate);
         }
         Ok(())
-    };
-    std::thread::scope(|scope| {
-        // The caller works where the system allows no further thread, and does nothing but wait where it allows all.
-        let count = batch.jobs.clamp(1, batch.parts.len().max(1));
-        let workers: Vec<_> = (0..count)
-            .map_while(|_| std::thread::Builder::new().spawn_scoped(scope, work).ok())
-            .collect();
-        if workers.len() < count {
-            work()?;
-        }
-        let ended = workers.into_iter().map(|worker| match worker.join() {
-            Ok(ended) => ended,
-            Err(cause) => std::panic::resume_unwind(cause),
-        });
-        ended.fold(Ok(()), Result::and)
     })?;
     let fates = fates.into_inner().unwrap_or_else(PoisonError::into_inner);
     Ok(fates.into_iter().flatten().collect())
@@ -135,17 +122,9 @@ impl Shared<'_> {
     fn settle(&self, part: &Part) -> Result<Fate, Error> {
         let path = self.batch.folder.join(".locks").join(&part.name);
         let failed = |source| io_error(&path, "cannot lock", source);
-        let claim = File::options()
-            .write(true)
-            .create(true)
-            .truncate(false)
-            .open(&path)
-            .map_err(failed)?;
-        match claim.try_lock() {
-            Ok(()) => {}
-            Err(TryLockError::WouldBlock) => return Ok(Fate::Elsewhere),
-            Err(TryLockError::Error(error)) => return Err(failed(error)),
-        }
+        let Some(claim) = lock_file::claimed(&path).map_err(failed)? else {
+            return Ok(Fate::Elsewhere);
+        };
         let making = Making::prepare(self.batch, part);
         let known = {
             let mut results = lock(&self.results);
@@ -179,16 +158,7 @@ impl Fate {
     }
 }
 
-/// A lock whose holders leave nothing half done.
-pub(crate) fn lock<T>(mutex: &Mutex<T>) -> std::sync::MutexGuard<'_, T> {
-    mutex.lock().unwrap_or_else(PoisonError::into_inner)
-}
-
 /// A file that the system refused.
 pub fn io_error(path: &Path, action: &'static str, source: std::io::Error) -> Error {
-    Error::File(dcb_formats::Error::Io {
-        path: path.to_owned(),
-        action,
-        source,
-    })
+    dcb_formats::Error::io(path, action, source).into()
 }

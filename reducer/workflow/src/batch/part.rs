@@ -2,6 +2,7 @@
 
 use std::fs::File;
 use std::path::{Path, PathBuf};
+use std::process::{Command, Stdio};
 use std::sync::Mutex;
 use std::time::{Instant, SystemTime, UNIX_EPOCH};
 
@@ -15,9 +16,10 @@ use super::command;
 use super::manifest::Part;
 use super::memory_share::MemoryShare;
 use super::results::{Age, BatchRow, BatchSuperelement, Status};
-use super::{Batch, Earlier, io_error, lock};
+use super::{Batch, Earlier, io_error};
 use crate::cache::request::digest_of;
 use crate::cache::{Key, Request};
+use crate::workers::lock;
 use dcb_reducer::error::Error;
 
 /// A part about to be made.
@@ -90,9 +92,6 @@ impl<'a> Making<'a> {
     }
 
     /// Makes the part in a process of its own, which keeps the claim even if this one is killed.
-    ///
-    /// # Errors
-    /// No process can be started.
     pub fn make(
         &self,
         claim: File,
@@ -116,14 +115,8 @@ impl<'a> Making<'a> {
         let _share = memory.map(|memory| memory.take(needed));
         let start = Instant::now();
         let timings = self.timings();
-        let mut command = command::reduce(self.batch, self.part, &self.target(), &timings)
-            .map_err(cannot_start)?;
-        command.stdin(claim);
-        let ended = self
-            .batch
-            .processes
-            .run(&mut command)
-            .map_err(cannot_start)?;
+        let command = command::reduce(self.batch, self.part, &self.target(), &timings);
+        let ended = self.run(command, claim.into())?;
         let costs: Option<Value> = std::fs::read(&timings)
             .ok()
             .and_then(|text| serde_json::from_slice(&text).ok());
@@ -131,6 +124,12 @@ impl<'a> Making<'a> {
         let mut row = self.row_of(&ended, costs.as_ref());
         row.seconds = start.elapsed().as_secs_f64();
         Ok(row)
+    }
+
+    fn run(&self, command: std::io::Result<Command>, stdin: Stdio) -> Result<Ended, Error> {
+        let run = |mut command: Command| self.batch.processes.run(command.stdin(stdin));
+        let cannot_start = |source| io_error(Path::new("reduce"), "cannot start", source);
+        command.and_then(run).map_err(cannot_start)
     }
 
     /// Whether it only needs to be copied.
@@ -144,12 +143,8 @@ impl<'a> Making<'a> {
     /// Memory that the part is forecast to need, bytes, or why it can't be reduced with what there is. What can't be forecast is left to
     /// fail by itself.
     fn needed_memory(&self) -> Result<Result<u64, String>, Error> {
-        let mut command = command::plan(self.batch, self.part).map_err(cannot_start)?;
-        let ended = self
-            .batch
-            .processes
-            .run(&mut command)
-            .map_err(cannot_start)?;
+        let command = command::plan(self.batch, self.part);
+        let ended = self.run(command, Stdio::null())?;
         let Ok(plan) = serde_json::from_str::<Value>(&ended.stdout) else {
             return Ok(Ok(0));
         };
@@ -235,8 +230,4 @@ impl<'a> Making<'a> {
             from_cache: costs.is_some_and(|costs| costs["work"].is_null()),
         })
     }
-}
-
-fn cannot_start(source: std::io::Error) -> Error {
-    io_error(Path::new("reduce"), "cannot start", source)
 }

@@ -10,6 +10,7 @@ use dcb_formats::output::Replace;
 use dcb_formats::output::write_json;
 
 use super::{Cache, Entry, Key, Record, Request};
+use crate::lock_file;
 use dcb_reducer::error::Error;
 
 /// Outcome of a request.
@@ -50,7 +51,7 @@ impl Cache {
     /// The folder can't be used, or its file system has no locks.
     pub fn claim(&self, request: &Request, waiting: impl Fn()) -> io::Result<Claim<'_>> {
         let key = request.key();
-        let lock = self.open_lock(&key)?;
+        let lock = lock_file::open(&self.lock_path(&key))?;
         wait(lock.try_lock_shared(), &waiting, || lock.lock_shared())?;
         if let Some(Ok(found)) = self.read(&key) {
             return Ok(Claim::Found(Box::new(self.used(&key, found, lock))));
@@ -140,13 +141,7 @@ impl Reservation<'_> {
             ..WriteOptions::default()
         };
         write_superelement(&path, contents, &options)?;
-        let told = |source| {
-            Error::File(dcb_formats::Error::Io {
-                path: path.clone(),
-                action: "cannot keep",
-                source,
-            })
-        };
+        let told = |source| dcb_formats::Error::io(&path, "cannot keep", source);
         let bytes = std::fs::metadata(&path).map_err(told)?.len();
         if bytes > self.cache.limit {
             self.cache.remove_files(&key).map_err(told)?;
@@ -157,15 +152,11 @@ impl Reservation<'_> {
             bytes,
             ..Record::of(&self.request, contents.superelement, seconds)
         };
-        if let Err(error) = self.write_record(&key, &record) {
+        if let Err(error) = write_json(&self.cache.record_path(&key), &record) {
             let _ = self.cache.remove_files(&key);
             return Err(error.into());
         }
         self.cache.make_room(&key);
         Ok(Stored::Kept)
-    }
-
-    fn write_record(&self, key: &Key, record: &Record) -> Result<(), dcb_formats::Error> {
-        write_json(&self.cache.record_path(key), record)
     }
 }

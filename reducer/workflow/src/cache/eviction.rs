@@ -6,6 +6,7 @@ use std::path::Path;
 use dcb_formats::output::remove_leftover;
 
 use super::{Cache, Key, SUPERELEMENT};
+use crate::lock_file;
 
 /// Whether an entry could be removed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -22,7 +23,7 @@ impl Cache {
     /// # Errors
     /// Its files can't be removed.
     pub fn remove(&self, key: &Key) -> io::Result<Removal> {
-        let Some(_lock) = self.lock_unused(key)? else {
+        let Some(_lock) = lock_file::claimed(&self.lock_path(key))? else {
             return Ok(Removal::InUse);
         };
         self.remove_files(key)?;
@@ -59,7 +60,7 @@ impl Cache {
                 true => name.ends_with(".partial"),
                 false => name.ends_with(SUPERELEMENT) && !self.record_path(&key).exists(),
             };
-            if is_left && let Ok(Some(_lock)) = self.lock_unused(&key) {
+            if is_left && let Ok(Some(_lock)) = lock_file::claimed(&self.lock_path(&key)) {
                 let path = self.folder().join(&name);
                 if is_partial {
                     remove_leftover(&path);

@@ -16,7 +16,6 @@ pub mod eviction;
 pub mod folder;
 pub(crate) mod request;
 
-use std::fs::{File, TryLockError};
 use std::io;
 use std::path::{Path, PathBuf};
 
@@ -86,22 +85,7 @@ impl Cache {
         self.folder.join(format!("{key}{RECORD}"))
     }
 
-    fn open_lock(&self, key: &Key) -> io::Result<File> {
-        File::options()
-            .read(true)
-            .write(true)
-            .create(true)
-            .truncate(false)
-            .open(self.folder.join(format!("{key}.lock")))
-    }
-
-    /// The lock of an entry that nobody else uses; `None` if somebody does.
-    fn lock_unused(&self, key: &Key) -> io::Result<Option<File>> {
-        let lock = self.open_lock(key)?;
-        match lock.try_lock() {
-            Ok(()) => Ok(Some(lock)),
-            Err(TryLockError::WouldBlock) => Ok(None),
-            Err(TryLockError::Error(error)) => Err(error),
-        }
+    fn lock_path(&self, key: &Key) -> PathBuf {
+        self.folder.join(format!("{key}.lock"))
     }
 }

@@ -17,23 +17,14 @@ impl Report<'_> {
             row.errors.collocated.largest.max(transfer).max(ROUNDING)
         };
         let families = |cost: &dyn Fn(&ComponentRow) -> f64| {
-            let mut families: Vec<Family> = Vec::new();
-            for row in self.rows {
+            Family::of(self.rows.iter().map(|row| {
                 let candidate = Candidate {
                     label: row.modes.to_string(),
                     cost: cost(row),
                     error: error(row),
                 };
-                let name = row.family();
-                match families.iter_mut().find(|family| family.name == name) {
-                    Some(family) => family.candidates.push(candidate),
-                    None => families.push(Family {
-                        name,
-                        candidates: vec![candidate],
-                    }),
-                }
-            }
-            families
+                (row.family(), candidate)
+            }))
         };
         let what = "largest error of the response";
         vec![

@@ -6,6 +6,7 @@ use faer::{Mat, c64};
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
+use super::record::StoredCurves;
 use super::reference::ComponentReference;
 use super::variant::ReducedPart;
 
@@ -47,17 +48,6 @@ pub struct Errors {
     pub transfer: Option<ResponseDeviation>,
     /// Dynamic stiffness Z = H⁻¹: forces needed to move the interfaces.
     pub interface_force: Option<ResponseDeviation>,
-}
-
-/// Norms over the band, for pictures.
-#[derive(Clone, Debug, PartialEq, Default)]
-pub struct Curves {
-    /// ‖H - H_ref‖ / ‖H_ref‖ over all entries at each frequency.
-    pub error: Vec<f64>,
-    /// |H| of one entry on the diagonal, scaled.
-    pub collocated: Vec<f64>,
-    /// |H| of one entry between two interfaces, scaled; empty with one interface.
-    pub transfer: Vec<f64>,
 }
 
 /// The entries of H that are drawn.
@@ -170,7 +160,7 @@ pub fn evaluate(
     modes: &[usize],
     loss_factor: f64,
     drawn: Drawn,
-) -> Vec<(Errors, Curves)> {
+) -> Vec<(Errors, StoredCurves)> {
     let lambdas: Vec<c64> = reference.band.damped(loss_factor).collect();
     let by_frequency: Vec<Vec<Point>> = lambdas
         .par_iter()
@@ -197,34 +187,26 @@ pub fn evaluate(
                 transfer: several.then(|| deviation(&samples(|point| point.transfer))),
                 interface_force: force.map(|force| deviation(&force)),
             };
-            let curves = Curves {
-                error: of_part(index).map(|point| point.error).collect(),
-                collocated: of_part(index).map(|point| point.drawn[0]).collect(),
-                transfer: match drawn.transfer {
-                    Some(_) => of_part(index).map(|point| point.drawn[1]).collect(),
-                    None => Vec::new(),
-                },
-            };
+            let error: Vec<f64> = of_part(index).map(|point| point.error).collect();
+            let entries: Vec<_> = of_part(index).map(|point| point.drawn).collect();
+            let curves = StoredCurves::of(&error, &entries, drawn);
             (errors, curves)
         })
         .collect()
 }
 
 /// |H| of the drawn entries of the reference over the band: on the diagonal, and between interfaces.
-pub fn reference_curves(reference: &ComponentReference, loss_factor: f64, drawn: Drawn) -> Curves {
+pub fn reference_curves(
+    reference: &ComponentReference,
+    loss_factor: f64,
+    drawn: Drawn,
+) -> StoredCurves {
     let lambdas: Vec<c64> = reference.band.damped(loss_factor).collect();
     let entries: Vec<[f64; 2]> = lambdas
         .par_iter()
         .map(|lambda| entries(&reference.response.at(*lambda), drawn))
         .collect();
-    Curves {
-        error: Vec::new(),
-        collocated: entries.iter().map(|pair| pair[0]).collect(),
-        transfer: match drawn.transfer {
-            Some(_) => entries.iter().map(|pair| pair[1]).collect(),
-            None => Vec::new(),
-        },
-    }
+    StoredCurves::of(&[], &entries, drawn)
 }
 
 fn entries(h: &Mat<c64>, drawn: Drawn) -> [f64; 2] {

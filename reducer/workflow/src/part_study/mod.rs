@@ -30,7 +30,7 @@ use dcb_report::Ledger;
 use self::errors::{Drawn, evaluate, reference_curves};
 use self::mode_picture::mode_pictures;
 use self::progress::Progress;
-use self::record::{ComponentEntry, ComponentRow, ReferenceRecord, StoredCurves};
+use self::record::{ComponentEntry, ComponentRow, ReferenceRecord};
 use self::reference::{BandChoice, ComponentReference};
 use self::sweep::{ReductionRun, Sweep};
 use self::timed::timed;
@@ -201,7 +201,7 @@ fn rows_of(
                 file_bytes: timed.file_bytes,
                 errors,
                 spin_error,
-                curves: StoredCurves::of(&curves),
+                curves,
             };
             (run.key(*variant), row)
         })
@@ -248,7 +248,7 @@ fn record(
                 .transfer
                 .map(|row| format!("{} under a force at {own}", name(row))),
         ],
-        curves: StoredCurves::of(&curves),
+        curves,
         pictures: pictures.into_iter().zip(captions).collect(),
     })
 }

@@ -7,7 +7,8 @@ use std::collections::HashMap;
 use std::fmt::Write as _;
 
 use dcb_formats::mesh::{Dimension, Dof, Mesh};
-use faer::{Mat, MatRef};
+use faer::MatRef;
+use nalgebra::{Matrix3, Rotation3, Vector3};
 
 use dcb_reducer::model::surface::{faces_of, is_skin};
 
@@ -118,90 +119,66 @@ fn corner_count(nodes: usize) -> usize {
 }
 
 /// Translations of each node, the largest one with length 1.
-fn displacements(mesh: &Mesh, dofs: &[Dof], shape: MatRef<'_, f64>) -> Vec<[f64; 3]> {
-    let mut moved = vec![[0.0; 3]; mesh.node_count()];
+fn displacements(mesh: &Mesh, dofs: &[Dof], shape: MatRef<'_, f64>) -> Vec<Vector3<f64>> {
+    let mut moved = vec![Vector3::zeros(); mesh.node_count()];
     for (row, dof) in dofs.iter().enumerate() {
         if !dof.direction.is_rotation() {
             moved[dof.node as usize][dof.direction.axis()] = shape[(row, 0)];
         }
     }
-    let largest = moved.iter().map(|u| length(*u)).fold(0.0, f64::max);
+    let largest = moved.iter().map(Vector3::norm).fold(0.0, f64::max);
     if largest > 0.0 {
-        for u in &mut moved {
-            *u = u.map(|x| x / largest);
-        }
+        moved.iter_mut().for_each(|u| *u /= largest);
     }
     moved
-}
-
-fn length(x: [f64; 3]) -> f64 {
-    x.iter().map(|x| x * x).sum::<f64>().sqrt()
 }
 
 /// From component axes to right, up and towards the viewer.
 struct View {
     /// Rows: right, up, towards.
-    axes: Mat<f64>,
+    axes: Matrix3<f64>,
     /// Diagonal of the box around the part.
     size: f64,
 }
 
 impl View {
     fn of(mesh: &Mesh) -> Self {
-        let (mut least, mut most) = ([f64::INFINITY; 3], [f64::NEG_INFINITY; 3]);
-        for node in 0..mesh.node_count() as u32 {
-            for (axis, x) in mesh.position(node).into_iter().enumerate() {
-                least[axis] = least[axis].min(x);
-                most[axis] = most[axis].max(x);
-            }
-        }
-        let sides: Vec<f64> = least.iter().zip(&most).map(|(a, b)| b - a).collect();
-        let size = length([sides[0], sides[1], sides[2]]);
+        let positions = (0..mesh.node_count() as u32).map(|node| position(mesh, node));
+        let (least, most) = positions.fold(
+            (
+                Vector3::repeat(f64::INFINITY),
+                Vector3::repeat(f64::NEG_INFINITY),
+            ),
+            |(least, most), x| (least.inf(&x), most.sup(&x)),
+        );
+        let sides = most - least;
+        let size = sides.norm();
         if mesh.dimension == Dimension::Planar {
-            let axes = Mat::identity(3, 3);
+            let axes = Matrix3::identity();
             return Self { axes, size };
         }
         let mut order = [0, 1, 2];
         order.sort_by(|a, b| sides[*b].total_cmp(&sides[*a]));
-        let unit = |axis: usize, sign: f64| {
-            let mut unit = [0.0; 3];
-            unit[axis] = sign;
-            unit
-        };
         // Right-handed, so that nothing is seen in a mirror.
         let is_even = matches!(order, [0, 1, 2] | [1, 2, 0] | [2, 0, 1]);
-        let sign = if is_even { 1.0 } else { -1.0 };
-        let (right, up, towards) = (
-            unit(order[0], 1.0),
-            unit(order[1], 1.0),
-            unit(order[2], sign),
-        );
-        let base = Mat::from_fn(3, 3, |i, j| [right, up, towards][i][j]);
-        let (s, c) = TURN.sin_cos();
-        let turn = Mat::from_fn(3, 3, |i, j| {
-            [[c, 0.0, s], [0.0, 1.0, 0.0], [-s, 0.0, c]][i][j]
-        });
-        let (s, c) = TILT.sin_cos();
-        let tilt = Mat::from_fn(3, 3, |i, j| {
-            [[1.0, 0.0, 0.0], [0.0, c, -s], [0.0, s, c]][i][j]
-        });
-        Self {
-            axes: tilt * turn * base,
-            size,
+        let mut base = Matrix3::zeros();
+        for (row, axis) in order.into_iter().enumerate() {
+            base[(row, axis)] = if row == 2 && !is_even { -1.0 } else { 1.0 };
         }
-    }
-
-    fn project(&self, x: [f64; 3]) -> [f64; 3] {
-        [0, 1, 2].map(|i| (0..3).map(|j| self.axes[(i, j)] * x[j]).sum())
+        let turn = Rotation3::from_axis_angle(&Vector3::y_axis(), TURN);
+        let tilt = Rotation3::from_axis_angle(&Vector3::x_axis(), TILT);
+        let axes = (tilt * turn).matrix() * base;
+        Self { axes, size }
     }
 }
 
-fn draw(mesh: &Mesh, faces: &[Face], moved: &[[f64; 3]], view: &View) -> String {
-    let places: Vec<[f64; 3]> = (0..mesh.node_count() as u32)
-        .map(|node| {
-            let (x, u) = (mesh.position(node), moved[node as usize]);
-            view.project([0, 1, 2].map(|axis| x[axis] + AMPLITUDE * view.size * u[axis]))
-        })
+fn position(mesh: &Mesh, node: u32) -> Vector3<f64> {
+    mesh.position(node).into()
+}
+
+fn draw(mesh: &Mesh, faces: &[Face], moved: &[Vector3<f64>], view: &View) -> String {
+    let places: Vec<Vector3<f64>> = (moved.iter().zip(0..))
+        .map(|(u, node)| view.axes * (position(mesh, node) + AMPLITUDE * view.size * u))
         .collect();
     let drawn = || faces.iter().flat_map(|face| &face.corners);
     let range = |axis: usize| {
@@ -218,10 +195,10 @@ fn draw(mesh: &Mesh, faces: &[Face], moved: &[[f64; 3]], view: &View) -> String 
         0.5 * (HEIGHT - scale * (top - bottom)),
     );
     let dot = |node: u32| {
-        let [x, y, _] = places[node as usize];
+        let place = places[node as usize];
         [
-            beside + scale * (x - left),
-            HEIGHT - below - scale * (y - bottom),
+            beside + scale * (place.x - left),
+            HEIGHT - below - scale * (place.y - bottom),
         ]
     };
     let depth = |face: &Face| -> f64 {
@@ -243,7 +220,7 @@ fn draw(mesh: &Mesh, faces: &[Face], moved: &[[f64; 3]], view: &View) -> String 
     );
     for (_, face) in visible {
         let amount: f64 = (face.corners.iter())
-            .map(|node| length(moved[*node as usize]))
+            .map(|node| moved[*node as usize].norm())
             .sum();
         let colour = colour(amount / face.corners.len() as f64);
         let mut path = String::new();
@@ -263,25 +240,15 @@ fn draw(mesh: &Mesh, faces: &[Face], moved: &[[f64; 3]], view: &View) -> String 
 }
 
 /// Whether the outside of a face is seen.
-fn faces_viewer(face: &Face, places: &[[f64; 3]]) -> bool {
+fn faces_viewer(face: &Face, places: &[Vector3<f64>]) -> bool {
     let Some(behind) = &face.behind else {
         return true;
     };
     let corner = |index: usize| places[face.corners[index] as usize];
-    let side = |a: [f64; 3], b: [f64; 3]| [0, 1, 2].map(|axis| b[axis] - a[axis]);
-    let (a, b) = (side(corner(0), corner(1)), side(corner(0), corner(2)));
-    let normal = [
-        a[1] * b[2] - a[2] * b[1],
-        a[2] * b[0] - a[0] * b[2],
-        a[0] * b[1] - a[1] * b[0],
-    ];
-    let middle = [0, 1, 2].map(|axis| {
-        let sum: f64 = behind.iter().map(|node| places[*node as usize][axis]).sum();
-        sum / behind.len() as f64
-    });
-    let out = side(middle, corner(0));
-    let outward: f64 = normal.iter().zip(&out).map(|(n, x)| n * x).sum();
-    normal[2] * outward >= 0.0
+    let normal = (corner(1) - corner(0)).cross(&(corner(2) - corner(0)));
+    let sum: Vector3<f64> = behind.iter().map(|node| places[*node as usize]).sum();
+    let out = corner(0) - sum / behind.len() as f64;
+    normal.z * normal.dot(&out) >= 0.0
 }
 
 /// Of an amount between 0 and 1.
@@ -299,6 +266,8 @@ fn colour(amount: f64) -> String {
 #[cfg(test)]
 mod tests {
     use std::collections::BTreeMap;
+
+    use faer::Mat;
 
     use dcb_formats::mesh::{CellBlock, Direction};
 

@@ -1,21 +1,12 @@
 //! How far a study is, on a terminal, with the time that is left.
 
-use std::time::{Duration, Instant};
+use std::time::Instant;
 
 use dcb_formats::terminal::printable;
-use dcb_formats::threads::one_more;
-use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
+use indicatif::ProgressBar;
 
+use crate::progress_bar::{Display, bar, tick};
 use dcb_reducer::observer::{Observer, Stage};
-
-/// Where progress goes.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Display {
-    /// Bars on standard error.
-    Bars,
-    /// Nowhere.
-    Silent,
-}
 
 /// The fixed part of a reduction's time, in modes.
 const FIXED_MODES: usize = 10;
@@ -33,18 +24,8 @@ impl Progress {
     /// For reductions with these numbers of modes.
     pub fn new(display: Display, modes: impl Iterator<Item = usize>) -> Self {
         let planned = modes.map(|modes| modes + FIXED_MODES).sum();
-        let bar = ProgressBar::new(planned as u64);
-        bar.set_draw_target(match display {
-            Display::Bars => ProgressDrawTarget::stderr(),
-            Display::Silent => ProgressDrawTarget::hidden(),
-        });
-        if let Ok(style) = ProgressStyle::with_template("{bar:30} {elapsed}  {msg}") {
-            bar.set_style(style);
-        }
-        // The bar takes its thread for granted.
-        if !bar.is_hidden() && one_more() {
-            bar.enable_steady_tick(Duration::from_millis(200));
-        }
+        let bar = bar(display, planned as u64, "{bar:30} {elapsed}  {msg}");
+        tick(&bar);
         Self {
             bar,
             start: Instant::now(),

@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::errors::{Curves, Errors};
+use super::errors::{Drawn, Errors};
 use super::sources::Sources;
 use super::variant::Variant;
 
@@ -111,19 +111,17 @@ impl StoredCurves {
         self.collocated.is_empty()
     }
 
-    /// Rounds to five digits.
-    pub fn of(curves: &Curves) -> Self {
-        let short = |values: &[f64]| {
-            let one = |value: &f64| format!("{value:.4e}").parse().ok();
-            values
-                .iter()
-                .map(|value| one(value).filter(|short: &f64| short.is_finite()))
-                .collect()
+    /// With five digits; the drawn entries are one on the diagonal and one between interfaces, if there is such a one.
+    pub(super) fn of(error: &[f64], entries: &[[f64; 2]], drawn: Drawn) -> Self {
+        let short = |value: f64| {
+            let short = format!("{value:.4e}").parse().ok();
+            short.filter(|short: &f64| short.is_finite())
         };
+        let curve = |place: usize| entries.iter().map(|pair| short(pair[place])).collect();
         Self {
-            error: short(&curves.error),
-            collocated: short(&curves.collocated),
-            transfer: short(&curves.transfer),
+            error: error.iter().map(|error| short(*error)).collect(),
+            collocated: curve(0),
+            transfer: drawn.transfer.map_or_else(Vec::new, |_| curve(1)),
         }
     }
 }

@@ -12,17 +12,13 @@
 use dcb_dense::{symmetric_eigen, symmetrized};
 use dcb_formats::{Component, RecoveryBasis, Superelement};
 use dcb_sparse::block_algebra::{
-    add_combination, column_norms, gram, largest_entry, symmetric_product,
+    add_combination, column_norms, copy, gram, largest_entry, symmetric_product,
 };
 use dcb_sparse::factorization::{PositiveFactor, SymmetricFactor};
 use faer::{Mat, MatRef};
 
 use super::rows::InterfaceRows;
 use super::spin::SpinStrain;
-use dcb_reducer::EnrichmentSource;
-use dcb_reducer::ModeSelection;
-use dcb_reducer::Reduced;
-use dcb_reducer::Reduction;
 use dcb_reducer::error::{Error, Lacking};
 use dcb_reducer::model::condensation::Model;
 use dcb_reducer::model::localization::Localization;
@@ -31,12 +27,11 @@ use dcb_reducer::model::rigid_body::{MassProperties, RigidBodyModes};
 use dcb_reducer::model::shift::SpectrumScale;
 use dcb_reducer::observer::{Observer, Stage};
 use dcb_reducer::pipeline::diagnosis;
-use dcb_reducer::reduce;
 use dcb_reducer::resources::forecast::Forecast;
 use dcb_reducer::resources::memory_limit::MemoryLimit;
-use dcb_superelement::FrequencyBand;
-use dcb_superelement::Receptance;
+use dcb_reducer::{EnrichmentSource, ModeSelection, Reduced, Reduction, reduce};
 use dcb_superelement::held_frequencies::counted_eigenvalues;
+use dcb_superelement::{FrequencyBand, Receptance};
 
 /// ω²_{N+1} is at least this many times λ at the upper end of the band.
 const REACH: f64 = 2.0;
@@ -119,11 +114,8 @@ impl ComponentReference {
             enrichment: vec![EnrichmentSource::Spin],
             ..Reduction::lowest(0)
         };
-        let mut reduced = accepted(reduce(
-            component,
-            &options(ModeSelection::Lowest(modes)),
-            observer,
-        )?)?;
+        let fewest = options(ModeSelection::Lowest(modes));
+        let mut reduced = reduce(component, &fewest, observer)?.accepted()?;
         let Some(highest) = reduced.superelement.modes.eigenvalues.last().copied() else {
             return Err(Lacking::ElasticModes.into());
         };
@@ -133,11 +125,8 @@ impl ComponentReference {
         };
         if reduced.superelement.modes.first_omitted_eigenvalue < REACH * to {
             let eigenvalue = WIDER_REACH * to;
-            reduced = accepted(reduce(
-                component,
-                &options(ModeSelection::Below { eigenvalue }),
-                observer,
-            )?)?;
+            let more = options(ModeSelection::Below { eigenvalue });
+            reduced = reduce(component, &more, observer)?.accepted()?;
         }
         let band = FrequencyBand::new(from, to, points, &reduced.superelement.modes.eigenvalues);
         Self::from_reduced(component, reduced, band, memory, observer)
@@ -156,45 +145,24 @@ impl ComponentReference {
         let localization = Localization::of(component, &model)?;
         let rigid = RigidBodyModes::of(component, &model, &properties)?;
         let eigenvalues = &element.modes.eigenvalues;
-        let rigid_rows = localization.apply(rigid.shapes.as_ref());
-        let shapes = &element.modes.interface_shapes;
-        let flexible = Mat::from_fn(shapes.nrows(), shapes.ncols(), |i, k| {
-            shapes[(i, k)] / eigenvalues[k]
-        });
-        let flexibility = &element.residual.flexibility + flexible * shapes.transpose();
+        let flexibility = static_flexibility(&element);
         let rows = InterfaceRows::of(
             &localization,
             flexibility.as_ref(),
-            rigid_rows.as_ref(),
+            localization.apply(rigid.shapes.as_ref()).as_ref(),
             eigenvalues[0],
         );
         if rows.is_empty() {
             return Err(Lacking::Forces.into());
         }
-        let mut kept = Mat::zeros(model.len(), rigid.count() + eigenvalues.len());
-        let shapes_everywhere = model.contract(reduced.recovery.modes.as_ref());
-        let (of_rigid, of_modes) = kept.as_mut().split_at_col_mut(rigid.count());
-        dcb_sparse::block_algebra::copy(rigid.shapes.as_ref(), of_rigid);
-        dcb_sparse::block_algebra::copy(shapes_everywhere.as_ref(), of_modes);
-        let mut poles = vec![0.0; rigid.count()];
-        poles.extend(eigenvalues);
-        let problem = Unreduced {
-            model: &model,
-            mass_kept: symmetric_product(&model.mass, kept.as_ref()),
-            kept,
-            poles: &poles,
+        let problem = Unreduced::of(&model, &rigid, eigenvalues, &reduced.recovery);
+        let scaled = |columns: &Mat<f64>| {
+            Mat::from_fn(model.len(), rows.len(), |i, j| {
+                columns[(i, rows.places[j])] * rows.scale[j]
+            })
         };
-        let attachments = problem.model.contract(reduced.recovery.residual.as_ref());
-        let first = Mat::from_fn(model.len(), rows.len(), |i, j| {
-            attachments[(i, rows.places[j])] * rows.scale[j]
-        });
-        let forces = localization.attachment_columns(model.len(), 0..localization.len());
-        let forces = Mat::from_fn(model.len(), rows.len(), |i, j| {
-            forces[(i, rows.places[j])] * rows.scale[j]
-        });
-
-        observer.begin(Stage::Order);
-        let mut factor = SymmetricFactor::analyse(&model.stiffness, &model.mass, &model.points())?;
+        let first = scaled(&model.contract(reduced.recovery.residual.as_ref()));
+        let forces = scaled(&localization.attachment_columns(model.len(), 0..localization.len()));
         let scale = SpectrumScale::of(
             &model,
             &rigid,
@@ -202,48 +170,36 @@ impl ComponentReference {
             component.dimension(),
             properties.centre,
         );
-        let modes = ModeSelection::Lowest(eigenvalues.len());
-        let forecast = memory.fitted(Forecast::of(&model, &localization, &factor, modes));
-        factor.keep_in(memory.choose(&forecast)?, memory.fallback(&forecast));
-        observer.begin(Stage::Factor);
-        let positive = match factor.factorize(&model.stiffness, &model.mass, scale.shift()) {
-            Ok(positive) => positive,
-            Err(why) => {
-                return Err(diagnosis::unfactorized(&model, &scale, &mut factor, why));
-            }
-        };
-        observer.begin(Stage::Attachments);
         let at_rows = |x: MatRef<'_, f64>| rows.scaled(localization.apply(x).as_ref());
-        let (series, sum) = problem.series(&positive, first, band.top(), at_rows, observer)?;
-        drop(factor);
+        let sizes = (&localization, eigenvalues.len());
+        let (series, sum) =
+            problem.with_factor(sizes, &scale, memory, observer, |positive, observer| {
+                problem.series(positive, first, band.top(), at_rows, observer)
+            })?;
         let residual = problem.residual(&forces, sum, band.top());
         if residual.is_nan() || residual > RESIDUAL_LIMIT {
             return Err(Error::QualityLimit(format!(
                 "the reference leaves {residual:.1e} of the unreduced equations (limit {RESIDUAL_LIMIT:.0e}); take another band, or check the part for extreme stiffness contrasts"
             )));
         }
-        let scaled_flexibility = rows.scaled_square(flexibility.as_ref());
-        let shapes = at_rows(problem.kept.as_ref());
+        let flexibility = rows.scaled_square(flexibility.as_ref());
+        let (shapes, poles) = (at_rows(problem.kept.as_ref()), problem.poles);
         let response = Receptance::symmetric(poles.clone(), shapes, series, band.top());
-        let (independent, loose) = independent_rows(&rows, &scaled_flexibility, eigenvalues[0])
-            .ok_or(Error::NotFinite {
-                what: "the interfaces' flexibility",
-            })?;
+        let what = |what| Error::NotFinite { what };
+        let (independent, loose) = independent_rows(&rows, &flexibility, eigenvalues[0])
+            .ok_or(what("the interfaces' flexibility"))?;
         let held = counted_eigenvalues(&response.between(&independent), &poles, loose, band.top())
-            .ok_or(Error::NotFinite {
-                what: "the held frequencies",
-            })?;
-        let mut free = eigenvalues.clone();
+            .ok_or(what("the held frequencies"))?;
         let beyond = element.modes.first_omitted_eigenvalue;
-        free.extend(Some(beyond).filter(|value| value.is_finite()));
+        let beyond = Some(beyond).filter(|value| value.is_finite());
         Ok(Self {
             spin: SpinStrain::of(component, &properties, &element, &reduced.recovery),
             terms: response.series.len(),
+            free: eigenvalues.iter().copied().chain(beyond).collect(),
             rows,
             response,
             independent,
-            flexibility: scaled_flexibility,
-            free,
+            flexibility,
             held,
             loose,
             band,
@@ -254,12 +210,13 @@ impl ComponentReference {
     }
 }
 
-/// Only what meets the limits of every reduction is compared with.
-fn accepted(reduced: Reduced) -> Result<Reduced, Error> {
-    match reduced.quality.broken_limits() {
-        broken if broken.is_empty() => Ok(reduced),
-        broken => Err(Error::QualityLimit(broken.join("; "))),
-    }
+/// Flexibility with the inertia relieved between all rows of L_b: that of the modes and what they leave.
+fn static_flexibility(element: &Superelement) -> Mat<f64> {
+    let (shapes, eigenvalues) = (&element.modes.interface_shapes, &element.modes.eigenvalues);
+    let flexible = Mat::from_fn(shapes.nrows(), shapes.ncols(), |i, k| {
+        shapes[(i, k)] / eigenvalues[k]
+    });
+    &element.residual.flexibility + flexible * shapes.transpose()
 }
 
 /// Independent combinations of the rows, and the number of rigid motions that holding them leaves.
@@ -287,10 +244,55 @@ struct Unreduced<'a> {
     kept: Mat<f64>,
     mass_kept: Mat<f64>,
     /// Their eigenvalues.
-    poles: &'a [f64],
+    poles: Vec<f64>,
 }
 
-impl Unreduced<'_> {
+impl<'a> Unreduced<'a> {
+    fn of(
+        model: &'a Model<'a>,
+        rigid: &RigidBodyModes,
+        eigenvalues: &[f64],
+        recovery: &RecoveryBasis,
+    ) -> Self {
+        let modes = model.contract(recovery.modes.as_ref());
+        let mut kept = Mat::zeros(model.len(), rigid.count() + eigenvalues.len());
+        let (of_rigid, of_modes) = kept.as_mut().split_at_col_mut(rigid.count());
+        copy(rigid.shapes.as_ref(), of_rigid);
+        copy(modes.as_ref(), of_modes);
+        let mut poles = vec![0.0; rigid.count()];
+        poles.extend(eigenvalues);
+        Self {
+            model,
+            mass_kept: symmetric_product(&model.mass, kept.as_ref()),
+            kept,
+            poles,
+        }
+    }
+
+    /// Work with the factor of the stiffness at a shift, of as many modes; the factor is kept in memory or on disk and goes thereafter.
+    fn with_factor<T>(
+        &self,
+        (localization, modes): (&Localization, usize),
+        scale: &SpectrumScale,
+        memory: &MemoryLimit,
+        observer: &mut dyn Observer,
+        work: impl FnOnce(&PositiveFactor, &mut dyn Observer) -> Result<T, Error>,
+    ) -> Result<T, Error> {
+        observer.begin(Stage::Order);
+        let model = self.model;
+        let mut factor = SymmetricFactor::analyse(&model.stiffness, &model.mass, &model.points())?;
+        let modes = ModeSelection::Lowest(modes);
+        let forecast = memory.fitted(Forecast::of(model, localization, &factor, modes));
+        factor.keep_in(memory.choose(&forecast)?, memory.fallback(&forecast));
+        observer.begin(Stage::Factor);
+        let positive = match factor.factorize(&model.stiffness, &model.mass, scale.shift()) {
+            Ok(positive) => positive,
+            Err(why) => return Err(diagnosis::unfactorized(model, scale, &mut factor, why)),
+        };
+        observer.begin(Stage::Attachments);
+        work(&positive, observer)
+    }
+
     /// L_b X_j λ₀^j until nothing is left of them, and Σ_j λ₀^j X_j.
     fn series(
         &self,
@@ -361,11 +363,8 @@ impl Unreduced<'_> {
         let elastic = symmetric_product(&self.model.stiffness, motion.as_ref());
         let inertia = symmetric_product(&self.model.mass, motion.as_ref());
         let left = &elastic - faer::Scale(lambda) * inertia - forces;
-        let (left, elastic, forces) = (
-            column_norms(left.as_ref()),
-            column_norms(elastic.as_ref()),
-            column_norms(forces.as_ref()),
-        );
+        let [left, elastic, forces] =
+            [&left, &elastic, forces].map(|columns| column_norms(columns.as_ref()));
         (0..left.len())
             .filter(|j| forces[*j] > 0.0)
             .map(|j| left[j] / (forces[j] + elastic[j]))

@@ -3,13 +3,12 @@
 //! A pattern f has the strain energy ½ fᵀ G f, of which a mode has ½ (φᵀ f)² / ω² and further columns, orthogonal to the modes in K, have
 //! ½ fᵀX (XᵀKX)⁻¹ Xᵀf. The error is the root of the part that is beyond them, over all patterns, each scaled so that G f has unit M norm.
 
-use dcb_dense::{symmetric_eigen, symmetrized};
 use dcb_formats::further_column::Answer;
-use dcb_formats::superelement::Enrichment;
 use dcb_formats::{Component, RecoveryBasis, Superelement};
 use dcb_sparse::block_algebra::gram;
 use faer::Mat;
 
+use crate::inverse_root::inverse_root;
 use dcb_reducer::inertia::spin_forces::spin_forces;
 use dcb_reducer::model::rigid_body::MassProperties;
 use dcb_superelement::MASS_TOLERANCE;
@@ -105,7 +104,10 @@ impl SpinStrain {
         let first = element.mode_count() + element.boundary_row_count();
         let of_modes = gram(recovery.modes.as_ref(), self.forces.as_ref());
         let of_further = gram(fields.as_ref(), self.forces.as_ref());
-        let of_further = softest(further, first)?.transpose() * of_further;
+        let count = further.interface_shapes.ncols();
+        let own = &further.reduced_stiffness;
+        let own = own.submatrix(first, first, count, count);
+        let of_further = inverse_root(own, MASS_TOLERANCE)?.transpose() * of_further;
         let mut lacking = 0.0;
         for pattern in &self.patterns {
             let modal = element.modes.eigenvalues.iter().enumerate();
@@ -118,22 +120,4 @@ impl SpinStrain {
         let whole: f64 = self.patterns.iter().map(|pattern| pattern.whole).sum();
         Some((lacking / whole).sqrt())
     }
-}
-
-/// V with V Vᵀ = (XᵀKX)⁻¹ over what is independent of the columns X, (n_x, r).
-fn softest(further: &Enrichment, first: usize) -> Option<Mat<f64>> {
-    let n = further.interface_shapes.ncols();
-    let own = further.reduced_stiffness.submatrix(first, first, n, n);
-    let scale: Vec<f64> = (0..n)
-        .map(|j| match own[(j, j)] {
-            stiffness if stiffness > 0.0 => 1.0 / stiffness.sqrt(),
-            _ => 0.0,
-        })
-        .collect();
-    let scaled = Mat::from_fn(n, n, |i, j| scale[i] * own[(i, j)] * scale[j]);
-    let (values, vectors) = symmetric_eigen(symmetrized(scaled.as_ref()).as_ref())?;
-    let kept: Vec<usize> = (0..n).filter(|k| values[*k] > MASS_TOLERANCE).collect();
-    Some(Mat::from_fn(n, kept.len(), |i, k| {
-        scale[i] * vectors[(i, kept[k])] / values[kept[k]].sqrt()
-    }))
 }

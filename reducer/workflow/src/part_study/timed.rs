@@ -3,8 +3,7 @@
 use std::path::Path;
 use std::time::Instant;
 
-use dcb_formats::dcb::{Compression, Contents, WriteOptions, write_superelement};
-
+use dcb_formats::dcb::{Contents, WriteOptions, write_superelement};
 use dcb_formats::output::Replace;
 use dcb_formats::{Component, RecoveryBasis, Superelement};
 
@@ -32,9 +31,6 @@ pub struct Timed {
 }
 
 /// Reduces, writes to `scratch` and removes the file again.
-///
-/// # Errors
-/// Those of [`reduce`]; [`Error::QualityLimit`]; those of writing.
 pub fn timed(component: &Component, options: &Reduction, scratch: &Path) -> Result<Timed, Error> {
     let mut shortest = f64::INFINITY;
     let mut total = 0.0;
@@ -42,11 +38,7 @@ pub fn timed(component: &Component, options: &Reduction, scratch: &Path) -> Resu
     loop {
         repeats += 1;
         let start = Instant::now();
-        let reduced = reduce(component, options, &mut ())?;
-        let broken = reduced.quality.broken_limits();
-        if !broken.is_empty() {
-            return Err(Error::QualityLimit(broken.join("; ")));
-        }
+        let reduced = reduce(component, options, &mut ())?.accepted()?;
         let contents = Contents {
             superelement: &reduced.superelement,
             recovery: Some(&reduced.recovery),
@@ -54,15 +46,11 @@ pub fn timed(component: &Component, options: &Reduction, scratch: &Path) -> Resu
         };
         let how = WriteOptions {
             replace_existing: Replace::Overwrite,
-            compression: Compression::None,
+            ..WriteOptions::default()
         };
         write_superelement(scratch, &contents, &how)?;
         let seconds = start.elapsed().as_secs_f64();
-        let told = |source| dcb_formats::Error::Io {
-            path: scratch.to_owned(),
-            action: "cannot read back",
-            source,
-        };
+        let told = |source| dcb_formats::Error::io(scratch, "cannot read back", source);
         let file_bytes = std::fs::metadata(scratch).map_err(told)?.len();
         std::fs::remove_file(scratch).map_err(told)?;
         shortest = shortest.min(seconds);

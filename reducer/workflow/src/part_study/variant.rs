@@ -69,85 +69,105 @@ impl ReducedPart {
         loose: usize,
     ) -> Option<Self> {
         let modes = rows.scaled(element.modes.interface_shapes.as_ref());
-        let flexibility = rows.scaled_square(element.residual.flexibility.as_ref());
         let mut poles = vec![0.0; rows.rigid.ncols()];
         poles.extend(&element.modes.eigenvalues);
-        let kept = beside(rows.rigid.as_ref(), modes.as_ref());
-        let part = |response: Receptance, unknowns: usize, dofs: usize, held| Self {
-            response,
-            unknowns,
-            dofs,
+        let kept = Kept {
+            element,
+            rows,
+            shapes: beside(rows.rigid.as_ref(), modes.as_ref()),
+            flexibility: rows.scaled_square(element.residual.flexibility.as_ref()),
+            poles,
+            unit,
+            loose,
+        };
+        match variant {
+            Variant::Free => kept.dynamic(&kept.poles, &kept.shapes),
+            Variant::Strong => kept.strong(),
+            Variant::Static => kept.statical(),
+            Variant::Weak => kept.weak(),
+        }
+    }
+}
+
+/// What all forms have: rigid motions and modes at the rows, and the residual flexibility.
+struct Kept<'a> {
+    element: &'a Superelement,
+    rows: &'a InterfaceRows,
+    shapes: Mat<f64>,
+    poles: Vec<f64>,
+    flexibility: Mat<f64>,
+    unit: f64,
+    loose: usize,
+}
+
+impl Kept<'_> {
+    /// Poles with their shapes, and a series beside them; the motions that the rows can have are those of `seen`.
+    fn part(
+        &self,
+        (poles, shapes): (&[f64], &Mat<f64>),
+        series: Vec<Mat<f64>>,
+        seen: &Mat<f64>,
+        held: Option<Vec<f64>>,
+    ) -> ReducedPart {
+        ReducedPart {
+            response: Receptance::symmetric(poles.to_vec(), shapes.clone(), series, self.unit),
+            unknowns: poles.len() - self.rows.rigid.ncols(),
+            dofs: rank(seen),
             held,
             first_attachment: None,
+        }
+    }
+
+    fn dynamic(&self, poles: &[f64], shapes: &Mat<f64>) -> Option<ReducedPart> {
+        let held = ReducedCoordinates::dynamic(poles, shapes).held(self.loose)?;
+        Some(self.part((poles, shapes), Vec::new(), shapes, Some(held)))
+    }
+
+    fn strong(&self) -> Option<ReducedPart> {
+        let coordinates = ResidualCoordinates::of(self.element).ok()?;
+        let (squares, seen) = (&coordinates.stiffness, coordinates.seen(self.element));
+        let poles = [self.poles.as_slice(), squares].concat();
+        let seen = self.rows.scaled(seen.as_ref());
+        let shapes = beside(self.shapes.as_ref(), seen.as_ref());
+        Some(ReducedPart {
+            first_attachment: squares.first().copied(),
+            ..self.dynamic(&poles, &shapes)?
+        })
+    }
+
+    fn statical(&self) -> Option<ReducedPart> {
+        // In the size of the other columns.
+        let root = Directions::of(&self.flexibility)?.root;
+        let directions = faer::Scale(self.unit.sqrt()) * root;
+        let coordinates = ReducedCoordinates {
+            massless: directions.ncols(),
+            stiffness: [self.poles.clone(), vec![self.unit; directions.ncols()]].concat(),
+            shapes: beside(self.shapes.as_ref(), directions.as_ref()),
         };
-        let mode_count = element.mode_count();
-        let response = |poles: &[f64], shapes: &Mat<f64>, series: Vec<Mat<f64>>| {
-            Receptance::symmetric(poles.to_vec(), shapes.clone(), series, unit)
+        let held = coordinates.held(self.loose)?;
+        let series = vec![self.flexibility.clone()];
+        let kept = (self.poles.as_slice(), &self.shapes);
+        Some(self.part(kept, series, &coordinates.shapes, Some(held)))
+    }
+
+    fn weak(&self) -> Option<ReducedPart> {
+        let (rows, residual) = (self.rows, &self.element.residual);
+        let Directions { root, rigid } = Directions::of(&self.flexibility)?;
+        let forces = rows.unscaled_forces(residual.transform.as_ref());
+        let (poles, shapes) = (&self.poles, &self.shapes);
+        let sigma = &residual.sigma_squared;
+        let held = match root.ncols() > sigma.len() {
+            true => None,
+            false => Some(dual_eigenvalues(
+                poles, shapes, sigma, &forces, &rigid, self.loose,
+            )?),
         };
-        Some(match variant {
-            Variant::Free => {
-                let held = ReducedCoordinates::dynamic(&poles, &kept).held(loose)?;
-                part(
-                    response(&poles, &kept, Vec::new()),
-                    mode_count,
-                    rank(&kept),
-                    Some(held),
-                )
-            }
-            Variant::Strong => {
-                let coordinates = ResidualCoordinates::of(element).ok()?;
-                let (squares, shapes) = (&coordinates.stiffness, coordinates.seen(element));
-                let poles = [poles.as_slice(), squares].concat();
-                let shapes = beside(kept.as_ref(), rows.scaled(shapes.as_ref()).as_ref());
-                let held = ReducedCoordinates::dynamic(&poles, &shapes).held(loose)?;
-                Self {
-                    first_attachment: squares.first().copied(),
-                    ..part(
-                        response(&poles, &shapes, Vec::new()),
-                        mode_count + squares.len(),
-                        rank(&shapes),
-                        Some(held),
-                    )
-                }
-            }
-            Variant::Static => {
-                // In the size of the other columns.
-                let directions = faer::Scale(unit.sqrt()) * Directions::of(&flexibility)?.root;
-                let coordinates = ReducedCoordinates {
-                    massless: directions.ncols(),
-                    stiffness: [poles.clone(), vec![unit; directions.ncols()]].concat(),
-                    shapes: beside(kept.as_ref(), directions.as_ref()),
-                };
-                let held = coordinates.held(loose)?;
-                part(
-                    response(&poles, &kept, vec![flexibility]),
-                    mode_count,
-                    rank(&coordinates.shapes),
-                    Some(held),
-                )
-            }
-            Variant::Weak => {
-                let directions = Directions::of(&flexibility)?;
-                let soft = directions.root.ncols();
-                let forces = rows.unscaled_forces(element.residual.transform.as_ref());
-                let sigma = &element.residual.sigma_squared;
-                let held = match soft > sigma.len() {
-                    true => None,
-                    false => {
-                        let rigid = &directions.rigid;
-                        let all = dual_eigenvalues(&poles, &kept, sigma, &forces, rigid, loose);
-                        Some(all?)
-                    }
-                };
-                let mass = rows.scaled_square(element.residual.mass.as_ref());
-                let series = vec![flexibility, faer::Scale(unit) * &mass];
-                part(
-                    response(&poles, &kept, series),
-                    mode_count + rows.len(),
-                    rank(&beside(kept.as_ref(), directions.root.as_ref())),
-                    held,
-                )
-            }
+        let mass = rows.scaled_square(residual.mass.as_ref());
+        let series = vec![self.flexibility.clone(), faer::Scale(self.unit) * &mass];
+        let seen = beside(shapes.as_ref(), root.as_ref());
+        Some(ReducedPart {
+            unknowns: self.element.mode_count() + rows.len(),
+            ..self.part((poles, shapes), series, &seen, held)
         })
     }
 }

@@ -77,25 +77,17 @@ pub fn write(
     let mut written = Vec::new();
     for group in &groups {
         let name = file_name(group, is_alone(group, &groups));
-        let file = group.write(&open, &scene, &folder.join(&name), replace)?;
+        let (file, kept) = group.write(&open, &scene, &folder.join(&name), replace)?;
         for body in &group.bodies {
             if let Some(described) = scene.bodies.get_mut(body)
                 && let BodyKind::Superelement(of) = &mut described.kind
             {
-                of.damping = of.damping.as_ref().map(|damping| file.damping(damping));
+                of.damping = of.damping.as_ref().map(|damping| kept.damping(damping));
                 of.file = PathBuf::from(&name);
                 of.modes = None;
             }
         }
-        written.push(PreparedFile {
-            bodies: group.bodies.clone(),
-            file: PathBuf::from(&name),
-            coordinates: file.coordinates,
-            size: size(&folder.join(&name))?,
-            from: file.from.clone(),
-            of_coordinates: file.of_coordinates,
-            of_size: size(&file.from)?,
-        });
+        written.push(file);
     }
     let path = folder.join("scene.json");
     let text = serde_json::to_string_pretty(&scene).unwrap_or_default();
@@ -106,26 +98,23 @@ pub fn write(
 /// Bodies by what they are made of, in the order of the scene.
 fn groups(scene: &Scene, carrying: &Carrying) -> Vec<Group> {
     let mut groups: Vec<Group> = Vec::new();
-    for (name, body) in &scene.bodies {
-        let BodyKind::Superelement(of) = &body.kind else {
-            continue;
-        };
+    for (name, of) in scene.superelements() {
         let carried = carrying.bodies.get(name);
         let is_same = |group: &&mut Group| {
             (&group.of.file, group.of.modes, group.carried.as_ref())
                 == (&of.file, of.modes, carried)
                 && group.of.geometric_stiffening == of.geometric_stiffening
         };
-        let is_drawn = scene.fields.iter().any(|field| field.body == *name);
+        let is_drawn = scene.fields.iter().any(|field| field.body == name);
         match groups.iter_mut().find(is_same) {
             Some(group) => {
-                group.bodies.push(name.clone());
+                group.bodies.push(name.to_owned());
                 group.is_drawn |= is_drawn;
             }
             None => groups.push(Group {
                 of: of.clone(),
                 carried: carried.cloned(),
-                bodies: vec![name.clone()],
+                bodies: vec![name.to_owned()],
                 is_drawn,
             }),
         }
@@ -164,12 +153,8 @@ fn file_name(group: &Group, alone: bool) -> String {
     }
 }
 
-/// Change of a file.
-struct Written {
-    from: PathBuf,
-    coordinates: usize,
-    of_coordinates: usize,
-    /// Places of the modes kept.
+/// Places of the modes kept, of so many.
+struct KeptModes {
     modes: Vec<usize>,
     of_modes: usize,
 }
@@ -181,7 +166,7 @@ impl Group {
         scene: &Scene,
         target: &Path,
         replace: Replace,
-    ) -> Result<Written, Error> {
+    ) -> Result<(PreparedFile, KeptModes), Error> {
         let from = scene.resolve(&self.of.file);
         let at = format!("bodies.{}.superelement", self.bodies.join(","));
         let file = PartFile::open(open, &from, scene.dimension, &at)?;
@@ -214,13 +199,20 @@ impl Group {
             let body = FlexibleBody::from_superelement(of, Compatibility::Strong)?;
             Ok(body.coordinate_count())
         };
-        Ok(Written {
-            coordinates: count(&small)?,
-            of_coordinates: count(read)?,
+        let kept = KeptModes {
             modes: selection.modes().to_vec(),
             of_modes: read.mode_count(),
+        };
+        let made = PreparedFile {
+            bodies: self.bodies.clone(),
+            file: target.file_name().map(PathBuf::from).unwrap_or_default(),
+            coordinates: count(&small)?,
+            size: size(target)?,
+            of_coordinates: count(read)?,
+            of_size: size(&from)?,
             from,
-        })
+        };
+        Ok((made, kept))
     }
 
     /// A body that doesn't deflect keeps its interfaces, without a coordinate.
@@ -243,7 +235,7 @@ impl Group {
     }
 }
 
-impl Written {
+impl KeptModes {
     /// The same ratios for the modes that are left; further entries are those of attachments.
     fn damping(&self, damping: &DampingOverride) -> DampingOverride {
         let DampingOverride::Modal(ratios) = damping else {
@@ -272,23 +264,15 @@ fn fields(
         NodeSelection::Only(nodes) if nodes.is_empty() => (None, None),
         NodeSelection::Only(nodes) => {
             let nodes: Vec<u32> = nodes.iter().copied().collect();
-            let points = file.mesh()?.map(|mesh| Mesh {
-                cells: Vec::new(),
-                point_sets: Default::default(),
-                ..mesh
-            });
-            (file.recovery_of(&nodes)?, points)
+            (
+                file.recovery_of(&nodes)?,
+                file.mesh()?.map(Mesh::points_alone),
+            )
         }
     })
 }
 
 fn size(path: &Path) -> Result<u64, Error> {
-    let status = std::fs::metadata(path).map_err(|source| {
-        Error::File(dcb_formats::Error::Io {
-            path: path.to_owned(),
-            action: "cannot read",
-            source,
-        })
-    })?;
-    Ok(status.len())
+    let told = |source| dcb_formats::Error::io(path, "cannot read", source);
+    Ok(std::fs::metadata(path).map_err(told)?.len())
 }

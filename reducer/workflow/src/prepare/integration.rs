@@ -35,12 +35,9 @@ impl Trials<'_> {
             let Some(narrowed) = coarser else {
                 continue;
             };
-            match self.error_with_all(&start, &narrowed)? {
-                None => return Ok(None),
-                Some(error) if error <= start.error + more => {
-                    return Ok(Some(start.of(narrowed, error)));
-                }
-                Some(_) => {}
+            let error = unless_stopped!(self.error_with_all(&start, &narrowed)?);
+            if error <= start.error + more {
+                return Ok(Some(start.of(narrowed, error)));
             }
         }
         Ok(Some(start))
@@ -60,14 +57,12 @@ impl Trials<'_> {
                 break;
             };
             keep_records(&mut narrowed.scene, division);
-            match self.error_with_all(first, &narrowed)? {
-                None => return Ok(None),
-                Some(error) if error <= tolerance => {
-                    let longer = first.of(narrowed, error);
-                    all.push(longer);
-                }
-                Some(_) => break,
+            let error = unless_stopped!(self.error_with_all(first, &narrowed)?);
+            if error > tolerance || error.is_nan() {
+                break;
             }
+            let longer = first.of(narrowed, error);
+            all.push(longer);
         }
         Ok(Some(all))
     }

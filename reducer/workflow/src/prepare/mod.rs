@@ -1,7 +1,7 @@
 //! The smallest superelements with which a scene's outputs stay within a tolerance, found by running the scene.
 //!
 //! A run with everything is the reference, at the scene's own step. What the scene doesn't need by itself is left out first
-//! ([`dcb_demand::pruning`]). A run without it says how much each coordinate moves on its own ([`Activity`]), and the least active ones are left out, as many
+//! ([`dcb_demand::pruning`]). A run without it says how much each coordinate moves on its own, and the least active ones are left out, as many
 //! as the outputs allow; the inertia follows the deflection no further than they need. What is left out keeps its flexibility: modes in the attachments, attachments as flexibility without mass. Every answer was
 //! run; nothing is inferred.
 
@@ -12,11 +12,9 @@ mod integration;
 mod ranking;
 mod trials;
 
-pub use activity::Activity;
 pub use field_samples::FieldSamples;
 pub use files::{PreparedFile, write};
 pub use integration::Integration;
-pub use ranking::{Coordinate, Flexible, Ranking};
 
 use std::cell::Cell;
 
@@ -25,7 +23,7 @@ use crate::scene_study::grid::Grid;
 use crate::scene_study::monitor::Monitor;
 use crate::scene_study::motion::{self, Course};
 use dcb_demand::SuperelementFiles;
-pub use dcb_demand::coordinate_search::Trial;
+use dcb_demand::coordinate_search::Trial;
 use dcb_demand::pruning::{NarrowedScene, Pruning};
 use dcb_formats::scene::Compatibility;
 use dcb_runtime::error::Error;
@@ -87,9 +85,7 @@ pub fn prepare(
     monitor.expect(motion::steps_of(scene)?);
     let mut unseen = |_: &_| {};
     let followed = motion::follow_to_the_end(subject, &whole, grid, monitor, &mut unseen)?;
-    let Some((reference, expected)) = followed else {
-        return Ok(None);
-    };
+    let (reference, expected) = unless_stopped!(followed);
     let trials = Trials {
         subject,
         grid,
@@ -100,34 +96,21 @@ pub fn prepare(
     let limit = SHARE * tolerance;
     let open = SuperelementFiles::default();
     let mut pruning = Pruning::of(scene, &open, PRUNED * tolerance)?;
-    let mut start = trials.start(scene, &pruning)?;
-    if start.as_ref().is_some_and(|start| start.error > limit) {
+    let mut start = unless_stopped!(trials.start(scene, &pruning)?);
+    if start.error > limit {
         pruning = Pruning::nothing(scene, &open)?;
-        start = trials.start(scene, &pruning)?;
+        start = unless_stopped!(trials.start(scene, &pruning)?);
     }
-    let Some(start) = start else {
-        return Ok(None);
-    };
-    let coarser = match integration {
-        Integration::OfScene => Some(start),
-        Integration::Adapted => trials.coarsest_iteration(start, ITERATION * tolerance)?,
-    };
-    let Some(start) = coarser else {
-        return Ok(None);
-    };
-    let Some(start) = trials.simplest_inertia(start, INERTIA * tolerance)? else {
-        return Ok(None);
-    };
+    if integration == Integration::Adapted {
+        let coarser = trials.coarsest_iteration(start, ITERATION * tolerance)?;
+        start = unless_stopped!(coarser);
+    }
+    let start = unless_stopped!(trials.simplest_inertia(start, INERTIA * tolerance)?);
     let starts = match integration {
-        Integration::OfScene => Some(vec![start]),
-        Integration::Adapted => trials.longer_steps(start, limit)?,
+        Integration::OfScene => vec![start],
+        Integration::Adapted => unless_stopped!(trials.longer_steps(start, limit)?),
     };
-    let Some(starts) = starts else {
-        return Ok(None);
-    };
-    let Some((start, found)) = cheapest(&trials, &starts, limit)? else {
-        return Ok(None);
-    };
+    let (start, found) = unless_stopped!(cheapest(&trials, &starts, limit)?);
     Ok(Some(Prepared {
         narrowed: start.with(&found.chosen)?,
         coordinates: found.coordinates,
@@ -148,9 +131,7 @@ fn cheapest<'a>(
 ) -> Result<Option<(&'a Start, Found)>, Error> {
     let mut best: Option<(&Start, Found)> = None;
     for start in starts.iter().rev().take(LONGEST_TRIED) {
-        let Some(found) = trials.fewest(start, limit)? else {
-            return Ok(None);
-        };
+        let found = unless_stopped!(trials.fewest(start, limit)?);
         let work = start.work(found.coordinates);
         if !(best.as_ref()).is_some_and(|(start, best)| start.work(best.coordinates) <= work) {
             best = Some((start, found));

@@ -91,13 +91,10 @@ impl Trials<'_> {
                 let Some(narrowed) = start.with_inertia(places, change) else {
                     continue;
                 };
-                match self.error_with_all(&start, &narrowed)? {
-                    None => return Ok(None),
-                    Some(error) if error <= tolerance => {
-                        (start.narrowed, start.error) = (narrowed, error);
-                        break;
-                    }
-                    Some(_) => {}
+                let error = unless_stopped!(self.error_with_all(&start, &narrowed)?);
+                if error <= tolerance {
+                    (start.narrowed, start.error) = (narrowed, error);
+                    break;
                 }
             }
         }
@@ -126,9 +123,7 @@ impl Trials<'_> {
                     self.error(&narrowed, others + count, &mut |_| {})
                 },
             )?;
-            let Some(searched) = searched else {
-                return Ok(None);
-            };
+            let searched = unless_stopped!(searched);
             let best = candidate(searched.best.kept);
             error = searched.best.error;
             trials.extend(searched.trials.iter().map(|trial| Trial {
@@ -166,9 +161,7 @@ impl Trials<'_> {
         self.monitor.tell(&format!("{coordinates} coordinates"));
         self.monitor.expect(motion::steps_of(&narrowed.scene)?);
         let made = motion::follow(self.subject, narrowed, self.grid, self.monitor, watch)?;
-        let Some((course, trace)) = made else {
-            return Ok(None);
-        };
+        let (course, trace) = unless_stopped!(made);
         if course.stopped.is_some() {
             return Ok(Some(f64::INFINITY));
         }

@@ -34,7 +34,7 @@ impl PartInScene {
     ) -> Result<Self, Error> {
         let scene = Scene::read(path)?;
         let made_of = |meant: &dyn Fn(&Path) -> bool| -> Vec<String> {
-            let bodies = superelements(&scene);
+            let bodies = scene.superelements();
             let meant = bodies.filter(|(_, of)| meant(&scene.resolve(&of.file)));
             meant.map(|(name, _)| name.to_owned()).collect()
         };
@@ -80,12 +80,14 @@ impl PartInScene {
 
     /// Superelement bodies that are made of other parts.
     pub(super) fn others(&self) -> impl Iterator<Item = (&str, &SuperelementBody)> {
-        superelements(&self.scene).filter(|(name, _)| !self.bodies.iter().any(|own| own == name))
+        self.scene
+            .superelements()
+            .filter(|(name, _)| !self.bodies.iter().any(|own| own == name))
     }
 
     /// The body of this name, if it is a superelement.
     pub(super) fn superelement(&self, name: &str) -> Option<&SuperelementBody> {
-        let mut all = superelements(&self.scene);
+        let mut all = self.scene.superelements();
         all.find(|(known, _)| *known == name).map(|(_, of)| of)
     }
 
@@ -113,14 +115,6 @@ impl PartInScene {
             false => format!("it has {}", bodies.join(", ")),
         }
     }
-}
-
-fn superelements(scene: &Scene) -> impl Iterator<Item = (&str, &SuperelementBody)> {
-    let bodies = scene.bodies.iter();
-    bodies.filter_map(|(name, body)| match &body.kind {
-        BodyKind::Superelement(of) => Some((name.as_str(), of)),
-        BodyKind::Rigid(_) => None,
-    })
 }
 
 fn name_of(path: &Path) -> String {

@@ -98,7 +98,7 @@ impl Fitted {
         };
         let fields = match &asked.demand.nodes {
             NodeDemand::None => None,
-            NodeDemand::Some(_) => Some((recovery, points_of(asked.mesh()))),
+            NodeDemand::Some(_) => Some((recovery, asked.mesh().points_alone())),
             NodeDemand::All(_) => Some((recovery, asked.mesh())),
         };
         let quality = fitted_quality(quality, &selection, &superelement, fit);
@@ -208,15 +208,6 @@ fn observed(
     })
 }
 
-/// The places of the nodes, without cells and sets.
-fn points_of(mesh: Mesh) -> Mesh {
-    Mesh {
-        cells: Vec::new(),
-        point_sets: Default::default(),
-        ..mesh
-    }
-}
-
 fn nodes_of(recovery: &RecoveryBasis, component: &Component) -> Amounts {
     let nodes: BTreeSet<u32> = recovery.dofs.iter().map(|dof| dof.node).collect();
     Amounts {
@@ -246,12 +237,7 @@ fn fitted_quality(
     superelement: &Superelement,
     fit: SceneFit,
 ) -> Quality {
-    let picked = |values: &[f64]| -> Vec<f64> {
-        let places = selection.modes().iter();
-        places
-            .filter_map(|mode| values.get(*mode).copied())
-            .collect()
-    };
+    let whole = whole.of_modes(selection.modes());
     let cycles = |square: f64| square.max(0.0).sqrt() / std::f64::consts::TAU;
     let modes = &superelement.modes;
     let stays = |row: &str| {
@@ -260,9 +246,6 @@ fn fitted_quality(
         interfaces.any(|known| Some(known.name.as_str()) == interface)
     };
     Quality {
-        mode_residuals: picked(&whole.mode_residuals),
-        mode_residual_roundings: picked(&whole.mode_residual_roundings),
-        eigenvalue_roundings: picked(&whole.eigenvalue_roundings),
         residual_rank: superelement.residual.sigma_squared.len(),
         highest_kept: modes.eigenvalues.last().map(|square| cycles(*square)),
         lowest_omitted: Some(modes.first_omitted_eigenvalue)

@@ -6,7 +6,6 @@ use dcb_demand::PlanarPart;
 use super::component_demand::ComponentDemand;
 use dcb_reducer::Reduced;
 use dcb_reducer::error::Error;
-use dcb_reducer::quality::Quality;
 
 /// The planar one, and what leads out of the plane.
 ///
@@ -28,24 +27,8 @@ pub(super) fn in_plane(
     let reduced = Reduced {
         superelement: part.superelement().clone(),
         recovery: part.recovery(&spatial.recovery),
-        quality: quality(spatial.quality, part.modes()),
+        quality: spatial.quality.of_modes(part.modes()),
         work: spatial.work,
     };
     Ok((reduced, part.left_out().clone()))
-}
-
-/// The report, of these modes.
-fn quality(of: Quality, modes: &[usize]) -> Quality {
-    let picked = |values: &[f64]| -> Vec<f64> {
-        let places = modes.iter();
-        places
-            .filter_map(|mode| values.get(*mode).copied())
-            .collect()
-    };
-    Quality {
-        mode_residuals: picked(&of.mode_residuals),
-        mode_residual_roundings: picked(&of.mode_residual_roundings),
-        eigenvalue_roundings: picked(&of.eigenvalue_roundings),
-        ..of
-    }
 }

@@ -135,7 +135,7 @@ impl Search<'_> {
         let columns = SpinColumns::of(self.asked, &enriched, tolerance)?;
         found.spin = columns.why();
         if columns.are_needed() {
-            let round = self.round(&enriched.superelement, &found.squares)?;
+            let round = self.round(&enriched, &found.squares)?;
             found.rounds.extend(round);
             found.reduced = enriched;
         }
@@ -157,7 +157,7 @@ impl Search<'_> {
             } = self.reduced(selection, sources, observer)?;
             let element = &reduced.superelement;
             let squares = self.squares(element);
-            let found = self.round(element, &squares)?;
+            let found = self.round(&reduced, &squares)?;
             let good_enough = found.is_none_or(|round| {
                 round
                     .upper
@@ -223,10 +223,7 @@ impl Search<'_> {
             Some(cached) => cached.reduced(self.asked, &options, observer)?,
             None => reduce(&self.asked.component, &options, observer)?,
         };
-        let broken = reduced.quality.broken_limits();
-        if !broken.is_empty() {
-            return Err(Error::QualityLimit(broken.join("; ")));
-        }
+        let reduced = reduced.accepted()?;
         let modes = reduced.superelement.mode_count();
         let (reduced, out_of_plane) = match self.asked.is_seen_in_plane() {
             true => {
@@ -268,7 +265,8 @@ impl Search<'_> {
     }
 
     /// Bounds of the error; `None` without a band, or where no force acts on the part.
-    fn round(&self, element: &Superelement, squares: &[f64]) -> Result<Option<Round>, Error> {
+    fn round(&self, reduced: &Reduced, squares: &[f64]) -> Result<Option<Round>, Error> {
+        let element = &reduced.superelement;
         let asks_for = |name: &str| {
             let mut used = self.asked.demand.interfaces.iter();
             name == WATCHED || used.any(|used| used.name == name)
@@ -277,9 +275,9 @@ impl Search<'_> {
             .filter(|row| asks_for(&element.interfaces[element.rows[*row].interface].name))
             .collect();
         let estimate = ErrorBounds::of(element, Compatibility::Strong)?.ok_or_else(|| {
-            let why = (element.provenance.warnings.iter())
-                .find(|warning| warning.starts_with("no error estimate"));
-            Error::QualityLimit(why.map_or("no error estimate", String::as_str).to_owned())
+            let why = &reduced.quality.missing_estimate;
+            let why = why.as_ref().map_or(String::new(), |why| format!(": {why}"));
+            Error::QualityLimit(format!("no error estimate{why}"))
         })?;
         let attached = estimate.attached_rows();
         let Some(end) = squares

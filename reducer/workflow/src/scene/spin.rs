@@ -10,7 +10,6 @@
 //! which is compared with the tolerance of deflections that are a hundredth of the part's size.
 
 use dcb_demand::demand::NodeDemand;
-use dcb_dense::{symmetric_eigen, symmetrized};
 use dcb_formats::component::Role;
 use dcb_formats::mesh::Dimension;
 use dcb_formats::superelement::{Enrichment, RecoveryBasis, Superelement};
@@ -18,6 +17,7 @@ use faer::Mat;
 use nalgebra::Matrix3;
 
 use super::component_demand::ComponentDemand;
+use crate::inverse_root::inverse_root;
 use dcb_reducer::Reduced;
 use dcb_reducer::error::Error;
 
@@ -212,26 +212,12 @@ fn largest_loss(
 
 /// `L K⁺` over some of the basis' columns, zero in the others, (rows, n).
 fn responses(stiffness: &Mat<f64>, rows: &Mat<f64>, columns: &[usize]) -> Result<Mat<f64>, Error> {
-    let scale: Vec<f64> = (columns.iter())
-        .map(|k| match stiffness[(*k, *k)] {
-            own if own > 0.0 => own.sqrt().recip(),
-            _ => 0.0,
-        })
-        .collect();
-    let scaled = Mat::from_fn(columns.len(), columns.len(), |i, j| {
-        scale[i] * stiffness[(columns[i], columns[j])] * scale[j]
+    let chosen = Mat::from_fn(columns.len(), columns.len(), |i, j| {
+        stiffness[(columns[i], columns[j])]
     });
-    let (values, vectors) =
-        symmetric_eigen(symmetrized(scaled.as_ref()).as_ref()).ok_or(Error::NotFinite {
-            what: "the reduced stiffness",
-        })?;
-    let kept: Vec<usize> = (0..values.len())
-        .filter(|k| values[*k] > DEPENDENT)
-        .collect();
-    // Columns of K⁺ = U Λ⁻¹ Uᵀ in the scale.
-    let unit = Mat::from_fn(columns.len(), kept.len(), |i, k| {
-        scale[i] * vectors[(i, kept[k])] / values[kept[k]].sqrt()
-    });
+    let unit = inverse_root(chosen.as_ref(), DEPENDENT).ok_or(Error::NotFinite {
+        what: "the reduced stiffness",
+    })?;
     let own = Mat::from_fn(rows.nrows(), columns.len(), |i, j| rows[(i, columns[j])]);
     let found = (own * &unit) * unit.transpose();
     let mut all = Mat::zeros(rows.nrows(), rows.ncols());

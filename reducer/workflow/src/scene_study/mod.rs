@@ -21,20 +21,20 @@ mod verdict;
 
 use std::collections::VecDeque;
 use std::num::NonZeroUsize;
-use std::sync::{Mutex, mpsc};
+use std::sync::Mutex;
 
 use dcb_report::{Candidate, cheapest_within, pareto_front};
 
+use crate::workers::{lock, on_threads};
 use dcb_runtime::error::Error;
 use grid::{Grid, Trace};
 use monitor::Monitor;
-use motion::Course;
 pub use reference::SceneReference;
 pub use row::SceneRow;
 pub use setting::{ModeCount, Setting};
 pub use store::Store;
 pub use subject::Subject;
-pub use sweep::{Combination, Lists};
+pub use sweep::{Combination, Lists, by_command_line, no_radius};
 
 /// A study that is done.
 pub struct SceneStudy {
@@ -58,12 +58,6 @@ pub struct SceneStudy {
 enum Job {
     Reference,
     Row(Setting),
-}
-
-/// A run that was made.
-enum JobResult {
-    Reference(SceneReference, Trace),
-    Row(Setting, Course, Trace),
 }
 
 impl SceneStudy {
@@ -95,14 +89,10 @@ impl SceneStudy {
         if monitor.is_stopped() || !measure(&subject, settings, store, monitor)? {
             return Ok(None);
         }
-        let Some((reference, reference_trace)) = store.reference(&subject) else {
-            return Ok(None);
-        };
+        let (reference, reference_trace) = unless_stopped!(store.reference(&subject));
         let (mut rows, mut traces) = (Vec::new(), Vec::new());
         for setting in settings {
-            let Some((course, trace)) = store.course(&subject, setting) else {
-                return Ok(None);
-            };
+            let (course, trace) = unless_stopped!(store.course(&subject, setting));
             let timing = store.timing(setting);
             let compared = (&reference, &reference_trace);
             rows.push(SceneRow::of(
@@ -143,7 +133,7 @@ impl SceneStudy {
     }
 }
 
-/// Makes the jobs in parallel, and keeps what comes of them.
+/// Makes the jobs in parallel, and keeps what comes of them; the first failure ends all.
 fn make(
     subject: &Subject,
     first: Setting,
@@ -154,54 +144,30 @@ fn make(
     monitor: &Monitor,
 ) -> Result<(), Error> {
     monitor.tell("values");
-    let jobs = Mutex::new(jobs);
-    let next = || jobs.lock().ok().and_then(|mut jobs| jobs.pop_front());
+    let (jobs, store) = (Mutex::new(jobs), Mutex::new(store));
     let work = |job: Job| match job {
-        Job::Reference => SceneReference::find(subject, first, grid, monitor)
-            .map(|found| found.map(|(reference, trace)| JobResult::Reference(reference, trace))),
-        Job::Row(setting) => setting
-            .applied_to(subject)
-            .and_then(|scene| motion::follow(subject, &scene.into(), grid, monitor, &mut |_| {}))
-            .map(|made| made.map(|(course, trace)| JobResult::Row(setting, course, trace))),
-    };
-    let all = |sender: mpsc::Sender<_>| {
-        while let Some(job) = next().filter(|_| !monitor.is_stopped()) {
-            if sender.send(work(job)).is_err() {
-                break;
-            }
-        }
-    };
-    std::thread::scope(|scope| {
-        let (sender, receiver) = mpsc::channel();
-        for started in 0..threads {
-            let (own, all) = (sender.clone(), &all);
-            let worker = std::thread::Builder::new().spawn_scoped(scope, move || all(own));
-            if worker.is_err() {
-                if started == 0 {
-                    // The system allows no thread: what is made here waits in the channel.
-                    all(sender.clone());
+        Job::Reference => match SceneReference::find(subject, first, grid, monitor)? {
+            Some((reference, trace)) => lock(&store).keep_reference(subject, &reference, &trace),
+            None => Ok(()),
+        },
+        Job::Row(setting) => {
+            let scene = setting.applied_to(subject)?.into();
+            match motion::follow(subject, &scene, grid, monitor, &mut |_| {})? {
+                Some((course, trace)) => {
+                    lock(&store).keep_course(subject, &setting, &course, &trace)
                 }
-                break;
-            }
-        }
-        drop(sender);
-        let mut result = Ok(());
-        for made in receiver {
-            let kept = made.and_then(|made| match made {
                 None => Ok(()),
-                Some(JobResult::Reference(reference, trace)) => {
-                    store.keep_reference(subject, &reference, &trace)
-                }
-                Some(JobResult::Row(setting, course, trace)) => {
-                    store.keep_course(subject, &setting, &course, &trace)
-                }
-            });
-            if kept.is_err() && result.is_ok() {
-                monitor.abandon();
-                result = kept;
             }
         }
-        result
+    };
+    on_threads(threads, || {
+        while !monitor.is_stopped() {
+            let Some(job) = lock(&jobs).pop_front() else {
+                break;
+            };
+            work(job).inspect_err(|_| monitor.abandon())?;
+        }
+        Ok(())
     })
 }
 

@@ -24,11 +24,6 @@ impl Monitor {
         }
     }
 
-    /// Nobody watches, nobody stops it.
-    pub fn hidden() -> Self {
-        Self::new(ProgressBar::hidden(), || false)
-    }
-
     /// More steps are to be made than was known.
     pub fn expect(&self, steps: u64) {
         self.bar.inc_length(steps);

@@ -63,9 +63,7 @@ pub struct Timing {
 }
 
 /// Runs a scene and samples the subject's quantities; `watch` sees every state that is sampled. `None` if the user stopped it.
-///
-/// # Errors
-/// Failures that don't depend on the options: files that can't be read, memory. Everything else is told in [`Course::stopped`].
+/// Only failures that don't depend on the options are errors: files that can't be read, memory. Others are told in [`Course::stopped`].
 pub fn follow(
     subject: &Subject,
     narrowed: &NarrowedScene,
@@ -88,9 +86,6 @@ pub fn follow(
 }
 
 /// The same for a run that has to come to its end.
-///
-/// # Errors
-/// The error that stopped it.
 pub fn follow_to_the_end(
     subject: &Subject,
     narrowed: &NarrowedScene,
@@ -136,9 +131,6 @@ fn attempt(
 }
 
 /// Measures how long integrating takes, recording nothing; `None` if the user stopped it. Nothing else should run meanwhile.
-///
-/// # Errors
-/// Those of the start and of the steps.
 pub fn time(scene: &Scene, monitor: &Monitor) -> Result<Option<Timing>, Error> {
     let integrator = step_of(scene)?;
     let steps = equal_steps(&integrator);
@@ -168,9 +160,6 @@ pub fn time(scene: &Scene, monitor: &Monitor) -> Result<Option<Timing>, Error> {
 }
 
 /// Steps that a run of this scene takes.
-///
-/// # Errors
-/// [`Error::Description`] without an integrator.
 pub fn steps_of(scene: &Scene) -> Result<u64, Error> {
     Ok(equal_steps(&step_of(scene)?).count())
 }

@@ -1,6 +1,8 @@
 //! The pictures of a study: error against time, and histories of chosen rows with their errors.
 
-use dcb_report::{Axis, Chart, Family, Note, Series, Style, pareto_chart, pareto_front, small_svg};
+use dcb_report::{
+    Axis, Candidate, Chart, Family, Note, Series, Style, pareto_chart, pareto_front, small_svg,
+};
 
 use super::SceneStudy;
 use super::comparison::places;
@@ -14,40 +16,22 @@ const NOTHING: f64 = 1e-10;
 
 /// Error against cost: rows of different steps are joined.
 pub(super) fn front_chart(study: &SceneStudy) -> Chart {
-    let mut families: Vec<Family> = Vec::new();
-    let mut order: Vec<usize> = (0..study.rows.len()).collect();
-    order.sort_by(|a, b| {
-        let step = |index: &usize| study.rows[*index].setting.step;
-        step(a).total_cmp(&step(b))
-    });
-    let names: Vec<String> = study
-        .rows
-        .iter()
-        .map(|row| family(study, &row.setting))
-        .collect();
-    // Families in the order of the rows, their members in that of the steps.
-    for name in &names {
-        if families.iter().all(|family| family.name != *name) {
-            families.push(Family {
-                name: name.clone(),
-                candidates: Vec::new(),
-            });
-        }
-    }
+    let rows = study.rows.iter();
+    let names: Vec<String> = rows.map(|row| family(study, &row.setting)).collect();
     let candidates = study.candidates();
-    for index in order {
-        let candidate = &candidates[index];
-        let family = families
-            .iter_mut()
-            .find(|family| family.name == names[index]);
-        if let Some(family) = family
-            && candidate.cost.is_finite()
-            && candidate.error.is_finite()
-        {
-            family.candidates.push(candidate.clone());
-        }
-    }
-    families.retain(|family| !family.candidates.is_empty());
+    let is_drawn = |index: &usize| {
+        let Candidate { cost, error, .. } = candidates[*index];
+        cost.is_finite() && error.is_finite()
+    };
+    let mut order: Vec<usize> = (0..names.len()).filter(is_drawn).collect();
+    // Families in the order of the rows, their members in that of the steps.
+    order.sort_by(|a, b| {
+        let first = |index: &usize| names.iter().position(|name| *name == names[*index]);
+        let step = |index: &usize| study.rows[*index].setting.step;
+        (first(a).cmp(&first(b))).then(step(a).total_cmp(&step(b)))
+    });
+    let named = order.into_iter();
+    let families = Family::of(named.map(|index| (names[index].clone(), candidates[index].clone())));
     let time = &study.subject.scene.units.time;
     let mut chart = pareto_chart(
         "",
@@ -89,7 +73,7 @@ fn family(study: &SceneStudy, setting: &Setting) -> String {
     };
     if study.subject.most_modes().is_some() {
         parts.push(setting.modes_told());
-        parts.push(setting.compatibility_text().to_owned());
+        parts.push(setting.compatibility.name().to_owned());
     }
     if varies(|setting| setting.inertia_text().to_owned()) {
         parts.push(setting.inertia_text().to_owned());

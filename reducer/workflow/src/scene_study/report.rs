@@ -103,7 +103,7 @@ fn cells(study: &SceneStudy, index: usize, row: &SceneRow, detail: Detail) -> Ve
     let mut cells = vec![
         count(index + 1),
         Cell::Text(setting.modes_text()),
-        text(setting.compatibility_text()),
+        text(setting.compatibility.name()),
         Cell::Number(setting.step),
         Cell::maybe(setting.rho_infinity),
         text(setting.inertia_text()),

@@ -3,8 +3,8 @@
 use serde::{Deserialize, Serialize};
 use serde_json::{Map, Value, json};
 
-use super::subject::{Subject, superelements};
-use dcb_formats::scene::{BodyKind, Compatibility, InertiaChange, Method, Scene, SuperelementBody};
+use super::subject::Subject;
+use dcb_formats::scene::{BodyKind, Compatibility, InertiaChange, Method, Scene};
 use dcb_runtime::error::Error;
 
 /// How many modes the superelements of a scene keep.
@@ -49,11 +49,11 @@ impl Setting {
                 "has `adaptive`, but a study compares equal steps; leave it out for the study",
             ));
         }
-        let mut changes = superelements(scene).map(|body| body.inertia_change);
+        let superelements = || scene.superelements().map(|(_, body)| body);
+        let mut changes = superelements().map(|body| body.inertia_change);
         let first = changes.next();
-        let has_all = |body: &SuperelementBody| body.modes.is_none();
         Ok(Self {
-            modes: match superelements(scene).all(has_all) {
+            modes: match superelements().all(|body| body.modes.is_none()) {
                 true => ModeCount::All,
                 false => ModeCount::AsInScene,
             },
@@ -134,7 +134,7 @@ impl Setting {
             .rho_infinity
             .map_or("hht".to_owned(), |rho| format!("{rho:?}"));
         let (modes, inertia) = (self.modes_text(), self.inertia_text());
-        let compatibility = self.compatibility_text();
+        let compatibility = self.compatibility.name();
         format!("{modes}/{compatibility}/{:e}/{rho}/{inertia}", self.step)
     }
 
@@ -147,22 +147,8 @@ impl Setting {
         }
     }
 
-    /// As scenes name it.
-    pub fn compatibility_text(&self) -> &'static str {
-        match self.compatibility {
-            Compatibility::Strong => "strong",
-            Compatibility::Static => "static",
-            Compatibility::Weak => "weak",
-        }
-    }
-
     /// As scenes name it, or `scene`.
     pub fn inertia_text(&self) -> &'static str {
-        match self.inertia_change {
-            None => "scene",
-            Some(InertiaChange::Constant) => "constant",
-            Some(InertiaChange::FirstOrder) => "first-order",
-            Some(InertiaChange::SecondOrder) => "second-order",
-        }
+        self.inertia_change.map_or("scene", InertiaChange::name)
     }
 }

@@ -111,10 +111,7 @@ impl Store {
     }
 
     /// Keeps the reference.
-    ///
-    /// # Errors
-    /// [`Error::File`].
-    pub fn keep_reference(
+    pub(super) fn keep_reference(
         &mut self,
         subject: &Subject,
         reference: &SceneReference,
@@ -132,10 +129,7 @@ impl Store {
     }
 
     /// Keeps how a run went.
-    ///
-    /// # Errors
-    /// [`Error::File`].
-    pub fn keep_course(
+    pub(super) fn keep_course(
         &mut self,
         subject: &Subject,
         setting: &Setting,
@@ -149,10 +143,7 @@ impl Store {
     }
 
     /// Keeps what a run takes.
-    ///
-    /// # Errors
-    /// [`Error::File`].
-    pub fn keep_timing(&mut self, setting: &Setting, timing: Timing) -> Result<(), Error> {
+    pub(super) fn keep_timing(&mut self, setting: &Setting, timing: Timing) -> Result<(), Error> {
         let key = timing_key(setting);
         Ok(self.ledger.add(&key, SceneEntry::Timing(timing))?)
     }

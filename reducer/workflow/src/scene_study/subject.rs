@@ -6,7 +6,7 @@ use dcb_formats::results::Channel;
 use indexmap::IndexMap;
 
 use super::setting::{ModeCount, Setting};
-use dcb_formats::scene::{Analysis, BodyKind, Compatibility, Output, Scene, SuperelementBody};
+use dcb_formats::scene::{Analysis, BodyKind, Compatibility, Output, Scene};
 use dcb_runtime::error::Error;
 use dcb_runtime::model::{LoadedFile, Model, Recorder};
 
@@ -169,10 +169,7 @@ impl Subject {
 
 impl Quantity {
     /// Where its columns are in a recorder's rows.
-    ///
-    /// # Errors
-    /// [`Error::UnknownOutput`].
-    pub fn places(&self, recorder: &Recorder) -> Result<Vec<usize>, Error> {
+    pub(super) fn places(&self, recorder: &Recorder) -> Result<Vec<usize>, Error> {
         let first = recorder.columns(&self.path)?.start;
         Ok(self.columns.iter().map(|column| first + column).collect())
     }
@@ -181,14 +178,6 @@ impl Quantity {
     pub fn width(&self) -> usize {
         self.columns.len()
     }
-}
-
-/// The superelements of a scene.
-pub(super) fn superelements(scene: &Scene) -> impl Iterator<Item = &SuperelementBody> {
-    scene.bodies.values().filter_map(|body| match &body.kind {
-        BodyKind::Superelement(body) => Some(body),
-        BodyKind::Rigid(_) => None,
-    })
 }
 
 /// The channel whose columns are there.

@@ -104,10 +104,7 @@ impl Lists {
             }
         }
         if !self.radii.is_empty() && subject.own.rho_infinity.is_none() {
-            return Err(Error::described(
-                "--rho-infinity",
-                "belongs to generalized_alpha, but the scene integrates with hht; change the scene's `integrator`",
-            ));
+            return Err(no_radius());
         }
         if let Some(step) = self.steps.iter().find(|step| **step > subject.end) {
             return Err(Error::described(
@@ -138,13 +135,7 @@ impl Lists {
         let mut settings: Vec<Setting> = Vec::new();
         for setting in chosen {
             if !settings.contains(&setting) {
-                setting.applied_to(subject).map_err(|error| match error {
-                    Error::Description { location, message } => Error::described(
-                        format!("{location} as changed by the command line"),
-                        message,
-                    ),
-                    other => other,
-                })?;
+                setting.applied_to(subject).map_err(by_command_line)?;
                 settings.push(setting);
             }
         }
@@ -207,6 +198,25 @@ impl Lists {
         let given: Vec<_> = self.radii.iter().copied().map(Some).collect();
         or_own(&given, own.rho_infinity)
     }
+}
+
+/// A fault of a scene that the command line has changed; the scene by itself was found good.
+pub fn by_command_line(error: Error) -> Error {
+    match error {
+        Error::Description { location, message } => Error::described(
+            format!("{location} as changed by the command line"),
+            message,
+        ),
+        other => other,
+    }
+}
+
+/// `--rho-infinity` for a scene that has no spectral radius.
+pub fn no_radius() -> Error {
+    Error::described(
+        "--rho-infinity",
+        "belongs to generalized_alpha, but the scene integrates with hht; change the scene's `integrator`",
+    )
 }
 
 fn or_own<T: Copy>(list: &[T], own: T) -> Vec<T> {

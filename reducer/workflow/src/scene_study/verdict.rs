@@ -19,7 +19,7 @@ impl Setting {
 
     /// For people; `time` is the unit of the step.
     pub fn told(&self, time: &str) -> String {
-        let (compatibility, inertia) = (self.compatibility_text(), self.inertia_text());
+        let (compatibility, inertia) = (self.compatibility.name(), self.inertia_text());
         let mut text = format!(
             "{}, {compatibility}, step {:.4e} {time}",
             self.modes_told(),

@@ -9,9 +9,7 @@ use nalgebra::Vector3;
 use super::{Carried, Carrying, NarrowedScene, Pruned};
 use crate::demand::{Demand, NodeDemand, PartInterface, Parts, PlanesOfMotion};
 use crate::{AskedPart, Error, LeftOut, PartFile, SuperelementFiles};
-use dcb_formats::scene::{
-    Analysis, BodyKind, Compatibility, RedundantConstraints, Scene, SuperelementBody,
-};
+use dcb_formats::scene::{Analysis, Compatibility, RedundantConstraints, Scene, SuperelementBody};
 use dcb_superelement::selection::{ObservedNodes, Selection};
 
 /// Planes with normals of a smaller sine are the same.
@@ -43,7 +41,8 @@ impl Pruning {
             return Ok(Self::default());
         }
         let files = opened(scene, open)?;
-        let given: Result<Vec<Given>, Error> = superelements(scene)
+        let given: Result<Vec<Given>, Error> = scene
+            .superelements()
             .map(|(name, of)| Given::of(name, of, &files[&scene.resolve(&of.file)]))
             .collect();
         let given = given?;
@@ -116,7 +115,7 @@ impl Pruning {
     pub fn nothing(scene: &Scene, open: &SuperelementFiles) -> Result<Self, Error> {
         let files = opened(scene, open)?;
         let mut bodies = IndexMap::new();
-        for (name, of) in superelements(scene) {
+        for (name, of) in scene.superelements() {
             let given = Given::of(name, of, &files[&scene.resolve(&of.file)])?;
             let whole = given.asked.superelement();
             let selection = Selection::everything(whole);
@@ -254,19 +253,9 @@ impl<'a> Given<'a> {
     }
 }
 
-fn superelements(scene: &Scene) -> impl Iterator<Item = (&str, &SuperelementBody)> {
-    scene
-        .bodies
-        .iter()
-        .filter_map(|(name, body)| match &body.kind {
-            BodyKind::Superelement(of) => Some((name.as_str(), of)),
-            BodyKind::Rigid(_) => None,
-        })
-}
-
 fn opened(scene: &Scene, open: &SuperelementFiles) -> Result<IndexMap<PathBuf, PartFile>, Error> {
     let mut files = IndexMap::new();
-    for (name, of) in superelements(scene) {
+    for (name, of) in scene.superelements() {
         let path = scene.resolve(&of.file);
         if !files.contains_key(&path) {
             let at = format!("bodies.{name}.superelement");
