@@ -15,7 +15,6 @@ mod joint;
 mod load;
 mod output;
 mod read;
-mod scheme;
 mod settings;
 mod spring;
 mod values;
@@ -37,7 +36,7 @@ pub use body::{
 pub use damping::{DampingOverride, ModalRatios, Rayleigh, RayleighPoints};
 pub use drive::{Drive, DriveFunction};
 pub use gear::{Gear, Rack};
-pub use integrator::{AdaptiveStep, Formulation, Integrator, Method};
+pub use integrator::{AdaptiveStep, Formulation, Integrator, Method, Scheme};
 pub use joint::{
     AxisJoint, DistanceJoint, ExertedDirections, FixedJoint, Joint, JointAxis, LineJoint,
     OrientationSource, PointJoint, SecondAxis, Side, UniversalJoint,
@@ -47,7 +46,7 @@ pub use output::{
     AtPlace, ChordDeflection, FieldRequest, MeshNode, OfBody, OfDrive, OfJoint, OfSpring, Output,
     Reaction, ReactionAxes, Record,
 };
-pub use scheme::Scheme;
+
 pub use settings::{
     Analysis, Compatibility, Initial, Linearization, ModesAnalysis, RedundantConstraints,
 };

@@ -8,6 +8,7 @@ mod interface;
 mod lacking;
 mod matrix;
 mod places;
+mod shortfall;
 
 use std::path::PathBuf;
 
@@ -21,6 +22,7 @@ pub use self::lacking::Lacking;
 pub use self::matrix::{Matrix, MatrixRefusal};
 pub(crate) use self::places::LISTED;
 pub use self::places::Places;
+pub use self::shortfall::{BrokenLimit, ErrorFound, LimitedBy, Shortfall};
 use dcb_formats::units::readable;
 
 /// A reduction that ended without a superelement.
@@ -145,9 +147,9 @@ pub enum Error {
         /// Relative tolerance.
         tolerance: f64,
     },
-    /// A limit of quality is broken where nothing can be concluded from such a reduction.
-    #[error("not good enough: {0}")]
-    QualityLimit(String),
+    /// A result isn't good enough to conclude anything from it.
+    #[error(transparent)]
+    Shortfall(#[from] Shortfall),
     /// A program that another eigensolver needs can't be started.
     #[cfg(feature = "slepc")]
     #[error("slepc: cannot start {program}: {source}; docs/slepc.md says what is needed")]

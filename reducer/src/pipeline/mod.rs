@@ -13,7 +13,7 @@ pub(crate) mod warnings;
 use dcb_formats::component::Component;
 use dcb_formats::{RecoveryBasis, Superelement};
 
-use crate::error::Error;
+use crate::error::{Error, Shortfall};
 use crate::mode_selection::ModeSelection;
 use crate::model::condensation::Model;
 use crate::model::localization::Localization;
@@ -47,11 +47,11 @@ impl Reduced {
     /// The same where it is good enough.
     ///
     /// # Errors
-    /// [`Error::QualityLimit`] with the limits that are broken.
+    /// [`Error::Shortfall`] with the limits that are broken.
     pub fn accepted(self) -> Result<Self, Error> {
         match self.quality.broken_limits() {
             broken if broken.is_empty() => Ok(self),
-            broken => Err(Error::QualityLimit(broken.join("; "))),
+            broken => Err(Shortfall::Limits(broken).into()),
         }
     }
 }

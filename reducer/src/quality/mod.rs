@@ -3,6 +3,7 @@
 //! Every defect is dimensionless: divided by the size of what it is a part of.
 
 mod identities;
+mod limits;
 pub mod lines;
 pub mod scene_fit;
 
@@ -14,11 +15,9 @@ use serde::{Deserialize, Serialize};
 pub use self::identities::mean_axis_defects;
 use self::identities::{Identities, basis_norms};
 use self::scene_fit::SceneFit;
-use crate::attachments::columns::residual_limit;
 use crate::attachments::enrichment::{FurtherColumns, Reducing};
 use crate::attachments::interface_reduction::InterfaceReduction;
 use crate::modes::certificate::Sturm;
-use crate::modes::free_modes::{RESIDUAL_TOLERANCE, residual_is_accepted};
 
 /// Limit of the orthogonality defects (Eq. 29–32, 39–40).
 pub const ORTHOGONALITY_LIMIT: f64 = 1e-8;
@@ -230,91 +229,5 @@ impl Quality {
             eigenvalue_roundings: picked(&self.eigenvalue_roundings),
             ..self
         }
-    }
-
-    /// The limits that are broken, as sentences; empty for a good reduction.
-    pub fn broken_limits(&self) -> Vec<String> {
-        let mut broken = Vec::from_iter(self.refused_modes());
-        let mut check = |what: &str, value: f64, limit: f64| {
-            if value > limit || value.is_nan() {
-                broken.push(format!(
-                    "{what} is {value:.1e}, above its limit {limit:.0e}"
-                ));
-            }
-        };
-        let attachment_limit = residual_limit(self.attachment_residual_rounding);
-        check(
-            "the attachment residual",
-            self.attachment_residual,
-            attachment_limit,
-        );
-        check(
-            "Φᵀ K G_res (Eq. 29)",
-            self.stiffness_orthogonality,
-            ORTHOGONALITY_LIMIT,
-        );
-        check(
-            "Φᵀ M G_res (Eq. 30)",
-            self.mass_orthogonality,
-            ORTHOGONALITY_LIMIT,
-        );
-        check(
-            "Φᵀ M Φ - I (Eq. 31)",
-            self.mass_orthonormality,
-            ORTHONORMALITY_LIMIT,
-        );
-        check(
-            "Φᵀ K Φ - Ω² (Eq. 31)",
-            self.stiffness_diagonality,
-            ORTHOGONALITY_LIMIT,
-        );
-        check(
-            "G_resᵀ K G_res - G_res (Eq. 32)",
-            self.flexibility_identity,
-            ORTHOGONALITY_LIMIT,
-        );
-        if let Some(further) = &self.enrichment {
-            check(
-                "the residual of the further columns",
-                further.residual,
-                residual_limit(further.residual_rounding),
-            );
-            check(
-                "Φᵀ M X of the further columns",
-                further.mass_orthogonality,
-                ORTHOGONALITY_LIMIT,
-            );
-            check(
-                "Φᵀ K X of the further columns",
-                further.stiffness_orthogonality,
-                ORTHOGONALITY_LIMIT,
-            );
-        }
-        check("L1 Ψ (Eq. 39)", self.l1_norm, ORTHOGONALITY_LIMIT);
-        check("I3 Ψ (Eq. 40)", self.i3_norm, ORTHOGONALITY_LIMIT);
-        if self.sturm.counted != self.sturm.found {
-            broken.push(format!(
-                "the inertia count finds {} eigenvalues where {} were computed",
-                self.sturm.counted, self.sturm.found
-            ));
-        }
-        broken
-    }
-
-    fn refused_modes(&self) -> Option<String> {
-        let pairs = self
-            .mode_residuals
-            .iter()
-            .zip(&self.mode_residual_roundings);
-        let refused: Vec<(usize, f64)> = (pairs.enumerate())
-            .filter(|(_, (residual, rounding))| !residual_is_accepted(**residual, **rounding))
-            .map(|(i, (residual, _))| (i + 1, *residual))
-            .collect();
-        let (mode, residual) = refused.iter().max_by(|a, b| a.1.total_cmp(&b.1))?;
-        Some(format!(
-            "{} of {} modes have a residual above the limit {RESIDUAL_TOLERANCE:.0e}, the largest {residual:.1e} in mode {mode}",
-            refused.len(),
-            self.mode_residuals.len()
-        ))
     }
 }

@@ -49,6 +49,7 @@ pub fn check_alone(
                 broken.is_empty(),
                 &format!("{} broken", broken.len()),
             );
+            let broken = broken.iter().map(ToString::to_string);
             findings.broken.extend(broken);
         }
         None => findings

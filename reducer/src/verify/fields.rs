@@ -228,6 +228,7 @@ impl Stored<'_> {
             broken.is_empty(),
             &format!("{} broken", broken.len()),
         );
+        let broken = broken.iter().map(ToString::to_string);
         findings.broken.extend(broken);
         self.check_interface_matrices(residual, findings);
         check_invariants(

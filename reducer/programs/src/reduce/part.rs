@@ -93,7 +93,8 @@ pub fn run(arguments: &ReduceArguments, common: &CommonArguments) -> Result<Outc
     let mut made = job
         .made(component, cache.as_ref(), &mut clock)
         .map_err(|error| error.naming_the_file(&job.files))?;
-    let broken_limits = made.quality.broken_limits();
+    let broken_limits = made.quality.broken_limits().into_iter();
+    let broken_limits: Vec<String> = broken_limits.map(|limit| limit.to_string()).collect();
     if !broken_limits.is_empty() {
         clock.clear();
         let what = format!(

@@ -32,7 +32,7 @@ fn compared(component: &Component, options: &Reduction) -> Reduced {
         ..options.clone()
     };
     let other = reduce(component, &options, &mut ()).unwrap();
-    assert_eq!(other.quality.broken_limits(), Vec::<String>::new());
+    assert_eq!(other.quality.broken_limits(), Vec::new());
     assert_eq!(other.quality.sturm.found, other.quality.sturm.counted);
     let differences = [
         ("eigenvalues", eigenvalue_difference(&built_in, &other)),

@@ -19,7 +19,7 @@ use faer::{Mat, MatRef};
 
 use super::rows::InterfaceRows;
 use super::spin::SpinStrain;
-use dcb_reducer::error::{Error, Lacking};
+use dcb_reducer::error::{Error, Lacking, Shortfall};
 use dcb_reducer::model::condensation::Model;
 use dcb_reducer::model::localization::Localization;
 use dcb_reducer::model::piece_motions::Pieces;
@@ -98,7 +98,7 @@ impl ComponentReference {
     /// Computes it with at least `modes` modes.
     ///
     /// # Errors
-    /// Those of [`reduce`]; [`Error::Lacking`] without interfaces or elastic modes; [`Error::QualityLimit`] if the reference leaves more of
+    /// Those of [`reduce`]; [`Error::Lacking`] without interfaces or elastic modes; [`Error::Shortfall`] if the reference leaves more of
     /// the unreduced equations than it may.
     pub fn compute(
         component: &Component,
@@ -178,9 +178,8 @@ impl ComponentReference {
             })?;
         let residual = problem.residual(&forces, sum, band.top());
         if residual.is_nan() || residual > RESIDUAL_LIMIT {
-            return Err(Error::QualityLimit(format!(
-                "the reference leaves {residual:.1e} of the unreduced equations (limit {RESIDUAL_LIMIT:.0e}); take another band, or check the part for extreme stiffness contrasts"
-            )));
+            let limit = RESIDUAL_LIMIT;
+            return Err(Shortfall::ReferenceResidual { residual, limit }.into());
         }
         let flexibility = rows.scaled_square(flexibility.as_ref());
         let (shapes, poles) = (at_rows(problem.kept.as_ref()), problem.poles);
@@ -314,10 +313,8 @@ impl<'a> Unreduced<'a> {
                 return Ok((terms, sum));
             }
             if !size.is_finite() || terms.len() == MOST_TERMS {
-                return Err(Error::QualityLimit(format!(
-                    "the reference doesn't converge: {size:.1e} is left after {} terms; take a band that ends lower",
-                    terms.len()
-                )));
+                let (left, terms) = (size, terms.len());
+                return Err(Shortfall::ReferenceSeries { left, terms }.into());
             }
             observer.progress((size.max(LAST_TERM).log10() / LAST_TERM.log10()).clamp(0.0, 1.0));
             columns = self.next(factor, &columns, unit);

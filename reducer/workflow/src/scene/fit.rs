@@ -13,7 +13,7 @@ use super::component_demand::{ComponentDemand, WATCHED};
 use super::search::{Extent, Limits, UnprunedReduction};
 use dcb_reducer::Reduced;
 use dcb_reducer::Work;
-use dcb_reducer::error::Error;
+use dcb_reducer::error::{Error, Shortfall};
 use dcb_reducer::model::frame::offset;
 use dcb_reducer::quality::Quality;
 use dcb_reducer::quality::scene_fit::{Amounts, Kept, Omission, SceneFit};
@@ -38,7 +38,7 @@ impl Fitted {
     /// Leaves out of a superelement what isn't asked for. `fit` is what is known of the scene.
     ///
     /// # Errors
-    /// Those of [`Pruned::of`] and of selections; [`Error::QualityLimit`] if the whole leaves nothing of the tolerance.
+    /// Those of [`Pruned::of`] and of selections; [`Error::Shortfall`] if the whole leaves nothing of the tolerance.
     pub fn of(
         whole: UnprunedReduction,
         asked: &ComponentDemand,
@@ -136,9 +136,8 @@ impl LeavingOut<'_> {
             // Between the frequencies that were looked at it changes more.
             tolerance *= 0.5 * share / found;
         }
-        Err(Error::QualityLimit(format!(
-            "what the scene doesn't ask for can't be left out without changing the part's responses by {found:.1e}, and {share:.1e} is left of the tolerance; raise --tolerance"
-        )))
+        let change = found;
+        Err(Shortfall::LeftOut { change, share }.into())
     }
 
     /// Largest relative change of the receptance over the scene's frequencies.

@@ -15,7 +15,7 @@ use dcb_reducer::EnrichmentSource;
 use dcb_reducer::ModeSelection;
 use dcb_reducer::Reduced;
 use dcb_reducer::Reduction;
-use dcb_reducer::error::Error;
+use dcb_reducer::error::{Error, ErrorFound, LimitedBy, Shortfall};
 use dcb_reducer::observer::Observer;
 use dcb_reducer::quality::scene_fit::Round;
 use dcb_reducer::reduce;
@@ -105,7 +105,7 @@ impl Search<'_> {
     /// Finds the modes, then decides on centrifugal columns.
     ///
     /// # Errors
-    /// Those of [`reduce`]; [`Error::QualityLimit`] if the tolerance isn't reached, or the reduction isn't good by itself.
+    /// Those of [`reduce`]; [`Error::Shortfall`] if the tolerance isn't reached, or the reduction isn't good by itself.
     pub fn whole(&self, observer: &mut dyn Observer) -> Result<UnprunedReduction, Error> {
         let mut sources = self.options.enrichment.clone();
         let loads = EnrichmentSource::Loads;
@@ -274,11 +274,8 @@ impl Search<'_> {
         let rows: Vec<usize> = (0..element.rows.len())
             .filter(|row| asks_for(&element.interfaces[element.rows[*row].interface].name))
             .collect();
-        let estimate = ErrorBounds::of(element, Compatibility::Strong)?.ok_or_else(|| {
-            let why = &reduced.quality.missing_estimate;
-            let why = why.as_ref().map_or(String::new(), |why| format!(": {why}"));
-            Error::QualityLimit(format!("no error estimate{why}"))
-        })?;
+        let estimate = ErrorBounds::of(element, Compatibility::Strong)?
+            .ok_or_else(|| Shortfall::NoEstimate(reduced.quality.missing_estimate.clone()))?;
         let attached = estimate.attached_rows();
         let Some(end) = squares
             .last()
@@ -319,31 +316,27 @@ impl Search<'_> {
             ..
         } = *self.limits;
         let frequency = self.asked.demand.band.frequency.unwrap_or(0.0);
-        let (modes, found) = match rounds.last() {
+        let found = match rounds.last() {
             Some(Round {
-                modes,
                 lower,
                 upper: Some(upper),
-            }) => (
-                *modes,
-                format!("the error is certified to be between {lower:.1e} and {upper:.1e}"),
-            ),
-            Some(Round { modes, .. }) => (
-                *modes,
-                "the modes don't reach its highest frequency".to_owned(),
-            ),
-            None => (0, "there is no error bound".to_owned()),
+                ..
+            }) => ErrorFound::Between(*lower, *upper),
+            Some(_) => ErrorFound::BeyondModes,
+            None => ErrorFound::Unknown,
         };
-        let remedy = match (stands_still, most_modes) {
-            (true, _) => {
-                "more modes don't lower it: rounding in the stiffness matrix makes it; raise --tolerance".to_owned()
-            }
-            (false, Some(most)) => format!("allow more than --modes {most}, or raise --tolerance"),
-            (false, None) => "there are no more modes; raise --tolerance".to_owned(),
+        let limited_by = match (stands_still, most_modes) {
+            (true, _) => LimitedBy::Rounding,
+            (false, Some(most)) => LimitedBy::MostModes(most),
+            (false, None) => LimitedBy::AllModes,
         };
-        Error::QualityLimit(format!(
-            "with {modes} modes, over the scene's frequencies up to {frequency:.4e} per time unit, {found}; wanted is {:.1e}, half the tolerance; {remedy}",
-            SHARE * tolerance
-        ))
+        Shortfall::Tolerance {
+            modes: rounds.last().map_or(0, |round| round.modes),
+            frequency,
+            found,
+            wanted: SHARE * tolerance,
+            limited_by,
+        }
+        .into()
     }
 }

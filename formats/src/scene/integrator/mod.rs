@@ -1,11 +1,15 @@
 //! How the equations of motion are integrated over time.
 
+mod scheme;
+
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use super::values::positive;
 use crate::Error;
 use crate::named::object;
+
+pub use scheme::Scheme;
 
 /// Largest spectral radius at infinity of the hard constraints: beyond it their multipliers ring, and in the end grow.
 const LARGEST_INDEX_3_RADIUS: f64 = 0.9;
