@@ -7,7 +7,7 @@ use super::units::Rule;
 use crate::hdf5_files::element::Element;
 use crate::mesh::Dimension;
 
-/// What an axis counts.
+/// Items that an axis counts.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Axis {
     /// A fixed number.

@@ -23,7 +23,7 @@ impl SuperelementFile {
         Ok(self.inventory().entries.len())
     }
 
-    /// What is known of a dataset that must be there.
+    /// The inventory's line of a dataset that must be there.
     pub(super) fn entry(&self, path: &str) -> Result<&Entry, Finding> {
         let entry = self.inventory().entries.get(path);
         entry.ok_or_else(|| missing(path))

@@ -30,7 +30,7 @@ use crate::superelement::{RecoveryBasis, Superelement};
 #[cfg(target_endian = "big")]
 compile_error!("`.dcb.h5` data are little-endian and are read and written without swapping bytes");
 
-/// What the attribute `format` of every file says.
+/// Attribute `format` of every file.
 pub const FORMAT: &str = "dcb-superelement";
 
 /// The version this program writes; it reads every minor version of the same major version.
@@ -49,17 +49,17 @@ pub enum Compression {
 /// How a superelement is written.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
 pub struct WriteOptions {
-    /// What to do where the output exists already.
+    /// Treatment of an output that exists already.
     pub replace_existing: Replace,
     /// How the field arrays are stored.
     pub compression: Compression,
 }
 
-/// What a file is to hold. Without `recovery` and `mesh` it says nothing about the inside of the component:
+/// Contents of a file. Without `recovery` and `mesh` it says nothing about the inside of the component:
 /// what a supplier hands over to protect a design.
 #[derive(Clone, Copy, Debug)]
 pub struct Contents<'a> {
-    /// What the dynamics needs.
+    /// Everything that the dynamics needs.
     pub superelement: &'a Superelement,
     /// Nodal shapes.
     pub recovery: Option<&'a RecoveryBasis>,

@@ -20,7 +20,7 @@ use crate::identities;
 use crate::mesh::{CellBlock, Dof, Mesh};
 use crate::superelement::{RecoveryBasis, Superelement};
 
-/// What is read here.
+/// The kind of files that are read here.
 const KIND: FileKind = FileKind {
     called: "a superelement",
     format: FORMAT,

@@ -20,7 +20,7 @@ const CHUNK_VALUES: usize = 1 << 17;
 /// zlib's own default.
 const DEFLATE_LEVEL: u8 = 6;
 
-/// What is said about a dataset beside its data.
+/// Attributes of a dataset.
 pub(super) struct About<'p> {
     pub(super) path: &'p str,
     pub(super) shape: Vec<usize>,

@@ -158,7 +158,7 @@ pub(super) enum Rule {
     Product(&'static [Factor]),
 }
 
-/// What the units of a file depend on.
+/// Facts of a file that its units depend on.
 #[derive(Clone, Debug)]
 pub(super) struct UnitSystem<'a> {
     pub(super) units: &'a Units,

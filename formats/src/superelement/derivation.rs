@@ -9,7 +9,7 @@ use serde::{Deserialize, Serialize};
 pub struct Derivation {
     /// Where L3 and I2 come from.
     pub coupling_source: CouplingSource,
-    /// What an interface reduction kept; `None` if nothing was left out.
+    /// Directions that an interface reduction kept; `None` if nothing was left out.
     pub interface_directions: Option<InterfaceDirections>,
     /// Names of further columns that were asked for and not made: their responses have nothing beyond the kept modes.
     pub left_out_columns: Vec<String>,

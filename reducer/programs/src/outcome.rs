@@ -23,7 +23,7 @@ pub(crate) struct Outcome {
 pub(crate) enum Ending {
     /// It was.
     Complete,
-    /// What was checked did not hold, for standard error.
+    /// A check did not hold: the reasons, for standard error.
     Failed(String),
     /// The user stopped it.
     Interrupted,

@@ -39,7 +39,7 @@ pub enum Shortfall {
         found: ErrorFound,
         /// The error that is wanted, relative.
         wanted: f64,
-        /// What limits it.
+        /// Why it isn't smaller.
         limited_by: LimitedBy,
     },
 }
@@ -55,7 +55,7 @@ pub enum ErrorFound {
     Unknown,
 }
 
-/// What keeps an error from becoming smaller.
+/// Why an error isn't smaller.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum LimitedBy {
     /// Rounding in the stiffness matrix.

@@ -88,7 +88,7 @@ pub(crate) fn assembled(
     }
 }
 
-/// What other programs need of the report.
+/// The part of the report that other programs need.
 fn derivation(quality: &Quality) -> Derivation {
     let reduction = quality.interface_reduction.as_ref();
     let reduction = reduction.filter(|of| of.leaves_out());

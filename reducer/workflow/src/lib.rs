@@ -2,7 +2,7 @@
 //!
 //! Everything here asks the reducer and the runtime; neither knows of it, nor of the other.
 
-/// What a step found; the caller ends with `Ok(None)` where the user stopped it.
+/// Result of a step; the caller ends with `Ok(None)` where the user stopped it.
 macro_rules! unless_stopped {
     ($step:expr) => {
         match $step {

@@ -1,4 +1,4 @@
-//! What a file tells people about its making.
+//! The texts of a file about its making, for people.
 
 use crate::component::Source;
 use crate::dcb::read::SuperelementFile;
@@ -6,7 +6,7 @@ use crate::hdf5_files::attributes::Value;
 use crate::hdf5_files::inventory::Finding;
 use crate::superelement::Provenance;
 
-/// What the digest doesn't cover: each part may be missing, none may be malformed.
+/// The texts that the digest doesn't cover: each may be missing, none may be malformed.
 pub(super) fn provenance(file: &SuperelementFile) -> Result<Provenance, Finding> {
     let text = |path: &str, name: &str| match file.inventory().attribute(path, name) {
         Some(Value::Text(text)) => Ok(text.as_str()),

@@ -1,4 +1,4 @@
-//! What must hold of what a file says about how it was made.
+//! Checks of how a file says that it was made.
 
 use std::collections::HashSet;
 

@@ -1,4 +1,4 @@
-//! What must hold of nodal fields and of a mesh.
+//! Checks of nodal fields and of a mesh.
 
 use super::interfaces::has_direction;
 use super::rules::{Checked, finite, matrix, name, wrong};

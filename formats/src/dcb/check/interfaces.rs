@@ -1,4 +1,4 @@
-//! What must hold of the interfaces and of the rows of the boundary localization.
+//! Checks of the interfaces and of the rows of the boundary localization.
 
 use super::rules::{Checked, finite, name, wrong};
 use crate::component::InterfaceKind;

@@ -1,4 +1,4 @@
-//! What must hold of the numbers, whoever made them: the writer refuses to write anything else, the reader to
+//! Checks of the numbers, whoever made them: the writer refuses to write anything else, the reader to
 //! hand it on.
 
 pub(super) mod derivation;

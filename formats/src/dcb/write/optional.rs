@@ -44,7 +44,7 @@ impl Writer<'_> {
         Ok(())
     }
 
-    /// What the modes leave out.
+    /// Power moments of the response that the modes leave out.
     pub(super) fn error(&mut self, moments: &Moments) -> hdf5::Result<()> {
         self.sink.group("error")?;
         self.sink.attribute(

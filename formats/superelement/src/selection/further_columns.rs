@@ -17,7 +17,7 @@ use faer::{Mat, MatRef};
 use super::statics::attached;
 use crate::Error;
 
-/// What norm and stiffness of a column may differ by, relative to those of the response with no mode kept.
+/// Largest difference of a column's norm and stiffness, relative to those of the response with no mode kept.
 const AGREEMENT: f64 = 1e-6;
 /// The reducer's rule: a response with less than this part of the strain energy of the strongest of its kind has no column.
 const WEAK_RESPONSE: f64 = 1e-10;

@@ -75,7 +75,7 @@ pub struct Selection {
     modes: Vec<usize>,
     interfaces: Vec<InterfaceSelection>,
     enrichment: Vec<usize>,
-    /// What becomes of further columns where the highest modes are all that is left out.
+    /// Treatment of further columns where the highest modes are all that is left out.
     truncation: Option<FurtherColumns>,
     /// Dynamic attachments at most; all where `None`.
     attachments: Option<usize>,

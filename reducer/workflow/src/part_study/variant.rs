@@ -89,7 +89,7 @@ impl ReducedPart {
     }
 }
 
-/// What all forms have: rigid motions and modes at the rows, and the residual flexibility.
+/// Common to all forms: rigid motions and modes at the rows, and the residual flexibility.
 struct Kept<'a> {
     element: &'a Superelement,
     rows: &'a InterfaceRows,

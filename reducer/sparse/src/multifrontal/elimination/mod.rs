@@ -32,12 +32,12 @@ pub struct NotPositive {
     pub dof: usize,
 }
 
-/// What is done with each front once it is assembled.
+/// Treatment of each front once it is assembled.
 pub trait Elimination: Sync {
-    /// What is kept of the eliminated columns.
+    /// Type of the entries that are kept of the eliminated columns.
     type Stored: Real;
 
-    /// What a subtree tells.
+    /// Result of a subtree.
     type Outcome: Default + Send;
 
     /// Whether the eliminated columns are kept among the values.
@@ -129,7 +129,7 @@ struct Run<'a, E> {
     workspaces: Mutex<Vec<Workspace>>,
 }
 
-/// What a subtree tells, and its root's update matrix.
+/// Result of a subtree, and its root's update matrix.
 type Done<O> = Result<(O, Vec<f64>), NotPositive>;
 
 impl<E: Elimination> Run<'_, E> {
