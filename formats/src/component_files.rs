@@ -197,7 +197,7 @@ pub fn read_component(files: &ComponentFiles, memory: Option<u64>) -> Result<Com
     read_loads(&files.loads, &mut reader, &mut draft)?;
     read_stiffening(&files.stiffening, &mut reader, &mut draft)?;
     let dimension = draft.dimension();
-    Component::checked(draft).map_err(|fault| files.fault(fault, dimension))
+    Component::of_operators(draft).map_err(|fault| files.fault(fault, dimension))
 }
 
 impl ComponentFiles {

@@ -2,7 +2,7 @@
 
 use super::fault::{ComponentFault, Place};
 use super::mass_moments::check_moments;
-use super::operators::check_square;
+use super::operators::{check_entries, check_size};
 use super::{ComponentDraft, ComponentMasses};
 use crate::SparseMatrix;
 
@@ -27,7 +27,9 @@ pub(super) fn check_component_masses(
         ));
     }
     for (index, matrix) in masses.matrices.iter().enumerate() {
-        check_square(matrix, of.mass.nrows(), &Place::ComponentMass(index))?;
+        let place = Place::ComponentMass(index);
+        check_size(matrix, of.mass.nrows(), &place)?;
+        check_entries(matrix, &place)?;
     }
     check_sum(&masses.matrices[..dimension.coordinate_count()], &of.mass)?;
     check_moments(masses, of)

@@ -7,7 +7,9 @@ use super::fault::{ComponentFault, Place, fault};
 use super::geometry::{check_directions, check_mesh};
 use super::interfaces::{check_interfaces, check_names_beside_boundary};
 use super::label::{check_label, check_units};
-use super::operators::{check_boundary, check_loads, checked_geometric_stiffness, symmetric};
+use super::operators::{
+    check_boundary, check_geometric_stiffness, check_loads, check_size, symmetric,
+};
 use super::{ComponentMasses, Damping, GeometricStiffness, Interface, NamedLoad, Source, Units};
 use crate::SparseMatrix;
 use crate::mesh::{Dimension, DofMap, Mesh};
@@ -93,6 +95,18 @@ impl Component {
     /// a free component, and the mass positive, is found by the reduction.
     pub fn checked(draft: ComponentDraft) -> Result<Self, ComponentFault> {
         let mut of = draft;
+        let n_e = of.stiffness.nrows();
+        of.stiffness = symmetric(of.stiffness, n_e, Place::Stiffness, &mut of.notes)?;
+        of.mass = symmetric(of.mass, n_e, Place::Mass, &mut of.notes)?;
+        of.geometric_stiffness = (of.geometric_stiffness)
+            .map(|stiffness| stiffness.symmetric(n_e, &mut of.notes))
+            .transpose()?;
+        Self::of_operators(of)
+    }
+
+    /// The same of operators that are in order, finite and exactly symmetric, as a [`crate::matrix::MatrixReader`] makes them.
+    pub(crate) fn of_operators(draft: ComponentDraft) -> Result<Self, ComponentFault> {
+        let mut of = draft;
         check_label("component.name", &of.name)?;
         check_units(&of.units)?;
         check_mesh(&of.mesh)?;
@@ -100,19 +114,16 @@ impl Component {
         check_dofs(&of.dofs, &of.mesh, n_e)?;
         of.interfaces = check_interfaces(of.interfaces, &of.mesh, of.dofs.pattern().as_deref())?;
         of.damping.check()?;
-        of.stiffness = symmetric(of.stiffness, n_e, Place::Stiffness, &mut of.notes)?;
-        of.mass = symmetric(of.mass, n_e, Place::Mass, &mut of.notes)?;
+        check_size(&of.mass, n_e, &Place::Mass)?;
         if let Some(boundary) = &of.explicit_boundary {
             check_boundary(boundary, n_e)?;
             check_names_beside_boundary(&of.interfaces)?;
         }
         check_loads(&of.loads, n_e)?;
-        let size = (n_e, of.mesh.dimension);
-        of.geometric_stiffness = (of.geometric_stiffness)
-            .map(|stiffness| {
-                checked_geometric_stiffness(stiffness, size, &of.interfaces, &mut of.notes)
-            })
-            .transpose()?;
+        if let Some(stiffness) = &of.geometric_stiffness {
+            let size = (n_e, of.mesh.dimension);
+            check_geometric_stiffness(stiffness, size, &of.interfaces)?;
+        }
         if let Some(masses) = &of.component_masses {
             check_component_masses(masses, &of)?;
         }

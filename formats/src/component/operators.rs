@@ -3,7 +3,7 @@
 use rayon::prelude::*;
 
 use super::fault::{ComponentFault, Place};
-use super::{GeometricStiffness, Interface, InterfaceKind, NamedLoad, Role};
+use super::{GeometricStiffness, Interface, InterfaceKind, NamedLoad, Role, RowStiffness};
 use crate::SparseMatrix;
 use crate::matrix::made_symmetric;
 use crate::mesh::Dimension;
@@ -18,7 +18,8 @@ pub(super) fn symmetric(
     place: Place,
     notes: &mut Vec<String>,
 ) -> Result<SparseMatrix, ComponentFault> {
-    check_square(&matrix, n_e, &place)?;
+    check_size(&matrix, n_e, &place)?;
+    check_entries(&matrix, &place)?;
     match made_symmetric(matrix) {
         Ok((matrix, asymmetry)) => {
             if asymmetry > 0.0 {
@@ -32,27 +33,27 @@ pub(super) fn symmetric(
     }
 }
 
-/// (n_e, n_e), in order, finite.
-pub(super) fn check_square(
+/// (n_e, n_e).
+pub(super) fn check_size(
     matrix: &SparseMatrix,
     n_e: usize,
     place: &Place,
 ) -> Result<(), ComponentFault> {
     let (rows, columns) = (matrix.nrows(), matrix.ncols());
-    if (rows, columns) != (n_e, n_e) {
-        let message = match place {
-            Place::Mass => format!(
-                "is {rows} x {columns}, but the stiffness matrix is {n_e} x {n_e}: stiffness and mass must be of one model"
-            ),
-            _ => format!("is {rows} x {columns}, but the component has {n_e} dofs"),
-        };
-        return Err(ComponentFault::at(place.clone(), message));
+    if (rows, columns) == (n_e, n_e) {
+        return Ok(());
     }
-    check_entries(matrix, place)
+    let message = match place {
+        Place::Mass => format!(
+            "is {rows} x {columns}, but the stiffness matrix is {n_e} x {n_e}: stiffness and mass must be of one model"
+        ),
+        _ => format!("is {rows} x {columns}, but the component has {n_e} dofs"),
+    };
+    Err(ComponentFault::at(place.clone(), message))
 }
 
 /// Columns without gaps, rows in order and once, values that are numbers.
-fn check_entries(matrix: &SparseMatrix, place: &Place) -> Result<(), ComponentFault> {
+pub(super) fn check_entries(matrix: &SparseMatrix, place: &Place) -> Result<(), ComponentFault> {
     if matrix.symbolic().col_nnz().is_some() {
         return Err(ComponentFault::at(
             place.clone(),
@@ -139,16 +140,12 @@ pub(super) fn check_loads(loads: &[NamedLoad], n_e: usize) -> Result<(), Compone
     Ok(())
 }
 
-/// Geometric stiffness with operators as [`symmetric`] makes them.
-///
-/// # Errors
-/// An operator that is refused, spins that aren't one per product, a row that no force acts on.
-pub(super) fn checked_geometric_stiffness(
-    mut of: GeometricStiffness,
+/// One stiffness or none for each product of spins, and rows that a force acts along, all of them (n_e, n_e).
+pub(super) fn check_geometric_stiffness(
+    of: &GeometricStiffness,
     (n_e, dimension): (usize, Dimension),
     interfaces: &[Interface],
-    notes: &mut Vec<String>,
-) -> Result<GeometricStiffness, ComponentFault> {
+) -> Result<(), ComponentFault> {
     let products = GeometricStiffness::spin_products(dimension).len();
     if ![0, products].contains(&of.spins.len()) {
         return Err(ComponentFault::at(
@@ -159,29 +156,50 @@ pub(super) fn checked_geometric_stiffness(
             ),
         ));
     }
-    for (index, spin) in of.spins.iter_mut().enumerate() {
-        if let Some(matrix) = spin.take() {
-            *spin = Some(symmetric(matrix, n_e, Place::SpinStiffness(index), notes)?);
-        }
-    }
-    let mut rows = Vec::with_capacity(of.rows.len());
-    for (index, mut stiffness) in of.rows.into_iter().enumerate() {
-        let place = Place::RowStiffness(index);
-        let (interface, direction) = stiffness.row;
-        if !(interfaces.get(interface)).is_some_and(|interface| interface.has_row_of_forces()) {
+    for (index, RowStiffness { row, .. }) in of.rows.iter().enumerate() {
+        let (interface, direction) = *row;
+        if !(interfaces.get(interface)).is_some_and(Interface::has_row_of_forces) {
             return Err(ComponentFault::at(
-                place,
+                Place::RowStiffness(index),
                 format!(
                     "is for {} of interface {interface}, which is no attached interface that moves as one",
                     direction.name()
                 ),
             ));
         }
-        stiffness.matrix = symmetric(stiffness.matrix, n_e, place, notes)?;
-        rows.push(stiffness);
     }
-    of.rows = rows;
-    Ok(of)
+    let mut matrices = of.matrices();
+    matrices.try_for_each(|(place, matrix)| check_size(matrix, n_e, &place))
+}
+
+impl GeometricStiffness {
+    fn matrices(&self) -> impl Iterator<Item = (Place, &SparseMatrix)> {
+        let spins = self.spins.iter().enumerate();
+        let spins = spins.filter_map(|(i, spin)| Some((Place::SpinStiffness(i), spin.as_ref()?)));
+        let rows = self.rows.iter().enumerate();
+        spins.chain(rows.map(|(i, row)| (Place::RowStiffness(i), &row.matrix)))
+    }
+
+    /// With operators as [`symmetric`] makes them.
+    pub(super) fn symmetric(
+        mut self,
+        n_e: usize,
+        notes: &mut Vec<String>,
+    ) -> Result<Self, ComponentFault> {
+        for (index, spin) in self.spins.iter_mut().enumerate() {
+            if let Some(matrix) = spin.take() {
+                *spin = Some(symmetric(matrix, n_e, Place::SpinStiffness(index), notes)?);
+            }
+        }
+        let rows = self.rows.into_iter().enumerate();
+        self.rows = rows
+            .map(|(index, RowStiffness { row, matrix })| {
+                let matrix = symmetric(matrix, n_e, Place::RowStiffness(index), notes)?;
+                Ok(RowStiffness { row, matrix })
+            })
+            .collect::<Result<_, _>>()?;
+        Ok(self)
+    }
 }
 
 impl Interface {
