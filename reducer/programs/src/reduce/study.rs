@@ -53,7 +53,7 @@ pub struct ComponentStudyArguments {
     pub interface_modes: Vec<usize>,
     /// Further columns of strong rows, beside none [default: krylov].
     ///
-    /// Further columns as of `reduce --enrich`: krylov, spin, loads; several at once as spin+krylov; none for no such rows.
+    /// Those of `reduce --enrich`: krylov, spin, loads; several at once as spin+krylov; none for no such rows.
     #[arg(long, value_name = "WHAT,…", value_delimiter = ',')]
     pub enrich: Option<Vec<Sources>>,
     /// Band of frequencies, Hz [default: up to half the highest mode].
