@@ -14,6 +14,7 @@ use loads_and_stiffening::{named_siblings, read_loads, read_stiffening};
 
 use crate::component::{
     Component, ComponentDraft, ComponentFault, ComponentMasses, GeometricStiffness, Place, Source,
+    asymmetry_note,
 };
 use crate::description::read_description;
 use crate::error::Error;
@@ -254,12 +255,8 @@ impl ComponentDraft {
                 report.duplicates_summed
             ));
         }
-        if report.largest_asymmetry > 0.0 {
-            self.notes.push(format!(
-                "{name}: asymmetry of up to {:.1e} was averaged away",
-                report.largest_asymmetry
-            ));
-        }
+        self.notes
+            .extend(asymmetry_note(name, report.largest_asymmetry));
     }
 }
 

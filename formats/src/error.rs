@@ -54,10 +54,10 @@ pub enum Error {
         /// Found and expected.
         message: String,
     },
-    /// The files of a component don't fit each other.
+    /// Rows that don't fit the results file that they are for.
     #[error("{message}")]
     Mismatch {
-        /// Which files, with both numbers.
+        /// Which row, with both numbers.
         message: String,
     },
     /// The file takes more memory than it may, or than there is.

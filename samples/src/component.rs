@@ -1,6 +1,8 @@
 //! Members that every generated component has in common.
 
-use dcb_formats::component::{ComponentDraft, Interface, InterfaceKind, Role, Units, Weights};
+use dcb_formats::component::{
+    ComponentDraft, ComponentFault, Interface, InterfaceKind, Role, Units, Weights,
+};
 use dcb_formats::mesh::{Direction, Dof, DofMap, Mesh};
 use dcb_formats::{Component, SparseMatrix};
 
@@ -24,7 +26,11 @@ pub(crate) fn draft(
 
 /// The component that a draft of this crate is.
 pub(crate) fn checked(draft: ComponentDraft) -> Component {
-    match Component::checked(draft) {
+    consistent(Component::checked(draft))
+}
+
+fn consistent(checked: Result<Component, ComponentFault>) -> Component {
+    match checked {
         Ok(component) => component,
         Err(fault) => unreachable!("a generated component is consistent: {fault}"),
     }
@@ -32,9 +38,7 @@ pub(crate) fn checked(draft: ComponentDraft) -> Component {
 
 /// A component of this crate with a change.
 pub(crate) fn changed(component: Component, change: impl FnOnce(&mut ComponentDraft)) -> Component {
-    let mut draft = component.into_draft();
-    change(&mut draft);
-    checked(draft)
+    consistent(component.changed(change))
 }
 
 /// Metre, kilogram, second.

@@ -32,11 +32,8 @@ const COLUMN_BATCH: usize = 8192;
 /// # Errors
 /// [`Error::NoRoom`] on a full disk; [`Error::Io`] with the path the operating system refused.
 pub fn write(component: &Component, folder: &Path, stem: &str) -> Result<Vec<PathBuf>, Error> {
-    create_dir_all(folder).map_err(|source| Error::Io {
-        path: folder.to_owned(),
-        action: "cannot make the folder",
-        source,
-    })?;
+    let refused = |source| Error::io(folder, "cannot make the folder", source);
+    create_dir_all(folder).map_err(refused)?;
     let mut written = Vec::new();
     let mut matrix = |suffix: &str, matrix: &SparseMatrix, storage: Storage| {
         let path = folder.join(format!("{stem}{suffix}.mtx"));

@@ -96,20 +96,14 @@ pub fn rotor() -> Component {
         .dof_map(stiffness.nrows(), &path)
         .expect("the dof table");
     Component::checked(ComponentDraft {
-        name: "rotor".into(),
-        units: description.units.clone(),
-        mesh: description.mesh.clone(),
-        dofs,
-        stiffness,
-        mass,
-        component_masses: None,
-        interfaces: description.interfaces.clone(),
-        explicit_boundary: None,
-        loads: Vec::new(),
-        geometric_stiffness: None,
-        damping: dcb_formats::component::Damping::None,
-        sources: Vec::new(),
-        notes: Vec::new(),
+        interfaces: description.interfaces,
+        ..ComponentDraft::new(
+            "rotor",
+            description.units,
+            (description.mesh, dofs),
+            stiffness,
+            mass,
+        )
     })
     .expect("a component")
 }

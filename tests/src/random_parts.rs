@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 
 use dcb_formats::Component;
-use dcb_formats::component::{ComponentDraft, Damping, InterfaceKind};
+use dcb_formats::component::{ComponentDraft, InterfaceKind};
 use dcb_formats::mesh::{CellBlock, Dimension, Direction, DofMap, Mesh};
 use dcb_samples::{
     Material, PseudoRandom, RodSection, SolidElement, SpatialBeam, box_block, planar_rod,
@@ -126,24 +126,13 @@ impl Springs {
             }],
             point_sets: BTreeMap::new(),
         };
+        let dofs = DofMap::uniform(count, &Direction::ALL[..d]).expect("a dof table");
         Component::checked(ComponentDraft {
-            name: "springs".into(),
-            units: si(),
-            dofs: DofMap::uniform(count, &Direction::ALL[..d]).expect("a dof table"),
-            mesh,
-            stiffness: sparse(&k),
-            mass: sparse(&m),
-            component_masses: None,
             interfaces: vec![
                 interface("first", InterfaceKind::Nodes, vec![0]),
                 interface("last", InterfaceKind::Nodes, vec![last]),
             ],
-            explicit_boundary: None,
-            loads: Vec::new(),
-            geometric_stiffness: None,
-            damping: Damping::None,
-            sources: Vec::new(),
-            notes: Vec::new(),
+            ..ComponentDraft::new("springs", si(), (mesh, dofs), sparse(&k), sparse(&m))
         })
         .expect("a component")
     }

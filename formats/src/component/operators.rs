@@ -22,15 +22,16 @@ pub(super) fn symmetric(
     check_entries(&matrix, &place)?;
     match made_symmetric(matrix) {
         Ok((matrix, asymmetry)) => {
-            if asymmetry > 0.0 {
-                notes.push(format!(
-                    "{place}: asymmetry of up to {asymmetry:.1e} was averaged away"
-                ));
-            }
+            notes.extend(asymmetry_note(&place.to_string(), asymmetry));
             Ok(matrix)
         }
         Err(reason) => Err(ComponentFault::at(place, reason)),
     }
+}
+
+/// Note on the largest relative asymmetry of an operator that was made symmetric, if there was any.
+pub(crate) fn asymmetry_note(of: &str, largest: f64) -> Option<String> {
+    (largest > 0.0).then(|| format!("{of}: asymmetry of up to {largest:.1e} was averaged away"))
 }
 
 /// (n_e, n_e).

@@ -30,11 +30,7 @@ pub(super) fn named_siblings(
         return Ok(Vec::new());
     };
     prefix.push(infix);
-    let failed = |source| Error::Io {
-        path: folder.to_owned(),
-        action: "cannot list the folder",
-        source,
-    };
+    let failed = |source| Error::io(folder, "cannot list the folder", source);
     let mut found: Vec<(String, PathBuf)> = Vec::new();
     for entry in std::fs::read_dir(folder).map_err(failed)? {
         let file_name = entry.map_err(failed)?.file_name();

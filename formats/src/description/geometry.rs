@@ -5,7 +5,7 @@ use super::diagnosis::suggestion;
 use super::file::CellPart;
 use super::lists::{PointSets, Points};
 use crate::component::{
-    CELL_TYPES, ComponentFault, check_directions, check_label, check_mesh, check_repeats, fault,
+    CELL_TYPES, ComponentFault, check_directions, check_mesh, check_repeats, fault,
 };
 use crate::mesh::{CellBlock, Dimension, Direction, DofMap, DofMapError, Mesh};
 use crate::named::Object;
@@ -144,7 +144,6 @@ fn cell_block(
     let CellPart { cell_type, data } = cells;
     let known = CELL_TYPES.iter().find(|(name, _)| *name == cell_type);
     if known.is_none() {
-        check_label(&format!("cells[{block}].type"), &cell_type)?;
         let hint = suggestion(&cell_type, CELL_TYPES.iter().map(|(name, _)| *name));
         notes.push(format!(
             "cells[{block}]: `{cell_type}` is not a cell type known here, kept as it is{hint}"

@@ -18,7 +18,7 @@ use crate::hdf5_files::create::{abandon, create, told};
 use crate::hdf5_files::inventory::Finding;
 use crate::mesh::{Dimension, Mesh};
 use crate::output;
-use crate::superelement::Superelement;
+use crate::superelement::{InterfaceFrame, Superelement};
 
 /// Writes a superelement: complete and durable under its name, or not at all.
 ///
@@ -191,22 +191,15 @@ impl<'a> Writer<'a> {
     fn interfaces(&mut self, of: &Superelement) -> hdf5::Result<()> {
         let d = of.dimension.coordinate_count();
         let all = &of.interfaces;
-        self.sink.texts(
-            "/interfaces/names",
-            &all.iter().map(|one| one.name.clone()).collect::<Vec<_>>(),
-        )?;
-        self.sink.texts(
-            "/interfaces/kinds",
-            &all.iter()
-                .map(|one| one.kind.name().to_owned())
-                .collect::<Vec<_>>(),
-        )?;
-        self.sink.texts(
-            "/interfaces/roles",
-            &all.iter()
-                .map(|one| one.role.name().to_owned())
-                .collect::<Vec<_>>(),
-        )?;
+        let words = |of: fn(&InterfaceFrame) -> &str| -> Vec<String> {
+            all.iter().map(|one| of(one).to_owned()).collect()
+        };
+        let names = words(|one| &one.name);
+        self.sink.texts("/interfaces/names", &names)?;
+        let kinds = words(|one| one.kind.name());
+        self.sink.texts("/interfaces/kinds", &kinds)?;
+        let roles = words(|one| one.role.name());
+        self.sink.texts("/interfaces/roles", &roles)?;
         self.sink.reals(
             "/interfaces/positions",
             &all.iter()
