@@ -18,7 +18,7 @@ use crate::SparseMatrix;
 
 /// Where a stored entry (i, j) goes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Expansion {
+pub enum Expansion {
     /// (i, j).
     AsStored,
     /// (i, j) and, off the diagonal, (j, i).
@@ -57,11 +57,34 @@ pub(super) struct Columns {
 
 /// Why entries don't make a matrix.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum CannotAssemble {
+pub enum CannotAssemble {
     /// More entries than 32-bit indices reach.
-    TooMany { entries: u64 },
+    TooMany {
+        /// In full storage.
+        entries: u64,
+    },
     /// Duplicates add up to something infinite, 0-based place.
-    NotFinite { row: u32, column: u32 },
+    NotFinite {
+        /// Of the place, 0-based.
+        row: u32,
+        /// Of the place, 0-based.
+        column: u32,
+    },
+}
+
+/// Entries in any order as a matrix, and how many stored entries were added to an earlier one.
+///
+/// # Errors
+/// [`CannotAssemble`].
+pub fn assembled(
+    entries: Vec<Entries>,
+    (row_count, column_count): (usize, usize),
+    expansion: Expansion,
+) -> Result<(SparseMatrix, usize), CannotAssemble> {
+    let blocks = entries.into_par_iter().map(Block::of_entries).collect();
+    let columns = Columns::assemble(blocks, row_count, column_count, expansion)?;
+    let duplicates_summed = columns.duplicates_summed;
+    Ok((columns.into_matrix(), duplicates_summed))
 }
 
 /// Chunks for each thread, so that none waits long for another.

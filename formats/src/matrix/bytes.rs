@@ -17,7 +17,7 @@ const PACKED_BLOCK: usize = 1 << 16;
 const LOOKED_THROUGH: u64 = 1 << 30;
 
 /// The text of a matrix file.
-pub(super) struct TextBlocks {
+pub struct TextBlocks {
     path: PathBuf,
     source: TextSource,
     /// Read, but not given out.
@@ -49,7 +49,7 @@ impl TextBlocks {
     ///
     /// # Errors
     /// As [`Snapshot::open`], and what [`TextBlocks::next_block`] says.
-    pub(super) fn open(path: &Path) -> Result<Self, Error> {
+    pub fn open(path: &Path) -> Result<Self, Error> {
         let mut file = Snapshot::open(path)?;
         let mut start = Vec::new();
         (&mut file)
@@ -75,17 +75,17 @@ impl TextBlocks {
     }
 
     /// The text that isn't given out yet, as far as it is read.
-    pub(super) fn pending(&self) -> &[u8] {
+    pub fn pending(&self) -> &[u8] {
         &self.pending
     }
 
     /// Whether nothing comes after what is pending.
-    pub(super) fn is_at_end(&self) -> bool {
+    pub fn is_at_end(&self) -> bool {
         self.is_at_end
     }
 
     /// Bytes of text of the whole file; of a pipe or gzipped file they are known at the end.
-    pub(super) fn text_length(&self) -> Option<u64> {
+    pub fn text_length(&self) -> Option<u64> {
         match &self.source {
             _ if self.is_at_end => Some(self.length),
             TextSource::Plain(file) => file.length(),
@@ -94,12 +94,12 @@ impl TextBlocks {
     }
 
     /// Bytes of text so far.
-    pub(super) fn length(&self) -> u64 {
+    pub fn length(&self) -> u64 {
         self.length
     }
 
     /// Gives out so many bytes of what is pending.
-    pub(super) fn skip(&mut self, count: usize) {
+    pub fn skip(&mut self, count: usize) {
         self.pending.drain(..count);
     }
 
@@ -107,7 +107,7 @@ impl TextBlocks {
     ///
     /// # Errors
     /// [`Error::Io`] if the file can't be read, [`Error::File`] for damaged or cut off gzip data.
-    pub(super) fn fill_to(&mut self, wanted: usize) -> Result<(), Error> {
+    pub fn fill_to(&mut self, wanted: usize) -> Result<(), Error> {
         let mut pending = std::mem::take(&mut self.pending);
         let before = pending.len();
         if before < wanted {
@@ -165,7 +165,7 @@ impl TextBlocks {
     ///
     /// # Errors
     /// As [`TextBlocks::fill_to`], and [`Error::File`] for a line that is longer than a block.
-    pub(super) fn next_block(&mut self, buffer: &mut Vec<u8>) -> Result<usize, Error> {
+    pub fn next_block(&mut self, buffer: &mut Vec<u8>) -> Result<usize, Error> {
         // A buffer that was used before isn't cleared.
         buffer.resize(BLOCK, 0);
         let carried = self.pending.len().min(BLOCK);
@@ -190,7 +190,7 @@ impl TextBlocks {
 
     /// Says what is wrong with the file as a whole, which may be why its text can't be used: that it was changed, or gzip data
     /// that turn out to be damaged.
-    pub(super) fn reason_or(mut self, found: Error) -> Error {
+    pub fn reason_or(mut self, found: Error) -> Error {
         if let TextSource::Gzip(decoder) = &mut self.source {
             let mut rest = decoder.take(LOOKED_THROUGH);
             let mut buffer = vec![0; BLOCK];
@@ -214,7 +214,7 @@ impl TextBlocks {
     ///
     /// # Errors
     /// As [`Snapshot::finish`].
-    pub(super) fn finish(self) -> Result<String, Error> {
+    pub fn finish(self) -> Result<String, Error> {
         match self.source {
             TextSource::Plain(file) => file.finish(),
             TextSource::Gzip(decoder) => decoder.into_inner().into_inner().1.into_inner().finish(),

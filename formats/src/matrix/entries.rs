@@ -9,15 +9,18 @@ use super::assemble::Expansion;
 
 /// A stored entry, 0-based.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Triplet {
-    pub(super) row: u32,
-    pub(super) column: u32,
-    pub(super) value: f64,
+pub struct Triplet {
+    /// Row.
+    pub row: u32,
+    /// Column.
+    pub column: u32,
+    /// Value.
+    pub value: f64,
 }
 
 /// Entries in file order.
 #[derive(Debug, Default)]
-pub(super) struct Entries {
+pub struct Entries {
     runs: Vec<Run>,
     /// Rows in runs of one column, columns in runs of one row.
     others: Vec<u32>,
@@ -68,7 +71,7 @@ impl RowOrColumn {
 
 impl Entries {
     /// None yet, with room for some; `None` without memory.
-    pub(super) fn with_capacity(capacity: usize) -> Option<Self> {
+    pub fn with_capacity(capacity: usize) -> Option<Self> {
         let mut entries = Self::default();
         entries.others.try_reserve_exact(capacity).ok()?;
         entries.values.try_reserve_exact(capacity).ok()?;
@@ -76,12 +79,12 @@ impl Entries {
     }
 
     /// Memory of so many entries in sorted files.
-    pub(super) fn bytes_of(count: usize) -> u64 {
+    pub fn bytes_of(count: usize) -> u64 {
         ((size_of::<u32>() + size_of::<f64>()) * count) as u64
     }
 
     /// Gives room back of which most was not needed.
-    pub(super) fn give_back_room(&mut self) {
+    pub fn give_back_room(&mut self) {
         if self.values.len() < self.values.capacity() / 2 {
             self.others.shrink_to_fit();
             self.values.shrink_to_fit();
@@ -89,7 +92,7 @@ impl Entries {
     }
 
     /// Memory that they take.
-    pub(super) fn bytes(&self) -> u64 {
+    pub fn bytes(&self) -> u64 {
         let bytes = self.runs.capacity() * size_of::<Run>()
             + self.others.capacity() * size_of::<u32>()
             + self.values.capacity() * size_of::<f64>();
@@ -129,13 +132,18 @@ impl Entries {
     }
 
     /// How many there are.
-    pub(super) fn len(&self) -> usize {
+    pub fn len(&self) -> usize {
         self.values.len()
+    }
+
+    /// Whether there is none.
+    pub fn is_empty(&self) -> bool {
+        self.values.is_empty()
     }
 
     /// Adds one.
     #[inline(always)]
-    pub(super) fn push(&mut self, entry: Triplet) {
+    pub fn push(&mut self, entry: Triplet) {
         let other = match self.runs.last() {
             Some(run) if run.along == RowOrColumn::row(entry.row) => entry.column,
             Some(run) if run.along == RowOrColumn::column(entry.column) => entry.row,
@@ -173,7 +181,7 @@ impl Entries {
     }
 
     /// All of them, in file order.
-    pub(super) fn iter(&self) -> impl Iterator<Item = Triplet> {
+    pub fn iter(&self) -> impl Iterator<Item = Triplet> {
         self.ranges().flat_map(|(run, range)| {
             let along = run.along;
             let others = self.others[range.clone()].iter();

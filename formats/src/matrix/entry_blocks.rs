@@ -1,24 +1,17 @@
 //! The entries of a Matrix Market file, read in parallel.
 //!
-//! Blocks of whole lines are read and hashed one after the other and handed to the threads; their entries stay in file order, so
-//! the result doesn't depend on the number of threads. Of the text nothing is kept: each block remembers which entry is in which line.
+//! Of the text nothing is kept: each block remembers which entry is in which line.
 
 use std::path::Path;
-use std::sync::mpsc::{Receiver, Sender, channel};
-
-use rayon::{Scope, Yield};
 
 use super::MatrixReader;
+use super::block_reading::{Rest, read_blocks};
 use super::bytes::{BLOCK, TextBlocks};
 use super::entries::{Entries, Triplet};
 use super::entry_reader::{BadEntry, EntryReader};
 use super::header::{Layout, MatrixHeader, Symmetry};
 use crate::Error;
 
-/// Blocks for each thread that are in memory together.
-const BLOCKS_PER_THREAD: usize = 2;
-/// Blocks beside those: a thread that the system holds up leaves work for the others.
-const FURTHER_BLOCKS: usize = 16;
 /// Text for each announced entry: lines are shorter, but comments and blanks may be between them.
 const TEXT_PER_ENTRY: u64 = 1 << 10;
 /// Text of comments that any file may have.
@@ -117,7 +110,7 @@ pub(super) fn read_entries(
     header: &MatrixHeader,
     memory: &MatrixReader,
 ) -> Result<Blocks, Error> {
-    let blocks = rayon::scope(|scope| Reading::new(header).read(scope, path, text, memory))?;
+    let blocks = read_in_parallel(path, text, header, memory)?;
     let mut blocks = Blocks {
         blocks,
         first_line: header.size_line + 1,
@@ -129,139 +122,44 @@ pub(super) fn read_entries(
     Ok(blocks)
 }
 
-/// A block read by a thread: its number, its entries, and the buffer for another one.
-type Done = (usize, Block, Vec<u8>);
-
-/// A block that is worked on. It is handed back however the work ends, so that nobody waits for it for ever.
-struct Work {
-    number: usize,
-    block: Block,
-    buffer: Vec<u8>,
-    done: Sender<Done>,
-}
-
-impl Work {
-    fn read(mut self, used: usize, header: &MatrixHeader) {
-        self.block = read_block(&self.buffer[..used], header);
-    }
-}
-
-impl Drop for Work {
-    fn drop(&mut self) {
-        let (block, buffer) = (
-            std::mem::take(&mut self.block),
-            std::mem::take(&mut self.buffer),
-        );
-        // Nobody listens any more where reading has ended with an error.
-        let _ = self.done.send((self.number, block, buffer));
-    }
-}
-
-/// Blocks on their way through the threads.
-struct Reading<'h> {
-    header: &'h MatrixHeader,
-    sender: Sender<Done>,
-    receiver: Receiver<Done>,
-    blocks: Vec<Block>,
-    spare: Vec<Vec<u8>>,
-    in_work: usize,
-    entries: u64,
-    bytes: u64,
-    /// Nothing behind what was read can matter.
-    is_over: bool,
-}
-
-impl<'h> Reading<'h> {
-    fn new(header: &'h MatrixHeader) -> Self {
-        let (sender, receiver) = channel();
-        Self {
-            header,
-            sender,
-            receiver,
-            blocks: Vec::new(),
-            spare: Vec::new(),
-            in_work: 0,
-            entries: 0,
-            bytes: 0,
-            is_over: false,
+/// Reads the blocks behind the header, within the limit of memory.
+fn read_in_parallel(
+    path: &Path,
+    text: &mut TextBlocks,
+    header: &MatrixHeader,
+    memory: &MatrixReader,
+) -> Result<Vec<Block>, Error> {
+    let most_text = header
+        .entries
+        .saturating_mul(TEXT_PER_ENTRY)
+        .saturating_add(UNQUESTIONED_TEXT);
+    let (mut entries, mut bytes) = (0, 0);
+    let took = |block: &Block, text_length: u64| {
+        if text_length > most_text {
+            return Err(Error::File {
+                path: path.into(),
+                message: format!(
+                    "more than {most_text} bytes of text for {} announced entries",
+                    header.entries
+                ),
+            });
         }
-    }
-
-    fn read<'s>(
-        mut self,
-        scope: &Scope<'s>,
-        path: &Path,
-        text: &mut TextBlocks,
-        memory: &MatrixReader,
-    ) -> Result<Vec<Block>, Error>
-    where
-        'h: 's,
-    {
-        let most = BLOCKS_PER_THREAD * rayon::current_num_threads() + FURTHER_BLOCKS;
-        let header = self.header;
-        let most_text = header
-            .entries
-            .saturating_mul(TEXT_PER_ENTRY)
-            .saturating_add(UNQUESTIONED_TEXT);
-        while !self.is_over {
-            let mut buffer = self.spare.pop().unwrap_or_default();
-            let used = text.next_block(&mut buffer)?;
-            if used == 0 {
-                break;
-            }
-            if text.length() > most_text {
-                return Err(Error::File {
-                    path: path.into(),
-                    message: format!(
-                        "more than {most_text} bytes of text for {} announced entries",
-                        header.entries
-                    ),
-                });
-            }
-            let work = Work {
-                number: self.blocks.len(),
-                block: Block::default(),
-                buffer,
-                done: self.sender.clone(),
-            };
-            self.blocks.push(Block::default());
-            self.in_work += 1;
-            scope.spawn(move |_| work.read(used, header));
-            while self.in_work >= most {
-                self.take_one(path, memory)?;
-            }
-        }
-        while self.in_work > 0 {
-            self.take_one(path, memory)?;
-        }
-        Ok(self.blocks)
-    }
-
-    /// Waits for a block, and works on one meanwhile.
-    fn take_one(&mut self, path: &Path, memory: &MatrixReader) -> Result<(), Error> {
-        let (number, block, buffer) = loop {
-            if let Ok(done) = self.receiver.try_recv() {
-                break done;
-            }
-            if rayon::yield_now() != Some(Yield::Executed) {
-                std::thread::yield_now();
-            }
-        };
-        self.in_work -= 1;
-        self.spare.push(buffer);
-        self.entries += block.entries.len() as u64;
-        self.bytes += block.entries.bytes();
-        self.is_over |= block.refusal.is_some() || self.entries > self.header.entries;
+        entries += block.entries.len() as u64;
+        bytes += block.entries.bytes();
         if block.missing_bytes > 0 {
             return Err(Error::NotEnoughMemory {
                 path: path.into(),
-                needed: self.bytes + block.missing_bytes,
+                needed: bytes + block.missing_bytes,
                 allowed: None,
             });
         }
-        self.blocks[number] = block;
-        memory.check(path, self.bytes)
-    }
+        memory.check(path, bytes)?;
+        Ok(match block.refusal.is_some() || entries > header.entries {
+            true => Rest::Unwanted,
+            false => Rest::Wanted,
+        })
+    };
+    read_blocks(text, |block| read_block(block, header), took)
 }
 
 /// Reads the lines of one block; an error ends it and keeps what was read before.
@@ -317,6 +215,19 @@ fn likely_line_count(text: &[u8]) -> usize {
 }
 
 impl Block {
+    /// Entries that no line is asked of any more.
+    pub(super) fn of_entries(entries: Entries) -> Self {
+        let count =
+            |wanted: fn(Triplet) -> bool| entries.iter().filter(|entry| wanted(*entry)).count();
+        Self {
+            zero_count: count(|entry| entry.value == 0.0),
+            upper_count: count(|entry| entry.row < entry.column),
+            lower_count: count(|entry| entry.row > entry.column),
+            entries,
+            ..Self::default()
+        }
+    }
+
     /// Line of an entry in the block, 0-based both.
     fn line_of_entry(&self, nth: usize) -> u64 {
         let after = self.jumps.partition_point(|jump| jump[0] as usize <= nth);

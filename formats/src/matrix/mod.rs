@@ -9,6 +9,7 @@
 
 mod assemble;
 mod banner;
+mod block_reading;
 mod bytes;
 mod entries;
 mod entry_blocks;
@@ -28,6 +29,18 @@ use header::{Field, Layout, MatrixHeader, Symmetry};
 pub(crate) use symmetry::made_symmetric;
 
 use crate::{Error, SparseMatrix};
+
+// No part of the door: for readers of other formats.
+#[doc(hidden)]
+pub mod blocks {
+    //! Text in blocks that all threads work on, and entries on their way into a matrix.
+
+    pub use super::assemble::{CannotAssemble, Expansion, assembled};
+    pub use super::block_reading::{Rest, read_blocks};
+    pub use super::bytes::TextBlocks;
+    pub use super::entries::{Entries, Triplet};
+    pub use super::number::{NotANumber, integer, real, unsigned};
+}
 
 /// Report of reading a matrix.
 #[derive(Clone, Debug, PartialEq)]

@@ -5,7 +5,7 @@
 
 /// Why the front of a slice is not the number wanted.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum NotANumber {
+pub enum NotANumber {
     /// Other characters.
     Unreadable,
     /// More digits than 64 bits hold.
@@ -32,7 +32,7 @@ fn leading_digits(bytes: [u8; 8]) -> (u64, usize) {
 
 /// Unsigned decimal integer.
 #[inline(always)]
-pub(super) fn unsigned(text: &[u8]) -> Result<(u64, usize), NotANumber> {
+pub fn unsigned(text: &[u8]) -> Result<(u64, usize), NotANumber> {
     if let Some(bytes) = text.first_chunk() {
         let (value, length) = leading_digits(*bytes);
         if (1..8).contains(&length) {
@@ -69,7 +69,7 @@ fn unsigned_of_any_length(text: &[u8]) -> Result<(u64, usize), NotANumber> {
 }
 
 /// Decimal integer with an optional sign, within 64 bits, rounded to f64.
-pub(super) fn integer(text: &[u8]) -> Result<(f64, usize), NotANumber> {
+pub fn integer(text: &[u8]) -> Result<(f64, usize), NotANumber> {
     let sign_length = usize::from(matches!(text.first(), Some(b'+' | b'-')));
     let (magnitude, length) = unsigned(&text[sign_length..])?;
     let value = if text.first() == Some(&b'-') {
@@ -85,7 +85,7 @@ const D_EXPONENT_LENGTH: usize = 80;
 
 /// Finite decimal number; the exponent letter may be `e`, `E`, and Fortran's `d`, `D`.
 #[inline(always)]
-pub(super) fn real(text: &[u8]) -> Result<(f64, usize), NotANumber> {
+pub fn real(text: &[u8]) -> Result<(f64, usize), NotANumber> {
     let (value, length) =
         fast_float2::parse_partial::<f64, _>(text).map_err(|_| NotANumber::Unreadable)?;
     if matches!(text.get(length), Some(b'd' | b'D')) {

@@ -1,0 +1,1 @@
+//! Other tools' files out: a superelement as other programs read it.

@@ -1,0 +1,7 @@
+//! Other tools' files in: matrices, meshes and tables of dofs as other programs write them, told by their content.
+
+pub mod binary_file;
+pub mod lines;
+pub mod matrix;
+pub mod mesh;
+pub mod stored;

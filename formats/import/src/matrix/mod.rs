@@ -1,0 +1,4 @@
+//! Readers of matrices, a file each.
+//!
+//! Each reader has `list`, which says what matrices a file has without reading their entries where the format allows it, and `read`, which
+//! reads those that are asked for by their number in that list, in one pass over the file.

@@ -1,0 +1,146 @@
+//! The blocks of a text, worked on by all threads while the next ones are read.
+//!
+//! Blocks of whole lines are read and hashed one after the other and handed to the threads; what they make of them stays in file order, so
+//! that the result doesn't depend on the number of threads. Of the text nothing is kept.
+
+use std::sync::mpsc::{Receiver, Sender, channel};
+
+use rayon::{Scope, Yield};
+
+use super::bytes::TextBlocks;
+use crate::Error;
+
+/// Blocks for each thread that are in memory together.
+const BLOCKS_PER_THREAD: usize = 2;
+/// Blocks beside those: a thread that the system holds up leaves work for the others.
+const FURTHER_BLOCKS: usize = 16;
+
+/// Whether what comes after a block can still matter.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Rest {
+    /// It can.
+    Wanted,
+    /// Nothing behind what was read is needed.
+    Unwanted,
+}
+
+/// Makes something of every block of a text, in file order. `work` is called by any thread; `took` by this one, for each block that is done, in
+/// any order, and with the bytes of text read so far.
+///
+/// # Errors
+/// As [`TextBlocks::next_block`], and those of `took`.
+pub fn read_blocks<T: Default + Send>(
+    text: &mut TextBlocks,
+    work: impl Fn(&[u8]) -> T + Sync,
+    took: impl FnMut(&T, u64) -> Result<Rest, Error> + Send,
+) -> Result<Vec<T>, Error> {
+    rayon::scope(|scope| Reading::new(took).read(scope, text, &work))
+}
+
+/// Content made of a block: its number, the content, and the buffer for another one.
+type Done<T> = (usize, T, Vec<u8>);
+
+/// A block that is worked on. It is handed back however the work ends, so that nobody waits for it for ever.
+struct Work<T: Default> {
+    number: usize,
+    content: T,
+    buffer: Vec<u8>,
+    done: Sender<Done<T>>,
+}
+
+impl<T: Default> Work<T> {
+    fn read(mut self, used: usize, work: &impl Fn(&[u8]) -> T) {
+        self.content = work(&self.buffer[..used]);
+    }
+}
+
+impl<T: Default> Drop for Work<T> {
+    fn drop(&mut self) {
+        let (content, buffer) = (
+            std::mem::take(&mut self.content),
+            std::mem::take(&mut self.buffer),
+        );
+        // Nobody listens any more where reading has ended with an error.
+        let _ = self.done.send((self.number, content, buffer));
+    }
+}
+
+/// Blocks on their way through the threads.
+struct Reading<T, F> {
+    took: F,
+    sender: Sender<Done<T>>,
+    receiver: Receiver<Done<T>>,
+    contents: Vec<T>,
+    spare: Vec<Vec<u8>>,
+    in_work: usize,
+    rest: Rest,
+}
+
+impl<T: Default + Send, F: FnMut(&T, u64) -> Result<Rest, Error>> Reading<T, F> {
+    fn new(took: F) -> Self {
+        let (sender, receiver) = channel();
+        Self {
+            took,
+            sender,
+            receiver,
+            contents: Vec::new(),
+            spare: Vec::new(),
+            in_work: 0,
+            rest: Rest::Wanted,
+        }
+    }
+
+    fn read<'s>(
+        mut self,
+        scope: &Scope<'s>,
+        text: &mut TextBlocks,
+        work: &'s (impl Fn(&[u8]) -> T + Sync),
+    ) -> Result<Vec<T>, Error>
+    where
+        T: 's,
+    {
+        let most = BLOCKS_PER_THREAD * rayon::current_num_threads() + FURTHER_BLOCKS;
+        while self.rest == Rest::Wanted {
+            let mut buffer = self.spare.pop().unwrap_or_default();
+            let used = text.next_block(&mut buffer)?;
+            if used == 0 {
+                break;
+            }
+            let block = Work {
+                number: self.contents.len(),
+                content: T::default(),
+                buffer,
+                done: self.sender.clone(),
+            };
+            self.contents.push(T::default());
+            self.in_work += 1;
+            scope.spawn(move |_| block.read(used, work));
+            while self.in_work >= most {
+                self.take_one(text.length())?;
+            }
+        }
+        while self.in_work > 0 {
+            self.take_one(text.length())?;
+        }
+        Ok(self.contents)
+    }
+
+    /// Waits for a block, and works on one meanwhile.
+    fn take_one(&mut self, text_length: u64) -> Result<(), Error> {
+        let (number, content, buffer) = loop {
+            if let Ok(done) = self.receiver.try_recv() {
+                break done;
+            }
+            if rayon::yield_now() != Some(Yield::Executed) {
+                std::thread::yield_now();
+            }
+        };
+        self.in_work -= 1;
+        self.spare.push(buffer);
+        if (self.took)(&content, text_length)? == Rest::Unwanted {
+            self.rest = Rest::Unwanted;
+        }
+        self.contents[number] = content;
+        Ok(())
+    }
+}
