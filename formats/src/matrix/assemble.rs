@@ -109,7 +109,7 @@ impl Chunk {
             .max(1);
         let mut chunks: Vec<Vec<Entries>> = (0..count).map(|_| Vec::new()).collect();
         let mut before = 0;
-        for Block { entries, .. } in blocks.into_iter().filter(|block| block.entries.len() > 0) {
+        for Block { entries, .. } in blocks.into_iter().filter(|block| !block.entries.is_empty()) {
             let chunk = &mut chunks[before * count / total];
             before += entries.len();
             chunk.push(entries);
