@@ -173,6 +173,20 @@ impl Entries {
         entry.column
     }
 
+    /// Gives every row and column the number that stands at its place in a list; both are in the list, and the new numbers below 2³¹.
+    pub fn renumber(&mut self, numbers: &[u32]) {
+        for run in &mut self.runs {
+            let number = numbers[run.along.index() as usize];
+            run.along = match run.along.is_column() {
+                true => RowOrColumn::column(number),
+                false => RowOrColumn::row(number),
+            };
+        }
+        for other in &mut self.others {
+            *other = numbers[*other as usize];
+        }
+    }
+
     /// Each run with the numbers of its entries.
     fn ranges(&self) -> impl Iterator<Item = (&Run, Range<usize>)> {
         let ends = self.runs.iter().skip(1).map(|run| run.start as usize);
@@ -223,7 +237,19 @@ mod tests {
             .iter()
             .map(|entry| ((entry.row, entry.column), entry.value as usize))
             .collect();
-        let expected: Vec<_> = places.into_iter().zip(0..).collect();
+        let expected: Vec<_> = places.iter().copied().zip(0..).collect();
+        assert_eq!(back, expected);
+        let numbers = [9, 2, 7, 0, 1, 3];
+        entries.renumber(&numbers);
+        let back: Vec<_> = entries
+            .iter()
+            .map(|entry| (entry.row, entry.column))
+            .collect();
+        let new = |index: u32| numbers[index as usize];
+        let expected: Vec<_> = places
+            .iter()
+            .map(|&(row, column)| (new(row), new(column)))
+            .collect();
         assert_eq!(back, expected);
         assert!(entries.runs.len() < 18, "{:?}", entries.runs);
     }
