@@ -35,8 +35,8 @@ impl Lines {
     /// The next line without its end; `None` at the end of the text.
     ///
     /// # Errors
-    /// As [`TextBlocks::next_block`].
-    pub fn next(&mut self) -> Result<Option<&[u8]>, Error> {
+    /// As [`TextBlocks::next_block`], and [`Error::Line`] for lines that end with a carriage return alone.
+    pub fn next_line(&mut self) -> Result<Option<&[u8]>, Error> {
         if self.at == self.used {
             self.used = self.text.next_block(&mut self.block)?;
             self.at = 0;
@@ -44,12 +44,22 @@ impl Lines {
                 return Ok(None);
             }
         }
-        let rest = &self.block[self.at..self.used];
-        let length = rest.iter().position(|byte| *byte == b'\n');
-        let line = &rest[..length.unwrap_or(rest.len())];
-        self.at += line.len() + usize::from(length.is_some());
         self.number += 1;
-        Ok(Some(line.strip_suffix(b"\r").unwrap_or(line)))
+        let rest = &self.block[self.at..self.used];
+        let length =
+            (rest.iter().position(|byte| matches!(byte, b'\n' | b'\r'))).unwrap_or(rest.len());
+        let end = match &rest[length..] {
+            [] => 0,
+            [b'\n', ..] | [b'\r'] => 1,
+            [b'\r', b'\n', ..] => 2,
+            _ => {
+                return Err(self.refused(
+                    "has a carriage return that no line feed follows; save the file with line ends of Unix or Windows",
+                ));
+            }
+        };
+        self.at += length + end;
+        Ok(Some(&self.block[self.at - length - end..self.at - end]))
     }
 
     /// 1-based number of the line that was given out last.
