@@ -1,7 +1,10 @@
 //! Other tools' files in: matrices, meshes and tables of dofs as other programs write them, told by their content.
 
 pub mod binary_file;
+pub mod cursor;
+pub mod line_blocks;
 pub mod lines;
 pub mod matrix;
 pub mod mesh;
+pub mod real;
 pub mod stored;

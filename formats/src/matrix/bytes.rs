@@ -25,6 +25,8 @@ pub struct TextBlocks {
     is_at_end: bool,
     /// Bytes of text so far.
     length: u64,
+    /// Lines that may still be given out; `None` for all.
+    lines_left: Option<u64>,
 }
 
 /// A file of which the first bytes, looked at already, come again.
@@ -69,6 +71,7 @@ impl TextBlocks {
             length: pending.len() as u64,
             pending,
             is_at_end: false,
+            lines_left: None,
         };
         blocks.fill_to(BLOCK)?;
         Ok(blocks)
@@ -161,11 +164,40 @@ impl TextBlocks {
         }
     }
 
+    /// Lets the text seem to end after so many further lines; `None` takes that back.
+    pub fn end_after_lines(&mut self, count: Option<u64>) {
+        self.lines_left = count;
+    }
+
     /// Puts the next whole lines into the front of a buffer, as many as a block has, and tells how many bytes they are; 0 at the end.
     ///
     /// # Errors
     /// As [`TextBlocks::fill_to`], and [`Error::File`] for a line that is longer than a block.
     pub fn next_block(&mut self, buffer: &mut Vec<u8>) -> Result<usize, Error> {
+        match self.lines_left {
+            None => self.whole_block(buffer),
+            Some(0) => Ok(0),
+            Some(left) => {
+                let used = self.whole_block(buffer)?;
+                Ok(self.cut_after_lines(left, &buffer[..used]))
+            }
+        }
+    }
+
+    /// Puts back what comes behind so many lines; the bytes that are left.
+    fn cut_after_lines(&mut self, left: u64, block: &[u8]) -> usize {
+        let line_ends = || block.iter().enumerate().filter(|(_, byte)| **byte == b'\n');
+        let count = line_ends().count() as u64;
+        self.lines_left = Some(left.saturating_sub(count));
+        let nth = usize::try_from(left - 1).unwrap_or(usize::MAX);
+        let Some((last, _)) = (count > left).then(|| line_ends().nth(nth)).flatten() else {
+            return block.len();
+        };
+        self.pending.splice(0..0, block[last + 1..].iter().copied());
+        last + 1
+    }
+
+    fn whole_block(&mut self, buffer: &mut Vec<u8>) -> Result<usize, Error> {
         // A buffer that was used before isn't cleared.
         buffer.resize(BLOCK, 0);
         let carried = self.pending.len().min(BLOCK);
@@ -219,5 +251,35 @@ impl TextBlocks {
             TextSource::Plain(file) => file.finish(),
             TextSource::Gzip(decoder) => decoder.into_inner().into_inner().1.into_inner().finish(),
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    #![allow(clippy::unwrap_used)]
+    use super::*;
+
+    #[test]
+    fn lines_behind_an_end_come_when_it_is_taken_back() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("lines");
+        let lines: Vec<String> = (0..90_000).map(|number| format!("{number}\n")).collect();
+        std::fs::write(&path, lines.concat()).unwrap();
+        let mut text = TextBlocks::open(&path).unwrap();
+        let mut next = |count: Option<u64>| {
+            text.end_after_lines(count);
+            let (mut all, mut buffer) = (Vec::new(), Vec::new());
+            loop {
+                match text.next_block(&mut buffer).unwrap() {
+                    0 => break String::from_utf8(all).unwrap(),
+                    used => all.extend_from_slice(&buffer[..used]),
+                }
+            }
+        };
+        assert_eq!(next(Some(1)), "0\n");
+        assert_eq!(next(Some(0)), "");
+        assert_eq!(next(Some(80_000)), lines[1..80_001].concat());
+        assert_eq!(next(Some(2)), lines[80_001..80_003].concat());
+        assert_eq!(next(None), lines[80_003..].concat());
     }
 }

@@ -207,7 +207,7 @@ fn line_ends(text: &[u8]) -> usize {
 }
 
 /// Lines of a text that go on as they begin, and some more.
-fn likely_line_count(text: &[u8]) -> usize {
+pub fn likely_line_count(text: &[u8]) -> usize {
     const LOOKED_AT: usize = 4096;
     let start = &text[..text.len().min(LOOKED_AT)];
     let lines = (line_ends(start) + 1) * text.len() / start.len().max(1);

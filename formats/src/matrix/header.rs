@@ -170,7 +170,7 @@ impl<'a> Lines<'a> {
 const SHOWN_LENGTH: usize = 40;
 
 /// Text of a file as a message can carry it: short, printable.
-pub(super) fn shown(text: &[u8]) -> String {
+pub fn shown(text: &[u8]) -> String {
     let start = String::from_utf8_lossy(&text[..text.len().min(SHOWN_LENGTH)]);
     let ellipsis = if text.len() > SHOWN_LENGTH { "…" } else { "" };
     format!("{}{ellipsis}", start.escape_debug())

@@ -39,6 +39,8 @@ pub mod blocks {
     pub use super::block_reading::{Rest, read_blocks};
     pub use super::bytes::TextBlocks;
     pub use super::entries::{Entries, Triplet};
+    pub use super::entry_blocks::likely_line_count;
+    pub use super::header::shown;
     pub use super::number::{NotANumber, integer, real, unsigned};
 }
 
