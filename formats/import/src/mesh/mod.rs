@@ -1,6 +1,19 @@
 //! Readers of meshes, a file each, and what they find.
 
+mod abaqus;
+mod cells;
+mod deck;
+mod fields;
+mod node_sets;
+mod nodes;
+
+use std::fmt;
+use std::path::Path;
+
+use dcb_formats::Error;
+use dcb_formats::matrix::blocks::TextBlocks;
 use dcb_formats::mesh::CellBlock;
+use dcb_formats::snapshot::Snapshot;
 
 use crate::stored::RowLabel;
 
@@ -59,4 +72,102 @@ impl FoundMesh {
             .filter(|node| !is_used[*node as usize])
             .collect()
     }
+}
+
+/// A mesh, and the file that it comes from.
+#[derive(Clone, Debug, PartialEq)]
+pub struct ReadMesh {
+    /// Format, told by the content.
+    pub format: MeshFormat,
+    /// What the file has.
+    pub mesh: FoundMesh,
+    /// SHA-256 of the file's bytes, hexadecimal.
+    pub sha256: String,
+}
+
+/// Formats of meshes.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum MeshFormat {
+    /// Input deck of Abaqus or CalculiX.
+    Abaqus,
+}
+
+impl MeshFormat {
+    /// All of them, in the order in which a file is tried.
+    pub const ALL: [Self; 1] = [Self::Abaqus];
+
+    fn recognises(self, start: &[u8]) -> bool {
+        match self {
+            Self::Abaqus => abaqus::recognises(start),
+        }
+    }
+
+    fn read(self, path: &Path) -> Result<(FoundMesh, String), Error> {
+        match self {
+            Self::Abaqus => abaqus::read(path),
+        }
+    }
+}
+
+impl fmt::Display for MeshFormat {
+    fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
+        f.write_str(match self {
+            Self::Abaqus => "Abaqus or CalculiX input deck",
+        })
+    }
+}
+
+/// Beginning of a file that its format is told by.
+const LOOKED_AT: usize = 1 << 20;
+
+/// Reads a mesh. Its format is told by its content; the name doesn't matter.
+///
+/// # Errors
+/// [`Error::File`] for a pipe and for an unknown format, with those that are read; [`Error::Io`]; [`Error::Line`], [`Error::Location`] for
+/// what is wrong in the file.
+pub fn read_mesh(path: &Path) -> Result<ReadMesh, Error> {
+    let refused = |message: String| Error::File {
+        path: path.into(),
+        message,
+    };
+    if Snapshot::open(path)?.length().is_none() {
+        return Err(refused(
+            "is a pipe; meshes are read from files, which are looked at twice".into(),
+        ));
+    }
+    let mut text = TextBlocks::open(path)?;
+    text.fill_to(LOOKED_AT)?;
+    let start = &text.pending()[..text.pending().len().min(LOOKED_AT)];
+    let found = MeshFormat::ALL
+        .into_iter()
+        .find(|format| format.recognises(start));
+    let Some(format) = found else {
+        return Err(refused(unknown(start)));
+    };
+    drop(text);
+    let (mesh, sha256) = format.read(path)?;
+    Ok(ReadMesh {
+        format,
+        mesh,
+        sha256,
+    })
+}
+
+/// Why a file isn't read, and what helps.
+fn unknown(start: &[u8]) -> String {
+    let names: Vec<String> = (MeshFormat::ALL.iter())
+        .map(MeshFormat::to_string)
+        .collect();
+    let ends = |end: u8| start.contains(&end);
+    let what = if start.is_empty() {
+        "is empty"
+    } else if ends(b'\r') && !ends(b'\n') {
+        return "has line ends of a carriage return alone; save it with line ends of Unix or Windows".into();
+    } else {
+        "is no mesh of a known format"
+    };
+    format!(
+        "{what}; read are: {}. Others become one of these with meshio (`pip install meshio`): meshio convert FILE part.vtu",
+        names.join(", ")
+    )
 }

@@ -1,0 +1,85 @@
+//! The bracket in every format is the bracket.
+
+use std::collections::BTreeMap;
+
+use dcb_formats::description::read_description;
+use dcb_formats::mesh::Mesh;
+use dcb_import::mesh::{FoundMesh, MeshFormat};
+
+use crate::samples::{read, sample};
+
+fn bracket() -> Mesh {
+    read_description(&sample("bracket.json")).unwrap().mesh
+}
+
+/// Places in `bracket.json`, which has the nodes by rising label, of the nodes of a mesh.
+fn places(mesh: &FoundMesh) -> Vec<u32> {
+    let labels = mesh.labels.as_ref().unwrap();
+    let mut rising = labels.clone();
+    rising.sort_unstable();
+    assert_eq!(rising, (0..80).map(|k| 10 * k + 3).collect::<Vec<u32>>());
+    labels.iter().map(|label| (label - 3) / 10).collect()
+}
+
+/// Points within `tolerance`, the hexahedra in their order, the sets.
+fn assert_is_bracket(name: &str, mesh: &FoundMesh, places: &[u32], tolerance: f64) {
+    let bracket = bracket();
+    assert_eq!(mesh.points.len(), 80, "{name}");
+    for (node, point) in mesh.points.iter().enumerate() {
+        let known = bracket.position(places[node]);
+        for axis in 0..3 {
+            let defect = (point[axis] - known[axis]).abs();
+            assert!(
+                defect <= tolerance,
+                "{name}: node {node} is off by {defect:e} mm"
+            );
+        }
+    }
+    let solid = mesh
+        .cells
+        .iter()
+        .find(|cells| cells.cell_type == "hexahedron20");
+    let nodes: Vec<u32> = solid
+        .unwrap()
+        .nodes
+        .iter()
+        .map(|node| places[*node as usize])
+        .collect();
+    assert_eq!(nodes, bracket.cells[0].nodes, "{name}");
+}
+
+fn assert_has_sets(name: &str, mesh: &FoundMesh, places: &[u32], names: [&str; 2]) {
+    let known = bracket().point_sets;
+    let found: BTreeMap<&str, Vec<u32>> = (mesh.sets.iter())
+        .map(|(set, nodes)| {
+            let mut nodes: Vec<u32> = nodes.iter().map(|node| places[*node as usize]).collect();
+            nodes.sort_unstable();
+            (set.as_str(), nodes)
+        })
+        .collect();
+    for (set, known_as) in names.into_iter().zip(["foot", "tip"]) {
+        assert_eq!(found[set], known[known_as], "{name}: {set}");
+    }
+}
+
+#[test]
+fn every_calculix_deck_of_the_bracket_is_the_bracket() {
+    for deck in [
+        "bracket",
+        "bracket_held",
+        "bracket_substructure",
+        "bracket_transform",
+    ] {
+        let name = format!("calculix/{deck}.inp");
+        let read = read(&name);
+        assert_eq!(read.format, MeshFormat::Abaqus);
+        let places = places(&read.mesh);
+        // Twelve digits are printed.
+        assert_is_bracket(&name, &read.mesh, &places, 1e-10);
+        assert_has_sets(&name, &read.mesh, &places, ["FOOT", "TIP"]);
+        assert_eq!(read.mesh.sets[0].0, "NALL");
+        assert_eq!(read.mesh.sets[0].1.len(), 80);
+        assert_eq!(read.mesh.cell_sets.len(), 1);
+        assert_eq!(read.mesh.cell_sets[0].0, "PART");
+    }
+}
