@@ -145,7 +145,8 @@ pub(crate) fn cannot_read(path: &Path, source: io::Error) -> Error {
     Error::io(path, "cannot read", source)
 }
 
-fn changed(path: &Path) -> Error {
+/// The error of a file that was changed while it was read.
+pub fn changed(path: &Path) -> Error {
     Error::File {
         path: path.into(),
         message: "was changed while it was read; run again when nothing writes to it any more"

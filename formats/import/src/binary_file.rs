@@ -1,6 +1,7 @@
-//! Binary files, read once from the beginning: sizes are believed as far as the rest of the file can hold them.
+//! Binary files: sizes are believed as far as the rest of the file can hold them.
 
-use std::io::{ErrorKind, Read};
+use std::fs::{File, Metadata};
+use std::io::{ErrorKind, Read, Seek, SeekFrom, Take};
 use std::path::{Path, PathBuf};
 
 use dcb_formats::Error;
@@ -15,10 +16,10 @@ pub enum ByteOrder {
     Big,
 }
 
-/// A binary file.
-pub struct BinaryFile {
+/// A binary file: read once from the beginning and hashed, or in any order (`BinaryFile<File>`).
+pub struct BinaryFile<F = Snapshot> {
     path: PathBuf,
-    file: Snapshot,
+    file: F,
     length: u64,
     at: u64,
 }
@@ -34,11 +35,7 @@ impl BinaryFile {
     pub fn open(path: &Path) -> Result<Self, Error> {
         let file = Snapshot::open(path)?;
         let Some(length) = file.length() else {
-            return Err(Error::File {
-                path: path.into(),
-                message: "is a pipe; binary matrices are read from files, whose length is known"
-                    .into(),
-            });
+            return Err(pipe(path));
         };
         Ok(Self {
             path: path.into(),
@@ -48,6 +45,64 @@ impl BinaryFile {
         })
     }
 
+    /// SHA-256 of the whole file, hexadecimal.
+    ///
+    /// # Errors
+    /// As [`Snapshot::finish`].
+    pub fn finish(self) -> Result<String, Error> {
+        self.file.finish()
+    }
+}
+
+impl BinaryFile<File> {
+    /// Opens a file to read parts of it, in any order; [`hashed`](crate::hashed_file::hashed) gives the digest.
+    ///
+    /// # Errors
+    /// [`Error::Io`]; [`Error::File`] for a pipe or device.
+    pub(crate) fn open_parts(path: &Path) -> Result<Self, Error> {
+        regular(path)?;
+        let cannot_open = |source| Error::io(path, "cannot read", source);
+        let file = File::open(path).map_err(cannot_open)?;
+        let length = file.metadata().map_err(cannot_open)?.len();
+        Ok(Self {
+            path: path.into(),
+            file,
+            length,
+            at: 0,
+        })
+    }
+
+    /// Leaves bytes out without reading them.
+    ///
+    /// # Errors
+    /// As [`BinaryFile::room_for`]; [`Error::Io`].
+    pub(crate) fn pass_over(&mut self, count: u64) -> Result<(), Error> {
+        self.at += self.room_for(count, 1, "bytes")?;
+        self.file
+            .seek(SeekFrom::Start(self.at))
+            .map_err(|source| Error::io(&self.path, "cannot read", source))?;
+        Ok(())
+    }
+
+    /// So many of the next bytes, for another reader. They are still to be passed over.
+    pub(crate) fn part(&mut self, count: u64) -> Take<&mut File> {
+        (&mut self.file).take(count)
+    }
+
+    /// The next `N` bytes, which come again.
+    ///
+    /// # Errors
+    /// As [`BinaryFile::fill`].
+    pub(crate) fn peek<const N: usize>(&mut self) -> Result<[u8; N], Error> {
+        let before = self.at;
+        let bytes = self.take()?;
+        self.at = before;
+        self.pass_over(0)?;
+        Ok(bytes)
+    }
+}
+
+impl<F: Read> BinaryFile<F> {
     /// Where the next byte is.
     pub fn position(&self) -> u64 {
         self.at
@@ -149,12 +204,23 @@ impl BinaryFile {
         }
         Ok(found)
     }
+}
 
-    /// SHA-256 of the whole file, hexadecimal.
-    ///
-    /// # Errors
-    /// As [`Snapshot::finish`].
-    pub fn finish(self) -> Result<String, Error> {
-        self.file.finish()
+/// What the system says of a file; pipes, devices and folders are refused, without opening them.
+pub(crate) fn regular(path: &Path) -> Result<Metadata, Error> {
+    let cannot_read = |source| Error::io(path, "cannot read", source);
+    let found = std::fs::metadata(path).map_err(cannot_read)?;
+    match (found.is_file(), found.is_dir()) {
+        (true, _) => Ok(found),
+        (_, true) => Err(cannot_read(ErrorKind::IsADirectory.into())),
+        _ => Err(pipe(path)),
+    }
+}
+
+fn pipe(path: &Path) -> Error {
+    Error::File {
+        path: path.into(),
+        message: "is a pipe or device; binary matrices are read from files, whose length is known"
+            .into(),
     }
 }

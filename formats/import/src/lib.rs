@@ -2,6 +2,7 @@
 
 pub mod binary_file;
 pub mod cursor;
+mod hashed_file;
 pub mod line_blocks;
 pub mod lines;
 pub mod matrix;

@@ -2,3 +2,16 @@
 //!
 //! Each reader has `list`, which says what matrices a file has without reading their entries where the format allows it, and `read`, which
 //! reads those that are asked for by their number in that list, in one pass over the file.
+
+mod collected;
+mod compressed;
+mod dense;
+mod labels;
+#[doc(hidden)]
+pub mod matlab5;
+mod number;
+#[doc(hidden)]
+pub mod petsc;
+mod stream;
+#[doc(hidden)]
+pub mod tables;
