@@ -4,6 +4,8 @@ mod abaqus;
 mod cells;
 mod deck;
 mod fields;
+mod label_sets;
+mod nastran;
 mod node_sets;
 mod nodes;
 
@@ -90,21 +92,25 @@ pub struct ReadMesh {
 pub enum MeshFormat {
     /// Input deck of Abaqus or CalculiX.
     Abaqus,
+    /// Nastran bulk data, with or without case control; punch and assembly files of an external superelement.
+    Nastran,
 }
 
 impl MeshFormat {
     /// All of them, in the order in which a file is tried.
-    pub const ALL: [Self; 1] = [Self::Abaqus];
+    pub const ALL: [Self; 2] = [Self::Abaqus, Self::Nastran];
 
     fn recognises(self, start: &[u8]) -> bool {
         match self {
             Self::Abaqus => abaqus::recognises(start),
+            Self::Nastran => nastran::recognises(start),
         }
     }
 
     fn read(self, path: &Path) -> Result<(FoundMesh, String), Error> {
         match self {
             Self::Abaqus => abaqus::read(path),
+            Self::Nastran => nastran::read(path),
         }
     }
 }
@@ -113,6 +119,7 @@ impl fmt::Display for MeshFormat {
     fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
         f.write_str(match self {
             Self::Abaqus => "Abaqus or CalculiX input deck",
+            Self::Nastran => "Nastran bulk data",
         })
     }
 }

@@ -8,6 +8,8 @@ use std::path::Path;
 pub(super) struct Nodes {
     pub labels: Vec<u32>,
     pub points: Vec<[f64; 3]>,
+    /// What else must agree where a node is listed again, a number each; empty where there is nothing.
+    pub tags: Vec<u32>,
 }
 
 impl Nodes {
@@ -45,6 +47,15 @@ impl Nodes {
                     ),
                 });
             }
+            if self.tags.get(first as usize) != self.tags.get(second as usize) {
+                return Err(Error::Location {
+                    path: path.into(),
+                    location: format!("node {}", self.labels[first as usize]),
+                    message:
+                        "stands twice, with different coordinate systems for its displacements"
+                            .into(),
+                });
+            }
             is_repeated[second as usize] = true;
         }
         notes.push(format!(
@@ -52,13 +63,18 @@ impl Nodes {
             again.len(),
             self.labels[again[0].0 as usize]
         ));
-        let mut kept = is_repeated.iter().map(|repeated| !repeated);
-        self.labels.retain(|_| kept.next().unwrap_or(true));
-        let mut kept = is_repeated.iter().map(|repeated| !repeated);
-        self.points.retain(|_| kept.next().unwrap_or(true));
+        retain(&mut self.labels, &is_repeated);
+        retain(&mut self.points, &is_repeated);
+        retain(&mut self.tags, &is_repeated);
         index = LabelIndex::of(&self.labels);
         Ok(index)
     }
+}
+
+/// Keeps what isn't repeated.
+fn retain<T>(items: &mut Vec<T>, is_repeated: &[bool]) {
+    let mut repeated = is_repeated.iter();
+    items.retain(|_| repeated.next() != Some(&true));
 }
 
 /// Places of things by their labels.

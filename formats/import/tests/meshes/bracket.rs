@@ -83,3 +83,12 @@ fn every_calculix_deck_of_the_bracket_is_the_bracket() {
         assert_eq!(read.mesh.cell_sets[0].0, "PART");
     }
 }
+
+#[test]
+fn the_nastran_deck_in_three_forms_is_the_bracket() {
+    let mesh = read("mesh/bracket.bdf").mesh;
+    let places = places(&mesh);
+    // Nine decimals are printed of numbers such as 2.5500000000000003.
+    assert_is_bracket("bracket.bdf", &mesh, &places, 1e-14);
+    assert_has_sets("bracket.bdf", &mesh, &places, ["set_1", "set_2"]);
+}

@@ -6,7 +6,10 @@ use dcb_import::mesh::read_mesh;
 
 use crate::samples::sample;
 
-const SAMPLES: [&str; 3] = [
+const SAMPLES: [&str; 6] = [
+    "mesh/bracket.bdf",
+    "nastran/ugly.bdf",
+    "nastran/pyyeti/outboard.pch",
     "calculix/bracket_rigid.inp",
     "calculix/plate_incompatible.inp",
     "calculix/plate_shell.inp",

@@ -5,4 +5,5 @@
 mod abaqus;
 mod bracket;
 mod damage;
+mod nastran;
 mod samples;

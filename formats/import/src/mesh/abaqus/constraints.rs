@@ -2,10 +2,10 @@
 
 use super::super::RigidBody;
 use super::super::fields;
+use super::super::label_sets::{Sets, key_of};
 use super::super::node_sets::Marks;
 use super::super::nodes::LabelIndex;
 use super::keyword::Keyword;
-use super::sets::{Sets, key_of};
 
 /// A node or a set, as a line names it.
 #[derive(Debug)]

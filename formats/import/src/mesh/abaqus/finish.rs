@@ -5,10 +5,10 @@ use std::path::Path;
 use dcb_formats::Error;
 
 use super::super::FoundMesh;
+use super::super::label_sets::{SetDraft, Sets, resolved};
 use super::super::node_sets::Marks;
 use super::constraints::Known;
 use super::model::{ASSEMBLY, Model, Scope, scoped};
-use super::sets::{SetDraft, Sets, resolved};
 
 impl Model {
     /// The mesh, with all sets.

@@ -9,7 +9,6 @@ mod element_types;
 mod finish;
 mod keyword;
 mod model;
-mod sets;
 
 use std::path::Path;
 

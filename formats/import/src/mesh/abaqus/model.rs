@@ -2,12 +2,12 @@
 
 use super::super::cells::Cells;
 use super::super::fields::{self, shown};
+use super::super::label_sets::{Member, SetDraft, Sets, key_of};
 use super::super::nodes::Nodes;
 use super::constraints::{Constraints, unquoted};
 use super::data_lines::{Elements, Line, point};
 use super::element_types::cell_of;
 use super::keyword::Keyword;
-use super::sets::{Member, SetDraft, Sets, key_of};
 
 /// Keywords that make nodes or elements without listing them.
 const GENERATORS: [&str; 8] = [

@@ -2,9 +2,9 @@
 
 use indexmap::IndexMap;
 
-use super::super::fields::{self, shown};
-use super::super::node_sets::Marks;
-use super::super::nodes::LabelIndex;
+use super::fields::{self, shown};
+use super::node_sets::Marks;
+use super::nodes::LabelIndex;
 
 /// Sets by their names in capitals.
 pub(super) type Sets = IndexMap<String, SetDraft>;
@@ -24,12 +24,33 @@ pub(super) struct SetDraft {
 /// What a set has besides labels.
 #[derive(Clone, Debug)]
 pub(super) enum Member {
-    /// Labels from the first to the last.
-    Range { first: u32, last: u32, step: u32 },
+    /// Labels from one to another.
+    Range(LabelRange),
     /// A set of the same kind, by its key.
     Set(String),
     /// Nodes of a set of elements, by its key.
     NodesOf(String),
+}
+
+/// Labels from the first to the last.
+#[derive(Clone, Debug)]
+pub(super) struct LabelRange {
+    pub first: u32,
+    pub last: u32,
+    pub step: u32,
+    /// First and last labels that are left out, rising.
+    pub except: Vec<(u32, u32)>,
+}
+
+impl LabelRange {
+    fn has(&self, label: u32) -> bool {
+        let next = self.except.partition_point(|(_, last)| *last < label);
+        (label - self.first).is_multiple_of(self.step)
+            && self
+                .except
+                .get(next)
+                .is_none_or(|(first, _)| label < *first)
+    }
 }
 
 impl SetDraft {
@@ -62,7 +83,12 @@ impl SetDraft {
                 "goes from {first} to {last}; the first label is the smaller one"
             ));
         }
-        self.put(Member::Range { first, last, step });
+        self.put(Member::Range(LabelRange {
+            first,
+            last,
+            step,
+            except: Vec::new(),
+        }));
         Ok(())
     }
 }
@@ -170,9 +196,7 @@ fn members_of(
             continue;
         }
         match others.next() {
-            Some(Member::Range { first, last, step }) => {
-                put_range(&mut members, index, marks, [*first, *last, *step])?;
-            }
+            Some(Member::Range(range)) => put_range(&mut members, index, marks, range)?,
             Some(Member::Set(key)) => {
                 let other = sets.get_index_of(key).map(|at| &found.members[at]);
                 for place in other.into_iter().flatten() {
@@ -191,8 +215,11 @@ fn put_range(
     members: &mut Vec<u32>,
     index: &LabelIndex,
     marks: &mut Marks,
-    [first, last, step]: [u32; 3],
+    range: &LabelRange,
 ) -> Result<(), String> {
+    let LabelRange {
+        first, last, step, ..
+    } = *range;
     let numbers = (last - first) / step + 1;
     let existing = index.between(first, last);
     marks
@@ -200,13 +227,14 @@ fn put_range(
         .map_err(|e| e.message())?;
     if existing.len() as u64 <= u64::from(numbers) {
         for (label, place) in existing {
-            if (label - first).is_multiple_of(step) {
+            if range.has(label) {
                 marks.put(members, place).map_err(|e| e.message())?;
             }
         }
     } else {
         for number in 0..numbers {
-            if let Some(place) = index.place(first + number * step) {
+            let label = first + number * step;
+            if let Some(place) = index.place(label).filter(|_| range.has(label)) {
                 marks.put(members, place).map_err(|e| e.message())?;
             }
         }
