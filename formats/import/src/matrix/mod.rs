@@ -9,6 +9,7 @@ mod dense;
 mod labels;
 #[doc(hidden)]
 pub mod matlab5;
+pub(crate) mod matrix_market;
 mod number;
 #[doc(hidden)]
 pub mod petsc;
