@@ -22,6 +22,7 @@ pub enum Stopped {
 }
 
 /// A place in a block of lines.
+#[derive(Clone, Copy)]
 pub struct Cursor<'a> {
     text: &'a [u8],
     at: usize,
@@ -77,6 +78,16 @@ impl<'a> Cursor<'a> {
     /// Goes to the end of the line.
     pub fn pass_line(&mut self) {
         self.at += self.rest_of_line().len();
+    }
+
+    /// Passes the rest of the line, which is returned with its end; `None` at the end of the block.
+    pub fn pass_whole_line(&mut self) -> Option<&'a [u8]> {
+        let rest = self.text.get(self.at..).filter(|rest| !rest.is_empty())?;
+        let end = rest.iter().position(|&byte| byte == b'\n');
+        let length = end.map_or(rest.len(), |end| end + 1);
+        self.at += length;
+        self.line += u32::from(end.is_some());
+        Some(&rest[..length])
     }
 
     /// Passes blanks; whether there were some.
@@ -145,8 +156,8 @@ impl<'a> Cursor<'a> {
         &rest[..end.unwrap_or(rest.len())]
     }
 
-    /// The whole line.
-    fn whole_line(&self) -> &'a [u8] {
+    /// The whole line, without blanks around it.
+    pub fn whole_line(&self) -> &'a [u8] {
         let before = self.text[..self.at].iter().rposition(|&byte| byte == b'\n');
         let line = &self.text[before.map_or(0, |end| end + 1)..];
         let end = line.iter().position(|&byte| byte == b'\n');

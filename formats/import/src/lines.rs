@@ -14,6 +14,8 @@ pub struct Lines {
     at: usize,
     /// 1-based number of the line that was given out last.
     number: u64,
+    /// Whether that line has an end.
+    is_ended: bool,
 }
 
 impl Lines {
@@ -29,6 +31,7 @@ impl Lines {
             used: 0,
             at: 0,
             number: 0,
+            is_ended: false,
         })
     }
 
@@ -58,6 +61,7 @@ impl Lines {
                 ));
             }
         };
+        self.is_ended = end > 0;
         self.at += length + end;
         Ok(Some(&self.block[self.at - length - end..self.at - end]))
     }
@@ -65,6 +69,11 @@ impl Lines {
     /// 1-based number of the line that was given out last.
     pub fn number(&self) -> u64 {
         self.number
+    }
+
+    /// Whether the line that was given out last has an end; without one the file may be cut off.
+    pub fn is_ended(&self) -> bool {
+        self.is_ended
     }
 
     /// An error in the line that was given out last.

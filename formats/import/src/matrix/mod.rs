@@ -5,14 +5,21 @@
 
 mod collected;
 mod compressed;
+#[doc(hidden)]
+pub mod coordinate;
 mod dense;
+#[doc(hidden)]
+pub mod harwell_boeing;
 mod labels;
 #[doc(hidden)]
 pub mod matlab5;
-pub(crate) mod matrix_market;
+#[doc(hidden)]
+pub mod matrix_input;
 mod number;
 #[doc(hidden)]
 pub mod petsc;
 mod stream;
+#[doc(hidden)]
+pub mod substructure;
 #[doc(hidden)]
 pub mod tables;
