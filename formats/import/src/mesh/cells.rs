@@ -1,5 +1,6 @@
 //! Cells on their way from labels to places, a block for each type.
 
+use std::collections::HashSet;
 use std::path::Path;
 
 use dcb_formats::Error;
@@ -49,6 +50,35 @@ impl Cells {
     /// Number of cells.
     pub fn len(&self) -> usize {
         self.blocks.values().map(|block| block.labels.len()).sum()
+    }
+
+    /// Number of cells in a block.
+    pub fn block_len(&self, block: usize) -> usize {
+        self.blocks[block].labels.len()
+    }
+
+    /// Nodes of cells of a block, from one to before another.
+    pub fn nodes(&self, block: usize, first: usize, end: usize) -> &[u32] {
+        match self.blocks.get_index(block) {
+            Some(((_, count), block)) => &block.nodes[first * count..end * count],
+            None => &[],
+        }
+    }
+
+    /// Cells with the same nodes in the same order stay once.
+    pub fn drop_repeated(&mut self) {
+        for ((_, count), block) in &mut self.blocks {
+            let cells = std::mem::take(&mut block.nodes);
+            let mut seen = HashSet::new();
+            let mut kept = Vec::with_capacity(cells.len());
+            for cell in cells.chunks_exact(*count) {
+                if seen.insert(cell) {
+                    kept.extend_from_slice(cell);
+                }
+            }
+            block.nodes = kept;
+            block.labels.clear();
+        }
     }
 
     /// Labels become places.

@@ -4,6 +4,7 @@ mod abaqus;
 mod cells;
 mod deck;
 mod fields;
+mod gmsh;
 mod label_sets;
 mod nastran;
 mod node_sets;
@@ -92,17 +93,20 @@ pub struct ReadMesh {
 pub enum MeshFormat {
     /// Input deck of Abaqus or CalculiX.
     Abaqus,
+    /// Gmsh, version 2 or 4.1, text or binary.
+    Gmsh,
     /// Nastran bulk data, with or without case control; punch and assembly files of an external superelement.
     Nastran,
 }
 
 impl MeshFormat {
     /// All of them, in the order in which a file is tried.
-    pub const ALL: [Self; 2] = [Self::Abaqus, Self::Nastran];
+    pub const ALL: [Self; 3] = [Self::Gmsh, Self::Abaqus, Self::Nastran];
 
     fn recognises(self, start: &[u8]) -> bool {
         match self {
             Self::Abaqus => abaqus::recognises(start),
+            Self::Gmsh => gmsh::recognises(start),
             Self::Nastran => nastran::recognises(start),
         }
     }
@@ -110,6 +114,7 @@ impl MeshFormat {
     fn read(self, path: &Path) -> Result<(FoundMesh, String), Error> {
         match self {
             Self::Abaqus => abaqus::read(path),
+            Self::Gmsh => gmsh::read(path),
             Self::Nastran => nastran::read(path),
         }
     }
@@ -119,6 +124,7 @@ impl fmt::Display for MeshFormat {
     fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
         f.write_str(match self {
             Self::Abaqus => "Abaqus or CalculiX input deck",
+            Self::Gmsh => "Gmsh .msh 2 or 4.1",
             Self::Nastran => "Nastran bulk data",
         })
     }

@@ -92,3 +92,26 @@ fn the_nastran_deck_in_three_forms_is_the_bracket() {
     assert_is_bracket("bracket.bdf", &mesh, &places, 1e-14);
     assert_has_sets("bracket.bdf", &mesh, &places, ["set_1", "set_2"]);
 }
+
+#[test]
+fn every_mesh_of_gmsh_is_the_bracket() {
+    for name in ["bracket_ascii.msh", "bracket_binary.msh", "bracket_v22.msh"] {
+        let mesh = read(&format!("mesh/{name}")).mesh;
+        let places = match name {
+            // Version 2.2 has new labels: the places in the other one's order.
+            "bracket_v22.msh" => places(&read("mesh/bracket_ascii.msh").mesh),
+            _ => places(&mesh),
+        };
+        // Sixteen digits are printed, and all of binary numbers are there.
+        let tolerance = if name == "bracket_binary.msh" {
+            0.0
+        } else {
+            1e-14
+        };
+        assert_is_bracket(name, &mesh, &places, tolerance);
+        assert_has_sets(name, &mesh, &places, ["foot", "tip"]);
+        assert_eq!(mesh.sets.len(), 2, "{name}");
+        assert_eq!(mesh.cell_sets[0].0, "part");
+        assert_eq!(mesh.cell_sets[0].1.len(), 80);
+    }
+}

@@ -6,7 +6,13 @@ use dcb_import::mesh::read_mesh;
 
 use crate::samples::sample;
 
-const SAMPLES: [&str; 6] = [
+const SAMPLES: [&str; 12] = [
+    "mesh/bracket_v22.msh",
+    "mesh/cells/edges_22_binary.msh",
+    "mesh/cells/edges_41.msh",
+    "mesh/cells/edges_41_binary.msh",
+    "mesh/cells/edges_41_big.msh",
+    "mesh/cells/curved_41_binary_partitioned.msh",
     "mesh/bracket.bdf",
     "nastran/ugly.bdf",
     "nastran/pyyeti/outboard.pch",

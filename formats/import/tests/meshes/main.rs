@@ -4,6 +4,8 @@
 
 mod abaqus;
 mod bracket;
+mod cell_shapes;
 mod damage;
+mod gmsh;
 mod nastran;
 mod samples;
