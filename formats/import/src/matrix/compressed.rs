@@ -147,6 +147,15 @@ impl Pattern {
         self.across.len() as u64
     }
 
+    /// Line and place across it of each entry.
+    pub(super) fn places(&self) -> impl Iterator<Item = (u32, u32)> {
+        let lines = (0..).zip(self.starts.windows(2));
+        lines.flat_map(|(line, ends)| {
+            let across = &self.across[ends[0] as usize..ends[1] as usize];
+            across.iter().map(move |&across| (line, across))
+        })
+    }
+
     /// The matrix with values from a stream: without a copy where it is whole, as entries in file order otherwise.
     ///
     /// # Errors

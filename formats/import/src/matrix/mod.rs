@@ -17,6 +17,8 @@ pub mod matlab5;
 pub mod matrix_input;
 mod number;
 #[doc(hidden)]
+pub mod numpy;
+#[doc(hidden)]
 pub mod petsc;
 mod stream;
 #[doc(hidden)]

@@ -6,7 +6,7 @@ use dcb_formats::Error;
 
 use super::labels::DOF_REF;
 pub use super::labels::IntegerTable;
-use super::matlab5;
+use super::{matlab5, numpy};
 use crate::binary_file::BinaryFile;
 use crate::hashed_file::hashed;
 
@@ -20,10 +20,16 @@ struct Format {
 }
 
 /// All of them.
-const FORMATS: [Format; 1] = [Format {
-    recognises: matlab5::recognises,
-    table: matlab5::table,
-}];
+const FORMATS: [Format; 2] = [
+    Format {
+        recognises: matlab5::recognises,
+        table: matlab5::table,
+    },
+    Format {
+        recognises: numpy::recognises,
+        table: numpy::table,
+    },
+];
 
 /// Reads a table of dofs, and tells the SHA-256 of its file: an array of integers with one or two columns, by its name without regard to
 /// case; `dof_ref` where none is given.

@@ -3,5 +3,6 @@
 
 mod damage;
 mod matlab5;
+mod numpy;
 mod petsc;
 mod support;

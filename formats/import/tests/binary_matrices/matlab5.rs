@@ -8,7 +8,7 @@ use dcb_import::stored::{RowLabel, Rows};
 
 use crate::damage;
 use crate::support::{
-    Format, Places, assert_same, expected, is_compressed, sample, stored, without_zeros,
+    Format, assert_same, expected, is_compressed, rounded, sample, stored, without_zeros,
 };
 
 const MATLAB: Format = Format {
@@ -127,18 +127,6 @@ fn tables_of_dofs_are_read_by_name() {
         message.ends_with("holds no table of dofs; expected .npz, .npy or .mat"),
         "{message}"
     );
-}
-
-/// Rounded, so that any type can hold them.
-fn rounded(round: impl Fn(f64) -> f64) -> Places {
-    let round = |bits: &u64| round(f64::from_bits(*bits).round_ties_even()).to_bits();
-    let places = expected("variants.mtx");
-    without_zeros(
-        places
-            .iter()
-            .map(|(place, bits)| (*place, round(bits)))
-            .collect(),
-    )
 }
 
 #[test]

@@ -123,3 +123,11 @@ pub fn assert_same(name: &str, matrix: &StoredMatrix, expected: &Places) {
     let differs = found.iter().zip(expected).find(|(a, b)| a != b);
     assert!(differs.is_none(), "{name}: {differs:?}");
 }
+
+/// The stiffness of `variants.mtx` rounded to integers, so that any type can hold it, then changed.
+pub fn rounded(change: impl Fn(f64) -> f64) -> Places {
+    let change = |bits: &u64| change(f64::from_bits(*bits).round_ties_even()).to_bits();
+    let places = expected("variants.mtx");
+    let changed = places.iter().map(|(place, bits)| (*place, change(bits)));
+    without_zeros(changed.collect())
+}

@@ -91,6 +91,83 @@ def petsc():
     write("variants_upper.petsc", ">i4", ">f8", sp.triu(k).tocsr())
 
 
+def numpy():
+    import io, zipfile
+    k, m = matrices()
+    n = k.shape[0]
+    dof_ref = np.array([[10 * i + 3, d] for i in range(n // 3) for d in range(3)])
+    whole = np.round(k.toarray())
+    file = lambda name: out("scipy", name)
+
+    shuffled = k.copy()
+    shuffled.indices, shuffled.indptr = k.indices.astype("i8"), k.indptr.astype("i8")
+    for i in range(n):
+        ends = slice(k.indptr[i], k.indptr[i + 1])
+        shuffled.indices[ends], shuffled.data[ends] = k.indices[ends][::-1], k.data[ends][::-1]
+    shuffled.has_sorted_indices = False
+    sp.save_npz(file("variants_csr_unsorted.npz"), shuffled)
+    twice = k.tocoo()
+    half = twice.data / 2                       # exact, and so is the sum; one place more with a zero
+    twice = sp.coo_matrix((np.r_[half, half, 0.0], (np.r_[twice.row, twice.row, 0], np.r_[twice.col, twice.col, 11])), k.shape)
+    sp.save_npz(file("variants_coo_twice.npz"), twice, compressed=False)
+    sp.save_npz(file("variants_bsr.npz"), sp.bsr_array(k, blocksize=(4, 4)))
+    sp.save_npz(file("variants_dia.npz"), sp.dia_array(k))
+    sp.save_npz(file("variants_upper.npz"), sp.triu(k).tocsc())
+    c = k.tocsc()
+    np.savez(file("variants_by_hand.npz"), K_data=c.data.astype(">f8"), K_indices=c.indices.astype(">i8"), K_indptr=c.indptr, K_shape=c.shape,
+             K_format="csc", M=np.asfortranarray(m.toarray()), dof_ref=dof_ref.astype("i4"), names=np.array(["foot", "tip"]), nodes=np.zeros((4, 3)))
+    np.savez_compressed(file("variants_without_shape.npz"), **{"K.data": k.data, "K.indices": k.indices, "K.indptr": k.indptr})
+    types = {f"d{o}{t}".replace("<", "l").replace(">", "b"): (np.abs(whole) if t[0] == "u" else whole).astype(o + t)
+             for o in "<>" for t in ("i1", "u1", "i2", "u2", "i4", "u4", "i8", "u8", "f4", "f8")}
+    np.savez_compressed(file("variants_types.npz"), **types, flags=np.eye(3, dtype=bool), z=np.eye(2) * 1j, half=np.eye(2, dtype="f2"), line=np.arange(3))
+    np.save(file("variants.npy"), k.toarray())
+    np.save(file("variants_dof_ref.npy"), np.asfortranarray(dof_ref, dtype="u2"))
+
+    class Pipe(io.RawIOBase):                   # an archive on its way through a pipe has data descriptors
+        def __init__(self, file):
+            self.file = file
+        def writable(self):
+            return True
+        def write(self, data):
+            return self.file.write(data)
+
+    with open(file("variants_streamed.npz"), "wb") as f:
+        np.savez_compressed(io.BufferedWriter(Pipe(f)), K=k.toarray())
+
+    # To be refused.
+    np.savez(file("pickled_ansys.npz"), K=sp.triu(k).tocsc(), M=m, dof_ref=dof_ref)
+    np.savez(file("refused_names.npz"), K=k.toarray(), names=np.array(["foot", "tip"], dtype=object))
+    outside, nan = k.copy(), k.copy()
+    outside.indices[0], nan.data[-1] = n, np.nan
+    pieces = dict(indices=outside.indices, indptr=k.indptr, data=k.data, shape=k.shape, format=b"csr")
+    np.savez(file("refused_index.npz"), **pieces)
+    sp.save_npz(file("refused_nan.npz"), nan)
+    np.savez(file("refused_places.npz"), row=[0, -1], col=[0, 0], data=[1.0, 2.0], shape=k.shape, format=b"coo")
+    large = k.astype("i8")
+    large.data[:] = 2**53 + 1
+    sp.save_npz(file("refused_large.npz"), large)
+
+    def member(a):
+        b = io.BytesIO()
+        np.save(b, a)
+        return b.getvalue()
+
+    with zipfile.ZipFile(file("refused_bzip2.npz"), "w", zipfile.ZIP_BZIP2) as z:
+        z.writestr("K.npy", member(k.toarray()))
+    import warnings
+    with zipfile.ZipFile(file("refused_twice.npz"), "w") as z, warnings.catch_warnings():
+        warnings.simplefilter("ignore")
+        z.writestr("K.npy", member(np.eye(2)))
+        z.writestr("K.npy", member(np.eye(3)))
+    plain = io.BytesIO()
+    with zipfile.ZipFile(plain, "w") as z:
+        z.writestr("K.npy", member(np.eye(2)))
+    plain = bytearray(plain.getvalue())
+    plain[6] |= 1
+    plain[plain.index(b"PK\1\2") + 8] |= 1
+    open(file("refused_encrypted.npz"), "wb").write(plain)
+
+
 def matlab():
     import h5py
     import scipy.io as sio
@@ -188,4 +265,4 @@ def matlab():
 
 text()
 for kind in sys.argv[1:]:
-    {"matlab": matlab, "petsc": petsc}[kind]()
+    {"numpy": numpy, "matlab": matlab, "petsc": petsc}[kind]()
