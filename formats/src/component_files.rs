@@ -6,8 +6,11 @@
 mod component_masses;
 mod loads_and_stiffening;
 mod sources;
+mod write;
 
 use std::path::{Path, PathBuf};
+
+pub use write::{write_component, write_description};
 
 use component_masses::read_component_masses;
 use loads_and_stiffening::{named_siblings, read_loads, read_stiffening};

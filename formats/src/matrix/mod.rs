@@ -30,6 +30,15 @@ pub(crate) use symmetry::made_symmetric;
 
 use crate::{Error, SparseMatrix};
 
+/// A matrix with sorted columns made exactly symmetric, and its largest relative asymmetry; beyond rounding, what is wrong in words.
+///
+/// # Errors
+/// The worst pair, in words.
+#[doc(hidden)]
+pub fn symmetrized(matrix: SparseMatrix) -> Result<(SparseMatrix, f64), String> {
+    made_symmetric(matrix).map_err(String::from)
+}
+
 // No part of the door: for readers of other formats.
 #[doc(hidden)]
 pub mod blocks {

@@ -141,9 +141,15 @@ impl Write for Counted<'_> {
     }
 }
 
+/// A file that is complete and durable, but has no name yet. Removed when dropped.
+pub(super) struct Filled {
+    file: File,
+    partial: TempPath,
+}
+
 impl UnfinishedFolder {
     /// One for a target that can be written.
-    fn of(target: &Path, replace: Replace) -> Result<Self, Error> {
+    pub(super) fn of(target: &Path, replace: Replace) -> Result<Self, Error> {
         check_path(target, replace)?;
         Self::within(folder_of(target), target.file_name().unwrap_or_default())
             .map_err(|source| Error::not_written(target, 0, source))
@@ -159,7 +165,18 @@ impl UnfinishedFolder {
         replace: Replace,
         fill: impl FnOnce(&mut Stream<'_>) -> io::Result<()>,
     ) -> Result<(), Error> {
-        self.write(target, replace, |_, file| {
+        let filled = self.fill_stream(target, replace, fill)?;
+        self.place(filled, target, replace)
+    }
+
+    /// Writes a file of this folder that has no name yet.
+    pub(super) fn fill_stream(
+        &self,
+        target: &Path,
+        replace: Replace,
+        fill: impl FnOnce(&mut Stream<'_>) -> io::Result<()>,
+    ) -> Result<Filled, Error> {
+        self.fill(target, replace, |_, file| {
             let counted = Counted {
                 file,
                 wanted: 0,
@@ -183,6 +200,16 @@ impl UnfinishedFolder {
         replace: Replace,
         fill: impl FnOnce(&Path, &File) -> Result<(), Error>,
     ) -> Result<(), Error> {
+        let filled = self.fill(target, replace, fill)?;
+        self.place(filled, target, replace)
+    }
+
+    fn fill(
+        &self,
+        target: &Path,
+        replace: Replace,
+        fill: impl FnOnce(&Path, &File) -> Result<(), Error>,
+    ) -> Result<Filled, Error> {
         check_path(target, replace)?;
         let told = |source| Error::not_written(target, 0, source);
         // HDF5 wants UTF-8; nothing else is in this folder, so the name need not be the target's.
@@ -193,6 +220,18 @@ impl UnfinishedFolder {
         fill(&partial, &file)?;
         file.sync_all()
             .map_err(|source| Error::not_written(target, length(&file), source))?;
+        Ok(Filled { file, partial })
+    }
+
+    /// Gives a file of this folder its name.
+    pub(super) fn place(
+        &self,
+        filled: Filled,
+        target: &Path,
+        replace: Replace,
+    ) -> Result<(), Error> {
+        let Filled { file, partial } = filled;
+        let told = |source| Error::not_written(target, 0, source);
         self.check(&partial, &file, target)?;
         self.release(|| match replace {
             Replace::Overwrite => partial.persist(target).map_err(|failed| failed.error),

@@ -18,6 +18,31 @@ pub enum CommandRefusal {
         /// Another option.
         remedy: &'static str,
     },
+    /// Rows of L_b for matrices of another program, whose rows get another order.
+    #[error(
+        "{}: rows of L_b stand in the order of part.mtx, and an import may change that of another program's matrices; run `reduce import` first, and put PART.boundary.mtx beside PART.mtx",
+        path.display()
+    )]
+    BoundaryOfImport {
+        /// Rows of L_b.
+        path: PathBuf,
+    },
+    /// An import without units.
+    #[error(
+        "no file of another program says its units; name those of length, mass and time, for example --units m,kg,s or --units mm,t,s"
+    )]
+    NoUnits,
+    /// An import into a file that isn't named like one.
+    #[error("{}: expected PART.mtx as the output of an import; PART.mass.mtx and PART.json are written beside it", path.display())]
+    NoMatrixMarketName {
+        /// The output.
+        path: PathBuf,
+    },
+    /// Rows of a table in a description that knows no matrices.
+    #[error(
+        "a draft takes the directions of every node, for example --dofs ux,uy,uz; `reduce import` reads tables of rows"
+    )]
+    TableInDraft,
     /// An output in the place of an input.
     #[error("{}: {role}", path.display())]
     WouldDestroy {
@@ -84,6 +109,8 @@ pub enum Occupied {
     Scene,
     /// A file of the component.
     Component,
+    /// A file that is imported.
+    Import,
     /// A file of one of the parts.
     Batch,
     /// The superelement, where the timings are to go.
@@ -97,6 +124,7 @@ impl std::fmt::Display for Occupied {
             Self::Component => {
                 "is an input of this reduction and can't be its output; name another file"
             }
+            Self::Import => "is imported and can't be an output too; name another one with -o",
             Self::Batch => {
                 "is an input of this batch and can't be an output; name another folder with -o"
             }

@@ -15,6 +15,7 @@ mod labels;
 pub mod matlab5;
 #[doc(hidden)]
 pub mod matrix_input;
+pub(crate) mod matrix_market;
 mod number;
 #[doc(hidden)]
 pub mod numpy;

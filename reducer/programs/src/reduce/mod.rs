@@ -5,9 +5,12 @@ mod cache;
 mod compare;
 mod eigen_solver;
 mod error_report;
+mod import;
+mod init;
 mod inspect;
 mod memory;
 mod part;
+mod part_files;
 mod plan;
 mod reduction_report;
 mod scene;
@@ -27,8 +30,11 @@ use crate::outcome::{Outcome, ended};
 use crate::reduce::batch::BatchArguments;
 use crate::reduce::cache::{CacheArguments, InventoryArguments};
 use crate::reduce::eigen_solver::EigenSolverArguments;
+use crate::reduce::import::ImportCommand;
+use crate::reduce::init::InitArguments;
 use crate::reduce::inspect::InspectArguments;
 use crate::reduce::memory::MemoryArguments;
+use crate::reduce::part_files::PartArguments;
 use crate::reduce::plan::PlanArguments;
 use crate::reduce::scene::SceneReductionArguments;
 use crate::reduce::study::ComponentStudyArguments;
@@ -38,11 +44,11 @@ use dcb_reducer::error::Error;
 use dcb_reducer::mode_selection::ModeOptions;
 use dcb_workflow::batch::manifest::batch_schema;
 use dcb_workflow::file_form::FileForm;
-use dcb_workflow::siblings::SiblingArguments;
 
 /// Turns a component's finite-element stiffness and mass into a superelement for flexible multibody dynamics.
 ///
-/// PART.mtx is the stiffness; PART.mass.mtx and PART.json are found beside it.
+/// PART.mtx is the stiffness; PART.mass.mtx and PART.json are found beside it. Matrices of Abaqus, Ansys, CalculiX, Nastran, NumPy, MATLAB and PETSc
+/// are read as they are: name the mesh and the units (--mesh job.inp --units mm,t,s).
 #[derive(Debug, Parser)]
 #[command(
     name = "reduce",
@@ -65,7 +71,7 @@ struct ReduceCli {
 /// Options of a reduction.
 #[derive(Debug, Args)]
 pub(crate) struct ReduceArguments {
-    /// Stiffness matrix, Matrix Market (.mtx or .mtx.gz).
+    /// Stiffness matrix: Matrix Market (.mtx, .mtx.gz) or another program's; FILE#NAME picks one of several.
     #[arg(value_name = "PART.mtx", required = true)]
     pub stiffness: Option<PathBuf>,
     /// Output [default: PART.dcb.h5].
@@ -78,7 +84,7 @@ pub(crate) struct ReduceArguments {
     #[command(flatten)]
     pub scene: SceneReductionArguments,
     #[command(flatten)]
-    pub siblings: SiblingArguments,
+    pub part: PartArguments,
     /// Replace an existing output.
     #[arg(long)]
     pub force: bool,
@@ -107,6 +113,10 @@ enum SchemaName {
 
 #[derive(Debug, Subcommand)]
 enum ReduceCommand {
+    /// Make PART.mtx, PART.mass.mtx and PART.json of another program's matrices and mesh.
+    Import(ImportCommand),
+    /// Draft PART.json from a mesh and its node sets.
+    Init(InitArguments),
     /// Show what a superelement holds.
     Inspect(InspectArguments),
     /// Recompute what can be recomputed: from the file alone, or everything from the component.
@@ -142,6 +152,8 @@ pub fn main() -> ExitCode {
     };
     let outcome = match &cli.command {
         None => part::run(&cli.reduce, &cli.common),
+        Some(ReduceCommand::Import(arguments)) => import::run(arguments, &cli.common),
+        Some(ReduceCommand::Init(arguments)) => init::run(arguments, &cli.common),
         Some(ReduceCommand::Inspect(arguments)) => inspect::run(arguments),
         Some(ReduceCommand::Verify(arguments)) => verify::run(arguments),
         Some(ReduceCommand::Compare { a, b }) => compare::run(a, b),

@@ -6,14 +6,16 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use crate::program::Told;
 use dcb_formats::Superelement;
 use dcb_formats::component::Component;
-use dcb_formats::component_files::{ComponentFiles, read_component, stem};
+use dcb_formats::component_files::{ComponentFiles, stem};
 use dcb_formats::dcb::{Contents, WriteOptions, write_superelement};
 use dcb_formats::output::{Replace, check_output, is_same_file, write_text};
+use dcb_import::NamedFile;
 use serde_json::{Value, json};
 
 use crate::outcome::Outcome;
 use crate::program::CommonArguments;
 use crate::reduce::cache::{claim, keep, serve};
+use crate::reduce::part_files::PartFiles;
 use crate::reduce::reduction_report::summary;
 use crate::reduce::scene::Made;
 use crate::reduce::timing::{StageClock, StageTime};
@@ -36,9 +38,19 @@ static WRITTEN: AtomicBool = AtomicBool::new(false);
 
 /// `PART.dcb.h5` beside `PART.mtx`.
 pub(crate) fn default_output(stiffness: &Path) -> PathBuf {
-    let mut name = stem(stiffness).into_os_string();
+    let mut name = part_stem(stiffness).into_os_string();
     name.push(".dcb.h5");
     PathBuf::from(name)
+}
+
+/// `PATH/part` of `PATH/part.mtx`, `PATH/part.mtx.gz` and of another program's `PATH/part.op4#KGG`.
+pub(crate) fn part_stem(stiffness: &Path) -> PathBuf {
+    let path = NamedFile::of(stiffness).path;
+    let own = stem(&path);
+    match own == path {
+        true => path.with_extension(""),
+        false => own,
+    }
 }
 
 /// State when the user interrupts.
@@ -53,7 +65,7 @@ fn last_words() -> String {
 struct Job<'a> {
     arguments: &'a ReduceArguments,
     target: PathBuf,
-    files: ComponentFiles,
+    files: PartFiles,
     /// The part in its scene, where it is reduced for one.
     part: Option<PartInScene>,
     reduction: Reduction,
@@ -86,20 +98,20 @@ pub fn run(arguments: &ReduceArguments, common: &CommonArguments) -> Result<Outc
     }
     job.reduction.memory = arguments.memory.limit(&job.target);
     clock.start("read");
-    let component = read_component(&job.files, job.reduction.memory.bytes)?;
+    let component = job.files.read(job.reduction.memory.bytes)?;
     let (n_e, sources) = (component.dofs.len(), component.sources.clone());
     let request = arguments.modes.request();
     job.reduction.modes = request.selection(&component.units.time)?;
     let mut made = job
         .made(component, cache.as_ref(), &mut clock)
-        .map_err(|error| error.naming_the_file(&job.files))?;
+        .map_err(|error| error.naming_the_file(&job.files.files))?;
     let broken_limits = made.quality.broken_limits().into_iter();
     let broken_limits: Vec<String> = broken_limits.map(|limit| limit.to_string()).collect();
     if !broken_limits.is_empty() {
         clock.clear();
         let what = format!(
             "{}: nothing was written, the reduction is not good enough",
-            job.files.stiffness.display()
+            job.files.files.stiffness.display()
         );
         return Ok(Outcome::unless(
             quality_lines(&made.quality, &made.superelement.units.time),
@@ -159,14 +171,14 @@ impl<'a> Job<'a> {
             true => Replace::Overwrite,
             false => Replace::Refuse,
         };
-        let files = ComponentFiles::beside(stiffness, &arguments.siblings.overrides())?;
-        refuse_input_as_output(&files, &target)?;
+        let files = PartFiles::of(stiffness, &arguments.part)?;
+        refuse_input_as_output(&files.files, &target)?;
         let part = arguments.scene.part(&target, &usual)?;
         let scene = part.as_ref().map(|part| part.path.as_path());
         refuse_scene_as_output(scene, &target)?;
         check_output(&target, replace_existing)?;
         if let Some(timings) = &arguments.timings {
-            refuse_input_as_output(&files, timings)?;
+            refuse_input_as_output(&files.files, timings)?;
             refuse_scene_as_output(scene, timings)?;
             check_output(timings, Replace::Overwrite)?;
             if is_same_file(timings, &target) {

@@ -4,7 +4,6 @@ use std::fmt::Write as _;
 use std::path::PathBuf;
 
 use clap::Args;
-use dcb_formats::component_files::{ComponentFiles, read_component};
 use dcb_formats::units::readable;
 use dcb_sparse::factor_store::{FactorStorage, Place, Precision};
 use serde_json::json;
@@ -12,13 +11,13 @@ use serde_json::json;
 use crate::outcome::Outcome;
 use crate::reduce::memory::MemoryArguments;
 use crate::reduce::part::default_output;
+use crate::reduce::part_files::{PartArguments, PartFiles};
 use dcb_reducer::error::Error;
 use dcb_reducer::forecast;
 use dcb_reducer::mode_selection::ModeOptions;
 use dcb_reducer::resources::forecast::Forecast;
 use dcb_reducer::resources::machine_speed::MachineSpeed;
 use dcb_reducer::resources::memory_limit::MemoryLimit;
-use dcb_workflow::siblings::SiblingArguments;
 
 /// Component to plan for.
 #[derive(Debug, Args)]
@@ -29,7 +28,7 @@ pub struct PlanArguments {
     #[command(flatten)]
     pub modes: ModeOptions,
     #[command(flatten)]
-    pub siblings: SiblingArguments,
+    pub part: PartArguments,
     #[command(flatten)]
     pub memory: MemoryArguments,
     /// As JSON; memory in bytes, time in seconds.
@@ -41,10 +40,11 @@ pub fn run(arguments: &PlanArguments) -> Result<Outcome, Error> {
     let limit = arguments
         .memory
         .limit(&default_output(&arguments.stiffness));
-    let files = ComponentFiles::beside(&arguments.stiffness, &arguments.siblings.overrides())?;
-    let component = read_component(&files, limit.bytes)?;
+    let files = PartFiles::of(&arguments.stiffness, &arguments.part)?;
+    let component = files.read(limit.bytes)?;
     let modes = arguments.modes.request().selection(&component.units.time)?;
-    let forecast = forecast(&component, modes).map_err(|error| error.naming_the_file(&files))?;
+    let forecast =
+        forecast(&component, modes).map_err(|error| error.naming_the_file(&files.files))?;
     let forecast = limit.fitted(forecast);
     let speed = MachineSpeed::measure();
     let name = arguments.stiffness.display();

@@ -6,7 +6,6 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 use clap::Args;
 use dcb_formats::Component;
 use dcb_formats::component::{Interface, Role};
-use dcb_formats::component_files::{ComponentFiles, read_component, stem};
 use dcb_formats::output::remove_leftovers;
 use dcb_report::{Ledger, Start};
 use serde_json::{Value, json};
@@ -14,6 +13,8 @@ use serde_json::{Value, json};
 use crate::outcome::Outcome;
 use crate::program::CommonArguments;
 use crate::reduce::memory::MemoryArguments;
+use crate::reduce::part::part_stem;
+use crate::reduce::part_files::{PartArguments, PartFiles};
 use crate::reduce::when_interrupted;
 use dcb_formats::units::si_factor;
 use dcb_reducer::EnrichmentSource;
@@ -26,7 +27,6 @@ use dcb_workflow::part_study::sources::Sources;
 use dcb_workflow::part_study::sweep::Sweep;
 use dcb_workflow::part_study::variant::Variant;
 use dcb_workflow::part_study::{ComponentStudy, missing, recorded, run as make};
-use dcb_workflow::siblings::SiblingArguments;
 
 /// Name of the ledger in a study's folder.
 const LEDGER: &str = "rows.jsonl";
@@ -69,7 +69,7 @@ pub struct ComponentStudyArguments {
     #[arg(long, value_name = "E", default_value_t = 1e-3, allow_hyphen_values = true, value_parser = tolerance)]
     pub tolerance: f64,
     #[command(flatten)]
-    pub siblings: SiblingArguments,
+    pub part: PartArguments,
     /// Start anew where the folder has rows already.
     #[arg(long)]
     pub force: bool,
@@ -118,9 +118,9 @@ pub fn run(
     common: &CommonArguments,
 ) -> Result<Outcome, Error> {
     let folder = (arguments.output.clone()).unwrap_or_else(|| default_folder(&arguments.stiffness));
-    let files = ComponentFiles::beside(&arguments.stiffness, &arguments.siblings.overrides())?;
-    let component = read_component(&files, arguments.memory.limit(&folder).bytes)?;
-    let named = |error: Error| error.naming_the_file(&files);
+    let files = PartFiles::of(&arguments.stiffness, &arguments.part)?;
+    let component = files.read(arguments.memory.limit(&folder).bytes)?;
+    let named = |error: Error| error.naming_the_file(&files.files);
     let study = study(arguments, &component, &folder.join(SCRATCH)).map_err(named)?;
     let start = if arguments.force {
         Start::Anew
@@ -167,7 +167,7 @@ pub fn run(
 
 /// `PART.study` beside `PART.mtx`.
 fn default_folder(stiffness: &Path) -> PathBuf {
-    let mut name = stem(stiffness).into_os_string();
+    let mut name = part_stem(stiffness).into_os_string();
     name.push(".study");
     PathBuf::from(name)
 }

@@ -3,14 +3,13 @@
 use std::path::PathBuf;
 
 use clap::Args;
-use dcb_formats::component_files::{ComponentFiles, read_component};
 use dcb_formats::dcb::SuperelementFile;
 use dcb_reducer::error::Error;
 use dcb_reducer::resources::memory_limit::available;
 use dcb_reducer::verify::{Findings, check_alone, check_component};
 
 use crate::outcome::Outcome;
-use dcb_workflow::siblings::SiblingArguments;
+use crate::reduce::part_files::{PartArguments, PartFiles};
 
 /// Superelement to verify, and its component.
 #[derive(Debug, Args)]
@@ -24,7 +23,7 @@ pub(crate) struct VerifyArguments {
     #[arg(long, value_name = "PART.mtx")]
     pub component: Option<PathBuf>,
     #[command(flatten)]
-    pub siblings: SiblingArguments,
+    pub part: PartArguments,
 }
 
 pub fn run(arguments: &VerifyArguments) -> Result<Outcome, Error> {
@@ -45,10 +44,10 @@ pub fn run(arguments: &VerifyArguments) -> Result<Outcome, Error> {
     let mesh = file.mesh()?;
     check_alone(&element, recovery.as_ref(), mesh.as_ref(), &mut findings)?;
     if let Some(stiffness) = &arguments.component {
-        let files = ComponentFiles::beside(stiffness, &arguments.siblings.overrides())?;
-        let component = read_component(&files, available())?;
+        let files = PartFiles::of(stiffness, &arguments.part)?;
+        let component = files.read(available())?;
         check_component(&element, recovery.as_ref(), &component, &mut findings)
-            .map_err(|error| error.naming_the_file(&files))?;
+            .map_err(|error| error.naming_the_file(&files.files))?;
     }
     let verdict = if findings.broken.is_empty() {
         "verified\n"

@@ -1,0 +1,158 @@
+//! A component from other programs' files, step by step.
+
+use std::path::Path;
+
+use dcb_formats::Error;
+use dcb_formats::component::{Component, ComponentDraft, ComponentFault, Units};
+use dcb_formats::mesh::{Dof, DofMap, Mesh};
+
+use crate::interfaces::interfaces;
+use crate::named_file::NamedFile;
+use crate::operators::of_file;
+use crate::part::Part;
+use crate::part_mesh::PartMesh;
+use crate::report::{ImportReport, MassCentre};
+use crate::request::Import;
+use crate::rigid_motions::Resistance;
+use crate::row_order::{RowOwner, row_places};
+use crate::source_files::{SourceMatrices, file_name};
+
+/// A component, and what was done to make it.
+#[derive(Debug)]
+pub struct Imported {
+    /// Checked component. Its nodes are in the order of the rows.
+    pub component: Component,
+    /// For the user.
+    pub report: ImportReport,
+}
+
+/// Reads matrices and mesh, and ties them together.
+///
+/// # Errors
+/// What is wrong with the files, or doubtful: nothing is guessed without the proof that K resists no rigid motion.
+pub fn import(request: &Import) -> Result<Imported, Error> {
+    let matrices = SourceMatrices::read(&request.stiffness, request.mass.as_ref())?;
+    let mesh = request.mesh.as_deref().map(PartMesh::read).transpose()?;
+    let mut part = Part::of(request, matrices, mesh)?;
+    part.drop_empty_rows();
+    part.leave_displacement_axes()?;
+    let resistance = part.proven(request)?;
+    part.order_nodes();
+    part.component(request, resistance)
+}
+
+impl Part {
+    fn component(mut self, request: &Import, resistance: Resistance) -> Result<Imported, Error> {
+        let node_count = self.mesh.points.len();
+        let usage = |message: String| Error::File {
+            path: request
+                .mesh
+                .clone()
+                .unwrap_or_else(|| request.stiffness.path.clone()),
+            message,
+        };
+        let described = self.description.take();
+        let from_sets = request.interfaces.is_some() || described.is_none();
+        let made = match from_sets {
+            true => {
+                let made = interfaces(&self.mesh.sets, request.interfaces.as_deref(), node_count)
+                    .map_err(usage)?;
+                self.notes.extend(made.notes);
+                made.interfaces
+            }
+            false => Vec::new(),
+        };
+        let units = request
+            .units
+            .clone()
+            .or_else(|| described.as_ref().map(|described| described.units.clone()))
+            .ok_or_else(|| no_units(&request.stiffness))?;
+        let name = request
+            .name
+            .clone()
+            .or_else(|| described.as_ref().map(|described| described.name.clone()))
+            .unwrap_or_else(|| stem(&request.stiffness.path));
+        let (mesh, dofs) = self
+            .mesh_and_dofs()
+            .map_err(|message| of_file(&request.stiffness.path, message))?;
+        let report = self.report(&mesh, resistance, &units);
+        let mut draft = ComponentDraft {
+            interfaces: made,
+            sources: self.sources,
+            notes: self.notes,
+            ..ComponentDraft::new(&name, units, (mesh, dofs), self.stiffness, self.mass)
+        };
+        if let Some(described) = described {
+            draft.damping = described.damping;
+            if !from_sets {
+                draft.interfaces = described.interfaces;
+            }
+        }
+        let component =
+            Component::checked(draft).map_err(|ComponentFault { place, message }| {
+                of_file(&request.stiffness.path, format!("{place}: {message}"))
+            })?;
+        Ok(Imported { component, report })
+    }
+
+    fn report(&self, mesh: &Mesh, resistance: Resistance, units: &Units) -> ImportReport {
+        let internal = self
+            .rows
+            .iter()
+            .filter(|owner| **owner == RowOwner::Internal)
+            .count();
+        let places = row_places(&self.mesh, &self.rows);
+        let sets = mesh.point_sets.iter();
+        ImportReport {
+            formats: [
+                self.formats[0].to_owned(),
+                self.formats[1].to_owned(),
+                self.mesh_format.clone(),
+            ],
+            rows: self.rows.len(),
+            internal_rows: internal,
+            nodes: self.mesh.points.len(),
+            digits: self.digits,
+            order: self.order.clone(),
+            resistance: resistance.worst(),
+            mass_centre: MassCentre::of(&self.mass, &places),
+            units: units.clone(),
+            sets: sets
+                .map(|(name, nodes)| (name.clone(), nodes.len()))
+                .collect(),
+            notes: self.notes.clone(),
+        }
+    }
+
+    /// The mesh of the component and the dof of each row.
+    fn mesh_and_dofs(&self) -> Result<(Mesh, DofMap), String> {
+        let dofs = self.rows.iter().filter_map(|owner| match owner {
+            RowOwner::Node { node, direction } => Some(Dof {
+                node: *node,
+                direction: *direction,
+            }),
+            RowOwner::Internal => None,
+        });
+        let dofs: Vec<Dof> = dofs.collect();
+        let mesh = self.mesh.of_component(dofs.iter().map(|dof| dof.direction));
+        let dofs = DofMap::new(dofs, self.mesh.points.len()).map_err(|error| error.to_string())?;
+        Ok((mesh, dofs))
+    }
+}
+
+fn no_units(stiffness: &NamedFile) -> Error {
+    of_file(
+        &stiffness.path,
+        "no file says the units of these numbers; name length, mass and time, for example --units m,kg,s or --units mm,t,s".into(),
+    )
+}
+
+/// Name of a file without folder and endings.
+pub(crate) fn stem(path: &Path) -> String {
+    let name = file_name(path);
+    let stem = name.split('.').next().unwrap_or_default();
+    match stem.is_empty() {
+        true => "part".into(),
+        false => stem.to_owned(),
+    }
+}

@@ -1,0 +1,138 @@
+//! Node sets as interfaces.
+
+use std::str::FromStr;
+
+use dcb_formats::component::{Interface, InterfaceKind, Role, Weights};
+use dcb_formats::description::{listed, suggestion};
+
+/// A node set that becomes an interface, as the command line names it: `SET` or `SET:KIND`.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct RequestedSet {
+    /// Name of the set, compared without regard to case.
+    pub name: String,
+    /// `average` if none is given.
+    pub kind: InterfaceKind,
+}
+
+impl FromStr for RequestedSet {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, Self::Err> {
+        let (name, kind) = match text.rsplit_once(':') {
+            Some((name, kind)) => (name, kind),
+            None => (text, InterfaceKind::Average.name()),
+        };
+        let kinds = [
+            InterfaceKind::Nodes,
+            InterfaceKind::Average,
+            InterfaceKind::Rigid,
+        ];
+        let found = kinds.into_iter().find(|known| known.name() == kind);
+        match found {
+            Some(kind) if !name.is_empty() => Ok(Self {
+                name: name.to_owned(),
+                kind,
+            }),
+            Some(_) => Err(format!("`{text}` names no set; expected SET or SET:KIND")),
+            None => Err(format!(
+                "`{kind}` is no kind of interface; expected nodes, average or rigid"
+            )),
+        }
+    }
+}
+
+/// Interfaces made of sets, and remarks for the user.
+pub(crate) struct Interfaces {
+    pub interfaces: Vec<Interface>,
+    pub notes: Vec<String>,
+}
+
+/// The sets that are asked for, or every set that is neither empty nor the whole part. Nodes are in the order of the component.
+///
+/// # Errors
+/// A set that isn't there or is empty.
+pub(crate) fn interfaces(
+    sets: &[(String, Vec<u32>)],
+    asked: Option<&[RequestedSet]>,
+    node_count: usize,
+) -> Result<Interfaces, String> {
+    if let Some(asked) = asked {
+        let interfaces = asked
+            .iter()
+            .map(|asked| of_requested(sets, asked))
+            .collect::<Result<_, _>>()?;
+        return Ok(Interfaces {
+            interfaces,
+            notes: Vec::new(),
+        });
+    }
+    let (mut interfaces, mut notes) = (Vec::new(), Vec::new());
+    let is_part = |nodes: &[u32]| !nodes.is_empty() && nodes.len() < node_count;
+    for (name, nodes) in sets.iter().filter(|(_, nodes)| is_part(nodes)) {
+        interfaces.push(interface(name, InterfaceKind::Average, nodes));
+    }
+    let names = || interfaces.iter().map(|interface| interface.name.as_str());
+    match interfaces.len() {
+        0 => {}
+        count => notes.push(format!(
+            "{} became {}, kind average: {}; --interfaces names others, or another kind",
+            counted(count, "node set"),
+            if count == 1 {
+                "an interface"
+            } else {
+                "interfaces"
+            },
+            listed(names())
+        )),
+    }
+    Ok(Interfaces { interfaces, notes })
+}
+
+fn of_requested(sets: &[(String, Vec<u32>)], asked: &RequestedSet) -> Result<Interface, String> {
+    let names = || sets.iter().map(|(name, _)| name.as_str());
+    let known = || match sets.is_empty() {
+        true => "the mesh has no node sets".to_owned(),
+        false => format!("the mesh has: {}", listed(names())),
+    };
+    let found = sets
+        .iter()
+        .find(|(name, _)| *name == asked.name)
+        .or_else(|| {
+            sets.iter()
+                .find(|(name, _)| name.eq_ignore_ascii_case(&asked.name))
+        });
+    match found {
+        None => Err(format!(
+            "no node set is named \"{}\"{} ({})",
+            asked.name,
+            suggestion(&asked.name, names()),
+            known()
+        )),
+        Some((name, nodes)) if nodes.is_empty() => Err(format!(
+            "the node set \"{name}\" is empty; an interface needs at least one node"
+        )),
+        Some((name, nodes)) => Ok(interface(name, asked.kind, nodes)),
+    }
+}
+
+fn interface(name: &str, kind: InterfaceKind, nodes: &[u32]) -> Interface {
+    Interface {
+        // Scenes write `body/interface`.
+        name: name.replace('/', "-"),
+        kind,
+        nodes: nodes.to_vec(),
+        position: None,
+        weights: Weights::Uniform,
+        axes: None,
+        directions: None,
+        role: Role::Attachment,
+    }
+}
+
+/// `1 node set`, `2 node sets`.
+pub(crate) fn counted(count: usize, noun: &str) -> String {
+    match count {
+        1 => format!("1 {noun}"),
+        _ => format!("{count} {noun}s"),
+    }
+}

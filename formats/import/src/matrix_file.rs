@@ -1,0 +1,132 @@
+//! Files with matrices, told by their content.
+
+use std::path::{Path, PathBuf};
+
+use dcb_formats::Error;
+use dcb_formats::matrix::blocks::TextBlocks;
+
+use crate::matrix::{matlab5, matrix_market, petsc};
+use crate::stored::{Listed, Reading};
+
+/// A format of matrices.
+struct Format {
+    /// For people.
+    name: &'static str,
+    recognises: fn(&[u8]) -> bool,
+    list: fn(&Path) -> Result<Vec<Listed>, Error>,
+    read: fn(&Path, &[usize]) -> Result<Reading, Error>,
+}
+
+/// All of them. The first that recognises a file reads it.
+const FORMATS: [Format; 3] = [
+    Format {
+        name: "Matrix Market",
+        recognises: matrix_market::recognises,
+        list: matrix_market::list,
+        read: matrix_market::read,
+    },
+    Format {
+        name: "MATLAB 5",
+        recognises: matlab5::recognises,
+        list: matlab5::list,
+        read: matlab5::read,
+    },
+    Format {
+        name: "PETSc binary",
+        recognises: petsc::recognises,
+        list: petsc::list,
+        read: petsc::read,
+    },
+];
+
+/// Bytes at the beginning of a file by which it is recognised.
+const LOOKED_AT: usize = 1 << 20;
+
+/// A file with matrices.
+pub struct MatrixFile {
+    path: PathBuf,
+    format: &'static Format,
+    listed: Vec<Listed>,
+}
+
+impl MatrixFile {
+    /// Recognises a file and lists its matrices.
+    ///
+    /// # Errors
+    /// [`Error::File`] for content that isn't known, and what is wrong with content that is.
+    pub fn open(path: &Path) -> Result<Self, Error> {
+        let start = beginning(path)?;
+        let Some(format) = FORMATS.iter().find(|format| (format.recognises)(&start)) else {
+            return Err(unknown(path, &start));
+        };
+        Ok(Self {
+            path: path.to_path_buf(),
+            format,
+            listed: (format.list)(path)?,
+        })
+    }
+
+    /// Name of the format.
+    pub fn format_name(&self) -> &'static str {
+        self.format.name
+    }
+
+    /// Its matrices.
+    pub fn listed(&self) -> &[Listed] {
+        &self.listed
+    }
+
+    /// Reads matrices by their numbers in the list.
+    ///
+    /// # Errors
+    /// Whatever is wrong with them, with its place.
+    pub fn read(&self, wanted: &[usize]) -> Result<Reading, Error> {
+        (self.format.read)(&self.path, wanted)
+    }
+
+    /// An error of this file.
+    pub(crate) fn refused(&self, message: impl Into<String>) -> Error {
+        Error::File {
+            path: self.path.clone(),
+            message: message.into(),
+        }
+    }
+
+    /// Name of the file without its folder.
+    pub(crate) fn file_name(&self) -> String {
+        let name = self.path.file_name().unwrap_or_default();
+        name.to_string_lossy().into_owned()
+    }
+}
+
+/// Whether a file has a Matrix Market banner.
+///
+/// # Errors
+/// It can't be read.
+pub fn is_matrix_market(path: &Path) -> Result<bool, Error> {
+    Ok(matrix_market::recognises(&beginning(path)?))
+}
+
+/// The first bytes of a file, unpacked where it is gzipped.
+pub(crate) fn beginning(path: &Path) -> Result<Vec<u8>, Error> {
+    let mut text = TextBlocks::open(path)?;
+    text.fill_to(LOOKED_AT)?;
+    Ok(text.pending().to_vec())
+}
+
+fn unknown(path: &Path, start: &[u8]) -> Error {
+    let message = match start.is_empty() {
+        true => "is empty; expected a matrix".to_owned(),
+        false => {
+            let names: Vec<&str> = FORMATS.iter().map(|format| format.name).collect();
+            format!(
+                "holds no matrix of a format that is known here; expected one of {}",
+                names.join(", ")
+            )
+        }
+    };
+    Error::File {
+        path: path.to_path_buf(),
+        message,
+    }
+}

@@ -1,0 +1,100 @@
+//! The mesh of a part, with the file that it comes from.
+
+use std::path::{Path, PathBuf};
+
+use dcb_formats::component::Source;
+use dcb_formats::{Description, Error, read_description};
+
+use crate::matrix_file::beginning;
+use crate::mesh::{FoundMesh, ReadMesh, read_mesh};
+use crate::source_files::source;
+
+/// A mesh, and what its file says besides.
+pub(crate) struct PartMesh {
+    pub found: FoundMesh,
+    /// Name of the format.
+    pub format: String,
+    /// Of a component file: units, dofs, interfaces, damping.
+    pub description: Option<Description>,
+    /// Of the file, and of those that it includes.
+    pub sources: Vec<Source>,
+}
+
+impl PartMesh {
+    /// Reads a mesh of any format, or a component file.
+    ///
+    /// # Errors
+    /// What is wrong with the file.
+    pub fn read(path: &Path) -> Result<Self, Error> {
+        if !is_component_file(path)? {
+            let ReadMesh {
+                format,
+                mesh,
+                sha256,
+            } = read_mesh(path)?;
+            let of_mesh = source("mesh", path, &sha256);
+            let included = mesh.included.iter().map(|(name, sha256)| Source {
+                role: "mesh.include".into(),
+                file_name: name.clone(),
+                sha256: sha256.clone(),
+            });
+            return Ok(Self {
+                sources: [of_mesh].into_iter().chain(included).collect(),
+                format: format.to_string(),
+                description: None,
+                found: mesh,
+            });
+        }
+        let description = read_description(path)?;
+        let mesh = &description.mesh;
+        let found = FoundMesh {
+            points: (0..mesh.node_count() as u32)
+                .map(|node| mesh.position(node))
+                .collect(),
+            cells: mesh.cells.clone(),
+            sets: mesh.point_sets.clone().into_iter().collect(),
+            notes: description.notes.clone(),
+            ..FoundMesh::default()
+        };
+        Ok(Self {
+            found,
+            format: "component file".into(),
+            sources: vec![source("mesh", path, &description.sha256)],
+            description: Some(description),
+        })
+    }
+}
+
+impl PartMesh {
+    /// A mesh that no file has.
+    pub fn without_file(found: FoundMesh) -> Self {
+        Self {
+            found,
+            format: "none".into(),
+            description: None,
+            sources: Vec::new(),
+        }
+    }
+}
+
+/// Endings of meshes that stand beside a stiffness file of the same stem, in the order in which they are looked for.
+const ENDINGS: [&str; 2] = ["json", "inp"];
+
+/// The mesh beside a stiffness file: `part.json`, or the deck `part.inp`.
+pub fn mesh_beside(stiffness: &Path) -> Option<PathBuf> {
+    let paths = ENDINGS
+        .iter()
+        .map(|ending| stiffness.with_extension(ending));
+    paths.into_iter().find(|path| path.exists())
+}
+
+/// Whether a file is a component file: JSON with the key `component`.
+///
+/// # Errors
+/// It can't be read.
+pub fn is_component_file(path: &Path) -> Result<bool, Error> {
+    let start = beginning(path)?;
+    let is_json = start.trim_ascii_start().starts_with(b"{");
+    // In a large file the key comes after the mesh; then only the whole of it would tell.
+    Ok(is_json)
+}

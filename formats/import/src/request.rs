@@ -1,0 +1,99 @@
+//! An import as it is asked for.
+
+use std::path::PathBuf;
+use std::str::FromStr;
+
+use dcb_formats::component::Units;
+use dcb_formats::mesh::Direction;
+
+use crate::interfaces::RequestedSet;
+use crate::named_file::NamedFile;
+use crate::row_order::NodeOrder;
+
+/// Files of another program, and what they don't say.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Import {
+    /// Stiffness matrix.
+    pub stiffness: NamedFile,
+    /// Mass matrix; found by the stiffness where its partner is known.
+    pub mass: Option<NamedFile>,
+    /// Mesh with the nodes of the rows. Only matrices with rotations can do without.
+    pub mesh: Option<PathBuf>,
+    /// Which row is which motion, where the matrices don't say it; ux, uy, uz at every node if nothing does.
+    pub dofs: Option<RowSource>,
+    /// Order of the nodes where rows have no labels.
+    pub node_order: NodeOrder,
+    /// Whether an order that got lost may be found from the stiffness.
+    pub lost_order: LostOrder,
+    /// Sets that become interfaces; all that may if none are named.
+    pub interfaces: Option<Vec<RequestedSet>>,
+    /// Unit system of the numbers; no file of another program says it.
+    pub units: Option<Units>,
+    /// Name of the component; the stem of the stiffness file's name if there is none.
+    pub name: Option<String>,
+}
+
+/// Where it is said which row is which motion.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum RowSource {
+    /// Every node has these directions, node after node.
+    Pattern(Vec<Direction>),
+    /// A file with a label and a direction for each row.
+    Table(NamedFile),
+}
+
+impl FromStr for RowSource {
+    type Err = String;
+
+    /// `ux,uy,uz`, or the name of a file.
+    fn from_str(text: &str) -> Result<Self, Self::Err> {
+        let parse = |name: &str| Direction::from_name(&name.trim().to_ascii_lowercase());
+        let pattern: Option<Vec<Direction>> = text.split(',').map(parse).collect();
+        match pattern {
+            Some(pattern) => {
+                let is_repeated = |at: usize| pattern[..at].contains(&pattern[at]);
+                match (0..pattern.len()).find(|&at| is_repeated(at)) {
+                    Some(at) => Err(format!("names {} twice", pattern[at].name())),
+                    None => Ok(Self::Pattern(pattern)),
+                }
+            }
+            None => {
+                let is_list = text.contains(',') && !std::path::Path::new(text).exists();
+                match is_list {
+                    true => Err(format!(
+                        "`{text}` is neither a list of ux, uy, uz, rx, ry, rz nor a file"
+                    )),
+                    false => Ok(Self::Table(NamedFile::of(text.as_ref()))),
+                }
+            }
+        }
+    }
+}
+
+/// Treatment of matrices whose rows are in an order that nobody knows.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum LostOrder {
+    /// Refuse them.
+    #[default]
+    Refuse,
+    /// Find it from the null space of the stiffness, and say so.
+    Repair,
+}
+
+/// Units as the command line has them: `m,kg,s`.
+///
+/// # Errors
+/// Anything but three names.
+pub fn units(text: &str) -> Result<Units, String> {
+    let names: Vec<&str> = text.split(',').map(str::trim).collect();
+    match names.as_slice() {
+        [length, mass, time] if names.iter().all(|name| !name.is_empty()) => Ok(Units {
+            length: (*length).to_owned(),
+            mass: (*mass).to_owned(),
+            time: (*time).to_owned(),
+        }),
+        _ => Err(format!(
+            "`{text}` names no three units; expected length, mass and time, for example m,kg,s or mm,t,s"
+        )),
+    }
+}

@@ -1,0 +1,131 @@
+//! One part in the files of many programs: each gives the component of the Matrix Market files, number for number.
+#![allow(clippy::unwrap_used, clippy::expect_used)]
+
+use std::path::{Path, PathBuf};
+
+use dcb_formats::component::{Component, Units};
+use dcb_formats::component_files::{ComponentFiles, Overrides, read_component};
+use dcb_import::{Import, Imported, LostOrder, NamedFile, NodeOrder, import};
+
+fn data(name: &str) -> PathBuf {
+    Path::new("../../tests/data/exchange").join(name)
+}
+
+fn named(name: &str) -> NamedFile {
+    NamedFile::of(&data(name))
+}
+
+fn request(stiffness: &str, mass: Option<&str>, mesh: &str) -> Import {
+    Import {
+        stiffness: named(stiffness),
+        mass: mass.map(named),
+        mesh: Some(data(mesh)),
+        dofs: None,
+        node_order: NodeOrder::Label,
+        lost_order: LostOrder::Refuse,
+        interfaces: None,
+        units: Some(Units {
+            length: "mm".into(),
+            mass: "t".into(),
+            time: "s".into(),
+        }),
+        name: None,
+    }
+}
+
+fn plain() -> Component {
+    let files = ComponentFiles::beside(&data("bracket.mtx"), &Overrides::default()).unwrap();
+    read_component(&files, None).unwrap()
+}
+
+/// Equal but for names of files, sets and notes, and but for how exactly the mesh prints its coordinates.
+fn assert_same(of: &str, found: &Component, expected: &Component, coordinate_tolerance: f64) {
+    for (name, found, expected) in [
+        ("stiffness", &found.stiffness, &expected.stiffness),
+        ("mass", &found.mass, &expected.mass),
+    ] {
+        assert_eq!(found.col_ptr(), expected.col_ptr(), "{of}: {name}");
+        assert_eq!(found.row_idx(), expected.row_idx(), "{of}: {name}");
+        let bits = |values: &[f64]| {
+            values
+                .iter()
+                .map(|value| value.to_bits())
+                .collect::<Vec<_>>()
+        };
+        assert!(bits(found.val()) == bits(expected.val()), "{of}: {name}");
+    }
+    let pairs = found
+        .mesh
+        .coordinates
+        .iter()
+        .zip(&expected.mesh.coordinates);
+    let farthest = pairs.map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
+    assert!(farthest <= coordinate_tolerance, "{of}: {farthest}");
+    assert_eq!(found.mesh.cells, expected.mesh.cells, "{of}");
+    assert_eq!(found.dofs, expected.dofs, "{of}");
+    for (found, expected) in found.interfaces.iter().zip(&expected.interfaces) {
+        assert!(found.name.eq_ignore_ascii_case(&expected.name), "{of}");
+        assert_eq!(found.nodes, expected.nodes, "{of}");
+    }
+    assert_eq!(found.interfaces.len(), expected.interfaces.len(), "{of}");
+}
+
+/// With the mesh of the component file nothing is rounded: the component, and so its superelement, is the same to the last bit.
+#[test]
+fn every_lossless_form_is_the_same_component() {
+    let expected = plain();
+    for (stiffness, mass) in LOSSLESS {
+        let request = Import {
+            node_order: NodeOrder::File,
+            ..request(stiffness, *mass, "bracket.json")
+        };
+        let Imported { component, report } = import(&request).unwrap();
+        assert!(report.resistance < 1e-12, "{stiffness}: {}", report.text());
+        assert_same(stiffness, &component, &expected, 0.0);
+    }
+}
+
+/// Stiffness, and mass where it isn't found by itself.
+const LOSSLESS: &[(&str, Option<&str>)] = &[
+    ("bracket.mtx", None),
+    ("matlab/bracket_v5.mat", None),
+    ("matlab/bracket_v5_compressed.mat", None),
+    ("petsc/bracket_K.petsc", None),
+];
+
+/// The same matrices on every mesh.
+#[test]
+fn every_mesh_is_the_same_part() {
+    let expected = plain();
+    for mesh in ["calculix/bracket.inp", "calculix/bracket_transform.inp"] {
+        let Imported { component, .. } =
+            import(&request("matlab/bracket_v5.mat", None, mesh)).unwrap();
+        assert_same(mesh, &component, &expected, 1e-12);
+    }
+}
+
+/// In the order of the file the rows don't fit, and the message says which order does.
+#[test]
+fn the_other_order_of_nodes_is_named() {
+    let request = Import {
+        node_order: NodeOrder::File,
+        ..request("matlab/bracket_v5.mat", None, "calculix/bracket.inp")
+    };
+    let error = import(&request).unwrap_err().to_string();
+    assert!(error.contains("add --node-order label"), "{error}");
+}
+
+/// Also where nobody says the order.
+#[test]
+fn a_lost_order_is_found_from_the_stiffness() {
+    let request = Import {
+        node_order: NodeOrder::File,
+        lost_order: LostOrder::Repair,
+        ..request("matlab/bracket_v5.mat", None, "calculix/bracket.inp")
+    };
+    let Imported { component, report } = import(&request).unwrap();
+    assert_same("repaired", &component, &plain(), 1e-12);
+    let notes = component.notes.join("\n");
+    assert!(notes.contains("was found from the stiffness"), "{notes}");
+    assert!(report.resistance < 1e-12);
+}

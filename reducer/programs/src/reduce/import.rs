@@ -1,0 +1,125 @@
+//! `reduce import`: another program's matrices and mesh as the files of a component.
+
+use std::path::{Path, PathBuf};
+
+use clap::Args;
+use dcb_formats::component_files::write_component;
+use dcb_formats::output::{Replace, check_output, is_same_file};
+use dcb_import::{Import, Imported, import};
+use dcb_reducer::error::{CommandRefusal, Error, Occupied};
+
+use crate::outcome::Outcome;
+use crate::program::CommonArguments;
+use crate::reduce::part::part_stem;
+use crate::reduce::part_files::ImportArguments;
+
+/// Files of another program.
+#[derive(Debug, Args)]
+#[command(
+    after_help = "Formats are told by content, never by the file's ending.\n\
+                  Matrices: Abaqus (MATRIX INPUT, COORDINATE, substructure), Ansys (Harwell-Boeing, Matrix Market, npz), CalculiX (.sti, .mas, .dof),\n\
+                  Nastran (OP4, DMIG), NumPy (.npz), MATLAB (.mat), PETSc, Matrix Market.\n\
+                  Meshes: Abaqus and CalculiX decks, Nastran bulk data, Gmsh (.msh), UNV, VTU, JSON.\n\
+                  A page for each FE code: docs/import.md."
+)]
+pub(crate) struct ImportCommand {
+    /// Stiffness matrix; FILE#NAME picks one of several in a file.
+    #[arg(value_name = "STIFFNESS")]
+    stiffness: PathBuf,
+    /// Mass matrix [default: the partner of the stiffness, in its file or beside it].
+    #[arg(value_name = "MASS")]
+    mass: Option<PathBuf>,
+    /// Mesh with the nodes of the rows [default: a deck beside the stiffness].
+    #[arg(long, value_name = "FILE")]
+    mesh: Option<PathBuf>,
+    #[command(flatten)]
+    import: ImportArguments,
+    /// Output: PART.mtx, with PART.mass.mtx and PART.json beside it [default: NAME.mtx here].
+    #[arg(long, short, value_name = "PART.mtx")]
+    output: Option<PathBuf>,
+    /// Replace existing outputs.
+    #[arg(long)]
+    force: bool,
+}
+
+pub(crate) fn run(command: &ImportCommand, common: &CommonArguments) -> Result<Outcome, Error> {
+    let mass = command.mass.as_deref();
+    let request = command
+        .import
+        .import(&command.stiffness, mass, command.mesh.as_deref())?;
+    if request.units.is_none() && !has_units(&request)? {
+        return Err(CommandRefusal::NoUnits.into());
+    }
+    let stem = stem_of_output(command)?;
+    let replace = match command.force {
+        true => Replace::Overwrite,
+        false => Replace::Refuse,
+    };
+    for ending in [".mtx", ".mass.mtx", ".json"] {
+        let target = with_ending(&stem, ending);
+        refuse_input(&request, &target)?;
+        check_output(&target, replace)?;
+    }
+    let Imported { component, report } = import(&request)?;
+    let written = write_component(&component, &stem, replace)?;
+    for note in &component.notes {
+        common.told().say("note", note);
+    }
+    let mut text = report.text();
+    for path in written {
+        text += &format!("wrote {}\n", path.display());
+    }
+    Ok(Outcome::done(text))
+}
+
+/// A component file says its units itself.
+fn has_units(request: &Import) -> Result<bool, Error> {
+    match &request.mesh {
+        Some(mesh) if mesh.exists() => Ok(dcb_import::is_component_file(mesh)?),
+        // What is missing is told by the import.
+        _ => Ok(true),
+    }
+}
+
+/// `PATH/part` of the output.
+fn stem_of_output(command: &ImportCommand) -> Result<PathBuf, Error> {
+    let Some(output) = &command.output else {
+        let stem = part_stem(&command.stiffness);
+        let name = command.import.name.clone();
+        let own = stem
+            .file_name()
+            .map(|name| name.to_string_lossy().into_owned());
+        return Ok(PathBuf::from(name.or(own).unwrap_or_else(|| "part".into())));
+    };
+    let is_mtx = output.extension().is_some_and(|ending| ending == "mtx");
+    match is_mtx {
+        true => Ok(output.with_extension("")),
+        false => Err(CommandRefusal::NoMatrixMarketName {
+            path: output.clone(),
+        }
+        .into()),
+    }
+}
+
+fn with_ending(stem: &Path, ending: &str) -> PathBuf {
+    let mut name = stem.as_os_str().to_owned();
+    name.push(ending);
+    PathBuf::from(name)
+}
+
+fn refuse_input(request: &Import, target: &Path) -> Result<(), Error> {
+    let inputs = [
+        Some(&request.stiffness.path),
+        request.mass.as_ref().map(|mass| &mass.path),
+        request.mesh.as_ref(),
+    ];
+    let mut inputs = inputs.into_iter().flatten();
+    match inputs.any(|input| target.exists() && is_same_file(input, target)) {
+        true => Err(CommandRefusal::WouldDestroy {
+            path: target.to_path_buf(),
+            role: Occupied::Import,
+        }
+        .into()),
+        false => Ok(()),
+    }
+}

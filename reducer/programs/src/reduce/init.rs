@@ -1,0 +1,88 @@
+//! `reduce init`: the description of a component, drafted from a mesh and its node sets.
+
+use std::path::PathBuf;
+
+use clap::Args;
+use dcb_formats::component::Units;
+use dcb_formats::component_files::write_description;
+use dcb_formats::mesh::Direction;
+use dcb_formats::output::Replace;
+use dcb_import::{NodeOrder, RequestedSet, RowSource, described, units};
+use dcb_reducer::error::{CommandRefusal, Error};
+
+use crate::outcome::Outcome;
+use crate::program::CommonArguments;
+
+/// A mesh.
+#[derive(Debug, Args)]
+pub(crate) struct InitArguments {
+    /// Mesh: Abaqus or CalculiX deck, Nastran bulk data, Gmsh (.msh), UNV, VTU, JSON.
+    #[arg(value_name = "MESH")]
+    mesh: PathBuf,
+    /// Units of length, mass and time, for example m,kg,s or mm,t,s.
+    #[arg(long, value_name = "L,M,T", value_parser = units)]
+    units: Units,
+    /// Directions of every node, in the order of the matrices' rows.
+    #[arg(long, value_name = "ux,uy,uz", default_value = "ux,uy,uz")]
+    dofs: RowSource,
+    /// Order of the nodes: that of the mesh file, or by rising label.
+    #[arg(long, value_name = "file|label", default_value = "file", value_parser = super::part_files::node_order)]
+    node_order: NodeOrder,
+    /// Node sets that become interfaces, with their kinds: nodes, average or rigid [default: all sets, average].
+    #[arg(long, value_name = "SET[:KIND],...", value_delimiter = ',')]
+    interfaces: Option<Vec<RequestedSet>>,
+    /// Name of the component [default: that of the mesh file].
+    #[arg(long, value_name = "NAME")]
+    name: Option<String>,
+    /// Output [default: NAME.json here].
+    #[arg(long, short, value_name = "PART.json")]
+    output: Option<PathBuf>,
+    /// Replace an existing output.
+    #[arg(long)]
+    force: bool,
+}
+
+pub(crate) fn run(arguments: &InitArguments, common: &CommonArguments) -> Result<Outcome, Error> {
+    let RowSource::Pattern(pattern) = &arguments.dofs else {
+        return Err(CommandRefusal::TableInDraft.into());
+    };
+    let pattern: &[Direction] = pattern;
+    let order = (arguments.node_order, pattern);
+    let draft = described(
+        &arguments.mesh,
+        order,
+        arguments.interfaces.as_deref(),
+        arguments.units.clone(),
+        arguments.name.as_deref(),
+    )?;
+    let target = match &arguments.output {
+        Some(output) => output.clone(),
+        None => PathBuf::from(format!("{}.json", draft.name)),
+    };
+    let replace = match arguments.force {
+        true => Replace::Overwrite,
+        false => Replace::Refuse,
+    };
+    write_description(&draft, &target, replace)?;
+    for note in &draft.notes {
+        common.told().say("note", note);
+    }
+    let names: Vec<&str> = pattern.iter().map(|direction| direction.name()).collect();
+    let rows = draft.dofs.len();
+    let interfaces: Vec<String> = draft
+        .interfaces
+        .iter()
+        .map(|interface| format!("{} ({} nodes)", interface.name, interface.nodes.len()))
+        .collect();
+    Ok(Outcome::done(format!(
+        "{} nodes with {} make {rows} rows: stiffness and mass need as many, in this order\ninterfaces: {}\nwrote {}\n",
+        draft.mesh.node_count(),
+        names.join(" "),
+        if interfaces.is_empty() {
+            "none".into()
+        } else {
+            interfaces.join(", ")
+        },
+        target.display()
+    )))
+}

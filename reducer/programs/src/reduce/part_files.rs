@@ -1,0 +1,197 @@
+//! The files of a part, whatever program wrote them.
+
+use std::path::{Path, PathBuf};
+
+use clap::Args;
+use dcb_formats::component::{Component, Source, Units};
+use dcb_formats::component_files::{ComponentFiles, read_component};
+use dcb_import::{
+    Import, Imported, LostOrder, NamedFile, NodeOrder, RequestedSet, RowSource, import,
+    is_component_file, is_matrix_market, mass_beside, mesh_beside, units,
+};
+use dcb_reducer::error::{CommandRefusal, Error};
+use dcb_workflow::siblings::SiblingArguments;
+
+/// What files of other programs don't say.
+#[derive(Clone, Debug, Default, Args)]
+#[command(next_help_heading = "Files of other programs (docs/import.md)")]
+pub(crate) struct ImportArguments {
+    /// Units of length, mass and time, for example m,kg,s or mm,t,s.
+    #[arg(long, value_name = "L,M,T", value_parser = units)]
+    pub units: Option<Units>,
+    /// Which row is which motion: directions of every node, or a file with the label and direction of each row (FILE or FILE#NAME)
+    /// [default: what the files say, else ux,uy,uz].
+    #[arg(long, value_name = "ux,uy,uz|FILE")]
+    pub dofs: Option<RowSource>,
+    /// Order of the nodes where rows have no labels: that of the mesh file, or by rising label [default: file].
+    #[arg(long, value_name = "file|label", value_parser = node_order)]
+    pub node_order: Option<NodeOrder>,
+    /// Node sets that become interfaces, with their kinds: nodes, average or rigid [default: all sets, average].
+    #[arg(long, value_name = "SET[:KIND],...", value_delimiter = ',')]
+    pub interfaces: Option<Vec<RequestedSet>>,
+    /// Find the order of the rows from the stiffness, if it got lost.
+    #[arg(long)]
+    pub repair_order: bool,
+    /// Name of the component [default: that of the stiffness file].
+    #[arg(long, value_name = "NAME")]
+    pub name: Option<String>,
+}
+
+/// Order of nodes as the command line names it.
+pub(crate) fn node_order(text: &str) -> Result<NodeOrder, String> {
+    match text {
+        "file" => Ok(NodeOrder::File),
+        "label" => Ok(NodeOrder::Label),
+        _ => Err("expected file or label".into()),
+    }
+}
+
+impl ImportArguments {
+    fn are_given(&self) -> bool {
+        self.units.is_some()
+            || self.dofs.is_some()
+            || self.node_order.is_some()
+            || self.interfaces.is_some()
+            || self.repair_order
+            || self.name.is_some()
+    }
+
+    /// The import of a stiffness and what goes with it.
+    pub(crate) fn import(
+        &self,
+        stiffness: &Path,
+        mass: Option<&Path>,
+        mesh: Option<&Path>,
+    ) -> Result<Import, Error> {
+        let stiffness = NamedFile::of(stiffness);
+        let mesh = match mesh {
+            Some(mesh) => Some(mesh.to_path_buf()),
+            None => mesh_beside(&stiffness.path),
+        };
+        Ok(Import {
+            mass: mass.map(NamedFile::of),
+            mesh,
+            dofs: self.dofs.clone(),
+            node_order: self.node_order.unwrap_or_default(),
+            lost_order: match self.repair_order {
+                true => LostOrder::Repair,
+                false => LostOrder::Refuse,
+            },
+            interfaces: self.interfaces.clone(),
+            units: self.units.clone(),
+            name: self.name.clone(),
+            stiffness,
+        })
+    }
+}
+
+/// The files of a part.
+#[derive(Clone, Debug, Default, Args)]
+pub(crate) struct PartArguments {
+    #[command(flatten)]
+    pub siblings: SiblingArguments,
+    #[command(flatten)]
+    pub import: ImportArguments,
+}
+
+/// Where a part is.
+pub(crate) struct PartFiles {
+    /// Its files by their roles.
+    pub files: ComponentFiles,
+    /// What is to be imported, where they are another program's.
+    import: Option<Import>,
+}
+
+impl PartFiles {
+    /// Finds the files of a part: `PART.mtx` and those beside it, or another program's.
+    ///
+    /// # Errors
+    /// A file that is missing, or that can't be such a matrix.
+    pub(crate) fn of(stiffness: &Path, arguments: &PartArguments) -> Result<Self, Error> {
+        let PartArguments { siblings, import } = arguments;
+        let named = NamedFile::of(stiffness);
+        let is_own = !named.path.exists()
+            || named.path.is_dir()
+            || named.name.is_none() && !import.are_given() && is_own(&named.path, siblings)?;
+        if is_own {
+            let files = ComponentFiles::beside(stiffness, &siblings.overrides())?;
+            return Ok(Self {
+                files,
+                import: None,
+            });
+        }
+        if let Some(boundary) = &siblings.boundary {
+            return Err(CommandRefusal::BoundaryOfImport {
+                path: boundary.clone(),
+            }
+            .into());
+        }
+        let import = import.import(
+            stiffness,
+            siblings.mass.as_deref(),
+            siblings.mesh.as_deref(),
+        )?;
+        let mass = match &import.mass {
+            Some(mass) => mass.path.clone(),
+            None => match mass_beside(&import.stiffness)? {
+                Some(mass) => mass.path,
+                None => import.stiffness.path.clone(),
+            },
+        };
+        let files = ComponentFiles {
+            stiffness: named.path,
+            mass,
+            description: import.mesh.clone().unwrap_or_default(),
+            boundary: None,
+            loads: Vec::new(),
+            stiffening: Vec::new(),
+        };
+        Ok(Self {
+            files,
+            import: Some(import),
+        })
+    }
+
+    /// Reads the part, in so many bytes of memory if there is a limit.
+    ///
+    /// # Errors
+    /// What is wrong with the files.
+    pub(crate) fn read(&self, memory: Option<u64>) -> Result<Component, Error> {
+        match &self.import {
+            None => Ok(read_component(&self.files, memory)?),
+            Some(request) => {
+                let Imported { component, .. } = import(request)?;
+                Ok(component)
+            }
+        }
+    }
+
+    /// Names and digests of the files, and how they were imported.
+    ///
+    /// # Errors
+    /// What is wrong with the files.
+    pub(crate) fn sources(&self) -> Result<Vec<Source>, Error> {
+        match &self.import {
+            None => Ok(self.files.sources()?),
+            // What a mesh includes is known once it is read.
+            Some(request) => Ok(import(request)?.component.sources.clone()),
+        }
+    }
+}
+
+/// Whether files are those of a component: Matrix Market and a component file.
+fn is_own(stiffness: &Path, siblings: &SiblingArguments) -> Result<bool, Error> {
+    if !is_matrix_market(stiffness)? {
+        return Ok(false);
+    }
+    let foreign_mass = match siblings.mass.as_ref().filter(|mass| mass.exists()) {
+        Some(mass) => !is_matrix_market(mass)?,
+        None => false,
+    };
+    let mesh: Option<&PathBuf> = siblings.mesh.as_ref().filter(|mesh| mesh.exists());
+    let foreign_mesh = match mesh {
+        Some(mesh) => !is_component_file(mesh)?,
+        None => false,
+    };
+    Ok(!foreign_mass && !foreign_mesh)
+}
