@@ -155,3 +155,10 @@ pub(super) struct CellIndex {
     pub index: LabelIndex,
     starts: Vec<usize>,
 }
+
+/// Whether a cell of meshio's name has a volume, so that it isn't a face, an edge or a point.
+pub(super) fn has_volume(cell_type: &str) -> bool {
+    !["vertex", "line", "triangle", "quad"]
+        .iter()
+        .any(|flat| cell_type.starts_with(flat))
+}

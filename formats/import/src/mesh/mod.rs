@@ -9,6 +9,7 @@ mod label_sets;
 mod nastran;
 mod node_sets;
 mod nodes;
+mod universal;
 
 use std::fmt;
 use std::path::Path;
@@ -95,18 +96,21 @@ pub enum MeshFormat {
     Abaqus,
     /// Gmsh, version 2 or 4.1, text or binary.
     Gmsh,
+    /// I-DEAS universal file.
+    Universal,
     /// Nastran bulk data, with or without case control; punch and assembly files of an external superelement.
     Nastran,
 }
 
 impl MeshFormat {
     /// All of them, in the order in which a file is tried.
-    pub const ALL: [Self; 3] = [Self::Gmsh, Self::Abaqus, Self::Nastran];
+    pub const ALL: [Self; 4] = [Self::Gmsh, Self::Universal, Self::Abaqus, Self::Nastran];
 
     fn recognises(self, start: &[u8]) -> bool {
         match self {
             Self::Abaqus => abaqus::recognises(start),
             Self::Gmsh => gmsh::recognises(start),
+            Self::Universal => universal::recognises(start),
             Self::Nastran => nastran::recognises(start),
         }
     }
@@ -115,6 +119,7 @@ impl MeshFormat {
         match self {
             Self::Abaqus => abaqus::read(path),
             Self::Gmsh => gmsh::read(path),
+            Self::Universal => universal::read(path),
             Self::Nastran => nastran::read(path),
         }
     }
@@ -125,6 +130,7 @@ impl fmt::Display for MeshFormat {
         f.write_str(match self {
             Self::Abaqus => "Abaqus or CalculiX input deck",
             Self::Gmsh => "Gmsh .msh 2 or 4.1",
+            Self::Universal => "I-DEAS universal file (UNV)",
             Self::Nastran => "Nastran bulk data",
         })
     }

@@ -115,3 +115,14 @@ fn every_mesh_of_gmsh_is_the_bracket() {
         assert_eq!(mesh.cell_sets[0].1.len(), 80);
     }
 }
+
+#[test]
+fn universal_files_of_two_programs_are_the_bracket() {
+    for name in ["bracket.unv", "bracket_gmsh.unv"] {
+        let mesh = read(&format!("mesh/{name}")).mesh;
+        let places = places(&mesh);
+        // Gmsh writes 2.55 as it is, not as the nearest double of 0.05 * 51.
+        assert_is_bracket(name, &mesh, &places, 1e-14);
+        assert_has_sets(name, &mesh, &places, ["foot", "tip"]);
+    }
+}

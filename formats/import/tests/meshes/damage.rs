@@ -6,7 +6,9 @@ use dcb_import::mesh::read_mesh;
 
 use crate::samples::sample;
 
-const SAMPLES: [&str; 12] = [
+const SAMPLES: [&str; 14] = [
+    "mesh/bracket.unv",
+    "mesh/bracket_gmsh.unv",
     "mesh/bracket_v22.msh",
     "mesh/cells/edges_22_binary.msh",
     "mesh/cells/edges_41.msh",

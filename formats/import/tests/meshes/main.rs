@@ -9,3 +9,4 @@ mod damage;
 mod gmsh;
 mod nastran;
 mod samples;
+mod universal;
