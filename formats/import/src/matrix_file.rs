@@ -5,7 +5,9 @@ use std::path::{Path, PathBuf};
 use dcb_formats::Error;
 use dcb_formats::matrix::blocks::TextBlocks;
 
-use crate::matrix::{matlab5, matrix_market, petsc};
+use crate::matrix::{
+    coordinate, harwell_boeing, matlab5, matrix_input, matrix_market, numpy, petsc, substructure,
+};
 use crate::stored::{Listed, Reading};
 
 /// A format of matrices.
@@ -18,12 +20,18 @@ struct Format {
 }
 
 /// All of them. The first that recognises a file reads it.
-const FORMATS: [Format; 3] = [
+const FORMATS: [Format; 8] = [
     Format {
         name: "Matrix Market",
         recognises: matrix_market::recognises,
         list: matrix_market::list,
         read: matrix_market::read,
+    },
+    Format {
+        name: "NumPy",
+        recognises: numpy::recognises,
+        list: numpy::list,
+        read: numpy::read,
     },
     Format {
         name: "MATLAB 5",
@@ -36,6 +44,30 @@ const FORMATS: [Format; 3] = [
         recognises: petsc::recognises,
         list: petsc::list,
         read: petsc::read,
+    },
+    Format {
+        name: "Abaqus substructure",
+        recognises: substructure::recognises,
+        list: substructure::list,
+        read: substructure::read,
+    },
+    Format {
+        name: "Abaqus MATRIX INPUT",
+        recognises: matrix_input::recognises,
+        list: matrix_input::list,
+        read: matrix_input::read,
+    },
+    Format {
+        name: "Harwell-Boeing",
+        recognises: harwell_boeing::recognises,
+        list: harwell_boeing::list,
+        read: harwell_boeing::read,
+    },
+    Format {
+        name: "CalculiX or Abaqus COORDINATE",
+        recognises: coordinate::recognises,
+        list: coordinate::list,
+        read: coordinate::read,
     },
 ];
 

@@ -57,7 +57,13 @@ impl Part {
             notes.extend(mesh.found.notes.iter().cloned());
         }
         let found = mesh.as_ref().map(|mesh| &mesh.found);
-        let labels = row_labels(request, &stiffness, &mass, found, &mut sources)?;
+        let labels = row_labels(
+            request,
+            &stiffness,
+            &mass,
+            found,
+            (&mut sources, &mut notes),
+        )?;
         let size = match &labels {
             Some((common, _)) => common.labels.len(),
             None => same_size(&stiffness, &mass)?,

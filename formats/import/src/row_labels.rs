@@ -5,7 +5,7 @@ use dcb_formats::description::DofLayout;
 use dcb_formats::mesh::Direction;
 use dcb_formats::{Description, Error};
 
-use crate::dof_table::DofTable;
+use crate::dof_table::{self, DofTable};
 use crate::mesh::FoundMesh;
 use crate::named_file::NamedFile;
 use crate::operators::of_file;
@@ -24,7 +24,7 @@ pub(crate) fn row_labels(
     stiffness: &Sourced,
     mass: &Sourced,
     mesh: Option<&FoundMesh>,
-    sources: &mut Vec<Source>,
+    (sources, notes): (&mut Vec<Source>, &mut Vec<String>),
 ) -> Result<Option<(CommonRows, String)>, Error> {
     let size = stiffness.matrix.size;
     let table = match &request.dofs {
@@ -36,8 +36,12 @@ pub(crate) fn row_labels(
     };
     if let Some(table) = table {
         same_size(stiffness, mass)?;
-        let DofTable { rows, sha256, .. } =
-            crate::dof_table::read(&table.path, table.name.as_deref(), size)?;
+        let DofTable {
+            rows,
+            sha256,
+            notes: of_table,
+        } = dof_table::read(&table.path, table.name.as_deref(), size)?;
+        notes.extend(of_table);
         sources.push(source("dofs", &table.path, &sha256));
         let order = format!("labels of {}", file_name(&table.path));
         return Ok(Some((CommonRows::of(&rows, &rows), order)));
