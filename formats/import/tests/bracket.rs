@@ -61,7 +61,15 @@ fn assert_same(of: &str, found: &Component, expected: &Component, coordinate_tol
         .zip(&expected.mesh.coordinates);
     let farthest = pairs.map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
     assert!(farthest <= coordinate_tolerance, "{of}: {farthest}");
-    assert_eq!(found.mesh.cells, expected.mesh.cells, "{of}");
+    // Gmsh's named faces are cells too.
+    let solids = |component: &Component| {
+        let cells = component.mesh.cells.iter();
+        cells
+            .filter(|cells| cells.cell_type != "quad8")
+            .cloned()
+            .collect::<Vec<_>>()
+    };
+    assert_eq!(solids(found), solids(expected), "{of}");
     assert_eq!(found.dofs, expected.dofs, "{of}");
     for (found, expected) in found.interfaces.iter().zip(&expected.interfaces) {
         // Nastran's sets have numbers for names.
@@ -119,6 +127,7 @@ fn every_mesh_is_the_same_part() {
         "mesh/bracket.bdf",
         "mesh/bracket_ascii.msh",
         "mesh/bracket_binary.msh",
+        "mesh/bracket.unv",
     ] {
         let Imported { component, .. } =
             import(&request("matlab/bracket_v5.mat", None, mesh)).unwrap();
