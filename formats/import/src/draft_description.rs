@@ -33,7 +33,10 @@ pub fn described(
     let nodes = nodes_in_order(&found, order);
     found.keep(&nodes);
     let dofs = DofMap::uniform(nodes.len(), pattern).map_err(|error| of_mesh(error.to_string()))?;
-    let made = interfaces(&found.sets, asked, nodes.len()).map_err(of_mesh)?;
+    let made = interfaces(&found.sets, asked, |set| {
+        !set.is_empty() && set.len() < nodes.len()
+    })
+    .map_err(of_mesh)?;
     let shape = found.of_component(pattern.iter().copied());
     let nothing = SparseMatrix::try_new_from_triplets(0, 0, &[]);
     let nothing = nothing.map_err(|_| of_mesh("an empty matrix can't be made".into()))?;

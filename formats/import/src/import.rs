@@ -43,7 +43,6 @@ pub fn import(request: &Import) -> Result<Imported, Error> {
 
 impl Part {
     fn component(mut self, request: &Import, resistance: Resistance) -> Result<Imported, Error> {
-        let node_count = self.mesh.points.len();
         let usage = |message: String| Error::File {
             path: request
                 .mesh
@@ -55,8 +54,10 @@ impl Part {
         let from_sets = request.interfaces.is_some() || described.is_none();
         let made = match from_sets {
             true => {
-                let made = interfaces(&self.mesh.sets, request.interfaces.as_deref(), node_count)
-                    .map_err(usage)?;
+                let made = interfaces(&self.mesh.sets, request.interfaces.as_deref(), |nodes| {
+                    self.can_be_interface(nodes)
+                })
+                .map_err(usage)?;
                 self.notes.extend(made.notes);
                 made.interfaces
             }
@@ -79,7 +80,7 @@ impl Part {
         let mut draft = ComponentDraft {
             interfaces: made,
             sources: self.sources,
-            notes: self.notes,
+            notes: self.warnings,
             ..ComponentDraft::new(&name, units, (mesh, dofs), self.stiffness, self.mass)
         };
         if let Some(described) = described {
@@ -93,6 +94,18 @@ impl Part {
                 of_file(&request.stiffness.path, format!("{place}: {message}"))
             })?;
         Ok(Imported { component, report })
+    }
+
+    /// A set that may become an interface by itself: nodes with rows, not all of them.
+    fn can_be_interface(&self, nodes: &[u32]) -> bool {
+        let mut is_wanted = vec![false; self.mesh.points.len()];
+        for owner in &self.rows {
+            if let RowOwner::Node { node, .. } = owner {
+                is_wanted[*node as usize] = true;
+            }
+        }
+        let all = is_wanted.iter().filter(|is_wanted| **is_wanted).count();
+        !nodes.is_empty() && nodes.len() < all && nodes.iter().all(|&node| is_wanted[node as usize])
     }
 
     fn report(&self, mesh: &Mesh, resistance: Resistance, units: &Units) -> ImportReport {

@@ -47,14 +47,14 @@ pub(crate) struct Interfaces {
     pub notes: Vec<String>,
 }
 
-/// The sets that are asked for, or every set that is neither empty nor the whole part. Nodes are in the order of the component.
+/// The sets that are asked for, or every set that may be one. Nodes are in the order of the component.
 ///
 /// # Errors
 /// A set that isn't there or is empty.
 pub(crate) fn interfaces(
     sets: &[(String, Vec<u32>)],
     asked: Option<&[RequestedSet]>,
-    node_count: usize,
+    may_be_one: impl Fn(&[u32]) -> bool,
 ) -> Result<Interfaces, String> {
     if let Some(asked) = asked {
         let interfaces = asked
@@ -67,8 +67,7 @@ pub(crate) fn interfaces(
         });
     }
     let (mut interfaces, mut notes) = (Vec::new(), Vec::new());
-    let is_part = |nodes: &[u32]| !nodes.is_empty() && nodes.len() < node_count;
-    for (name, nodes) in sets.iter().filter(|(_, nodes)| is_part(nodes)) {
+    for (name, nodes) in sets.iter().filter(|(_, nodes)| may_be_one(nodes)) {
         interfaces.push(interface(name, InterfaceKind::Average, nodes));
     }
     let names = || interfaces.iter().map(|interface| interface.name.as_str());

@@ -1,14 +1,15 @@
 //! The motions without stiffness.
 
 use dcb_formats::SparseMatrix;
+use dcb_sparse::block_algebra::symmetric_product;
 use dcb_sparse::factorization::{SymmetricFactor, Unfactorized};
 use faer::sparse::Triplet;
 use faer::{Mat, MatRef};
 
-/// Steps of the inverse iteration; each gains the ratio of the shift to the first elastic eigenvalue.
-const STEPS: usize = 6;
+/// Most steps of the inverse iteration, which ends when K Z is at rounding.
+const MOST_STEPS: usize = 30;
 /// The shift as a fraction of the diagonal of K.
-const SHIFT: f64 = 1e-10;
+const SHIFT: f64 = 1e-8;
 
 /// Orthonormal motions without stiffness, (n, 6), by inverse iteration with a small shift; rows of one node have the same group.
 ///
@@ -40,9 +41,20 @@ pub(crate) fn null_space(stiffness: &SparseMatrix, groups: &[u32]) -> Result<Mat
         state ^= state << 17;
         (state >> 11) as f64 / (1_u64 << 53) as f64 - 0.5
     });
-    for _ in 0..STEPS {
-        factor.solve_in_place(block.as_mut());
-        block = orthonormal(block.as_ref());
+    let mut least = f64::INFINITY;
+    for _ in 0..MOST_STEPS {
+        // Rigid motions are eigenvectors of K with any weights; without these they would only be nearly so.
+        let mut next = symmetric_product(&diagonal, block.as_ref());
+        factor.solve_in_place(next.as_mut());
+        let next = orthonormal(next.as_ref());
+        let forces = symmetric_product(stiffness, next.as_ref()).norm_l2();
+        let has_ended = forces > 0.5 * least;
+        if forces < least {
+            (block, least) = (next, forces);
+        }
+        if has_ended {
+            break;
+        }
     }
     Ok(block)
 }

@@ -34,6 +34,8 @@ pub(crate) struct Part {
     pub formats: [&'static str; 2],
     pub sources: Vec<Source>,
     pub notes: Vec<String>,
+    /// What a user may have to act on; these stay with the component.
+    pub warnings: Vec<String>,
 }
 
 impl Part {
@@ -68,11 +70,12 @@ impl Part {
             Some((common, _)) => common.labels.len(),
             None => same_size(&stiffness, &mass)?,
         };
+        let mut warnings = Vec::new();
         let mut made = |sourced: Sourced, new_rows: Option<&[u32]>| {
             let name = file_name(&sourced.path);
             let operator = operator(sourced.matrix, new_rows, size)
                 .map_err(|message| of_file(&sourced.path, message))?;
-            notes.extend(operator.notes.iter().map(|note| format!("{name}: {note}")));
+            warnings.extend(operator.notes.iter().map(|note| format!("{name}: {note}")));
             Ok::<_, Error>(operator.matrix)
         };
         let common = labels.as_ref().map(|(common, _)| common);
@@ -126,6 +129,7 @@ impl Part {
             formats,
             sources,
             notes,
+            warnings,
         })
     }
 

@@ -25,7 +25,7 @@ impl Part {
                     .push("the order of the rows needs no repair".into());
             }
             if found.worst() > QUIET {
-                self.notes.push(format!(
+                self.warnings.push(format!(
                     "rigid motions leave K R = {:.1e} of the stiffness: as much as few printed digits do; binary files or more digits are better",
                     found.worst()
                 ));
@@ -72,7 +72,7 @@ impl Part {
             .filter(|(node, at)| **node != *at)
             .count();
         self.order = "found from the null space of the stiffness".into();
-        self.notes.push(format!(
+        self.warnings.push(format!(
             "the order of the rows was found from the stiffness (--repair-order): K R was {:.1e} and is {:.1e}; {moved} of {} nodes aren't where the mesh \
              lists them; positions from K and mesh differ by up to {:.1e} of the part's size",
             before.worst(),
@@ -81,7 +81,7 @@ impl Part {
             order.distance
         ));
         if order.has_twin {
-            self.notes.push(
+            self.warnings.push(
                 "the part turned inside out through its middle fits these matrices just as well; the first of both orders was taken: check which end is which"
                     .into(),
             );

@@ -45,7 +45,7 @@ impl IntegerTable {
     }
 
     /// Labels of rows: the node's label and the direction, 0 to 5.
-    fn labels(&self) -> Result<Vec<RowLabel>, String> {
+    pub(crate) fn labels(&self) -> Result<Vec<RowLabel>, String> {
         let (pairs, _) = self.values.as_chunks::<2>();
         if self.columns != 2 {
             return Err(

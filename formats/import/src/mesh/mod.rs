@@ -8,6 +8,7 @@ mod gmsh;
 mod label_sets;
 mod nastran;
 mod node_sets;
+mod node_table;
 mod nodes;
 mod universal;
 
@@ -100,11 +101,19 @@ pub enum MeshFormat {
     Universal,
     /// Nastran bulk data, with or without case control; punch and assembly files of an external superelement.
     Nastran,
+    /// List of nodes, a label and a place on each line.
+    NodeTable,
 }
 
 impl MeshFormat {
     /// All of them, in the order in which a file is tried.
-    pub const ALL: [Self; 4] = [Self::Gmsh, Self::Universal, Self::Abaqus, Self::Nastran];
+    pub const ALL: [Self; 5] = [
+        Self::Gmsh,
+        Self::Universal,
+        Self::Abaqus,
+        Self::Nastran,
+        Self::NodeTable,
+    ];
 
     fn recognises(self, start: &[u8]) -> bool {
         match self {
@@ -112,6 +121,7 @@ impl MeshFormat {
             Self::Gmsh => gmsh::recognises(start),
             Self::Universal => universal::recognises(start),
             Self::Nastran => nastran::recognises(start),
+            Self::NodeTable => node_table::recognises(start),
         }
     }
 
@@ -121,6 +131,7 @@ impl MeshFormat {
             Self::Gmsh => gmsh::read(path),
             Self::Universal => universal::read(path),
             Self::Nastran => nastran::read(path),
+            Self::NodeTable => node_table::read(path),
         }
     }
 }
@@ -132,6 +143,7 @@ impl fmt::Display for MeshFormat {
             Self::Gmsh => "Gmsh .msh 2 or 4.1",
             Self::Universal => "I-DEAS universal file (UNV)",
             Self::Nastran => "Nastran bulk data",
+            Self::NodeTable => "list of nodes",
         })
     }
 }

@@ -62,8 +62,11 @@ pub(crate) fn run(command: &ImportCommand, common: &CommonArguments) -> Result<O
     }
     let Imported { component, report } = import(&request)?;
     let written = write_component(&component, &stem, replace)?;
-    for note in &component.notes {
+    for note in &report.notes {
         common.told().say("note", note);
+    }
+    for warning in &component.notes {
+        common.told().say("warning", warning);
     }
     let mut text = report.text();
     for path in written {

@@ -98,7 +98,7 @@ pub fn run(arguments: &ReduceArguments, common: &CommonArguments) -> Result<Outc
     }
     job.reduction.memory = arguments.memory.limit(&job.target);
     clock.start("read");
-    let component = job.files.read(job.reduction.memory.bytes)?;
+    let component = job.files.read(job.reduction.memory.bytes, job.told)?;
     let (n_e, sources) = (component.dofs.len(), component.sources.clone());
     let request = arguments.modes.request();
     job.reduction.modes = request.selection(&component.units.time)?;

@@ -2,6 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
+use crate::program::Told;
 use clap::Args;
 use dcb_formats::component::{Component, Source, Units};
 use dcb_formats::component_files::{ComponentFiles, read_component};
@@ -152,15 +153,18 @@ impl PartFiles {
         })
     }
 
-    /// Reads the part, in so many bytes of memory if there is a limit.
+    /// Reads the part, in so many bytes of memory if there is a limit, and tells how another program's files were understood.
     ///
     /// # Errors
     /// What is wrong with the files.
-    pub(crate) fn read(&self, memory: Option<u64>) -> Result<Component, Error> {
+    pub(crate) fn read(&self, memory: Option<u64>, told: Told) -> Result<Component, Error> {
         match &self.import {
             None => Ok(read_component(&self.files, memory)?),
             Some(request) => {
-                let Imported { component, .. } = import(request)?;
+                let Imported { component, report } = import(request)?;
+                for note in &report.notes {
+                    told.say("note", note);
+                }
                 Ok(component)
             }
         }

@@ -9,6 +9,7 @@ use dcb_sparse::factor_store::{FactorStorage, Place, Precision};
 use serde_json::json;
 
 use crate::outcome::Outcome;
+use crate::program::Told;
 use crate::reduce::memory::MemoryArguments;
 use crate::reduce::part::default_output;
 use crate::reduce::part_files::{PartArguments, PartFiles};
@@ -41,7 +42,7 @@ pub fn run(arguments: &PlanArguments) -> Result<Outcome, Error> {
         .memory
         .limit(&default_output(&arguments.stiffness));
     let files = PartFiles::of(&arguments.stiffness, &arguments.part)?;
-    let component = files.read(limit.bytes)?;
+    let component = files.read(limit.bytes, Told::Nothing)?;
     let modes = arguments.modes.request().selection(&component.units.time)?;
     let forecast =
         forecast(&component, modes).map_err(|error| error.naming_the_file(&files.files))?;

@@ -119,7 +119,7 @@ pub fn run(
 ) -> Result<Outcome, Error> {
     let folder = (arguments.output.clone()).unwrap_or_else(|| default_folder(&arguments.stiffness));
     let files = PartFiles::of(&arguments.stiffness, &arguments.part)?;
-    let component = files.read(arguments.memory.limit(&folder).bytes)?;
+    let component = files.read(arguments.memory.limit(&folder).bytes, common.told())?;
     let named = |error: Error| error.naming_the_file(&files.files);
     let study = study(arguments, &component, &folder.join(SCRATCH)).map_err(named)?;
     let start = if arguments.force {

@@ -9,6 +9,7 @@ use dcb_reducer::resources::memory_limit::available;
 use dcb_reducer::verify::{Findings, check_alone, check_component};
 
 use crate::outcome::Outcome;
+use crate::program::Told;
 use crate::reduce::part_files::{PartArguments, PartFiles};
 
 /// Superelement to verify, and its component.
@@ -45,7 +46,7 @@ pub fn run(arguments: &VerifyArguments) -> Result<Outcome, Error> {
     check_alone(&element, recovery.as_ref(), mesh.as_ref(), &mut findings)?;
     if let Some(stiffness) = &arguments.component {
         let files = PartFiles::of(stiffness, &arguments.part)?;
-        let component = files.read(available())?;
+        let component = files.read(available(), Told::Nothing)?;
         check_component(&element, recovery.as_ref(), &component, &mut findings)
             .map_err(|error| error.naming_the_file(&files.files))?;
     }

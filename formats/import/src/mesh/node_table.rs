@@ -1,0 +1,130 @@
+//! Lists of nodes: a line `label x y z` for each, with blanks, tabs, semicolons or commas between, as programs and spreadsheets save them.
+//!
+//! Decimal commas are read where fields are separated by something else; a head of words in any language is skipped. There are no cells and
+//! no sets.
+
+use std::path::Path;
+
+use dcb_formats::Error;
+use rustc_hash::FxHashMap;
+
+use super::FoundMesh;
+use crate::lines::Lines;
+use crate::real::whole_real;
+use crate::stored::LARGEST_LABEL;
+
+/// Lines of a head that are skipped.
+const LONGEST_HEAD: usize = 20;
+/// Lines that must be of nodes for a text to be a list of them.
+const LOOKED_AT: usize = 4;
+
+/// Lines of nodes, behind a head of words.
+pub(super) fn recognises(start: &[u8]) -> bool {
+    let lines = start.split(|byte| *byte == b'\n').map(<[u8]>::trim_ascii);
+    let mut nodes = 0;
+    for (number, line) in lines.filter(|line| !line.is_empty()).enumerate() {
+        match node(line) {
+            Ok(Some(_)) => nodes += 1,
+            Ok(None) if nodes == 0 && number < LONGEST_HEAD => {}
+            _ => return nodes >= LOOKED_AT,
+        }
+        if nodes == LOOKED_AT {
+            return true;
+        }
+    }
+    nodes > 0
+}
+
+/// A label and a place.
+type Node = (u64, [f64; 3]);
+
+/// The node of a line; `None` for a line of words, or what is wrong with its numbers.
+fn node(line: &[u8]) -> Result<Option<Node>, String> {
+    let is_blank = |byte: &u8| matches!(byte, b' ' | b'\t' | b';');
+    let by_blanks: Vec<&[u8]> = line
+        .split(is_blank)
+        .filter(|field| !field.is_empty())
+        .collect();
+    let fields = match by_blanks.len() {
+        1 => line
+            .split(|byte| *byte == b',')
+            .map(<[u8]>::trim_ascii)
+            .collect(),
+        _ => by_blanks
+            .iter()
+            .map(|field| field.strip_suffix(b",").unwrap_or(field))
+            .collect::<Vec<_>>(),
+    };
+    let [label, x, y, z] = fields[..] else {
+        return Ok(None);
+    };
+    if label.is_empty() || !label.iter().all(u8::is_ascii_digit) {
+        return Ok(None);
+    }
+    let text = |field: &[u8]| String::from_utf8_lossy(field).into_owned();
+    let label = std::str::from_utf8(label)
+        .ok()
+        .and_then(|label| label.parse().ok());
+    let label = label.ok_or_else(|| "the label has too many digits".to_owned())?;
+    let mut place = [0.0; 3];
+    for (coordinate, field) in place.iter_mut().zip([x, y, z]) {
+        if field.contains(&b',') && field.contains(&b'.') {
+            return Err(format!(
+                "`{}` has both a comma and a point; expected one of them as decimal mark and no marks of thousands",
+                text(field)
+            ));
+        }
+        *coordinate = whole_real(field)
+            .map_err(|_| format!("`{}`; expected a finite coordinate", text(field)))?;
+    }
+    Ok(Some((label, place)))
+}
+
+pub(super) fn read(path: &Path) -> Result<(FoundMesh, String), Error> {
+    let mut lines = Lines::open(path)?;
+    let (mut points, mut labels) = (Vec::new(), Vec::new());
+    let mut first: FxHashMap<u32, u64> = FxHashMap::default();
+    let mut has_comma = false;
+    while let Some(line) = lines.next_line()? {
+        let line = line.trim_ascii();
+        if line.is_empty() {
+            continue;
+        }
+        let is_decimal = line.contains(&b',');
+        let (label, place) = match node(line) {
+            Ok(Some(node)) => node,
+            Ok(None) if points.is_empty() && lines.number() <= LONGEST_HEAD as u64 => continue,
+            Ok(None) => {
+                return Err(lines.refused("expected `label x y z`, the label and place of a node"));
+            }
+            Err(message) => return Err(lines.refused(message)),
+        };
+        has_comma |= is_decimal;
+        let label = match u32::try_from(label) {
+            Ok(label) if (1..=LARGEST_LABEL).contains(&label) => label,
+            _ => {
+                return Err(lines.refused(format!(
+                    "label {label}; expected labels from 1 to {LARGEST_LABEL}"
+                )));
+            }
+        };
+        if let Some(before) = first.insert(label, lines.number()) {
+            return Err(lines.refused(format!("node {label} is in line {before} already")));
+        }
+        points.push(place);
+        labels.push(label);
+    }
+    let mut notes = vec![
+        "a list of nodes has no cells and no sets: interfaces need nodes named in the component file, or another mesh".to_owned(),
+    ];
+    if has_comma {
+        notes.push("commas in numbers were read as decimal marks".to_owned());
+    }
+    let found = FoundMesh {
+        points,
+        labels: Some(labels),
+        notes,
+        ..FoundMesh::default()
+    };
+    Ok((found, lines.finish()?))
+}

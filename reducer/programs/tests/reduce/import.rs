@@ -1,0 +1,191 @@
+//! Other programs' files, from the command line to the superelement.
+
+use std::fs;
+
+use dcb_formats::dcb::SuperelementFile;
+
+use crate::support::{Folder, has_all, stored};
+
+impl Folder {
+    /// With files of `tests/data/exchange`.
+    pub fn exchange(names: &[&str]) -> Self {
+        let folder = Self::empty();
+        for name in names {
+            let from = stored("tests/data/exchange").join(name);
+            let own = from.file_name().unwrap().to_str().unwrap().to_owned();
+            fs::copy(&from, folder.path(&own)).unwrap_or_else(|error| panic!("{name}: {error}"));
+        }
+        folder
+    }
+
+    /// Runs what must be refused as unusable, and says all this in one message.
+    #[track_caller]
+    fn refused(&self, arguments: &str, texts: &[&str]) {
+        let before = self.names();
+        let answer = self.run(arguments);
+        assert_eq!(answer.code, Some(2), "{answer:?}");
+        assert_eq!(answer.stderr.matches("error: ").count(), 1, "{answer:?}");
+        has_all(&answer.stderr, texts);
+        assert_eq!(self.names(), before);
+    }
+
+    fn frequency(&self, name: &str, nth: usize) -> f64 {
+        let file = SuperelementFile::open(self.path(name)).unwrap();
+        file.superelement().unwrap().modes.eigenvalues[nth].sqrt() / std::f64::consts::TAU
+    }
+}
+
+const CALCULIX: [&str; 4] = [
+    "calculix/bracket.sti",
+    "calculix/bracket.mas",
+    "calculix/bracket.dof",
+    "calculix/bracket.inp",
+];
+
+/// Everything beside the stiffness is found, and the frequencies are those of CalculiX (its `.dat` has 7 digits).
+#[test]
+fn one_command_is_enough() {
+    let folder = Folder::exchange(&CALCULIX);
+    let answer = folder.run("bracket.sti --units mm,t,s --modes 8");
+    assert_eq!(answer.code, Some(0), "{answer:?}");
+    has_all(
+        &answer.stdout,
+        &["240 dofs reduced to", "wrote bracket.dcb.h5"],
+    );
+    for (nth, expected) in [531_961_600.0_f64, 3_619_629_000.0].into_iter().enumerate() {
+        let expected = expected.sqrt() / std::f64::consts::TAU;
+        let found = folder.frequency("bracket.dcb.h5", nth);
+        assert!((found / expected - 1.0).abs() < 1e-6, "{found} {expected}");
+    }
+}
+
+/// The files of a component, or none of them; the same superelement from them as from the files of the other program.
+#[test]
+fn an_import_writes_the_files_of_a_component() {
+    let folder = Folder::exchange(&CALCULIX);
+    let answer =
+        folder.run("import bracket.sti --units mm,t,s --interfaces foot:rigid,tip -o part.mtx");
+    assert_eq!(answer.code, Some(0), "{answer:?}");
+    has_all(
+        &answer.stdout,
+        &[
+            "CalculiX",
+            "240",
+            "wrote part.mtx",
+            "wrote part.mass.mtx",
+            "wrote part.json",
+        ],
+    );
+    folder.refused(
+        "import bracket.sti --units mm,t,s -o part.mtx",
+        &["part.mtx", "--force"],
+    );
+    let own = folder.run("part.mtx --modes 8");
+    let at_once = folder.run("bracket.sti --units mm,t,s --interfaces foot:rigid,tip --modes 8");
+    assert_eq!(
+        (own.code, at_once.code),
+        (Some(0), Some(0)),
+        "{own:?} {at_once:?}"
+    );
+    for nth in 0..8 {
+        let (a, b) = (
+            folder.frequency("part.dcb.h5", nth),
+            folder.frequency("bracket.dcb.h5", nth),
+        );
+        assert_eq!(a.to_bits(), b.to_bits());
+    }
+}
+
+#[test]
+fn nothing_is_guessed() {
+    let folder = Folder::exchange(&[
+        "calculix/bracket.sti",
+        "calculix/bracket.mas",
+        "calculix/bracket.dof",
+        "calculix/bracket.inp",
+        "calculix/bracket_held.sti",
+        "calculix/bracket_held.mas",
+        "calculix/bracket_held.dof",
+        "calculix/bracket_held.inp",
+        "calculix/plate_shell.sti",
+        "calculix/plate_shell.mas",
+        "calculix/plate_shell.dof",
+        "calculix/plate_shell.inp",
+        "ansys/bracket_stiff_5digits.matrix",
+        "ansys/bracket_mass.matrix",
+        "scipy/pickled.npz",
+        "matlab/bracket_v4.mat",
+    ]);
+    folder.refused("import bracket.sti -o part.mtx", &["--units m,kg,s"]);
+    folder.refused("bracket.sti", &["--units m,kg,s"]);
+    folder.refused(
+        "bracket_held.sti --units mm,t,s",
+        &[
+            "K R",
+            "8 nodes of the mesh have no rows",
+            "without supports",
+        ],
+    );
+    folder.refused(
+        "plate_shell.sti --units mm,t,s",
+        &["plate_shell.dof", "solid"],
+    );
+    folder.refused(
+        "bracket_stiff_5digits.matrix --mass bracket_mass.matrix --mesh bracket.inp --node-order label --units mm,t,s",
+        &["5 significant digits", "export more digits"],
+    );
+    folder.refused(
+        "pickled.npz --mesh bracket.inp --units mm,t,s",
+        &["pickled"],
+    );
+    folder.refused("bracket_v4.mat --mesh bracket.inp --units mm,t,s", &["-v7"]);
+    folder.refused(
+        "bracket.sti --units mm,t,s --interfaces tipp",
+        &["no node set is named \"tipp\"", "did you mean"],
+    );
+    folder.refused(
+        "bracket.sti --units mm,t",
+        &["expected length, mass and time"],
+    );
+    folder.refused(
+        "bracket.sti --mass bracket.sti --units mm,t,s",
+        &["the same matrix"],
+    );
+}
+
+/// The public rotor of Ansys: its rows are in the solver's order. Its map says which; without it, the stiffness does. The frequency is published.
+#[test]
+fn an_unknown_order_is_told_and_repaired() {
+    let folder = Folder::exchange(&[
+        "ansys/rotor_stiffness.txt",
+        "ansys/rotor_mass.txt",
+        "ansys/rotor_map.txt",
+        "ansys/rotor_nodes.txt",
+    ]);
+    let import =
+        "rotor_stiffness.txt --mass rotor_mass.txt --mesh rotor_nodes.txt --units m,kg,s --modes 4";
+    folder.refused(import, &["K R = ", "--repair-order"]);
+    for more in ["--dofs rotor_map.txt", "--repair-order --force"] {
+        let answer = folder.run(&format!("{import} {more}"));
+        assert_eq!(answer.code, Some(0), "{answer:?}");
+        let is_repaired = answer
+            .stderr
+            .contains("was found from the stiffness (--repair-order): K R was ");
+        assert_eq!(is_repaired, more.starts_with("--repair"), "{answer:?}");
+        let found = folder.frequency("rotor_stiffness.dcb.h5", 0);
+        assert!((found - 104.637_010_551).abs() < 1e-6, "{found}");
+    }
+}
+
+#[test]
+fn a_description_is_drafted_from_a_mesh() {
+    let folder = Folder::exchange(&["mesh/bracket_ascii.msh", "bracket.mtx", "bracket.mass.mtx"]);
+    let answer = folder.run("init bracket_ascii.msh --units mm,t,s --node-order label --interfaces foot:rigid,tip -o bracket.json");
+    assert_eq!(answer.code, Some(0), "{answer:?}");
+    has_all(
+        &answer.stdout,
+        &["240 rows", "foot (8 nodes)", "wrote bracket.json"],
+    );
+    let answer = folder.run("bracket.mtx --modes 8");
+    assert_eq!(answer.code, Some(0), "{answer:?}");
+}
