@@ -11,6 +11,7 @@ mod node_sets;
 mod node_table;
 mod nodes;
 mod universal;
+mod vtu;
 
 use std::fmt;
 use std::path::Path;
@@ -99,6 +100,8 @@ pub enum MeshFormat {
     Gmsh,
     /// I-DEAS universal file.
     Universal,
+    /// VTK's unstructured grid in XML.
+    Vtu,
     /// Nastran bulk data, with or without case control; punch and assembly files of an external superelement.
     Nastran,
     /// List of nodes, a label and a place on each line.
@@ -107,8 +110,9 @@ pub enum MeshFormat {
 
 impl MeshFormat {
     /// All of them, in the order in which a file is tried.
-    pub const ALL: [Self; 5] = [
+    pub const ALL: [Self; 6] = [
         Self::Gmsh,
+        Self::Vtu,
         Self::Universal,
         Self::Abaqus,
         Self::Nastran,
@@ -120,6 +124,7 @@ impl MeshFormat {
             Self::Abaqus => abaqus::recognises(start),
             Self::Gmsh => gmsh::recognises(start),
             Self::Universal => universal::recognises(start),
+            Self::Vtu => vtu::recognises(start),
             Self::Nastran => nastran::recognises(start),
             Self::NodeTable => node_table::recognises(start),
         }
@@ -130,6 +135,7 @@ impl MeshFormat {
             Self::Abaqus => abaqus::read(path),
             Self::Gmsh => gmsh::read(path),
             Self::Universal => universal::read(path),
+            Self::Vtu => vtu::read(path),
             Self::Nastran => nastran::read(path),
             Self::NodeTable => node_table::read(path),
         }
@@ -142,6 +148,7 @@ impl fmt::Display for MeshFormat {
             Self::Abaqus => "Abaqus or CalculiX input deck",
             Self::Gmsh => "Gmsh .msh 2 or 4.1",
             Self::Universal => "I-DEAS universal file (UNV)",
+            Self::Vtu => "VTU",
             Self::Nastran => "Nastran bulk data",
             Self::NodeTable => "list of nodes",
         })

@@ -126,3 +126,13 @@ fn universal_files_of_two_programs_are_the_bracket() {
         assert_has_sets(name, &mesh, &places, ["foot", "tip"]);
     }
 }
+
+#[test]
+fn vtu_files_of_meshio_are_the_bracket() {
+    // Text has eleven decimals.
+    for (name, tolerance) in [("bracket_ascii.vtu", 1e-11), ("bracket_zlib.vtu", 0.0)] {
+        let mesh = read(&format!("mesh/{name}")).mesh;
+        assert_is_bracket(name, &mesh, &places(&mesh), tolerance);
+        assert_eq!(mesh.sets, []);
+    }
+}

@@ -6,7 +6,10 @@ use dcb_import::mesh::read_mesh;
 
 use crate::samples::sample;
 
-const SAMPLES: [&str; 14] = [
+const SAMPLES: [&str; 17] = [
+    "mesh/bracket_zlib.vtu",
+    "mesh/cells/edges_appended_raw_zlib.vtu",
+    "mesh/cells/edges_appended_base64.vtu",
     "mesh/bracket.unv",
     "mesh/bracket_gmsh.unv",
     "mesh/bracket_v22.msh",

@@ -10,3 +10,4 @@ mod gmsh;
 mod nastran;
 mod samples;
 mod universal;
+mod vtu;
