@@ -38,6 +38,8 @@ pub mod units;
 #[doc(hidden)]
 pub mod further_column;
 #[doc(hidden)]
+pub mod hdf5_files;
+#[doc(hidden)]
 pub mod identities;
 #[doc(hidden)]
 pub mod out_of_memory;
@@ -50,7 +52,6 @@ pub mod terminal;
 #[doc(hidden)]
 pub mod threads;
 
-mod hdf5_files;
 mod named;
 
 pub use component::Component;

@@ -6,7 +6,8 @@ use dcb_formats::Error;
 use dcb_formats::matrix::blocks::TextBlocks;
 
 use crate::matrix::{
-    coordinate, harwell_boeing, matlab5, matrix_input, matrix_market, numpy, petsc, substructure,
+    coordinate, harwell_boeing, matlab5, matlab73, matrix_input, matrix_market, numpy, petsc,
+    substructure,
 };
 use crate::stored::{Listed, Reading};
 
@@ -20,7 +21,7 @@ struct Format {
 }
 
 /// All of them. The first that recognises a file reads it.
-const FORMATS: [Format; 8] = [
+const FORMATS: [Format; 9] = [
     Format {
         name: "Matrix Market",
         recognises: matrix_market::recognises,
@@ -38,6 +39,12 @@ const FORMATS: [Format; 8] = [
         recognises: matlab5::recognises,
         list: matlab5::list,
         read: matlab5::read,
+    },
+    Format {
+        name: "MATLAB 7.3 or HDF5",
+        recognises: matlab73::recognises,
+        list: matlab73::list,
+        read: matlab73::read,
     },
     Format {
         name: "PETSc binary",

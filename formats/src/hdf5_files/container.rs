@@ -22,7 +22,7 @@ const EXTENSIBLE_ARRAY: [u8; 5] = [32, 4, 16, 4, 10];
 const STACK_BYTES: usize = 1 << 26;
 
 /// An open HDF5 file.
-pub(crate) struct Container {
+pub struct Container {
     file: hdf5_pure::File,
     source: Shared,
     length: u64,
@@ -39,7 +39,7 @@ impl Container {
     ///
     /// # Errors
     /// It isn't HDF5, or not all of it.
-    pub(crate) fn open(file: File, length: u64, meant: &str) -> Result<Self, String> {
+    pub fn open(file: File, length: u64, meant: &str) -> Result<Self, String> {
         let told = |error: hdf5_pure::Error| match error {
             hdf5_pure::Error::Format(FormatError::SignatureNotFound) => {
                 format!("isn't an HDF5 file; {meant}")
@@ -66,18 +66,18 @@ impl Container {
     }
 
     /// The root group.
-    pub(crate) fn root(&self) -> hdf5_pure::Group {
+    pub fn root(&self) -> hdf5_pure::Group {
         self.file.root()
     }
 
     /// Number of bytes.
-    pub(crate) fn length(&self) -> u64 {
+    pub fn length(&self) -> u64 {
         self.length
     }
 
     /// Lets the next step read the whole file once, and a little more. A file whose objects refer to each other in
     /// circles, or to the same bytes again and again, runs out of this.
-    pub(crate) fn allow_reading(&self) {
+    pub fn allow_reading(&self) {
         let allowance = self.length.saturating_add(SPARE_BYTES);
         self.source.0.allowance.store(allowance, Relaxed);
     }
@@ -98,7 +98,10 @@ impl Container {
 
 /// Opens a file on a stack that no file can exhaust: an overflow would end the whole program. Should the library
 /// panic nevertheless, that is an error here.
-pub(crate) fn on_large_stack<T: Send>(open: impl FnOnce() -> T + Send) -> std::io::Result<T> {
+///
+/// # Errors
+/// There is no thread for it, or the library gave up.
+pub fn on_large_stack<T: Send>(open: impl FnOnce() -> T + Send) -> std::io::Result<T> {
     std::thread::scope(|scope| {
         std::thread::Builder::new()
             .stack_size(STACK_BYTES)

@@ -7,7 +7,7 @@ use hdf5_pure::Group;
 use super::attributes::{self, Value};
 use super::container::{Container, SPARE_BYTES};
 use super::digest::{self, Attributes, Line};
-use super::storage::Storage;
+use super::storage::{Storage, element_of};
 use crate::terminal::shortened;
 
 /// Groups inside groups, at most: `/mesh/cells/0` has three.
@@ -128,9 +128,10 @@ impl Walk {
             let told = |message| Finding::at(&path, message);
             let attributes =
                 attributes::read(dataset.attrs(), dataset.attr_datatypes()).map_err(told)?;
+            let element = element_of(&dataset).map_err(told)?;
             let storage = Storage::of(dataset, self.file_bytes).map_err(told)?;
             self.claim(storage.needed()).map_err(told)?;
-            let (element, shape) = (storage.element(), storage.shape().to_vec());
+            let shape = storage.shape().to_vec();
             let sha256 = match self.hashes {
                 Hashes::Required => claimed_hash(&attributes).map_err(told)?,
                 Hashes::Absent => String::new(),

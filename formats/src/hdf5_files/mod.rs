@@ -1,12 +1,12 @@
 //! HDF5 files from anybody and to the disk, whatever is in them: sizes are compared with the file before memory is taken.
 
 pub(crate) mod attributes;
-pub(crate) mod container;
+pub mod container;
 pub(crate) mod create;
 pub(crate) mod digest;
 pub(crate) mod element;
 pub(crate) mod inventory;
-pub(crate) mod storage;
+pub mod storage;
 pub(crate) mod version;
 
 pub use version::FormatVersion;

@@ -29,9 +29,8 @@ const WINDOW_VALUES: usize = 1 << 17;
 
 /// A dataset of a file, and what is known of its place in the file.
 #[derive(Debug)]
-pub(crate) struct Storage {
+pub struct Storage {
     dataset: Dataset,
-    element: Element,
     shape: Vec<usize>,
     /// Stored bytes that the data need at least.
     needed: u64,
@@ -53,9 +52,8 @@ impl Storage {
     /// Looks at a dataset, without its data and chunks: the file must be able to hold an array of its shape.
     ///
     /// # Errors
-    /// It has another type than the format's three, or claims more than the file can hold.
-    pub(crate) fn of(dataset: Dataset, file_bytes: u64) -> Result<Self, String> {
-        let element = element(&dataset.datatype().map_err(unreadable)?)?;
+    /// It claims more than the file can hold, or has filters that aren't known here.
+    pub fn of(dataset: Dataset, file_bytes: u64) -> Result<Self, String> {
         let shape = dataset.shape().map_err(unreadable)?;
         if shape.len() > MOST_AXES {
             return Err(format!("has {} axes", shape.len()));
@@ -101,7 +99,6 @@ impl Storage {
         let sizes = sizes.collect::<Result<_, _>>().map_err(|_| impossible())?;
         Ok(Self {
             dataset,
-            element,
             shape: sizes,
             needed,
             chunk,
@@ -109,18 +106,13 @@ impl Storage {
         })
     }
 
-    /// Element type.
-    pub(crate) fn element(&self) -> Element {
-        self.element
-    }
-
     /// Size of each axis.
-    pub(crate) fn shape(&self) -> &[usize] {
+    pub fn shape(&self) -> &[usize] {
         &self.shape
     }
 
     /// Stored bytes that the data need at least.
-    pub(crate) fn needed(&self) -> u64 {
+    pub fn needed(&self) -> u64 {
         self.needed
     }
 
@@ -139,7 +131,7 @@ impl Storage {
     }
 
     /// Rows of a matrix to read together: about 1 MiB, and whole chunks, so that none is decoded twice.
-    pub(crate) fn window_rows(&self, rows: usize, columns: usize) -> usize {
+    pub fn window_rows(&self, rows: usize, columns: usize) -> usize {
         let window = (WINDOW_VALUES / columns.max(1)).max(1);
         let chunk_rows = self.chunk.as_ref().map_or(1, |chunk| chunk.rows);
         let chunk_rows = usize::try_from(chunk_rows).unwrap_or(usize::MAX);
@@ -150,7 +142,7 @@ impl Storage {
     ///
     /// # Errors
     /// A chunk isn't inside the file, or can't hold what it claims.
-    pub(crate) fn data(&self, file: &Container) -> Result<&Dataset, String> {
+    pub fn data(&self, file: &Container) -> Result<&Dataset, String> {
         if let (Some(size), None) = (&self.chunk, self.fits.get()) {
             file.allow_reading();
             check_chunks(
@@ -216,7 +208,14 @@ fn check_chunks(chunks: &[Chunk], size: &ChunkSize, file_bytes: u64) -> Result<(
     }
 }
 
-/// Element type: one of three.
+/// Element type of a dataset, one of three.
+///
+/// # Errors
+/// It is another one, or can't be read.
+pub(crate) fn element_of(dataset: &Dataset) -> Result<Element, String> {
+    element(&dataset.datatype().map_err(unreadable)?)
+}
+
 fn element(datatype: &Datatype) -> Result<Element, String> {
     let whole = FixedPointLayout {
         signed: true,

@@ -14,6 +14,8 @@ mod labels;
 #[doc(hidden)]
 pub mod matlab5;
 #[doc(hidden)]
+pub mod matlab73;
+#[doc(hidden)]
 pub mod matrix_input;
 pub(crate) mod matrix_market;
 mod number;

@@ -6,7 +6,7 @@ use dcb_formats::Error;
 
 use super::labels::DOF_REF;
 pub use super::labels::IntegerTable;
-use super::{matlab5, numpy};
+use super::{matlab5, matlab73, numpy};
 use crate::binary_file::BinaryFile;
 use crate::hashed_file::hashed;
 
@@ -20,10 +20,14 @@ struct Format {
 }
 
 /// All of them.
-const FORMATS: [Format; 2] = [
+const FORMATS: [Format; 3] = [
     Format {
         recognises: matlab5::recognises,
         table: matlab5::table,
+    },
+    Format {
+        recognises: matlab73::recognises,
+        table: matlab73::table,
     },
     Format {
         recognises: numpy::recognises,

@@ -20,12 +20,10 @@ fn readable(format: Format, path: &Path) -> Option<Vec<(String, Places)>> {
     Some(read.matrices.iter().map(named).collect())
 }
 
-/// Reads a file with these bytes, within the time that it may take.
-fn attempt(format: Format, folder: &Path, bytes: &[u8]) -> Option<Vec<(String, Places)>> {
-    let path = folder.join("damaged");
-    std::fs::write(&path, bytes).unwrap();
+/// Reads a damaged file, within the time that it may take.
+fn attempt(format: Format, path: &Path) -> Option<Vec<(String, Places)>> {
     let start = Instant::now();
-    let found = readable(format, &path);
+    let found = readable(format, path);
     assert!(start.elapsed() < SOON, "{:?}", start.elapsed());
     found
 }
@@ -33,10 +31,13 @@ fn attempt(format: Format, folder: &Path, bytes: &[u8]) -> Option<Vec<(String, P
 /// Cut off at every 64th byte, a file gives an error, or matrices that are all there.
 pub fn cut_off(format: Format, name: &str) {
     let folder = tempfile::tempdir().unwrap();
-    let whole = std::fs::read(sample(name)).unwrap();
-    let right = readable(format, &sample(name)).unwrap();
-    for length in (0..whole.len()).step_by(64) {
-        for found in attempt(format, folder.path(), &whole[..length]).unwrap_or_default() {
+    let path = folder.path().join("damaged");
+    let length = std::fs::copy(sample(name), &path).unwrap();
+    let right = readable(format, &path).unwrap();
+    let file = std::fs::File::options().write(true).open(&path).unwrap();
+    for length in (0..length / 64).rev().map(|blocks| 64 * blocks) {
+        file.set_len(length).unwrap();
+        for found in attempt(format, &path).unwrap_or_default() {
             let is_whole = right.iter().any(|(_, places)| *places == found.1);
             assert!(is_whole, "{name} cut off at {length}: {}", found.0);
         }
@@ -46,6 +47,7 @@ pub fn cut_off(format: Format, name: &str) {
 /// Bits flipped at a few places, thousands of times.
 pub fn flipped(format: Format, name: &str, times: usize) {
     let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("damaged");
     let whole = std::fs::read(sample(name)).unwrap();
     let mut state = 0x9e37_79b9_7f4a_7c15_u64;
     let mut random = |below: usize| {
@@ -65,7 +67,8 @@ pub fn flipped(format: Format, name: &str, times: usize) {
             };
             bytes[at] = random(256) as u8;
         }
-        attempt(format, folder.path(), &bytes);
+        std::fs::write(&path, &bytes).unwrap();
+        attempt(format, &path);
     }
 }
 

@@ -3,6 +3,7 @@
 
 mod damage;
 mod matlab5;
+mod matlab73;
 mod numpy;
 mod petsc;
 mod support;
