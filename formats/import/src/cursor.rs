@@ -83,7 +83,7 @@ impl<'a> Cursor<'a> {
     /// Passes the rest of the line, which is returned with its end; `None` at the end of the block.
     pub fn pass_whole_line(&mut self) -> Option<&'a [u8]> {
         let rest = self.text.get(self.at..).filter(|rest| !rest.is_empty())?;
-        let end = rest.iter().position(|&byte| byte == b'\n');
+        let end = memchr::memchr(b'\n', rest);
         let length = end.map_or(rest.len(), |end| end + 1);
         self.at += length;
         self.line += u32::from(end.is_some());

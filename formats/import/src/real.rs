@@ -2,7 +2,7 @@
 
 use dcb_formats::matrix::blocks::NotANumber;
 
-/// Longest number that is understood: sign, 17 digits and more than enough zeros, exponent.
+/// Longest number in another spelling that is understood: sign, 17 digits and more than enough zeros, exponent.
 const LONGEST: usize = 64;
 /// Longest exponent, `D+0308`.
 const EXPONENT: usize = 6;
@@ -16,6 +16,14 @@ const EXPONENT: usize = 6;
 pub fn whole_real(field: &[u8]) -> Result<f64, NotANumber> {
     let field = field.trim_ascii();
     let mut length = field.len();
+    let has_d = length > 4 && matches!(field[length - 4], b'd' | b'D');
+    if !has_d
+        && let Ok((value, used)) = fast_float2::parse_partial::<f64, _>(field)
+        && used == length
+        && value.is_finite()
+    {
+        return Ok(value);
+    }
     // Room for the letter that Fortran leaves out.
     let mut spelling = [0; LONGEST + 1];
     if length > LONGEST {
@@ -141,7 +149,7 @@ mod tests {
             "1.5-10-3",
             "--1",
             "1e+-3",
-            "0000000000000000000000000000000000000000000000000000000000000000001",
+            "0000000000000000000000000000000000000000000000000000000000000000001D0",
         ] {
             assert_eq!(
                 whole_real(field.as_bytes()),

@@ -186,13 +186,14 @@ impl TextBlocks {
 
     /// Puts back what comes behind so many lines; the bytes that are left.
     fn cut_after_lines(&mut self, left: u64, block: &[u8]) -> usize {
-        let line_ends = || block.iter().enumerate().filter(|(_, byte)| **byte == b'\n');
-        let count = line_ends().count() as u64;
+        let count = block.iter().filter(|byte| **byte == b'\n').count() as u64;
         self.lines_left = Some(left.saturating_sub(count));
-        let nth = usize::try_from(left - 1).unwrap_or(usize::MAX);
-        let Some((last, _)) = (count > left).then(|| line_ends().nth(nth)).flatten() else {
+        if count <= left {
             return block.len();
-        };
+        }
+        let line_ends = block.iter().enumerate().filter(|(_, byte)| **byte == b'\n');
+        let last = line_ends.map(|(at, _)| at).nth(left as usize - 1);
+        let last = last.unwrap_or(block.len() - 1);
         self.pending.splice(0..0, block[last + 1..].iter().copied());
         last + 1
     }

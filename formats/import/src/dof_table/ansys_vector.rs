@@ -5,9 +5,8 @@ use std::path::Path;
 
 use dcb_formats::Error;
 use dcb_formats::matrix::blocks::shown;
-use dcb_formats::mesh::Direction;
 
-use super::direction::label;
+use super::direction::{label, note, of_each_node};
 use super::lines::TableLines;
 use super::{DofTable, RowList};
 use crate::line_blocks::filled_lines;
@@ -28,7 +27,8 @@ pub(super) fn read(path: &Path, row_count: usize) -> Result<DofTable, Error> {
         return Err(lines.refused("the file ends before its size line"));
     };
     let node_count = node_count(&sizes).map_err(|message| lines.refused(message))?;
-    let directions = directions(row_count, node_count).map_err(|message| lines.refused(message))?;
+    let directions =
+        of_each_node(row_count, node_count).map_err(|message| lines.refused(message))?;
     let mut rows = RowList::new(row_count);
     let mut found = 0;
     while let Some(line) = lines.next_filled()? {
@@ -44,17 +44,10 @@ pub(super) fn read(path: &Path, row_count: usize) -> Result<DofTable, Error> {
         }
     }
     let sha256 = lines.finish()?;
-    let names: Vec<&str> = directions
-        .iter()
-        .map(|direction| direction.name())
-        .collect();
     Ok(DofTable {
         rows: rows.finish(path, "a map names every node once")?,
         sha256,
-        notes: vec![format!(
-            "the map names {node_count} nodes for {row_count} rows; their directions are taken as {}",
-            names.join(", ")
-        )],
+        notes: vec![note(row_count, node_count, directions)],
     })
 }
 
@@ -70,16 +63,6 @@ fn node_count(line: &[u8]) -> Result<usize, String> {
         _ => Err(format!(
             "`{}`; expected the sizes of a vector, `rows 1`",
             shown(line)
-        )),
-    }
-}
-
-/// Directions of each block of rows.
-fn directions(row_count: usize, node_count: usize) -> Result<&'static [Direction], String> {
-    match row_count / node_count {
-        each @ (2 | 3 | 6) if row_count.is_multiple_of(node_count) => Ok(&Direction::ALL[..each]),
-        _ => Err(format!(
-            "{node_count} nodes for the {row_count} rows of the matrix; expected 2, 3 or 6 rows for each node, because a map tells no directions"
         )),
     }
 }

@@ -47,3 +47,33 @@ pub(super) fn label(field: &[u8]) -> Result<u32, String> {
         )),
     }
 }
+
+/// Directions of each node's rows, where a table lists nodes and no directions.
+///
+/// # Errors
+/// Says that the rows of the matrix are not 2, 3 or 6 for each node.
+pub(super) fn of_each_node(
+    row_count: usize,
+    node_count: usize,
+) -> Result<&'static [Direction], String> {
+    match row_count.checked_div(node_count) {
+        Some(each @ (2 | 3 | 6)) if row_count.is_multiple_of(node_count) => {
+            Ok(&Direction::ALL[..each])
+        }
+        _ => Err(format!(
+            "{node_count} nodes for the {row_count} rows of the matrix; expected 2, 3 or 6 rows for each node, because this table tells no directions"
+        )),
+    }
+}
+
+/// A remark on directions that are taken so.
+pub(super) fn note(row_count: usize, node_count: usize, directions: &[Direction]) -> String {
+    let names: Vec<&str> = directions
+        .iter()
+        .map(|direction| direction.name())
+        .collect();
+    format!(
+        "the table names {node_count} nodes for {row_count} rows; their directions are taken as {}",
+        names.join(", ")
+    )
+}

@@ -1,6 +1,7 @@
 //! Tables of degrees of freedom (`--dofs FILE`): what the rows of a matrix without labels belong to. One file for each kind, told by content.
 
 mod ansys_vector;
+mod array;
 mod calculix;
 mod direction;
 mod lines;
@@ -12,7 +13,6 @@ use dcb_formats::Error;
 use dcb_formats::matrix::blocks::TextBlocks;
 use rustc_hash::FxHashMap;
 
-use crate::matrix::tables::read_table;
 use crate::row_key::RowKey;
 use crate::stored::RowLabel;
 
@@ -37,7 +37,7 @@ pub fn read(path: &Path, name: Option<&str>, row_count: usize) -> Result<DofTabl
     let start = text.pending();
     if start.iter().take(1 << 10).any(|byte| *byte == 0) {
         drop(text);
-        return read_binary(path, name, row_count);
+        return array::read(path, name, row_count);
     }
     if let Some(name) = name {
         return Err(Error::File {
@@ -54,26 +54,6 @@ pub fn read(path: &Path, name: Option<&str>, row_count: usize) -> Result<DofTabl
     };
     drop(text);
     read(path, row_count)
-}
-
-/// A table of an archive of arrays.
-fn read_binary(path: &Path, name: Option<&str>, row_count: usize) -> Result<DofTable, Error> {
-    let (table, sha256) = read_table(path, name)?;
-    let rows = table
-        .labels()
-        .and_then(|rows| match rows.len() == row_count {
-            true => Ok(rows),
-            false => Err(format!("has {} rows, the matrix {row_count}", rows.len())),
-        });
-    let rows = rows.map_err(|message| Error::File {
-        path: path.into(),
-        message: format!("the table of dofs: {message}"),
-    })?;
-    Ok(DofTable {
-        rows,
-        sha256,
-        notes: Vec::new(),
-    })
 }
 
 /// As messages list them.

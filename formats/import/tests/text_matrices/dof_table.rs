@@ -213,7 +213,9 @@ fn the_map_of_ansys_names_the_node_of_each_block() {
         pairs(&map),
         [(17, 1), (17, 2), (17, 3), (3, 1), (3, 2), (3, 3)]
     );
-    assert!(map.notes[0].contains("2 nodes for 6 rows; their directions are taken as ux, uy, uz"));
+    assert!(
+        map.notes[0].contains("names 2 nodes for 6 rows; their directions are taken as ux, uy, uz")
+    );
     assert_eq!(
         table(text, 12).unwrap().rows.last(),
         Some(&RowLabel::Nodal {
@@ -268,6 +270,50 @@ fn the_map_of_ansys_names_the_node_of_each_block() {
     }
 }
 
+/// One column of integers, as NumPy saves it.
+fn npy(values: &[i64]) -> Vec<u8> {
+    let head = format!(
+        "{{'descr': '<i8', 'fortran_order': False, 'shape': ({},), }}",
+        values.len()
+    );
+    let head = format!("{head:<117}\n");
+    let mut bytes = b"\x93NUMPY\x01\0".to_vec();
+    bytes.extend((head.len() as u16).to_le_bytes());
+    bytes.extend(head.as_bytes());
+    bytes.extend(values.iter().flat_map(|value| value.to_le_bytes()));
+    bytes
+}
+
+#[test]
+fn arrays_of_numpy_and_matlab_are_tables_too() {
+    let right: Vec<(u32, usize)> = (0..12)
+        .map(|row| (10 * (row / 3) + 3, row as usize % 3 + 1))
+        .collect();
+    for (name, array) in [
+        ("scipy/variants_dof_ref.npy", None),
+        ("matlab/variants_labelled.mat", None),
+        ("matlab/variants_labelled.mat", Some("DOF_REF")),
+    ] {
+        let table = read(&sample(name), array, 12).unwrap();
+        assert_eq!(pairs(&table), right, "{name}");
+        let refused = read(&sample(name), array, 13).unwrap_err().to_string();
+        assert!(refused.contains("has 12 rows, the matrix 13"), "{refused}");
+    }
+    let nodes = table(npy(&[17, 3]), 6).unwrap();
+    assert_eq!(
+        pairs(&nodes),
+        [(17, 1), (17, 2), (17, 3), (3, 1), (3, 2), (3, 3)]
+    );
+    assert_eq!(nodes.notes.len(), 1);
+    assert_refused(npy(&[17, 3]), 7, "2 nodes for the 7 rows of the matrix");
+    assert_refused(npy(&[17, 17]), 6, "has the label 17 twice");
+    assert_refused(
+        npy(&[17, 0]),
+        6,
+        "has the label 0; labels of nodes are from 1",
+    );
+}
+
 #[test]
 fn what_is_no_text_has_no_name_there() {
     let message = read(&sample("calculix/bracket.dof"), Some("map"), 240)
@@ -277,7 +323,7 @@ fn what_is_no_text_has_no_name_there() {
     assert_refused(
         b"\x7fELF\0\0\0",
         3,
-        "is binary, and no table of degrees of freedom",
+        "holds no table of dofs; expected .npz, .npy or .mat",
     );
 }
 

@@ -120,8 +120,10 @@ impl Format {
 fn number(text: &[u8]) -> (Option<usize>, &[u8]) {
     let length = text.iter().take_while(|byte| byte.is_ascii_digit()).count();
     let (digits, rest) = text.split_at(length);
-    let number = std::str::from_utf8(digits).ok();
-    (number.and_then(|digits| digits.parse().ok()), rest)
+    let digits = std::str::from_utf8(digits).unwrap_or_default();
+    // More digits than a number has are too many in any place.
+    let number = (length > 0).then(|| digits.parse().unwrap_or(usize::MAX));
+    (number, rest)
 }
 
 #[cfg(test)]
