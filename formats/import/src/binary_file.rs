@@ -115,9 +115,14 @@ impl<F: Read> BinaryFile<F> {
 
     /// An error of this file at the place that was reached.
     pub fn refused(&self, message: impl Into<String>) -> Error {
+        self.refused_at(self.at, message)
+    }
+
+    /// An error of this file at a place.
+    pub(crate) fn refused_at(&self, at: u64, message: impl Into<String>) -> Error {
         Error::File {
             path: self.path.clone(),
-            message: format!("at byte {}: {}", self.at, message.into()),
+            message: format!("at byte {at}: {}", message.into()),
         }
     }
 

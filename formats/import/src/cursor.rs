@@ -81,6 +81,7 @@ impl<'a> Cursor<'a> {
     }
 
     /// Passes the rest of the line, which is returned with its end; `None` at the end of the block.
+    #[inline]
     pub fn pass_whole_line(&mut self) -> Option<&'a [u8]> {
         let rest = self.text.get(self.at..).filter(|rest| !rest.is_empty())?;
         let end = memchr::memchr(b'\n', rest);
@@ -88,6 +89,14 @@ impl<'a> Cursor<'a> {
         self.at += length;
         self.line += u32::from(end.is_some());
         Some(&rest[..length])
+    }
+
+    /// As [`Cursor::pass_whole_line`], without the line's end.
+    #[inline]
+    pub fn take_line(&mut self) -> Option<&'a [u8]> {
+        let line = self.pass_whole_line()?;
+        let line = line.strip_suffix(b"\n").unwrap_or(line);
+        Some(line.strip_suffix(b"\r").unwrap_or(line))
     }
 
     /// Passes blanks; whether there were some.

@@ -3,7 +3,9 @@
 use std::path::Path;
 
 use dcb_formats::Error;
-use dcb_formats::matrix::blocks::{Entries, Rest, TextBlocks, likely_line_count, read_blocks};
+use dcb_formats::matrix::blocks::{
+    Entries, Rest, TextBlocks, likely_line_count, read_blocks_in_context,
+};
 
 use crate::cursor::{Cursor, Stopped};
 
@@ -46,17 +48,33 @@ pub fn read_text<R>(
 /// Makes something of every block of lines, in file order; `lines_before` of the file are read already.
 ///
 /// # Errors
-/// [`Error::Line`] for the first line in file order that `work` refuses, [`Error::NotEnoughMemory`], and as [`read_blocks`].
+/// [`Error::Line`] for the first line in file order that `work` refuses, [`Error::NotEnoughMemory`], and as
+/// [`read_blocks_in_context`].
 pub fn read_line_blocks<T: Default + Send>(
     path: &Path,
     text: &mut TextBlocks,
     lines_before: u64,
     work: impl Fn(&mut Cursor<'_>, &mut T) -> Result<(), Stopped> + Sync,
 ) -> Result<Vec<LineBlock<T>>, Error> {
-    let work = |text: &[u8]| {
+    let work = |cursor: &mut Cursor<'_>, (), content: &mut T| work(cursor, content);
+    read_line_blocks_in_context(path, text, lines_before, |_| (), work)
+}
+
+/// As [`read_line_blocks`]; `look` sees each block before it is worked on, in file order, and tells `work` of what stands before it.
+///
+/// # Errors
+/// As [`read_line_blocks`].
+pub fn read_line_blocks_in_context<T: Default + Send, C: Send>(
+    path: &Path,
+    text: &mut TextBlocks,
+    lines_before: u64,
+    look: impl FnMut(&[u8]) -> C + Send,
+    work: impl Fn(&mut Cursor<'_>, C, &mut T) -> Result<(), Stopped> + Sync,
+) -> Result<Vec<LineBlock<T>>, Error> {
+    let work = |text: &[u8], context: C| {
         let mut cursor = Cursor::new(text);
         let mut block = LineBlock::default();
-        block.stopped = work(&mut cursor, &mut block.content).err();
+        block.stopped = work(&mut cursor, context, &mut block.content).err();
         block.line_count = u64::from(cursor.line());
         let end = text.iter().rposition(|&byte| byte == b'\n');
         block.is_open = !text[end.map_or(0, |end| end + 1)..].trim_ascii().is_empty();
@@ -68,7 +86,7 @@ pub fn read_line_blocks<T: Default + Send>(
             None => Rest::Wanted,
         })
     };
-    let mut blocks = read_blocks(text, work, took)?;
+    let mut blocks = read_blocks_in_context(text, look, work, took)?;
     let mut line = lines_before + 1;
     for block in &mut blocks {
         block.first_line = line;

@@ -6,8 +6,8 @@ use dcb_formats::Error;
 use dcb_formats::matrix::blocks::TextBlocks;
 
 use crate::matrix::{
-    coordinate, harwell_boeing, matlab5, matlab73, matrix_input, matrix_market, numpy, petsc,
-    substructure,
+    coordinate, dmig, harwell_boeing, matlab5, matlab73, matrix_input, matrix_market, numpy,
+    op4_binary, op4_text, petsc, substructure,
 };
 use crate::stored::{Listed, Reading};
 
@@ -21,7 +21,7 @@ struct Format {
 }
 
 /// All of them. The first that recognises a file reads it.
-const FORMATS: [Format; 9] = [
+const FORMATS: [Format; 12] = [
     Format {
         name: "Matrix Market",
         recognises: matrix_market::recognises,
@@ -51,6 +51,24 @@ const FORMATS: [Format; 9] = [
         recognises: petsc::recognises,
         list: petsc::list,
         read: petsc::read,
+    },
+    Format {
+        name: "Nastran OUTPUT4, binary",
+        recognises: op4_binary::recognises,
+        list: op4_binary::list,
+        read: op4_binary::read,
+    },
+    Format {
+        name: "Nastran OUTPUT4, ASCII",
+        recognises: op4_text::recognises,
+        list: op4_text::list,
+        read: op4_text::read,
+    },
+    Format {
+        name: "Nastran DMIG",
+        recognises: dmig::recognises,
+        list: dmig::list,
+        read: dmig::read,
     },
     Format {
         name: "Abaqus substructure",

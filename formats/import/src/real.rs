@@ -96,7 +96,7 @@ impl Digits {
 }
 
 /// Digits from the first that isn't zero to the exponent.
-fn significant(number: &[u8]) -> u32 {
+pub fn significant(number: &[u8]) -> u32 {
     let is_exponent = |(place, byte): (usize, &u8)| {
         matches!(byte, b'e' | b'E' | b'd' | b'D') || (place > 0 && matches!(byte, b'+' | b'-'))
     };

@@ -34,7 +34,21 @@ pub fn read_blocks<T: Default + Send>(
     work: impl Fn(&[u8]) -> T + Sync,
     took: impl FnMut(&T, u64) -> Result<Rest, Error> + Send,
 ) -> Result<Vec<T>, Error> {
-    rayon::scope(|scope| Reading::new(took).read(scope, text, &work))
+    read_blocks_in_context(text, |_| (), |block, ()| work(block), took)
+}
+
+/// As [`read_blocks`], for texts in which what stands in one block says how the next ones are read: `look` sees the blocks in file order
+/// before they are worked on, and what it tells of each goes with the block.
+///
+/// # Errors
+/// As [`read_blocks`].
+pub fn read_blocks_in_context<T: Default + Send, C: Send>(
+    text: &mut TextBlocks,
+    look: impl FnMut(&[u8]) -> C + Send,
+    work: impl Fn(&[u8], C) -> T + Sync,
+    took: impl FnMut(&T, u64) -> Result<Rest, Error> + Send,
+) -> Result<Vec<T>, Error> {
+    rayon::scope(|scope| Reading::new(took).read(scope, text, look, &work))
 }
 
 /// Content made of a block: its number, the content, and the buffer for another one.
@@ -49,8 +63,8 @@ struct Work<T: Default> {
 }
 
 impl<T: Default> Work<T> {
-    fn read(mut self, used: usize, work: &impl Fn(&[u8]) -> T) {
-        self.content = work(&self.buffer[..used]);
+    fn read<C>(mut self, used: usize, context: C, work: &impl Fn(&[u8], C) -> T) {
+        self.content = work(&self.buffer[..used], context);
     }
 }
 
@@ -90,11 +104,12 @@ impl<T: Default + Send, F: FnMut(&T, u64) -> Result<Rest, Error>> Reading<T, F> 
         }
     }
 
-    fn read<'s>(
+    fn read<'s, C: Send + 's>(
         mut self,
         scope: &Scope<'s>,
         text: &mut TextBlocks,
-        work: &'s (impl Fn(&[u8]) -> T + Sync),
+        mut look: impl FnMut(&[u8]) -> C,
+        work: &'s (impl Fn(&[u8], C) -> T + Sync),
     ) -> Result<Vec<T>, Error>
     where
         T: 's,
@@ -106,6 +121,7 @@ impl<T: Default + Send, F: FnMut(&T, u64) -> Result<Rest, Error>> Reading<T, F> 
             if used == 0 {
                 break;
             }
+            let context = look(&buffer[..used]);
             let block = Work {
                 number: self.contents.len(),
                 content: T::default(),
@@ -114,7 +130,7 @@ impl<T: Default + Send, F: FnMut(&T, u64) -> Result<Rest, Error>> Reading<T, F> 
             };
             self.contents.push(T::default());
             self.in_work += 1;
-            scope.spawn(move |_| block.read(used, work));
+            scope.spawn(move |_| block.read(used, context, work));
             while self.in_work >= most {
                 self.take_one(text.length())?;
             }

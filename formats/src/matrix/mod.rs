@@ -45,7 +45,7 @@ pub mod blocks {
     //! Text in blocks that all threads work on, and entries on their way into a matrix.
 
     pub use super::assemble::{CannotAssemble, Expansion, assembled};
-    pub use super::block_reading::{Rest, read_blocks};
+    pub use super::block_reading::{Rest, read_blocks, read_blocks_in_context};
     pub use super::bytes::TextBlocks;
     pub use super::entries::{Entries, Triplet};
     pub use super::entry_blocks::likely_line_count;

@@ -9,7 +9,10 @@ mod compressed;
 pub mod coordinate;
 mod dense;
 #[doc(hidden)]
+pub mod dmig;
+#[doc(hidden)]
 pub mod harwell_boeing;
+mod labelled;
 mod labels;
 #[doc(hidden)]
 pub mod matlab5;
@@ -21,10 +24,17 @@ pub(crate) mod matrix_market;
 mod number;
 #[doc(hidden)]
 pub mod numpy;
+mod op4;
+#[doc(hidden)]
+pub mod op4_binary;
+#[doc(hidden)]
+pub mod op4_text;
 #[doc(hidden)]
 pub mod petsc;
+mod records;
 mod stream;
 #[doc(hidden)]
 pub mod substructure;
 #[doc(hidden)]
 pub mod tables;
+mod wanted;
