@@ -15,6 +15,7 @@ import argparse
 import json
 import pathlib
 import random
+import resource
 import statistics
 import subprocess
 import tempfile
@@ -112,9 +113,11 @@ def main():
                         clock[who].append(time.perf_counter() - start[0])
                         processor[who].append(time.process_time() - start[1])
                         continue
+                    before = resource.getrusage(resource.RUSAGE_CHILDREN)
                     told = json.loads(subprocess.run([READER, who, file], check=True, capture_output=True).stdout)
                     clock[who].append(told["seconds"])
-                    processor[who].append(told["processor"])
+                    after = resource.getrusage(resource.RUSAGE_CHILDREN)
+                    processor[who].append(after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime)
                     if who == "read":
                         peak = max(peak, told["peak"] / told["matrices"])
             best = [1e3 * min(clock[who]) for who in clock]
