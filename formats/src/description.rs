@@ -65,16 +65,63 @@ pub enum DofLayout {
 /// [`Error::Line`] with line and column where the JSON or a key is wrong,
 /// [`Error::Location`] with the JSON path where a value doesn't fit the others.
 pub fn read_description(path: &Path) -> Result<Description, Error> {
+    let (file, sha256) = read_parts(path)?;
+    checked(file, sha256).map_err(|fault| located(path, fault))
+}
+
+/// A JSON file of a mesh: a component file, or one without the key `component`.
+#[derive(Clone, Debug, PartialEq)]
+pub enum JsonMesh {
+    /// With units, dofs, interfaces.
+    Component(Box<Description>),
+    /// The mesh alone.
+    Alone {
+        /// Geometry.
+        mesh: Mesh,
+        /// SHA-256 of the file's bytes, hex.
+        sha256: String,
+        /// Notes for the reader of the file.
+        notes: Vec<String>,
+    },
+}
+
+/// Reads a component file, or a mesh in its layout.
+///
+/// # Errors
+/// As [`read_description`], but for a missing `component`.
+pub fn read_json_mesh(path: &Path) -> Result<JsonMesh, Error> {
+    let (file, sha256) = read_parts(path)?;
+    let read = || {
+        if file.component.is_some() {
+            return Ok(JsonMesh::Component(Box::new(checked(file, sha256)?)));
+        }
+        check_format(file.format.as_deref(), file.version)?;
+        let mut notes = Vec::new();
+        let mesh = geometry::mesh_alone(file.points, file.cells, file.point_sets, &mut notes)?;
+        Ok(JsonMesh::Alone {
+            mesh,
+            sha256,
+            notes,
+        })
+    };
+    read().map_err(|fault| located(path, fault))
+}
+
+/// The file as it stands on disk, and its digest.
+fn read_parts(path: &Path) -> Result<(FilePart, String), Error> {
     let (bytes, sha256) = read_file(path)?;
     let text = json_text(path, &bytes)?;
     let Object(file) = serde_json::from_slice::<Object<FilePart>>(text)
         .map_err(|error| json_error(path, text, &error, example_of))?;
-    drop(bytes);
-    checked(file, sha256).map_err(|ComponentFault { place, message }| Error::Location {
+    Ok((file, sha256))
+}
+
+fn located(path: &Path, ComponentFault { place, message }: ComponentFault) -> Error {
+    Error::Location {
         path: path.to_owned(),
         location: place.to_string(),
         message,
-    })
+    }
 }
 
 impl Description {

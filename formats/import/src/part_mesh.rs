@@ -3,10 +3,11 @@
 use std::path::{Path, PathBuf};
 
 use dcb_formats::component::Source;
-use dcb_formats::{Description, Error, read_description};
+use dcb_formats::description::{JsonMesh, read_json_mesh};
+use dcb_formats::{Description, Error};
 
 use crate::matrix_file::beginning;
-use crate::mesh::{FoundMesh, ReadMesh, read_mesh};
+use crate::mesh::{FoundMesh, MeshFormat, ReadMesh, json, read_mesh};
 use crate::source_files::source;
 
 /// A mesh, and what its file says besides.
@@ -45,22 +46,27 @@ impl PartMesh {
                 found: mesh,
             });
         }
-        let description = read_description(path)?;
-        let mesh = &description.mesh;
-        let found = FoundMesh {
-            points: (0..mesh.node_count() as u32)
-                .map(|node| mesh.position(node))
-                .collect(),
-            cells: mesh.cells.clone(),
-            sets: mesh.point_sets.clone().into_iter().collect(),
-            notes: description.notes.clone(),
-            ..FoundMesh::default()
+        let description = match read_json_mesh(path)? {
+            JsonMesh::Component(description) => description,
+            JsonMesh::Alone {
+                mesh,
+                sha256,
+                notes,
+            } => {
+                return Ok(Self {
+                    found: json::found(&mesh, notes),
+                    format: MeshFormat::Json.to_string(),
+                    description: None,
+                    sources: vec![source("mesh", path, &sha256)],
+                });
+            }
         };
+        let found = json::found(&description.mesh, description.notes.clone());
         Ok(Self {
             found,
             format: "component file".into(),
             sources: vec![source("mesh", path, &description.sha256)],
-            description: Some(description),
+            description: Some(*description),
         })
     }
 }

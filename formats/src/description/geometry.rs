@@ -1,5 +1,7 @@
 //! Checks of points, cells, point sets and dofs against each other; planar or spatial is decided here.
 
+use std::collections::BTreeMap;
+
 use super::DofLayout;
 use super::diagnosis::suggestion;
 use super::file::CellPart;
@@ -20,6 +22,31 @@ pub fn mesh(
     let node_count = node_count(&points)?;
     check_dofs(dofs, node_count)?;
     let (dimension, coordinates) = dimension(points, dofs, notes)?;
+    checked(dimension, coordinates, cells, point_sets, notes)
+}
+
+/// A mesh alone: two coordinates make it planar.
+pub fn mesh_alone(
+    points: Points,
+    cells: Vec<Object<CellPart>>,
+    PointSets(point_sets): PointSets,
+    notes: &mut Vec<String>,
+) -> Result<Mesh, ComponentFault> {
+    node_count(&points)?;
+    let dimension = match points.coordinate_count {
+        2 => Dimension::Planar,
+        _ => Dimension::Spatial,
+    };
+    checked(dimension, points.coordinates, cells, point_sets, notes)
+}
+
+fn checked(
+    dimension: Dimension,
+    coordinates: Vec<f64>,
+    cells: Vec<Object<CellPart>>,
+    point_sets: BTreeMap<String, Vec<u32>>,
+    notes: &mut Vec<String>,
+) -> Result<Mesh, ComponentFault> {
     let cells = cells
         .into_iter()
         .enumerate()

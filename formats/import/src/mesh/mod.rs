@@ -5,6 +5,7 @@ mod cells;
 mod deck;
 mod fields;
 mod gmsh;
+pub(crate) mod json;
 mod label_sets;
 mod nastran;
 mod node_sets;
@@ -98,6 +99,8 @@ pub enum MeshFormat {
     Abaqus,
     /// Gmsh, version 2 or 4.1, text or binary.
     Gmsh,
+    /// JSON in the layout of component files.
+    Json,
     /// I-DEAS universal file.
     Universal,
     /// VTK's unstructured grid in XML.
@@ -110,7 +113,8 @@ pub enum MeshFormat {
 
 impl MeshFormat {
     /// All of them, in the order in which a file is tried.
-    pub const ALL: [Self; 6] = [
+    pub const ALL: [Self; 7] = [
+        Self::Json,
         Self::Gmsh,
         Self::Vtu,
         Self::Universal,
@@ -123,6 +127,7 @@ impl MeshFormat {
         match self {
             Self::Abaqus => abaqus::recognises(start),
             Self::Gmsh => gmsh::recognises(start),
+            Self::Json => json::recognises(start),
             Self::Universal => universal::recognises(start),
             Self::Vtu => vtu::recognises(start),
             Self::Nastran => nastran::recognises(start),
@@ -134,6 +139,7 @@ impl MeshFormat {
         match self {
             Self::Abaqus => abaqus::read(path),
             Self::Gmsh => gmsh::read(path),
+            Self::Json => json::read(path),
             Self::Universal => universal::read(path),
             Self::Vtu => vtu::read(path),
             Self::Nastran => nastran::read(path),
@@ -147,6 +153,7 @@ impl fmt::Display for MeshFormat {
         f.write_str(match self {
             Self::Abaqus => "Abaqus or CalculiX input deck",
             Self::Gmsh => "Gmsh .msh 2 or 4.1",
+            Self::Json => "JSON",
             Self::Universal => "I-DEAS universal file (UNV)",
             Self::Vtu => "VTU",
             Self::Nastran => "Nastran bulk data",

@@ -136,3 +136,32 @@ fn vtu_files_of_meshio_are_the_bracket() {
         assert_eq!(mesh.sets, []);
     }
 }
+
+#[test]
+fn json_is_read_with_and_without_the_component() {
+    let whole = std::fs::read_to_string(sample("bracket.json")).unwrap();
+    let mut json: serde_json::Value = serde_json::from_str(&whole).unwrap();
+    json.as_object_mut().unwrap().remove("component");
+    let alone = crate::samples::read_text(json.to_string()).unwrap();
+    let with_component = read("bracket.json");
+    assert_eq!(with_component.format, MeshFormat::Json);
+    assert_eq!(alone, with_component.mesh);
+    let places: Vec<u32> = (0..80).collect();
+    assert_is_bracket("bracket.json", &alone, &places, 0.0);
+    assert_has_sets("bracket.json", &alone, &places, ["foot", "tip"]);
+    for (text, said) in [
+        (
+            r#"{"points": [[0, 0], [1, 0, 0]]}"#,
+            "point 1 has 3 coordinates, but point 0 has 2",
+        ),
+        (
+            r#"{"points": [[0, 0, 0]], "point_sets": {"a": [1]}}"#,
+            "point_sets.a[0]: is node 1, but the mesh has 1 nodes",
+        ),
+        (r#"{"points": []}"#, "points: is empty"),
+        (r#"{"Points": []}"#, "unknown field `Points`"),
+    ] {
+        let error = crate::samples::read_text(text).unwrap_err();
+        assert!(error.contains(said), "{error}");
+    }
+}
