@@ -61,5 +61,8 @@ pub use function::{Function, TimeFunction};
 pub use scene::Scene;
 pub use superelement::{RecoveryBasis, Superelement};
 
+#[doc(hidden)]
+pub use hdf5_files::write_hdf5;
+
 /// Sparse matrix, compressed by columns, 32-bit indices: up to 2³¹ - 1 dofs and 2³² - 1 stored entries.
 pub type SparseMatrix = faer::sparse::SparseColMat<u32, f64>;

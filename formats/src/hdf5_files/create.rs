@@ -6,6 +6,31 @@ use hdf5::file::LibraryVersion;
 
 use crate::Error;
 use crate::out_of_memory::demand;
+use crate::output::{Replace, write_whole};
+
+/// Writes an HDF5 file, complete and durable under its name, or not at all. `needed`: its bytes, roughly, for whoever has to make room.
+///
+/// # Errors
+/// [`Error::OutputExists`]; [`Error::NoRoom`] on a full disk; [`Error::File`] and [`Error::Io`] where no file can be written.
+pub fn write_hdf5(
+    target: &Path,
+    replace: Replace,
+    needed: u64,
+    fill: impl FnOnce(&hdf5::File) -> hdf5::Result<()>,
+) -> Result<(), Error> {
+    write_whole(target, replace, |partial, _| {
+        let write = || {
+            let file = create(partial)?;
+            let written = fill(&file).and_then(|()| file.flush());
+            if written.is_err() {
+                abandon(partial);
+            }
+            let closed = file.close();
+            written.and(closed)
+        };
+        write().map_err(|error| told(target, needed, &error))
+    })
+}
 
 /// HDF5 tells the system's answer only as text in its error stack. `needed`: bytes of the file, or what was to be added.
 pub(crate) fn told(target: &Path, needed: u64, error: &hdf5::Error) -> Error {

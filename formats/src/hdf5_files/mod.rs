@@ -9,4 +9,5 @@ pub(crate) mod inventory;
 pub mod storage;
 pub(crate) mod version;
 
+pub use create::write_hdf5;
 pub use version::FormatVersion;

@@ -14,10 +14,9 @@ use super::units::UnitSystem;
 use super::{Compression, Contents, FORMAT, FORMAT_VERSION, WriteOptions, check, second_order};
 use crate::Error;
 use crate::hdf5_files::attributes::Value;
-use crate::hdf5_files::create::{abandon, create, told};
 use crate::hdf5_files::inventory::Finding;
+use crate::hdf5_files::write_hdf5;
 use crate::mesh::{Dimension, Mesh};
-use crate::output;
 use crate::superelement::{InterfaceFrame, Superelement};
 
 /// Writes a superelement: complete and durable under its name, or not at all.
@@ -56,9 +55,9 @@ pub fn write_superelement(
         )
         .map_err(broken)?;
     }
-    output::write_whole(target, options.replace_existing, |partial, _| {
-        fill(partial, contents, options.compression)
-            .map_err(|error| told(target, rough_size(contents), &error))
+    let needed = rough_size(contents);
+    write_hdf5(target, options.replace_existing, needed, |file| {
+        Writer::new(file, contents, options.compression).write()
     })
 }
 
@@ -75,18 +74,6 @@ fn rough_size(contents: &Contents) -> u64 {
     };
     let mesh = contents.mesh.map_or(0, |mesh| matrix(mesh.node_count(), 3));
     fields + mesh + per_pair * matrix(of.basis_count(), of.basis_count())
-}
-
-fn fill(partial: &Path, contents: &Contents, compression: Compression) -> hdf5::Result<()> {
-    let file = create(partial)?;
-    let written = Writer::new(&file, contents, compression)
-        .write()
-        .and_then(|()| file.flush());
-    if written.is_err() {
-        abandon(partial);
-    }
-    let closed = file.close();
-    written.and(closed)
 }
 
 /// Puts each part of the contents where the contract has it.

@@ -5,6 +5,7 @@ mod cache;
 mod compare;
 mod eigen_solver;
 mod error_report;
+mod export;
 mod import;
 mod init;
 mod inspect;
@@ -30,6 +31,7 @@ use crate::outcome::{Outcome, ended};
 use crate::reduce::batch::BatchArguments;
 use crate::reduce::cache::{CacheArguments, InventoryArguments};
 use crate::reduce::eigen_solver::EigenSolverArguments;
+use crate::reduce::export::ExportArguments;
 use crate::reduce::import::ImportCommand;
 use crate::reduce::init::InitArguments;
 use crate::reduce::inspect::InspectArguments;
@@ -128,6 +130,8 @@ enum ReduceCommand {
         /// Second superelement.
         b: PathBuf,
     },
+    /// Write a superelement as other programs read it: NumPy, Simscape, Nastran, Exudyn, MBDyn, SID_FEM, glTF.
+    Export(ExportArguments),
     /// Say what a reduction will cost, without doing it: factor, memory, time.
     Plan(PlanArguments),
     /// Reduce in many ways and say what each costs and how far it is off.
@@ -157,6 +161,7 @@ pub fn main() -> ExitCode {
         Some(ReduceCommand::Inspect(arguments)) => inspect::run(arguments),
         Some(ReduceCommand::Verify(arguments)) => verify::run(arguments),
         Some(ReduceCommand::Compare { a, b }) => compare::run(a, b),
+        Some(ReduceCommand::Export(arguments)) => export::run(arguments),
         Some(ReduceCommand::Plan(arguments)) => plan::run(arguments),
         Some(ReduceCommand::Study(arguments)) => study::run(arguments, &cli.common),
         Some(ReduceCommand::Cache(arguments)) => cache::run(arguments),
@@ -166,7 +171,12 @@ pub fn main() -> ExitCode {
     // What was asked for is printed also with --quiet; what was done along the way is not.
     let is_report = matches!(
         cli.command,
-        None | Some(ReduceCommand::Verify(_) | ReduceCommand::Study(_) | ReduceCommand::Batch(_))
+        None | Some(
+            ReduceCommand::Verify(_)
+                | ReduceCommand::Study(_)
+                | ReduceCommand::Batch(_)
+                | ReduceCommand::Export(_)
+        )
     );
     let told = match is_report {
         true => cli.common.told(),

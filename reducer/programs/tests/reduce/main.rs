@@ -7,6 +7,7 @@ mod bad_files;
 mod batch;
 mod cache;
 mod compare;
+mod export;
 mod extras;
 mod fe_codes;
 mod full_disk;
