@@ -463,8 +463,8 @@ def sid_identities(m):
     spins = np.array([[-(0.5 if a == c else 1.0) * I1[k][a, c] for a, c in SPINS] for k in range(q)])
     return {
         "Gr symmetric part = I1": far([n + n.T for n in N], I1), "Oe m0 = I1": far(Oe, spins, np.abs(I1).max()),
-        "Ge = 2 L3": far(Ge, np.hstack([2 * L3[a].T for a in range(3)]), max(np.abs(Ge).max(), 1e-6 * np.abs(I1).max())), "Ct = m1 of mdCM": far(Ct, m["mdCM"][1][:, :, 0].T, 1.0),
-        "L3 antisymmetric": far(L3, -L3.transpose(0, 2, 1), max(np.abs(L3).max(), 1e-6 * np.abs(I1).max())), "modes": q,
+        "Ge = 2 L3": far(Ge, np.hstack([2 * L3[a].T for a in range(3)]), max(np.abs(Ge).max(), 1e-3 * np.abs(I1).max())), "Ct = m1 of mdCM": far(Ct, m["mdCM"][1][:, :, 0].T, 1.0),
+        "L3 antisymmetric": far(L3, -L3.transpose(0, 2, 1), max(np.abs(L3).max(), 1e-3 * np.abs(I1).max())), "modes": q,
     }
 
 
