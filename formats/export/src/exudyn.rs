@@ -94,33 +94,40 @@ pub(crate) fn product(source: &Source, request: &Request<'_>) -> Result<Product,
 }
 
 fn tree(part: &Part<'_>, nodes: &Nodes) -> Hdf5Tree {
-    let basis = &part.basis;
-    let q = basis.count();
+    let text = |text: &str| Node::Text(text.to_owned());
+    let arrays = arrays(&part.basis, nodes).into_iter();
+    let mut all: Vec<_> = arrays.map(|(name, node)| (name, "ndarray", node)).collect();
+    let node_type = text("NodeType.RotationEulerParameters");
+    all.extend([
+        ("totalMass", "float", Node::Real(part.basis.mass)),
+        ("fileVersion", "int", Node::Integer(1)),
+        ("rigidBodyNodeType", "str", node_type),
+        ("type", "str", text("ObjectFFRFreducedOrderInterface")),
+        ("postProcessingModes", "dict", Node::Empty),
+    ]);
+    Hdf5Tree {
+        nodes: all,
+        attributes: vec![("source", part.source.origin_line())],
+    }
+}
+
+fn arrays(basis: &Basis, nodes: &Nodes) -> [(&'static str, Node); 16] {
+    let (q, count) = (basis.count(), nodes.positions.len());
     let diagonal = |of: &dyn Fn(usize) -> f64, n: usize| {
         Node::matrix(&Mat::from_fn(n, n, |i, j| if i == j { of(i) } else { 0.0 }))
     };
-    let sizes = [q, nodes.positions.len(), 3, 4, 7, 7 + q].map(|size| size as i64);
-    let triangles: Vec<i64> = nodes
-        .triangles
-        .iter()
-        .flatten()
-        .map(|node| i64::from(*node))
-        .collect();
-    let negative = Mat::from_fn(3, q, |a, k| -basis.i3[(a, k)]);
     let array = |of: &Mat<f64>| Node::matrix(of);
-    let arrays = [
+    let sizes = [q, count, 3, 4, 7, 7 + q].map(|size| size as i64);
+    let positions = nodes.positions.iter().flat_map(|at| at.iter().copied());
+    let triangles = nodes.triangles.iter().flatten();
+    let triangles = triangles.map(|node| i64::from(*node)).collect();
+    let turned = Mat::from_fn(3, q, |a, k| -basis.i3[(a, k)]);
+    let coupled = Mat::from_fn(3 * q, q, |i, l| -basis.l3[i % 3][(i / 3, l)]);
+    let moments = side_by_side(q, |k| basis.l1(k).cross_matrix());
+    let first = side_by_side(q, |k| basis.first(k));
+    [
         ("modeBasis", array(&nodes.shapes)),
-        (
-            "xRef",
-            Node::Reals(
-                vec![3 * nodes.positions.len()],
-                nodes
-                    .positions
-                    .iter()
-                    .flat_map(|at| at.iter().copied())
-                    .collect(),
-            ),
-        ),
+        ("xRef", Node::Reals(vec![3 * count], positions.collect())),
         ("massMatrixReduced", diagonal(&|_| 1.0, q)),
         (
             "stiffnessMatrixReduced",
@@ -131,49 +138,20 @@ fn tree(part: &Part<'_>, nodes: &Nodes) -> Hdf5Tree {
         ("Mtt", diagonal(&|_| basis.mass, 3)),
         (
             "chiU",
-            Node::Reals(vec![3], basis.centre.iter().copied().collect()),
+            Node::Reals(vec![3], basis.centre.as_slice().to_vec()),
         ),
         ("chiUtilde", array(&small(&basis.centre.cross_matrix()))),
-        (
-            "mPsiTildePsi",
-            array(&Mat::from_fn(3 * q, q, |i, l| -basis.l3[i % 3][(i / 3, l)])),
-        ),
+        ("mPsiTildePsi", array(&coupled)),
         ("mPsiTildePsiTilde", array(&second_order(basis))),
         ("mPhitTPsi", array(&basis.l1)),
-        (
-            "mPhitTPsiTilde",
-            array(&side_by_side(q, |k| basis.l1(k).cross_matrix())),
-        ),
-        ("mXRefTildePsi", array(&negative)),
-        (
-            "mXRefTildePsiTilde",
-            array(&side_by_side(q, |k| basis.first(k))),
-        ),
+        ("mPhitTPsiTilde", array(&moments)),
+        ("mXRefTildePsi", array(&turned)),
+        ("mXRefTildePsiTilde", array(&first)),
         (
             "trigList",
             Node::Integers(vec![nodes.triangles.len(), 3], triangles),
         ),
-    ];
-    let text = |text: &str| Node::Text(text.to_owned());
-    let mut all: Vec<_> = arrays
-        .into_iter()
-        .map(|(name, node)| (name, "ndarray", node))
-        .collect();
-    all.extend([
-        ("totalMass", "float", Node::Real(basis.mass)),
-        ("fileVersion", "int", Node::Integer(1)),
-        (
-            "rigidBodyNodeType",
-            "str",
-            text("NodeType.RotationEulerParameters"),
-        ),
-        ("type", "str", text("ObjectFFRFreducedOrderInterface")),
-        ("postProcessingModes", "dict", Node::Empty),
-    ]);
-    Hdf5Tree {
-        nodes: all,
-        attributes: vec![("source", part.source.origin_line())],
-    }
+    ]
 }
 
 fn small(of: &Matrix3<f64>) -> Mat<f64> {

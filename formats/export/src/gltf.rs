@@ -4,22 +4,22 @@
 
 use std::collections::BTreeMap;
 
-use dcb_formats::Error;
 use dcb_formats::mesh::Mesh;
 use dcb_formats::units::{hertz, hertz_unit, si_factor};
+use dcb_formats::{Error, Superelement};
 use faer::Mat;
 use gltf_json::accessor::{ComponentType, GenericComponentType, Type};
 use gltf_json::animation::{Animation, Channel, Interpolation, Property, Sampler};
 use gltf_json::buffer::{Target as BufferTarget, View};
-use gltf_json::mesh::{Mode, MorphTarget, Primitive, Semantic};
+use gltf_json::mesh::{MorphTarget, Primitive, Semantic};
 use gltf_json::validation::Checked::Valid;
 use gltf_json::{Accessor, Index, Node, Root, Scene};
 use serde_json::json;
 
+use crate::drawing::Drawing;
 use crate::node_shapes::NodeShapes;
 use crate::part::Source;
 use crate::product::{Content, Product};
-use crate::surface::Surface;
 use crate::{Axes, Request};
 
 /// Largest displacement of a mode over the part's extent.
@@ -36,82 +36,25 @@ pub(crate) fn product(source: &Source, request: &Request<'_>) -> Result<Product,
     let element = source.superelement();
     let (n, n_k) = (element.basis_count(), element.mode_count());
     let modes = Mat::from_fn(n, n_k, |i, j| f64::from(u8::from(i == j)));
-    let shapes = NodeShapes::of(&fields, &mesh, &modes);
     let drawing = Drawing::of(&mesh);
-    let mut notes = Vec::new();
-    if !drawing.others.is_empty() {
-        notes.push(format!(
-            "not drawn: cells of type {}",
-            drawing.others.join(", ")
-        ));
-    }
-    let mut displaced = vec![None; mesh.node_count()];
-    for (place, node) in shapes.nodes.iter().enumerate() {
-        displaced[*node as usize] = Some(place);
-    }
-    let at_rest = drawing
-        .nodes
-        .iter()
-        .filter(|node| displaced[**node as usize].is_none())
-        .count();
-    if at_rest > 0 {
-        notes.push(format!(
-            "{at_rest} of {} nodes drawn have no displacements in the file and stay at rest",
-            drawing.nodes.len()
-        ));
-    }
-    let metre = si_factor(&element.units.length);
-    if metre.is_none() {
-        notes.push(format!(
-            "one {} is shown as one metre",
-            element.units.length
-        ));
-    }
-    let offset = match request.axes {
-        Axes::Body => element.origin,
-        Axes::Component => [0.0; 3],
+    let picture = Picture {
+        shapes: NodeShapes::of(&fields, &mesh, &modes),
+        drawing: &drawing,
+        mesh: &mesh,
     };
-    let mut scene = Builder::default();
-    let metre = metre.unwrap_or(1.0);
-    let rest: Vec<[f64; 3]> = (drawing.nodes.iter())
-        .map(|node| {
-            let at = mesh.position(*node);
-            [0, 1, 2].map(|a| metre * (at[a] - offset[a]))
-        })
-        .collect();
+    let rest = picture.at_rest(element, request.axes);
     let extent = extent(&rest);
-    let moved = |mode: usize| -> Vec<[f64; 3]> {
-        let of = |node: &u32| match displaced[*node as usize] {
-            Some(place) => [0, 1, 2].map(|a| shapes.shapes[(3 * place + a, mode)]),
-            None => [0.0; 3],
-        };
-        let shape: Vec<[f64; 3]> = drawing.nodes.iter().map(of).collect();
-        let largest = shape
-            .iter()
-            .map(|[x, y, z]| (x * x + y * y + z * z).sqrt())
-            .fold(0.0, f64::max);
-        let scale = if largest > 0.0 {
-            AMPLITUDE * extent / largest
-        } else {
-            0.0
-        };
-        shape
-            .iter()
-            .map(|at| at.map(|value| scale * value))
-            .collect()
-    };
     let time = &element.units.time;
-    let names: Vec<String> = (element.modes.eigenvalues.iter().enumerate())
+    let names = element.modes.eigenvalues.iter().enumerate();
+    let names: Vec<String> = names
         .map(|(k, square)| {
-            format!(
-                "mode {}: {:.4} {}",
-                k + 1,
-                hertz(*square, time),
-                hertz_unit(time)
-            )
+            let (frequency, unit) = (hertz(*square, time), hertz_unit(time));
+            format!("mode {}: {frequency:.4} {unit}", k + 1)
         })
         .collect();
-    scene.mesh(source, &drawing, &rest, (0..n_k).map(moved), &names);
+    let mut scene = Builder::default();
+    let moved = (0..n_k).map(|mode| picture.moved(mode, extent));
+    scene.mesh(source, &drawing, &rest, moved, &names);
     scene.animations(&names);
     let bytes = scene.finish(source).map_err(|why| source.refused(why))?;
     let summary = format!(
@@ -121,7 +64,7 @@ pub(crate) fn product(source: &Source, request: &Request<'_>) -> Result<Product,
         drawing.what()
     );
     let mut product = Product::new(Content::Bytes(bytes), summary);
-    product.notes = notes;
+    product.notes = picture.notes(&element.units.length);
     product.left_out.push("everything but shapes and frequencies: this is a picture; numbers are single precision, displacements scaled to be seen".to_owned());
     let attachments = element.residual.sigma_squared.len();
     if attachments > 0 {
@@ -132,6 +75,66 @@ pub(crate) fn product(source: &Source, request: &Request<'_>) -> Result<Product,
     Ok(product)
 }
 
+/// Nodes that are drawn, and how they move.
+struct Picture<'a> {
+    shapes: NodeShapes,
+    drawing: &'a Drawing,
+    mesh: &'a Mesh,
+}
+
+impl Picture<'_> {
+    /// Places in metres.
+    fn at_rest(&self, element: &Superelement, axes: Axes) -> Vec<[f64; 3]> {
+        let metre = si_factor(&element.units.length).unwrap_or(1.0);
+        let offset = match axes {
+            Axes::Body => element.origin,
+            Axes::Component => [0.0; 3],
+        };
+        let place = |node: &u32| {
+            let at = self.mesh.position(*node);
+            [0, 1, 2].map(|a| metre * (at[a] - offset[a]))
+        };
+        self.drawing.nodes.iter().map(place).collect()
+    }
+
+    /// Displacements of a mode, as large as can be seen; nodes without fields stay.
+    fn moved(&self, mode: usize, extent: f64) -> Vec<[f64; 3]> {
+        let of = |node: &u32| match self.shapes.nodes.binary_search(node) {
+            Ok(place) => [0, 1, 2].map(|a| self.shapes.shapes[(3 * place + a, mode)]),
+            Err(_) => [0.0; 3],
+        };
+        let shape: Vec<[f64; 3]> = self.drawing.nodes.iter().map(of).collect();
+        let sizes = shape.iter().map(|[x, y, z]| (x * x + y * y + z * z).sqrt());
+        let largest = sizes.fold(0.0, f64::max);
+        let scale = match largest > 0.0 {
+            true => AMPLITUDE * extent / largest,
+            false => 0.0,
+        };
+        let scaled = shape.iter().map(|at| at.map(|value| scale * value));
+        scaled.collect()
+    }
+
+    fn notes(&self, length: &str) -> Vec<String> {
+        let mut notes = Vec::new();
+        if !self.drawing.others.is_empty() {
+            let others = self.drawing.others.join(", ");
+            notes.push(format!("not drawn: cells of type {others}"));
+        }
+        let is_still = |node: &&u32| self.shapes.nodes.binary_search(node).is_err();
+        let still = self.drawing.nodes.iter().filter(is_still).count();
+        if still > 0 {
+            notes.push(format!(
+                "{still} of {} nodes drawn have no displacements in the file and stay at rest",
+                self.drawing.nodes.len()
+            ));
+        }
+        if si_factor(length).is_none() {
+            notes.push(format!("one {length} is shown as one metre"));
+        }
+        notes
+    }
+}
+
 /// Largest side of the box round all points.
 fn extent(points: &[[f64; 3]]) -> f64 {
     let sides = [0, 1, 2].map(|a| {
@@ -139,65 +142,6 @@ fn extent(points: &[[f64; 3]]) -> f64 {
         values.clone().fold(f64::MIN, f64::max) - values.fold(f64::MAX, f64::min)
     });
     sides.into_iter().fold(0.0, f64::max)
-}
-
-/// What is drawn: triangles, else lines, else points.
-struct Drawing {
-    /// Nodes of the mesh, ascending.
-    nodes: Vec<u32>,
-    /// Places in `nodes`.
-    cells: Vec<u32>,
-    /// Nodes of a cell: 3, 2 or 1.
-    corners: usize,
-    others: Vec<String>,
-}
-
-impl Drawing {
-    fn of(mesh: &Mesh) -> Self {
-        let surface = Surface::of(mesh);
-        let lines = || -> Vec<u32> {
-            let blocks = mesh.cells.iter();
-            let blocks =
-                blocks.filter(|block| matches!(block.cell_type.as_str(), "line" | "line3"));
-            let ends = blocks.flat_map(|block| block.cells().filter_map(|cell| cell.get(..2)));
-            ends.flatten().copied().collect()
-        };
-        let (corners, cells, others) = match surface.triangles.is_empty() {
-            false => (3, surface.triangles.into_flattened(), surface.others),
-            true => match lines() {
-                cells if cells.is_empty() => {
-                    (1, (0..mesh.node_count() as u32).collect(), Vec::new())
-                }
-                cells => (2, cells, Vec::new()),
-            },
-        };
-        let mut nodes = cells.clone();
-        nodes.sort_unstable();
-        nodes.dedup();
-        let place = |node: &u32| nodes.partition_point(|known| known < node) as u32;
-        Self {
-            cells: cells.iter().map(place).collect(),
-            nodes,
-            corners,
-            others,
-        }
-    }
-
-    fn mode(&self) -> Mode {
-        match self.corners {
-            3 => Mode::Triangles,
-            2 => Mode::Lines,
-            _ => Mode::Points,
-        }
-    }
-
-    fn what(&self) -> &'static str {
-        match self.corners {
-            3 => "triangles",
-            2 => "lines",
-            _ => "points",
-        }
-    }
 }
 
 /// A scene and its buffer, while they grow.

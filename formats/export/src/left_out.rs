@@ -6,8 +6,8 @@ use dcb_formats::units::{hertz, hertz_unit};
 use nalgebra::Matrix3;
 
 use crate::frames::Frame;
+use crate::names::listed;
 use crate::part::Part;
-use crate::primal::listed;
 
 /// What a target can hold beside mass, stiffness and interfaces on which forces act.
 #[derive(Clone, Copy, Debug, Default)]
@@ -79,6 +79,24 @@ pub(crate) fn left_out(part: &Part<'_>, holds: Holds) -> Result<Vec<String>, Err
             basis.count()
         ));
     }
+    lines.extend(of_frames(part, holds));
+    if !element.loads.is_empty() {
+        let loads: Vec<String> = element
+            .loads
+            .iter()
+            .map(|load| format!("{:?}", load.name))
+            .collect();
+        lines.push(format!("loads on the inside: {}", listed(&loads)));
+    }
+    if !holds.fields && part.source.has_fields()? {
+        lines.push("nodal fields: displacements inside the part".to_owned());
+    }
+    Ok(lines)
+}
+
+/// Interfaces and axes that have no place.
+fn of_frames(part: &Part<'_>, holds: Holds) -> Vec<String> {
+    let mut lines = Vec::new();
     let names = |frames: Vec<&Frame>| -> Vec<String> {
         frames
             .iter()
@@ -103,18 +121,7 @@ pub(crate) fn left_out(part: &Part<'_>, holds: Holds) -> Result<Vec<String>, Err
             listed(&names(turned))
         ));
     }
-    if !element.loads.is_empty() {
-        let loads: Vec<String> = element
-            .loads
-            .iter()
-            .map(|load| format!("{:?}", load.name))
-            .collect();
-        lines.push(format!("loads on the inside: {}", listed(&loads)));
-    }
-    if !holds.fields && part.source.has_fields()? {
-        lines.push("nodal fields: displacements inside the part".to_owned());
-    }
-    Ok(lines)
+    lines
 }
 
 /// Numbers stay in the component's units; said where these aren't SI.

@@ -18,6 +18,7 @@
 //! ```
 
 mod basis;
+mod drawing;
 mod exudyn;
 mod frames;
 mod gltf;
@@ -25,6 +26,7 @@ mod hdf5_tree;
 mod left_out;
 mod mat5;
 mod mbdyn;
+mod names;
 mod nastran;
 mod node_shapes;
 mod npz;

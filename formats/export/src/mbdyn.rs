@@ -15,7 +15,6 @@
 use std::fmt::Write as _;
 
 use dcb_formats::Error;
-use dcb_formats::component::Role;
 use faer::Mat;
 use nalgebra::Matrix3;
 
@@ -24,13 +23,12 @@ use crate::basis::Basis;
 use crate::frames::Frame;
 use crate::left_out::{Holds, left_out, unit_note};
 use crate::part::{Part, Source};
-use crate::primal::listed;
 use crate::product::{Content, Product};
 
 /// A part as MBDyn reads it.
 pub(crate) fn product(source: &Source, request: &Request<'_>) -> Result<Product, Error> {
     let part = Part::spatial(source, request)?;
-    let (frames, notes) = nodes(&part)?;
+    let (frames, notes) = part.nodes()?;
     let basis = &part.basis;
     let text = file(&part, &frames);
     let summary = format!(
@@ -61,58 +59,6 @@ pub(crate) fn product(source: &Source, request: &Request<'_>) -> Result<Product,
         joint(&frames, basis, request.file_name),
     ));
     Ok(product)
-}
-
-/// Frames that become nodes, and what is to be known of them.
-pub(crate) fn nodes<'p>(part: &'p Part<'_>) -> Result<(Vec<&'p Frame>, Vec<String>), Error> {
-    let mut notes = Vec::new();
-    let mut nodes = Vec::new();
-    for frame in &part.frames {
-        let missing = frame.missing().join(", ");
-        match (frame.has_translations(), frame.role) {
-            (true, _) => nodes.push(frame),
-            (false, Role::Attachment) => {
-                return Err(part.refused(format!(
-                    "interface {:?} has no row for {missing}, and this target wants all displacements of its nodes; reduce it with that interface as `average` or `rigid`, without `dofs`",
-                    frame.name
-                )));
-            }
-            (false, Role::Output) => notes.push(format!(
-                "interface {:?} has no row for {missing}: it stays out",
-                frame.name
-            )),
-        }
-        if frame.has_translations() && !missing.is_empty() {
-            notes.push(format!("interface {:?} has no row for {missing}: there it turns with the body frame alone; use it where nothing holds its rotation", frame.name));
-        }
-    }
-    let element = part.superelement;
-    let placeless: Vec<String> = part
-        .placeless
-        .iter()
-        .map(|row| element.row_name(*row))
-        .collect();
-    let is_loaded =
-        |row: &&usize| element.interfaces[element.rows[**row].interface].role == Role::Attachment;
-    if part.placeless.iter().any(|row| is_loaded(&row)) {
-        return Err(part.refused(format!(
-            "has rows without a place, {}, and this target wants nodes; reduce it with interfaces of kind `nodes`, `average` or `rigid`",
-            listed(&placeless)
-        )));
-    }
-    if !placeless.is_empty() {
-        notes.push(format!(
-            "rows without a place stay out: {}",
-            listed(&placeless)
-        ));
-    }
-    match nodes.is_empty() {
-        true => Err(part.refused(
-            "has no interface with displacements along x, y and z: there is nothing to attach to"
-                .to_owned(),
-        )),
-        false => Ok((nodes, notes)),
-    }
 }
 
 /// Text in records.

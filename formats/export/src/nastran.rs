@@ -8,7 +8,6 @@ use dcb_formats::Error;
 use faer::Mat;
 
 use crate::left_out::{Holds, left_out, unit_note};
-use crate::npz::{rigid_note, summary};
 use crate::part::{Part, Source};
 use crate::primal::Primal;
 use crate::product::{Content, Product};
@@ -113,7 +112,7 @@ fn dmig_file(mut text: String, primal: &Primal) -> Product {
         primal.rigid_residual(&printed[0].1),
         primal.rigid_residual(&primal.stiffness)
     );
-    let mut product = Product::new(Content::Bytes(text.into_bytes()), summary(primal));
+    let mut product = Product::new(Content::Bytes(text.into_bytes()), primal.summary());
     product.notes.push(note);
     product.paste = Some(("case control, with this file in the bulk data:", control));
     product
@@ -172,12 +171,12 @@ fn op4_files(mut text: String, primal: &Primal, request: &Request<'_>) -> Produc
         Content::Bytes(text.into_bytes()),
         format!(
             "{}; {} in the OUTPUT4 file",
-            summary(primal),
+            primal.summary(),
             names.join(", ")
         ),
     );
     product.beside = Some(("op4", bytes));
-    product.notes.push(rigid_note(primal));
+    product.notes.push(primal.rigid_note());
     let stem = request
         .file_name
         .rsplit_once('.')

@@ -31,8 +31,8 @@ pub(crate) fn product(source: &Source, request: &Request<'_>) -> Result<Product,
     let primal = Primal::of(&part)?;
     let bytes = archive(&part, &primal)
         .map_err(|error| part.refused(format!("can't be written as npz: {error}")))?;
-    let mut product = Product::new(Content::Bytes(bytes), summary(&primal));
-    product.notes.push(rigid_note(&primal));
+    let mut product = Product::new(Content::Bytes(bytes), primal.summary());
+    product.notes.push(primal.rigid_note());
     product.notes.extend(unit_note(&part));
     product.left_out = left_out(
         &part,
@@ -43,29 +43,6 @@ pub(crate) fn product(source: &Source, request: &Request<'_>) -> Result<Product,
         },
     )?;
     Ok(product)
-}
-
-/// Sizes, for people.
-pub(crate) fn summary(primal: &Primal) -> String {
-    format!(
-        "K and M of {} coordinates: {} frames of six, then {} (six of inertia relief, then modes){}",
-        primal.count(),
-        primal.frames.len(),
-        primal.modal_count,
-        match primal.damping {
-            Some(_) => "; C",
-            None => "",
-        }
-    )
-}
-
-/// What shows that the form is right.
-pub(crate) fn rigid_note(primal: &Primal) -> String {
-    format!(
-        "rigid motions are forceless: K R is {:.0e} of K; condition of the flexibility that was inverted: {:.0e}",
-        primal.rigid_residual(&primal.stiffness),
-        primal.condition
-    )
 }
 
 fn archive(part: &Part<'_>, primal: &Primal) -> std::io::Result<Vec<u8>> {

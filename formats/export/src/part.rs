@@ -2,6 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
+use dcb_formats::component::Role;
 use dcb_formats::dcb::SuperelementFile;
 use dcb_formats::mesh::{Dimension, Mesh};
 use dcb_formats::{Error, RecoveryBasis, Superelement};
@@ -9,6 +10,7 @@ use dcb_formats::{Error, RecoveryBasis, Superelement};
 use crate::Request;
 use crate::basis::Basis;
 use crate::frames::{Frame, frames};
+use crate::names::listed;
 
 /// A superelement's file, open.
 #[derive(Debug)]
@@ -135,5 +137,58 @@ impl<'a> Part<'a> {
         let modes = self.basis.mode_count;
         let others = self.basis.count() - modes;
         format!("{modes} free modes and {others} attachments")
+    }
+
+    /// Frames that become nodes, and what is to be known of them.
+    pub(crate) fn nodes(&self) -> Result<(Vec<&Frame>, Vec<String>), Error> {
+        let mut notes = Vec::new();
+        let mut nodes = Vec::new();
+        for frame in &self.frames {
+            let missing = frame.missing().join(", ");
+            match (frame.has_translations(), frame.role) {
+                (true, _) => nodes.push(frame),
+                (false, Role::Attachment) => {
+                    return Err(self.refused(format!(
+                        "interface {:?} has no row for {missing}, and this target wants all displacements of its nodes; reduce it with that interface as `average` or `rigid`, without `dofs`",
+                        frame.name
+                    )));
+                }
+                (false, Role::Output) => notes.push(format!(
+                    "interface {:?} has no row for {missing}: it stays out",
+                    frame.name
+                )),
+            }
+            if frame.has_translations() && !missing.is_empty() {
+                notes.push(format!("interface {:?} has no row for {missing}: there it turns with the body frame alone; use it where nothing holds its rotation", frame.name));
+            }
+        }
+        let element = self.superelement;
+        let placeless: Vec<String> = self
+            .placeless
+            .iter()
+            .map(|row| element.row_name(*row))
+            .collect();
+        let is_loaded = |row: &&usize| {
+            element.interfaces[element.rows[**row].interface].role == Role::Attachment
+        };
+        if self.placeless.iter().any(|row| is_loaded(&row)) {
+            return Err(self.refused(format!(
+                "has rows without a place, {}, and this target wants nodes; reduce it with interfaces of kind `nodes`, `average` or `rigid`",
+                listed(&placeless)
+            )));
+        }
+        if !placeless.is_empty() {
+            notes.push(format!(
+                "rows without a place stay out: {}",
+                listed(&placeless)
+            ));
+        }
+        match nodes.is_empty() {
+            true => Err(self.refused(
+                "has no interface with displacements along x, y and z: there is nothing to attach to"
+                    .to_owned(),
+            )),
+            false => Ok((nodes, notes)),
+        }
     }
 }

@@ -18,6 +18,7 @@ use faer::Mat;
 use nalgebra::DMatrix;
 
 use crate::frames::Frame;
+use crate::names::listed;
 use crate::part::Part;
 
 /// Largest condition number of F, scaled to a unit diagonal, that still leaves digits in K.
@@ -113,6 +114,29 @@ impl Primal {
     /// N.
     pub(crate) fn count(&self) -> usize {
         self.mass.nrows()
+    }
+
+    /// Sizes, for people.
+    pub(crate) fn summary(&self) -> String {
+        format!(
+            "K and M of {} coordinates: {} frames of six, then {} (six of inertia relief, then modes){}",
+            self.count(),
+            self.frames.len(),
+            self.modal_count,
+            match self.damping {
+                Some(_) => "; C",
+                None => "",
+            }
+        )
+    }
+
+    /// What shows that the form is right.
+    pub(crate) fn rigid_note(&self) -> String {
+        format!(
+            "rigid motions are forceless: K R is {:.0e} of K; condition of the flexibility that was inverted: {:.0e}",
+            self.rigid_residual(&self.stiffness),
+            self.condition
+        )
     }
 
     /// Largest entry of K R over the largest of K.
@@ -270,16 +294,6 @@ fn named(part: &Part<'_>, rows: &[usize], vectors: &Mat<f64>, vector: usize) -> 
         .map(|(i, _)| part.superelement.row_name(rows[i]))
         .collect();
     listed(&names)
-}
-
-/// A few names, and how many more there are.
-pub(crate) fn listed(names: &[String]) -> String {
-    const SHOWN: usize = 6;
-    let shown = names[..names.len().min(SHOWN)].join(", ");
-    match names.len().saturating_sub(SHOWN) {
-        0 => shown,
-        more => format!("{shown} and {more} more"),
-    }
 }
 
 /// N: combinations of attachments that no row sees, of unit stiffness. The eigenvectors of 1 − D^(-½) Sᵀ F⁻¹ S D^(-½) whose value is 1.

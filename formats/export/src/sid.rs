@@ -16,7 +16,6 @@ use crate::Request;
 use crate::basis::{Basis, PAIRS};
 use crate::frames::Frame;
 use crate::left_out::{Holds, left_out, unit_note};
-use crate::mbdyn::nodes;
 use crate::part::{Part, Source};
 use crate::product::{Content, Product};
 
@@ -26,7 +25,7 @@ const TENSOR: [(usize, usize); 6] = [(0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1,
 /// A part as standard input data.
 pub(crate) fn product(source: &Source, request: &Request<'_>) -> Result<Product, Error> {
     let part = Part::spatial(source, request)?;
-    let (frames, notes) = nodes(&part)?;
+    let (frames, notes) = part.nodes()?;
     let text = file(&part, &frames, request.dialect);
     let summary = format!(
         "{} nodes, {} modes: {}; J as a {}",
@@ -68,12 +67,15 @@ pub(crate) fn product(source: &Source, request: &Request<'_>) -> Result<Product,
     Ok(product)
 }
 
+/// The coefficient of a mode in an entry: row, mode, column.
+type Slope<'a> = Box<dyn Fn(usize, usize, usize) -> f64 + 'a>;
+
 /// A matrix with its constant and linear coefficients; `value(i, j)` and `slope(i, k, j)`, all from 0.
 struct Taylor<'a> {
     rows: usize,
     columns: usize,
     value: Box<dyn Fn(usize, usize) -> f64 + 'a>,
-    slope: Option<Box<dyn Fn(usize, usize, usize) -> f64 + 'a>>,
+    slope: Option<Slope<'a>>,
     /// Where the form has a name for it: 1 diagonal, 2 symmetric, 4 unit.
     structure: usize,
 }

@@ -14,7 +14,6 @@ use nalgebra::{Matrix3, Rotation3, UnitQuaternion};
 use crate::Request;
 use crate::left_out::{Holds, left_out, unit_note};
 use crate::mat5::MatFile;
-use crate::npz::{rigid_note, summary};
 use crate::part::{Part, Source};
 use crate::primal::Primal;
 use crate::product::{Content, Product};
@@ -33,8 +32,8 @@ pub(crate) fn product(source: &Source, request: &Request<'_>) -> Result<Product,
         )));
     }
     let bytes = file(&part, &primal);
-    let mut product = Product::new(Content::Bytes(bytes), summary(&primal));
-    product.notes.push(rigid_note(&primal));
+    let mut product = Product::new(Content::Bytes(bytes), primal.summary());
+    product.notes.push(primal.rigid_note());
     if primal.damping.is_none() {
         product
             .notes

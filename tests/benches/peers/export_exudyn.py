@@ -3,7 +3,7 @@
     python3 export_exudyn.py PART.dcb.h5 PART.hdf5 [--matrices PART.mtx PART.mass.mtx] [--pendulum RECORD.json]      exudyn numpy scipy h5py
 
 --matrices: the finite elements' stiffness and mass, nodes in the order of the mesh with x, y, z each. The pendulum hangs by the first interface
-and reports the last one, as `tests/data/exchange/out/README.md` says; both are the mean of a node set. Exit status 1 where a limit is broken.
+and reports the last one, as RECORD.json says; each is the mean of a node set, or a frame of four nodes in a file without nodal fields. Exit status 1 where a limit is broken.
 """
 import argparse
 import json
