@@ -1,6 +1,6 @@
 //! Other tools' files out: a superelement as other programs read it.
 //!
-//! Each target is one file over the same [`basis`], and one line of [`TARGETS`]. What a target can't hold of a superelement is said, as found in this one.
+//! Each target is one file over the same integrals (`basis.rs`), and one entry of [`TARGETS`]. What a target can't hold of a superelement is said, as found in this one.
 //!
 //! ```
 //! use std::path::Path;
