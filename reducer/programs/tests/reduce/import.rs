@@ -18,17 +18,6 @@ impl Folder {
         folder
     }
 
-    /// Runs what must be refused as unusable, and says all this in one message.
-    #[track_caller]
-    fn refused(&self, arguments: &str, texts: &[&str]) {
-        let before = self.names();
-        let answer = self.run(arguments);
-        assert_eq!(answer.code, Some(2), "{answer:?}");
-        assert_eq!(answer.stderr.matches("error: ").count(), 1, "{answer:?}");
-        has_all(&answer.stderr, texts);
-        assert_eq!(self.names(), before);
-    }
-
     fn frequency(&self, name: &str, nth: usize) -> f64 {
         let file = SuperelementFile::open(self.path(name)).unwrap();
         file.superelement().unwrap().modes.eigenvalues[nth].sqrt() / std::f64::consts::TAU
