@@ -8,6 +8,7 @@
 //! determine its frame is known only to the reduction.
 
 mod diagnosis;
+mod dofs;
 mod file;
 mod geometry;
 mod interfaces;
@@ -20,7 +21,7 @@ use crate::Error;
 use crate::component::{
     ComponentFault, Damping, Interface, Units, check_label, check_units, fault,
 };
-use crate::mesh::{Direction, Dof, DofMap, Mesh};
+use crate::mesh::{Direction, DofMap, MatrixRow, Mesh};
 use crate::named::Object;
 use crate::snapshot::read_small;
 use file::{ComponentPart, DampingPart, FilePart, UnitsPart};
@@ -54,8 +55,8 @@ pub struct Description {
 pub enum DofLayout {
     /// Every node has these directions, node after node.
     Pattern(Vec<Direction>),
-    /// The dof of every matrix row.
-    Table(Vec<Dof>),
+    /// The owner of every matrix row.
+    Table(Vec<MatrixRow>),
 }
 
 /// Reads and checks a component file.
@@ -154,7 +155,7 @@ impl Description {
         let pattern = match &self.dofs {
             DofLayout::Table(table) => {
                 return format!(
-                    "the matrix has {rows} rows, but the table lists {} dofs; it needs one entry [node, name] per row",
+                    "the matrix has {rows} rows, but the table lists {} dofs; it needs one entry [node, name] per row, [null, \"internal\"] for one of no node",
                     table.len()
                 );
             }

@@ -4,7 +4,11 @@
 //! Nothing here knows about stiffness or mass. Node ids are 0-based and are
 //! used as the component file gives them.
 
+mod dof_map;
+
 use std::collections::BTreeMap;
+
+pub use dof_map::{DofMap, DofMapError, MatrixRow};
 
 /// Planar (x, y) or spatial (x, y, z). A component, a superelement and a scene are one or the other.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
@@ -99,7 +103,7 @@ impl Direction {
     }
 }
 
-/// One matrix row or column: a direction of a node.
+/// A direction of a node.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub struct Dof {
     /// 0-based node id.
@@ -170,133 +174,4 @@ impl Mesh {
         position[..stride].copy_from_slice(&self.coordinates[at..at + stride]);
         position
     }
-}
-
-/// Which matrix row belongs to which node and direction.
-#[derive(Clone, Debug, PartialEq)]
-pub struct DofMap {
-    dofs: Vec<Dof>,
-    rows: Vec<[u32; 6]>,
-}
-
-const NO_ROW: u32 = u32::MAX;
-
-impl DofMap {
-    /// Builds the map from the dof of every matrix row.
-    ///
-    /// # Errors
-    /// The first row whose node is not below `node_count`, or that repeats an earlier row's dof.
-    pub fn new(dofs: Vec<Dof>, node_count: usize) -> Result<Self, DofMapError> {
-        let mut rows = vec![[NO_ROW; 6]; node_count];
-        for (row, dof) in dofs.iter().enumerate() {
-            let Some(of_node) = rows.get_mut(dof.node as usize) else {
-                return Err(DofMapError::NoSuchNode {
-                    row,
-                    node: dof.node,
-                    node_count,
-                });
-            };
-            let slot = &mut of_node[dof.direction.index()];
-            if *slot != NO_ROW {
-                return Err(DofMapError::Repeated {
-                    row,
-                    first_row: *slot as usize,
-                    dof: *dof,
-                });
-            }
-            *slot = row as u32;
-        }
-        Ok(Self { dofs, rows })
-    }
-
-    /// Every node with the same directions, node after node.
-    ///
-    /// # Errors
-    /// As [`DofMap::new`]: a direction named twice.
-    pub fn uniform(node_count: usize, pattern: &[Direction]) -> Result<Self, DofMapError> {
-        let dofs = (0..node_count as u32)
-            .flat_map(|node| {
-                pattern
-                    .iter()
-                    .map(move |&direction| Dof { node, direction })
-            })
-            .collect();
-        Self::new(dofs, node_count)
-    }
-
-    /// Number of dofs, n_e.
-    pub fn len(&self) -> usize {
-        self.dofs.len()
-    }
-
-    /// Whether there is no dof at all.
-    pub fn is_empty(&self) -> bool {
-        self.dofs.is_empty()
-    }
-
-    /// Number of nodes of the mesh, with or without dofs.
-    pub fn node_count(&self) -> usize {
-        self.rows.len()
-    }
-
-    /// The dofs in matrix order.
-    pub fn dofs(&self) -> &[Dof] {
-        &self.dofs
-    }
-
-    /// Matrix row of a node's direction, if the node has it.
-    pub fn row(&self, node: u32, direction: Direction) -> Option<usize> {
-        let row = self.rows.get(node as usize)?[direction.index()];
-        (row != NO_ROW).then_some(row as usize)
-    }
-
-    /// The directions of the nodes, if all have the same in the same order, node after node.
-    pub fn pattern(&self) -> Option<Vec<Direction>> {
-        let size = self.len().checked_div(self.node_count())?;
-        let of_node = |dofs: &[Dof]| dofs.iter().map(|dof| dof.direction).collect::<Vec<_>>();
-        let pattern = of_node(self.dofs.get(..size)?);
-        let is_uniform = self.len() == size * self.node_count()
-            && size > 0
-            && self
-                .dofs
-                .chunks_exact(size)
-                .enumerate()
-                .all(|(node, dofs)| {
-                    let as_first = dofs.iter().zip(&pattern);
-                    as_first.into_iter().all(|(dof, direction)| {
-                        dof.node as usize == node && dof.direction == *direction
-                    })
-                });
-        is_uniform.then_some(pattern)
-    }
-
-    /// Whether any node carries a rotation.
-    pub fn has_rotations(&self) -> bool {
-        self.dofs.iter().any(|dof| dof.direction.is_rotation())
-    }
-}
-
-/// Why a dof table is not a map.
-#[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
-pub enum DofMapError {
-    /// A row names a node that the mesh doesn't have.
-    #[error("row {row} names node {node}, but the mesh has {node_count} nodes (0-based ids)")]
-    NoSuchNode {
-        /// 0-based row.
-        row: usize,
-        /// Node named.
-        node: u32,
-        /// Nodes of the mesh.
-        node_count: usize,
-    },
-    /// Two rows are the same dof.
-    #[error("row {row} is node {} {} again, which is row {first_row} already", dof.node, dof.direction.name())]
-    Repeated {
-        /// 0-based row.
-        row: usize,
-        /// Where the dof stands first.
-        first_row: usize,
-        /// The dof.
-        dof: Dof,
-    },
 }

@@ -54,6 +54,7 @@ pub use crate::observer::{Observer, Stage};
 pub use crate::pipeline::diagnosis::{Grounding, LoosePieces};
 pub use crate::pipeline::effort::Work;
 pub use crate::pipeline::reduction::Reduction;
-pub use crate::pipeline::{Reduced, forecast, reduce};
+pub use crate::pipeline::row_shapes::WholeReduction;
+pub use crate::pipeline::{Reduced, forecast, reduce, reduce_whole};
 pub use crate::quality::Quality;
 pub use crate::resources::forecast::EstimateChoice;

@@ -156,7 +156,7 @@ pub fn grounded_block() -> Component {
         .retain(|interface| interface.name == "right");
     let held = &free.mesh.point_sets["x_min"];
     let kept: Vec<usize> = (0..free.dofs.len())
-        .filter(|&row| !held.contains(&free.dofs.dofs()[row].node))
+        .filter(|&row| !(free.dofs.dof(row)).is_some_and(|dof| held.contains(&dof.node)))
         .collect();
     with_rows(free, "grounded-block", &kept, &[])
 }
@@ -186,7 +186,7 @@ pub fn orphan_dof_block() -> Component {
 
 /// The component with the given rows, `extra` naming those beyond the present ones.
 fn with_rows(component: ComponentDraft, name: &str, rows: &[usize], extra: &[Dof]) -> Component {
-    let mut dofs = component.dofs.dofs().to_vec();
+    let mut dofs = component.dofs.nodal_dofs();
     dofs.extend_from_slice(extra);
     let dofs = rows.iter().map(|&row| dofs[row]).collect();
     checked(ComponentDraft {

@@ -37,13 +37,13 @@ impl UnitScale {
 }
 
 /// Scales coordinates, stiffness, mass, component masses and damping; rows and columns of rotations gain one length
-/// each. Rows given as `explicit_boundary` are taken to be translations.
+/// each. Rows given as `explicit_boundary`, and internal rows, are taken to be translations.
 pub fn in_units(component: &Component, scale: &UnitScale) -> Component {
     let rotation: Vec<i32> = component
         .dofs
-        .dofs()
+        .rows()
         .iter()
-        .map(|dof| i32::from(dof.direction.is_rotation()))
+        .map(|owner| i32::from(owner.dof().is_some_and(|dof| dof.direction.is_rotation())))
         .collect();
     let scaled = |matrix: &SparseMatrix, factor: f64| {
         map_entries(matrix, |row, column, value| {

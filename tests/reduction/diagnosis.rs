@@ -62,9 +62,12 @@ fn a_held_part_is_named_with_the_dofs_that_hold_it() {
     // Held at one node by its three translations: the rotations stay free.
     let free = parts::steel_box([3, 1, 1], SolidElement::Hexahedron);
     let rows: Vec<usize> = (0..free.dofs.len())
-        .filter(|row| free.dofs.dofs()[*row].node != 0)
+        .filter(|row| free.dofs.dof(*row).unwrap().node != 0)
         .collect();
-    let dofs = rows.iter().map(|row| free.dofs.dofs()[*row]).collect();
+    let dofs = rows
+        .iter()
+        .map(|row| free.dofs.dof(*row).unwrap())
+        .collect();
     let pinned = Component::checked(ComponentDraft {
         dofs: dcb_formats::mesh::DofMap::new(dofs, free.mesh.node_count()).unwrap(),
         stiffness: parts::with_rows(&free.stiffness, &rows),
@@ -315,7 +318,7 @@ fn a_stray_point_without_dofs_changes_nothing() {
     let part = parts::steel_box([3, 1, 1], SolidElement::Hexahedron);
     let mut stray = part.clone().into_draft();
     stray.mesh.coordinates.extend([1e6, -1e6, 1e6]);
-    stray.dofs = DofMap::new(part.dofs.dofs().to_vec(), stray.mesh.node_count()).unwrap();
+    stray.dofs = DofMap::new(part.dofs.nodal_dofs(), stray.mesh.node_count()).unwrap();
     let stray = Component::checked(stray).unwrap();
     assert_eq!(
         MassProperties::of(&stray).unwrap(),

@@ -40,7 +40,7 @@ fn plate() -> Component {
 fn centrifugal(component: &Component, spin: Vector3<f64>) -> Mat<f64> {
     let (_, centre) = centre_of_mass(component);
     let field = Mat::from_fn(component.dofs.len(), 1, |row, _| {
-        let dof = component.dofs.dofs()[row];
+        let dof = component.dofs.dof(row).unwrap();
         let r = Vector3::from(component.mesh.position(dof.node)) - Vector3::from(centre);
         let pull = (Matrix3::identity() * spin.norm_squared() - spin * spin.transpose()) * r;
         pull[dof.direction.axis()]
@@ -121,7 +121,7 @@ fn columns_answer_to_centrifugal_forces() {
         let (a, b) = (axis(0), axis(1));
         let (_, centre) = centre_of_mass(&part);
         let field = Mat::from_fn(part.dofs.len(), 1, |row, _| {
-            let dof = part.dofs.dofs()[row];
+            let dof = part.dofs.dof(row).unwrap();
             let r = part.mesh.position(dof.node);
             let of = |c: usize, d: usize| match dof.direction.axis() == c {
                 true => r[d] - centre[d],
@@ -322,7 +322,7 @@ fn a_load_inside_bends_a_clamped_part_as_the_whole_part() {
     let part = plate();
     let forces: Vec<f64> = part
         .dofs
-        .dofs()
+        .nodal_dofs()
         .iter()
         .map(|dof| {
             let [x, y, _] = part.mesh.position(dof.node);

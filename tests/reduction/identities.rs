@@ -135,7 +135,7 @@ fn modes_and_attachments_are_orthogonal_in_mass_and_stiffness() {
 fn centre_of_mass_sparse(component: &Component) -> [f64; 3] {
     let x = rigid_motions(component, [0.0; 3]);
     let d = component.dimension().coordinate_count();
-    let dofs = component.dofs.dofs();
+    let dofs = component.dofs.nodal_dofs();
     let field = Mat::from_fn(dofs.len(), d, |row, axis| {
         let dof = dofs[row];
         let along = !dof.direction.is_rotation() && dof.direction.axis() == axis;

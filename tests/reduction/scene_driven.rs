@@ -692,7 +692,7 @@ fn columns_for_centrifugal_forces_where_displacements_inside_need_them() {
 
     let oracle = Oracle::of(&part);
     let (mass, centre) = centre_of_mass(&part);
-    let dofs = part.dofs.dofs();
+    let dofs = part.dofs.nodal_dofs();
     let plain = lowest(&part, modes);
     let mut basis = Mat::zeros(dofs.len(), modes + plain.recovery.residual.ncols());
     basis

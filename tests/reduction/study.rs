@@ -456,7 +456,7 @@ fn what_a_basis_lacks_of_the_response_to_spin_is_that_of_the_whole_part() {
         .iter()
         .map(|(a, b)| {
             let field = Mat::from_fn(component.dofs.len(), 1, |row, _| {
-                let dof = component.dofs.dofs()[row];
+                let dof = component.dofs.dof(row).unwrap();
                 let r = component.mesh.position(dof.node);
                 let along = |c: usize, d: usize| match dof.direction == Direction::ALL[c] {
                     true => r[d] - centre[d],

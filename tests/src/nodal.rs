@@ -42,7 +42,7 @@ pub fn vectors(component: &Component, column: MatRef<'_, f64>) -> Vec<Vector3<f6
 
 /// One vector per node as a column of translations; rotations zero.
 pub fn column(component: &Component, vectors: &[Vector3<f64>]) -> Mat<f64> {
-    let dofs = component.dofs.dofs();
+    let dofs = component.dofs.nodal_dofs();
     Mat::from_fn(dofs.len(), 1, |row, _| {
         match dofs[row].direction.is_rotation() {
             true => 0.0,

@@ -2,6 +2,7 @@
 //! symmetric eigenproblem, residual columns from a bordered system with the kept modes in the border.
 
 use dcb_formats::Component;
+use dcb_formats::mesh::Dof;
 use faer::{Mat, Side};
 
 use crate::dense::{dense, eigen, largest, solve, symmetric};
@@ -30,7 +31,7 @@ pub fn centre_of_mass(component: &Component) -> (f64, [f64; 3]) {
     let mass = dense(&component.mass);
     let d = component.dimension().coordinate_count();
     let n = component.mesh.node_count();
-    let dofs = component.dofs.dofs();
+    let dofs: Vec<(usize, Dof)> = component.dofs.nodal().collect();
     let (mut total, mut centre) = (0.0, [0.0; 3]);
     for (axis, coordinate) in centre.iter_mut().enumerate().take(d) {
         let mean = (0..n as u32)
@@ -38,12 +39,12 @@ pub fn centre_of_mass(component: &Component) -> (f64, [f64; 3]) {
             .sum::<f64>()
             / n as f64;
         let along =
-            |row: usize| !dofs[row].direction.is_rotation() && dofs[row].direction.axis() == axis;
+            |(_, dof): &&(usize, Dof)| !dof.direction.is_rotation() && dof.direction.axis() == axis;
         let (mut of_axis, mut moment) = (0.0, 0.0);
-        for i in (0..dofs.len()).filter(|i| along(*i)) {
-            for j in (0..dofs.len()).filter(|j| along(*j)) {
-                of_axis += mass[(i, j)];
-                moment += mass[(i, j)] * (component.mesh.position(dofs[j].node)[axis] - mean);
+        for (i, _) in dofs.iter().filter(along) {
+            for (j, dof) in dofs.iter().filter(along) {
+                of_axis += mass[(*i, *j)];
+                moment += mass[(*i, *j)] * (component.mesh.position(dof.node)[axis] - mean);
             }
         }
         *coordinate = mean + moment / of_axis;
@@ -52,14 +53,15 @@ pub fn centre_of_mass(component: &Component) -> (f64, [f64; 3]) {
     (total, centre)
 }
 
-/// Rigid motions about a point: unit translations, then unit rotations.
+/// Rigid motions about a point: unit translations, then unit rotations; internal rows stay at rest.
 pub fn rigid_motions(component: &Component, about: [f64; 3]) -> Mat<f64> {
     let planar = component.dimension().coordinate_count() == 2;
     let axes: &[usize] = if planar { &[2] } else { &[0, 1, 2] };
     let d = if planar { 2 } else { 3 };
-    let dofs = component.dofs.dofs();
-    Mat::from_fn(dofs.len(), d + axes.len(), |row, column| {
-        let direction = dofs[row].direction;
+    Mat::from_fn(component.dofs.len(), d + axes.len(), |row, column| {
+        let Some(Dof { node, direction }) = component.dofs.dof(row) else {
+            return 0.0;
+        };
         if column < d {
             return f64::from(u8::from(
                 !direction.is_rotation() && direction.axis() == column,
@@ -69,7 +71,7 @@ pub fn rigid_motions(component: &Component, about: [f64; 3]) -> Mat<f64> {
         if direction.is_rotation() {
             return f64::from(u8::from(direction.axis() == axis));
         }
-        let x = component.mesh.position(dofs[row].node);
+        let x = component.mesh.position(node);
         let arm = nalgebra::Vector3::from_fn(|i, _| x[i] - about[i]);
         nalgebra::Vector3::from_fn(|i, _| f64::from(u8::from(i == axis))).cross(&arm)
             [direction.axis()]

@@ -3,6 +3,7 @@
 use std::path::PathBuf;
 
 use dcb_formats::component::{ComponentDraft, Interface, InterfaceKind, Role, Weights};
+use dcb_formats::component_files::{ComponentFiles, Overrides, read_component};
 use dcb_formats::mesh::{Direction, Dof, DofMap, Mesh};
 use dcb_formats::{Component, SparseMatrix};
 use dcb_samples::spatial_beam::{BeamMass, BeamTheory, SpatialBeam};
@@ -108,6 +109,19 @@ pub fn rotor() -> Component {
     .expect("a component")
 }
 
+/// A part with internal rows that another program made: `plate`, `beam` or `outboard` of `tests/data/internal_rows`.
+pub fn with_internal_rows(name: &str) -> Component {
+    let folder: PathBuf = [env!("CARGO_MANIFEST_DIR"), "data", "internal_rows"]
+        .iter()
+        .collect();
+    let files = ComponentFiles::beside(
+        &folder.join(format!("{name}.mtx.gz")),
+        &Overrides::default(),
+    )
+    .expect("the files");
+    read_component(&files, None).expect("a component")
+}
+
 /// Parts of the same kind of nodes as one component, 10 m from each other, with no connection.
 pub fn side_by_side(pieces: &[Component]) -> Component {
     let mut whole = pieces[0].clone().into_draft();
@@ -188,7 +202,7 @@ pub fn renumbered(component: &Component, order: &[u32]) -> Component {
     let dofs = rows
         .iter()
         .map(|row| {
-            let dof = component.dofs.dofs()[*row];
+            let dof = component.dofs.dof(*row).expect("a row of a node");
             Dof {
                 node: new_of[dof.node as usize],
                 ..dof
@@ -251,7 +265,7 @@ pub fn with_oscillators(count: usize) -> (Component, f64) {
     let (stiffness, mass) = (2.0e6, 0.05);
     let host = 4_u32;
     let mut mesh = block.mesh.clone();
-    let mut dofs: Vec<Dof> = block.dofs.dofs().to_vec();
+    let mut dofs: Vec<Dof> = block.dofs.nodal_dofs();
     let size = n + 3 * count;
     let (mut k, mut m) = (Mat::zeros(size, size), Mat::zeros(size, size));
     k.as_mut()

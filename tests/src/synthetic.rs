@@ -250,6 +250,7 @@ fn derivation(of: &Superelement) -> Derivation {
             available: 7,
         }),
         left_out_columns: vec!["spin zz".to_owned(), "load \"Böe\"".to_owned()],
+        internal_rows: 72,
         selections: vec![
             SelectionRecord {
                 modes: vec![0, 1, 3, 4, 6],
@@ -396,6 +397,7 @@ pub fn summary(file: &SuperelementFile) -> Result<serde_json::Value, Error> {
     let directions = directions.map(|directions| [directions.kept, directions.available]);
     summary["interface_directions"] = serde_json::json!(directions);
     summary["left_out_columns"] = serde_json::json!(made.map(|made| &made.left_out_columns));
+    summary["internal_rows"] = serde_json::json!(made.map(|made| made.internal_rows));
     summary["selections"] = serde_json::json!(of.selections());
     Ok(summary)
 }

@@ -50,7 +50,7 @@ pub fn turned(component: &Component, turn: &Rotation3<f64>, by: [f64; 3]) -> Com
     for interface in &mut result.interfaces {
         interface.position = interface.position.map(place);
     }
-    let q = turned_dofs(component.dofs.dofs(), turn);
+    let q = turned_dofs(&component.dofs.nodal_dofs(), turn);
     let in_new_axes = |matrix: &Mat<f64>| &q * matrix * q.transpose();
     result.stiffness = sparse(&symmetric(&in_new_axes(&dense(&component.stiffness))));
     result.mass = sparse(&symmetric(&in_new_axes(&dense(&component.mass))));

@@ -4,7 +4,7 @@ use std::path::Path;
 
 use dcb_formats::Error;
 use dcb_formats::component::{Component, ComponentDraft, ComponentFault, Units};
-use dcb_formats::mesh::{Dof, DofMap, Mesh};
+use dcb_formats::mesh::{Dof, DofMap, MatrixRow, Mesh};
 
 use crate::interfaces::interfaces;
 use crate::named_file::NamedFile;
@@ -139,16 +139,19 @@ impl Part {
 
     /// The mesh of the component and the dof of each row.
     fn mesh_and_dofs(&self) -> Result<(Mesh, DofMap), String> {
-        let dofs = self.rows.iter().filter_map(|owner| match owner {
-            RowOwner::Node { node, direction } => Some(Dof {
+        let owners = self.rows.iter().map(|owner| match owner {
+            RowOwner::Node { node, direction } => MatrixRow::Nodal(Dof {
                 node: *node,
                 direction: *direction,
             }),
-            RowOwner::Internal => None,
+            RowOwner::Internal => MatrixRow::Internal,
         });
-        let dofs: Vec<Dof> = dofs.collect();
-        let mesh = self.mesh.of_component(dofs.iter().map(|dof| dof.direction));
-        let dofs = DofMap::new(dofs, self.mesh.points.len()).map_err(|error| error.to_string())?;
+        let owners: Vec<MatrixRow> = owners.collect();
+        let dofs =
+            DofMap::new(owners, self.mesh.points.len()).map_err(|error| error.to_string())?;
+        let mesh = self
+            .mesh
+            .of_component(dofs.nodal().map(|(_, dof)| dof.direction));
         Ok((mesh, dofs))
     }
 }

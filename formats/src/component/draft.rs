@@ -4,7 +4,7 @@ use std::ops::Deref;
 
 use super::component_masses::check_component_masses;
 use super::fault::{ComponentFault, Place, fault};
-use super::geometry::{check_directions, check_mesh};
+use super::geometry::{check_directions, check_mesh, check_nodal};
 use super::interfaces::{check_interfaces, check_names_beside_boundary};
 use super::label::{check_label, check_units};
 use super::operators::{
@@ -116,7 +116,7 @@ impl Component {
         of.damping.check()?;
         check_size(&of.mass, n_e, &Place::Mass)?;
         if let Some(boundary) = &of.explicit_boundary {
-            check_boundary(boundary, n_e)?;
+            check_boundary(boundary, &of.dofs)?;
             check_names_beside_boundary(&of.interfaces)?;
         }
         check_loads(&of.loads, n_e)?;
@@ -154,7 +154,7 @@ impl Deref for Component {
     }
 }
 
-/// One dof for each row of the stiffness, of the mesh's nodes, in its directions.
+/// One owner for each row of the stiffness: the mesh's nodes, in its directions, and internal rows beside them.
 fn check_dofs(dofs: &DofMap, mesh: &Mesh, rows: usize) -> Result<(), ComponentFault> {
     let (found, expected) = (dofs.node_count(), mesh.node_count());
     if found != expected {
@@ -172,8 +172,9 @@ fn check_dofs(dofs: &DofMap, mesh: &Mesh, rows: usize) -> Result<(), ComponentFa
             ),
         ));
     }
+    check_nodal(dofs.rows())?;
     check_directions(mesh.dimension, |wanted| {
-        let mut directions = dofs.dofs().iter().map(|dof| dof.direction).enumerate();
+        let mut directions = dofs.nodal().map(|(row, dof)| (row, dof.direction));
         directions.find(|(_, direction)| wanted(*direction))
     })
 }

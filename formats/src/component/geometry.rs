@@ -2,7 +2,7 @@
 
 use super::fault::{ComponentFault, fault};
 use super::label::check_label;
-use crate::mesh::{CellBlock, Dimension, Direction, Mesh};
+use crate::mesh::{CellBlock, Dimension, Direction, MatrixRow, Mesh};
 
 /// meshio's cell names and their node counts. Other names are kept as they are.
 pub(crate) const CELL_TYPES: [(&str, usize); 24] = [
@@ -153,6 +153,24 @@ pub(crate) fn check_repeats(
         }
     }
     Ok(())
+}
+
+/// Internal rows alone make no component.
+///
+/// # Errors
+/// If there are rows and none belongs to a node.
+pub(crate) fn check_nodal(owners: &[MatrixRow]) -> Result<(), ComponentFault> {
+    match !owners.is_empty() && owners.iter().all(|owner| owner.dof().is_none()) {
+        false => Ok(()),
+        true => Err(fault(
+            "component.dofs",
+            format!(
+                "has {} internal rows and no row of a node; only rows that belong to no node are internal, those of nodes are \
+                 [node, \"ux\"] and so on",
+                owners.len()
+            ),
+        )),
+    }
 }
 
 /// A planar component has dofs in the plane only, and some node moves along each coordinate. `first_with` finds the place of the first

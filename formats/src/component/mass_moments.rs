@@ -147,10 +147,8 @@ fn rigid_field(direction: Direction, mesh: &Mesh, dofs: &DofMap, centre: [f64; 3
     };
     RigidField {
         direction,
-        values: dofs
-            .dofs()
-            .iter()
-            .map(|dof| value(dof.node, dof.direction))
+        values: (dofs.rows().iter())
+            .map(|owner| (owner.dof()).map_or(0.0, |dof| value(dof.node, dof.direction)))
             .collect(),
     }
 }
@@ -167,7 +165,7 @@ fn is_free(stiffness: &SparseMatrix, field: &RigidField, dofs: &DofMap, size: f6
                 scale[row] += value.abs()
                     * match (
                         field.direction.is_rotation(),
-                        dofs.dofs()[row].direction.is_rotation(),
+                        (dofs.dof(row)).is_some_and(|dof| dof.direction.is_rotation()),
                     ) {
                         (true, false) => size,
                         (false, true) if size > 0.0 => 1.0 / size,

@@ -63,7 +63,7 @@ pub use draft::{Component, ComponentDraft};
 pub use fault::{ComponentFault, Place};
 
 pub(crate) use fault::fault;
-pub(crate) use geometry::{CELL_TYPES, check_directions, check_mesh, check_repeats};
+pub(crate) use geometry::{CELL_TYPES, check_directions, check_mesh, check_nodal, check_repeats};
 pub(crate) use interfaces::{check_interfaces, check_weights_kind};
 pub(crate) use label::{check_label, check_units};
 pub(crate) use operators::asymmetry_note;

@@ -6,7 +6,7 @@ use super::fault::{ComponentFault, Place};
 use super::{GeometricStiffness, Interface, InterfaceKind, NamedLoad, Role, RowStiffness};
 use crate::SparseMatrix;
 use crate::matrix::made_symmetric;
-use crate::mesh::Dimension;
+use crate::mesh::{Dimension, DofMap};
 
 /// An operator of (n_e, n_e), made exactly symmetric where it is so within rounding; that is noted.
 ///
@@ -88,8 +88,9 @@ fn wrong_entry(matrix: &SparseMatrix, column: usize) -> Option<String> {
     ))
 }
 
-/// Rows of L_b that are given as a matrix: (any, n_e), none of them zero.
-pub(super) fn check_boundary(matrix: &SparseMatrix, n_e: usize) -> Result<(), ComponentFault> {
+/// Rows of L_b that are given as a matrix: (any, n_e), none of them zero, all of them zero on internal rows.
+pub(super) fn check_boundary(matrix: &SparseMatrix, dofs: &DofMap) -> Result<(), ComponentFault> {
+    let n_e = dofs.len();
     if matrix.ncols() != n_e {
         return Err(ComponentFault::at(
             Place::Boundary,
@@ -105,6 +106,17 @@ pub(super) fn check_boundary(matrix: &SparseMatrix, n_e: usize) -> Result<(), Co
         let entries = matrix.row_idx_of_col_raw(column).iter();
         for (row, value) in entries.zip(matrix.val_of_col(column)) {
             is_zero[*row as usize] &= *value == 0.0;
+            if *value != 0.0 && dofs.dof(column).is_none() {
+                return Err(ComponentFault::at(
+                    Place::Boundary,
+                    format!(
+                        "row {} has an entry in column {}, which is an internal row of the component: nothing outside acts on what \
+                         belongs to no node; expected zero there",
+                        row + 1,
+                        column + 1
+                    ),
+                ));
+            }
         }
     }
     match is_zero.iter().position(|is_zero| *is_zero) {

@@ -12,7 +12,7 @@ use serde_json::{Map, Value, json};
 use crate::component::{
     ComponentDraft, ComponentMasses, Damping, GeometricStiffness, Interface, Role, Weights,
 };
-use crate::mesh::{Direction, Mesh};
+use crate::mesh::{MatrixRow, Mesh};
 use crate::output::{Replace, WholeFile, write_stream, write_together};
 use crate::{Component, Error, SparseMatrix};
 
@@ -252,27 +252,16 @@ fn component_key(component: &ComponentDraft) -> Value {
 
 /// The per-node pattern where every node has the same dofs in the same order, otherwise the table.
 fn dofs(component: &ComponentDraft) -> Value {
-    let dofs = component.dofs.dofs();
-    let node_count = component.mesh.node_count();
-    let per_node = dofs.len().checked_div(node_count).unwrap_or(0);
-    let pattern: Vec<Direction> = dofs
-        .iter()
-        .take(per_node)
-        .map(|dof| dof.direction)
-        .collect();
-    let uniform = dofs.len() == per_node * node_count
-        && dofs.iter().enumerate().all(|(row, dof)| {
-            dof.node as usize == row / per_node && dof.direction == pattern[row % per_node]
-        });
-    if uniform {
-        pattern
-            .iter()
+    match component.dofs.pattern() {
+        Some(pattern) => (pattern.iter())
             .map(|direction| Value::from(direction.name()))
-            .collect()
-    } else {
-        dofs.iter()
-            .map(|dof| json!([dof.node, dof.direction.name()]))
-            .collect()
+            .collect(),
+        None => (component.dofs.rows().iter())
+            .map(|owner| match owner {
+                MatrixRow::Nodal(dof) => json!([dof.node, dof.direction.name()]),
+                MatrixRow::Internal => json!([null, "internal"]),
+            })
+            .collect(),
     }
 }
 

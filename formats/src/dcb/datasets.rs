@@ -553,6 +553,15 @@ pub(super) const DATASETS: &[Dataset] = &[
         "further columns that were asked for and have nothing beyond the kept modes (since 1.4)",
     ),
     same(
+        "/derivation/internal_rows",
+        Integer,
+        &[],
+        Optional,
+        "",
+        PLAIN,
+        "rows of the component's matrices that belong to no node and aren't among the field dofs (since 1.5)",
+    ),
+    same(
         "/derivation/selection_modes",
         Integer,
         &[SelectedModes, Fixed(2)],

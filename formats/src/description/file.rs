@@ -6,8 +6,9 @@ use schemars::JsonSchema;
 use serde::Deserialize;
 use serde::de::IgnoredAny;
 
+use super::dofs::Dofs;
 use super::lists::{Connectivity, Keys, NodeList, PointSets, Points};
-use super::values::{DirectionName, Dofs, ModalDamping, Number, RayleighDamping, WeightsValue};
+use super::values::{DirectionName, ModalDamping, Number, RayleighDamping, WeightsValue};
 
 /// Component description: a meshio-compatible JSON mesh with one extra key, `component`.
 #[derive(Debug, Deserialize, JsonSchema)]

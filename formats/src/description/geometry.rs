@@ -7,7 +7,7 @@ use super::diagnosis::suggestion;
 use super::file::CellPart;
 use super::lists::{PointSets, Points};
 use crate::component::{
-    CELL_TYPES, ComponentFault, check_directions, check_mesh, check_repeats, fault,
+    CELL_TYPES, ComponentFault, check_directions, check_mesh, check_nodal, check_repeats, fault,
 };
 use crate::mesh::{CellBlock, Dimension, Direction, DofMap, DofMapError, Mesh};
 use crate::named::Object;
@@ -97,6 +97,7 @@ fn check_dofs(dofs: &DofLayout, node_count: usize) -> Result<(), ComponentFault>
                     error;
                 fault(format!("component.dofs[{row}]"), error.to_string())
             })?;
+            check_nodal(table)?;
             table.len()
         }
     };
@@ -115,7 +116,8 @@ fn first_with(dofs: &DofLayout, wanted: &dyn Fn(Direction) -> bool) -> Option<(u
         DofLayout::Pattern(pattern) => {
             (pattern.iter().copied().enumerate()).find(|&(_, direction)| wanted(direction))
         }
-        DofLayout::Table(table) => (table.iter().map(|dof| dof.direction).enumerate())
+        DofLayout::Table(table) => (table.iter().enumerate())
+            .filter_map(|(row, owner)| Some((row, owner.dof()?.direction)))
             .find(|&(_, direction)| wanted(direction)),
     }
 }

@@ -6,14 +6,12 @@ use std::fmt;
 use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema};
 use serde::Deserialize;
 use serde::de::{
-    Deserializer, Error as _, IgnoredAny, MapAccess, SeqAccess, Unexpected, Visitor,
-    value::MapAccessDeserializer,
+    Deserializer, MapAccess, SeqAccess, Unexpected, Visitor, value::MapAccessDeserializer,
 };
 
-use super::DofLayout;
 use super::lists::Append;
 use crate::component::Weights;
-use crate::mesh::{Direction, Dof};
+use crate::mesh::Direction;
 
 /// Implements `Deserialize` with a visitor and `JsonSchema` with a fixed schema.
 macro_rules! json_value {
@@ -113,7 +111,7 @@ pub struct DirectionName(pub Direction);
 
 json_value!(DirectionName, DirectionVisitor, deserialize_str, { "enum": ["ux", "uy", "uz", "rx", "ry", "rz"] });
 
-struct DirectionVisitor;
+pub(super) struct DirectionVisitor;
 
 impl Visitor<'_> for DirectionVisitor {
     type Value = DirectionName;
@@ -126,98 +124,6 @@ impl Visitor<'_> for DirectionVisitor {
         Direction::from_name(name)
             .map(DirectionName)
             .ok_or_else(|| E::unknown_variant(name, &Direction::NAMES))
-    }
-}
-
-/// The dof pattern of every node, or a table with one entry per matrix row.
-#[derive(Debug)]
-pub struct Dofs(pub DofLayout);
-
-json_value!(Dofs, DofsVisitor, deserialize_seq, {
-    "oneOf": [
-        { "type": "array", "minItems": 1, "maxItems": 6, "uniqueItems": true,
-          "items": { "enum": ["ux", "uy", "uz", "rx", "ry", "rz"] } },
-        { "type": "array", "minItems": 1, "items": {
-            "type": "array", "minItems": 2, "maxItems": 2,
-            "prefixItems": [{ "type": "integer", "minimum": 0 }, { "enum": ["ux", "uy", "uz", "rx", "ry", "rz"] }] } }
-    ]
-});
-
-struct DofsVisitor;
-
-impl<'de> Visitor<'de> for DofsVisitor {
-    type Value = Dofs;
-
-    fn expecting(&self, f: &mut fmt::Formatter) -> fmt::Result {
-        f.write_str("a pattern such as [\"ux\", \"uy\", \"uz\"] or a table [[node, \"ux\"], ...]")
-    }
-
-    fn visit_seq<A: SeqAccess<'de>>(self, mut list: A) -> Result<Dofs, A::Error> {
-        let (mut pattern, mut table) = (Vec::new(), Vec::new());
-        loop {
-            let entry = pattern.len() + table.len();
-            let next = list
-                .next_element::<DofEntry>()
-                .map_err(|error| A::Error::custom(format_args!("dofs[{entry}]: {error}")))?;
-            match next {
-                None => break,
-                Some(DofEntry::Pattern(direction)) => pattern.push(direction),
-                Some(DofEntry::Table(dof)) => table.push(dof),
-            }
-            if !pattern.is_empty() && !table.is_empty() {
-                return Err(A::Error::custom(format_args!(
-                    "dofs[{entry}]: names and [node, name] pairs can't be mixed; expected {}",
-                    &self as &dyn serde::de::Expected
-                )));
-            }
-        }
-        Ok(Dofs(if table.is_empty() {
-            DofLayout::Pattern(pattern)
-        } else {
-            DofLayout::Table(table)
-        }))
-    }
-}
-
-enum DofEntry {
-    Pattern(Direction),
-    Table(Dof),
-}
-
-impl<'de> Deserialize<'de> for DofEntry {
-    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
-        deserializer.deserialize_any(DofEntryVisitor)
-    }
-}
-
-struct DofEntryVisitor;
-
-impl<'de> Visitor<'de> for DofEntryVisitor {
-    type Value = DofEntry;
-
-    fn expecting(&self, f: &mut fmt::Formatter) -> fmt::Result {
-        f.write_str("a name from ux uy uz rx ry rz or a pair [node, name]")
-    }
-
-    fn visit_str<E: serde::de::Error>(self, name: &str) -> Result<DofEntry, E> {
-        DirectionVisitor
-            .visit_str(name)
-            .map(|DirectionName(direction)| DofEntry::Pattern(direction))
-    }
-
-    fn visit_seq<A: SeqAccess<'de>>(self, mut pair: A) -> Result<DofEntry, A::Error> {
-        let NodeId(node) = pair
-            .next_element()?
-            .ok_or_else(|| A::Error::invalid_length(0, &self))?;
-        let DirectionName(direction) = pair
-            .next_element()?
-            .ok_or_else(|| A::Error::invalid_length(1, &self))?;
-        if pair.next_element::<IgnoredAny>()?.is_some() {
-            return Err(A::Error::custom(
-                "a dof is a pair [node, name], found more than two entries",
-            ));
-        }
-        Ok(DofEntry::Table(Dof { node, direction }))
     }
 }
 

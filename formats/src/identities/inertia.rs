@@ -141,8 +141,16 @@ fn cosines(of: &Superelement, norms: &[f64]) -> (f64, f64) {
     )
 }
 
+/// Whether the modes have mass in rows that L3 and I2 know nothing of: what the nodes have of it may then be any multiple of the whole, and
+/// the last bound, which compares the two, isn't one.
+fn has_internal_rows(of: &Superelement) -> bool {
+    let derivation = of.derivation.as_ref();
+    let is_nodal = of.coupling_source() != CouplingSource::Integrals;
+    is_nodal && derivation.is_some_and(|derivation| derivation.internal_rows > 0)
+}
+
 /// |I1_k|² ≤ I_z M_kk and |L3_kl|² ≤ M_kk M_ll.
-fn planar(of: &Superelement) -> [Identity; 2] {
+fn planar(of: &Superelement) -> Vec<Identity> {
     let sizes = whole_norms(of);
     let reciprocal = reciprocals(&sizes);
     let allowed = match of.coupling_source() {
@@ -167,7 +175,7 @@ fn planar(of: &Superelement) -> [Identity; 2] {
             coupling = coupling.max(most * of_column);
         }
     }
-    [
+    let mut all = vec![
         Identity {
             path: "/inertia/I1",
             what: "|I1_k|² ≤ I_z M_kk (Cauchy and Schwarz)",
@@ -180,7 +188,11 @@ fn planar(of: &Superelement) -> [Identity; 2] {
             defect: coupling / allowed - 1.0,
             limit: LOAD_LIMIT,
         },
-    ]
+    ];
+    if has_internal_rows(of) {
+        all.pop();
+    }
+    all
 }
 
 fn spatial(of: &Superelement) -> Vec<Identity> {
@@ -227,7 +239,7 @@ fn spatial(of: &Superelement) -> Vec<Identity> {
         CouplingSource::Integrals => TRACE_LIMIT,
         CouplingSource::Nodal | CouplingSource::Unknown => NODAL_EXCESS,
     };
-    vec![
+    let mut all = vec![
         Identity {
             path: "/inertia/I2",
             what: "I2_aa,kk is not negative",
@@ -258,7 +270,11 @@ fn spatial(of: &Superelement) -> Vec<Identity> {
             defect: trace_defect(of),
             limit: allowed,
         },
-    ]
+    ];
+    if has_internal_rows(of) {
+        all.pop();
+    }
+    all
 }
 
 /// Order of the six matrices of I2.

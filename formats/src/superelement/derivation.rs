@@ -13,6 +13,8 @@ pub struct Derivation {
     pub interface_directions: Option<InterfaceDirections>,
     /// Names of further columns that were asked for and not made: their responses have nothing beyond the kept modes.
     pub left_out_columns: Vec<String>,
+    /// Rows of the component's matrices that belong to no node, and have no part in the fields.
+    pub internal_rows: usize,
     /// Selections that the superelement went through, the first one first.
     pub selections: Vec<SelectionRecord>,
 }
@@ -23,7 +25,7 @@ pub struct Derivation {
 pub enum CouplingSource {
     /// Integrals over the component: they belong to one field of displacements with the mass.
     Integrals,
-    /// The mass matrix at nodes whose rotations move the component between them too: approximations.
+    /// The mass matrix at nodes whose rotations, or internal rows beside them, move the component between them too: approximations.
     Nodal,
     /// Nobody says.
     #[default]

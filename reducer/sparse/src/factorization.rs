@@ -234,22 +234,44 @@ impl SymmetricFactor {
             mass,
             shift: -shift,
         };
-        let Ok(signs) = eliminate(&self.fronts, matrix, &Indefinite, &mut []) else {
-            return Inertia {
-                negative: 0,
-                zero: stiffness.ncols(),
-                negative_dofs: Vec::new(),
-            };
+        counted(&self.fronts, matrix)
+    }
+
+    /// The same for other matrices over the same dofs, in full storage, in this order but with the fronts of their own pattern: cheap where
+    /// that is sparser, as that of a mass matrix without entries between directions.
+    pub fn inertia_of(&self, first: &SparseMatrix, second: &SparseMatrix, shift: f64) -> Inertia {
+        let graph = QuotientGraph::of_pattern(&[first, second]);
+        let place = |vertex: &u32| {
+            let members = graph.members(*vertex).iter();
+            members.map(|dof| self.fronts.inverse[*dof as usize]).min()
         };
-        Inertia {
-            negative: signs.negative,
-            zero: signs.zero,
-            negative_dofs: signs
-                .negative_positions
-                .iter()
-                .map(|position| self.fronts.forward[*position] as usize)
-                .collect(),
-        }
+        let mut order: Vec<u32> = (0..graph.vertex_count() as u32).collect();
+        order.sort_by_cached_key(place);
+        let matrix = Matrix {
+            stiffness: first,
+            mass: second,
+            shift: -shift,
+        };
+        counted(&Fronts::analyse(&graph, &order), matrix)
+    }
+}
+
+fn counted(fronts: &Fronts, matrix: Matrix<'_>) -> Inertia {
+    let Ok(signs) = eliminate(fronts, matrix, &Indefinite, &mut []) else {
+        return Inertia {
+            negative: 0,
+            zero: matrix.stiffness.ncols(),
+            negative_dofs: Vec::new(),
+        };
+    };
+    Inertia {
+        negative: signs.negative,
+        zero: signs.zero,
+        negative_dofs: signs
+            .negative_positions
+            .iter()
+            .map(|position| fronts.forward[*position] as usize)
+            .collect(),
     }
 }
 
@@ -259,6 +281,22 @@ mod tests {
     use super::*;
     use faer::Mat;
     use faer::sparse::Triplet;
+
+    #[test]
+    fn another_matrix_is_counted_over_its_own_pattern() {
+        let (stiffness, mass) = chain(50);
+        let groups: Vec<u32> = (0..50).collect();
+        let factor = SymmetricFactor::analyse(&stiffness, &mass, &groups).unwrap();
+        assert_eq!(factor.inertia_of(&mass, &mass, -1.0).negative, 0);
+        let mut signed = mass.clone();
+        signed.val_mut()[17] = -1.0;
+        signed.val_mut()[44] = -2.0;
+        let inertia = factor.inertia_of(&signed, &mass, -0.5);
+        let mut places = inertia.negative_dofs.clone();
+        places.sort_unstable();
+        assert_eq!((inertia.negative, places), (2, vec![17, 44]));
+        assert_eq!(factor.inertia_of(&stiffness, &mass, 0.0).negative, 0);
+    }
 
     /// Fixed-free chain of `n` unit springs and masses: eigenvalues 4 sin²((2k+1)π/(4n+2)).
     fn chain(n: u32) -> (SparseMatrix, SparseMatrix) {

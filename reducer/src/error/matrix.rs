@@ -21,7 +21,8 @@ pub enum MatrixRefusal {
     },
     /// K + σ M has negative pivots.
     #[error(
-        "the stiffness matrix is indefinite: K + {shift:.3e}·M has {pivots} negative pivot(s), at {places}; a stiffness matrix is positive semi-definite: check the element orientation, the material constants and the export"
+        "the stiffness matrix is indefinite: K + {shift:.3e}·M has {pivots} negative pivot(s), at {places}; a stiffness matrix is positive semi-definite: check the element orientation, the material constants and the export{}",
+        multipliers(*internal_rows)
     )]
     NegativePivots {
         /// σ, (rad/time)².
@@ -29,6 +30,18 @@ pub enum MatrixRefusal {
         /// How many pivots.
         pivots: usize,
         /// Where they are.
+        places: Places,
+        /// Rows of the part that belong to no node.
+        internal_rows: usize,
+    },
+    /// Rows of K with other entries and nothing on the diagonal, as multipliers of constraints have.
+    #[error(
+        "the stiffness matrix is indefinite: {count} row(s) have entries beside the diagonal and zero on it, at {places}; such are rows of Lagrange multipliers, with no mass and K indefinite, which are no internal rows: build K and M without them (eliminate the constraints, or use penalties)"
+    )]
+    Multipliers {
+        /// How many.
+        count: usize,
+        /// Which.
         places: Places,
     },
     /// A mode has a negative eigenvalue.
@@ -41,13 +54,21 @@ pub enum MatrixRefusal {
         /// Where the shape is largest.
         place: String,
     },
-    /// A motion has negative mass.
+    /// M has eigenvalues that are negative beyond what printing with few digits makes.
     #[error(
-        "the mass matrix is indefinite: a motion that is largest at {place} has negative mass; a mass matrix is positive semi-definite: check the lumping and the export"
+        "the mass matrix is indefinite: {count} of its eigenvalues are below -{limit:.0e} of the largest (with K's diagonal scaled to one), the lowest is between -{most:.0e} and -{least:.0e}, at {places}; a mass matrix is positive semi-definite, and printed with ten digits it is so to 1e-10: check the lumping, or export more digits"
     )]
     NegativeMass {
-        /// Where the motion is largest.
-        place: String,
+        /// How many.
+        count: usize,
+        /// What would count as zero, of the largest eigenvalue.
+        limit: f64,
+        /// The lowest one is below this part of the largest,
+        least: f64,
+        /// and not below this one.
+        most: f64,
+        /// Where pivots are negative.
+        places: Places,
     },
     /// The part has no mass.
     #[error("the mass matrix gives a total mass of {mass:e} {unit}; it should be positive")]
@@ -82,6 +103,16 @@ impl std::fmt::Display for Matrix {
     }
 }
 
+/// Advice for an indefinite K with rows that may be multipliers.
+fn multipliers(internal_rows: usize) -> String {
+    match internal_rows {
+        0 => String::new(),
+        count => format!(
+            "; are some of the {count} internal rows Lagrange multipliers (no mass, K indefinite)? Such are no internal rows: build K and M without them"
+        ),
+    }
+}
+
 impl MatrixRefusal {
     /// The file that holds the matrix.
     pub(super) fn concerns(&self) -> Input {
@@ -91,6 +122,7 @@ impl MatrixRefusal {
                 ..
             }
             | Self::NegativePivots { .. }
+            | Self::Multipliers { .. }
             | Self::NegativeEigenvalue { .. } => Input::Stiffness,
             Self::NegativeDiagonal {
                 matrix: Matrix::Mass,

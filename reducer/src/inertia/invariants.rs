@@ -12,7 +12,7 @@
 //! J1_ab   = X_raᵀ M Ω_b Ψ + X_rbᵀ M Ω_a Ψ  (n) for each a, b
 //! J2_ab   = sym (Ω_a Ψ)ᵀ M (Ω_b Ψ)         (n, n) for each a, b
 //! ```
-//! with Ω_a u = e_a × u at every node. Planar I1 is half of J1_zz.
+//! with Ω_a u = e_a × u at every node, and nothing in internal rows. Planar I1 is half of J1_zz.
 
 use dcb_dense::symmetrized;
 use dcb_formats::component::Component;
@@ -81,9 +81,10 @@ fn cross_partners(component: &Component, a: usize) -> Vec<Option<(u32, f64)>> {
     let (next, after) = ((a + 1) % 3, (a + 2) % 3);
     component
         .dofs
-        .dofs()
+        .rows()
         .iter()
-        .map(|dof| {
+        .map(|row| {
+            let dof = row.dof()?;
             if dof.direction.is_rotation() {
                 return None;
             }
@@ -232,18 +233,16 @@ fn from_couplings(dimension: Dimension, couplings: &Couplings) -> Terms {
     }
 }
 
-/// Node positions relative to the centre as one displacement field: (x0, 0) with zero rotations.
+/// Node positions relative to the centre as one displacement field: (x0, 0) with zero rotations and internal rows.
 fn positions(component: &Component, centre: [f64; 3]) -> Mat<f64> {
-    Mat::from_fn(component.dofs.len(), 1, |row, _| {
-        let dof = component.dofs.dofs()[row];
-        match dof.direction.is_rotation() {
-            true => 0.0,
-            false => {
-                component.mesh.position(dof.node)[dof.direction.axis()]
-                    - centre[dof.direction.axis()]
-            }
+    let mut field = Mat::zeros(component.dofs.len(), 1);
+    for (row, dof) in component.dofs.nodal() {
+        if !dof.direction.is_rotation() {
+            let axis = dof.direction.axis();
+            field[(row, 0)] = component.mesh.position(dof.node)[axis] - centre[axis];
         }
-    })
+    }
+    field
 }
 
 fn planar_i1(value: f64) -> [[f64; 3]; 3] {

@@ -27,16 +27,15 @@ pub fn spin_forces(component: &Component, centre: [f64; 3]) -> Mat<f64> {
     }
 }
 
-/// `∫ ρ N_cᵀ r_d` = M e_c x_d: exact where the displacement e_c x_d is one of the mesh, as for solids.
+/// `∫ ρ N_cᵀ r_d` = M e_c x_d: exact where the displacement e_c x_d is one of the mesh with internal rows at rest, as for solids.
 fn moments_of_mass(component: &Component, centre: [f64; 3]) -> Mat<f64> {
-    let fields = Mat::from_fn(component.dofs.len(), 9, |row, column| {
-        let (c, d) = (column % 3, column / 3);
-        let dof = component.dofs.dofs()[row];
-        match dof.direction.is_rotation() || dof.direction.axis() != c {
-            true => 0.0,
-            false => component.mesh.position(dof.node)[d] - centre[d],
+    let mut fields = Mat::zeros(component.dofs.len(), 9);
+    for (row, dof) in component.dofs.nodal() {
+        for d in (0..3).filter(|_| !dof.direction.is_rotation()) {
+            let column = dof.direction.axis() + 3 * d;
+            fields[(row, column)] = component.mesh.position(dof.node)[d] - centre[d];
         }
-    });
+    }
     symmetric_product(&component.mass, fields.as_ref())
 }
 

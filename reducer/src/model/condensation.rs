@@ -8,14 +8,14 @@ use std::borrow::Cow;
 
 use dcb_formats::SparseMatrix;
 use dcb_formats::component::{Component, Interface, InterfaceKind};
-use dcb_formats::mesh::Direction;
+use dcb_formats::mesh::{Direction, MatrixRow};
 use faer::sparse::Triplet;
 use faer::{Mat, MatRef};
 use rayon::prelude::*;
 
 use crate::error::Error;
 use crate::model::frame::{merge_entries, offset, rigid_motion};
-use crate::model::rigid_frame::{ModelDof, RigidFrame};
+use crate::model::rigid_frame::{ModelDof, PointMotion, RigidFrame};
 
 /// The matrices that are factorized: the component with its rigid interfaces condensed.
 pub struct Model<'a> {
@@ -60,18 +60,28 @@ impl<'a> Model<'a> {
             expansion: None,
         };
         let mut expansion = Vec::with_capacity(component.dofs.len());
-        for dof in component.dofs.dofs() {
-            if owner[dof.node as usize].is_none() {
-                expansion.push(vec![(model.dofs.len() as u32, 1.0)]);
-                let position = component.mesh.position(dof.node);
-                model.dofs.push(ModelDof {
-                    point: dof.node,
-                    direction: dof.direction,
-                    position,
-                });
-            } else {
-                expansion.push(Vec::new());
-            }
+        let mut next_internal = (component.mesh.node_count() + rigid.len()) as u32;
+        for row in component.dofs.rows() {
+            let kept = match row {
+                MatrixRow::Nodal(dof) if owner[dof.node as usize].is_some() => None,
+                MatrixRow::Nodal(dof) => {
+                    let position = component.mesh.position(dof.node);
+                    Some(ModelDof::of_point(dof.node, dof.direction, position))
+                }
+                MatrixRow::Internal => {
+                    let point = next_internal;
+                    next_internal += 1;
+                    Some(ModelDof {
+                        point,
+                        motion: None,
+                    })
+                }
+            };
+            expansion.push(match kept {
+                Some(_) => vec![(model.dofs.len() as u32, 1.0)],
+                None => Vec::new(),
+            });
+            model.dofs.extend(kept);
         }
         if rigid.is_empty() {
             return Ok(model);
@@ -211,11 +221,39 @@ impl<'a> Model<'a> {
         self.dofs.iter().map(|dof| dof.point).collect()
     }
 
-    /// Name of a dof for messages, for example `node 17 uy`.
+    /// Whether a dof is an internal row of the component.
+    pub fn is_internal(&self, dof: usize) -> bool {
+        self.dofs[dof].motion.is_none()
+    }
+
+    /// Amounts of each dof that are alike: 1 of a translation, 1 / `length` of a rotation, and of an internal row, whose unit nobody
+    /// knows, what is as stiff as the stiffest translation.
+    pub fn unit_amounts(&self, length: f64) -> Vec<f64> {
+        let stiffness = |dof: usize| -> f64 {
+            let entry = self.stiffness.as_ref().get(dof, dof);
+            entry.copied().unwrap_or(0.0).max(0.0)
+        };
+        let translations =
+            (0..self.len()).filter(|dof| !self.is_internal(*dof) && !self.dofs[*dof].is_rotation());
+        let stiffest = match self.dofs.iter().any(|dof| dof.motion.is_none()) {
+            true => translations.map(stiffness).fold(0.0, f64::max),
+            false => 0.0,
+        };
+        let amount = |dof: usize| match self.dofs[dof].motion {
+            Some(motion) if motion.direction.is_rotation() => 1.0 / length,
+            Some(_) => 1.0,
+            None if stiffest > 0.0 && stiffness(dof) > 0.0 => (stiffest / stiffness(dof)).sqrt(),
+            None => 1.0,
+        };
+        (0..self.len()).map(amount).collect()
+    }
+
+    /// Name of a dof for messages: `node 17 uy`, `interface "hub" rx`, or `internal row 17`.
     pub fn dof_name(&self, dof: usize) -> String {
-        let ModelDof {
-            point, direction, ..
-        } = self.dofs[dof];
+        let ModelDof { point, motion } = self.dofs[dof];
+        let Some(PointMotion { direction, .. }) = motion else {
+            return format!("internal row {}", self.row_of(dof as u32));
+        };
         match (point as usize).checked_sub(self.node_count) {
             None => format!("node {point} {}", direction.name()),
             Some(frame) => format!(
@@ -223,6 +261,15 @@ impl<'a> Model<'a> {
                 self.frames[frame].name,
                 direction.name()
             ),
+        }
+    }
+
+    /// Row of the component that a dof is.
+    fn row_of(&self, dof: u32) -> usize {
+        let is_this = |entries: &Vec<(u32, f64)>| entries.first() == Some(&(dof, 1.0));
+        match &self.expansion {
+            Some(expansion) => expansion.iter().position(is_this).unwrap_or(dof as usize),
+            None => dof as usize,
         }
     }
 }

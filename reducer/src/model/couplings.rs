@@ -319,6 +319,9 @@ pub struct Solid {
 impl Solid {
     /// The component as a solid, if it is one; differences between directions of the size of rounding don't count.
     pub fn of(component: &Component) -> Option<Self> {
+        if component.dofs.internal_count() > 0 {
+            return None;
+        }
         let d = component.dimension().coordinate_count();
         let mut nodes = Vec::with_capacity(component.dofs.len() / d);
         for node in 0..component.mesh.node_count() as u32 {
@@ -345,7 +348,7 @@ impl Solid {
 
 /// Whether a node's rows of M have the same entries in the same order, each in its own direction.
 fn has_equal_directions(component: &Component, rows: &[u32]) -> bool {
-    let dofs = component.dofs.dofs();
+    let dofs = &component.dofs;
     let entries = |c: usize| {
         let row = rows[c] as usize;
         component
@@ -353,7 +356,7 @@ fn has_equal_directions(component: &Component, rows: &[u32]) -> bool {
             .row_idx_of_col(row)
             .zip(component.mass.val_of_col(row))
             .filter(|(_, value)| **value != 0.0)
-            .map(|(column, value)| (dofs[column], *value))
+            .filter_map(|(column, value)| Some((dofs.dof(column)?, *value)))
     };
     let size = entries(0).map(|(_, value)| value.abs()).fold(0.0, f64::max);
     (0..rows.len()).all(|c| {

@@ -318,7 +318,7 @@ fn interface_length(component: &Component, nodes: &[u32], reference: [f64; 3]) -
 /// part's place or size.
 pub fn nodes_with_dofs(component: &Component) -> Vec<u32> {
     let mut used = vec![false; component.mesh.node_count()];
-    for dof in component.dofs.dofs() {
+    for (_, dof) in component.dofs.nodal() {
         used[dof.node as usize] = true;
     }
     (0..used.len() as u32)

@@ -294,11 +294,12 @@ impl Localization {
         }
         for entries in rows {
             let entries = merge_entries(entries);
-            let nodes: Vec<u32> = entries
+            let (nodes, weights): (Vec<u32>, Vec<f64>) = entries
                 .iter()
-                .map(|(dof, _)| component.dofs.dofs()[*dof as usize].node)
-                .collect();
-            let weights: Vec<f64> = entries.iter().map(|(_, value)| value.abs()).collect();
+                .filter_map(|(row, value)| {
+                    Some((component.dofs.dof(*row as usize)?.node, value.abs()))
+                })
+                .unzip();
             self.rows.push(Row {
                 interface: self.interfaces.len(),
                 direction: None,

@@ -6,6 +6,7 @@ pub mod condensation;
 pub(crate) mod couplings;
 pub mod frame;
 pub mod localization;
+pub(crate) mod mass_sign;
 pub mod piece_motions;
 pub mod plausibility;
 pub mod rigid_body;

@@ -13,14 +13,17 @@ use crate::error::{BodyRefusal, Error, PieceSize};
 use crate::model::condensation::Model;
 use crate::model::frame::offset;
 use crate::model::rigid_body::{RigidBodyModes, columns};
+use crate::model::rigid_frame::PointMotion;
 
 /// Motions of a piece with less than this part of the mass of its others don't exist: those of single points and of points on a line.
 const DEPENDENT_MOTION: f64 = 1e-10;
 
 /// Pieces that no stiffness connects.
 pub struct Pieces {
-    /// Points of each, the largest piece first.
+    /// Points of each, the largest piece first; nodes and frames come before the points of internal rows.
     points: Vec<Vec<u32>>,
+    /// The first point of an internal row.
+    first_internal: u32,
     /// Rigid motions of each; `None` of one piece, or if masses connect them.
     pub(crate) motions: Option<PieceMotions>,
 }
@@ -30,7 +33,11 @@ impl Pieces {
     pub fn of(model: &Model, rigid: &RigidBodyModes) -> Self {
         let points = connected_points(model);
         let motions = PieceMotions::of(model, &points, rigid);
-        Self { points, motions }
+        Self {
+            points,
+            first_internal: first_internal_point(model),
+            motions,
+        }
     }
 
     /// # Errors
@@ -40,7 +47,7 @@ impl Pieces {
             return Ok(());
         }
         let pieces = self.points.iter().map(|piece| PieceSize {
-            nodes: piece.len(),
+            nodes: piece.partition_point(|point| *point < self.first_internal),
             first_node: piece.first().copied().unwrap_or(0),
         });
         Err(BodyRefusal::InPieces {
@@ -49,7 +56,14 @@ impl Pieces {
     }
 }
 
-/// Sets of model points that the stiffness matrix connects, largest first.
+/// The first point that is an internal row's; those before it are nodes and frames.
+fn first_internal_point(model: &Model) -> u32 {
+    let internal = model.dofs.iter().filter(|dof| dof.motion.is_none());
+    internal.map(|dof| dof.point).min().unwrap_or(u32::MAX)
+}
+
+/// Sets of model points that the stiffness matrix connects, largest first. An internal row, which has no place of its own, goes with what
+/// stiffness or mass connect it to, and is no piece by itself.
 fn connected_points(model: &Model) -> Vec<Vec<u32>> {
     let points = model.points();
     let count = points
@@ -65,18 +79,23 @@ fn connected_points(model: &Model) -> Vec<Vec<u32>> {
         }
         i
     }
-    for column in 0..model.len() {
-        let rows = model
-            .stiffness
+    let mut join = |matrix: &SparseMatrix, column: usize| {
+        let rows = matrix
             .row_idx_of_col_raw(column)
             .iter()
-            .zip(model.stiffness.val_of_col(column));
+            .zip(matrix.val_of_col(column));
         for (row, _) in rows.filter(|(_, value)| **value != 0.0) {
             let (a, b) = (
                 root(&mut parent, points[*row as usize]),
                 root(&mut parent, points[column]),
             );
             parent[a.max(b) as usize] = a.min(b);
+        }
+    };
+    for column in 0..model.len() {
+        join(&model.stiffness, column);
+        if model.is_internal(column) {
+            join(&model.mass, column);
         }
     }
     let mut by_root: std::collections::BTreeMap<u32, Vec<u32>> = Default::default();
@@ -89,6 +108,8 @@ fn connected_points(model: &Model) -> Vec<Vec<u32>> {
             .or_default()
             .push(point);
     }
+    let first_internal = first_internal_point(model);
+    by_root.retain(|first, _| *first < first_internal);
     let mut pieces: Vec<Vec<u32>> = by_root.into_values().collect();
     pieces.sort_by_key(|piece| std::cmp::Reverse(piece.len()));
     pieces
@@ -263,8 +284,11 @@ fn about_own_middles(
     };
     let (mut middles, mut counts) = (vec![[0.0; 3]; pieces], vec![0.0; pieces]);
     for (dof, piece) in model.dofs.iter().zip(piece_of) {
+        let Some(motion) = dof.motion else {
+            continue;
+        };
         counts[*piece] += 1.0;
-        for (sum, x) in middles[*piece].iter_mut().zip(dof.position) {
+        for (sum, x) in middles[*piece].iter_mut().zip(motion.position) {
             *sum += x;
         }
     }
@@ -272,7 +296,12 @@ fn about_own_middles(
         middle.iter_mut().for_each(|sum| *sum /= count);
     }
     let arms = model.dofs.iter().zip(piece_of);
-    let arms = arms.map(|(dof, piece)| (dof.direction, offset(dof.position, middles[*piece])));
+    let arms = arms.map(|(dof, piece)| {
+        dof.motion.map(|motion| PointMotion {
+            position: offset(motion.position, middles[*piece]),
+            ..motion
+        })
+    });
     columns(dimension, arms, [0.0; 3], model.len())
 }
 

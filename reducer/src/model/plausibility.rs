@@ -99,7 +99,7 @@ fn material_speeds(component: &Component, properties: &MassProperties) -> Option
     let longest = sides.iter().copied().fold(0.0, f64::max);
     let axes = component.dimension().coordinate_count();
     let mut fields = Mat::zeros(component.dofs.len(), 2 * axes);
-    for (row, dof) in component.dofs.dofs().iter().enumerate() {
+    for (row, dof) in component.dofs.nodal() {
         if !dof.direction.is_rotation() {
             let axis = dof.direction.axis();
             fields[(row, axis)] = 1.0;

@@ -5,7 +5,7 @@
 
 use dcb_formats::SparseMatrix;
 use dcb_formats::component::Component;
-use dcb_formats::mesh::{Dimension, Direction};
+use dcb_formats::mesh::Dimension;
 use dcb_sparse::block_algebra::{absolute_product, combination, gram, symmetric_product};
 use faer::concat;
 use faer::{Mat, MatRef};
@@ -13,6 +13,7 @@ use faer::{Mat, MatRef};
 use crate::error::{Error, MatrixRefusal};
 use crate::model::condensation::Model;
 use crate::model::frame::{nodes_with_dofs, offset, part_size, rigid_motion};
+use crate::model::rigid_frame::PointMotion;
 
 /// Mass, centre of mass and inertia about it, from the mass matrix alone.
 #[derive(Clone, Debug, PartialEq)]
@@ -27,31 +28,35 @@ pub struct MassProperties {
     pub defect: f64,
 }
 
-/// Rigid-body columns over some list of dofs.
+/// Rigid-body columns over some list of dofs; internal rows (`None`) stay at rest.
 pub(crate) fn columns(
     dimension: Dimension,
-    dofs: impl Iterator<Item = (Direction, [f64; 3])>,
+    dofs: impl Iterator<Item = Option<PointMotion>>,
     reference: [f64; 3],
     count: usize,
 ) -> Mat<f64> {
     let directions = dimension.frame_directions();
     let mut columns = Mat::zeros(count, directions.len());
-    for (row, (nodal, position)) in dofs.enumerate() {
-        let arm = offset(position, reference);
+    for (row, motion) in dofs.enumerate() {
+        let Some(motion) = motion else {
+            continue;
+        };
+        let arm = offset(motion.position, reference);
         for (column, direction) in directions.iter().enumerate() {
-            columns[(row, column)] = rigid_motion(*direction, arm)[nodal.index()];
+            columns[(row, column)] = rigid_motion(*direction, arm)[motion.direction.index()];
         }
     }
     columns
 }
 
-/// The rigid columns X = [T, X_r] over the component's dofs about a reference point, (n_e, 3 or 6).
+/// The rigid columns X = [T, X_r] over the component's dofs about a reference point, (n_e, 3 or 6); zero in internal rows.
 pub fn component_columns(component: &Component, reference: [f64; 3]) -> Mat<f64> {
-    let dofs = component
-        .dofs
-        .dofs()
-        .iter()
-        .map(|dof| (dof.direction, component.mesh.position(dof.node)));
+    let dofs = component.dofs.rows().iter().map(|row| {
+        row.dof().map(|dof| PointMotion {
+            direction: dof.direction,
+            position: component.mesh.position(dof.node),
+        })
+    });
     columns(component.dimension(), dofs, reference, component.dofs.len())
 }
 
@@ -161,7 +166,7 @@ impl RigidBodyModes {
         properties: &MassProperties,
     ) -> Result<Self, Error> {
         let length = part_size(component);
-        let dofs = model.dofs.iter().map(|dof| (dof.direction, dof.position));
+        let dofs = model.dofs.iter().map(|dof| dof.motion);
         let mut geometric = columns(component.dimension(), dofs, properties.centre, model.len());
         for (column, direction) in component.dimension().frame_directions().iter().enumerate() {
             if direction.is_rotation() {
@@ -175,11 +180,10 @@ impl RigidBodyModes {
         let shapes =
             orthonormalized(&model.mass, geometric.as_ref()).ok_or(MatrixRefusal::NoInertia)?;
         let mass_shapes = symmetric_product(&model.mass, shapes.as_ref());
-        let bounds = Mat::from_fn(model.len(), 1, |row, _| {
-            match model.dofs[row].direction.is_rotation() {
-                true => 1.0 / length,
-                false => 1.0,
-            }
+        let bounds = Mat::from_fn(model.len(), 1, |row, _| match model.dofs[row].motion {
+            Some(motion) if motion.direction.is_rotation() => 1.0 / length,
+            Some(_) => 1.0,
+            None => 0.0,
         });
         let stiffness_precision =
             entry_precision(&model.stiffness, geometric.as_ref(), bounds.as_ref());
@@ -235,17 +239,7 @@ impl RigidBodyModes {
     /// `max|K r| / (max row sum of |K| · max|r|)` for each rigid column, rotational rows and columns scaled by the part's
     /// size so that the ratio has no unit.
     pub fn stiffness_defects(&self, model: &Model) -> StiffnessDefects {
-        let scale: Vec<f64> = model
-            .dofs
-            .iter()
-            .map(|dof| {
-                if dof.direction.is_rotation() {
-                    1.0 / self.length
-                } else {
-                    1.0
-                }
-            })
-            .collect();
+        let scale = model.unit_amounts(self.length);
         let row_sum = largest_scaled_row_sum(&model.stiffness, &scale);
         let products = symmetric_product(&model.stiffness, self.geometric.as_ref());
         let forces = Mat::from_fn(products.nrows(), products.ncols(), |i, j| {

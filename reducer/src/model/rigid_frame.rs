@@ -6,15 +6,42 @@ use dcb_formats::mesh::Direction;
 use crate::error::InterfaceRefusal;
 use crate::model::frame::{FitDofs, FrameFit, cannot_carry, frame_directions, weighted_centroid};
 
-/// A dof of the model: a direction of a node or of a rigid interface's frame.
+/// A dof of the model.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ModelDof {
-    /// Node id, or node count + index among the rigid frames.
+    /// Point that it belongs to, for orderings and graphs: node id, node count + index among the rigid frames, or for internal rows a
+    /// point of their own after these.
     pub point: u32,
+    /// The motion that it is an amplitude of; `None` for an internal row of the component.
+    pub motion: Option<PointMotion>,
+}
+
+/// A direction of a node or of a rigid interface's frame, and where that is.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct PointMotion {
     /// Direction.
     pub direction: Direction,
     /// Position, component coordinates.
     pub position: [f64; 3],
+}
+
+impl ModelDof {
+    /// Of a node or of a frame.
+    pub(super) fn of_point(point: u32, direction: Direction, position: [f64; 3]) -> Self {
+        Self {
+            point,
+            motion: Some(PointMotion {
+                direction,
+                position,
+            }),
+        }
+    }
+
+    /// Whether it is a rotation.
+    pub fn is_rotation(&self) -> bool {
+        self.motion
+            .is_some_and(|motion| motion.direction.is_rotation())
+    }
 }
 
 /// The frame that stands for a rigid interface's nodes.
@@ -84,11 +111,7 @@ impl RigidFrame {
         let mut frame_dofs = Vec::new();
         for direction in fit.independent_directions() {
             frame_dofs.push((direction, dofs.len() as u32));
-            dofs.push(ModelDof {
-                point,
-                direction,
-                position,
-            });
+            dofs.push(ModelDof::of_point(point, direction, position));
         }
         let from_nodes = frame_dofs
             .iter()

@@ -18,6 +18,7 @@ use rayon::prelude::*;
 use crate::model::condensation::Model;
 use crate::model::piece_motions::Pieces;
 use crate::model::rigid_body::RigidBodyModes;
+use crate::model::rigid_frame::PointMotion;
 
 /// Shift σ of the factorized K + σ M as a fraction of the estimated first elastic eigenvalue: small enough that the
 /// first modes dominate, large enough that K + σ M is far from singular.
@@ -145,7 +146,8 @@ impl EnergyBound {
     }
 }
 
-/// All displacement fields with one quadratic or linear monomial in one component, with half their curl as rotations.
+/// All displacement fields with one quadratic or linear monomial in one component, with half their curl as rotations; internal rows are at
+/// rest.
 fn quadratic_fields(
     model: &Model,
     dimension: Dimension,
@@ -161,15 +163,22 @@ fn quadratic_fields(
     }
     let mut fields = Mat::zeros(model.len(), d * monomials.len());
     for (row, dof) in model.dofs.iter().enumerate() {
-        let xi: [f64; 3] = std::array::from_fn(|axis| (dof.position[axis] - centre[axis]) / length);
+        let Some(PointMotion {
+            direction,
+            position,
+        }) = dof.motion
+        else {
+            continue;
+        };
+        let xi: [f64; 3] = std::array::from_fn(|axis| (position[axis] - centre[axis]) / length);
         for component in 0..d {
             for (m, monomial) in monomials.iter().enumerate() {
-                fields[(row, component * monomials.len() + m)] = match dof.direction.is_rotation() {
-                    false if dof.direction.axis() == component => {
+                fields[(row, component * monomials.len() + m)] = match direction.is_rotation() {
+                    false if direction.axis() == component => {
                         monomial.iter().map(|a| xi[*a]).product()
                     }
                     false => 0.0,
-                    true => half_curl(monomial, component, dof.direction.axis(), &xi) / length,
+                    true => half_curl(monomial, component, direction.axis(), &xi) / length,
                 };
             }
         }

@@ -7,7 +7,7 @@
 use dcb_dense::{symmetric_eigen, symmetrized};
 use dcb_formats::SparseMatrix;
 use dcb_sparse::block_algebra::{
-    column_norms, gram, symmetric_product, symmetric_product_into, turn,
+    column_norms, combination, gram, symmetric_product, symmetric_product_into, turn,
 };
 use dcb_sparse::column_products::BLOCK;
 use dcb_sparse::factorization::PositiveFactor;
@@ -36,6 +36,9 @@ const ZERO_OVER_PRECISION: f64 = 3.0;
 const ZERO_BESIDE_SHIFT: f64 = 1e-8;
 /// The eigenvalue count is made this far below the first eigenvalue left out, relatively, or in the middle of a narrower gap.
 const CERTIFICATE_ROOM: f64 = 1e-2;
+/// A direction with this part of the M-norm² of sharpened vectors, which are nearly orthogonal, is none of its own: a motion without mass
+/// that rounding took for a mode, and sharpening turned into low ones.
+const DEPENDENT: f64 = 1e-6;
 /// Wanted accuracy of a Ritz vector under S before it is polished.
 const RITZ_TOLERANCE: f64 = 1e-8;
 
@@ -199,7 +202,7 @@ impl FreeModes {
             x = concat![[loose, x]];
             eigenvalues.splice(0..0, vec![0.0; loose.ncols()]);
         }
-        let kept = loose.ncols() + kept;
+        let kept = (loose.ncols() + kept).min(eigenvalues.len());
         let bounds = AbsoluteForces::of(&model.stiffness, x.as_ref().subcols(0, kept));
         let absolute = &bounds.energies;
         let precision = rigid.stiffness_precision;
@@ -220,7 +223,9 @@ impl FreeModes {
         x.truncate(model.len(), kept);
         let mut shapes = x;
         for (first, count) in clusters(&eigenvalues) {
-            canonical_basis(shapes.as_mut().subcols_mut(first, count));
+            canonical_basis(shapes.as_mut().subcols_mut(first, count), |dof| {
+                model.is_internal(dof)
+            });
         }
         rigid.project_out(&mut shapes);
         let mass_shapes = symmetric_product(&model.mass, shapes.as_ref());
@@ -309,7 +314,7 @@ pub(crate) fn motions_without_energy(eigenvalues: &[f64], shift: f64) -> usize {
         .count()
 }
 
-/// Eigenpairs of (XᵀKX, XᵀMX), ascending, M-orthonormal.
+/// Eigenpairs of (XᵀKX, XᵀMX), ascending, M-orthonormal: as many as X has independent columns.
 fn rayleigh_ritz(model: &Model, x: Mat<f64>) -> Result<(Vec<f64>, Mat<f64>), Error> {
     if x.ncols() == 0 {
         return Ok((Vec::new(), x));
@@ -331,14 +336,17 @@ fn rayleigh_ritz(model: &Model, x: Mat<f64>) -> Result<(Vec<f64>, Mat<f64>), Err
             mass[(i, j)] / (sizes[i] * sizes[j])
         });
         let (values, vectors) = symmetric_eigen(scaled.as_ref()).ok_or_else(failed)?;
-        if values.first().is_some_and(|value| *value <= 0.0) {
-            return Err(failed());
-        }
-        let forward = Mat::from_fn(vectors.nrows(), vectors.ncols(), |i, j| {
-            vectors[(i, j)] / (sizes[i] * values[j].sqrt())
+        let dependent = values.iter().filter(|value| **value < DEPENDENT).count();
+        let forward = Mat::from_fn(vectors.nrows(), vectors.ncols() - dependent, |i, j| {
+            vectors[(i, dependent + j)] / (sizes[i] * values[dependent + j].sqrt())
         });
-        turn(x.as_mut(), forward.as_ref());
-        turn(mass_x.as_mut(), forward.as_ref());
+        if dependent == 0 {
+            turn(x.as_mut(), forward.as_ref());
+            turn(mass_x.as_mut(), forward.as_ref());
+        } else {
+            x = combination(x.as_ref(), forward.as_ref());
+            mass_x = combination(mass_x.as_ref(), forward.as_ref());
+        }
     }
     let mut forces = mass_x;
     symmetric_product_into(&model.stiffness, x.as_ref(), forces.as_mut());

@@ -2,7 +2,7 @@
 //!
 //! Inside an eigenspace any rotation is as good as any other. The rule here depends only on the space: the dof that moves
 //! most (the first of those that tie) is given to the first vector alone, then the same among what is left. Every
-//! vector's sign makes its own such dof positive.
+//! vector's sign makes its own such dof positive. Internal rows, whose units are anybody's, don't count unless nothing else moves.
 
 use faer::MatMut;
 use faer::reborrow::Reborrow;
@@ -27,11 +27,12 @@ pub fn clusters(eigenvalues: &[f64]) -> Vec<(usize, usize)> {
     runs
 }
 
-/// Rotates the columns of an orthonormal basis of an eigenspace into the fixed basis, and fixes their signs.
-pub fn canonical_basis(mut x: MatMut<'_, f64>) {
+/// Rotates the columns of an orthonormal basis of an eigenspace into the fixed basis, and fixes their signs; `is_internal` tells the rows
+/// that belong to no node.
+pub fn canonical_basis(mut x: MatMut<'_, f64>, is_internal: impl Fn(usize) -> bool) {
     let count = x.ncols();
     for first in 0..count {
-        let row = leading_row(x.rb(), first);
+        let row = leading_row(x.rb(), first, &is_internal);
         // A Householder reflection of the remaining columns turns this row into (length, 0, …, 0).
         let entries: Vec<f64> = (first..count).map(|j| x[(row, j)]).collect();
         let length = entries.iter().map(|e| e * e).sum::<f64>().sqrt();
@@ -61,11 +62,23 @@ fn reflect(mut x: MatMut<'_, f64>, v: &[f64]) {
 }
 
 /// First row whose length over the columns from `first` on ties with the longest.
-fn leading_row(x: faer::MatRef<'_, f64>, first: usize) -> usize {
+fn leading_row(
+    x: faer::MatRef<'_, f64>,
+    first: usize,
+    is_internal: impl Fn(usize) -> bool,
+) -> usize {
     let mut lengths = vec![0.0; x.nrows()];
     for column in x.subcols(first, x.ncols() - first).col_iter() {
         for (length, value) in lengths.iter_mut().zip(column.iter()) {
             *length += value * value;
+        }
+    }
+    let moves = |(row, length): (usize, &f64)| *length > 0.0 && !is_internal(row);
+    if lengths.iter().enumerate().any(moves) {
+        for (row, length) in lengths.iter_mut().enumerate() {
+            if is_internal(row) {
+                *length = 0.0;
+            }
         }
     }
     let longest = lengths.iter().copied().fold(0.0, f64::max);
@@ -89,7 +102,7 @@ mod tests {
                 0 => angle.cos() * a[(i, 0)] + angle.sin() * b[(i, 0)],
                 _ => flip * (angle.cos() * b[(i, 0)] - angle.sin() * a[(i, 0)]),
             });
-            canonical_basis(x.as_mut());
+            canonical_basis(x.as_mut(), |_| false);
             x
         };
         let reference = basis(0.0, 1.0);

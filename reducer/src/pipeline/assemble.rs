@@ -4,7 +4,7 @@ use dcb_formats::component::Damping;
 use dcb_formats::mesh::Direction;
 use dcb_formats::superelement::{
     BoundaryRow, Derivation, FrameKind, InterfaceDirections, InterfaceFrame, Modes, Provenance,
-    RecoveryBasis, Residual, Superelement,
+    Residual, Superelement,
 };
 
 use crate::model::frame::offset;
@@ -14,10 +14,11 @@ use crate::pipeline::diagnosis::Support;
 use crate::pipeline::effort::Work;
 use crate::pipeline::free_body::FreeBody;
 use crate::pipeline::projection::Projection;
+use crate::pipeline::row_shapes::{RowShapes, WholeReduction};
 use crate::quality::Quality;
 use dcb_superelement::MASS_TOLERANCE;
 
-/// The superelement, its nodal shapes and its report from the results of all stages.
+/// The superelement, its shapes and its report from the results of all stages.
 pub(crate) fn assembled(
     body: FreeBody<'_>,
     basis: Basis,
@@ -25,7 +26,7 @@ pub(crate) fn assembled(
     quality: Quality,
     work: Work,
     warnings: Vec<String>,
-) -> Reduced {
+) -> WholeReduction {
     let component = body.component;
     let (modes, residual) = (basis.modes, basis.residual);
     let (damping, residual_damping) = damping_ratios(
@@ -65,7 +66,7 @@ pub(crate) fn assembled(
         enrichment: projection.enrichment,
         moments: basis.moments,
         loads: projection.loads,
-        derivation: Some(derivation(&quality)),
+        derivation: Some(derivation(&quality, component.dofs.internal_count())),
         provenance: Provenance {
             generator: format!("dcb-reducer {}", env!("CARGO_PKG_VERSION")),
             inputs: component.sources.clone(),
@@ -74,22 +75,23 @@ pub(crate) fn assembled(
             warnings,
         },
     };
-    let recovery = RecoveryBasis {
-        dofs: component.dofs.dofs().to_vec(),
+    let shapes = RowShapes {
         modes: projection.modes.unwrap_or(modes.shapes),
         residual: projection.residual.unwrap_or(residual.shapes),
         enrichment: projection.further,
     };
-    Reduced {
+    let (recovery, rows) = shapes.fields(&component.dofs);
+    let reduced = Reduced {
         superelement,
         recovery,
         quality,
         work,
-    }
+    };
+    WholeReduction::new(reduced, rows)
 }
 
 /// The part of the report that other programs need.
-fn derivation(quality: &Quality) -> Derivation {
+fn derivation(quality: &Quality, internal_rows: usize) -> Derivation {
     let reduction = quality.interface_reduction.as_ref();
     let reduction = reduction.filter(|of| of.leaves_out());
     let further = quality.enrichment.as_ref();
@@ -100,6 +102,7 @@ fn derivation(quality: &Quality) -> Derivation {
             available: of.available,
         }),
         left_out_columns: further.map_or_else(Vec::new, |of| of.left_out.clone()),
+        internal_rows,
         selections: Vec::new(),
     }
 }

@@ -11,6 +11,7 @@ use faer::MatRef;
 
 use crate::error::{BodyRefusal, Error, LISTED, Matrix, MatrixRefusal, Places, Softness};
 use crate::model::condensation::Model;
+use crate::model::mass_sign::{NegativeEigenvalues, diagonal};
 use crate::model::piece_motions::Pieces;
 use crate::model::rigid_body::{RigidBodyModes, StiffnessDefects};
 use crate::model::shift::{AbsoluteForces, SpectrumScale};
@@ -64,28 +65,22 @@ pub enum Support {
 /// # Errors
 /// [`Error::Matrix`] and [`Error::Body`] with the dofs listed.
 pub fn check_rows(component: &Component) -> Result<(), Error> {
-    let name = |row: usize| {
-        let dof = component.dofs.dofs()[row];
-        format!("node {} {}", dof.node, dof.direction.name())
-    };
-    for (matrix, which) in [
-        (&component.stiffness, Matrix::Stiffness),
-        (&component.mass, Matrix::Mass),
-    ] {
-        let negative: Vec<usize> = (0..matrix.ncols())
-            .filter(|row| {
-                matrix
-                    .as_ref()
-                    .get(*row, *row)
-                    .is_some_and(|value| *value < 0.0)
-            })
+    let name = |row: usize| component.dofs.row_name(row);
+    let (stiffness, mass) = (diagonal(&component.stiffness), diagonal(&component.mass));
+    let tolerated = NegativeEigenvalues::of_diagonals(&stiffness, &mass);
+    for (entries, which) in [(&stiffness, Matrix::Stiffness), (&mass, Matrix::Mass)] {
+        let limit = |row: usize| match which {
+            Matrix::Stiffness => 0.0,
+            Matrix::Mass => tolerated.at(stiffness[row]),
+        };
+        let negative: Vec<usize> = (0..entries.len())
+            .filter(|row| entries[*row] < 0.0 && entries[*row] < -limit(*row))
             .collect();
         if let Some(first) = negative.first() {
-            let value = matrix.as_ref().get(*first, *first).copied().unwrap_or(0.0);
             return Err(MatrixRefusal::NegativeDiagonal {
                 matrix: which,
                 count: negative.len(),
-                value,
+                value: entries[*first],
                 place: name(*first),
             }
             .into());
@@ -104,6 +99,16 @@ pub fn check_rows(component: &Component) -> Result<(), Error> {
         return Err(BodyRefusal::NoStiffness {
             count: orphans.len(),
             places: Places::of(orphans.iter().map(|row| name(*row))),
+        }
+        .into());
+    }
+    let multipliers: Vec<usize> = (0..component.dofs.len())
+        .filter(|row| stiffness[*row] == 0.0)
+        .collect();
+    if !multipliers.is_empty() {
+        return Err(MatrixRefusal::Multipliers {
+            count: multipliers.len(),
+            places: Places::of(multipliers.iter().map(|row| name(*row))),
         }
         .into());
     }
@@ -167,7 +172,9 @@ impl Resistance {
             .into_iter()
             .fold(0.0, |largest, energy| f64::max(largest, energy.abs()));
         let resisting = resisting_dofs(&spectrum.defects);
-        let distinct = |mut points: Vec<u32>| {
+        let distinct = |dofs: &mut dyn Iterator<Item = usize>| {
+            let of_nodes = dofs.filter(|dof| !model.is_internal(*dof));
+            let mut points: Vec<u32> = of_nodes.map(|dof| model.dofs[dof].point).collect();
             points.sort_unstable();
             points.dedup();
             points.len()
@@ -181,8 +188,8 @@ impl Resistance {
             },
             places: Places::of(worst.map(|dof| model.dof_name(*dof))),
             dofs: resisting.len(),
-            points: distinct(resisting.iter().map(|dof| model.dofs[*dof].point).collect()),
-            all_points: distinct(model.points()),
+            points: distinct(&mut resisting.iter().copied()),
+            all_points: distinct(&mut (0..model.len())),
         }
     }
 
@@ -343,6 +350,9 @@ pub fn indefinite(model: &Model, scale: &SpectrumScale, factor: &mut SymmetricFa
         shift,
         pivots: inertia.negative.max(1),
         places: Places::of(places.map(|dof| model.dof_name(*dof))),
+        internal_rows: (0..model.len())
+            .filter(|dof| model.is_internal(*dof))
+            .count(),
     }
     .into()
 }

@@ -8,6 +8,7 @@ use crate::attachments::residual::ResidualFlexibility;
 use crate::error::{BodyRefusal, Error};
 use crate::model::condensation::Model;
 use crate::model::localization::Localization;
+use crate::model::mass_sign::refuse_indefinite_mass;
 use crate::model::piece_motions::Pieces;
 use crate::model::rigid_body::{MassProperties, RigidBodyModes, StiffnessDefects};
 use crate::model::shift::SpectrumScale;
@@ -87,13 +88,14 @@ impl<'a> FreeBody<'a> {
     /// Finds out how it is supported; returns what to say of a stiffness that is hardly one of a free body.
     ///
     /// # Errors
-    /// A support and loose pieces where they are refused; a mesh that doesn't belong to the matrices.
+    /// An indefinite mass; a support and loose pieces where they are refused; a mesh that doesn't belong to the matrices.
     pub fn settle(
         &mut self,
         spectrum: &Spectrum,
         factor: &mut SymmetricFactor,
         options: &Reduction,
     ) -> Result<Option<String>, Error> {
+        refuse_indefinite_mass(self.component, &self.model, factor)?;
         let (support, warning) = support(self, spectrum, factor, options.grounding)?;
         self.stand(support);
         match options.loose_pieces {

@@ -8,6 +8,7 @@ pub(crate) mod free_body;
 pub(crate) mod memory_plan;
 pub(crate) mod projection;
 pub mod reduction;
+pub mod row_shapes;
 pub(crate) mod warnings;
 
 use dcb_formats::component::Component;
@@ -25,7 +26,8 @@ use crate::pipeline::free_body::FreeBody;
 use crate::pipeline::memory_plan::MemoryPlan;
 use crate::pipeline::projection::Projection;
 use crate::pipeline::reduction::Reduction;
-use crate::pipeline::warnings::Warnings;
+use crate::pipeline::row_shapes::WholeReduction;
+use crate::pipeline::warnings::{Warnings, fewer_modes};
 use crate::quality::Quality;
 use crate::resources::forecast::Forecast;
 use dcb_sparse::factorization::SymmetricFactor;
@@ -35,7 +37,7 @@ use dcb_sparse::factorization::SymmetricFactor;
 pub struct Reduced {
     /// For the dynamics.
     pub superelement: Superelement,
-    /// Nodal shapes over all n_e dofs.
+    /// Nodal shapes over the n_f dofs of the nodes: all n_e rows of the matrices but the internal ones.
     pub recovery: RecoveryBasis,
     /// How good it is.
     pub quality: Quality,
@@ -65,6 +67,18 @@ pub fn reduce(
     options: &Reduction,
     observer: &mut dyn Observer,
 ) -> Result<Reduced, Error> {
+    Ok(reduce_whole(component, options, observer)?.reduced)
+}
+
+/// The same, with the shapes over all rows of the matrices, internal ones too: for comparisons with K and M.
+///
+/// # Errors
+/// As [`reduce`].
+pub fn reduce_whole(
+    component: &Component,
+    options: &Reduction,
+    observer: &mut dyn Observer,
+) -> Result<WholeReduction, Error> {
     let mut warnings = Warnings::default();
     // K and M without what rigid interfaces take away, L_b, and the rigid motions from geometry.
     observer.begin(Stage::Model);
@@ -83,6 +97,7 @@ pub fn reduce(
     let mut basis = search.certified(&mut factor, observer)?;
     let work = Work::of(&body.model, &factor, &basis.modes, &basis.residual);
     warnings.precision = factor.warning().map(str::to_owned);
+    warnings.modes = fewer_modes(&body, options.modes, &basis.modes);
     let missing_estimate = basis.missing_moments.take();
     drop(factor);
     let basis = basis.keeping(options.interface_modes, &body)?;

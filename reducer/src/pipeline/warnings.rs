@@ -2,6 +2,7 @@
 
 use crate::inertia::invariants::nodes_with_missing_translations;
 use crate::inertia::stiffening::unused_rows;
+use crate::mode_selection::ModeSelection;
 use crate::model::cell_coupling::cell_warning;
 use crate::model::plausibility::unit_warnings;
 use crate::modes::free_modes::FreeModes;
@@ -21,6 +22,8 @@ pub(crate) struct Warnings {
     pub memory: Option<String>,
     /// The factor isn't as accurate as it was to be.
     pub precision: Option<String>,
+    /// There are fewer modes than were asked for.
+    pub modes: Option<String>,
 }
 
 impl Warnings {
@@ -28,7 +31,13 @@ impl Warnings {
     pub fn with(self, body: &FreeBody<'_>, modes: &FreeModes, quality: &Quality) -> Vec<String> {
         let estimate = quality.missing_estimate.as_ref();
         let estimate = estimate.map(|why| format!("no error estimate: {why}"));
-        let steps = [self.stiffness, self.memory, self.precision, estimate];
+        let steps = [
+            self.stiffness,
+            self.memory,
+            self.precision,
+            self.modes,
+            estimate,
+        ];
         let mut warnings: Vec<String> = steps.into_iter().flatten().collect();
         if body.support == Support::Grounded {
             warnings.push("the part is held, so its modes are not free-free and the frame is not on mean axes (frame kind `given`)".into());
@@ -39,6 +48,24 @@ impl Warnings {
         warnings.extend(body.component.notes.iter().cloned());
         warnings.extend(unused_rows(body.component, &body.localization));
         warnings
+    }
+}
+
+/// Told where the mass matrix has too low a rank for as many modes as are asked for.
+pub(crate) fn fewer_modes(
+    body: &FreeBody<'_>,
+    asked: ModeSelection,
+    modes: &FreeModes,
+) -> Option<String> {
+    let (found, rows) = (modes.count(), body.model.len());
+    let rank = found + body.rigid.count();
+    match asked {
+        ModeSelection::Lowest(count) if count > found && !modes.first_omitted.is_finite() => {
+            (rank < rows).then(|| format!(
+                "{count} modes were asked for, and there are {found}: the mass matrix has rank {rank} of {rows}, so no other motion has a finite frequency. What has flexibility and no mass stays in the residual flexibility"
+            ))
+        }
+        _ => None,
     }
 }
 
@@ -68,6 +95,12 @@ fn of_body(body: &FreeBody<'_>, modes: &FreeModes) -> Vec<String> {
     }
     if component.dofs.has_rotations() && component.component_masses.is_none() {
         warnings.push("nodes have rotations: L3 (and I2) from the mass matrix alone are approximate; give the component masses (part.mass.xx.mtx …) for exact ones".into());
+    }
+    if component.dofs.internal_count() > 0 && component.component_masses.is_none() {
+        warnings.push(format!(
+            "{} rows are internal: L3 (and I2) from the mass matrix alone take the motion inside elements from the nodes, approximately; give the component masses (part.mass.xx.mtx …) for exact ones",
+            component.dofs.internal_count()
+        ));
     }
     let incomplete = nodes_with_missing_translations(component);
     if incomplete > 0 {

@@ -16,6 +16,7 @@ use super::findings::{AGREEMENT, Findings, SHAPE_AGREEMENT};
 use super::interfaces::reported_reduction;
 use super::layout::{check_mass_properties, has_same_layout};
 use super::moments::check_moments;
+use super::stored_shapes::check_stored_shapes;
 use crate::error::Error;
 use crate::model::condensation::Model;
 use crate::model::localization::Localization;
@@ -35,6 +36,7 @@ pub fn check(
     findings: &mut Findings,
 ) -> Result<(), Error> {
     check_sources(element, component, findings);
+    check_internal_rows(element, component, findings);
     if is_selection(element) && element.dimension != component.dimension() {
         findings.note("it is what moves in a plane of a spatial superelement: it isn't compared with the component");
         return Ok(());
@@ -83,13 +85,17 @@ pub fn check(
             return check_fields(element, basis, body, findings);
         }
         Some(basis) => findings.note(&format!(
-            "nodal fields are stored for {} dofs of {}: the component was reduced anew",
+            "nodal fields are stored for {} rows of {}{}: the component was reduced anew",
             basis.dofs.len(),
-            component.dofs.len()
+            component.dofs.len(),
+            match component.dofs.internal_count() {
+                0 => String::new(),
+                internal => format!(", of which {internal} are internal"),
+            }
         )),
         None => findings.note("no nodal fields are stored: the component was reduced anew"),
     }
-    check_by_reduction(element, component, findings)
+    check_by_reduction(element, recovery, component, findings)
 }
 
 fn check_sources(element: &Superelement, component: &Component, findings: &mut Findings) {
@@ -113,6 +119,20 @@ fn check_sources(element: &Superelement, component: &Component, findings: &mut F
     }
 }
 
+/// As many rows belong to no node as the file says, where it says so.
+fn check_internal_rows(element: &Superelement, component: &Component, findings: &mut Findings) {
+    let found = component.dofs.internal_count();
+    if let Some(derivation) = &element.derivation
+        && (found, derivation.internal_rows) != (0, 0)
+    {
+        findings.require(
+            "/derivation/internal_rows",
+            derivation.internal_rows == found,
+            &format!("{}, the component has {found}", derivation.internal_rows),
+        );
+    }
+}
+
 /// The reduction that gives as many modes and columns.
 fn same_reduction(element: &Superelement) -> Reduction {
     let is_loose = element.modes.eigenvalues.first() == Some(&0.0);
@@ -128,11 +148,13 @@ fn same_reduction(element: &Superelement) -> Reduction {
 /// The component reduced again with the same number of modes.
 fn check_by_reduction(
     element: &Superelement,
+    recovery: Option<&RecoveryBasis>,
     component: &Component,
     findings: &mut Findings,
 ) -> Result<(), Error> {
     let options = same_reduction(element);
-    let again = reduce(component, &options, &mut ())?.superelement;
+    let reduced = reduce(component, &options, &mut ())?;
+    let again = &reduced.superelement;
     let same = again.mode_count() == element.mode_count() && again.rows.len() == element.rows.len();
     findings.require(
         "number of modes and rows",
@@ -160,12 +182,12 @@ fn check_by_reduction(
     if let (Some(stored), Some(computed), None) =
         (&element.moments, &again.moments, &element.enrichment)
     {
-        check_moments(stored, computed, true, findings);
+        check_moments(element, stored, computed, true, findings);
     }
     // The sum over modes is the same whatever the signs, and the axes of a multiple root.
     let seen =
         |of: &Superelement| &of.modes.interface_shapes * of.modes.interface_shapes.transpose();
-    let (stored, computed) = (seen(element), seen(&again));
+    let (stored, computed) = (seen(element), seen(again));
     let scaled = Mat::from_fn(stored.nrows(), stored.ncols(), |i, j| {
         let unit = (computed[(i, i)] * computed[(j, j)])
             .sqrt()
@@ -178,6 +200,9 @@ fn check_by_reduction(
         SHAPE_AGREEMENT,
     );
     check_residual(&element.residual, &again.residual, findings);
+    if let Some(basis) = recovery {
+        check_stored_shapes(basis, &reduced, findings);
+    }
     Ok(())
 }
 

@@ -33,7 +33,7 @@ pub(crate) fn check_fields(
     mut body: FreeBody<'_>,
     findings: &mut Findings,
 ) -> Result<(), Error> {
-    let same_dofs = basis.dofs == body.component.dofs.dofs();
+    let same_dofs = basis.dofs == body.component.dofs.nodal_dofs();
     findings.require(
         "dofs of the fields are those of the component",
         same_dofs,
@@ -213,6 +213,7 @@ impl Stored<'_> {
         if let (Some(stored), Some(computed)) = (&element.moments, moments) {
             let certified = sturm.counted == sturm.found;
             check_moments(
+                element,
                 stored,
                 &computed.certified(modes, sturm),
                 certified,

@@ -9,6 +9,7 @@ mod further;
 mod interfaces;
 mod layout;
 mod moments;
+mod stored_shapes;
 
 pub use alone::check_alone;
 pub use component::check as check_component;

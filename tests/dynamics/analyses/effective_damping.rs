@@ -69,7 +69,7 @@ fn of_cantilever(part: &Part, c: impl Fn(&Mat<f64>, &Mat<f64>) -> Mat<f64>) -> [
     );
     let damping = c(&mass, &stiffness);
     let held = part.component.interfaces[0].nodes[0];
-    let dofs = part.component.dofs.dofs();
+    let dofs = part.component.dofs.nodal_dofs();
     let free: Vec<usize> = (0..dofs.len()).filter(|i| dofs[*i].node != held).collect();
     [mass, damping, stiffness]
         .map(|matrix| Mat::from_fn(free.len(), free.len(), |i, j| matrix[(free[i], free[j])]))

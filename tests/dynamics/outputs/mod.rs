@@ -1,5 +1,6 @@
 //! Outputs: measures, tables, pictures and fields.
 
+mod internal_rows;
 mod measures;
 mod pictures;
 mod vtu;

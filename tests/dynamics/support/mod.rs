@@ -158,7 +158,7 @@ pub fn nodal_energy(
     let origin = Vector3::from(part.body.origin);
     let basis = part.basis();
     let (u, du) = (product(&basis, y), product(&basis, rates));
-    let dofs = component.dofs.dofs();
+    let dofs = component.dofs.nodal_dofs();
     let position = |row: usize| Vector3::from(component.mesh.position(dofs[row].node)) - origin;
     // A nodal vector field's value at the node of a row, all three components.
     let at_node = |field: &[f64], row: usize| {

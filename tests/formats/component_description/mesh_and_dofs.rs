@@ -112,7 +112,7 @@ fn matrix_rows_and_dofs_must_be_as_many() {
     let pyramid = read(&pyramid()).unwrap();
     let path = Path::new("part.json");
     assert_eq!(
-        pyramid.dof_map(15, path).unwrap().dofs()[4],
+        pyramid.dof_map(15, path).unwrap().dof(4).unwrap(),
         Dof {
             node: 1,
             direction: Direction::Uy

@@ -2,6 +2,7 @@
 
 mod documentation;
 mod interfaces;
+mod internal_rows;
 mod mesh_and_dofs;
 mod text;
 

@@ -189,7 +189,7 @@ fn too_few_nodes_for_a_moment_are_refused_unless_they_have_rotations() {
 /// Columns of T: the frame's motions on its nodes, then every other dof, with the dofs they stand for.
 fn constrained(component: &Component, nodes: &[u32], position: [f64; 3]) -> Mat<f64> {
     let motions = rigid_motions(component, position);
-    let dofs = component.dofs.dofs();
+    let dofs = component.dofs.nodal_dofs();
     let free: Vec<usize> = (0..dofs.len())
         .filter(|row| !nodes.contains(&dofs[*row].node))
         .collect();
@@ -233,7 +233,7 @@ fn a_rigid_interface_is_the_constrained_part_exactly() {
             (false, true) => 0.0,
         });
         let free: Vec<usize> = (0..component.dofs.len())
-            .filter(|row| !nodes.contains(&component.dofs.dofs()[*row].node))
+            .filter(|row| !nodes.contains(&component.dofs.dof(*row).unwrap().node))
             .collect();
         let motions = Mat::from_fn(6 + free.len(), 6, |i, j| {
             if i < 6 {
@@ -281,7 +281,7 @@ fn a_rigid_interface_is_the_constrained_part_exactly() {
         for k in 0..5 {
             for (row, dof) in component
                 .dofs
-                .dofs()
+                .nodal_dofs()
                 .iter()
                 .enumerate()
                 .filter(|(_, dof)| nodes.contains(&dof.node))

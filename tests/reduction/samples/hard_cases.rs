@@ -43,7 +43,7 @@ fn orphan_dof_is_an_empty_row_of_both_matrices() {
         assert_eq!(matrix.col_ptr()[last], matrix.col_ptr()[last + 1]);
     }
     assert_eq!(
-        block.dofs.dofs()[last].node as usize,
+        block.dofs.dof(last).unwrap().node as usize,
         block.mesh.node_count() - 1
     );
     assert_eq!(zero_count(&block), 7);

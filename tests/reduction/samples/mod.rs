@@ -64,7 +64,7 @@ pub fn rigid_motions(component: &Component) -> Vec<Vec<f64>> {
         .map(|motion| {
             component
                 .dofs
-                .dofs()
+                .nodal_dofs()
                 .iter()
                 .map(|dof| {
                     if !motion.is_rotation() {
@@ -145,7 +145,7 @@ pub fn exactly_symmetric(matrix: &SparseMatrix) -> bool {
 pub fn held(component: &Component, hold: impl Fn(u32, Direction) -> bool) -> (Mat<f64>, Mat<f64>) {
     let kept: Vec<usize> = (0..component.dofs.len())
         .filter(|&row| {
-            let dof = component.dofs.dofs()[row];
+            let dof = component.dofs.dof(row).unwrap();
             !hold(dof.node, dof.direction)
         })
         .collect();

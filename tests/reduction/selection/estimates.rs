@@ -243,7 +243,7 @@ fn mirrored(part: &Component) -> Mat<f64> {
         (0..count).find(apart).expect("a symmetric mesh")
     };
     let twins: Vec<u32> = (0..count).map(twin).collect();
-    let dofs = part.dofs.dofs();
+    let dofs = part.dofs.nodal_dofs();
     let place = |node: u32, direction| {
         let found = dofs
             .iter()

@@ -36,6 +36,7 @@ pub(super) fn derivation(
             true => file.texts(left_out)?,
             false => Vec::new(),
         },
+        internal_rows: internal_rows(file)?,
         selections: selections(file, interfaces, rows)?,
     }))
 }
@@ -48,6 +49,14 @@ fn interface_directions(file: &SuperelementFile) -> Result<Option<InterfaceDirec
     match *counts(path, &file.integers(path)?)? {
         [kept, available] => Ok(Some(InterfaceDirections { kept, available })),
         _ => Err(Finding::at(path, "doesn't have two entries")),
+    }
+}
+
+fn internal_rows(file: &SuperelementFile) -> Result<usize, Finding> {
+    let path = "/derivation/internal_rows";
+    match file.has(path) {
+        true => Ok(counts(path, &file.integers(path)?)?.into_iter().sum()),
+        false => Ok(0),
     }
 }
 

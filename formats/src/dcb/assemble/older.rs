@@ -39,6 +39,7 @@ pub(super) fn derivation(
                     .map_or_else(|| name.to_string(), str::to_owned)
             })
             .collect(),
+        internal_rows: 0,
         selections,
     })
 }

@@ -58,6 +58,10 @@ impl Writer<'_> {
             self.sink
                 .texts("/derivation/left_out_columns", &derivation.left_out_columns)?;
         }
+        if derivation.internal_rows > 0 {
+            let count = derivation.internal_rows as i64;
+            self.sink.integers("/derivation/internal_rows", &[count])?;
+        }
         match derivation.selections.is_empty() {
             true => Ok(()),
             false => self.selections(of),

@@ -12,7 +12,7 @@ use serde_json::json;
 
 use crate::outcome::Outcome;
 use crate::reduce::error_report::Report;
-use crate::reduce::reduction_report::further_columns;
+use crate::reduce::reduction_report::{further_columns, internal_rows};
 use crate::reduce::study::band;
 use dcb_formats::units::{hertz, hertz_unit, si_factor};
 use dcb_reducer::error::Error;
@@ -242,7 +242,11 @@ fn text(
     let mesh = file.mesh()?.map_or("none".to_owned(), |mesh| {
         format!("{} nodes", mesh.node_count())
     });
-    let _ = writeln!(text, "fields   {fields}; mesh {mesh}");
+    let internal = match internal_rows(element) {
+        0 => String::new(),
+        count => format!("; {count} internal rows, without fields"),
+    };
+    let _ = writeln!(text, "fields   {fields}; mesh {mesh}{internal}");
     if let Some(quality) = &quality {
         text += &quality_lines(quality, &element.units.time);
     }
@@ -317,6 +321,7 @@ fn as_json(
         "interfaces": interfaces,
         "residual_rank": element.residual.sigma_squared.len(),
         "residual_sigma_squared": element.residual.sigma_squared,
+        "internal_rows": internal_rows(element),
         "has_fields": file.recovery()?.is_some(),
         "errors": errors.map(Report::json),
         "quality": element.provenance.quality,

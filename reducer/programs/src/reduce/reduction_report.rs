@@ -22,8 +22,12 @@ pub fn summary(
     let mut text = String::new();
     let _ = writeln!(
         text,
-        "{}: {n_e} dofs reduced to {} modes and {} attachment rows (rank {}){}",
+        "{}: {n_e} dofs{} reduced to {} modes and {} attachment rows (rank {}){}",
         element.name,
+        match internal_rows(element) {
+            0 => String::new(),
+            count => format!(", {count} of them internal rows,"),
+        },
         element.mode_count(),
         element.boundary_row_count(),
         quality.residual_rank,
@@ -36,6 +40,14 @@ pub fn summary(
     text += &stage_lines(stages);
     let _ = writeln!(text, "wrote {}", target.display());
     text
+}
+
+/// Rows of the component that belong to no node.
+pub fn internal_rows(element: &Superelement) -> usize {
+    element
+        .derivation
+        .as_ref()
+        .map_or(0, |derivation| derivation.internal_rows)
 }
 
 /// Times and memory.

@@ -3,6 +3,7 @@
 
 mod commands;
 mod constraints;
+mod internal_rows;
 mod limits;
 mod motion_in_plane;
 mod needed;

@@ -56,7 +56,7 @@ fn assert_permutation(order: &[u32], count: usize) {
 /// A block: stiffness, mass, and the node of each dof.
 fn solid(element: SolidElement) -> (SparseMatrix, SparseMatrix, Vec<u32>) {
     let block = box_block([6, 5, 4], [0.6, 0.5, 0.4], element, &Material::STEEL).into_draft();
-    let nodes = block.dofs.dofs().iter().map(|dof| dof.node).collect();
+    let nodes = block.dofs.nodal_dofs().iter().map(|dof| dof.node).collect();
     (block.stiffness, block.mass, nodes)
 }
 

@@ -93,14 +93,7 @@ impl<'a> AttachmentProblem<'a> {
         rigid: &'a RigidBodyModes,
         modes: &'a FreeModes,
     ) -> Self {
-        let weights: Vec<f64> = model
-            .dofs
-            .iter()
-            .map(|dof| match dof.direction.is_rotation() {
-                true => 1.0 / rigid.length,
-                false => 1.0,
-            })
-            .collect();
+        let weights = model.unit_amounts(rigid.length);
         Self {
             model,
             loads,

@@ -169,7 +169,7 @@ fn rows_of(
         ..Reduction::lowest(run.modes)
     };
     let timed = timed(component, &options, scratch)?;
-    let element = &timed.element;
+    let element = timed.element();
     let parts: Option<Vec<ReducedPart>> = (run.variants.iter())
         .map(|variant| {
             let unit = reference.response.unit;
@@ -180,7 +180,7 @@ fn rows_of(
         what: "a row of the study",
     })?;
     let spin = reference.spin.as_ref();
-    let spin_error = spin.and_then(|spin| spin.beyond(element, &timed.recovery));
+    let spin_error = spin.and_then(|spin| spin.beyond(element, timed.whole.shapes()));
     let modes = vec![element.mode_count(); parts.len()];
     let found = evaluate(reference, &parts, &modes, study.loss_factor, drawn);
     Ok((run.variants.iter().zip(&parts).zip(found))

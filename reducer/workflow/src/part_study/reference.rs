@@ -29,7 +29,9 @@ use dcb_reducer::observer::{Observer, Stage};
 use dcb_reducer::pipeline::diagnosis;
 use dcb_reducer::resources::forecast::Forecast;
 use dcb_reducer::resources::memory_limit::MemoryLimit;
-use dcb_reducer::{EnrichmentSource, ModeSelection, Reduced, Reduction, reduce};
+use dcb_reducer::{
+    EnrichmentSource, ModeSelection, Reduced, Reduction, WholeReduction, reduce_whole,
+};
 use dcb_superelement::held_frequencies::counted_eigenvalues;
 use dcb_superelement::{FrequencyBand, Receptance};
 
@@ -76,7 +78,7 @@ pub struct ComponentReference {
     pub spin: Option<SpinStrain>,
     /// The reduction that it starts from.
     pub element: Superelement,
-    /// Its shapes over all dofs.
+    /// Its shapes at the nodes.
     pub recovery: RecoveryBasis,
 }
 
@@ -98,7 +100,7 @@ impl ComponentReference {
     /// Computes it with at least `modes` modes.
     ///
     /// # Errors
-    /// Those of [`reduce`]; [`Error::Lacking`] without interfaces or elastic modes; [`Error::Shortfall`] if the reference leaves more of
+    /// Those of [`reduce_whole`]; [`Error::Lacking`] without interfaces or elastic modes; [`Error::Shortfall`] if the reference leaves more of
     /// the unreduced equations than it may.
     pub fn compute(
         component: &Component,
@@ -115,37 +117,39 @@ impl ComponentReference {
             ..Reduction::lowest(0)
         };
         let fewest = options(ModeSelection::Lowest(modes));
-        let mut reduced = reduce(component, &fewest, observer)?.accepted()?;
-        let Some(highest) = reduced.superelement.modes.eigenvalues.last().copied() else {
+        let mut whole = reduce_whole(component, &fewest, observer)?.accepted()?;
+        let Some(highest) = whole.reduced.superelement.modes.eigenvalues.last().copied() else {
             return Err(Lacking::ElasticModes.into());
         };
         let (from, to) = match choice {
             BandChoice::HalfOfHighest => (None, 0.25 * highest),
             BandChoice::Between { from, to } => (Some(from), to),
         };
-        if reduced.superelement.modes.first_omitted_eigenvalue < REACH * to {
+        if whole.reduced.superelement.modes.first_omitted_eigenvalue < REACH * to {
             let eigenvalue = WIDER_REACH * to;
             let more = options(ModeSelection::Below { eigenvalue });
-            reduced = reduce(component, &more, observer)?.accepted()?;
+            whole = reduce_whole(component, &more, observer)?.accepted()?;
         }
-        let band = FrequencyBand::new(from, to, points, &reduced.superelement.modes.eigenvalues);
-        Self::from_reduced(component, reduced, band, memory, observer)
+        let eigenvalues = &whole.reduced.superelement.modes.eigenvalues;
+        let band = FrequencyBand::new(from, to, points, eigenvalues);
+        Self::from_reduced(component, whole, band, memory, observer)
     }
 
     fn from_reduced(
         component: &Component,
-        reduced: Reduced,
+        whole: WholeReduction,
         band: FrequencyBand,
         memory: &MemoryLimit,
         observer: &mut dyn Observer,
     ) -> Result<Self, Error> {
-        let element = reduced.superelement;
+        let element = &whole.reduced.superelement;
+        let stored = whole.shapes();
         let properties = MassProperties::of(component)?;
         let model = Model::of(component)?;
         let localization = Localization::of(component, &model)?;
         let rigid = RigidBodyModes::of(component, &model, &properties)?;
         let eigenvalues = &element.modes.eigenvalues;
-        let flexibility = static_flexibility(&element);
+        let flexibility = static_flexibility(element);
         let rows = InterfaceRows::of(
             &localization,
             flexibility.as_ref(),
@@ -155,13 +159,13 @@ impl ComponentReference {
         if rows.is_empty() {
             return Err(Lacking::Forces.into());
         }
-        let problem = Unreduced::of(&model, &rigid, eigenvalues, &reduced.recovery);
+        let problem = Unreduced::of(&model, &rigid, eigenvalues, stored.modes);
         let scaled = |columns: &Mat<f64>| {
             Mat::from_fn(model.len(), rows.len(), |i, j| {
                 columns[(i, rows.places[j])] * rows.scale[j]
             })
         };
-        let first = scaled(&model.contract(reduced.recovery.residual.as_ref()));
+        let first = scaled(&model.contract(stored.residual));
         let forces = scaled(&localization.attachment_columns(model.len(), 0..localization.len()));
         let scale = SpectrumScale::of(
             &model,
@@ -191,10 +195,17 @@ impl ComponentReference {
             .ok_or(what("the held frequencies"))?;
         let beyond = element.modes.first_omitted_eigenvalue;
         let beyond = Some(beyond).filter(|value| value.is_finite());
+        let free = eigenvalues.iter().copied().chain(beyond).collect();
+        let spin = SpinStrain::of(component, &properties, element, stored);
+        let Reduced {
+            superelement,
+            recovery,
+            ..
+        } = whole.reduced;
         Ok(Self {
-            spin: SpinStrain::of(component, &properties, &element, &reduced.recovery),
+            spin,
             terms: response.series.len(),
-            free: eigenvalues.iter().copied().chain(beyond).collect(),
+            free,
             rows,
             response,
             independent,
@@ -203,8 +214,8 @@ impl ComponentReference {
             loose,
             band,
             residual,
-            element,
-            recovery: reduced.recovery,
+            element: superelement,
+            recovery,
         })
     }
 }
@@ -251,9 +262,9 @@ impl<'a> Unreduced<'a> {
         model: &'a Model<'a>,
         rigid: &RigidBodyModes,
         eigenvalues: &[f64],
-        recovery: &RecoveryBasis,
+        modes: MatRef<'_, f64>,
     ) -> Self {
-        let modes = model.contract(recovery.modes.as_ref());
+        let modes = model.contract(modes);
         let mut kept = Mat::zeros(model.len(), rigid.count() + eigenvalues.len());
         let (of_rigid, of_modes) = kept.as_mut().split_at_col_mut(rigid.count());
         copy(rigid.shapes.as_ref(), of_rigid);

@@ -4,13 +4,14 @@
 //! ½ fᵀX (XᵀKX)⁻¹ Xᵀf. The error is the root of the part that is beyond them, over all patterns, each scaled so that G f has unit M norm.
 
 use dcb_formats::further_column::Answer;
-use dcb_formats::{Component, RecoveryBasis, Superelement};
+use dcb_formats::{Component, Superelement};
 use dcb_sparse::block_algebra::gram;
 use faer::Mat;
 
 use crate::inverse_root::inverse_root;
 use dcb_reducer::inertia::spin_forces::spin_forces;
 use dcb_reducer::model::rigid_body::MassProperties;
+use dcb_reducer::pipeline::row_shapes::RowShapesRef;
 use dcb_superelement::MASS_TOLERANCE;
 
 /// The strain that centrifugal forces make in a part.
@@ -41,13 +42,13 @@ impl SpinStrain {
         component: &Component,
         properties: &MassProperties,
         element: &Superelement,
-        recovery: &RecoveryBasis,
+        shapes: RowShapesRef<'_>,
     ) -> Option<Self> {
-        let (further, fields) = (element.enrichment.as_ref()?, recovery.enrichment.as_ref()?);
+        let (further, fields) = (element.enrichment.as_ref()?, shapes.enrichment?);
         let forces = spin_forces(component, properties.centre);
         let eigenvalues = &element.modes.eigenvalues;
-        let amounts = gram(recovery.modes.as_ref(), forces.as_ref());
-        let own = gram(fields.as_ref(), forces.as_ref());
+        let amounts = gram(shapes.modes, forces.as_ref());
+        let own = gram(fields, forces.as_ref());
         let first = element.mode_count() + element.boundary_row_count();
         let mut patterns = Vec::new();
         let mut lacking = vec![0.0; eigenvalues.len() + 1];
@@ -93,17 +94,13 @@ impl SpinStrain {
     }
 
     /// Missing fraction with the modes and further columns of a superelement of the same component; `None` if an eigenproblem fails.
-    pub fn beyond(&self, element: &Superelement, recovery: &RecoveryBasis) -> Option<f64> {
-        let Some((further, fields)) = element
-            .enrichment
-            .as_ref()
-            .zip(recovery.enrichment.as_ref())
-        else {
+    pub fn beyond(&self, element: &Superelement, shapes: RowShapesRef<'_>) -> Option<f64> {
+        let Some((further, fields)) = element.enrichment.as_ref().zip(shapes.enrichment) else {
             return self.beyond_modes.get(element.mode_count()).copied();
         };
         let first = element.mode_count() + element.boundary_row_count();
-        let of_modes = gram(recovery.modes.as_ref(), self.forces.as_ref());
-        let of_further = gram(fields.as_ref(), self.forces.as_ref());
+        let of_modes = gram(shapes.modes, self.forces.as_ref());
+        let of_further = gram(fields, self.forces.as_ref());
         let count = further.interface_shapes.ncols();
         let own = &further.reduced_stiffness;
         let own = own.submatrix(first, first, count, count);

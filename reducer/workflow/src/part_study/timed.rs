@@ -5,11 +5,11 @@ use std::time::Instant;
 
 use dcb_formats::dcb::{Contents, WriteOptions, write_superelement};
 use dcb_formats::output::Replace;
-use dcb_formats::{Component, RecoveryBasis, Superelement};
+use dcb_formats::{Component, Superelement};
 
 use dcb_reducer::Reduction;
 use dcb_reducer::error::Error;
-use dcb_reducer::reduce;
+use dcb_reducer::{WholeReduction, reduce_whole};
 
 /// Short reductions are repeated until they took this long together, but not more often than [`MOST_REPEATS`].
 const LONG_ENOUGH: f64 = 0.5;
@@ -18,16 +18,21 @@ const MOST_REPEATS: usize = 5;
 /// Result and effort of a reduction.
 #[derive(Clone, Debug)]
 pub struct Timed {
-    /// The superelement.
-    pub element: Superelement,
-    /// Its shapes over all dofs.
-    pub recovery: RecoveryBasis,
+    /// The superelement with its shapes.
+    pub whole: WholeReduction,
     /// Time of the reduction and of writing its file, s; the shortest of all repeats.
     pub seconds: f64,
     /// How often it was made.
     pub repeats: usize,
     /// Size of the file, with nodal shapes and mesh.
     pub file_bytes: u64,
+}
+
+impl Timed {
+    /// The superelement.
+    pub fn element(&self) -> &Superelement {
+        &self.whole.reduced.superelement
+    }
 }
 
 /// Reduces, writes to `scratch` and removes the file again.
@@ -38,7 +43,8 @@ pub fn timed(component: &Component, options: &Reduction, scratch: &Path) -> Resu
     loop {
         repeats += 1;
         let start = Instant::now();
-        let reduced = reduce(component, options, &mut ())?.accepted()?;
+        let whole = reduce_whole(component, options, &mut ())?.accepted()?;
+        let reduced = &whole.reduced;
         let contents = Contents {
             superelement: &reduced.superelement,
             recovery: Some(&reduced.recovery),
@@ -57,8 +63,7 @@ pub fn timed(component: &Component, options: &Reduction, scratch: &Path) -> Resu
         total += seconds;
         if total >= LONG_ENOUGH || repeats == MOST_REPEATS {
             return Ok(Timed {
-                element: reduced.superelement,
-                recovery: reduced.recovery,
+                whole,
                 seconds: shortest,
                 repeats,
                 file_bytes,

@@ -159,7 +159,11 @@ pub fn stiffness_contrast_1e8() -> HardCase {
     assert!(null > 6, "{null}");
 
     // T: six motions of each end, and the layer's inner nodes one by one.
-    let x = |row: usize| component.mesh.position(component.dofs.dofs()[row].node)[0];
+    let x = |row: usize| {
+        component
+            .mesh
+            .position(component.dofs.dof(row).expect("a row of a node").node)[0]
+    };
     let n = component.dofs.len();
     let inner: Vec<usize> = (0..n)
         .filter(|row| x(*row) > 0.101 && x(*row) < 0.199)

@@ -1,0 +1,155 @@
+//! Whether M is positive semi-definite, as far as the digits that it was printed with can tell.
+//!
+//! Masses integrated at few points, massless rotations and internal rows make M singular; printed with ten digits it is then slightly
+//! indefinite. Sizes are those of M with the diagonal of K scaled to one, which has no unit: eigenvalues 1/ω² as single rows have
+//! them. With θ the largest, M + τ diag(K) is positive if no eigenvalue is below −τ; τ = 1e-9 θ counts as zero.
+
+use dcb_formats::SparseMatrix;
+use dcb_formats::component::Component;
+use dcb_formats::mesh::Direction;
+use dcb_sparse::factorization::SymmetricFactor;
+use faer::sparse::SymbolicSparseColMat;
+use rayon::prelude::*;
+
+use crate::error::{Error, MatrixRefusal, Places};
+use crate::model::condensation::Model;
+use crate::model::couplings::Solid;
+
+/// Negative eigenvalues of M down to this part of the largest count as zero.
+const ZERO_MASS: f64 = 1e-9;
+/// The lowest eigenvalue is found between powers of this.
+const STEP: f64 = 10.0;
+
+/// Diagonal of a square matrix.
+pub(crate) fn diagonal(matrix: &SparseMatrix) -> Vec<f64> {
+    let entry = |i: usize| matrix.as_ref().get(i, i).copied().unwrap_or(0.0);
+    (0..matrix.ncols()).map(entry).collect()
+}
+
+/// Negative eigenvalues of M that count as zero.
+pub(crate) struct NegativeEigenvalues {
+    /// τ, time².
+    counted_as_zero: f64,
+}
+
+impl NegativeEigenvalues {
+    /// From the diagonals of K and M alone.
+    pub fn of_diagonals(stiffness: &[f64], mass: &[f64]) -> Self {
+        let ratios = mass.iter().zip(stiffness).filter(|(_, k)| **k > 0.0);
+        let largest = ratios.map(|(m, k)| m / k).fold(0.0, f64::max);
+        Self {
+            counted_as_zero: ZERO_MASS * largest,
+        }
+    }
+
+    /// The most negative diagonal entry of M that counts as zero, as an amount, beside K's entry.
+    pub fn at(&self, stiffness: f64) -> f64 {
+        self.counted_as_zero * stiffness.max(0.0)
+    }
+}
+
+/// Refuses a mass matrix with negative eigenvalues beyond rounding; `factor` is the analysis of K and M.
+///
+/// # Errors
+/// [`MatrixRefusal::NegativeMass`] with how many and how large.
+pub(crate) fn refuse_indefinite_mass(
+    component: &Component,
+    model: &Model,
+    factor: &SymmetricFactor,
+) -> Result<(), Error> {
+    let stiffness = diagonal(&model.stiffness);
+    let largest = largest_scaled_row_sum(&model.mass, &stiffness);
+    // M + τ diag(K) has the signs of diag(K) + M / τ.
+    let shift = |part: f64| -1.0 / (part * largest);
+    if let Some((lift, mass)) = one_direction(component, model, &stiffness)
+        && factor.inertia_of(&lift, &mass, shift(ZERO_MASS)).negative == 0
+    {
+        return Ok(());
+    }
+    let lift = diagonal_matrix(&stiffness);
+    let count = |part: f64| factor.inertia_of(&lift, &model.mass, shift(part));
+    let first = count(ZERO_MASS);
+    if first.negative == 0 {
+        return Ok(());
+    }
+    let mut least = ZERO_MASS;
+    while least < 1.0 && count(STEP * least).negative > 0 {
+        least *= STEP;
+    }
+    let places = first.negative_dofs.iter();
+    Err(MatrixRefusal::NegativeMass {
+        count: first.negative,
+        limit: ZERO_MASS,
+        least,
+        most: STEP * least,
+        places: Places::of(places.map(|dof| model.dof_name(*dof))),
+    }
+    .into())
+}
+
+/// The part of M that belongs to ux, and the least diagonal of K at each node, of a solid, whose M is the same in every direction: if these
+/// make a positive sum, so do all directions. `None` for other parts.
+fn one_direction(
+    component: &Component,
+    model: &Model,
+    stiffness: &[f64],
+) -> Option<(SparseMatrix, SparseMatrix)> {
+    if !model.frames.is_empty() {
+        return None;
+    }
+    Solid::of(component)?;
+    let n = model.len();
+    let mut least = stiffness.to_vec();
+    let mut is_chosen = vec![false; n];
+    for (row, dof) in component.dofs.nodal() {
+        if dof.direction == Direction::Ux {
+            is_chosen[row] = true;
+            for direction in Direction::ALL {
+                if let Some(other) = component.dofs.row(dof.node, direction) {
+                    least[row] = least[row].min(stiffness[other]);
+                }
+            }
+        }
+    }
+    let (mut starts, mut rows, mut values) = (vec![0_u32], Vec::new(), Vec::new());
+    for column in 0..n {
+        if is_chosen[column] {
+            let entries = model.mass.row_idx_of_col_raw(column).iter();
+            for (row, value) in entries.zip(model.mass.val_of_col(column)) {
+                if is_chosen[*row as usize] && *value != 0.0 {
+                    rows.push(*row);
+                    values.push(*value);
+                }
+            }
+        }
+        starts.push(rows.len() as u32);
+    }
+    let pattern = SymbolicSparseColMat::new_checked(n, n, starts, None, rows);
+    Some((diagonal_matrix(&least), SparseMatrix::new(pattern, values)))
+}
+
+/// Largest sum of |m_ij| / √(k_ii k_jj) of a row: the largest eigenvalue is not above it, and hardly below.
+fn largest_scaled_row_sum(mass: &SparseMatrix, stiffness: &[f64]) -> f64 {
+    let scale: Vec<f64> = (stiffness.iter())
+        .map(|k| if *k > 0.0 { 1.0 / k.sqrt() } else { 0.0 })
+        .collect();
+    let sum = |column: usize| {
+        let rows = mass.row_idx_of_col_raw(column).iter();
+        let entries = rows.zip(mass.val_of_col(column));
+        let sum: f64 = entries
+            .map(|(row, value)| value.abs() * scale[*row as usize])
+            .sum();
+        sum * scale[column]
+    };
+    (0..mass.ncols())
+        .into_par_iter()
+        .map(sum)
+        .reduce(|| 0.0, f64::max)
+}
+
+fn diagonal_matrix(entries: &[f64]) -> SparseMatrix {
+    let n = entries.len();
+    let (starts, rows) = ((0..=n as u32).collect(), (0..n as u32).collect());
+    let pattern = SymbolicSparseColMat::new_checked(n, n, starts, None, rows);
+    SparseMatrix::new(pattern, entries.to_vec())
+}
