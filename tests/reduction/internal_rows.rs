@@ -67,8 +67,8 @@ fn superelements_of_other_programs_parts_are_those_of_the_dense_references() {
         assert!(off < digits, "mass of {part}: {off:e}");
         let centre = numbers(&expected["centre"]);
         let size = centre.iter().fold(0.0_f64, |most, x| most.max(x.abs()));
-        for i in 0..3 {
-            let off = (element.origin[i] - centre[i]).abs();
+        for (found, centre) in element.origin.iter().zip(&centre) {
+            let off = (found - centre).abs();
             assert!(off < digits * size, "centre of {part}: {off:e}");
         }
         let tensor = matrix(&expected["inertia"], 3);
