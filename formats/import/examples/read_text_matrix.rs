@@ -1,14 +1,16 @@
 //! Reads a text matrix and prints what it took: `read_text_matrix FORMAT FILE`.
 //!
-//! FORMAT is `coordinate`, `harwell_boeing`, `matrix_input`, `substructure` or `matrix_market`. Printed are the seconds of reading, the seconds up to
-//! the full, sorted matrix, the peak of memory after both in kB, rows, entries in full storage, and the digest.
+//! FORMAT is `coordinate`, `dmig`, `harwell_boeing`, `matrix_input`, `op4_binary`, `op4_text`, `substructure` or `matrix_market`; of several matrices the
+//! first is read. Printed are the seconds of reading, the seconds up to the full, sorted matrix, the peak of memory after both in kB, rows, entries in full storage, and the digest.
 
 use std::path::Path;
 use std::time::Instant;
 
 use dcb_formats::matrix::blocks::{Expansion, assembled};
 use dcb_formats::matrix::read_symmetric_operator;
-use dcb_import::matrix::{coordinate, harwell_boeing, matrix_input, substructure};
+use dcb_import::matrix::{
+    coordinate, dmig, harwell_boeing, matrix_input, op4_binary, op4_text, substructure,
+};
 use dcb_import::stored::{Content, Triangles};
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {
@@ -19,8 +21,11 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let path = Path::new(file);
     let read = match format.as_str() {
         "coordinate" => coordinate::read,
+        "dmig" => dmig::read,
         "harwell_boeing" => harwell_boeing::read,
         "matrix_input" => matrix_input::read,
+        "op4_binary" => op4_binary::read,
+        "op4_text" => op4_text::read,
         "substructure" => substructure::read,
         "matrix_market" => {
             let start = Instant::now();

@@ -7,20 +7,21 @@
 //! A line says by itself what it is: numbers have a point, headers four integers at least. So blocks of lines are read side by side; what the first
 //! numbers of a block belong to is known when the blocks before are there.
 
+mod assembly;
 mod block;
 mod format;
 
 use std::path::Path;
 
 use dcb_formats::Error;
-use dcb_formats::matrix::blocks::{Entries, TextBlocks, Triplet};
+use dcb_formats::matrix::blocks::TextBlocks;
 
-use super::op4::{Header, Places};
 use super::wanted::Wanted;
 use crate::cursor::Cursor;
 use crate::line_blocks::{LineBlock, read_line_blocks_in_context, read_text};
-use crate::stored::{Content, Listed, Reading, Rows, StoredMatrix, Triangles};
-use block::{Block, Context, Head, Known, What};
+use crate::stored::{Content, Listed, Reading, StoredMatrix};
+use assembly::Matrix;
+use block::{Block, Context, Known, What};
 use format::TextHeader;
 
 /// Whether a file begins with the header of a matrix.
@@ -116,42 +117,6 @@ struct Matrices<'a> {
     found: Vec<(usize, StoredMatrix)>,
 }
 
-/// A matrix of which some blocks were seen.
-struct Matrix {
-    number: usize,
-    header: Header,
-    digits: u32,
-    places: Places,
-    entries: Vec<Entries>,
-    state: State,
-    /// Words of a number, once a string has shown them.
-    words_each: Option<u64>,
-}
-
-/// What the numbers that come next belong to.
-#[derive(Clone, Copy)]
-enum State {
-    /// Nothing: a column, or the end of the matrix, must come.
-    Between,
-    /// A dense column.
-    Dense {
-        first_row: u64,
-        length: u64,
-        got: u64,
-    },
-    /// A string of a column, with the words that are left for other strings.
-    String {
-        first_row: u64,
-        length: u64,
-        got: u64,
-        words_left: u64,
-    },
-    /// A column whose strings follow.
-    Strings { words_left: u64 },
-    /// The matrix is complete; what numbers follow don't count.
-    Ended,
-}
-
 impl Matrices<'_> {
     fn take(&mut self, block: LineBlock<Block>) -> Result<(), Error> {
         let refused = |line: u32, message: String| block.refused(self.path, line, message);
@@ -163,7 +128,8 @@ impl Matrices<'_> {
         }
         for head in &content.heads {
             let at_line = |message: String| refused(head.line, message);
-            if let What::Matrix(place) = head.what {
+            let what = content.what(head);
+            if let What::Matrix(place) = what {
                 if let Some(matrix) = self.current.take() {
                     self.found.push(matrix.finish().map_err(at_line)?);
                 }
@@ -173,7 +139,8 @@ impl Matrices<'_> {
                     false => None,
                 };
             } else if let Some(matrix) = &mut self.current {
-                matrix.head(head).map_err(at_line)?;
+                let taken = matrix.head(head.numbers_before(), what);
+                taken.map_err(at_line)?;
             }
         }
         if let (Some(matrix), true) = (&mut self.current, content.numbers > 0) {
@@ -210,221 +177,4 @@ impl Matrices<'_> {
         }
         Ok(self.found)
     }
-}
-
-impl Matrix {
-    fn new(known: &Known) -> Result<Self, String> {
-        let header = known.header.matrix.clone();
-        header.size()?;
-        Ok(Self {
-            number: known.number,
-            digits: known.header.format.digits,
-            places: Places::new(&header),
-            header,
-            entries: Vec::new(),
-            state: State::Between,
-            words_each: None,
-        })
-    }
-
-    /// Numbers at the beginning of a block, which belong to what stood before.
-    fn carry(&mut self, numbers: &[f64]) -> Result<(), String> {
-        if numbers.is_empty() {
-            return Ok(());
-        }
-        let (first_row, got, keeps_zeros) = match self.state {
-            State::Dense { first_row, got, .. } => (first_row, got, false),
-            State::String { first_row, got, .. } => (first_row, got, true),
-            State::Ended => return Ok(()),
-            State::Between | State::Strings { .. } => return Err(no_head()),
-        };
-        self.numbers(numbers.len() as u64)?;
-        let rows = first_row + got..;
-        if first_row + got + numbers.len() as u64 > self.header.rows + 1 {
-            return Err(self.beyond());
-        }
-        let mut entries = Entries::with_capacity(numbers.len()).unwrap_or_default();
-        let column = self.places.column() as u32 - 1;
-        for (row, &value) in rows.zip(numbers) {
-            if value != 0.0 || keeps_zeros {
-                let row = row as u32 - 1;
-                entries.push(Triplet { row, column, value });
-            }
-        }
-        entries.give_back_room();
-        self.entries.push(entries);
-        Ok(())
-    }
-
-    /// Entries of strings at the beginning of a block, which belong to the column that stood before.
-    fn carry_strings(&mut self, found: &Entries) {
-        let Some(column) = (self.places.column() as u32).checked_sub(1) else {
-            return;
-        };
-        let mut entries = Entries::with_capacity(found.len()).unwrap_or_default();
-        for Triplet { row, value, .. } in found.iter() {
-            entries.push(Triplet { row, column, value });
-        }
-        self.entries.push(entries);
-    }
-
-    fn beyond(&self) -> String {
-        format!(
-            "column {} has numbers beyond row {}",
-            self.places.column(),
-            self.header.rows
-        )
-    }
-
-    /// So many more numbers.
-    fn numbers(&mut self, count: u64) -> Result<(), String> {
-        match &mut self.state {
-            State::Dense { got, .. } | State::String { got, .. } => *got += count,
-            State::Ended => {}
-            State::Between | State::Strings { .. } => return Err(no_head()),
-        }
-        Ok(())
-    }
-
-    /// The beginning of a column or string, and the numbers before it.
-    fn head(&mut self, head: &Head) -> Result<(), String> {
-        if head.numbers_before > 0 {
-            self.numbers(u64::from(head.numbers_before))?;
-        }
-        self.close_run()?;
-        match head.what {
-            What::Column([column, first_row, length]) => {
-                let (column, first_row) = (u64::from(column), u64::from(first_row));
-                let length = u64::from(length);
-                match self.state {
-                    State::Between => {}
-                    State::Ended => {
-                        return Err("a column behind the end of the matrix".into());
-                    }
-                    _ => {
-                        return Err(format!(
-                            "column {} is {} words short of what it announces",
-                            self.places.column(),
-                            self.words_left()
-                        ));
-                    }
-                }
-                self.places.begin(column)?;
-                self.state = if column > self.header.columns {
-                    State::Ended
-                } else if first_row == 0 {
-                    State::Strings { words_left: length }
-                } else {
-                    State::Dense {
-                        first_row,
-                        length,
-                        got: 0,
-                    }
-                };
-                if matches!(self.state, State::Strings { words_left: 0 }) {
-                    self.state = State::Between;
-                }
-            }
-            What::Run { first_row, length } => {
-                let State::Strings { words_left } = self.state else {
-                    return Err("a string outside a column with strings".into());
-                };
-                let length = u64::from(length);
-                let head_words = if self.header.is_bigmat { 2 } else { 1 };
-                let Some(words_left) = words_left.checked_sub(length + head_words) else {
-                    return Err(format!(
-                        "a string of {length} words where column {} has {words_left} left",
-                        self.places.column()
-                    ));
-                };
-                self.state = State::String {
-                    first_row: u64::from(first_row),
-                    length,
-                    got: 0,
-                    words_left,
-                };
-            }
-            What::Matrix(_) => {}
-        }
-        Ok(())
-    }
-
-    fn words_left(&self) -> u64 {
-        match self.state {
-            State::Strings { words_left } => words_left,
-            _ => 0,
-        }
-    }
-
-    /// Compares the numbers of a dense column or string with its length.
-    fn close_run(&mut self) -> Result<(), String> {
-        match self.state {
-            State::Dense {
-                first_row,
-                length,
-                got,
-            } => {
-                if got != length {
-                    return Err(format!(
-                        "column {} announces {length} numbers and has {got}",
-                        self.places.column()
-                    ));
-                }
-                self.places.take(first_row, got)?;
-                self.state = State::Between;
-            }
-            State::String {
-                first_row,
-                length,
-                got,
-                words_left,
-            } => {
-                let words_each = length.checked_div(got).unwrap_or(0);
-                let is_possible = match self.header.numbers.is_double() {
-                    true => matches!(words_each, 1 | 2),
-                    false => words_each == 1,
-                };
-                let is_same = self.words_each.is_none_or(|words| words == words_each);
-                if !is_possible || !is_same || got * words_each != length {
-                    return Err(format!(
-                        "a string of column {} announces {length} words and has {got} numbers",
-                        self.places.column()
-                    ));
-                }
-                self.words_each = Some(words_each);
-                self.places.take(first_row, got)?;
-                self.state = match words_left {
-                    0 => State::Between,
-                    _ => State::Strings { words_left },
-                };
-            }
-            State::Between | State::Strings { .. } | State::Ended => {}
-        }
-        Ok(())
-    }
-
-    /// The whole matrix.
-    fn finish(self) -> Result<(usize, StoredMatrix), String> {
-        if !matches!(self.state, State::Ended) {
-            return Err(format!(
-                "the matrix `{}` has no end: no column {} behind its last one",
-                self.header.name,
-                self.header.columns + 1
-            ));
-        }
-        let matrix = StoredMatrix {
-            size: self.header.size()? as usize,
-            name: self.header.name,
-            triangles: Triangles::Both,
-            content: Content::Entries(self.entries),
-            rows: Rows::Unlabelled,
-            digits: Some(self.digits),
-            notes: Vec::new(),
-        };
-        Ok((self.number, matrix))
-    }
-}
-
-fn no_head() -> String {
-    "numbers without the column or string that they belong to".into()
 }

@@ -55,6 +55,8 @@ pub(super) struct Block {
     /// Numbers before the first head.
     pub(super) carried: Vec<f64>,
     pub(super) heads: Vec<Head>,
+    /// Those that begin columns: column, first row, length.
+    columns: Vec<[u32; 3]>,
     pub(super) headers: Vec<Known>,
     /// Entries of strings before the first column, of the column that the blocks before end with; their own column doesn't count.
     pub(super) headless: Entries,
@@ -64,15 +66,19 @@ pub(super) struct Block {
     pub(super) numbers: u32,
 }
 
-/// A line that isn't numbers.
+/// A line that isn't numbers, in 16 bytes: where strings are short there are many.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Head {
     /// 0-based in the block.
     pub(super) line: u32,
-    /// Numbers between this head and the one before in this block.
-    pub(super) numbers_before: u32,
-    pub(super) what: What,
+    /// Numbers between this head and the one before in this block, and above them the kind.
+    numbers_and_kind: u32,
+    first: u32,
+    second: u32,
 }
+
+/// Bits of the numbers that a block can have.
+const NUMBER_BITS: u32 = 24;
 
 #[derive(Clone, Copy, Debug)]
 pub(super) enum What {
@@ -82,6 +88,45 @@ pub(super) enum What {
     Column([u32; 3]),
     /// A string.
     Run { first_row: u32, length: u32 },
+}
+
+impl Block {
+    /// What a head of this block is.
+    pub(super) fn what(&self, head: &Head) -> What {
+        match head.numbers_and_kind >> NUMBER_BITS {
+            0 => What::Matrix(head.first),
+            1 => What::Column(self.columns[head.first as usize]),
+            _ => What::Run {
+                first_row: head.first,
+                length: head.second,
+            },
+        }
+    }
+
+    fn add_head(&mut self, line: u32, what: What) {
+        let (kind, first, second) = match what {
+            What::Matrix(place) => (0, place, 0),
+            What::Column(column) => {
+                self.columns.push(column);
+                (1, self.columns.len() as u32 - 1, 0)
+            }
+            What::Run { first_row, length } => (2, first_row, length),
+        };
+        let numbers = std::mem::take(&mut self.numbers);
+        self.heads.push(Head {
+            line,
+            numbers_and_kind: numbers | kind << NUMBER_BITS,
+            first,
+            second,
+        });
+    }
+}
+
+impl Head {
+    /// Numbers between this head and the one before in this block.
+    pub(super) fn numbers_before(&self) -> u32 {
+        self.numbers_and_kind & ((1 << NUMBER_BITS) - 1)
+    }
 }
 
 /// Where numbers go.
@@ -103,6 +148,7 @@ struct Reader<'a> {
     column: Option<u32>,
     to: To,
     entries: Entries,
+    /// Numbers that the block may have.
     room: usize,
 }
 
@@ -129,7 +175,7 @@ pub(super) fn read(
         column: None,
         to: To::Carried,
         entries: Entries::default(),
-        room: cursor.text().len(),
+        room: likely_count(cursor.text()),
     };
     loop {
         let at = cursor.line();
@@ -162,7 +208,19 @@ pub(super) fn read(
         }
     }
     reader.end_part();
+    block.heads.shrink_to_fit();
+    block.columns.shrink_to_fit();
     Ok(())
+}
+
+/// Numbers of a text that goes on as it begins, and some more.
+fn likely_count(text: &[u8]) -> usize {
+    const LOOKED_AT: usize = 4096;
+    let start = &text[..text.len().min(LOOKED_AT)];
+    let points = start.iter().filter(|&&byte| byte == b'.').count();
+    let count = (points + 1) * text.len() / start.len().max(1);
+    // Narrower fields are refused.
+    (count + count / 64).min(text.len() / 8)
 }
 
 /// Whether a line has numbers: a point where the first number has one, or in other layouts anywhere in its field.
@@ -178,7 +236,7 @@ impl Reader<'_> {
     fn begin(&mut self, header: Arc<TextHeader>, number: usize, is_wanted: bool, line: u32) {
         self.end_part();
         let what = What::Matrix(self.block.headers.len() as u32);
-        self.add_head(line, what);
+        self.block.add_head(line, what);
         // What can't be read is told when the blocks before are there.
         self.is_wanted = is_wanted && header.matrix.size().is_ok();
         self.block.headers.push(Known {
@@ -200,15 +258,6 @@ impl Reader<'_> {
             Some(_) => self.block.parts.push((self.number, entries)),
             None => self.block.headless = entries,
         }
-    }
-
-    fn add_head(&mut self, line: u32, what: What) {
-        let numbers_before = std::mem::take(&mut self.block.numbers);
-        self.block.heads.push(Head {
-            line,
-            numbers_before,
-            what,
-        });
     }
 
     /// A line of numbers.
@@ -268,7 +317,7 @@ impl Reader<'_> {
                 _ => return Err(unreadable()),
             }
         };
-        self.add_head(at, what);
+        self.block.add_head(at, what);
         if let What::Column([column, ..]) = what {
             if self.column.is_none() {
                 self.end_part();
@@ -290,8 +339,7 @@ impl Reader<'_> {
             _ => To::Nowhere,
         };
         if self.entries.is_empty() {
-            let width = self.matrix.as_ref().map_or(8, |header| header.format.width);
-            self.entries = Entries::with_capacity(self.room / width).unwrap_or_default();
+            self.entries = Entries::with_capacity(self.room).unwrap_or_default();
         }
         Ok(())
     }
