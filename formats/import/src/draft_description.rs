@@ -33,7 +33,7 @@ pub fn described(
     let nodes = nodes_in_order(&found, order);
     found.keep(&nodes);
     let dofs = DofMap::uniform(nodes.len(), pattern).map_err(|error| of_mesh(error.to_string()))?;
-    let made = interfaces(&found.sets, asked, |set| {
+    let made = interfaces((&found.sets, &found.cell_sets), asked, |set| {
         !set.is_empty() && set.len() < nodes.len()
     })
     .map_err(of_mesh)?;

@@ -54,9 +54,11 @@ impl Part {
         let from_sets = request.interfaces.is_some() || described.is_none();
         let made = match from_sets {
             true => {
-                let made = interfaces(&self.mesh.sets, request.interfaces.as_deref(), |nodes| {
-                    self.can_be_interface(nodes)
-                })
+                let made = interfaces(
+                    (&self.mesh.sets, &self.mesh.cell_sets),
+                    request.interfaces.as_deref(),
+                    |nodes| self.can_be_interface(nodes),
+                )
                 .map_err(usage)?;
                 self.notes.extend(made.notes);
                 made.interfaces
@@ -137,21 +139,23 @@ impl Part {
         }
     }
 
-    /// The mesh of the component and the dof of each row.
+    /// The mesh of the component and the owner of each row.
     fn mesh_and_dofs(&self) -> Result<(Mesh, DofMap), String> {
-        let owners = self.rows.iter().map(|owner| match owner {
+        let owner = |owner: &RowOwner| match owner {
             RowOwner::Node { node, direction } => MatrixRow::Nodal(Dof {
                 node: *node,
                 direction: *direction,
             }),
             RowOwner::Internal => MatrixRow::Internal,
-        });
-        let owners: Vec<MatrixRow> = owners.collect();
+        };
+        let owners: Vec<MatrixRow> = self.rows.iter().map(owner).collect();
+        let directions = owners
+            .iter()
+            .filter_map(|owner| owner.dof())
+            .map(|dof| dof.direction);
+        let mesh = self.mesh.of_component(directions);
         let dofs =
             DofMap::new(owners, self.mesh.points.len()).map_err(|error| error.to_string())?;
-        let mesh = self
-            .mesh
-            .of_component(dofs.nodal().map(|(_, dof)| dof.direction));
         Ok((mesh, dofs))
     }
 }

@@ -47,19 +47,23 @@ pub(crate) struct Interfaces {
     pub notes: Vec<String>,
 }
 
-/// The sets that are asked for, or every set that may be one. Nodes are in the order of the component.
+/// Sets with their names.
+type Sets = [(String, Vec<u32>)];
+
+/// The sets that are asked for, of nodes or of cells,, or every set that may be one. Nodes are in the order of the component.
 ///
 /// # Errors
 /// A set that isn't there or is empty.
 pub(crate) fn interfaces(
-    sets: &[(String, Vec<u32>)],
+    (sets, cell_sets): (&Sets, &Sets),
     asked: Option<&[RequestedSet]>,
     may_be_one: impl Fn(&[u32]) -> bool,
 ) -> Result<Interfaces, String> {
     if let Some(asked) = asked {
+        let all = [sets, cell_sets].concat();
         let interfaces = asked
             .iter()
-            .map(|asked| of_requested(sets, asked))
+            .map(|asked| of_requested(&all, asked))
             .collect::<Result<_, _>>()?;
         return Ok(Interfaces {
             interfaces,
@@ -87,7 +91,7 @@ pub(crate) fn interfaces(
     Ok(Interfaces { interfaces, notes })
 }
 
-fn of_requested(sets: &[(String, Vec<u32>)], asked: &RequestedSet) -> Result<Interface, String> {
+fn of_requested(sets: &Sets, asked: &RequestedSet) -> Result<Interface, String> {
     let names = || sets.iter().map(|(name, _)| name.as_str());
     let known = || match sets.is_empty() {
         true => "the mesh has no node sets".to_owned(),

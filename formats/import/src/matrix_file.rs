@@ -112,15 +112,26 @@ impl MatrixFile {
     /// # Errors
     /// [`Error::File`] for content that isn't known, and what is wrong with content that is.
     pub fn open(path: &Path) -> Result<Self, Error> {
+        match Self::recognised(path)? {
+            Some(file) => Ok(file),
+            None => Err(unknown(path, &beginning(path)?)),
+        }
+    }
+
+    /// The same, but `None` for content that isn't known.
+    ///
+    /// # Errors
+    /// What is wrong with content that is known; it can't be read.
+    pub fn recognised(path: &Path) -> Result<Option<Self>, Error> {
         let start = beginning(path)?;
         let Some(format) = FORMATS.iter().find(|format| (format.recognises)(&start)) else {
-            return Err(unknown(path, &start));
+            return Ok(None);
         };
-        Ok(Self {
+        Ok(Some(Self {
             path: path.to_path_buf(),
             format,
             listed: (format.list)(path)?,
-        })
+        }))
     }
 
     /// Name of the format.

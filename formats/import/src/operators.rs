@@ -34,20 +34,20 @@ pub(crate) fn operator(
         mut notes,
         ..
     } = stored;
-    let entries = match (content, new_rows) {
+    let mut entries = match (content, new_rows) {
         (Content::Compressed(matrix), None) if matrix.nrows() == size => {
             return completed_columns(matrix, triangles, notes);
         }
-        (Content::Compressed(matrix), new_rows) => vec![entries_of(&matrix, new_rows)?],
-        (Content::Entries(mut blocks), Some(new_rows)) => {
-            blocks
-                .par_iter_mut()
-                .for_each(|block| block.renumber(new_rows));
-            blocks
-        }
-        (Content::Entries(blocks), None) => blocks,
+        (Content::Compressed(matrix), _) => vec![entries_of(&matrix)?],
+        (Content::Entries(blocks), _) => blocks,
     };
+    // As stored: in the new order a triangle is none any more.
     let sides = Sides::of(&entries);
+    if let Some(new_rows) = new_rows {
+        entries
+            .par_iter_mut()
+            .for_each(|block| block.renumber(new_rows));
+    }
     let (entries, expansion) = match (triangles, sides.is_one_sided()) {
         (Triangles::One | Triangles::Unsaid, true) => (entries, Expansion::Mirrored),
         (Triangles::Both | Triangles::Unsaid, false) | (Triangles::Both, true) => {
@@ -95,7 +95,7 @@ fn completed_columns(
         || triangles == Triangles::One && above + below > 0
     {
         let size = matrix.nrows();
-        let entries = vec![entries_of(&matrix, None)?];
+        let entries = vec![entries_of(&matrix)?];
         drop(matrix);
         let entries = match is_one_sided {
             true => entries,
@@ -150,18 +150,17 @@ impl Sides {
     }
 }
 
-/// Entries of compressed columns, with other numbers of rows if they are given.
-fn entries_of(matrix: &SparseMatrix, new_rows: Option<&[u32]>) -> Result<Entries, String> {
+/// Entries of compressed columns.
+fn entries_of(matrix: &SparseMatrix) -> Result<Entries, String> {
     let count = matrix.compute_nnz();
     let mut entries = Entries::with_capacity(count)
         .ok_or_else(|| format!("not enough memory for {count} entries"))?;
-    let new = |index: u32| new_rows.map_or(index, |rows| rows[index as usize]);
     for column in 0..matrix.ncols() {
         let rows = matrix.row_idx_of_col_raw(column).iter();
         for (row, value) in rows.zip(matrix.val_of_col(column)) {
             entries.push(Triplet {
-                row: new(*row),
-                column: new(column as u32),
+                row: *row,
+                column: column as u32,
                 value: *value,
             });
         }

@@ -1,9 +1,11 @@
 //! The mesh of a part, with the file that it comes from.
 
+use std::io::Read;
 use std::path::{Path, PathBuf};
 
 use dcb_formats::component::Source;
 use dcb_formats::description::{JsonMesh, read_json_mesh};
+use dcb_formats::snapshot::Snapshot;
 use dcb_formats::{Description, Error};
 
 use crate::matrix_file::beginning;
@@ -99,8 +101,26 @@ pub fn mesh_beside(stiffness: &Path) -> Option<PathBuf> {
 /// # Errors
 /// It can't be read.
 pub fn is_component_file(path: &Path) -> Result<bool, Error> {
-    let start = beginning(path)?;
-    let is_json = start.trim_ascii_start().starts_with(b"{");
-    // In a large file the key comes after the mesh; then only the whole of it would tell.
-    Ok(is_json)
+    const KEY: &[u8] = b"\"component\"";
+    const READ_TOGETHER: usize = 1 << 16;
+    if !beginning(path)?.trim_ascii_start().starts_with(b"{") {
+        return Ok(false);
+    }
+    let mut file = Snapshot::open(path)?;
+    let mut window = Vec::with_capacity(READ_TOGETHER + KEY.len());
+    loop {
+        // The key may begin in what was read before.
+        let kept = window.len().min(KEY.len() - 1);
+        window.drain(..window.len() - kept);
+        let mut part = (&mut file).take(READ_TOGETHER as u64);
+        let read = part
+            .read_to_end(&mut window)
+            .map_err(|source| Error::io(path, "cannot read", source))?;
+        if memchr::memmem::find(&window, KEY).is_some() {
+            return Ok(true);
+        }
+        if read == 0 {
+            return Ok(false);
+        }
+    }
 }

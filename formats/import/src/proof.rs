@@ -1,12 +1,15 @@
 //! The proof that rows and mesh belong together: K resists no rigid motion.
 
+use std::path::Path;
+
 use dcb_formats::Error;
 use dcb_formats::mesh::Direction;
 
 use crate::doubt::{Doubt, QUIET, TOLERATED};
+use crate::interfaces::counted;
 use crate::lost_order::found_order;
 use crate::operators::of_file;
-use crate::part::Part;
+use crate::part::{Part, first_ten};
 use crate::request::{Import, LostOrder};
 use crate::rigid_motions::{Resistance, resistance};
 use crate::row_order::{RowOwner, row_places};
@@ -20,6 +23,7 @@ impl Part {
     pub fn proven(&mut self, request: &Import) -> Result<Resistance, Error> {
         let found = self.resistance();
         if found.worst() <= TOLERATED {
+            self.tell_internal_rows(&request.stiffness.path)?;
             if request.lost_order == LostOrder::Repair {
                 self.notes
                     .push("the order of the rows needs no repair".into());
@@ -33,6 +37,7 @@ impl Part {
             return Ok(found);
         }
         if let Some(found) = self.with_rotation_nodes() {
+            self.tell_internal_rows(&request.stiffness.path)?;
             return Ok(found);
         }
         if request.lost_order == LostOrder::Repair {
@@ -43,6 +48,27 @@ impl Part {
             resistance: found,
         };
         Err(of_file(&request.stiffness.path, doubt.message()))
+    }
+
+    /// Labels that the mesh doesn't have are internal ones where rigid motions leave their rows at rest and all are above those of the mesh.
+    fn tell_internal_rows(&mut self, stiffness: &Path) -> Result<(), Error> {
+        let (labels, rows) = &self.unknown;
+        let Some(least) = labels.first() else {
+            return Ok(());
+        };
+        let largest = self.mesh.labels.iter().flatten().max();
+        if largest.is_some_and(|largest| least < largest) {
+            let message = format!(
+                "rows have labels that the mesh doesn't have: {}; is it the mesh of these matrices?",
+                first_ten(labels)
+            );
+            return Err(of_file(stiffness, message));
+        }
+        let rows = counted(*rows, "row");
+        self.notes.push(format!(
+            "{rows} of labels above the mesh's largest belong to no node and rest in rigid motions: internal rows of elements, kept as they are"
+        ));
+        Ok(())
     }
 
     /// The order of the nodes that follows from K.

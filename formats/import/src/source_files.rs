@@ -75,7 +75,7 @@ impl SourceMatrices {
         if is_same(&mass.path, &stiffness.path) {
             let partner = match &mass.name {
                 Some(name) => chosen(&file, Some(name))?,
-                None => mass_of(&file, own).ok_or_else(|| no_mass(&file))?,
+                None => mass_of(&file, own).unwrap_or(own),
             };
             if partner == own {
                 return Err(

@@ -146,3 +146,44 @@ fn rotation_nodes_of_rigid_bodies_are_rotations() {
         "{notes}"
     );
 }
+
+/// C3D8I's incompatible modes, B33's internal node and modal amplitudes of an external superelement are rows that belong to no node.
+#[test]
+fn internal_rows_are_kept() {
+    for (stiffness, mesh, rows, internal, mass) in [
+        (
+            "calculix/plate_incompatible.sti",
+            "calculix/plate_incompatible.inp",
+            162,
+            72,
+            1.130_400_000_000_003_4e-4,
+        ),
+        (
+            "abaqus/fembeam/model_STIF1.mtx",
+            "abaqus/fembeam/model.inp",
+            14,
+            2,
+            75.0,
+        ),
+        (
+            "nastran/pyyeti/outboard.op4#KXX",
+            "nastran/pyyeti/outboard.pch",
+            46,
+            22,
+            1.590_383_800_923_469_9,
+        ),
+    ] {
+        let Imported { component, report } = import(&request(stiffness, None, Some(mesh))).unwrap();
+        assert_eq!(
+            (component.dofs.len(), component.dofs.internal_count()),
+            (rows, internal),
+            "{stiffness}"
+        );
+        assert!(report.resistance < 1e-13, "{stiffness}: {}", report.text());
+        assert!(
+            (report.mass_centre.mass / mass - 1.0).abs() < 1e-9,
+            "{stiffness}: {}",
+            report.text()
+        );
+    }
+}

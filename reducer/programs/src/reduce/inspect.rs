@@ -1,13 +1,15 @@
 //! `reduce inspect`: what a superelement holds, for people and as JSON.
 
 use std::fmt::Write as _;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use clap::Args;
 use dcb_formats::Superelement;
 use dcb_formats::dcb::SuperelementFile;
 use dcb_formats::mesh::{Dimension, Direction};
 use dcb_formats::terminal::one_line;
+use dcb_import::MatrixFile;
+use dcb_import::stored::Listed;
 use serde_json::json;
 
 use crate::outcome::Outcome;
@@ -23,7 +25,7 @@ use dcb_reducer::scientific::{row, scientific};
 /// Superelement to show.
 #[derive(Debug, Args)]
 pub struct InspectArguments {
-    /// Superelement.
+    /// Superelement, or a file with another program's matrices.
     file: PathBuf,
     /// As JSON.
     #[arg(long)]
@@ -35,6 +37,9 @@ pub struct InspectArguments {
 
 /// Errors are estimated over a band in Hz, or over the usual one.
 pub fn run(arguments: &InspectArguments) -> Result<Outcome, Error> {
+    if let Some(text) = matrices(&arguments.file, arguments.json)? {
+        return Ok(Outcome::done(text));
+    }
     let file = SuperelementFile::open(&arguments.file)?;
     let element = file.superelement()?;
     let errors = Report::of(&element, arguments.band)?;
@@ -43,6 +48,42 @@ pub fn run(arguments: &InspectArguments) -> Result<Outcome, Error> {
         true => as_json(&file, &element, errors.as_ref())?,
     };
     Ok(Outcome::done(output))
+}
+
+/// Matrices of another program's file; `None` for anything else.
+fn matrices(path: &Path, as_json: bool) -> Result<Option<String>, Error> {
+    let Some(file) = MatrixFile::recognised(path)? else {
+        return Ok(None);
+    };
+    let listed = file.listed();
+    if as_json {
+        let of_one = |one: &Listed| json!({"name": one.name, "shape": one.shape.map(|(rows, columns)| [rows, columns]), "obstacle": one.obstacle});
+        let all: Vec<_> = listed.iter().map(of_one).collect();
+        let value = json!({"file": path, "format": file.format_name(), "matrices": all});
+        return Ok(Some(format!("{value}\n")));
+    }
+    let mut text = format!("{}: {}\n", path.display(), file.format_name());
+    for (number, one) in listed.iter().enumerate() {
+        let name = match one.name.is_empty() {
+            true => format!("#{}", number + 1),
+            false => one_line(&one.name).into_owned(),
+        };
+        let shape = one.shape.map_or_else(
+            || "size known once it is read".to_owned(),
+            |(rows, columns)| format!("{rows} x {columns}"),
+        );
+        let obstacle = one
+            .obstacle
+            .iter()
+            .map(|why| format!(", {why}"))
+            .collect::<String>();
+        let _ = writeln!(text, "{name:<12} {shape}{obstacle}");
+    }
+    if listed.is_empty() {
+        text.push_str("no matrices\n");
+    }
+    text.push_str("stiffness and mass become a component with `reduce import`\n");
+    Ok(Some(text))
 }
 
 /// Mass, centre and inertia.

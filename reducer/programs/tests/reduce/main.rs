@@ -6,6 +6,7 @@ mod bad_descriptions;
 mod bad_files;
 mod batch;
 mod cache;
+mod calculix;
 mod compare;
 mod export;
 mod extras;
