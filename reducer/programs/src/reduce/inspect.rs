@@ -37,10 +37,15 @@ pub struct InspectArguments {
 
 /// Errors are estimated over a band in Hz, or over the usual one.
 pub fn run(arguments: &InspectArguments) -> Result<Outcome, Error> {
-    if let Some(text) = matrices(&arguments.file, arguments.json)? {
-        return Ok(Outcome::done(text));
-    }
-    let file = SuperelementFile::open(&arguments.file)?;
+    let file = match SuperelementFile::open(&arguments.file) {
+        Ok(file) => file,
+        Err(error) => {
+            return match matrices(&arguments.file, arguments.json) {
+                Some(text) => Ok(Outcome::done(text)),
+                None => Err(error.into()),
+            };
+        }
+    };
     let element = file.superelement()?;
     let errors = Report::of(&element, arguments.band)?;
     let output = match arguments.json {
@@ -51,16 +56,14 @@ pub fn run(arguments: &InspectArguments) -> Result<Outcome, Error> {
 }
 
 /// Matrices of another program's file; `None` for anything else.
-fn matrices(path: &Path, as_json: bool) -> Result<Option<String>, Error> {
-    let Some(file) = MatrixFile::recognised(path)? else {
-        return Ok(None);
-    };
+fn matrices(path: &Path, as_json: bool) -> Option<String> {
+    let file = MatrixFile::recognised(path).ok().flatten()?;
     let listed = file.listed();
     if as_json {
         let of_one = |one: &Listed| json!({"name": one.name, "shape": one.shape.map(|(rows, columns)| [rows, columns]), "obstacle": one.obstacle});
         let all: Vec<_> = listed.iter().map(of_one).collect();
         let value = json!({"file": path, "format": file.format_name(), "matrices": all});
-        return Ok(Some(format!("{value}\n")));
+        return Some(format!("{value}\n"));
     }
     let mut text = format!("{}: {}\n", path.display(), file.format_name());
     for (number, one) in listed.iter().enumerate() {
@@ -83,7 +86,7 @@ fn matrices(path: &Path, as_json: bool) -> Result<Option<String>, Error> {
         text.push_str("no matrices\n");
     }
     text.push_str("stiffness and mass become a component with `reduce import`\n");
-    Ok(Some(text))
+    Some(text)
 }
 
 /// Mass, centre and inertia.

@@ -25,8 +25,13 @@ fn a_deck_moves() {
     // It ends with a status of its own once the matrices are stored.
     at_folder("ccx", &["bracket"]);
     for ending in ["sti", "mas", "dof"] {
-        let recorded = std::fs::read(stored("tests/data/exchange/calculix").join(format!("bracket.{ending}"))).unwrap();
-        assert!(folder.bytes(&format!("bracket.{ending}")) == recorded, "{ending}: another version of CalculiX?");
+        let recorded =
+            std::fs::read(stored("tests/data/exchange/calculix").join(format!("bracket.{ending}")))
+                .unwrap();
+        assert!(
+            folder.bytes(&format!("bracket.{ending}")) == recorded,
+            "{ending}: another version of CalculiX?"
+        );
     }
     let answer = folder.run("bracket.sti --units mm,t,s --modes 10");
     assert_eq!(answer.code, Some(0), "{answer:?}");
@@ -34,7 +39,11 @@ fn a_deck_moves() {
 
     let file = SuperelementFile::open(folder.path("bracket.dcb.h5")).unwrap();
     let element = file.superelement().unwrap();
-    let foot = element.interfaces.iter().position(|one| one.name == "FOOT").unwrap();
+    let foot = element
+        .interfaces
+        .iter()
+        .position(|one| one.name == "FOOT")
+        .unwrap();
     let hinge: Vec<f64> = (0..3)
         .map(|axis| element.origin[axis] + element.interfaces[foot].position[axis])
         .collect();
@@ -42,7 +51,7 @@ fn a_deck_moves() {
         "dimension": 3,
         "units": {"length": "mm", "mass": "t", "time": "s"},
         "gravity": [0.0, 0.0, -9810.0],
-        "ground": {"points": {"hinge": {"position": hinge}}},
+        "ground": {"points": {"hinge": hinge}},
         "bodies": {"bracket": {"superelement": "bracket.dcb.h5"}},
         "joints": {"hinge": {"revolute": {"a": "ground/hinge", "b": "bracket/FOOT", "axis": [0.0, 1.0, 0.0]}}},
         "outputs": {"tip": {"position": {"at": "bracket/TIP"}}},

@@ -178,3 +178,16 @@ fn a_description_is_drafted_from_a_mesh() {
     let answer = folder.run("bracket.mtx --modes 8");
     assert_eq!(answer.code, Some(0), "{answer:?}");
 }
+
+#[test]
+fn inspect_lists_the_matrices_of_a_file() {
+    let folder = Folder::exchange(&["matlab/bracket_v5.mat", "nastran/bracket_double.pch"]);
+    has_all(
+        &folder.done("inspect bracket_v5.mat"),
+        &["MATLAB 5", "K", "M", "240 x 240"],
+    );
+    has_all(
+        &folder.done("inspect bracket_double.pch --json"),
+        &["\"KAAX\"", "\"MAAX\""],
+    );
+}
