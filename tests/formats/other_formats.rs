@@ -60,7 +60,7 @@ fn record(numbers: &[i32], big_endian: bool, rest: &[u8]) -> Vec<u8> {
     [&bytes, rest].concat()
 }
 
-const PAGE: &str = "docs/component.md says how";
+const PAGE: &str = "`reduce import` read such a file";
 
 #[test]
 fn nastran() {
@@ -105,7 +105,7 @@ fn harwell_boeing() {
             "stiffness matrix\n         19437           241          9478          9478             0\n\
              {kind}                      240           240          9478             0\n{formats}\n             1\n"
         );
-        assert_named(text, "Harwell-Boeing file", "*EXPORT,K,MMF");
+        assert_named(text, "Harwell-Boeing file", PAGE);
     }
 }
 
@@ -115,17 +115,17 @@ fn matlab() {
     header.resize(124, b' ');
     for end in [b"\x00\x01IM", b"\x01\x00MI"] {
         let bytes = [&header[..], end, b"\x0f\0\0\0\xe7\x07\0\0x\x9c"].concat();
-        assert_named(bytes, "MATLAB file (.mat)", "scipy.io.loadmat");
+        assert_named(bytes, "MATLAB file (.mat)", PAGE);
     }
     for big_endian in [false, true] {
         let kind = i32::from(big_endian) * 1000 + 2;
         let bytes = record(&[kind, 18717, 3, 0, 2], big_endian, b"K\0\0\0\0\xf0\x3f");
-        assert_named(bytes, "MATLAB file (.mat)", "scipy.io.loadmat");
+        assert_named(bytes, "MATLAB file (.mat)", PAGE);
     }
     let mut hdf = b"MATLAB 7.3 MAT-file, Platform: GLNXA64".to_vec();
     hdf.resize(512, 0);
     hdf.extend(b"\x89HDF\r\n\x1a\n");
-    assert_named(hdf, "MATLAB file of version 7.3", "`-v7`");
+    assert_named(hdf, "MATLAB file of version 7.3", PAGE);
 }
 
 #[test]
@@ -136,17 +136,17 @@ fn python_and_petsc() {
         let lengths = [name.len() as u8, 0, 0x14, 0];
         [head, &lengths[..], name, b"\x01\0\x10\0"].concat()
     };
-    assert_named(member(b"indices.npy"), "(.npz)", "scipy.sparse.load_npz");
+    assert_named(member(b"indices.npy"), "(.npz)", PAGE);
     assert_named(member(b"part.mtx"), "a zip archive", "unpack it");
     let array = b"\x93NUMPY\x01\0\x76\0{'descr': '<f8'";
-    assert_named(array, "(.npy)", "numpy.load");
+    assert_named(array, "(.npy)", PAGE);
     for class in [1_211_216, 1_211_214] {
         let bytes = record(&[class, 240, 240, 18716, 60], true, b"");
         assert_named(bytes, "PETSc binary file", PAGE);
         let wide = record(&[0, class, 0, 240, 0, 240], true, b"");
         assert_named(wide, "PETSc binary file", PAGE);
     }
-    assert_named(b"\x89HDF\r\n\x1a\n\0\0", "an HDF5 file", "h5py");
+    assert_named(b"\x89HDF\r\n\x1a\n\0\0", "an HDF5 file", PAGE);
 }
 
 #[test]
@@ -163,38 +163,15 @@ fn packed_or_unknown() {
     assert_named("*HEADING\n", "`*HEADING`", "expected the banner");
 }
 
-/// `row column value` without a banner: which lines have to be put in front depends on what is there.
+/// `row column value` without a banner.
 #[test]
-fn calculix_is_told_from_abaqus() {
-    let sti = "1 1  1.3181755644047e+06\n1 2  1.8020104895105e+05\n2 2  1.2739819455236e+06\n1 3  0.0000000000000e+00\n";
-    assert_named(
-        sti,
-        "this looks like CalculiX's .sti or .mas",
-        "real symmetric`",
-    );
-    let diagonal = "1 1 8.05e-07\n2 2 8.05e-07\n";
-    assert_named(
-        diagonal,
-        "this looks like CalculiX's .sti or .mas",
-        "real symmetric`",
-    );
-    let both = "1 1  8.2e+09\n1 2  1.1e-07\n2 1  1.1e-07\n2 2  8.2e+09\n";
-    assert_named(
-        both,
-        "Abaqus *MATRIX OUTPUT, FORMAT=COORDINATE",
-        "real general`",
-    );
-    for one_triangle in [
-        "1 1 1.0\n2 1 -1.0\n2 2 1.0\n",
-        "1 1 1.0\n1 2 -1.0\n1 3 -1.0\n2 2 1.0\n",
+fn coordinates() {
+    for text in [
+        "1 1  1.3181755644047e+06\n1 2  1.8020104895105e+05\n",
+        "1 1 8.05e-07\n2 2 8.05e-07\n",
     ] {
-        assert_named(one_triangle, "one triangle of a matrix", "real symmetric`");
+        assert_named(text, "CalculiX or Abaqus (FORMAT=COORDINATE)", PAGE);
     }
-    // A large one is judged by its beginning, of which the last line may be cut.
-    let many: String = (1..60_000)
-        .map(|n| format!("{n} {n} 1.0000000000000e+00\n"))
-        .collect();
-    assert_named(many, "CalculiX", "real symmetric`");
 }
 
 #[test]
@@ -203,12 +180,8 @@ fn abaqus_with_labels() {
         "1,1, 1,1,  8.2e+09\n",
         "-1,1, -1,1,  9.999999999999946e+06\n",
     ] {
-        assert_named(line, "FORMAT=MATRIX INPUT", "FORMAT=COORDINATE");
+        assert_named(line, "FORMAT=MATRIX INPUT", PAGE);
     }
     let text = "**\n** GENERATION OF SUBSTRUCTURE Z1\n*USER ELEMENT, NODES=         6, LINEAR\n** ELEMENT NODES\n";
-    assert_named(
-        text,
-        "(*SUBSTRUCTURE MATRIX OUTPUT)",
-        "SOLVER=MATRIXSTORAGE",
-    );
+    assert_named(text, "(*SUBSTRUCTURE MATRIX OUTPUT)", PAGE);
 }

@@ -13,6 +13,7 @@ pub mod row_key;
 pub mod stored;
 
 mod choice;
+mod closed_formats;
 mod displacement_axes;
 mod doubt;
 mod draft_description;

@@ -5,6 +5,7 @@ use std::path::{Path, PathBuf};
 use dcb_formats::Error;
 use dcb_formats::matrix::blocks::TextBlocks;
 
+use crate::closed_formats::explanation;
 use crate::matrix::{
     coordinate, dmig, harwell_boeing, matlab5, matlab73, matrix_input, matrix_market, numpy,
     op4_binary, op4_text, petsc, substructure,
@@ -183,15 +184,20 @@ pub(crate) fn beginning(path: &Path) -> Result<Vec<u8>, Error> {
 }
 
 fn unknown(path: &Path, start: &[u8]) -> Error {
-    let message = match start.is_empty() {
-        true => "is empty; expected a matrix".to_owned(),
-        false => {
-            let names: Vec<&str> = FORMATS.iter().map(|format| format.name).collect();
-            format!(
-                "holds no matrix of a format that is known here; expected one of {}",
-                names.join(", ")
-            )
-        }
+    let names = || {
+        FORMATS
+            .iter()
+            .map(|format| format.name)
+            .collect::<Vec<_>>()
+            .join(", ")
+    };
+    let message = match explanation(path, start) {
+        Some(explanation) => explanation,
+        None if start.is_empty() => "is empty; expected a matrix".to_owned(),
+        None => format!(
+            "holds no matrix of a format that is known here; expected one of {}",
+            names()
+        ),
     };
     Error::File {
         path: path.to_path_buf(),

@@ -145,10 +145,10 @@ fn one(
 }
 
 fn no_mass(file: &MatrixFile) -> Error {
-    file.refused(
-        "is a stiffness without a mass: neither this file nor one beside it has the mass that goes with it; name it, for example \
-         `reduce import STIFFNESS MASS`",
-    )
+    file.refused(format!(
+        "is a stiffness ({}) without a mass: neither this file nor one beside it has the mass that goes with it; name it, --mass FILE",
+        file.format_name()
+    ))
 }
 
 /// A file in its use.

@@ -1,64 +1,99 @@
-//! Files that are not Matrix Market: told by their content what they are, and how to make Matrix Market of them.
+//! Files that are not Matrix Market: told by their content what they are. Nothing is read of them here; `reduce import` does.
 //!
-//! Nothing is read of them. A file's name says nothing, and no byte of a binary file gets into a message.
+//! A file's name says nothing, and no byte of a binary file gets into a message.
 
 use super::header::shown;
 use super::number::{self, unsigned};
 
 /// Text at the beginning of a file that is looked at.
 const LOOKED_AT: usize = 1 << 20;
-/// Where the section with the conversions is.
-const HOW: &str = "docs/component.md says how (\"Matrices of other programs\")";
+/// What reads files of other programs.
+const REMEDY: &str = "`reduce` and `reduce import` read such a file as stiffness or mass (docs/import.md); here Matrix Market is expected";
 
-/// Format of a file that begins so, and how it becomes Matrix Market; `None` for text and for unknown formats.
+/// What a file is that begins so, and what helps; `None` for text and for unknown formats.
 pub(super) fn binary_format(start: &[u8]) -> Option<String> {
     let packed = |program: &str, unpack: &str| {
         format!("compressed with {program}; expected plain text or gzip ({unpack} it first)")
     };
-    let foreign = |what: &str, remedy: &str| format!("{what}, which is not read; {remedy}");
-    let mmwrite = |matrix: &str| {
-        format!(
-            "make it Matrix Market in Python: `scipy.io.mmwrite(\"part.mtx\", {matrix})`, or {HOW}"
-        )
-    };
-    Some(match start {
-        [b'B', b'Z', b'h', ..] => packed("bzip2", "bunzip2"),
-        [0xfd, b'7', b'z', b'X', b'Z', 0, ..] => packed("xz", "unxz"),
-        [0x28, 0xb5, 0x2f, 0xfd, ..] => packed("zstd", "unzstd"),
-        [0xff, 0xfe, ..] | [0xfe, 0xff, ..] => "UTF-16 text; save it as UTF-8 or ASCII".into(),
-        [b'P', b'K', 3 | 5, 4 | 6, ..] if is_npz(start) => foreign(
-            "a NumPy archive (.npz)",
-            &mmwrite("scipy.sparse.load_npz(\"FILE\")"),
-        ),
-        [b'P', b'K', 3 | 5, 4 | 6, ..] => {
-            foreign("a zip archive", "unpack it and name the matrix in it")
+    let kind = match start {
+        [b'B', b'Z', b'h', ..] => return Some(packed("bzip2", "bunzip2")),
+        [0xfd, b'7', b'z', b'X', b'Z', 0, ..] => return Some(packed("xz", "unxz")),
+        [0x28, 0xb5, 0x2f, 0xfd, ..] => return Some(packed("zstd", "unzstd")),
+        [0xff, 0xfe, ..] | [0xfe, 0xff, ..] => {
+            return Some("UTF-16 text; save it as UTF-8 or ASCII".into());
         }
-        [0x93, b'N', b'U', b'M', b'P', b'Y', ..] => foreign(
-            "a NumPy array (.npy)",
-            &mmwrite("scipy.sparse.coo_array(numpy.load(\"FILE\"))"),
-        ),
-        _ if start.starts_with(b"MATLAB 7.3") => foreign(
-            "a MATLAB file of version 7.3",
-            &format!("save it again with `-v7` for SciPy, or {HOW}"),
-        ),
-        _ if is_matlab(start) => foreign(
-            "a MATLAB file (.mat)",
-            &mmwrite("scipy.io.loadmat(\"FILE\")[\"K\"]"),
-        ),
-        [0x89, b'H', b'D', b'F', ..] => foreign(
-            "an HDF5 file",
-            "a superelement (.dcb.h5) is for `simulate`; of a matrix make Matrix Market in Python with h5py and scipy.io.mmwrite",
-        ),
-        _ if is_petsc(start) => foreign(
-            "a PETSc binary file",
-            &format!("make it Matrix Market: {HOW}"),
-        ),
-        _ if is_op4(start) => foreign(
-            "a Nastran OUTPUT4 file (OP4, binary)",
-            &format!("make it Matrix Market: {HOW}"),
-        ),
+        [b'P', b'K', 3 | 5, 4 | 6, ..] if is_npz(start) => "a NumPy archive (.npz)",
+        [b'P', b'K', 3 | 5, 4 | 6, ..] => {
+            return Some("a zip archive; unpack it and name the matrix in it".into());
+        }
+        [0x93, b'N', b'U', b'M', b'P', b'Y', ..] => "a NumPy array (.npy)",
+        _ if start.starts_with(b"MATLAB 7.3") => "a MATLAB file of version 7.3",
+        _ if is_matlab(start) => "a MATLAB file (.mat)",
+        [0x89, b'H', b'D', b'F', ..] => "an HDF5 file",
+        _ if is_petsc(start) => "a PETSc binary file",
+        _ if is_op4(start) => "a Nastran OUTPUT4 file (OP4, binary)",
         _ => return None,
-    })
+    };
+    Some(format!("{kind}; {REMEDY}"))
+}
+
+/// Likely format of text without a banner, given its first line that isn't blank.
+pub(super) fn text_format(text: &[u8], first: &[u8]) -> String {
+    if first.is_empty() {
+        return "empty file; expected a Matrix Market banner".into();
+    }
+    let head = &text[..text.len().min(LOOKED_AT)];
+    if let Some(kind) = text_kind(head, first) {
+        return format!("no banner: this looks like {kind}; {REMEDY}");
+    }
+    if head.iter().take(1024).any(|byte| is_control(*byte)) {
+        return "binary data of a kind that isn't known; expected Matrix Market, which is text"
+            .into();
+    }
+    format!(
+        "`{}`; expected the banner `%%MatrixMarket matrix coordinate real symmetric` or the like",
+        shown(first)
+    )
+}
+
+fn text_kind(head: &[u8], first: &[u8]) -> Option<&'static str> {
+    if is_op4_text(first_line_untrimmed(head)) {
+        return Some("a Nastran OUTPUT4 file (OP4, ASCII)");
+    }
+    if head.iter().take(1024).any(|byte| is_control(*byte)) {
+        return None;
+    }
+    if is_entry(first) {
+        return Some("a matrix of CalculiX or Abaqus (FORMAT=COORDINATE), `row column value`");
+    }
+    if is_abaqus_input(first) {
+        return Some("Abaqus *MATRIX OUTPUT, FORMAT=MATRIX INPUT");
+    }
+    let starts = |line: &[u8], word: &[u8]| {
+        line.get(..word.len())
+            .is_some_and(|start| start.eq_ignore_ascii_case(word))
+    };
+    let lines = || head.split(|&byte| byte == b'\n').map(<[u8]>::trim_ascii);
+    let is_dmig = |line: &[u8]| {
+        starts(line, b"DMIG") && matches!(line.get(4), Some(b' ' | b'*' | b',' | b'\t'))
+    };
+    let is_substructure = |line: &[u8]| starts(line, b"*USER ELEMENT") || starts(line, b"*MATRIX,");
+    if lines().any(is_dmig) {
+        Some("Nastran bulk data with DMIG matrices")
+    } else if lines().any(is_substructure) {
+        Some("a substructure of Abaqus or CalculiX (*SUBSTRUCTURE MATRIX OUTPUT)")
+    } else if is_harwell_boeing(lines().skip(2)) {
+        Some("a Harwell-Boeing file (Ansys HBMAT writes such)")
+    } else {
+        None
+    }
+}
+
+/// `row column value`.
+fn is_entry(line: &[u8]) -> bool {
+    let words = line.split(u8::is_ascii_whitespace);
+    let words: Vec<&[u8]> = words.filter(|word| !word.is_empty()).collect();
+    matches!(words[..], [row, column, value] if is_index(row) && is_index(column) && is_real(value))
 }
 
 /// A zip archive whose first member is an array.
@@ -134,64 +169,6 @@ fn is_op4(start: &[u8]) -> bool {
         })
 }
 
-/// Likely format of text without a banner, given its first line that isn't blank.
-pub(super) fn text_format(text: &[u8], first: &[u8]) -> String {
-    if first.is_empty() {
-        return "empty file; expected a Matrix Market banner".into();
-    }
-    let head = &text[..text.len().min(LOOKED_AT)];
-    let to_matrix_market = format!("make it Matrix Market: {HOW}");
-    if is_op4_text(first_line_untrimmed(head)) {
-        return format!(
-            "no banner: this is a Nastran OUTPUT4 file (OP4, ASCII); {to_matrix_market}"
-        );
-    }
-    if head.iter().take(1024).any(|byte| is_control(*byte)) {
-        return "binary data of a kind that isn't known; expected Matrix Market, which is text"
-            .into();
-    }
-    if let Some(coordinates) = Coordinates::of(head) {
-        return coordinates.message();
-    }
-    if is_abaqus_input(first) {
-        return "no banner: this looks like Abaqus *MATRIX OUTPUT, FORMAT=MATRIX INPUT (node,dof,node,dof,value); \
-                write it anew with FORMAT=COORDINATE, which needs only a banner and a size line"
-            .into();
-    }
-    let keyword = |line: &[u8], word: &[u8]| {
-        line.get(..word.len())
-            .is_some_and(|start| start.eq_ignore_ascii_case(word))
-    };
-    let mut lines = head.split(|&byte| byte == b'\n').map(<[u8]>::trim_ascii);
-    let is_dmig = |line: &[u8]| {
-        keyword(line, b"DMIG") && matches!(line.get(4), Some(b' ' | b'*' | b',' | b'\t'))
-    };
-    if lines.clone().any(is_dmig) {
-        return format!(
-            "no banner: this is Nastran bulk data with DMIG matrices; {to_matrix_market}"
-        );
-    }
-    if lines
-        .clone()
-        .any(|line| keyword(line, b"*USER ELEMENT") || keyword(line, b"*MATRIX,"))
-    {
-        return "no banner: this looks like a substructure of Abaqus or CalculiX (*SUBSTRUCTURE MATRIX OUTPUT); \
-                write the matrices of the whole part instead, in Abaqus with *MATRIX GENERATE and *MATRIX OUTPUT, \
-                FORMAT=COORDINATE, in CalculiX with *FREQUENCY, SOLVER=MATRIXSTORAGE"
-            .into();
-    }
-    if is_harwell_boeing(lines.by_ref().skip(2)) {
-        return format!(
-            "no banner: this is a Harwell-Boeing file (Ansys HBMAT writes such); in Ansys *SMAT and *EXPORT,K,MMF write Matrix Market, \
-             or {HOW}"
-        );
-    }
-    format!(
-        "`{}`; expected the banner `%%MatrixMarket matrix coordinate real symmetric` or the like",
-        shown(first)
-    )
-}
-
 fn is_control(byte: u8) -> bool {
     byte < 0x20 && !matches!(byte, b'\t' | b'\n' | b'\r' | 0x0c) || byte == 0x7f
 }
@@ -248,73 +225,4 @@ fn is_index(word: &[u8]) -> bool {
 
 fn is_real(word: &[u8]) -> bool {
     matches!(number::real(word), Ok((_, length)) if length == word.len())
-}
-
-/// Lines `row column value` without a banner.
-struct Coordinates {
-    has_upper: bool,
-    has_lower: bool,
-    is_by_columns: bool,
-}
-
-impl Coordinates {
-    /// `None` where the first lines are something else.
-    fn of(head: &[u8]) -> Option<Self> {
-        let mut found = Self {
-            has_upper: false,
-            has_lower: false,
-            is_by_columns: true,
-        };
-        let last_line = head.iter().rposition(|&byte| byte == b'\n');
-        let whole = match last_line {
-            Some(end) if head.len() == LOOKED_AT => end,
-            _ => head.len(),
-        };
-        let mut before = (0, 0);
-        let lines = head[..whole].split(|&byte| byte == b'\n');
-        for line in lines
-            .map(<[u8]>::trim_ascii)
-            .filter(|line| !line.is_empty())
-        {
-            let mut words = line
-                .split(u8::is_ascii_whitespace)
-                .filter(|word| !word.is_empty());
-            let place = (|| {
-                let (row, column, value) = (words.next()?, words.next()?, words.next()?);
-                let is_entry =
-                    is_index(row) && is_index(column) && is_real(value) && words.next().is_none();
-                Some((unsigned(column).ok()?.0, unsigned(row).ok()?.0)).filter(|_| is_entry)
-            })();
-            let Some((column, row)) = place else { break };
-            found.has_upper |= row < column;
-            found.has_lower |= row > column;
-            found.is_by_columns &= before <= (column, row);
-            before = (column, row);
-        }
-        (before != (0, 0)).then_some(found)
-    }
-
-    fn message(&self) -> String {
-        let (origin, symmetry, sizes) = match (self.has_upper, self.has_lower) {
-            (true, true) => (
-                "Abaqus *MATRIX OUTPUT, FORMAT=COORDINATE: both triangles",
-                "general",
-                "`rows columns entries`",
-            ),
-            (_, false) if self.is_by_columns => (
-                "CalculiX's .sti or .mas (*FREQUENCY, SOLVER=MATRIXSTORAGE): the upper triangle, column by column",
-                "symmetric",
-                "`rows columns entries` (as many rows and columns as the .dof file has lines)",
-            ),
-            _ => (
-                "one triangle of a matrix, `row column value`",
-                "symmetric",
-                "`rows columns entries`",
-            ),
-        };
-        format!(
-            "no banner and no size line: this looks like {origin}; to make it Matrix Market, put the lines \
-             `%%MatrixMarket matrix coordinate real {symmetry}` and {sizes} in front"
-        )
-    }
 }

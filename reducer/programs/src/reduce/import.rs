@@ -17,10 +17,10 @@ use crate::reduce::part_files::ImportArguments;
 #[derive(Debug, Args)]
 #[command(
     after_help = "Formats are told by content, never by the file's ending.\n\
-                  Matrices: Abaqus (MATRIX INPUT, COORDINATE, substructure), Ansys (Harwell-Boeing, Matrix Market, npz), CalculiX (.sti, .mas, .dof),\n\
-                  Nastran (OP4, DMIG), NumPy (.npz), MATLAB (.mat), PETSc, Matrix Market.\n\
-                  Meshes: Abaqus and CalculiX decks, Nastran bulk data, Gmsh (.msh), UNV, VTU, JSON.\n\
-                  A page for each FE code: docs/import.md."
+                  Matrices: Abaqus (MATRIX INPUT, COORDINATE, substructure), Ansys (Harwell-Boeing, Matrix Market, npz),\n\
+                  CalculiX (.sti, .mas, .dof), Nastran (OP4, DMIG), NumPy (.npz), MATLAB (.mat), PETSc, Matrix Market.\n\
+                  Meshes: Abaqus and CalculiX decks, Nastran bulk data, Gmsh (.msh), UNV, VTU, JSON, lists of nodes.\n\
+                  A page for each FE code: docs/fe-codes."
 )]
 pub(crate) struct ImportCommand {
     /// Stiffness matrix; FILE#NAME picks one of several in a file.

@@ -20,16 +20,16 @@ pub(crate) struct InitArguments {
     #[arg(value_name = "MESH")]
     mesh: PathBuf,
     /// Units of length, mass and time, for example m,kg,s or mm,t,s.
-    #[arg(long, value_name = "L,M,T", value_parser = units)]
+    #[arg(long, value_name = "UNITS", value_parser = units)]
     units: Units,
     /// Directions of every node, in the order of the matrices' rows.
-    #[arg(long, value_name = "ux,uy,uz", default_value = "ux,uy,uz")]
+    #[arg(long, value_name = "DOFS", default_value = "ux,uy,uz")]
     dofs: RowSource,
-    /// Order of the nodes: that of the mesh file, or by rising label.
-    #[arg(long, value_name = "file|label", default_value = "file", value_parser = super::part_files::node_order)]
+    /// Order of the nodes: file (as in the mesh) or label (rising).
+    #[arg(long, value_name = "ORDER", default_value = "file", value_parser = super::part_files::node_order)]
     node_order: NodeOrder,
-    /// Node sets that become interfaces, with their kinds: nodes, average or rigid [default: all sets, average].
-    #[arg(long, value_name = "SET[:KIND],...", value_delimiter = ',')]
+    /// Node sets that become interfaces, SET[:KIND],... [default: all sets, average].
+    #[arg(long, value_name = "SETS", value_delimiter = ',')]
     interfaces: Option<Vec<RequestedSet>>,
     /// Name of the component [default: that of the mesh file].
     #[arg(long, value_name = "NAME")]

@@ -49,8 +49,9 @@ use dcb_workflow::file_form::FileForm;
 
 /// Turns a component's finite-element stiffness and mass into a superelement for flexible multibody dynamics.
 ///
-/// PART.mtx is the stiffness; PART.mass.mtx and PART.json are found beside it. Matrices of Abaqus, Ansys, CalculiX, Nastran, NumPy, MATLAB and PETSc
-/// are read as they are: name the mesh and the units (--mesh job.inp --units mm,t,s).
+/// PART.mtx is the stiffness; PART.mass.mtx and PART.json are found beside it.
+///
+/// Matrices of Abaqus, Ansys, CalculiX, Nastran, NumPy, MATLAB and PETSc are read as they are (docs/import.md).
 #[derive(Debug, Parser)]
 #[command(
     name = "reduce",

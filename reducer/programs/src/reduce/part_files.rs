@@ -18,17 +18,20 @@ use dcb_workflow::siblings::SiblingArguments;
 #[command(next_help_heading = "Files of other programs (docs/import.md)")]
 pub(crate) struct ImportArguments {
     /// Units of length, mass and time, for example m,kg,s or mm,t,s.
-    #[arg(long, value_name = "L,M,T", value_parser = units)]
+    #[arg(long, value_name = "UNITS", value_parser = units)]
     pub units: Option<Units>,
-    /// Which row is which motion: directions of every node, or a file with the label and direction of each row (FILE or FILE#NAME)
-    /// [default: what the files say, else ux,uy,uz].
-    #[arg(long, value_name = "ux,uy,uz|FILE")]
+    /// Which row is which motion: directions of every node (ux,uy,uz), or a table (FILE).
+    ///
+    /// A table is a file with the label and the direction of each row, FILE or FILE#NAME.
+    ///
+    /// Without either: what the files say, else ux,uy,uz.
+    #[arg(long, value_name = "DOFS")]
     pub dofs: Option<RowSource>,
-    /// Order of the nodes where rows have no labels: that of the mesh file, or by rising label [default: file].
-    #[arg(long, value_name = "file|label", value_parser = node_order)]
+    /// Order of the nodes of rows without labels: file or label (rising) [default: file].
+    #[arg(long, value_name = "ORDER", value_parser = node_order)]
     pub node_order: Option<NodeOrder>,
-    /// Node sets that become interfaces, with their kinds: nodes, average or rigid [default: all sets, average].
-    #[arg(long, value_name = "SET[:KIND],...", value_delimiter = ',')]
+    /// Node sets that become interfaces, SET[:KIND],... [default: all sets, average].
+    #[arg(long, value_name = "SETS", value_delimiter = ',')]
     pub interfaces: Option<Vec<RequestedSet>>,
     /// Find the order of the rows from the stiffness, if it got lost.
     #[arg(long)]

@@ -15,6 +15,12 @@ fn every_command_has_help() {
         ("schema --help", "JSON schema"),
         ("plan --help", "Usage: reduce plan [OPTIONS] <PART.mtx>"),
         ("study --help", "Usage: reduce study [OPTIONS] <PART.mtx>"),
+        (
+            "import --help",
+            "Usage: reduce import [OPTIONS] <STIFFNESS> [MASS]",
+        ),
+        ("init --help", "Usage: reduce init [OPTIONS]"),
+        ("export --help", "Usage: reduce export"),
         ("cache --help", "Usage: reduce cache [OPTIONS]"),
         (
             "batch --help",

@@ -44,7 +44,7 @@ fn text_shows_the_same_in_columns() {
     let shown = folder.done("inspect rotor.dcb.h5");
     says!(
         shown,
-        "rotor: spatial superelement, format 1.4, units m kg s, frame mean-axis",
+        "rotor: spatial superelement, format 1.5, units m kg s, frame mean-axis",
         "mass      7.796604705e+01 kg",
         "   1          104.637010551",
         "bearing-left   average",
@@ -210,7 +210,7 @@ fn other_files_are_refused() {
     let folder = Folder::rotor();
     folder.refused_each(&[
         ("inspect nowhere.h5", &["nowhere.h5", "cannot read"]),
-        ("inspect rotor.mtx", &["rotor.mtx", "isn't an HDF5 file"]),
+        ("inspect rotor.json", &["rotor.json", "isn't an HDF5 file"]),
         ("inspect .", &[".", "isn't a file"]),
     ]);
     folder.write("empty.h5", "");
