@@ -141,6 +141,13 @@ pub fn read_small(path: &Path, most: u64) -> Result<(Vec<u8>, String), Error> {
     Ok((bytes, file.finish()?))
 }
 
+/// SHA-256 of bytes, hexadecimal.
+pub fn digest_of(bytes: &[u8]) -> String {
+    let mut hash = Hash::default();
+    hash.update(bytes);
+    hash.finish()
+}
+
 pub(crate) fn cannot_read(path: &Path, source: io::Error) -> Error {
     Error::io(path, "cannot read", source)
 }

@@ -10,7 +10,7 @@ use crate::interfaces::interfaces;
 use crate::named_file::NamedFile;
 use crate::operators::of_file;
 use crate::part::Part;
-use crate::part_mesh::PartMesh;
+use crate::part_mesh::{PartMesh, is_json};
 use crate::report::{ImportReport, MassCentre};
 use crate::request::Import;
 use crate::rigid_motions::Resistance;
@@ -31,6 +31,12 @@ pub struct Imported {
 /// # Errors
 /// What is wrong with the files, or doubtful: nothing is guessed without the proof that K resists no rigid motion.
 pub fn import(request: &Import) -> Result<Imported, Error> {
+    if let (None, Some(mesh)) = (&request.units, &request.mesh)
+        && mesh.is_file()
+        && !is_json(mesh)?
+    {
+        return Err(no_units(&request.stiffness));
+    }
     let matrices = SourceMatrices::read(&request.stiffness, request.mass.as_ref())?;
     let mesh = request.mesh.as_deref().map(PartMesh::read).transpose()?;
     let mut part = Part::of(request, matrices, mesh)?;
@@ -81,7 +87,7 @@ impl Part {
         let report = self.report(&mesh, resistance, &units);
         let mut draft = ComponentDraft {
             interfaces: made,
-            sources: self.sources,
+            sources: [self.sources, vec![request.options()]].concat(),
             notes: self.warnings,
             ..ComponentDraft::new(&name, units, (mesh, dofs), self.stiffness, self.mass)
         };

@@ -43,7 +43,7 @@ pub use import::{Imported, import};
 pub use interfaces::RequestedSet;
 pub use matrix_file::{MatrixFile, is_matrix_market};
 pub use named_file::NamedFile;
-pub use part_mesh::{is_component_file, mesh_beside};
+pub use part_mesh::{is_json, mesh_beside};
 pub use report::{ImportReport, MassCentre};
 pub use request::{Import, LostOrder, RowSource, units};
 pub use row_order::NodeOrder;

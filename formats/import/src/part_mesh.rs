@@ -1,11 +1,9 @@
 //! The mesh of a part, with the file that it comes from.
 
-use std::io::Read;
 use std::path::{Path, PathBuf};
 
 use dcb_formats::component::Source;
 use dcb_formats::description::{JsonMesh, read_json_mesh};
-use dcb_formats::snapshot::Snapshot;
 use dcb_formats::{Description, Error};
 
 use crate::matrix_file::beginning;
@@ -29,15 +27,16 @@ impl PartMesh {
     /// # Errors
     /// What is wrong with the file.
     pub fn read(path: &Path) -> Result<Self, Error> {
-        if !is_component_file(path)? {
+        if !is_json(path)? {
             let ReadMesh {
                 format,
                 mesh,
                 sha256,
             } = read_mesh(path)?;
             let of_mesh = source("mesh", path, &sha256);
-            let included = mesh.included.iter().map(|(name, sha256)| Source {
-                role: "mesh.include".into(),
+            let included = mesh.included.iter().zip(1..);
+            let included = included.map(|((name, sha256), number)| Source {
+                role: format!("mesh.include.{number}"),
                 file_name: name.clone(),
                 sha256: sha256.clone(),
             });
@@ -96,31 +95,10 @@ pub fn mesh_beside(stiffness: &Path) -> Option<PathBuf> {
     paths.into_iter().find(|path| path.exists())
 }
 
-/// Whether a file is a component file: JSON with the key `component`.
+/// Whether a file is JSON, as component files are, and meshes in their layout.
 ///
 /// # Errors
 /// It can't be read.
-pub fn is_component_file(path: &Path) -> Result<bool, Error> {
-    const KEY: &[u8] = b"\"component\"";
-    const READ_TOGETHER: usize = 1 << 16;
-    if !beginning(path)?.trim_ascii_start().starts_with(b"{") {
-        return Ok(false);
-    }
-    let mut file = Snapshot::open(path)?;
-    let mut window = Vec::with_capacity(READ_TOGETHER + KEY.len());
-    loop {
-        // The key may begin in what was read before.
-        let kept = window.len().min(KEY.len() - 1);
-        window.drain(..window.len() - kept);
-        let mut part = (&mut file).take(READ_TOGETHER as u64);
-        let read = part
-            .read_to_end(&mut window)
-            .map_err(|source| Error::io(path, "cannot read", source))?;
-        if memchr::memmem::find(&window, KEY).is_some() {
-            return Ok(true);
-        }
-        if read == 0 {
-            return Ok(false);
-        }
-    }
+pub fn is_json(path: &Path) -> Result<bool, Error> {
+    Ok(json::recognises(&beginning(path)?))
 }

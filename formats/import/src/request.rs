@@ -3,8 +3,9 @@
 use std::path::PathBuf;
 use std::str::FromStr;
 
-use dcb_formats::component::Units;
+use dcb_formats::component::{Source, Units};
 use dcb_formats::mesh::Direction;
+use dcb_formats::snapshot::digest_of;
 
 use crate::interfaces::RequestedSet;
 use crate::named_file::NamedFile;
@@ -31,6 +32,33 @@ pub struct Import {
     pub units: Option<Units>,
     /// Name of the component; the stem of the stiffness file's name if there is none.
     pub name: Option<String>,
+}
+
+impl Import {
+    /// Whatever decides the component beside the files, as a source of its own: options in words, and their digest.
+    pub(crate) fn options(&self) -> Source {
+        let name = |file: &NamedFile| file.name.clone().unwrap_or_default();
+        let text = format!(
+            "stiffness #{}, mass #{}, dofs {}, nodes by {:?}, lost order {:?}, interfaces {:?}, units {:?}, name {:?}",
+            name(&self.stiffness),
+            self.mass.as_ref().map(name).unwrap_or_default(),
+            match &self.dofs {
+                None => "as found".to_owned(),
+                Some(RowSource::Pattern(pattern)) => format!("{pattern:?}"),
+                Some(RowSource::Table(table)) => format!("#{}", name(table)),
+            },
+            self.node_order,
+            self.lost_order,
+            self.interfaces,
+            self.units,
+            self.name
+        );
+        Source {
+            role: "import".into(),
+            sha256: digest_of(text.as_bytes()),
+            file_name: text,
+        }
+    }
 }
 
 /// Where it is said which row is which motion.

@@ -30,13 +30,18 @@ pub(crate) struct SourceMatrices {
 pub fn mass_beside(stiffness: &NamedFile) -> Result<Option<NamedFile>, Error> {
     let file = MatrixFile::open(&stiffness.path)?;
     let own = chosen(&file, stiffness.name.as_deref())?;
-    Ok(match mass_of(&file, own) {
+    Ok(partner(&file, own, &stiffness.path))
+}
+
+/// The mass in the stiffness's own file, or in one beside it.
+fn partner(file: &MatrixFile, stiffness: usize, path: &Path) -> Option<NamedFile> {
+    match mass_of(file, stiffness) {
         Some(mass) => Some(NamedFile {
-            path: stiffness.path.clone(),
-            name: Some(name_or_number(&file, mass)),
+            path: path.to_path_buf(),
+            name: Some(name_or_number(file, mass)),
         }),
-        None => mass_file(&stiffness.path).map(|path| NamedFile::only(&path)),
-    })
+        None => mass_file(path).map(|path| NamedFile::only(&path)),
+    }
 }
 
 fn name_or_number(file: &MatrixFile, at: usize) -> String {
@@ -58,7 +63,7 @@ impl SourceMatrices {
         let mass = match mass {
             Some(mass) => mass.clone(),
             None => {
-                let found = mass_beside(stiffness)?.ok_or_else(|| no_mass(&file))?;
+                let found = partner(&file, own, &stiffness.path).ok_or_else(|| no_mass(&file))?;
                 notes.push(match found.path == stiffness.path {
                     true => format!(
                         "mass: {} of the same file",

@@ -27,11 +27,6 @@ pub enum CommandRefusal {
         /// Rows of L_b.
         path: PathBuf,
     },
-    /// An import without units.
-    #[error(
-        "no file of another program says its units; name those of length, mass and time, for example --units m,kg,s or --units mm,t,s"
-    )]
-    NoUnits,
     /// An import into a file that isn't named like one.
     #[error("{}: expected PART.mtx as the output of an import; PART.mass.mtx and PART.json are written beside it", path.display())]
     NoMatrixMarketName {

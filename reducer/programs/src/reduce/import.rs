@@ -47,9 +47,6 @@ pub(crate) fn run(command: &ImportCommand, common: &CommonArguments) -> Result<O
     let request = command
         .import
         .import(&command.stiffness, mass, command.mesh.as_deref())?;
-    if request.units.is_none() && !has_units(&request)? {
-        return Err(CommandRefusal::NoUnits.into());
-    }
     let stem = stem_of_output(command)?;
     let replace = match command.force {
         true => Replace::Overwrite,
@@ -73,15 +70,6 @@ pub(crate) fn run(command: &ImportCommand, common: &CommonArguments) -> Result<O
         text += &format!("wrote {}\n", path.display());
     }
     Ok(Outcome::done(text))
-}
-
-/// A component file says its units itself.
-fn has_units(request: &Import) -> Result<bool, Error> {
-    match &request.mesh {
-        Some(mesh) if mesh.exists() => Ok(dcb_import::is_component_file(mesh)?),
-        // What is missing is told by the import.
-        _ => Ok(true),
-    }
 }
 
 /// `PATH/part` of the output.

@@ -1,14 +1,14 @@
 //! The files of a part, whatever program wrote them.
 
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 use crate::program::Told;
 use clap::Args;
 use dcb_formats::component::{Component, Source, Units};
 use dcb_formats::component_files::{ComponentFiles, read_component};
 use dcb_import::{
-    Import, Imported, LostOrder, NamedFile, NodeOrder, RequestedSet, RowSource, import,
-    is_component_file, is_matrix_market, mass_beside, mesh_beside, units,
+    Import, Imported, LostOrder, NamedFile, NodeOrder, RequestedSet, RowSource, import, is_json,
+    is_matrix_market, mass_beside, mesh_beside, units,
 };
 use dcb_reducer::error::{CommandRefusal, Error};
 use dcb_workflow::siblings::SiblingArguments;
@@ -186,19 +186,22 @@ impl PartFiles {
     }
 }
 
-/// Whether files are those of a component: Matrix Market and a component file.
-fn is_own(stiffness: &Path, siblings: &SiblingArguments) -> Result<bool, Error> {
-    if !is_matrix_market(stiffness)? {
-        return Ok(false);
+/// Whether files are those of a component: Matrix Market and JSON.
+fn is_own(stiffness: &Path, siblings: &SiblingArguments) -> Result<bool, dcb_formats::Error> {
+    type Kind = fn(&Path) -> Result<bool, dcb_formats::Error>;
+    let files: [(Option<&Path>, Kind); 3] = [
+        (Some(stiffness), is_matrix_market),
+        (siblings.mass.as_deref(), is_matrix_market),
+        (siblings.mesh.as_deref(), is_json),
+    ];
+    // What isn't there is told by the reader. A pipe can be read only once.
+    let looked_at = |path: &&Path| path.is_file();
+    for (path, is_kind) in files {
+        if let Some(path) = path.filter(looked_at)
+            && !is_kind(path)?
+        {
+            return Ok(false);
+        }
     }
-    let foreign_mass = match siblings.mass.as_ref().filter(|mass| mass.exists()) {
-        Some(mass) => !is_matrix_market(mass)?,
-        None => false,
-    };
-    let mesh: Option<&PathBuf> = siblings.mesh.as_ref().filter(|mesh| mesh.exists());
-    let foreign_mesh = match mesh {
-        Some(mesh) => !is_component_file(mesh)?,
-        None => false,
-    };
-    Ok(!foreign_mass && !foreign_mesh)
+    Ok(true)
 }

@@ -191,3 +191,25 @@ fn inspect_lists_the_matrices_of_a_file() {
         &["\"KAAX\"", "\"MAAX\""],
     );
 }
+
+/// What decides the component beside the files decides the key too.
+#[test]
+fn a_cache_tells_imports_apart() {
+    let folder = Folder::exchange(&CALCULIX);
+    let reduce = "bracket.sti --units mm,t,s --modes 4 --cache=c";
+    let first = folder.run(&format!("{reduce} --interfaces foot -o one.dcb.h5"));
+    let other = folder.run(&format!("{reduce} --interfaces tip:rigid -o two.dcb.h5"));
+    let again = folder.run(&format!("{reduce} --interfaces tip:rigid -o three.dcb.h5"));
+    for answer in [&first, &other, &again] {
+        assert_eq!(answer.code, Some(0), "{answer:?}");
+    }
+    assert!(!other.stdout.contains("from the cache"), "{other:?}");
+    assert!(again.stdout.contains("from the cache"), "{again:?}");
+    let interface = |name: &str| {
+        let file = SuperelementFile::open(folder.path(name)).unwrap();
+        file.superelement().unwrap().interfaces[0].name.clone()
+    };
+    assert_eq!(interface("one.dcb.h5"), "FOOT");
+    assert_eq!(interface("two.dcb.h5"), "TIP");
+    assert_eq!(interface("three.dcb.h5"), "TIP");
+}

@@ -306,3 +306,18 @@ fn many_modes_converge() {
     folder.done("part.mtx --modes 60");
     assert_eq!(folder.mode_count("part.dcb.h5"), 60);
 }
+
+/// Each of them can be read only once.
+#[test]
+#[cfg(unix)]
+fn pipes_are_read() {
+    let folder = Folder::rotor();
+    for files in [
+        "<(cat rotor.mtx) --mass <(cat rotor.mass.mtx) --mesh rotor.json",
+        "rotor.mtx --mass rotor.mass.mtx --mesh <(cat rotor.json)",
+    ] {
+        let script = format!("\"$0\" {files} --modes 4 -o piped.dcb.h5 --force");
+        let output = folder.shell(&script).output().unwrap();
+        assert!(output.status.success(), "{files}: {output:?}");
+    }
+}
