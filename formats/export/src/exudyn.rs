@@ -16,14 +16,14 @@ use dcb_formats::mesh::Mesh;
 use faer::Mat;
 use nalgebra::{Matrix3, Vector3};
 
-use crate::basis::Basis;
-use crate::frames::Frame;
-use crate::hdf5_tree::{Hdf5Tree, Node};
-use crate::left_out::{Holds, left_out, unit_note};
-use crate::node_shapes::NodeShapes;
+use crate::files::hdf5_tree::{Hdf5Tree, Node};
+use crate::files::product::{Content, Product};
+use crate::mesh::node_shapes::NodeShapes;
+use crate::mesh::surface::Surface;
+use crate::part::basis::Basis;
+use crate::part::frames::Frame;
+use crate::part::left_out::{Holds, left_out, unit_note};
 use crate::part::{Part, Source};
-use crate::product::{Content, Product};
-use crate::surface::Surface;
 use crate::{Axes, Request};
 
 /// Distance of a frame's nodes, along each axis, over the part's radius of gyration.

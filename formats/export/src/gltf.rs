@@ -16,10 +16,10 @@ use gltf_json::validation::Checked::Valid;
 use gltf_json::{Accessor, Index, Node, Root, Scene};
 use serde_json::json;
 
-use crate::drawing::Drawing;
-use crate::node_shapes::NodeShapes;
+use crate::files::product::{Content, Product};
+use crate::mesh::drawing::Drawing;
+use crate::mesh::node_shapes::NodeShapes;
 use crate::part::Source;
-use crate::product::{Content, Product};
 use crate::{Axes, Request};
 
 /// Largest displacement of a mode over the part's extent.

@@ -1,6 +1,6 @@
 //! Other tools' files out: a superelement as other programs read it.
 //!
-//! Each target is one file over the same integrals (`basis.rs`), and one entry of [`TARGETS`]. What a target can't hold of a superelement is said, as found in this one.
+//! Each target is one file over the same integrals (`part/basis.rs`), and one entry of [`TARGETS`]. What a target can't hold of a superelement is said, as found in this one.
 //!
 //! ```
 //! use std::path::Path;
@@ -17,26 +17,16 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 
-mod basis;
-mod drawing;
 mod exudyn;
-mod frames;
+mod files;
 mod gltf;
-mod hdf5_tree;
-mod left_out;
-mod mat5;
 mod mbdyn;
-mod names;
+mod mesh;
 mod nastran;
-mod node_shapes;
 mod npz;
-mod op4;
 mod part;
-mod primal;
-mod product;
 mod sid;
 mod simscape;
-mod surface;
 
 use std::ffi::OsString;
 use std::path::{Path, PathBuf};
@@ -44,8 +34,8 @@ use std::path::{Path, PathBuf};
 use dcb_formats::Error;
 use dcb_formats::output::{Replace, check_output, is_same_file};
 
+use files::product::Product;
 pub use part::Source;
-use product::Product;
 
 /// Where the origin of positions is. The axes are the component's in both cases.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]

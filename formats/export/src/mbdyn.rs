@@ -19,11 +19,11 @@ use faer::Mat;
 use nalgebra::Matrix3;
 
 use crate::Request;
-use crate::basis::Basis;
-use crate::frames::Frame;
-use crate::left_out::{Holds, left_out, unit_note};
+use crate::files::product::{Content, Product};
+use crate::part::basis::Basis;
+use crate::part::frames::Frame;
+use crate::part::left_out::{Holds, left_out, unit_note};
 use crate::part::{Part, Source};
-use crate::product::{Content, Product};
 
 /// A part as MBDyn reads it.
 pub(crate) fn product(source: &Source, request: &Request<'_>) -> Result<Product, Error> {

@@ -7,11 +7,12 @@ use std::fmt::Write as _;
 use dcb_formats::Error;
 use faer::Mat;
 
-use crate::left_out::{Holds, left_out, unit_note};
+use crate::Request;
+use crate::files::op4;
+use crate::files::product::{Content, Product};
+use crate::part::left_out::{Holds, left_out, unit_note};
+use crate::part::primal::Primal;
 use crate::part::{Part, Source};
-use crate::primal::Primal;
-use crate::product::{Content, Product};
-use crate::{Request, op4};
 
 /// Largest number of a GRID or SPOINT in a field of eight characters.
 const MOST_POINTS: usize = 99_999_999;

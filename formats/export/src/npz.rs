@@ -20,10 +20,10 @@ use zip::write::SimpleFileOptions;
 use zip::{DateTime, ZipWriter};
 
 use crate::Request;
-use crate::left_out::{Holds, left_out, unit_note};
+use crate::files::product::{Content, Product};
+use crate::part::left_out::{Holds, left_out, unit_note};
+use crate::part::primal::{Primal, boundary};
 use crate::part::{Part, Source};
-use crate::primal::{Primal, boundary};
-use crate::product::{Content, Product};
 
 /// A part's primal form as NumPy arrays.
 pub(crate) fn product(source: &Source, request: &Request<'_>) -> Result<Product, Error> {

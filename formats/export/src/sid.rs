@@ -13,11 +13,11 @@ use dcb_formats::Error;
 use dcb_formats::units::hertz;
 
 use crate::Request;
-use crate::basis::{Basis, PAIRS};
-use crate::frames::Frame;
-use crate::left_out::{Holds, left_out, unit_note};
+use crate::files::product::{Content, Product};
+use crate::part::basis::{Basis, PAIRS};
+use crate::part::frames::Frame;
+use crate::part::left_out::{Holds, left_out, unit_note};
 use crate::part::{Part, Source};
-use crate::product::{Content, Product};
 
 /// Components of J in its column; unlike the columns of Oe.
 const TENSOR: [(usize, usize); 6] = [(0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2)];

@@ -12,11 +12,11 @@ use faer::Mat;
 use nalgebra::{Matrix3, Rotation3, UnitQuaternion};
 
 use crate::Request;
-use crate::left_out::{Holds, left_out, unit_note};
-use crate::mat5::MatFile;
+use crate::files::mat5::MatFile;
+use crate::files::product::{Content, Product};
+use crate::part::left_out::{Holds, left_out, unit_note};
+use crate::part::primal::Primal;
 use crate::part::{Part, Source};
-use crate::primal::Primal;
-use crate::product::{Content, Product};
 
 /// Elements of a MATLAB file have 32-bit lengths.
 const MOST_COORDINATES: usize = 16_000;

@@ -9,7 +9,8 @@ use std::io::Read;
 use std::path::Path;
 use std::time::Instant;
 
-use dcb_import::matrix::{matlab5, matlab73, numpy, petsc};
+use dcb_import::matrix::matlab::{version5, version73};
+use dcb_import::matrix::{numpy, petsc};
 use dcb_import::stored::{Content, Listed, Reading};
 
 type List = fn(&Path) -> Result<Vec<Listed>, dcb_formats::Error>;
@@ -18,8 +19,8 @@ type Format = (fn(&[u8]) -> bool, List, Readers);
 
 const FORMATS: [Format; 4] = [
     (numpy::recognises, numpy::list, numpy::read),
-    (matlab5::recognises, matlab5::list, matlab5::read),
-    (matlab73::recognises, matlab73::list, matlab73::read),
+    (version5::recognises, version5::list, version5::read),
+    (version73::recognises, version73::list, version73::read),
     (petsc::recognises, petsc::list, petsc::read),
 ];
 

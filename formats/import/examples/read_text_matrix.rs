@@ -8,9 +8,9 @@ use std::time::Instant;
 
 use dcb_formats::matrix::blocks::{Expansion, assembled};
 use dcb_formats::matrix::read_symmetric_operator;
-use dcb_import::matrix::{
-    coordinate, dmig, harwell_boeing, matrix_input, op4_binary, op4_text, substructure,
-};
+use dcb_import::matrix::abaqus::{coordinate, matrix_input, substructure};
+use dcb_import::matrix::harwell_boeing;
+use dcb_import::matrix::nastran::{dmig, op4};
 use dcb_import::stored::{Content, Triangles};
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {
@@ -24,8 +24,8 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         "dmig" => dmig::read,
         "harwell_boeing" => harwell_boeing::read,
         "matrix_input" => matrix_input::read,
-        "op4_binary" => op4_binary::read,
-        "op4_text" => op4_text::read,
+        "op4_binary" => op4::binary::read,
+        "op4_text" => op4::text::read,
         "substructure" => substructure::read,
         "matrix_market" => {
             let start = Instant::now();

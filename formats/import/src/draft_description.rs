@@ -9,8 +9,9 @@ use dcb_formats::{Error, SparseMatrix};
 use crate::import::stem;
 use crate::interfaces::{RequestedSet, interfaces};
 use crate::operators::of_file;
-use crate::part_mesh::PartMesh;
-use crate::row_order::{NodeOrder, nodes_in_order};
+use crate::request::NodeOrder;
+use crate::rows::order::nodes_in_order;
+use crate::source::part_mesh::PartMesh;
 
 /// A component without stiffness and mass: nodes in an order, with the same directions each, and their sets as interfaces.
 ///

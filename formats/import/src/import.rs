@@ -7,15 +7,15 @@ use dcb_formats::component::{Component, ComponentDraft, ComponentFault, Units};
 use dcb_formats::mesh::{Dof, DofMap, MatrixRow, Mesh};
 
 use crate::interfaces::interfaces;
-use crate::named_file::NamedFile;
 use crate::operators::of_file;
 use crate::part::Part;
-use crate::part_mesh::{PartMesh, is_json};
 use crate::report::{ImportReport, MassCentre};
 use crate::request::Import;
 use crate::rigid_motions::Resistance;
-use crate::row_order::{RowOwner, row_places};
-use crate::source_files::{SourceMatrices, file_name};
+use crate::rows::order::{RowOwner, row_places};
+use crate::source::matrices::{SourceMatrices, file_name};
+use crate::source::named_file::NamedFile;
+use crate::source::part_mesh::{PartMesh, is_json};
 
 /// A component, and what was done to make it.
 #[derive(Debug)]

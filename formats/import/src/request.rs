@@ -8,8 +8,7 @@ use dcb_formats::mesh::Direction;
 use dcb_formats::snapshot::digest_of;
 
 use crate::interfaces::RequestedSet;
-use crate::named_file::NamedFile;
-use crate::row_order::NodeOrder;
+use crate::source::named_file::NamedFile;
 
 /// Files of another program, and what they don't say.
 #[derive(Clone, Debug, PartialEq)]
@@ -96,6 +95,16 @@ impl FromStr for RowSource {
             }
         }
     }
+}
+
+/// Order of the nodes of a mesh whose labels the rows don't have.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum NodeOrder {
+    /// As the file of the mesh lists them.
+    #[default]
+    File,
+    /// By rising label.
+    Label,
 }
 
 /// Treatment of matrices whose rows are in an order that nobody knows.

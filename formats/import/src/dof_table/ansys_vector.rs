@@ -9,8 +9,8 @@ use dcb_formats::matrix::blocks::shown;
 use super::direction::{label, note, of_each_node};
 use super::lines::TableLines;
 use super::{DofTable, RowList};
-use crate::line_blocks::filled_lines;
-use crate::row_key::RowKey;
+use crate::stored::row_key::RowKey;
+use crate::text::line_blocks::filled_lines;
 
 /// Whether it has the banner of Matrix Market.
 pub(super) fn recognises(start: &[u8]) -> bool {

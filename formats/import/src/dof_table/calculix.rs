@@ -8,8 +8,8 @@ use dcb_formats::matrix::blocks::{shown, unsigned};
 use super::direction::label;
 use super::lines::TableLines;
 use super::{DofTable, RowList};
-use crate::line_blocks::filled_lines;
-use crate::row_key::{RowKey, direction, no_direction};
+use crate::stored::row_key::{RowKey, direction, no_direction};
+use crate::text::line_blocks::filled_lines;
 
 const TWICE: &str = "CalculiX has expanded shells or beams to solids, whose nodes are not those of the deck; use solid elements only, or convert the model first";
 

@@ -4,8 +4,8 @@ use std::path::Path;
 
 use dcb_formats::Error;
 
-use crate::line_blocks::BYTE_ORDER_MARK;
-use crate::lines::Lines;
+use crate::text::line_blocks::BYTE_ORDER_MARK;
+use crate::text::lines::Lines;
 
 /// Lines of a table.
 pub(super) struct TableLines {

@@ -13,8 +13,8 @@ use dcb_formats::Error;
 use dcb_formats::matrix::blocks::TextBlocks;
 use rustc_hash::FxHashMap;
 
-use crate::row_key::RowKey;
 use crate::stored::RowLabel;
+use crate::stored::row_key::RowKey;
 
 /// A table of degrees of freedom.
 #[derive(Clone, Debug, PartialEq, Eq)]

@@ -13,8 +13,8 @@ use dcb_formats::mesh::Direction;
 use super::direction::{label, named};
 use super::lines::TableLines;
 use super::{DofTable, KINDS, RowList};
-use crate::real::whole_real;
-use crate::row_key::{RowKey, direction, no_direction};
+use crate::stored::row_key::{RowKey, direction, no_direction};
+use crate::text::real::whole_real;
 
 /// A line of a table.
 #[derive(Clone, Debug)]

@@ -5,8 +5,8 @@ use dcb_formats::matrix::blocks::{Entries, Triplet};
 use rayon::prelude::*;
 use rustc_hash::FxHashMap;
 
-use crate::row_key::RowKey;
 use crate::stored::LARGEST_LABEL;
+use crate::stored::row_key::RowKey;
 
 /// Entries of a block, by numbers that the block gives to labels.
 #[derive(Debug, Default)]

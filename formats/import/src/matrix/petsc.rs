@@ -4,18 +4,17 @@
 //! entries stand for a matrix in full, row after row. Builds of PETSc with 64-bit indices write all integers with 8 bytes. No file says
 //! how wide its values are: they are read as real double precision, and the lengths must agree with that.
 
-use std::fs::File;
 use std::path::Path;
 
 use dcb_formats::Error;
 
-use super::collected::{obstacle_of_shape, square};
-use super::compressed::{Along, Pattern};
-use super::dense::dense;
-use super::number::{Kind, Number};
-use super::stream::indices;
-use crate::binary_file::BinaryFile;
-use crate::hashed_file::hashed;
+use crate::binary::file::BinaryFile;
+use crate::binary::hashed::hashed;
+use crate::matrix::storage::collected::{obstacle_of_shape, square};
+use crate::matrix::storage::compressed::{Along, Pattern};
+use crate::matrix::storage::dense::dense;
+use crate::matrix::storage::number::{Kind, Number};
+use crate::matrix::storage::stream::indices;
 use crate::stored::{Content, Listed, Reading, Rows, StoredMatrix, Triangles};
 
 const MATRIX: u32 = 1_211_216;
@@ -136,12 +135,7 @@ impl Matrix {
         })
     }
 
-    fn compressed(
-        &self,
-        file: &mut BinaryFile<File>,
-        size: u32,
-        entries: u64,
-    ) -> Result<Content, Error> {
+    fn compressed(&self, file: &mut BinaryFile, size: u32, entries: u64) -> Result<Content, Error> {
         let integer = Number::big(self.integers);
         let mut starts = indices(file, integer, u64::from(size))?;
         let mut total = 0_u64;
@@ -167,7 +161,7 @@ impl Matrix {
 }
 
 /// The header of the next object, if it is a matrix; the rest of it is passed over.
-fn next(file: &mut BinaryFile<File>) -> Result<Option<Matrix>, Error> {
+fn next(file: &mut BinaryFile) -> Result<Option<Matrix>, Error> {
     let mut class = u32::from_be_bytes(file.take()?);
     let integers = match class {
         0 => {
@@ -218,7 +212,7 @@ fn next(file: &mut BinaryFile<File>) -> Result<Option<Matrix>, Error> {
 }
 
 /// Goes to the end of a matrix; if the file doesn't go on there, says what it may be.
-fn pass_over(file: &mut BinaryFile<File>, matrix: &Matrix) -> Result<(), Error> {
+fn pass_over(file: &mut BinaryFile, matrix: &Matrix) -> Result<(), Error> {
     let left = file.remaining();
     let fits = matrix.bytes(VALUE).filter(|&bytes| bytes <= left);
     if let Some(bytes) = fits {
@@ -253,7 +247,7 @@ fn pass_over(file: &mut BinaryFile<File>, matrix: &Matrix) -> Result<(), Error> 
 }
 
 /// Whether an object begins here; stays here.
-fn begins_object(file: &mut BinaryFile<File>) -> Result<bool, Error> {
+fn begins_object(file: &mut BinaryFile) -> Result<bool, Error> {
     let start: [u8; 8] = match file.remaining() {
         0..8 => return Ok(false),
         _ => file.peek()?,
@@ -264,14 +258,14 @@ fn begins_object(file: &mut BinaryFile<File>) -> Result<bool, Error> {
         || (start.starts_with(&[0; 4]) && is_index_set(&start[4..])))
 }
 
-fn integer(file: &mut BinaryFile<File>, kind: Kind) -> Result<i64, Error> {
+fn integer(file: &mut BinaryFile, kind: Kind) -> Result<i64, Error> {
     Ok(match kind {
         Kind::I64 => i64::from_be_bytes(file.take()?),
         _ => i64::from(i32::from_be_bytes(file.take()?)),
     })
 }
 
-fn size(file: &mut BinaryFile<File>, kind: Kind, of: &str) -> Result<u64, Error> {
+fn size(file: &mut BinaryFile, kind: Kind, of: &str) -> Result<u64, Error> {
     let found = integer(file, kind)?;
     u64::try_from(found).map_err(|_| file.refused(format!("{found} {of} are announced")))
 }

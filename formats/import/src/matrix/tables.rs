@@ -4,11 +4,12 @@ use std::path::Path;
 
 use dcb_formats::Error;
 
-use super::labels::DOF_REF;
-pub use super::labels::IntegerTable;
-use super::{matlab5, matlab73, numpy};
-use crate::binary_file::BinaryFile;
-use crate::hashed_file::hashed;
+use crate::binary::file::BinaryFile;
+use crate::binary::hashed::hashed;
+use crate::matrix::labels::DOF_REF;
+pub use crate::matrix::labels::IntegerTable;
+use crate::matrix::matlab::{version5, version73};
+use crate::matrix::numpy;
 
 /// Bytes by which a format is recognised.
 const LOOKED_AT: u64 = 1 << 12;
@@ -22,12 +23,12 @@ struct Format {
 /// All of them.
 const FORMATS: [Format; 3] = [
     Format {
-        recognises: matlab5::recognises,
-        table: matlab5::table,
+        recognises: version5::recognises,
+        table: version5::table,
     },
     Format {
-        recognises: matlab73::recognises,
-        table: matlab73::table,
+        recognises: version73::recognises,
+        table: version73::table,
     },
     Format {
         recognises: numpy::recognises,

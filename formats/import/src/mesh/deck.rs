@@ -7,7 +7,7 @@ use std::path::{Component, Path, PathBuf};
 use dcb_formats::Error;
 use dcb_formats::terminal::shortened;
 
-use crate::lines::Lines;
+use crate::text::lines::Lines;
 
 /// Files that are open together, at most.
 const DEPTH: usize = 32;

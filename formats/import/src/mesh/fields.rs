@@ -3,8 +3,8 @@
 use dcb_formats::matrix::blocks::{self, NotANumber};
 use dcb_formats::terminal::shortened;
 
-use crate::real::whole_real;
 use crate::stored::LARGEST_LABEL;
+use crate::text::real::whole_real;
 
 /// A field for a message.
 pub(super) fn shown(field: &[u8]) -> String {

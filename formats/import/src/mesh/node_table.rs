@@ -9,9 +9,9 @@ use dcb_formats::Error;
 use rustc_hash::FxHashMap;
 
 use super::FoundMesh;
-use crate::lines::Lines;
-use crate::real::whole_real;
 use crate::stored::LARGEST_LABEL;
+use crate::text::lines::Lines;
+use crate::text::real::whole_real;
 
 /// Lines of a head that are skipped.
 const LONGEST_HEAD: usize = 20;

@@ -2,7 +2,7 @@
 //! SciPy doesn't write but reads.
 
 use dcb_formats::mesh::Direction;
-use dcb_import::matrix::matlab5::{list, read, recognises};
+use dcb_import::matrix::matlab::version5::{list, read, recognises};
 use dcb_import::matrix::tables::read_table;
 use dcb_import::stored::{RowLabel, Rows};
 

@@ -1,7 +1,7 @@
 //! MATLAB files of version 7.3 and other HDF5 files, written by h5py with the attributes that MATLAB writes.
 
 use dcb_formats::mesh::Direction;
-use dcb_import::matrix::matlab73::{list, read, recognises};
+use dcb_import::matrix::matlab::version73::{list, read, recognises};
 use dcb_import::matrix::tables::read_table;
 use dcb_import::stored::{RowLabel, Rows, StoredMatrix};
 

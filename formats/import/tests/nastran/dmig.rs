@@ -3,7 +3,7 @@
 use std::fmt::Write as _;
 
 use dcb_formats::mesh::Direction;
-use dcb_import::matrix::dmig;
+use dcb_import::matrix::nastran::dmig;
 use dcb_import::stored::{Reading, RowLabel, Rows, StoredMatrix, Triangles};
 
 use crate::support::{Places, Reader, difference, entry_difference, file, full, sample, truth};

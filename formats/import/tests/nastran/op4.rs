@@ -3,20 +3,20 @@
 use std::path::Path;
 use std::time::Instant;
 
-use dcb_import::matrix::{op4_binary, op4_text};
+use dcb_import::matrix::nastran::op4;
 use dcb_import::stored::{Listed, Rows, StoredMatrix, Triangles};
 
 use crate::support::{Places, Reader, entry_difference, file, full, sample, truth};
 
 const BINARY: Reader = Reader {
-    recognises: op4_binary::recognises,
-    list: op4_binary::list,
-    read: op4_binary::read,
+    recognises: op4::binary::recognises,
+    list: op4::binary::list,
+    read: op4::binary::read,
 };
 const TEXT: Reader = Reader {
-    recognises: op4_text::recognises,
-    list: op4_text::list,
-    read: op4_text::read,
+    recognises: op4::text::recognises,
+    list: op4::text::list,
+    read: op4::text::read,
 };
 
 /// The reader that recognises a file, which no other one does.
@@ -161,7 +161,7 @@ fn every_listed_name_shape_and_type_is_the_references() {
         }
     }
     let odd = sample("nastran/pyyeti/double_bigmat_ascii_badname.op4");
-    let names: Vec<_> = op4_text::list(&odd)
+    let names: Vec<_> = op4::text::list(&odd)
         .unwrap()
         .into_iter()
         .map(|one| one.name)
@@ -215,7 +215,7 @@ fn every_spelling_of_ascii_is_understood() {
     let touching = "1000000110000001       6       2KGG     1P,3E23.16\n10000002       1       1\n 1.0000000000000000E+00\n";
     let file = file(touching.as_bytes());
     assert_eq!(
-        op4_text::list(file.path()).unwrap()[0].shape,
+        op4::text::list(file.path()).unwrap()[0].shape,
         Some((10_000_001, 10_000_001))
     );
 }
@@ -347,7 +347,7 @@ fn single_precision_is_told() {
         );
         let expected = [((0, 1), f64::from(0.1f32).to_bits()), ((1, 1), 0)];
         assert!(full(&matrix) == Places::from(expected));
-        let error = op4_binary::read(file(&damaged).path(), &[0]).unwrap_err();
+        let error = op4::binary::read(file(&damaged).path(), &[0]).unwrap_err();
         assert!(error.to_string().contains("announces 4 words"), "{error}");
     }
 }
@@ -359,8 +359,8 @@ fn files_of_two_byte_orders_are_refused() {
     };
     let both = file(&[bytes("le"), bytes("be")].concat());
     for error in [
-        op4_binary::list(both.path()).map(drop).unwrap_err(),
-        op4_binary::read(both.path(), &[7]).map(drop).unwrap_err(),
+        op4::binary::list(both.path()).map(drop).unwrap_err(),
+        op4::binary::read(both.path(), &[7]).map(drop).unwrap_err(),
     ] {
         assert!(
             error.to_string().contains("the byte order changes here"),
@@ -417,7 +417,7 @@ fn damaged_files_are_told_by_their_place() {
         let mut damaged = lines.clone();
         damaged[line - 1] = new;
         let text = damaged.join("\n") + "\n";
-        let error = op4_text::read(file(text.as_bytes()).path(), &[0])
+        let error = op4::text::read(file(text.as_bytes()).path(), &[0])
             .unwrap_err()
             .to_string();
         assert!(error.contains(told), "line {line}, `{new}`: {error}");
@@ -426,7 +426,7 @@ fn damaged_files_are_told_by_their_place() {
     for (at, told) in [(28, "ends with the length"), (4 + 24 + 4, "announced")] {
         let mut damaged = record.clone();
         damaged[at + 3] ^= 0x40;
-        let error = op4_binary::list(file(&damaged).path())
+        let error = op4::binary::list(file(&damaged).path())
             .unwrap_err()
             .to_string();
         assert!(error.contains(told), "byte {at}: {error}");
@@ -456,11 +456,11 @@ fn sizes_times_a_million_are_refused_at_once() {
     let start = Instant::now();
     let text = std::fs::read_to_string(sample("nastran/variants_nonbigmat_ascii.op4")).unwrap();
     let larger = text.replacen("       2       0      22", "       2       022000000", 1);
-    assert!(op4_text::read(file(larger.as_bytes()).path(), &[0]).is_err());
+    assert!(op4::text::read(file(larger.as_bytes()).path(), &[0]).is_err());
     let mut bytes = std::fs::read(sample("nastran/variants_dense_le.op4")).unwrap();
     let words = u32::from_le_bytes(*bytes[44..].first_chunk().unwrap());
     bytes[44..48].copy_from_slice(&(words * 1_000_000).to_le_bytes());
-    assert!(op4_binary::read(file(&bytes).path(), &[0]).is_err());
+    assert!(op4::binary::read(file(&bytes).path(), &[0]).is_err());
     assert!(start.elapsed().as_secs_f64() < 0.5);
 }
 

@@ -1,6 +1,6 @@
 //! Lines `row column value`: CalculiX's own files, and the layout of Abaqus' COORDINATE.
 
-use dcb_import::matrix::coordinate::{list, read, recognises};
+use dcb_import::matrix::abaqus::coordinate::{list, read, recognises};
 use dcb_import::stored::{Rows, Triangles};
 
 use crate::damage;

@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 
 use dcb_formats::mesh::Direction;
-use dcb_import::matrix::matrix_input::{list, read, recognises};
+use dcb_import::matrix::abaqus::matrix_input::{list, read, recognises};
 use dcb_import::stored::{RowLabel, Rows, StoredMatrix, Triangles};
 
 use crate::damage;

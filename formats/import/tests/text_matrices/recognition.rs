@@ -2,7 +2,8 @@
 
 use std::path::Path;
 
-use dcb_import::matrix::{coordinate, harwell_boeing, matrix_input, substructure};
+use dcb_import::matrix::abaqus::{coordinate, matrix_input, substructure};
+use dcb_import::matrix::harwell_boeing;
 
 use crate::support::sample;
 

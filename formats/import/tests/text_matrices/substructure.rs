@@ -1,7 +1,7 @@
 //! Substructures: real ones of Abaqus, symmetric and unsymmetric, and CalculiX's of the bracket, which isn't condensed in this file: it has
 //! the rows of the whole stiffness that are kept.
 
-use dcb_import::matrix::substructure::{list, read, recognises};
+use dcb_import::matrix::abaqus::substructure::{list, read, recognises};
 use dcb_import::stored::{RowLabel, Rows, StoredMatrix, Triangles};
 use nalgebra::DMatrix;
 

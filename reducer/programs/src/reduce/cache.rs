@@ -13,10 +13,10 @@ use dcb_formats::units::readable;
 use serde_json::json;
 
 use crate::outcome::Outcome;
-use crate::reduce::inspect::{frequency_table, interface_table, mass_lines};
-use crate::reduce::reduction_report::{further_columns, stage_lines};
+use crate::reduce::part::report::{further_columns, stage_lines};
+use crate::reduce::part::timing::StageClock;
 use crate::reduce::scene::Made;
-use crate::reduce::timing::StageClock;
+use crate::reduce::superelement::inspect::{frequency_table, interface_table, mass_lines};
 use dcb_reducer::error::{CommandRefusal, Error};
 use dcb_reducer::resources::memory_limit::size;
 use dcb_workflow::cache::eviction::Removal;

@@ -10,8 +10,8 @@ use dcb_reducer::error::{CommandRefusal, Error, Occupied};
 
 use crate::outcome::Outcome;
 use crate::program::CommonArguments;
+use crate::reduce::part::files::ImportArguments;
 use crate::reduce::part::part_stem;
-use crate::reduce::part_files::ImportArguments;
 
 /// Files of another program.
 #[derive(Debug, Args)]

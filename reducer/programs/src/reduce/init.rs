@@ -26,7 +26,7 @@ pub(crate) struct InitArguments {
     #[arg(long, value_name = "DOFS", default_value = "ux,uy,uz")]
     dofs: RowSource,
     /// Order of the nodes: file (as in the mesh) or label (rising).
-    #[arg(long, value_name = "ORDER", default_value = "file", value_parser = super::part_files::node_order)]
+    #[arg(long, value_name = "ORDER", default_value = "file", value_parser = super::part::files::node_order)]
     node_order: NodeOrder,
     /// Node sets that become interfaces, SET[:KIND],... [default: all sets, average].
     #[arg(long, value_name = "SETS", value_delimiter = ',')]

@@ -12,7 +12,7 @@ use crate::outcome::Outcome;
 use crate::program::Told;
 use crate::reduce::memory::MemoryArguments;
 use crate::reduce::part::default_output;
-use crate::reduce::part_files::{PartArguments, PartFiles};
+use crate::reduce::part::files::{PartArguments, PartFiles};
 use dcb_reducer::error::Error;
 use dcb_reducer::forecast;
 use dcb_reducer::mode_selection::ModeOptions;

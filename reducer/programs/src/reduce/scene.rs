@@ -9,7 +9,7 @@ use dcb_formats::mesh::Mesh;
 use dcb_formats::superelement::RecoveryBasis;
 use serde_json::{Value, json};
 
-use crate::reduce::timing::StageClock;
+use crate::reduce::part::timing::StageClock;
 use dcb_reducer::Reduction;
 use dcb_reducer::Work;
 use dcb_reducer::error::Error;

@@ -6,9 +6,9 @@ use dcb_formats::Error;
 use dcb_formats::matrix::blocks::TextBlocks;
 
 use super::format::Format;
-use crate::cursor::{Cursor, Stopped};
-use crate::line_blocks::read_line_blocks;
-use crate::real::Digits;
+use crate::text::cursor::{Cursor, Stopped};
+use crate::text::line_blocks::read_line_blocks;
+use crate::text::real::Digits;
 
 /// Lines of the file with numbers of one kind.
 #[derive(Clone, Debug)]

@@ -15,9 +15,9 @@ use rayon::prelude::*;
 
 use self::columns::{Numbers, read_numbers};
 use self::head::Head;
-use crate::line_blocks::{filled_lines, read_text};
-use crate::real::whole_real;
 use crate::stored::{Content, Listed, Reading, Rows, StoredMatrix, Triangles};
+use crate::text::line_blocks::{filled_lines, read_text};
+use crate::text::real::whole_real;
 
 /// The one matrix of the file, called as its key or title.
 ///
@@ -35,7 +35,7 @@ pub fn list(path: &Path) -> Result<Vec<Listed>, Error> {
 /// Whether the third line is a type such as `RSA` with counts, and the fourth a format in parentheses.
 pub fn recognises(start: &[u8]) -> bool {
     let start = start
-        .strip_prefix(crate::line_blocks::BYTE_ORDER_MARK)
+        .strip_prefix(crate::text::line_blocks::BYTE_ORDER_MARK)
         .unwrap_or(start);
     let mut lines = start.split(|&byte| byte == b'\n').skip(2);
     let (Some(third), Some(fourth)) = (lines.next(), lines.next()) else {

@@ -10,9 +10,9 @@ use zip::result::ZipError;
 use zip::{CompressionMethod, ZipArchive};
 
 use super::header::{Element, Header};
-use crate::binary_file::{BinaryFile, regular};
-use crate::matrix::number::{Kind, Number};
-use crate::matrix::stream::{Stream, integers};
+use crate::binary::file::{BinaryFile, regular};
+use crate::matrix::storage::number::{Kind, Number};
+use crate::matrix::storage::stream::{Stream, integers};
 
 /// Members of an archive, at most.
 const MOST_MEMBERS: usize = 10_000;

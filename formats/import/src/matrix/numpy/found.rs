@@ -4,9 +4,9 @@ use dcb_formats::Error;
 
 use super::arrays::Arrays;
 use super::header::Element;
-use crate::matrix::collected::obstacle_of_shape;
-use crate::matrix::compressed::Along;
 use crate::matrix::labels::DOF_REF;
+use crate::matrix::storage::collected::obstacle_of_shape;
+use crate::matrix::storage::compressed::Along;
 
 /// A matrix before it is read.
 pub(super) struct Found {

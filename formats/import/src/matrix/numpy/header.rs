@@ -4,9 +4,9 @@
 
 use dcb_formats::Error;
 
-use crate::binary_file::ByteOrder;
-use crate::matrix::number::{Kind, Number};
-use crate::matrix::stream::Stream;
+use crate::binary::file::ByteOrder;
+use crate::matrix::storage::number::{Kind, Number};
+use crate::matrix::storage::stream::Stream;
 
 const MAGIC: &[u8; 6] = b"\x93NUMPY";
 /// Bytes of a header, at most; NumPy's own limit is 10 000.

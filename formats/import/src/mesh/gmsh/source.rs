@@ -6,7 +6,7 @@ use dcb_formats::Error;
 use dcb_formats::snapshot::read_small;
 
 use super::super::fields;
-use crate::binary_file::ByteOrder;
+use crate::binary::file::ByteOrder;
 
 /// Bytes of the longest mesh.
 const LONGEST_FILE: u64 = 1 << 36;

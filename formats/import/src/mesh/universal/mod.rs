@@ -15,7 +15,7 @@ use super::cells::Cells;
 use super::fields;
 use super::node_sets::Marks;
 use super::nodes::Nodes;
-use crate::lines::Lines;
+use crate::text::lines::Lines;
 use groups::Groups;
 
 /// Whether a text begins as such a file does: a line with -1, a line with the number of a dataset.

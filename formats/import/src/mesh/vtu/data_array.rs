@@ -7,7 +7,7 @@ use base64::engine::general_purpose::STANDARD;
 use flate2::read::ZlibDecoder;
 
 use super::super::fields;
-use crate::binary_file::ByteOrder;
+use crate::binary::file::ByteOrder;
 
 /// Element types of arrays.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -5,7 +5,7 @@ use quick_xml::reader::Reader;
 
 use super::super::fields::shown;
 use super::data_array::{Compression, Data, DataArray, Kind, Layout};
-use crate::binary_file::ByteOrder;
+use crate::binary::file::ByteOrder;
 
 /// Names of point arrays that hold labels, in small letters without signs between.
 const LABELS: [&str; 11] = [

@@ -1,0 +1,66 @@
+//! What a picture of a mesh shows.
+
+use dcb_formats::mesh::Mesh;
+use gltf_json::mesh::Mode;
+
+use crate::mesh::surface::Surface;
+
+/// What is drawn: triangles, else lines, else points.
+pub(crate) struct Drawing {
+    /// Nodes of the mesh, ascending.
+    pub nodes: Vec<u32>,
+    /// Places in `nodes`.
+    pub cells: Vec<u32>,
+    /// Nodes of a cell: 3, 2 or 1.
+    pub corners: usize,
+    /// Cells that aren't drawn, by type.
+    pub others: Vec<String>,
+}
+
+impl Drawing {
+    pub(crate) fn of(mesh: &Mesh) -> Self {
+        let surface = Surface::of(mesh);
+        let lines = || -> Vec<u32> {
+            let blocks = mesh.cells.iter();
+            let blocks =
+                blocks.filter(|block| matches!(block.cell_type.as_str(), "line" | "line3"));
+            let ends = blocks.flat_map(|block| block.cells().filter_map(|cell| cell.get(..2)));
+            ends.flatten().copied().collect()
+        };
+        let (corners, cells, others) = match surface.triangles.is_empty() {
+            false => (3, surface.triangles.into_flattened(), surface.others),
+            true => match lines() {
+                cells if cells.is_empty() => {
+                    (1, (0..mesh.node_count() as u32).collect(), Vec::new())
+                }
+                cells => (2, cells, Vec::new()),
+            },
+        };
+        let mut nodes = cells.clone();
+        nodes.sort_unstable();
+        nodes.dedup();
+        let place = |node: &u32| nodes.partition_point(|known| known < node) as u32;
+        Self {
+            cells: cells.iter().map(place).collect(),
+            nodes,
+            corners,
+            others,
+        }
+    }
+
+    pub(crate) fn mode(&self) -> Mode {
+        match self.corners {
+            3 => Mode::Triangles,
+            2 => Mode::Lines,
+            _ => Mode::Points,
+        }
+    }
+
+    pub(crate) fn what(&self) -> &'static str {
+        match self.corners {
+            3 => "triangles",
+            2 => "lines",
+            _ => "points",
+        }
+    }
+}

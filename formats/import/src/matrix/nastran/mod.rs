@@ -1,0 +1,4 @@
+//! Matrices as Nastran writes them.
+
+pub mod dmig;
+pub mod op4;

@@ -1,0 +1,156 @@
+//! Text files that are read in blocks of lines by all threads, and what is wrong with a line by its number in the file.
+
+use std::path::Path;
+
+use dcb_formats::Error;
+use dcb_formats::matrix::blocks::{
+    Entries, Rest, TextBlocks, likely_line_count, read_blocks_in_context,
+};
+
+use crate::text::cursor::{Cursor, Stopped};
+
+/// What was made of a block of lines.
+#[derive(Debug, Default)]
+pub struct LineBlock<T> {
+    /// What was made of it.
+    pub content: T,
+    /// 1-based number of its first line in the file.
+    pub first_line: u64,
+    line_count: u64,
+    /// Something stands behind its last line end.
+    is_open: bool,
+    stopped: Option<Stopped>,
+}
+
+/// UTF-8's, which some editors put in front.
+pub const BYTE_ORDER_MARK: &[u8] = b"\xef\xbb\xbf";
+
+/// Reads a text file, plain or gzipped, and tells the SHA-256 of its bytes. A bad line that comes of a file that is damaged or was changed
+/// meanwhile is told as that.
+///
+/// # Errors
+/// As [`TextBlocks::open`] and [`TextBlocks::finish`], and those of `read`.
+pub fn read_text<R>(
+    path: &Path,
+    read: impl FnOnce(&mut TextBlocks) -> Result<R, Error>,
+) -> Result<(R, String), Error> {
+    let mut text = TextBlocks::open(path)?;
+    if text.pending().starts_with(BYTE_ORDER_MARK) {
+        text.skip(BYTE_ORDER_MARK.len());
+    }
+    match read(&mut text) {
+        Ok(found) => Ok((found, text.finish()?)),
+        Err(error @ Error::Line { .. }) => Err(text.reason_or(error)),
+        Err(error) => Err(error),
+    }
+}
+
+/// Makes something of every block of lines, in file order; `lines_before` of the file are read already.
+///
+/// # Errors
+/// [`Error::Line`] for the first line in file order that `work` refuses, [`Error::NotEnoughMemory`], and as
+/// [`read_blocks_in_context`].
+pub fn read_line_blocks<T: Default + Send>(
+    path: &Path,
+    text: &mut TextBlocks,
+    lines_before: u64,
+    work: impl Fn(&mut Cursor<'_>, &mut T) -> Result<(), Stopped> + Sync,
+) -> Result<Vec<LineBlock<T>>, Error> {
+    let work = |cursor: &mut Cursor<'_>, (), content: &mut T| work(cursor, content);
+    read_line_blocks_in_context(path, text, lines_before, |_| (), work)
+}
+
+/// As [`read_line_blocks`]; `look` sees each block before it is worked on, in file order, and tells `work` of what stands before it.
+///
+/// # Errors
+/// As [`read_line_blocks`].
+pub fn read_line_blocks_in_context<T: Default + Send, C: Send>(
+    path: &Path,
+    text: &mut TextBlocks,
+    lines_before: u64,
+    look: impl FnMut(&[u8]) -> C + Send,
+    work: impl Fn(&mut Cursor<'_>, C, &mut T) -> Result<(), Stopped> + Sync,
+) -> Result<Vec<LineBlock<T>>, Error> {
+    let work = |text: &[u8], context: C| {
+        let mut cursor = Cursor::new(text);
+        let mut block = LineBlock::default();
+        block.stopped = work(&mut cursor, context, &mut block.content).err();
+        block.line_count = u64::from(cursor.line());
+        let end = text.iter().rposition(|&byte| byte == b'\n');
+        block.is_open = !text[end.map_or(0, |end| end + 1)..].trim_ascii().is_empty();
+        block
+    };
+    let took = |block: &LineBlock<T>, _| {
+        Ok(match block.stopped {
+            Some(_) => Rest::Unwanted,
+            None => Rest::Wanted,
+        })
+    };
+    let mut blocks = read_blocks_in_context(text, look, work, took)?;
+    let mut line = lines_before + 1;
+    for block in &mut blocks {
+        block.first_line = line;
+        line += block.line_count;
+        match block.stopped.take() {
+            None => {}
+            Some(Stopped::BadLine { line, message }) => {
+                return Err(block.refused(path, line, message));
+            }
+            Some(Stopped::NoMemory { bytes }) => {
+                return Err(Error::NotEnoughMemory {
+                    path: path.into(),
+                    needed: bytes,
+                    allowed: None,
+                });
+            }
+        }
+    }
+    Ok(blocks)
+}
+
+impl<T> LineBlock<T> {
+    /// Refuses a line, 0-based in the block.
+    pub fn refused(&self, path: &Path, line: u32, message: impl Into<String>) -> Error {
+        Error::Line {
+            path: path.into(),
+            line: self.first_line + u64::from(line),
+            message: message.into(),
+        }
+    }
+}
+
+/// Refuses a text whose last line has no end: where nothing says how many lines there are, that shows that some are missing.
+///
+/// # Errors
+/// [`Error::Line`].
+pub fn refuse_open_end<T>(path: &Path, blocks: &[LineBlock<T>]) -> Result<(), Error> {
+    match blocks.last() {
+        Some(block) if block.is_open => Err(Error::Line {
+            path: path.into(),
+            line: block.first_line + block.line_count,
+            message: "the file ends within this line, as one that is cut off; write it anew, or add a line end if it is whole".into(),
+        }),
+        _ => Ok(()),
+    }
+}
+
+/// Room for an entry a line.
+///
+/// # Errors
+/// [`Stopped::NoMemory`].
+pub fn room_for_entries(cursor: &Cursor<'_>) -> Result<Entries, Stopped> {
+    let count = likely_line_count(cursor.text());
+    Entries::with_capacity(count).ok_or(Stopped::NoMemory {
+        bytes: Entries::bytes_of(count),
+    })
+}
+
+/// Lines of the first bytes of a file with something on them, without blanks around; the last one may be cut off. A byte order mark is
+/// left out, and CR alone ends a line too.
+pub fn filled_lines(start: &[u8]) -> impl Iterator<Item = &[u8]> {
+    let start = start.strip_prefix(BYTE_ORDER_MARK).unwrap_or(start);
+    let lines = start.split(|&byte| byte == b'\n' || byte == b'\r');
+    lines
+        .map(<[u8]>::trim_ascii)
+        .filter(|line| !line.is_empty())
+}

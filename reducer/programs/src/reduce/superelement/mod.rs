@@ -1,0 +1,7 @@
+//! Commands that take superelements.
+
+pub(crate) mod compare;
+pub(crate) mod error_report;
+pub(crate) mod export;
+pub(crate) mod inspect;
+pub(crate) mod verify;
