@@ -12,7 +12,7 @@ use crate::part::Part;
 use crate::report::{ImportReport, MassCentre};
 use crate::request::Import;
 use crate::rigid_motions::Resistance;
-use crate::rows::order::{RowOwner, row_places};
+use crate::rows::order::row_places;
 use crate::source::matrices::{SourceMatrices, file_name};
 use crate::source::named_file::NamedFile;
 use crate::source::part_mesh::{PartMesh, is_json};
@@ -108,7 +108,7 @@ impl Part {
     fn can_be_interface(&self, nodes: &[u32]) -> bool {
         let mut is_wanted = vec![false; self.mesh.points.len()];
         for owner in &self.rows {
-            if let RowOwner::Node { node, .. } = owner {
+            if let MatrixRow::Nodal(Dof { node, .. }) = owner {
                 is_wanted[*node as usize] = true;
             }
         }
@@ -120,7 +120,7 @@ impl Part {
         let internal = self
             .rows
             .iter()
-            .filter(|owner| **owner == RowOwner::Internal)
+            .filter(|owner| **owner == MatrixRow::Internal)
             .count();
         let places = row_places(&self.mesh, &self.rows);
         let sets = mesh.point_sets.iter();
@@ -147,21 +147,14 @@ impl Part {
 
     /// The mesh of the component and the owner of each row.
     fn mesh_and_dofs(&self) -> Result<(Mesh, DofMap), String> {
-        let owner = |owner: &RowOwner| match owner {
-            RowOwner::Node { node, direction } => MatrixRow::Nodal(Dof {
-                node: *node,
-                direction: *direction,
-            }),
-            RowOwner::Internal => MatrixRow::Internal,
-        };
-        let owners: Vec<MatrixRow> = self.rows.iter().map(owner).collect();
-        let directions = owners
+        let directions = self
+            .rows
             .iter()
             .filter_map(|owner| owner.dof())
             .map(|dof| dof.direction);
         let mesh = self.mesh.of_component(directions);
-        let dofs =
-            DofMap::new(owners, self.mesh.points.len()).map_err(|error| error.to_string())?;
+        let dofs = DofMap::new(self.rows.clone(), self.mesh.points.len())
+            .map_err(|error| error.to_string())?;
         Ok((mesh, dofs))
     }
 }

@@ -4,6 +4,7 @@ mod node_order;
 
 use dcb_formats::component::Source;
 use dcb_formats::matrix::symmetrized;
+use dcb_formats::mesh::{Dof, MatrixRow};
 use dcb_formats::{Error, SparseMatrix};
 
 use crate::interfaces::counted;
@@ -13,7 +14,7 @@ use crate::request::Import;
 use crate::rows::displacement_axes::{rotated, transform};
 use crate::rows::labels::{pattern, row_labels, rows_in_mesh_order, same_size};
 use crate::rows::lost_positions::mesh_of_rows;
-use crate::rows::order::{Owners, RowOwner};
+use crate::rows::order::Owners;
 use crate::source::matrices::{SourceMatrices, Sourced, file_name};
 use crate::source::part_mesh::PartMesh;
 
@@ -23,7 +24,7 @@ pub(crate) struct Part {
     pub mesh_format: String,
     pub description: Option<dcb_formats::Description>,
     /// Owner of each row.
-    pub rows: Vec<RowOwner>,
+    pub rows: Vec<MatrixRow>,
     pub stiffness: SparseMatrix,
     pub mass: SparseMatrix,
     /// Labels of rows that the mesh doesn't have, and how many rows they have.
@@ -147,7 +148,7 @@ impl Part {
         if dropped == 0 || kept.is_empty() {
             return;
         }
-        let rotations = |owner: &RowOwner| matches!(owner, RowOwner::Node { direction, .. } if direction.is_rotation());
+        let rotations = |owner: &MatrixRow| matches!(owner, MatrixRow::Nodal(Dof { direction, .. }) if direction.is_rotation());
         let of_rotations = self.rows.iter().filter(|owner| rotations(owner)).count();
         let left = kept
             .iter()

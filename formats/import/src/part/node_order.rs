@@ -1,18 +1,17 @@
 //! The nodes of a mesh in the order of the rows.
 
-use dcb_formats::mesh::{Dimension, Direction, Mesh};
+use dcb_formats::mesh::{Dimension, Direction, Dof, MatrixRow, Mesh};
 
 use crate::interfaces::counted;
 use crate::mesh::FoundMesh;
 use crate::part::Part;
-use crate::rows::order::RowOwner;
 
 impl Part {
     /// Puts nodes in the order of their rows, and leaves those out that have neither rows nor cells: construction points of a mesher.
     pub fn order_nodes(&mut self) {
         let mut is_used = vec![false; self.mesh.points.len()];
         for owner in &self.rows {
-            if let RowOwner::Node { node, .. } = owner {
+            if let MatrixRow::Nodal(Dof { node, .. }) = owner {
                 is_used[*node as usize] = true;
             }
         }
@@ -44,10 +43,8 @@ impl Part {
         // Nodes in the order of their rows; those without rows after them.
         let mut order: Vec<u32> = Vec::new();
         let mut is_placed = vec![false; is_used.len()];
-        let of_rows = self.rows.iter().filter_map(|owner| match owner {
-            RowOwner::Node { node, .. } => Some(*node),
-            RowOwner::Internal => None,
-        });
+        let of_rows = self.rows.iter().filter_map(|owner| owner.dof());
+        let of_rows = of_rows.map(|dof| dof.node);
         for node in of_rows.chain(dependent) {
             if !std::mem::replace(&mut is_placed[node as usize], true) {
                 order.push(node);
@@ -55,7 +52,7 @@ impl Part {
         }
         let new = self.mesh.keep(&order);
         for owner in &mut self.rows {
-            if let RowOwner::Node { node, .. } = owner {
+            if let MatrixRow::Nodal(Dof { node, .. }) = owner {
                 *node = new[*node as usize];
             }
         }

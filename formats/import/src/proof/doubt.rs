@@ -3,7 +3,8 @@
 use crate::part::{Part, first_ten};
 use crate::request::NodeOrder;
 use crate::rigid_motions::{Resistance, resistance};
-use crate::rows::order::{RowOwner, nodes_in_order, row_places};
+use crate::rows::order::{nodes_in_order, row_places};
+use dcb_formats::mesh::{Dof, MatrixRow};
 
 /// Up to here K R isn't worth a word; the exports of most programs stay below 1e-12.
 pub(crate) const QUIET: f64 = 1e-9;
@@ -63,15 +64,15 @@ impl Doubt<'_> {
         for (from, to) in from.iter().zip(&to) {
             new[*from as usize] = *to;
         }
-        let rows: Vec<RowOwner> = part
+        let rows: Vec<MatrixRow> = part
             .rows
             .iter()
             .map(|owner| match owner {
-                RowOwner::Node { node, direction } => RowOwner::Node {
+                MatrixRow::Nodal(Dof { node, direction }) => MatrixRow::Nodal(Dof {
                     node: new[*node as usize],
                     direction: *direction,
-                },
-                RowOwner::Internal => RowOwner::Internal,
+                }),
+                MatrixRow::Internal => MatrixRow::Internal,
             })
             .collect();
         let other = resistance(&part.stiffness, &row_places(&part.mesh, &rows)).worst();
@@ -82,12 +83,9 @@ impl Doubt<'_> {
         })
     }
 
-    fn first_row_of(&self, node: u32) -> Option<RowOwner> {
-        let direction = match self.part.rows.first()? {
-            RowOwner::Node { direction, .. } => *direction,
-            RowOwner::Internal => return None,
-        };
-        Some(RowOwner::Node { node, direction })
+    fn first_row_of(&self, node: u32) -> Option<MatrixRow> {
+        let direction = self.part.rows.first()?.dof()?.direction;
+        Some(MatrixRow::Nodal(Dof { node, direction }))
     }
 
     fn unknown_labels(&self) -> Option<String> {
@@ -105,7 +103,7 @@ impl Doubt<'_> {
         let part = self.part;
         let mut has_row = vec![false; part.mesh.points.len()];
         for owner in &part.rows {
-            if let RowOwner::Node { node, .. } = owner {
+            if let MatrixRow::Nodal(Dof { node, .. }) = owner {
                 has_row[*node as usize] = true;
             }
         }
@@ -129,7 +127,7 @@ impl Doubt<'_> {
     fn in_general(&self) -> String {
         let row = self.resistance.worst_row;
         let place = match self.part.rows.get(row) {
-            Some(RowOwner::Node { node, direction }) => {
+            Some(MatrixRow::Nodal(Dof { node, direction })) => {
                 format!(
                     "row {} (node {} {})",
                     row + 1,

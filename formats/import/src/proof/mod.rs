@@ -6,7 +6,7 @@ mod rotation_node;
 use std::path::Path;
 
 use dcb_formats::Error;
-use dcb_formats::mesh::Direction;
+use dcb_formats::mesh::{Direction, MatrixRow};
 
 use crate::interfaces::counted;
 use crate::operators::of_file;
@@ -15,7 +15,7 @@ use crate::proof::doubt::{Doubt, QUIET, TOLERATED};
 use crate::request::{Import, LostOrder};
 use crate::rigid_motions::{Resistance, resistance};
 use crate::rows::lost_order::found_order;
-use crate::rows::order::{RowOwner, row_places};
+use crate::rows::order::{node_after_node, row_places};
 
 impl Part {
     fn resistance(&self) -> Resistance {
@@ -82,17 +82,7 @@ impl Part {
         })?;
         let order = found_order(&self.stiffness, &self.mesh, &pattern)
             .map_err(|message| of_file(&request.stiffness.path, message))?;
-        self.rows = order
-            .nodes
-            .iter()
-            .flat_map(|&node| {
-                let owner = move |direction: &Direction| RowOwner::Node {
-                    node,
-                    direction: *direction,
-                };
-                pattern.iter().map(owner).collect::<Vec<_>>()
-            })
-            .collect();
+        self.rows = node_after_node(&order.nodes, &pattern);
         let found = self.resistance();
         let moved = order
             .nodes
@@ -120,10 +110,7 @@ impl Part {
 
     /// Directions of every node, if rows go node after node with the same ones.
     fn pattern(&self) -> Option<Vec<Direction>> {
-        let direction = |owner: &RowOwner| match owner {
-            RowOwner::Node { direction, .. } => Some(*direction),
-            RowOwner::Internal => None,
-        };
+        let direction = |owner: &MatrixRow| owner.dof().map(|dof| dof.direction);
         let all: Vec<Direction> = self.rows.iter().map(direction).collect::<Option<_>>()?;
         let size = all.len().checked_div(self.mesh.points.len())?;
         let pattern = all

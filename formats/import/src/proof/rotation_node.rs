@@ -1,11 +1,11 @@
 //! CalculiX's rigid bodies: the rows of a node whose translations stand for the rotations of another one.
 
-use dcb_formats::mesh::Direction;
+use dcb_formats::mesh::{Direction, Dof, MatrixRow};
 
 use crate::part::Part;
 use crate::proof::doubt::TOLERATED;
 use crate::rigid_motions::{Resistance, resistance};
-use crate::rows::order::{RowOwner, row_places};
+use crate::rows::order::row_places;
 
 /// A node whose rows are taken as rotations of another one.
 #[derive(Clone, Copy, Debug)]
@@ -85,27 +85,27 @@ impl Part {
         candidates
     }
 
-    fn resistance_of(&self, rows: &[RowOwner]) -> Resistance {
+    fn resistance_of(&self, rows: &[MatrixRow]) -> Resistance {
         resistance(&self.stiffness, &row_places(&self.mesh, rows))
     }
 }
 
 /// The rows of a node as rotations of another; `None` if it has none, or the other has rotations already.
-fn as_rotations(rows: &[RowOwner], of: RotationNode) -> Option<Vec<RowOwner>> {
+fn as_rotations(rows: &[MatrixRow], of: RotationNode) -> Option<Vec<MatrixRow>> {
     let has_rotations = rows.iter().any(|owner| {
-        matches!(owner, RowOwner::Node { node, direction } if *node == of.reference && direction.is_rotation())
+        matches!(owner, MatrixRow::Nodal(Dof { node, direction }) if *node == of.reference && direction.is_rotation())
     });
     let mut changed = 0;
     let rows = rows
         .iter()
         .map(|owner| match owner {
-            RowOwner::Node { node, direction } if *node == of.rotation => {
+            MatrixRow::Nodal(Dof { node, direction }) if *node == of.rotation => {
                 let rotation = Direction::from_index(3 + direction.axis());
                 changed += 1;
-                RowOwner::Node {
+                MatrixRow::Nodal(Dof {
                     node: of.reference,
                     direction: rotation.unwrap_or(*direction),
-                }
+                })
             }
             other => *other,
         })

@@ -3,10 +3,8 @@
 use std::collections::BTreeMap;
 
 use dcb_formats::SparseMatrix;
-use dcb_formats::mesh::Direction;
+use dcb_formats::mesh::{Direction, Dof, MatrixRow};
 use faer::sparse::Triplet;
-
-use crate::rows::order::RowOwner;
 
 /// Directions that belong together.
 const TRIPLES: [[Direction; 3]; 2] = [
@@ -19,22 +17,26 @@ const TRIPLES: [[Direction; 3]; 2] = [
 /// # Errors
 /// The place of a node that lacks one of three directions.
 pub(crate) fn transform(
-    rows: &[RowOwner],
+    rows: &[MatrixRow],
     axes: &[(u32, [[f64; 3]; 3])],
 ) -> Result<Option<SparseMatrix>, u32> {
-    let places: BTreeMap<(u32, Direction), u32> = rows
+    let places: BTreeMap<Dof, u32> = rows
         .iter()
         .zip(0..)
-        .filter_map(|(owner, row)| match owner {
-            RowOwner::Node { node, direction } => Some(((*node, *direction), row)),
-            RowOwner::Internal => None,
-        })
+        .filter_map(|(owner, row)| Some((owner.dof()?, row)))
         .collect();
     let mut is_rotated = vec![false; rows.len()];
     let mut triplets: Vec<Triplet<u32, u32, f64>> = Vec::new();
     for (node, axes) in axes {
         for triple in TRIPLES {
-            let found = triple.map(|direction| places.get(&(*node, direction)).copied());
+            let found = triple.map(|direction| {
+                places
+                    .get(&Dof {
+                        node: *node,
+                        direction,
+                    })
+                    .copied()
+            });
             let [Some(x), Some(y), Some(z)] = found else {
                 match found {
                     [None, None, None] => continue,

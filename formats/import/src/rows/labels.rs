@@ -2,14 +2,14 @@
 
 use dcb_formats::component::Source;
 use dcb_formats::description::DofLayout;
-use dcb_formats::mesh::Direction;
+use dcb_formats::mesh::{Direction, Dof, MatrixRow};
 use dcb_formats::{Description, Error};
 
 use crate::dof_table::{self, DofTable};
 use crate::mesh::FoundMesh;
 use crate::operators::of_file;
 use crate::request::{Import, NodeOrder, RowSource};
-use crate::rows::order::{CommonRows, RowOwner, positional};
+use crate::rows::order::{CommonRows, positional};
 use crate::source::matrices::{Sourced, file_name, source};
 use crate::source::named_file::NamedFile;
 use crate::source::partner::dof_file;
@@ -100,7 +100,7 @@ pub(crate) fn rows_in_mesh_order(
     mesh: &FoundMesh,
     pattern: &[Direction],
     size: usize,
-) -> Result<(Vec<RowOwner>, String), String> {
+) -> Result<(Vec<MatrixRow>, String), String> {
     let names: Vec<&str> = pattern.iter().map(|direction| direction.name()).collect();
     let names = names.join(",");
     let order = match (request.node_order, &mesh.labels) {
@@ -119,9 +119,8 @@ pub(crate) fn rows_in_mesh_order(
     for node in mesh.cells.iter().flat_map(|block| &block.nodes) {
         in_cells[*node as usize] = true;
     }
-    let is_in_cell =
-        |owner: &RowOwner| matches!(owner, RowOwner::Node { node, .. } if in_cells[*node as usize]);
-    let of_cells: Vec<RowOwner> = rows.iter().copied().filter(is_in_cell).collect();
+    let is_in_cell = |owner: &MatrixRow| matches!(owner, MatrixRow::Nodal(Dof { node, .. }) if in_cells[*node as usize]);
+    let of_cells: Vec<MatrixRow> = rows.iter().copied().filter(is_in_cell).collect();
     if of_cells.len() == size {
         return Ok((of_cells, format!("{described}, only nodes of cells")));
     }

@@ -17,7 +17,7 @@ use nalgebra::{DMatrix, Matrix3, SMatrix, Vector3};
 use crate::mesh::FoundMesh;
 use crate::rigid_motions::null_space::null_space;
 use crate::rigid_motions::resistance;
-use crate::rows::order::{RowOwner, row_places};
+use crate::rows::order::{node_after_node, row_places};
 
 /// Found order.
 pub(crate) struct FoundOrder {
@@ -72,19 +72,16 @@ pub(crate) fn found_order(
         })
     };
     let places = positions(node_count, of_node)?;
-    let owners = |nodes: &[u32]| -> Vec<RowOwner> {
-        let of_node = |&node: &u32| {
-            let owner = move |&direction| RowOwner::Node { node, direction };
-            pattern.iter().map(owner).collect::<Vec<_>>()
-        };
-        nodes.iter().flat_map(of_node).collect()
-    };
     let mut found: Vec<(FoundOrder, f64)> = Vec::new();
     for sign in [1.0, -1.0] {
         let Some((nodes, distance)) = assigned(&places, &mesh.points, sign) else {
             continue;
         };
-        let residual = resistance(stiffness, &row_places(mesh, &owners(&nodes))).worst();
+        let residual = resistance(
+            stiffness,
+            &row_places(mesh, &node_after_node(&nodes, pattern)),
+        )
+        .worst();
         let order = FoundOrder {
             nodes,
             distance,

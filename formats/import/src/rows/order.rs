@@ -1,26 +1,12 @@
 //! Rows of matrices in the order of a component, and the node of the mesh that each belongs to.
 
-use dcb_formats::mesh::Direction;
+use dcb_formats::mesh::{Direction, Dof, MatrixRow};
 use rustc_hash::FxHashMap;
 
 use crate::mesh::FoundMesh;
 use crate::request::NodeOrder;
 use crate::rigid_motions::RowPlace;
 use crate::stored::RowLabel;
-
-/// Owner of a row.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum RowOwner {
-    /// A node by its place in the mesh, and a direction.
-    Node {
-        /// Place in the mesh.
-        node: u32,
-        /// Direction.
-        direction: Direction,
-    },
-    /// None: an internal row.
-    Internal,
-}
 
 /// Labelled rows of stiffness and mass in one order: nodes by rising label, internal rows after them.
 #[derive(Debug)]
@@ -57,7 +43,7 @@ impl CommonRows {
 #[derive(Debug, Default)]
 pub(crate) struct Owners {
     /// Of each row.
-    pub rows: Vec<RowOwner>,
+    pub rows: Vec<MatrixRow>,
     /// Labels that the mesh doesn't have, rising, each once; their rows are taken as internal ones for the time being.
     pub unknown: Vec<u32>,
     /// Rows of labels that the mesh doesn't have.
@@ -77,16 +63,16 @@ impl Owners {
         };
         for label in labels {
             let owner = match label {
-                RowLabel::Internal { .. } => RowOwner::Internal,
+                RowLabel::Internal { .. } => MatrixRow::Internal,
                 RowLabel::Nodal { node, direction } => match nodes.get(node) {
-                    Some(&node) => RowOwner::Node {
+                    Some(&node) => MatrixRow::Nodal(Dof {
                         node,
                         direction: *direction,
-                    },
+                    }),
                     None => {
                         owners.unknown.push(*node);
                         owners.unknown_rows += 1;
-                        RowOwner::Internal
+                        MatrixRow::Internal
                     }
                 },
             };
@@ -123,16 +109,17 @@ pub(crate) fn positional(
     mesh: &FoundMesh,
     order: NodeOrder,
     pattern: &[Direction],
-) -> Vec<RowOwner> {
-    let owner = |node: u32| {
-        pattern
-            .iter()
-            .map(move |&direction| RowOwner::Node { node, direction })
+) -> Vec<MatrixRow> {
+    node_after_node(&nodes_in_order(mesh, order), pattern)
+}
+
+/// Owners of rows that go node after node, each with the same directions.
+pub(crate) fn node_after_node(nodes: &[u32], pattern: &[Direction]) -> Vec<MatrixRow> {
+    let owners = |&node: &u32| {
+        let owner = move |&direction| MatrixRow::Nodal(Dof { node, direction });
+        pattern.iter().map(owner)
     };
-    nodes_in_order(mesh, order)
-        .into_iter()
-        .flat_map(owner)
-        .collect()
+    nodes.iter().flat_map(owners).collect()
 }
 
 /// Places of the nodes in an order.
@@ -145,10 +132,12 @@ pub(crate) fn nodes_in_order(mesh: &FoundMesh, order: NodeOrder) -> Vec<u32> {
 }
 
 /// Position and direction of each row.
-pub(crate) fn row_places(mesh: &FoundMesh, rows: &[RowOwner]) -> Vec<RowPlace> {
-    let place = |owner: &RowOwner| match owner {
-        RowOwner::Node { node, direction } => Some((mesh.points[*node as usize], *direction)),
-        RowOwner::Internal => None,
+pub(crate) fn row_places(mesh: &FoundMesh, rows: &[MatrixRow]) -> Vec<RowPlace> {
+    let place = |owner: &MatrixRow| match owner {
+        MatrixRow::Nodal(Dof { node, direction }) => {
+            Some((mesh.points[*node as usize], *direction))
+        }
+        MatrixRow::Internal => None,
     };
     rows.iter().map(place).collect()
 }
