@@ -22,10 +22,7 @@ pub(super) struct LabelledEntries {
 impl LabelledEntries {
     /// Room for so many entries.
     pub(super) fn with_capacity(count: usize) -> Option<Self> {
-        Some(Self {
-            entries: Entries::with_capacity(count)?,
-            ..Self::default()
-        })
+        Entries::with_capacity(count).map(Self::new)
     }
 
     /// The number of a label.
@@ -37,6 +34,24 @@ impl LabelledEntries {
             self.keys.push(key);
         }
         number
+    }
+
+    /// With this room for entries.
+    pub(super) fn new(entries: Entries) -> Self {
+        Self {
+            entries,
+            ..Self::default()
+        }
+    }
+
+    /// Adds an entry; of a zero, only that its row has one on the diagonal.
+    #[inline]
+    pub(super) fn add_filled(&mut self, row: u32, column: u32, value: f64) {
+        match value == 0.0 {
+            true if row == column => self.diagonal.push(row),
+            true => {}
+            false => self.add(row, column, value),
+        }
     }
 
     /// Adds an entry.
@@ -87,7 +102,7 @@ pub(super) fn sorted(blocks: Vec<LabelledEntries>) -> Result<(Vec<RowKey>, Vec<E
     }
     if let Some(row) = has_diagonal.iter().position(|has| !has) {
         return Err(format!(
-            "{} has entries, but none on the diagonal, as no stiffness or mass matrix has it; the file is cut off, or holds only a part of the matrix",
+            "{} has entries, but none on the diagonal, as no stiffness or mass matrix has it; the file is cut off, holds only a part of the matrix, or has rows of Lagrange multipliers",
             keys[row]
         ));
     }

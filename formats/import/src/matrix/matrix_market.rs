@@ -5,7 +5,7 @@ use std::path::Path;
 use dcb_formats::Error;
 use dcb_formats::matrix::{check_operator_header, read_symmetric_operator};
 
-use crate::stored::{Content, Listed, Reading, Rows, StoredMatrix, Triangles};
+use crate::stored::{Content, Listed, Reading, StoredMatrix, Triangles};
 
 pub(crate) fn recognises(start: &[u8]) -> bool {
     let start = start.strip_prefix(b"\xef\xbb\xbf").unwrap_or(start);
@@ -32,13 +32,9 @@ pub(crate) fn read(path: &Path, wanted: &[usize]) -> Result<Reading, Error> {
         ));
     }
     let stored = StoredMatrix {
-        name: String::new(),
-        size: report.rows,
         triangles: Triangles::Both,
-        content: Content::Compressed(matrix),
-        rows: Rows::Unlabelled,
-        digits: None,
         notes,
+        ..StoredMatrix::unlabelled(String::new(), report.rows, Content::Compressed(matrix))
     };
     Ok(Reading {
         matrices: wanted

@@ -15,7 +15,7 @@ use crate::matrix::storage::compressed::{Along, Pattern};
 use crate::matrix::storage::dense::dense;
 use crate::matrix::storage::number::{Kind, Number};
 use crate::matrix::storage::stream::indices;
-use crate::stored::{Content, Listed, Reading, Rows, StoredMatrix, Triangles};
+use crate::stored::{Content, Listed, Reading, StoredMatrix};
 
 const MATRIX: u32 = 1_211_216;
 const VECTOR: u32 = 1_211_214;
@@ -124,15 +124,7 @@ impl Matrix {
             None => dense(&mut file, value, Along::Rows, size)?,
             Some(entries) => self.compressed(&mut file, size, entries)?,
         };
-        Ok(StoredMatrix {
-            name,
-            size: size as usize,
-            triangles: Triangles::Unsaid,
-            content,
-            rows: Rows::Unlabelled,
-            digits: None,
-            notes: Vec::new(),
-        })
+        Ok(StoredMatrix::unlabelled(name, size as usize, content))
     }
 
     fn compressed(&self, file: &mut BinaryFile, size: u32, entries: u64) -> Result<Content, Error> {

@@ -45,6 +45,21 @@ pub struct StoredMatrix {
     pub notes: Vec<String>,
 }
 
+impl StoredMatrix {
+    /// Nothing is said beside name, size and entries: no labels, triangles or digits.
+    pub(crate) fn unlabelled(name: String, size: usize, content: Content) -> Self {
+        Self {
+            name,
+            size,
+            triangles: Triangles::Unsaid,
+            content,
+            rows: Rows::Unlabelled,
+            digits: None,
+            notes: Vec::new(),
+        }
+    }
+}
+
 /// Triangles of a symmetric matrix that are stored.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Triangles {

@@ -1,16 +1,14 @@
 //! Abaqus' `*MATRIX OUTPUT, FORMAT=MATRIX INPUT`: lines `node,dof, node,dof, value`, row first, without header or size.
 //!
 //! Abaqus writes the lower triangle column by column; what was made by hand may hold the upper one or both. Negative nodes are internal
-//! to elements. Every block of lines gives its labels numbers of its own; when all are read, the labels are sorted and the entries
-//! numbered anew. Zeros are left out, as in [`crate::matrix::abaqus::coordinate`]; a label without a line for its diagonal shows that the file is cut off.
+//! to elements. Zeros are left out, as in [`super::coordinate`]; a label without a line for its diagonal shows that the file is cut off.
 
 use std::path::Path;
 
 use dcb_formats::Error;
-use dcb_formats::matrix::blocks::{Entries, NotANumber, Triplet, shown, unsigned};
-use rayon::prelude::*;
-use rustc_hash::FxHashMap;
+use dcb_formats::matrix::blocks::{NotANumber, shown, unsigned};
 
+use crate::matrix::labelled::{LabelledEntries, sorted};
 use crate::stored::row_key::{RowKey, direction, no_direction};
 use crate::stored::{Content, LARGEST_LABEL, Listed, Reading, Rows, StoredMatrix, Triangles};
 use crate::text::cursor::{Cursor, Stopped};
@@ -101,36 +99,17 @@ pub fn read(path: &Path, wanted: &[usize]) -> Result<Reading, Error> {
     Ok(Reading { matrices, sha256 })
 }
 
-/// Entries of a block of lines, by numbers that the block gives to labels.
+/// A block of lines.
 #[derive(Debug, Default)]
 struct Block {
-    entries: Entries,
+    entries: LabelledEntries,
     digits: Digits,
-    /// Labels in the order in which they came.
-    keys: Vec<RowKey>,
-    /// Labels with a line for their diagonal.
-    diagonal: Vec<u32>,
     /// Labels that Abaqus holds.
     held: Vec<RowKey>,
 }
 
-/// Numbers that a block gives to labels.
-type Numbers = FxHashMap<RowKey, u32>;
-
-/// The number of a label, the next one if it wasn't seen before.
-#[inline]
-fn number(numbers: &mut Numbers, key: RowKey, keys: &mut Vec<RowKey>) -> u32 {
-    let next = keys.len() as u32;
-    let number = *numbers.entry(key).or_insert(next);
-    if number == next {
-        keys.push(key);
-    }
-    number
-}
-
 fn read_block(cursor: &mut Cursor<'_>, block: &mut Block) -> Result<(), Stopped> {
-    block.entries = room_for_entries(cursor)?;
-    let mut numbers = Numbers::default();
+    block.entries = LabelledEntries::new(room_for_entries(cursor)?);
     // Most lines repeat the column of the line before.
     let mut last_column = None;
     while cursor.advance(COMMENT) {
@@ -145,21 +124,16 @@ fn read_block(cursor: &mut Cursor<'_>, block: &mut Block) -> Result<(), Stopped>
         }
         let column = match last_column {
             Some((key, column)) if key == column_key => column,
-            _ => number(&mut numbers, column_key, &mut block.keys),
+            _ => block.entries.number(column_key),
         };
         last_column = Some((column_key, column));
-        let row = number(&mut numbers, row_key, &mut block.keys);
-        if row == column {
-            block.diagonal.push(row);
-            if value == HELD {
-                block.held.push(row_key);
-            }
+        let row = block.entries.number(row_key);
+        if row == column && value == HELD {
+            block.held.push(row_key);
         }
-        if value != 0.0 {
-            block.entries.push(Triplet { row, column, value });
-        }
+        block.entries.add_filled(row, column, value);
     }
-    block.entries.give_back_room();
+    block.entries.finish();
     Ok(())
 }
 
@@ -214,57 +188,23 @@ fn bad_node(cursor: &Cursor<'_>, read: Result<u64, NotANumber>) -> Stopped {
 }
 
 /// The matrix of all blocks.
-fn stored(path: &Path, mut blocks: Vec<LineBlock<Block>>) -> Result<StoredMatrix, Error> {
+fn stored(path: &Path, blocks: Vec<LineBlock<Block>>) -> Result<StoredMatrix, Error> {
     refuse_held(path, &blocks)?;
-    let mut keys: Vec<RowKey> = blocks
-        .iter()
-        .flat_map(|block| &block.content.keys)
-        .copied()
-        .collect();
-    keys.par_sort_unstable();
-    keys.dedup();
-    keys.shrink_to_fit();
-    if keys.is_empty() || keys.len() > LARGEST_LABEL as usize {
-        return Err(Error::File {
-            path: path.into(),
-            message: format!(
-                "has {} rows; expected from 1 to {LARGEST_LABEL}",
-                keys.len()
-            ),
-        });
-    }
-    let diagonals: Vec<Vec<u32>> = blocks
-        .par_iter_mut()
-        .map(|block| {
-            let Block {
-                entries,
-                keys: own,
-                diagonal,
-                ..
-            } = &mut block.content;
-            let number = |key: &RowKey| keys.partition_point(|other| other < key) as u32;
-            let numbers: Vec<u32> = own.iter().map(number).collect();
-            *own = Vec::new();
-            entries.renumber(&numbers);
-            let diagonal = std::mem::take(diagonal).into_iter();
-            diagonal.map(|row| numbers[row as usize]).collect()
-        })
-        .collect();
-    refuse_missing_diagonal(path, &keys, &diagonals)?;
     let mut digits = Digits::default();
-    blocks
-        .iter()
-        .for_each(|block| digits.join(block.content.digits));
+    let mut entries = Vec::with_capacity(blocks.len());
+    for block in blocks {
+        digits.join(block.content.digits);
+        entries.push(block.content.entries);
+    }
+    let (keys, entries) = sorted(entries).map_err(|message| Error::File {
+        path: path.into(),
+        message,
+    })?;
     Ok(StoredMatrix {
         name: String::new(),
         size: keys.len(),
         triangles: Triangles::One,
-        content: Content::Entries(
-            blocks
-                .into_iter()
-                .map(|block| block.content.entries)
-                .collect(),
-        ),
+        content: Content::Entries(entries),
         rows: Rows::Labelled(keys.into_iter().map(RowKey::label).collect()),
         digits: digits.count(),
         notes: Vec::new(),
@@ -294,25 +234,4 @@ fn refuse_held(path: &Path, blocks: &[LineBlock<Block>]) -> Result<(), Error> {
             first.join(", ")
         ),
     })
-}
-
-fn refuse_missing_diagonal(
-    path: &Path,
-    keys: &[RowKey],
-    diagonals: &[Vec<u32>],
-) -> Result<(), Error> {
-    let mut has_diagonal = vec![false; keys.len()];
-    for row in diagonals.iter().flatten() {
-        has_diagonal[*row as usize] = true;
-    }
-    match has_diagonal.iter().position(|has| !has) {
-        Some(row) => Err(Error::File {
-            path: path.into(),
-            message: format!(
-                "{} has entries, but none on the diagonal, as no stiffness or mass matrix has it; the file is cut off, or has rows of Lagrange multipliers",
-                keys[row]
-            ),
-        }),
-        None => Ok(()),
-    }
 }

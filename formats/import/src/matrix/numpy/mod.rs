@@ -22,7 +22,7 @@ use crate::matrix::storage::compressed::{Along, Pattern};
 use crate::matrix::storage::dense::dense;
 use crate::matrix::storage::number::Number;
 use crate::matrix::storage::stream::{Stream, each_reals, indices, integers};
-use crate::stored::{Content, Listed, Reading, Rows, StoredMatrix, Triangles};
+use crate::stored::{Content, Listed, Reading, StoredMatrix};
 
 /// Whether a file begins as an archive whose first member is an array, or as an array.
 pub fn recognises(start: &[u8]) -> bool {
@@ -168,15 +168,11 @@ fn matrix(arrays: &Arrays, found: &Found) -> Result<StoredMatrix, Error> {
         } => places(arrays, size, [rows, columns, data])?,
         Storage::Diagonals { offsets, data } => diagonals(arrays, size, offsets, data)?,
     };
-    Ok(StoredMatrix {
-        name: found.name.clone(),
-        size: size as usize,
-        triangles: Triangles::Unsaid,
+    Ok(StoredMatrix::unlabelled(
+        found.name.clone(),
+        size as usize,
         content,
-        rows: Rows::Unlabelled,
-        digits: None,
-        notes: Vec::new(),
-    })
+    ))
 }
 
 /// Type and number of the elements of an array with one axis.

@@ -3,20 +3,22 @@
 //! Numeric matrices are listed, those in structures by `/`; what is in cells, objects and arrays of structures is passed over. Numbers may
 //! be stored in any smaller type than that of their matrix.
 
+mod arrays;
 mod elements;
 
 use std::path::Path;
 
 use dcb_formats::Error;
 
-use self::elements::{Body, Class, Found, walk};
+use self::arrays::{Class, Found, walk};
+use self::elements::Body;
 use crate::binary::hashed::hashed;
 use crate::matrix::labels::{DOF_REF, IntegerTable};
 use crate::matrix::storage::collected::{obstacle_of_shape, square};
 use crate::matrix::storage::compressed::{Along, Pattern};
 use crate::matrix::storage::dense::dense;
 use crate::matrix::storage::stream::{indices, integers};
-use crate::stored::{Content, Listed, Reading, Rows, StoredMatrix, Triangles};
+use crate::stored::{Content, Listed, Reading, StoredMatrix};
 
 /// Whether a file begins as those of version 5 or 4 do.
 pub fn recognises(start: &[u8]) -> bool {
@@ -187,15 +189,11 @@ fn matrix(found: &Found, body: &mut Body<'_>) -> Result<StoredMatrix, Error> {
             content
         }
     };
-    Ok(StoredMatrix {
-        name: found.name.clone(),
-        size: size as usize,
-        triangles: Triangles::Unsaid,
+    Ok(StoredMatrix::unlabelled(
+        found.name.clone(),
+        size as usize,
         content,
-        rows: Rows::Unlabelled,
-        digits: None,
-        notes: Vec::new(),
-    })
+    ))
 }
 
 fn sparse(found: &Found, body: &mut Body<'_>, size: u32) -> Result<Content, Error> {
