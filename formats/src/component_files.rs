@@ -61,14 +61,19 @@ pub fn stem(stiffness: &Path) -> PathBuf {
     without(without(stiffness.to_path_buf(), "gz"), "mtx")
 }
 
+/// `PATH/part.mass.mtx` of `PATH/part` and `.mass.mtx`: nothing of the stem counts as an ending of it.
+pub fn with_ending(stem: &Path, ending: &str) -> PathBuf {
+    let mut name = stem.as_os_str().to_owned();
+    name.push(ending);
+    PathBuf::from(name)
+}
+
 /// `stem` + `ending`, or that + `.gz`, whichever exists; the plain one if neither does.
 fn sibling(stem: &Path, ending: &str) -> PathBuf {
-    let with = |ending: &str| {
-        let mut name = stem.as_os_str().to_owned();
-        name.push(ending);
-        PathBuf::from(name)
-    };
-    let (plain, packed) = (with(ending), with(&format!("{ending}.gz")));
+    let (plain, packed) = (
+        with_ending(stem, ending),
+        with_ending(stem, &format!("{ending}.gz")),
+    );
     if !plain.exists() && packed.exists() {
         packed
     } else {

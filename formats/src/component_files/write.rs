@@ -9,6 +9,7 @@ use std::path::{Path, PathBuf};
 use rayon::prelude::*;
 use serde_json::{Map, Value, json};
 
+use super::with_ending;
 use crate::component::{
     ComponentDraft, ComponentMasses, Damping, GeometricStiffness, Interface, Role, Weights,
 };
@@ -39,26 +40,21 @@ pub fn write_component(
     stem: &Path,
     replace: Replace,
 ) -> Result<Vec<PathBuf>, Error> {
-    let with = |ending: &str| {
-        let mut name = stem.as_os_str().to_owned();
-        name.push(ending);
-        PathBuf::from(name)
-    };
     let mut files: Vec<WholeFile<'_>> = Vec::new();
     for (suffix, matrix, storage) in matrices(component) {
         files.push(WholeFile {
-            target: with(&format!("{suffix}.mtx")),
+            target: with_ending(stem, &format!("{suffix}.mtx")),
             fill: Box::new(move |out| write_matrix(out, matrix, storage)),
         });
     }
     for load in &component.loads {
         files.push(WholeFile {
-            target: with(&format!(".load.{}.mtx", load.name)),
+            target: with_ending(stem, &format!(".load.{}.mtx", load.name)),
             fill: Box::new(|out| write_vector(out, &load.forces)),
         });
     }
     files.push(WholeFile {
-        target: with(".json"),
+        target: with_ending(stem, ".json"),
         fill: Box::new(|out| write_mesh_json(out, component)),
     });
     let paths = files.iter().map(|file| file.target.clone()).collect();

@@ -1,17 +1,17 @@
 //! `reduce import`: another program's matrices and mesh as the files of a component.
 
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 use clap::Args;
-use dcb_formats::component_files::write_component;
-use dcb_formats::output::{Replace, check_output, is_same_file};
-use dcb_import::{Import, Imported, import};
+use dcb_formats::component_files::{with_ending, write_component};
+use dcb_formats::output::{Replace, check_output};
+use dcb_import::{Imported, import};
 use dcb_reducer::error::{CommandRefusal, Error, Occupied};
 
 use crate::outcome::Outcome;
 use crate::program::CommonArguments;
 use crate::reduce::part::files::ImportArguments;
-use crate::reduce::part::part_stem;
+use crate::reduce::part::{part_stem, refuse_input_as_output};
 
 /// Files of another program.
 #[derive(Debug, Args)]
@@ -52,9 +52,15 @@ pub(crate) fn run(command: &ImportCommand, common: &CommonArguments) -> Result<O
         true => Replace::Overwrite,
         false => Replace::Refuse,
     };
+    let inputs = [
+        Some(&request.stiffness.path),
+        request.mass.as_ref().map(|mass| &mass.path),
+        request.mesh.as_ref(),
+    ];
+    let inputs: Vec<PathBuf> = inputs.into_iter().flatten().cloned().collect();
     for ending in [".mtx", ".mass.mtx", ".json"] {
         let target = with_ending(&stem, ending);
-        refuse_input(&request, &target)?;
+        refuse_input_as_output(&inputs, &target, Occupied::Import)?;
         check_output(&target, replace)?;
     }
     let Imported { component, report } = import(&request)?;
@@ -89,28 +95,5 @@ fn stem_of_output(command: &ImportCommand) -> Result<PathBuf, Error> {
             path: output.clone(),
         }
         .into()),
-    }
-}
-
-fn with_ending(stem: &Path, ending: &str) -> PathBuf {
-    let mut name = stem.as_os_str().to_owned();
-    name.push(ending);
-    PathBuf::from(name)
-}
-
-fn refuse_input(request: &Import, target: &Path) -> Result<(), Error> {
-    let inputs = [
-        Some(&request.stiffness.path),
-        request.mass.as_ref().map(|mass| &mass.path),
-        request.mesh.as_ref(),
-    ];
-    let mut inputs = inputs.into_iter().flatten();
-    match inputs.any(|input| target.exists() && is_same_file(input, target)) {
-        true => Err(CommandRefusal::WouldDestroy {
-            path: target.to_path_buf(),
-            role: Occupied::Import,
-        }
-        .into()),
-        false => Ok(()),
     }
 }

@@ -6,6 +6,7 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 use clap::Args;
 use dcb_formats::Component;
 use dcb_formats::component::{Interface, Role};
+use dcb_formats::component_files::with_ending;
 use dcb_formats::output::remove_leftovers;
 use dcb_report::{Ledger, Start};
 use serde_json::{Value, json};
@@ -167,9 +168,7 @@ pub fn run(
 
 /// `PART.study` beside `PART.mtx`.
 fn default_folder(stiffness: &Path) -> PathBuf {
-    let mut name = part_stem(stiffness).into_os_string();
-    name.push(".study");
-    PathBuf::from(name)
+    with_ending(&part_stem(stiffness), ".study")
 }
 
 fn study(

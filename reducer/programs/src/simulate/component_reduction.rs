@@ -4,6 +4,7 @@ use std::path::{Path, PathBuf};
 use std::process::{Child, Command, ExitStatus};
 use std::time::Duration;
 
+use dcb_formats::component_files::with_ending;
 use dcb_formats::dcb::SuperelementFile;
 use dcb_formats::mesh::Dimension;
 use dcb_formats::scene::{BodyKind, Scene};
@@ -129,11 +130,9 @@ fn matrix_of(superelement: &Path) -> Option<PathBuf> {
         (path.extension()? == extension).then(|| path.with_extension(""))
     };
     let stem = without(without(superelement.to_path_buf(), "h5")?, "dcb")?;
-    let mut candidates = [".mtx", ".mtx.gz"].into_iter().map(|ending| {
-        let mut name = stem.as_os_str().to_owned();
-        name.push(ending);
-        PathBuf::from(name)
-    });
+    let mut candidates = [".mtx", ".mtx.gz"]
+        .into_iter()
+        .map(|ending| with_ending(&stem, ending));
     candidates.find(|candidate| candidate.is_file())
 }
 

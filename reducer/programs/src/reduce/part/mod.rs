@@ -10,7 +10,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use crate::program::Told;
 use dcb_formats::Superelement;
 use dcb_formats::component::Component;
-use dcb_formats::component_files::{ComponentFiles, stem};
+use dcb_formats::component_files::{stem, with_ending};
 use dcb_formats::dcb::{Contents, WriteOptions, write_superelement};
 use dcb_formats::output::{Replace, check_output, is_same_file, write_text};
 use dcb_import::NamedFile;
@@ -42,9 +42,7 @@ static WRITTEN: AtomicBool = AtomicBool::new(false);
 
 /// `PART.dcb.h5` beside `PART.mtx`.
 pub(crate) fn default_output(stiffness: &Path) -> PathBuf {
-    let mut name = part_stem(stiffness).into_os_string();
-    name.push(".dcb.h5");
-    PathBuf::from(name)
+    with_ending(&part_stem(stiffness), ".dcb.h5")
 }
 
 /// `PATH/part` of `PATH/part.mtx`, `PATH/part.mtx.gz` and of another program's `PATH/part.op4#KGG`.
@@ -176,13 +174,14 @@ impl<'a> Job<'a> {
             false => Replace::Refuse,
         };
         let files = PartFiles::of(stiffness, &arguments.part)?;
-        refuse_input_as_output(&files.files, &target)?;
+        let inputs = files.files.all();
+        refuse_input_as_output(&inputs, &target, Occupied::Component)?;
         let part = arguments.scene.part(&target, &usual)?;
         let scene = part.as_ref().map(|part| part.path.as_path());
         refuse_scene_as_output(scene, &target)?;
         check_output(&target, replace_existing)?;
         if let Some(timings) = &arguments.timings {
-            refuse_input_as_output(&files.files, timings)?;
+            refuse_input_as_output(&inputs, timings, Occupied::Component)?;
             refuse_scene_as_output(scene, timings)?;
             check_output(timings, Replace::Overwrite)?;
             if is_same_file(timings, &target) {
@@ -346,14 +345,16 @@ fn refuse_scene_as_output(scene: Option<&Path>, target: &Path) -> Result<(), Err
     }
 }
 
-fn refuse_input_as_output(files: &ComponentFiles, target: &Path) -> Result<(), Error> {
-    match files
-        .all()
-        .into_iter()
-        .find(|input| is_same_file(input, target))
-    {
+/// Refuses an output that is one of the inputs.
+pub(crate) fn refuse_input_as_output(
+    inputs: &[PathBuf],
+    target: &Path,
+    role: Occupied,
+) -> Result<(), Error> {
+    let is_output = |input: &&PathBuf| target.exists() && is_same_file(input, target);
+    match inputs.iter().find(is_output) {
         None => Ok(()),
-        Some(input) => Err(would_destroy(&input, Occupied::Component)),
+        Some(input) => Err(would_destroy(input, role)),
     }
 }
 
