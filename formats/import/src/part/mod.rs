@@ -14,7 +14,7 @@ use crate::request::Import;
 use crate::rows::displacement_axes::{rotated, transform};
 use crate::rows::labels::{pattern, row_labels, rows_in_mesh_order, same_size};
 use crate::rows::lost_positions::mesh_of_rows;
-use crate::rows::order::Owners;
+use crate::rows::order::{CommonRows, Owners};
 use crate::source::matrices::{SourceMatrices, Sourced, file_name};
 use crate::source::part_mesh::PartMesh;
 
@@ -39,6 +39,38 @@ pub(crate) struct Part {
     pub notes: Vec<String>,
     /// What a user may have to act on; these stay with the component.
     pub warnings: Vec<String>,
+}
+
+/// Nodes of labelled rows, with positions that follow from the stiffness.
+fn mesh_without_file(
+    stiffness: &SparseMatrix,
+    rows: Option<&CommonRows>,
+) -> Result<PartMesh, String> {
+    let rows =
+        rows.ok_or("a matrix says nothing of where its nodes are; name the mesh with --mesh FILE")?;
+    Ok(PartMesh::without_file(mesh_of_rows(
+        stiffness,
+        &rows.labels,
+    )?))
+}
+
+/// Owners of the rows by their labels or in the order of the mesh, and that order in words.
+fn owners(
+    request: &Import,
+    labels: Option<(CommonRows, String)>,
+    mesh: &PartMesh,
+    size: usize,
+) -> Result<(Owners, String), String> {
+    let Some((common, order)) = labels else {
+        let pattern = pattern(request, mesh.description.as_ref());
+        let (rows, order) = rows_in_mesh_order(request, &mesh.found, &pattern, size)?;
+        let owners = Owners {
+            rows,
+            ..Owners::default()
+        };
+        return Ok((owners, order));
+    };
+    Ok((Owners::of(&common.labels, &mesh.found), order))
 }
 
 impl Part {
@@ -85,47 +117,25 @@ impl Part {
         let stiffness = made(stiffness, common.and_then(|rows| rows.stiffness.as_deref()))?;
         let mass = made(mass, common.and_then(|rows| rows.mass.as_deref()))?;
         let of_stiffness = |message| of_file(&request.stiffness.path, message);
-        let mesh = match (mesh, common) {
-            (Some(mesh), _) => mesh,
-            (None, Some(rows)) => {
-                let found = mesh_of_rows(&stiffness, &rows.labels).map_err(of_stiffness)?;
-                notes.extend(found.notes.iter().cloned());
-                PartMesh::without_file(found)
-            }
-            (None, None) => {
-                let message =
-                    "a matrix says nothing of where its nodes are; name the mesh with --mesh FILE";
-                return Err(of_stiffness(message.into()));
-            }
-        };
-        let PartMesh {
-            found: mesh,
-            format: mesh_format,
-            description,
-            ..
-        } = mesh;
-        let is_positional = labels.is_none();
-        let (rows, unknown, order) = match labels {
-            Some((common, order)) => {
-                let owners = Owners::of(&common.labels, &mesh);
-                notes.extend(owners.notes);
-                (owners.rows, (owners.unknown, owners.unknown_rows), order)
-            }
+        let mesh = match mesh {
+            Some(mesh) => mesh,
             None => {
-                let pattern = pattern(request, description.as_ref());
-                let (rows, order) =
-                    rows_in_mesh_order(request, &mesh, &pattern, size).map_err(of_stiffness)?;
-                (rows, Default::default(), order)
+                let mesh = mesh_without_file(&stiffness, common).map_err(of_stiffness)?;
+                notes.extend(mesh.found.notes.iter().cloned());
+                mesh
             }
         };
+        let is_positional = labels.is_none();
+        let (owners, order) = owners(request, labels, &mesh, size).map_err(of_stiffness)?;
+        notes.extend(owners.notes);
         Ok(Self {
-            mesh,
-            mesh_format,
-            description,
-            rows,
+            mesh: mesh.found,
+            mesh_format: mesh.format,
+            description: mesh.description,
+            rows: owners.rows,
             stiffness,
             mass,
-            unknown,
+            unknown: (owners.unknown, owners.unknown_rows),
             order,
             is_positional,
             digits,

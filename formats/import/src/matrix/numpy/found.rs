@@ -81,7 +81,7 @@ pub(super) fn matrices(arrays: &Arrays) -> Result<Vec<Found>, Error> {
             let (Some(second), Some(data)) = (piece(pieces[1]), piece(pieces[2])) else {
                 continue;
             };
-            in_pieces[number] = Some(found(arrays, before, number, second, data)?);
+            in_pieces[number] = Some(found(arrays, before, [number, second, data])?);
             for part in [
                 Some(number),
                 Some(second),
@@ -133,27 +133,37 @@ fn obstacle(element: &Element, rows: u64, columns: u64) -> Option<String> {
     }
 }
 
-/// A matrix in pieces whose names begin alike.
-fn found(
+/// A matrix in pieces whose names begin alike: first, second and values.
+fn found(arrays: &Arrays, before: &str, pieces: [usize; 3]) -> Result<Found, Error> {
+    let storage = storage(arrays, before, pieces)?;
+    let [first, _, data] = pieces;
+    let (rows, columns) = shape(arrays, before, first, storage)?;
+    Ok(Found {
+        name: before.trim_end_matches(['_', '.', '/', '-']).to_owned(),
+        shape: (rows, columns),
+        storage,
+        obstacle: obstacle(&arrays.list[data].header.element, rows, columns),
+    })
+}
+
+/// Storage of a matrix by its format, said or told by its pieces.
+fn storage(
     arrays: &Arrays,
     before: &str,
-    first: usize,
-    second: usize,
-    data: usize,
-) -> Result<Found, Error> {
+    [first, second, data]: [usize; 3],
+) -> Result<Storage, Error> {
     let of = |number: usize| &arrays.list[number].header;
-    let named = |last: &str| arrays.named(&format!("{before}{last}"));
     let refused =
         |number: usize, message: String| arrays.refused(&arrays.list[number].name, message);
     let is_compressed = arrays.list[first].name.ends_with(PIECES[0][0]);
-    let format = match named(FORMAT) {
+    let format = match arrays.named(&format!("{before}{FORMAT}")) {
         Some(number) => arrays.word(number)?,
         None if is_compressed && of(data).shape.len() == 3 => "bsr".into(),
         None if is_compressed => "csr".into(),
         None if arrays.list[first].name.ends_with(PIECES[1][0]) => "coo".into(),
         None => "dia".into(),
     };
-    let storage = match (format.as_str(), is_compressed) {
+    Ok(match (format.as_str(), is_compressed) {
         ("csr", true) => Storage::Compressed {
             along: Along::Rows,
             starts: first,
@@ -202,8 +212,20 @@ fn found(
                 ),
             ));
         }
-    };
-    let shape = match (named(SHAPE), storage) {
+    })
+}
+
+/// Rows and columns, said or told by the pieces.
+fn shape(
+    arrays: &Arrays,
+    before: &str,
+    first: usize,
+    storage: Storage,
+) -> Result<(u64, u64), Error> {
+    let of = |number: usize| &arrays.list[number].header;
+    let refused =
+        |number: usize, message: String| arrays.refused(&arrays.list[number].name, message);
+    Ok(match (arrays.named(&format!("{before}{SHAPE}")), storage) {
         (Some(number), _) => match arrays.small_integers(number)?[..] {
             [rows, columns] if rows >= 0 && columns >= 0 => (rows as u64, columns as u64),
             ref other => {
@@ -215,7 +237,7 @@ fn found(
         },
         (None, Storage::Compressed { .. }) => square_of(of(first).count(), 1),
         (None, Storage::Blocks { size, .. }) => square_of(of(first).count(), size.into()),
-        (None, Storage::Diagonals { .. }) => {
+        (None, Storage::Diagonals { data, .. }) => {
             let columns = of(data).shape.last().copied().unwrap_or(0);
             (columns, columns)
         }
@@ -224,12 +246,6 @@ fn found(
                 format!("needs the array {before}{SHAPE} beside it, with rows and columns");
             return Err(refused(first, message));
         }
-    };
-    Ok(Found {
-        name: before.trim_end_matches(['_', '.', '/', '-']).to_owned(),
-        shape,
-        storage,
-        obstacle: obstacle(&of(data).element, shape.0, shape.1),
     })
 }
 

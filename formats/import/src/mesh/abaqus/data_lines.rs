@@ -24,6 +24,28 @@ pub(super) struct Line<'a> {
     pub goes_on: bool,
 }
 
+impl<'a> Line<'a> {
+    /// The fields of a line, without empty ones at its end.
+    ///
+    /// # Errors
+    /// They are more than there is room for.
+    pub fn of(line: &'a [u8], room: &'a mut [&'a [u8]; 64]) -> Result<Self, String> {
+        let mut count = 0;
+        for field in line.split(|byte| *byte == b',') {
+            let place = room.get_mut(count);
+            *place.ok_or("has more than 64 fields")? = field.trim_ascii();
+            count += 1;
+        }
+        while count > 0 && room[count - 1].is_empty() {
+            count -= 1;
+        }
+        Ok(Self {
+            fields: &room[..count],
+            goes_on: line.last() == Some(&b','),
+        })
+    }
+}
+
 impl Elements {
     /// Takes numbers of a line; whether the element is complete.
     pub fn take(&mut self, line: &Line) -> Result<bool, String> {

@@ -250,18 +250,9 @@ impl Model {
 
     /// A line of data.
     pub fn data(&mut self, line: &[u8]) -> Result<(), String> {
-        let mut fields = [&[][..]; 64];
-        let mut count = 0;
-        let goes_on = line.last() == Some(&b',');
-        for field in line.split(|byte| *byte == b',') {
-            let room = fields.get_mut(count);
-            *room.ok_or("has more than 64 fields")? = field.trim_ascii();
-            count += 1;
-        }
-        while count > 0 && fields[count - 1].is_empty() {
-            count -= 1;
-        }
-        let fields = &fields[..count];
+        let mut room = [&[][..]; 64];
+        let line = Line::of(line, &mut room)?;
+        let fields = line.fields;
         let Some(first) = fields.first() else {
             return Ok(());
         };
@@ -276,7 +267,6 @@ impl Model {
                 }
             }
             Section::Elements(elements) => {
-                let line = Line { fields, goes_on };
                 if elements.take(&line)? {
                     self.end_data()?;
                 }
@@ -320,26 +310,29 @@ impl Model {
                     self.constraints.depends(node)?;
                 }
             }
-            Section::Equation { terms, is_first } => match terms {
-                None => *terms = u64::try_from(fields::integer(first)?).ok(),
-                Some(left) => {
-                    let node = is_first.then_some(first);
-                    *is_first = false;
-                    let here = fields.len().div_ceil(3) as u64;
-                    *left = left.saturating_sub(here);
-                    if *left == 0 {
-                        self.section = Section::Equation {
-                            terms: None,
-                            is_first: true,
-                        };
-                    }
-                    if let Some(node) = node {
-                        self.constraints.depends(node)?;
-                    }
-                }
-            },
+            Section::Equation { .. } => self.equation(first, fields.len())?,
         }
         Ok(())
+    }
+
+    /// The number of terms of an equation, or a line of them: node, direction and factor each. The first node depends on the others.
+    fn equation(&mut self, first: &[u8], count: usize) -> Result<(), String> {
+        let Section::Equation { terms, is_first } = &mut self.section else {
+            return Ok(());
+        };
+        let Some(left) = terms else {
+            *terms = u64::try_from(fields::integer(first)?).ok();
+            return Ok(());
+        };
+        let is_dependent = std::mem::replace(is_first, false);
+        *left = left.saturating_sub(count.div_ceil(3) as u64);
+        if *left == 0 {
+            (*terms, *is_first) = (None, true);
+        }
+        match is_dependent {
+            true => self.constraints.depends(first),
+            false => Ok(()),
+        }
     }
 
     /// Labels and names of sets in a line.
