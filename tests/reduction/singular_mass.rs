@@ -3,9 +3,9 @@
 use dcb_formats::component::ComponentDraft;
 use dcb_formats::{Component, SparseMatrix};
 use dcb_reducer::error::{Error, MatrixRefusal};
-use dcb_reducer::{Reduction, reduce};
+use dcb_reducer::{Reduction, reduce, reduce_whole};
 use dcb_samples::{Material, SolidElement, box_block};
-use dcb_tests::dense::{dense, eigen, relative, sparse};
+use dcb_tests::dense::{dense, diagonal_roots, eigen, relative, scaled_difference, sparse};
 use dcb_tests::oracle::Oracle;
 use dcb_tests::parts::with_internal_rows;
 use dcb_tests::{assert_says, lowest, refusal};
@@ -38,6 +38,116 @@ fn one_point_block() -> Component {
         }
     }
     block.changed(|draft| draft.mass = sparse(&mass)).unwrap()
+}
+
+/// A block of ten-node tetrahedra, 675 rows, of which `M` is integrated at four points of each, as some FE codes do.
+fn four_point_block() -> Component {
+    let block = tetrahedra();
+    let n = block.dofs.len();
+    let element = SolidElement::Tetra10;
+    let (near, far) = (
+        (5.0 - 5.0_f64.sqrt()) / 20.0,
+        (5.0 + 3.0 * 5.0_f64.sqrt()) / 20.0,
+    );
+    let points = [
+        [near, near, near],
+        [far, near, near],
+        [near, far, near],
+        [near, near, far],
+    ];
+    let shapes = points.map(|point| element.shape_functions(point));
+    let mut mass = Mat::zeros(n, n);
+    for (index, cell) in block.mesh.cells[0].cells().enumerate() {
+        let corner = |k: usize| nalgebra::Vector3::from(block.mesh.position(cell[k]));
+        let edges = [1, 2, 3].map(|k| corner(k) - corner(0));
+        let volume = edges[0].cross(&edges[1]).dot(&edges[2]).abs() / 6.0;
+        let at_point = 0.25 * volume * Material::STEEL.density * (1.0 + 0.3 * (index as f64).sin());
+        for direction in &dcb_formats::mesh::Direction::ALL[..3] {
+            let rows: Vec<usize> = (cell.iter())
+                .map(|node| block.dofs.row(*node, *direction).unwrap())
+                .collect();
+            for (a, i) in rows.iter().enumerate() {
+                for (b, j) in rows.iter().enumerate() {
+                    let products = shapes.iter().map(|n| n[a].value * n[b].value);
+                    mass[(*i, *j)] += at_point * products.sum::<f64>();
+                }
+            }
+        }
+    }
+    block.changed(|draft| draft.mass = sparse(&mass)).unwrap()
+}
+
+/// The same block with its own mass, which has full rank.
+fn tetrahedra() -> Component {
+    box_block(
+        [4, 2, 2],
+        [0.3, 0.1, 0.08],
+        SolidElement::Tetra10,
+        &Material::STEEL,
+    )
+}
+
+/// Reduces with nearly all modes, and compares ω², G_res L_bᵀ, F_res and M_res with dense algebra, the last three beside those with
+/// no mode kept.
+fn nearly_all_modes_are_those_of_dense_algebra(component: &Component, asked: &[usize]) {
+    let oracle = Oracle::of(component);
+    let available = oracle.eigenvalues.len();
+    let (flexibility0, mass0) = (oracle.residual_flexibility(0), oracle.residual_mass(0));
+    let (of_flexibility, of_mass) = (diagonal_roots(&flexibility0), diagonal_roots(&mass0));
+    let static_shapes = oracle.residual_shapes(0);
+    for asked in asked {
+        let whole = reduce_whole(component, &Reduction::lowest(*asked), &mut ());
+        let whole = whole.unwrap_or_else(|error| panic!("{asked} modes: {error}"));
+        let shapes = whole.shapes().residual.to_owned();
+        let (element, quality) = (&whole.reduced.superelement, &whole.reduced.quality);
+        let kept = element.mode_count();
+        assert!(kept >= *asked.min(&available) && kept <= available);
+        assert!(quality.broken_limits().is_empty(), "{asked}");
+        assert_eq!(
+            (quality.sturm.counted, quality.sturm.found),
+            (6 + kept, 6 + kept)
+        );
+        let off = relative(&element.modes.eigenvalues, &oracle.eigenvalues[..kept]);
+        assert!(off < 1e-9, "ω² of {asked}: {off:e}");
+        let expected = oracle.residual_shapes(kept);
+        for column in 0..expected.ncols() {
+            let size = static_shapes.col(column).norm_max();
+            let off = (shapes.col(column) - expected.col(column)).norm_max();
+            assert!(off < 1e-9 * size, "column {column} of {asked}: {off:e}");
+        }
+        let found = &element.residual;
+        let expected = oracle.residual_flexibility(kept);
+        let off = scaled_difference(&found.flexibility, &expected, &of_flexibility);
+        assert!(off < 1e-9, "F_res of {asked}: {off:e}");
+        let off = scaled_difference(&found.mass, &oracle.residual_mass(kept), &of_mass);
+        assert!(off < 1e-9, "M_res of {asked}: {off:e}");
+        if kept == available {
+            assert_eq!(element.modes.first_omitted_eigenvalue, f64::INFINITY);
+            // Nothing with mass is left: F_res is that of the motions without mass alone.
+            assert!(found.sigma_squared.is_empty());
+        }
+        let warnings = element.provenance.warnings.iter();
+        let told = warnings.filter(|said| said.contains("asked for")).count();
+        let is_singular = available + 6 < component.dofs.len();
+        assert_eq!(told, usize::from(*asked > available && is_singular));
+    }
+}
+
+#[test]
+fn nearly_all_modes_of_a_few_hundred_are_kept_with_a_singular_mass() {
+    let block = four_point_block();
+    let available = Oracle::of(&block).eigenvalues.len();
+    assert!(available + 6 < block.dofs.len());
+    let asked = [available - 250, available - 1, available, 5000];
+    nearly_all_modes_are_those_of_dense_algebra(&block, &asked);
+}
+
+#[test]
+fn nearly_all_modes_of_a_few_hundred_are_kept_with_a_regular_mass() {
+    let block = tetrahedra();
+    let available = block.dofs.len() - 6;
+    let asked = [available - 250, available - 1, available, 5000];
+    nearly_all_modes_are_those_of_dense_algebra(&block, &asked);
 }
 
 fn printed(matrix: &SparseMatrix, digits: usize) -> SparseMatrix {

@@ -39,6 +39,8 @@ const CERTIFICATE_ROOM: f64 = 1e-2;
 /// A direction with this part of the M-norm² of sharpened vectors, which are nearly orthogonal, is none of its own: a motion without mass
 /// that rounding took for a mode, and sharpening turned into low ones.
 const DEPENDENT: f64 = 1e-6;
+/// How often the whole space is sharpened before the last time.
+const SHARPENED_AGAIN: usize = 2;
 /// Wanted accuracy of a Ritz vector under S before it is polished.
 const RITZ_TOLERANCE: f64 = 1e-8;
 
@@ -175,9 +177,12 @@ impl FreeModes {
             }
             let x = sharpened(&lanczos, &pairs, kept);
             let modes = Self::of_subspace(model, known, x, kept, search.wanted, iterations)?;
-            let unconverged = modes.unconverged().count();
-            if unconverged == 0 || lanczos.is_exhausted() {
+            if modes.unconverged().count() == 0 {
                 return Ok(modes);
+            }
+            if lanczos.is_exhausted() {
+                let whole = sharpened_again(model, &lanczos, &pairs)?;
+                return Self::of_subspace(model, known, whole, kept, search.wanted, iterations);
             }
             if iterations >= step_limit {
                 return Err(modes.not_converged(kept));
@@ -303,6 +308,19 @@ fn sharpened(lanczos: &Lanczos, pairs: &RitzPairs, kept: usize) -> Mat<f64> {
     let subspace = (kept + 2).min(pairs.eigenvalues.len());
     let first_guess = lanczos.ritz_vectors(pairs, subspace);
     lanczos.polish(first_guess.as_ref())
+}
+
+/// Every Ritz vector of a basis that spans all that S reaches, sharpened until rounding in the basis is gone.
+///
+/// The last vectors of such a basis may be made of rounding: motions with hardly any mass, which are large for their M norm. Sharpening and
+/// the Rayleigh–Ritz step drop them, but spread parts of motions without mass over the others, 1e-5 of them. Inverse iteration
+/// takes those out of vectors that are of ordinary size; and in the whole space nothing depends on gaps.
+fn sharpened_again(model: &Model, lanczos: &Lanczos, pairs: &RitzPairs) -> Result<Mat<f64>, Error> {
+    let mut x = lanczos.ritz_vectors(pairs, pairs.eigenvalues.len());
+    for _ in 0..SHARPENED_AGAIN {
+        (_, x) = rayleigh_ritz(model, lanczos.polish(x.as_ref()))?;
+    }
+    Ok(lanczos.polish(x.as_ref()))
 }
 
 /// Values that can't be told from zero beside the shift. They are kept whatever is wanted: static flexibility exists only
