@@ -48,13 +48,17 @@ pub(crate) fn operator(
             .par_iter_mut()
             .for_each(|block| block.renumber(new_rows));
     }
-    let (entries, expansion) = match (triangles, sides.is_one_sided()) {
+    let (mut entries, expansion) = match (triangles, sides.is_one_sided()) {
         (Triangles::One | Triangles::Unsaid, true) => (entries, Expansion::Mirrored),
         (Triangles::Both | Triangles::Unsaid, false) | (Triangles::Both, true) => {
             (entries, Expansion::AsStored)
         }
         (Triangles::One, false) => (one_of_each_pair(entries)?, Expansion::Mirrored),
     };
+    if expansion == Expansion::AsStored && entries.iter().all(Entries::stand_by_rows) {
+        // What is averaged with its mirror image may as well be the mirror image, which is joined without sorting.
+        entries.par_iter_mut().for_each(Entries::transpose);
+    }
     let (matrix, duplicates) =
         assembled(entries, (size, size), expansion).map_err(|why| match why {
             CannotAssemble::TooMany { entries } => {

@@ -4,6 +4,8 @@
 //! where in each column its entries go and writes them there while others write theirs: a column's entries arrive in file order,
 //! duplicates are summed in file order, and neither depends on the number of threads. A file sorted by rows or columns needs no
 //! sorting. Chunks are given up one by one.
+//!
+//! Entries that stand in compressed columns already are joined, block after block.
 
 use std::ops::Range;
 use std::sync::atomic::{AtomicU32, AtomicU64, Ordering};
@@ -145,6 +147,14 @@ impl Columns {
         if entries > u64::from(u32::MAX) {
             return Err(CannotAssemble::TooMany { entries });
         }
+        if expansion == Expansion::AsStored && stand_in_columns(&blocks) {
+            return Ok(Self::joined(
+                blocks,
+                row_count,
+                column_count,
+                entries as usize,
+            ));
+        }
         let mut chunks = Chunk::of_blocks(blocks, column_count, expansion);
         let starts = place_columns(&mut chunks, column_count);
         let total = starts[column_count] as usize;
@@ -180,6 +190,35 @@ impl Columns {
             columns.close_gaps(&ranges, &settled);
         }
         Ok(columns)
+    }
+
+    /// Of blocks that are parts of compressed columns.
+    fn joined(blocks: Vec<Block>, row_count: usize, column_count: usize, total: usize) -> Self {
+        let mut counts = vec![0; column_count];
+        let mut blocks = blocks.into_iter();
+        let first = blocks.next().unwrap_or_default();
+        let (mut rows, mut values) = first.entries.into_columns(&mut counts);
+        rows.reserve_exact(total - rows.len());
+        values.reserve_exact(total - values.len());
+        for block in blocks {
+            let (more_rows, more_values) = block.entries.into_columns(&mut counts);
+            rows.extend_from_slice(&more_rows);
+            values.extend_from_slice(&more_values);
+        }
+        let mut starts = Vec::with_capacity(column_count + 1);
+        let mut end = 0;
+        starts.push(end);
+        starts.extend(counts.iter().map(|count| {
+            end += count;
+            end
+        }));
+        Self {
+            row_count,
+            starts,
+            rows,
+            values,
+            duplicates_summed: 0,
+        }
     }
 
     /// Number of columns.
@@ -228,6 +267,14 @@ impl Columns {
         self.rows.truncate(end);
         self.values.truncate(end);
     }
+}
+
+/// Whether blocks, one after the other, are compressed columns.
+fn stand_in_columns(blocks: &[Block]) -> bool {
+    let mut blocks = blocks.iter();
+    blocks
+        .try_fold(None, |last, block| block.entries.rise_behind(last))
+        .is_some()
 }
 
 /// Entries in full storage, duplicates counted.

@@ -187,6 +187,58 @@ impl Entries {
         }
     }
 
+    /// Entry (i, j) becomes (j, i).
+    pub fn transpose(&mut self) {
+        for run in &mut self.runs {
+            run.along = match run.along.is_column() {
+                true => RowOrColumn::row(run.along.index()),
+                false => RowOrColumn::column(run.along.index()),
+            };
+        }
+    }
+
+    /// Whether they stand row after row; so does a single one.
+    pub fn stand_by_rows(&self) -> bool {
+        self.runs.iter().all(|run| !run.along.is_column())
+    }
+
+    /// Whether they stand in compressed columns behind an entry, or behind nothing: columns rise, and rows in them. The last entry.
+    pub(super) fn rise_behind(&self, before: Option<(u32, u32)>) -> Option<Option<(u32, u32)>> {
+        let mut last = before;
+        for (run, range) in self.ranges() {
+            let others = &self.others[range];
+            let (first, end) = (others.first()?, others.last()?);
+            let place = |other: u32| {
+                let (row, column) = run.along.place(other);
+                (column, row)
+            };
+            if last.is_some_and(|last| last >= place(*first)) || !others.is_sorted_by(|a, b| a < b)
+            {
+                return None;
+            }
+            last = Some(place(*end));
+        }
+        Some(last)
+    }
+
+    /// Hands out rows and values of entries that stand in compressed columns, and adds their number in each column.
+    pub(super) fn into_columns(mut self, counts: &mut [u32]) -> (Vec<u32>, Vec<f64>) {
+        let mut end = self.others.len();
+        for run in self.runs.iter().rev() {
+            let others = &mut self.others[run.start as usize..end];
+            let line = run.along.index();
+            match run.along.is_column() {
+                true => counts[line as usize] += others.len() as u32,
+                false => others.iter_mut().for_each(|other| {
+                    counts[*other as usize] += 1;
+                    *other = line;
+                }),
+            }
+            end = run.start as usize;
+        }
+        (self.others, self.values)
+    }
+
     /// Each run with the numbers of its entries.
     fn ranges(&self) -> impl Iterator<Item = (&Run, Range<usize>)> {
         let ends = self.runs.iter().skip(1).map(|run| run.start as usize);
@@ -252,5 +304,36 @@ mod tests {
             .collect();
         assert_eq!(back, expected);
         assert!(entries.runs.len() < 18, "{:?}", entries.runs);
+    }
+
+    #[test]
+    fn compressed_columns_are_known_whatever_their_runs() {
+        let of = |places: &[(u32, u32)]| {
+            let mut entries = Entries::default();
+            for (number, &(row, column)) in places.iter().enumerate() {
+                let value = number as f64;
+                entries.push(Triplet { row, column, value });
+            }
+            entries
+        };
+        // Rows of a column, a row over two columns, single entries.
+        let rising = [(0, 0), (2, 0), (3, 0), (3, 1), (3, 2), (0, 4), (4, 4)];
+        assert_eq!(of(&rising).rise_behind(None), Some(Some((4, 4))));
+        assert_eq!(of(&rising).rise_behind(Some((0, 0))), None);
+        assert_eq!(of(&[]).rise_behind(Some((3, 1))), Some(Some((3, 1))));
+        for (at, place) in [(1, (0, 0)), (2, (1, 0)), (4, (2, 1)), (6, (4, 3))] {
+            let mut places = rising;
+            places[at] = place;
+            assert_eq!(of(&places).rise_behind(None), None, "{places:?}");
+        }
+        let mut counts = [0; 5];
+        let (rows, values) = of(&rising).into_columns(&mut counts);
+        assert_eq!(rows, rising.map(|(row, _)| row));
+        assert_eq!(values, [0.0, 1.0, 2.0, 3.0, 4.0, 5.0, 6.0]);
+        assert_eq!(counts, [3, 1, 1, 0, 2]);
+        let mut by_rows = of(&[(0, 0), (0, 1), (1, 0), (1, 3)]);
+        assert!(by_rows.stand_by_rows() && by_rows.rise_behind(None).is_none());
+        by_rows.transpose();
+        assert_eq!(by_rows.rise_behind(None), Some(Some((1, 3))));
     }
 }

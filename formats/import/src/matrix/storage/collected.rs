@@ -7,11 +7,45 @@ use crate::stored::Content;
 /// Entries of a block.
 const BLOCK: usize = 1 << 16;
 
-/// Entries so far.
+/// Entries so far. Those that rise row after row, or column after column, stay in one block, which becomes compressed columns without a copy.
 #[derive(Debug, Default)]
 pub(crate) struct Collected {
     full: Vec<Entries>,
     last: Entries,
+    order: Order,
+}
+
+/// How places follow each other.
+#[derive(Debug)]
+struct Order {
+    before: Option<(u32, u32)>,
+    by_rows: bool,
+    by_columns: bool,
+}
+
+impl Default for Order {
+    fn default() -> Self {
+        Self {
+            before: None,
+            by_rows: true,
+            by_columns: true,
+        }
+    }
+}
+
+impl Order {
+    #[inline(always)]
+    fn add(&mut self, row: u32, column: u32) {
+        if let Some(before) = self.before {
+            self.by_rows &= before < (row, column);
+            self.by_columns &= (before.1, before.0) < (column, row);
+        }
+        self.before = Some((row, column));
+    }
+
+    fn rises(&self) -> bool {
+        self.by_rows || self.by_columns
+    }
 }
 
 impl Collected {
@@ -24,7 +58,8 @@ impl Collected {
         if !value.is_finite() {
             return Err(not_finite(row, column, value));
         }
-        if self.last.len() == BLOCK {
+        self.order.add(row, column);
+        if self.last.len() >= BLOCK && !self.order.rises() {
             self.full.push(std::mem::take(&mut self.last));
             self.last = Entries::with_capacity(BLOCK).unwrap_or_default();
         }

@@ -98,10 +98,16 @@ impl Records {
     }
 
     /// Reads so many bytes ahead, or more.
+    #[inline(always)]
     fn read_ahead(&mut self, count: usize) -> Result<(), Error> {
-        if self.buffered() >= count {
-            return Ok(());
+        match self.buffered() >= count {
+            true => Ok(()),
+            false => self.read_batch(count),
         }
+    }
+
+    #[cold]
+    fn read_batch(&mut self, count: usize) -> Result<(), Error> {
         if count as u64 > self.remaining() {
             return Err(self.refused("the file ends within a record; it is cut off"));
         }
@@ -115,10 +121,13 @@ impl Records {
         self.file.fill(&mut self.buffer[before..])
     }
 
+    #[inline(always)]
     fn bytes<const N: usize>(&mut self) -> Result<[u8; N], Error> {
         self.read_ahead(N)?;
-        let mut bytes = [0; N];
-        bytes.copy_from_slice(&self.buffer[self.used..self.used + N]);
+        let bytes = match self.buffer[self.used..].first_chunk::<N>() {
+            Some(bytes) => *bytes,
+            None => return Err(self.refused("the file ends within a record; it is cut off")),
+        };
         self.used += N;
         Ok(bytes)
     }
