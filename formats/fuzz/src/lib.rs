@@ -69,8 +69,16 @@ const BUFFERS: usize = 24 << 20;
 /// Bytes that may be allocated for each byte of a file.
 const BYTES_PER_BYTE: usize = 4;
 
+/// One thread, this one: small inputs would spend most of their time in waking others.
+static ALONE: LazyLock<()> = LazyLock::new(|| {
+    let builder = rayon::ThreadPoolBuilder::new().num_threads(1);
+    let built = builder.use_current_thread().build_global();
+    built.unwrap_or_else(|error| panic!("{error}"));
+});
+
 /// Runs a reader, which may not allocate more than its file justifies.
 fn within_memory(data: &[u8], read: impl FnOnce()) {
+    LazyLock::force(&ALONE);
     let before = HELD.load(Ordering::Relaxed);
     MOST.store(before, Ordering::Relaxed);
     read();
