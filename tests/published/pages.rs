@@ -4,8 +4,8 @@ use std::collections::BTreeMap;
 
 use dcb_tests::hard::dynamics::weak_form_map::{FULL, cells, measure};
 use dcb_tests::pages::{
-    accuracy, error_estimate, hard_cases, large_file, motion, scene_driven, scene_reduction,
-    speed_against_error, stability,
+    accuracy, error_estimate, exchange, fuzzing, hard_cases, large_file, motion, read_matrices,
+    scene_driven, scene_reduction, speed_against_error, stability,
 };
 use serde_json::Value;
 
@@ -35,6 +35,10 @@ tests! {
     scene_driven_is_shown: scene_driven::PAGE, assert_shown;
     scene_reduction_is_shown: scene_reduction::PAGE, assert_shown;
     large_file_is_shown: large_file::PAGE, assert_shown;
+    formats_read_are_shown: exchange::READ, assert_shown;
+    formats_written_are_shown: exchange::WRITTEN, assert_shown;
+    reading_speed_is_shown: read_matrices::PAGE, assert_shown;
+    fuzzing_is_shown: fuzzing::PAGE, assert_shown;
 }
 
 #[test]
@@ -87,6 +91,47 @@ fn hard_cases_are_within_their_bounds() {
                 assert!(ours.contains("refused") || ours.contains("told"), "{line}");
             }
         }
+    }
+}
+
+#[test]
+fn formats_are_read_and_written_to_their_digits() {
+    let lines = exchange::READ.lines();
+    let of = |kind: &str| lines.iter().filter(|line| line["kind"] == kind).count();
+    assert_eq!((of("matrix"), of("real"), of("mesh")), (20, 6, 7));
+    for line in &lines {
+        let number = |key: &str| line[key].as_f64().unwrap_or(f64::INFINITY);
+        let is_punched = line["format"] == "Nastran DMIG, large fields";
+        match line["kind"].as_str().unwrap() {
+            "matrix" if is_punched => assert!(number("stiffness_error") < 1e-10, "{line}"),
+            "matrix" => {
+                assert_eq!(
+                    (number("stiffness_error"), number("mass_error")),
+                    (0.0, 0.0),
+                    "{line}"
+                );
+            }
+            "real" => assert!(number("frequency_error") < 1e-7, "{line}"),
+            "mesh" => assert!(number("point_error") < 1e-12, "{line}"),
+            "export" => assert!(number("error") < 1e-6, "{line}"),
+            "client" => assert!(line["held"] != false, "{line}"),
+            _ => {}
+        }
+    }
+}
+
+#[test]
+fn readers_were_fuzzed_without_a_finding() {
+    let lines = fuzzing::PAGE.lines();
+    let mut inputs: BTreeMap<&str, f64> = BTreeMap::new();
+    for line in &lines {
+        *inputs.entry(line["target"].as_str().unwrap()).or_default() +=
+            line["inputs"].as_f64().unwrap();
+        assert!(line["slowest_s"].as_f64().unwrap() < 20.0, "{line}");
+        assert!(line["peak_mb"].as_f64().unwrap() < 1000.0, "{line}");
+    }
+    for binary in ["matlab5", "matlab73", "numpy", "op4_binary", "petsc"] {
+        assert!(inputs[binary] >= 1e6, "{binary}");
     }
 }
 

@@ -1,5 +1,6 @@
 //! Stiffness and mass of a component from the matrices of files: duplicates summed, triangles completed, rows in a wanted order.
 
+use dcb_formats::component::ROUNDING_ASYMMETRY;
 use dcb_formats::matrix::blocks::{CannotAssemble, Entries, Expansion, Triplet, assembled};
 use dcb_formats::matrix::symmetrized;
 use dcb_formats::{Error, SparseMatrix};
@@ -114,7 +115,7 @@ fn completed_columns(
 
 fn symmetric(matrix: SparseMatrix, mut notes: Vec<String>) -> Result<Operator, String> {
     let (matrix, asymmetry) = symmetrized(matrix)?;
-    if asymmetry > 0.0 {
+    if asymmetry > ROUNDING_ASYMMETRY {
         notes.push(format!(
             "an asymmetry of up to {asymmetry:.1e} was averaged away"
         ));

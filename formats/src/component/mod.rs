@@ -66,6 +66,7 @@ pub(crate) use fault::fault;
 pub(crate) use geometry::{CELL_TYPES, check_directions, check_mesh, check_nodal, check_repeats};
 pub(crate) use interfaces::{check_interfaces, check_weights_kind};
 pub(crate) use label::{check_label, check_units};
+pub use operators::ROUNDING_ASYMMETRY;
 pub(crate) use operators::asymmetry_note;
 
 /// The unit system, as the component names it. Every number of the component and of its superelement is in

@@ -29,9 +29,13 @@ pub(super) fn symmetric(
     }
 }
 
-/// Note on the largest relative asymmetry of an operator that was made symmetric, if there was any.
+/// Sums in another order differ by less; nobody can do anything about that.
+pub const ROUNDING_ASYMMETRY: f64 = 1e-13;
+
+/// Note on the largest relative asymmetry of an operator that was made symmetric, if it is more than rounding.
 pub(crate) fn asymmetry_note(of: &str, largest: f64) -> Option<String> {
-    (largest > 0.0).then(|| format!("{of}: asymmetry of up to {largest:.1e} was averaged away"))
+    (largest > ROUNDING_ASYMMETRY)
+        .then(|| format!("{of}: asymmetry of up to {largest:.1e} was averaged away"))
 }
 
 /// (n_e, n_e).

@@ -2,9 +2,12 @@
 
 pub mod accuracy;
 pub mod error_estimate;
+pub mod exchange;
+pub mod fuzzing;
 pub mod hard_cases;
 pub mod large_file;
 pub mod motion;
+pub mod read_matrices;
 pub mod scene_driven;
 pub mod scene_reduction;
 pub mod speed_against_error;
@@ -61,6 +64,21 @@ impl Page {
     /// The raw lines can't be read.
     pub fn rendered(&self) -> String {
         (self.render)(&self.raw())
+    }
+
+    /// Puts the part into the page.
+    ///
+    /// # Panics
+    /// The raw lines or the page can't be read, or the page not be written.
+    pub fn write(&self) {
+        let path = docs().join(self.page);
+        let before = between(self.page, self.markers);
+        let [first, last] = self.markers;
+        let page = read(&path).replace(
+            &format!("{first}{before}{last}"),
+            &format!("{first}{}{last}", self.rendered()),
+        );
+        std::fs::write(&path, page).unwrap_or_else(|error| panic!("{}: {error}", path.display()));
     }
 
     /// Draws the pictures into a folder.

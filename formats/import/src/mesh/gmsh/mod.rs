@@ -78,9 +78,10 @@ fn format(source: &mut Source) -> Result<Version, Error> {
     let [version, file_type, size] = words[..] else {
         return Err(source.refused("expected the version, 0 or 1 for text or binary, and 8"));
     };
-    let layout = match version {
-        "2" | "2.0" | "2.1" | "2.2" => Version::Two,
-        "4.1" => Version::Four,
+    // NGSolve writes 2.000000.
+    let layout = match version.parse::<f64>() {
+        Ok(number) if (2.0..3.0).contains(&number) => Version::Two,
+        Ok(4.1) => Version::Four,
         _ => return Err(other_version(source, version)),
     };
     match (file_type, size) {
