@@ -72,6 +72,31 @@ pub fn flipped(format: Format, name: &str, times: usize) {
     }
 }
 
+/// A byte changed in a file whose parts have checksums: an error, or the right numbers, wherever the byte is.
+pub fn checked(format: Format, name: &str) {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("damaged");
+    let whole = std::fs::read(sample(name)).unwrap();
+    std::fs::write(&path, &whole).unwrap();
+    let right = readable(format, &path).unwrap();
+    let mut refused = 0;
+    for at in (0..whole.len()).step_by(whole.len() / 200) {
+        let mut bytes = whole.clone();
+        bytes[at] ^= 0x10;
+        std::fs::write(&path, &bytes).unwrap();
+        match attempt(format, &path) {
+            None => refused += 1,
+            Some(found) => {
+                for (of, places) in found {
+                    let is_right = right.iter().any(|(_, expected)| *expected == places);
+                    assert!(is_right, "{name}, byte {at}: {of}");
+                }
+            }
+        }
+    }
+    assert!(refused > 150, "{name}: {refused}");
+}
+
 /// A file with some bytes replaced is refused; returns the message.
 pub fn replaced(format: Format, name: &str, at: usize, with: &[u8]) -> String {
     let folder = tempfile::tempdir().unwrap();

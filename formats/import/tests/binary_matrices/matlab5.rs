@@ -200,3 +200,9 @@ fn damaged_files_are_refused_soon() {
         damage::flipped(MATLAB, name, 1000);
     }
 }
+
+#[test]
+fn damage_inside_is_found_by_the_checksums() {
+    damage::checked(MATLAB, "matlab/bracket_v5_compressed.mat");
+    damage::checked(MATLAB, "matlab/variants_structure_compressed.mat");
+}

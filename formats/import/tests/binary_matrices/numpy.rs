@@ -272,3 +272,9 @@ fn damaged_files_are_refused_soon() {
         damage::flipped(NUMPY, name, 500);
     }
 }
+
+#[test]
+fn damage_inside_is_found_by_the_checksums() {
+    damage::checked(NUMPY, "scipy/bracket_K_csr.npz");
+    damage::checked(NUMPY, "scipy/bracket_K_csc_stored.npz");
+}

@@ -74,6 +74,7 @@ pub(super) fn walk(path: &Path, visit: &mut Visit<'_>) -> Result<(), Error> {
                 if kind == MATRIX {
                     let mut body = Body::of(&mut inflated, order, inner.into());
                     array(&mut body, "", 0, visit)?;
+                    inflated.finish()?;
                 }
                 file.pass_over(length.into())?;
             }

@@ -19,6 +19,9 @@ pub(super) fn words(bytes: [u8; 8], order: ByteOrder) -> [u32; 2] {
     })
 }
 
+/// Bytes that take no time to decompress.
+const FEW: u64 = 1 << 12;
+
 /// Bytes of which some can be left out.
 pub(super) trait Elements: Stream {
     /// Leaves out so many bytes.
@@ -36,6 +39,8 @@ pub(super) struct Inflated<'f> {
     path: PathBuf,
     /// Where the element is in the file.
     at: u64,
+    /// Bytes that are left out as soon as something behind them is wanted.
+    skipped: u64,
     decoder: ZlibDecoder<Take<&'f mut File>>,
 }
 
@@ -44,22 +49,47 @@ impl<'f> Inflated<'f> {
         Self {
             path: path.into(),
             at: file.position(),
+            skipped: 0,
             decoder: ZlibDecoder::new(file.part(length)),
+        }
+    }
+
+    /// Reads to the end, where the checksum is, unless much of what comes last was left out.
+    ///
+    /// # Errors
+    /// The checksum is another.
+    pub(super) fn finish(mut self) -> Result<(), Error> {
+        if self.skipped > FEW {
+            return Ok(());
+        }
+        match std::io::copy(&mut self.decoder, &mut std::io::sink()) {
+            Ok(_) => Ok(()),
+            Err(error) => Err(self.broken(error)),
+        }
+    }
+
+    fn broken(&self, error: std::io::Error) -> Error {
+        match error.kind() {
+            ErrorKind::UnexpectedEof => self.refused("it ends too early".into()),
+            ErrorKind::InvalidInput | ErrorKind::InvalidData => {
+                self.refused(format!("it can't be decompressed: {error}"))
+            }
+            _ => Error::io(&self.path, "cannot read", error),
         }
     }
 }
 
 impl Stream for Inflated<'_> {
     fn fill(&mut self, buffer: &mut [u8]) -> Result<(), Error> {
-        self.decoder
-            .read_exact(buffer)
-            .map_err(|error| match error.kind() {
-                ErrorKind::UnexpectedEof => self.refused("it ends too early".into()),
-                ErrorKind::InvalidInput | ErrorKind::InvalidData => {
-                    self.refused(format!("it can't be decompressed: {error}"))
-                }
-                _ => Error::io(&self.path, "cannot read", error),
-            })
+        let mut passed = [0; 1 << 12];
+        while self.skipped > 0 {
+            let part = self.skipped.min(passed.len() as u64) as usize;
+            let read = self.decoder.read_exact(&mut passed[..part]);
+            read.map_err(|error| self.broken(error))?;
+            self.skipped -= part as u64;
+        }
+        let read = self.decoder.read_exact(buffer);
+        read.map_err(|error| self.broken(error))
     }
 
     fn held(&self) -> u64 {
@@ -76,13 +106,7 @@ impl Stream for Inflated<'_> {
 
 impl Elements for Inflated<'_> {
     fn leave_out(&mut self, count: u64) -> Result<(), Error> {
-        let mut buffer = [0; 1 << 12];
-        let mut left = count;
-        while left > 0 {
-            let part = left.min(buffer.len() as u64) as usize;
-            self.fill(&mut buffer[..part])?;
-            left -= part as u64;
-        }
+        self.skipped = self.skipped.saturating_add(count);
         Ok(())
     }
 }
