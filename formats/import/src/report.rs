@@ -44,32 +44,71 @@ pub struct MassCentre {
 }
 
 impl MassCentre {
-    /// With unit translations t_a and the positions p of the rows, m = t_aᵀ M t_a, c_b = t_aᵀ M (p_b t_a) / m, means over the axes a.
+    /// With unit translations t_a and turns r_c about the axes through the origin, m = t_aᵀ M t_a (the mean over a) and t_aᵀ M r_c = m (e_c × centre)_a.
+    /// Rows of rotations and of no node count: what turns with a node may be far from it.
     pub(crate) fn of(mass: &SparseMatrix, places: &[RowPlace]) -> Self {
-        let (mut total, mut moment) = ([0.0; 3], [0.0; 3]);
-        for (row, place) in places.iter().enumerate() {
-            let Some((point, direction)) = place.filter(|(_, direction)| !direction.is_rotation())
-            else {
-                continue;
-            };
-            let entries = mass.row_idx_of_col_raw(row).iter();
-            for (column, value) in entries.zip(mass.val_of_col(row)) {
-                let same = places[*column as usize].filter(|(_, other)| *other == direction);
-                if same.is_some() {
-                    total[direction.axis()] += value;
-                    for axis in 0..3 {
-                        moment[axis] += value * point[axis];
-                    }
+        let moved = |place: &RowPlace, axis: usize| match place {
+            Some((_, direction)) => !direction.is_rotation() && direction.axis() == axis,
+            None => false,
+        };
+        let turned = |place: &RowPlace, axis: usize| match place {
+            Some((_, direction)) if direction.is_rotation() => {
+                f64::from(u8::from(direction.axis() == axis))
+            }
+            Some((point, direction)) => turn(axis, point)[direction.axis()],
+            None => 0.0,
+        };
+        let has = [0, 1, 2].map(|axis| places.iter().any(|place| moved(place, axis)));
+        let (mut total, mut moments) = ([0.0; 3], [[0.0; 3]; 3]);
+        for (column, place) in places.iter().enumerate() {
+            let rows = mass.row_idx_of_col_raw(column).iter();
+            for (row, value) in rows.zip(mass.val_of_col(column)) {
+                let Some((_, direction)) = places[*row as usize] else {
+                    continue;
+                };
+                if direction.is_rotation() {
+                    continue;
+                }
+                let along = direction.axis();
+                if moved(place, along) {
+                    total[along] += value;
+                }
+                for axis in 0..3 {
+                    moments[along][axis] += value * turned(place, axis);
                 }
             }
         }
-        let axes = total.iter().filter(|sum| **sum != 0.0).count().max(1);
-        let sum: f64 = total.iter().sum();
-        Self {
-            mass: sum / axes as f64,
-            centre: moment.map(|moment| if sum == 0.0 { 0.0 } else { moment / sum }),
+        let axes = has.iter().filter(|has| **has).count().max(1);
+        let mass = total.iter().sum::<f64>() / axes as f64;
+        let mut centre = [0.0; 3];
+        for (of, coordinate) in centre.iter_mut().enumerate() {
+            // The turn about `axis` moves what is at the end of `of` along `along`; the axes across it must be there.
+            let pairs = [((of + 1) % 3, (of + 2) % 3), ((of + 2) % 3, (of + 1) % 3)];
+            let pairs = pairs.map(|(along, axis)| {
+                let sign = turn(axis, &unit(of))[along];
+                (has[of] && has[along]).then_some(sign * moments[along][axis])
+            });
+            let known: Vec<f64> = pairs.into_iter().flatten().collect();
+            if !known.is_empty() && mass != 0.0 {
+                *coordinate = known.iter().sum::<f64>() / (known.len() as f64 * mass);
+            }
         }
+        Self { mass, centre }
     }
+}
+
+fn unit(axis: usize) -> [f64; 3] {
+    let mut unit = [0.0; 3];
+    unit[axis] = 1.0;
+    unit
+}
+
+/// Where a turn of one about an axis moves a point: e × p.
+fn turn(axis: usize, point: &[f64; 3]) -> [f64; 3] {
+    let mut moved = [0.0; 3];
+    moved[(axis + 1) % 3] = -point[(axis + 2) % 3];
+    moved[(axis + 2) % 3] = point[(axis + 1) % 3];
+    moved
 }
 
 impl ImportReport {

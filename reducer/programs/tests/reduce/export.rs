@@ -1,5 +1,7 @@
 //! `reduce export`.
 
+use dcb_formats::dcb::SuperelementFile;
+
 use crate::support::{Folder, says, stored};
 
 #[test]
@@ -88,4 +90,44 @@ fn mistakes_are_told_and_write_nothing() {
             &["world", "body, component"],
         ),
     ]);
+}
+
+/// What Nastran gets comes back as a component with the same mass, place and frequencies; coordinates of no frame are internal rows.
+#[test]
+fn a_superelement_of_nastran_comes_back() {
+    let folder = Folder::rotor();
+    folder.done("rotor.mtx --modes 12");
+    folder.done("export rotor.dcb.h5 --to nastran --axes component");
+    folder.done("export rotor.dcb.h5 --to nastran --axes component --dialect op4 -o four.bdf");
+    let modes = |name: &str| {
+        let file = SuperelementFile::open(folder.path(name)).unwrap();
+        file.superelement().unwrap()
+    };
+    let expected = modes("rotor.dcb.h5");
+    for matrices in ["rotor.bdf --mesh rotor.bdf", "four.op4 --mesh four.bdf"] {
+        let run = |command: &str| {
+            let answer = folder.run(command);
+            assert_eq!(answer.code, Some(0), "{answer:?}");
+            answer.stdout
+        };
+        let shown = run(&format!(
+            "import {matrices} --units m,kg,s -o back.mtx --force"
+        ));
+        says!(shown, "rows      30, 18 of them internal");
+        let number = |label: &str, nth: usize| -> f64 {
+            let line = shown.lines().find(|line| line.starts_with(label)).unwrap();
+            line.split_whitespace().nth(nth).unwrap().parse().unwrap()
+        };
+        assert!((number("mass", 1) / expected.inertia.mass - 1.0).abs() < 1e-9);
+        assert!(
+            (number("centre", 3) - expected.origin[2]).abs() < 1e-8,
+            "{shown}"
+        );
+        run("back.mtx --modes 8 --force");
+        let found = modes("back.dcb.h5");
+        assert_eq!(found.modes.eigenvalues.len(), 8);
+        for (found, expected) in (found.modes.eigenvalues.iter()).zip(&expected.modes.eigenvalues) {
+            assert!((found / expected - 1.0).abs() < 1e-8, "{found} {expected}");
+        }
+    }
 }
