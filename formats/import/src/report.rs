@@ -73,8 +73,8 @@ impl MassCentre {
                 if moved(place, along) {
                     total[along] += value;
                 }
-                for axis in 0..3 {
-                    moments[along][axis] += value * turned(place, axis);
+                for (axis, moment) in moments[along].iter_mut().enumerate() {
+                    *moment += value * turned(place, axis);
                 }
             }
         }
