@@ -188,6 +188,13 @@ EXPORTS = [
 ]
 
 
+SCENE = {
+    "dimension": 3, "units": {"length": "m", "mass": "kg", "time": "s"}, "gravity": [0, 0, -9.81], "ground": {"points": {"pin": [0, 0, 0]}},
+    "bodies": {"rotor": {"superelement": "rotor.dcb.h5"}}, "joints": {"ball": {"spherical": {"a": "ground/pin", "b": "rotor/bearing-left"}}},
+    "fields": [{"body": "rotor", "directory": "fields", "every": 1e-3}], "integrator": {"generalized_alpha": {"step": 5e-5, "end": 5e-3}},
+}
+
+
 def exports(folder):
     shutil.copytree(REPOSITORY / "samples/data/rotor", folder / "rotor")
     rotor, part = folder / "rotor/rotor.mtx", folder / "rotor.dcb.h5"
@@ -211,6 +218,9 @@ def exports(folder):
     errors = {"arrays": f"over K and M: {number}", "pendulum, m": f"recorded history: {number}"}
     yield client("exudyn", ["exudyn"], errors, "export_exudyn.py", part, made["exudyn", None], "--matrices", *fem, "--pendulum", history)
     yield client("gltf", ["pygltflib"], {"places": f"places off by {number}"}, "export_gltf.py", made["gltf", None], part)
+    (folder / "scene.json").write_text(json.dumps(SCENE))
+    subprocess.run([REDUCE.with_name("simulate"), folder / "scene.json", "--quiet"], check=True)
+    yield client("fields of `simulate`", ["meshio", "pyvista"], {"each other": f"differ by {number}"}, "read_fields.py", folder / "fields", "rotor")
     yield not_run("mbdyn", "MBDyn", "no package manager here has it")
     for target, program in (("simscape", "MATLAB"), ("nastran", "Nastran"), ("sid", "Dymola, Simpack")):
         yield not_run(target, program, "no licence at hand")

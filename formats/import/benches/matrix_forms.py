@@ -86,7 +86,8 @@ def harwell_boeing(path, size, rows, columns, values, fields=(10, 10, 3), format
 
 
 def harwell_boeing_full(path, size, *lower):
-    harwell_boeing(path, size, *full(*lower))
+    # SciPy takes no scale factor in a format.
+    harwell_boeing(path, size, *full(*lower), formats="(10I8)          (10I8)          (3E25.16)")
 
 
 def hbmat(path, *matrix):

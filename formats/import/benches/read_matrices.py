@@ -52,8 +52,8 @@ TEXT = [
     ("Harwell-Boeing, full", forms.harwell_boeing_full, "stencil", "scipy hb_read"),
     ("Harwell-Boeing, HBMAT", forms.hbmat, "stencil", None),
     ("DMIG punch", forms.dmig, "stencil", None),
-    ("DMIG punch, small", forms.dmig, "small", "pyyeti rddmig"),
-    ("DMIG punch, small, again", forms.dmig, "small", "pyNastran dmig"),
+    ("DMIG punch of 3 MB", forms.dmig, "small", "pyyeti rddmig"),
+    ("DMIG punch of 3 MB, again", forms.dmig, "small", "pyNastran dmig"),
     ("OUTPUT4 ASCII", forms.op4_text, "stencil", "pyyeti op4"),
 ]
 BINARY = [

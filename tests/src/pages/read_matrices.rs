@@ -56,13 +56,16 @@ fn of_kind(lines: &[Value], kind: &str, ratio: &str, limit: f64) -> String {
         .map(|line| {
             let number = |key: &str| line[key].as_f64().expect(key);
             let memory = number("whole_memory");
-            // What a process takes anyway counts in small files.
+            // In small files what a process takes anyway counts.
             let is_large = number("file_mb") > 20.0;
             vec![
                 text(line, "format"),
                 format!("{:.0}", number("file_mb")),
                 format!("{:.0}", number("mb_per_s")),
-                missed(number(ratio), limit),
+                match is_large {
+                    true => missed(number(ratio), limit),
+                    false => format!("{:.2}", number(ratio)),
+                },
                 match is_large {
                     true => missed(memory, MEMORY_LIMIT),
                     false => String::new(),
