@@ -21,7 +21,8 @@ pub struct Snapshot {
     /// Of a file on a disk; a pipe has none.
     before: Option<Stamp>,
     read: u64,
-    hash: Hash,
+    /// `None` of a file that is only looked at.
+    hash: Option<Hash>,
 }
 
 /// Traces that a write leaves on a file.
@@ -46,6 +47,16 @@ impl Snapshot {
     /// # Errors
     /// [`Error::Io`] for a missing or unreadable file and for a folder, [`Error::File`] for a device.
     pub fn open(path: &Path) -> Result<Self, Error> {
+        let mut file = Self::open_to_look(path)?;
+        file.hash = Some(Hash::default());
+        Ok(file)
+    }
+
+    /// Opens a file to look at it, without a digest, which takes most of the time of reading.
+    ///
+    /// # Errors
+    /// As [`Snapshot::open`].
+    pub(crate) fn open_to_look(path: &Path) -> Result<Self, Error> {
         let refused = |source| cannot_read(path, source);
         // Opening a device can do something to it, so it is looked at before.
         refuse_device(path, &std::fs::metadata(path).map_err(refused)?)?;
@@ -60,7 +71,7 @@ impl Snapshot {
             before: metadata.is_file().then(|| Stamp::of(&metadata)),
             file,
             read: 0,
-            hash: Hash::default(),
+            hash: None,
         })
     }
 
@@ -72,7 +83,7 @@ impl Snapshot {
     /// Reads what is left and tells the SHA-256 of the whole file, hexadecimal.
     ///
     /// # Errors
-    /// [`Error::File`] if the file was changed since it was opened.
+    /// [`Error::File`] if the file was changed since it was opened, or was opened to look at it.
     pub fn finish(mut self) -> Result<String, Error> {
         let mut rest = vec![0; 1 << 16];
         let refused = |path: &Path, source| cannot_read(path, source);
@@ -91,7 +102,11 @@ impl Snapshot {
                 return Err(changed(&self.path));
             }
         }
-        Ok(self.hash.finish())
+        let hash = self.hash.ok_or_else(|| Error::File {
+            path: self.path,
+            message: "was read without a digest".into(),
+        })?;
+        Ok(hash.finish())
     }
 
     /// Whether the file isn't as it was when it was opened.
@@ -111,7 +126,9 @@ impl Read for Snapshot {
     fn read(&mut self, buffer: &mut [u8]) -> io::Result<usize> {
         let room = buffer.len().min(READ_TOGETHER);
         let count = self.file.read(&mut buffer[..room])?;
-        self.hash.update(&buffer[..count]);
+        if let Some(hash) = &mut self.hash {
+            hash.update(&buffer[..count]);
+        }
         self.read += count as u64;
         Ok(count)
     }

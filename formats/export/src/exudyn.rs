@@ -12,7 +12,9 @@ use std::fmt::Write as _;
 
 use dcb_formats::Error;
 use dcb_formats::component::Role;
+use dcb_formats::component::Units;
 use dcb_formats::mesh::Mesh;
+use dcb_formats::units::si_factor;
 use faer::Mat;
 use nalgebra::{Matrix3, Vector3};
 
@@ -73,7 +75,7 @@ pub(crate) fn product(source: &Source, request: &Request<'_>) -> Result<Product,
         part.coordinates(),
         nodes.triangles.len()
     );
-    let paste = snippet(&nodes, request.file_name);
+    let paste = snippet(&nodes, request.file_name, gravity(&part.superelement.units));
     let mut product = Product::new(Content::Hdf5(tree(&part, &nodes)), summary);
     product.notes = nodes.notes;
     if !request.file_name.ends_with(".hdf5") {
@@ -327,13 +329,22 @@ fn of_frames(part: &Part<'_>) -> Result<Nodes, Error> {
 }
 
 /// How the file is loaded, and how its interfaces are met.
-fn snippet(nodes: &Nodes, file_name: &str) -> String {
+/// 9.81 m/s² in the part's units; `None` where these aren't known.
+fn gravity(units: &Units) -> Option<f64> {
+    let (length, time) = (si_factor(&units.length)?, si_factor(&units.time)?);
+    let exact = 9.81 * time * time / length;
+    // Without the rounding of the units' factors.
+    format!("{exact:.9e}").parse().ok()
+}
+
+fn snippet(nodes: &Nodes, file_name: &str, gravity: Option<f64>) -> String {
+    let gravity = gravity.map_or("-GRAVITY".to_owned(), |gravity| format!("-{gravity}"));
     let mut text = format!(
         "from exudyn.FEM import ObjectFFRFreducedOrderInterface\n\
          part = ObjectFFRFreducedOrderInterface()\n\
          part.LoadFromFile({file_name:?})\n\
          body = part.AddObjectFFRFreducedOrder(mbs, positionRef=[0, 0, 0], initialVelocity=[0, 0, 0], rotationMatrixRef=np.eye(3),\n    \
-         initialAngularVelocity=[0, 0, 0], gravity=[0, 0, -9.81])['oFFRFreducedOrder']\n"
+         initialAngularVelocity=[0, 0, 0], gravity=[0, 0, {gravity}])['oFFRFreducedOrder']\n"
     );
     for (name, of) in &nodes.markers {
         let nodes = match of {

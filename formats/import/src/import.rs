@@ -6,7 +6,7 @@ use dcb_formats::Error;
 use dcb_formats::component::{Component, ComponentDraft, ComponentFault, Units};
 use dcb_formats::mesh::{Dof, DofMap, MatrixRow, Mesh};
 
-use crate::interfaces::interfaces;
+use crate::interfaces::{counted, interfaces};
 use crate::operators::of_file;
 use crate::part::Part;
 use crate::report::{ImportReport, MassCentre};
@@ -43,6 +43,7 @@ pub fn import(request: &Import) -> Result<Imported, Error> {
     part.drop_empty_rows();
     part.leave_displacement_axes()?;
     let resistance = part.proven(request)?;
+    part.check_mass(request)?;
     part.order_nodes();
     part.component(request, resistance)
 }
@@ -67,10 +68,24 @@ impl Part {
                 )
                 .map_err(usage)?;
                 self.notes.extend(made.notes);
+                for interface in &made.interfaces {
+                    self.refuse_nodes_without_rows(&interface.name, &interface.nodes)
+                        .map_err(usage)?;
+                }
                 made.interfaces
             }
             false => Vec::new(),
         };
+        if let (Some(asked), Some(described)) = (&request.units, &described)
+            && asked != &described.units
+        {
+            let words = |units: &Units| format!("{},{},{}", units.length, units.mass, units.time);
+            return Err(usage(format!(
+                "says the units {}, but --units {} is asked for; leave --units out, or take the units out of the file's `component`",
+                words(&described.units),
+                words(asked)
+            )));
+        }
         let units = request
             .units
             .clone()
@@ -104,14 +119,36 @@ impl Part {
         Ok(Imported { component, report })
     }
 
-    /// A set that may become an interface by itself: nodes with rows, not all of them.
-    fn can_be_interface(&self, nodes: &[u32]) -> bool {
-        let mut is_wanted = vec![false; self.mesh.points.len()];
+    /// An interface follows its nodes, which need rows for that.
+    fn refuse_nodes_without_rows(&self, set: &str, nodes: &[u32]) -> Result<(), String> {
+        let has_rows = self.has_rows();
+        let without: Vec<u32> = (nodes.iter().copied())
+            .filter(|node| !has_rows[*node as usize])
+            .collect();
+        match without.is_empty() {
+            true => Ok(()),
+            false => Err(format!(
+                "the node set \"{set}\" has {} without rows (labels {}): they depend on others or are held; name the node that leads them, or another set",
+                counted(without.len(), "node"),
+                self.first_labels(&without)
+            )),
+        }
+    }
+
+    /// Whether each node of the mesh has rows.
+    fn has_rows(&self) -> Vec<bool> {
+        let mut has_rows = vec![false; self.mesh.points.len()];
         for owner in &self.rows {
             if let MatrixRow::Nodal(Dof { node, .. }) = owner {
-                is_wanted[*node as usize] = true;
+                has_rows[*node as usize] = true;
             }
         }
+        has_rows
+    }
+
+    /// A set that may become an interface by itself: nodes with rows, not all of them.
+    fn can_be_interface(&self, nodes: &[u32]) -> bool {
+        let is_wanted = self.has_rows();
         let all = is_wanted.iter().filter(|is_wanted| **is_wanted).count();
         !nodes.is_empty() && nodes.len() < all && nodes.iter().all(|&node| is_wanted[node as usize])
     }

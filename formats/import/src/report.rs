@@ -41,6 +41,9 @@ pub struct MassCentre {
     pub mass: f64,
     /// In the axes of the mesh.
     pub centre: [f64; 3],
+    /// How far rigid motions contradict each other: masses along the axes, and what translations and rotations say of the centre, over the mass
+    /// and the part's size.
+    pub contradiction: f64,
 }
 
 impl MassCentre {
@@ -59,7 +62,7 @@ impl MassCentre {
             None => 0.0,
         };
         let has = [0, 1, 2].map(|axis| places.iter().any(|place| moved(place, axis)));
-        let (mut total, mut moments) = ([0.0; 3], [[0.0; 3]; 3]);
+        let (mut moments, mut cross) = ([[0.0; 3]; 3], [[0.0; 3]; 3]);
         for (column, place) in places.iter().enumerate() {
             let rows = mass.row_idx_of_col_raw(column).iter();
             for (row, value) in rows.zip(mass.val_of_col(column)) {
@@ -70,31 +73,61 @@ impl MassCentre {
                     continue;
                 }
                 let along = direction.axis();
-                if moved(place, along) {
-                    total[along] += value;
-                }
-                for (axis, moment) in moments[along].iter_mut().enumerate() {
+                let sums = moments[along].iter_mut().zip(&mut cross[along]);
+                for (axis, (moment, cross)) in sums.enumerate() {
                     *moment += value * turned(place, axis);
+                    if moved(place, axis) {
+                        *cross += value;
+                    }
                 }
             }
         }
+        let total = [0, 1, 2].map(|axis| cross[axis][axis]);
         let axes = has.iter().filter(|has| **has).count().max(1);
         let mass = total.iter().sum::<f64>() / axes as f64;
         let mut centre = [0.0; 3];
+        let mut contradiction = 0.0_f64;
+        let size = size_of(places);
         for (of, coordinate) in centre.iter_mut().enumerate() {
             // The turn about `axis` moves what is at the end of `of` along `along`; the axes across it must be there.
             let pairs = [((of + 1) % 3, (of + 2) % 3), ((of + 2) % 3, (of + 1) % 3)];
             let pairs = pairs.map(|(along, axis)| {
                 let sign = turn(axis, &unit(of))[along];
-                (has[of] && has[along]).then_some(sign * moments[along][axis])
+                (has[of] && has[along]).then_some(sign * moments[along][axis] / mass)
             });
             let known: Vec<f64> = pairs.into_iter().flatten().collect();
             if !known.is_empty() && mass != 0.0 {
-                *coordinate = known.iter().sum::<f64>() / (known.len() as f64 * mass);
+                *coordinate = known.iter().sum::<f64>() / known.len() as f64;
+            }
+            if let ([Some(first), Some(second)], true) = (pairs, size > 0.0) {
+                contradiction = contradiction.max((first - second).abs() / size);
+            }
+            for (other, found) in cross[of].iter().enumerate() {
+                let expected = if other == of { mass } else { 0.0 };
+                if has[of] && has[other] {
+                    contradiction = contradiction.max(((found - expected) / mass).abs());
+                }
             }
         }
-        Self { mass, centre }
+        Self {
+            mass,
+            centre,
+            contradiction,
+        }
     }
+}
+
+/// The largest side of the box of the nodes.
+fn size_of(places: &[RowPlace]) -> f64 {
+    let points = || places.iter().flatten().map(|(point, _)| point);
+    let side = |axis: usize| {
+        let (low, high) = points()
+            .fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), point| {
+                (low.min(point[axis]), high.max(point[axis]))
+            });
+        high - low
+    };
+    (0..3).map(side).fold(0.0, f64::max)
 }
 
 fn unit(axis: usize) -> [f64; 3] {
@@ -130,7 +163,7 @@ impl ImportReport {
         let Units {
             length, mass: unit, ..
         } = &self.units;
-        let MassCentre { mass, centre } = self.mass_centre;
+        let MassCentre { mass, centre, .. } = self.mass_centre;
         let sets: Vec<String> = self
             .sets
             .iter()

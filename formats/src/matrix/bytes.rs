@@ -16,6 +16,9 @@ const PACKED_BLOCK: usize = 1 << 16;
 /// Text that is looked at for damage behind a bad line.
 const LOOKED_THROUGH: u64 = 1 << 30;
 
+/// Bytes that are kept of a last line without an end.
+const LONGEST_SHOWN: usize = 256;
+
 /// The text of a matrix file.
 pub struct TextBlocks {
     path: PathBuf,
@@ -27,6 +30,8 @@ pub struct TextBlocks {
     length: u64,
     /// Lines that may still be given out; `None` for all.
     lines_left: Option<u64>,
+    /// What stands behind the last line end, once all is given out.
+    open_end: Vec<u8>,
 }
 
 /// A file of which the first bytes, looked at already, come again.
@@ -52,7 +57,18 @@ impl TextBlocks {
     /// # Errors
     /// As [`Snapshot::open`], and what [`TextBlocks::next_block`] says.
     pub fn open(path: &Path) -> Result<Self, Error> {
-        let mut file = Snapshot::open(path)?;
+        Self::of(path, Snapshot::open(path)?)
+    }
+
+    /// As [`TextBlocks::open`], to look at the text: it has no digest.
+    ///
+    /// # Errors
+    /// As [`TextBlocks::open`].
+    pub fn open_to_look(path: &Path) -> Result<Self, Error> {
+        Self::of(path, Snapshot::open_to_look(path)?)
+    }
+
+    fn of(path: &Path, mut file: Snapshot) -> Result<Self, Error> {
         let mut start = Vec::new();
         (&mut file)
             .take(PACKED_BLOCK as u64)
@@ -72,6 +88,7 @@ impl TextBlocks {
             pending,
             is_at_end: false,
             lines_left: None,
+            open_end: Vec::new(),
         };
         blocks.fill_to(BLOCK)?;
         Ok(blocks)
@@ -99,6 +116,11 @@ impl TextBlocks {
     /// Bytes of text so far.
     pub fn length(&self) -> u64 {
         self.length
+    }
+
+    /// A last line without an end, once all is given out: where something follows its last character, the file is cut off.
+    pub fn open_end(&self) -> &[u8] {
+        self.open_end.trim_ascii()
     }
 
     /// Gives out so many bytes of what is pending.
@@ -206,6 +228,11 @@ impl TextBlocks {
         self.pending.drain(..carried);
         let used = carried + self.read_into(&mut buffer[carried..])?;
         if self.is_at_end && self.pending.is_empty() {
+            let end = buffer[..used].iter().rposition(|&byte| byte == b'\n');
+            let open = &buffer[end.map_or(0, |end| end + 1)..used];
+            if used > 0 {
+                self.open_end = open[..open.len().min(LONGEST_SHOWN)].to_vec();
+            }
             return Ok(used);
         }
         let Some(last) = buffer[..used].iter().rposition(|&byte| byte == b'\n') else {
@@ -223,7 +250,7 @@ impl TextBlocks {
 
     /// Says what is wrong with the file as a whole, which may be why its text can't be used: that it was changed, or gzip data
     /// that turn out to be damaged.
-    pub fn reason_or(mut self, found: Error) -> Error {
+    pub fn reason_or(&mut self, found: Error) -> Error {
         if let TextSource::Gzip(decoder) = &mut self.source {
             let mut rest = decoder.take(LOOKED_THROUGH);
             let mut buffer = vec![0; BLOCK];

@@ -116,10 +116,38 @@ pub(super) fn read_entries(
         first_line: header.size_line + 1,
     };
     blocks.check(path, header)?;
+    if may_be_cut(text.open_end()) {
+        let lines = blocks
+            .blocks
+            .iter()
+            .map(|block| block.line_count)
+            .sum::<u64>();
+        return Err(Error::Line {
+            path: path.into(),
+            line: blocks.first_line + lines,
+            message: "the file ends within this line, so its last number may be cut off; if it is whole, end it with a line end".into(),
+        });
+    }
     if header.layout == Layout::Array {
         place_array_values(&mut blocks.blocks, header);
     }
     Ok(blocks)
+}
+
+/// Digits of numbers that no one types, of which some may be missing.
+const PRINTED_DIGITS: usize = 10;
+
+/// Whether a last line without an end can be the beginning of a longer one: with an exponent, or many digits.
+fn may_be_cut(line: &[u8]) -> bool {
+    let word = line
+        .rsplit(u8::is_ascii_whitespace)
+        .next()
+        .unwrap_or_default();
+    let digits = word.iter().filter(|byte| byte.is_ascii_digit()).count();
+    digits >= PRINTED_DIGITS
+        || word
+            .iter()
+            .any(|byte| matches!(byte, b'e' | b'E' | b'd' | b'D' | b'.'))
 }
 
 /// Reads the blocks behind the header, within the limit of memory.

@@ -41,6 +41,17 @@ impl Deck {
         })
     }
 
+    /// Refuses a last line without an end.
+    ///
+    /// # Errors
+    /// As [`Lines::refuse_open_end`].
+    pub fn refuse_open_end(&self) -> Result<(), Error> {
+        match self.open.last() {
+            Some((_, lines)) => lines.refuse_open_end(),
+            None => Ok(()),
+        }
+    }
+
     /// The next line, of the included file first; `None` at the end of the deck.
     ///
     /// # Errors

@@ -91,7 +91,11 @@ pub(super) fn read(path: &Path) -> Result<(FoundMesh, String), Error> {
             continue;
         }
         let is_decimal = line.contains(&b',');
-        let (label, place) = match node(line) {
+        let read = node(line);
+        if matches!(read, Ok(Some(_))) {
+            lines.refuse_open_end()?;
+        }
+        let (label, place) = match read {
             Ok(Some(node)) => node,
             Ok(None) if points.is_empty() && lines.number() <= LONGEST_HEAD as u64 => continue,
             Ok(None) => {

@@ -17,6 +17,7 @@ use crate::rows::lost_positions::mesh_of_rows;
 use crate::rows::order::{CommonRows, Owners};
 use crate::source::matrices::{SourceMatrices, Sourced, file_name};
 use crate::source::part_mesh::PartMesh;
+use crate::stored::Rows;
 
 /// A part on its way from files to a component.
 pub(crate) struct Part {
@@ -34,6 +35,9 @@ pub(crate) struct Part {
     /// Whether rows follow the mesh because nothing says which is which.
     pub is_positional: bool,
     pub digits: Option<u32>,
+    pub mass_digits: Option<u32>,
+    /// Whether the mass was taken in the order of the stiffness's labelled rows, without labels of its own.
+    pub mass_follows_stiffness: bool,
     pub formats: [&'static str; 2],
     pub sources: Vec<Source>,
     pub notes: Vec<String>,
@@ -88,6 +92,10 @@ impl Part {
         } = matrices;
         let digits = [stiffness.matrix.digits, mass.matrix.digits];
         let digits = digits.into_iter().flatten().min();
+        let mass_digits = mass.matrix.digits;
+        let is_labelled = |rows: &Rows| !matches!(rows, Rows::Unlabelled);
+        let mass_follows_stiffness =
+            is_labelled(&stiffness.matrix.rows) && !is_labelled(&mass.matrix.rows);
         let formats = [stiffness.format, mass.format];
         if let Some(mesh) = &mesh {
             sources.extend(mesh.sources.iter().cloned());
@@ -139,6 +147,8 @@ impl Part {
             order,
             is_positional,
             digits,
+            mass_digits,
+            mass_follows_stiffness,
             formats,
             sources,
             notes,

@@ -22,9 +22,12 @@ pub(crate) struct Doubt<'a> {
 impl Doubt<'_> {
     /// The first thing that explains it.
     pub fn message(&self) -> String {
-        let residual = self.resistance.worst();
+        let residual = match self.resistance.worst() {
+            small @ ..0.01 => format!("{small:.1e}"),
+            large => format!("{large:.2}"),
+        };
         let found = format!(
-            "rigid motions of the mesh are resisted, K R = {residual:.2} (expected below {TOLERATED:e})"
+            "rigid motions of the mesh are resisted, K R = {residual} (expected below {TOLERATED:e})"
         );
         let reason = self
             .few_digits()

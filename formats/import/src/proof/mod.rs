@@ -1,6 +1,7 @@
 //! The proof that rows and mesh belong together: K resists no rigid motion.
 
 mod doubt;
+mod mass;
 mod rotation_node;
 
 use std::path::Path;

@@ -151,7 +151,7 @@ fn one(
 
 fn no_mass(file: &MatrixFile) -> Error {
     file.refused(format!(
-        "is a stiffness ({}) without a mass: neither this file nor one beside it has the mass that goes with it; name it, --mass FILE",
+        "is a stiffness ({}) without a mass: neither this file nor one beside it has the mass that goes with it; name it: `reduce import STIFFNESS MASS`, `reduce STIFFNESS --mass MASS`",
         file.format_name()
     ))
 }

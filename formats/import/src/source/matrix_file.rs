@@ -1,9 +1,11 @@
 //! Files with matrices, told by their content.
 
+use std::io::Read;
 use std::path::{Path, PathBuf};
 
 use dcb_formats::Error;
 use dcb_formats::matrix::blocks::TextBlocks;
+use dcb_formats::snapshot::Snapshot;
 
 use crate::matrix::abaqus::{coordinate, matrix_input, substructure};
 use crate::matrix::matlab::{version5, version73};
@@ -128,6 +130,21 @@ impl MatrixFile {
         let Some(format) = FORMATS.iter().find(|format| (format.recognises)(&start)) else {
             return Ok(None);
         };
+        let refused = |message: &str| Error::File {
+            path: path.to_path_buf(),
+            message: message.into(),
+        };
+        let is_text = !start.iter().take(1024).any(|byte| *byte == 0);
+        if is_text && start.contains(&b'\r') && !start.contains(&b'\n') {
+            return Err(refused(
+                "lines end in CR alone, as on old Macintoshes; save the file with LF line ends",
+            ));
+        }
+        if !is_text && is_gzipped(path)? {
+            return Err(refused(
+                "is a gzipped binary file; unpack it first, gunzip FILE (text files are read packed)",
+            ));
+        }
         Ok(Some(Self {
             path: path.to_path_buf(),
             format,
@@ -181,6 +198,15 @@ pub(crate) fn beginning(path: &Path) -> Result<Vec<u8>, Error> {
     let mut text = TextBlocks::open(path)?;
     text.fill_to(LOOKED_AT)?;
     Ok(text.pending().to_vec())
+}
+
+fn is_gzipped(path: &Path) -> Result<bool, Error> {
+    let mut start = Vec::new();
+    let file = Snapshot::open(path)?;
+    file.take(2)
+        .read_to_end(&mut start)
+        .map_err(|source| Error::io(path, "cannot read", source))?;
+    Ok(start == [0x1f, 0x8b])
 }
 
 fn unknown(path: &Path, start: &[u8]) -> Error {

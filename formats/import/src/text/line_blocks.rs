@@ -35,13 +35,31 @@ pub fn read_text<R>(
     read: impl FnOnce(&mut TextBlocks) -> Result<R, Error>,
 ) -> Result<(R, String), Error> {
     let mut text = TextBlocks::open(path)?;
+    let found = read_all(&mut text, read)?;
+    Ok((found, text.finish()?))
+}
+
+/// As [`read_text`], for a text of which only a part is wanted, and no digest.
+///
+/// # Errors
+/// As [`TextBlocks::open_to_look`], and those of `look`.
+pub fn look_at_text<R>(
+    path: &Path,
+    look: impl FnOnce(&mut TextBlocks) -> Result<R, Error>,
+) -> Result<R, Error> {
+    read_all(&mut TextBlocks::open_to_look(path)?, look)
+}
+
+fn read_all<R>(
+    text: &mut TextBlocks,
+    read: impl FnOnce(&mut TextBlocks) -> Result<R, Error>,
+) -> Result<R, Error> {
     if text.pending().starts_with(BYTE_ORDER_MARK) {
         text.skip(BYTE_ORDER_MARK.len());
     }
-    match read(&mut text) {
-        Ok(found) => Ok((found, text.finish()?)),
+    match read(text) {
         Err(error @ Error::Line { .. }) => Err(text.reason_or(error)),
-        Err(error) => Err(error),
+        found => found,
     }
 }
 

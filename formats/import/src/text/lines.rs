@@ -85,6 +85,19 @@ impl Lines {
         }
     }
 
+    /// Refuses a last line without an end: nothing else shows that some of it is missing.
+    ///
+    /// # Errors
+    /// [`Error::Line`].
+    pub fn refuse_open_end(&self) -> Result<(), Error> {
+        match self.is_ended {
+            true => Ok(()),
+            false => Err(self.refused(
+                "the file ends within this line, and may be cut off; if it is whole, end it with a line end",
+            )),
+        }
+    }
+
     /// SHA-256 of the file as it is on disk, once all lines were given out.
     ///
     /// # Errors

@@ -8,10 +8,11 @@ use dcb_formats::component_files::write_description;
 use dcb_formats::mesh::Direction;
 use dcb_formats::output::Replace;
 use dcb_import::{NodeOrder, RequestedSet, RowSource, described, units};
-use dcb_reducer::error::{CommandRefusal, Error};
+use dcb_reducer::error::{CommandRefusal, Error, Occupied};
 
 use crate::outcome::Outcome;
 use crate::program::CommonArguments;
+use crate::reduce::part::refuse_input_as_output;
 
 /// A mesh.
 #[derive(Debug, Args)]
@@ -63,6 +64,7 @@ pub(crate) fn run(arguments: &InitArguments, common: &CommonArguments) -> Result
         true => Replace::Overwrite,
         false => Replace::Refuse,
     };
+    refuse_input_as_output(&[arguments.mesh.clone()], &target, Occupied::Import)?;
     write_description(&draft, &target, replace)?;
     for note in &draft.notes {
         common.told().say("note", note);

@@ -171,6 +171,7 @@ pub fn main() -> ExitCode {
                 | ReduceCommand::Study(_)
                 | ReduceCommand::Batch(_)
                 | ReduceCommand::Export(_)
+                | ReduceCommand::Import(_)
         )
     );
     let told = match is_report {

@@ -213,3 +213,63 @@ fn a_cache_tells_imports_apart() {
     assert_eq!(interface("two.dcb.h5"), "TIP");
     assert_eq!(interface("three.dcb.h5"), "TIP");
 }
+
+/// Files that are cut off inside a number, orders that nobody said, units that contradict each other: nothing wrong comes out of them in silence.
+#[test]
+fn damage_that_leaves_a_readable_file_is_refused() {
+    let folder = Folder::exchange(&[
+        "bracket.mtx",
+        "bracket.mass.mtx",
+        "bracket.json",
+        "mesh/bracket.bdf",
+        "scipy/bracket_dof_ref.npz",
+        "scipy/bracket_M_csr.npz",
+        "calculix/bracket.inp",
+        "calculix/bracket_rigid.sti",
+        "calculix/bracket_rigid.mas",
+        "calculix/bracket_rigid.dof",
+        "calculix/bracket_rigid.inp",
+        "nastran/variants_double.pch",
+    ]);
+    let cut = |from: &str, to: &str, missing: usize| {
+        let bytes = folder.bytes(from);
+        folder.write(to, &bytes[..bytes.len() - missing]);
+    };
+    // Its exponent, its last digits, or its line end alone.
+    for missing in [1, 2, 3, 9] {
+        cut("bracket.mass.mtx", "cut.mass.mtx", missing);
+        folder.refused(
+            "import bracket.mtx cut.mass.mtx --mesh bracket.json -o part.mtx",
+            &["cut.mass.mtx:3242", "ends within this line"],
+        );
+    }
+    let deck = String::from_utf8(folder.bytes("bracket.inp")).unwrap();
+    let set = deck.to_ascii_uppercase().rfind("*NSET").unwrap();
+    let end = set + deck[set..].find(',').unwrap() + 20;
+    folder.write("cut.inp", &deck[..end]);
+    folder.refused("init cut.inp --units mm,t,s", &["cut.inp", "line end"]);
+    folder.refused(
+        "import bracket_dof_ref.npz#K bracket_M_csr.npz --mesh bracket.bdf --units mm,t,s -o part.mtx",
+        &["bracket_M_csr.npz", "rigid body", "--dofs"],
+    );
+    folder.refused(
+        "import bracket.mtx --mesh bracket.json --units m,kg,s -o part.mtx",
+        &["mm,t,s", "m,kg,s"],
+    );
+    folder.refused(
+        "import bracket_rigid.sti --units mm,t,s --interfaces tip -o part.mtx",
+        &["TIP", "without rows"],
+    );
+    let minus = String::from_utf8(folder.bytes("bracket.mtx")).unwrap();
+    let minus = minus.replacen("1 1 ", "1 1 -", 1);
+    folder.write("minus.mtx", minus);
+    folder.refused(
+        "import minus.mtx bracket.mass.mtx --mesh bracket.json -o part.mtx",
+        &["minus.mtx", "K R"],
+    );
+    folder.refused(
+        "init bracket.inp --units mm,t,s -o bracket.inp --force",
+        &["can't be an output"],
+    );
+    assert!(!folder.path("part.mtx").exists());
+}

@@ -13,7 +13,8 @@ use crate::stored::row_key::{RowKey, direction, no_direction};
 use crate::stored::{Content, LARGEST_LABEL, Listed, Reading, Rows, StoredMatrix, Triangles};
 use crate::text::cursor::{Cursor, Stopped};
 use crate::text::line_blocks::{
-    LineBlock, filled_lines, read_line_blocks, read_text, refuse_open_end, room_for_entries,
+    LineBlock, filled_lines, look_at_text, read_line_blocks, read_text, refuse_open_end,
+    room_for_entries,
 };
 use crate::text::real::Digits;
 
@@ -28,7 +29,7 @@ const SHOWN_LABELS: usize = 10;
 /// # Errors
 /// [`Error::File`] for a vector of loads, which Abaqus writes beside matrices.
 pub fn list(path: &Path) -> Result<Vec<Listed>, Error> {
-    read_text(path, |text| refuse_loads(path, text.pending()))?;
+    look_at_text(path, |text| refuse_loads(path, text.pending()))?;
     Ok(vec![Listed {
         name: String::new(),
         shape: None,

@@ -16,7 +16,7 @@ use rayon::prelude::*;
 use self::columns::{Numbers, read_numbers};
 use self::head::Head;
 use crate::stored::{Content, Listed, Reading, Rows, StoredMatrix, Triangles};
-use crate::text::line_blocks::{filled_lines, read_text};
+use crate::text::line_blocks::{filled_lines, look_at_text, read_text};
 use crate::text::real::whole_real;
 
 /// The one matrix of the file, called as its key or title.
@@ -24,7 +24,7 @@ use crate::text::real::whole_real;
 /// # Errors
 /// [`Error::Line`] for a head that is none.
 pub fn list(path: &Path) -> Result<Vec<Listed>, Error> {
-    let (head, _) = read_text(path, |text| Head::read(path, text))?;
+    let head = look_at_text(path, |text| Head::read(path, text))?;
     Ok(vec![Listed {
         name: head.title,
         shape: Some((head.rows, head.columns)),

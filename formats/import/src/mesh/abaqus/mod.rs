@@ -51,12 +51,18 @@ pub(crate) fn read(path: &Path) -> Result<(FoundMesh, String), Error> {
     let mut model = Model::default();
     // A keyword line that ends with a comma goes on in the next one.
     let mut unfinished: Option<String> = None;
+    let mut bytes = Vec::new();
     while let Some(line) = deck.next_line()? {
-        let line = line.trim_ascii();
+        bytes.clear();
+        bytes.extend_from_slice(line.trim_ascii());
+        let line = &bytes[..];
         if line.is_empty() || line.starts_with(b"**") {
             continue;
         }
         let is_keyword = line.first() == Some(&b'*');
+        if !is_keyword {
+            deck.refuse_open_end()?;
+        }
         let mut include = None;
         let done = if is_keyword || unfinished.is_some() {
             let text = String::from_utf8_lossy(line);

@@ -54,6 +54,10 @@ pub(crate) fn read(path: &Path) -> Result<(FoundMesh, String), Error> {
     let mut text = Vec::new();
     while let Some(line) = deck.next_line()? {
         plain(line, &mut text);
+        let is_end = text.trim_ascii().eq_ignore_ascii_case(b"ENDDATA");
+        if !is_end && !text.trim_ascii().is_empty() {
+            deck.refuse_open_end()?;
+        }
         match reading.take(&text) {
             Ok(Next::Line) => {}
             Ok(Next::End) => break,

@@ -14,14 +14,14 @@ use dcb_formats::matrix::blocks::{Entries, TextBlocks, Triplet};
 use self::head::Head;
 use self::numbers::{Dense, read_matrices};
 use crate::stored::{Content, Listed, Reading, Rows, StoredMatrix, Triangles};
-use crate::text::line_blocks::{filled_lines, read_text};
+use crate::text::line_blocks::{filled_lines, look_at_text, read_text};
 
 /// The matrices of the file, called as their types are: `STIFFNESS`, `MASS`.
 ///
 /// # Errors
 /// As [`read`], except for what shows in the numbers only.
 pub fn list(path: &Path) -> Result<Vec<Listed>, Error> {
-    let ((head, types), _) = read_text(path, |text| {
+    let (head, types) = look_at_text(path, |text| {
         let head = Head::read(path, text)?;
         let types = numbers::types(path, text, head.line_count)?;
         Ok((head, types))

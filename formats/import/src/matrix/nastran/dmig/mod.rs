@@ -22,7 +22,7 @@ use crate::stored::row_key::RowKey;
 use crate::stored::{Content, Listed, Reading, Rows, StoredMatrix};
 use crate::text::cursor::Cursor;
 use crate::text::line_blocks::{
-    LineBlock, filled_lines, read_line_blocks_in_context, read_text, refuse_open_end,
+    LineBlock, filled_lines, look_at_text, read_line_blocks_in_context, read_text, refuse_open_end,
 };
 use block::{Block, Found};
 use field::FieldDigits;
@@ -39,7 +39,7 @@ pub fn recognises(start: &[u8]) -> bool {
 /// # Errors
 /// [`Error::Io`], and as [`TextBlocks::next_block`].
 pub fn list(path: &Path) -> Result<Vec<Listed>, Error> {
-    let (headers, _) = read_text(path, |text| {
+    let headers = look_at_text(path, |text| {
         let mut context = Context::default();
         let mut block = Vec::new();
         loop {

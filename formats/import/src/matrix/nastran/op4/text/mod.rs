@@ -19,7 +19,7 @@ use dcb_formats::matrix::blocks::TextBlocks;
 use crate::matrix::wanted::Wanted;
 use crate::stored::{Content, Listed, Reading, StoredMatrix};
 use crate::text::cursor::Cursor;
-use crate::text::line_blocks::{LineBlock, read_line_blocks_in_context, read_text};
+use crate::text::line_blocks::{LineBlock, look_at_text, read_line_blocks_in_context, read_text};
 use assembly::Matrix;
 use block::{Block, Context, Known, What};
 use format::TextHeader;
@@ -37,7 +37,7 @@ pub fn recognises(start: &[u8]) -> bool {
 /// # Errors
 /// [`Error::Line`] for a file that doesn't begin with a matrix; [`Error::Io`].
 pub fn list(path: &Path) -> Result<Vec<Listed>, Error> {
-    let (listed, _) = read_text(path, |text| {
+    look_at_text(path, |text| {
         let mut context = Context::default();
         let mut found = Vec::new();
         let mut block = Vec::new();
@@ -51,8 +51,7 @@ pub fn list(path: &Path) -> Result<Vec<Listed>, Error> {
                 return Err(no_header(path));
             }
         }
-    })?;
-    Ok(listed)
+    })
 }
 
 /// Reads matrices by their place in the list.
