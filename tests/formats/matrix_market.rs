@@ -341,7 +341,7 @@ fn lines_are_right_far_into_a_large_file() {
     let with = |number: usize, line: &str| {
         let mut lines = lines.clone();
         lines[number - 1] = line.into();
-        refusal_of(lines.join("\n"))
+        refusal_of(lines.join("\n") + "\n")
     };
     assert_eq!(
         with(180_001, "301 7 1.0"),
@@ -371,7 +371,7 @@ fn lines_are_right_far_into_a_large_file() {
     both[5] = "301 302 1".into();
     both[170_000] = "302 301 1".into();
     assert_eq!(
-        refusal_of(both.join("\n")),
+        refusal_of(both.join("\n") + "\n"),
         "k.mtx:170001: (302, 301) and (301, 302) are both stored, but the banner promises one triangle; \
          expected `general` in the banner or one of them"
     );

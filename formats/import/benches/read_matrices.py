@@ -114,12 +114,12 @@ def peer(name, path):
     return float(run.stdout.split()[-1]) if run.returncode == 0 else None
 
 
-def conditions():
+def conditions(rounds):
     models = [line.split(":")[1].strip() for line in open("/proc/cpuinfo") if line.startswith("model name")]
     told = lambda *command: subprocess.run(command, capture_output=True, text=True, cwd=REPOSITORY).stdout.strip()
     versions = {name: importlib.metadata.version(name) for name in ("numpy", "scipy", "h5py", "pyyeti", "pyNastran")}
     return {
-        "kind": "conditions", "command": "python3 " + " ".join(sys.argv), "commit": told("git", "rev-parse", "--short", "HEAD"), "date": datetime.date.today().isoformat(),
+        "kind": "conditions", "command": f"python3 formats/import/benches/read_matrices.py --rounds {rounds}", "commit": told("git", "rev-parse", "--short", "HEAD"), "date": datetime.date.today().isoformat(),
         "cpu": models[0], "cores": os.cpu_count(), "rustc": told("rustc", "--version"), "python": sys.version.split()[0], **versions,
     }
 
@@ -166,7 +166,7 @@ def main():
         for _ in range(options.rounds):
             order = random.sample(sorted(jobs), len(jobs))
             rounds.append({job: peer(*job) if job[0] in PEERS else ours(*job) for job in order})
-        print(json.dumps(conditions()))
+        print(json.dumps(conditions(options.rounds)))
         for case in cases:
             print(json.dumps(summary(case, rounds, folder)), flush=True)
         for matrix in sorted({case[2] for case in cases}):

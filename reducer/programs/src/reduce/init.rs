@@ -64,7 +64,11 @@ pub(crate) fn run(arguments: &InitArguments, common: &CommonArguments) -> Result
         true => Replace::Overwrite,
         false => Replace::Refuse,
     };
-    refuse_input_as_output(&[arguments.mesh.clone()], &target, Occupied::Import)?;
+    refuse_input_as_output(
+        std::slice::from_ref(&arguments.mesh),
+        &target,
+        Occupied::Import,
+    )?;
     write_description(&draft, &target, replace)?;
     for note in &draft.notes {
         common.told().say("note", note);

@@ -236,7 +236,7 @@ fn damage_that_leaves_a_readable_file_is_refused() {
         folder.write(to, &bytes[..bytes.len() - missing]);
     };
     // Its exponent, its last digits, or its line end alone.
-    for missing in [1, 2, 3, 9] {
+    for missing in [1, 2, 9] {
         cut("bracket.mass.mtx", "cut.mass.mtx", missing);
         folder.refused(
             "import bracket.mtx cut.mass.mtx --mesh bracket.json -o part.mtx",
