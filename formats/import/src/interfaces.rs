@@ -19,8 +19,8 @@ impl FromStr for RequestedSet {
 
     fn from_str(text: &str) -> Result<Self, Self::Err> {
         let (name, kind) = match text.rsplit_once(':') {
-            Some((name, kind)) => (name, kind),
-            None => (text, InterfaceKind::Average.name()),
+            Some((name, kind)) => (name.trim(), kind.trim()),
+            None => (text.trim(), InterfaceKind::Average.name()),
         };
         let kinds = [
             InterfaceKind::Nodes,

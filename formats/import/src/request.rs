@@ -36,21 +36,42 @@ pub struct Import {
 impl Import {
     /// Whatever decides the component beside the files, as a source of its own: options in words, and their digest.
     pub(crate) fn options(&self) -> Source {
-        let name = |file: &NamedFile| file.name.clone().unwrap_or_default();
+        let name = |file: &NamedFile| file.name.clone().unwrap_or_else(|| "alone".into());
+        let dofs = match &self.dofs {
+            None => "as found".to_owned(),
+            Some(RowSource::Pattern(pattern)) => {
+                let names: Vec<&str> = pattern.iter().map(|direction| direction.name()).collect();
+                names.join(",")
+            }
+            Some(RowSource::Table(table)) => format!("by table, {}", name(table)),
+        };
+        let order = match self.node_order {
+            NodeOrder::File => "nodes as in the mesh",
+            NodeOrder::Label => "nodes by label",
+        };
+        let lost = match self.lost_order {
+            LostOrder::Refuse => "",
+            LostOrder::Repair => ", order repaired",
+        };
+        let interfaces = match &self.interfaces {
+            None => "every set".to_owned(),
+            Some(sets) => {
+                let sets = sets.iter();
+                let sets: Vec<String> = sets
+                    .map(|set| format!("{:?}:{}", set.name, set.kind.name()))
+                    .collect();
+                sets.join(",")
+            }
+        };
+        let units = match &self.units {
+            None => "of the component file".to_owned(),
+            Some(Units { length, mass, time }) => format!("{length:?},{mass:?},{time:?}"),
+        };
         let text = format!(
-            "stiffness #{}, mass #{}, dofs {}, nodes by {:?}, lost order {:?}, interfaces {:?}, units {:?}, name {:?}",
+            "stiffness {:?}, mass {:?}, dofs {dofs}, {order}{lost}, interfaces {interfaces}, units {units}, name {:?}",
             name(&self.stiffness),
-            self.mass.as_ref().map(name).unwrap_or_default(),
-            match &self.dofs {
-                None => "as found".to_owned(),
-                Some(RowSource::Pattern(pattern)) => format!("{pattern:?}"),
-                Some(RowSource::Table(table)) => format!("#{}", name(table)),
-            },
-            self.node_order,
-            self.lost_order,
-            self.interfaces,
-            self.units,
-            self.name
+            self.mass.as_ref().map_or_else(|| "found".into(), name),
+            self.name.as_deref().unwrap_or_default()
         );
         Source {
             role: "import".into(),

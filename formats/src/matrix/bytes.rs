@@ -238,9 +238,12 @@ impl TextBlocks {
         let Some(last) = buffer[..used].iter().rposition(|&byte| byte == b'\n') else {
             return Err(Error::File {
                 path: self.path.clone(),
-                message: format!(
-                    "has a line of more than {BLOCK} bytes; expected one entry a line"
-                ),
+                message: match buffer[..used].contains(&b'\r') {
+                    true => "lines end in CR alone, as on old Macintoshes; save the file with LF line ends".into(),
+                    false => format!(
+                        "has a line of more than {BLOCK} bytes; expected one entry a line"
+                    ),
+                },
             });
         };
         self.pending

@@ -159,3 +159,13 @@ fn pipe(path: &Path) -> Error {
             .into(),
     }
 }
+
+/// Whether a file is packed by gzip.
+pub(crate) fn is_gzipped(path: &Path) -> Result<bool, Error> {
+    let mut start = Vec::new();
+    let file = File::open(path).map_err(|source| Error::io(path, "cannot read", source))?;
+    file.take(2)
+        .read_to_end(&mut start)
+        .map_err(|source| Error::io(path, "cannot read", source))?;
+    Ok(start == [0x1f, 0x8b])
+}

@@ -22,7 +22,9 @@ use dcb_formats::matrix::blocks::TextBlocks;
 use dcb_formats::mesh::CellBlock;
 use dcb_formats::snapshot::Snapshot;
 
+use crate::binary::file::is_gzipped;
 use crate::stored::RowLabel;
+use crate::text::line_blocks::BYTE_ORDER_MARK;
 
 /// A mesh as a file lists it: nodes in file order. Nodes are named by their place in `points`.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -183,6 +185,7 @@ pub fn read_mesh(path: &Path) -> Result<ReadMesh, Error> {
     let mut text = TextBlocks::open(path)?;
     text.fill_to(LOOKED_AT)?;
     let start = &text.pending()[..text.pending().len().min(LOOKED_AT)];
+    let start = start.strip_prefix(BYTE_ORDER_MARK).unwrap_or(start);
     let found = MeshFormat::ALL
         .into_iter()
         .find(|format| format.recognises(start));
@@ -190,6 +193,11 @@ pub fn read_mesh(path: &Path) -> Result<ReadMesh, Error> {
         return Err(refused(unknown(start)));
     };
     drop(text);
+    if matches!(format, MeshFormat::Gmsh | MeshFormat::Vtu) && is_gzipped(path)? {
+        return Err(refused(format!(
+            "is gzipped, and {format} is read unpacked only; unpack it first, gunzip FILE"
+        )));
+    }
     let (mesh, sha256) = format.read(path)?;
     Ok(ReadMesh {
         format,

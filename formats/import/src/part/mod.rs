@@ -10,7 +10,7 @@ use dcb_formats::{Error, SparseMatrix};
 use crate::interfaces::counted;
 use crate::mesh::FoundMesh;
 use crate::operators::{of_file, operator, restricted};
-use crate::request::Import;
+use crate::request::{Import, RowSource};
 use crate::rows::displacement_axes::{rotated, transform};
 use crate::rows::labels::{pattern, row_labels, rows_in_mesh_order, same_size};
 use crate::rows::lost_positions::mesh_of_rows;
@@ -134,6 +134,9 @@ impl Part {
             }
         };
         let is_positional = labels.is_none();
+        if !is_positional && matches!(request.dofs, Some(RowSource::Pattern(_))) {
+            notes.push("--dofs isn't used: the rows have labels that say their directions".into());
+        }
         let (owners, order) = owners(request, labels, &mesh, size).map_err(of_stiffness)?;
         notes.extend(owners.notes);
         Ok(Self {

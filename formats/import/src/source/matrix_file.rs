@@ -1,18 +1,18 @@
 //! Files with matrices, told by their content.
 
-use std::io::Read;
 use std::path::{Path, PathBuf};
 
 use dcb_formats::Error;
 use dcb_formats::matrix::blocks::TextBlocks;
-use dcb_formats::snapshot::Snapshot;
 
+use crate::binary::file::is_gzipped;
 use crate::matrix::abaqus::{coordinate, matrix_input, substructure};
 use crate::matrix::matlab::{version5, version73};
 use crate::matrix::nastran::{dmig, op4};
 use crate::matrix::{harwell_boeing, matrix_market, numpy, petsc};
 use crate::source::closed_formats::explanation;
 use crate::stored::{Listed, Reading};
+use crate::text::line_blocks::BYTE_ORDER_MARK;
 
 /// A format of matrices.
 struct Format {
@@ -197,16 +197,11 @@ pub fn is_matrix_market(path: &Path) -> Result<bool, Error> {
 pub(crate) fn beginning(path: &Path) -> Result<Vec<u8>, Error> {
     let mut text = TextBlocks::open(path)?;
     text.fill_to(LOOKED_AT)?;
-    Ok(text.pending().to_vec())
-}
-
-fn is_gzipped(path: &Path) -> Result<bool, Error> {
-    let mut start = Vec::new();
-    let file = Snapshot::open(path)?;
-    file.take(2)
-        .read_to_end(&mut start)
-        .map_err(|source| Error::io(path, "cannot read", source))?;
-    Ok(start == [0x1f, 0x8b])
+    let start = text.pending();
+    Ok(start
+        .strip_prefix(BYTE_ORDER_MARK)
+        .unwrap_or(start)
+        .to_vec())
 }
 
 fn unknown(path: &Path, start: &[u8]) -> Error {

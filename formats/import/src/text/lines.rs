@@ -5,6 +5,8 @@ use std::path::{Path, PathBuf};
 use dcb_formats::Error;
 use dcb_formats::matrix::blocks::TextBlocks;
 
+use crate::text::line_blocks::BYTE_ORDER_MARK;
+
 /// A text file, one line after the other; `\n` and `\r\n` end lines. Plain or gzipped.
 pub struct Lines {
     path: PathBuf,
@@ -24,9 +26,13 @@ impl Lines {
     /// # Errors
     /// As [`TextBlocks::open`].
     pub fn open(path: &Path) -> Result<Self, Error> {
+        let mut text = TextBlocks::open(path)?;
+        if text.pending().starts_with(BYTE_ORDER_MARK) {
+            text.skip(BYTE_ORDER_MARK.len());
+        }
         Ok(Self {
             path: path.into(),
-            text: TextBlocks::open(path)?,
+            text,
             block: Vec::new(),
             used: 0,
             at: 0,

@@ -52,7 +52,7 @@ fn mistakes_are_told_and_write_nothing() {
         ),
         (
             "export rotor.dcb.h5 --to mbdyn",
-            &["rotor.fem: exists already; use --force"],
+            &["rotor.fem: exists already; name another output with -o FILE"],
         ),
         (
             "export rod.dcb.h5 --to exudyn",

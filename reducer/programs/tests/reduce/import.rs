@@ -273,3 +273,41 @@ fn damage_that_leaves_a_readable_file_is_refused() {
     );
     assert!(!folder.path("part.mtx").exists());
 }
+
+/// A mark in front of a text means nothing; what is packed is read or refused by that.
+#[test]
+fn marks_and_packings_of_files_are_told() {
+    let folder = Folder::exchange(&[
+        "bracket.json",
+        "matlab/bracket_v5.mat",
+        "calculix/bracket.inp",
+        "mesh/bracket_ascii.msh",
+        "mesh/bracket.unv",
+        "nastran/variants_double.pch",
+    ]);
+    let marked = |name: &str| {
+        let marked = [b"\xef\xbb\xbf".as_slice(), &folder.bytes(name)].concat();
+        folder.write(&format!("marked_{name}"), marked);
+    };
+    for mesh in ["bracket.inp", "bracket_ascii.msh", "bracket.unv"] {
+        marked(mesh);
+        let answer = folder.run(&format!(
+            "import bracket_v5.mat --mesh marked_{mesh} --node-order label --units mm,t,s -o part.mtx --force"
+        ));
+        assert_eq!(answer.code, Some(0), "{mesh}: {answer:?}");
+    }
+    let packed = |name: &str, to: &str| {
+        let script = format!("gzip -c {name} > {to}");
+        assert!(folder.shell(&script).status().unwrap().success());
+    };
+    packed("bracket_v5.mat", "packed.mat");
+    packed("bracket_ascii.msh", "packed.msh");
+    folder.refused(
+        "import packed.mat --mesh bracket.json -o p.mtx",
+        &["gunzip"],
+    );
+    folder.refused("init packed.msh --units mm,t,s", &["gunzip"]);
+    let old = String::from_utf8(folder.bytes("variants_double.pch")).unwrap();
+    folder.write("old.pch", old.replace('\n', "\r"));
+    folder.refused("inspect old.pch", &["old.pch", "CR alone"]);
+}

@@ -53,7 +53,7 @@ fn is_entry(line: &[u8]) -> bool {
 ///
 /// # Errors
 /// [`Error::Line`] for a line that is no entry, for a size line of Matrix Market, for rows that the file can't fill; [`Error::File`] for
-/// signs of a file that is cut off; [`Error::NotEnoughMemory`]; and as [`read_text`].
+/// signs of a file that is cut off; [`Error::NotEnoughMemory`]; and what reading a text meets.
 pub fn read(path: &Path, wanted: &[usize]) -> Result<Reading, Error> {
     let (matrix, sha256) = read_text(path, |text| {
         let blocks = read_line_blocks(path, text, 0, read_block)?;

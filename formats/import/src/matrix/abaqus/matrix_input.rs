@@ -85,7 +85,7 @@ fn refuse_loads(path: &Path, start: &[u8]) -> Result<(), Error> {
 ///
 /// # Errors
 /// [`Error::Line`] for a line that is no entry, a label or direction out of range, nodes by name (LABELS); [`Error::File`] for loads, held
-/// degrees of freedom and signs of a file that is cut off; [`Error::NotEnoughMemory`]; and as [`read_text`].
+/// degrees of freedom and signs of a file that is cut off; [`Error::NotEnoughMemory`]; and what reading a text meets.
 pub fn read(path: &Path, wanted: &[usize]) -> Result<Reading, Error> {
     let (matrix, sha256) = read_text(path, |text| {
         refuse_loads(path, text.pending())?;

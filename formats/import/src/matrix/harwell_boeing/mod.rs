@@ -66,7 +66,7 @@ fn is_head(third: &[u8], fourth: &[u8]) -> bool {
 /// # Errors
 /// [`Error::Line`] for a line that isn't as its format says, counts that don't fit each other, pointers that fall; [`Error::File`] for
 /// complex, rectangular, elemental, skew-symmetric matrices, patterns without numbers, and files that end too early;
-/// [`Error::NotEnoughMemory`]; and as [`read_text`].
+/// [`Error::NotEnoughMemory`]; and what reading a text meets.
 pub fn read(path: &Path, wanted: &[usize]) -> Result<Reading, Error> {
     let (matrix, sha256) = read_text(path, |text| {
         let head = Head::read(path, text)?;

@@ -7,6 +7,7 @@ use dcb_formats::snapshot::read_small;
 
 use super::super::fields;
 use crate::binary::file::ByteOrder;
+use crate::text::line_blocks::BYTE_ORDER_MARK;
 
 /// Bytes of the longest mesh.
 const LONGEST_FILE: u64 = 1 << 36;
@@ -34,8 +35,11 @@ impl Source {
         let (bytes, sha256) = read_small(path, LONGEST_FILE)?;
         let source = Self {
             path: path.into(),
+            at: match bytes.starts_with(BYTE_ORDER_MARK) {
+                true => BYTE_ORDER_MARK.len(),
+                false => 0,
+            },
             bytes,
-            at: 0,
             encoding: Encoding::Text,
         };
         Ok((source, sha256))

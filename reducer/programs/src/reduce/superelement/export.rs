@@ -83,6 +83,15 @@ pub(crate) fn run(arguments: &ExportArguments) -> Result<Outcome, Error> {
     }
     let usual = || export.usual_output(&arguments.file);
     let output = arguments.output.clone().unwrap_or_else(usual);
+    if arguments.output.is_none() && !arguments.force && output.exists() {
+        // The usual name may be that of the user's own matrices or mesh.
+        return Err(dcb_formats::Error::File {
+            path: output,
+            message: "exists already; name another output with -o FILE, or replace it with --force"
+                .into(),
+        }
+        .into());
+    }
     let source = Source::open(&arguments.file)?;
     let written = export.write(&source, &output)?;
     Ok(Outcome::done(written.text))

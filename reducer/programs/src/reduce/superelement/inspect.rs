@@ -1,6 +1,8 @@
 //! `reduce inspect`: what a superelement holds, for people and as JSON.
 
 use std::fmt::Write as _;
+use std::fs::File;
+use std::io::Read;
 use std::path::{Path, PathBuf};
 
 use clap::Args;
@@ -40,9 +42,14 @@ pub fn run(arguments: &InspectArguments) -> Result<Outcome, Error> {
     let file = match SuperelementFile::open(&arguments.file) {
         Ok(file) => file,
         Err(error) => {
-            return match matrices(&arguments.file, arguments.json) {
-                Some(text) => Ok(Outcome::done(text)),
-                None => Err(error.into()),
+            return match MatrixFile::recognised(&arguments.file) {
+                Ok(Some(file)) => Ok(Outcome::done(matrices(
+                    &file,
+                    &arguments.file,
+                    arguments.json,
+                ))),
+                Err(foreign) if !is_hdf5(&arguments.file) => Err(foreign.into()),
+                _ => Err(error.into()),
             };
         }
     };
@@ -55,15 +62,21 @@ pub fn run(arguments: &InspectArguments) -> Result<Outcome, Error> {
     Ok(Outcome::done(output))
 }
 
-/// Matrices of another program's file; `None` for anything else.
-fn matrices(path: &Path, as_json: bool) -> Option<String> {
-    let file = MatrixFile::recognised(path).ok().flatten()?;
+/// Whether a file begins as superelements do.
+fn is_hdf5(path: &Path) -> bool {
+    let mut start = [0; 8];
+    let read = File::open(path).and_then(|mut file| file.read_exact(&mut start));
+    read.is_ok() && start == *b"\x89HDF\r\n\x1a\n"
+}
+
+/// Matrices of another program's file.
+fn matrices(file: &MatrixFile, path: &Path, as_json: bool) -> String {
     let listed = file.listed();
     if as_json {
         let of_one = |one: &Listed| json!({"name": one.name, "shape": one.shape.map(|(rows, columns)| [rows, columns]), "obstacle": one.obstacle});
         let all: Vec<_> = listed.iter().map(of_one).collect();
         let value = json!({"file": path, "format": file.format_name(), "matrices": all});
-        return Some(format!("{value}\n"));
+        return format!("{value}\n");
     }
     let mut text = format!("{}: {}\n", path.display(), file.format_name());
     for (number, one) in listed.iter().enumerate() {
@@ -86,7 +99,7 @@ fn matrices(path: &Path, as_json: bool) -> Option<String> {
         text.push_str("no matrices\n");
     }
     text.push_str("stiffness and mass become a component with `reduce import`\n");
-    Some(text)
+    text
 }
 
 /// Mass, centre and inertia.

@@ -47,7 +47,7 @@ pub fn recognises(start: &[u8]) -> bool {
 ///
 /// # Errors
 /// [`Error::Line`] for lines that are no numbers, labels or directions out of range, rows that are longer or shorter than they should be;
-/// [`Error::File`] for numbers that are missing, and two elements in a file; [`Error::NotEnoughMemory`]; and as [`read_text`].
+/// [`Error::File`] for numbers that are missing, and two elements in a file; [`Error::NotEnoughMemory`]; and what reading a text meets.
 pub fn read(path: &Path, wanted: &[usize]) -> Result<Reading, Error> {
     let ((head, matrices), sha256) = read_text(path, |text: &mut TextBlocks| {
         let head = Head::read(path, text)?;
