@@ -48,7 +48,9 @@ pub fn run(arguments: &InspectArguments) -> Result<Outcome, Error> {
                     &arguments.file,
                     arguments.json,
                 ))),
-                Err(foreign) if !is_hdf5(&arguments.file) => Err(foreign.into()),
+                Err(foreign) if arguments.file.is_file() && !is_hdf5(&arguments.file) => {
+                    Err(foreign.into())
+                }
                 _ => Err(error.into()),
             };
         }
