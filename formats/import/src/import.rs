@@ -4,7 +4,7 @@ use std::path::Path;
 
 use dcb_formats::Error;
 use dcb_formats::component::{Component, ComponentDraft, ComponentFault, Units};
-use dcb_formats::mesh::{Dof, DofMap, MatrixRow, Mesh};
+use dcb_formats::mesh::{DofMap, MatrixRow, Mesh};
 
 use crate::interfaces::{counted, interfaces};
 use crate::operators::of_file;
@@ -61,15 +61,16 @@ impl Part {
         let from_sets = request.interfaces.is_some() || described.is_none();
         let made = match from_sets {
             true => {
+                let has_rows = self.has_rows();
                 let made = interfaces(
                     (&self.mesh.sets, &self.mesh.cell_sets),
                     request.interfaces.as_deref(),
-                    |nodes| self.can_be_interface(nodes),
+                    |nodes| can_be_interface(nodes, &has_rows),
                 )
                 .map_err(usage)?;
                 self.notes.extend(made.notes);
                 for interface in &made.interfaces {
-                    self.refuse_nodes_without_rows(&interface.name, &interface.nodes)
+                    self.refuse_nodes_without_rows(&interface.name, &interface.nodes, &has_rows)
                         .map_err(usage)?;
                 }
                 made.interfaces
@@ -120,8 +121,12 @@ impl Part {
     }
 
     /// An interface follows its nodes, which need rows for that.
-    fn refuse_nodes_without_rows(&self, set: &str, nodes: &[u32]) -> Result<(), String> {
-        let has_rows = self.has_rows();
+    fn refuse_nodes_without_rows(
+        &self,
+        set: &str,
+        nodes: &[u32],
+        has_rows: &[bool],
+    ) -> Result<(), String> {
         let without: Vec<u32> = (nodes.iter().copied())
             .filter(|node| !has_rows[*node as usize])
             .collect();
@@ -133,24 +138,6 @@ impl Part {
                 self.first_labels(&without)
             )),
         }
-    }
-
-    /// Whether each node of the mesh has rows.
-    fn has_rows(&self) -> Vec<bool> {
-        let mut has_rows = vec![false; self.mesh.points.len()];
-        for owner in &self.rows {
-            if let MatrixRow::Nodal(Dof { node, .. }) = owner {
-                has_rows[*node as usize] = true;
-            }
-        }
-        has_rows
-    }
-
-    /// A set that may become an interface by itself: nodes with rows, not all of them.
-    fn can_be_interface(&self, nodes: &[u32]) -> bool {
-        let is_wanted = self.has_rows();
-        let all = is_wanted.iter().filter(|is_wanted| **is_wanted).count();
-        !nodes.is_empty() && nodes.len() < all && nodes.iter().all(|&node| is_wanted[node as usize])
     }
 
     fn report(&self, mesh: &Mesh, resistance: Resistance, units: &Units) -> ImportReport {
@@ -194,6 +181,12 @@ impl Part {
             .map_err(|error| error.to_string())?;
         Ok((mesh, dofs))
     }
+}
+
+/// A set that may become an interface by itself: nodes with rows, not all of them.
+fn can_be_interface(nodes: &[u32], has_rows: &[bool]) -> bool {
+    let all = has_rows.iter().filter(|has_rows| **has_rows).count();
+    !nodes.is_empty() && nodes.len() < all && nodes.iter().all(|&node| has_rows[node as usize])
 }
 
 fn no_units(stiffness: &NamedFile) -> Error {

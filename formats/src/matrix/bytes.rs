@@ -16,6 +16,10 @@ const PACKED_BLOCK: usize = 1 << 16;
 /// Text that is looked at for damage behind a bad line.
 const LOOKED_THROUGH: u64 = 1 << 30;
 
+/// What is wrong with a text without line feeds, and what helps.
+pub const CR_ALONE: &str =
+    "lines end in CR alone, as on old Macintoshes; save the file with LF line ends";
+
 /// Bytes that are kept of a last line without an end.
 const LONGEST_SHOWN: usize = 256;
 
@@ -239,10 +243,10 @@ impl TextBlocks {
             return Err(Error::File {
                 path: self.path.clone(),
                 message: match buffer[..used].contains(&b'\r') {
-                    true => "lines end in CR alone, as on old Macintoshes; save the file with LF line ends".into(),
-                    false => format!(
-                        "has a line of more than {BLOCK} bytes; expected one entry a line"
-                    ),
+                    true => CR_ALONE.into(),
+                    false => {
+                        format!("has a line of more than {BLOCK} bytes; expected one entry a line")
+                    }
                 },
             });
         };

@@ -46,7 +46,7 @@ pub mod blocks {
 
     pub use super::assemble::{CannotAssemble, Expansion, assembled};
     pub use super::block_reading::{Rest, read_blocks, read_blocks_in_context};
-    pub use super::bytes::TextBlocks;
+    pub use super::bytes::{CR_ALONE, TextBlocks};
     pub use super::entries::{Entries, Triplet};
     pub use super::entry_blocks::likely_line_count;
     pub use super::header::shown;

@@ -4,7 +4,7 @@ use std::path::Path;
 
 use dcb_formats::Error;
 
-use crate::stored::StoredMatrix;
+use crate::stored::{Reading, StoredMatrix};
 
 /// Matrices by their place in the list of a file, and those that were found.
 pub(super) struct Wanted<'a> {
@@ -35,6 +35,25 @@ impl<'a> Wanted<'a> {
         if let Some(place) = self.numbers.iter().position(|&wanted| wanted == number) {
             self.found[place] = Some(matrix);
         }
+    }
+
+    /// What was read of a file: matrices by their numbers, and its digest.
+    ///
+    /// # Errors
+    /// As [`Wanted::found`].
+    pub(super) fn reading(
+        mut self,
+        path: &Path,
+        matrices: Vec<(usize, StoredMatrix)>,
+        sha256: String,
+    ) -> Result<Reading, Error> {
+        for (number, matrix) in matrices {
+            self.put(number, matrix);
+        }
+        Ok(Reading {
+            matrices: self.found(path)?,
+            sha256,
+        })
     }
 
     /// All of them, in the order in which they were asked for.

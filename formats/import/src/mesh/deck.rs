@@ -52,24 +52,29 @@ impl Deck {
         }
     }
 
-    /// The next line, of the included file first; `None` at the end of the deck.
+    /// Goes to the next line, of the included file first; whether there is one.
     ///
     /// # Errors
     /// As [`Lines::next_line`].
-    pub fn next_line(&mut self) -> Result<Option<&[u8]>, Error> {
+    pub fn advance(&mut self) -> Result<bool, Error> {
         while let Some((_, lines)) = self.open.last_mut() {
             if let Some(line) = lines.next_line()? {
                 self.bytes += line.len() as u64 + 1;
                 self.line.clear();
                 self.line.extend_from_slice(line);
-                return Ok(Some(&self.line));
+                return Ok(true);
             }
             if self.open.len() == 1 {
                 break;
             }
             self.close_included()?;
         }
-        Ok(None)
+        Ok(false)
+    }
+
+    /// This line, without its end.
+    pub fn line(&self) -> &[u8] {
+        &self.line
     }
 
     fn close_included(&mut self) -> Result<(), Error> {

@@ -221,6 +221,17 @@ impl Part {
         Ok(())
     }
 
+    /// Whether each node of the mesh has rows.
+    pub fn has_rows(&self) -> Vec<bool> {
+        let mut has_rows = vec![false; self.mesh.points.len()];
+        for owner in &self.rows {
+            if let MatrixRow::Nodal(Dof { node, .. }) = owner {
+                has_rows[*node as usize] = true;
+            }
+        }
+        has_rows
+    }
+
     /// Label of a node for people; its 1-based place where it has none.
     pub fn label(&self, node: u32) -> u32 {
         let labels = self.mesh.labels.as_ref();

@@ -104,16 +104,11 @@ impl Doubt<'_> {
 
     fn nodes_without_rows(&self) -> Option<String> {
         let part = self.part;
-        let mut has_row = vec![false; part.mesh.points.len()];
-        for owner in &part.rows {
-            if let MatrixRow::Nodal(Dof { node, .. }) = owner {
-                has_row[*node as usize] = true;
-            }
-        }
+        let has_rows = part.has_rows();
         let in_cells = part.mesh.cells.iter().flat_map(|block| &block.nodes);
         let mut without: Vec<u32> = in_cells
             .copied()
-            .filter(|node| !has_row[*node as usize])
+            .filter(|node| !has_rows[*node as usize])
             .collect();
         without.sort_unstable();
         without.dedup();

@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use dcb_formats::Error;
-use dcb_formats::matrix::blocks::TextBlocks;
+use dcb_formats::matrix::blocks::{CR_ALONE, TextBlocks};
 
 use crate::binary::file::is_gzipped;
 use crate::matrix::abaqus::{coordinate, matrix_input, substructure};
@@ -136,9 +136,7 @@ impl MatrixFile {
         };
         let is_text = !start.iter().take(1024).any(|byte| *byte == 0);
         if is_text && start.contains(&b'\r') && !start.contains(&b'\n') {
-            return Err(refused(
-                "lines end in CR alone, as on old Macintoshes; save the file with LF line ends",
-            ));
+            return Err(refused(CR_ALONE));
         }
         if !is_text && is_gzipped(path)? {
             return Err(refused(

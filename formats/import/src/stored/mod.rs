@@ -26,6 +26,17 @@ pub struct Reading {
     pub sha256: String,
 }
 
+impl Reading {
+    /// Of a file with one matrix, which may not be asked for.
+    pub(crate) fn of_one(wanted: &[usize], matrix: StoredMatrix, sha256: String) -> Self {
+        let matrices = match wanted {
+            [] => Vec::new(),
+            _ => vec![matrix],
+        };
+        Self { matrices, sha256 }
+    }
+}
+
 /// A square matrix as a file stores it.
 #[derive(Debug)]
 pub struct StoredMatrix {

@@ -1,6 +1,6 @@
 //! A place in a block of lines that numbers are read from.
 
-use dcb_formats::matrix::blocks::{NotANumber, real, shown, unsigned};
+use dcb_formats::matrix::blocks::{CR_ALONE, NotANumber, real, shown, unsigned};
 
 use crate::text::real::Digits;
 
@@ -177,8 +177,7 @@ impl<'a> Cursor<'a> {
     #[cold]
     pub fn refused(&self, message: impl Into<String>) -> Stopped {
         let message = match self.whole_line().contains(&b'\r') {
-            true => "lines end in CR alone, as on old Macintoshes; save the file with LF line ends"
-                .into(),
+            true => CR_ALONE.into(),
             false => message.into(),
         };
         Stopped::BadLine {

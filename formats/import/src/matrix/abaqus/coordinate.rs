@@ -60,11 +60,7 @@ pub fn read(path: &Path, wanted: &[usize]) -> Result<Reading, Error> {
         refuse_open_end(path, &blocks)?;
         stored(path, blocks)
     })?;
-    let matrices = match wanted {
-        [] => Vec::new(),
-        _ => vec![matrix],
-    };
-    Ok(Reading { matrices, sha256 })
+    Ok(Reading::of_one(wanted, matrix, sha256))
 }
 
 /// Entries of a block of lines.

@@ -84,11 +84,7 @@ pub fn read(path: &Path, wanted: &[usize]) -> Result<Reading, Error> {
         head.check_length(path, text.text_length())?;
         stored(path, text, head)
     })?;
-    let matrices = match wanted {
-        [] => Vec::new(),
-        _ => vec![matrix],
-    };
-    Ok(Reading { matrices, sha256 })
+    Ok(Reading::of_one(wanted, matrix, sha256))
 }
 
 fn stored(path: &Path, text: &mut TextBlocks, head: Head) -> Result<StoredMatrix, Error> {

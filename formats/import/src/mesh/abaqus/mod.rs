@@ -51,11 +51,8 @@ pub(crate) fn read(path: &Path) -> Result<(FoundMesh, String), Error> {
     let mut model = Model::default();
     // A keyword line that ends with a comma goes on in the next one.
     let mut unfinished: Option<String> = None;
-    let mut bytes = Vec::new();
-    while let Some(line) = deck.next_line()? {
-        bytes.clear();
-        bytes.extend_from_slice(line.trim_ascii());
-        let line = &bytes[..];
+    while deck.advance()? {
+        let line = deck.line().trim_ascii();
         if line.is_empty() || line.starts_with(b"**") {
             continue;
         }

@@ -52,8 +52,8 @@ pub(crate) fn read(path: &Path) -> Result<(FoundMesh, String), Error> {
     let mut deck = Deck::open(path)?;
     let mut reading = Reading::default();
     let mut text = Vec::new();
-    while let Some(line) = deck.next_line()? {
-        plain(line, &mut text);
+    while deck.advance()? {
+        plain(deck.line(), &mut text);
         let is_end = text.trim_ascii().eq_ignore_ascii_case(b"ENDDATA");
         if !is_end && !text.trim_ascii().is_empty() {
             deck.refuse_open_end()?;

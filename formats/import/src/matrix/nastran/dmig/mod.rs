@@ -64,7 +64,7 @@ pub fn list(path: &Path) -> Result<Vec<Listed>, Error> {
 /// [`Error::Line`] for a card that can't be read, labels and components out of range, values that aren't finite; [`Error::File`] for
 /// matrices that aren't real and square, columns without a header, signs of a file that is cut off.
 pub fn read(path: &Path, wanted: &[usize]) -> Result<Reading, Error> {
-    let mut wanted = Wanted::new(wanted);
+    let wanted = Wanted::new(wanted);
     let (matrices, sha256) = read_text(path, |text| {
         let mut context = Context::default();
         let blocks = read_blocks(path, text, &mut context, &wanted)?;
@@ -77,13 +77,7 @@ pub fn read(path: &Path, wanted: &[usize]) -> Result<Reading, Error> {
         let read = asked.map(|number| Ok((number, matrix(path, &headers[number], &mut blocks)?)));
         read.collect::<Result<Vec<_>, Error>>()
     })?;
-    for (number, matrix) in matrices {
-        wanted.put(number, matrix);
-    }
-    Ok(Reading {
-        matrices: wanted.found(path)?,
-        sha256,
-    })
+    wanted.reading(path, matrices, sha256)
 }
 
 fn read_blocks(

@@ -60,7 +60,7 @@ pub fn list(path: &Path) -> Result<Vec<Listed>, Error> {
 /// [`Error::Line`] for what isn't OUTPUT4: numbers missing or left over, places outside, values that aren't finite; [`Error::File`] for
 /// matrices that aren't real and square, and files that are cut off; [`Error::Io`].
 pub fn read(path: &Path, wanted: &[usize]) -> Result<Reading, Error> {
-    let mut wanted = Wanted::new(wanted);
+    let wanted = Wanted::new(wanted);
     let (matrices, sha256) = read_text(path, |text| {
         let blocks = read_blocks(path, text, &wanted)?;
         let mut matrices = Matrices {
@@ -74,13 +74,7 @@ pub fn read(path: &Path, wanted: &[usize]) -> Result<Reading, Error> {
         let found = matrices.finish()?;
         Ok(found)
     })?;
-    for (number, matrix) in matrices {
-        wanted.put(number, matrix);
-    }
-    Ok(Reading {
-        matrices: wanted.found(path)?,
-        sha256,
-    })
+    wanted.reading(path, matrices, sha256)
 }
 
 fn no_header(path: &Path) -> Error {
