@@ -43,13 +43,13 @@ pub(crate) fn operator(
         (Content::Entries(blocks), _) => blocks,
     };
     // As stored: in the new order a triangle is none any more.
-    let sides = Sides::of(&entries);
+    let is_one_sided = is_one_sided(&entries);
     if let Some(new_rows) = new_rows {
         entries
             .par_iter_mut()
             .for_each(|block| block.renumber(new_rows));
     }
-    let (mut entries, expansion) = match (triangles, sides.is_one_sided()) {
+    let (mut entries, expansion) = match (triangles, is_one_sided) {
         (Triangles::One | Triangles::Unsaid, true) => (entries, Expansion::Mirrored),
         (Triangles::Both | Triangles::Unsaid, false) | (Triangles::Both, true) => {
             (entries, Expansion::AsStored)
@@ -123,36 +123,11 @@ fn symmetric(matrix: SparseMatrix, mut notes: Vec<String>) -> Result<Operator, S
     Ok(Operator { matrix, notes })
 }
 
-/// Stored entries on either side of the diagonal.
-#[derive(Clone, Copy, Default)]
-struct Sides {
-    above: usize,
-    below: usize,
-}
-
-impl Sides {
-    fn of(blocks: &[Entries]) -> Self {
-        let of_block = |block: &Entries| {
-            let mut sides = Self::default();
-            for entry in block.iter() {
-                sides.above += usize::from(entry.row < entry.column);
-                sides.below += usize::from(entry.row > entry.column);
-            }
-            sides
-        };
-        blocks
-            .par_iter()
-            .map(of_block)
-            .reduce(Self::default, |a, b| Self {
-                above: a.above + b.above,
-                below: a.below + b.below,
-            })
-    }
-
-    /// Everything is on one side of the diagonal, or on it.
-    fn is_one_sided(self) -> bool {
-        self.above == 0 || self.below == 0
-    }
+/// Whether everything is on one side of the diagonal, or on it.
+fn is_one_sided(blocks: &[Entries]) -> bool {
+    let counts = blocks.par_iter().map(Entries::triangle_counts);
+    let (above, below) = counts.reduce(|| (0, 0), |a, b| (a.0 + b.0, a.1 + b.1));
+    above == 0 || below == 0
 }
 
 /// Entries of compressed columns.

@@ -3,7 +3,7 @@
 //! Count, prefix sum, scatter, then sort and sum within each column. Every chunk (some blocks of the file) has its own counters, so it knows
 //! where in each column its entries go and writes them there while others write theirs: a column's entries arrive in file order,
 //! duplicates are summed in file order, and neither depends on the number of threads. A file sorted by rows or columns needs no
-//! sorting. Chunks are given up one by one.
+//! sorting.
 //!
 //! Entries that stand in compressed columns already are joined, block after block.
 
@@ -13,7 +13,7 @@ use std::sync::atomic::{AtomicU32, AtomicU64, Ordering};
 use faer::sparse::SymbolicSparseColMat;
 use rayon::prelude::*;
 
-use super::entries::Entries;
+use super::entries::{Entries, Order, Part};
 use super::entry_blocks::Block;
 use super::shared::{shared_indices, shared_reals};
 use crate::SparseMatrix;
@@ -95,38 +95,38 @@ const CHUNKS_PER_THREAD: usize = 4;
 const MOST_CHUNKS: usize = 64;
 
 /// Entries that one thread puts into place, in file order.
-struct Chunk {
-    entries: Vec<Entries>,
+struct Chunk<'a> {
+    parts: Vec<Part<'a>>,
     /// Entries for each column of the full matrix, mirror images too; then the place of the column's next entry.
     per_column: Vec<u32>,
 }
 
-impl Chunk {
-    /// Blocks side by side make a chunk. Counters take no more memory than row indices.
-    fn of_blocks(blocks: Vec<Block>, column_count: usize, expansion: Expansion) -> Vec<Self> {
+impl<'a> Chunk<'a> {
+    /// Blocks side by side make a chunk, and a long one several. Counters take no more memory than row indices.
+    fn of_blocks(blocks: &'a [Block], column_count: usize, expansion: Expansion) -> Vec<Self> {
         let total: usize = blocks.iter().map(|block| block.entries.len()).sum();
         let count = (CHUNKS_PER_THREAD * rayon::current_num_threads())
             .min(MOST_CHUNKS)
             .min(total / column_count.max(1))
             .max(1);
-        let mut chunks: Vec<Vec<Entries>> = (0..count).map(|_| Vec::new()).collect();
+        let mut chunks: Vec<Vec<Part<'a>>> = (0..count).map(|_| Vec::new()).collect();
         let mut before = 0;
-        for Block { entries, .. } in blocks.into_iter().filter(|block| !block.entries.is_empty()) {
-            let chunk = &mut chunks[before * count / total];
+        for Block { entries, .. } in blocks.iter().filter(|block| !block.entries.is_empty()) {
+            let part_count = (entries.len() * count).div_ceil(total);
+            for (number, part) in entries.parts(part_count).enumerate() {
+                let before = before + entries.len() * number / part_count;
+                chunks[before * count / total].push(part);
+            }
             before += entries.len();
-            chunk.push(entries);
         }
         chunks
             .into_par_iter()
-            .map(|entries| {
+            .map(|parts| {
                 let mut per_column = vec![0; column_count];
-                for entries in &entries {
-                    entries.count_columns(expansion, &mut per_column);
+                for part in &parts {
+                    part.count_columns(expansion, &mut per_column);
                 }
-                Self {
-                    entries,
-                    per_column,
-                }
+                Self { parts, per_column }
             })
             .collect()
     }
@@ -155,7 +155,7 @@ impl Columns {
                 entries as usize,
             ));
         }
-        let mut chunks = Chunk::of_blocks(blocks, column_count, expansion);
+        let mut chunks = Chunk::of_blocks(&blocks, column_count, expansion);
         let starts = place_columns(&mut chunks, column_count);
         let total = starts[column_count] as usize;
         let mut rows = vec![0u32; total];
@@ -164,6 +164,7 @@ impl Columns {
         chunks
             .into_par_iter()
             .for_each(|chunk| scatter(chunk, expansion, to_rows, to_values));
+        drop(blocks);
         let ranges = balanced_ranges(&starts, MOST_RANGES);
         let parts = split_at_ranges(&mut rows, &mut values, &starts, &ranges);
         let settled: Vec<Settled> = ranges
@@ -273,7 +274,9 @@ impl Columns {
 fn stand_in_columns(blocks: &[Block]) -> bool {
     let mut blocks = blocks.iter();
     blocks
-        .try_fold(None, |last, block| block.entries.rise_behind(last))
+        .try_fold(None, |last, block| {
+            block.entries.rise_behind(last, Order::ByColumns)
+        })
         .is_some()
 }
 
@@ -303,7 +306,7 @@ fn place_columns(chunks: &mut [Chunk], column_count: usize) -> Vec<u32> {
 }
 
 /// Puts a chunk's entries into place.
-fn scatter(chunk: Chunk, expansion: Expansion, rows: &[AtomicU32], values: &[AtomicU64]) {
+fn scatter(chunk: Chunk<'_>, expansion: Expansion, rows: &[AtomicU32], values: &[AtomicU64]) {
     let mut next = chunk.per_column;
     let mut put = |column: u32, row: u32, value: f64| {
         let next = &mut next[column as usize];
@@ -312,8 +315,8 @@ fn scatter(chunk: Chunk, expansion: Expansion, rows: &[AtomicU32], values: &[Ato
         rows[at].store(row, Ordering::Relaxed);
         values[at].store(value.to_bits(), Ordering::Relaxed);
     };
-    for entries in chunk.entries {
-        entries.iter().for_each(|entry| {
+    for part in chunk.parts {
+        part.iter().for_each(|entry| {
             put(entry.column, entry.row, entry.value);
             if expansion.mirrors() && entry.row != entry.column {
                 put(entry.row, entry.column, expansion.image(entry.value));

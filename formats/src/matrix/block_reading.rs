@@ -24,15 +24,15 @@ pub enum Rest {
     Unwanted,
 }
 
-/// Makes something of every block of a text, in file order. `work` is called by any thread; `took` by this one, for each block that is done, in
-/// any order, and with the bytes of text read so far.
+/// Makes something of every block of a text, in file order. `work` is called by any thread; `took` by this one, in file order too, as soon as a
+/// block and all before it are done, and with the bytes of text read so far. It may take out what it wants.
 ///
 /// # Errors
 /// As [`TextBlocks::next_block`], and those of `took`.
 pub fn read_blocks<T: Default + Send>(
     text: &mut TextBlocks,
     work: impl Fn(&[u8]) -> T + Sync,
-    took: impl FnMut(&T, u64) -> Result<Rest, Error> + Send,
+    took: impl FnMut(&mut T, u64) -> Result<Rest, Error> + Send,
 ) -> Result<Vec<T>, Error> {
     read_blocks_in_context(text, |_| (), |block, ()| work(block), took)
 }
@@ -46,7 +46,7 @@ pub fn read_blocks_in_context<T: Default + Send, C: Send>(
     text: &mut TextBlocks,
     look: impl FnMut(&[u8]) -> C + Send,
     work: impl Fn(&[u8], C) -> T + Sync,
-    took: impl FnMut(&T, u64) -> Result<Rest, Error> + Send,
+    took: impl FnMut(&mut T, u64) -> Result<Rest, Error> + Send,
 ) -> Result<Vec<T>, Error> {
     rayon::scope(|scope| Reading::new(took).read(scope, text, look, &work))
 }
@@ -85,12 +85,16 @@ struct Reading<T, F> {
     sender: Sender<Done<T>>,
     receiver: Receiver<Done<T>>,
     contents: Vec<T>,
+    /// Whether a content is there.
+    is_done: Vec<bool>,
+    /// Contents from the first on that were taken.
+    taken: usize,
     spare: Vec<Vec<u8>>,
     in_work: usize,
     rest: Rest,
 }
 
-impl<T: Default + Send, F: FnMut(&T, u64) -> Result<Rest, Error>> Reading<T, F> {
+impl<T: Default + Send, F: FnMut(&mut T, u64) -> Result<Rest, Error>> Reading<T, F> {
     fn new(took: F) -> Self {
         let (sender, receiver) = channel();
         Self {
@@ -98,6 +102,8 @@ impl<T: Default + Send, F: FnMut(&T, u64) -> Result<Rest, Error>> Reading<T, F> 
             sender,
             receiver,
             contents: Vec::new(),
+            is_done: Vec::new(),
+            taken: 0,
             spare: Vec::new(),
             in_work: 0,
             rest: Rest::Wanted,
@@ -129,6 +135,7 @@ impl<T: Default + Send, F: FnMut(&T, u64) -> Result<Rest, Error>> Reading<T, F> 
                 done: self.sender.clone(),
             };
             self.contents.push(T::default());
+            self.is_done.push(false);
             self.in_work += 1;
             scope.spawn(move |_| block.read(used, context, work));
             while self.in_work >= most {
@@ -153,10 +160,15 @@ impl<T: Default + Send, F: FnMut(&T, u64) -> Result<Rest, Error>> Reading<T, F> 
         };
         self.in_work -= 1;
         self.spare.push(buffer);
-        if (self.took)(&content, text_length)? == Rest::Unwanted {
-            self.rest = Rest::Unwanted;
-        }
         self.contents[number] = content;
+        self.is_done[number] = true;
+        while self.is_done.get(self.taken) == Some(&true) {
+            let content = &mut self.contents[self.taken];
+            self.taken += 1;
+            if (self.took)(content, text_length)? == Rest::Unwanted {
+                self.rest = Rest::Unwanted;
+            }
+        }
         Ok(())
     }
 }

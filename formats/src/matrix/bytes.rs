@@ -4,6 +4,7 @@ use std::io::{BufReader, Chain, Cursor, ErrorKind, Read};
 use std::path::{Path, PathBuf};
 
 use flate2::bufread::MultiGzDecoder;
+use memchr::{memchr_iter, memrchr};
 
 use crate::Error;
 use crate::snapshot::{Snapshot, cannot_read};
@@ -11,6 +12,8 @@ use crate::snapshot::{Snapshot, cannot_read};
 const GZIP_MAGIC: &[u8] = &[0x1f, 0x8b];
 /// Bytes of a block, which a processor's cache holds; no line is longer.
 pub(super) const BLOCK: usize = 1 << 18;
+/// Bytes behind a file's end for which there is room.
+const END_ROOM: usize = 1 << 12;
 /// Compressed bytes that are read together.
 const PACKED_BLOCK: usize = 1 << 16;
 /// Text that is looked at for damage behind a bad line.
@@ -94,7 +97,7 @@ impl TextBlocks {
             lines_left: None,
             open_end: Vec::new(),
         };
-        blocks.fill_to(BLOCK)?;
+        blocks.fill_to(blocks.room_for_block())?;
         Ok(blocks)
     }
 
@@ -212,34 +215,41 @@ impl TextBlocks {
 
     /// Puts back what comes behind so many lines; the bytes that are left.
     fn cut_after_lines(&mut self, left: u64, block: &[u8]) -> usize {
-        let count = block.iter().filter(|byte| **byte == b'\n').count() as u64;
+        let count = memchr_iter(b'\n', block).count() as u64;
         self.lines_left = Some(left.saturating_sub(count));
         if count <= left {
             return block.len();
         }
-        let line_ends = block.iter().enumerate().filter(|(_, byte)| **byte == b'\n');
-        let last = line_ends.map(|(at, _)| at).nth(left as usize - 1);
+        let last = memchr_iter(b'\n', block).nth(left as usize - 1);
         let last = last.unwrap_or(block.len() - 1);
         self.pending.splice(0..0, block[last + 1..].iter().copied());
         last + 1
     }
 
+    /// Bytes of a block: fewer where the file is known to have no more, and some to see its end, or that it grows.
+    fn room_for_block(&self) -> usize {
+        let length = self.text_length().unwrap_or(u64::MAX);
+        let left = length.saturating_sub(self.length) as usize;
+        left.saturating_add(self.pending.len() + END_ROOM)
+            .min(BLOCK)
+    }
+
     fn whole_block(&mut self, buffer: &mut Vec<u8>) -> Result<usize, Error> {
         // A buffer that was used before isn't cleared.
-        buffer.resize(BLOCK, 0);
-        let carried = self.pending.len().min(BLOCK);
+        buffer.resize(self.room_for_block(), 0);
+        let carried = self.pending.len().min(buffer.len());
         buffer[..carried].copy_from_slice(&self.pending[..carried]);
         self.pending.drain(..carried);
         let used = carried + self.read_into(&mut buffer[carried..])?;
         if self.is_at_end && self.pending.is_empty() {
-            let end = buffer[..used].iter().rposition(|&byte| byte == b'\n');
+            let end = memrchr(b'\n', &buffer[..used]);
             let open = &buffer[end.map_or(0, |end| end + 1)..used];
             if used > 0 {
                 self.open_end = open[..open.len().min(LONGEST_SHOWN)].to_vec();
             }
             return Ok(used);
         }
-        let Some(last) = buffer[..used].iter().rposition(|&byte| byte == b'\n') else {
+        let Some(last) = memrchr(b'\n', &buffer[..used]) else {
             return Err(Error::File {
                 path: self.path.clone(),
                 message: match buffer[..used].contains(&b'\r') {

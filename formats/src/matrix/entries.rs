@@ -5,6 +5,8 @@
 
 use std::ops::Range;
 
+use rayon::prelude::*;
+
 use super::assemble::Expansion;
 
 /// A stored entry, 0-based.
@@ -16,6 +18,15 @@ pub struct Triplet {
     pub column: u32,
     /// Value.
     pub value: f64,
+}
+
+/// In which order entries come.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Order {
+    /// Column after column, in each by rows.
+    ByColumns,
+    /// Row after row, in each by columns.
+    ByRows,
 }
 
 /// Entries in file order.
@@ -69,6 +80,9 @@ impl RowOrColumn {
     }
 }
 
+/// Entries that are renumbered by all threads.
+const WORTH_THREADS: usize = 1 << 16;
+
 impl Entries {
     /// None yet, with room for some; `None` without memory.
     pub fn with_capacity(capacity: usize) -> Option<Self> {
@@ -76,6 +90,36 @@ impl Entries {
         entries.others.try_reserve_exact(capacity).ok()?;
         entries.values.try_reserve_exact(capacity).ok()?;
         Some(entries)
+    }
+
+    /// Of compressed columns: where each column starts and the last one ends, and rows, all counted from 1 and looked through before. Zeros are
+    /// left out.
+    pub fn in_columns(starts: &[u32], mut rows: Vec<u32>, mut values: Vec<f64>) -> Self {
+        let mut runs = Vec::new();
+        let mut end = 0;
+        for (column, ends) in (0..).zip(starts.windows(2)) {
+            let start = end;
+            for at in ends[0] as usize - 1..ends[1] as usize - 1 {
+                if values[at] != 0.0 {
+                    rows[end] = rows[at] - 1;
+                    values[end] = values[at];
+                    end += 1;
+                }
+            }
+            if end > start {
+                runs.push(Run {
+                    start: start as u32,
+                    along: RowOrColumn::column(column),
+                });
+            }
+        }
+        rows.truncate(end);
+        values.truncate(end);
+        Self {
+            runs,
+            others: rows,
+            values,
+        }
     }
 
     /// Memory of so many entries in sorted files.
@@ -97,38 +141,6 @@ impl Entries {
             + self.others.capacity() * size_of::<u32>()
             + self.values.capacity() * size_of::<f64>();
         bytes as u64
-    }
-
-    /// Adds the number of entries in each column; of their mirror images too, those off the diagonal, if they have some.
-    pub(super) fn count_columns(&self, expansion: Expansion, counts: &mut [u32]) {
-        // What 32 bits don't hold is refused before the counts are used.
-        let add = |count: &mut u32, more: u32| *count = count.wrapping_add(more);
-        for (run, range) in self.ranges() {
-            let length = range.len() as u32;
-            let others = &self.others[range];
-            // Entries of the run are in its line, images in the lines across it, or the other way round.
-            let (along, across) = match (run.along.is_column(), expansion.mirrors()) {
-                (true, false) => (true, false),
-                (false, false) => (false, true),
-                (_, true) => (true, true),
-            };
-            let line = run.along.index() as usize;
-            if across {
-                others
-                    .iter()
-                    .for_each(|&other| add(&mut counts[other as usize], 1));
-            }
-            if along {
-                add(&mut counts[line], length);
-            }
-            if along && across {
-                let on_diagonal = others
-                    .iter()
-                    .filter(|&&other| other as usize == line)
-                    .count();
-                counts[line] = counts[line].wrapping_sub(on_diagonal as u32);
-            }
-        }
     }
 
     /// How many there are.
@@ -182,8 +194,10 @@ impl Entries {
                 false => RowOrColumn::row(number),
             };
         }
-        for other in &mut self.others {
-            *other = numbers[*other as usize];
+        let new = |other: &mut u32| *other = numbers[*other as usize];
+        match self.others.len() < WORTH_THREADS {
+            true => self.others.iter_mut().for_each(new),
+            false => self.others.par_iter_mut().for_each(new),
         }
     }
 
@@ -202,15 +216,22 @@ impl Entries {
         self.runs.iter().all(|run| !run.along.is_column())
     }
 
-    /// Whether they stand in compressed columns behind an entry, or behind nothing: columns rise, and rows in them. The last entry.
-    pub(super) fn rise_behind(&self, before: Option<(u32, u32)>) -> Option<Option<(u32, u32)>> {
+    /// Whether they stand in compressed columns, or rows, behind a place, or behind nothing: columns rise, and rows in them. The last place.
+    pub(super) fn rise_behind(
+        &self,
+        before: Option<(u32, u32)>,
+        order: Order,
+    ) -> Option<Option<(u32, u32)>> {
         let mut last = before;
         for (run, range) in self.ranges() {
             let others = &self.others[range];
             let (first, end) = (others.first()?, others.last()?);
             let place = |other: u32| {
                 let (row, column) = run.along.place(other);
-                (column, row)
+                match order {
+                    Order::ByColumns => (column, row),
+                    Order::ByRows => (row, column),
+                }
             };
             if last.is_some_and(|last| last >= place(*first)) || !others.is_sorted_by(|a, b| a < b)
             {
@@ -219,6 +240,36 @@ impl Entries {
             last = Some(place(*end));
         }
         Some(last)
+    }
+
+    /// Entries above the diagonal, and below it.
+    pub fn triangle_counts(&self) -> (usize, usize) {
+        let (mut above, mut below) = (0, 0);
+        for (run, range) in self.ranges() {
+            let line = run.along.index();
+            let others = &self.others[range];
+            let smaller = others.iter().filter(|&&other| other < line).count();
+            let larger = others.iter().filter(|&&other| other > line).count();
+            let (before, behind) = match run.along.is_column() {
+                true => (smaller, larger),
+                false => (larger, smaller),
+            };
+            above += before;
+            below += behind;
+        }
+        (above, below)
+    }
+
+    /// Puts other entries behind its own; together they are no more than 32 bits count.
+    pub fn append(&mut self, other: Self) {
+        let before = self.others.len() as u32;
+        let runs = other.runs.into_iter().map(|run| Run {
+            start: before + run.start,
+            ..run
+        });
+        self.runs.extend(runs);
+        self.others.extend_from_slice(&other.others);
+        self.values.extend_from_slice(&other.values);
     }
 
     /// Hands out rows and values of entries that stand in compressed columns, and adds their number in each column.
@@ -241,23 +292,101 @@ impl Entries {
 
     /// Each run with the numbers of its entries.
     fn ranges(&self) -> impl Iterator<Item = (&Run, Range<usize>)> {
-        let ends = self.runs.iter().skip(1).map(|run| run.start as usize);
-        let ends = ends.chain([self.len()]);
-        (self.runs.iter().zip(ends)).map(|(run, end)| (run, run.start as usize..end))
+        self.whole().ranges()
     }
 
     /// All of them, in file order.
     pub fn iter(&self) -> impl Iterator<Item = Triplet> {
-        self.ranges().flat_map(|(run, range)| {
-            let along = run.along;
-            let others = self.others[range.clone()].iter();
-            others
-                .zip(&self.values[range])
-                .map(move |(&other, &value)| {
-                    let (row, column) = along.place(other);
-                    Triplet { row, column, value }
-                })
+        self.whole().iter()
+    }
+
+    fn whole(&self) -> Part<'_> {
+        Part {
+            entries: self,
+            runs: 0..self.runs.len(),
+        }
+    }
+
+    /// About so many parts of about the same length, in file order. A row or column that is kept once is not divided.
+    pub(super) fn parts(&self, count: usize) -> impl Iterator<Item = Part<'_>> {
+        let first_run = move |part: usize| {
+            let first = (self.len() as u64 * part as u64 / count as u64) as u32;
+            match part == count {
+                true => self.runs.len(),
+                false => self.runs.partition_point(|run| run.start < first),
+            }
+        };
+        (0..count).map(move |part| Part {
+            entries: self,
+            runs: first_run(part)..first_run(part + 1),
         })
+    }
+}
+
+/// Some of the runs of entries.
+#[derive(Clone, Debug)]
+pub(super) struct Part<'a> {
+    entries: &'a Entries,
+    runs: Range<usize>,
+}
+
+impl<'a> Part<'a> {
+    /// Each run with the numbers of its entries.
+    fn ranges(&self) -> impl Iterator<Item = (&'a Run, Range<usize>)> + use<'a> {
+        let Entries { runs, values, .. } = self.entries;
+        let end = match runs.get(self.runs.end) {
+            Some(next) => next.start as usize,
+            None => values.len(),
+        };
+        let runs = &runs[self.runs.clone()];
+        let ends = runs.iter().skip(1).map(|run| run.start as usize);
+        let ends = ends.chain([end]);
+        (runs.iter().zip(ends)).map(|(run, end)| (run, run.start as usize..end))
+    }
+
+    /// Its entries, in file order.
+    pub(super) fn iter(&self) -> impl Iterator<Item = Triplet> + use<'a> {
+        let Entries { others, values, .. } = self.entries;
+        self.ranges().flat_map(move |(run, range)| {
+            let along = run.along;
+            let others = others[range.clone()].iter();
+            others.zip(&values[range]).map(move |(&other, &value)| {
+                let (row, column) = along.place(other);
+                Triplet { row, column, value }
+            })
+        })
+    }
+
+    /// Adds the number of entries in each column; of their mirror images too, those off the diagonal, if they have some.
+    pub(super) fn count_columns(&self, expansion: Expansion, counts: &mut [u32]) {
+        // What 32 bits don't hold is refused before the counts are used.
+        let add = |count: &mut u32, more: u32| *count = count.wrapping_add(more);
+        for (run, range) in self.ranges() {
+            let length = range.len() as u32;
+            let others = &self.entries.others[range];
+            // Entries of the run are in its line, images in the lines across it, or the other way round.
+            let (along, across) = match (run.along.is_column(), expansion.mirrors()) {
+                (true, false) => (true, false),
+                (false, false) => (false, true),
+                (_, true) => (true, true),
+            };
+            let line = run.along.index() as usize;
+            if across {
+                others
+                    .iter()
+                    .for_each(|&other| add(&mut counts[other as usize], 1));
+            }
+            if along {
+                add(&mut counts[line], length);
+            }
+            if along && across {
+                let on_diagonal = others
+                    .iter()
+                    .filter(|&&other| other as usize == line)
+                    .count();
+                counts[line] = counts[line].wrapping_sub(on_diagonal as u32);
+            }
+        }
     }
 }
 
@@ -307,6 +436,50 @@ mod tests {
     }
 
     #[test]
+    fn parts_are_all_of_it() {
+        let places: Vec<(u32, u32)> = (0..40).map(|at| (at / 4, at % 4)).collect();
+        let mut entries = Entries::default();
+        for &(row, column) in &places {
+            let value = 1.0;
+            entries.push(Triplet { row, column, value });
+        }
+        for count in 1..15 {
+            let parts: Vec<_> = entries.parts(count).collect();
+            assert_eq!(parts.len(), count);
+            let of_parts = parts.iter().flat_map(Part::iter);
+            let of_parts: Vec<_> = of_parts.map(|entry| (entry.row, entry.column)).collect();
+            assert_eq!(of_parts, places, "{count} parts");
+            let longest = parts.iter().map(|part| part.iter().count()).max();
+            assert!(
+                longest <= Some(40 / count + 4),
+                "{count} parts: {longest:?}"
+            );
+        }
+        assert_eq!(
+            Entries::default()
+                .parts(2)
+                .flat_map(|part| part.iter())
+                .count(),
+            0
+        );
+    }
+
+    #[test]
+    fn zeros_of_compressed_columns_are_left_out() {
+        let columns = Entries::in_columns(
+            &[1, 3, 5, 6],
+            vec![1, 2, 1, 3, 3],
+            vec![0.0, 2.0, 0.0, 0.0, 5.0],
+        );
+        let kept: Vec<_> = columns
+            .iter()
+            .map(|entry| (entry.row, entry.column, entry.value))
+            .collect();
+        assert_eq!(kept, [(1, 0, 2.0), (2, 2, 5.0)]);
+        assert_eq!(columns.triangle_counts(), (0, 1));
+    }
+
+    #[test]
     fn compressed_columns_are_known_whatever_their_runs() {
         let of = |places: &[(u32, u32)]| {
             let mut entries = Entries::default();
@@ -318,22 +491,48 @@ mod tests {
         };
         // Rows of a column, a row over two columns, single entries.
         let rising = [(0, 0), (2, 0), (3, 0), (3, 1), (3, 2), (0, 4), (4, 4)];
-        assert_eq!(of(&rising).rise_behind(None), Some(Some((4, 4))));
-        assert_eq!(of(&rising).rise_behind(Some((0, 0))), None);
-        assert_eq!(of(&[]).rise_behind(Some((3, 1))), Some(Some((3, 1))));
+        assert_eq!(
+            of(&rising).rise_behind(None, Order::ByColumns),
+            Some(Some((4, 4)))
+        );
+        assert_eq!(
+            of(&rising).rise_behind(Some((0, 0)), Order::ByColumns),
+            None
+        );
+        assert_eq!(
+            of(&[]).rise_behind(Some((3, 1)), Order::ByColumns),
+            Some(Some((3, 1)))
+        );
         for (at, place) in [(1, (0, 0)), (2, (1, 0)), (4, (2, 1)), (6, (4, 3))] {
             let mut places = rising;
             places[at] = place;
-            assert_eq!(of(&places).rise_behind(None), None, "{places:?}");
+            assert_eq!(
+                of(&places).rise_behind(None, Order::ByColumns),
+                None,
+                "{places:?}"
+            );
         }
         let mut counts = [0; 5];
         let (rows, values) = of(&rising).into_columns(&mut counts);
         assert_eq!(rows, rising.map(|(row, _)| row));
         assert_eq!(values, [0.0, 1.0, 2.0, 3.0, 4.0, 5.0, 6.0]);
         assert_eq!(counts, [3, 1, 1, 0, 2]);
+        let columns = Entries::in_columns(
+            &[1, 4, 5, 6, 6, 8],
+            [0, 2, 3, 3, 3, 0, 4].map(|row| row + 1).to_vec(),
+            (1..8).map(f64::from).collect(),
+        );
+        let places: Vec<_> = columns
+            .iter()
+            .map(|entry| (entry.row, entry.column))
+            .collect();
+        assert_eq!(places, rising);
         let mut by_rows = of(&[(0, 0), (0, 1), (1, 0), (1, 3)]);
-        assert!(by_rows.stand_by_rows() && by_rows.rise_behind(None).is_none());
+        assert!(by_rows.stand_by_rows() && by_rows.rise_behind(None, Order::ByColumns).is_none());
         by_rows.transpose();
-        assert_eq!(by_rows.rise_behind(None), Some(Some((1, 3))));
+        assert_eq!(
+            by_rows.rise_behind(None, Order::ByColumns),
+            Some(Some((1, 3)))
+        );
     }
 }

@@ -162,7 +162,7 @@ fn read_in_parallel(
         .saturating_mul(TEXT_PER_ENTRY)
         .saturating_add(UNQUESTIONED_TEXT);
     let (mut entries, mut bytes) = (0, 0);
-    let took = |block: &Block, text_length: u64| {
+    let took = |block: &mut Block, text_length: u64| {
         if text_length > most_text {
             return Err(Error::File {
                 path: path.into(),
@@ -245,12 +245,10 @@ pub fn likely_line_count(text: &[u8]) -> usize {
 impl Block {
     /// Entries that no line is asked of any more.
     pub(super) fn of_entries(entries: Entries) -> Self {
-        let count =
-            |wanted: fn(Triplet) -> bool| entries.iter().filter(|entry| wanted(*entry)).count();
+        let (upper_count, lower_count) = entries.triangle_counts();
         Self {
-            zero_count: count(|entry| entry.value == 0.0),
-            upper_count: count(|entry| entry.row < entry.column),
-            lower_count: count(|entry| entry.row > entry.column),
+            upper_count,
+            lower_count,
             entries,
             ..Self::default()
         }

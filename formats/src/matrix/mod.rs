@@ -15,6 +15,7 @@ mod entries;
 mod entry_blocks;
 mod entry_reader;
 mod foreign;
+mod gathered;
 mod header;
 mod number;
 mod shared;
@@ -49,6 +50,7 @@ pub mod blocks {
     pub use super::bytes::{CR_ALONE, TextBlocks};
     pub use super::entries::{Entries, Triplet};
     pub use super::entry_blocks::likely_line_count;
+    pub use super::gathered::Gathered;
     pub use super::header::shown;
     pub use super::number::{NotANumber, integer, real, unsigned};
 }

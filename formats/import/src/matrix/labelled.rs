@@ -1,5 +1,5 @@
-//! Entries of matrices whose rows have labels. Every block of a file numbers its labels on its own; when all are read, the labels are
-//! sorted and the entries numbered anew.
+//! Entries of matrices whose rows have labels. Every block of a file numbers its labels on its own and is put behind the others in their
+//! numbers; when all are read, the labels are sorted and the entries numbered anew.
 
 use dcb_formats::matrix::blocks::{Entries, Triplet};
 use rayon::prelude::*;
@@ -8,7 +8,7 @@ use rustc_hash::FxHashMap;
 use crate::stored::LARGEST_LABEL;
 use crate::stored::row_key::RowKey;
 
-/// Entries of a block, by numbers that the block gives to labels.
+/// Entries by numbers that labels have in the order in which they come.
 #[derive(Debug, Default)]
 pub(super) struct LabelledEntries {
     entries: Entries,
@@ -63,49 +63,66 @@ impl LabelledEntries {
         self.entries.push(Triplet { row, column, value });
     }
 
-    /// Gives back what is needed only while entries come.
-    pub(super) fn finish(&mut self) {
+    /// Gives room back of which most was not needed.
+    pub(super) fn give_back_room(&mut self) {
         self.entries.give_back_room();
-        self.numbers = FxHashMap::default();
     }
-}
 
-/// Labels in rising order, and entries by their places there.
-///
-/// # Errors
-/// There is no row, or more than indices reach; a label has entries, but none on the diagonal.
-pub(super) fn sorted(blocks: Vec<LabelledEntries>) -> Result<(Vec<RowKey>, Vec<Entries>), String> {
-    let keys = blocks.iter().flat_map(|block| &block.keys);
-    let mut keys: Vec<RowKey> = keys.copied().collect();
-    keys.par_sort_unstable();
-    keys.dedup();
-    keys.shrink_to_fit();
-    if keys.is_empty() || keys.len() > LARGEST_LABEL as usize {
-        return Err(format!(
-            "has {} rows; expected from 1 to {LARGEST_LABEL}",
-            keys.len()
-        ));
-    }
-    let renumbered = |block: LabelledEntries| {
-        let place = |key: &RowKey| keys.partition_point(|other| other < key) as u32;
-        let numbers: Vec<u32> = block.keys.iter().map(place).collect();
+    /// Puts those of the next block of lines behind its own.
+    ///
+    /// # Errors
+    /// There are more entries than indices reach.
+    pub(super) fn append(&mut self, block: Self) -> Result<(), String> {
+        if self.keys.is_empty() {
+            *self = block;
+            return Ok(());
+        }
+        if self.entries.len() + block.entries.len() > u32::MAX as usize {
+            return Err(format!("has more than {} entries", u32::MAX));
+        }
+        let numbers: Vec<u32> = block.keys.iter().map(|key| self.number(*key)).collect();
         let diagonal = block.diagonal.iter().map(|row| numbers[*row as usize]);
-        let diagonal: Vec<u32> = diagonal.collect();
+        self.diagonal.extend(diagonal);
         let mut entries = block.entries;
         entries.renumber(&numbers);
-        (entries, diagonal)
-    };
-    let blocks: Vec<_> = blocks.into_par_iter().map(renumbered).collect();
-    let mut has_diagonal = vec![false; keys.len()];
-    for row in blocks.iter().flat_map(|(_, diagonal)| diagonal) {
-        has_diagonal[*row as usize] = true;
+        self.entries.append(entries);
+        Ok(())
     }
-    if let Some(row) = has_diagonal.iter().position(|has| !has) {
-        return Err(format!(
-            "{} has entries, but none on the diagonal, as no stiffness or mass matrix has it; the file is cut off, holds only a part of the matrix, or has rows of Lagrange multipliers",
-            keys[row]
-        ));
+
+    /// Labels in rising order, and entries by their places there.
+    ///
+    /// # Errors
+    /// There is no row, or more than indices reach; a label has entries, but none on the diagonal.
+    pub(super) fn sorted(self) -> Result<(Vec<RowKey>, Entries), String> {
+        let count = self.keys.len();
+        if count == 0 || count > LARGEST_LABEL as usize {
+            return Err(format!(
+                "has {count} rows; expected from 1 to {LARGEST_LABEL}"
+            ));
+        }
+        drop(self.numbers);
+        let mut order: Vec<u32> = (0..count as u32).collect();
+        order.par_sort_unstable_by_key(|number| self.keys[*number as usize]);
+        let keys: Vec<RowKey> = (order.iter().map(|number| self.keys[*number as usize])).collect();
+        let mut has_diagonal = vec![false; count];
+        for row in self.diagonal {
+            has_diagonal[row as usize] = true;
+        }
+        let without = order
+            .iter()
+            .position(|number| !has_diagonal[*number as usize]);
+        if let Some(row) = without {
+            return Err(format!(
+                "{} has entries, but none on the diagonal, as no stiffness or mass matrix has it; the file is cut off, holds only a part of the matrix, or has rows of Lagrange multipliers",
+                keys[row]
+            ));
+        }
+        let mut places = vec![0; count];
+        for (place, number) in (0..).zip(&order) {
+            places[*number as usize] = place;
+        }
+        let mut entries = self.entries;
+        entries.renumber(&places);
+        Ok((keys, entries))
     }
-    let entries = blocks.into_iter().map(|(entries, _)| entries).collect();
-    Ok((keys, entries))
 }

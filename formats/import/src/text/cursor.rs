@@ -151,6 +151,11 @@ impl<'a> Cursor<'a> {
         Ok(value)
     }
 
+    /// What is left of the block.
+    pub fn rest(&self) -> &'a [u8] {
+        &self.text[self.at..]
+    }
+
     /// What is left of the line.
     pub fn rest_of_line(&self) -> &'a [u8] {
         let rest = &self.text[self.at..];

@@ -75,19 +75,21 @@ pub fn read_line_blocks<T: Default + Send>(
     work: impl Fn(&mut Cursor<'_>, &mut T) -> Result<(), Stopped> + Sync,
 ) -> Result<Vec<LineBlock<T>>, Error> {
     let work = |cursor: &mut Cursor<'_>, (), content: &mut T| work(cursor, content);
-    read_line_blocks_in_context(path, text, lines_before, |_| (), work)
+    read_line_blocks_in_context(path, text, lines_before, |_| (), work, |_| Ok(()))
 }
 
-/// As [`read_line_blocks`]; `look` sees each block before it is worked on, in file order, and tells `work` of what stands before it.
+/// As [`read_line_blocks`]; `look` sees each block before it is worked on, in file order, and tells `work` of what stands before it. `take` may
+/// take out what was made of a block, in file order too, while further ones are read.
 ///
 /// # Errors
-/// As [`read_line_blocks`].
+/// As [`read_line_blocks`], and those of `take`.
 pub fn read_line_blocks_in_context<T: Default + Send, C: Send>(
     path: &Path,
     text: &mut TextBlocks,
     lines_before: u64,
     look: impl FnMut(&[u8]) -> C + Send,
     work: impl Fn(&mut Cursor<'_>, C, &mut T) -> Result<(), Stopped> + Sync,
+    mut take: impl FnMut(&mut LineBlock<T>) -> Result<(), Error> + Send,
 ) -> Result<Vec<LineBlock<T>>, Error> {
     let work = |text: &[u8], context: C| {
         let mut cursor = Cursor::new(text);
@@ -98,32 +100,21 @@ pub fn read_line_blocks_in_context<T: Default + Send, C: Send>(
         block.is_open = !text[end.map_or(0, |end| end + 1)..].trim_ascii().is_empty();
         block
     };
-    let took = |block: &LineBlock<T>, _| {
-        Ok(match block.stopped {
-            Some(_) => Rest::Unwanted,
-            None => Rest::Wanted,
-        })
-    };
-    let mut blocks = read_blocks_in_context(text, look, work, took)?;
     let mut line = lines_before + 1;
-    for block in &mut blocks {
+    let took = |block: &mut LineBlock<T>, _| {
         block.first_line = line;
         line += block.line_count;
         match block.stopped.take() {
-            None => {}
-            Some(Stopped::BadLine { line, message }) => {
-                return Err(block.refused(path, line, message));
-            }
-            Some(Stopped::NoMemory { bytes }) => {
-                return Err(Error::NotEnoughMemory {
-                    path: path.into(),
-                    needed: bytes,
-                    allowed: None,
-                });
-            }
+            None => take(block).map(|()| Rest::Wanted),
+            Some(Stopped::BadLine { line, message }) => Err(block.refused(path, line, message)),
+            Some(Stopped::NoMemory { bytes }) => Err(Error::NotEnoughMemory {
+                path: path.into(),
+                needed: bytes,
+                allowed: None,
+            }),
         }
-    }
-    Ok(blocks)
+    };
+    read_blocks_in_context(text, look, work, took)
 }
 
 impl<T> LineBlock<T> {

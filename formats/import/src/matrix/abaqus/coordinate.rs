@@ -8,13 +8,14 @@
 use std::path::Path;
 
 use dcb_formats::Error;
-use dcb_formats::matrix::blocks::{Entries, NotANumber, Triplet, unsigned};
+use dcb_formats::matrix::blocks::{Entries, Gathered, NotANumber, Triplet, unsigned};
 use rayon::prelude::*;
 
 use crate::stored::{Content, LARGEST_LABEL, Listed, Reading, Rows, StoredMatrix, Triangles};
 use crate::text::cursor::{Cursor, Stopped};
 use crate::text::line_blocks::{
-    LineBlock, filled_lines, read_line_blocks, read_text, refuse_open_end, room_for_entries,
+    LineBlock, filled_lines, read_line_blocks_in_context, read_text, refuse_open_end,
+    room_for_entries,
 };
 use crate::text::real::{Digits, whole_real};
 
@@ -56,9 +57,15 @@ fn is_entry(line: &[u8]) -> bool {
 /// signs of a file that is cut off; [`Error::NotEnoughMemory`]; and what reading a text meets.
 pub fn read(path: &Path, wanted: &[usize]) -> Result<Reading, Error> {
     let (matrix, sha256) = read_text(path, |text| {
-        let blocks = read_line_blocks(path, text, 0, read_block)?;
+        let mut entries = Gathered::default();
+        let work = |cursor: &mut Cursor<'_>, (), block: &mut Block| read_block(cursor, block);
+        let take = |block: &mut LineBlock<Block>| {
+            entries.push(std::mem::take(&mut block.content.entries));
+            Ok(())
+        };
+        let blocks = read_line_blocks_in_context(path, text, 0, |_| (), work, take)?;
         refuse_open_end(path, &blocks)?;
-        stored(path, blocks)
+        stored(path, &blocks, entries.into_blocks())
     })?;
     Ok(Reading::of_one(wanted, matrix, sha256))
 }
@@ -155,7 +162,11 @@ fn value_in_other_spelling(cursor: &mut Cursor<'_>, digits: &mut Digits) -> Resu
 }
 
 /// The matrix of all blocks.
-fn stored(path: &Path, blocks: Vec<LineBlock<Block>>) -> Result<StoredMatrix, Error> {
+fn stored(
+    path: &Path,
+    blocks: &[LineBlock<Block>],
+    entries: Vec<Entries>,
+) -> Result<StoredMatrix, Error> {
     let count: u64 = blocks.iter().map(|block| block.content.count).sum();
     let largest = blocks.iter().max_by_key(|block| block.content.largest.0);
     let size = largest.map_or(0, |block| block.content.largest.0);
@@ -177,8 +188,8 @@ fn stored(path: &Path, blocks: Vec<LineBlock<Block>>) -> Result<StoredMatrix, Er
             message: "has no entry; expected lines `row column value`".into(),
         });
     }
-    refuse_size_line(path, &blocks, size, count)?;
-    refuse_missing_diagonal(path, &blocks, size)?;
+    refuse_size_line(path, blocks, size, count)?;
+    refuse_missing_diagonal(path, blocks, &entries, size)?;
     let mut digits = Digits::default();
     blocks
         .iter()
@@ -187,12 +198,7 @@ fn stored(path: &Path, blocks: Vec<LineBlock<Block>>) -> Result<StoredMatrix, Er
         name: String::new(),
         size: size as usize,
         triangles: Triangles::Unsaid,
-        content: Content::Entries(
-            blocks
-                .into_iter()
-                .map(|block| block.content.entries)
-                .collect(),
-        ),
+        content: Content::Entries(entries),
         rows: Rows::Unlabelled,
         digits: digits.count(),
         notes: Vec::new(),
@@ -229,6 +235,7 @@ fn refuse_size_line(
 fn refuse_missing_diagonal(
     path: &Path,
     blocks: &[LineBlock<Block>],
+    entries: &[Entries],
     size: u32,
 ) -> Result<(), Error> {
     let mut has_diagonal = vec![false; size as usize];
@@ -243,9 +250,9 @@ fn refuse_missing_diagonal(
             .into_iter()
             .find(|row| !has_diagonal[*row as usize])
     };
-    let first = blocks
+    let first = entries
         .par_iter()
-        .find_map_first(|block| block.content.entries.iter().find_map(without));
+        .find_map_first(|block| block.iter().find_map(without));
     match first {
         Some(row) => Err(Error::File {
             path: path.into(),

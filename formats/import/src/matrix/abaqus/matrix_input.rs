@@ -8,12 +8,12 @@ use std::path::Path;
 use dcb_formats::Error;
 use dcb_formats::matrix::blocks::{NotANumber, shown, unsigned};
 
-use crate::matrix::labelled::{LabelledEntries, sorted};
+use crate::matrix::labelled::LabelledEntries;
 use crate::stored::row_key::{RowKey, direction, no_direction};
 use crate::stored::{Content, LARGEST_LABEL, Listed, Reading, Rows, StoredMatrix, Triangles};
 use crate::text::cursor::{Cursor, Stopped};
 use crate::text::line_blocks::{
-    LineBlock, filled_lines, look_at_text, read_line_blocks, read_text, refuse_open_end,
+    LineBlock, filled_lines, look_at_text, read_line_blocks_in_context, read_text, refuse_open_end,
     room_for_entries,
 };
 use crate::text::real::Digits;
@@ -89,9 +89,18 @@ fn refuse_loads(path: &Path, start: &[u8]) -> Result<(), Error> {
 pub fn read(path: &Path, wanted: &[usize]) -> Result<Reading, Error> {
     let (matrix, sha256) = read_text(path, |text| {
         refuse_loads(path, text.pending())?;
-        let blocks = read_line_blocks(path, text, 0, read_block)?;
+        let mut entries = LabelledEntries::default();
+        let work = |cursor: &mut Cursor<'_>, (), block: &mut Block| read_block(cursor, block);
+        let take = |block: &mut LineBlock<Block>| {
+            let appended = entries.append(std::mem::take(&mut block.content.entries));
+            appended.map_err(|message| Error::File {
+                path: path.into(),
+                message,
+            })
+        };
+        let blocks = read_line_blocks_in_context(path, text, 0, |_| (), work, take)?;
         refuse_open_end(path, &blocks)?;
-        stored(path, blocks)
+        stored(path, &blocks, entries)
     })?;
     Ok(Reading::of_one(wanted, matrix, sha256))
 }
@@ -130,7 +139,7 @@ fn read_block(cursor: &mut Cursor<'_>, block: &mut Block) -> Result<(), Stopped>
         }
         block.entries.add_filled(row, column, value);
     }
-    block.entries.finish();
+    block.entries.give_back_room();
     Ok(())
 }
 
@@ -185,15 +194,17 @@ fn bad_node(cursor: &Cursor<'_>, read: Result<u64, NotANumber>) -> Stopped {
 }
 
 /// The matrix of all blocks.
-fn stored(path: &Path, blocks: Vec<LineBlock<Block>>) -> Result<StoredMatrix, Error> {
-    refuse_held(path, &blocks)?;
+fn stored(
+    path: &Path,
+    blocks: &[LineBlock<Block>],
+    entries: LabelledEntries,
+) -> Result<StoredMatrix, Error> {
+    refuse_held(path, blocks)?;
     let mut digits = Digits::default();
-    let mut entries = Vec::with_capacity(blocks.len());
-    for block in blocks {
-        digits.join(block.content.digits);
-        entries.push(block.content.entries);
-    }
-    let (keys, entries) = sorted(entries).map_err(|message| Error::File {
+    blocks
+        .iter()
+        .for_each(|block| digits.join(block.content.digits));
+    let (keys, entries) = entries.sorted().map_err(|message| Error::File {
         path: path.into(),
         message,
     })?;
@@ -201,7 +212,7 @@ fn stored(path: &Path, blocks: Vec<LineBlock<Block>>) -> Result<StoredMatrix, Er
         name: String::new(),
         size: keys.len(),
         triangles: Triangles::One,
-        content: Content::Entries(entries),
+        content: Content::Entries(vec![entries]),
         rows: Rows::Labelled(keys.into_iter().map(RowKey::label).collect()),
         digits: digits.count(),
         notes: Vec::new(),

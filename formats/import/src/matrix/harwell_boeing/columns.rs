@@ -7,7 +7,7 @@ use dcb_formats::matrix::blocks::TextBlocks;
 
 use super::format::Format;
 use crate::text::cursor::{Cursor, Stopped};
-use crate::text::line_blocks::read_line_blocks;
+use crate::text::line_blocks::{LineBlock, read_line_blocks_in_context};
 use crate::text::real::Digits;
 
 /// Lines of the file with numbers of one kind.
@@ -23,9 +23,11 @@ pub(super) struct Section {
     pub(super) lines_before: u64,
 }
 
-/// Numbers of a section, block after block.
+/// Numbers of a section.
 pub(super) struct Numbers<T> {
-    blocks: Vec<Block<T>>,
+    pub(super) values: Vec<T>,
+    /// Most digits of any number.
+    pub(super) digits: Digits,
 }
 
 #[derive(Debug)]
@@ -65,31 +67,10 @@ impl<T> Block<T> {
     }
 }
 
-impl<T: Copy> Numbers<T> {
-    /// Most digits of any number.
-    pub(super) fn digits(&self) -> Digits {
-        let mut digits = Digits::default();
-        self.blocks
-            .iter()
-            .for_each(|block| digits.join(block.digits));
-        digits
-    }
-
-    /// All of them; a block is given up when it is copied.
-    pub(super) fn values(self) -> Vec<T> {
-        let count = self.blocks.iter().map(|block| block.values.len()).sum();
-        let mut values = Vec::with_capacity(count);
-        for block in self.blocks {
-            values.extend_from_slice(&block.values);
-        }
-        values
-    }
-}
-
 /// Reads the lines of a section; `read` turns a field without blanks around it into a number.
 ///
 /// # Errors
-/// [`Error::Line`] for fields that `read` refuses, and lines that have fewer or more than they should; as [`read_line_blocks`].
+/// [`Error::Line`] for fields that `read` refuses, and lines that have fewer or more than they should; as [`read_line_blocks_in_context`].
 pub(super) fn read_numbers<T: Copy + Send>(
     path: &Path,
     text: &mut TextBlocks,
@@ -97,12 +78,23 @@ pub(super) fn read_numbers<T: Copy + Send>(
     read: impl Fn(&[u8]) -> Result<T, String> + Sync,
 ) -> Result<Numbers<T>, Error> {
     text.end_after_lines(Some(section.line_count));
-    let work = |cursor: &mut Cursor<'_>, block: &mut Block<T>| {
+    let mut numbers = Numbers {
+        values: Vec::new(),
+        digits: Digits::default(),
+    };
+    let work = |cursor: &mut Cursor<'_>, (), block: &mut Block<T>| {
         read_block(cursor, block, &section.format, &read)
     };
-    let blocks = read_line_blocks(path, text, section.lines_before, work)?;
+    // A block is given up when its numbers are copied.
+    let take = |block: &mut LineBlock<Block<T>>| {
+        let values = std::mem::take(&mut block.content.values);
+        numbers.values.extend_from_slice(&values);
+        numbers.digits.join(block.content.digits);
+        Ok(())
+    };
+    let lines_before = section.lines_before;
+    let blocks = read_line_blocks_in_context(path, text, lines_before, |_| (), work, take)?;
     text.end_after_lines(None);
-    let count: usize = blocks.iter().map(|block| block.content.values.len()).sum();
     for (number, block) in blocks.iter().enumerate() {
         let is_last = number + 1 == blocks.len();
         if let Some(short) = block.content.short
@@ -118,20 +110,21 @@ pub(super) fn read_numbers<T: Copy + Send>(
             ));
         }
     }
+    let count = numbers.values.len();
     if count as u64 != section.numbers {
         return Err(Error::File {
             path: path.into(),
             message: format!(
                 "{count} {} are there, in lines {} to {}; {} are announced; the file is cut off or damaged",
                 section.name,
-                section.lines_before + 1,
-                section.lines_before + section.line_count,
+                lines_before + 1,
+                lines_before + section.line_count,
                 section.numbers
             ),
         });
     }
-    let blocks = blocks.into_iter().map(|block| block.content).collect();
-    Ok(Numbers { blocks })
+    numbers.values.shrink_to_fit();
+    Ok(numbers)
 }
 
 /// Reads lines of fields. SciPy writes fields of 24 characters where it announces 25: a line that isn't as its format says is split at blanks,

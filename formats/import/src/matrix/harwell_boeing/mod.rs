@@ -10,10 +10,9 @@ mod head;
 use std::path::Path;
 
 use dcb_formats::Error;
-use dcb_formats::matrix::blocks::{Entries, TextBlocks, Triplet, shown, unsigned};
-use rayon::prelude::*;
+use dcb_formats::matrix::blocks::{Entries, TextBlocks, shown, unsigned};
 
-use self::columns::{Numbers, read_numbers};
+use self::columns::read_numbers;
 use self::head::Head;
 use crate::stored::{Content, Listed, Reading, Rows, StoredMatrix, Triangles};
 use crate::text::line_blocks::{filled_lines, look_at_text, read_text};
@@ -65,8 +64,7 @@ fn is_head(third: &[u8], fourth: &[u8]) -> bool {
 ///
 /// # Errors
 /// [`Error::Line`] for a line that isn't as its format says, counts that don't fit each other, pointers that fall; [`Error::File`] for
-/// complex, rectangular, elemental, skew-symmetric matrices, patterns without numbers, and files that end too early;
-/// [`Error::NotEnoughMemory`]; and what reading a text meets.
+/// complex, rectangular, elemental, skew-symmetric matrices, patterns without numbers, and files that end too early; and what reading a text meets.
 pub fn read(path: &Path, wanted: &[usize]) -> Result<Reading, Error> {
     let (matrix, sha256) = read_text(path, |text| {
         let head = Head::read(path, text)?;
@@ -99,19 +97,13 @@ fn stored(path: &Path, text: &mut TextBlocks, head: Head) -> Result<StoredMatrix
             )),
         }
     };
-    let starts = read_numbers(path, text, &head.pointers, index(head.entries + 1))?;
-    let starts = starts.values();
+    let starts = read_numbers(path, text, &head.pointers, index(head.entries + 1))?.values;
     refuse_falling(path, &head, &starts)?;
-    let rows = read_numbers(path, text, &head.indices, index(head.rows))?.values();
+    let rows = read_numbers(path, text, &head.indices, index(head.rows))?.values;
     let format = head.values.format;
     let value = move |field: &[u8]| format.check(field).and_then(|()| real(field));
     let values = read_numbers(path, text, &head.values, value)?;
-    let digits = values.digits().count();
-    let content = entries(&starts, rows, values).ok_or(Error::NotEnoughMemory {
-        path: path.into(),
-        needed: Entries::bytes_of(head.entries as usize),
-        allowed: None,
-    })?;
+    let entries = Entries::in_columns(&starts, rows, values.values);
     Ok(StoredMatrix {
         name: head.title,
         size: head.rows as usize,
@@ -119,9 +111,9 @@ fn stored(path: &Path, text: &mut TextBlocks, head: Head) -> Result<StoredMatrix
             true => Triangles::One,
             false => Triangles::Both,
         },
-        content: Content::Entries(content),
+        content: Content::Entries(vec![entries]),
         rows: Rows::Unlabelled,
-        digits,
+        digits: values.digits.count(),
         notes: Vec::new(),
     })
 }
@@ -153,34 +145,4 @@ fn refuse_falling(path: &Path, head: &Head, starts: &[u32]) -> Result<(), Error>
         path: path.into(),
         message,
     })
-}
-
-/// Entries that one thread puts together.
-const CHUNK: usize = 1 << 18;
-
-/// Entries of all columns; `None` without memory.
-fn entries(starts: &[u32], rows: Vec<u32>, values: Numbers<f64>) -> Option<Vec<Entries>> {
-    let values = values.values();
-    let chunks: Vec<usize> = (0..rows.len()).step_by(CHUNK).collect();
-    let chunk = |first: usize| {
-        let end = (first + CHUNK).min(rows.len());
-        let mut entries = Entries::with_capacity(end - first)?;
-        // The last column that begins here or before.
-        let mut column = starts.partition_point(|start| *start as usize - 1 <= first) - 1;
-        for at in first..end {
-            while starts[column + 1] as usize - 1 <= at {
-                column += 1;
-            }
-            if values[at] != 0.0 {
-                entries.push(Triplet {
-                    row: rows[at] - 1,
-                    column: column as u32,
-                    value: values[at],
-                });
-            }
-        }
-        entries.give_back_room();
-        Some(entries)
-    };
-    chunks.into_par_iter().map(chunk).collect()
 }

@@ -10,9 +10,10 @@ use std::path::Path;
 
 use dcb_formats::Error;
 use dcb_formats::matrix::blocks::{Entries, TextBlocks, Triplet};
+use rayon::prelude::*;
 
 use self::head::Head;
-use self::numbers::{Dense, read_matrices};
+use self::numbers::{Dense, Part, read_matrices};
 use crate::stored::{Content, Listed, Reading, Rows, StoredMatrix, Triangles};
 use crate::text::line_blocks::{filled_lines, look_at_text, read_text};
 
@@ -120,18 +121,12 @@ fn placed(
         Triangles::One | Triangles::Unsaid => row + 1,
     };
     let (mut row, mut column) = (0, 0);
-    let mut content = Vec::with_capacity(dense.parts.len());
-    for part in dense.parts {
-        let memory = || Error::NotEnoughMemory {
-            path: path.into(),
-            needed: Entries::bytes_of(part.values.len()),
-            allowed: None,
-        };
-        let mut entries = Entries::with_capacity(part.values.len()).ok_or_else(memory)?;
-        let mut values = part.values.iter();
+    let mut starts = Vec::with_capacity(dense.parts.len());
+    for part in &dense.parts {
+        starts.push((row, column));
         for (line, count) in part.line_counts.iter().enumerate() {
-            let after = column + usize::from(*count);
-            if after > length(row) {
+            column += usize::from(*count);
+            if column > length(row) {
                 return Err(Error::Line {
                     path: path.into(),
                     line: part.first_line + line as u64,
@@ -143,22 +138,43 @@ fn placed(
                     ),
                 });
             }
-            for value in values.by_ref().take(usize::from(*count)) {
-                if *value != 0.0 {
-                    entries.push(Triplet {
-                        row: row as u32,
-                        column: column as u32,
-                        value: *value,
-                    });
-                }
-                column += 1;
-            }
             if column == length(row) {
                 (row, column) = (row + 1, 0);
             }
         }
-        entries.give_back_room();
-        content.push(entries);
     }
-    Ok(content)
+    let placed = |(part, start): (Part, _)| {
+        let count = part.values.len();
+        entries(part.values, start, length).ok_or_else(|| Error::NotEnoughMemory {
+            path: path.into(),
+            needed: Entries::bytes_of(count),
+            allowed: None,
+        })
+    };
+    let parts = dense.parts.into_par_iter().zip(starts);
+    parts.map(placed).collect()
+}
+
+/// Numbers of rows of some lengths, from a place on; `None` without memory.
+fn entries(
+    values: Vec<f64>,
+    (mut row, mut column): (usize, usize),
+    length: impl Fn(usize) -> usize,
+) -> Option<Entries> {
+    let mut entries = Entries::with_capacity(values.len())?;
+    for value in values {
+        if value != 0.0 {
+            entries.push(Triplet {
+                row: row as u32,
+                column: column as u32,
+                value,
+            });
+        }
+        column += 1;
+        if column == length(row) {
+            (row, column) = (row + 1, 0);
+        }
+    }
+    entries.give_back_room();
+    Some(entries)
 }

@@ -1,15 +1,12 @@
 //! A block of lines of bulk data.
 
-use dcb_formats::matrix::blocks::{Entries, shown};
+use dcb_formats::matrix::blocks::{Entries, likely_line_count, shown};
 
 use super::LabelledEntries;
 use super::card_line::{CardLine, bare, is_continuation, is_dmig};
 use super::field::{FieldDigits, real, row};
 use super::header::{Dmig, name_of};
 use crate::text::cursor::{Cursor, Stopped};
-
-/// Bytes of text that an entry takes at least: `,1,,1.`, and a line end.
-const SHORTEST_ENTRY: usize = 16;
 
 /// What a block has, matrix by matrix.
 #[derive(Debug, Default)]
@@ -40,6 +37,7 @@ struct Reader<'a, W> {
     block: &'a mut Block,
     is_wanted: &'a W,
     card: Card,
+    /// Entries that the block may have.
     room: usize,
     /// The name of the last column as it is written, and its matrix, if that is wanted.
     last: Vec<u8>,
@@ -57,7 +55,7 @@ pub(super) fn read(
         block,
         is_wanted,
         card: Card::Other,
-        room: cursor.text().len(),
+        room: likely_entry_count(cursor.text()),
         last: Vec::new(),
         last_matrix: None,
     };
@@ -98,9 +96,16 @@ pub(super) fn read(
         }
     }
     for found in &mut reader.block.matrices {
-        found.entries.finish();
+        found.entries.give_back_room();
     }
     Ok(())
+}
+
+/// Entries of a text that goes on as it begins: one a line where fields are large, two where they are small.
+fn likely_entry_count(text: &[u8]) -> usize {
+    const LOOKED_AT: usize = 4096;
+    let is_large = text[..text.len().min(LOOKED_AT)].contains(&b'*');
+    likely_line_count(text) * if is_large { 1 } else { 2 }
 }
 
 impl<W: Fn(&str) -> bool> Reader<'_, W> {
@@ -139,7 +144,7 @@ impl<W: Fn(&str) -> bool> Reader<'_, W> {
         }
         // Room for all that the block can hold of the first matrix; others are rare.
         let room = match matrices.is_empty() {
-            true => self.room / SHORTEST_ENTRY / 4,
+            true => self.room,
             false => 0,
         };
         let entries = LabelledEntries::with_capacity(room).ok_or(Stopped::NoMemory {

@@ -2,6 +2,8 @@
 
 use std::borrow::Cow;
 
+use memchr::{memchr, memchr2};
+
 /// Columns of the head, of a small field, and of a tabulator.
 const COLUMN: usize = 8;
 /// Columns of a line that hold fields.
@@ -24,11 +26,13 @@ pub(super) fn bare(line: &[u8]) -> Option<Cow<'_, [u8]>> {
     if line.first() == Some(&b'$') {
         return None;
     }
-    let line = match line.contains(&b'$') {
-        true => line.split(|&byte| byte == b'$').next().unwrap_or_default(),
-        false => line,
+    // Hardly any line has one of them.
+    let Some(first) = memchr2(b'$', b'\t', line) else {
+        let line = line.trim_ascii_end();
+        return (!line.is_empty()).then_some(Cow::Borrowed(line));
     };
-    let line = line.trim_ascii_end();
+    let end = memchr(b'$', &line[first..]).map_or(line.len(), |at| first + at);
+    let line = line[..end].trim_ascii_end();
     match line.contains(&b'\t') {
         _ if line.is_empty() => None,
         false => Some(Cow::Borrowed(line)),
@@ -59,7 +63,10 @@ pub(super) fn is_continuation(line: &[u8]) -> bool {
 pub(super) fn is_dmig(line: &[u8]) -> bool {
     line.get(..4)
         .is_some_and(|name| name.eq_ignore_ascii_case(b"DMIG"))
-        && matches!(line.get(4), None | Some(b' ' | b'*' | b',' | b'\t'))
+        && matches!(
+            line.get(4),
+            None | Some(b' ' | b'*' | b',' | b'\t' | b'\r' | b'\n')
+        )
 }
 
 impl<'a> CardLine<'a> {
@@ -69,7 +76,7 @@ impl<'a> CardLine<'a> {
     /// More fields between commas than a line has.
     #[inline]
     pub(super) fn of(line: &'a [u8]) -> Result<Self, String> {
-        if line.contains(&b',') {
+        if memchr(b',', line).is_some() {
             return Self::free(line);
         }
         let head = &line[..line.len().min(COLUMN)];

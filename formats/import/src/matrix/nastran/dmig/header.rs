@@ -4,6 +4,7 @@ use std::borrow::Cow;
 use std::sync::Arc;
 
 use dcb_formats::matrix::blocks::shown;
+use memchr::memchr2_iter;
 
 use super::card_line::{CardLine, bare, is_continuation, is_dmig};
 use super::field::integer;
@@ -108,23 +109,34 @@ pub(super) struct Context {
 impl Context {
     /// Takes a block in.
     pub(super) fn look(&mut self, block: &[u8]) {
-        let mut cursor = Cursor::new(block);
-        let mut card = None;
-        let mut is_header = self.is_header();
-        while let Some(line) = cursor.take_line() {
-            if is_continuation(line) || line.first() == Some(&b'$') {
-                if is_header && !line.is_empty() {
-                    is_header = line.first() == Some(&b'$');
-                    self.look_at_second_line(line);
-                }
-                continue;
-            }
-            card = Some(line);
-            is_header = is_dmig(line) && self.look_at_dmig(line);
+        if self.is_header() {
+            self.look_behind_header(block);
         }
-        if let Some(card) = card {
+        for start in dmig_starts(block) {
+            let mut cursor = Cursor::new(&block[start..]);
+            let line = cursor.take_line().unwrap_or_default();
+            if self.look_at_dmig(line) {
+                self.look_behind_header(cursor.rest());
+            }
+        }
+        let mut lines = block.rsplit(|&byte| byte == b'\n');
+        if let Some(card) = lines
+            .find(|line| !is_continuation(line.trim_ascii_end()) && line.first() != Some(&b'$'))
+        {
             self.card.clear();
-            self.card.extend_from_slice(card);
+            self.card.extend_from_slice(card.trim_ascii_end());
+        }
+    }
+
+    /// Large fields of a header go on in a further line, if there is one.
+    fn look_behind_header(&mut self, text: &[u8]) {
+        let mut cursor = Cursor::new(text);
+        while let Some(line) = cursor.take_line() {
+            match line.first() {
+                None | Some(b'$') => {}
+                _ if is_continuation(line) => return self.look_at_second_line(line),
+                _ => return,
+            }
         }
     }
 
@@ -149,7 +161,7 @@ impl Context {
         true
     }
 
-    /// Large fields go on in a second line, which tells whether numbers are polar.
+    /// The second line tells whether numbers are polar.
     fn look_at_second_line(&mut self, line: &[u8]) {
         let Some(line) = bare(line) else { return };
         if let Ok(card) = CardLine::of(&line)
@@ -158,4 +170,13 @@ impl Context {
             header.is_polar |= is_polar(card.group(0));
         }
     }
+}
+
+/// Where lines that begin with DMIG start. Hardly anything else has an M.
+fn dmig_starts(block: &[u8]) -> impl Iterator<Item = usize> {
+    let starts = memchr2_iter(b'M', b'm', block).filter_map(|at| at.checked_sub(1));
+    starts.filter(|&start| {
+        let is_line = start == 0 || block[start - 1] == b'\n';
+        is_line && is_dmig(&block[start..])
+    })
 }

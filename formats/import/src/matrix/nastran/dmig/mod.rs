@@ -16,7 +16,7 @@ use std::path::Path;
 use dcb_formats::Error;
 use dcb_formats::matrix::blocks::TextBlocks;
 
-use crate::matrix::labelled::{LabelledEntries, sorted};
+use crate::matrix::labelled::LabelledEntries;
 use crate::matrix::wanted::Wanted;
 use crate::stored::row_key::RowKey;
 use crate::stored::{Content, Listed, Reading, Rows, StoredMatrix};
@@ -25,7 +25,6 @@ use crate::text::line_blocks::{
     LineBlock, filled_lines, look_at_text, read_line_blocks_in_context, read_text, refuse_open_end,
 };
 use block::{Block, Found};
-use field::FieldDigits;
 use header::{Context, Header};
 
 /// Whether some line at the beginning of a file begins with DMIG.
@@ -67,14 +66,19 @@ pub fn read(path: &Path, wanted: &[usize]) -> Result<Reading, Error> {
     let wanted = Wanted::new(wanted);
     let (matrices, sha256) = read_text(path, |text| {
         let mut context = Context::default();
-        let blocks = read_blocks(path, text, &mut context, &wanted)?;
+        let mut matrices: Vec<Found> = Vec::new();
+        let blocks = read_blocks(path, text, &mut context, &wanted, &mut matrices)?;
         refuse_open_end(path, &blocks)?;
         let headers = context.headers;
         refuse_strays(path, &blocks, &headers)?;
-        let mut blocks: Vec<Block> = blocks.into_iter().map(|block| block.content).collect();
         let numbers = 0..headers.len();
         let asked = numbers.filter(|&number| wanted.has(number));
-        let read = asked.map(|number| Ok((number, matrix(path, &headers[number], &mut blocks)?)));
+        let read = asked.map(|number| {
+            let header = &headers[number];
+            let place = matrices.iter().position(|found| found.name == header.name);
+            let found = place.map(|place| matrices.swap_remove(place));
+            Ok((number, matrix(path, header, found)?))
+        });
         read.collect::<Result<Vec<_>, Error>>()
     })?;
     wanted.reading(path, matrices, sha256)
@@ -85,6 +89,7 @@ fn read_blocks(
     text: &mut TextBlocks,
     context: &mut Context,
     wanted: &Wanted<'_>,
+    matrices: &mut Vec<Found>,
 ) -> Result<Vec<LineBlock<Block>>, Error> {
     let look = |block: &[u8]| {
         let card = context.card.clone();
@@ -108,7 +113,29 @@ fn read_blocks(
         };
         block::read(cursor, &context.card, &is_wanted, block)
     };
-    read_line_blocks_in_context(path, text, 0, look, work)
+    let take = |block: &mut LineBlock<Block>| {
+        for found in &mut block.content.matrices {
+            let entries = std::mem::take(&mut found.entries);
+            match matrices.iter_mut().find(|known| known.name == found.name) {
+                Some(known) => {
+                    known.digits.join(&found.digits);
+                    let appended = known.entries.append(entries);
+                    appended.map_err(|message| Error::File {
+                        path: path.into(),
+                        message: format!("the matrix {}: {message}", found.name),
+                    })?;
+                }
+                None => matrices.push(Found {
+                    name: found.name.clone(),
+                    line: found.line,
+                    entries,
+                    digits: found.digits.clone(),
+                }),
+            }
+        }
+        Ok(())
+    };
+    read_line_blocks_in_context(path, text, 0, look, work, take)
 }
 
 /// Refuses a matrix that has two headers, and one that has none.
@@ -145,8 +172,8 @@ fn refuse_strays(
     Ok(())
 }
 
-/// Takes a matrix out of its blocks.
-fn matrix(path: &Path, header: &Header, blocks: &mut [Block]) -> Result<StoredMatrix, Error> {
+/// The matrix that was found behind a header, if one was.
+fn matrix(path: &Path, header: &Header, found: Option<Found>) -> Result<StoredMatrix, Error> {
     let refused = |message: String| Error::File {
         path: path.into(),
         message: format!("the matrix {}: {message}", header.name),
@@ -156,23 +183,18 @@ fn matrix(path: &Path, header: &Header, blocks: &mut [Block]) -> Result<StoredMa
             "is {obstacle}; stiffness and mass are real and square"
         )));
     }
-    let mut digits = FieldDigits::default();
-    let mut parts = Vec::new();
-    for block in blocks {
-        let own = block.matrices.iter_mut();
-        for found in own.filter(|found| found.name == header.name) {
-            digits.join(&found.digits);
-            parts.push(std::mem::take(&mut found.entries));
-        }
-    }
-    let (keys, entries) = sorted(parts).map_err(refused)?;
+    let (entries, digits) = match found {
+        Some(found) => (found.entries, found.digits.count()),
+        None => (LabelledEntries::default(), None),
+    };
+    let (keys, entries) = entries.sorted().map_err(refused)?;
     Ok(StoredMatrix {
         name: header.name.clone(),
         size: keys.len(),
         triangles: header.triangles(),
-        content: Content::Entries(entries),
+        content: Content::Entries(vec![entries]),
         rows: Rows::Labelled(keys.into_iter().map(RowKey::label).collect()),
-        digits: digits.count(),
+        digits,
         notes: Vec::new(),
     })
 }

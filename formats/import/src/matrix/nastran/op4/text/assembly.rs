@@ -1,6 +1,6 @@
 //! A matrix of an ASCII file while its blocks are looked through in file order: lengths are compared with what follows them.
 
-use dcb_formats::matrix::blocks::{Entries, Triplet};
+use dcb_formats::matrix::blocks::{Entries, Gathered, Triplet};
 
 use super::block::{Known, What};
 use crate::matrix::nastran::op4::{Header, Places};
@@ -12,7 +12,7 @@ pub(super) struct Matrix {
     header: Header,
     digits: u32,
     places: Places,
-    pub(super) entries: Vec<Entries>,
+    entries: Gathered,
     state: State,
     /// Words of a number, once a string has shown them.
     words_each: Option<u64>,
@@ -51,7 +51,7 @@ impl Matrix {
             digits: known.header.format.digits,
             places: Places::new(&header),
             header,
-            entries: Vec::new(),
+            entries: Gathered::default(),
             state: State::Between,
             words_each: None,
         })
@@ -233,8 +233,13 @@ impl Matrix {
         Ok(())
     }
 
-    /// The whole matrix.
-    pub(super) fn finish(self) -> Result<(usize, StoredMatrix), String> {
+    /// Entries of the next block.
+    pub(super) fn add(&mut self, entries: Entries) {
+        self.entries.push(entries);
+    }
+
+    /// Compares what came with the header, behind which nothing may be missing.
+    pub(super) fn check_end(&self) -> Result<(), String> {
         if !matches!(self.state, State::Ended) {
             return Err(format!(
                 "the matrix `{}` has no end: no column {} behind its last one",
@@ -242,11 +247,16 @@ impl Matrix {
                 self.header.columns + 1
             ));
         }
+        self.header.size().map(|_| ())
+    }
+
+    /// The whole matrix, with its number.
+    pub(super) fn stored(self) -> Result<(usize, StoredMatrix), String> {
         let matrix = StoredMatrix {
             size: self.header.size()? as usize,
             name: self.header.name,
             triangles: Triangles::Both,
-            content: Content::Entries(self.entries),
+            content: Content::Entries(self.entries.into_blocks()),
             rows: Rows::Unlabelled,
             digits: Some(self.digits),
             notes: Vec::new(),

@@ -3,6 +3,7 @@
 use std::sync::Arc;
 
 use dcb_formats::matrix::blocks::{Entries, NotANumber, Triplet, shown};
+use memchr::memchr;
 
 use super::format::{Format, TextHeader, signed};
 use crate::matrix::nastran::op4::{Header, Run};
@@ -228,7 +229,7 @@ fn likely_count(text: &[u8]) -> usize {
 fn is_numbers(line: &[u8], format: Format) -> bool {
     line.get(format.point) == Some(&b'.') || {
         let field = &line[..format.width.min(line.len())];
-        field.contains(&b'.') && !line.contains(&b',')
+        memchr(b'.', field).is_some() && memchr(b',', line).is_none()
     }
 }
 
@@ -292,12 +293,13 @@ impl Reader<'_> {
 
     /// The line that begins a column or string.
     fn head(&mut self, line: &[u8], at: u32) -> Result<(), String> {
-        let Some(header) = self.matrix.clone() else {
+        let Some(header) = &self.matrix else {
             return Ok(());
         };
         let header = &header.matrix;
+        let (is_bigmat, columns) = (header.is_bigmat, header.columns);
         let text = line.trim_ascii_end();
-        let is_packed = !header.is_bigmat && !text.trim_ascii_start().contains(&b' ');
+        let is_packed = !is_bigmat && !text.trim_ascii_start().contains(&b' ');
         let unreadable = || format!("`{}`; {EXPECTED}", shown(line));
         let what = if is_packed {
             let run = signed(text).and_then(Run::packed);
@@ -325,7 +327,7 @@ impl Reader<'_> {
             self.column = Some(column);
         }
         let column = match self.column {
-            Some(column) if u64::from(column) > header.columns => None,
+            Some(column) if u64::from(column) > columns => None,
             // Until the first column shows, any will do.
             column => column.unwrap_or(1).checked_sub(1),
         };

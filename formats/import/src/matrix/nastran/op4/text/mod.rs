@@ -17,7 +17,7 @@ use dcb_formats::Error;
 use dcb_formats::matrix::blocks::TextBlocks;
 
 use crate::matrix::wanted::Wanted;
-use crate::stored::{Content, Listed, Reading, StoredMatrix};
+use crate::stored::{Listed, Reading, StoredMatrix};
 use crate::text::cursor::Cursor;
 use crate::text::line_blocks::{LineBlock, look_at_text, read_line_blocks_in_context, read_text};
 use assembly::Matrix;
@@ -62,17 +62,13 @@ pub fn list(path: &Path) -> Result<Vec<Listed>, Error> {
 pub fn read(path: &Path, wanted: &[usize]) -> Result<Reading, Error> {
     let wanted = Wanted::new(wanted);
     let (matrices, sha256) = read_text(path, |text| {
-        let blocks = read_blocks(path, text, &wanted)?;
         let mut matrices = Matrices {
             path,
             current: None,
-            found: Vec::new(),
+            ended: Vec::new(),
         };
-        for block in blocks {
-            matrices.take(block)?;
-        }
-        let found = matrices.finish()?;
-        Ok(found)
+        read_blocks(path, text, &wanted, &mut matrices)?;
+        matrices.finish()
     })?;
     wanted.reading(path, matrices, sha256)
 }
@@ -89,7 +85,8 @@ fn read_blocks(
     path: &Path,
     text: &mut TextBlocks,
     wanted: &Wanted<'_>,
-) -> Result<Vec<LineBlock<Block>>, Error> {
+    matrices: &mut Matrices<'_>,
+) -> Result<(), Error> {
     let mut context = Context::default();
     let look = |block: &[u8]| {
         let before = context.clone();
@@ -100,14 +97,16 @@ fn read_blocks(
     let work = |cursor: &mut Cursor<'_>, context: Context, block: &mut Block| {
         block::read(cursor, context, &is_wanted, block)
     };
-    read_line_blocks_in_context(path, text, 0, look, work)
+    let take = |block: &mut LineBlock<Block>| matrices.take(std::mem::take(block));
+    read_line_blocks_in_context(path, text, 0, look, work, take).map(|_| ())
 }
 
 /// Matrices on their way, while their blocks are looked through in file order.
 struct Matrices<'a> {
     path: &'a Path,
     current: Option<Matrix>,
-    found: Vec<(usize, StoredMatrix)>,
+    /// Those that are whole.
+    ended: Vec<Matrix>,
 }
 
 impl Matrices<'_> {
@@ -124,7 +123,8 @@ impl Matrices<'_> {
             let what = content.what(head);
             if let What::Matrix(place) = what {
                 if let Some(matrix) = self.current.take() {
-                    self.found.push(matrix.finish().map_err(at_line)?);
+                    matrix.check_end().map_err(at_line)?;
+                    self.ended.push(matrix);
                 }
                 let known: &Known = &content.headers[place as usize];
                 self.current = match known.is_wanted {
@@ -142,32 +142,26 @@ impl Matrices<'_> {
             taken.map_err(|message| refused(line, message))?;
         }
         for (number, entries) in block.content.parts {
-            if let Some(matrix) = &mut self.current
-                && matrix.number == number
-            {
-                matrix.entries.push(entries);
-            } else if let Some((
-                _,
-                StoredMatrix {
-                    content: Content::Entries(blocks),
-                    ..
-                },
-            )) = self.found.iter_mut().find(|(other, _)| *other == number)
-            {
-                blocks.push(entries);
+            let mut matrices = self.current.iter_mut().chain(&mut self.ended);
+            if let Some(matrix) = matrices.find(|matrix| matrix.number == number) {
+                matrix.add(entries);
             }
         }
         Ok(())
     }
 
-    fn finish(mut self) -> Result<Vec<(usize, StoredMatrix)>, Error> {
-        if let Some(matrix) = self.current.take() {
-            let finished = matrix.finish();
-            self.found.push(finished.map_err(|message| Error::File {
-                path: self.path.into(),
-                message: format!("{message}; the file is cut off"),
-            })?);
+    fn finish(self) -> Result<Vec<(usize, StoredMatrix)>, Error> {
+        let refused = |message: String| Error::File {
+            path: self.path.into(),
+            message,
+        };
+        if let Some(matrix) = &self.current {
+            let ends = matrix.check_end();
+            ends.map_err(|message| refused(format!("{message}; the file is cut off")))?;
         }
-        Ok(self.found)
+        let matrices = self.ended.into_iter().chain(self.current);
+        matrices
+            .map(|matrix| matrix.stored().map_err(refused))
+            .collect()
     }
 }
