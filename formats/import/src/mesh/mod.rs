@@ -24,7 +24,7 @@ use dcb_formats::snapshot::Snapshot;
 
 use crate::binary::file::is_gzipped;
 use crate::stored::RowLabel;
-use crate::text::line_blocks::BYTE_ORDER_MARK;
+use crate::text::line_blocks::{BYTE_ORDER_MARK, is_utf16};
 
 /// A mesh as a file lists it: nodes in file order. Nodes are named by their place in `points`.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -212,6 +212,9 @@ fn unknown(start: &[u8]) -> String {
         .map(MeshFormat::to_string)
         .collect();
     let ends = |end: u8| start.contains(&end);
+    if is_utf16(start) {
+        return "is UTF-16 text; save it as UTF-8 or ASCII".into();
+    }
     let what = if start.is_empty() {
         "is empty"
     } else if ends(b'\r') && !ends(b'\n') {

@@ -1,11 +1,15 @@
 //! Lists of nodes: a line `label x y z` for each, with blanks, tabs, semicolons or commas between, as programs and spreadsheets save them.
 //!
+//! Ansys' `NLIST` may have three angles behind the place, in degrees: the node's own axes, turned about z, then about the new x, then about the
+//! new y (THXY, THYZ, THZX). Its pages repeat the head.
+//!
 //! Decimal commas are read where fields are separated by something else; a head of words in any language is skipped. There are no cells and
 //! no sets.
 
 use std::path::Path;
 
 use dcb_formats::Error;
+use nalgebra::{Rotation3, Vector3};
 use rustc_hash::FxHashMap;
 
 use super::FoundMesh;
@@ -35,8 +39,13 @@ pub(super) fn recognises(start: &[u8]) -> bool {
     nodes > 0
 }
 
-/// A label and a place.
-type Node = (u64, [f64; 3]);
+/// A line of the list.
+struct Node {
+    label: u64,
+    place: [f64; 3],
+    /// About z, x and y, in degrees.
+    angles: [f64; 3],
+}
 
 /// The node of a line; `None` for a line of words, or what is wrong with its numbers.
 fn node(line: &[u8]) -> Result<Option<Node>, String> {
@@ -55,8 +64,12 @@ fn node(line: &[u8]) -> Result<Option<Node>, String> {
             .map(|field| field.strip_suffix(b",").unwrap_or(field))
             .collect::<Vec<_>>(),
     };
-    let [label, x, y, z] = fields[..] else {
-        return Ok(None);
+    let (label, places, turns) = match fields[..] {
+        [label, x, y, z] => (label, [x, y, z], None),
+        [label, x, y, z, about_z, about_x, about_y] => {
+            (label, [x, y, z], Some([about_z, about_x, about_y]))
+        }
+        _ => return Ok(None),
     };
     if label.is_empty() || !label.iter().all(u8::is_ascii_digit) {
         return Ok(None);
@@ -66,23 +79,41 @@ fn node(line: &[u8]) -> Result<Option<Node>, String> {
         .ok()
         .and_then(|label| label.parse().ok());
     let label = label.ok_or_else(|| "the label has too many digits".to_owned())?;
-    let mut place = [0.0; 3];
-    for (coordinate, field) in place.iter_mut().zip([x, y, z]) {
+    let (mut place, mut angles) = ([0.0; 3], [0.0; 3]);
+    let turns = turns.iter().flatten();
+    let numbers = place.iter_mut().chain(&mut angles);
+    for (number, field) in numbers.zip(places.iter().chain(turns)) {
         if field.contains(&b',') && field.contains(&b'.') {
             return Err(format!(
                 "`{}` has both a comma and a point; expected one of them as decimal mark and no marks of thousands",
                 text(field)
             ));
         }
-        *coordinate = whole_real(field)
+        *number = whole_real(field)
             .map_err(|_| format!("`{}`; expected a finite coordinate", text(field)))?;
     }
-    Ok(Some((label, place)))
+    Ok(Some(Node {
+        label,
+        place,
+        angles,
+    }))
+}
+
+/// The axes of a node that is turned by angles in degrees, in the axes of the places, one a row: Rz Rx Ry has them in its columns.
+fn own_axes([about_z, about_x, about_y]: [f64; 3]) -> [[f64; 3]; 3] {
+    let turn = |axis, degrees: f64| Rotation3::from_axis_angle(&axis, degrees.to_radians());
+    let turned = turn(Vector3::z_axis(), about_z)
+        * turn(Vector3::x_axis(), about_x)
+        * turn(Vector3::y_axis(), about_y);
+    let column = |axis: usize| turned.matrix().column(axis).into_owned();
+    [0, 1, 2].map(|axis| column(axis).into())
 }
 
 pub(super) fn read(path: &Path) -> Result<(FoundMesh, String), Error> {
     let mut lines = Lines::open(path)?;
     let (mut points, mut labels) = (Vec::new(), Vec::new());
+    let mut displacement_axes = Vec::new();
+    let mut head: Vec<Vec<u8>> = Vec::new();
     let mut first: FxHashMap<u32, u64> = FxHashMap::default();
     let mut has_comma = false;
     while let Some(line) = lines.next_line()? {
@@ -92,12 +123,22 @@ pub(super) fn read(path: &Path) -> Result<(FoundMesh, String), Error> {
         }
         let is_decimal = line.contains(&b',');
         let read = node(line);
+        let is_known = head.iter().any(|known| known == line);
+        let words = matches!(read, Ok(None)).then(|| line.to_vec());
         if matches!(read, Ok(Some(_))) {
             lines.refuse_open_end()?;
         }
-        let (label, place) = match read {
+        let Node {
+            label,
+            place,
+            angles,
+        } = match read {
             Ok(Some(node)) => node,
-            Ok(None) if points.is_empty() && lines.number() <= LONGEST_HEAD as u64 => continue,
+            Ok(None) if is_known => continue,
+            Ok(None) if points.is_empty() && head.len() < LONGEST_HEAD => {
+                head.extend(words);
+                continue;
+            }
             Ok(None) => {
                 return Err(lines.refused("expected `label x y z`, the label and place of a node"));
             }
@@ -115,6 +156,9 @@ pub(super) fn read(path: &Path) -> Result<(FoundMesh, String), Error> {
         if let Some(before) = first.insert(label, lines.number()) {
             return Err(lines.refused(format!("node {label} is in line {before} already")));
         }
+        if angles != [0.0; 3] {
+            displacement_axes.push((points.len() as u32, own_axes(angles)));
+        }
         points.push(place);
         labels.push(label);
     }
@@ -127,6 +171,7 @@ pub(super) fn read(path: &Path) -> Result<(FoundMesh, String), Error> {
     let found = FoundMesh {
         points,
         labels: Some(labels),
+        displacement_axes,
         notes,
         ..FoundMesh::default()
     };

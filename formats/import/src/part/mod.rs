@@ -141,7 +141,10 @@ impl Part {
         notes.extend(owners.notes);
         Ok(Self {
             mesh: mesh.found,
-            mesh_format: mesh.format,
+            mesh_format: match &request.mesh {
+                Some(path) => format!("{}, {}", file_name(path), mesh.format),
+                None => mesh.format,
+            },
             description: mesh.description,
             rows: owners.rows,
             stiffness,

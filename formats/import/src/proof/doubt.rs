@@ -31,7 +31,9 @@ impl Doubt<'_> {
         );
         let reason = self
             .few_digits()
+            .or_else(|| self.exchanged())
             .or_else(|| self.other_order())
+            .or_else(|| self.direction_after_direction())
             .or_else(|| self.unknown_labels())
             .or_else(|| self.nodes_without_rows())
             .unwrap_or_else(|| self.in_general());
@@ -44,6 +46,27 @@ impl Doubt<'_> {
         (self.resistance.worst() <= of_digits).then(|| {
             format!(
                 "the numbers have {digits} significant digits, which explains up to {of_digits:.0e}; export more digits, or a binary file"
+            )
+        })
+    }
+
+    /// The mass resists no rigid motion.
+    fn exchanged(&self) -> Option<String> {
+        let part = self.part;
+        let other = resistance(&part.mass, &row_places(&part.mesh, &part.rows)).worst();
+        (other <= TOLERATED).then(|| {
+            format!(
+                "the second matrix meets no resistance, K R = {other:.1e}: it is the stiffness, which comes first; exchange the two"
+            )
+        })
+    }
+
+    /// All rows of one direction, then those of the next.
+    fn direction_after_direction(&self) -> Option<String> {
+        let other = self.part.by_direction()?.1.worst();
+        (other <= TOLERATED).then(|| {
+            format!(
+                "the rows go direction after direction (all ux, then all uy, ...), with K R = {other:.1e}; add --repair-order, or give the node and direction of each row with --dofs FILE"
             )
         })
     }

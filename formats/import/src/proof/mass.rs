@@ -1,6 +1,11 @@
 //! What shows that matrices can't be a stiffness and a mass of this part, though rigid motions meet no resistance.
 
+use std::collections::HashMap;
+
+use dcb_formats::mesh::MatrixRow;
 use dcb_formats::{Error, SparseMatrix};
+use rayon::prelude::*;
+use rustc_hash::FxBuildHasher;
 
 use crate::operators::of_file;
 use crate::part::Part;
@@ -52,6 +57,12 @@ impl Part {
                 "{what}; is the file cut off, or are its rows in another order than the stiffness's?"
             ));
         }
+        let (strange, all) = couplings_beside(&self.mass, &self.stiffness, &self.rows);
+        if 2 * strange > all {
+            self.warnings.push(format!(
+                "{strange} of {all} pairs of nodes that the mass couples are not coupled by the stiffness; are the rows of both in the same order?"
+            ));
+        }
         if let Some(digits) = self.mass_digits.filter(|digits| *digits < FEW_DIGITS) {
             self.warnings.push(format!(
                 "the mass is printed with {digits} digits, and the results are no better; export more digits, or a binary file"
@@ -59,6 +70,47 @@ impl Part {
         }
         Ok(())
     }
+}
+
+/// Pairs of different nodes that a mass couples: those that the stiffness doesn't, and all. What elements couple, they couple in both.
+fn couplings_beside(
+    mass: &SparseMatrix,
+    stiffness: &SparseMatrix,
+    rows: &[MatrixRow],
+) -> (usize, usize) {
+    let mut rows_of: HashMap<u32, Vec<usize>, FxBuildHasher> = HashMap::default();
+    let node = |row: usize| rows[row].dof().map(|dof| dof.node);
+    for row in 0..rows.len() {
+        if let Some(node) = node(row) {
+            rows_of.entry(node).or_default().push(row);
+        }
+    }
+    let partners = |matrix: &SparseMatrix, own: u32, rows: &[usize]| {
+        let mut partners: Vec<u32> = rows
+            .iter()
+            .flat_map(|row| {
+                let entries = matrix.row_idx_of_col_raw(*row).iter();
+                entries.zip(matrix.val_of_col(*row))
+            })
+            .filter(|(_, value)| **value != 0.0)
+            .filter_map(|(row, _)| node(*row as usize))
+            .filter(|other| *other > own)
+            .collect();
+        partners.sort_unstable();
+        partners.dedup();
+        partners
+    };
+    let of_node = |(own, rows): (&u32, &Vec<usize>)| {
+        let of_stiffness = partners(stiffness, *own, rows);
+        let of_mass = partners(mass, *own, rows);
+        let strange = of_mass.iter();
+        let strange = strange.filter(|other| of_stiffness.binary_search(other).is_err());
+        (strange.count(), of_mass.len())
+    };
+    rows_of
+        .par_iter()
+        .map(of_node)
+        .reduce(|| (0, 0), |a, b| (a.0 + b.0, a.1 + b.1))
 }
 
 fn diagonal(matrix: &SparseMatrix, row: usize) -> f64 {

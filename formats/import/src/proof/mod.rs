@@ -7,7 +7,7 @@ mod rotation_node;
 use std::path::Path;
 
 use dcb_formats::Error;
-use dcb_formats::mesh::{Direction, MatrixRow};
+use dcb_formats::mesh::{Direction, Dof, MatrixRow};
 
 use crate::interfaces::counted;
 use crate::operators::of_file;
@@ -77,6 +77,18 @@ impl Part {
 
     /// The order of the nodes that follows from K.
     fn repaired(&mut self, request: &Import, before: Resistance) -> Result<Resistance, Error> {
+        if let Some((rows, found)) = self.by_direction()
+            && found.worst() <= TOLERATED
+        {
+            self.rows = rows;
+            self.order = "direction after direction".into();
+            self.warnings.push(format!(
+                "the rows go direction after direction, all ux first (--repair-order): K R was {:.1e} and is {:.1e}",
+                before.worst(),
+                found.worst()
+            ));
+            return Ok(found);
+        }
         let pattern = self.pattern().ok_or_else(|| {
             let message = "the order of the rows can be found only where every node has the same directions, in rows that follow each other";
             of_file(&request.stiffness.path, message.into())
@@ -107,6 +119,23 @@ impl Part {
             );
         }
         Ok(found)
+    }
+
+    /// Rows that go direction after direction, in the order of the nodes, and how K resists rigid motions then; `None` where labels say which row
+    /// is which, or nodes have one direction.
+    fn by_direction(&self) -> Option<(Vec<MatrixRow>, Resistance)> {
+        let pattern = self
+            .pattern()
+            .filter(|pattern| self.is_positional && pattern.len() > 1)?;
+        let first = self.rows.chunks_exact(pattern.len());
+        let nodes: Vec<u32> = first.filter_map(|rows| Some(rows[0].dof()?.node)).collect();
+        let of_direction = |direction| {
+            let owner = move |&node| MatrixRow::Nodal(Dof { node, direction });
+            nodes.iter().map(owner)
+        };
+        let rows: Vec<MatrixRow> = pattern.iter().copied().flat_map(of_direction).collect();
+        let found = resistance(&self.stiffness, &row_places(&self.mesh, &rows));
+        Some((rows, found))
     }
 
     /// Directions of every node, if rows go node after node with the same ones.

@@ -119,7 +119,7 @@ fn unclear(file: &MatrixFile) -> Error {
     let message = match (listed.is_empty(), usable(listed).is_empty()) {
         (true, _) => "has no matrix in it".to_owned(),
         (_, true) => format!(
-            "has no square real matrix in it, only {}; a stiffness is square and real",
+            "has no square real matrix in it, only {}; stiffness and mass are square and real",
             list(listed)
         ),
         _ => format!(

@@ -4,6 +4,8 @@
 
 use std::path::Path;
 
+use crate::text::line_blocks::is_utf16;
+
 /// Endings in lower case, what such a file is, and what helps.
 const CLOSED: [(&str, &str, &str); 11] = [
     (
@@ -78,7 +80,7 @@ pub(crate) fn explanation(path: &Path, start: &[u8]) -> Option<String> {
     if let Some((_, packed)) = PACKED.iter().find(|(magic, _)| start.starts_with(magic)) {
         return Some(format!("is {packed}"));
     }
-    if start.starts_with(b"\xff\xfe") || start.starts_with(b"\xfe\xff") {
+    if is_utf16(start) {
         return Some("is UTF-16 text; save it as UTF-8 or ASCII".into());
     }
     let ending = path.extension()?.to_str()?.to_ascii_lowercase();

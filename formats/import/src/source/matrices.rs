@@ -59,7 +59,7 @@ impl SourceMatrices {
     pub fn read(stiffness: &NamedFile, mass: Option<&NamedFile>) -> Result<Self, Error> {
         let file = MatrixFile::open(&stiffness.path)?;
         let own = chosen(&file, stiffness.name.as_deref())?;
-        let mut notes = Vec::new();
+        let mut notes: Vec<String> = file.misleading_name().into_iter().collect();
         let mass = match mass {
             Some(mass) => mass.clone(),
             None => {
@@ -110,6 +110,7 @@ impl SourceMatrices {
         }
         let (stiffness_matrix, stiffness_source) = one(&file, own, "stiffness", &stiffness.path)?;
         let mass_file = MatrixFile::open(&mass.path)?;
+        notes.extend(mass_file.misleading_name());
         let partner = match mass.name.as_deref() {
             None => only_mass(&mass_file)?,
             name => chosen(&mass_file, name)?,

@@ -18,6 +18,8 @@ use crate::text::line_blocks::BYTE_ORDER_MARK;
 struct Format {
     /// For people.
     name: &'static str,
+    /// Endings of names that promise this format, or one of several; in lower case.
+    endings: &'static [&'static str],
     recognises: fn(&[u8]) -> bool,
     list: fn(&Path) -> Result<Vec<Listed>, Error>,
     read: fn(&Path, &[usize]) -> Result<Reading, Error>,
@@ -27,72 +29,84 @@ struct Format {
 const FORMATS: [Format; 12] = [
     Format {
         name: "Matrix Market",
+        endings: &["mm", "mtx"],
         recognises: matrix_market::recognises,
         list: matrix_market::list,
         read: matrix_market::read,
     },
     Format {
         name: "NumPy",
+        endings: &["npz", "npy"],
         recognises: numpy::recognises,
         list: numpy::list,
         read: numpy::read,
     },
     Format {
         name: "MATLAB 5",
+        endings: &["mat"],
         recognises: version5::recognises,
         list: version5::list,
         read: version5::read,
     },
     Format {
         name: "MATLAB 7.3 or HDF5",
+        endings: &["mat", "h5", "hdf5"],
         recognises: version73::recognises,
         list: version73::list,
         read: version73::read,
     },
     Format {
         name: "PETSc binary",
+        endings: &["petsc"],
         recognises: petsc::recognises,
         list: petsc::list,
         read: petsc::read,
     },
     Format {
         name: "Nastran OUTPUT4, binary",
+        endings: &["op4"],
         recognises: op4::binary::recognises,
         list: op4::binary::list,
         read: op4::binary::read,
     },
     Format {
         name: "Nastran OUTPUT4, ASCII",
+        endings: &["op4"],
         recognises: op4::text::recognises,
         list: op4::text::list,
         read: op4::text::read,
     },
     Format {
         name: "Nastran DMIG",
+        endings: &["pch", "bdf", "nas"],
         recognises: dmig::recognises,
         list: dmig::list,
         read: dmig::read,
     },
     Format {
         name: "Abaqus substructure",
+        endings: &["mtx"],
         recognises: substructure::recognises,
         list: substructure::list,
         read: substructure::read,
     },
     Format {
         name: "Abaqus MATRIX INPUT",
+        endings: &["mtx"],
         recognises: matrix_input::recognises,
         list: matrix_input::list,
         read: matrix_input::read,
     },
     Format {
         name: "Harwell-Boeing",
+        endings: &["hb", "rsa", "rua"],
         recognises: harwell_boeing::recognises,
         list: harwell_boeing::list,
         read: harwell_boeing::read,
     },
     Format {
         name: "CalculiX or Abaqus COORDINATE",
+        endings: &["sti", "mas", "mtx"],
         recognises: coordinate::recognises,
         list: coordinate::list,
         read: coordinate::read,
@@ -153,6 +167,26 @@ impl MatrixFile {
     /// Name of the format.
     pub fn format_name(&self) -> &'static str {
         self.format.name
+    }
+
+    /// A remark where the file's name promises another format.
+    pub(crate) fn misleading_name(&self) -> Option<String> {
+        let name = self.file_name();
+        let bare = name.strip_suffix(".gz").unwrap_or(&name);
+        let (_, ending) = bare.rsplit_once('.')?;
+        let ending = ending.to_ascii_lowercase();
+        let promises = |format: &&Format| format.endings.contains(&ending.as_str());
+        let promised: Vec<&str> = (FORMATS.iter().filter(promises))
+            .map(|format| format.name)
+            .collect();
+        let misleads = !promised.is_empty() && !promised.contains(&self.format.name);
+        misleads.then(|| {
+            format!(
+                "{name} is {} by its content, though its name promises {}",
+                self.format.name,
+                promised.join(" or ")
+            )
+        })
     }
 
     /// Its matrices.

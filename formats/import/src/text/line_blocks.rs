@@ -25,6 +25,11 @@ pub struct LineBlock<T> {
 /// UTF-8's, which some editors put in front.
 pub const BYTE_ORDER_MARK: &[u8] = b"\xef\xbb\xbf";
 
+/// Whether a text begins with the mark of UTF-16, which isn't read.
+pub fn is_utf16(start: &[u8]) -> bool {
+    start.starts_with(b"\xff\xfe") || start.starts_with(b"\xfe\xff")
+}
+
 /// Reads a text file, plain or gzipped, and tells the SHA-256 of its bytes. A bad line that comes of a file that is damaged or was changed
 /// meanwhile is told as that.
 ///

@@ -35,6 +35,7 @@ fn dense_matrices_have_the_entries_that_are_not_zero() {
     let found = MATLAB.all("matlab/bracket_v5_dense_single.mat");
     let right = without_zeros(expected("bracket.mtx"));
     let stiffness = stored(&found[0]);
+    assert_eq!((found[0].digits, found[1].digits), (Some(7), None));
     let single = |bits: &u64| f64::from(f64::from_bits(*bits) as f32);
     for (place, bits) in &right {
         let found = stiffness.get(place).map(|bits| f64::from_bits(*bits));

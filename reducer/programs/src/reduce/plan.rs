@@ -23,7 +23,7 @@ use dcb_reducer::resources::memory_limit::MemoryLimit;
 /// Component to plan for.
 #[derive(Debug, Args)]
 pub struct PlanArguments {
-    /// Stiffness matrix, Matrix Market (.mtx or .mtx.gz).
+    /// Stiffness matrix: Matrix Market (.mtx, .mtx.gz) or another program's; FILE#NAME picks one of several.
     #[arg(value_name = "PART.mtx")]
     pub stiffness: PathBuf,
     #[command(flatten)]

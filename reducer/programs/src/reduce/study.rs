@@ -37,7 +37,7 @@ const SCRATCH: &str = "timing.dcb.h5";
 /// Subject of the study.
 #[derive(Debug, Args)]
 pub struct ComponentStudyArguments {
-    /// Stiffness matrix, Matrix Market (.mtx or .mtx.gz).
+    /// Stiffness matrix: Matrix Market (.mtx, .mtx.gz) or another program's; FILE#NAME picks one of several.
     #[arg(value_name = "PART.mtx")]
     pub stiffness: PathBuf,
     /// Folder of the study [default: PART.study].

@@ -168,11 +168,10 @@ fn matrix(arrays: &Arrays, found: &Found) -> Result<StoredMatrix, Error> {
         } => places(arrays, size, [rows, columns, data])?,
         Storage::Diagonals { offsets, data } => diagonals(arrays, size, offsets, data)?,
     };
-    Ok(StoredMatrix::unlabelled(
-        found.name.clone(),
-        size as usize,
-        content,
-    ))
+    Ok(StoredMatrix {
+        digits: number.digits(),
+        ..StoredMatrix::unlabelled(found.name.clone(), size as usize, content)
+    })
 }
 
 /// Type and number of the elements of an array with one axis.

@@ -5,6 +5,9 @@ use crate::binary::file::ByteOrder;
 /// Integers below this magnitude, 2^53, are reals without rounding; the next one above it would be rounded to it.
 const BEYOND_EXACT: f64 = 9_007_199_254_740_992.0;
 
+/// Significant digits of a real of four bytes.
+pub(crate) const SINGLE_DIGITS: u32 = 7;
+
 /// A type of number in a file.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct Number {
@@ -63,6 +66,11 @@ impl Number {
             Kind::I32 | Kind::U32 | Kind::F32 => 4,
             Kind::I64 | Kind::U64 | Kind::F64 => 8,
         }
+    }
+
+    /// Significant digits of one, where there are fewer than a result needs.
+    pub(crate) fn digits(self) -> Option<u32> {
+        (self.kind == Kind::F32).then_some(SINGLE_DIGITS)
     }
 
     /// Adds numbers as reals.

@@ -17,6 +17,7 @@ use crate::matrix::labels::{DOF_REF, IntegerTable};
 use crate::matrix::storage::collected::{obstacle_of_shape, square};
 use crate::matrix::storage::compressed::{Along, Pattern};
 use crate::matrix::storage::dense::dense;
+use crate::matrix::storage::number::Number;
 use crate::matrix::storage::stream::{indices, integers};
 use crate::stored::{Content, Listed, Reading, StoredMatrix};
 
@@ -176,7 +177,7 @@ fn matrix(found: &Found, body: &mut Body<'_>) -> Result<StoredMatrix, Error> {
     }
     let (rows, columns) = found.shape().unwrap_or_default();
     let size = square(rows, columns).map_err(|message| refused(body, message))?;
-    let content = match found.class {
+    let (number, content) = match found.class {
         Class::Sparse => sparse(found, body, size)?,
         Class::Dense => {
             let mut part = body.numbers()?;
@@ -186,17 +187,16 @@ fn matrix(found: &Found, body: &mut Body<'_>) -> Result<StoredMatrix, Error> {
             let number = part.number();
             let content = dense(&mut part, number, Along::Columns, size)?;
             part.finish()?;
-            content
+            (number, content)
         }
     };
-    Ok(StoredMatrix::unlabelled(
-        found.name.clone(),
-        size as usize,
-        content,
-    ))
+    Ok(StoredMatrix {
+        digits: number.digits(),
+        ..StoredMatrix::unlabelled(found.name.clone(), size as usize, content)
+    })
 }
 
-fn sparse(found: &Found, body: &mut Body<'_>, size: u32) -> Result<Content, Error> {
+fn sparse(found: &Found, body: &mut Body<'_>, size: u32) -> Result<(Number, Content), Error> {
     let mut list = || {
         let mut part = body.numbers()?;
         let (number, count) = (part.number(), part.count());
@@ -214,5 +214,5 @@ fn sparse(found: &Found, body: &mut Body<'_>, size: u32) -> Result<Content, Erro
     let number = part.number();
     let content = pattern.with_values(&mut part, number)?;
     part.finish()?;
-    Ok(content)
+    Ok((number, content))
 }

@@ -146,11 +146,10 @@ impl Found {
                 entries,
             } => sparse(path, file, size, *along, starts, entries.as_deref())?,
         };
-        Ok(StoredMatrix::unlabelled(
-            self.name.clone(),
-            size as usize,
-            content,
-        ))
+        Ok(StoredMatrix {
+            digits: self.storage.digits(),
+            ..StoredMatrix::unlabelled(self.name.clone(), size as usize, content)
+        })
     }
 
     fn table(&self, path: &Path, file: &Container) -> Result<IntegerTable, Error> {

@@ -52,6 +52,17 @@ pub(super) enum Storage {
     },
 }
 
+impl Storage {
+    /// Significant digits of the values, where there are fewer than a result needs.
+    pub(super) fn digits(&self) -> Option<u32> {
+        match self {
+            Self::Dense { numbers, .. } => numbers.number.digits(),
+            Self::Sparse { entries, .. } => entries.as_ref()?.1.number.digits(),
+            Self::None => None,
+        }
+    }
+}
+
 /// All arrays and matrices of a file.
 pub(super) fn objects(path: &Path, file: &Container) -> Result<Vec<Found>, Error> {
     let root = file.root();

@@ -13,11 +13,9 @@ use crate::binary::hashed::hashed;
 use crate::matrix::nastran::op4::records::{Precision, Records, Word};
 use crate::matrix::nastran::op4::{Header, Places, Run};
 use crate::matrix::storage::collected::Collected;
+use crate::matrix::storage::number::SINGLE_DIGITS;
 use crate::matrix::wanted::Wanted;
 use crate::stored::{Listed, Reading, Rows, StoredMatrix, Triangles};
-
-/// Significant digits of a real of four bytes.
-const SINGLE_DIGITS: u32 = 7;
 
 /// Bytes of a header: four integers and a name.
 fn header_bytes(word: Word) -> u64 {
