@@ -404,6 +404,10 @@ fn bad_lines_name_found_and_expected() {
         ("1 1 1.5+100", "`1.5+100`; expected a number"),
         ("1 1 0x10", "`0x10`; expected a number"),
         (
+            "1 1 1,5",
+            "`1,5`; expected a number with a decimal point, not a comma",
+        ),
+        (
             "1 1 1 7",
             "`7` after the entry; expected the end of the line",
         ),

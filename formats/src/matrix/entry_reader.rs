@@ -117,6 +117,10 @@ impl<'a> EntryReader<'a> {
                 "integer `{}` is beyond 64 bits",
                 shown(self.word())
             ))),
+            _ if self.word().contains(&b',') => Err(self.refuse(format!(
+                "`{}`; expected a number with a decimal point, not a comma",
+                shown(self.word())
+            ))),
             _ => Err(self.refuse(format!("`{}`; expected a number", shown(self.word())))),
         }
     }

@@ -4,7 +4,7 @@
 
 use std::path::Path;
 
-use crate::text::line_blocks::is_utf16;
+use crate::text::line_blocks::{filled_lines, is_utf16};
 
 /// Endings in lower case, what such a file is, and what helps.
 const CLOSED: [(&str, &str, &str); 11] = [
@@ -75,6 +75,23 @@ const PACKED: [(&[u8], &str); 3] = [
     ),
 ];
 
+/// Lines at the beginning that may show decimal commas.
+const LINES_LOOKED_AT: usize = 4;
+/// Digits behind a decimal comma; behind one between fields of labels and directions there are fewer.
+const DECIMALS: usize = 4;
+
+/// Whether a line of text has a number such as `1,31817E+06`.
+fn has_decimal_comma(line: &[u8]) -> bool {
+    let commas = line.iter().enumerate().filter(|(_, byte)| **byte == b',');
+    line.is_ascii()
+        && commas
+            .map(|(at, _)| line.split_at(at))
+            .any(|(before, behind)| {
+                let digits = behind[1..].iter().take_while(|byte| byte.is_ascii_digit());
+                before.last().is_some_and(u8::is_ascii_digit) && digits.count() >= DECIMALS
+            })
+}
+
 /// What a file of unknown content is, and what helps; `None` where neither its beginning nor its name tells.
 pub(crate) fn explanation(path: &Path, start: &[u8]) -> Option<String> {
     if let Some((_, packed)) = PACKED.iter().find(|(magic, _)| start.starts_with(magic)) {
@@ -82,6 +99,12 @@ pub(crate) fn explanation(path: &Path, start: &[u8]) -> Option<String> {
     }
     if is_utf16(start) {
         return Some("is UTF-16 text; save it as UTF-8 or ASCII".into());
+    }
+    if filled_lines(start)
+        .take(LINES_LOOKED_AT)
+        .any(has_decimal_comma)
+    {
+        return Some("has decimal commas; write the numbers with points".into());
     }
     let ending = path.extension()?.to_str()?.to_ascii_lowercase();
     let (_, what, remedy) = CLOSED.iter().find(|(closed, ..)| *closed == ending)?;
@@ -105,6 +128,10 @@ mod tests {
             assert!(said.contains(told), "{name}: {said}");
         }
         assert_eq!(explanation(Path::new("part.bin"), b"\x01\x02"), None);
+        let comma = explanation(Path::new("part.mtx"), b"1,1, 1,1, 1,318175564e+06\n");
+        assert!(comma.is_some_and(|said| said.contains("decimal commas")));
+        let labels = b"1,1, 12,3, word\n10,20,300\n";
+        assert_eq!(explanation(Path::new("part.mtx"), labels), None);
         let packed = explanation(Path::new("part.mtx"), b"\xfd7zXZ\0\0").unwrap_or_default();
         assert!(packed.contains("unxz"), "{packed}");
     }

@@ -289,6 +289,11 @@ fn what_cant_be_used_is_told_by_its_line() {
         ("2,1,1.0", "0,1,1.0", ":3: `0`; expected the label"),
         ("2,1,1.0", "2,1,1,0,,,,", ":3: "),
         (
+            "DMIG,K,2,1,,2,1,1.0\n",
+            "DMIG*   K                              2               1\n*                      2               1 1,500000000D+06\n",
+            ":4: commas in fields of fixed width; numbers have a decimal point",
+        ),
+        (
             "DMIG,K,2",
             "DMIG,K2,2",
             ":3: a column of K2, which has no header",

@@ -73,7 +73,7 @@ impl<'a> CardLine<'a> {
     /// Of a line that is bare.
     ///
     /// # Errors
-    /// More fields between commas than a line has.
+    /// More fields between commas than a line has, commas between fields of fixed width.
     #[inline]
     pub(super) fn of(line: &'a [u8]) -> Result<Self, String> {
         if memchr(b',', line).is_some() {
@@ -92,7 +92,13 @@ impl<'a> CardLine<'a> {
 
     fn free(line: &'a [u8]) -> Result<Self, String> {
         let mut parts = line.split(|&byte| byte == b',').map(<[u8]>::trim_ascii);
-        let is_large = parts.next().is_some_and(|head| head.contains(&b'*'));
+        let head = parts.next().unwrap_or_default();
+        if head.contains(&b' ') {
+            return Err(
+                "commas in fields of fixed width; numbers have a decimal point, not a comma".into(),
+            );
+        }
+        let is_large = head.contains(&b'*');
         let count = if is_large { 4 } else { 8 };
         let mut fields = [&b""[..]; 8];
         for (number, part) in parts.enumerate() {
