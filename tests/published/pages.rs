@@ -133,6 +133,22 @@ fn readers_were_fuzzed_without_a_finding() {
     for binary in ["matlab5", "matlab73", "numpy", "op4_binary", "petsc"] {
         assert!(inputs[binary] >= 1e6, "{binary}");
     }
+    for reader in [
+        "coordinate",
+        "dmig",
+        "dof_table",
+        "harwell_boeing",
+        "matrix_input",
+        "mesh_abaqus",
+        "mesh_gmsh",
+        "mesh_nastran",
+        "mesh_universal",
+        "mesh_vtu",
+        "op4_text",
+        "substructure",
+    ] {
+        assert!(inputs[reader] >= 1e7, "{reader}");
+    }
 }
 
 #[test]
