@@ -1,6 +1,7 @@
 //! Rows that belong to no node: superelements of parts from CalculiX, Abaqus and Nastran against dense references, and what must not
 //! depend on where such rows stand or which units they have.
 
+use dcb_dense::symmetrized;
 use dcb_formats::component::{ComponentDraft, ComponentMasses, InterfaceKind, NamedLoad};
 use dcb_formats::identities;
 use dcb_formats::mesh::{DofMap, MatrixRow};
@@ -10,10 +11,10 @@ use dcb_reducer::model::rigid_body::component_columns;
 use dcb_reducer::{
     EnrichmentSource, InterfaceModes, ModeSelection, Reduced, Reduction, reduce_whole,
 };
-use dcb_samples::PseudoRandom;
+use dcb_samples::{PseudoRandom, SolidElement};
 use dcb_tests::dense::{dense, diagonal_roots, relative, scaled_difference, sparse};
 use dcb_tests::oracle::Oracle;
-use dcb_tests::parts::{interface, with_interfaces, with_internal_rows, with_rows};
+use dcb_tests::parts::{interface, steel_box, with_interfaces, with_internal_rows, with_rows};
 use dcb_tests::reference::{matrix, numbers};
 use dcb_tests::{assert_says, lowest, refusal, with};
 use faer::Mat;
@@ -245,6 +246,76 @@ fn neither_the_order_nor_the_units_of_internal_rows_matter() {
             );
         }
     }
+}
+
+/// The part with the motion of mid-side nodes as what it differs from the mean of the corners: functions of higher order, which vanish in
+/// rigid motions. What they share with the corners in those is nothing but rounding.
+fn hierarchical(component: &Component) -> Component {
+    const EDGES: [[usize; 2]; 12] = [
+        [0, 1],
+        [1, 2],
+        [2, 3],
+        [3, 0],
+        [4, 5],
+        [5, 6],
+        [6, 7],
+        [7, 4],
+        [0, 4],
+        [1, 5],
+        [2, 6],
+        [3, 7],
+    ];
+    let size = component.stiffness.nrows();
+    let mut transform = Mat::<f64>::identity(size, size);
+    let mut owners = component.dofs.rows().to_vec();
+    for cell in component.mesh.cells[0].nodes.chunks_exact(20) {
+        for (edge, ends) in EDGES.iter().enumerate() {
+            let middle = 3 * cell[8 + edge] as usize;
+            for axis in 0..3 {
+                owners[middle + axis] = MatrixRow::Internal;
+                for end in ends {
+                    transform[(middle + axis, 3 * cell[*end] as usize + axis)] = 0.5;
+                }
+            }
+        }
+    }
+    let of = |matrix: &SparseMatrix| {
+        let changed = transform.transpose() * dense(matrix) * &transform;
+        sparse(&symmetrized(changed.as_ref()))
+    };
+    let nodes = component.mesh.node_count();
+    Component::checked(ComponentDraft {
+        dofs: DofMap::new(owners, nodes).unwrap(),
+        stiffness: of(&component.stiffness),
+        mass: of(&component.mass),
+        ..component.clone().into_draft()
+    })
+    .unwrap()
+}
+
+#[test]
+fn functions_of_higher_order_are_internal_rows_and_change_nothing() {
+    let part = steel_box([3, 2, 1], SolidElement::Hexahedron20);
+    let is_corner = |node: u32| {
+        let of_cells = part.mesh.cells[0].nodes.chunks_exact(20);
+        of_cells.into_iter().any(|cell| cell[..8].contains(&node))
+    };
+    let end = (0..part.mesh.node_count() as u32)
+        .filter(|node| is_corner(*node) && part.mesh.position(*node)[0].abs() < 1e-12)
+        .collect();
+    let part = with_interfaces(&part, vec![interface("end", InterfaceKind::Average, end)]);
+    let (expected, found) = (lowest(&part, 8), lowest(&hierarchical(&part), 8));
+    let (expected, found) = (expected.superelement, found.superelement);
+    assert_eq!(found.derivation.as_ref().unwrap().internal_rows, 3 * 46);
+    let off = relative(&found.modes.eigenvalues, &expected.modes.eigenvalues);
+    assert!(off < 1e-10, "{off:e}");
+    let roots = diagonal_roots(&expected.residual.flexibility);
+    let off = scaled_difference(
+        &found.residual.flexibility,
+        &expected.residual.flexibility,
+        &roots,
+    );
+    assert!(off < 1e-8, "{off:e}");
 }
 
 #[test]

@@ -180,11 +180,9 @@ impl RigidBodyModes {
         let shapes =
             orthonormalized(&model.mass, geometric.as_ref()).ok_or(MatrixRefusal::NoInertia)?;
         let mass_shapes = symmetric_product(&model.mass, shapes.as_ref());
-        let bounds = Mat::from_fn(model.len(), 1, |row, _| match model.dofs[row].motion {
-            Some(motion) if motion.direction.is_rotation() => 1.0 / length,
-            Some(_) => 1.0,
-            None => 0.0,
-        });
+        // Internal rows rest, but their size counts: what they share with nodes may be nothing but rounding.
+        let amounts = model.unit_amounts(length);
+        let bounds = Mat::from_fn(model.len(), 1, |row, _| amounts[row]);
         let stiffness_precision =
             entry_precision(&model.stiffness, geometric.as_ref(), bounds.as_ref());
         Ok(Self {
@@ -276,7 +274,7 @@ impl StiffnessDefects {
 }
 
 /// Largest `|K r|` of a row over its row sum of `|K|` times `|r|` at its largest: relative error of the entries, as far as
-/// K r = 0 tells. `bounds` holds the largest `|r|` of each dof, (n_c, 1).
+/// K r = 0 tells. `bounds` holds the largest `|r|` of each dof, and what is alike of internal rows, (n_c, 1).
 fn entry_precision(
     stiffness: &SparseMatrix,
     rigid: MatRef<'_, f64>,
