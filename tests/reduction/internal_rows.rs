@@ -20,6 +20,8 @@ use dcb_tests::{assert_says, lowest, refusal, with};
 use faer::Mat;
 use serde_json::Value;
 
+use crate::samples::HEXAHEDRON_EDGES;
+
 const PARTS: [&str; 3] = ["plate", "beam", "outboard"];
 
 fn reference(part: &str) -> Value {
@@ -251,25 +253,11 @@ fn neither_the_order_nor_the_units_of_internal_rows_matter() {
 /// The part with the motion of mid-side nodes as what it differs from the mean of the corners: functions of higher order, which vanish in
 /// rigid motions. What they share with the corners in those is nothing but rounding.
 fn hierarchical(component: &Component) -> Component {
-    const EDGES: [[usize; 2]; 12] = [
-        [0, 1],
-        [1, 2],
-        [2, 3],
-        [3, 0],
-        [4, 5],
-        [5, 6],
-        [6, 7],
-        [7, 4],
-        [0, 4],
-        [1, 5],
-        [2, 6],
-        [3, 7],
-    ];
     let size = component.stiffness.nrows();
     let mut transform = Mat::<f64>::identity(size, size);
     let mut owners = component.dofs.rows().to_vec();
     for cell in component.mesh.cells[0].nodes.chunks_exact(20) {
-        for (edge, ends) in EDGES.iter().enumerate() {
+        for (edge, ends) in HEXAHEDRON_EDGES.iter().enumerate() {
             let middle = 3 * cell[8 + edge] as usize;
             for axis in 0..3 {
                 owners[middle + axis] = MatrixRow::Internal;

@@ -11,8 +11,7 @@
 use std::fmt::Write as _;
 
 use dcb_formats::Error;
-use dcb_formats::component::Role;
-use dcb_formats::component::Units;
+use dcb_formats::component::{Role, Units};
 use dcb_formats::mesh::Mesh;
 use dcb_formats::units::si_factor;
 use faer::Mat;
@@ -328,7 +327,6 @@ fn of_frames(part: &Part<'_>) -> Result<Nodes, Error> {
     Ok(nodes)
 }
 
-/// How the file is loaded, and how its interfaces are met.
 /// 9.81 m/s² in the part's units; `None` where these aren't known.
 fn gravity(units: &Units) -> Option<f64> {
     let (length, time) = (si_factor(&units.length)?, si_factor(&units.time)?);
@@ -337,6 +335,7 @@ fn gravity(units: &Units) -> Option<f64> {
     format!("{exact:.9e}").parse().ok()
 }
 
+/// How the file is loaded, and how its interfaces are met.
 fn snippet(nodes: &Nodes, file_name: &str, gravity: Option<f64>) -> String {
     let gravity = gravity.map_or("-GRAVITY".to_owned(), |gravity| format!("-{gravity}"));
     let mut text = format!(

@@ -46,7 +46,7 @@ fn mesh_is_one_piece_with_two_holes_and_no_doubled_nodes() {
     let corners: HashSet<u32> = cells.iter().flat_map(|cell| cell[..8].to_vec()).collect();
     let edges: HashSet<Vec<u32>> = cells
         .iter()
-        .flat_map(|cell| EDGES.map(|edge| sorted(&mut edge.iter().map(|&i| cell[i]))))
+        .flat_map(|cell| HEXAHEDRON_EDGES.map(|edge| sorted(&mut edge.iter().map(|&i| cell[i]))))
         .collect();
     let faces: HashSet<Vec<u32>> = cells
         .iter()

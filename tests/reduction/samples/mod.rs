@@ -14,7 +14,7 @@ use faer::linalg::triangular_solve::solve_lower_triangular_in_place;
 use faer::{Mat, Par, Side};
 
 /// Corners of a hexahedron's edges.
-const EDGES: [[usize; 2]; 12] = [
+pub(crate) const HEXAHEDRON_EDGES: [[usize; 2]; 12] = [
     [0, 1],
     [1, 2],
     [2, 3],

@@ -144,7 +144,7 @@ fn distorted_meshes_pass_the_patch_test() {
 /// Puts mid-side nodes halfway between their corners.
 fn straighten(mesh: &mut dcb_formats::mesh::Mesh) {
     let edges: &[[usize; 2]] = match mesh.cells[0].nodes_per_cell {
-        20 => &EDGES,
+        20 => &HEXAHEDRON_EDGES,
         10 => &[[0, 1], [1, 2], [2, 0], [0, 3], [1, 3], [2, 3]],
         _ => return,
     };

@@ -1,5 +1,7 @@
 //! One part in the files of many programs: each gives the component of the Matrix Market files, number for number.
-#![allow(clippy::unwrap_used, clippy::expect_used)]
+#![allow(clippy::unwrap_used, clippy::expect_used, clippy::float_cmp)]
+
+mod orders;
 
 use std::path::{Path, PathBuf};
 

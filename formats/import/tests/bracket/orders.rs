@@ -1,10 +1,8 @@
 //! The bracket with its rows in other orders and along other axes, its files exchanged or called by another name.
-#![allow(clippy::unwrap_used, clippy::float_cmp)]
 
 use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
 
-use dcb_formats::component::Units;
 use dcb_formats::matrix::read_matrix;
 use dcb_formats::mesh::Dof;
 use dcb_formats::{Error, SparseMatrix};
@@ -12,9 +10,7 @@ use dcb_import::mesh::read_mesh;
 use dcb_import::{Import, Imported, LostOrder, NamedFile, NodeOrder, import};
 use tempfile::TempDir;
 
-fn data(name: &str) -> PathBuf {
-    Path::new("../../tests/data/exchange").join(name)
-}
+use crate::{data, request};
 
 fn matrix(name: &str) -> SparseMatrix {
     read_matrix(&data(name)).unwrap().0
@@ -67,16 +63,9 @@ impl Files {
             stiffness: NamedFile::of(&self.path(stiffness)),
             mass: Some(NamedFile::of(&self.path(mass))),
             mesh: Some(mesh.to_path_buf()),
-            dofs: None,
             node_order: NodeOrder::File,
             lost_order: lost,
-            interfaces: None,
-            units: Some(Units {
-                length: "mm".into(),
-                mass: "t".into(),
-                time: "s".into(),
-            }),
-            name: None,
+            ..request("", None, "")
         })
     }
 }
