@@ -15,16 +15,19 @@ mod interfaces;
 mod lists;
 mod values;
 
+use std::collections::BTreeMap;
 use std::path::Path;
 
 use crate::Error;
 use crate::component::{
     ComponentFault, Damping, Interface, Units, check_label, check_units, fault,
 };
-use crate::mesh::{Direction, DofMap, MatrixRow, Mesh};
+use crate::mesh::{CellBlock, Direction, DofMap, MatrixRow, Mesh};
 use crate::named::Object;
 use crate::snapshot::read_small;
-use file::{ComponentPart, DampingPart, FilePart, UnitsPart};
+use dofs::Dofs;
+use file::{CellPart, ComponentPart, DampingPart, FilePart, UnitsPart};
+use lists::{Connectivity, PointSets, Points};
 use values::{ModalDamping, Number, RayleighDamping};
 
 pub use diagnosis::{json_error, listed, nearest_name, suggestion};
@@ -106,6 +109,52 @@ pub fn read_json_mesh(path: &Path) -> Result<JsonMesh, Error> {
         })
     };
     read().map_err(|fault| located(path, fault))
+}
+
+/// A mesh in memory, as a component file has it.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct MeshArrays {
+    /// Point after point, in component axes.
+    pub coordinates: Vec<f64>,
+    /// Coordinates of each point, 2 or 3.
+    pub coordinate_count: usize,
+    /// Cells in meshio's names and node order; may be empty.
+    pub cells: Vec<CellBlock>,
+    /// Named node sets.
+    pub point_sets: BTreeMap<String, Vec<u32>>,
+}
+
+/// A component whose mesh is in memory. `text` is JSON, what a component file has under its key `component`; `path` stands for the file in errors.
+/// The description has no digest.
+///
+/// # Errors
+/// As [`read_description`], but for reading.
+pub fn component_in_memory(
+    text: &str,
+    mesh: MeshArrays,
+    path: &Path,
+) -> Result<Description, Error> {
+    let Object(component) = serde_json::from_str::<Object<ComponentPart>>(text)
+        .map_err(|error| json_error(path, text.as_bytes(), &error, example_of))?;
+    let points = Points {
+        coordinates: mesh.coordinates,
+        coordinate_count: mesh.coordinate_count,
+    };
+    let cells = mesh.cells.into_iter().map(|block| {
+        Object(CellPart {
+            cell_type: block.cell_type,
+            data: Connectivity {
+                nodes: block.nodes,
+                nodes_per_cell: block.nodes_per_cell,
+            },
+        })
+    });
+    let cells = cells.collect();
+    let sets = PointSets(mesh.point_sets);
+    let mesh = |dofs: &DofLayout, notes: &mut Vec<String>| {
+        geometry::mesh(points, cells, sets, dofs, notes)
+    };
+    described(component, mesh, &[], String::new()).map_err(|fault| located(path, fault))
 }
 
 /// The file as it stands on disk, and its digest.
@@ -246,10 +295,30 @@ fn checked(file: FilePart, sha256: String) -> Result<Description, ComponentFault
             ),
         ));
     };
+    let FilePart {
+        points,
+        cells,
+        point_sets,
+        cell_sets,
+        ..
+    } = file;
+    let mesh = |dofs: &DofLayout, notes: &mut Vec<String>| {
+        geometry::mesh(points, cells, point_sets, dofs, notes)
+    };
+    described(component, mesh, &cell_sets.0, sha256)
+}
+
+/// A component whose mesh is made once its dofs are known.
+fn described(
+    component: ComponentPart,
+    mesh: impl FnOnce(&DofLayout, &mut Vec<String>) -> Result<Mesh, ComponentFault>,
+    cell_sets: &[String],
+    sha256: String,
+) -> Result<Description, ComponentFault> {
     let ComponentPart {
         name,
         units: Object(units),
-        dofs,
+        dofs: Dofs(dofs),
         interfaces,
         damping,
     } = component;
@@ -258,15 +327,8 @@ fn checked(file: FilePart, sha256: String) -> Result<Description, ComponentFault
     let UnitsPart { length, mass, time } = units;
     let units = Units { length, mass, time };
     check_units(&units)?;
-    let mesh = geometry::mesh(
-        file.points,
-        file.cells,
-        file.point_sets,
-        &dofs.0,
-        &mut notes,
-    )?;
-    let interfaces =
-        interfaces::interfaces(interfaces, &mesh, &dofs.0, &file.cell_sets.0, &mut notes)?;
+    let mesh = mesh(&dofs, &mut notes)?;
+    let interfaces = interfaces::interfaces(interfaces, &mesh, &dofs, cell_sets, &mut notes)?;
     let damping = match damping {
         Some(Object(damping)) => checked_damping(damping, &mut notes)?,
         None => Damping::None,
@@ -275,7 +337,7 @@ fn checked(file: FilePart, sha256: String) -> Result<Description, ComponentFault
         name,
         units,
         mesh,
-        dofs: dofs.0,
+        dofs,
         interfaces,
         damping,
         sha256,

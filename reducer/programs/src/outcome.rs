@@ -1,7 +1,6 @@
 //! How a command ended, and how the program ends with it.
 
 use std::fmt::Display;
-use std::process::ExitCode;
 
 use crate::program::{Told, print_to_stderr, print_to_stdout};
 use crate::stop_signal::{StopSignal, received};
@@ -63,7 +62,7 @@ pub(crate) fn ended<E: Display + From<dcb_formats::Error>>(
     told: Told,
     is_unusable_input: fn(&E) -> bool,
     before_last_words: fn(),
-) -> ExitCode {
+) -> u8 {
     let ending = outcome.and_then(|outcome| {
         if told == Told::Everything {
             print_to_stdout(&outcome.output)?;
@@ -72,10 +71,10 @@ pub(crate) fn ended<E: Display + From<dcb_formats::Error>>(
     });
     before_last_words();
     let (status, error) = match ending {
-        Ok(Ending::Complete) => return ExitCode::SUCCESS,
+        Ok(Ending::Complete) => return 0,
         Ok(Ending::Interrupted) => {
             let signal = received().unwrap_or(StopSignal::Interrupt);
-            return ExitCode::from(signal.exit_status());
+            return signal.exit_status();
         }
         Ok(Ending::Failed(why)) => (1, why),
         Err(error) => (
@@ -84,7 +83,7 @@ pub(crate) fn ended<E: Display + From<dcb_formats::Error>>(
         ),
     };
     print_to_stderr("error", &error);
-    ExitCode::from(status)
+    status
 }
 
 #[cfg(test)]

@@ -1,7 +1,7 @@
 //! Common part of the programs: how they begin, what they say, and to whom.
 
+use std::ffi::OsString;
 use std::io::{ErrorKind, IsTerminal, Write};
-use std::process::ExitCode;
 
 use clap::error::{ContextKind, ContextValue, ErrorKind as Misuse};
 use clap::{Args, Parser};
@@ -62,17 +62,18 @@ impl CommonArguments {
     }
 }
 
-/// Begins a program whose usual command takes a `file`, for example `PART.mtx`: listens to signals, reads the arguments and starts the worker
-/// threads, as many as the arguments have in `common`.
+/// Begins a program whose usual command takes a `file`, for example `PART.mtx`: listens to signals, reads the arguments, of which the first is the
+/// program's name, and starts the worker threads, as many as the arguments have in `common`.
 ///
 /// # Errors
 /// The exit status after help, version, or what is wrong with the arguments.
 pub fn begin<C: Parser>(
+    arguments: impl IntoIterator<Item = OsString>,
     file: &str,
     common: impl Fn(&C) -> &CommonArguments,
-) -> Result<C, ExitCode> {
+) -> Result<C, u8> {
     stop_signal::listen();
-    let cli = C::try_parse().map_err(|error| refuse(&in_our_words::<C>(error, file)))?;
+    let cli = C::try_parse_from(arguments).map_err(|error| refuse(&in_our_words::<C>(error, file)))?;
     let common = common(&cli);
     if let Some(note) = start_workers(common.threads).note() {
         common.told().say("note", &note);
@@ -81,14 +82,14 @@ pub fn begin<C: Parser>(
 }
 
 /// The help or the version, or what is wrong with the arguments: they may be names of anybody's files.
-fn refuse(error: &clap::Error) -> ExitCode {
+fn refuse(error: &clap::Error) -> u8 {
     if error.use_stderr() {
         let message = for_terminal(&error.render().to_string());
         let _ = std::io::stderr().write_all(message.as_bytes());
     } else {
         let _ = error.print();
     }
-    ExitCode::from(u8::try_from(error.exit_code()).unwrap_or(2))
+    u8::try_from(error.exit_code()).unwrap_or(2)
 }
 
 /// A second file, or a misspelt command before a file, is a conflict of commands to the parser: said as what it is.

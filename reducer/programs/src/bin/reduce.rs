@@ -15,5 +15,5 @@ fn main() -> ExitCode {
         "allow more, or ask for less: fewer --threads or --modes, --factor disk; see reduce plan",
         remove_unfinished,
     );
-    dcb_programs::reduce::main()
+    ExitCode::from(dcb_programs::reduce::main(std::env::args_os()))
 }

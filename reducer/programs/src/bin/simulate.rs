@@ -14,5 +14,5 @@ fn main() -> ExitCode {
         "allow more, or ask for less: fewer nodes and channels that are recorded, \"modes\" of a superelement, fewer --threads",
         remove_unfinished,
     );
-    dcb_programs::simulate::main()
+    ExitCode::from(dcb_programs::simulate::main(std::env::args_os()))
 }

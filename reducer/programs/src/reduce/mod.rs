@@ -12,8 +12,8 @@ mod scene;
 mod study;
 mod superelement;
 
+use std::ffi::OsString;
 use std::path::PathBuf;
-use std::process::ExitCode;
 
 use crate::program::{CommonArguments, Told, begin, print_to_stderr};
 use crate::stop_signal;
@@ -143,9 +143,9 @@ enum ReduceCommand {
     },
 }
 
-/// Runs the program.
-pub fn main() -> ExitCode {
-    let cli = match begin("PART.mtx", |cli: &ReduceCli| &cli.common) {
+/// Runs the program with its name and arguments; the exit status.
+pub fn main(arguments: impl IntoIterator<Item = OsString>) -> u8 {
+    let cli = match begin(arguments, "PART.mtx", |cli: &ReduceCli| &cli.common) {
         Ok(cli) => cli,
         Err(status) => return status,
     };

@@ -6,8 +6,8 @@ mod run_report;
 mod scene;
 mod study;
 
+use std::ffi::OsString;
 use std::path::{Path, PathBuf};
-use std::process::ExitCode;
 
 use crate::outcome::{Outcome, ended};
 use crate::program::{CommonArguments, Told, begin};
@@ -163,9 +163,9 @@ enum Command {
     Schema,
 }
 
-/// Runs the program.
-pub fn main() -> ExitCode {
-    let cli = match begin("SCENE.json", |cli: &Cli| &cli.common) {
+/// Runs the program with its name and arguments; the exit status.
+pub fn main(arguments: impl IntoIterator<Item = OsString>) -> u8 {
+    let cli = match begin(arguments, "SCENE.json", |cli: &Cli| &cli.common) {
         Ok(cli) => cli,
         Err(status) => return status,
     };

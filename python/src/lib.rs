@@ -1,0 +1,29 @@
+//! The Python package's native half, `tisserand._native`: arrays in, calls of the crates, arrays out. Everything else is Python in `tisserand/`.
+
+mod arrays;
+mod error;
+mod mechanism;
+mod programs;
+mod reduction;
+mod results;
+mod scene;
+mod sparse;
+mod superelement;
+
+use pyo3::prelude::*;
+
+#[pymodule]
+fn _native(module: &Bound<'_, PyModule>) -> PyResult<()> {
+    module.add("__version__", env!("CARGO_PKG_VERSION"))?;
+    error::add(module)?;
+    module.add_class::<superelement::Superelement>()?;
+    module.add_class::<scene::Scene>()?;
+    module.add_class::<mechanism::Mechanism>()?;
+    module.add_class::<mechanism::Snapshot>()?;
+    module.add_class::<results::Results>()?;
+    module.add_function(wrap_pyfunction!(reduction::reduce, module)?)?;
+    module.add_function(wrap_pyfunction!(scene::simulate, module)?)?;
+    module.add_function(wrap_pyfunction!(programs::run_reduce, module)?)?;
+    module.add_function(wrap_pyfunction!(programs::run_simulate, module)?)?;
+    Ok(())
+}

@@ -1,0 +1,31 @@
+"""Finite-element parts to superelements, and the motion of mechanisms made of them.
+
+:func:`reduce` turns stiffness and mass into a :class:`Superelement`; :class:`Scene` describes a mechanism of superelements and rigid bodies;
+:func:`simulate` runs it, and :class:`Mechanism` steps it under the control of a program.
+"""
+
+from tisserand._native import Error, InputError, InternalError, NumericalError, Snapshot, __version__
+from tisserand.mechanism import Mechanism
+from tisserand.reduction import reduce
+from tisserand.results import Channel, Results
+from tisserand.scene import Scene
+from tisserand.simulation import simulate
+from tisserand.superelement import ErrorBounds, Superelement, Verification
+
+__all__ = [
+    "Channel",
+    "Error",
+    "ErrorBounds",
+    "InputError",
+    "InternalError",
+    "Mechanism",
+    "NumericalError",
+    "Results",
+    "Scene",
+    "Snapshot",
+    "Superelement",
+    "Verification",
+    "__version__",
+    "reduce",
+    "simulate",
+]

@@ -1,0 +1,140 @@
+"""Reductions of matrices in memory."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable, Mapping, Sequence
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from tisserand import _native
+from tisserand.superelement import Superelement
+
+
+def reduce(
+    K: Any,
+    M: Any,
+    points: ArrayLike,
+    interfaces: Mapping[str, Any] | Sequence[Mapping[str, Any]],
+    *,
+    modes: int = 30,
+    max_frequency: float | None = None,
+    dofs: Sequence[Any] | None = None,
+    cells: Mapping[str, ArrayLike] | Sequence[tuple[str, ArrayLike]] | None = None,
+    loads: Mapping[str, ArrayLike] | None = None,
+    units: tuple[str, str, str] = ("m", "kg", "s"),
+    name: str = "part",
+    damping: float | Sequence[float] | Mapping[str, Any] | None = None,
+    interface_modes: int | None = None,
+    enrich: Sequence[str] = (),
+    without_estimate: bool = False,
+    allow_grounded: bool = False,
+    allow_loose: bool = False,
+    progress: Callable[[str, float], object] | None = None,
+    threads: int | None = None,
+) -> Superelement:
+    """Reduce a free part to a superelement.
+
+    Parameters
+    ----------
+    K, M
+        Stiffness and mass of the free part, both triangles, (n_e, n_e): SciPy's sparse matrices or arrays in any format, or dense arrays.
+        In consistent units: with metres, kilograms and seconds newtons per metre and kilograms.
+    points
+        Places of the nodes, (n, 3), or (n, 2) for a planar part.
+    interfaces
+        Where forces act and motion is observed, by name: a list of nodes counted from 0, or a mapping with `nodes` and what a component file may
+        have besides: `kind` (`"average"`, the default here, `"rigid"` or `"nodes"`), `position`, `weights`, `axes`, `dofs`, `role`.
+    modes
+        Elastic modes to keep; a multiple root stays whole.
+    max_frequency
+        Keep every mode below this frequency instead, in Hz.
+    dofs
+        Directions of every node, row after row: `["ux", "uy", "uz"]` by default, `["ux", "uy"]` for planar points. Or a table with an entry
+        `[node, "ux"]` for each row, `[None, "internal"]` for one of no node.
+    cells
+        Nodes of the cells, (m, k) each, by meshio's names: for pictures.
+    loads
+        Forces on the inside by name, (n_e) each.
+    units
+        Length, mass and time.
+    damping
+        Ratio to critical of all modes, one for each, or what a component file may have.
+    interface_modes, enrich, without_estimate, allow_grounded, allow_loose
+        As the options of the program `reduce`.
+    progress
+        Called with the stage and how much of it is done, 0 to 1.
+    threads
+        Worker threads; all processors by default. Results don't depend on it.
+
+    Returns
+    -------
+    Superelement
+
+    Raises
+    ------
+    InputError
+        What was given can't be used.
+    NumericalError
+        The computation failed, or its result doesn't keep its limits.
+    """
+    places = np.asarray(points)
+    if dofs is None:
+        dofs = ["ux", "uy"] if places.ndim == 2 and places.shape[1] == 2 else ["ux", "uy", "uz"]
+    description: dict[str, Any] = {
+        "name": name,
+        "units": dict(zip(("length", "mass", "time"), units, strict=True)),
+        "dofs": list(dofs),
+        "interfaces": _interfaces(interfaces),
+    }
+    if damping is not None:
+        description["damping"] = damping if isinstance(damping, Mapping) else {"modal": damping}
+    options: dict[str, Any] = {
+        "enrich": list(enrich),
+        "without_estimate": without_estimate,
+        "allow_grounded": allow_grounded,
+        "allow_loose": allow_loose,
+    }
+    if interface_modes is not None:
+        options["interface_modes"] = interface_modes
+    wanted = {"modes": None, "max_frequency": max_frequency} if max_frequency is not None else {"modes": modes, "max_frequency": None}
+    blocks = list(cells.items()) if isinstance(cells, Mapping) else list(cells or [])
+    native = _native.reduce(
+        K,
+        M,
+        places,
+        _json(description),
+        blocks,
+        list((loads or {}).items()),
+        _json(options),
+        _json(wanted),
+        progress,
+        threads,
+    )
+    return Superelement(native)
+
+
+def _interfaces(interfaces: Mapping[str, Any] | Sequence[Mapping[str, Any]]) -> list[dict[str, Any]]:
+    if not isinstance(interfaces, Mapping):
+        return [dict(interface) for interface in interfaces]
+    found = []
+    for name, what in interfaces.items():
+        described = dict(what) if isinstance(what, Mapping) else {"nodes": what}
+        found.append({"name": name, "kind": "average"} | described)
+    return found
+
+
+def _json(value: Any) -> str:
+    try:
+        return json.dumps(value, default=_plain, allow_nan=False)
+    except ValueError as error:
+        raise _native.InputError(str(error)) from None
+
+
+def _plain(value: Any) -> Any:
+    """Numbers and arrays of NumPy as JSON has them."""
+    if isinstance(value, np.ndarray | np.generic):
+        return value.tolist()
+    raise _native.InputError(f"{value!r} is no part of a description")

@@ -1,0 +1,57 @@
+"""Whole runs."""
+
+from __future__ import annotations
+
+import tempfile
+from collections.abc import Callable, Mapping
+from os import PathLike
+from pathlib import Path
+from typing import Any
+
+from tisserand import _native
+from tisserand.mechanism import scene_of
+from tisserand.results import Results
+from tisserand.scene import Scene
+
+
+def simulate(
+    scene: Scene | Mapping[str, Any] | str | PathLike[str],
+    output: str | PathLike[str] | None = None,
+    *,
+    overwrite: bool = False,
+    progress: Callable[[float, float], object] | None = None,
+    note: Callable[[float, str], object] | None = None,
+) -> Results:
+    """Run a scene, as the program `simulate` does.
+
+    Parameters
+    ----------
+    scene
+        A scene, its dictionary, or the path of its file.
+    output
+        File of the results; without it they are in a temporary file as long as the results are used.
+    overwrite
+        Replace a file that exists.
+    progress
+        Called now and then with the time reached and the end.
+    note
+        Called with time and text of what is worth telling.
+
+    Returns
+    -------
+    Results
+        If a function that is called raises, or the user presses Ctrl-C, the run ends with that exception; the file has what was reached.
+    """
+    described = scene_of(scene)
+    folder = tempfile.TemporaryDirectory(prefix="tisserand-") if output is None else None
+    path = Path(folder.name) / "results.h5" if folder is not None else Path(output or "")
+
+    def told(time: float, end: float | None, message: str | None) -> None:
+        if message is not None and note is not None:
+            note(time, message)
+        if end is not None and progress is not None:
+            progress(time, end)
+
+    is_told = progress is not None or note is not None
+    _native.simulate(described._checked(), path, overwrite or folder is not None, told if is_told else None)
+    return Results(path, folder)

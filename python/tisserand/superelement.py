@@ -1,0 +1,189 @@
+"""Superelements: what a part does at its interfaces."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from os import PathLike
+from typing import Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from tisserand import _native
+
+
+@dataclass(frozen=True)
+class ErrorBounds:
+    """Bounds of the relative errors of a superelement below a frequency; each is (lower, upper)."""
+
+    max_frequency: float
+    """Hz, or cycles per unit of time where that isn't known."""
+    static_response: tuple[float, float]
+    collocated: tuple[float, float]
+    transfer: tuple[float, float] | None
+    held_frequency: tuple[float, float] | None
+    free_frequency: float
+
+
+@dataclass(frozen=True)
+class Verification:
+    """What can be recomputed of a superelement, and what doesn't agree."""
+
+    text: str
+    broken: list[str]
+
+    def __bool__(self) -> bool:
+        return not self.broken
+
+
+class Superelement:
+    """A reduced part. Arrays are read-only views that keep it alive; coordinates are of the body frame, units those of :attr:`units`."""
+
+    __slots__ = ("_native",)
+
+    def __init__(self, native: _native.Superelement) -> None:
+        self._native = native
+
+    @classmethod
+    def read(cls, path: str | PathLike[str]) -> Superelement:
+        """Read a file `.dcb.h5`, with its nodal fields and its mesh where it has them."""
+        return cls(_native.Superelement.read(path))
+
+    def write(
+        self, path: str | PathLike[str], *, overwrite: bool = False, fields: bool = True, mesh: bool = True, compress: bool = False
+    ) -> None:
+        """Write a file, whole or not at all. Without `fields` and `mesh` it says nothing of the inside of the part."""
+        self._native.write(path, overwrite=overwrite, fields=fields, mesh=mesh, compress=compress)
+
+    @property
+    def name(self) -> str:
+        """Name."""
+        return self._native.name
+
+    @property
+    def units(self) -> tuple[str, str, str]:
+        """Length, mass and time."""
+        return self._native.units
+
+    @property
+    def mass(self) -> float:
+        """Total mass."""
+        return self._native.mass
+
+    @property
+    def centre_of_mass(self) -> NDArray[np.float64]:
+        """Centre of mass in the part's own coordinates, (3)."""
+        return np.array(self._native.origin)
+
+    @property
+    def inertia(self) -> NDArray[np.float64]:
+        """Inertia about the centre of mass, (3, 3); a planar part has only the last entry."""
+        return np.array(self._native.inertia)
+
+    @property
+    def interfaces(self) -> list[str]:
+        """Names of the interfaces."""
+        return self._native.interfaces
+
+    @property
+    def rows(self) -> list[str]:
+        """Names of the n_b boundary rows, such as `hub.ux`."""
+        return self._native.rows
+
+    @property
+    def warnings(self) -> list[str]:
+        """What the reduction has warned of."""
+        return self._native.warnings
+
+    @property
+    def eigenvalues(self) -> NDArray[np.float64]:
+        """ω² of the kept free modes, (n_k), 1/time², rising."""
+        return self._native.eigenvalues
+
+    @property
+    def frequencies(self) -> NDArray[np.float64]:
+        """Frequencies of the kept free modes, (n_k), Hz, or cycles per unit of time where that isn't known."""
+        return np.sqrt(self.eigenvalues) / (2.0 * math.pi * self._native.second)
+
+    @property
+    def interface_shapes(self) -> NDArray[np.float64]:
+        """The kept modes at the boundary rows, L_b Φ, (n_b, n_k)."""
+        return self._native.interface_shapes
+
+    @property
+    def residual_flexibility(self) -> NDArray[np.float64]:
+        """F_res, (n_b, n_b)."""
+        return self._native.residual_flexibility
+
+    @property
+    def residual_mass(self) -> NDArray[np.float64]:
+        """M_res, (n_b, n_b)."""
+        return self._native.residual_mass
+
+    @property
+    def modes(self) -> NDArray[np.float64] | None:
+        """Nodal shapes of the kept modes, Φ, (n_f, n_k); rows as :attr:`field_dofs` says."""
+        return self._native.modes
+
+    @property
+    def attachments(self) -> NDArray[np.float64] | None:
+        """Nodal shapes of the attachments, G_res L_bᵀ, (n_f, n_b)."""
+        return self._native.attachments
+
+    @property
+    def field_dofs(self) -> NDArray[np.int64] | None:
+        """Node and direction of each row of the nodal shapes, (n_f, 2); directions are 0 to 5, `ux` to `rz`."""
+        dofs = self._native.field_dofs
+        return None if dofs is None else np.array(dofs, dtype=np.int64).reshape(-1, 2)
+
+    @property
+    def points(self) -> NDArray[np.float64] | None:
+        """Places of the nodes in the part's own coordinates, (n, 3) or (n, 2)."""
+        return self._native.points
+
+    @property
+    def cells(self) -> list[tuple[str, NDArray[np.int64]]]:
+        """Meshio's name and nodes, (m, k), of each block of cells."""
+        return [(kind, np.array(nodes, dtype=np.int64)) for kind, nodes in self._native.cells]
+
+    def shape(self, mode: int) -> NDArray[np.float64]:
+        """Displacements of the nodes in a mode, (n, 3)."""
+        dofs, modes, points = self.field_dofs, self.modes, self.points
+        if dofs is None or modes is None or points is None:
+            raise _native.InputError(f"{self.name}: has no nodal fields or no mesh; reduce it again, or ask for the whole file")
+        if not 0 <= mode < modes.shape[1]:
+            raise _native.InputError(f"mode: is {mode}, expected 0 to {modes.shape[1] - 1}")
+        shape = np.zeros((len(points), 3))
+        moves = dofs[:, 1] < 3
+        shape[dofs[moves, 0], dofs[moves, 1]] = modes[moves, mode]
+        return shape
+
+    def errors(
+        self, max_frequency: float | None = None, *, compatibility: Literal["strong", "static"] = "strong", points: int = 400
+    ) -> ErrorBounds | None:
+        """Bounds of the errors from the superelement alone, up to a frequency in Hz; `None` where the file has no moments."""
+        second = 2.0 * math.pi * self._native.second
+        upper = None if max_frequency is None else (second * max_frequency) ** 2
+        found = self._native.error_bounds(upper, compatibility, points)
+        if found is None:
+            return None
+        top = math.sqrt(found.pop("upper_eigenvalue")) / second
+        return ErrorBounds(max_frequency=top, **found)
+
+    def verify(self) -> Verification:
+        """Recompute what can be recomputed of the superelement alone."""
+        return Verification(*self._native.check())
+
+    def select(self, *, modes: int) -> Superelement:
+        """The superelement with fewer modes, as a reduction with so many would give it, to rounding."""
+        return Superelement(self._native.lowest_modes(modes))
+
+    def __repr__(self) -> str:
+        length, mass, time = self.units
+        frequencies = self.frequencies
+        band = f", {frequencies[0]:.4g} to {frequencies[-1]:.4g} Hz" if len(frequencies) else ""
+        return (
+            f"<Superelement {self.name!r}: {len(frequencies)} modes{band}, {len(self.rows)} boundary rows of "
+            f"{', '.join(self.interfaces) or 'no interface'}, mass {self.mass:.6g} {mass}; {length}, {mass}, {time}>"
+        )
