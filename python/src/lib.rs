@@ -10,7 +10,12 @@ mod scene;
 mod sparse;
 mod superelement;
 
+use dcb_reducer::resources::huge_pages::HugePages;
 use pyo3::prelude::*;
+
+/// As in the program `reduce`: large blocks in huge pages. Python's own memory isn't touched.
+#[global_allocator]
+static ALLOCATOR: HugePages = HugePages;
 
 #[pymodule]
 fn _native(module: &Bound<'_, PyModule>) -> PyResult<()> {
@@ -22,6 +27,9 @@ fn _native(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_class::<mechanism::Snapshot>()?;
     module.add_class::<results::Results>()?;
     module.add_function(wrap_pyfunction!(reduction::reduce, module)?)?;
+    module.add_function(wrap_pyfunction!(reduction::plan, module)?)?;
+    module.add_function(wrap_pyfunction!(superelement::inspected, module)?)?;
+    module.add_function(wrap_pyfunction!(superelement::compared, module)?)?;
     module.add_function(wrap_pyfunction!(scene::simulate, module)?)?;
     module.add_function(wrap_pyfunction!(programs::run_reduce, module)?)?;
     module.add_function(wrap_pyfunction!(programs::run_simulate, module)?)?;

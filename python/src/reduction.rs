@@ -1,8 +1,10 @@
 //! Reductions of matrices in memory.
 
+use std::collections::BTreeMap;
 use std::path::Path;
 use std::sync::Arc;
 
+use dcb_formats::SparseMatrix;
 use dcb_formats::component::{Component, ComponentDraft, ComponentFault, NamedLoad};
 use dcb_formats::description::{MeshArrays, component_in_memory};
 use dcb_formats::mesh::{CellBlock, Mesh};
@@ -10,6 +12,7 @@ use dcb_reducer::mode_selection::ModeOptions;
 use dcb_reducer::observer::{Observer, Stage};
 use dcb_reducer::{Reduced, Reduction};
 use pyo3::prelude::*;
+use serde_json::json;
 
 use crate::arrays::{real, rows_of};
 use crate::error::{Failure, apart};
@@ -19,61 +22,100 @@ use crate::superelement::Superelement;
 /// A component in memory is called so in messages.
 const IN_MEMORY: &str = "component";
 
-/// Reduces a component. `description` is JSON, as under the key `component` of a component file; `options` are those of `reduce`, JSON;
-/// `cells` has name, array of nodes for each block; `loads` name and forces. `progress`, if given, is called with stage and share.
+/// What a component is made of, from Python.
+struct Parts {
+    stiffness: SparseMatrix,
+    mass: SparseMatrix,
+    mesh: MeshArrays,
+    loads: Vec<NamedLoad>,
+    description: String,
+}
+
+impl Parts {
+    /// `part` is (K, M, points, description, cells, loads): `description` is JSON, as under the key `component` of a component file; `cells` has name
+    /// and array of nodes for each block; `loads` name and forces.
+    fn of(py: Python<'_>, part: Given<'_>) -> PyResult<Self> {
+        let (stiffness, mass, points, description, cells, loads) = part;
+        let (coordinates, [_, coordinate_count]) = rows_of(py, "points", &points)?;
+        let cells = cells.iter().map(|(kind, nodes)| block(py, kind, nodes));
+        let mesh = MeshArrays {
+            coordinates,
+            coordinate_count,
+            cells: cells.collect::<PyResult<_>>()?,
+            point_sets: BTreeMap::new(),
+        };
+        let loads = loads.iter().map(|(name, forces)| {
+            let forces = real(py, &format!("loads[{name:?}]"), forces)?;
+            Ok(NamedLoad {
+                name: name.clone(),
+                forces: forces.as_array().iter().copied().collect(),
+            })
+        });
+        Ok(Self {
+            loads: loads.collect::<PyResult<_>>()?,
+            stiffness: matrix(py, "K", &stiffness)?,
+            mass: matrix(py, "M", &mass)?,
+            mesh,
+            description,
+        })
+    }
+
+    fn component(self) -> Result<Component, Failure> {
+        let path = Path::new(IN_MEMORY);
+        let described = component_in_memory(&self.description, self.mesh, path)?;
+        let dofs = described.dof_map(self.stiffness.nrows(), path)?;
+        let draft = ComponentDraft {
+            interfaces: described.interfaces,
+            damping: described.damping,
+            notes: described.notes,
+            loads: self.loads,
+            ..ComponentDraft::new(
+                &described.name,
+                described.units,
+                (described.mesh, dofs),
+                self.stiffness,
+                self.mass,
+            )
+        };
+        Component::checked(draft).map_err(|ComponentFault { place, message }| {
+            Failure::input(format!("{place}: {message}"))
+        })
+    }
+}
+
+/// K, M, points, description, cells, loads.
+type Given<'py> = (
+    Bound<'py, PyAny>,
+    Bound<'py, PyAny>,
+    Bound<'py, PyAny>,
+    String,
+    Vec<(String, Bound<'py, PyAny>)>,
+    Vec<(String, Bound<'py, PyAny>)>,
+);
+
+/// Reduces a component; `options` are those of `reduce`, JSON. `progress`, if given, is called with stage and share.
 #[pyfunction]
-#[pyo3(signature = (stiffness, mass, points, description, cells, loads, options, modes, progress, threads))]
-#[expect(clippy::too_many_arguments, reason = "called by the Python half alone, by position")]
 pub fn reduce(
     py: Python<'_>,
-    stiffness: &Bound<'_, PyAny>,
-    mass: &Bound<'_, PyAny>,
-    points: &Bound<'_, PyAny>,
-    description: &str,
-    cells: Vec<(String, Bound<'_, PyAny>)>,
-    loads: Vec<(String, Bound<'_, PyAny>)>,
+    part: Given<'_>,
     options: &str,
     modes: &str,
     progress: Option<Py<PyAny>>,
     threads: Option<usize>,
 ) -> PyResult<Superelement> {
-    let (coordinates, [_, coordinate_count]) = rows_of(py, "points", points)?;
-    let cells = cells.iter().map(|(kind, nodes)| block(py, kind, nodes));
-    let mesh = MeshArrays {
-        coordinates,
-        coordinate_count,
-        cells: cells.collect::<PyResult<_>>()?,
-        point_sets: std::collections::BTreeMap::new(),
-    };
-    let stiffness = matrix(py, "K", stiffness)?;
-    let mass = matrix(py, "M", mass)?;
-    let loads = loads.iter().map(|(name, forces)| {
-        let forces = real(py, &format!("loads[{name:?}]"), forces)?;
-        Ok(NamedLoad {
-            name: name.clone(),
-            forces: forces.as_array().iter().copied().collect(),
-        })
-    });
-    let loads = loads.collect::<PyResult<Vec<_>>>()?;
+    let parts = Parts::of(py, part)?;
     let (reduced, mesh) = apart(py, || {
-        let component = component(stiffness, mass, mesh, description, loads)?;
+        let component = parts.component()?;
         let options = options_of(options, modes, &component)?;
         let mut watch = Watch {
             progress,
             stage: Stage::Model,
-            told: None,
+            raised: None,
         };
-        let reduced = match threads {
-            None => dcb_reducer::reduce(&component, &options, &mut watch),
-            Some(threads) => {
-                let pool = rayon::ThreadPoolBuilder::new().num_threads(threads);
-                let pool = pool
-                    .build()
-                    .map_err(|error| Failure::input(format!("threads: {error}")))?;
-                pool.install(|| dcb_reducer::reduce(&component, &options, &mut watch))
-            }
-        };
-        if let Some(raised) = watch.told {
+        let reduced = with_threads(threads, || {
+            dcb_reducer::reduce(&component, &options, &mut watch)
+        })?;
+        if let Some(raised) = watch.raised {
             return Err(Failure::Raised(raised));
         }
         let reduced = reduced.and_then(Reduced::accepted)?;
@@ -85,6 +127,43 @@ pub fn reduce(
         recovery: Some(Arc::new(reduced.recovery)),
         mesh: Some(Arc::new(mesh)),
     })
+}
+
+/// What a reduction will cost, as JSON: sizes, and the most memory in bytes.
+#[pyfunction]
+pub fn plan(py: Python<'_>, part: Given<'_>, modes: &str) -> PyResult<String> {
+    let parts = Parts::of(py, part)?;
+    apart(py, || {
+        let component = parts.component()?;
+        let options = options_of("{}", modes, &component)?;
+        let forecast = dcb_reducer::forecast(&component, options.modes)?;
+        let storage = options.memory.candidates().swap_remove(0);
+        let table = json!({
+            "dofs": forecast.dofs,
+            "modes": forecast.modes,
+            "attachments": forecast.attachment_columns,
+            "factor_entries": forecast.factor_entries,
+            "operations": forecast.flops,
+            "memory": forecast.peak_bytes(&storage),
+        });
+        Ok(table.to_string())
+    })
+}
+
+/// Works with so many threads; with all where nothing is said.
+fn with_threads<T: Send>(
+    threads: Option<usize>,
+    work: impl FnOnce() -> T + Send,
+) -> Result<T, Failure> {
+    let Some(threads) = threads else {
+        return Ok(work());
+    };
+    if threads == 0 {
+        return Err(Failure::input("threads: is 0, expected 1 or more"));
+    }
+    let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build();
+    let pool = pool.map_err(|error| Failure::input(format!("threads: {error}")))?;
+    Ok(pool.install(work))
 }
 
 fn block(py: Python<'_>, kind: &str, nodes: &Bound<'_, PyAny>) -> PyResult<CellBlock> {
@@ -106,33 +185,6 @@ fn block(py: Python<'_>, kind: &str, nodes: &Bound<'_, PyAny>) -> PyResult<CellB
     })
 }
 
-fn component(
-    stiffness: dcb_formats::SparseMatrix,
-    mass: dcb_formats::SparseMatrix,
-    mesh: MeshArrays,
-    description: &str,
-    loads: Vec<NamedLoad>,
-) -> Result<Component, Failure> {
-    let path = Path::new(IN_MEMORY);
-    let described = component_in_memory(description, mesh, path)?;
-    let dofs = described.dof_map(stiffness.nrows(), path)?;
-    let draft = ComponentDraft {
-        interfaces: described.interfaces,
-        damping: described.damping,
-        notes: described.notes,
-        loads,
-        ..ComponentDraft::new(
-            &described.name,
-            described.units,
-            (described.mesh, dofs),
-            stiffness,
-            mass,
-        )
-    };
-    Component::checked(draft)
-        .map_err(|ComponentFault { place, message }| Failure::input(format!("{place}: {message}")))
-}
-
 fn options_of(options: &str, modes: &str, component: &Component) -> Result<Reduction, Failure> {
     let unreadable = |error: serde_json::Error| Failure::input(format!("options: {error}"));
     let mut reduction: Reduction = serde_json::from_str(options).map_err(unreadable)?;
@@ -146,19 +198,19 @@ struct Watch {
     progress: Option<Py<PyAny>>,
     stage: Stage,
     /// What the function raised; it isn't called again.
-    told: Option<PyErr>,
+    raised: Option<PyErr>,
 }
 
 impl Watch {
     fn tell(&mut self, share: f64) {
-        if self.told.is_some() {
+        if self.raised.is_some() {
             return;
         }
         let Some(progress) = &self.progress else {
             return;
         };
         let stage = self.stage.name();
-        self.told = Python::attach(|py| progress.call1(py, (stage, share)).err());
+        self.raised = Python::attach(|py| progress.call1(py, (stage, share)).err());
     }
 }
 

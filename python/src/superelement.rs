@@ -8,6 +8,7 @@ use dcb_formats::mesh::Mesh;
 use dcb_formats::output::Replace;
 use dcb_formats::scene::Compatibility;
 use dcb_formats::{RecoveryBasis, Superelement as Element};
+use dcb_programs::reduce::{self, Form};
 use dcb_reducer::verify::{Findings, check_alone};
 use dcb_superelement::error_bounds::{ErrorBounds, POINTS};
 use dcb_superelement::{LOSS_FACTOR, Selection};
@@ -23,6 +24,22 @@ pub struct Superelement {
     pub element: Arc<Element>,
     pub recovery: Option<Arc<RecoveryBasis>>,
     pub mesh: Option<Arc<Mesh>>,
+}
+
+/// What `reduce inspect` says of a file, as JSON or for people.
+#[pyfunction]
+pub fn inspected(py: Python<'_>, path: PathBuf, as_json: bool) -> PyResult<String> {
+    let form = match as_json {
+        true => Form::Json,
+        false => Form::Text,
+    };
+    apart(py, || Ok(reduce::inspected(&path, form)?))
+}
+
+/// What `reduce compare` says of two files.
+#[pyfunction]
+pub fn compared(py: Python<'_>, a: PathBuf, b: PathBuf) -> PyResult<String> {
+    apart(py, || Ok(reduce::compared(&a, &b)?))
 }
 
 #[pymethods]

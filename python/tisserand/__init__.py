@@ -5,8 +5,8 @@
 """
 
 from tisserand._native import Error, InputError, InternalError, NumericalError, Snapshot, __version__
-from tisserand.mechanism import Mechanism
-from tisserand.reduction import reduce
+from tisserand.mechanism import History, Mechanism
+from tisserand.reduction import Plan, plan, reduce
 from tisserand.results import Channel, Results
 from tisserand.scene import Scene
 from tisserand.simulation import simulate
@@ -16,16 +16,19 @@ __all__ = [
     "Channel",
     "Error",
     "ErrorBounds",
+    "History",
     "InputError",
     "InternalError",
     "Mechanism",
     "NumericalError",
+    "Plan",
     "Results",
     "Scene",
     "Snapshot",
     "Superelement",
     "Verification",
     "__version__",
+    "plan",
     "reduce",
     "simulate",
 ]

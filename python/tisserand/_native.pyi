@@ -1,11 +1,13 @@
 from collections.abc import Callable, Sequence
 from os import PathLike
-from typing import Any
+from typing import Any, TypeAlias
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 __version__: str
+
+Part: TypeAlias = tuple[Any, Any, ArrayLike, str, Sequence[tuple[str, ArrayLike]], Sequence[tuple[str, ArrayLike]]]
 
 class Error(Exception):
     variant: str
@@ -96,17 +98,15 @@ class Results:
     def modes(self) -> list[tuple[str, str, list[float]]]: ...
 
 def reduce(
-    stiffness: Any,
-    mass: Any,
-    points: ArrayLike,
-    description: str,
-    cells: Sequence[tuple[str, ArrayLike]],
-    loads: Sequence[tuple[str, ArrayLike]],
+    part: Part,
     options: str,
     modes: str,
     progress: Callable[[str, float], object] | None,
     threads: int | None,
 ) -> Superelement: ...
+def plan(part: Part, modes: str) -> str: ...
+def inspected(path: str | PathLike[str], as_json: bool) -> str: ...
+def compared(a: str | PathLike[str], b: str | PathLike[str]) -> str: ...
 def simulate(
     scene: Scene,
     path: str | PathLike[str],

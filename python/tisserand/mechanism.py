@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping, Sequence
 from os import PathLike
 from typing import Any
 
@@ -25,8 +25,9 @@ class Mechanism(_native.Mechanism):
         A scene, its dictionary, or the path of its file. Its integrator says how steps are made; `step`, `end` and `record` don't matter.
     """
 
-    __slots__ = ("_scene",)
     _scene: Scene
+    history: History
+    """What :meth:`run` has recorded last, also where it failed."""
 
     def __new__(cls, scene: Scene | Mapping[str, Any] | str | PathLike[str]) -> Mechanism:
         described = scene_of(scene)
@@ -34,9 +35,78 @@ class Mechanism(_native.Mechanism):
         made._scene = described
         return made
 
+    def run(
+        self,
+        duration: float,
+        step: float,
+        *,
+        control: Callable[[float, Mechanism], Mapping[str, float] | None] | None = None,
+        every: int = 1,
+        record: Sequence[str] = (),
+    ) -> History:
+        """Make steps of one length, with a function in the loop.
+
+        Parameters
+        ----------
+        duration, step
+            How long, and the length of a step; the last one ends at the duration, or up to half a step from it.
+        control
+            Called with the time and this mechanism before the first step and after every `every`-th; the inputs that it returns are held until it is
+            called again. Held so, an input comes half the time between calls late on average: a loop of stiffness k and damping c in which both act so
+            loses k h / 2 of its damping, h being the time between calls.
+        every
+            Steps between two calls of `control`.
+        record
+            Outputs to record, before the first step and after each.
+
+        Returns
+        -------
+        History
+            If `control` raises, or a step fails, what was recorded until then is :attr:`history`.
+        """
+        if every < 1 or step <= 0 or not np.isfinite(duration / step):
+            raise _native.InputError(f"every: is {every}, step: is {step}, duration: is {duration}; expected 1 or more, a positive step, a finite duration")
+        history = self.history = History(list(record))
+        history._add(self)
+        for number in range(round(duration / step)):
+            if control is not None and number % every == 0:
+                for name, value in (control(self.time, self) or {}).items():
+                    self.set_input(name, value)
+            self.step(step)
+            history._add(self)
+        return history
+
     def outputs(self, *names: str) -> NDArray[np.float64]:
         """Several outputs one behind the other."""
         return np.concatenate([self.output(name) for name in names])
+
+
+class History:
+    """Outputs that :meth:`Mechanism.run` has recorded."""
+
+    def __init__(self, names: list[str]) -> None:
+        self._time: list[float] = []
+        self._values: dict[str, list[NDArray[np.float64]]] = {name: [] for name in names}
+
+    def _add(self, motion: Mechanism) -> None:
+        self._time.append(motion.time)
+        for name, values in self._values.items():
+            values.append(motion.output(name))
+
+    @property
+    def time(self) -> NDArray[np.float64]:
+        """Times, (steps + 1)."""
+        return np.array(self._time)
+
+    def __getitem__(self, name: str) -> NDArray[np.float64]:
+        """An output over time: (steps + 1), or (steps + 1, columns) where it has several."""
+        if name not in self._values:
+            raise _native.InputError(f"{name!r} wasn't recorded; recorded are {', '.join(self._values) or 'none'}")
+        values = np.array(self._values[name])
+        return values[:, 0] if values.ndim == 2 and values.shape[1] == 1 else values
+
+    def __len__(self) -> int:
+        return len(self._time)
 
 
 def scene_of(scene: Scene | Mapping[str, Any] | str | PathLike[str]) -> Scene:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -80,6 +81,66 @@ def reduce(
     NumericalError
         The computation failed, or its result doesn't keep its limits.
     """
+    part = _part(K, M, points, interfaces, dofs, cells, loads, units, name, damping)
+    options: dict[str, Any] = {
+        "enrich": list(enrich),
+        "without_estimate": without_estimate,
+        "allow_grounded": allow_grounded,
+        "allow_loose": allow_loose,
+    }
+    if interface_modes is not None:
+        options["interface_modes"] = interface_modes
+    return Superelement(_native.reduce(part, _json(options), _modes(modes, max_frequency), progress, threads))
+
+
+@dataclass(frozen=True)
+class Plan:
+    """What a reduction will cost."""
+
+    dofs: int
+    """Dofs of the model that is factorized."""
+    modes: int
+    attachments: int
+    factor_entries: int
+    """Entries of the factor's lower triangle."""
+    operations: float
+    """Multiplications and additions of a factorization, each pair one."""
+    memory: int
+    """Most memory with the factor in memory, bytes, give or take a fifth."""
+
+
+def plan(
+    K: Any,
+    M: Any,
+    points: ArrayLike,
+    interfaces: Mapping[str, Any] | Sequence[Mapping[str, Any]],
+    *,
+    modes: int = 30,
+    max_frequency: float | None = None,
+    dofs: Sequence[Any] | None = None,
+    units: tuple[str, str, str] = ("m", "kg", "s"),
+) -> Plan:
+    """Say what :func:`reduce` will cost, from the pattern of the matrices alone."""
+    part = _part(K, M, points, interfaces, dofs, None, None, units, "part", None)
+    return Plan(**json.loads(_native.plan(part, _modes(modes, max_frequency))))
+
+
+def _modes(modes: int, max_frequency: float | None) -> str:
+    return _json({"modes": modes if max_frequency is None else None, "max_frequency": max_frequency})
+
+
+def _part(
+    K: Any,
+    M: Any,
+    points: ArrayLike,
+    interfaces: Mapping[str, Any] | Sequence[Mapping[str, Any]],
+    dofs: Sequence[Any] | None,
+    cells: Mapping[str, ArrayLike] | Sequence[tuple[str, ArrayLike]] | None,
+    loads: Mapping[str, ArrayLike] | None,
+    units: tuple[str, str, str],
+    name: str,
+    damping: float | Sequence[float] | Mapping[str, Any] | None,
+) -> _native.Part:
     places = np.asarray(points)
     if dofs is None:
         dofs = ["ux", "uy"] if places.ndim == 2 and places.shape[1] == 2 else ["ux", "uy", "uz"]
@@ -91,29 +152,8 @@ def reduce(
     }
     if damping is not None:
         description["damping"] = damping if isinstance(damping, Mapping) else {"modal": damping}
-    options: dict[str, Any] = {
-        "enrich": list(enrich),
-        "without_estimate": without_estimate,
-        "allow_grounded": allow_grounded,
-        "allow_loose": allow_loose,
-    }
-    if interface_modes is not None:
-        options["interface_modes"] = interface_modes
-    wanted = {"modes": None, "max_frequency": max_frequency} if max_frequency is not None else {"modes": modes, "max_frequency": None}
     blocks = list(cells.items()) if isinstance(cells, Mapping) else list(cells or [])
-    native = _native.reduce(
-        K,
-        M,
-        places,
-        _json(description),
-        blocks,
-        list((loads or {}).items()),
-        _json(options),
-        _json(wanted),
-        progress,
-        threads,
-    )
-    return Superelement(native)
+    return (K, M, places, _json(description), blocks, list((loads or {}).items()))
 
 
 def _interfaces(interfaces: Mapping[str, Any] | Sequence[Mapping[str, Any]]) -> list[dict[str, Any]]:

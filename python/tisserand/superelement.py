@@ -2,10 +2,15 @@
 
 from __future__ import annotations
 
+import json
 import math
+import tempfile
+from collections.abc import Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass
 from os import PathLike
-from typing import Literal
+from pathlib import Path
+from typing import Any, Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -174,6 +179,24 @@ class Superelement:
     def verify(self) -> Verification:
         """Recompute what can be recomputed of the superelement alone."""
         return Verification(*self._native.check())
+
+    def inspect(self) -> dict[str, Any]:
+        """All that `reduce inspect --json` says of it; `print(part)` says less."""
+        with self._file() as path:
+            found: dict[str, Any] = json.loads(_native.inspected(path, True))
+        return found
+
+    def compare(self, other: Superelement) -> str:
+        """How far two superelements agree: frequencies, shapes, flexibility, mass; a table for people, in SI units."""
+        with self._file() as own, other._file() as others:
+            return _native.compared(own, others)
+
+    @contextmanager
+    def _file(self) -> Iterator[Path]:
+        with tempfile.TemporaryDirectory(prefix="tisserand-") as folder:
+            path = Path(folder) / f"{self.name.replace('/', '_')}.dcb.h5"
+            self.write(path)
+            yield path
 
     def select(self, *, modes: int) -> Superelement:
         """The superelement with fewer modes, as a reduction with so many would give it, to rounding."""

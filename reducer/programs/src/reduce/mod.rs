@@ -13,7 +13,7 @@ mod study;
 mod superelement;
 
 use std::ffi::OsString;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use crate::program::{CommonArguments, Told, begin, print_to_stderr};
 use crate::stop_signal;
@@ -33,6 +33,7 @@ use crate::reduce::scene::SceneReductionArguments;
 use crate::reduce::study::ComponentStudyArguments;
 use crate::reduce::superelement::export::ExportArguments;
 use crate::reduce::superelement::inspect::InspectArguments;
+pub use crate::reduce::superelement::inspect::Form;
 use crate::reduce::superelement::verify::VerifyArguments;
 use crate::reduce::superelement::{compare, export, inspect, verify};
 use dcb_reducer::Reduction;
@@ -141,6 +142,23 @@ enum ReduceCommand {
         #[arg(value_enum, default_value_t)]
         of: SchemaName,
     },
+}
+
+/// What `reduce inspect` says of a superelement, as JSON or for people.
+///
+/// # Errors
+/// Those of reading the file, and of bounds of its errors.
+pub fn inspected(file: &Path, form: Form) -> Result<String, Error> {
+    let arguments = InspectArguments::of(file, form);
+    Ok(inspect::run(&arguments)?.output)
+}
+
+/// What `reduce compare` says of two superelements.
+///
+/// # Errors
+/// Those of reading the files; one is planar and the other spatial.
+pub fn compared(a: &Path, b: &Path) -> Result<String, Error> {
+    Ok(compare::run(a, b)?.output)
 }
 
 /// Runs the program with its name and arguments; the exit status.

@@ -37,6 +37,26 @@ pub struct InspectArguments {
     band: Option<[f64; 2]>,
 }
 
+/// For whom something is printed.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Form {
+    /// People.
+    Text,
+    /// Programs.
+    Json,
+}
+
+impl InspectArguments {
+    /// A file over the usual band.
+    pub fn of(file: &Path, form: Form) -> Self {
+        Self {
+            file: file.to_path_buf(),
+            json: form == Form::Json,
+            band: None,
+        }
+    }
+}
+
 /// Errors are estimated over a band in Hz, or over the usual one.
 pub fn run(arguments: &InspectArguments) -> Result<Outcome, Error> {
     let file = match SuperelementFile::open(&arguments.file) {

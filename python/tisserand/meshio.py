@@ -1,0 +1,40 @@
+"""Meshes of meshio: what goes into a reduction, and superelements as meshes with their modes."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from tisserand import _native
+from tisserand.superelement import Superelement
+
+
+def arguments(mesh: Any) -> dict[str, Any]:
+    """`points` and `cells` of :func:`tisserand.reduce` from a `meshio.Mesh`."""
+    return {"points": np.asarray(mesh.points), "cells": [(block.type, np.asarray(block.data)) for block in mesh.cells]}
+
+
+def nodes(mesh: Any, name: str) -> NDArray[np.int64]:
+    """Nodes of a named set of a `meshio.Mesh`: its point set, or the nodes of its cell set."""
+    if name in mesh.point_sets:
+        return np.asarray(mesh.point_sets[name], dtype=np.int64)
+    if name in mesh.cell_sets:
+        chosen = mesh.cell_sets[name]
+        blocks = [block.data[which].ravel() for block, which in zip(mesh.cells, chosen, strict=True) if which is not None and len(which)]
+        return np.unique(np.concatenate(blocks)) if blocks else np.array([], dtype=np.int64)
+    known = sorted([*mesh.point_sets, *mesh.cell_sets])
+    raise _native.InputError(f"the mesh has no set {name!r}; it has {', '.join(known) or 'none'}")
+
+
+def mesh(part: Superelement, modes: Sequence[int] = ()) -> Any:
+    """A `meshio.Mesh` of a superelement, with the shapes of some modes as point data `mode 1`, `mode 2` and so on."""
+    import meshio
+
+    points = part.points
+    if points is None:
+        raise _native.InputError(f"{part.name}: has no mesh; ask for the whole file")
+    shapes = {f"mode {mode + 1}": part.shape(mode) for mode in modes}
+    return meshio.Mesh(points, part.cells, point_data=shapes)

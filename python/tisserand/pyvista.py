@@ -1,0 +1,80 @@
+"""Pictures in pyvista: modes of superelements, and the fields that a run has written."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from os import PathLike
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+import tisserand.meshio
+from tisserand import _native
+from tisserand.superelement import Superelement
+
+# Of the size of a part, that the largest displacement of a mode is drawn with.
+_SHARE = 0.1
+
+
+def mode(part: Superelement, number: int) -> Any:
+    """A `pyvista.UnstructuredGrid` of a superelement, displaced in a mode counted from 0; the largest displacement is a tenth of the part's size.
+
+    Its points are the displaced ones; the displacements themselves are the point data `displacement`.
+    """
+    import pyvista
+
+    grid = pyvista.from_meshio(tisserand.meshio.mesh(part))
+    shape = part.shape(number)
+    largest = float(np.linalg.norm(shape, axis=1).max())
+    scale = _SHARE * grid.length / largest if largest > 0 else 0.0
+    grid.points = np.asarray(grid.points) + scale * shape
+    grid.point_data["displacement"] = scale * shape
+    return grid
+
+
+def fields(series: str | PathLike[str]) -> Iterator[tuple[float, Any]]:
+    """Time and `pyvista.UnstructuredGrid` of each picture of a series `BODY.pvd` that a run has written (`fields` of a scene)."""
+    import pyvista
+
+    path = Path(series)
+    if not path.is_file():
+        raise _native.InputError(f"{path}: is no file; a scene writes such series with its key `fields`")
+    reader = pyvista.PVDReader(path)
+    for time in reader.time_values:
+        reader.set_active_time_value(time)
+        yield time, reader.read()[0]
+
+
+def animate(series: Mapping[str, str | PathLike[str]], target: str | PathLike[str], *, frames_per_second: int = 25, scalars: str | None = None) -> int:
+    """Write a moving picture (`.gif`) of several bodies' series; the number of its frames.
+
+    Parameters
+    ----------
+    series
+        The file `BODY.pvd` of each body, by name.
+    target
+        The picture.
+    scalars
+        Point data that colours the bodies, by its magnitude.
+    """
+    import pyvista
+
+    bodies = [list(fields(path)) for path in series.values()]
+    count = min(map(len, bodies))
+    if count == 0:
+        raise _native.InputError("the series have no picture in common")
+    everything = pyvista.merge([grid for body in bodies for _, grid in body])
+    plotter = pyvista.Plotter(off_screen=True)
+    plotter.open_gif(str(target), fps=frames_per_second)
+    for frame in range(count):
+        plotter.clear()
+        for body in bodies:
+            time, grid = body[frame]
+            plotter.add_mesh(grid, scalars=scalars, show_scalar_bar=False)
+        plotter.add_text(f"t = {time:.4g}", font_size=10)
+        plotter.reset_camera(bounds=everything.bounds)
+        plotter.write_frame()
+    plotter.close()
+    return count
+
