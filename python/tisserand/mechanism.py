@@ -4,13 +4,16 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from os import PathLike
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from tisserand import _native
 from tisserand.scene import Scene
+
+if TYPE_CHECKING:
+    from typing_extensions import Self
 
 
 class Mechanism(_native.Mechanism):
@@ -29,9 +32,10 @@ class Mechanism(_native.Mechanism):
     history: History
     """What :meth:`run` has recorded last, also where it failed."""
 
-    def __new__(cls, scene: Scene | Mapping[str, Any] | str | PathLike[str]) -> Mechanism:
+    def __new__(cls, scene: Scene | Mapping[str, Any] | str | PathLike[str]) -> Self:
         described = scene_of(scene)
         made = super().__new__(cls, described._checked())
+        # Superelements in memory live as long as their scene.
         made._scene = described
         return made
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import tempfile
 from collections.abc import Iterator
 from dataclasses import dataclass
 from os import PathLike
@@ -43,9 +42,8 @@ class Results:
         The file.
     """
 
-    def __init__(self, path: str | PathLike[str], _folder: tempfile.TemporaryDirectory[str] | None = None) -> None:
+    def __init__(self, path: str | PathLike[str]) -> None:
         self._file = _native.Results(path)
-        self._folder = _folder
         self.path = path
         self._channels = {channel[0]: Channel(*channel) for channel in self._file.channels()}
 

@@ -4,7 +4,9 @@ from __future__ import annotations
 
 import copy
 import json
+import shutil
 import tempfile
+import weakref
 from collections.abc import Mapping, Sequence
 from os import PathLike, fspath
 from pathlib import Path
@@ -54,7 +56,7 @@ class Scene:
     ) -> None:
         self._folder = Path.cwd()
         self._path = "scene"
-        self._own: tempfile.TemporaryDirectory[str] | None = None
+        self._own: Path | None = None
         self._data: dict[str, Any] = {"dimension": dimension, "units": dict(zip(("length", "mass", "time"), units, strict=True))}
         if gravity is not None:
             self._data["gravity"] = gravity
@@ -90,9 +92,10 @@ class Scene:
         """A flexible body of a superelement, in memory or in a file: `position`, `orientation`, `velocity`, `modes` and so on."""
         if isinstance(superelement, Superelement):
             if self._own is None:
-                self._own = tempfile.TemporaryDirectory(prefix="tisserand-")
-            path = Path(self._own.name) / f"{len(list(Path(self._own.name).iterdir()))}.dcb.h5"
-            superelement.write(path)
+                self._own = Path(tempfile.mkdtemp(prefix="tisserand-"))
+                weakref.finalize(self, shutil.rmtree, self._own, ignore_errors=True)
+            path = self._own / f"{len(self._data.get('bodies', {}))}.dcb.h5"
+            superelement.write(path, overwrite=True)
         else:
             path = Path(fspath(superelement))
         return self.add("bodies", name, {"superelement": str(path), **keys})

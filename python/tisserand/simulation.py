@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import shutil
 import tempfile
+import weakref
 from collections.abc import Callable, Mapping
 from os import PathLike
 from pathlib import Path
@@ -43,8 +45,8 @@ def simulate(
         If a function that is called raises, or the user presses Ctrl-C, the run ends with that exception; the file has what was reached.
     """
     described = scene_of(scene)
-    folder = tempfile.TemporaryDirectory(prefix="tisserand-") if output is None else None
-    path = Path(folder.name) / "results.h5" if folder is not None else Path(output or "")
+    folder = tempfile.mkdtemp(prefix="tisserand-") if output is None else None
+    path = Path(folder) / "results.h5" if folder is not None else Path(output or "")
 
     def told(time: float, end: float | None, message: str | None) -> None:
         if message is not None and note is not None:
@@ -53,5 +55,13 @@ def simulate(
             progress(time, end)
 
     is_told = progress is not None or note is not None
-    _native.simulate(described._checked(), path, overwrite or folder is not None, told if is_told else None)
-    return Results(path, folder)
+    try:
+        _native.simulate(described._checked(), path, overwrite, told if is_told else None)
+        results = Results(path)
+    except BaseException:
+        if folder is not None:
+            shutil.rmtree(folder, ignore_errors=True)
+        raise
+    if folder is not None:
+        weakref.finalize(results, shutil.rmtree, folder, ignore_errors=True)
+    return results
