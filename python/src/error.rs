@@ -32,10 +32,16 @@ create_exception!(
     "A defect of this package: please report it with what led to it."
 );
 
+/// Variant of what is wrong with the arguments themselves.
+const ARGUMENT: &str = "Argument";
+
 /// Adds the exceptions to the module.
 pub fn add(module: &Bound<'_, PyModule>) -> PyResult<()> {
     let py = module.py();
-    module.add("Error", py.get_type::<Error>())?;
+    let base = py.get_type::<Error>();
+    // Of those that the package's Python raises.
+    base.setattr("variant", ARGUMENT)?;
+    module.add("Error", base)?;
     module.add("InputError", py.get_type::<InputError>())?;
     module.add("NumericalError", py.get_type::<NumericalError>())?;
     module.add("InternalError", py.get_type::<InternalError>())
@@ -74,7 +80,7 @@ impl Failure {
         Self::Known {
             fault: Fault::Input,
             message: message.into(),
-            variant: "Argument".into(),
+            variant: ARGUMENT.into(),
         }
     }
 

@@ -126,6 +126,10 @@ def plan(
 
 
 def _modes(modes: int, max_frequency: float | None) -> str:
+    if modes < 0:
+        raise _native.InputError(f"modes: is {modes}, expected 0 or more")
+    if max_frequency is not None and not max_frequency > 0:
+        raise _native.InputError(f"max_frequency: is {max_frequency}, expected a positive number of Hz")
     return _json({"modes": modes if max_frequency is None else None, "max_frequency": max_frequency})
 
 
