@@ -87,9 +87,8 @@ impl Results {
             return Ok(Vec::new());
         };
         let lists = modes.lists(self.file.units());
-        let list = |(name, unit, values): (&str, String, &[f64])| {
-            (name.to_owned(), unit, values.to_vec())
-        };
+        let list =
+            |(name, unit, values): (&str, String, &[f64])| (name.to_owned(), unit, values.to_vec());
         Ok(lists.into_iter().map(list).collect())
     }
 }

@@ -109,7 +109,8 @@ fn assembled(
     for line in 0..size {
         let range = starts[line] as usize..starts[line + 1] as usize;
         let places = &rows[range.clone()];
-        if !places.is_sorted_by(|a, b| a < b) || places.last().is_some_and(|&at| at as usize >= size)
+        if !places.is_sorted_by(|a, b| a < b)
+            || places.last().is_some_and(|&at| at as usize >= size)
         {
             return Err(refused(format!(
                 "the indices of line {line} aren't rising below {size}"

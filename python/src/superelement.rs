@@ -10,7 +10,7 @@ use dcb_formats::scene::Compatibility;
 use dcb_formats::{RecoveryBasis, Superelement as Element};
 use dcb_programs::reduce::{self, Form};
 use dcb_reducer::verify::{Findings, check_alone};
-use dcb_superelement::error_bounds::{ErrorBounds, POINTS};
+use dcb_superelement::error_bounds::ErrorBounds;
 use dcb_superelement::{LOSS_FACTOR, Selection};
 use numpy::{PyArray1, PyArray2};
 use pyo3::prelude::*;
@@ -127,7 +127,9 @@ impl Superelement {
     #[getter]
     fn interfaces(&self) -> Vec<&str> {
         let interfaces = self.element.interfaces.iter();
-        interfaces.map(|interface| interface.name.as_str()).collect()
+        interfaces
+            .map(|interface| interface.name.as_str())
+            .collect()
     }
 
     #[getter]
@@ -149,12 +151,18 @@ impl Superelement {
 
     #[getter]
     fn interface_shapes<'py>(slf: &Bound<'py, Self>) -> Bound<'py, PyArray2<f64>> {
-        matrix_of(slf.as_any(), slf.get().element.modes.interface_shapes.as_ref())
+        matrix_of(
+            slf.as_any(),
+            slf.get().element.modes.interface_shapes.as_ref(),
+        )
     }
 
     #[getter]
     fn residual_flexibility<'py>(slf: &Bound<'py, Self>) -> Bound<'py, PyArray2<f64>> {
-        matrix_of(slf.as_any(), slf.get().element.residual.flexibility.as_ref())
+        matrix_of(
+            slf.as_any(),
+            slf.get().element.residual.flexibility.as_ref(),
+        )
     }
 
     #[getter]
@@ -189,7 +197,8 @@ impl Superelement {
     fn points<'py>(&self, py: Python<'py>) -> Option<Bound<'py, PyArray2<f64>>> {
         let mesh = self.mesh.as_ref()?;
         let width = mesh.dimension.coordinate_count();
-        let points = faer::MatRef::from_row_major_slice(&mesh.coordinates, mesh.node_count(), width);
+        let points =
+            faer::MatRef::from_row_major_slice(&mesh.coordinates, mesh.node_count(), width);
         Some(copied(py, points))
     }
 
@@ -224,7 +233,6 @@ impl Superelement {
     }
 
     /// Bounds of the errors up to ω² (those of the usual band where `None`), with strong or static compatibility.
-    #[pyo3(signature = (upper, compatibility, points = POINTS))]
     fn error_bounds<'py>(
         &self,
         py: Python<'py>,
@@ -250,7 +258,8 @@ impl Superelement {
             return Ok(None);
         };
         let table = PyDict::new(py);
-        let bracket = |bracket: dcb_superelement::error_bounds::Bracket| (bracket.lower, bracket.upper);
+        let bracket =
+            |bracket: dcb_superelement::error_bounds::Bracket| (bracket.lower, bracket.upper);
         table.set_item("upper_eigenvalue", top)?;
         table.set_item("static_response", bracket(estimate.static_response))?;
         table.set_item("collocated", bracket(estimate.collocated.largest))?;

@@ -1,14 +1,34 @@
 from collections.abc import Callable, Sequence
 from os import PathLike
-from typing import Any, TypeAlias
+from typing import Any, TypeAlias, final
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
-from typing_extensions import Self
+from typing_extensions import Self, disjoint_base
+
+__all__ = [
+    "Error",
+    "InputError",
+    "InternalError",
+    "Mechanism",
+    "NumericalError",
+    "Results",
+    "Scene",
+    "Snapshot",
+    "Superelement",
+    "__version__",
+    "compared",
+    "inspected",
+    "plan",
+    "reduce",
+    "run_reduce",
+    "run_simulate",
+    "simulate",
+]
 
 __version__: str
 
-Part: TypeAlias = tuple[Any, Any, ArrayLike, str, Sequence[tuple[str, ArrayLike]], Sequence[tuple[str, ArrayLike]]]
+_Part: TypeAlias = tuple[Any, Any, ArrayLike, str, Sequence[tuple[str, ArrayLike]], Sequence[tuple[str, ArrayLike]]]
 
 class Error(Exception):
     variant: str
@@ -17,6 +37,7 @@ class InputError(Error): ...
 class NumericalError(Error): ...
 class InternalError(Error): ...
 
+@final
 class Superelement:
     @staticmethod
     def read(path: str | PathLike[str]) -> Superelement: ...
@@ -62,9 +83,10 @@ class Superelement:
     @property
     def cells(self) -> list[tuple[str, list[list[int]]]]: ...
     def check(self) -> tuple[str, list[str]]: ...
-    def error_bounds(self, upper: float | None, compatibility: str, points: int = 400) -> dict[str, Any] | None: ...
+    def error_bounds(self, upper: float | None, compatibility: str, points: int) -> dict[str, Any] | None: ...
     def lowest_modes(self, count: int) -> Superelement: ...
 
+@final
 class Scene:
     @staticmethod
     def parse(text: str, path: str | PathLike[str]) -> Scene: ...
@@ -72,8 +94,10 @@ class Scene:
     def read(path: str | PathLike[str]) -> Scene: ...
     def to_json(self) -> str: ...
 
+@final
 class Snapshot: ...
 
+@disjoint_base
 class Mechanism:
     def __new__(cls, scene: Scene) -> Self: ...
     @property
@@ -84,6 +108,7 @@ class Mechanism:
     def save(self) -> Snapshot: ...
     def restore(self, snapshot: Snapshot) -> None: ...
 
+@final
 class Results:
     def __new__(cls, path: str | PathLike[str]) -> Self: ...
     @property
@@ -99,13 +124,13 @@ class Results:
     def modes(self) -> list[tuple[str, str, list[float]]]: ...
 
 def reduce(
-    part: Part,
+    part: _Part,
     options: str,
     modes: str,
     progress: Callable[[str, float], object] | None,
     threads: int | None,
 ) -> Superelement: ...
-def plan(part: Part, modes: str) -> str: ...
+def plan(part: _Part, modes: str) -> str: ...
 def inspected(path: str | PathLike[str], as_json: bool) -> str: ...
 def compared(a: str | PathLike[str], b: str | PathLike[str]) -> str: ...
 def simulate(

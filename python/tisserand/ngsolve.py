@@ -60,6 +60,7 @@ def part(space: Any) -> Part:
 
 def matrix(form: Any) -> scipy.sparse.csr_array:
     """The matrix of an assembled `BilinearForm`, both triangles."""
-    values, columns, starts = (np.asarray(array) for array in form.mat.CSR())
+    # Copies: NGSolve's arrays go with the form.
+    values, columns, starts = (np.array(array) for array in form.mat.CSR())
     size = form.mat.height
     return scipy.sparse.csr_array((values, columns, starts), shape=(size, size))

@@ -64,8 +64,8 @@ def animate(series: Mapping[str, str | PathLike[str]], target: str | PathLike[st
     count = min(map(len, bodies))
     if count == 0:
         raise _native.InputError("the series have no picture in common")
-    everything = pyvista.merge([grid for body in bodies for _, grid in body])
-    plotter = pyvista.Plotter(off_screen=True)
+    everything: Any = pyvista.merge([grid for body in bodies for _, grid in body])
+    plotter: Any = pyvista.Plotter(off_screen=True)
     plotter.open_gif(str(target), fps=frames_per_second)
     for frame in range(count):
         plotter.clear()

@@ -144,7 +144,7 @@ def _part(
     units: tuple[str, str, str],
     name: str,
     damping: float | Sequence[float] | Mapping[str, Any] | None,
-) -> _native.Part:
+) -> _native._Part:
     places = np.asarray(points)
     if dofs is None:
         dofs = ["ux", "uy"] if places.ndim == 2 and places.shape[1] == 2 else ["ux", "uy", "uz"]
