@@ -89,5 +89,5 @@ pub fn real<'py>(
         .into());
     }
     let array = numpy.call_method1("asarray", (array, "float64"))?;
-    Ok(array.extract::<PyReadonlyArrayDyn<'py, f64>>()?)
+    array.extract::<PyReadonlyArrayDyn<'py, f64>>()
 }

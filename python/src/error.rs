@@ -84,7 +84,7 @@ impl Failure {
         }
     }
 
-    fn of(error: &(impl std::error::Error + Debug), is_unusable_input: bool) -> Self {
+    fn of(error: &impl std::error::Error, is_unusable_input: bool) -> Self {
         Self::Known {
             fault: match is_unusable_input {
                 true => Fault::Input,

@@ -8,6 +8,7 @@ mod reduction;
 mod results;
 mod scene;
 mod sparse;
+mod study;
 mod superelement;
 
 use dcb_reducer::resources::huge_pages::HugePages;
@@ -28,6 +29,7 @@ fn _native(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_class::<results::Results>()?;
     module.add_function(wrap_pyfunction!(reduction::reduce, module)?)?;
     module.add_function(wrap_pyfunction!(reduction::plan, module)?)?;
+    module.add_function(wrap_pyfunction!(study::study, module)?)?;
     module.add_function(wrap_pyfunction!(superelement::inspected, module)?)?;
     module.add_function(wrap_pyfunction!(superelement::compared, module)?)?;
     module.add_function(wrap_pyfunction!(scene::simulate, module)?)?;

@@ -4,6 +4,7 @@ import gc
 import json
 import os
 import pathlib
+import signal
 import subprocess
 import sys
 
@@ -41,6 +42,24 @@ def bracket():
 @pytest.fixture(scope="module")
 def reduced(bracket):
     return tisserand.reduce(**bracket, modes=10)
+
+
+def solid(count):
+    """A block of linear bricks of steel with this number of them along each edge."""
+    from skfem import Basis, BilinearForm, ElementHex1, ElementVector, MeshHex
+    from skfem.helpers import dot
+    from skfem.models.elasticity import lame_parameters, linear_elasticity
+    from tisserand.skfem import part
+
+    mesh = MeshHex.init_tensor(*(np.linspace(0, 0.01 * n, n + 1) for n in count))
+    basis = Basis(mesh, ElementVector(ElementHex1()))
+    block = part(basis)
+    return {
+        "K": linear_elasticity(*lame_parameters(210e9, 0.3)).assemble(basis),
+        "M": BilinearForm(lambda u, v, w: 7850.0 * dot(u, v)).assemble(basis),
+        "interfaces": {"end": block.nodes(lambda x: abs(x[0]) < 1e-9)},
+        **block.arguments(),
+    }
 
 
 def test_modes_are_those_of_scipy(bracket, reduced):
@@ -146,6 +165,52 @@ def test_progress_is_told_and_what_it_raises_is_passed_on(bracket):
 
     with pytest.raises(KeyError):
         tisserand.reduce(**bracket, modes=4, progress=raises)
+
+
+@pytest.mark.parametrize("threads", [None, 1])
+def test_ctrl_c_ends_a_reduction_soon(threads):
+    count = (40, 12, 12)
+    part = solid(count)
+    told = []
+
+    def press(stage, share):
+        told.append(stage)
+        if stage == "modes" and told.count("modes") == 3:
+            os.kill(os.getpid(), signal.SIGINT)
+
+    with pytest.raises(KeyboardInterrupt):
+        tisserand.reduce(**part, modes=60, threads=threads, progress=press)
+    assert "attachments" not in told, told
+    # The next one isn't touched by it.
+    assert tisserand.reduce(**part, modes=1).mode_count >= 1
+
+
+def test_a_study_names_the_cheapest_reduction(bracket, tmp_path):
+    study = tisserand.study(**bracket, modes=[2, 6], forms=["strong", "static"], band_points=50, output=tmp_path / "study")
+    assert [(row["variant"], row["modes"]) for row in study.rows if not row["enrichment"]] == [
+        ("strong", 2), ("static", 2), ("strong", 6), ("static", 6)
+    ]
+    few, many = (next(row["errors"] for row in study.rows if row["modes"] == modes) for modes in (2, 6))
+    assert many["held_frequencies"] < few["held_frequencies"] < 1
+    assert "strong" in str(study) and (tmp_path / "study/report.html").stat().st_size > 10_000
+    assert len(study.to_pandas()) == len(study.rows)
+    with pytest.raises(tisserand.InputError, match="has files in it"):
+        tisserand.study(**bracket, output=tmp_path / "study")
+    with pytest.raises(tisserand.InputError, match="strong"):
+        tisserand.study(**bracket, forms=["stronk"])
+
+
+def test_memory_is_kept_to(bracket, tmp_path):
+    whole = tisserand.reduce(**bracket, modes=4)
+    for factor in ("memory", "disk"):
+        other = tisserand.reduce(**bracket, modes=4, factor=factor, scratch=tmp_path, memory="1G")
+        assert np.array_equal(other.modes, whole.modes), factor
+    with pytest.raises(tisserand.InputError, match="not enough memory"):
+        tisserand.reduce(**bracket, modes=4, memory="1K")
+    with pytest.raises(tisserand.InputError, match="8G"):
+        tisserand.reduce(**bracket, modes=4, memory="lots")
+    with pytest.raises(tisserand.InputError, match="expected one of auto"):
+        tisserand.reduce(**bracket, modes=4, factor="floppy")
 
 
 def changed(matrix, row, column, value):

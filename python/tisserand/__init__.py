@@ -10,6 +10,7 @@ from tisserand.reduction import Plan, plan, reduce
 from tisserand.results import Channel, Results
 from tisserand.scene import Scene
 from tisserand.simulation import simulate
+from tisserand.study import Study, study
 from tisserand.superelement import ErrorBounds, Superelement, Verification
 
 __all__ = [
@@ -25,10 +26,12 @@ __all__ = [
     "Results",
     "Scene",
     "Snapshot",
+    "Study",
     "Superelement",
     "Verification",
     "__version__",
     "plan",
     "reduce",
     "simulate",
+    "study",
 ]

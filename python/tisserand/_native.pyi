@@ -126,11 +126,19 @@ class Results:
 def reduce(
     part: _Part,
     options: str,
-    modes: str,
+    means: str,
     progress: Callable[[str, float], object] | None,
     threads: int | None,
 ) -> Superelement: ...
-def plan(part: _Part, modes: str) -> str: ...
+def plan(part: _Part, means: str) -> str: ...
+def study(
+    part: _Part,
+    request: str,
+    means: str,
+    tolerance: float,
+    folder: str | PathLike[str],
+    threads: int | None,
+) -> str: ...
 def inspected(path: str | PathLike[str], as_json: bool) -> str: ...
 def compared(a: str | PathLike[str], b: str | PathLike[str]) -> str: ...
 def simulate(

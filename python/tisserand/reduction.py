@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import json
+import tempfile
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
+from os import PathLike, fspath
 from typing import Any
 
 import numpy as np
@@ -33,6 +35,9 @@ def reduce(
     without_estimate: bool = False,
     allow_grounded: bool = False,
     allow_loose: bool = False,
+    memory: str | None = None,
+    factor: str = "auto",
+    scratch: str | PathLike[str] | None = None,
     progress: Callable[[str, float], object] | None = None,
     threads: int | None = None,
 ) -> Superelement:
@@ -65,8 +70,14 @@ def reduce(
         Ratio to critical of all modes, one for each, or what a component file may have.
     interface_modes, enrich, without_estimate, allow_grounded, allow_loose
         As the options of the program `reduce`.
+    memory
+        How much may be taken, as `"8G"`; by default what the machine has available.
+    factor
+        Where the factor is kept: `"auto"`, `"memory"`, `"single"` (half the room) or `"disk"`.
+    scratch
+        Folder of a factor on disk; by default that of temporary files.
     progress
-        Called with the stage and how much of it is done, 0 to 1.
+        Called with the stage and how much of it is done, 0 to 1, from another thread. What it raises ends the reduction.
     threads
         Worker threads; all processors by default. Results don't depend on it.
 
@@ -80,6 +91,8 @@ def reduce(
         What was given can't be used.
     NumericalError
         The computation failed, or its result doesn't keep its limits.
+    KeyboardInterrupt
+        Ctrl-C ends the reduction when the block of work that it is in is over; a factorization is one block.
     """
     part = _part(K, M, points, interfaces, dofs, cells, loads, units, name, damping)
     options: dict[str, Any] = {
@@ -90,7 +103,7 @@ def reduce(
     }
     if interface_modes is not None:
         options["interface_modes"] = interface_modes
-    return Superelement(_native.reduce(part, _json(options), _modes(modes, max_frequency), progress, threads))
+    return Superelement(_native.reduce(part, _json(options), _means(memory, factor, scratch, _modes(modes, max_frequency)), progress, threads))
 
 
 @dataclass(frozen=True)
@@ -122,15 +135,25 @@ def plan(
 ) -> Plan:
     """Say what :func:`reduce` will cost, from the pattern of the matrices alone."""
     part = _part(K, M, points, interfaces, dofs, None, None, units, "part", None)
-    return Plan(**json.loads(_native.plan(part, _modes(modes, max_frequency))))
+    return Plan(**json.loads(_native.plan(part, _means(None, "auto", None, _modes(modes, max_frequency)))))
 
 
-def _modes(modes: int, max_frequency: float | None) -> str:
+def _modes(modes: int, max_frequency: float | None) -> dict[str, Any]:
     if modes < 0:
         raise _native.InputError(f"modes: is {modes}, expected 0 or more")
     if max_frequency is not None and not max_frequency > 0:
         raise _native.InputError(f"max_frequency: is {max_frequency}, expected a positive number of Hz")
-    return _json({"modes": modes if max_frequency is None else None, "max_frequency": max_frequency})
+    return {"modes": modes if max_frequency is None else None, "max_frequency": max_frequency}
+
+
+FACTORS = ("auto", "memory", "single", "disk")
+
+
+def _means(memory: str | None, factor: str, scratch: str | PathLike[str] | None, modes: dict[str, Any]) -> str:
+    if factor not in FACTORS:
+        raise _native.InputError(f"factor: is {factor!r}, expected one of {', '.join(FACTORS)}")
+    folder = tempfile.gettempdir() if scratch is None else fspath(scratch)
+    return _json(modes | {"memory": memory, "factor": factor, "scratch": folder})
 
 
 def _part(

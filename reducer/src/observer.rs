@@ -1,5 +1,6 @@
-//! How a caller follows a reduction: which stage runs, how far it is. Clocks, bars and printing are the caller's.
+//! How a caller follows a reduction: which stage runs, how far it is, and whether it is to go on. Clocks, bars and printing are the caller's.
 
+use crate::error::Error;
 use crate::resources::forecast::Forecast;
 use crate::resources::memory_limit::MemoryLimit;
 pub use crate::resources::stage::Stage;
@@ -12,6 +13,37 @@ pub trait Observer {
     fn progress(&mut self, share: f64);
     /// Cost of the reduction, before the first factorization.
     fn forecast(&mut self, _: &Forecast, _: &MemoryLimit) {}
+    /// Whether the reduction is to end without a result. It is asked between stages and between blocks of work.
+    fn is_stopped(&self) -> bool {
+        false
+    }
+}
+
+impl dyn Observer + '_ {
+    /// Begins a stage.
+    ///
+    /// # Errors
+    /// [`Error::Interrupted`] where the observer asks to end.
+    pub fn enter(&mut self, stage: Stage) -> Result<(), Error> {
+        self.begin(stage);
+        self.ask()
+    }
+
+    /// Goes on within a stage.
+    ///
+    /// # Errors
+    /// As [`Self::enter`].
+    pub fn advance(&mut self, share: f64) -> Result<(), Error> {
+        self.progress(share);
+        self.ask()
+    }
+
+    fn ask(&mut self) -> Result<(), Error> {
+        match self.is_stopped() {
+            true => Err(Error::Interrupted),
+            false => Ok(()),
+        }
+    }
 }
 
 /// Nobody is watching.

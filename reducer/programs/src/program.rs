@@ -73,7 +73,8 @@ pub fn begin<C: Parser>(
     common: impl Fn(&C) -> &CommonArguments,
 ) -> Result<C, u8> {
     stop_signal::listen();
-    let cli = C::try_parse_from(arguments).map_err(|error| refuse(&in_our_words::<C>(error, file)))?;
+    let cli =
+        C::try_parse_from(arguments).map_err(|error| refuse(&in_our_words::<C>(error, file)))?;
     let common = common(&cli);
     if let Some(note) = start_workers(common.threads).note() {
         common.told().say("note", &note);

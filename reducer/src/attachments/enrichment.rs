@@ -101,7 +101,7 @@ impl FurtherColumns {
         }
         let forces = of.forces(sources)?;
         let problem = of.problem(&forces);
-        let solved = problem.solve(factor, observer);
+        let solved = problem.solve(factor, observer)?;
         problem.refuse_unconverged(&solved)?;
         let (residual, residual_rounding) = solved
             .worst

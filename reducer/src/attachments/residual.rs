@@ -98,7 +98,7 @@ impl ResidualFlexibility {
         observer: &mut dyn Observer,
     ) -> Result<Self, Error> {
         let problem = AttachmentProblem::new(model, Loads::Interfaces(localization), rigid, modes);
-        let solved = problem.solve(factor, observer);
+        let solved = problem.solve(factor, observer)?;
         problem.refuse_unconverged(&solved)?;
         Self::from_columns(model, localization, modes, solved)
     }

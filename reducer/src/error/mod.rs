@@ -71,6 +71,9 @@ pub enum Error {
     /// A scene can't be read, or what it needs can't be taken out of a superelement.
     #[error(transparent)]
     Scene(#[from] dcb_demand::Error),
+    /// The observer has asked for it.
+    #[error("the reduction was interrupted")]
+    Interrupted,
     /// Memory ran out.
     #[error("out of memory for {what}: use a machine with more memory, or a coarser mesh")]
     OutOfMemory {

@@ -163,7 +163,7 @@ impl FreeModes {
                 .take(needed)
                 .take_while(|r| **r < tolerance)
                 .count();
-            observer.progress(converged as f64 / (kept + 2) as f64);
+            observer.advance(converged as f64 / (kept + 2) as f64)?;
             let complete = lanczos.is_exhausted() || (available >= kept + 2 && converged == needed);
             if !complete && iterations < step_limit {
                 continue;

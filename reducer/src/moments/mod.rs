@@ -57,7 +57,7 @@ impl PowerMoments {
         let static_shapes = StaticShapes::of(of, further, factor, observer)?;
         let bound = EnergyBound::of(&of.model.stiffness);
         let shapes = static_shapes.columns.as_ref();
-        let next = SecondResponses::of(of, shapes, factor, &bound, observer);
+        let next = SecondResponses::of(of, shapes, factor, &bound, observer)?;
         let first = static_shapes.flexibility(of, further);
         let precision = of.rigid.stiffness_precision;
         let energies = bound.energies(shapes);
@@ -154,7 +154,7 @@ impl<'a> StaticShapes<'a> {
                 names: &names,
             };
             let problem = AttachmentProblem::new(of.model, loads, of.rigid, of.modes);
-            let solved = problem.solve(factor, observer);
+            let solved = problem.solve(factor, observer)?;
             problem.refuse_unconverged(&solved)?;
             for (column, row) in outputs.iter().enumerate() {
                 let mut to = columns.as_mut().col_mut(*row);

@@ -12,6 +12,7 @@ use faer::{Mat, MatRef};
 
 use crate::attachments::columns::Complement;
 use crate::attachments::enrichment::Reducing;
+use crate::error::Error;
 use crate::model::shift::EnergyBound;
 use crate::observer::Observer;
 
@@ -31,13 +32,16 @@ pub(super) struct SecondResponses {
 
 impl SecondResponses {
     /// Of static shapes X, (n_c, n).
+    ///
+    /// # Errors
+    /// [`Error::Interrupted`].
     pub(super) fn of(
         of: &Reducing<'_>,
         shapes: MatRef<'_, f64>,
         factor: &PositiveFactor,
         bound: &EnergyBound,
         observer: &mut dyn Observer,
-    ) -> Self {
+    ) -> Result<Self, Error> {
         let n = shapes.ncols();
         let mass = &of.model.mass;
         let complements = [
@@ -50,7 +54,7 @@ impl SecondResponses {
         let mut next = Mat::zeros(shapes.nrows(), n);
         let mut energies = Vec::with_capacity(n);
         for first in (0..n).step_by(BLOCK) {
-            observer.progress(first as f64 / n as f64);
+            observer.advance(first as f64 / n as f64)?;
             let count = BLOCK.min(n - first);
             let mut block = symmetric_product(mass, shapes.subcols(first, count));
             let known = shapes.subcols(0, first + count);
@@ -71,13 +75,13 @@ impl SecondResponses {
             let known = next.as_ref().subcols(0, first + count);
             enter_symmetric(&mut fourth, first, &gram(known, inertia.as_ref()));
         }
-        Self {
+        Ok(Self {
             asymmetry: asymmetry(&raw),
             second,
             third: symmetrized(raw.as_ref()),
             fourth,
             energies,
-        }
+        })
     }
 }
 

@@ -93,12 +93,12 @@ impl<'a> BasisSearch<'a> {
     ) -> Result<Basis, Error> {
         let FreeBody { model, rigid, .. } = self.body;
         let scale = &self.spectrum.scale;
-        let wanted = self.wanted(factor, observer);
+        let wanted = self.wanted(factor, observer)?;
         let room = self.memory.for_modes(wanted);
         let loose = self.loose_motions()?;
         let (mut missed, mut last_count) = (0, None);
         for attempt in 0..ATTEMPTS {
-            observer.begin(Stage::Factor);
+            observer.enter(Stage::Factor)?;
             let positive = match factor.factorize(&model.stiffness, &model.mass, scale.shift()) {
                 Ok(positive) => positive,
                 Err(why) => return Err(unfactorized(model, scale, factor, why)),
@@ -123,7 +123,7 @@ impl<'a> BasisSearch<'a> {
                 continue;
             }
             let (modes, columns) = found?;
-            observer.begin(Stage::Certificate);
+            observer.enter(Stage::Certificate)?;
             factor.release();
             let sturm = Sturm::count(model, rigid, &modes, factor);
             if sturm.counted == sturm.found {
@@ -140,17 +140,21 @@ impl<'a> BasisSearch<'a> {
     }
 
     /// How many elastic modes are asked for.
-    fn wanted(&self, factor: &mut SymmetricFactor, observer: &mut dyn Observer) -> usize {
+    fn wanted(
+        &self,
+        factor: &mut SymmetricFactor,
+        observer: &mut dyn Observer,
+    ) -> Result<usize, Error> {
         let FreeBody { model, rigid, .. } = self.body;
-        let mut below = |eigenvalue: f64| {
-            observer.begin(Stage::Certificate);
+        let mut below = |eigenvalue: f64| -> Result<usize, Error> {
+            observer.enter(Stage::Certificate)?;
             let inertia = factor.inertia(&model.stiffness, &model.mass, eigenvalue);
-            inertia.negative.saturating_sub(rigid.count())
+            Ok(inertia.negative.saturating_sub(rigid.count()))
         };
         match self.options.modes {
-            ModeSelection::Lowest(count) => count,
+            ModeSelection::Lowest(count) => Ok(count),
             ModeSelection::Below { eigenvalue } => below(eigenvalue),
-            ModeSelection::BelowAtMost { eigenvalue, count } => below(eigenvalue).min(count),
+            ModeSelection::BelowAtMost { eigenvalue, count } => Ok(below(eigenvalue)?.min(count)),
         }
     }
 
@@ -174,7 +178,7 @@ impl<'a> BasisSearch<'a> {
         search: Search,
         observer: &mut dyn Observer,
     ) -> Result<FreeModes, Error> {
-        observer.begin(Stage::Modes);
+        observer.enter(Stage::Modes)?;
         let FreeBody { model, rigid, .. } = self.body;
         let known = KnownMotions { rigid, loose };
         let shift = self.spectrum.scale.shift();
@@ -206,7 +210,7 @@ impl<'a> BasisSearch<'a> {
         estimate: EstimateChoice,
         observer: &mut dyn Observer,
     ) -> Result<Columns, Error> {
-        observer.begin(Stage::Attachments);
+        observer.enter(Stage::Attachments)?;
         let FreeBody {
             model,
             localization,
@@ -224,12 +228,13 @@ impl<'a> BasisSearch<'a> {
                 2 * localization.len()
             )),
             (EstimateChoice::Computed, EstimateChoice::Computed) => {
-                observer.begin(Stage::Estimate);
+                observer.enter(Stage::Estimate)?;
                 let columns = further.as_ref().map(|further| further.shapes.as_ref());
                 let shift = self.spectrum.scale.shift();
-                PowerMoments::compute(&of, columns, positive, shift, observer)
-                    .map(Some)
-                    .map_err(|why| why.to_string())
+                match PowerMoments::compute(&of, columns, positive, shift, observer) {
+                    Err(Error::Interrupted) => return Err(Error::Interrupted),
+                    found => found.map(Some).map_err(|why| why.to_string()),
+                }
             }
         };
         Ok(Columns {

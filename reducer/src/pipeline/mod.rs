@@ -81,10 +81,10 @@ pub fn reduce_whole(
 ) -> Result<WholeReduction, Error> {
     let mut warnings = Warnings::default();
     // K and M without what rigid interfaces take away, L_b, and the rigid motions from geometry.
-    observer.begin(Stage::Model);
+    observer.enter(Stage::Model)?;
     let mut body = FreeBody::of(component)?;
 
-    observer.begin(Stage::Order);
+    observer.enter(Stage::Order)?;
     let (mut factor, spectrum) = body.analysed()?;
     let memory = MemoryPlan::of(options, &body, &factor);
     warnings.memory = memory.place(&mut factor, observer)?;
@@ -103,10 +103,10 @@ pub fn reduce_whole(
     let basis = basis.keeping(options.interface_modes, &body)?;
 
     // Integrals over Ψ = [Φ, G_res L_bᵀ, X], which the motion of the frame needs.
-    observer.begin(Stage::Invariants);
+    observer.enter(Stage::Invariants)?;
     let projection = Projection::of(&body, &basis);
 
-    observer.begin(Stage::Quality);
+    observer.enter(Stage::Quality)?;
     let mut quality = projection.quality(&body, &basis, &spectrum.defects);
     quality.missing_estimate = missing_estimate;
     let warnings = warnings.with(&body, &basis.modes, &quality);

@@ -5,7 +5,6 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 
 use clap::Args;
 use dcb_formats::Component;
-use dcb_formats::component::{Interface, Role};
 use dcb_formats::component_files::with_ending;
 use dcb_formats::output::remove_leftovers;
 use dcb_report::{Ledger, Start};
@@ -17,15 +16,11 @@ use crate::reduce::memory::MemoryArguments;
 use crate::reduce::part::files::{PartArguments, PartFiles};
 use crate::reduce::part::part_stem;
 use crate::reduce::when_interrupted;
-use dcb_formats::units::si_factor;
-use dcb_reducer::EnrichmentSource;
-use dcb_reducer::error::{CommandRefusal, Error, Lacking};
-use dcb_reducer::model::condensation::Model;
+use dcb_reducer::error::Error;
 use dcb_workflow::part_study::progress::Progress;
-use dcb_workflow::part_study::reference::BandChoice;
 use dcb_workflow::part_study::report::Report;
+use dcb_workflow::part_study::request::StudyRequest;
 use dcb_workflow::part_study::sources::Sources;
-use dcb_workflow::part_study::sweep::Sweep;
 use dcb_workflow::part_study::variant::Variant;
 use dcb_workflow::part_study::{ComponentStudy, missing, recorded, run as make};
 
@@ -122,7 +117,9 @@ pub fn run(
     let files = PartFiles::of(&arguments.stiffness, &arguments.part)?;
     let component = files.read(arguments.memory.limit(&folder).bytes, common.told())?;
     let named = |error: Error| error.naming_the_file(&files.files);
-    let study = study(arguments, &component, &folder.join(SCRATCH)).map_err(named)?;
+    let scratch = folder.join(SCRATCH);
+    let request = arguments.request();
+    let study = (request.study(&component, arguments.memory.limit(&scratch))).map_err(named)?;
     let start = if arguments.force {
         Start::Anew
     } else {
@@ -131,7 +128,6 @@ pub fn run(
     prepare(&folder, start)?;
     let settings = settings(&study, arguments.band, &component);
     let mut ledger = Ledger::open(&folder.join(LEDGER), "reduction", &settings, start)?;
-    let scratch = folder.join(SCRATCH);
     last_words(&scratch);
     let planned = missing(&study, &ledger).into_iter().map(|run| run.modes);
     let mut progress = Progress::new(common.told().display(), planned);
@@ -166,76 +162,23 @@ pub fn run(
     Ok(Outcome::done(output))
 }
 
+impl ComponentStudyArguments {
+    fn request(&self) -> StudyRequest {
+        StudyRequest {
+            modes: self.modes.clone(),
+            variants: self.variants.clone(),
+            interface_modes: self.interface_modes.clone(),
+            enrich: self.enrich.clone(),
+            band: self.band,
+            points: self.points as usize,
+            loss_factor: self.loss_factor,
+        }
+    }
+}
+
 /// `PART.study` beside `PART.mtx`.
 fn default_folder(stiffness: &Path) -> PathBuf {
     with_ending(&part_stem(stiffness), ".study")
-}
-
-fn study(
-    arguments: &ComponentStudyArguments,
-    component: &Component,
-    scratch: &Path,
-) -> Result<ComponentStudy, Error> {
-    let acts = |interface: &Interface| interface.role == Role::Attachment;
-    if component.explicit_boundary.is_none() && !component.interfaces.iter().any(acts) {
-        return Err(Lacking::Interfaces.into());
-    }
-    let modes = match &arguments.modes {
-        Some(modes) => modes.clone(),
-        None => {
-            let elastic = Model::of(component)?
-                .len()
-                .saturating_sub(component.dimension().rigid_mode_count());
-            Sweep::default_modes(elastic)
-        }
-    };
-    let enrichments = enrichments(arguments, component)?;
-    let band = match arguments.band {
-        None => BandChoice::HalfOfHighest,
-        Some([from, to]) => {
-            let unit = &component.units.time;
-            let second = si_factor(unit).ok_or_else(|| CommandRefusal::UnknownTimeUnit {
-                option: "--band",
-                unit: unit.clone(),
-                remedy: "leave --band out",
-            })?;
-            let square = |hertz: f64| (2.0 * std::f64::consts::PI * hertz * second).powi(2);
-            BandChoice::Between {
-                from: square(from),
-                to: square(to),
-            }
-        }
-    };
-    Ok(ComponentStudy {
-        sweep: Sweep {
-            modes,
-            variants: arguments.variants.clone(),
-            interface_modes: arguments.interface_modes.clone(),
-            enrichments,
-        },
-        band,
-        points: arguments.points as usize,
-        loss_factor: arguments.loss_factor,
-        memory: arguments.memory.limit(scratch),
-    })
-}
-
-/// The further columns that are asked for, those of the second Krylov block if nothing is said.
-fn enrichments(
-    arguments: &ComponentStudyArguments,
-    component: &Component,
-) -> Result<Vec<Sources>, Error> {
-    let Some(asked) = &arguments.enrich else {
-        return Ok(vec![Sources::of(&[EnrichmentSource::Krylov])]);
-    };
-    for source in asked.iter().flat_map(Sources::as_slice) {
-        source.check(component)?;
-    }
-    let further = asked.iter().any(|sources| !sources.is_empty());
-    if further && !arguments.variants.contains(&Variant::Strong) {
-        return Err(CommandRefusal::EnrichWithoutStrong.into());
-    }
-    Ok(asked.clone())
 }
 
 /// Properties that all rows share. More modes or forms may be added later, as far as the band doesn't depend on them.

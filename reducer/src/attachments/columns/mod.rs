@@ -10,6 +10,8 @@ mod complement;
 mod iteration;
 mod loads;
 
+use std::convert::Infallible;
+
 use dcb_sparse::block_algebra::{absolute_product, add_combination, copy};
 use dcb_sparse::column_products::{BLOCK, StiffnessProducts};
 use dcb_sparse::factorization::PositiveFactor;
@@ -153,12 +155,19 @@ impl<'a> AttachmentProblem<'a> {
     }
 
     /// Solves for all columns, block by block.
-    pub fn solve(&self, factor: &PositiveFactor, observer: &mut dyn Observer) -> SolvedColumns {
+    ///
+    /// # Errors
+    /// [`Error::Interrupted`].
+    pub fn solve(
+        &self,
+        factor: &PositiveFactor,
+        observer: &mut dyn Observer,
+    ) -> Result<SolvedColumns, Error> {
         let n_b = self.loads.len();
         let columns = Mat::zeros(self.model.len(), n_b);
         self.by_blocks(columns, |forces, first, _| {
-            observer.progress(first as f64 / n_b as f64);
-            self.solve_block(factor, forces)
+            observer.advance(first as f64 / n_b as f64)?;
+            Ok(self.solve_block(factor, forces))
         })
     }
 
@@ -183,17 +192,18 @@ impl<'a> AttachmentProblem<'a> {
 
     /// How well given columns X solve K X = P' L_bᵀ.
     pub fn judge(&self, columns: Mat<f64>) -> SolvedColumns {
-        self.by_blocks(columns, |forces, _, x| {
-            self.solution(forces, x.to_owned(), 0)
-        })
+        let Ok(judged) = self.by_blocks(columns, |forces, _, x| {
+            Ok::<_, Infallible>(self.solution(forces, x.to_owned(), 0))
+        });
+        judged
     }
 
     /// Replaces the columns block by block, and evaluates what they leave and what follows from K X.
-    fn by_blocks(
+    fn by_blocks<E>(
         &self,
         mut columns: Mat<f64>,
-        mut solve: impl FnMut(&ProjectedForces, usize, MatRef<'_, f64>) -> Solution,
-    ) -> SolvedColumns {
+        mut solve: impl FnMut(&ProjectedForces, usize, MatRef<'_, f64>) -> Result<Solution, E>,
+    ) -> Result<SolvedColumns, E> {
         let n_b = columns.ncols();
         let mut stiffness = StiffnessProducts::empty(self.kept.shapes.ncols(), n_b);
         let (mut inert, mut spent) = (Vec::new(), Vec::new());
@@ -204,7 +214,7 @@ impl<'a> AttachmentProblem<'a> {
             let count = BLOCK.min(n_b - first);
             let forces = self.forces(first, count);
             let block = columns.as_mut().subcols_mut(first, count);
-            let solution = solve(&forces, first, block.rb());
+            let solution = solve(&forces, first, block.rb())?;
             copy(solution.x.as_ref(), block);
             iterations = iterations.max(solution.iterations);
             let known = columns.as_ref().subcols(0, first + count);
@@ -215,14 +225,14 @@ impl<'a> AttachmentProblem<'a> {
             spent.extend(forces.spent);
         }
         let worst = self.worst(&columns, &residuals, &norms);
-        SolvedColumns {
+        Ok(SolvedColumns {
             columns,
             stiffness,
             inert,
             spent,
             iterations,
             worst,
-        }
+        })
     }
 
     /// f - K x without its rigid part, which no x can change.

@@ -13,6 +13,7 @@ pub mod progress;
 pub mod record;
 pub mod reference;
 pub mod report;
+pub mod request;
 pub(crate) mod rows;
 pub mod sources;
 pub(crate) mod spin;

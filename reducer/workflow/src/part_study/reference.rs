@@ -288,18 +288,18 @@ impl<'a> Unreduced<'a> {
         observer: &mut dyn Observer,
         work: impl FnOnce(&PositiveFactor, &mut dyn Observer) -> Result<T, Error>,
     ) -> Result<T, Error> {
-        observer.begin(Stage::Order);
+        observer.enter(Stage::Order)?;
         let model = self.model;
         let mut factor = SymmetricFactor::analyse(&model.stiffness, &model.mass, &model.points())?;
         let modes = ModeSelection::Lowest(modes);
         let forecast = memory.fitted(Forecast::of(model, localization, &factor, modes));
         factor.keep_in(memory.choose(&forecast)?, memory.fallback(&forecast));
-        observer.begin(Stage::Factor);
+        observer.enter(Stage::Factor)?;
         let positive = match factor.factorize(&model.stiffness, &model.mass, scale.shift()) {
             Ok(positive) => positive,
             Err(why) => return Err(diagnosis::unfactorized(model, scale, &mut factor, why)),
         };
-        observer.begin(Stage::Attachments);
+        observer.enter(Stage::Attachments)?;
         work(&positive, observer)
     }
 
@@ -327,7 +327,7 @@ impl<'a> Unreduced<'a> {
                 let (left, terms) = (size, terms.len());
                 return Err(Shortfall::ReferenceSeries { left, terms }.into());
             }
-            observer.progress((size.max(LAST_TERM).log10() / LAST_TERM.log10()).clamp(0.0, 1.0));
+            observer.advance((size.max(LAST_TERM).log10() / LAST_TERM.log10()).clamp(0.0, 1.0))?;
             columns = self.next(factor, &columns, unit);
             sum += &columns;
             terms.push(symmetrized(at_rows(columns.as_ref()).as_ref()));

@@ -1,0 +1,127 @@
+"""Many reductions of one part, compared with the unreduced part."""
+
+from __future__ import annotations
+
+import json
+import tempfile
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from os import PathLike, fspath
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from numpy.typing import ArrayLike
+
+from tisserand import _native
+from tisserand.reduction import _json, _means, _part
+
+if TYPE_CHECKING:
+    import pandas
+
+
+@dataclass(frozen=True)
+class Study:
+    """What each reduction costs, and how far it is off."""
+
+    rows: list[dict[str, Any]]
+    """One for each reduction and form: `variant`, `modes`, `unknowns`, `reduction_seconds`, `file_bytes`, and relative `errors` by measure."""
+    text: str
+    """Table and verdict, as the program `reduce study` prints them."""
+
+    def __str__(self) -> str:
+        return self.text
+
+    def to_pandas(self) -> pandas.DataFrame:
+        """Rows as a table; errors are columns of their own."""
+        import pandas
+
+        flat = [{key: value for key, value in row.items() if key not in ("errors", "curves")} | row["errors"] for row in self.rows]
+        return pandas.DataFrame(flat)
+
+
+def study(
+    K: Any,
+    M: Any,
+    points: ArrayLike,
+    interfaces: Mapping[str, Any] | Sequence[Mapping[str, Any]],
+    *,
+    modes: Sequence[int] | None = None,
+    forms: Sequence[str] = ("strong", "static", "weak", "free"),
+    interface_modes: Sequence[int] = (),
+    enrich: Sequence[Sequence[str]] = (("krylov",),),
+    band: tuple[float, float] | None = None,
+    band_points: int = 400,
+    loss_factor: float = 0.02,
+    tolerance: float = 1e-3,
+    output: str | PathLike[str] | None = None,
+    dofs: Sequence[Any] | None = None,
+    cells: Mapping[str, ArrayLike] | Sequence[tuple[str, ArrayLike]] | None = None,
+    loads: Mapping[str, ArrayLike] | None = None,
+    units: tuple[str, str, str] = ("m", "kg", "s"),
+    name: str = "part",
+    damping: float | Sequence[float] | Mapping[str, Any] | None = None,
+    memory: str | None = None,
+    threads: int | None = None,
+) -> Study:
+    """Reduce a part in many ways and compare each with the unreduced part.
+
+    Parameters
+    ----------
+    K, M, points, interfaces, dofs, cells, loads, units, name, damping, memory, threads
+        As in :func:`reduce`.
+    modes
+        Numbers of modes; 5, 10, 20 and 40 by default.
+    forms
+        Forms in which the superelement is used.
+    interface_modes
+        Numbers of interface modes, beside all of them.
+    enrich
+        Sets of further columns, beside none: `("krylov",)`, `("spin", "loads")`.
+    band
+        Frequencies in Hz, from and to; up to half the highest mode by default.
+    band_points
+        Points of the band; resonances are added.
+    loss_factor
+        Structural loss factor of the responses compared.
+    tolerance
+        Relative error for which the best row is named.
+    output
+        Folder for the page `report.html`, its pictures and tables; it is made, or must be empty.
+
+    Returns
+    -------
+    Study
+        Ctrl-C is heard at the end only.
+    """
+    if band is not None and not 0 < band[0] < band[1]:
+        raise _native.InputError(f"band: is {tuple(band)}, expected two frequencies in Hz, from below to")
+    for name_, number in (("loss_factor", loss_factor), ("tolerance", tolerance)):
+        if not number > 0:
+            raise _native.InputError(f"{name_}: is {number}, expected a positive number")
+    if not 2 <= band_points <= 100_000:
+        raise _native.InputError(f"band_points: is {band_points}, expected 2 to 100000")
+    for name_, numbers in (("modes", modes or ()), ("interface_modes", interface_modes)):
+        if any(number < 1 for number in numbers):
+            raise _native.InputError(f"{name_}: {list(numbers)}, expected numbers above 0")
+    part = _part(K, M, points, interfaces, dofs, cells, loads, units, name, damping)
+    request = {
+        "modes": None if modes is None else list(modes),
+        "variants": list(forms),
+        "interface_modes": list(interface_modes),
+        "enrich": [list(sources) for sources in enrich],
+        "band": band,
+        "points": band_points,
+        "loss_factor": loss_factor,
+    }
+    with tempfile.TemporaryDirectory(prefix="tisserand-") as temporary:
+        folder = temporary if output is None else fspath(_empty(Path(output)))
+        means = _means(memory, "auto", None, {})
+        made = json.loads(_native.study(part, _json(request), means, tolerance, folder, threads))
+    return Study(made["rows"], made["text"])
+
+
+def _empty(folder: Path) -> Path:
+    folder.mkdir(parents=True, exist_ok=True)
+    if any(folder.iterdir()):
+        raise _native.InputError(f"output: {folder} has files in it; name a new folder")
+    return folder
