@@ -1,5 +1,6 @@
 """Scenes, runs and mechanisms."""
 
+import json
 import os
 import pathlib
 import subprocess
@@ -8,6 +9,7 @@ import threading
 
 import numpy as np
 import pytest
+import scipy.io
 import tisserand
 
 REPOSITORY = pathlib.Path(os.environ.get("TISSERAND_REPOSITORY", pathlib.Path(__file__).resolve().parents[2]))
@@ -181,3 +183,37 @@ def test_calls_with_wrong_names_and_steps_are_exceptions():
         motion.restore(tisserand.Mechanism(tisserand.Scene(2).rigid("free", mass=1, inertia=1).integrate(step=1, end=1)).save())
     motion.step(1e-3)
     assert motion.time == pytest.approx(1e-3)
+
+
+def test_a_pendulum_is_that_of_other_codes():
+    """The public rotor on a ball joint, spinning and falling: the history of Exudyn, and that of MBDyn, recorded with what they ran."""
+    record = json.loads((REPOSITORY / "tests/data/exchange/out/rotor_pendulum.json").read_text())
+    given = record["parameters"]
+    stem = REPOSITORY / "samples/data/rotor/rotor"
+    description = json.loads(stem.with_suffix(".json").read_text())
+    component = description["component"]
+    interfaces = [
+        {key: value for key, value in interface.items() if key != "point_set"}
+        | ({"nodes": description["point_sets"][interface["point_set"]]} if "point_set" in interface else {})
+        for interface in component["interfaces"]
+    ]
+    matrices = (scipy.io.mmread(stem.with_suffix(ending)).tocsr() for ending in (".mtx", ".mass.mtx"))
+    units = tuple(component["units"][key] for key in ("length", "mass", "time"))
+    rotor = tisserand.reduce(*matrices, description["points"], interfaces, modes=12, dofs=component["dofs"], units=units, name="rotor")
+    spin, pin, at = (np.array(value) for value in (given["angular_velocity"], given["pin"], -rotor.centre_of_mass))
+    histories = []
+    for step in (1e-4, 5e-5):
+        scene = tisserand.Scene(3, gravity=given["gravity"])
+        scene.body("rotor", rotor, position=at, angular_velocity=spin, velocity=np.cross(spin, at - pin))
+        scene.set(ground={"points": {"pin": given["pin"]}}).spherical("pin", "ground/pin", "rotor/bearing-left")
+        scene.output("far", position={"at": "rotor/bearing-right"}).integrate(step=step, end=given["end"], rho_infinity=0.8)
+        motion = tisserand.Mechanism(scene)
+        history = [motion.output("far").copy()]
+        for _ in range(round(given["end"] / given["sampled_every"])):
+            motion.step(step, round(given["sampled_every"] / step))
+            history.append(motion.output("far"))
+        histories.append(np.array(history))
+    coarse, fine = histories
+    ours = fine + (fine - coarse) / 3
+    assert abs(ours - record["exudyn"]).max() < 1e-9
+    assert abs(ours - record["mbdyn"]).max() < 2e-7

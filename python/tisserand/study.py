@@ -32,11 +32,16 @@ class Study:
         return self.text
 
     def to_pandas(self) -> pandas.DataFrame:
-        """Rows as a table; errors are columns of their own."""
+        """Rows as a table, with the largest of each kind of errors in a column of its own."""
         import pandas
 
-        flat = [{key: value for key, value in row.items() if key not in ("errors", "curves")} | row["errors"] for row in self.rows]
-        return pandas.DataFrame(flat)
+        left_out = ("errors", "curves", "enrichment")
+        return pandas.DataFrame(
+            {key: value for key, value in row.items() if key not in left_out}
+            | {"further_columns": "+".join(row["enrichment"]) or None}
+            | {measure: _largest(error) for measure, error in row["errors"].items()}
+            for row in self.rows
+        )
 
 
 def study(
@@ -118,6 +123,16 @@ def study(
         means = _means(memory, "auto", None, {})
         made = json.loads(_native.study(part, _json(request), means, tolerance, folder, threads))
     return Study(made["rows"], made["text"])
+
+
+def _largest(error: Any) -> float | None:
+    """The largest of several errors; that over a band where it is one."""
+    if isinstance(error, list):
+        return max((largest for largest in map(_largest, error) if largest is not None), default=None)
+    if isinstance(error, dict):
+        found: float = error["largest"] if "largest" in error else error["error"]
+        return found
+    return None if error is None else float(error)
 
 
 def _empty(folder: Path) -> Path:
