@@ -71,7 +71,7 @@ def reduced_body(job):
 
 
 def assemble(job, body, damping, ends, bodies):
-    """A chain; its tip sensor; the markers of its two ends."""
+    """A chain; its tip sensor; the markers of the ground and of both ends of each body."""
     container = exu.SystemContainer()
     system = container.AddSystem()
     (first_nodes, first_centre), (last_nodes, last_centre) = ends
@@ -96,7 +96,7 @@ def assemble(job, body, damping, ends, bodies):
         SensorMarker(markerNumber=markers[-1], outputVariableType=exu.OutputVariableType.Position, storeInternal=True, writeToFile=False)
     )
     system.Assemble()
-    return container, system, tip, (markers[1], markers[-1])
+    return container, system, tip, markers
 
 
 def interface_rows(superelement):
@@ -151,7 +151,7 @@ def main(job_path, result_path):
     job = json.load(open(job_path))
     body, damping, ends, defects = reduced_body(job)
     single_container, single, _, markers = assemble(job, body, damping, ends, 1)
-    defects["kinematics"] = kinematics_defect(single, markers, ends, interface_rows(job["superelement"]))
+    defects["kinematics"] = kinematics_defect(single, markers[1:], ends, interface_rows(job["superelement"]))
     container, system, tip, _ = assemble(job, body, damping, ends, job["bodies"])
     chosen = settings(job)
     newton = chosen.timeIntegration.newton
