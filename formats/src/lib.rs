@@ -27,6 +27,7 @@ pub mod dcb;
 pub mod description;
 pub mod error;
 pub mod function;
+pub mod linear_system;
 pub mod matrix;
 pub mod mesh;
 pub mod results;

@@ -35,6 +35,7 @@
 pub mod body;
 pub mod error;
 pub mod export;
+pub mod linear;
 pub mod mechanism;
 pub mod model;
 pub mod run;
@@ -67,10 +68,12 @@ pub mod watch;
 
 pub use body::{Attachment, Compatibility, FlexibleBody, GeneralizedBody, RigidBody, RigidPoint};
 pub use dcb_formats::Scene;
+pub use dcb_formats::linear_system::LinearSystem;
 pub use dcb_formats::scene::InertiaChange;
 pub use error::Error;
 pub use frame::{
     BodyAcceleration, BodyState, FrameInertia, InertiaForces, InertiaTangent, InertiaTerms,
 };
+pub use linear::{LinearRequest, OperatingPoint, linearize};
 pub use mechanism::Mechanism;
 pub use model::Model;

@@ -3,15 +3,18 @@
 use crate::error::Error;
 use crate::initial::InitialReport;
 use crate::integrator::Effort;
+use crate::linear::{LinearRequest, linear_system, settled};
 use crate::model::{Model, RecordedStep, Recorder};
 use crate::run;
 use crate::simulation::{Simulation, Snapshot};
+use dcb_formats::linear_system::LinearSystem;
 use dcb_formats::scene::Scene;
 
 /// A scene in motion, advanced step by step.
 ///
 /// Where a whole run is to go to a results file, [`run::run`] does that.
 pub struct Mechanism {
+    scene: Scene,
     simulation: Simulation,
     recorder: Recorder,
     initial: InitialReport,
@@ -47,6 +50,7 @@ impl Mechanism {
         let columns = recorder.channels().iter();
         let width = columns.map(|channel| channel.columns.len()).sum();
         Ok(Self {
+            scene: scene.clone(),
             simulation,
             recorder,
             initial,
@@ -103,6 +107,18 @@ impl Mechanism {
             self.is_current = true;
         }
         Ok(&self.values[columns])
+    }
+
+    /// The linear system about the present state, with the inputs as they are now.
+    ///
+    /// # Errors
+    /// Those of [`crate::linear::linearize`].
+    pub fn linearize(&mut self, request: &LinearRequest) -> Result<LinearSystem, Error> {
+        // The recorder's last values are of other states then.
+        self.is_current = false;
+        let system = self.simulation.system();
+        let state = settled(system, self.simulation.state())?;
+        linear_system(&self.scene, system, &state, &mut self.recorder, request)
     }
 
     /// The motion with all that its continuation depends on: this one and one that is restored go on alike to the last bit.

@@ -4,6 +4,7 @@
 mod analyses;
 mod body;
 mod compatibility;
+mod linear;
 mod outputs;
 mod scenes;
 mod steps;

@@ -1,25 +1,20 @@
 //! Small vibrations of a mechanism about a state: frequencies, damping and shapes.
 //!
-//! The constraints are eliminated by the free directions Z of the joints; with `δq = Z z`
+//! In independent coordinates z (`independent.rs`)
 //!
 //! ```text
-//! Zᵀ M Z z'' + Zᵀ C Z z' + Zᵀ K Z z = 0
+//! M z'' + C z' + K z = 0
 //! ```
 //! At rest and without damping this is a symmetric problem with ω² as eigenvalues; otherwise (z, z') grow as exp(s t) with s complex.
-//! M, C and K are the exact linearization at the state, forces in the joints included, with variations in the axes of the bodies.
-//! About a motion they are those of an instant: exact where body axes see the joints and the motion stand still, as for a body
-//! that spins steadily.
+//! About a motion the modes are those of an instant: exact where body axes see the motion stand still, as for a body that spins steadily.
 
 use dcb_dense::{symmetric_eigen, symmetric_eigenvalues, symmetrized};
 use faer::linalg::solvers::Solve;
 use faer::{Mat, Side};
-use nalgebra::RowVector3;
 
+use super::independent::IndependentMotion;
 use crate::error::Error;
-use crate::system::evaluation::Evaluation;
 use crate::system::free_directions::FreeDirections;
-use crate::system::linearization::Linearization;
-use crate::system::state::rates;
 use crate::system::{State, System};
 
 /// Stiffness along a motion below this part of the mechanism's is that of a free motion.
@@ -67,6 +62,8 @@ pub struct Eigenmodes {
     pub rigid_count: usize,
     /// Degrees of freedom.
     pub dof_count: usize,
+    /// Whether the mechanism is at rest and undamped: then each mode is a pair of roots.
+    is_conservative: bool,
 }
 
 impl Eigenmodes {
@@ -75,19 +72,29 @@ impl Eigenmodes {
     /// # Errors
     /// [`Error::NoEigenvalues`].
     pub fn at(system: &System, state: &State) -> Result<Self, Error> {
-        let evaluation = Evaluation::at(system, state);
-        let mut linearization = Linearization::with_rigid_joints(system, state, &evaluation)?;
-        let directions = FreeDirections::of(system, &linearization.jacobian)?;
-        turn_with_bodies(system, state, &mut linearization);
-        let dof_count = directions.count();
+        Self::of(system, &IndependentMotion::at(system, state, &[])?)
+    }
+
+    /// Of a mechanism in independent coordinates, of which those of driven rows stand still.
+    ///
+    /// # Errors
+    /// [`Error::NoEigenvalues`].
+    pub fn of(system: &System, motion: &IndependentMotion) -> Result<Self, Error> {
+        let dof_count = motion.free_count();
         if dof_count == 0 {
             return Ok(Self {
                 modes: Vec::new(),
                 rigid_count: 0,
                 dof_count,
+                is_conservative: true,
             });
         }
-        let [mass, damping, stiffness] = directions.reduced(&linearization);
+        let units = &motion.units;
+        let [mass, damping, stiffness] = motion.reduced().map(|matrix| {
+            Mat::from_fn(dof_count, dof_count, |i, j| {
+                units[i] * matrix[(i, j)] * units[j]
+            })
+        });
         let asymmetry = (&stiffness - stiffness.transpose()).norm_l2();
         let damping_scale = (mass.norm_l2() * stiffness.norm_l2()).sqrt();
         let conservative = asymmetry <= ROUNDING * stiffness.norm_l2()
@@ -98,7 +105,12 @@ impl Eigenmodes {
             damped(&mass, &damping, &stiffness)?
         };
         for mode in &mut modes {
-            mode.express(system, &directions);
+            for shape in [&mut mode.shape, &mut mode.shape_behind] {
+                for (amount, unit) in shape.iter_mut().zip(units) {
+                    *amount *= unit;
+                }
+            }
+            mode.express(system, &motion.directions);
         }
         let size = |mode: &Eigenmode| mode.growth.hypot(mode.angular_frequency);
         modes.sort_by(|a, b| size(a).total_cmp(&size(b)));
@@ -106,7 +118,27 @@ impl Eigenmodes {
             rigid_count: modes.iter().filter(|mode| size(mode) == 0.0).count(),
             modes,
             dof_count,
+            is_conservative: conservative,
         })
+    }
+
+    /// All roots s as (real part, imaginary part), two for each degree of freedom, by increasing |s|.
+    pub fn poles(&self) -> Vec<[f64; 2]> {
+        let mut poles = Vec::with_capacity(2 * self.dof_count);
+        for mode in &self.modes {
+            let (growth, frequency) = (mode.growth, mode.angular_frequency);
+            if frequency > 0.0 {
+                poles.extend([[growth, frequency], [growth, -frequency]]);
+            } else if self.is_conservative && growth != 0.0 {
+                poles.extend([[growth, 0.0], [-growth, 0.0]]);
+            } else {
+                poles.push([growth, 0.0]);
+            }
+        }
+        // Motions without stiffness have a constant rate besides.
+        let missing = (2 * self.dof_count).saturating_sub(poles.len());
+        poles.splice(0..0, std::iter::repeat_n([0.0; 2], missing));
+        poles
     }
 
     /// Modes that grow, the fastest first.
@@ -240,40 +272,6 @@ fn damped(
         }
     }
     Ok(modes)
-}
-
-/// Adds to C and K that velocities follow the positions' variations in turning axes: with x the variation in body axes and W the
-/// spin's cross product,
-///
-/// ```text
-/// translations   Aᵀ δV = x' + W x,   Aᵀ δV' = x'' + 2 W x' + (W² + W') x
-/// rotations         δω = x' + W x,      δω' = x'' + W x' + W' x
-/// ```
-fn turn_with_bodies(system: &System, state: &State, linearization: &mut Linearization) {
-    for body in &system.bodies {
-        let spin = rates(&state.velocities[body.velocities.clone()])
-            .angular
-            .cross_matrix();
-        let spin_rate = rates(&state.accelerations[body.velocities.clone()])
-            .angular
-            .cross_matrix();
-        for (first, velocity, place) in [
-            (0, spin * 2.0, spin * spin + spin_rate),
-            (3, spin, spin_rate),
-        ] {
-            let first = body.velocities.start + first;
-            for row in 0..system.velocity_count() {
-                let part = |matrix: &Mat<f64>| RowVector3::from_fn(|_, k| matrix[(row, first + k)]);
-                let (mass, damping) = (part(&linearization.mass), part(&linearization.damping));
-                let of_rate = mass * velocity;
-                let of_place = mass * place + damping * spin;
-                for k in 0..3 {
-                    linearization.damping[(row, first + k)] += of_rate[k];
-                    linearization.stiffness[(row, first + k)] += of_place[k];
-                }
-            }
-        }
-    }
 }
 
 /// Eigenvalues of K z = x M z for symmetric K.

@@ -4,3 +4,5 @@ pub mod driven;
 pub mod effective_damping;
 pub mod eigenmodes;
 pub mod equilibrium;
+pub mod independent;
+pub mod variation;

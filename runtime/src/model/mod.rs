@@ -29,6 +29,7 @@ use dcb_formats::scene::Scene;
 pub use field_folder::FieldFolders;
 pub use fields::{FieldPlan, FieldWriter};
 pub use library::{Library, LoadedFile};
+pub(crate) use quantities::Quantities;
 pub use recorder::{RecordedStep, Recorder};
 
 /// A scene ready to be run.

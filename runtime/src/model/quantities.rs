@@ -15,20 +15,20 @@ pub(super) fn column(name: &str, unit: &str) -> Column {
 }
 
 /// Units of what is recorded.
-pub(super) struct Quantities {
-    pub(super) length: String,
-    pub(super) time: String,
-    pub(super) velocity: String,
-    pub(super) acceleration: String,
-    pub(super) angular_velocity: String,
-    pub(super) force: String,
-    pub(super) moment: String,
-    pub(super) energy: String,
-    pub(super) modal: String,
+pub(crate) struct Quantities {
+    pub(crate) length: String,
+    pub(crate) time: String,
+    pub(crate) velocity: String,
+    pub(crate) acceleration: String,
+    pub(crate) angular_velocity: String,
+    pub(crate) force: String,
+    pub(crate) moment: String,
+    pub(crate) energy: String,
+    pub(crate) modal: String,
 }
 
 impl Quantities {
-    pub(super) fn of(units: &Units) -> Self {
+    pub(crate) fn of(units: &Units) -> Self {
         let (l, m, t) = (&units.length, &units.mass, &units.time);
         Self {
             length: l.clone(),

@@ -219,6 +219,17 @@ impl Recorder {
     /// # Errors
     /// [`Error::UnknownOutput`] with the nearest name.
     pub fn columns(&self, name: &str) -> Result<Range<usize>, Error> {
+        let index = self.channel(name)?;
+        let width = |channel: &Channel| channel.columns.len();
+        let first = self.channels[..index].iter().map(width).sum();
+        Ok(first..first + width(&self.channels[index]))
+    }
+
+    /// The index of a channel, named so.
+    ///
+    /// # Errors
+    /// As [`Recorder::columns`].
+    pub(crate) fn channel(&self, name: &str) -> Result<usize, Error> {
         let paths = || self.channels.iter().map(|channel| channel.path.as_str());
         let in_outputs = format!("outputs/{name}");
         let exact = paths().position(|path| path == name || path == in_outputs);
@@ -239,9 +250,15 @@ impl Recorder {
                 hint,
             });
         };
-        let width = |channel: &Channel| channel.columns.len();
-        let first = self.channels[..index].iter().map(width).sum();
-        Ok(first..first + width(&self.channels[index]))
+        Ok(index)
+    }
+
+    /// Whether a channel follows from a state, in the order of the channels; histories and reports on steps don't.
+    pub(crate) fn follows_from_state(&self, channel: usize) -> bool {
+        !matches!(
+            self.probes[channel],
+            Probe::Energy | Probe::Drift | Probe::Steps
+        )
     }
 
     /// The values of all channels at a step.

@@ -202,7 +202,15 @@ fn file_name(path: &Path) -> String {
 
 /// Effort of making the start consistent.
 fn tell_start(initial: &InitialReport, observer: &mut dyn Observer, session: &mut Session) {
-    let mut tell = |message: String| session.tell(observer, 0.0, &message);
+    for message in start_notes(initial) {
+        session.tell(observer, 0.0, &message);
+    }
+}
+
+/// The same in words.
+pub(crate) fn start_notes(initial: &InitialReport) -> Vec<String> {
+    let mut notes = Vec::new();
+    let mut tell = |message: String| notes.push(message);
     for moved in &initial.moved {
         tell(format!(
             "assembly moved body {:?} by {:.3e} and turned it by {:.3e} rad",
@@ -226,6 +234,7 @@ fn tell_start(initial: &InitialReport, observer: &mut dyn Observer, session: &mu
             "{count} redundant constraint{s} in {joint:?}: its forces are not unique and shared out in the minimum-norm sense"
         ));
     }
+    notes
 }
 
 /// A results file being written, and what writes into it.

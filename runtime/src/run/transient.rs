@@ -261,7 +261,7 @@ impl Run<'_> {
 }
 
 /// How the next step is found.
-enum Stepping {
+pub(crate) enum Stepping {
     /// Equal steps, and how many have been made.
     Equal { steps: EqualSteps, made: u64 },
     /// Steps that follow the error.
@@ -269,7 +269,8 @@ enum Stepping {
 }
 
 impl Stepping {
-    fn of(integrator: &Integrator, system: &System) -> Self {
+    /// As the integrator says, up to its end.
+    pub(crate) fn of(integrator: &Integrator, system: &System) -> Self {
         let Integrator { step, end, .. } = *integrator;
         match integrator.adaptive {
             None => Self::Equal {
@@ -293,7 +294,7 @@ impl Stepping {
     }
 
     /// Makes the next step: its length and what it took. `None` at the end, or if the run is to stop.
-    fn advance(
+    pub(crate) fn advance(
         &mut self,
         simulation: &mut Simulation,
         is_stopped: impl FnOnce() -> bool,

@@ -25,6 +25,10 @@ pub struct FreeDirections {
     pub basis: Mat<f64>,
     /// D V₁ Σ⁻¹ Uᵀ R, (N, constraints): the least motion for given changes of the constraints' measures.
     inverse: Mat<f64>,
+    /// D, (N).
+    pub scale: Vec<f64>,
+    /// R, (constraints).
+    pub row_scale: Vec<f64>,
 }
 
 impl FreeDirections {
@@ -64,7 +68,12 @@ impl FreeDirections {
                 inverse[(*column, row)] = scale[*column] * sum * row_scale;
             }
         }
-        Ok(Self { basis, inverse })
+        Ok(Self {
+            basis,
+            inverse,
+            scale,
+            row_scale,
+        })
     }
 
     /// Number of free directions.

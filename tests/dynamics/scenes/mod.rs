@@ -16,7 +16,7 @@ mod loads;
 #[path = "../../../runtime/examples/mechanism_in_rust.rs"]
 mod mechanism_in_rust;
 mod motion_laws;
-mod parts;
+pub mod parts;
 mod silent_numbers;
 mod springs;
 mod wrenches;

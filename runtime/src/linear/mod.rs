@@ -1,0 +1,237 @@
+//! The linear system of a mechanism about a state: A, B, C and D in independent coordinates.
+//!
+//! States are amounts ζ of independent coordinates and their rates; ζ are variations of bodies' coordinates, in body axes that move along with
+//! the motion, then the coordinates of drives that are inputs ([`crate::analysis::independent`]). With u of loads their amplitudes and of drives
+//! the accelerations of what they drive
+//!
+//! ```text
+//! Zᵀ M T ζ'' + Zᵀ (C T + 2 M T') ζ' + Zᵀ (K T + C T' + M T'') ζ  =  Zᵀ F u        ζ'' = u for drives
+//! ```
+//! Accelerations and forces of constraints follow from the same linear equations; outputs are differentiated along them by differences.
+
+mod balanced;
+mod coordinates;
+mod input;
+mod operating_point;
+mod output;
+mod separation;
+
+pub use operating_point::OperatingPoint;
+pub(crate) use operating_point::settled;
+
+use faer::Mat;
+use faer::linalg::solvers::Solve;
+
+use crate::analysis::eigenmodes::Eigenmodes;
+use crate::analysis::independent::{IndependentMotion, size};
+use crate::error::Error;
+use crate::model::Recorder;
+use crate::run::Observer;
+use crate::system::{State, System};
+use dcb_formats::linear_system::{LinearSystem, Pole};
+use dcb_formats::scene::Scene;
+use input::{Input, Kind};
+use output::Outputs;
+
+/// What a linear system is to have.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct LinearRequest {
+    /// Names of inputs: loads or one component of a load as `NAME/INDEX`, drives. Empty: those that are declared as `input`, or all loads and
+    /// drives of a scene that declares none.
+    pub inputs: Vec<String>,
+    /// Names of outputs or of whatever else a run records, for example `reactions/JOINT`. Empty: the scene's outputs.
+    pub outputs: Vec<String>,
+    /// Number of states, by balanced truncation; all of them where `None`.
+    pub order: Option<usize>,
+}
+
+/// The linear system of a scene at an operating point; `None` if the observer stopped the motion towards it.
+///
+/// # Errors
+/// Those of [`crate::Model::load`], of a start and of [`crate::analysis::equilibrium::find_equilibrium`] or of a motion; [`Error::Description`] at `inputs`,
+/// `outputs` or `order` for a request that can't be met; [`Error::NotHandled`] for static and weak compatibility.
+pub fn linearize(
+    scene: &Scene,
+    at: OperatingPoint,
+    request: &LinearRequest,
+    observer: &mut dyn Observer,
+) -> Result<Option<LinearSystem>, Error> {
+    let Some(mut reached) = operating_point::reach(scene, at, observer)? else {
+        return Ok(None);
+    };
+    let recorder = &mut reached.recorder;
+    linear_system(scene, &reached.system, &reached.state, recorder, request).map(Some)
+}
+
+/// The linear system at a state with consistent positions and velocities.
+pub(crate) fn linear_system(
+    scene: &Scene,
+    system: &System,
+    state: &State,
+    recorder: &mut Recorder,
+    request: &LinearRequest,
+) -> Result<LinearSystem, Error> {
+    let inputs = input::chosen(system, state, scene, &request.inputs)?;
+    let outputs = Outputs::chosen(recorder, &request.outputs)?;
+    let driven: Vec<usize> = inputs.iter().filter_map(Input::driven_row).collect();
+    let mut motion = IndependentMotion::at(system, state, &driven)?;
+    let (state, listed) = (
+        &operating_point::with_reactions(system, state, &motion),
+        driven.len() + motion.free_count(),
+    );
+    if listed == 0 {
+        return Err(Error::described(
+            "bodies",
+            "can't move: joints and drives leave no degree of freedom; name a drive as an input, or free a joint",
+        ));
+    }
+    let names = coordinates::choose(scene, system, &mut motion, &inputs)?;
+    let modes = Eigenmodes::of(system, &motion)?;
+    let forces = Mat::from_fn(system.velocity_count(), inputs.len(), |_, _| 0.0);
+    let forces = inputs
+        .iter()
+        .enumerate()
+        .fold(forces, |mut all, (j, input)| {
+            for (i, force) in input.force(system, state).into_iter().enumerate() {
+                all[(i, j)] = force;
+            }
+            all
+        });
+    let equations = Equations::of(&motion, &inputs, &forces);
+    let (a, b) = equations.first_order();
+    let directions = (0..a.ncols() + b.ncols()).map(|j| equations.variation(&motion, &forces, j));
+    let (at, slopes) = outputs.sensitivities(system, state, recorder, &inputs, directions);
+    let (c, d) = slopes.split_at(a.ncols());
+    let [c, d] = [c, d].map(|columns| Mat::from_fn(at.len(), columns.len(), |i, j| columns[j][i]));
+    let mut poles: Vec<Pole> = (modes.poles().into_iter())
+        .chain(std::iter::repeat_n([0.0; 2], 2 * driven.len()))
+        .map(|[growth, angular_frequency]| Pole {
+            growth,
+            angular_frequency,
+        })
+        .collect();
+    poles.sort_by(|a, b| a.magnitude().total_cmp(&b.magnitude()));
+    let linear = LinearSystem {
+        units: scene.units.clone(),
+        time: state.time,
+        is_equilibrium: size(system, &state.velocities) == 0.0
+            && size(system, &state.accelerations) == 0.0,
+        a,
+        b,
+        c,
+        d,
+        states: names,
+        inputs: inputs.into_iter().map(|input| input.variable).collect(),
+        outputs: outputs.variables(recorder, &at),
+        poles,
+        truncation: None,
+    };
+    match request.order {
+        Some(order) => balanced::truncated(linear, order),
+        None => Ok(linear),
+    }
+}
+
+/// ζ'' by ζ, ζ' and u: k coordinates, the free ones first.
+struct Equations {
+    /// (k, 2 k + n_u).
+    second_rates: Mat<f64>,
+    coordinates: usize,
+}
+
+impl Equations {
+    fn of(motion: &IndependentMotion, inputs: &[Input], forces: &Mat<f64>) -> Self {
+        let [mass, damping, stiffness] = motion.reduced();
+        let (free, k) = (motion.free_count(), motion.places.ncols());
+        let mut second_rates = Mat::zeros(k, 2 * k + inputs.len());
+        let mut drive = free;
+        let mut right = Mat::zeros(free, 2 * k + inputs.len());
+        for i in 0..free {
+            for j in 0..k {
+                right[(i, j)] = -stiffness[(i, j)];
+                right[(i, k + j)] = -damping[(i, j)];
+            }
+        }
+        let applied = motion.places.as_ref().subcols(0, free).transpose() * forces;
+        for (j, input) in inputs.iter().enumerate() {
+            let column = 2 * k + j;
+            match input.kind {
+                Kind::Drive { .. } => {
+                    for i in 0..free {
+                        right[(i, column)] = -mass[(i, drive)];
+                    }
+                    second_rates[(drive, column)] = 1.0;
+                    drive += 1;
+                }
+                Kind::Load { .. } | Kind::PartLoad { .. } => {
+                    for i in 0..free {
+                        right[(i, column)] = applied[(i, j)];
+                    }
+                }
+            }
+        }
+        if free > 0 {
+            let own = mass.as_ref().subcols(0, free).to_owned();
+            let solved = own.partial_piv_lu().solve(&right);
+            second_rates
+                .as_mut()
+                .subrows_mut(0, free)
+                .copy_from(&solved);
+        }
+        Self {
+            second_rates,
+            coordinates: k,
+        }
+    }
+
+    /// A and B over (ζ, ζ').
+    fn first_order(&self) -> (Mat<f64>, Mat<f64>) {
+        let k = self.coordinates;
+        let entry = |i: usize, j: usize| match i < k {
+            true => f64::from(u8::from(j == i + k)),
+            false => self.second_rates[(i - k, j)],
+        };
+        let inputs = self.second_rates.ncols() - 2 * k;
+        (
+            Mat::from_fn(2 * k, 2 * k, entry),
+            Mat::from_fn(2 * k, inputs, |i, j| entry(i, 2 * k + j)),
+        )
+    }
+
+    /// x, x', x'' and the λ of the constraints for a unit of a column: ζ, ζ', then u.
+    fn variation(
+        &self,
+        motion: &IndependentMotion,
+        forces: &Mat<f64>,
+        column: usize,
+    ) -> output::Direction {
+        let k = self.coordinates;
+        let second = self.second_rates.col(column);
+        let mut places = faer::Col::zeros(motion.places.nrows());
+        let mut rates = places.clone();
+        let mut second_rates = &motion.places * second;
+        if column < k {
+            places += motion.places.col(column);
+            rates += motion.rates.col(column);
+            second_rates += motion.second_rates.col(column);
+        } else if column < 2 * k {
+            rates += motion.places.col(column - k);
+            second_rates += motion.rates.col(column - k) * faer::Scale(2.0);
+        }
+        let of = &motion.linearization;
+        let mut residual =
+            &of.mass * &second_rates + &of.damping * &rates + &of.stiffness * &places;
+        if column >= 2 * k {
+            residual -= forces.col(column - 2 * k);
+        }
+        let list = |of: &faer::Col<f64>| of.iter().copied().collect::<Vec<f64>>();
+        let reactions = motion.directions.reactions(&list(&residual));
+        output::Direction {
+            place: list(&places),
+            rate: list(&rates),
+            second_rate: list(&second_rates),
+            constraints: of.constraints.iter().copied().zip(reactions).collect(),
+            input: column.checked_sub(2 * k),
+        }
+    }
+}

@@ -1,0 +1,148 @@
+//! The state about which a mechanism is linear.
+
+use dcb_formats::scene::{Integrator, Scene};
+
+use crate::analysis::equilibrium::{EquilibriumSettings, find_equilibrium};
+use crate::analysis::independent::IndependentMotion;
+use crate::error::Error;
+use crate::initial::Starter;
+use crate::model::{Model, Recorder};
+use crate::run::transient::Stepping;
+use crate::run::{Observer, method, start_notes};
+use crate::simulation::Simulation;
+use crate::system::evaluation::Evaluation;
+use crate::system::linearization::Linearization;
+use crate::system::{State, System};
+
+/// Where a mechanism is linearized.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub enum OperatingPoint {
+    /// The start, made consistent.
+    #[default]
+    Initial,
+    /// A stable rest near it.
+    Static,
+    /// A time that the motion from the start has reached, in the scene's unit.
+    Time(f64),
+}
+
+/// A state of a scene.
+pub(super) struct Reached {
+    pub system: System,
+    pub state: State,
+    pub recorder: Recorder,
+}
+
+/// Goes there; `None` if the observer stops it.
+pub(super) fn reach(
+    scene: &Scene,
+    at: OperatingPoint,
+    observer: &mut dyn Observer,
+) -> Result<Option<Reached>, Error> {
+    let mut scene = scene.clone();
+    if let (OperatingPoint::Time(time), Some(integrator)) = (at, &mut scene.integrator) {
+        // Integrals of speeds reach to the end.
+        integrator.end = integrator.end.max(time);
+    }
+    let Model {
+        system,
+        mut drawn,
+        recorder,
+        held,
+        notes,
+        ..
+    } = Model::load(&scene)?;
+    for note in &notes {
+        observer.note(0.0, note);
+    }
+    let mut tell = |report| {
+        for note in start_notes(&report) {
+            observer.note(0.0, &note);
+        }
+    };
+    match at {
+        OperatingPoint::Static => {
+            find_equilibrium(&system, &mut drawn, &EquilibriumSettings::default())?;
+        }
+        OperatingPoint::Time(time) if time > 0.0 && time.is_finite() => {
+            let Some(integrator) = scene.integrator else {
+                return Err(Error::described(
+                    "integrator",
+                    "is missing, which leads to the time of the operating point; give it, or linearize at the start or at rest",
+                ));
+            };
+            // What can't be linearized is said before the motion, not after it.
+            Linearization::with_rigid_joints(&system, &drawn, &Evaluation::at(&system, &drawn))?;
+            let redundancy = scene.redundant_constraints;
+            let method = method(&integrator);
+            let (mut simulation, report) =
+                Simulation::start_holding(system, drawn, method, redundancy, &held)?;
+            tell(report);
+            let integrator = Integrator {
+                end: time,
+                ..integrator
+            };
+            let mut stepping = Stepping::of(&integrator, simulation.system());
+            while stepping
+                .advance(&mut simulation, || observer.is_stopped())?
+                .is_some()
+            {
+                observer.progress(simulation.state().time, time);
+            }
+            if simulation.state().time < time {
+                return Ok(None);
+            }
+            let state = settled(simulation.system(), simulation.state())?;
+            return Ok(Some(Reached {
+                system: simulation.system().clone(),
+                state,
+                recorder,
+            }));
+        }
+        OperatingPoint::Initial | OperatingPoint::Time(0.0) => {
+            let mut starter = Starter::of(&system)?.holding(&held);
+            tell(starter.start(&mut drawn, scene.redundant_constraints)?);
+        }
+        OperatingPoint::Time(time) => {
+            return Err(Error::BadNumber {
+                quantity: "the time of the operating point".into(),
+                found: time,
+                expected: "a time from zero on",
+            });
+        }
+    }
+    Ok(Some(Reached {
+        system,
+        state: drawn,
+        recorder,
+    }))
+}
+
+/// A state of a motion with the accelerations that its positions, velocities and inputs have now, not those of an integrator's step.
+pub(crate) fn settled(system: &System, state: &State) -> Result<State, Error> {
+    let mut state = state.clone();
+    Starter::of(system)?.accelerate(&mut state)?;
+    Ok(state)
+}
+
+/// A consistent state with the forces of its springs, and those of constraints that are least, however often they repeat each other.
+pub(super) fn with_reactions(system: &System, state: &State, motion: &IndependentMotion) -> State {
+    let mut state = state.clone();
+    let mut evaluation = Evaluation::of(system);
+    evaluation.place(system, &state);
+    evaluation.add_velocities(system, &state);
+    evaluation.measure(system, &state);
+    for (index, row) in system.rows.iter().enumerate() {
+        state.forces[index] = match row.is_constraint() {
+            true => 0.0,
+            false => evaluation.answers[index],
+        };
+    }
+    evaluation.load(system, &state);
+    evaluation.resist(system, &state);
+    let reactions = motion.directions.reactions(&evaluation.residual);
+    for (row, force) in motion.linearization.constraints.iter().zip(reactions) {
+        state.forces[*row] = force;
+    }
+    state
+}
