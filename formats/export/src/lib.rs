@@ -20,6 +20,7 @@
 mod exudyn;
 mod files;
 mod gltf;
+pub mod linear_system;
 mod mbdyn;
 mod mesh;
 mod nastran;

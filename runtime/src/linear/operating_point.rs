@@ -130,6 +130,8 @@ pub(super) fn with_reactions(system: &System, state: &State, motion: &Independen
     let mut state = state.clone();
     let mut evaluation = Evaluation::of(system);
     evaluation.place(system, &state);
+    // Differences must not meet the place where an angle that isn't counted yet jumps.
+    evaluation.count_turns(system, &mut state);
     evaluation.add_velocities(system, &state);
     evaluation.measure(system, &state);
     for (index, row) in system.rows.iter().enumerate() {

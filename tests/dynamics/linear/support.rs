@@ -5,7 +5,7 @@ use faer::Mat;
 use faer::linalg::solvers::Solve;
 use serde_json::{Value, json};
 
-use crate::scenes::parts::rigid_scene;
+use crate::scenes::parts::{rigid_scene, scene_text};
 
 /// About an operating point, with inputs and outputs by name; the scene's for none.
 pub fn about(scene: &Scene, at: OperatingPoint, inputs: &[&str], outputs: &[&str]) -> LinearSystem {
@@ -25,21 +25,23 @@ pub fn at_start(text: &Value) -> LinearSystem {
 
 /// A uniform bar in the plane, 0.5 m from its pivot to its centre, at an angle from hanging; m, kg, s or lengths and masses in other units.
 pub fn pendulum(angle: f64, length: f64, mass: f64) -> Value {
-    json!({
-        "dimension": 2,
-        "units": {"length": if length == 1.0 { "m" } else { "mm" }, "mass": if mass == 1.0 { "kg" } else { "t" }, "time": "s"},
-        "gravity": [0.0, -9.81 * length],
-        "bodies": {"bob": {
-            "rigid": {"mass": 2.0 * mass, "inertia": 0.1 * mass * length * length, "points": {"pivot": [0.0, 0.5 * length], "tip": [0.0, -0.5 * length]}},
-            "position": [0.5 * length * angle.sin(), -0.5 * length * angle.cos()], "orientation": angle
-        }},
-        "joints": {"pivot": {"revolute": {"a": "ground", "b": "bob/pivot"}}},
-        "loads": {"motor": {"torque": {"at": "bob/pivot", "components": [{"input": {"initial": 0}}]}}},
-        "outputs": {
-            "angle": {"joint_coordinate": {"joint": "pivot"}}, "rate": {"joint_rate": {"joint": "pivot"}},
-            "tip": {"acceleration": {"at": "bob/tip"}}, "pull": {"reaction": {"joint": "pivot"}}
-        }
-    })
+    scene_text(
+        2,
+        json!({
+            "units": {"length": if length == 1.0 { "m" } else { "mm" }, "mass": if mass == 1.0 { "kg" } else { "t" }, "time": "s"},
+            "gravity": [0.0, -9.81 * length],
+            "bodies": {"bob": {
+                "rigid": {"mass": 2.0 * mass, "inertia": 0.1 * mass * length * length, "points": {"pivot": [0.0, 0.5 * length], "tip": [0.0, -0.5 * length]}},
+                "position": [0.5 * length * angle.sin(), -0.5 * length * angle.cos()], "orientation": angle
+            }},
+            "joints": {"pivot": {"revolute": {"a": "ground", "b": "bob/pivot"}}},
+            "loads": {"motor": {"torque": {"at": "bob/pivot", "components": [{"input": {"initial": 0}}]}}},
+            "outputs": {
+                "angle": {"joint_coordinate": {"joint": "pivot"}}, "rate": {"joint_rate": {"joint": "pivot"}},
+                "tip": {"acceleration": {"at": "bob/tip"}}, "pull": {"reaction": {"joint": "pivot"}}
+            }
+        }),
+    )
 }
 
 /// Whether two numbers agree to a part of a scale.

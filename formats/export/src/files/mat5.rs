@@ -15,6 +15,8 @@ const MATRIX: u32 = 14;
 const CELL: u32 = 1;
 const CHAR: u32 = 4;
 const REALS: u32 = 6;
+/// Flag beside the class: imaginary parts follow the real ones.
+const COMPLEX: u32 = 0x0800;
 /// Text at the beginning, with blanks behind it.
 const HEADER: usize = 116;
 
@@ -39,6 +41,17 @@ impl MatFile {
         let values = (0..of.ncols()).flat_map(|j| (0..of.nrows()).map(move |i| of[(i, j)]));
         let data: Vec<u8> = values.flat_map(f64::to_le_bytes).collect();
         let array = array(REALS, [of.nrows(), of.ncols()], name, &[(DOUBLE, data)]);
+        element(&mut self.bytes, MATRIX, &array);
+    }
+
+    /// A column of complex numbers.
+    pub(crate) fn complex(&mut self, name: &str, values: &[[f64; 2]]) {
+        let part = |place: usize| -> (u32, Vec<u8>) {
+            let numbers = values.iter().flat_map(|value| value[place].to_le_bytes());
+            (DOUBLE, numbers.collect())
+        };
+        let class = REALS | COMPLEX;
+        let array = array(class, [values.len(), 1], name, &[part(0), part(1)]);
         element(&mut self.bytes, MATRIX, &array);
     }
 

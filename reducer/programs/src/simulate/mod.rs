@@ -1,6 +1,7 @@
 //! The command line of `simulate`. Results go to standard output, everything else to standard error.
 
 mod component_reduction;
+mod linearize;
 mod prepare;
 mod run_report;
 mod scene;
@@ -17,6 +18,7 @@ use dcb_formats::output::{Replace, check_output};
 use dcb_formats::results::Results;
 use dcb_formats::terminal::one_line;
 
+use crate::simulate::linearize::LinearizeArguments;
 use crate::simulate::prepare::PrepareArguments;
 use crate::simulate::study::StudyArguments;
 use dcb_formats::scene::{Compatibility, scene_schema};
@@ -146,6 +148,8 @@ enum Command {
     Study(StudyArguments),
     /// Reduce the parts of a scene, and leave out of them what its outputs don't need.
     Prepare(PrepareArguments),
+    /// Write the linear system about an operating point: A, B, C, D, poles.
+    Linearize(LinearizeArguments),
     /// Draw recorded quantities over time as SVG.
     #[command(mut_arg("output", |arg| arg.help("Picture [default: RESULTS.svg]")))]
     #[command(mut_arg("force", |arg| arg.help("Replace an existing picture")))]
@@ -173,13 +177,14 @@ pub fn main(arguments: impl IntoIterator<Item = OsString>) -> u8 {
         None => scene::run(&cli.scene, &cli.common),
         Some(Command::Prepare(arguments)) => prepare::run(arguments, &cli.common),
         Some(Command::Study(arguments)) => study::run(arguments, &cli.common),
+        Some(Command::Linearize(arguments)) => linearize::run(arguments, &cli.common),
         Some(Command::Plot(arguments)) => export(arguments, "svg", picture::plot),
         Some(Command::Csv(arguments)) => export(arguments, "csv", csv::write_csv),
         Some(Command::Show { results }) => show(results),
         Some(Command::Schema) => schema(),
     };
     let told = match cli.command {
-        None | Some(Command::Study(_)) => cli.common.told(),
+        None | Some(Command::Study(_) | Command::Linearize(_)) => cli.common.told(),
         _ => Told::Everything,
     };
     ended(done, told, Error::is_unusable_input, || {})

@@ -96,7 +96,7 @@ pub fn run(arguments: &SceneArguments, common: &CommonArguments) -> Result<Outco
     }
     at_stage("run");
     let report = run::run(&scene, model, &target, &mut watcher);
-    watcher.bar.finish_and_clear();
+    watcher.finish();
     let report = report?;
     if let Some(table) = &arguments.csv {
         let results = Results::open(&target.path)?;
@@ -206,18 +206,23 @@ fn options(arguments: &SceneArguments) -> serde_json::Value {
 }
 
 /// Tells notes on standard error, and progress if it is a terminal.
-struct Watcher {
+pub(crate) struct Watcher {
     bar: ProgressBar,
     told: Told,
 }
 
 impl Watcher {
-    fn new(common: &CommonArguments) -> Self {
+    pub(crate) fn new(common: &CommonArguments) -> Self {
         let (told, template) = (common.told(), "{wide_bar} t = {msg} ({eta} left)");
         Self {
             bar: bar(told.display(), POSITIONS, template),
             told,
         }
+    }
+
+    /// Takes the progress away.
+    pub(crate) fn finish(&self) {
+        self.bar.finish_and_clear();
     }
 }
 
