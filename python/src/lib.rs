@@ -2,6 +2,7 @@
 
 mod arrays;
 mod error;
+mod linear;
 mod mechanism;
 mod programs;
 mod reduction;
@@ -26,6 +27,7 @@ fn _native(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_class::<scene::Scene>()?;
     module.add_class::<mechanism::Mechanism>()?;
     module.add_class::<mechanism::Snapshot>()?;
+    module.add_class::<linear::LinearSystem>()?;
     module.add_class::<results::Results>()?;
     module.add_function(wrap_pyfunction!(reduction::reduce, module)?)?;
     module.add_function(wrap_pyfunction!(reduction::plan, module)?)?;
@@ -33,6 +35,7 @@ fn _native(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_function(wrap_pyfunction!(superelement::inspected, module)?)?;
     module.add_function(wrap_pyfunction!(superelement::compared, module)?)?;
     module.add_function(wrap_pyfunction!(scene::simulate, module)?)?;
+    module.add_function(wrap_pyfunction!(linear::linearize, module)?)?;
     module.add_function(wrap_pyfunction!(programs::run_reduce, module)?)?;
     module.add_function(wrap_pyfunction!(programs::run_simulate, module)?)?;
     Ok(())

@@ -7,6 +7,7 @@ use numpy::PyArray1;
 use pyo3::prelude::*;
 
 use crate::error::{Failure, apart, at_once};
+use crate::linear::{LinearSystem, request};
 use crate::scene::Scene;
 
 /// A panic within a call leaves the motion in no known state.
@@ -69,6 +70,19 @@ impl Mechanism {
 
     fn output<'py>(&self, py: Python<'py>, name: &str) -> PyResult<Bound<'py, PyArray1<f64>>> {
         at_once(|| self.with(|motion| Ok(PyArray1::from_slice(py, motion.output(name)?))))
+    }
+
+    fn linear_system(
+        &self,
+        py: Python<'_>,
+        inputs: Vec<String>,
+        outputs: Vec<String>,
+        order: Option<usize>,
+    ) -> PyResult<LinearSystem> {
+        apart(py, || {
+            let request = request(inputs, outputs, order);
+            self.with(|motion| Ok(LinearSystem::of(motion.linearize(&request)?)))
+        })
     }
 
     fn save(&self) -> PyResult<Snapshot> {

@@ -71,11 +71,7 @@ pub fn simulate(
             options: json!({}),
             profiling: Profiling::Off,
         };
-        let mut watch = Watch {
-            told,
-            raised: None,
-            last: Instant::now(),
-        };
+        let mut watch = Watch::new(told);
         let report = run::run(scene, model, &target, &mut watch);
         match watch.raised {
             // What was reached is in the file.
@@ -86,13 +82,27 @@ pub fn simulate(
 }
 
 /// Tells a Python function how far a run is, and listens to Ctrl-C.
-struct Watch {
+pub struct Watch {
     told: Option<Py<PyAny>>,
     raised: Option<PyErr>,
     last: Instant,
 }
 
 impl Watch {
+    /// That calls this function, if any, with time, end and text.
+    pub fn new(told: Option<Py<PyAny>>) -> Self {
+        Self {
+            told,
+            raised: None,
+            last: Instant::now(),
+        }
+    }
+
+    /// What the function has raised, or Ctrl-C.
+    pub fn raised(self) -> Option<PyErr> {
+        self.raised
+    }
+
     fn tell(&mut self, time: f64, end: Option<f64>, message: Option<&str>) {
         if self.raised.is_some() {
             return;

@@ -1,10 +1,12 @@
 """Finite-element parts to superelements, and the motion of mechanisms made of them.
 
 :func:`reduce` turns stiffness and mass into a :class:`Superelement`; :class:`Scene` describes a mechanism of superelements and rigid bodies;
-:func:`simulate` runs it, and :class:`Mechanism` steps it under the control of a program.
+:func:`simulate` runs it, and :class:`Mechanism` steps it under the control of a program;
+:func:`linearize` gives its linear system about a state.
 """
 
 from tisserand._native import Error, InputError, InternalError, NumericalError, Snapshot, __version__
+from tisserand.linear import LinearSystem, Truncation, linearize
 from tisserand.mechanism import History, Mechanism
 from tisserand.reduction import Plan, plan, reduce
 from tisserand.results import Channel, Results
@@ -20,6 +22,7 @@ __all__ = [
     "History",
     "InputError",
     "InternalError",
+    "LinearSystem",
     "Mechanism",
     "NumericalError",
     "Plan",
@@ -28,8 +31,10 @@ __all__ = [
     "Snapshot",
     "Study",
     "Superelement",
+    "Truncation",
     "Verification",
     "__version__",
+    "linearize",
     "plan",
     "reduce",
     "simulate",

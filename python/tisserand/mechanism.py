@@ -10,7 +10,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tisserand import _native
-from tisserand.scene import Scene
+from tisserand.linear import LinearSystem
+from tisserand.scene import Scene, scene_of
 
 if TYPE_CHECKING:
     from typing_extensions import Self
@@ -80,6 +81,10 @@ class Mechanism(_native.Mechanism):
             history._add(self)
         return history
 
+    def linearize(self, *, inputs: Sequence[str] = (), outputs: Sequence[str] = (), order: int | None = None) -> LinearSystem:
+        """The linear system about the present state, with the inputs as they are now; parameters as of :func:`tisserand.linearize`."""
+        return LinearSystem(self.linear_system(list(inputs), list(outputs), order))
+
     def outputs(self, *names: str) -> NDArray[np.float64]:
         """Several outputs one behind the other."""
         return np.concatenate([self.output(name) for name in names])
@@ -111,12 +116,3 @@ class History:
 
     def __len__(self) -> int:
         return len(self._time)
-
-
-def scene_of(scene: Scene | Mapping[str, Any] | str | PathLike[str]) -> Scene:
-    """A scene from whatever stands for one."""
-    if isinstance(scene, Scene):
-        return scene
-    if isinstance(scene, Mapping):
-        return Scene.from_dict(scene)
-    return Scene.read(scene)

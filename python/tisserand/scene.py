@@ -195,3 +195,12 @@ def _plain(value: Any) -> Any:
     if isinstance(value, np.ndarray | np.generic):
         return value.tolist()
     raise _native.InputError(f"scene: {value!r} is neither text, number, list nor mapping")
+
+
+def scene_of(scene: Scene | Mapping[str, Any] | str | PathLike[str]) -> Scene:
+    """A scene from whatever stands for one."""
+    if isinstance(scene, Scene):
+        return scene
+    if isinstance(scene, Mapping):
+        return Scene.from_dict(scene)
+    return Scene.read(scene)

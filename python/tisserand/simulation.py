@@ -11,9 +11,8 @@ from pathlib import Path
 from typing import Any
 
 from tisserand import _native
-from tisserand.mechanism import scene_of
 from tisserand.results import Results
-from tisserand.scene import Scene
+from tisserand.scene import Scene, scene_of
 
 
 def simulate(

@@ -20,6 +20,10 @@ const SLOW: f64 = 1e-7;
 const UNSEEN: f64 = 1e-13;
 /// Rounds of scaling, of which each makes the norms of rows and columns alike.
 const ROUNDS: usize = 40;
+/// The same to see what is rounding.
+const COARSE_ROUNDS: usize = 3;
+/// An output that an input moves by less than this part of what others let expect isn't moved by it.
+const COUPLED: f64 = 1e-8;
 
 /// The system with `order` states, those of poles that don't decay among them; fewer where inputs and outputs see fewer.
 pub(super) fn truncated(system: LinearSystem, order: usize) -> Result<LinearSystem, Error> {
@@ -201,30 +205,43 @@ impl Part {
     }
 }
 
-/// s and r with `norms_ij / (s_i r_j)` about one, in the mean of logarithms over each row and column.
+/// s and r with `norms_ij / (s_i r_j)` about one, in the mean of logarithms over each row and column; what is rounding has no part in it.
 fn scales(norms: &Mat<f64>) -> (Vec<f64>, Vec<f64>) {
-    let (mut s, mut r) = (vec![1.0; norms.nrows()], vec![1.0; norms.ncols()]);
-    let largest = norms.norm_max();
-    let mean = |of: &mut dyn Iterator<Item = f64>| {
-        let (mut sum, mut count) = (0.0, 0.0);
-        for norm in of.filter(|norm| *norm > 0.0) {
-            sum += norm.ln();
-            count += 1.0;
+    let most = |ratios: &[f64]| ratios.iter().fold(0.0, |most: f64, x| most.max(*x));
+    let (s, r) = alternated(norms, COARSE_ROUNDS, most);
+    let norms = Mat::from_fn(norms.nrows(), norms.ncols(), |i, j| {
+        match norms[(i, j)] > COUPLED * s[i] * r[j] {
+            true => norms[(i, j)],
+            false => 0.0,
         }
-        if count > 0.0 {
-            f64::exp(sum / count)
-        } else {
-            1.0
+    });
+    let mean = |ratios: &[f64]| {
+        let logarithms = || ratios.iter().filter(|x| **x > 0.0).map(|x| x.ln());
+        match logarithms().count() {
+            0 => 0.0,
+            count => f64::exp(logarithms().sum::<f64>() / count as f64),
         }
     };
-    if largest > 0.0 {
-        for _ in 0..ROUNDS {
-            for i in 0..s.len() {
-                s[i] = mean(&mut (0..r.len()).map(|j| norms[(i, j)] / r[j]));
-            }
-            for j in 0..r.len() {
-                r[j] = mean(&mut (0..s.len()).map(|i| norms[(i, j)] / s[i]));
-            }
+    alternated(&norms, ROUNDS, mean)
+}
+
+/// Scales of rows and of columns by turns, each the summary of what the others leave; one for what is zero.
+fn alternated(
+    norms: &Mat<f64>,
+    rounds: usize,
+    summary: impl Fn(&[f64]) -> f64,
+) -> (Vec<f64>, Vec<f64>) {
+    let (mut s, mut r) = (vec![1.0; norms.nrows()], vec![1.0; norms.ncols()]);
+    let scale = |ratios: Vec<f64>| match summary(&ratios) {
+        found if found > 0.0 => found,
+        _ => 1.0,
+    };
+    for _ in 0..rounds {
+        for j in 0..r.len() {
+            r[j] = scale((0..s.len()).map(|i| norms[(i, j)] / s[i]).collect());
+        }
+        for i in 0..s.len() {
+            s[i] = scale((0..r.len()).map(|j| norms[(i, j)] / r[j]).collect());
         }
     }
     (s, r)

@@ -3,6 +3,8 @@
 use dcb_formats::TimeFunction;
 use dcb_formats::function::Function;
 use dcb_formats::scene::RedundantConstraints;
+use dcb_runtime::analysis::eigenmodes::Eigenmodes;
+use dcb_runtime::analysis::equilibrium::{EquilibriumSettings, find_equilibrium};
 use dcb_runtime::initial::Starter;
 use dcb_runtime::model::RecordedStep;
 use dcb_runtime::system::evaluation::Evaluation;
@@ -12,7 +14,7 @@ use dcb_samples::PseudoRandom;
 use nalgebra::{UnitQuaternion, Vector3};
 use serde_json::json;
 
-use super::support::{about, step_response};
+use super::support::{about, eigenvalues, step_response};
 use crate::scenes::parts::{Folder, rigid_scene, scene_text};
 
 /// A drawn state, moved at random.
@@ -468,4 +470,57 @@ fn a_mechanism_is_linearized_where_it_is() {
     assert!((here.time - 0.02).abs() < 1e-12);
     let tip = mechanism.output("tip").unwrap();
     assert!((tip[0] - here.outputs[0].at).abs() < 1e-12);
+}
+
+/// The eigenvalues of A, sorted into pairs, are those that the analysis of modes finds; at rest, under load, and in steady motion.
+#[test]
+fn poles_are_the_modes() {
+    let folder = Folder::with_parts();
+    let crank = folder.scene(&{
+        let mut text = serde_json::to_value(slider_crank(&folder, false)).unwrap();
+        for body in ["crank", "rod"] {
+            text["bodies"][body]["angular_velocity"] = json!(0);
+            text["bodies"][body]["velocity"] = json!([0, 0]);
+        }
+        text
+    });
+    for (scene, at) in [
+        (arm(&folder, 0.0), OperatingPoint::Initial),
+        (rigid_scene(&parallelogram(0.0)), OperatingPoint::Initial),
+        (crank, OperatingPoint::Static),
+    ] {
+        let linear = about(&scene, at, &[], &[]);
+        let Model {
+            system, mut drawn, ..
+        } = Model::load(&scene).unwrap();
+        match at {
+            OperatingPoint::Static => {
+                find_equilibrium(&system, &mut drawn, &EquilibriumSettings::default()).unwrap();
+            }
+            _ => {
+                let mut starter = Starter::of(&system).unwrap();
+                starter
+                    .start(&mut drawn, RedundantConstraints::MinimumNorm)
+                    .unwrap();
+            }
+        }
+        let modes = Eigenmodes::at(&system, &drawn).unwrap();
+        assert_eq!(2 * modes.dof_count, linear.order());
+        let found = eigenvalues(&linear);
+        let fastest = found.last().map_or(0.0, |s| s[0].hypot(s[1]));
+        for mode in &modes.modes {
+            let size = mode.growth.hypot(mode.angular_frequency);
+            let nearest = found
+                .iter()
+                .map(|s| (s[0] - mode.growth).hypot(s[1] - mode.angular_frequency))
+                .fold(f64::INFINITY, f64::min);
+            // What rounding does to eigenvalues of a matrix with such large ones.
+            let allowed = 1e-9 * size + 1e-13 * fastest;
+            assert!(nearest < allowed, "{mode:?}: {nearest:e}");
+        }
+        for (pole, s) in linear.poles.iter().zip(modes.poles()) {
+            let off = (pole.growth - s[0]).hypot(pole.angular_frequency.abs() - s[1].abs());
+            assert!(off <= 1e-9 * pole.magnitude(), "{pole:?} {s:?}");
+        }
+    }
 }

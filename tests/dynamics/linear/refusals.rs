@@ -87,10 +87,12 @@ fn scenes_without_inputs_outputs_or_motion() {
         "outputs": {"tip": {"position": {"at": "bob/tip"}}}}),
     );
     refused(&held, inputs(&[]), &["can't move", "drive"]);
-    let drive = |function: &str| json!({"angle": {"joint": "pivot", function: {"initial": 0.3}}});
-    let driven = with(json!({"drives": {"turn": drive("input")}}));
+    let drive = |joint: &str| json!({"angle": {"joint": joint, "input": {"initial": 0.3}}});
+    let driven = with(json!({"drives": {"turn": drive("pivot")}}));
     refused(&driven, inputs(&["motor"]), &["can't move"]);
-    let twice = with(json!({"drives": {"turn": drive("input"), "again": drive("input")}}));
+    let hinge = json!({"revolute": {"a": "ground", "b": "bob/pivot"}});
+    let twice = with(json!({"joints": {"pivot": hinge, "beside": hinge},
+        "drives": {"turn": drive("pivot"), "again": drive("beside")}}));
     refused(
         &twice,
         inputs(&["turn"]),
@@ -104,9 +106,11 @@ fn orders_that_cannot_be() {
     refused(&scene, order(0), &["order", "from 1 to 2"]);
     refused(&scene, order(3), &["order", "is 3", "2 states"]);
     refused(&scene, order(1), &["none of the 2 poles decays", "damping"]);
-    let unstable = with(json!({
-        "springs": {"brake": {"torsion_spring": {"joint": "pivot", "damping": 0.4, "stiffness": -40}}}
-    }));
+    // Standing on its pivot with a damper: one pole grows, one decays.
+    let mut standing = pendulum(std::f64::consts::PI, 1.0, 1.0);
+    standing["springs"] =
+        json!({"brake": {"torsion_spring": {"joint": "pivot", "damping": 0.4, "stiffness": 0}}});
+    let unstable = rigid_scene(&standing);
     let small = linearize(&unstable, OperatingPoint::Initial, &order(1), &mut ());
     let small = small.unwrap().unwrap();
     assert!(small.order() == 1 && small.poles[0].is_unstable());

@@ -24,7 +24,7 @@ fn beam(folder: &Folder, rest: Value) -> Scene {
         json!({
             "bodies": {"beam": {"superelement": "beam.dcb.h5", "damping": {"rayleigh": [0.5, 2e-5]}}},
             "loads": {
-                "push": {"force": {"at": "beam/b", "components": [0, 3, {"input": {"initial": 0}}]}},
+                "push": {"force": {"at": "beam/b", "components": [0, 0, {"input": {"initial": 0}}]}},
                 "twist": {"torque": {"at": "beam/b", "components": [0, 0, {"input": {"initial": 0}}]}}
             },
             "outputs": {"tip": {"displacement": {"at": "beam/b"}}, "speed": {"angular_velocity": {"at": "beam/b"}}, "acceleration": {"acceleration": {"at": "beam/b"}}}

@@ -4,6 +4,7 @@
 mod commands;
 mod constraints;
 mod internal_rows;
+mod linearize;
 mod limits;
 mod motion_in_plane;
 mod needed;
