@@ -20,13 +20,16 @@ const SLOW: f64 = 1e-7;
 const UNSEEN: f64 = 1e-13;
 /// Rounds of scaling, of which each makes the norms of rows and columns alike.
 const ROUNDS: usize = 40;
-/// The same to see what is rounding.
-const COARSE_ROUNDS: usize = 3;
-/// An output that an input moves by less than this part of what others let expect isn't moved by it.
-const COUPLED: f64 = 1e-8;
+/// An output that an input moves by less than this part of the most that it could isn't moved by it.
+const COUPLED: f64 = 1e-9;
 
-/// The system with `order` states, those of poles that don't decay among them; fewer where inputs and outputs see fewer.
-pub(super) fn truncated(system: LinearSystem, order: usize) -> Result<LinearSystem, Error> {
+/// The system with `order` states, those of poles that don't decay among them; fewer where inputs and outputs see fewer. `units`: amounts of the
+/// coordinates that are as large as each other.
+pub(super) fn truncated(
+    system: LinearSystem,
+    order: usize,
+    units: &[f64],
+) -> Result<LinearSystem, Error> {
     let full = system.order();
     let refused = |message: String| Err(Error::described("order", message));
     if order == 0 || order > full {
@@ -54,8 +57,9 @@ pub(super) fn truncated(system: LinearSystem, order: usize) -> Result<LinearSyst
     let slowest = (system.poles.iter().filter(decays))
         .map(|pole| -pole.growth)
         .fold(f64::INFINITY, f64::min);
-    // Time in units of the fastest pole, states scaled.
-    let scale = balancing(&system.a);
+    // Time in units of the fastest pole, states as parts of what is as large as each other.
+    let rates = units.iter().map(|unit| unit * fastest);
+    let scale: Vec<f64> = units.iter().copied().chain(rates).collect();
     let n = full;
     let a = Mat::from_fn(n, n, |i, j| {
         system.a[(i, j)] * scale[j] / (scale[i] * fastest)
@@ -130,14 +134,21 @@ struct Balanced {
 impl Part {
     /// Balanced, and cut off after so many states.
     fn balanced(&self, order: usize) -> Result<Balanced, Error> {
+        let n = self.a.nrows();
         let columns = self.b.col_iter();
-        let columns = columns.map(|column| column.as_mat().to_owned()).collect();
-        let by_input = gramian_factors(&self.a, columns)?;
-        let norms = Mat::from_fn(self.c.nrows(), by_input.len(), |i, j| {
+        let mut columns: Vec<Mat<f64>> = columns.map(|column| column.as_mat().to_owned()).collect();
+        columns.push(Mat::identity(n, n));
+        let mut by_input = gramian_factors(&self.a, columns)?;
+        let by_all = by_input.pop().unwrap_or_else(|| Mat::zeros(n, n));
+        let outputs = self.c.nrows();
+        let norms = Mat::from_fn(outputs, by_input.len(), |i, j| {
             (self.c.row(i) * &by_input[j]).norm_l2()
         });
-        let (s, r) = scales(&norms);
-        let n = self.a.nrows();
+        // The most that inputs of this size could do to each output.
+        let most = Mat::from_fn(outputs, by_input.len(), |i, j| {
+            (self.c.row(i) * &by_all).norm_l2() * self.b.col(j).norm_l2()
+        });
+        let (s, r) = scales(&norms, &most);
         let reached: Vec<Mat<f64>> = (by_input.into_iter().zip(&r))
             .map(|(factor, r)| factor * faer::Scale(1.0 / r))
             .collect();
@@ -205,73 +216,55 @@ impl Part {
     }
 }
 
-/// s and r with `norms_ij / (s_i r_j)` about one, in the mean of logarithms over each row and column; what is rounding has no part in it.
-fn scales(norms: &Mat<f64>) -> (Vec<f64>, Vec<f64>) {
-    let most = |ratios: &[f64]| ratios.iter().fold(0.0, |most: f64, x| most.max(*x));
-    let (s, r) = alternated(norms, COARSE_ROUNDS, most);
-    let norms = Mat::from_fn(norms.nrows(), norms.ncols(), |i, j| {
-        match norms[(i, j)] > COUPLED * s[i] * r[j] {
+/// s and r with `norms_ij / (s_i r_j)` about one, in the mean of logarithms over each row and column; what is rounding has no part in it. An output that
+/// no input moves, and an input that moves no output, has the scale of the most that it could.
+fn scales(norms: &Mat<f64>, most: &Mat<f64>) -> (Vec<f64>, Vec<f64>) {
+    let coupled = Mat::from_fn(norms.nrows(), norms.ncols(), |i, j| {
+        match norms[(i, j)] > COUPLED * most[(i, j)] {
             true => norms[(i, j)],
             false => 0.0,
         }
     });
-    let mean = |ratios: &[f64]| {
-        let logarithms = || ratios.iter().filter(|x| **x > 0.0).map(|x| x.ln());
-        match logarithms().count() {
-            0 => 0.0,
-            count => f64::exp(logarithms().sum::<f64>() / count as f64),
+    let (mut s, mut r) = alternated(&coupled);
+    for i in 0..s.len() {
+        if coupled.row(i).norm_max() == 0.0 {
+            let scales = (0..r.len()).map(|j| most[(i, j)] / r[j]);
+            s[i] = positive(scales.fold(0.0, f64::max));
         }
-    };
-    alternated(&norms, ROUNDS, mean)
-}
-
-/// Scales of rows and of columns by turns, each the summary of what the others leave; one for what is zero.
-fn alternated(
-    norms: &Mat<f64>,
-    rounds: usize,
-    summary: impl Fn(&[f64]) -> f64,
-) -> (Vec<f64>, Vec<f64>) {
-    let (mut s, mut r) = (vec![1.0; norms.nrows()], vec![1.0; norms.ncols()]);
-    let scale = |ratios: Vec<f64>| match summary(&ratios) {
-        found if found > 0.0 => found,
-        _ => 1.0,
-    };
-    for _ in 0..rounds {
-        for j in 0..r.len() {
-            r[j] = scale((0..s.len()).map(|i| norms[(i, j)] / s[i]).collect());
-        }
-        for i in 0..s.len() {
-            s[i] = scale((0..r.len()).map(|j| norms[(i, j)] / r[j]).collect());
+    }
+    for j in 0..r.len() {
+        if coupled.col(j).norm_max() == 0.0 {
+            let scales = (0..s.len()).map(|i| most[(i, j)] / s[i]);
+            r[j] = positive(scales.fold(0.0, f64::max));
         }
     }
     (s, r)
 }
 
-/// Factors d, powers of two, that make rows and columns of D⁻¹ A D alike (Osborne).
-fn balancing(a: &Mat<f64>) -> Vec<f64> {
-    let n = a.nrows();
-    let mut scale = vec![1.0_f64; n];
-    for _ in 0..100 {
-        let mut is_done = true;
-        for k in 0..n {
-            let (mut row, mut column) = (0.0, 0.0);
-            for j in (0..n).filter(|j| *j != k) {
-                row += (a[(k, j)] * scale[j] / scale[k]).abs();
-                column += (a[(j, k)] * scale[k] / scale[j]).abs();
-            }
-            if row > 0.0 && column > 0.0 {
-                let factor = (0.5 * (row / column).log2()).round();
-                if factor != 0.0 {
-                    scale[k] *= factor.exp2();
-                    is_done = false;
-                }
-            }
+/// A scale, or one for what is zero.
+fn positive(scale: f64) -> f64 {
+    if scale > 0.0 { scale } else { 1.0 }
+}
+
+/// Scales of rows and of columns by turns, each the mean of what the others leave.
+fn alternated(norms: &Mat<f64>) -> (Vec<f64>, Vec<f64>) {
+    let (mut s, mut r) = (vec![1.0; norms.nrows()], vec![1.0; norms.ncols()]);
+    let mean = |ratios: Vec<f64>| {
+        let logarithms: Vec<f64> = (ratios.iter().filter(|x| **x > 0.0))
+            .map(|x| x.ln())
+            .collect();
+        let count = logarithms.len().max(1);
+        f64::exp(logarithms.iter().sum::<f64>() / count as f64)
+    };
+    for _ in 0..ROUNDS {
+        for j in 0..r.len() {
+            r[j] = mean((0..s.len()).map(|i| norms[(i, j)] / s[i]).collect());
         }
-        if is_done {
-            break;
+        for i in 0..s.len() {
+            s[i] = mean((0..r.len()).map(|j| norms[(i, j)] / r[j]).collect());
         }
     }
-    scale
+    (s, r)
 }
 
 fn eigenvalues(a: &Mat<f64>) -> Result<Vec<Pole>, Error> {

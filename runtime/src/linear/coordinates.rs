@@ -53,6 +53,18 @@ pub(super) fn choose(
         .collect())
 }
 
+/// Amounts of the coordinates, drives included, that are about as large as each other: lengths.
+pub(super) fn units(system: &System, motion: &IndependentMotion, inputs: &[Input]) -> Vec<f64> {
+    let longest = (system.bodies.iter()).map(|body| body.length);
+    let longest = longest.fold(f64::MIN_POSITIVE, f64::max);
+    let drives = inputs.iter().filter_map(Input::driven_row);
+    let drives = drives.map(|row| match is_length(system, row) {
+        true => 1.0,
+        false => 1.0 / longest,
+    });
+    motion.units.iter().copied().chain(drives).collect()
+}
+
 /// Name and unit of one number of the velocity arrays as a place.
 fn coordinate(system: &System, quantities: &Quantities, index: usize) -> (String, String) {
     const FRAME: [&str; 6] = ["x", "y", "z", "rx", "ry", "rz"];

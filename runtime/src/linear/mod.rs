@@ -111,6 +111,7 @@ pub(crate) fn linear_system(
         })
         .collect();
     poles.sort_by(|a, b| a.magnitude().total_cmp(&b.magnitude()));
+    let units = coordinates::units(system, &motion, &inputs);
     let linear = LinearSystem {
         units: scene.units.clone(),
         time: state.time,
@@ -127,7 +128,7 @@ pub(crate) fn linear_system(
         truncation: None,
     };
     match request.order {
-        Some(order) => balanced::truncated(linear, order),
+        Some(order) => balanced::truncated(linear, order, &units),
         None => Ok(linear),
     }
 }

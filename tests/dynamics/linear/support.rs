@@ -110,10 +110,22 @@ pub fn step_response(system: &LinearSystem, input: usize, time: f64) -> Vec<f64>
         .collect()
 }
 
-/// Eigenvalues of A by size.
+/// Eigenvalues of A by size, by way of a matrix whose rates are in units of the fastest pole.
 pub fn eigenvalues(system: &LinearSystem) -> Vec<[f64; 2]> {
-    let values = system.a.eigenvalues().unwrap();
-    let mut values: Vec<[f64; 2]> = values.iter().map(|s| [s.re, s.im]).collect();
+    let fastest = system.poles.last().map_or(1.0, |pole| pole.magnitude());
+    let half = match system.truncation {
+        None => system.order() / 2,
+        Some(_) => system.order(),
+    };
+    let unit = |k: usize| if k < half { 1.0 } else { fastest };
+    let scaled = Mat::from_fn(system.order(), system.order(), |i, j| {
+        system.a[(i, j)] * unit(j) / (unit(i) * fastest)
+    });
+    let values = scaled.eigenvalues().unwrap();
+    let mut values: Vec<[f64; 2]> = values
+        .iter()
+        .map(|s| [s.re * fastest, s.im * fastest])
+        .collect();
     values.sort_by(|a, b| {
         let size = |s: &[f64; 2]| s[0].hypot(s[1]);
         size(a).total_cmp(&size(b))
