@@ -23,7 +23,7 @@ use faer::Mat;
 use faer::linalg::solvers::Solve;
 
 use crate::analysis::eigenmodes::Eigenmodes;
-use crate::analysis::independent::{IndependentMotion, size};
+use crate::analysis::independent::IndependentMotion;
 use crate::error::Error;
 use crate::model::Recorder;
 use crate::run::Observer;
@@ -115,8 +115,11 @@ pub(crate) fn linear_system(
     let linear = LinearSystem {
         units: scene.units.clone(),
         time: state.time,
-        is_equilibrium: size(system, &state.velocities) == 0.0
-            && size(system, &state.accelerations) == 0.0,
+        is_equilibrium: operating_point::is_at_rest(
+            system,
+            state,
+            poles.last().map_or(0.0, Pole::magnitude),
+        ),
         a,
         b,
         c,

@@ -3,7 +3,7 @@
 use dcb_formats::scene::{Integrator, Scene};
 
 use crate::analysis::equilibrium::{EquilibriumSettings, find_equilibrium};
-use crate::analysis::independent::IndependentMotion;
+use crate::analysis::independent::{IndependentMotion, size};
 use crate::error::Error;
 use crate::initial::Starter;
 use crate::model::{Model, Recorder};
@@ -13,6 +13,11 @@ use crate::simulation::Simulation;
 use crate::system::evaluation::Evaluation;
 use crate::system::linearization::Linearization;
 use crate::system::{State, System};
+
+/// Bodies that move by less than this part of their size in the time of the fastest pole are at rest.
+const STILL: f64 = 1e-12;
+/// Gravity that is left, as a part of it, where it is balanced.
+const BALANCED: f64 = 1e-10;
 
 /// Where a mechanism is linearized.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -123,6 +128,17 @@ pub(crate) fn settled(system: &System, state: &State) -> Result<State, Error> {
     let mut state = state.clone();
     Starter::of(system)?.accelerate(&mut state)?;
     Ok(state)
+}
+
+/// Whether nothing moves, and nothing begins to, but for rounding; `fastest` is the size of the fastest pole.
+pub(super) fn is_at_rest(system: &System, state: &State, fastest: f64) -> bool {
+    let lengths = system.bodies.iter().map(|body| body.length);
+    let falling = system.gravity.norm() / lengths.fold(f64::INFINITY, f64::min);
+    let (speed, acceleration) = (
+        size(system, &state.velocities),
+        size(system, &state.accelerations),
+    );
+    speed <= STILL * fastest && acceleration <= BALANCED * falling + f64::EPSILON * fastest.powi(2)
 }
 
 /// A consistent state with the forces of its springs, and those of constraints that are least, however often they repeat each other.
