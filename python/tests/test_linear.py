@@ -11,17 +11,18 @@ REPOSITORY = pathlib.Path(os.environ.get("TISSERAND_REPOSITORY", pathlib.Path(__
 ROD = REPOSITORY / "samples/slider-crank/rod.dcb.h5"
 
 
-def arm():
+def arm(torque=0.0):
     """A flexible rod on a hub that a torque turns against a spring; no gravity: it rests where it is drawn."""
     scene = tisserand.Scene(2)
     scene.rigid("hub", mass=0.1, inertia=1e-4, points={"axle": [0, 0]})
     scene.body("rod", ROD, damping={"rayleigh": [0, 1e-5]})
     scene.rigid("tip", mass=0.05, inertia=1e-5, points={"root": [0, 0]}, position=[0.3, 0])
-    scene.revolute("axle", "ground", "hub/axle").revolute("root", "hub/axle", "rod/a").revolute("end", "rod/b", "tip/root")
+    scene.revolute("axle", "ground", "hub/axle")
+    scene.revolute("root", "hub/axle", "rod/a", orientation="body").revolute("end", "rod/b", "tip/root", orientation="body")
     scene.spring("hold", "torsion_spring", joint="root", stiffness=20, damping=0.01)
     scene.spring("return", "torsion_spring", joint="axle", stiffness=5, damping=0.02)
     scene.spring("stiff", "torsion_spring", joint="end", stiffness=5, damping=0.02)
-    scene.load("motor", "torque", at="hub/axle", components=[{"input": {"initial": 0}}])
+    scene.load("motor", "torque", at="hub/axle", components=[{"input": {"initial": torque}}])
     scene.output("angle", joint_coordinate={"joint": "axle"}).output("tip", position={"at": "tip/root"})
     return scene.integrate(step=1e-4, end=0.1)
 
@@ -31,7 +32,7 @@ def test_a_step_response_of_control_is_that_of_the_mechanism():
     system = tisserand.linearize(arm()).to_control()
     assert system.input_labels == ["motor"] and system.output_labels == ["angle", "tip_x", "tip_y"]
     amplitude = 1e-3
-    motion = tisserand.Mechanism(arm().add("loads", "motor", {"torque": {"at": "hub/axle", "components": [{"input": {"initial": amplitude}}]}}))
+    motion = tisserand.Mechanism(arm(amplitude))
     history = motion.run(0.1, 1e-4, record=["angle", "tip"])
     response = control.step_response(system, history.time, squeeze=True)
     angle, across = response.outputs[0] * amplitude, response.outputs[2] * amplitude
