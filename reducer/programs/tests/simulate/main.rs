@@ -4,8 +4,8 @@
 mod commands;
 mod constraints;
 mod internal_rows;
-mod linearize;
 mod limits;
+mod linearize;
 mod motion_in_plane;
 mod needed;
 mod notes;
