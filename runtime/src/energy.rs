@@ -14,7 +14,7 @@ use crate::system::{Demand, State, System};
 /// Work done since the start, and the power it goes on with.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Works {
-    /// By the drives.
+    /// By the drives and actuators.
     pub drives: f64,
     /// By the applied forces and torques, gravity not among them.
     pub loads: f64,
@@ -42,6 +42,11 @@ impl Works {
         self.powers = now;
     }
 
+    /// Powers that jump at a state go on from there.
+    pub fn go_on(&mut self, system: &System, state: &State, evaluation: &Evaluation) {
+        self.powers = powers(system, state, evaluation);
+    }
+
     /// The works at a part `x` of a step of this length that led from these to `after`: powers are taken for straight lines, as the
     /// trapezoidal rule takes them.
     pub fn within(&self, after: &Self, x: f64, step: f64) -> Self {
@@ -65,6 +70,13 @@ fn powers(system: &System, state: &State, evaluation: &Evaluation) -> [f64; 3] {
                 drives += state.forces[index] * system.signal(*signal, state).rate;
             }
             Demand::Answer(law) => dissipated += law.dissipation(evaluation.value_rates[index]),
+            Demand::Actuate(actuator) => {
+                let (value, rate) = (evaluation.values[index], evaluation.value_rates[index]);
+                let actuator = &system.actuators[*actuator];
+                let [put_in, lost] = system.power_of(actuator, state.forces[index], value, rate);
+                drives += put_in;
+                dissipated += lost;
+            }
         }
     }
     for load in &system.loads {
@@ -137,9 +149,12 @@ impl Energy {
             energy.gravity -= system.gravity.dot(&moment);
         }
         for (index, row) in system.rows.iter().enumerate() {
-            if let Demand::Answer(law) = &row.demand {
-                energy.springs += law.potential(evaluation.values[index]);
-            }
+            let value = evaluation.values[index];
+            energy.springs += match &row.demand {
+                Demand::Answer(law) => law.potential(value),
+                Demand::Actuate(actuator) => system.stored_by(&system.actuators[*actuator], value),
+                Demand::Hold(_) | Demand::Follow(_) => 0.0,
+            };
         }
         energy
     }

@@ -209,6 +209,18 @@ pub enum Error {
         /// Estimated error of the last attempt, relative to the tolerance; infinite if it failed altogether.
         error: f64,
     },
+    /// A step beyond the next sample.
+    #[error(
+        "t = {time:.6e}: a step of {step:.6e} would pass the sample of a controller or servo at {sample:.6e}; steps must end there"
+    )]
+    PassesSample {
+        /// When.
+        time: f64,
+        /// The step.
+        step: f64,
+        /// Time of the sample.
+        sample: f64,
+    },
     /// Steps that follow nothing of a motion.
     #[error(
         "t = {time:.6e}: steps of {step:.2e} are too long: body {body:?} goes through a period of its motion in {steps_per_period:.1} of them, which follow nothing of it; take steps below {advised:.1e}"

@@ -42,6 +42,8 @@ pub mod run;
 
 // No part of the door: for the other crates of this workspace and its tests.
 #[doc(hidden)]
+pub mod actuator;
+#[doc(hidden)]
 pub mod analysis;
 #[doc(hidden)]
 pub mod energy;

@@ -18,7 +18,7 @@ use crate::named::Object;
 /// A scalar function of time.
 ///
 /// In JSON a bare number, or an object with one of the keys `constant`, `polynomial`, `harmonic`, `table`, `smooth_step`, `trapezoid`, `chirp`,
-/// `pulse`, `formula`, `input`.
+/// `pulse`, `formula`, `input`; for actuators also `controller`.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Function {
@@ -42,6 +42,8 @@ pub enum Function {
     Formula(FormulaText),
     /// A value that the caller sets between steps.
     Input(InputSignal),
+    /// What a controller of the scene computes, by its name; for actuators.
+    Controller(String),
 }
 
 /// offset + amplitude · sin(ω t + phase); exactly one of the two frequencies is given.
@@ -131,7 +133,7 @@ impl Function {
             Self::Trapezoid(law) => law.check().map_err(|error| error.within("trapezoid")),
             Self::Chirp(law) => law.check().map_err(|error| error.within("chirp")),
             Self::Pulse(law) => law.check().map_err(|error| error.within("pulse")),
-            Self::Formula(_) => Ok(()),
+            Self::Formula(_) | Self::Controller(_) => Ok(()),
             Self::Input(input) => finite("input.initial", input.initial),
         }
     }
@@ -235,7 +237,7 @@ pub(crate) struct FunctionKey;
 
 impl FunctionKey {
     /// The kinds, as keys.
-    pub(crate) const NAMES: [&'static str; 10] = [
+    pub(crate) const NAMES: [&'static str; 11] = [
         "constant",
         "polynomial",
         "harmonic",
@@ -246,6 +248,7 @@ impl FunctionKey {
         "pulse",
         "formula",
         "input",
+        "controller",
     ];
 
     /// The value under a key that [`Self::NAMES`] has; `None` for other keys, whose value is then still to be read.
@@ -264,12 +267,13 @@ impl FunctionKey {
             "pulse" => Function::Pulse(map.next_value::<Object<_>>()?.0),
             "formula" => Function::Formula(map.next_value::<String>()?.into()),
             "input" => Function::Input(map.next_value::<Object<_>>()?.0),
+            "controller" => Function::Controller(map.next_value()?),
             _ => return Ok(None),
         }))
     }
 
     /// Schemas of the kinds under their keys.
-    pub(crate) fn schemas(generator: &mut SchemaGenerator) -> [(&'static str, Schema); 10] {
+    pub(crate) fn schemas(generator: &mut SchemaGenerator) -> [(&'static str, Schema); 11] {
         let [
             constant,
             polynomial,
@@ -281,6 +285,7 @@ impl FunctionKey {
             pulse,
             formula,
             input,
+            controller,
         ] = Self::NAMES;
         [
             (constant, generator.subschema_for::<f64>()),
@@ -299,6 +304,10 @@ impl FunctionKey {
                 json_schema!({"type": "string", "description": "A formula in t, for example 0.5*sin(3*t)^2."}),
             ),
             (input, generator.subschema_for::<InputSignal>()),
+            (
+                controller,
+                json_schema!({"type": "string", "description": "Name of a controller; for the actuators torque and force."}),
+            ),
         ]
     }
 }

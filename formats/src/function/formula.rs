@@ -10,6 +10,7 @@ use num_dual::Dual2_64;
 use super::FunctionValue;
 use super::elementary::{CALLABLE, Elementary, Pair, chosen, raised};
 use super::formula_parser::program_of;
+use super::output_formula::Outside;
 use crate::Error;
 
 /// Longest formula, bytes: bounds the depth of the parser's recursion.
@@ -33,6 +34,8 @@ pub struct Formula {
 pub(super) enum Step {
     Number(f64),
     Time,
+    /// A value from outside, by its index.
+    Variable(usize),
     Negate,
     /// The exponent is a number: the base may be zero or negative.
     PowerOf(f64),
@@ -84,15 +87,27 @@ impl Formula {
     /// [`Error::Description`] with the formula, the position (from 1, in characters) and what would be right there.
     pub fn parse(text: &str, constants: &Constants) -> Result<Self, Error> {
         if text.len() > LONGEST {
-            return Err(Error::described(
-                "formula",
-                format!(
-                    "has {} bytes, more than {LONGEST}; a table holds longer functions",
-                    text.len()
-                ),
-            ));
+            return Err(too_long(text));
         }
-        let program = program_of(text, constants)?;
+        Self::checked(text, program_of(text, constants, None)?)
+    }
+
+    /// The same with a list of names that formulas don't know by themselves.
+    ///
+    /// # Errors
+    /// As [`Formula::parse`].
+    pub(super) fn parse_with(
+        text: &str,
+        constants: &Constants,
+        outside: &Outside,
+    ) -> Result<Self, Error> {
+        if text.len() > LONGEST {
+            return Err(too_long(text));
+        }
+        Self::checked(text, program_of(text, constants, Some(outside))?)
+    }
+
+    fn checked(text: &str, program: Vec<Step>) -> Result<Self, Error> {
         let needed = stack_needed(&program);
         if needed > STACK_SIZE {
             return Err(Error::described(
@@ -162,12 +177,38 @@ impl Formula {
         all
     }
 
+    /// Value and derivative by the time, with values from outside as dual numbers. Does not allocate.
+    pub(super) fn evaluate_with(
+        &self,
+        time: f64,
+        variable: impl Fn(usize) -> Dual2_64,
+    ) -> Dual2_64 {
+        self.steps(Dual2_64::from_re(time), variable, |_| {}).0
+    }
+
     /// Value, rounding, and what is decided on the way.
-    fn run(&self, time: f64, mut decide: impl FnMut(bool)) -> (FunctionValue, f64) {
+    fn run(&self, time: f64, decide: impl FnMut(bool)) -> (FunctionValue, f64) {
+        let time = Dual2_64::from_re(time).derivative();
+        let (found, largest) = self.steps(time, |_| Dual2_64::from_re(f64::NAN), decide);
+        let result = FunctionValue {
+            value: found.re,
+            rate: found.v1,
+            second_rate: found.v2,
+        };
+        let sensitivity = (time.re * result.rate).abs();
+        (result, 4.0 * f64::EPSILON * largest.max(sensitivity))
+    }
+
+    /// The result, and the largest number on the way to it.
+    fn steps(
+        &self,
+        time: Dual2_64,
+        variable: impl Fn(usize) -> Dual2_64,
+        mut decide: impl FnMut(bool),
+    ) -> (Dual2_64, f64) {
         let mut largest = 0.0_f64;
         let mut stack = [Dual2_64::from_re(0.0); STACK_SIZE];
         let mut height = 0;
-        let time = Dual2_64::from_re(time).derivative();
         for step in &self.program {
             let (top, below) = (height.max(1) - 1, height.max(2) - 2);
             match step {
@@ -177,6 +218,10 @@ impl Formula {
                 }
                 Step::Time => {
                     stack[height] = time;
+                    height += 1;
+                }
+                Step::Variable(index) => {
+                    stack[height] = variable(*index);
                     height += 1;
                 }
                 Step::Negate => stack[top] = -stack[top],
@@ -202,14 +247,18 @@ impl Formula {
             }
             largest = largest.max(stack[height - 1].re.abs());
         }
-        let result = FunctionValue {
-            value: stack[0].re,
-            rate: stack[0].v1,
-            second_rate: stack[0].v2,
-        };
-        let sensitivity = (time.re * result.rate).abs();
-        (result, 4.0 * f64::EPSILON * largest.max(sensitivity))
+        (stack[0], largest)
     }
+}
+
+fn too_long(text: &str) -> Error {
+    Error::described(
+        "formula",
+        format!(
+            "has {} bytes, more than {LONGEST}; a table holds longer functions",
+            text.len()
+        ),
+    )
 }
 
 /// The largest number of intermediate results that the program holds.
@@ -218,7 +267,7 @@ fn stack_needed(program: &[Step]) -> usize {
     let mut needed = 0;
     for step in program {
         match step {
-            Step::Number(_) | Step::Time => height += 1,
+            Step::Number(_) | Step::Time | Step::Variable(_) => height += 1,
             Step::Negate | Step::PowerOf(_) | Step::Call(_) => {}
             Step::Pair(_) => height -= 1,
             Step::Choose => height -= 2,

@@ -7,6 +7,7 @@ use pest::pratt_parser::{Assoc, Op as Operator, PrattParser};
 
 use super::elementary::{CALLABLE, Callable, Pair};
 use super::formula::{Constants, Formula, PI_AND_E, Step};
+use super::output_formula::Outside;
 use crate::Error;
 use crate::description::{listed, suggestion};
 
@@ -18,7 +19,11 @@ struct Grammar;
 ///
 /// # Errors
 /// [`Error::Description`] with the formula, the position (from 1, in characters) and what would be right there.
-pub(super) fn program_of(text: &str, constants: &Constants) -> Result<Vec<Step>, Error> {
+pub(super) fn program_of(
+    text: &str,
+    constants: &Constants,
+    outside: Option<&Outside>,
+) -> Result<Vec<Step>, Error> {
     let mut tokens = Grammar::parse(Rule::formula, text).map_err(|error| {
         at(
             text,
@@ -32,6 +37,7 @@ pub(super) fn program_of(text: &str, constants: &Constants) -> Result<Vec<Step>,
     let reader = FormulaReader {
         text,
         constants,
+        outside,
         precedence: precedence(),
     };
     reader.expression(whole.into_inner())
@@ -51,6 +57,7 @@ fn precedence() -> PrattParser<Rule> {
 struct FormulaReader<'a> {
     text: &'a str,
     constants: &'a Constants,
+    outside: Option<&'a Outside>,
     precedence: PrattParser<Rule>,
 }
 
@@ -142,9 +149,15 @@ impl FormulaReader<'_> {
         if let Some((_, value)) = known().find(|(known, _)| *known == name) {
             return Ok(vec![Step::Number(value)]);
         }
+        if let Some(index) = self.outside.and_then(|outside| outside.find(name)) {
+            return Ok(vec![Step::Variable(index)]);
+        }
         if let Some((.., form)) = CALLABLE.iter().find(|(known, ..)| *known == name) {
             let what = format!("the function `{name}` needs brackets: `{form}`");
             return Err(at(self.text, start, &what));
+        }
+        if let Some(outside) = self.outside {
+            return Err(at(self.text, start, &outside.unknown(name, self.constants)));
         }
         let hint = suggestion(name, self.constants.iter().map(|(name, _)| &name[..]));
         let what = format!(
@@ -226,7 +239,7 @@ fn expectation(variant: &ErrorVariant<Rule>) -> String {
             | Rule::above
             | Rule::at_most
             | Rule::at_least => "one of + - * / ^ < <= > >=",
-            Rule::expression | Rule::number | Rule::name | Rule::call => {
+            Rule::expression | Rule::number | Rule::name | Rule::quoted | Rule::call => {
                 "a number, t, a function or a bracket"
             }
             _ => continue,

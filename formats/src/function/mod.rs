@@ -9,6 +9,7 @@ mod elementary;
 mod formula;
 mod formula_parser;
 mod formula_text;
+mod output_formula;
 mod piecewise;
 mod pulse;
 mod running_integral;
@@ -19,6 +20,7 @@ mod trapezoid;
 pub use chirp::{Chirp, Sweep};
 pub use description::{Function, Harmonic, InputSignal, Interpolation, Table};
 pub use formula_text::FormulaText;
+pub use output_formula::{OutputComponent, OutputFormula};
 pub use pulse::{Pulse, Shape};
 pub use smooth_step::{Profile, SmoothStep};
 pub use trapezoid::Trapezoid;
@@ -129,6 +131,12 @@ impl TimeFunction {
                 FunctionForm::Formula(Formula::parse(&formula.text, &formula.constants)?)
             }
             Function::Input(_) => FunctionForm::Input,
+            Function::Controller(_) => {
+                return Err(Error::described(
+                    "controller",
+                    "is no function of time; only the actuators torque and force follow a controller",
+                ));
+            }
         }))
     }
 

@@ -102,6 +102,21 @@ impl<'a> Checker<'a> {
         }
     }
 
+    pub(super) fn actuator(&self, location: &str, name: &str) -> Result<(), Error> {
+        let names = self.scene.actuators.keys().map(String::as_str);
+        one_of(location, "actuator", name, names)
+    }
+
+    pub(super) fn controller(&self, location: &str, name: &str) -> Result<(), Error> {
+        let names = self.scene.controllers.keys().map(String::as_str);
+        one_of(location, "controller", name, names)
+    }
+
+    /// The outputs of the scene.
+    pub(super) fn outputs(&self) -> &'a super::Named<super::Output> {
+        &self.scene.outputs
+    }
+
     /// Where something is attached. An interface of a superelement is known only to its file.
     pub(super) fn attachment<'r>(
         &self,
@@ -209,6 +224,19 @@ pub(super) fn vector(location: &str, components: &[f64], count: usize) -> Result
         finite(&format!("{location}[{index}]"), *component)?;
     }
     Ok(())
+}
+
+fn one_of<'n>(
+    location: &str,
+    what: &str,
+    name: &str,
+    mut known: impl Iterator<Item = &'n str> + Clone,
+) -> Result<(), Error> {
+    let all = known.clone();
+    match known.any(|known| known == name) {
+        true => Ok(()),
+        false => Err(unknown(location, what, name, all)),
+    }
 }
 
 fn unknown<'n>(

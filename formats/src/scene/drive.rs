@@ -169,7 +169,7 @@ impl<'de> Visitor<'de> for DriveVisitor {
             } else if let Some(read) = FunctionKey::read(&key, &mut map)? {
                 if function.replace(read).is_some() {
                     return Err(A::Error::custom(format_args!(
-                        "a drive follows one function, but `{key}` is the second"
+                        "one function is expected, but `{key}` is the second"
                     )));
                 }
             } else {

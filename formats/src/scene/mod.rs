@@ -4,9 +4,11 @@
 //! [`Scene::check`]. `docs/scene.md` describes the file, [`scene_schema`] is its JSON schema. What superelements hold
 //! (interfaces, nodes, rotation rows) is checked when they are loaded, not here.
 
+mod actuator;
 mod attachment;
 mod body;
 mod check;
+mod controller;
 mod damping;
 mod drive;
 mod gear;
@@ -28,11 +30,13 @@ use nalgebra::Vector3;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
+pub use actuator::{ActuatedCoordinate, Actuator, EndStop, Friction, Saturation, Servo};
 pub use attachment::Attachment;
 pub use body::{
     Body, BodyKind, GeometricStiffening, InertiaChange, Placement, Point, PointFrame, RigidBody,
     SuperelementBody,
 };
+pub use controller::Controller;
 pub use damping::{DampingOverride, ModalRatios, Rayleigh, RayleighPoints};
 pub use drive::{Drive, DriveFunction};
 pub use gear::{Gear, Rack};
@@ -43,8 +47,8 @@ pub use joint::{
 };
 pub use load::{Load, LoadAxes, LoadFunction, PartLoadFunction};
 pub use output::{
-    AtPlace, ChordDeflection, FieldRequest, MeshNode, OfBody, OfDrive, OfJoint, OfSpring, Output,
-    Reaction, ReactionAxes, Record,
+    AtPlace, ChordDeflection, FieldRequest, MeshNode, OfActuator, OfBody, OfDrive, OfJoint,
+    OfSpring, Output, Reaction, ReactionAxes, Record,
 };
 
 pub use settings::{
@@ -105,6 +109,20 @@ pub struct Scene {
     /// Loads by name.
     #[serde(default, deserialize_with = "unique")]
     pub loads: Named<Load>,
+    /// Actuators by name.
+    #[serde(
+        default,
+        deserialize_with = "unique",
+        skip_serializing_if = "Named::is_empty"
+    )]
+    pub actuators: Named<Actuator>,
+    /// Controllers by name.
+    #[serde(
+        default,
+        deserialize_with = "unique",
+        skip_serializing_if = "Named::is_empty"
+    )]
+    pub controllers: Named<Controller>,
     /// Recorded quantities by name.
     #[serde(default, deserialize_with = "unique")]
     pub outputs: Named<Output>,
@@ -172,6 +190,8 @@ impl Scene {
             drives: Named::new(),
             springs: Named::new(),
             loads: Named::new(),
+            actuators: Named::new(),
+            controllers: Named::new(),
             outputs: Named::new(),
             record: None,
             fields: Vec::new(),
@@ -213,7 +233,12 @@ impl Scene {
             .collect();
         let drives = self.drives.values_mut().map(Drive::function_mut);
         let loads = self.loads.values_mut().flat_map(Load::functions_mut);
-        for function in drives.chain(loads) {
+        let actuators = self.actuators.values_mut();
+        let actuators = actuators.filter_map(Actuator::function_mut);
+        for controller in self.controllers.values_mut() {
+            controller.formula.constants = Arc::clone(&constants);
+        }
+        for function in drives.chain(loads).chain(actuators) {
             if let Function::Formula(formula) = function {
                 formula.constants = Arc::clone(&constants);
             }
@@ -264,6 +289,13 @@ impl Scene {
             spring.check(at, &checker)
         })?;
         each("loads", &self.loads, |at, load| load.check(at, &checker))?;
+        each("actuators", &self.actuators, |at, actuator| {
+            actuator.check(at, &checker)
+        })?;
+        each("controllers", &self.controllers, |at, controller| {
+            controller.check(at, &checker)
+        })?;
+        self.check_samples()?;
         each("outputs", &self.outputs, |at, output| {
             output.check(at, &checker)
         })?;

@@ -60,6 +60,9 @@ pub enum Output {
     /// Force or moment of a spring with its damper.
     #[serde(deserialize_with = "object")]
     SpringForce(OfSpring),
+    /// Moment or force of an actuator, on its coordinate.
+    #[serde(deserialize_with = "object")]
+    ActuatorEffort(OfActuator),
     /// Coordinates of the deflection of a superelement.
     #[serde(deserialize_with = "object")]
     Modal(OfBody),
@@ -145,6 +148,14 @@ pub struct OfSpring {
     pub spring: String,
 }
 
+/// An actuator.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct OfActuator {
+    /// Name of the actuator.
+    pub actuator: String,
+}
+
 /// A body.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
@@ -199,6 +210,7 @@ impl Output {
             Self::InterfaceForce(_) => "interface_force",
             Self::DriveEffort(_) => "drive_effort",
             Self::SpringForce(_) => "spring_force",
+            Self::ActuatorEffort(_) => "actuator_effort",
             Self::Modal(_) => "modal",
             Self::Energy => "energy",
         }
@@ -236,6 +248,7 @@ impl Output {
             | Self::NodePosition(_)
             | Self::DriveEffort(_)
             | Self::SpringForce(_)
+            | Self::ActuatorEffort(_)
             | Self::Modal(_)
             | Self::Energy => Vec::new(),
         }
@@ -312,6 +325,9 @@ impl Output {
             }
             Self::SpringForce(OfSpring { spring }) => {
                 checker.spring(&format!("{location}.spring"), spring)
+            }
+            Self::ActuatorEffort(OfActuator { actuator }) => {
+                checker.actuator(&format!("{location}.actuator"), actuator)
             }
             Self::Energy => Ok(()),
         }

@@ -58,6 +58,8 @@ pub fn between(system: &System, before: &State, after: &State, time: f64) -> Sta
     (now.time, now.time_rest) = (time, 0.0);
     // Angles are counted from where they were: the next one found is the nearest.
     now.angles.copy_from_slice(&before.angles);
+    // Actuators go on from what they remembered at the start.
+    now.memory.copy_from_slice(&before.memory);
     for (index, body) in system.bodies.iter().enumerate() {
         let first = body.velocities.start;
         let three = |values: &[f64], at: usize| Vector3::from_column_slice(&values[at..at + 3]);

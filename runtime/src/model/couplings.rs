@@ -15,7 +15,8 @@ use crate::system::builder::{BuiltJoint, JointCoordinate, SystemBuilder};
 use crate::system::{LoadAxes, Signal};
 use dcb_formats::function::{Function, TimeFunction};
 use dcb_formats::scene::{
-    self, Drive, Joint, Load, OrientationSource, PartLoadFunction, Scene, Spring,
+    self, ActuatedCoordinate, Drive, Joint, Load, OrientationSource, PartLoadFunction, Scene,
+    Spring,
 };
 
 /// Adds a joint.
@@ -65,7 +66,7 @@ fn add_held(
     let rest = RestPlacement::of(&frames[0], &frames[1]);
     let mut rows = kind.rows(scene.dimension, &rest).map_err(within)?;
     if matches!(joint, Joint::Distance(_)) && is_driven(scene, name) {
-        // The drive holds the distance in its place.
+        // The drive holds the distance in its place, an actuator acts along it.
         rows.held.clear();
     }
     let source = joint.orientation();
@@ -110,13 +111,15 @@ fn rotation_needed<'a>(directions: &'a [nalgebra::Unit<Vector3<f64>>]) -> Rotati
     }
 }
 
-/// Whether a drive acts on a joint.
+/// Whether a drive or an actuator acts on a joint.
 fn is_driven(scene: &Scene, name: &str) -> bool {
     let mut drives = scene.drives.values();
+    let mut actuators = scene.actuators.values();
     drives.any(|drive| drive.motion().joint == name)
+        || actuators.any(|actuator| actuator.joint() == name)
 }
 
-/// Whether a drive, a torsion spring, a gear or a rack acts on the angle of a joint.
+/// Whether a drive, a torsion spring, an actuator, a gear or a rack acts on the angle of a joint.
 fn is_turned(scene: &Scene, name: &str) -> bool {
     let drives = scene
         .drives
@@ -131,7 +134,12 @@ fn is_turned(scene: &Scene, name: &str) -> bool {
         Joint::Rack(rack) => rack.rotation == name,
         _ => false,
     });
-    drives || springs || gears
+    let joint = scene.joints.get(name);
+    let actuators = scene.actuators.values().any(|actuator| {
+        actuator.joint() == name
+            && joint.is_some_and(|joint| actuator.coordinate(joint) == ActuatedCoordinate::Angle)
+    });
+    drives || springs || actuators || gears
 }
 
 fn add_gear(
@@ -221,7 +229,11 @@ pub(super) fn add_drive(
     Ok(())
 }
 
-fn input_of(builder: &mut SystemBuilder, name: &str, function: &Function) -> Option<usize> {
+pub(super) fn input_of(
+    builder: &mut SystemBuilder,
+    name: &str,
+    function: &Function,
+) -> Option<usize> {
     match function {
         Function::Input(input) => Some(builder.input(name, input.initial)),
         _ => None,

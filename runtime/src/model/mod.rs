@@ -1,5 +1,6 @@
 //! A scene with its superelements loaded: the system, its state as drawn, and where the scene's names are in them.
 
+mod actuators;
 mod bodies;
 mod couplings;
 mod field_folder;
@@ -60,6 +61,8 @@ struct Names {
     drives: IndexMap<String, usize>,
     /// Connection of each spring.
     springs: IndexMap<String, usize>,
+    /// Connection of each actuator.
+    actuators: IndexMap<String, usize>,
 }
 
 /// A joint and what outputs need of it.
@@ -122,6 +125,7 @@ impl Model {
             joints: IndexMap::new(),
             drives: IndexMap::new(),
             springs: IndexMap::new(),
+            actuators: IndexMap::new(),
         };
         let mut notes = Vec::new();
         for (name, body) in &scene.bodies {
@@ -160,6 +164,9 @@ impl Model {
         }
         for (name, load) in &scene.loads {
             couplings::add_load(scene, &mut builder, &names, name, load)?;
+        }
+        for (name, actuator) in &scene.actuators {
+            actuators::add_actuator(scene, &mut builder, &mut names, name, actuator)?;
         }
         let recorder = Recorder::for_scene(scene, &mut builder, &names, &mut library)?;
         let mut fields = Vec::new();

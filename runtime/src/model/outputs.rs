@@ -56,6 +56,10 @@ impl OutputBuilder<'_> {
             Output::SpringForce(of) => {
                 self.forces(&path, self.names.springs.get(&of.spring).copied(), &at)
             }
+            Output::ActuatorEffort(of) => {
+                let connection = self.names.actuators.get(&of.actuator).copied();
+                self.forces(&path, connection, &at)
+            }
             Output::Modal(of) => self.modal(&path, &at, of),
             Output::Energy => Ok(energy(self.quantities, self.scene, &path)),
         }

@@ -159,6 +159,10 @@ impl Recorder {
                     let channel = quantities.effort(&format!("drives/{name}"), system, &rows);
                     self.add(channel, Probe::Forces { rows });
                 }
+                ConnectionKind::Actuator => {
+                    let channel = quantities.effort(&format!("actuators/{name}"), system, &rows);
+                    self.add(channel, Probe::Forces { rows });
+                }
                 ConnectionKind::Spring => {
                     let channel = quantities.effort(&format!("springs/{name}"), system, &rows);
                     self.add(channel, Probe::Forces { rows });

@@ -92,6 +92,7 @@ pub fn transient(
         balance: EnergyBalance::default(),
         met_singular: false,
         told_unresolved: 0,
+        told_contacts: 0,
     };
     if target.profiling == Profiling::Stages {
         simulation.start_profile();
@@ -147,6 +148,8 @@ struct Run<'a> {
     met_singular: bool,
     /// How many motions that the steps are too long for have been told.
     told_unresolved: usize,
+    /// How many contacts have been told.
+    told_contacts: usize,
 }
 
 impl Run<'_> {
@@ -175,6 +178,7 @@ impl Run<'_> {
                 .scope
                 .observe_motion(simulation.system(), simulation.state());
             self.tell_unresolved(simulation, observer);
+            self.tell_contacts(simulation, observer);
             rows.count_step();
             let mut is_recorded = false;
             let now = simulation.state().time;
@@ -252,6 +256,21 @@ impl Run<'_> {
                 .tell(observer, simulation.state().time, &message);
         }
         self.told_unresolved = told.len();
+    }
+
+    fn tell_contacts(&mut self, simulation: &Simulation, observer: &mut dyn Observer) {
+        let system = simulation.system();
+        for contact in &simulation.contacts()[self.told_contacts..] {
+            let row = &system.rows[system.actuators[contact.actuator].row];
+            let message = format!(
+                "actuator {:?}: contact with the {} end at a rate of {:.4e}",
+                system.connections[row.connection].name,
+                contact.end.name(),
+                contact.rate
+            );
+            self.session.tell(observer, contact.time, &message);
+        }
+        self.told_contacts = simulation.contacts().len();
     }
 
     fn write(&mut self, now: RecordedStep) -> Result<(), Error> {

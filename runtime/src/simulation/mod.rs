@@ -1,8 +1,10 @@
 //! A run: the system, its state, and what advances it.
 
+mod events;
 mod observation;
 mod snapshot;
 
+pub use self::events::Contact;
 pub use self::snapshot::Snapshot;
 use crate::energy::{Energy, Works};
 use crate::error::Error;
@@ -40,6 +42,7 @@ pub struct Simulation {
     steps: usize,
     /// Largest acceleration that joints' forces belonged to, and largest that is sure to be no rounding.
     accelerations: [f64; 2],
+    contacts: Vec<Contact>,
 }
 
 impl Simulation {
@@ -85,6 +88,7 @@ impl Simulation {
             effort: Effort::default(),
             steps: 0,
             accelerations: [0.0; 2],
+            contacts: Vec::new(),
             state,
             system,
         };
@@ -93,13 +97,19 @@ impl Simulation {
         simulation.works = Works::at_start(&simulation.system, &simulation.state, evaluation);
         simulation.reference_energy =
             Energy::at(&simulation.system, &simulation.state, evaluation).total();
+        let evaluation = &simulation.corrector.evaluation;
+        simulation
+            .system
+            .remember(evaluation, &mut simulation.state);
+        simulation.sample()?;
         Ok((simulation, report))
     }
 
     /// One step.
     ///
     /// # Errors
-    /// [`Error::BadNumber`] for a step that isn't positive, [`Error::StepTooLong`] after several steps that follow nothing of a body's
+    /// [`Error::BadNumber`] for a step that isn't positive, [`Error::PassesSample`] for one beyond the next sample of a controller or servo,
+    /// [`Error::StepTooLong`] after several steps that follow nothing of a body's
     /// motion, and those of [`Corrector::step`]; the state stays where it was.
     pub fn step(&mut self, step: f64) -> Result<Effort, Error> {
         if !(step > 0.0 && step.is_finite()) {
@@ -109,6 +119,7 @@ impl Simulation {
                 expected: "a positive time",
             });
         }
+        self.refuse_passing(step)?;
         if self.state.earlier_step == 0.0 {
             self.look_back(LOOKED_BACK * step)?;
         }
@@ -124,7 +135,7 @@ impl Simulation {
                 advised: lost.advised_step(),
             });
         }
-        self.accept(step, effort);
+        self.accept(step, effort)?;
         Ok(effort)
     }
 
@@ -169,6 +180,8 @@ impl Simulation {
         end: f64,
         size: &mut StepSize,
     ) -> Result<(f64, Effort), Error> {
+        // Steps end at samples.
+        let end = end.min(self.system.next_sample(&self.state).time);
         loop {
             let left = end - self.state.time;
             let step = size.up_to(left);
@@ -186,7 +199,7 @@ impl Simulation {
                         }
                         // What is lost here, the tolerance allows to be.
                         self.watch(step);
-                        self.accept(step, effort);
+                        self.accept(step, effort)?;
                         return Ok((step, effort));
                     }
                     self.effort.iterations += effort.iterations;
@@ -215,7 +228,7 @@ impl Simulation {
     }
 
     /// Makes the trial state the present one.
-    fn accept(&mut self, step: f64, effort: Effort) {
+    fn accept(&mut self, step: f64, effort: Effort) -> Result<(), Error> {
         let [of_forces, of_motion] = &mut self.accelerations;
         *of_forces = of_forces.max(self.corrector.accelerations_of_forces(&self.system));
         *of_motion = of_motion.max(self.corrector.accelerations_of_motion(&self.system));
@@ -227,12 +240,22 @@ impl Simulation {
         trial.earlier_step = step;
         self.corrector.evaluation.count_turns(&self.system, trial);
         std::mem::swap(&mut self.state, trial);
+        let is_actuated = !self.system.actuators.is_empty();
+        if is_actuated {
+            self.find_contacts(step);
+            self.system
+                .remember(&self.corrector.evaluation, &mut self.state);
+        }
         self.earlier_works = self.works;
         self.works
             .advance(&self.system, &self.state, &self.corrector.evaluation, step);
         self.effort.iterations += effort.iterations;
         self.effort.factorizations += effort.factorizations;
         self.steps += 1;
+        if is_actuated {
+            self.sample()?;
+        }
+        Ok(())
     }
 
     /// Starts to measure where the time goes.

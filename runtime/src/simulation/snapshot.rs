@@ -43,13 +43,14 @@ impl Simulation {
     }
 }
 
-/// Bodies, coordinates, rows, angles and inputs.
-fn sizes(state: &State) -> [usize; 5] {
+/// Bodies, coordinates, rows, angles, inputs and what actuators remember.
+fn sizes(state: &State) -> [usize; 6] {
     [
         state.origins.len(),
         state.coordinates.len(),
         state.forces.len(),
         state.angles.len(),
         state.inputs.len(),
+        state.memory.len(),
     ]
 }

@@ -5,6 +5,7 @@ use nalgebra::Vector3;
 use super::marker::{BodyPose, MarkerPlace, six, turned_back};
 use super::state::rates;
 use super::{Demand, State, System, Term};
+use crate::actuator::Effort;
 use crate::frame::{InertiaForces, InertiaTerms};
 use crate::kinematics::frame_motion::{FrameMotion, Six};
 use crate::measure::Gradient;
@@ -32,6 +33,8 @@ pub struct Evaluation {
     pub value_rates: Vec<f64>,
     /// Remainder of each row's demand: e - f of a constraint, the spring's force of a spring.
     pub answers: Vec<f64>,
+    /// Effort of each actuator, with its derivatives.
+    pub efforts: Vec<Effort>,
     /// Inertia of each body.
     pub inertia: Vec<InertiaTerms>,
     /// Inertia forces of each body.
@@ -73,6 +76,7 @@ impl Evaluation {
             values: vec![0.0; system.rows.len()],
             value_rates: vec![0.0; system.rows.len()],
             answers: vec![0.0; system.rows.len()],
+            efforts: vec![Effort::default(); system.actuators.len()],
             inertia: system
                 .bodies
                 .iter()
@@ -151,7 +155,11 @@ impl Evaluation {
     pub fn measure(&mut self, system: &System, state: &State) {
         for (index, row) in system.rows.iter().enumerate() {
             let (mut value, mut rate) = (0.0, 0.0);
-            let damped = matches!(&row.demand, Demand::Answer(law) if law.is_damped());
+            let damped = match &row.demand {
+                Demand::Answer(law) => law.is_damped(),
+                Demand::Actuate(_) => true,
+                Demand::Hold(_) | Demand::Follow(_) => false,
+            };
             for (term, gradient) in system.terms[row.terms.clone()]
                 .iter()
                 .zip(&mut self.gradients[row.terms.clone()])
@@ -170,6 +178,11 @@ impl Evaluation {
                 Demand::Hold(target) => value - target,
                 Demand::Follow(signal) => value - system.signal(*signal, state).value,
                 Demand::Answer(law) => law.force(value, rate),
+                Demand::Actuate(index) => {
+                    let effort = system.effort(&system.actuators[*index], state, value, rate);
+                    self.efforts[*index] = effort;
+                    effort.force
+                }
             };
         }
     }
@@ -286,7 +299,7 @@ impl Evaluation {
         let target = match &system.rows[index].demand {
             Demand::Hold(_) => 0.0,
             Demand::Follow(signal) => system.signal(*signal, state).rate,
-            Demand::Answer(_) => return None,
+            Demand::Answer(_) | Demand::Actuate(_) => return None,
         };
         Some(self.rate(system, index) - target)
     }
@@ -296,7 +309,7 @@ impl Evaluation {
         let target = match &system.rows[index].demand {
             Demand::Hold(_) => 0.0,
             Demand::Follow(signal) => system.signal(*signal, state).second_rate,
-            Demand::Answer(_) => return None,
+            Demand::Answer(_) | Demand::Actuate(_) => return None,
         };
         Some(self.second_rate(system, index) - target)
     }

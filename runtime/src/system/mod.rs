@@ -11,6 +11,7 @@
 //! so that a stiff spring is as well conditioned as a constraint, and bodies meet in rows only. [`System`] never changes
 //! during a run; [`State`] is the motion; [`evaluation::Evaluation`] is scratch.
 
+mod actuation;
 pub mod body_factor;
 pub mod builder;
 pub mod condensed;
@@ -29,6 +30,7 @@ use std::sync::Arc;
 use dcb_formats::mesh::Dimension;
 use nalgebra::Vector3;
 
+use crate::actuator::Actuator;
 use crate::body::{BodyLoad, FlexibleBody};
 use crate::force_law::Law;
 use crate::frame::{BodyAcceleration, BodyState};
@@ -84,6 +86,8 @@ pub enum Demand {
     Follow(usize),
     /// Be answered by a force.
     Answer(Law),
+    /// Be answered by an actuator, by its index.
+    Actuate(usize),
 }
 
 /// One scalar coupling.
@@ -102,7 +106,7 @@ impl Row {
     pub fn is_constraint(&self) -> bool {
         match self.demand {
             Demand::Hold(_) | Demand::Follow(_) => true,
-            Demand::Answer(_) => false,
+            Demand::Answer(_) | Demand::Actuate(_) => false,
         }
     }
 }
@@ -116,6 +120,8 @@ pub enum ConnectionKind {
     Drive,
     /// A spring, torsion spring or bushing.
     Spring,
+    /// An actuator.
+    Actuator,
 }
 
 /// Rows under one name.
@@ -202,6 +208,10 @@ pub struct System {
     pub loads: Vec<Load>,
     /// Loads on the inside of bodies.
     pub part_loads: Vec<PartLoad>,
+    /// Actuators.
+    pub actuators: Vec<Actuator>,
+    /// How many numbers actuators remember.
+    pub memory_count: usize,
     /// Functions of time.
     pub signals: Vec<Signal>,
     /// Names of the inputs and their values at the start.

@@ -43,6 +43,8 @@ pub struct State {
     pub angles: Vec<f64>,
     /// Values of the inputs.
     pub inputs: Vec<f64>,
+    /// What actuators remember.
+    pub memory: Vec<f64>,
 }
 
 impl State {
@@ -67,6 +69,7 @@ impl State {
             residual_accelerations: vec![0.0; system.residual_row_count()],
             angles: vec![0.0; system.angle_count],
             inputs: system.inputs.iter().map(|(_, value)| *value).collect(),
+            memory: vec![0.0; system.memory_count],
         }
     }
 
@@ -91,6 +94,7 @@ impl State {
             .copy_from_slice(&other.residual_accelerations);
         self.angles.copy_from_slice(&other.angles);
         self.inputs.copy_from_slice(&other.inputs);
+        self.memory.copy_from_slice(&other.memory);
     }
 
     /// The time after a step, and what rounding takes from it. n steps of h lead to n h but for its own rounding (Knuth's sum without error).

@@ -52,7 +52,7 @@ impl Course {
             samples: SAMPLES,
         };
         match function {
-            Function::Input(_) => return None,
+            Function::Input(_) | Function::Controller(_) => return None,
             Function::Harmonic(harmonic) => {
                 let omega = harmonic.radians_per_time();
                 course.frequency = Some(omega / std::f64::consts::TAU);
@@ -114,6 +114,6 @@ pub(super) fn is_zero(function: &Function) -> bool {
         Function::Trapezoid(trapezoid) => trapezoid.from == 0.0 && trapezoid.to == 0.0,
         Function::Chirp(chirp) => chirp.amplitude == 0.0 && chirp.offset == 0.0,
         Function::Pulse(pulse) => pulse.amplitude == 0.0 && pulse.offset == 0.0,
-        Function::Formula(_) | Function::Input(_) => false,
+        Function::Formula(_) | Function::Input(_) | Function::Controller(_) => false,
     }
 }

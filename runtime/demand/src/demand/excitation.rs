@@ -7,7 +7,10 @@ use nalgebra::Complex;
 use super::course::{Course, is_zero};
 use super::transmission::{acts, acts_along};
 use crate::Error;
-use dcb_formats::scene::{Attachment, Bushing, Characteristic, Joint, Load, Scene, Spring};
+use dcb_formats::function::Function;
+use dcb_formats::scene::{
+    Actuator, Attachment, Bushing, Characteristic, Joint, Load, Scene, Spring,
+};
 
 /// Oscillation that doesn't count, by the deflection under the largest force as if it didn't change.
 pub(super) const NEGLIGIBLE: f64 = 0.01;
@@ -54,6 +57,16 @@ impl Excitation {
                     .map_err(|error| error.within(&format!("loads.{name}")))?;
                 add(format!("loads.{name}"), Content::of_force(course.as_ref()));
             }
+        }
+        for (name, actuator) in &scene.actuators {
+            let by = format!("actuators.{name}");
+            let function = actuator.function();
+            let course = function.map(|function| Course::of(function, end));
+            let course = course
+                .transpose()
+                .map_err(|error| error.within(&format!("actuators.{name}")))?
+                .flatten();
+            add(by, Content::of_actuator(actuator, course.as_ref()));
         }
         Ok(match broad.is_empty() {
             true => Self::UpTo(fastest.0, fastest.1),
@@ -178,6 +191,24 @@ impl Content {
             jumps[2] = jumps[2].max((after.second_rate - before.second_rate).abs());
         }
         Self::of_course(course, jumps, |value| value.value)
+    }
+
+    /// Of an actuator; `None` is an effort or a target that is set from outside or by a controller.
+    fn of_actuator(actuator: &Actuator, course: Option<&Course>) -> Self {
+        match actuator {
+            Actuator::Torque(_) | Actuator::Force(_) => Self::of_force(course),
+            Actuator::Servo(servo) if servo.sample.is_some() => Self::Unlimited("is sampled"),
+            Actuator::Servo(servo) if servo.limit.is_some() => Self::Unlimited("has a limit"),
+            Actuator::Servo(servo) => {
+                let is_constant = matches!(servo.target, Function::Constant(_));
+                match servo.derivative > 0.0 && !is_constant {
+                    true => Self::Unlimited("follows the rate of its target"),
+                    false => Self::of_force(course),
+                }
+            }
+            Actuator::Friction(_) => Self::Unlimited("is friction, which bends at rest"),
+            Actuator::EndStop(_) => Self::Unlimited("is met by an impact"),
+        }
     }
 
     /// Of a driven translation, whose acceleration is what bodies feel.

@@ -25,8 +25,8 @@ use super::part::{DrawnPlace, Parts};
 use super::wrench_space::Span;
 use dcb_formats::function::Function;
 use dcb_formats::scene::{
-    Bushing, Characteristic, Drive, ExertedDirections, Joint, LoadFunction, OrientationSource,
-    Scene, SecondAxis, Side, Spring,
+    ActuatedCoordinate, Bushing, Characteristic, Drive, ExertedDirections, Joint, LoadFunction,
+    OrientationSource, Scene, SecondAxis, Side, Spring,
 };
 
 /// Forces and moments at a place, in its axes.
@@ -150,7 +150,7 @@ pub(super) fn acts_along(list: &Option<Vec<Characteristic>>, index: usize) -> bo
     entry.is_some_and(acts)
 }
 
-/// Drives, torsion springs, gears and racks that act on one joint: paths of keys.
+/// Drives, actuators, torsion springs, gears and racks that act on one joint: paths of keys.
 pub(super) struct Driven {
     /// Those that act on its angle.
     pub(super) turned_by: Vec<String>,
@@ -178,6 +178,16 @@ impl Driven {
                 && (acts(&spring.stiffness) || acts(&spring.damping))
             {
                 turned_by.push(format!("springs.{spring_name}"));
+            }
+        }
+        for (actuator_name, actuator) in &scene.actuators {
+            if actuator.joint() != name {
+                continue;
+            }
+            let by = format!("actuators.{actuator_name}");
+            match actuator.coordinate(joint) {
+                ActuatedCoordinate::Angle => turned_by.push(by),
+                ActuatedCoordinate::Position => pushed_by.push(by),
             }
         }
         for (other_name, other) in &scene.joints {

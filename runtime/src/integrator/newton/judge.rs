@@ -109,6 +109,10 @@ impl Corrector {
             Demand::Follow(signal) => {
                 Some((bad(*signal)?, &system.connections[row.connection].name))
             }
+            Demand::Actuate(actuator) => {
+                let signal = system.actuators[*actuator].source.signal()?;
+                Some((bad(signal)?, &system.connections[row.connection].name))
+            }
             Demand::Hold(_) | Demand::Answer(_) => None,
         });
         let loads = system.loads.iter().filter_map(|load| {

@@ -2,6 +2,7 @@
 
 mod correct;
 mod judge;
+mod jump;
 mod predict;
 
 use nalgebra::Vector3;

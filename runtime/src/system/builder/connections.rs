@@ -1,6 +1,7 @@
 //! Joints, drives, gears, springs and loads of a system.
 
 use super::{BuiltJoint, SystemBuilder};
+use crate::actuator::{Actuator, Source};
 use crate::error::Error;
 use crate::force_law::Law;
 use crate::joint::{JointKind, JointRows, RestPlacement};
@@ -88,6 +89,33 @@ impl SystemBuilder {
             self.system.is_damped |= law.is_damped();
             self.row(connection, &[(1.0, a, b, measure)], Demand::Answer(law));
         }
+        connection
+    }
+
+    /// An effort on the coordinate of a joint, which is zero where the measure has the value `zero`.
+    pub fn actuator(
+        &mut self,
+        name: &str,
+        joint: &BuiltJoint,
+        measure: Measure,
+        zero: f64,
+        source: Source,
+    ) -> usize {
+        let connection = self.connect(name, ConnectionKind::Actuator, joint.a, joint.b);
+        let system = &mut self.system;
+        // Works and sensing need rates, whatever the effort depends on.
+        system.is_damped = true;
+        let memory = system.memory_count;
+        system.memory_count += source.memory_count();
+        system.actuators.push(Actuator {
+            row: system.rows.len(),
+            zero,
+            source,
+            memory,
+        });
+        let index = system.actuators.len() - 1;
+        let term = (1.0, joint.a, joint.b, measure);
+        self.row(connection, &[term], Demand::Actuate(index));
         connection
     }
 

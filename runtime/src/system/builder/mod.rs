@@ -114,6 +114,8 @@ impl SystemBuilder {
                 connections: Vec::new(),
                 loads: Vec::new(),
                 part_loads: Vec::new(),
+                actuators: Vec::new(),
+                memory_count: 0,
                 signals: Vec::new(),
                 inputs: Vec::new(),
                 angle_count: 0,

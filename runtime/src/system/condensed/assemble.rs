@@ -81,9 +81,11 @@ impl Condensed {
     pub(super) fn factor_joints(
         &mut self,
         system: &System,
+        state: &State,
         evaluation: &Evaluation,
         blend: &Blend,
     ) -> bool {
+        self.rates_follow = blend.damping;
         let (values, beyond) = self.joints.values_mut();
         values.fill(0.0);
         beyond.fill(0.0);
@@ -119,12 +121,15 @@ impl Condensed {
                     let slopes =
                         law.derivatives(evaluation.values[index], evaluation.value_rates[index]);
                     let stiffness = -blend.stiffness * slopes.0 - blend.damping * slopes.1;
-                    // A measure that no motion of the system changes: any compliance will do.
-                    let softest = match self.joints.diagonal(index).abs() {
-                        0.0 => 1.0,
-                        compliance => compliance / NO_STIFFNESS,
-                    };
-                    (1.0 / stiffness.max(0.0)).min(softest)
+                    compliance(stiffness, self.joints.diagonal(index))
+                }
+                Demand::Actuate(actuator) => {
+                    let mobility = self.joints.diagonal(index);
+                    self.mobilities[*actuator] = mobility.max(0.0);
+                    let slopes = self.met_effort(system, state, evaluation, *actuator).effort;
+                    let stiffness =
+                        -blend.stiffness * slopes.by_value - blend.damping * slopes.by_rate;
+                    compliance(stiffness, mobility)
                 }
             };
             self.joints.add_to_diagonal(index, self.compliances[index]);
@@ -172,6 +177,16 @@ impl Condensed {
             }
         }
     }
+}
+
+/// The compliance of a row with this stiffness, where a unit force changes its measure by `mobility`.
+fn compliance(stiffness: f64, mobility: f64) -> f64 {
+    // A measure that no motion of the system changes: any compliance will do.
+    let softest = match mobility.abs() {
+        0.0 => 1.0,
+        compliance => compliance / NO_STIFFNESS,
+    };
+    (1.0 / stiffness.max(0.0)).min(softest)
 }
 
 /// The force on a body's rigid motions by a unit force of a touch, zero for motions that it hasn't.

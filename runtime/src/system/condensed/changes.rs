@@ -27,6 +27,10 @@ impl Condensed {
                 Demand::Answer(_) => {
                     (evaluation.answers[index] - state.forces[index]) * self.compliances[index]
                 }
+                Demand::Actuate(actuator) => {
+                    let met = self.met_effort(system, state, evaluation, *actuator);
+                    (met.effort.force - state.forces[index]) * self.compliances[index] + met.change
+                }
             };
         }
     }

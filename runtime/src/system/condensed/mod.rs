@@ -13,6 +13,7 @@
 //! coordinates with each other by its spin, and the change of the rows' forces with the configuration. Both are of order h² and
 //! the exact matrix is in [`super::linearization`].
 
+mod actuated;
 mod assemble;
 mod changes;
 mod columns;
@@ -81,6 +82,10 @@ pub struct Condensed {
     responses: Vec<Six>,
     /// c of each row.
     compliances: Vec<f64>,
+    /// How much the coordinate of each actuator changes by a unit force, everything else following.
+    mobilities: Vec<f64>,
+    /// γ' of the present factor: change of rates with positions.
+    rates_follow: f64,
     wrenches: Vec<Six>,
     twists: Vec<Six>,
     /// Markers that rows touch.
@@ -207,6 +212,8 @@ impl Condensed {
             gradients: vec![Six::zeros(); most_touches],
             responses: vec![Six::zeros(); most_markers.unwrap_or(0)],
             compliances: vec![0.0; system.rows.len()],
+            mobilities: vec![0.0; system.actuators.len()],
+            rates_follow: 0.0,
             wrenches: vec![Six::zeros(); system.markers.len()],
             twists: vec![Six::zeros(); system.markers.len()],
             coupled,
@@ -329,7 +336,7 @@ impl Condensed {
                 }
             }
         }
-        if !self.factor_joints(system, evaluation, blend) {
+        if !self.factor_joints(system, state, evaluation, blend) {
             return Err(Error::SingularJoints { time: state.time });
         }
         if self.regularization > 0.0 {

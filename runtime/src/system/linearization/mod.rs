@@ -21,7 +21,7 @@ use super::condensed::keep_rows_in_world;
 use super::evaluation::Evaluation;
 use super::marker::{halves, six, turned_back};
 use super::residual::row_flexibility;
-use super::{Body, Demand, LoadAxes, State, System};
+use super::{Body, Demand, LoadAxes, Row, State, System};
 use crate::body::Compatibility;
 use crate::error::Error;
 use crate::frame::InertiaTangent;
@@ -254,9 +254,8 @@ impl Linearization {
                 }
             }
             match &row.demand {
-                Demand::Answer(law) => {
-                    let (by_value, by_rate) =
-                        law.derivatives(evaluation.values[index], evaluation.value_rates[index]);
+                Demand::Answer(_) | Demand::Actuate(_) => {
+                    let (by_value, by_rate) = slopes(row, index, evaluation);
                     for i in 0..n {
                         for j in 0..n {
                             self.stiffness[(i, j)] -=
@@ -298,6 +297,20 @@ impl Linearization {
     }
 }
 
+/// Derivatives of the force of a row that is no constraint, by its measure and by the rate.
+fn slopes(row: &Row, index: usize, evaluation: &Evaluation) -> (f64, f64) {
+    match &row.demand {
+        Demand::Answer(law) => {
+            law.derivatives(evaluation.values[index], evaluation.value_rates[index])
+        }
+        Demand::Actuate(actuator) => {
+            let effort = &evaluation.efforts[*actuator];
+            (effort.by_value, effort.by_rate)
+        }
+        Demand::Hold(_) | Demand::Follow(_) => (0.0, 0.0),
+    }
+}
+
 fn refuse_unhandled(system: &System) -> Result<(), Error> {
     let refused = |body: &Body, what, remedy| Error::NotHandled {
         body: body.name.clone(),
@@ -322,7 +335,7 @@ fn refuse_unhandled(system: &System) -> Result<(), Error> {
                 .map(|body| &system.bodies[body])
             {
                 if !body.residual_rows.is_empty() {
-                    let what = "a spring acts on an interface that its forces deflect statically";
+                    let what = "a spring or an actuator acts on an interface that its forces deflect statically";
                     return Err(refused(body, what, "use strong compatibility"));
                 }
             }
