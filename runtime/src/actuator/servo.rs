@@ -1,18 +1,19 @@
 //! A PID controller with a limited effort.
 //!
 //! ```text
-//! d = target - e,    u = P d + D d' + I z,    σ = S(u),    z' = d + (σ - u)/(I T)
+//! d = target - e,    u = P d + D d' + I z,    σ = S(u),    z' = d + (C(u) - u)/(I T)
 //! ```
-//! S cuts off at the limit, or is L tanh(u/L). The last term of z' keeps the integral from winding up while the effort is at its limit
-//! (back-calculation; Åström and Hägglund, PID Controllers, 1995, section 3.5). Continuous integrals follow the trapezoidal rule over the
+//! S cuts off at the limit L, or is L tanh(u/L). The last term of z' keeps the integral from winding up while the effort is at its limit
+//! (back-calculation; Åström and Hägglund, PID Controllers, 1995, section 3.5): C cuts off at L, with tanh at 2 L, where it is 0.96 L.
+//! Continuous integrals follow the trapezoidal rule over the
 //! steps of the run; sampled ones z + period z' from sample to sample.
 
 use dcb_formats::function::FunctionValue;
 
 use super::Effort;
 
-/// Newton iterations for a smooth saturation with an integral; it converges quadratically from anywhere.
-const MOST_ITERATIONS: usize = 50;
+/// A smooth saturation counts as reached where this many limits are asked for.
+const SMOOTH_REACH: f64 = 2.0;
 
 /// A servo.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -52,6 +53,14 @@ pub struct Integral {
 }
 
 impl Limit {
+    /// The effort asked for beyond which the integral is taken back.
+    fn reach(self) -> f64 {
+        match self {
+            Self::Hard(limit) => limit,
+            Self::Smooth(limit) => SMOOTH_REACH * limit,
+        }
+    }
+
     /// S and its slope.
     fn of(self, effort: f64) -> (f64, f64) {
         match self {
@@ -90,8 +99,8 @@ impl Servo {
         rate: f64,
         z: &Integral,
     ) -> (f64, f64) {
-        let (u, [force, _]) = self.saturated(target, value, rate, z);
-        let z_rate = target.value - value + self.unwinding(u, force);
+        let (u, _) = self.saturated(target, value, rate, z);
+        let z_rate = target.value - value + self.unwinding(u);
         (z.value + 0.5 * z.elapsed * (z.rate + z_rate), z_rate)
     }
 
@@ -109,14 +118,17 @@ impl Servo {
             + self.derivative * (target.rate - rate)
             + self.integral * z;
         let (force, _) = self.limited(u);
-        (force, z + period * (deviation + self.unwinding(u, force)))
+        (force, z + period * (deviation + self.unwinding(u)))
     }
 
-    /// (σ - u)/(I T).
-    fn unwinding(&self, u: f64, force: f64) -> f64 {
-        match self.integral > 0.0 && self.limit.is_some() {
-            true => (force - u) / (self.integral * self.tracking_time),
-            false => 0.0,
+    /// (C(u) - u)/(I T).
+    fn unwinding(&self, u: f64) -> f64 {
+        match self.limit {
+            Some(limit) if self.integral > 0.0 => {
+                let reach = limit.reach();
+                (u.clamp(-reach, reach) - u) / (self.integral * self.tracking_time)
+            }
+            _ => 0.0,
         }
     }
 
@@ -137,23 +149,16 @@ impl Servo {
         let asked = self.proportional * deviation
             + self.derivative * (target.rate - rate)
             + self.integral * carried;
-        // u + k (u - S(u)) = asked
-        let k = match self.integral > 0.0 && self.limit.is_some() {
-            true => 0.5 * z.elapsed / self.tracking_time,
-            false => 0.0,
-        };
-        let mut u = asked;
-        if k > 0.0 {
-            for _ in 0..MOST_ITERATIONS {
-                let (force, slope) = self.limited(u);
-                let change = (u + k * (u - force) - asked) / (1.0 + k * (1.0 - slope));
-                u -= change;
-                if change.abs() <= 4.0 * f64::EPSILON * u.abs() {
-                    break;
-                }
+        let (mut u, mut share) = (asked, 1.0);
+        if let Some(limit) = self.limit.filter(|_| self.integral > 0.0) {
+            // u + k (u - C(u)) = asked
+            let (k, reach) = (0.5 * z.elapsed / self.tracking_time, limit.reach());
+            if asked.abs() > reach {
+                share = 1.0 / (1.0 + k);
+                u = (asked + k * reach.copysign(asked)) * share;
             }
         }
         let (force, slope) = self.limited(u);
-        (u, [force, slope / (1.0 + k * (1.0 - slope))])
+        (u, [force, slope * share])
     }
 }

@@ -1,6 +1,7 @@
 //! Scenes from their text to the motion: joints, drives, springs, loads, assembly and control, each against mechanics that
 //! doesn't know the program's equations.
 
+mod actuators;
 mod assembly;
 mod balance;
 mod control;
