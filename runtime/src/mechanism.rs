@@ -41,12 +41,16 @@ impl Mechanism {
             drawn,
             recorder,
             held,
+            senses,
             ..
         } = Model::load(scene)?;
         let method = run::method(&integrator);
         let redundancy = scene.redundant_constraints;
-        let (simulation, initial) =
+        let (mut simulation, initial) =
             Simulation::start_holding(system, drawn, method, redundancy, &held)?;
+        if let Some(senses) = senses {
+            simulation.control(senses)?;
+        }
         let columns = recorder.channels().iter();
         let width = columns.map(|channel| channel.columns.len()).sum();
         Ok(Self {

@@ -3,10 +3,12 @@
 //! An effort σ(e, e', t) is conjugate to the coordinate e and positive where it makes e grow. It doesn't increase with e or e' but for
 //! Stribeck's falling friction, so that a Newton iteration can look for it where the coordinate's own motion meets it ([`meeting`]).
 
+mod controller;
 mod end_stop;
 mod friction;
 mod servo;
 
+pub use controller::{Controller, Sense, Timing};
 pub use end_stop::{End, EndStop};
 pub use friction::Friction;
 pub use servo::{Integral, Limit, Servo};
@@ -27,6 +29,8 @@ pub struct Effort {
 pub enum Source {
     /// A function of time, by its index.
     Given(usize),
+    /// A controller, by its index.
+    Controlled(usize),
     /// A servo, and the index of its target's function of time.
     Servo(Servo, usize),
     /// Friction.
@@ -49,18 +53,10 @@ pub struct Actuator {
 }
 
 impl Source {
-    /// The function of time that it follows.
-    pub fn signal(&self) -> Option<usize> {
-        match self {
-            Self::Given(signal) | Self::Servo(_, signal) => Some(*signal),
-            Self::Friction(_) | Self::EndStop(_) => None,
-        }
-    }
-
     /// How many numbers an actuator remembers from step to step.
     pub fn memory_count(&self) -> usize {
         match self {
-            Self::Given(_) | Self::Friction(_) => 0,
+            Self::Given(_) | Self::Controlled(_) | Self::Friction(_) => 0,
             // Deviation's integral, its rate and the time; or effort held, integral and number of samples.
             Self::Servo(servo, _) if servo.remembers() => 3,
             Self::Servo(..) => 0,
@@ -72,7 +68,7 @@ impl Source {
     /// Whether the effort bends or saturates, so that Newton's straight lines alone may miss it.
     pub fn bends(&self) -> bool {
         match self {
-            Self::Given(_) => false,
+            Self::Given(_) | Self::Controlled(_) => false,
             Self::Servo(servo, _) => servo.limit.is_some() && servo.sample.is_none(),
             Self::Friction(_) | Self::EndStop(_) => true,
         }

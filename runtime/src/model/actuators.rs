@@ -40,6 +40,13 @@ pub(super) fn add_actuator(
         }))
     };
     let source = match actuator {
+        Actuator::Torque(of) | Actuator::Force(of)
+            if let Function::Controller(controller) = &of.function =>
+        {
+            let index = scene.controllers.get_index_of(controller);
+            let unknown = || Error::described(&location, "names no controller of the scene");
+            Source::Controlled(index.ok_or_else(unknown)?)
+        }
         Actuator::Torque(of) | Actuator::Force(of) => Source::Given(signal(&of.function, "")?),
         Actuator::Servo(of) => Source::Servo(servo(of), signal(&of.target, ".target")?),
         Actuator::Friction(of) => Source::Friction(friction(of)),

@@ -2,6 +2,7 @@
 
 mod actuators;
 mod bodies;
+mod controllers;
 mod couplings;
 mod field_folder;
 mod fields;
@@ -21,12 +22,14 @@ use nalgebra::Vector3;
 
 use crate::body::Compatibility;
 use crate::error::Error;
+use crate::simulation::Senses;
 use crate::system::builder::{BuiltJoint, JointCoordinate, SystemBuilder};
 use crate::system::{State, System};
 use dcb_demand::SuperelementFiles;
 use dcb_demand::pruning::{Carrying, NarrowedScene};
 use dcb_formats::scene::Scene;
 
+use controllers::SensesBuilder;
 pub use field_folder::FieldFolders;
 pub use fields::{FieldPlan, FieldWriter};
 pub use library::{Library, LoadedFile};
@@ -43,6 +46,8 @@ pub struct Model {
     pub recorder: Recorder,
     /// Fields that the run writes.
     pub fields: Vec<FieldPlan>,
+    /// What sampled controllers see.
+    pub senses: Option<Senses>,
     /// Bodies that stay where they are drawn when the others are placed to fit the joints.
     pub held: Vec<usize>,
     /// Files that were read.
@@ -168,6 +173,10 @@ impl Model {
         for (name, actuator) in &scene.actuators {
             actuators::add_actuator(scene, &mut builder, &mut names, name, actuator)?;
         }
+        let mut senses = SensesBuilder::of(scene);
+        for (name, controller) in &scene.controllers {
+            senses.add(scene, &mut builder, &names, &mut library, name, controller)?;
+        }
         let recorder = Recorder::for_scene(scene, &mut builder, &names, &mut library)?;
         let mut fields = Vec::new();
         for (index, request) in scene.fields.iter().enumerate() {
@@ -180,6 +189,7 @@ impl Model {
         let (system, drawn) = builder.finish();
         Ok(Self {
             held,
+            senses: senses.finish(),
             system,
             drawn,
             recorder,

@@ -178,6 +178,7 @@ pub fn modes(
         system,
         mut drawn,
         held,
+        ..
     } = Session::open(scene, model, target)?;
     let mut find = || {
         match asked.at {

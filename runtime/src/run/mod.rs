@@ -17,6 +17,7 @@ use crate::error::Error;
 use crate::initial::InitialReport;
 use crate::integrator::{self, Method, Tolerance};
 use crate::model::{FieldFolders, FieldWriter, LoadedFile, Model, RecordedStep, Recorder};
+use crate::simulation::Senses;
 use crate::system::{State, System};
 use crate::watch::applicability::Scope;
 pub use analyses::{DrivenReport, ModesReport, RestReport};
@@ -251,6 +252,7 @@ struct Opened {
     system: System,
     drawn: State,
     held: Vec<usize>,
+    senses: Option<Senses>,
 }
 
 impl Session {
@@ -285,6 +287,7 @@ impl Session {
             recorder,
             fields,
             held,
+            senses,
             ..
         } = model;
         let fields: Result<Vec<_>, _> = (fields.into_iter().zip(&folders))
@@ -303,6 +306,7 @@ impl Session {
             system,
             drawn,
             held,
+            senses,
         })
     }
 

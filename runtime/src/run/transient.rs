@@ -68,10 +68,17 @@ pub fn transient(
         system,
         drawn,
         held,
+        senses,
     } = Session::open(scene, model, target)?;
     let method = method(&integrator);
     let started =
         Simulation::start_holding(system, drawn, method, scene.redundant_constraints, &held);
+    let started = started.and_then(|(mut simulation, initial)| {
+        if let Some(senses) = senses {
+            simulation.control(senses)?;
+        }
+        Ok((simulation, initial))
+    });
     let (mut simulation, initial) = match started {
         Ok(started) => started,
         Err(error) => return session.close(observer, Err(error), &NOT_BEGUN, &json!({})),

@@ -1,6 +1,6 @@
 //! What happens within steps and between them: contacts with end stops, samples of controllers.
 
-use super::Simulation;
+use super::{Sight, Simulation};
 use crate::actuator::{End, Source};
 use crate::error::Error;
 
@@ -96,8 +96,22 @@ impl Simulation {
             return Ok(());
         }
         self.refresh();
+        if let Some(mut senses) = self.senses.take() {
+            let (energy, works, defect) = self.energy();
+            let sight = Sight {
+                system: &self.system,
+                state: &self.state,
+                evaluation: &self.corrector.evaluation,
+                energy,
+                works,
+                defect,
+            };
+            senses(&sight, &mut self.arguments);
+            self.senses = Some(senses);
+        }
         let evaluation = &self.corrector.evaluation;
-        self.system.sample(evaluation, &mut self.state);
+        self.system
+            .sample(evaluation, &self.arguments, &mut self.state);
         self.corrector.jump(&self.system, &mut self.state)?;
         self.corrector.evaluation.refresh(&self.system, &self.state);
         self.works

@@ -2,9 +2,11 @@
 
 mod events;
 mod observation;
+mod sight;
 mod snapshot;
 
 pub use self::events::Contact;
+pub use self::sight::{Senses, Sight};
 pub use self::snapshot::Snapshot;
 use crate::energy::{Energy, Works};
 use crate::error::Error;
@@ -43,6 +45,9 @@ pub struct Simulation {
     /// Largest acceleration that joints' forces belonged to, and largest that is sure to be no rounding.
     accelerations: [f64; 2],
     contacts: Vec<Contact>,
+    senses: Option<Senses>,
+    /// Outputs that sampled controllers use; no numbers without senses.
+    arguments: Vec<f64>,
 }
 
 impl Simulation {
@@ -89,6 +94,8 @@ impl Simulation {
             steps: 0,
             accelerations: [0.0; 2],
             contacts: Vec::new(),
+            senses: None,
+            arguments: vec![f64::NAN; system.argument_count],
             state,
             system,
         };
@@ -101,8 +108,20 @@ impl Simulation {
         simulation
             .system
             .remember(evaluation, &mut simulation.state);
-        simulation.sample()?;
+        // Controllers that use outputs wait for their senses.
+        if simulation.arguments.is_empty() {
+            simulation.sample()?;
+        }
         Ok((simulation, report))
+    }
+
+    /// Gives sampled controllers the outputs that they use, and takes the first samples: once, at the start.
+    ///
+    /// # Errors
+    /// Those of a factorization.
+    pub fn control(&mut self, senses: Senses) -> Result<(), Error> {
+        self.senses = Some(senses);
+        self.sample()
     }
 
     /// One step.

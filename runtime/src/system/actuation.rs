@@ -1,8 +1,8 @@
 //! Efforts of a system's actuators, and what they remember from step to step.
 
 use super::evaluation::Evaluation;
-use super::{State, System};
-use crate::actuator::{Actuator, Effort, Integral, Source};
+use super::{Demand, Row, State, System};
+use crate::actuator::{Actuator, Effort, Integral, Source, Timing};
 
 /// Part of a period by which a sample may be off: rounding of written numbers.
 const SAME_SAMPLE: f64 = 1e-8;
@@ -33,8 +33,29 @@ impl System {
                 let target = self.signal(*target, state);
                 servo.effort(&target, value, rate, &integral(actuator, state))
             }
+            // Known to an evaluation only.
+            Source::Controlled(_) => Effort::default(),
             Source::Friction(friction) => friction.effort(rate),
             Source::EndStop(stop) => stop.effort(value, rate),
+        }
+    }
+
+    /// The controller of a row.
+    pub fn controller_of(&self, row: &Row) -> Option<usize> {
+        match &row.demand {
+            Demand::Actuate(actuator) => match self.actuators[*actuator].source {
+                Source::Controlled(controller) => Some(controller),
+                _ => None,
+            },
+            Demand::Hold(_) | Demand::Follow(_) | Demand::Answer(_) => None,
+        }
+    }
+
+    /// The effort that a controller asks for, with those of the continuous ones as evaluated.
+    pub fn controlled(&self, controller: usize, state: &State, continuous: &[f64]) -> f64 {
+        match &self.controllers[controller].timing {
+            Timing::Continuous { .. } => continuous[controller],
+            Timing::Sampled { memory, .. } => state.memory[*memory],
         }
     }
 
@@ -42,14 +63,16 @@ impl System {
     pub fn stored_by(&self, actuator: &Actuator, measured: f64) -> f64 {
         match &actuator.source {
             Source::EndStop(stop) => stop.potential(measured - actuator.zero),
-            Source::Given(_) | Source::Servo(..) | Source::Friction(_) => 0.0,
+            Source::Given(_) | Source::Controlled(_) | Source::Servo(..) | Source::Friction(_) => {
+                0.0
+            }
         }
     }
 
     /// Power that an actuator puts in, and power that it turns into heat.
     pub fn power_of(&self, actuator: &Actuator, force: f64, measured: f64, rate: f64) -> [f64; 2] {
         match &actuator.source {
-            Source::Given(_) | Source::Servo(..) => [force * rate, 0.0],
+            Source::Given(_) | Source::Controlled(_) | Source::Servo(..) => [force * rate, 0.0],
             Source::Friction(friction) => [0.0, friction.dissipation(rate)],
             Source::EndStop(stop) => [0.0, stop.dissipation(measured - actuator.zero, rate)],
         }
@@ -74,7 +97,24 @@ impl System {
     }
 
     /// Computes the efforts that are due at a state and holds them, after its evaluation.
-    pub fn sample(&self, evaluation: &Evaluation, state: &mut State) {
+    ///
+    /// `arguments` are the outputs that sampled controllers use.
+    pub fn sample(&self, evaluation: &Evaluation, arguments: &[f64], state: &mut State) {
+        for controller in &self.controllers {
+            let Timing::Sampled {
+                period,
+                arguments: own,
+                memory,
+            } = &controller.timing
+            else {
+                continue;
+            };
+            if is_due(*period, state.memory[memory + 1], state.time) {
+                let own = &arguments[own.clone()];
+                state.memory[*memory] = controller.formula.evaluate(state.time, own);
+                state.memory[memory + 1] += 1.0;
+            }
+        }
         for actuator in &self.actuators {
             let Source::Servo(servo, target) = &actuator.source else {
                 continue;
@@ -97,12 +137,18 @@ impl System {
 
     /// Periods, and where the numbers of samples are remembered.
     fn sampled(&self) -> impl Iterator<Item = (f64, usize)> {
-        self.actuators
+        let servos = self
+            .actuators
             .iter()
             .filter_map(|actuator| match &actuator.source {
                 Source::Servo(servo, _) => Some((servo.sample?, actuator.memory + 2)),
                 _ => None,
-            })
+            });
+        let controllers = self.controllers.iter().filter_map(|one| match &one.timing {
+            Timing::Sampled { period, memory, .. } => Some((*period, memory + 1)),
+            Timing::Continuous { .. } => None,
+        });
+        servos.chain(controllers)
     }
 
     /// What actuators remember at a state that is accepted, after its evaluation.
@@ -112,7 +158,7 @@ impl System {
             let rate = evaluation.value_rates[actuator.row];
             let memory = actuator.memory;
             match &actuator.source {
-                Source::Given(_) | Source::Friction(_) => {}
+                Source::Given(_) | Source::Controlled(_) | Source::Friction(_) => {}
                 Source::Servo(servo, _) if !servo.remembers() || servo.sample.is_some() => {}
                 Source::Servo(servo, target) => {
                     let target = self.signal(*target, state);

@@ -5,10 +5,31 @@ use nalgebra::Vector3;
 use super::marker::{BodyPose, MarkerPlace, six, turned_back};
 use super::state::rates;
 use super::{Demand, State, System, Term};
-use crate::actuator::Effort;
+use crate::actuator::{Effort, Sense, Source, Timing};
 use crate::frame::{InertiaForces, InertiaTerms};
 use crate::kinematics::frame_motion::{FrameMotion, Six};
 use crate::measure::Gradient;
+
+/// A sensed coordinate.
+#[derive(Clone, Copy, Debug)]
+pub struct Sensed {
+    /// Its value.
+    pub value: f64,
+    /// Its rate.
+    pub rate: f64,
+    /// Its gradient.
+    pub gradient: Gradient,
+}
+
+impl Default for Sensed {
+    fn default() -> Self {
+        Self {
+            value: 0.0,
+            rate: 0.0,
+            gradient: Gradient::zero(),
+        }
+    }
+}
 
 /// Scratch of one system.
 #[derive(Clone, Debug)]
@@ -35,6 +56,13 @@ pub struct Evaluation {
     pub answers: Vec<f64>,
     /// Effort of each actuator, with its derivatives.
     pub efforts: Vec<Effort>,
+    /// Coordinates that controllers sense.
+    pub sensed: Vec<Sensed>,
+    /// Efforts of the continuous controllers; zero for others.
+    pub controls: Vec<f64>,
+    /// Their derivatives by their arguments, controller by controller.
+    pub control_slopes: Vec<f64>,
+    arguments: Vec<f64>,
     /// Inertia of each body.
     pub inertia: Vec<InertiaTerms>,
     /// Inertia forces of each body.
@@ -77,6 +105,10 @@ impl Evaluation {
             value_rates: vec![0.0; system.rows.len()],
             answers: vec![0.0; system.rows.len()],
             efforts: vec![Effort::default(); system.actuators.len()],
+            sensed: vec![Sensed::default(); system.sensors.len()],
+            controls: vec![0.0; system.controllers.len()],
+            control_slopes: vec![0.0; system.slope_count],
+            arguments: vec![0.0; system.slope_count],
             inertia: system
                 .bodies
                 .iter()
@@ -153,6 +185,9 @@ impl Evaluation {
 
     /// Values, gradients and answers of the rows, after `place`; after `add_velocities` where there are dampers.
     pub fn measure(&mut self, system: &System, state: &State) {
+        if !system.sensors.is_empty() {
+            self.sense(system, state);
+        }
         for (index, row) in system.rows.iter().enumerate() {
             let (mut value, mut rate) = (0.0, 0.0);
             let damped = match &row.demand {
@@ -179,11 +214,46 @@ impl Evaluation {
                 Demand::Follow(signal) => value - system.signal(*signal, state).value,
                 Demand::Answer(law) => law.force(value, rate),
                 Demand::Actuate(index) => {
-                    let effort = system.effort(&system.actuators[*index], state, value, rate);
+                    let actuator = &system.actuators[*index];
+                    let effort = match &actuator.source {
+                        Source::Controlled(controller) => Effort {
+                            force: system.controlled(*controller, state, &self.controls),
+                            ..Effort::default()
+                        },
+                        _ => system.effort(actuator, state, value, rate),
+                    };
                     self.efforts[*index] = effort;
                     effort.force
                 }
             };
+        }
+    }
+
+    /// Sensed coordinates, and what continuous controllers make of them.
+    fn sense(&mut self, system: &System, state: &State) {
+        for (sensor, found) in system.sensors.iter().zip(&mut self.sensed) {
+            let (a, b) = (&self.motions[sensor.a], &self.motions[sensor.b]);
+            let value = sensor.measure.value(a, b);
+            found.value = unwound(value, sensor.angle, &state.angles) - sensor.zero;
+            found.rate = sensor.measure.rate(a, b);
+            found.gradient = sensor.measure.gradient(a, b);
+        }
+        for (index, controller) in system.controllers.iter().enumerate() {
+            let Timing::Continuous { senses, first } = &controller.timing else {
+                continue;
+            };
+            let own = *first..first + senses.len();
+            for (argument, sense) in self.arguments[own.clone()].iter_mut().zip(senses) {
+                *argument = match sense {
+                    Sense::Value(sensor) => self.sensed[*sensor].value,
+                    Sense::Rate(sensor) => self.sensed[*sensor].rate,
+                };
+            }
+            let arguments = &self.arguments[own.clone()];
+            self.controls[index] = controller.formula.evaluate(state.time, arguments);
+            for (k, slope) in self.control_slopes[own].iter_mut().enumerate() {
+                *slope = controller.formula.slope(state.time, arguments, k);
+            }
         }
     }
 

@@ -30,7 +30,7 @@ use std::sync::Arc;
 use dcb_formats::mesh::Dimension;
 use nalgebra::Vector3;
 
-use crate::actuator::Actuator;
+use crate::actuator::{Actuator, Controller};
 use crate::body::{BodyLoad, FlexibleBody};
 use crate::force_law::Law;
 use crate::frame::{BodyAcceleration, BodyState};
@@ -75,6 +75,21 @@ pub struct Term {
     pub measure: Measure,
     /// Where an angle's last value is kept, so that it goes on past half a turn.
     pub angle: Option<usize>,
+}
+
+/// A coordinate that is sensed without being loaded.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Sensor {
+    /// First marker.
+    pub a: usize,
+    /// Second marker.
+    pub b: usize,
+    /// Measure.
+    pub measure: Measure,
+    /// Where an angle's last value is kept.
+    pub angle: Option<usize>,
+    /// Value of the measure at which the coordinate is zero.
+    pub zero: f64,
 }
 
 /// Demand on a row's measure.
@@ -210,6 +225,14 @@ pub struct System {
     pub part_loads: Vec<PartLoad>,
     /// Actuators.
     pub actuators: Vec<Actuator>,
+    /// Controllers.
+    pub controllers: Vec<Controller>,
+    /// Coordinates that continuous controllers sense.
+    pub sensors: Vec<Sensor>,
+    /// How many derivatives continuous controllers have.
+    pub slope_count: usize,
+    /// How many outputs sampled controllers use.
+    pub argument_count: usize,
     /// How many numbers actuators remember.
     pub memory_count: usize,
     /// Functions of time.

@@ -318,7 +318,7 @@ fn an_integral_takes_away_what_a_constant_load_leaves_and_does_not_wind_up() {
     ] {
         let mut mechanism = started(&block(2, "revolute", &servo(more.clone())));
         let mut most = 0.0_f64;
-        for _ in 0..6000 {
+        for _ in 0..12000 {
             mechanism.step(1e-3).unwrap();
             most = most.max(number(&mut mechanism, "q"));
         }
@@ -434,4 +434,228 @@ fn adaptive_steps_end_at_samples() {
     let row = simulation.system().actuators[0].row;
     let found = simulation.evaluation().values[row];
     assert!((found - angle).abs() < 1e-9, "{found} {angle}");
+}
+
+#[test]
+fn a_continuous_controller_is_a_servo_written_as_a_formula() {
+    let servo = json!({"servo": {"joint": "joint", "target": 0.4, "proportional": 0.8, "derivative": 0.01}});
+    let formula = json!({
+        "constants": {"goal": 0.4},
+        "controllers": {"law": {"formula": "0.8*(goal - q) - 0.01*rate"}},
+        "actuators": {"motor": {"torque": {"joint": "joint", "controller": "law"}}}
+    });
+    let mut one = started(&block(3, "revolute", &motor(servo)));
+    let mut other = started(&block(3, "revolute", &formula));
+    for _ in 0..400 {
+        one.step(1e-3).unwrap();
+        other.step(1e-3).unwrap();
+        let (a, b) = (number(&mut one, "q"), number(&mut other, "q"));
+        assert!((a - b).abs() < 1e-8, "{a} {b}");
+    }
+    assert!(balance(&mut other)[0] < 1e-3 * balance(&mut other)[1].max(1e-2));
+}
+
+/// Two blocks on slides of the ground; the force on one follows the other.
+fn coupled(gain: f64, formula: &str) -> Value {
+    let block = |y: f64| json!({"rigid": {"mass": MASS, "inertia": INERTIA, "points": {"pin": [0, 0]}}, "position": [0, y]});
+    let slide =
+        |home: &str, body: &str| json!({"prismatic": {"a": home, "b": body, "axis": [1, 0]}});
+    let of = |joint: &str| json!({"joint": joint});
+    let mut second = block(0.1);
+    second["velocity"] = json!([1.0, 0.0]);
+    scene_text(
+        2,
+        json!({
+            "ground": {"points": {"up": [0, 0.1]}},
+            "constants": {"k": gain},
+            "bodies": {"one": block(0.0), "two": second},
+            "joints": {"first": slide("ground", "one/pin"), "second": slide("ground/up", "two/pin")},
+            "controllers": {"law": {"formula": formula}},
+            "actuators": {
+                "motor": {"force": {"joint": "first", "controller": "law"}},
+                "spring": {"servo": {"joint": "second", "target": 0, "proportional": gain}}
+            },
+            "outputs": {
+                "q": {"joint_coordinate": of("first")}, "rate": {"joint_rate": of("first")},
+                "p": {"joint_coordinate": of("second")}, "p_rate": {"joint_rate": of("second")}
+            }
+        }),
+    )
+}
+
+#[test]
+fn a_stiff_controller_that_follows_another_joint_converges_as_newton_does() {
+    // The first follows the second, u = 3 k (p - q) - c q', so stiff that an iteration without the coupling would diverge.
+    let gain = 4e5;
+    let text = coupled(gain, "3*k*(p - q) - 900*rate");
+    let mut mechanism = started(&text);
+    let mut worst = 0;
+    for _ in 0..2000 {
+        worst = worst.max(mechanism.step(1e-3).unwrap().iterations);
+    }
+    assert!(worst <= 4, "{worst}");
+    // The unsymmetric equations of both, by their own exponential: x' = A x with 0.1 of the step.
+    let mut x = [0.0, 0.0, 0.0, 1.0];
+    let soft = coupled(400.0, "3*k*(p - q) - 20*rate");
+    let mut mechanism = started(&soft);
+    let rate = |x: &[f64; 4]| {
+        let u = 3.0 * 400.0 * (x[2] - x[0]) - 20.0 * x[1];
+        [x[1], u / MASS, x[3], -400.0 * x[2] / MASS]
+    };
+    for _ in 0..1000 {
+        mechanism.step(2e-4).unwrap();
+        for _ in 0..2 {
+            let h = 1e-4;
+            let at = |k: &[f64; 4], part: f64| std::array::from_fn(|i| x[i] + part * h * k[i]);
+            let a = rate(&x);
+            let b = rate(&at(&a, 0.5));
+            let c = rate(&at(&b, 0.5));
+            let d = rate(&at(&c, 1.0));
+            x = std::array::from_fn(|i| x[i] + h / 6.0 * (a[i] + 2.0 * b[i] + 2.0 * c[i] + d[i]));
+        }
+    }
+    for (name, expected) in [("q", x[0]), ("rate", x[1]), ("p", x[2])] {
+        let found = number(&mut mechanism, name);
+        assert!(
+            (found - expected).abs() < 2e-4 * x[1].abs().max(0.1),
+            "{name} {found} {expected}"
+        );
+    }
+}
+
+#[test]
+fn a_sampled_controller_uses_any_output_and_components() {
+    let period = 4e-3;
+    let rest = json!({
+        "outputs": {
+            "q": {"joint_coordinate": {"joint": "joint"}},
+            "the place": {"position": {"at": "block/pin"}},
+            "fast": {"velocity": {"at": "block/pin"}},
+            "effort": {"actuator_effort": {"actuator": "motor"}}
+        },
+        "controllers": {"law": {"formula": "30*(0.2 - 'the place'.x) - 2*fast.x + 0.1*effort + t", "period": period}},
+        "actuators": {"motor": {"force": {"joint": "joint", "controller": "law"}}}
+    });
+    let mut mechanism = started(&block(3, "prismatic", &rest));
+    let (mut q, mut v, mut u) = (0.0_f64, 0.0_f64, 0.0_f64);
+    for k in 0..100 {
+        u = 30.0 * (0.2 - q) - 2.0 * v + 0.1 * u + f64::from(k) * period;
+        for _ in 0..2 {
+            mechanism.step(0.5 * period).unwrap();
+        }
+        q += period * v + 0.5 * period * period * u / MASS;
+        v += period * u / MASS;
+        let found = number(&mut mechanism, "q");
+        assert!((found - q).abs() < 1e-10, "{k} {found} {q}");
+    }
+    let saved = mechanism.save();
+    for _ in 0..10 {
+        mechanism.step(0.5 * period).unwrap();
+    }
+    let state = mechanism.simulation().state().clone();
+    mechanism.restore(&saved).unwrap();
+    for _ in 0..10 {
+        mechanism.step(0.5 * period).unwrap();
+    }
+    assert_eq!(mechanism.simulation().state(), &state);
+}
+
+#[test]
+fn mistakes_in_actuators_are_named() {
+    let refused = |rest: Value, says: &str| {
+        let text = block(2, "revolute", &rest);
+        let scene =
+            dcb_runtime::Scene::parse(&text.to_string(), std::path::Path::new("scene.json"));
+        let error = match scene.map_err(dcb_runtime::Error::from) {
+            Err(error) => error.to_string(),
+            Ok(scene) => Mechanism::start(&scene).err().unwrap().to_string(),
+        };
+        assert!(error.contains(says), "{error}\nnot: {says}");
+    };
+    let servo = |more: Value| {
+        let mut servo = json!({"joint": "joint", "target": 0, "proportional": 1});
+        for (key, value) in more.as_object().unwrap() {
+            servo[key] = value.clone();
+        }
+        motor(json!({"servo": servo}))
+    };
+    let torque = |rest: Value| motor(json!({"torque": rest}));
+    refused(
+        torque(json!({"joint": "jiont", "constant": 1})),
+        "did you mean `joint`?",
+    );
+    refused(
+        motor(json!({"force": {"joint": "joint", "constant": 1}})),
+        "has no translation",
+    );
+    refused(
+        torque(json!({"joint": "joint", "constant": 1, "formula": "t"})),
+        "one function is expected",
+    );
+    refused(
+        servo(json!({"limit": 0})),
+        "actuators.motor.servo.limit: is 0, expected a positive number",
+    );
+    refused(servo(json!({"gain": 0})), "unknown field `gain`");
+    refused(servo(json!({"proportional": -1})), "expected a number >= 0");
+    refused(
+        servo(json!({"sample": 0.0015})),
+        "no multiple of the step of 0.001",
+    );
+    refused(servo(json!({"proportional": 0})), "has no gain");
+    let friction = |rest: Value| motor(json!({"friction": rest}));
+    refused(
+        friction(json!({"joint": "joint", "coulomb": -1})),
+        "coulomb: is -1",
+    );
+    refused(
+        friction(json!({"joint": "joint", "coulomb": 1})),
+        "regularization: is missing",
+    );
+    refused(
+        friction(json!({"joint": "joint", "coulomb": 1, "static": 0.5, "regularization": 1})),
+        "less than coulomb",
+    );
+    let stop = |rest: Value| motor(json!({"end_stop": rest}));
+    refused(
+        stop(json!({"joint": "joint", "stiffness": 1})),
+        "neither lower nor upper",
+    );
+    refused(
+        stop(json!({"joint": "joint", "stiffness": 1, "lower": 1, "upper": 0})),
+        "not above lower",
+    );
+    let law = |formula: &str, period: Value| {
+        let mut rest = motor(json!({"torque": {"joint": "joint", "controller": "law"}}));
+        rest["controllers"] = json!({"law": {"formula": formula}});
+        if !period.is_null() {
+            rest["controllers"]["law"]["period"] = period;
+        }
+        rest["outputs"] = json!({
+            "q": {"joint_coordinate": {"joint": "joint"}}, "place": {"position": {"at": "block/pin"}},
+            "effort": {"actuator_effort": {"actuator": "motor"}}
+        });
+        rest
+    };
+    refused(law("-qq", Value::Null), "`qq` is not known");
+    refused(
+        law("-place.x", Value::Null),
+        "add for example \"period\": 1e-3",
+    );
+    refused(law("-place", json!(1e-3)), "has the components x, y");
+    refused(
+        law("-place.z", json!(1e-3)),
+        "no component \"z\": it has x, y",
+    );
+    refused(
+        law("-q.x", json!(1e-3)),
+        "is one number and has no components",
+    );
+    refused(law("-q", json!(-1)), "expected a positive number");
+    refused(
+        torque(json!({"joint": "joint", "controller": "none"})),
+        "no controller is called \"none\"",
+    );
+    let drive = json!({"drives": {"motor": {"angle": {"joint": "joint", "controller": "law"}}}, "outputs": {}});
+    refused(drive, "is no function of time");
 }

@@ -110,8 +110,8 @@ impl Corrector {
                 Some((bad(*signal)?, &system.connections[row.connection].name))
             }
             Demand::Actuate(actuator) => {
-                let signal = system.actuators[*actuator].source.signal()?;
-                Some((bad(signal)?, &system.connections[row.connection].name))
+                let found = self.evaluation.answers[system.actuators[*actuator].row];
+                (!found.is_finite()).then_some((found, &system.connections[row.connection].name))
             }
             Demand::Hold(_) | Demand::Answer(_) => None,
         });

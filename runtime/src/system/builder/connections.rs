@@ -1,12 +1,15 @@
 //! Joints, drives, gears, springs and loads of a system.
 
 use super::{BuiltJoint, SystemBuilder};
-use crate::actuator::{Actuator, Source};
+use crate::actuator::{Actuator, Controller, Sense, Source, Timing};
 use crate::error::Error;
 use crate::force_law::Law;
 use crate::joint::{JointKind, JointRows, RestPlacement};
 use crate::measure::Measure;
-use crate::system::{Connection, ConnectionKind, Demand, Load, LoadAxes, PartLoad, Row, Term};
+use crate::system::{
+    Connection, ConnectionKind, Demand, Load, LoadAxes, PartLoad, Row, Sensor, Term,
+};
+use dcb_formats::function::OutputFormula;
 
 impl SystemBuilder {
     /// A joint between two markers.
@@ -117,6 +120,59 @@ impl SystemBuilder {
         let term = (1.0, joint.a, joint.b, measure);
         self.row(connection, &[term], Demand::Actuate(index));
         connection
+    }
+
+    /// A coordinate of a joint that continuous controllers sense; the same one if it was asked for before.
+    pub fn sensor(&mut self, joint: &BuiltJoint, measure: Measure, zero: f64) -> usize {
+        let is_angle = matches!(measure, Measure::Angle(_));
+        let sensor = Sensor {
+            a: joint.a,
+            b: joint.b,
+            measure,
+            angle: is_angle.then(|| self.watch(joint.a, joint.b, measure)),
+            zero,
+        };
+        let sensors = &mut self.system.sensors;
+        let known = sensors.iter().position(|one| *one == sensor);
+        known.unwrap_or_else(|| {
+            sensors.push(sensor);
+            sensors.len() - 1
+        })
+    }
+
+    /// A controller that always follows sensed coordinates.
+    pub fn continuous_controller(
+        &mut self,
+        name: &str,
+        formula: OutputFormula,
+        senses: Vec<Sense>,
+    ) -> usize {
+        let first = self.system.slope_count;
+        self.system.slope_count += senses.len();
+        self.add_controller(name, formula, Timing::Continuous { senses, first })
+    }
+
+    /// A controller that is computed at all multiples of a period.
+    pub fn sampled_controller(&mut self, name: &str, formula: OutputFormula, period: f64) -> usize {
+        let first = self.system.argument_count;
+        self.system.argument_count += formula.variables().len();
+        let memory = self.system.memory_count;
+        self.system.memory_count += 2;
+        let timing = Timing::Sampled {
+            period,
+            arguments: first..self.system.argument_count,
+            memory,
+        };
+        self.add_controller(name, formula, timing)
+    }
+
+    fn add_controller(&mut self, name: &str, formula: OutputFormula, timing: Timing) -> usize {
+        self.system.controllers.push(Controller {
+            name: name.to_owned(),
+            formula,
+            timing,
+        });
+        self.system.controllers.len() - 1
     }
 
     /// A force and a torque on a marker; components are functions of time by index.

@@ -17,6 +17,7 @@ mod actuated;
 mod assemble;
 mod changes;
 mod columns;
+mod controlled;
 mod following;
 mod solve;
 mod touch;
@@ -25,6 +26,7 @@ use faer::Mat;
 use nalgebra::Vector3;
 
 pub(super) use assemble::keep_rows_in_world;
+use controlled::Controls;
 use touch::{Side, Touch, body_pairs, side};
 
 use crate::error::Error;
@@ -86,6 +88,8 @@ pub struct Condensed {
     mobilities: Vec<f64>,
     /// γ' of the present factor: change of rates with positions.
     rates_follow: f64,
+    /// Efforts that follow coordinates of any joints.
+    controls: Controls,
     wrenches: Vec<Six>,
     twists: Vec<Six>,
     /// Markers that rows touch.
@@ -214,6 +218,7 @@ impl Condensed {
             compliances: vec![0.0; system.rows.len()],
             mobilities: vec![0.0; system.actuators.len()],
             rates_follow: 0.0,
+            controls: Controls::of(system),
             wrenches: vec![Six::zeros(); system.markers.len()],
             twists: vec![Six::zeros(); system.markers.len()],
             coupled,
@@ -341,6 +346,11 @@ impl Condensed {
         }
         if self.regularization > 0.0 {
             self.joints.find_redundant(&self.drives);
+        }
+        if !self.controls.rows.is_empty()
+            && !self.factor_controls(system, evaluation, blend.stiffness)
+        {
+            return Err(Error::SingularJoints { time: state.time });
         }
         Ok(())
     }

@@ -26,6 +26,26 @@ impl Condensed {
             Interfaces::Following => self.follow_forces(system, evaluation),
             Interfaces::Held => self.residual_step.fill(0.0),
         }
+        if !self.controls.rows.is_empty() {
+            self.follow_controls(system, evaluation);
+        }
+    }
+
+    /// The response to changes of the rows alone, efforts of controllers taken as given.
+    pub(super) fn respond(
+        &mut self,
+        system: &System,
+        evaluation: &Evaluation,
+        changes: &[f64],
+        zeros: &[f64],
+    ) {
+        self.gaps.fill(0.0);
+        self.force_gaps.fill(0.0);
+        self.solve_rows(system, evaluation, changes, zeros, self.interfaces);
+        match self.interfaces {
+            Interfaces::Following => self.follow_forces(system, evaluation),
+            Interfaces::Held => self.residual_step.fill(0.0),
+        }
     }
 
     /// The same where δλ are no forces but corrections of the positions: interfaces stay.

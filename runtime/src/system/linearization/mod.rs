@@ -22,6 +22,7 @@ use super::evaluation::Evaluation;
 use super::marker::{halves, six, turned_back};
 use super::residual::row_flexibility;
 use super::{Body, Demand, LoadAxes, Row, State, System};
+use crate::actuator::{Sense, Timing};
 use crate::body::Compatibility;
 use crate::error::Error;
 use crate::frame::InertiaTangent;
@@ -253,6 +254,9 @@ impl Linearization {
                     );
                 }
             }
+            if let Some(controller) = system.controller_of(row) {
+                self.add_control(system, evaluation, motions, controller, &gradient);
+            }
             match &row.demand {
                 Demand::Answer(_) | Demand::Actuate(_) => {
                     let (by_value, by_rate) = slopes(row, index, evaluation);
@@ -269,6 +273,52 @@ impl Linearization {
                         self.jacobian[(constraint, j)] = entry;
                     }
                     constraint += 1;
+                }
+            }
+        }
+    }
+
+    /// An effort that follows coordinates of any joints, where `gradient` is that of its own.
+    fn add_control(
+        &mut self,
+        system: &System,
+        evaluation: &Evaluation,
+        motions: &MarkerJacobians,
+        controller: usize,
+        gradient: &[f64],
+    ) {
+        let Timing::Continuous { senses, first } = &system.controllers[controller].timing else {
+            return;
+        };
+        let n = gradient.len();
+        let slopes = &evaluation.control_slopes[*first..first + senses.len()];
+        for (sense, slope) in senses.iter().zip(slopes) {
+            let (Sense::Value(index) | Sense::Rate(index)) = *sense;
+            let sensor = &system.sensors[index];
+            let found = &evaluation.sensed[index].gradient;
+            let (mut by_place, mut by_rate) = (vec![0.0; n], vec![0.0; n]);
+            motions.add_transposed(sensor.a, &found.a, &mut by_place);
+            motions.add_transposed(sensor.b, &found.b, &mut by_place);
+            let (a, b) = (&evaluation.motions[sensor.a], &evaluation.motions[sensor.b]);
+            let second = sensor.measure.gradient_derivative(a, b);
+            let (twist_a, twist_b) = (six(&a.velocity, &a.spin), six(&b.velocity, &b.spin));
+            let of_a = second.aa.tr_mul(&twist_a) + second.ba.tr_mul(&twist_b);
+            let of_b = second.ab.tr_mul(&twist_a) + second.bb.tr_mul(&twist_b);
+            motions.add_transposed(sensor.a, &of_a, &mut by_rate);
+            motions.add_transposed(sensor.b, &of_b, &mut by_rate);
+            motions.add_rate_transposed(sensor.a, &found.a, &mut by_rate);
+            motions.add_rate_transposed(sensor.b, &found.b, &mut by_rate);
+            for i in 0..n {
+                for j in 0..n {
+                    match sense {
+                        Sense::Value(_) => {
+                            self.stiffness[(i, j)] -= gradient[i] * slope * by_place[j];
+                        }
+                        Sense::Rate(_) => {
+                            self.stiffness[(i, j)] -= gradient[i] * slope * by_rate[j];
+                            self.damping[(i, j)] -= gradient[i] * slope * by_place[j];
+                        }
+                    }
                 }
             }
         }
