@@ -10,6 +10,7 @@ mod control_loop;
 mod demands;
 mod description;
 mod drives;
+mod efforts;
 mod function;
 mod joints;
 mod laws;
