@@ -17,7 +17,7 @@ import numpy as np
 from tisserand import _native
 from tisserand.superelement import Superelement
 
-_GROUPS = ("bodies", "joints", "drives", "springs", "loads", "outputs", "constants")
+_GROUPS = ("bodies", "joints", "drives", "springs", "loads", "actuators", "controllers", "outputs", "constants")
 
 
 class Scene:
@@ -147,6 +147,14 @@ class Scene:
     def load(self, name: str, kind: str, **keys: Any) -> Scene:
         """A load: `force`, `torque` or `part_load`; each component is a number, a function of time, or an input."""
         return self.add("loads", name, {kind: keys})
+
+    def actuator(self, name: str, kind: str, joint: str, **law: Any) -> Scene:
+        """An effort on a joint: `torque` or `force` with its function (`formula`, `input`, `controller` and so on), `servo`, `friction` or `end_stop`."""
+        return self.add("actuators", name, {kind: {"joint": joint, **law}})
+
+    def controller(self, name: str, formula: str, *, period: float | None = None) -> Scene:
+        """A formula of outputs that actuators call by its name; sampled at `period` and held, or continuous."""
+        return self.add("controllers", name, {"formula": formula} if period is None else {"formula": formula, "period": period})
 
     def output(self, name: str, what: str | None = None, **keys: Any) -> Scene:
         """Something to record: `output("energy", "energy")`, or `output("tip", position={"at": "rod/tip"})`."""

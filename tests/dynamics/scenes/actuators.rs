@@ -659,3 +659,29 @@ fn mistakes_in_actuators_are_named() {
     let drive = json!({"drives": {"motor": {"angle": {"joint": "joint", "controller": "law"}}}, "outputs": {}});
     refused(drive, "is no function of time");
 }
+
+#[test]
+fn what_the_page_shows_of_actuators_runs() {
+    let page = include_str!("../../../docs/scene.md");
+    let fragments = page.split("```json\n").skip(1);
+    let fragment = fragments
+        .map(|rest| rest.split("```").next().unwrap())
+        .find(|fragment| fragment.contains("\"controllers\""))
+        .unwrap();
+    let mut text = block(3, "revolute", &json!({}));
+    let own = text["bodies"]["block"].clone();
+    text["bodies"] = json!({"wheel": own});
+    text["bodies"]["wheel"]["rigid"]["points"] = json!({"axle": [0, 0, 0]});
+    text["joints"] =
+        json!({"axle": {"revolute": {"a": "ground", "b": "wheel/axle", "axis": [0, 0, 1]}}});
+    let shown: Value = serde_json::from_str(&format!("{{{fragment}}}")).unwrap();
+    for (key, value) in shown.as_object().unwrap() {
+        text[key] = value.clone();
+    }
+    let mut mechanism = started(&text);
+    for _ in 0..1000 {
+        mechanism.step(1e-3).unwrap();
+    }
+    assert!((number(&mut mechanism, "angle") - 0.38).abs() < 0.05);
+    assert!(number(&mut mechanism, "effort").is_finite());
+}

@@ -385,6 +385,12 @@ fn drives_gears_and_springs_add_the_axis_of_their_joint() {
     }});
     let spring =
         json!({"springs": {"coil": {"torsion_spring": {"joint": "joint", "stiffness": 2}}}});
+    let actuated = json!({"actuators": {
+        "motor": {"torque": {"joint": "joint", "formula": "0.02*sin(40*t)^2"}}
+    }});
+    let pressed = json!({"actuators": {
+        "cylinder": {"force": {"joint": "joint", "formula": "0.5*sin(40*t)^2"}}
+    }});
     let wheel = |coupling: Value| {
         json!({
             "bodies": {"wheel": {
@@ -401,6 +407,10 @@ fn drives_gears_and_springs_add_the_axis_of_their_joint() {
     let cases = [
         ("revolute", &turning, [3, 3]),
         ("revolute", &spring, [3, 3]),
+        ("revolute", &actuated, [3, 3]),
+        ("cylindrical", &actuated, [2, 3]),
+        ("cylindrical", &pressed, [3, 2]),
+        ("prismatic", &pressed, [3, 3]),
         ("revolute", &gear, [3, 3]),
         ("cylindrical", &turning, [2, 3]),
         ("cylindrical", &pushing, [3, 2]),
