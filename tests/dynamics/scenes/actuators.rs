@@ -685,3 +685,60 @@ fn what_the_page_shows_of_actuators_runs() {
     assert!((number(&mut mechanism, "angle") - 0.38).abs() < 0.05);
     assert!(number(&mut mechanism, "effort").is_finite());
 }
+
+#[test]
+fn stick_and_slip_are_those_of_an_independent_integration() {
+    // tests/benches/peers/stribeck.py: SciPy's Radau, relative tolerance 1e-11.
+    let peer = [
+        (0.5, 0.0001810744),
+        (1.0, 0.0178601324),
+        (1.5, 0.1313974329),
+        (2.0, 0.1317584444),
+        (2.5, 0.2039802890),
+        (3.0, 0.2628447015),
+    ];
+    let text = |dimension| {
+        let mut text = block(
+            dimension,
+            "prismatic",
+            &json!({"actuators": {
+                "motor": {"servo": {"joint": "joint", "target": {"polynomial": [0, 0.1]}, "proportional": 40}},
+                "belt": {"friction": {"joint": "joint", "coulomb": 2, "static": 3, "stribeck_rate": 0.05, "regularization": 1e-3}}
+            }}),
+        );
+        text["bodies"]["block"]["rigid"]["mass"] = json!(1);
+        text
+    };
+    let worst = |dimension, steps: u32| {
+        let mut mechanism = started(&text(dimension));
+        let mut worst = 0.0_f64;
+        for (_, place) in peer {
+            for _ in 0..steps {
+                mechanism.step(0.5 / f64::from(steps)).unwrap();
+            }
+            worst = worst.max((number(&mut mechanism, "q") - place).abs());
+        }
+        let [defect, most] = balance(&mut mechanism);
+        assert!(defect < 1e-3 * most, "{defect:e} {most:e}");
+        worst
+    };
+    let (coarse, fine) = (worst(2, 2500), worst(3, 5000));
+    assert!(fine < 2e-5, "{coarse:e} {fine:e}");
+    assert!(fine < 0.35 * coarse, "{coarse:e} {fine:e}");
+}
+
+#[test]
+fn the_shipped_crank_comes_to_its_goal() {
+    let path = std::path::Path::new(env!("CARGO_MANIFEST_DIR"))
+        .join("../samples/controlled-crank/scene.json");
+    let scene = dcb_runtime::Scene::read(&path).unwrap();
+    let mut mechanism = Mechanism::start(&scene).unwrap();
+    for _ in 0..10000 {
+        mechanism.step(1e-4).unwrap();
+        assert!(number(&mut mechanism, "torque").abs() <= 2.0 + 1e-12);
+    }
+    // Where friction lets it rest.
+    let way = number(&mut mechanism, "way");
+    assert!((way + 0.25).abs() < 0.02, "{way}");
+    assert!(number(&mut mechanism, "slider_speed").abs() < 2e-3);
+}
