@@ -17,6 +17,7 @@ mod joint;
 mod load;
 mod output;
 mod read;
+mod samples;
 mod settings;
 mod spring;
 mod values;

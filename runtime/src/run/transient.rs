@@ -266,15 +266,8 @@ impl Run<'_> {
     }
 
     fn tell_contacts(&mut self, simulation: &Simulation, observer: &mut dyn Observer) {
-        let system = simulation.system();
         for contact in &simulation.contacts()[self.told_contacts..] {
-            let row = &system.rows[system.actuators[contact.actuator].row];
-            let message = format!(
-                "actuator {:?}: contact with the {} end at a rate of {:.4e}",
-                system.connections[row.connection].name,
-                contact.end.name(),
-                contact.rate
-            );
+            let message = contact.message(simulation.system());
             self.session.tell(observer, contact.time, &message);
         }
         self.told_contacts = simulation.contacts().len();

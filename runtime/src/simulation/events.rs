@@ -3,6 +3,7 @@
 use super::{Sight, Simulation};
 use crate::actuator::{End, Source};
 use crate::error::Error;
+use crate::system::System;
 
 /// Halvings of a step in which a contact is looked for.
 const HALVINGS: usize = 60;
@@ -18,6 +19,19 @@ pub struct Contact {
     pub end: End,
     /// Rate of the coordinate then.
     pub rate: f64,
+}
+
+impl Contact {
+    /// What happened, for people.
+    pub fn message(&self, system: &System) -> String {
+        let row = &system.rows[system.actuators[self.actuator].row];
+        format!(
+            "actuator {:?}: contact with the {} end at a rate of {:.4e}",
+            system.connections[row.connection].name,
+            self.end.name(),
+            self.rate
+        )
+    }
 }
 
 impl Simulation {

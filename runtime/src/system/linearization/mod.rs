@@ -308,15 +308,14 @@ impl Linearization {
             motions.add_transposed(sensor.b, &of_b, &mut by_rate);
             motions.add_rate_transposed(sensor.a, &found.a, &mut by_rate);
             motions.add_rate_transposed(sensor.b, &found.b, &mut by_rate);
-            for i in 0..n {
+            for (i, along) in gradient.iter().enumerate() {
+                let by = along * slope;
                 for j in 0..n {
                     match sense {
-                        Sense::Value(_) => {
-                            self.stiffness[(i, j)] -= gradient[i] * slope * by_place[j];
-                        }
+                        Sense::Value(_) => self.stiffness[(i, j)] -= by * by_place[j],
                         Sense::Rate(_) => {
-                            self.stiffness[(i, j)] -= gradient[i] * slope * by_rate[j];
-                            self.damping[(i, j)] -= gradient[i] * slope * by_place[j];
+                            self.stiffness[(i, j)] -= by * by_rate[j];
+                            self.damping[(i, j)] -= by * by_place[j];
                         }
                     }
                 }
