@@ -34,7 +34,7 @@ pub(super) fn choose(
             };
             Some((format!("drives/{}", input.variable.name), unit.to_owned()))
         }
-        Kind::Load { .. } | Kind::PartLoad { .. } => None,
+        Kind::Load { .. } | Kind::PartLoad { .. } | Kind::Actuator { .. } => None,
     });
     let places: Vec<(String, String)> = coordinates.chain(drives).collect();
     let rates: Vec<(String, String)> = (places.iter())

@@ -1,4 +1,4 @@
-//! Inputs of a linear system: amplitudes of loads, accelerations of drives.
+//! Inputs of a linear system: amplitudes of loads, efforts of actuators, targets of servos, accelerations of drives.
 
 use dcb_formats::description::{listed, suggestion};
 use dcb_formats::function::{Function, TimeFunction};
@@ -7,19 +7,27 @@ use dcb_formats::mesh::Dimension;
 use dcb_formats::scene::{Load, Scene};
 use nalgebra::Vector3;
 
+use crate::actuator::Source;
 use crate::error::Error;
+use crate::kinematics::frame_motion::Six;
 use crate::model::Quantities;
 use crate::system::evaluation::Evaluation;
 use crate::system::marker::{six, turned_back};
 use crate::system::{ConnectionKind, Demand, LoadAxes, Signal, State, System};
 
 /// What an input acts on.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) enum Kind {
     /// A component of a load: of the force, 0 to 2, or of the torque, 3 to 5.
     Load { load: usize, slot: usize },
     /// A load on the inside of a body.
     PartLoad { load: usize },
+    /// What an actuator follows, by its row: the effort itself, or the target of a servo, of which a unit gives so much effort.
+    Actuator {
+        row: usize,
+        signal: usize,
+        effort: f64,
+    },
     /// A drive, by its row.
     Drive { row: usize },
 }
@@ -52,7 +60,7 @@ pub(super) fn chosen(
     scene: &Scene,
     names: &[String],
 ) -> Result<Vec<Input>, Error> {
-    let candidates = candidates(system, scene);
+    let candidates = candidates(system, state, scene);
     let declared = |candidate: &&Candidate| is_declared(system, candidate);
     let mut taken: Vec<&Candidate> = Vec::new();
     if names.is_empty() {
@@ -65,7 +73,7 @@ pub(super) fn chosen(
         if taken.is_empty() {
             return Err(Error::described(
                 "inputs",
-                "there is nothing to act with: the scene has no loads and no drives; give it a load, which may be zero",
+                "there is nothing to act with: the scene has no loads, no actuators and no drives; give it a load, which may be zero",
             ));
         }
     }
@@ -78,14 +86,14 @@ pub(super) fn chosen(
                 .collect();
             let hint = match suggestion(name, known.iter().copied()) {
                 none if none.is_empty() && known.is_empty() => {
-                    "; the scene has no loads and no drives".to_owned()
+                    "; the scene has no loads, no actuators and no drives".to_owned()
                 }
                 none if none.is_empty() => format!("; there are: {}", listed(known)),
                 nearest => nearest,
             };
             return Err(Error::described(
                 "inputs",
-                format!("no load or drive is called {name:?}{hint}"),
+                format!("no load, actuator or drive is called {name:?}{hint}"),
             ));
         }
         for candidate in found {
@@ -136,6 +144,16 @@ fn unit(system: &System, quantities: &Quantities, kind: Kind) -> String {
         Kind::Load { slot: 0..3, .. } => quantities.force.clone(),
         Kind::Load { .. } => quantities.moment.clone(),
         Kind::PartLoad { .. } => "1".to_owned(),
+        Kind::Actuator { row, signal, .. } => {
+            let is_effort = matches!(system.rows[row].demand, Demand::Actuate(index)
+                if system.actuators[index].source == Source::Given(signal));
+            match (is_effort, is_length(system, row)) {
+                (true, true) => quantities.force.clone(),
+                (true, false) => quantities.moment.clone(),
+                (false, true) => quantities.length.clone(),
+                (false, false) => "rad".to_owned(),
+            }
+        }
         Kind::Drive { row } => match is_length(system, row) {
             true => quantities.acceleration.clone(),
             false => format!("rad/{}^2", quantities.time),
@@ -150,7 +168,7 @@ pub(super) fn is_length(system: &System, row: usize) -> bool {
         .is_length()
 }
 
-fn candidates(system: &System, scene: &Scene) -> Vec<Candidate> {
+fn candidates(system: &System, state: &State, scene: &Scene) -> Vec<Candidate> {
     let mut all = Vec::new();
     for (index, load) in system.loads.iter().enumerate() {
         let is_torque = matches!(scene.loads.get(&load.name), Some(Load::Torque(_)));
@@ -192,6 +210,7 @@ fn candidates(system: &System, scene: &Scene) -> Vec<Candidate> {
             label: load.name.clone(),
         });
     }
+    all.extend(actuators(system, state));
     for connection in &system.connections {
         if connection.kind != ConnectionKind::Drive {
             continue;
@@ -212,10 +231,67 @@ fn candidates(system: &System, scene: &Scene) -> Vec<Candidate> {
     all
 }
 
-/// By label, as `NAME/INDEX`, or all components of a load that the scene gives, all of them if it gives none; `loads/` or `drives/` may come first.
+/// Efforts that are given, and targets of continuous servos.
+fn actuators(system: &System, state: &State) -> Vec<Candidate> {
+    let evaluation = Evaluation::at(system, state);
+    let connections = system.connections.iter();
+    connections
+        .flat_map(|connection| connection.rows.clone().map(move |row| (connection, row)))
+        .filter_map(|(connection, row)| {
+            let Demand::Actuate(index) = system.rows[row].demand else {
+                return None;
+            };
+            let (signal, effort) = match &system.actuators[index].source {
+                Source::Given(signal) => (*signal, 1.0),
+                Source::Servo(_, target) => (*target, -evaluation.efforts[index].by_value),
+                Source::Controlled(_) | Source::Friction(_) | Source::EndStop(_) => return None,
+            };
+            Some(Candidate {
+                owner: "actuators",
+                name: connection.name.clone(),
+                index: 0,
+                kind: Kind::Actuator {
+                    row,
+                    signal,
+                    effort,
+                },
+                signal: Some(signal),
+                label: connection.name.clone(),
+            })
+        })
+        .collect()
+}
+
+/// Adds the generalised forces of a wrench on a marker, world axes.
+fn add_wrench(
+    system: &System,
+    evaluation: &Evaluation,
+    marker: usize,
+    wrench: &Six,
+    forces: &mut [f64],
+) {
+    let of = &system.markers[marker];
+    let Some(body) = of.body else { return };
+    let wrench = turned_back(&evaluation.poses[body].axes, wrench);
+    let mut rigid = Six::zeros();
+    let own = &mut forces[system.bodies[body].velocities.clone()];
+    let (first, elastic) = own.split_at_mut(6);
+    of.add_force(
+        &evaluation.places[marker],
+        &wrench,
+        1.0,
+        &mut rigid,
+        elastic,
+    );
+    for (entry, added) in first.iter_mut().zip(rigid.iter()) {
+        *entry += added;
+    }
+}
+
+/// By label, as `NAME/INDEX`, or all components of a load that the scene gives, all of them if it gives none; `loads/`, `actuators/` or `drives/` may come first.
 fn named<'a>(candidates: &'a [Candidate], name: &str) -> Vec<&'a Candidate> {
     let (owner, name) = match name.split_once('/') {
-        Some((owner @ ("loads" | "drives"), rest)) => (Some(owner), rest),
+        Some((owner @ ("loads" | "actuators" | "drives"), rest)) => (Some(owner), rest),
         _ => (None, name),
     };
     let fits = |candidate: &&Candidate| owner.is_none_or(|owner| candidate.owner == owner);
@@ -249,7 +325,7 @@ impl Input {
     pub(super) fn driven_row(&self) -> Option<usize> {
         match self.kind {
             Kind::Drive { row } => Some(row),
-            Kind::Load { .. } | Kind::PartLoad { .. } => None,
+            Kind::Load { .. } | Kind::PartLoad { .. } | Kind::Actuator { .. } => None,
         }
     }
 
@@ -267,13 +343,21 @@ impl Input {
                 own[3..6].copy_from_slice(of_body.moment.as_slice());
                 own[6..].copy_from_slice(&of_body.elastic);
             }
+            Kind::Actuator { row, effort, .. } => {
+                let evaluation = Evaluation::at(system, state);
+                let terms = system.rows[row].terms.clone();
+                for (term, gradient) in system.terms[terms.clone()]
+                    .iter()
+                    .zip(&evaluation.gradients[terms])
+                {
+                    for (marker, wrench) in [(term.a, &gradient.a), (term.b, &gradient.b)] {
+                        add_wrench(system, &evaluation, marker, &(wrench * effort), &mut forces);
+                    }
+                }
+            }
             Kind::Load { load, slot } => {
                 let load = &system.loads[load];
                 let evaluation = Evaluation::at(system, state);
-                let marker = &system.markers[load.marker];
-                let Some(body) = marker.body else {
-                    return forces;
-                };
                 let unit = |first: usize| {
                     let own = Vector3::from_fn(|i, _| f64::from(u8::from(first + i == slot)));
                     match load.axes {
@@ -281,13 +365,8 @@ impl Input {
                         LoadAxes::Follower => evaluation.motions[load.marker].axes * own,
                     }
                 };
-                let wrench = turned_back(&evaluation.poses[body].axes, &six(&unit(0), &unit(3)));
-                let mut rigid = crate::kinematics::frame_motion::Six::zeros();
-                let own = &mut forces[system.bodies[body].velocities.clone()];
-                let (first, elastic) = own.split_at_mut(6);
-                let place = &evaluation.places[load.marker];
-                marker.add_force(place, &wrench, 1.0, &mut rigid, elastic);
-                first.copy_from_slice(rigid.as_slice());
+                let wrench = six(&unit(0), &unit(3));
+                add_wrench(system, &evaluation, load.marker, &wrench, &mut forces);
             }
         }
         forces
@@ -298,6 +377,7 @@ impl Input {
         let slot = match self.kind {
             Kind::Drive { .. } => return None,
             Kind::PartLoad { load } => return Some(system.part_loads[load].factor),
+            Kind::Actuator { signal, .. } => return Some(signal),
             Kind::Load { load, slot } => match slot {
                 0..3 => &mut system.loads[load].force[slot],
                 _ => &mut system.loads[load].torque[slot - 3],

@@ -22,12 +22,13 @@ pub(crate) use operating_point::settled;
 use faer::Mat;
 use faer::linalg::solvers::Solve;
 
+use crate::actuator::{Source, Timing};
 use crate::analysis::eigenmodes::Eigenmodes;
 use crate::analysis::independent::IndependentMotion;
 use crate::error::Error;
 use crate::model::Recorder;
 use crate::run::Observer;
-use crate::system::{State, System};
+use crate::system::{Demand, State, System};
 use dcb_formats::linear_system::{LinearSystem, Pole};
 use dcb_formats::scene::Scene;
 use input::{Input, Kind};
@@ -71,6 +72,7 @@ pub(crate) fn linear_system(
     recorder: &mut Recorder,
     request: &LinearRequest,
 ) -> Result<LinearSystem, Error> {
+    refuse_memory(system)?;
     let inputs = input::chosen(system, state, scene, &request.inputs)?;
     let outputs = Outputs::chosen(recorder, &request.outputs)?;
     let driven: Vec<usize> = inputs.iter().filter_map(Input::driven_row).collect();
@@ -136,6 +138,33 @@ pub(crate) fn linear_system(
     }
 }
 
+/// Efforts that follow what was have no linear system in coordinates and rates alone.
+fn refuse_memory(system: &System) -> Result<(), Error> {
+    let has_memory = |source: &Source| match source {
+        Source::Servo(servo, _) => servo.sample.is_some() || servo.remembers(),
+        Source::Controlled(controller) => {
+            matches!(
+                system.controllers[*controller].timing,
+                Timing::Sampled { .. }
+            )
+        }
+        Source::Given(_) | Source::Friction(_) | Source::EndStop(_) => false,
+    };
+    for connection in &system.connections {
+        for row in connection.rows.clone() {
+            if let Demand::Actuate(actuator) = system.rows[row].demand
+                && has_memory(&system.actuators[actuator].source)
+            {
+                return Err(Error::described(
+                    format!("actuators/{}", connection.name),
+                    "has a sample, a period or an integral, which coordinates and rates don't tell; take a torque or force with an input in its place, and close the loop outside",
+                ));
+            }
+        }
+    }
+    Ok(())
+}
+
 /// ζ'' by ζ, ζ' and u: k coordinates, the free ones first.
 struct Equations {
     /// (k, 2 k + n_u).
@@ -167,7 +196,7 @@ impl Equations {
                     second_rates[(drive, column)] = 1.0;
                     drive += 1;
                 }
-                Kind::Load { .. } | Kind::PartLoad { .. } => {
+                Kind::Load { .. } | Kind::PartLoad { .. } | Kind::Actuator { .. } => {
                     for i in 0..free {
                         right[(i, column)] = applied[(i, j)];
                     }
