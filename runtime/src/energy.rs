@@ -47,6 +47,19 @@ impl Works {
         self.powers = powers(system, state, evaluation);
     }
 
+    /// Lets somebody see every number, in one order.
+    pub(crate) fn visit(&mut self, see: &mut dyn FnMut(&mut f64)) {
+        let Self {
+            drives,
+            loads,
+            dissipated,
+            powers,
+        } = self;
+        for number in [drives, loads, dissipated].into_iter().chain(powers) {
+            see(number);
+        }
+    }
+
     /// The works at a part `x` of a step of this length that led from these to `after`: powers are taken for straight lines, as the
     /// trapezoidal rule takes them.
     pub fn within(&self, after: &Self, x: f64, step: f64) -> Self {

@@ -3,12 +3,14 @@
 use crate::error::Error;
 use crate::initial::InitialReport;
 use crate::integrator::Effort;
+use crate::integrator::adaptive::StepSize;
 use crate::linear::{LinearRequest, linear_system, settled};
-use crate::model::{Model, RecordedStep, Recorder};
+use crate::model::{Input, Model, RecordedStep, Recorder};
 use crate::run;
 use crate::simulation::{Simulation, Snapshot};
 use dcb_formats::linear_system::LinearSystem;
-use dcb_formats::scene::Scene;
+use dcb_formats::results::Channel;
+use dcb_formats::scene::{Integrator, Scene};
 
 /// A scene in motion, advanced step by step.
 ///
@@ -17,6 +19,7 @@ pub struct Mechanism {
     scene: Scene,
     simulation: Simulation,
     recorder: Recorder,
+    inputs: Vec<Input>,
     initial: InitialReport,
     last_step: (f64, Effort),
     /// The recorder's values, and whether they are those of the present state.
@@ -36,15 +39,28 @@ impl Mechanism {
         let integrator = scene
             .integrator
             .ok_or_else(|| Error::described("integrator", "is missing"))?;
+        Self::start_model(scene, &integrator, Model::load(scene)?)
+    }
+
+    /// The same of a scene that is checked and loaded already.
+    ///
+    /// # Errors
+    /// Those of [`Simulation::start`].
+    pub fn start_model(
+        scene: &Scene,
+        integrator: &Integrator,
+        model: Model,
+    ) -> Result<Self, Error> {
         let Model {
             system,
             drawn,
             recorder,
             held,
             senses,
+            inputs,
             ..
-        } = Model::load(scene)?;
-        let method = run::method(&integrator);
+        } = model;
+        let method = run::method(integrator);
         let redundancy = scene.redundant_constraints;
         let (mut simulation, initial) =
             Simulation::start_holding(system, drawn, method, redundancy, &held)?;
@@ -57,6 +73,7 @@ impl Mechanism {
             scene: scene.clone(),
             simulation,
             recorder,
+            inputs,
             initial,
             last_step: (0.0, Effort::default()),
             values: Vec::with_capacity(width),
@@ -83,6 +100,31 @@ impl Mechanism {
         self.last_step = (step, effort);
         self.is_current = false;
         Ok(effort)
+    }
+
+    /// One step towards `end`, as large as the tolerance of `size` allows; its size, and what it took.
+    ///
+    /// # Errors
+    /// Those of [`Simulation::step_adaptively`]; the motion stays where it was.
+    pub fn step_adaptively(
+        &mut self,
+        end: f64,
+        size: &mut StepSize,
+    ) -> Result<(f64, Effort), Error> {
+        let made = self.simulation.step_adaptively(end, size)?;
+        self.last_step = made;
+        self.is_current = false;
+        Ok(made)
+    }
+
+    /// What can be set between steps, with names, units and values at the start.
+    pub fn inputs(&self) -> &[Input] {
+        &self.inputs
+    }
+
+    /// What can be asked for, with names and units of the numbers of each; the scene's outputs come first, in its order.
+    pub fn channels(&self) -> &[Channel] {
+        self.recorder.channels()
     }
 
     /// Sets an input from now on: that of a drive or load by its name; `NAME/INDEX` where several components of a load have one.

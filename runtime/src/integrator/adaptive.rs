@@ -61,6 +61,20 @@ impl StepSize {
         }
     }
 
+    /// Goes on where another one was: its [`StepSize::reached`].
+    pub fn resumed(settings: AdaptiveStep, (step, settled): (f64, usize)) -> Self {
+        Self {
+            settings,
+            step: step.clamp(settings.smallest, settings.largest),
+            settled,
+        }
+    }
+
+    /// The step to be tried next, and how many were accepted since it changed.
+    pub fn reached(&self) -> (f64, usize) {
+        (self.step, self.settled)
+    }
+
     /// The settings it was made with.
     pub fn settings(&self) -> &AdaptiveStep {
         &self.settings

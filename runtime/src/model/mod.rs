@@ -6,6 +6,7 @@ mod controllers;
 mod couplings;
 mod field_folder;
 mod fields;
+mod inputs;
 mod library;
 mod moment;
 mod node_shapes;
@@ -32,6 +33,7 @@ use dcb_formats::scene::Scene;
 use controllers::SensesBuilder;
 pub use field_folder::FieldFolders;
 pub use fields::{FieldPlan, FieldWriter};
+pub use inputs::Input;
 pub use library::{Library, LoadedFile};
 pub(crate) use quantities::Quantities;
 pub use recorder::{RecordedStep, Recorder};
@@ -52,6 +54,8 @@ pub struct Model {
     pub held: Vec<usize>,
     /// Files that were read.
     pub files: Vec<LoadedFile>,
+    /// What a program can set between steps, in the order of the system's inputs.
+    pub inputs: Vec<Input>,
     /// Notes for the user before the run.
     pub notes: Vec<String>,
 }
@@ -116,6 +120,30 @@ impl Model {
         open: &SuperelementFiles,
     ) -> Result<Self, Error> {
         Self::carrying(&narrowed.scene, &narrowed.carrying, open)
+    }
+
+    /// Sets what inputs are at the start, one value for each of [`Model::inputs`].
+    ///
+    /// # Errors
+    /// [`Error::BadNumber`] for a value that isn't finite.
+    pub fn start_inputs(&mut self, values: &[f64]) -> Result<(), Error> {
+        for (input, value) in self.inputs.iter().zip(values) {
+            if !value.is_finite() {
+                return Err(Error::BadNumber {
+                    quantity: format!("input {:?}", input.name),
+                    found: *value,
+                    expected: "a finite number",
+                });
+            }
+        }
+        let inputs = self.inputs.iter_mut().zip(&mut self.system.inputs);
+        for ((input, (_, initial)), value) in inputs.zip(values) {
+            (input.initial, *initial) = (*value, *value);
+        }
+        for (input, value) in self.drawn.inputs.iter_mut().zip(values) {
+            *input = *value;
+        }
+        Ok(())
     }
 
     fn carrying(
@@ -187,7 +215,10 @@ impl Model {
         let held = held.filter_map(|name| names.bodies.get(name).copied());
         let held = held.collect();
         let (system, drawn) = builder.finish();
+        let inputs = system.inputs.iter();
+        let inputs = inputs.map(|(name, initial)| Input::of(scene, name, *initial));
         Ok(Self {
+            inputs: inputs.collect(),
             held,
             senses: senses.finish(),
             system,

@@ -208,34 +208,30 @@ fn tell_start(initial: &InitialReport, observer: &mut dyn Observer, session: &mu
     }
 }
 
-/// The same in words.
-pub(crate) fn start_notes(initial: &InitialReport) -> Vec<String> {
-    let mut notes = Vec::new();
-    let mut tell = |message: String| notes.push(message);
-    for moved in &initial.moved {
-        tell(format!(
+/// Notes on what made a start consistent.
+pub fn start_notes(initial: &InitialReport) -> Vec<String> {
+    let moved = initial.moved.iter().map(|moved| {
+        format!(
             "assembly moved body {:?} by {:.3e} and turned it by {:.3e} rad",
             moved.body, moved.translation, moved.rotation
-        ));
-    }
-    for (body, energy) in &initial.strained {
-        tell(format!(
-            "assembly strained body {body:?}: it starts with an elastic energy of {energy:.3e}"
-        ));
-    }
-    for sped in &initial.sped {
-        tell(format!(
+        )
+    });
+    let strained = initial.strained.iter().map(|(body, energy)| {
+        format!("assembly strained body {body:?}: it starts with an elastic energy of {energy:.3e}")
+    });
+    let sped = initial.sped.iter().map(|sped| {
+        format!(
             "the joints ask for another velocity of body {:?}: changed by {:.3e}, spin by {:.3e}",
             sped.body, sped.translation, sped.rotation
-        ));
-    }
-    for (joint, count) in &initial.redundant {
+        )
+    });
+    let redundant = initial.redundant.iter().map(|(joint, count)| {
         let s = if *count == 1 { "" } else { "s" };
-        tell(format!(
+        format!(
             "{count} redundant constraint{s} in {joint:?}: its forces are not unique and shared out in the minimum-norm sense"
-        ));
-    }
-    notes
+        )
+    });
+    moved.chain(strained).chain(sped).chain(redundant).collect()
 }
 
 /// A results file being written, and what writes into it.

@@ -20,7 +20,7 @@ use crate::system::System;
 use crate::watch::compatibility_window::WeakWindow;
 use crate::watch::energy_balance::EnergyBalance;
 use crate::watch::validity::Validity;
-use dcb_formats::scene::{Compatibility, Integrator, Record, Scene};
+use dcb_formats::scene::{self, Compatibility, Integrator, Record, Scene};
 
 /// How a run went.
 #[derive(Clone, Debug, PartialEq)]
@@ -296,19 +296,10 @@ impl Stepping {
                 steps: EqualSteps::new(step, end),
                 made: 0,
             },
-            Some(adaptive) => {
-                let size = system.bodies.iter().map(|body| body.length).sum::<f64>();
-                let settings = AdaptiveStep {
-                    tolerance: adaptive.tolerance * size,
-                    first: step,
-                    smallest: adaptive.minimum_step,
-                    largest: adaptive.maximum_step,
-                };
-                Self::Adaptive {
-                    size: StepSize::new(settings),
-                    end,
-                }
-            }
+            Some(adaptive) => Self::Adaptive {
+                size: StepSize::new(adaptive_step(step, &adaptive, system)),
+                end,
+            },
         }
     }
 
@@ -336,6 +327,17 @@ impl Stepping {
             Self::Equal { steps, .. } => steps.time(steps.count()),
             Self::Adaptive { end, .. } => *end,
         }
+    }
+}
+
+/// How steps of a scene follow the error, the first of them being `first`.
+pub fn adaptive_step(first: f64, adaptive: &scene::AdaptiveStep, system: &System) -> AdaptiveStep {
+    let size = system.bodies.iter().map(|body| body.length).sum::<f64>();
+    AdaptiveStep {
+        tolerance: adaptive.tolerance * size,
+        first,
+        smallest: adaptive.minimum_step,
+        largest: adaptive.maximum_step,
     }
 }
 

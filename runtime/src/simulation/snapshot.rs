@@ -13,6 +13,26 @@ pub struct Snapshot {
     reference_energy: f64,
 }
 
+impl Snapshot {
+    /// All that is saved as numbers, in an order of its own: for files and messages.
+    pub fn numbers(&self) -> Vec<f64> {
+        let mut numbers = Vec::new();
+        self.clone().visit(&mut |number| numbers.push(*number));
+        numbers
+    }
+
+    fn visit(&mut self, see: &mut dyn FnMut(&mut f64)) {
+        let Self {
+            state,
+            works,
+            reference_energy,
+        } = self;
+        state.visit(see);
+        works.visit(see);
+        see(reference_energy);
+    }
+}
+
 impl Simulation {
     /// The state with all that its continuation depends on. Both runs, this one and a restored one, go on from here alike to
     /// the last bit.
@@ -23,6 +43,28 @@ impl Simulation {
             state: self.state.clone(),
             works: self.works,
             reference_energy: self.reference_energy,
+        }
+    }
+
+    /// A saved state of the same system by its [`Snapshot::numbers`]; the motion itself stays as it is.
+    ///
+    /// # Errors
+    /// [`Error::ForeignSnapshot`] if there are more or fewer than a state of this system has.
+    pub fn snapshot_of(&self, numbers: &[f64]) -> Result<Snapshot, Error> {
+        let mut snapshot = Snapshot {
+            state: self.state.clone(),
+            works: self.works,
+            reference_energy: self.reference_energy,
+        };
+        let mut rest = numbers.iter();
+        let mut is_enough = true;
+        snapshot.visit(&mut |number| match rest.next() {
+            Some(given) => *number = *given,
+            None => is_enough = false,
+        });
+        match is_enough && rest.next().is_none() {
+            true => Ok(snapshot),
+            false => Err(Error::ForeignSnapshot),
         }
     }
 

@@ -97,6 +97,57 @@ impl State {
         self.memory.copy_from_slice(&other.memory);
     }
 
+    /// Lets somebody see every number, in one order.
+    pub(crate) fn visit(&mut self, see: &mut dyn FnMut(&mut f64)) {
+        let Self {
+            time,
+            time_rest,
+            origins,
+            orientations,
+            coordinates,
+            velocities,
+            accelerations,
+            algorithmic,
+            forces,
+            earlier_accelerations,
+            earlier_forces,
+            earlier_step,
+            residual_displacements,
+            residual_rates,
+            residual_accelerations,
+            angles,
+            inputs,
+            memory,
+        } = self;
+        for number in [time, time_rest, earlier_step] {
+            see(number);
+        }
+        for origin in origins {
+            origin.iter_mut().for_each(&mut *see);
+        }
+        for orientation in orientations {
+            let quaternion = orientation.as_mut_unchecked();
+            quaternion.coords.iter_mut().for_each(&mut *see);
+        }
+        for numbers in [
+            coordinates,
+            velocities,
+            accelerations,
+            algorithmic,
+            forces,
+            earlier_accelerations,
+            earlier_forces,
+            residual_displacements,
+            residual_rates,
+            residual_accelerations,
+            angles,
+            inputs,
+            memory,
+        ] {
+            numbers.iter_mut().for_each(&mut *see);
+        }
+    }
+
     /// The time after a step, and what rounding takes from it. n steps of h lead to n h but for its own rounding (Knuth's sum without error).
     pub fn time_after(&self, step: f64) -> (f64, f64) {
         let (sum, lost) = exact_sum(self.time, step);

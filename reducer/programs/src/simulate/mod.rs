@@ -1,6 +1,7 @@
 //! The command line of `simulate`. Results go to standard output, everything else to standard error.
 
 mod component_reduction;
+mod fmu;
 mod linearize;
 mod prepare;
 mod run_report;
@@ -18,6 +19,7 @@ use dcb_formats::output::{Replace, check_output};
 use dcb_formats::results::Results;
 use dcb_formats::terminal::one_line;
 
+use crate::simulate::fmu::FmuArguments;
 use crate::simulate::linearize::LinearizeArguments;
 use crate::simulate::prepare::PrepareArguments;
 use crate::simulate::study::StudyArguments;
@@ -150,6 +152,8 @@ enum Command {
     Prepare(PrepareArguments),
     /// Write the linear system about an operating point: A, B, C, D, poles.
     Linearize(LinearizeArguments),
+    /// Pack a scene and its superelements as an FMU: co-simulation by FMI 3.0, in whatever program.
+    Fmu(FmuArguments),
     /// Draw recorded quantities over time as SVG.
     #[command(mut_arg("output", |arg| arg.help("Picture [default: RESULTS.svg]")))]
     #[command(mut_arg("force", |arg| arg.help("Replace an existing picture")))]
@@ -178,13 +182,16 @@ pub fn main(arguments: impl IntoIterator<Item = OsString>) -> u8 {
         Some(Command::Prepare(arguments)) => prepare::run(arguments, &cli.common),
         Some(Command::Study(arguments)) => study::run(arguments, &cli.common),
         Some(Command::Linearize(arguments)) => linearize::run(arguments, &cli.common),
+        Some(Command::Fmu(arguments)) => fmu::run(arguments, &cli.common),
         Some(Command::Plot(arguments)) => export(arguments, "svg", picture::plot),
         Some(Command::Csv(arguments)) => export(arguments, "csv", csv::write_csv),
         Some(Command::Show { results }) => show(results),
         Some(Command::Schema) => schema(),
     };
     let told = match cli.command {
-        None | Some(Command::Study(_) | Command::Linearize(_)) => cli.common.told(),
+        None | Some(Command::Study(_) | Command::Linearize(_) | Command::Fmu(_)) => {
+            cli.common.told()
+        }
         _ => Told::Everything,
     };
     ended(done, told, Error::is_unusable_input, || {})

@@ -3,6 +3,7 @@
 
 mod commands;
 mod constraints;
+mod fmu;
 mod internal_rows;
 mod limits;
 mod linearize;

@@ -1,0 +1,195 @@
+//! The `modelDescription.xml` of FMI 3.0.
+//!
+//! Written with quick-xml, which the workspace has: of the standard's elements a dozen are needed, and a crate with types for all of them brings two XML
+//! libraries more.
+
+use std::collections::BTreeSet;
+use std::io;
+
+use dcb_formats::scene::Integrator;
+use quick_xml::Writer;
+use quick_xml::events::{BytesDecl, BytesEnd, BytesStart, Event};
+
+use crate::si_unit::SiUnit;
+use crate::unit::CoSimulation;
+use crate::variable::{Source, Variable};
+
+/// What a model description says that isn't in the unit.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Named<'a> {
+    /// Name for people.
+    pub model: &'a str,
+    /// Name of the library without its ending: letters, digits and underscores.
+    pub identifier: &'a str,
+}
+
+/// What the unit can do, as attributes of `CoSimulation`. What is not there is false.
+const ABILITIES: [(&str, &str); 3] = [
+    ("canHandleVariableCommunicationStepSize", "true"),
+    ("canGetAndSetFMUState", "true"),
+    ("canSerializeFMUState", "true"),
+];
+
+/// Categories of messages.
+const CATEGORIES: [(&str, &str); 3] = [
+    (
+        "logStatusWarning",
+        "what the motion may be too large, too fast or too coarse for",
+    ),
+    ("logStatusError", "why a call failed"),
+    ("logStatusFatal", "defects of the unit"),
+];
+
+/// The text of `modelDescription.xml`.
+///
+/// # Errors
+/// None but those of writing to memory.
+pub fn model_description(unit: &CoSimulation, named: Named<'_>) -> io::Result<String> {
+    let mut document = Document {
+        writer: Writer::new_with_indent(Vec::new(), b' ', 2),
+    };
+    let declaration = BytesDecl::new("1.0", Some("UTF-8"), None);
+    document.writer.write_event(Event::Decl(declaration))?;
+    document.open(
+        "fmiModelDescription",
+        &[
+            ("fmiVersion", "3.0"),
+            ("modelName", named.model),
+            ("instantiationToken", unit.token()),
+            (
+                "generationTool",
+                concat!("dcb simulate ", env!("CARGO_PKG_VERSION")),
+            ),
+            ("variableNamingConvention", "flat"),
+        ],
+    )?;
+    let mut abilities = vec![("modelIdentifier", named.identifier)];
+    abilities.extend(ABILITIES);
+    document.empty("CoSimulation", &abilities)?;
+    document.units(unit)?;
+    document.open("LogCategories", &[])?;
+    for (name, description) in CATEGORIES {
+        document.empty("Category", &[("name", name), ("description", description)])?;
+    }
+    document.close("LogCategories")?;
+    if let Some(Integrator { step, end, .. }) = unit.scene().integrator {
+        let experiment = [("startTime", 0.0), ("stopTime", end), ("stepSize", step)];
+        let experiment = experiment.map(|(name, value)| (name, number(value)));
+        let experiment: Vec<_> = experiment
+            .iter()
+            .map(|(name, value)| (*name, value.as_str()))
+            .collect();
+        document.empty("DefaultExperiment", &experiment)?;
+    }
+    document.open("ModelVariables", &[])?;
+    for variable in unit.variables() {
+        document.variable(variable)?;
+    }
+    document.close("ModelVariables")?;
+    document.open("ModelStructure", &[])?;
+    for element in ["Output", "InitialUnknown"] {
+        for variable in unit.variables() {
+            if let Source::Output { .. } = variable.source {
+                let reference = variable.reference.to_string();
+                document.empty(element, &[("valueReference", &reference)])?;
+            }
+        }
+    }
+    document.close("ModelStructure")?;
+    document.close("fmiModelDescription")?;
+    let text = String::from_utf8(document.writer.into_inner()).map_err(io::Error::other)?;
+    Ok(text + "\n")
+}
+
+/// A document being written.
+struct Document {
+    writer: Writer<Vec<u8>>,
+}
+
+type Attributes<'a> = &'a [(&'a str, &'a str)];
+
+impl Document {
+    fn open(&mut self, name: &str, attributes: Attributes<'_>) -> io::Result<()> {
+        let start = BytesStart::new(name).with_attributes(attributes.iter().copied());
+        self.writer.write_event(Event::Start(start))
+    }
+
+    fn close(&mut self, name: &str) -> io::Result<()> {
+        self.writer.write_event(Event::End(BytesEnd::new(name)))
+    }
+
+    fn empty(&mut self, name: &str, attributes: Attributes<'_>) -> io::Result<()> {
+        let element = BytesStart::new(name).with_attributes(attributes.iter().copied());
+        self.writer.write_event(Event::Empty(element))
+    }
+
+    fn units(&mut self, unit: &CoSimulation) -> io::Result<()> {
+        let names = unit
+            .variables()
+            .iter()
+            .map(|variable| variable.unit.as_str());
+        let names: BTreeSet<&str> = names.filter(|name| *name != "1").collect();
+        self.open("UnitDefinitions", &[])?;
+        for name in names {
+            let Some(si) = SiUnit::of(name, &unit.scene().units) else {
+                self.empty("Unit", &[("name", name)])?;
+                continue;
+            };
+            self.open("Unit", &[("name", name)])?;
+            let powers = [
+                ("kg", si.kilogram),
+                ("m", si.metre),
+                ("s", si.second),
+                ("rad", si.radian),
+            ];
+            let powers = powers.map(|(name, power)| (name, power.to_string()));
+            let factor = number(si.factor);
+            let mut attributes: Vec<_> = powers
+                .iter()
+                .map(|(name, power)| (*name, power.as_str()))
+                .filter(|(_, power)| *power != "0")
+                .collect();
+            if si.factor != 1.0 {
+                attributes.push(("factor", &factor));
+            }
+            self.empty("BaseUnit", &attributes)?;
+            self.close("Unit")?;
+        }
+        self.close("UnitDefinitions")
+    }
+
+    fn variable(&mut self, variable: &Variable) -> io::Result<()> {
+        let (causality, variability) = match variable.source {
+            Source::Time => ("independent", "continuous"),
+            Source::Parameter(_) => ("parameter", "fixed"),
+            Source::Input(_) => ("input", "continuous"),
+            Source::Output { .. } => ("output", "continuous"),
+        };
+        let reference = variable.reference.to_string();
+        let start = variable.start.map(number);
+        let mut attributes = vec![
+            ("name", variable.name.as_str()),
+            ("valueReference", &reference),
+            ("causality", causality),
+            ("variability", variability),
+        ];
+        if let Source::Output { .. } = variable.source {
+            attributes.push(("initial", "calculated"));
+        }
+        if variable.unit != "1" {
+            attributes.push(("unit", &variable.unit));
+        }
+        if let Some(start) = &start {
+            attributes.push(("start", start));
+        }
+        if !variable.description.is_empty() {
+            attributes.push(("description", &variable.description));
+        }
+        self.empty("Float64", &attributes)
+    }
+}
+
+/// A number that is read back as the same.
+fn number(value: f64) -> String {
+    format!("{value:?}")
+}
