@@ -106,6 +106,59 @@ fn a_pendulum_about_both_equilibria_in_any_units() {
     }
 }
 
+/// J φ'' + m g l φ = τ + P (φ_target - φ) - D φ', in m and kg and in mm and t; by the target it moves as by the torque P.
+#[test]
+fn a_pendulum_under_a_motor_and_a_servo() {
+    let (proportional, derivative) = (7.0, 0.4);
+    for (length, mass) in [(1.0, 1.0), (1000.0, 1e-3)] {
+        let unit = mass * length * length;
+        let mut scene = pendulum(0.0, length, mass);
+        scene["actuators"] = json!({
+            "motor": {"torque": {"joint": "pivot", "input": {"initial": 0}}},
+            "hold": {"servo": {"joint": "pivot", "target": {"input": {"initial": 0}}, "proportional": proportional * unit, "derivative": derivative * unit}}
+        });
+        scene["outputs"]["effort"] = json!({"actuator_effort": {"actuator": "hold"}});
+        let system = at_start(&scene);
+        let [motor, hold] = ["motor", "hold"].map(|name| place(&system.inputs, name));
+        assert_eq!(system.inputs[hold].unit, "rad");
+        let stiffness = 2.0 * GRAVITY * 0.5 + proportional;
+        for omega in [0.0, 1.0, 4.0, 30.0] {
+            // 1/(a + i b)
+            let (a, b) = (stiffness - INERTIA * omega * omega, derivative * omega);
+            let square = a * a + b * b;
+            let expected = [a / square, -b / square];
+            let size = square.sqrt().recip();
+            let (real, imaginary) = response(&system, omega);
+            let angle = place(&system.outputs, "angle");
+            for (found, expected) in [real[(angle, motor)], imaginary[(angle, motor)]]
+                .iter()
+                .zip(expected)
+            {
+                close(found * unit, expected, size, 1e-10);
+            }
+            for (found, expected) in [real[(angle, hold)], imaginary[(angle, hold)]]
+                .iter()
+                .zip(expected)
+            {
+                close(*found, proportional * expected, size, 1e-9);
+            }
+            // P - (P + i ω D) φ by the target.
+            let effort = place(&system.outputs, "effort");
+            let [re, im] = expected.map(|part| part * proportional);
+            let by_target = [
+                proportional - proportional * re + omega * derivative * im,
+                -proportional * im - omega * derivative * re,
+            ];
+            for (found, expected) in [real[(effort, hold)], imaginary[(effort, hold)]]
+                .iter()
+                .zip(by_target)
+            {
+                close(found / unit, expected, proportional, 1e-8);
+            }
+        }
+    }
+}
+
 /// A cart with its drive as an input carries a pendulum: J φ'' + m g l φ = -m l a cos φ; the effort is what both need.
 #[test]
 fn a_driven_cart_under_a_pendulum() {
