@@ -13,6 +13,9 @@ use crate::arrays::matrix_of;
 use crate::error::{Failure, apart, at_once};
 use crate::scene::{Scene, Watch};
 
+/// States before, poles kept apart, Hankel singular values, bound, and bounds of outputs by inputs.
+type Truncated = (usize, usize, Vec<f64>, f64, Vec<Vec<f64>>);
+
 #[pyclass(frozen, module = "tisserand._native")]
 pub struct LinearSystem {
     system: System,
@@ -99,7 +102,7 @@ impl LinearSystem {
 
     /// States before, poles kept apart, Hankel singular values, bound, and bounds of outputs by inputs; of a truncated system.
     #[getter]
-    fn truncation(&self) -> Option<(usize, usize, Vec<f64>, f64, Vec<Vec<f64>>)> {
+    fn truncation(&self) -> Option<Truncated> {
         let truncation = self.system.truncation.as_ref()?;
         let bounds = truncation.bounds.row_iter();
         Some((

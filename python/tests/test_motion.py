@@ -217,3 +217,41 @@ def test_a_pendulum_is_that_of_other_codes():
     ours = fine + (fine - coarse) / 3
     assert abs(ours - record["exudyn"]).max() < 1e-9
     assert abs(ours - record["mbdyn"]).max() < 2e-7
+
+
+@pytest.mark.parametrize("kind", ["servo", "controller", "input"])
+def test_a_servo_is_a_damped_oscillator(kind):
+    """J q'' + d q' + k q = k goal, as an actuator, as a formula, and as a function in the loop, which is late by its hold."""
+    inertia, proportional, derivative, goal, end = 0.02, 3.0, 0.1, 0.4, 0.6
+    scene = tisserand.Scene(2)
+    scene.rigid("wheel", mass=1, inertia=inertia, points={"axle": [0, 0]}).revolute("axle", "ground", "wheel/axle")
+    scene.output("angle", joint_coordinate={"joint": "axle"}).output("rate", joint_rate={"joint": "axle"})
+    if kind == "servo":
+        scene.actuator("motor", "servo", "axle", target={"constant": goal}, proportional=proportional, derivative=derivative)
+    elif kind == "controller":
+        scene.controller("law", f"{proportional}*({goal} - angle) - {derivative}*rate")
+        scene.actuator("motor", "torque", "axle", controller="law")
+    else:
+        scene.actuator("motor", "torque", "axle", input={"initial": 0})
+    scene.output("effort", actuator_effort={"actuator": "motor"}).integrate(step=1e-4, end=end)
+    if kind == "input":
+        motion = tisserand.Mechanism(scene)
+
+        def law(time, motion):
+            return {"motor": proportional * (goal - motion.output("angle")[0]) - derivative * motion.output("rate")[0]}
+
+        found, tolerance = motion.run(end, 1e-4, control=law, record=["angle"])["angle"][-1], 1e-3
+    else:
+        found, tolerance = tisserand.simulate(scene)["angle"][-1], 1e-6
+    decay, square = derivative / (2 * inertia), proportional / inertia
+    omega = np.sqrt(square - decay**2)
+    expected = goal * (1 - np.exp(-decay * end) * (np.cos(omega * end) + decay / omega * np.sin(omega * end)))
+    assert abs(np.ravel(found)[0] - expected) < tolerance
+
+
+def test_actuators_that_cant_be_are_told():
+    scene = pendulum().actuator("motor", "torque", "axis", constant=1)
+    with pytest.raises(tisserand.InputError, match="axis.*pivot|pivot"):
+        tisserand.Mechanism(scene)
+    with pytest.raises(tisserand.InputError, match="coulomb"):
+        tisserand.Mechanism(pendulum().actuator("brake", "friction", "pivot", coulomb=-1))
