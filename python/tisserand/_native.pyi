@@ -26,6 +26,7 @@ __all__ = [
     "run_reduce",
     "run_simulate",
     "simulate",
+    "study",
 ]
 
 __version__: str

@@ -114,12 +114,12 @@ fn a_pendulum_under_a_motor_and_a_servo() {
         let unit = mass * length * length;
         let mut scene = pendulum(0.0, length, mass);
         scene["actuators"] = json!({
-            "motor": {"torque": {"joint": "pivot", "input": {"initial": 0}}},
+            "spindle": {"torque": {"joint": "pivot", "input": {"initial": 0}}},
             "hold": {"servo": {"joint": "pivot", "target": {"input": {"initial": 0}}, "proportional": proportional * unit, "derivative": derivative * unit}}
         });
         scene["outputs"]["effort"] = json!({"actuator_effort": {"actuator": "hold"}});
         let system = at_start(&scene);
-        let [motor, hold] = ["motor", "hold"].map(|name| place(&system.inputs, name));
+        let [motor, hold] = ["spindle", "hold"].map(|name| place(&system.inputs, name));
         assert_eq!(system.inputs[hold].unit, "rad");
         let stiffness = 2.0 * GRAVITY * 0.5 + proportional;
         for omega in [0.0, 1.0, 4.0, 30.0] {

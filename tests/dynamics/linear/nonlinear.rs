@@ -202,15 +202,16 @@ fn defect(scene: &Scene, inputs: &[&str], outputs: &[&str]) -> f64 {
         };
         let h = 2e-3;
         let points = [at(h), at(-h), at(2.0 * h), at(-2.0 * h)];
-        let slope = |of: fn(&(Vec<f64>, Vec<f64>)) -> &Vec<f64>| -> Vec<f64> {
-            (0..of(&points[0]).len())
+        let (known, rows): (Vec<_>, Vec<_>) = points.into_iter().unzip();
+        let slope = |points: &[Vec<f64>]| -> Vec<f64> {
+            (0..points[0].len())
                 .map(|i| {
-                    let value = |k: usize| of(&points[k])[i];
+                    let value = |k: usize| points[k][i];
                     (8.0 * (value(0) - value(1)) - (value(2) - value(3))) / (12.0 * h)
                 })
                 .collect()
         };
-        changes.push((slope(|point| &point.0), slope(|point| &point.1)));
+        changes.push((slope(&known), slope(&rows)));
     }
     let n = linear.order();
     for i in 0..columns.len() {

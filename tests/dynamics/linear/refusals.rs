@@ -70,7 +70,7 @@ fn scenes_without_inputs_outputs_or_motion() {
     refused(
         &with(json!({"loads": {}})),
         inputs(&[]),
-        &["inputs", "no loads and no drives"],
+        &["inputs", "no loads, no actuators and no drives"],
     );
     refused(
         &with(json!({"outputs": {}})),

@@ -11,8 +11,11 @@ use serde_json::{Value, json};
 
 use super::parts::{Folder, number, rigid_scene, scene_text};
 
-/// All laws, as functions of the coordinate and its rate.
-fn laws() -> Vec<(&'static str, Box<dyn Fn(f64, f64) -> Effort>)> {
+/// Effort by a coordinate and its rate.
+type Law = Box<dyn Fn(f64, f64) -> Effort>;
+
+/// All laws with their names.
+fn laws() -> Vec<(&'static str, Law)> {
     let servo = |limit| Servo {
         proportional: 3.0,
         derivative: 0.4,
