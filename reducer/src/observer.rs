@@ -32,7 +32,7 @@ impl dyn Observer + '_ {
     /// Goes on within a stage.
     ///
     /// # Errors
-    /// As [`Self::enter`].
+    /// As for a stage that begins.
     pub fn advance(&mut self, share: f64) -> Result<(), Error> {
         self.progress(share);
         self.ask()

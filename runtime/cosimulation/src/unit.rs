@@ -40,7 +40,7 @@ impl CoSimulation {
     /// Reads the unit in a folder: `scene.json` and its superelements.
     ///
     /// # Errors
-    /// Those of [`Scene::read`], [`Model::load`] and [`Mechanism::start`], for a scene that isn't transient, and for names that FMI doesn't allow.
+    /// Those of [`Scene::read`], [`Model::load`] and [`dcb_runtime::Mechanism::start`], for a scene that isn't transient, and for names that FMI doesn't allow.
     pub fn load(folder: &Path) -> Result<Self, Error> {
         let path = folder.join(SCENE);
         let scene = Scene::read(&path).map_err(dcb_runtime::Error::from)?;
