@@ -118,8 +118,12 @@ impl JointSystem {
         (self.redundancy.is_known, self.redundancy.was_known) = (false, false);
     }
 
-    /// Takes out of δλ what does nothing.
+    /// Takes out of δλ what does nothing. Where nothing does it stays as it is, to the last bit: scales of an earlier factor would leave rounding
+    /// that a restored run doesn't have.
     pub fn remove_redundant(&mut self, forces: &mut [f64]) {
+        if !self.redundancy.is_known {
+            return;
+        }
         for (force, scale) in forces.iter_mut().zip(&self.scale) {
             *force /= scale;
         }

@@ -67,6 +67,38 @@ fn a_restored_run_goes_on_to_the_last_bit() {
     }
 }
 
+/// In space too, from any number of steps on: nothing of the steps before is left in what solves for the next.
+#[test]
+fn a_restored_run_in_space_goes_on_to_the_last_bit() {
+    let folder = Folder::with_parts();
+    let scene = folder.scene(&scene_text(
+        3,
+        json!({
+            "gravity": [0, 0, -9.81],
+            "bodies": {"upper": {"superelement": "beam.dcb.h5"}, "lower": {"superelement": "beam.dcb.h5", "position": [0.3, 0, 0]}},
+            "joints": {
+                "shoulder": {"revolute": {"a": "ground", "b": "upper/a", "axis": [0, 1, 0]}},
+                "elbow": {"universal": {"a": "upper/b", "b": "lower/a", "axis": [0, 1, 0], "axis_b": [0, 0, 1]}}
+            }
+        }),
+    ));
+    for before in 3..30 {
+        let mut arm = Mechanism::start(&scene).unwrap();
+        let go = |arm: &mut Mechanism, steps: usize| {
+            for _ in 0..steps {
+                arm.step(5e-4).unwrap();
+            }
+        };
+        go(&mut arm, before);
+        let saved = arm.save();
+        go(&mut arm, 20);
+        let state = arm.simulation().state().clone();
+        arm.restore(&saved).unwrap();
+        go(&mut arm, 20);
+        assert_eq!(arm.simulation().state(), &state, "after {before} steps");
+    }
+}
+
 #[test]
 fn reading_outputs_changes_nothing() {
     let folder = Folder::with_parts();
