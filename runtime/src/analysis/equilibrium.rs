@@ -143,8 +143,9 @@ struct Balance {
     changes: Vec<f64>,
     /// Size of Zᵀ r in the metric of the mass: an acceleration by √mass.
     imbalance: f64,
-    /// Smallest and largest stiffness over mass.
+    /// Smallest stiffness over mass.
     curvature: f64,
+    /// Largest stiffness over mass, that of the imbalance over the size of the bodies included.
     largest: f64,
     rounding: f64,
 }
@@ -187,6 +188,15 @@ impl Balance {
             }
             let forces = Mat::from_fn(components.len(), 1, |i, _| components[i]);
             imbalance = half(&forces).norm_l2();
+        }
+        // Where nothing is stiff, as in a pendulum that lies level, forces alone tell a scale.
+        let reach = system
+            .bodies
+            .iter()
+            .map(|body| body.length * body.flexible.inertia.mass().sqrt())
+            .sum::<f64>();
+        if reach > 0.0 {
+            largest = largest.max(imbalance / reach);
         }
         let changes = linearization.constraints.iter();
         Ok(Self {

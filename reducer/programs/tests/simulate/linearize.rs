@@ -52,6 +52,17 @@ fn a_linear_system_is_told_and_written_in_each_format() {
             assert_eq!(before, folder.bytes(name), "{name}");
         }
     }
+    // Drawn level, where gravity gives no stiffness: it hangs all the same.
+    folder.edit("scene.json", |scene| {
+        scene["bodies"]["bob"]["position"] = json!([0.5, 0]);
+        scene["bodies"]["bob"]["orientation"] = json!(std::f64::consts::FRAC_PI_2);
+    });
+    says!(
+        folder
+            .done("linearize scene.json --at static --force")
+            .stdout,
+        "-2.5000e-1"
+    );
     assert_eq!(
         folder.done("linearize scene.json -q -o quiet.npz").stdout,
         ""

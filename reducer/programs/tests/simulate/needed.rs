@@ -4,7 +4,7 @@ use dcb_formats::dcb::read_superelement;
 use serde_json::{Value, json};
 
 use crate::scene_folder::spatial;
-use crate::support::{Folder, number, says};
+use crate::support::{Folder, list, number, says};
 
 /// A beam on a hinge about z that falls in the x-y plane, damped so that what the start excites dies.
 fn falling_beam() -> Folder {
@@ -183,4 +183,47 @@ fn preparations_that_cannot_be_made_are_refused() {
     folder
         .run("prepare scene.json --force --reduce ./nobody")
         .is_error(2, &["nobody", "cannot run"]);
+}
+
+/// Parts of one name from two folders stay two parts.
+#[test]
+fn parts_of_one_name_get_names_of_their_own() {
+    let folder = Folder::slider_crank();
+    std::fs::create_dir(folder.path("other")).unwrap();
+    std::fs::copy(folder.path("rod.dcb.h5"), folder.path("other/rod.dcb.h5")).unwrap();
+    folder.edit("scene.json", |scene| {
+        scene["bodies"]["pointer hand"] =
+            json!({"superelement": "other/rod.dcb.h5", "modes": 4, "position": [0, 1]});
+        scene["joints"]["hinge"] =
+            json!({"revolute": {"a": "ground/above", "b": "pointer hand/a"}});
+        scene["ground"] = json!({"points": {"above": [0, 1]}});
+        scene["gravity"] = json!([0, -9.81]);
+        scene["outputs"]["hand"] = json!({"position": {"at": "pointer hand/b"}});
+    });
+    folder.done("prepare scene.json --tolerance 1e-2 -o small");
+    let scene = folder.json("small/scene.json");
+    let file = |body: &str| {
+        scene["bodies"][body]["superelement"]
+            .as_str()
+            .unwrap()
+            .to_owned()
+    };
+    assert_eq!(
+        [file("rod"), file("pointer hand")],
+        ["rod-rod.dcb.h5", "rod-pointer_hand.dcb.h5"]
+    );
+    let report = folder.json("small/report.json");
+    for (file, of) in list(&report["files"])
+        .iter()
+        .zip(["../other/rod.dcb.h5", "../rod.dcb.h5"])
+    {
+        assert_eq!(file["from"], of);
+        assert!(
+            folder
+                .path("small")
+                .join(file["file"].as_str().unwrap())
+                .is_file()
+        );
+    }
+    folder.done("small/scene.json");
 }

@@ -41,6 +41,31 @@ fn too_large_a_step_names_time_residual_and_worst_body() {
 }
 
 #[test]
+fn contacts_with_end_stops_are_events() {
+    let folder = Folder::with(&planar(json!({
+        "bodies": {"block": {"rigid": {"mass": 1, "inertia": 1, "points": {"center": [0, 0]}}, "velocity": [1, 0]}},
+        "joints": {"guide": {"prismatic": {"a": "ground", "b": "block/center", "axis": [1, 0]}}},
+        "actuators": {"buffer": {"end_stop": {"joint": "guide", "lower": -0.02, "upper": 0.03, "stiffness": 1e5}}},
+        "integrator": {"generalized_alpha": {"step": 1e-4, "end": 0.1}}
+    })));
+    let answer = folder.run("scene.json");
+    assert_eq!(answer.code, Some(0), "{answer:?}");
+    let events = folder.results().events().unwrap();
+    says!(
+        events[0].message,
+        "actuator \"buffer\": contact with the upper end at a rate of"
+    );
+    assert!((events[0].time - 0.03).abs() < 1e-6, "{events:?}");
+    says!(
+        events[1].message,
+        "contact with the lower end at a rate of -"
+    );
+    // Half a period of the spring in between, and the way back.
+    let expected = 0.03 + std::f64::consts::PI * 1e5_f64.sqrt().recip() + 0.05;
+    assert!((events[1].time - expected).abs() < 1e-5, "{events:?}");
+}
+
+#[test]
 fn steps_that_follow_nothing_stop_the_run() {
     let spring = planar(json!({
         "bodies": {"block": {

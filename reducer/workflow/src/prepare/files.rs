@@ -66,8 +66,9 @@ pub fn write(
         .filter(|schema| schema.contains("://") && !schema.starts_with("file:"));
     let groups = groups(&scene, &carrying);
     let open = SuperelementFiles::default();
-    for group in &groups {
-        let target = folder.join(file_name(group, is_alone(group, &groups)));
+    let names = file_names(&groups);
+    for name in &names {
+        let target = folder.join(name);
         let sources: Vec<PathBuf> = (groups.iter())
             .map(|group| scene.resolve(&group.of.file))
             .collect();
@@ -75,15 +76,14 @@ pub fn write(
         refuse_inputs(&target, sources, "a superelement of the scene")?;
     }
     let mut written = Vec::new();
-    for group in &groups {
-        let name = file_name(group, is_alone(group, &groups));
-        let (file, kept) = group.write(&open, &scene, &folder.join(&name), replace)?;
+    for (group, name) in groups.iter().zip(&names) {
+        let (file, kept) = group.write(&open, &scene, &folder.join(name), replace)?;
         for body in &group.bodies {
             if let Some(described) = scene.bodies.get_mut(body)
                 && let BodyKind::Superelement(of) = &mut described.kind
             {
                 of.damping = of.damping.as_ref().map(|damping| kept.damping(damping));
-                of.file = PathBuf::from(&name);
+                of.file = PathBuf::from(name);
                 of.modes = None;
             }
         }
@@ -122,35 +122,40 @@ fn groups(scene: &Scene, carrying: &Carrying) -> Vec<Group> {
     groups
 }
 
-/// Whether no other small file is made of the same large one.
-fn is_alone(group: &Group, groups: &[Group]) -> bool {
-    let same = groups.iter().filter(|other| other.of.file == group.of.file);
-    same.count() == 1
+/// Names of the small files: each that of the large one, with that of the first body where several large or small ones are of one name.
+fn file_names(groups: &[Group]) -> Vec<String> {
+    let mut names: Vec<String> = Vec::new();
+    for group in groups {
+        let stem = stem(group);
+        let same = groups.iter().filter(|other| self::stem(other) == stem);
+        let wanted = match group.bodies.first() {
+            Some(body) if same.count() > 1 => format!("{stem}-{}", plain(body)),
+            _ => stem,
+        };
+        let numbered = (2..).map(|number| format!("{wanted}-{number}"));
+        let mut candidates = std::iter::once(wanted.clone()).chain(numbered);
+        let name = candidates.find_map(|name| {
+            let name = format!("{name}.dcb.h5");
+            (!names.contains(&name)).then_some(name)
+        });
+        names.extend(name);
+    }
+    names
 }
 
-/// The name of the large file, with that of the first body where several small ones are made of it.
-fn file_name(group: &Group, alone: bool) -> String {
-    let name = group
-        .of
-        .file
-        .file_name()
-        .unwrap_or_default()
-        .to_string_lossy();
-    let stem = name.strip_suffix(".dcb.h5").unwrap_or(&name);
-    let plain = |c: char| {
-        if c.is_alphanumeric() || "-_.".contains(c) {
-            c
-        } else {
-            '_'
-        }
-    };
-    match group.bodies.first() {
-        Some(body) if !alone => {
-            let body: String = body.chars().map(plain).collect();
-            format!("{stem}-{body}.dcb.h5")
-        }
-        _ => format!("{stem}.dcb.h5"),
-    }
+fn stem(group: &Group) -> String {
+    let name = group.of.file.file_name().unwrap_or_default();
+    let name = name.to_string_lossy();
+    name.strip_suffix(".dcb.h5").unwrap_or(&name).to_owned()
+}
+
+/// The name of a body as part of that of a file.
+fn plain(body: &str) -> String {
+    let is_plain = |c: char| c.is_alphanumeric() || "-_.".contains(c);
+    let characters = body.chars();
+    characters
+        .map(|c| if is_plain(c) { c } else { '_' })
+        .collect()
 }
 
 /// Places of the modes kept, of so many.
