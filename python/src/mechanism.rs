@@ -1,6 +1,7 @@
 //! A scene in motion under the control of a Python program.
 
 use std::sync::Mutex;
+use std::time::{Duration, Instant};
 
 use dcb_runtime::Mechanism as Motion;
 use numpy::PyArray1;
@@ -12,6 +13,9 @@ use crate::scene::Scene;
 
 /// A panic within a call leaves the motion in no known state.
 const POISONED: &str = "an earlier call of this mechanism ended with a defect; start a new one";
+
+/// Steps that take longer together look for Ctrl-C in between.
+const PATIENCE: Duration = Duration::from_millis(50);
 
 #[pyclass(frozen, subclass, module = "tisserand._native")]
 pub struct Mechanism {
@@ -34,6 +38,18 @@ impl Mechanism {
     }
 }
 
+/// Up to so many steps, as long as nobody who presses Ctrl-C would wait; how many are left.
+fn some_steps(motion: &mut Motion, step: f64, count: usize) -> Result<usize, Failure> {
+    let begun = (count > 1).then(Instant::now);
+    for left in (0..count).rev() {
+        motion.step(step)?;
+        if begun.is_some_and(|begun| begun.elapsed() >= PATIENCE) {
+            return Ok(left);
+        }
+    }
+    Ok(0)
+}
+
 #[pymethods]
 impl Mechanism {
     #[new]
@@ -51,17 +67,18 @@ impl Mechanism {
         at_once(|| self.with(|motion| Ok(motion.time())))
     }
 
-    /// One step, or several of the same length; the lock of the interpreter is given up meanwhile.
+    /// One step, or several of the same length; the lock of the interpreter is given up meanwhile, and Ctrl-C ends them between two steps.
     #[pyo3(signature = (step, count = 1))]
     fn step(&self, py: Python<'_>, step: f64, count: usize) -> PyResult<()> {
-        apart(py, || {
-            self.with(|motion| {
-                for _ in 0..count {
-                    motion.step(step)?;
-                }
-                Ok(())
-            })
-        })
+        let mut left = count;
+        while left > 0 {
+            left = apart(py, || self.with(|motion| some_steps(motion, step, left)))?;
+            // With the motion free: who waits for it may hold the interpreter's lock.
+            if left > 0 {
+                py.check_signals()?;
+            }
+        }
+        Ok(())
     }
 
     fn set_input(&self, name: &str, value: f64) -> PyResult<()> {

@@ -3,6 +3,7 @@
 import json
 import os
 import pathlib
+import signal
 import subprocess
 import sys
 import threading
@@ -153,6 +154,26 @@ def test_a_run_ends_with_what_a_function_raises_and_keeps_what_was_reached(tmp_p
         tisserand.simulate(pendulum().integrate(step=1e-5, end=100.0), path, progress=stop)
     reached = tisserand.Results(path)
     assert not reached.is_complete and reached.stopped and len(reached.time) > 10
+
+
+@pytest.mark.parametrize("what", ["run", "steps"])
+def test_ctrl_c_ends_a_motion_from_any_thread(what, keyboard, tmp_path):
+    path = tmp_path / "stopped.h5"
+    threading.Timer(0.3, os.kill, (os.getpid(), signal.SIGINT)).start()
+    motion = tisserand.Mechanism(pendulum())
+    with pytest.raises(KeyboardInterrupt):
+        if what == "run":
+            tisserand.simulate(pendulum().integrate(step=1e-6, end=1000.0), path)
+        else:
+            motion.step(1e-6, 10**9)
+    if what == "run":
+        reached = tisserand.Results(path)
+        assert not reached.is_complete and len(reached.time) > 10
+    else:
+        # It stands after a whole step and goes on.
+        reached = motion.time
+        motion.step(1e-3)
+        assert reached > 0 and abs(motion.time - reached - 1e-3) < 1e-12
 
 
 @pytest.mark.parametrize(

@@ -168,7 +168,7 @@ def test_progress_is_told_and_what_it_raises_is_passed_on(bracket):
 
 
 @pytest.mark.parametrize("threads", [None, 1])
-def test_ctrl_c_ends_a_reduction_soon(threads):
+def test_ctrl_c_ends_a_reduction_soon(threads, keyboard):
     count = (40, 12, 12)
     part = solid(count)
     told = []

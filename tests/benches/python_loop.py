@@ -157,10 +157,10 @@ def main():
             file.writelines(json.dumps(line) + "\n" for line in lines)
 
 
-def conditions():
+def conditions(script="python_loop.py"):
     model = next((line.split(":")[1].strip() for line in open("/proc/cpuinfo") if line.startswith("model name")), platform.machine())
     commit = subprocess.run(["git", "-C", ROOT, "rev-parse", "--short", "HEAD"], capture_output=True, text=True).stdout.strip()
-    return dict(command="python3 tests/benches/python_loop.py " + " ".join(sys.argv[1:]), commit=commit,
+    return dict(command=f"python3 tests/benches/{script} " + " ".join(sys.argv[1:]), commit=commit,
                 machine=dict(cpu=model, cores=os.cpu_count(), python=platform.python_version()))
 
 

@@ -4,8 +4,8 @@ use std::collections::BTreeMap;
 
 use dcb_tests::hard::dynamics::weak_form_map::{FULL, cells, measure};
 use dcb_tests::pages::{
-    accuracy, error_estimate, exchange, fuzzing, hard_cases, large_file, motion, read_matrices,
-    scene_driven, scene_reduction, speed_against_error, stability,
+    accuracy, error_estimate, exchange, fuzzing, hard_cases, large_file, motion, python,
+    read_matrices, scene_driven, scene_reduction, speed_against_error, stability,
 };
 use serde_json::Value;
 
@@ -38,7 +38,26 @@ tests! {
     formats_read_are_shown: exchange::READ, assert_shown;
     formats_written_are_shown: exchange::WRITTEN, assert_shown;
     reading_speed_is_shown: read_matrices::PAGE, assert_shown;
+    cost_of_python_is_shown: python::COST, assert_shown;
+    loops_in_python_are_shown: python::LOOP, assert_shown;
     fuzzing_is_shown: fuzzing::PAGE, assert_shown;
+}
+
+#[test]
+fn python_costs_what_is_promised() {
+    let lines = python::COST.lines();
+    let most = |kind: &str, of: &dyn Fn(&Value) -> f64| {
+        let own = lines.iter().filter(|line| line["kind"] == kind);
+        own.map(of).fold(0.0, f64::max)
+    };
+    let number = |value: &Value| value.as_f64().unwrap();
+    let added =
+        |line: &Value| number(&line["nanoseconds_by_calls"]) - number(&line["nanoseconds_inside"]);
+    let memory =
+        |line: &Value| number(&line["package"]["memory"]) / number(&line["program"]["memory"]);
+    assert!(lines.len() >= 6);
+    assert!(most("step", &added) < 1000.0);
+    assert!(most("reduction", &memory) < 1.1);
 }
 
 #[test]

@@ -27,6 +27,9 @@ const ALL_ROUNDING: f64 = 20.0;
 const NEGLIGIBLE: f64 = 1e-3;
 /// The interval of the differences that tell the rate of the accelerations at the start, in first steps.
 const LOOKED_BACK: f64 = 0.01;
+/// A step that is this many times longer than the one before needs more of the past than that tells: the change of the accelerations over a short
+/// step is mostly rounding, and would be enlarged.
+const LARGEST_GROWTH: f64 = 4.0;
 
 /// A mechanism in motion.
 pub struct Simulation {
@@ -139,9 +142,7 @@ impl Simulation {
             });
         }
         self.refuse_passing(step)?;
-        if self.state.earlier_step == 0.0 {
-            self.look_back(LOOKED_BACK * step)?;
-        }
+        self.know_past(step)?;
         let effort = self
             .corrector
             .step(&self.system, &self.method, &self.state, step)?;
@@ -204,9 +205,7 @@ impl Simulation {
         loop {
             let left = end - self.state.time;
             let step = size.up_to(left);
-            if self.state.earlier_step == 0.0 {
-                self.look_back(LOOKED_BACK * step)?;
-            }
+            self.know_past(step)?;
             let (system, method) = (&self.system, &self.method);
             match self.corrector.step(system, method, &self.state, step) {
                 Ok(effort) => {
@@ -314,6 +313,25 @@ impl Simulation {
     /// Whether the last step met a singular configuration, a dead centre, and passed it.
     pub fn was_singular(&self) -> bool {
         self.corrector.was_singular
+    }
+
+    /// The past that a step of this size needs.
+    fn know_past(&mut self, step: f64) -> Result<(), Error> {
+        let earlier = self.state.earlier_step;
+        if earlier == 0.0 {
+            return self.look_back(LOOKED_BACK * step);
+        }
+        if step > LARGEST_GROWTH * earlier {
+            let mut state = self.state.clone();
+            // At a dead centre there are no accelerations by themselves; those of the last step stay.
+            if Starter::of(&self.system)?.accelerate(&mut state).is_ok() {
+                std::mem::swap(&mut self.state, &mut state);
+                if self.look_back(LOOKED_BACK * step).is_err() {
+                    self.state = state;
+                }
+            }
+        }
+        Ok(())
     }
 
     /// The past of a start, and the algorithmic accelerations that belong to it: without them the joints' forces are of first

@@ -99,6 +99,41 @@ fn a_restored_run_in_space_goes_on_to_the_last_bit() {
     }
 }
 
+/// A program may take any step after any other: rounding of a short one isn't enlarged by a long one behind it.
+#[test]
+fn a_much_longer_step_has_the_forces_of_the_motion() {
+    let scene = scene_text(
+        2,
+        json!({
+            "gravity": [0, -9.81],
+            "bodies": {"bob": {"rigid": {"mass": 1, "inertia": 1e-6, "points": {"pivot": [-0.5, 0]}}, "position": [0.5, 0]}},
+            "joints": {"hinge": {"revolute": {"a": "ground", "b": "bob/pivot"}}},
+            "outputs": {"angle": {"joint_coordinate": {"joint": "hinge"}}, "force": {"reaction": {"joint": "hinge"}}}
+        }),
+    );
+    for (short, count) in [(1e-4, 2000), (1e-5, 20_000), (1e-6, 20_000), (1e-6, 60_000)] {
+        for long in [10.0, 100.0, 1000.0].map(|growth| growth * short) {
+            if long > 1e-3 {
+                continue;
+            }
+            let mut bob = started(&scene);
+            for _ in 0..count {
+                bob.step(short).unwrap();
+            }
+            bob.step(long).unwrap();
+            let angle = number(&mut bob, "angle");
+            let force = bob.output("force").unwrap();
+            let found = force[0].hypot(force[1]);
+            // m (r ω² + g sin) along the bar, with r ω² = 2 g sin of energy; m g cos is the motion's.
+            let expected = 3.0 * 9.81 * angle.sin().abs();
+            assert!(
+                (found / expected - 1.0).abs() < 2e-3,
+                "{short:e} {count} {long:e}: {found} {expected}"
+            );
+        }
+    }
+}
+
 #[test]
 fn reading_outputs_changes_nothing() {
     let folder = Folder::with_parts();

@@ -7,6 +7,7 @@ pub mod fuzzing;
 pub mod hard_cases;
 pub mod large_file;
 pub mod motion;
+pub mod python;
 pub mod read_matrices;
 pub mod scene_driven;
 pub mod scene_reduction;
