@@ -51,6 +51,19 @@ def test_the_frequency_response_of_the_truncated_system_keeps_its_bound():
     assert np.allclose(np.sort_complex(small.poles), np.sort_complex(np.linalg.eigvals(small.A)))
 
 
+def test_a_root_locus_of_control_is_that_of_stiffer_springs():
+    control = pytest.importorskip("control")
+    system = tisserand.linearize(arm()).to_control()["angle", "motor"]
+    gains = [0.5, 5.0, 50.0]
+    loci = control.root_locus_map(system, gains=gains).loci
+    for gain, found in zip(gains, loci, strict=True):
+        closed = arm().to_dict()
+        closed["springs"]["return"]["torsion_spring"]["stiffness"] += gain
+        expected = tisserand.linearize(tisserand.Scene.from_dict(closed)).poles
+        for pole in expected:
+            assert np.abs(found - pole).min() < 1e-4 * abs(pole), (gain, pole)
+
+
 def test_a_mechanism_is_linearized_where_it_is():
     motion = tisserand.Mechanism(arm())
     motion.set_input("motor", 0.1)

@@ -122,6 +122,29 @@ def test_arrays_are_read_only_and_outlive_their_superelement(bracket):
         shapes[0, 0] = 1.0
 
 
+def test_strided_arrays_are_the_same(bracket, reduced):
+    wide = np.zeros((2 * len(bracket["points"]), 6))
+    wide[::2, 1::2] = bracket["points"]
+    stiffness = np.asfortranarray(bracket["K"].toarray())
+    spread = np.zeros((stiffness.shape[0], 2 * stiffness.shape[1]))
+    spread[:, ::2] = stiffness
+    same = tisserand.reduce(**bracket | {"K": spread[:, ::2], "points": wide[::2, 1::2]}, modes=10)
+    assert np.array_equal(same.eigenvalues, reduced.eigenvalues)
+
+
+def test_arrays_that_change_or_go_during_a_reduction_have_no_influence(bracket, reduced):
+    own = {"K": bracket["K"].copy(), "M": bracket["M"].copy(), "points": bracket["points"].copy()}
+
+    def spoil(stage, share):
+        for name in list(own):
+            array = own.pop(name)
+            (array if name == "points" else array.data)[:] = np.nan
+        gc.collect()
+
+    same = tisserand.reduce(**bracket | own, modes=10, progress=spoil)
+    assert not own and np.array_equal(same.eigenvalues, reduced.eigenvalues)
+
+
 def test_files_come_back(reduced, tmp_path):
     path = tmp_path / "part.dcb.h5"
     reduced.write(path)

@@ -62,7 +62,7 @@ def steps():
     import tisserand
 
     scene = tisserand.Scene(2, gravity=[0, -9.81])
-    scene.body("bob", {"mass": 1, "inertia": 0.01, "points": {"pin": [-0.5, 0]}}, position=[0.5, 0])
+    scene.rigid("bob", mass=1, inertia=0.01, points={"pin": [-0.5, 0]}, position=[0.5, 0])
     scene.revolute("hinge", "ground", "bob/pin")
     scene.integrate(step=1e-4, end=1.0)
     found = {}

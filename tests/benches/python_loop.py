@@ -6,8 +6,8 @@
 
 Links are the generated connecting rod with 16 coordinates; Exudyn gets the same matrices and basis (see `exudyn_chain.py`), the same method, step
 and damping. Each joint has a motor, and at each control step the law reads three angles and three rates and sets three torques, which are held. Both loops run
-on one thread; timed is the loop alone. The answers are compared with runs of an eighth of the step at the same control step, of which one more refinement tells the
-error. `--write` puts the raw lines in place of docs/data/python_loop.jsonl.
+on one thread; timed is the loop alone. The answers are compared with a run of ours with a sixteenth of the step at the same control step; the same run of Exudyn tells how far that
+one is to be trusted. `--write` puts the raw lines in place of docs/data/python_loop.jsonl.
 """
 import argparse
 import json
@@ -24,8 +24,10 @@ HERE = os.path.dirname(os.path.abspath(__file__))
 ROOT = os.path.dirname(os.path.dirname(HERE))
 DATA = os.path.join(ROOT, "docs", "data", "python_loop.jsonl")
 CASE = dict(name="robot", bodies=3, coordinates=16, interface="8 nodes", stiffness_factor=1e-2, rho_infinity=0.8)
-CONTROL_STEP, CONTROL_STEPS = 1e-3, 500
-PROPORTIONAL, DERIVATIVE = (60.0, 30.0, 10.0), (1.5, 0.6, 0.15)
+CONTROL_STEP, CONTROL_STEPS = 2e-4, 2500
+# Rates of a joint have the deflection of its bearings in them: larger gains on rates that are held for a step are unstable with any step.
+PROPORTIONAL, DERIVATIVE = (20.0, 8.0, 2.0), (0.1, 0.04, 0.01)
+FINER = 16  # steps of the references in one
 
 
 def goal(joint, moment):
@@ -74,7 +76,7 @@ def loop_of_exudyn(job):
     from exudyn.utilities import TorsionalSpringDamper
 
     described = dict(part=job["part"], superelement=job["superelement"], gravity=chain_scene.GRAVITY, step=job["step"],
-                     steps=CONTROL_STEPS * job["finer"], rho_infinity=CASE["rho_infinity"], newton="eager", record_every=job["finer"])
+                     steps=CONTROL_STEPS * job["finer"], rho_infinity=CASE["rho_infinity"], newton=job["newton"], record_every=job["finer"])
     body, damping, ends, _ = chain.reduced_body(described)
     container, system, tip, markers = chain.assemble(described, body, damping, ends, CASE["bodies"])
     motors = [
@@ -109,11 +111,14 @@ def loop_of_exudyn(job):
 
 
 LOOPS = dict(tisserand=loop_of_tisserand, exudyn=loop_of_exudyn)
+# Exudyn with its modified Newton, and with a smaller contractivity, which makes new Jacobians earlier (`exudyn_chain.NEWTON`).
+TOOLS = dict(tisserand=("tisserand", None), exudyn=("exudyn", "modified"), exudyn_eager=("exudyn", "eager"))
 
 
 def run(tool, part, superelement, centres, finer):
     """One loop in a process of its own, on one thread."""
-    job = dict(part=part, superelement=superelement, centres=centres, step=CONTROL_STEP / finer, finer=finer)
+    tool, newton = TOOLS[tool]
+    job = dict(newton=newton, part=part, superelement=superelement, centres=centres, step=CONTROL_STEP / finer, finer=finer)
     environment = dict(os.environ, OMP_NUM_THREADS="1", OPENBLAS_NUM_THREADS="1", RAYON_NUM_THREADS="1")
     with tempfile.NamedTemporaryFile(suffix=".json") as result:
         subprocess.run([sys.executable, __file__, "--loop", tool, json.dumps(job), result.name], env=environment, check=True, stdout=subprocess.DEVNULL)
@@ -137,10 +142,10 @@ def main():
         return
     with tempfile.TemporaryDirectory() as folder:
         prepared = chain_scene.write_component(options.binaries, folder, CASE)
-        references = {tool: run(tool, *prepared, 64) for tool in LOOPS}
+        references = {tool: run(tool, *prepared, FINER) for tool in LOOPS}
         lines = []
         for round_number in range(options.rounds):
-            for tool in LOOPS:
+            for tool in TOOLS:
                 load = os.getloadavg()[0]
                 found = run(tool, *prepared, 1)
                 lines.append(dict(
@@ -149,7 +154,7 @@ def main():
                     error=farthest(found["tip"], references["tisserand"]["tip"]),
                     references_apart=farthest(references["exudyn"]["tip"], references["tisserand"]["tip"]), **conditions()))
                 print(json.dumps(lines[-1]), file=sys.stderr)
-    for tool in LOOPS:
+    for tool in TOOLS:
         best = max((line for line in lines if line["tool"] == tool), key=lambda line: line["steps_per_second"])
         print(f"{tool:10} {best['steps_per_second']:9.0f} steps/s, {best['error']:.1e} m off, {best['memory_before_and_after'][1][0]:.0f} MB at most")
     if options.write:

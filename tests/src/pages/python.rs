@@ -134,7 +134,7 @@ fn control_loop(raw: &str) -> String {
             &rows,
         )
         + &format!(
-            "\nReferences of the tools, with steps 64 times shorter, are {:.1e} m apart.\n",
+            "\nReferences of the tools, with steps 16 times shorter, are {:.1e} m apart.\n",
             of("tisserand", "/references_apart")
         )
 }

@@ -2,6 +2,8 @@
 
 use std::ffi::CStr;
 use std::fs;
+use std::os::unix::fs::PermissionsExt;
+use std::path::Path;
 use std::ptr::{null, null_mut};
 
 use dcb_fmu::*;
@@ -9,6 +11,48 @@ use dcb_tests::assert_says;
 
 use crate::importer::{Importer, Messages, instantiate, log};
 use crate::support::{arm, slider_crank};
+
+/// A unit reads its folder and nothing else: it runs where nothing can be written, and leaves nothing behind.
+#[test]
+fn a_folder_that_is_read_only_is_enough() {
+    let folder = arm();
+    let unpacked = folder.unpacked("unit");
+    let files = |folder: &Path| -> Vec<_> {
+        let entries = fs::read_dir(folder).unwrap().map(|entry| entry.unwrap());
+        let mut found: Vec<_> = entries
+            .map(|entry| (entry.path(), entry.metadata().unwrap().modified().unwrap()))
+            .collect();
+        found.sort();
+        found
+    };
+    let allow = |mode: u32| {
+        let permissions = fs::Permissions::from_mode(mode);
+        fs::set_permissions(&unpacked.resources, permissions).unwrap();
+    };
+    let before = files(&unpacked.resources);
+    allow(0o555);
+    let unit = Importer::started(&unpacked);
+    unit.go(2.5e-3, 0..10);
+    let state = unit.save();
+    unit.free_state(state);
+    drop(unit);
+    allow(0o755);
+    assert_eq!(files(&unpacked.resources), before);
+}
+
+#[test]
+fn names_that_would_be_two_things_are_not_packed() {
+    let folder = slider_crank();
+    let mut scene: serde_json::Value =
+        serde_json::from_slice(&fs::read(folder.path("scene.json")).unwrap()).unwrap();
+    scene["outputs"]["time"] = serde_json::json!({"joint_coordinate": {"joint": "axle"}});
+    folder.write_scene(&scene);
+    let library = crate::support::library();
+    let pack = ["fmu", "./scene.json", "-o", "./unit.fmu", "--library"];
+    let arguments = [&pack[..], &[library.to_str().unwrap()]].concat();
+    assert_eq!(folder.simulate(&arguments), 2);
+    assert!(!folder.path("unit.fmu").exists());
+}
 
 #[test]
 fn what_is_no_unit_is_not_instantiated() {
