@@ -14,13 +14,13 @@ use dcb_formats::Error;
 use dcb_formats::component::{Role, Units};
 use dcb_formats::mesh::Mesh;
 use dcb_formats::units::si_factor;
+use dcb_view::Surface;
 use faer::Mat;
 use nalgebra::{Matrix3, Vector3};
 
 use crate::files::hdf5_tree::{Hdf5Tree, Node};
 use crate::files::product::{Content, Product};
 use crate::mesh::node_shapes::NodeShapes;
-use crate::mesh::surface::Surface;
 use crate::part::basis::Basis;
 use crate::part::frames::Frame;
 use crate::part::left_out::{Holds, left_out, unit_note};

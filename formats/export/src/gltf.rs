@@ -7,17 +7,17 @@ use std::collections::BTreeMap;
 use dcb_formats::mesh::Mesh;
 use dcb_formats::units::{hertz, hertz_unit, si_factor};
 use dcb_formats::{Error, Superelement};
+use dcb_view::Drawing;
 use faer::Mat;
 use gltf_json::accessor::{ComponentType, GenericComponentType, Type};
 use gltf_json::animation::{Animation, Channel, Interpolation, Property, Sampler};
 use gltf_json::buffer::{Target as BufferTarget, View};
-use gltf_json::mesh::{MorphTarget, Primitive, Semantic};
+use gltf_json::mesh::{Mode, MorphTarget, Primitive, Semantic};
 use gltf_json::validation::Checked::Valid;
 use gltf_json::{Accessor, Index, Node, Root, Scene};
 use serde_json::json;
 
 use crate::files::product::{Content, Product};
-use crate::mesh::drawing::Drawing;
 use crate::mesh::node_shapes::NodeShapes;
 use crate::part::Source;
 use crate::{Axes, Request};
@@ -263,7 +263,7 @@ impl Builder {
             extras: None,
             indices: Some(indices),
             material: None,
-            mode: Valid(drawing.mode()),
+            mode: Valid(mode(drawing)),
             targets: moves.then_some(targets),
         };
         let name = source.superelement().name.clone();
@@ -368,6 +368,14 @@ impl Builder {
             file.extend(chunk);
         }
         Ok(file)
+    }
+}
+
+fn mode(drawing: &Drawing) -> Mode {
+    match drawing.corners {
+        3 => Mode::Triangles,
+        2 => Mode::Lines,
+        _ => Mode::Points,
     }
 }
 

@@ -21,6 +21,7 @@ figcaption{font-size:.9rem;color:#555}.pictures{display:grid;grid-template-colum
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Page {
     title: String,
+    further_style: String,
     body: String,
 }
 
@@ -29,8 +30,19 @@ impl Page {
     pub fn new(title: &str) -> Self {
         Self {
             title: title.to_owned(),
+            further_style: String::new(),
             body: format!("<h1>{}</h1>\n", escaped(title)),
         }
+    }
+
+    /// Style besides the usual one.
+    pub fn style(&mut self, style: &str) {
+        self.further_style += style;
+    }
+
+    /// HTML that is taken as it is: nothing of it may come from a file.
+    pub fn markup(&mut self, html: &str) {
+        self.body += html;
     }
 
     /// A section begins.
@@ -74,8 +86,9 @@ impl Page {
     /// All of it.
     pub fn html(&self) -> String {
         format!(
-            "<!DOCTYPE html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n<meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\n<title>{}</title>\n<style>{STYLE}</style>\n</head>\n<body>\n{}</body>\n</html>\n",
+            "<!DOCTYPE html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n<meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\n<title>{}</title>\n<style>{STYLE}{}</style>\n</head>\n<body>\n<main>\n{}</main>\n</body>\n</html>\n",
             escaped(&self.title),
+            self.further_style,
             self.body
         )
     }

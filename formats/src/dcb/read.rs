@@ -162,6 +162,11 @@ impl SuperelementFile {
         }
     }
 
+    /// Whether it has nodal fields and a mesh for them.
+    pub fn has_fields(&self) -> bool {
+        self.has("/fields/dofs") && self.node_count().is_some()
+    }
+
     /// Reads the nodal fields, if the file has them.
     ///
     /// # Errors

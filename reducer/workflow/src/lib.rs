@@ -1,4 +1,4 @@
-//! Work around reductions and runs: parts reduced for a scene, caches, batches, studies, scenes made small.
+//! Work around reductions and runs: parts reduced for a scene, caches, batches, studies, scenes made small, pages to look at.
 //!
 //! Everything here asks the reducer and the runtime; neither knows of it, nor of the other.
 
@@ -17,6 +17,7 @@ pub mod cache;
 pub mod part_study;
 pub mod prepare;
 pub mod scene;
+pub mod scene_page;
 pub mod scene_study;
 
 mod inverse_root;

@@ -123,6 +123,29 @@ impl NodalField {
         }
     }
 
+    /// Places of all nodes at rest, from the origin of the body's frame.
+    pub fn positions(&self) -> &[Vector3<f64>] {
+        &self.positions
+    }
+
+    /// Number of columns of [`NodalField::pattern`]: elastic coordinates, then, with static compatibility, forces on interface rows.
+    pub fn pattern_count(&self) -> usize {
+        self.shapes.ncols() + self.residual.ncols()
+    }
+
+    /// Displacement of all nodes, body axes, a length for each unit of a coordinate, or of a force on an interface row.
+    pub fn pattern(&self, index: usize) -> Vec<Vector3<f64>> {
+        let column = match index.checked_sub(self.shapes.ncols()) {
+            None => self.shapes.col(index),
+            Some(row) => self.residual.col(row),
+        };
+        let mut displacement = vec![Vector3::zeros(); self.node_count()];
+        for (&(node, axis), shape) in self.rows.iter().zip(column.iter()) {
+            displacement[node][axis] += shape;
+        }
+        displacement
+    }
+
     /// World positions of the undeformed nodes, moved by the frame alone: R is the position of the body frame's
     /// origin, A its rotation matrix, body axes to world axes.
     pub fn rigid_positions(

@@ -60,6 +60,16 @@ impl FieldPlan {
         &self.directory
     }
 
+    /// The field, over the coordinates of the body.
+    pub fn field(&self) -> &NodalField {
+        &self.field
+    }
+
+    /// The mesh of the body's superelement.
+    pub fn mesh(&self) -> &Mesh {
+        &self.source.1
+    }
+
     /// Name of the body.
     pub fn body_name(&self) -> &str {
         &self.name

@@ -3,7 +3,7 @@
 use std::ops::Range;
 
 use dcb_formats::mesh::Dimension;
-use nalgebra::Vector3;
+use nalgebra::{Rotation3, UnitQuaternion, Vector3};
 
 use super::moment::Moment;
 use super::node_shapes::{Chord, NodeShapes};
@@ -48,6 +48,10 @@ pub(super) enum Probe {
     InterfaceForce { markers: Vec<usize> },
     /// λ of rows.
     Forces { rows: Range<usize> },
+    /// Origin and turn of a body's frame.
+    BodyFrame { body: usize },
+    /// Forces on the rows of a body's interfaces.
+    RowForces { body: usize, rows: usize },
     /// y of a body.
     Modal { coordinates: Range<usize> },
     /// Kinetic, strain, gravity, springs; drives, loads, dissipated; defect.
@@ -104,6 +108,24 @@ impl Probe {
                     Dimension::Planar => row.push(Vector3::z().cross(&chord.direction).dot(&off)),
                     Dimension::Spatial => row.extend(off.iter()),
                 }
+            }
+            Self::BodyFrame { body } => {
+                let pose = at.state.pose(*body);
+                push(row, dimension, &pose.origin);
+                match dimension {
+                    Dimension::Planar => row.push(pose.axes[(1, 0)].atan2(pose.axes[(0, 0)])),
+                    Dimension::Spatial => {
+                        let axes = Rotation3::from_matrix_unchecked(pose.axes);
+                        let turn = UnitQuaternion::from_rotation_matrix(&axes);
+                        row.extend([turn.w, turn.i, turn.j, turn.k]);
+                    }
+                }
+            }
+            Self::RowForces { body, rows } => {
+                let first = row.len();
+                row.resize(first + *rows, 0.0);
+                at.evaluation
+                    .write_interface_forces(at.system, *body, &mut row[first..]);
             }
             Self::NodeDisplacement { body, node } => {
                 push(row, dimension, &node.displacement(at, *body));

@@ -3,6 +3,7 @@
 use std::ops::Range;
 
 use dcb_formats::description::{listed, suggestion};
+use dcb_formats::mesh::Dimension;
 use dcb_formats::results::Channel;
 
 use super::Names;
@@ -11,6 +12,7 @@ use super::moment::Moment;
 use super::outputs::{OutputBuilder, energy};
 use super::probe::Probe;
 use super::quantities::{Quantities, column};
+use crate::body::Compatibility;
 use crate::energy::{Energy, Works};
 use crate::error::Error;
 use crate::integrator::Effort;
@@ -19,6 +21,7 @@ use crate::system::builder::SystemBuilder;
 use crate::system::evaluation::Evaluation;
 use crate::system::{ConnectionKind, State, System};
 use dcb_formats::scene::{ReactionAxes, Scene};
+use dcb_formats::superelement::BoundaryRow;
 
 /// Channels of a results file, and how they are filled.
 pub struct Recorder {
@@ -188,6 +191,7 @@ impl Recorder {
                 );
             }
         }
+        self.add_motion(system, quantities);
         let (channel, probe) = energy(quantities, scene, "energy/balance");
         self.add(channel, probe);
         self.add(
@@ -211,6 +215,60 @@ impl Recorder {
             },
             Probe::Steps,
         );
+    }
+
+    /// Where every body is, and how it deflects: what pictures need.
+    fn add_motion(&mut self, system: &System, quantities: &Quantities) {
+        for (index, body) in system.bodies.iter().enumerate() {
+            let columns = match system.dimension {
+                Dimension::Planar => vec![
+                    column("x", &quantities.length),
+                    column("y", &quantities.length),
+                    column("angle", "rad"),
+                ],
+                Dimension::Spatial => ["x", "y", "z"]
+                    .map(|name| column(name, &quantities.length))
+                    .into_iter()
+                    .chain(["qw", "qx", "qy", "qz"].map(|name| column(name, "1")))
+                    .collect(),
+            };
+            let frame = Channel {
+                path: format!("motion/{}/frame", body.name),
+                columns,
+                description: "origin of the body's floating frame and its turn, world axes".into(),
+            };
+            self.add(frame, Probe::BodyFrame { body: index });
+            let count = body.flexible.coordinate_count();
+            if count > 0 {
+                let channel = Channel {
+                    path: format!("motion/{}/coordinates", body.name),
+                    columns: (1..=count)
+                        .map(|number| column(&number.to_string(), &quantities.modal))
+                        .collect(),
+                    description: "elastic coordinates of the body".into(),
+                };
+                let coordinates = body.coordinates.clone();
+                self.add(channel, Probe::Modal { coordinates });
+            }
+            let rows = body.flexible.rows.len();
+            if body.flexible.compatibility == Compatibility::Static && rows > 0 {
+                let unit = |row: &BoundaryRow| match row.direction {
+                    0..=2 => &quantities.force,
+                    _ => &quantities.moment,
+                };
+                let numbered = body.flexible.rows.iter().zip(1..);
+                let channel = Channel {
+                    path: format!("motion/{}/forces", body.name),
+                    columns: numbered
+                        .map(|(row, number)| column(&i32::to_string(&number), unit(row)))
+                        .collect(),
+                    description:
+                        "forces on the rows of the interfaces, which deflect the body at once"
+                            .into(),
+                };
+                self.add(channel, Probe::RowForces { body: index, rows });
+            }
+        }
     }
 
     /// The channels, in the order of a row's values.

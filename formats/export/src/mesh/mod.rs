@@ -1,5 +1,3 @@
-//! The mesh of a superelement: how its nodes move, and what a picture shows of it.
+//! How the nodes of a superelement move.
 
-pub(crate) mod drawing;
 pub(crate) mod node_shapes;
-pub(crate) mod surface;

@@ -3,6 +3,7 @@
 mod component_reduction;
 mod fmu;
 mod linearize;
+mod page;
 mod prepare;
 mod run_report;
 mod scene;
@@ -21,6 +22,7 @@ use dcb_formats::terminal::one_line;
 
 use crate::simulate::fmu::FmuArguments;
 use crate::simulate::linearize::LinearizeArguments;
+use crate::simulate::page::PageArguments;
 use crate::simulate::prepare::PrepareArguments;
 use crate::simulate::study::StudyArguments;
 use dcb_formats::scene::{Compatibility, scene_schema};
@@ -29,6 +31,7 @@ use dcb_runtime::export::csv;
 use dcb_runtime::export::history::Selection;
 use dcb_runtime::export::picture;
 use dcb_runtime::run::refuse_inputs;
+use dcb_workflow::scene_page::Contents;
 
 /// Simulates mechanisms of superelements and rigid bodies.
 ///
@@ -162,6 +165,10 @@ enum Command {
     #[command(mut_arg("output", |arg| arg.help("Table [default: RESULTS.csv]")))]
     #[command(mut_arg("force", |arg| arg.help("Replace an existing table")))]
     Csv(ExportArguments),
+    /// Make a page in which the mechanism of a run moves, for any browser
+    Animate(PageArguments),
+    /// The same page with the tables of the run
+    Report(PageArguments),
     /// List what a results file holds and how the run ended.
     Show {
         /// Results.
@@ -185,6 +192,8 @@ pub fn main(arguments: impl IntoIterator<Item = OsString>) -> u8 {
         Some(Command::Fmu(arguments)) => fmu::run(arguments, &cli.common),
         Some(Command::Plot(arguments)) => export(arguments, "svg", picture::plot),
         Some(Command::Csv(arguments)) => export(arguments, "csv", csv::write_csv),
+        Some(Command::Animate(arguments)) => page::run(arguments, Contents::Motion),
+        Some(Command::Report(arguments)) => page::run(arguments, Contents::Report),
         Some(Command::Show { results }) => show(results),
         Some(Command::Schema) => schema(),
     };

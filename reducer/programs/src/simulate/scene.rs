@@ -11,6 +11,7 @@ use serde_json::json;
 use crate::outcome::Outcome;
 use crate::program::CommonArguments;
 use crate::program::Told;
+use crate::simulate::page::way_between;
 use crate::simulate::run_report::{describe, told, told_of};
 use crate::simulate::{ModelArgument, SceneArguments, replace};
 use crate::stop_signal::{self, StopSignal};
@@ -46,13 +47,12 @@ pub fn run(arguments: &SceneArguments, common: &CommonArguments) -> Result<Outco
     at_stage("scene");
     let mut scene = Scene::read(path)?;
     override_scene(&mut scene, arguments)?;
+    let output = arguments.output.clone();
+    let output = output.unwrap_or_else(|| path.with_extension("h5"));
     let mut target = Target {
-        path: arguments
-            .output
-            .clone()
-            .unwrap_or_else(|| path.with_extension("h5")),
+        options: options(arguments, path, &output),
+        path: output,
         replace: replace(arguments.force),
-        options: options(arguments),
         fields_in: arguments.fields_in.clone(),
         kept: std::iter::once(path)
             .chain(&arguments.csv)
@@ -194,7 +194,7 @@ fn override_scene(scene: &mut Scene, arguments: &SceneArguments) -> Result<(), E
     scene.check().map_err(|error| by_command_line(error.into()))
 }
 
-fn options(arguments: &SceneArguments) -> serde_json::Value {
+fn options(arguments: &SceneArguments, scene: &Path, output: &Path) -> serde_json::Value {
     json!({
         "step": arguments.step,
         "end": arguments.end,
@@ -202,6 +202,7 @@ fn options(arguments: &SceneArguments) -> serde_json::Value {
         "compatibility": arguments.compatibility.map(Compatibility::name),
         "model": format!("{:?}", arguments.model).to_lowercase(),
         "tolerance": arguments.tolerance,
+        "scene_file": way_between(output, scene),
     })
 }
 

@@ -1,12 +1,11 @@
 //! What a picture of a mesh shows.
 
 use dcb_formats::mesh::Mesh;
-use gltf_json::mesh::Mode;
 
-use crate::mesh::surface::Surface;
+use crate::surface::Surface;
 
 /// What is drawn: triangles, else lines, else points.
-pub(crate) struct Drawing {
+pub struct Drawing {
     /// Nodes of the mesh, ascending.
     pub nodes: Vec<u32>,
     /// Places in `nodes`.
@@ -18,7 +17,8 @@ pub(crate) struct Drawing {
 }
 
 impl Drawing {
-    pub(crate) fn of(mesh: &Mesh) -> Self {
+    /// What is drawn of a mesh.
+    pub fn of(mesh: &Mesh) -> Self {
         let surface = Surface::of(mesh);
         let lines = || -> Vec<u32> {
             let blocks = mesh.cells.iter();
@@ -48,15 +48,8 @@ impl Drawing {
         }
     }
 
-    pub(crate) fn mode(&self) -> Mode {
-        match self.corners {
-            3 => Mode::Triangles,
-            2 => Mode::Lines,
-            _ => Mode::Points,
-        }
-    }
-
-    pub(crate) fn what(&self) -> &'static str {
+    /// What the cells are called.
+    pub fn what(&self) -> &'static str {
         match self.corners {
             3 => "triangles",
             2 => "lines",

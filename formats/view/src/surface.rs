@@ -111,7 +111,8 @@ const SHAPES: [Shape; 14] = [
 ];
 
 /// Triangles of nodes of the mesh, seen from outside against the clock.
-pub(crate) struct Surface {
+pub struct Surface {
+    /// Corners of the triangles, nodes of the mesh.
     pub triangles: Vec<[u32; 3]>,
     /// Cells that are neither solids nor faces, by type.
     pub others: Vec<String>,
@@ -119,7 +120,7 @@ pub(crate) struct Surface {
 
 impl Surface {
     /// Of a mesh.
-    pub(crate) fn of(mesh: &Mesh) -> Self {
+    pub fn of(mesh: &Mesh) -> Self {
         let mut faces: HashMap<[u32; 4], Option<(usize, Face)>> = HashMap::new();
         let mut count = 0;
         let mut others = Vec::new();

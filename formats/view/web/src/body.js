@@ -1,0 +1,156 @@
+/** A body in the view: its mesh or its solids, moved, deflected and coloured. */
+import {
+  BufferAttribute, DoubleSide, Group, LineBasicMaterial, LineSegments, Mesh, MeshStandardMaterial, Points, PointsMaterial,
+} from "three";
+import { BODY_COLOURS, paint } from "./colours.js";
+import { Motion, Quaternion, Vector3, largestAmplitudes } from "./motion.js";
+import { solid } from "./solids.js";
+
+export class Body {
+  constructor(description, index, shapes, times, arrays, size) {
+    this.name = description.name;
+    this.points = description.points ?? [];
+    this.shape = description.shape == null ? null : shapes[description.shape];
+    const view = (place) => (place ? arrays.view(place) : null);
+    const columns = this.shape?.columns.length ?? 0;
+    this.motion = new Motion(times, view(description.frames), description.rest, view(description.amplitudes), columns);
+    this.amplitudes = new Float64Array(columns);
+    this.group = new Group();
+    this.drawn = [];
+    const colour = BODY_COLOURS[index % BODY_COLOURS.length];
+    this.material = new MeshStandardMaterial({ color: colour, roughness: 0.65, metalness: 0.1, flatShading: true, side: DoubleSide, polygonOffset: true, polygonOffsetFactor: 1, polygonOffsetUnits: 1 });
+    this.colour = this.material.color.clone();
+    if (this.shape) this.#mesh(colour);
+    const solids = description.solids ?? (description.solid ? [description.solid] : []);
+    for (const one of solids) this.group.add(solid(one, arrays, this.material, size));
+    this.group.traverse((object) => (object.userData.body = this));
+  }
+
+  #mesh(colour) {
+    const { shape } = this;
+    const geometry = shape.geometry(shape.drawnCells);
+    let object;
+    if (shape.corners >= 2) object = new Mesh(geometry, this.material);
+    else object = new Points(geometry, new PointsMaterial({ color: colour, size: 4, sizeAttenuation: false }));
+    this.surface = object;
+    this.#add(object);
+    if (shape.edges.length > 0) {
+      const line = new LineBasicMaterial({ color: 0x101418, transparent: true, opacity: 0.55 });
+      this.outline = new LineSegments(shape.geometry(shape.edges), line);
+      this.#add(this.outline);
+    }
+  }
+
+  #add(object) {
+    object.frustumCulled = false;
+    this.drawn.push(object);
+    this.group.add(object);
+  }
+
+  /** Some points around it, body axes. */
+  outlinePoints() {
+    const points = this.points.map((point) => new Vector3(...point.position));
+    points.push(new Vector3());
+    if (this.shape) {
+      this.box ??= this.shape.box();
+      for (let k = 0; k < 8; k++) points.push(new Vector3(...[0, 1, 2].map((axis) => this.box[(k >> axis) & 1][axis])));
+    }
+    return points;
+  }
+
+  /** Largest deflection over the motion, an estimate from above. */
+  reach() {
+    if (!this.shape) return 0;
+    const largest = largestAmplitudes(this.motion);
+    return this.shape.largest.reduce((sum, length, column) => Math.max(sum, length * largest[column]), 0);
+  }
+
+  /** Moves it to a time, its deflection enlarged. */
+  show(time, scale) {
+    this.motion.pose(time, this.group.position, this.group.quaternion);
+    this.deflect(this.motion.amplitude(time, this.amplitudes), scale);
+  }
+
+  /** Deflects it. */
+  deflect(amplitudes, scale) {
+    for (const object of this.drawn) {
+      const influences = object.morphTargetInfluences;
+      if (!influences) continue;
+      for (let k = 0; k < influences.length; k++) influences[k] = amplitudes[k] * scale;
+    }
+  }
+
+  /** The value at each node that colours show. */
+  values(what, time) {
+    const { shape } = this;
+    this.field ??= new Float32Array(shape.count);
+    this.moved ??= new Float32Array(3 * shape.count);
+    const u = shape.displacements(this.amplitudes, this.moved);
+    if (what === "strain") return shape.strains(u, this.field);
+    if (what === "speed") return this.#speeds(time);
+    for (let k = 0; k < shape.count; k++) this.field[k] = Math.hypot(u[3 * k], u[3 * k + 1], u[3 * k + 2]);
+    return this.field;
+  }
+
+  #speeds(time) {
+    const { times } = this.motion;
+    const step = times.length > 1 ? (0.25 * (times.at(-1) - times[0])) / (times.length - 1) : 1;
+    const [before, after] = [Math.max(times[0] ?? 0, time - step), Math.min(times.at(-1) ?? 0, time + step)];
+    this.first ??= new Float32Array(3 * this.shape.count);
+    this.second ??= new Float32Array(3 * this.shape.count);
+    const [a, b] = [this.places(before, this.first), this.places(after, this.second)];
+    const inverse = after > before ? 1 / (after - before) : 0;
+    for (let k = 0; k < this.shape.count; k++) {
+      const at = 3 * k;
+      this.field[k] = inverse * Math.hypot(b[at] - a[at], b[at + 1] - a[at + 1], b[at + 2] - a[at + 2]);
+    }
+    return this.field;
+  }
+
+  /** Places of all nodes in the world at a time. */
+  places(time, target) {
+    const [origin, turn, place] = [new Vector3(), new Quaternion(), new Vector3()];
+    this.motion.pose(time, origin, turn);
+    const u = this.shape.displacements(this.motion.amplitude(time, new Float64Array(this.amplitudes.length)), target);
+    const x = this.shape.positions;
+    for (let at = 0; at < u.length; at += 3) {
+      place.set(x[at] + u[at], x[at + 1] + u[at + 1], x[at + 2] + u[at + 2]).applyQuaternion(turn).add(origin);
+      place.toArray(u, at);
+    }
+    return u;
+  }
+
+  /** Colours its nodes by values, or gives it its own colour back. */
+  colourBy(values, largest) {
+    const { surface } = this;
+    if (!surface) return;
+    const { material, geometry } = surface;
+    if (!values) {
+      if (material.vertexColors) {
+        material.vertexColors = false;
+        material.color.copy(this.colour);
+        material.needsUpdate = true;
+      }
+      return;
+    }
+    let attribute = geometry.getAttribute("color");
+    if (!attribute) {
+      attribute = new BufferAttribute(new Float32Array(3 * this.shape.vertexCount), 3);
+      geometry.setAttribute("color", attribute);
+    }
+    const { vertexNode, vertexCount } = this.shape;
+    for (let k = 0; k < vertexCount; k++) paint(largest > 0 ? values[vertexNode ? vertexNode[k] : k] / largest : 0, attribute.array, 3 * k);
+    attribute.needsUpdate = true;
+    if (!material.vertexColors) {
+      material.vertexColors = true;
+      material.color.set(0xffffff);
+      material.needsUpdate = true;
+    }
+  }
+
+  /** Marks it as picked. */
+  mark(isMarked) {
+    this.material.emissive.set(isMarked ? 0x2a2a12 : 0x000000);
+    if (this.outline) this.outline.material.opacity = isMarked ? 1 : 0.55;
+  }
+}

@@ -1,0 +1,103 @@
+/** Camera, light, ground and axes. */
+import {
+  AxesHelper, Color, DirectionalLight, GridHelper, HemisphereLight, PerspectiveCamera, Quaternion, Raycaster, Scene, Vector2, Vector3, WebGLRenderer,
+} from "three";
+import { OrbitControls } from "three/examples/jsm/controls/OrbitControls.js";
+
+/** Directions from which the standard views look, in axes where z is up. */
+const VIEWS = { front: [0, -1, 0], back: [0, 1, 0], left: [-1, 0, 0], right: [1, 0, 0], top: [0, -0.001, 1], bottom: [0, -0.001, -1], home: [0.62, -0.85, 0.5] };
+
+export class Stage {
+  constructor(canvas, description, center) {
+    this.canvas = canvas;
+    this.size = description.size;
+    this.center = new Vector3(...center);
+    this.isPlanar = description.dimension === 2;
+    this.up = new Vector3(...description.up).normalize();
+    this.fromZ = new Quaternion().setFromUnitVectors(new Vector3(0, 0, 1), this.up);
+    this.renderer = new WebGLRenderer({ canvas, antialias: true, preserveDrawingBuffer: true });
+    this.renderer.setPixelRatio(Math.min(window.devicePixelRatio, 2));
+    this.scene = new Scene();
+    this.camera = new PerspectiveCamera(32, 1.6, 0.01 * this.size, 60 * this.size);
+    this.camera.up.copy(this.up);
+    const sky = new HemisphereLight(0xffffff, 0x7c8894, 1.7);
+    sky.position.copy(this.up);
+    this.sun = new DirectionalLight(0xffffff, 2.1);
+    this.scene.add(sky, this.sun, this.camera);
+    this.controls = new OrbitControls(this.camera, canvas);
+    this.controls.enableDamping = false;
+    this.grid = null;
+    this.axes = new AxesHelper(0.08 * this.size);
+    this.scene.add(this.axes);
+    this.look("home");
+  }
+
+  /** The grid under everything. @param {number} lowest along the way up */
+  ground(lowest) {
+    const step = 10 ** Math.round(Math.log10(this.size / 8));
+    const count = 2 * Math.ceil((1.2 * this.size) / step);
+    this.grid = new GridHelper(count * step, count, 0x8a94a0, 0xb9c0c8);
+    this.grid.material.transparent = true;
+    this.grid.material.opacity = 0.35;
+    if (this.isPlanar) {
+      this.grid.rotation.x = Math.PI / 2;
+      this.grid.position.set(this.center.x, this.center.y, -0.05 * this.size);
+    } else {
+      this.grid.quaternion.setFromUnitVectors(new Vector3(0, 1, 0), this.up);
+      this.grid.position.copy(this.center).addScaledVector(this.up, lowest - this.center.dot(this.up) - 0.01 * this.size);
+    }
+    this.scene.add(this.grid);
+  }
+
+  background(colour) {
+    this.scene.background = new Color(colour);
+  }
+
+  /** One of the standard views. */
+  look(name) {
+    const direction = new Vector3(...VIEWS[name]).normalize();
+    if (this.isPlanar && name === "home") direction.set(0, 0, 1);
+    else if (!this.isPlanar) direction.applyQuaternion(this.fromZ);
+    this.controls.target.copy(this.center);
+    this.camera.position.copy(this.center).addScaledVector(direction, 1.4 * this.size);
+    this.controls.update();
+  }
+
+  /** Turns the camera about what it looks at, or comes nearer. */
+  move(sideways, upwards, nearer) {
+    const offset = this.camera.position.clone().sub(this.controls.target);
+    const side = new Vector3().crossVectors(this.up, offset).normalize();
+    offset.applyAxisAngle(this.up, sideways).applyAxisAngle(side, -upwards).multiplyScalar(nearer);
+    this.camera.position.copy(this.controls.target).add(offset);
+    this.controls.update();
+  }
+
+  resize() {
+    const { clientWidth, clientHeight } = this.canvas;
+    if (clientWidth === 0) return;
+    this.renderer.setSize(clientWidth, clientHeight, false);
+    this.camera.aspect = clientWidth / clientHeight;
+    this.camera.updateProjectionMatrix();
+  }
+
+  draw() {
+    const from = this.camera.position.clone().sub(this.controls.target);
+    this.sun.position.copy(this.controls.target).add(from).addScaledVector(this.up, 0.8 * from.length());
+    this.sun.target.position.copy(this.controls.target);
+    this.sun.target.updateMatrixWorld();
+    this.renderer.render(this.scene, this.camera);
+  }
+
+  /** What lies under a place of the canvas: {body, point, face} or null. */
+  pick(event, bodies) {
+    const box = this.canvas.getBoundingClientRect();
+    const at = new Vector2(((event.clientX - box.left) / box.width) * 2 - 1, 1 - ((event.clientY - box.top) / box.height) * 2);
+    const ray = new Raycaster();
+    ray.params.Line.threshold = 0.01 * this.size;
+    ray.params.Points.threshold = 0.01 * this.size;
+    ray.setFromCamera(at, this.camera);
+    const hits = ray.intersectObjects(bodies.map((body) => body.group), true);
+    const hit = hits.find((one) => one.object.userData.body && one.object !== one.object.userData.body.outline);
+    return hit ? { body: hit.object.userData.body, hit } : null;
+  }
+}

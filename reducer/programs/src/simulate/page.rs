@@ -1,0 +1,66 @@
+//! The `simulate animate` and `simulate report` commands: one HTML file in which the mechanism moves.
+
+use std::io::Write as _;
+use std::path::{Component, Path, PathBuf};
+
+use clap::Args;
+use dcb_formats::output::{check_output, write_stream};
+use dcb_runtime::error::Error;
+use dcb_runtime::run::refuse_inputs;
+use dcb_workflow::scene_page::{Contents, scene_page};
+
+use crate::outcome::Outcome;
+use crate::simulate::replace;
+
+/// What the page is of.
+#[derive(Debug, Args)]
+pub(crate) struct PageArguments {
+    /// Results of a run (.h5)
+    results: PathBuf,
+    /// The page [default: RESULTS.html]
+    #[arg(long, short, value_name = "FILE")]
+    output: Option<PathBuf>,
+    /// The scene's file, from which the superelements are found [default: where the run found it]
+    #[arg(long, value_name = "SCENE.json")]
+    scene: Option<PathBuf>,
+    /// Replace an existing page
+    #[arg(long)]
+    force: bool,
+}
+
+/// Writes the page of a run.
+pub(crate) fn run(arguments: &PageArguments, contents: Contents) -> Result<Outcome, Error> {
+    let (path, replace) = (&arguments.results, replace(arguments.force));
+    let beside = path.with_extension("html");
+    let target = arguments.output.as_ref().unwrap_or(&beside);
+    check_output(target, replace)?;
+    refuse_inputs(target, [path.as_path()], "the file of the results")?;
+    let page = scene_page(path, arguments.scene.as_deref(), contents)?;
+    let html = page.html().map_err(|source| Error::CannotWrite {
+        path: target.clone(),
+        source,
+    })?;
+    write_stream(target, replace, |out| out.write_all(html.as_bytes()))?;
+    Ok(Outcome::done(format!(
+        "{}: {:.1} MB; open it in a browser\n",
+        target.display(),
+        html.len() as f64 / 1e6
+    )))
+}
+
+/// The way from the folder of one file to another file, so that both can move together; none where the system doesn't tell.
+pub(crate) fn way_between(from: &Path, to: &Path) -> Option<String> {
+    let folder = |path: &Path| match path.parent() {
+        Some(parent) if parent.as_os_str().is_empty() => Path::new(".").canonicalize(),
+        Some(parent) => parent.canonicalize(),
+        None => Path::new(".").canonicalize(),
+    };
+    let (start, end) = (folder(from).ok()?, folder(to).ok()?);
+    let start: Vec<Component> = start.components().collect();
+    let end: Vec<Component> = end.components().collect();
+    let same = start.iter().zip(&end).take_while(|(a, b)| a == b).count();
+    let up = start[same..].iter().map(|_| Component::ParentDir);
+    let way: PathBuf = up.chain(end[same..].iter().copied()).collect();
+    let way = way.join(to.file_name()?);
+    way.to_str().map(|way| way.replace('\\', "/"))
+}

@@ -1,0 +1,250 @@
+//! The page of a run: its mechanism in motion, its histories, and what the run says of itself.
+//!
+//! A results file has where every body was and how it deflected (`/motion`). The scene is in it too; what the bodies look like is in the
+//! superelements, which must be those of the run.
+
+mod bodies;
+mod couplings;
+mod histories;
+mod text;
+
+use std::path::{Path, PathBuf};
+
+use dcb_demand::SuperelementFiles;
+use dcb_demand::pruning::{NarrowedScene, Pruning};
+use dcb_formats::mesh::Dimension;
+use dcb_formats::results::Results;
+use dcb_formats::scene::{FieldRequest, Scene};
+use dcb_report::Page;
+use dcb_runtime::error::Error;
+use dcb_runtime::model::Model;
+use dcb_view::{Arrays, Description, Kind, MovingPage};
+
+/// What a page has beside the view.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Contents {
+    /// The view and the histories.
+    Motion,
+    /// The tables of the run besides.
+    Report,
+}
+
+/// Frames of a page, at most.
+const MOST_FRAMES: usize = 900;
+/// Numbers of all frames of a page, about: a number takes 4 bytes before it is compressed.
+const FRAME_NUMBERS: usize = 400_000;
+/// Frames that a page has, however many numbers they are.
+const FEWEST_FRAMES: usize = 100;
+
+/// A run, and the mechanism that it was of.
+struct Run<'a> {
+    path: &'a Path,
+    results: Results,
+    scene: Scene,
+    model: Model,
+}
+
+/// The page of a results file. `scene` is the scene's file where it isn't where the run found it: paths of superelements start there.
+///
+/// # Errors
+/// [`Error`] for results without motion, and for superelements that aren't there or have changed since the run.
+pub fn scene_page(
+    path: &Path,
+    scene: Option<&Path>,
+    contents: Contents,
+) -> Result<MovingPage, Error> {
+    let run = Run::open(path, scene)?;
+    let time = run.results.time()?;
+    if time.is_empty() {
+        return Err(run.refused("has no rows: the run ended before its first step"));
+    }
+    let columns: usize = run.results.channels().iter().map(motion_columns).sum();
+    if columns == 0 {
+        return Err(run.refused(
+            "has no motion of bodies (/motion): it was written by an earlier version; run the scene again",
+        ));
+    }
+    let most = (FRAME_NUMBERS / columns).clamp(FEWEST_FRAMES, MOST_FRAMES);
+    let rows = spread(time.len(), most);
+    let mut arrays = Arrays::default();
+    let drawn = bodies::drawn(&run, &rows, &mut arrays)?;
+    let (joints, loads) = couplings::of(&run, &rows, &time, &mut arrays);
+    let title = title(path);
+    let description = Description {
+        kind: Kind::Scene,
+        title: title.clone(),
+        units: units(&run.scene),
+        dimension: run.scene.dimension.coordinate_count(),
+        up: up(&run.scene),
+        size: drawn.size,
+        shapes: drawn.shapes,
+        bodies: drawn.bodies,
+        times: arrays.reals(rows.iter().map(|row| time[*row])),
+        joints,
+        loads,
+        histories: histories::of(&run.results, &time, &mut arrays)?,
+        modes: Vec::new(),
+        charts: Vec::new(),
+    };
+    let mut report = Page::new(&title);
+    text::write(&mut report, &run, &time, rows.len(), &drawn.notes, contents)?;
+    Ok(MovingPage {
+        report,
+        description,
+        arrays,
+    })
+}
+
+impl<'a> Run<'a> {
+    fn open(path: &'a Path, scene: Option<&Path>) -> Result<Self, Error> {
+        let results = Results::open(path)?;
+        let written = results.provenance("scene")?;
+        let options = results.provenance("options")?;
+        let scene_path = match scene {
+            Some(given) => given.to_owned(),
+            None => scene_file(path, &options),
+        };
+        let scene = Scene::parse(&written.to_string(), &scene_path)
+            .map_err(|error| Error::from(error).in_file(path))?;
+        let open = SuperelementFiles::default();
+        let tolerance = options["tolerance"].as_f64();
+        let pruned = tolerance.filter(|_| !options["left_out"].is_null());
+        let mut narrowed = match pruned {
+            Some(tolerance) => Pruning::of(&scene, &open, tolerance)
+                .map_err(|error| missing(Error::from(error), &scene_path))?
+                .applied_to(&scene),
+            None => NarrowedScene::from(scene.clone()),
+        };
+        narrowed.scene.fields = Vec::new();
+        for (name, body) in scene.superelements() {
+            let file = open
+                .at(&scene.resolve(&body.file))
+                .map_err(|error| missing(Error::from(error), &scene_path))?;
+            let is_in_plane = file.superelement.dimension == scene.dimension;
+            if is_in_plane && file.file.has_fields() {
+                narrowed.scene.fields.push(FieldRequest {
+                    body: name.to_owned(),
+                    times: Some(Vec::new()),
+                    every: None,
+                    directory: PathBuf::new(),
+                });
+            }
+        }
+        let model =
+            Model::load_narrowed(&narrowed, &open).map_err(|error| missing(error, &scene_path))?;
+        let run = Self {
+            path,
+            results,
+            scene,
+            model,
+        };
+        run.check_inputs()?;
+        Ok(run)
+    }
+
+    /// The superelements are those that the run read.
+    fn check_inputs(&self) -> Result<(), Error> {
+        let inputs = self.results.provenance("inputs")?;
+        let known: Vec<&str> = inputs
+            .as_array()
+            .into_iter()
+            .flatten()
+            .filter_map(|input| input["sha256"].as_str())
+            .collect();
+        match self
+            .model
+            .files
+            .iter()
+            .find(|file| !known.contains(&file.digest.as_str()))
+        {
+            Some(other) => Err(Error::from(dcb_formats::Error::File {
+                path: other.path.clone(),
+                message: format!(
+                    "is not the file that the run of {} read; run the scene again",
+                    self.path.display()
+                ),
+            })),
+            None => Ok(()),
+        }
+    }
+
+    fn refused(&self, message: &str) -> Error {
+        Error::from(dcb_formats::Error::File {
+            path: self.path.to_owned(),
+            message: message.to_owned(),
+        })
+    }
+}
+
+/// A superelement that isn't where it is looked for: says how to tell.
+fn missing(error: Error, scene: &Path) -> Error {
+    match error {
+        Error::File(dcb_formats::Error::Io { path, .. }) if !path.exists() => {
+            Error::from(dcb_formats::Error::File {
+                path,
+                message: format!(
+                    "is not there: it is looked for from {}; name the scene's file with --scene",
+                    scene.display()
+                ),
+            })
+        }
+        other => other,
+    }
+}
+
+/// Where the run found its scene, from the folder of the results; else beside them.
+fn scene_file(results: &Path, options: &serde_json::Value) -> PathBuf {
+    let relative = options["scene_file"].as_str();
+    relative.map_or_else(
+        || results.with_extension("json"),
+        |relative| results.with_file_name("").join(relative),
+    )
+}
+
+fn motion_columns(channel: &dcb_formats::results::Channel) -> usize {
+    match channel.path.starts_with("motion/") {
+        true => channel.columns.len(),
+        false => 0,
+    }
+}
+
+/// At most so many of the rows, evenly spread, with the first and the last.
+fn spread(count: usize, most: usize) -> Vec<usize> {
+    if count <= most {
+        return (0..count).collect();
+    }
+    (0..most).map(|k| k * (count - 1) / (most - 1)).collect()
+}
+
+fn title(path: &Path) -> String {
+    let stem = path.file_stem().unwrap_or_default();
+    stem.to_string_lossy().into_owned()
+}
+
+fn units(scene: &Scene) -> serde_json::Value {
+    let units = &scene.units;
+    serde_json::json!({"length": units.length, "mass": units.mass, "time": units.time})
+}
+
+/// Against gravity; without any, z in space and y in the plane.
+fn up(scene: &Scene) -> [f64; 3] {
+    let gravity = scene.gravity_in_space();
+    match scene.dimension {
+        Dimension::Planar => [0.0, 1.0, 0.0],
+        Dimension::Spatial if gravity.norm() > 0.0 => (-gravity / gravity.norm()).into(),
+        Dimension::Spatial => [0.0, 0.0, 1.0],
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn rows_are_spread_from_the_first_to_the_last() {
+        assert_eq!(spread(3, 10), [0, 1, 2]);
+        assert_eq!(spread(101, 5), [0, 25, 50, 75, 100]);
+        let many = spread(7201, 900);
+        assert_eq!((many.len(), many[0], many[899]), (900, 0, 7200));
+    }
+}
