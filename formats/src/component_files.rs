@@ -24,6 +24,9 @@ use crate::error::Error;
 use crate::matrix::{MatrixReader, MatrixReport, check_operator_header};
 use crate::mesh::Dimension;
 
+/// The least that a component description says: a mesh as meshio-json and the section `component`.
+const TEMPLATE: &str = r#"{"format": "meshio-json", "version": 1, "points": [[0, 0, 0], [1, 0, 0]], "component": {"name": "part", "units": {"length": "m", "mass": "kg", "time": "s"}, "dofs": ["ux", "uy", "uz", "rx", "ry", "rz"], "interfaces": [{"name": "base", "nodes": [0], "kind": "nodes"}, {"name": "tip", "nodes": [1], "kind": "nodes"}]}}"#;
+
 /// Where a component's files are.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct ComponentFiles {
@@ -108,6 +111,9 @@ impl ComponentFiles {
             let path = given.clone().unwrap_or_else(|| sibling(&stem, ending));
             let hint = match given {
                 Some(_) => format!("{option} must name an existing file"),
+                None if option == "--mesh" => format!(
+                    "`reduce init MESH` drafts it from a mesh; or put it beside the stiffness matrix, or name another file with {option}. At least: {TEMPLATE}"
+                ),
                 None => format!(
                     "put it beside the stiffness matrix, or name another file with {option}"
                 ),

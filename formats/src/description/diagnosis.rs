@@ -75,7 +75,8 @@ pub fn json_error(
              (in Python, json.dump(..., allow_nan=False) stops at the culprit)"
         )
     } else {
-        abridged(&explained(said, example), LONGEST_COMPLAINT).into_owned()
+        let place = Place::of(text, line, column);
+        abridged(&explained(said, &place, example), LONGEST_COMPLAINT).into_owned()
     };
     Error::Line {
         path: path.to_owned(),
@@ -99,7 +100,80 @@ fn non_finite_literal(text: &[u8], line: usize, column: usize) -> Option<&'stati
         })
 }
 
-fn explained(said: &str, example: fn(&str) -> Option<&'static str>) -> String {
+/// What stands before and behind the place where a parser stopped.
+struct Place<'a> {
+    before: &'a str,
+    behind: &'a str,
+}
+
+impl<'a> Place<'a> {
+    /// Of a line and a column, both from 1, the column in bytes.
+    fn of(text: &'a [u8], line: usize, column: usize) -> Self {
+        let text = std::str::from_utf8(text).unwrap_or_default();
+        let start: usize = text
+            .split_inclusive('\n')
+            .take(line.saturating_sub(1))
+            .map(str::len)
+            .sum();
+        let at = (start + column).min(text.len());
+        let at = (at..=text.len()).find(|at| text.is_char_boundary(*at));
+        let (before, behind) = text.split_at(at.unwrap_or(text.len()));
+        Self { before, behind }
+    }
+
+    /// The key whose value begins or ends here: the last `"key":` before.
+    fn key(&self) -> Option<&'a str> {
+        let (before, _) = self.before.rsplit_once(':')?;
+        last_quoted(before.trim_end())
+    }
+
+    /// The text that follows a colon here.
+    fn value(&self) -> Option<&'a str> {
+        let value = self.behind.trim_start().strip_prefix(':')?.trim_start();
+        value.strip_prefix('"')?.split('"').next()
+    }
+
+    /// The first key of the object in which this is, and the key that follows a comma here.
+    fn two_kinds(&self) -> Option<[&'a str; 2]> {
+        let before = self.before.trim_end().strip_suffix(',')?;
+        let mut depth = 0_usize;
+        let open = before.char_indices().rev().find(|(_, letter)| {
+            match letter {
+                '}' | ']' => depth += 1,
+                '{' | '[' if depth == 0 => return true,
+                '{' | '[' => depth -= 1,
+                _ => {}
+            }
+            false
+        })?;
+        let first = before.get(open.0 + 1..)?.trim_start().strip_prefix('"')?;
+        let second = self.behind.trim_start().strip_prefix('"')?;
+        Some([first.split('"').next()?, second.split('"').next()?])
+    }
+}
+
+/// The text in quotes at the end of a text.
+fn last_quoted(text: &str) -> Option<&str> {
+    let inside = text.strip_suffix('"')?;
+    let start = inside.rfind('"')?;
+    inside.get(start + 1..)
+}
+
+fn explained(said: &str, place: &Place, example: fn(&str) -> Option<&'static str>) -> String {
+    if let Some([first, second]) = place.two_kinds().filter(|_| said == "expected value") {
+        return format!(
+            "`{}` stands beside `{}`, but only one kind may be given: remove one of them",
+            shortened(second),
+            shortened(first)
+        );
+    }
+    if said.ends_with("expected a sequence") {
+        let key = place.key();
+        let example = key.and_then(example);
+        let example = example.map_or_else(|| "[1, 2]".to_owned(), str::to_owned);
+        let said = said.trim_end_matches("a sequence");
+        return format!("{said}a list in square brackets, for example {example}");
+    }
     let quoted: Vec<&str> = said.split('`').skip(1).step_by(2).collect();
     let Some((found, valid)) = quoted.split_first() else {
         return said.to_owned();
@@ -119,6 +193,12 @@ fn explained(said: &str, example: fn(&str) -> Option<&'static str>) -> String {
             let hint = suggestion(found, valid.iter().copied());
             let valid = listed(valid.iter().copied());
             let before = abridged(before, LONGEST_COMPLAINT / 2);
+            if let ("type", Some(kind)) = (*found, place.value()) {
+                return format!(
+                    "{before}the kind is a key of its own: write {{\"{0}\": {{...}}}} in place of \"type\": \"{0}\" (kinds here: {valid})",
+                    shortened(kind)
+                );
+            }
             let found = shortened(found);
             return format!("{before}{we_say} `{found}`{hint} (known here: {valid})");
         }

@@ -179,7 +179,7 @@ impl FormulaReader<'_> {
         };
         let what = format!(
             "`{name}` is not a known function{hint} (known: {})",
-            listed(names())
+            names().collect::<Vec<_>>().join(", ")
         );
         Err(at(self.text, start, &what))
     }

@@ -106,6 +106,8 @@ fn example_of(field: &str) -> Option<&'static str> {
             r#""polynomial": [0, 150] (or "harmonic", "table", "smooth_step", "trapezoid", "chirp", "pulse", "formula", "constant", "input")"#
         }
         "a" | "b" | "at" => r#""body/interface" (or "ground", "body/point")"#,
+        "gravity" => r#""gravity": [0, 0, -9.81] (planar: [0, -9.81])"#,
+        "position" | "velocity" => r#""position": [0.1, 0, 0] (planar: [0.1, 0])"#,
         "axis" | "axis_b" => r#""axis": [0, 0, 1]"#,
         "step" => r#""step": 1e-4"#,
         "end" => r#""end": 1"#,

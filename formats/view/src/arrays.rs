@@ -73,6 +73,7 @@ impl Arrays {
 }
 
 #[cfg(test)]
+#[allow(clippy::expect_used)]
 mod tests {
     use super::*;
     use flate2::read::ZlibDecoder;
@@ -85,12 +86,13 @@ mod tests {
         let reals = arrays.reals([1.5, f64::NAN, -2.0]);
         let indices = arrays.indices([9, 1 << 30]);
         assert_eq!((shorts.offset, reals.offset, indices.offset), (0, 8, 20));
-        let stream = STANDARD.decode(arrays.encoded().unwrap()).unwrap();
+        let encoded = arrays.encoded().expect("memory takes all bytes");
+        let stream = STANDARD.decode(encoded).expect("base64");
         let mut bytes = Vec::new();
         ZlibDecoder::new(&stream[..])
             .read_to_end(&mut bytes)
-            .unwrap();
-        let four = |at: usize| <[u8; 4]>::try_from(&bytes[at..at + 4]).unwrap();
+            .expect("a zlib stream");
+        let four = |at: usize| [0, 1, 2, 3].map(|byte| bytes[at + byte]);
         assert_eq!(i16::from_le_bytes([bytes[0], bytes[1]]), -3);
         assert_eq!(
             [8, 12, 16].map(|at| f32::from_le_bytes(four(at))),

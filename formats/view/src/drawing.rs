@@ -1,6 +1,6 @@
 //! What a picture of a mesh shows.
 
-use dcb_formats::mesh::Mesh;
+use dcb_formats::mesh::{CellBlock, Mesh};
 
 use crate::surface::Surface;
 
@@ -46,6 +46,37 @@ impl Drawing {
             corners,
             others,
         }
+    }
+
+    /// The same through the corners of cells alone: fewer nodes where the mesh has mid-edge nodes.
+    pub fn of_corners(mesh: &Mesh) -> Self {
+        let mut linear = mesh.clone();
+        for block in &mut linear.cells {
+            let kind = block
+                .cell_type
+                .trim_end_matches(|letter: char| letter.is_ascii_digit());
+            let corners = match kind {
+                "tetra" | "quad" => 4,
+                "hexahedron" => 8,
+                "wedge" => 6,
+                "pyramid" => 5,
+                "triangle" => 3,
+                "line" => 2,
+                _ => continue,
+            };
+            if block.nodes_per_cell <= corners {
+                continue;
+            }
+            let kept = block
+                .cells()
+                .flat_map(|cell| cell.iter().take(corners).copied());
+            *block = CellBlock {
+                cell_type: kind.to_owned(),
+                nodes_per_cell: corners,
+                nodes: kept.collect(),
+            };
+        }
+        Self::of(&linear)
     }
 
     /// What the cells are called.

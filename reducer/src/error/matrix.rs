@@ -83,6 +83,11 @@ pub enum MatrixRefusal {
         "the mass matrix gives the part no inertia against some rigid motion (all mass on one point or line); add the missing rotary inertia or more nodes"
     )]
     NoInertia,
+    /// M has no inertia against rigid motions, and K resists them.
+    #[error(
+        "the mass matrix gives the part no inertia against some rigid motion, and the stiffness matrix resists rigid motions as a mass does: are the two swapped?"
+    )]
+    Swapped,
 }
 
 /// K or M.
@@ -130,7 +135,8 @@ impl MatrixRefusal {
             }
             | Self::NegativeMass { .. }
             | Self::NoMass { .. }
-            | Self::NoInertia => Input::Mass,
+            | Self::NoInertia
+            | Self::Swapped => Input::Mass,
         }
     }
 }

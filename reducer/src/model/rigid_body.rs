@@ -152,6 +152,27 @@ pub struct RigidBodyModes {
     pub stiffness_precision: f64,
 }
 
+/// A matrix of which the rigid translations take less than this share of the diagonal's sum acts as a stiffness.
+const SHARE_OF_A_STIFFNESS: f64 = 1e-6;
+/// A matrix of which they take more acts as a mass.
+const SHARE_OF_A_MASS: f64 = 1e-2;
+
+/// Largest quotient g^T A g / sum |A_ii| g_i^2 over translations g: 1 and more for a mass, rounding for a stiffness.
+fn translation_share(matrix: &SparseMatrix, translations: MatRef<'_, f64>) -> f64 {
+    let product = symmetric_product(matrix, translations);
+    let diagonal = crate::model::mass_sign::diagonal(matrix);
+    let share = |column: usize| {
+        let (mut whole, mut sum) = (0.0, 0.0);
+        for (row, entry) in diagonal.iter().enumerate() {
+            let motion = translations[(row, column)];
+            whole += entry.abs() * motion * motion;
+            sum += motion * product[(row, column)];
+        }
+        if whole > 0.0 { sum.abs() / whole } else { 0.0 }
+    };
+    (0..translations.ncols()).map(share).fold(0.0, f64::max)
+}
+
 /// Sums of a row's entries round to this many machine precisions; a larger defect is in the entries themselves.
 const ROUNDING_OF_A_ROW: f64 = 64.0;
 
@@ -176,6 +197,14 @@ impl RigidBodyModes {
                     .iter_mut()
                     .for_each(|entry| *entry /= length);
             }
+        }
+        let translations = geometric
+            .as_ref()
+            .get(.., ..component.dimension().coordinate_count());
+        if translation_share(&model.mass, translations) < SHARE_OF_A_STIFFNESS
+            && translation_share(&model.stiffness, translations) > SHARE_OF_A_MASS
+        {
+            return Err(MatrixRefusal::Swapped.into());
         }
         let shapes =
             orthonormalized(&model.mass, geometric.as_ref()).ok_or(MatrixRefusal::NoInertia)?;

@@ -14,6 +14,7 @@ macro_rules! unless_stopped {
 
 pub mod batch;
 pub mod cache;
+pub mod part_page;
 pub mod part_study;
 pub mod prepare;
 pub mod scene;

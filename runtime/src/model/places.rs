@@ -92,6 +92,7 @@ pub(super) fn find(
 fn unknown<'a>(body: &str, point: &str, known: impl Iterator<Item = &'a str> + Clone) -> String {
     let hint = match nearest_name(point, known.clone()) {
         Some(nearest) => format!("; did you mean {nearest:?}?"),
+        None if known.clone().next().is_none() => "; it has none".to_owned(),
         None => format!("; it has {}", known.collect::<Vec<_>>().join(", ")),
     };
     format!("body {body:?} has no interface {point:?}{hint}")

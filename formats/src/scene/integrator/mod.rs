@@ -103,6 +103,15 @@ impl Integrator {
         let at = |key: &str| format!("{location}.{key}");
         positive(&at("step"), self.step)?;
         super::values::not_negative(&at("end"), self.end)?;
+        if self.end > 0.0 && self.step > self.end * (1.0 + 1e-9) {
+            return Err(Error::described(
+                at("step"),
+                format!(
+                    "is {}, longer than the whole run, which ends at {}",
+                    self.step, self.end
+                ),
+            ));
+        }
         positive(&at("tolerance"), self.tolerance)?;
         if self.tolerance >= 1.0 {
             return Err(Error::described(

@@ -15,6 +15,8 @@ export class Body {
     const columns = this.shape?.columns.length ?? 0;
     this.motion = new Motion(times, view(description.frames), description.rest, view(description.amplitudes), columns);
     this.amplitudes = new Float64Array(columns);
+    /** Columns that the shader adds: those of a motion, or the one mode that is shown. */
+    this.columns = this.motion.amplitudes ? Array.from({ length: columns }, (_, column) => column) : columns > 0 ? [0] : [];
     this.group = new Group();
     this.drawn = [];
     const colour = BODY_COLOURS[index % BODY_COLOURS.length];
@@ -28,7 +30,7 @@ export class Body {
 
   #mesh(colour) {
     const { shape } = this;
-    const geometry = shape.geometry(shape.drawnCells);
+    const geometry = shape.geometry(shape.drawnCells, this.columns);
     let object;
     if (shape.corners >= 2) object = new Mesh(geometry, this.material);
     else object = new Points(geometry, new PointsMaterial({ color: colour, size: 4, sizeAttenuation: false }));
@@ -36,7 +38,7 @@ export class Body {
     this.#add(object);
     if (shape.edges.length > 0) {
       const line = new LineBasicMaterial({ color: 0x101418, transparent: true, opacity: 0.55 });
-      this.outline = new LineSegments(shape.geometry(shape.edges), line);
+      this.outline = new LineSegments(shape.geometry(shape.edges, this.columns), line);
       this.#add(this.outline);
     }
   }
@@ -76,7 +78,18 @@ export class Body {
     for (const object of this.drawn) {
       const influences = object.morphTargetInfluences;
       if (!influences) continue;
-      for (let k = 0; k < influences.length; k++) influences[k] = amplitudes[k] * scale;
+      for (let k = 0; k < influences.length; k++) influences[k] = amplitudes[this.columns[k]] * scale;
+    }
+  }
+
+  /** Deflects in one column from now on. */
+  deflectIn(column) {
+    if (this.columns.length === 1 && this.columns[0] === column) return;
+    this.columns = [column];
+    for (const object of this.drawn) {
+      object.geometry.dispose();
+      this.shape.deflectIn(object.geometry, this.columns);
+      object.updateMorphTargets();
     }
   }
 

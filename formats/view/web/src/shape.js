@@ -34,20 +34,24 @@ export class Shape {
     this.vertexNode = drawn.node;
     this.drawnCells = drawn.cells;
     this.position = new BufferAttribute(drawn.positions, 3);
-    this.morphs = this.columns.map((values) => new BufferAttribute(this.#atVertices(values), 3));
     this.edges = this.corners === 3 ? this.#creases() : new Uint32Array(0);
   }
 
-  /** A geometry with these cells; its colours are its own. */
-  geometry(cells) {
+  /** A geometry with these cells that deflects in these columns; its colours are its own. */
+  geometry(cells, columns) {
     const geometry = new BufferGeometry();
     geometry.setAttribute("position", this.position);
     geometry.setIndex(new BufferAttribute(cells, 1));
-    if (this.morphs.length > 0) {
-      geometry.morphAttributes.position = this.morphs;
-      geometry.morphTargetsRelative = true;
-    }
+    this.deflectIn(geometry, columns);
     return geometry;
+  }
+
+  /** The shader adds these columns, and no others: each costs time at every vertex. */
+  deflectIn(geometry, columns) {
+    if (columns.length === 0) return;
+    this.morphs ??= [];
+    geometry.morphAttributes.position = columns.map((column) => (this.morphs[column] ??= new BufferAttribute(this.#atVertices(this.columns[column]), 3)));
+    geometry.morphTargetsRelative = true;
   }
 
   /** Number of vertices that are drawn. */

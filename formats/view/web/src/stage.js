@@ -7,6 +7,19 @@ import { OrbitControls } from "three/examples/jsm/controls/OrbitControls.js";
 /** Directions from which the standard views look, in axes where z is up. */
 const VIEWS = { front: [0, -1, 0], back: [0, 1, 0], left: [-1, 0, 0], right: [1, 0, 0], top: [0, -0.001, 1], bottom: [0, -0.001, -1], home: [0.62, -0.85, 0.5] };
 
+/** Milliseconds a picture may take while it moves, and the coarsest pixels that are drawn then. */
+const SLOW = 30;
+const COARSEST = 0.5;
+
+/** Whether there is no graphics card: smooth edges cost too much then. */
+function drawsInSoftware() {
+  const context = document.createElement("canvas").getContext("webgl2");
+  const info = context?.getExtension("WEBGL_debug_renderer_info");
+  const name = info ? String(context.getParameter(info.UNMASKED_RENDERER_WEBGL)) : "";
+  context?.getExtension("WEBGL_lose_context")?.loseContext();
+  return /swiftshader|llvmpipe|software/i.test(name);
+}
+
 export class Stage {
   constructor(canvas, description, center) {
     this.canvas = canvas;
@@ -15,8 +28,11 @@ export class Stage {
     this.isPlanar = description.dimension === 2;
     this.up = new Vector3(...description.up).normalize();
     this.fromZ = new Quaternion().setFromUnitVectors(new Vector3(0, 0, 1), this.up);
-    this.renderer = new WebGLRenderer({ canvas, antialias: true, preserveDrawingBuffer: true });
-    this.renderer.setPixelRatio(Math.min(window.devicePixelRatio, 2));
+    this.renderer = new WebGLRenderer({ canvas, antialias: !drawsInSoftware(), preserveDrawingBuffer: true });
+    this.finest = Math.min(window.devicePixelRatio, 2);
+    this.ratio = this.finest;
+    this.pace = 0;
+    this.renderer.setPixelRatio(this.ratio);
     this.scene = new Scene();
     this.camera = new PerspectiveCamera(32, 1.6, 0.01 * this.size, 60 * this.size);
     this.camera.up.copy(this.up);
@@ -78,6 +94,26 @@ export class Stage {
     this.renderer.setSize(clientWidth, clientHeight, false);
     this.camera.aspect = clientWidth / clientHeight;
     this.camera.updateProjectionMatrix();
+  }
+
+  /** Draws coarser while it moves if a picture takes too long. @param {number} passed milliseconds since the last picture */
+  keepPace(passed) {
+    this.pace = 0.8 * this.pace + 0.2 * passed;
+    if (this.pace > SLOW && this.ratio > COARSEST) this.#drawWith(Math.max(COARSEST, 0.8 * this.ratio));
+  }
+
+  /** As fine as the screen again; whether that changed anything. */
+  sharpen() {
+    if (this.ratio === this.finest) return false;
+    this.#drawWith(this.finest);
+    return true;
+  }
+
+  #drawWith(ratio) {
+    this.ratio = ratio;
+    this.pace = 0;
+    this.renderer.setPixelRatio(ratio);
+    this.resize();
   }
 
   draw() {

@@ -270,6 +270,7 @@ export class Viewer {
       body.motion.pose(0, body.group.position, body.group.quaternion);
       body.amplitudes.fill(0);
       if (!mode || !body.shape) continue;
+      body.deflectIn(mode.column);
       const largest = body.shape.largest[mode.column] || 1;
       const amplitude = ((MODE_SIZE * this.description.size) / largest) * this.scale;
       body.amplitudes[mode.column] = 1 / largest;
@@ -285,9 +286,10 @@ export class Viewer {
   #frame(now) {
     if (this.isPlaying) {
       const passed = this.last == null ? 0 : Math.min((now - this.last) / 1000, 0.1);
+      if (this.last != null) this.stage.keepPace(now - this.last);
       this.last = now;
       this.advance(passed * this.speed);
-    }
+    } else if (this.stage.sharpen()) this.needsDraw = true;
     if (this.needsDraw) {
       this.needsDraw = false;
       this.draw();

@@ -103,7 +103,9 @@ export async function check(browser, path) {
   }
   holds("axe is content", violations.length === 0);
   await page.setViewportSize({ width: 400, height: 800 });
-  holds("it fits 400 px", await page.evaluate(() => document.documentElement.scrollWidth <= 401));
+  await page.waitForTimeout(500);
+  const wide = await page.evaluate(() => document.documentElement.scrollWidth <= 401 ? [] : [...document.querySelectorAll("body *")].filter((one) => one.getBoundingClientRect().right > 402).slice(0, 4).map((one) => `${one.tagName}.${one.className}`));
+  holds(`it fits 400 px: ${wide}`, wide.length === 0);
   const printed = await page.pdf();
   holds("it prints", printed.length > 10000);
   holds("no console error, dialog or request", errors.length === 0);

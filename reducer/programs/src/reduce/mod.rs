@@ -34,8 +34,9 @@ use crate::reduce::study::ComponentStudyArguments;
 use crate::reduce::superelement::export::ExportArguments;
 pub use crate::reduce::superelement::inspect::Form;
 use crate::reduce::superelement::inspect::InspectArguments;
+use crate::reduce::superelement::report::ReportArguments;
 use crate::reduce::superelement::verify::VerifyArguments;
-use crate::reduce::superelement::{compare, export, inspect, verify};
+use crate::reduce::superelement::{compare, export, inspect, report, verify};
 use dcb_reducer::Reduction;
 use dcb_reducer::error::Error;
 use dcb_reducer::mode_selection::ModeOptions;
@@ -126,6 +127,8 @@ enum ReduceCommand {
         /// Second superelement.
         b: PathBuf,
     },
+    /// Make a page that shows a superelement: modes in motion, responses with bounds, quality
+    Report(ReportArguments),
     /// Write a superelement as other programs read it: NumPy, Simscape, Nastran, Exudyn, MBDyn, SID_FEM, glTF.
     Export(ExportArguments),
     /// Say what a reduction will cost, without doing it: factor, memory, time.
@@ -174,6 +177,7 @@ pub fn main(arguments: impl IntoIterator<Item = OsString>) -> u8 {
         Some(ReduceCommand::Inspect(arguments)) => inspect::run(arguments),
         Some(ReduceCommand::Verify(arguments)) => verify::run(arguments),
         Some(ReduceCommand::Compare { a, b }) => compare::run(a, b),
+        Some(ReduceCommand::Report(arguments)) => report::run(arguments),
         Some(ReduceCommand::Export(arguments)) => export::run(arguments),
         Some(ReduceCommand::Plan(arguments)) => plan::run(arguments),
         Some(ReduceCommand::Study(arguments)) => study::run(arguments, &cli.common),
@@ -189,6 +193,7 @@ pub fn main(arguments: impl IntoIterator<Item = OsString>) -> u8 {
                 | ReduceCommand::Study(_)
                 | ReduceCommand::Batch(_)
                 | ReduceCommand::Export(_)
+                | ReduceCommand::Report(_)
                 | ReduceCommand::Import(_)
         )
     );

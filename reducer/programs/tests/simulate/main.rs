@@ -12,6 +12,7 @@ mod needed;
 mod notes;
 mod options;
 mod output;
+mod page;
 mod planar_scenes;
 mod prepare_stopped;
 mod prepared_fields;
