@@ -116,10 +116,23 @@ impl<'a> Run<'a> {
             None => NarrowedScene::from(scene.clone()),
         };
         narrowed.scene.fields = Vec::new();
+        let read_by_run = digests_of_inputs(&results)?;
         for (name, body) in scene.superelements() {
             let file = open
                 .at(&scene.resolve(&body.file))
                 .map_err(|error| missing(Error::from(error), &scene_path))?;
+            if !read_by_run
+                .iter()
+                .any(|digest| digest == file.file.digest())
+            {
+                return Err(refused(
+                    &scene.resolve(&body.file),
+                    &format!(
+                        "is not the file that the run of {} read; run the scene again",
+                        path.display()
+                    ),
+                ));
+            }
             let is_in_plane = file.superelement.dimension == scene.dimension;
             if is_in_plane && file.file.has_fields() {
                 narrowed.scene.fields.push(FieldRequest {
@@ -132,62 +145,46 @@ impl<'a> Run<'a> {
         }
         let model =
             Model::load_narrowed(&narrowed, &open).map_err(|error| missing(error, &scene_path))?;
-        let run = Self {
+        Ok(Self {
             path,
             results,
             scene,
             model,
-        };
-        run.check_inputs()?;
-        Ok(run)
-    }
-
-    /// The superelements are those that the run read.
-    fn check_inputs(&self) -> Result<(), Error> {
-        let inputs = self.results.provenance("inputs")?;
-        let known: Vec<&str> = inputs
-            .as_array()
-            .into_iter()
-            .flatten()
-            .filter_map(|input| input["sha256"].as_str())
-            .collect();
-        match self
-            .model
-            .files
-            .iter()
-            .find(|file| !known.contains(&file.digest.as_str()))
-        {
-            Some(other) => Err(Error::from(dcb_formats::Error::File {
-                path: other.path.clone(),
-                message: format!(
-                    "is not the file that the run of {} read; run the scene again",
-                    self.path.display()
-                ),
-            })),
-            None => Ok(()),
-        }
+        })
     }
 
     fn refused(&self, message: &str) -> Error {
-        Error::from(dcb_formats::Error::File {
-            path: self.path.to_owned(),
-            message: message.to_owned(),
-        })
+        refused(self.path, message)
     }
+}
+
+/// The SHA-256 of the files that the run read.
+fn digests_of_inputs(results: &Results) -> Result<Vec<String>, Error> {
+    let inputs = results.provenance("inputs")?;
+    let digests = inputs.as_array().into_iter().flatten();
+    Ok(digests
+        .filter_map(|input| input["sha256"].as_str())
+        .map(str::to_owned)
+        .collect())
+}
+
+fn refused(path: &Path, message: &str) -> Error {
+    Error::from(dcb_formats::Error::File {
+        path: path.to_owned(),
+        message: message.to_owned(),
+    })
 }
 
 /// A superelement that isn't where it is looked for: says how to tell.
 fn missing(error: Error, scene: &Path) -> Error {
     match error {
-        Error::File(dcb_formats::Error::Io { path, .. }) if !path.exists() => {
-            Error::from(dcb_formats::Error::File {
-                path,
-                message: format!(
-                    "is not there: it is looked for from {}; name the scene's file with --scene",
-                    scene.display()
-                ),
-            })
-        }
+        Error::File(dcb_formats::Error::Io { path, .. }) if !path.exists() => refused(
+            &path,
+            &format!(
+                "is not there: it is looked for from {}; name the scene's file with --scene",
+                scene.display()
+            ),
+        ),
         other => other,
     }
 }
