@@ -64,6 +64,7 @@ impl Mechanism {
         let redundancy = scene.redundant_constraints;
         let (mut simulation, initial) =
             Simulation::start_holding(system, drawn, method, redundancy, &held)?;
+        run::check_gaps(&initial, scene)?;
         if let Some(senses) = senses {
             simulation.control(senses)?;
         }

@@ -2,6 +2,7 @@
 
 use dcb_formats::Component;
 
+use crate::gallery;
 use crate::hard::{self, Hinge};
 use crate::material::Material;
 use crate::planar_rod::{RodSection, planar_rod};
@@ -159,6 +160,41 @@ pub const CATALOGUE: &[Sample] = &[
         "orphan-dof-block",
         "one dof without stiffness and mass",
         |_| hard::orphan_dof_block(),
+    ),
+    fixed(
+        "upper-arm",
+        "gallery: upper arm of a robot, 0.6 m, aluminium",
+        |_| gallery::upper_arm(),
+    ),
+    fixed(
+        "forearm",
+        "gallery: forearm of a robot, 0.5 m, aluminium",
+        |_| gallery::forearm(),
+    ),
+    fixed(
+        "blade",
+        "gallery: blade of a wind turbine, 20 m, glass fibre",
+        |_| gallery::blade(),
+    ),
+    fixed(
+        "four-bar-link",
+        "gallery: bar of 1 m and 1 kg, aluminium",
+        |_| gallery::four_bar_link(),
+    ),
+    fixed(
+        "scissor-bar",
+        "gallery: bar with a middle pin, 1 m, aluminium",
+        |_| gallery::scissor_bar(),
+    ),
+    fixed(
+        "spinning-plate",
+        "gallery: square plate with a hub, 0.4 m, steel",
+        |_| gallery::spinning_plate(),
+    ),
+    fixed(
+        "engine-rod",
+        "gallery: connecting-rod with larger elements",
+        |_| gallery::engine_rod(),
     ),
 ];
 

@@ -25,6 +25,7 @@ pub mod pseudo_random;
 pub mod spatial_beam;
 
 mod component;
+mod gallery;
 mod planform;
 mod sparse;
 

@@ -309,6 +309,9 @@ impl Scene {
         for (index, body) in self.initial.hold.iter().enumerate() {
             checker.body(&format!("initial.hold[{index}]"), body)?;
         }
+        if let Some(gap) = self.initial.allow_gap {
+            values::positive("initial.allow_gap", gap)?;
+        }
         self.check_analysis()
     }
 

@@ -80,10 +80,13 @@ pub enum RedundantConstraints {
 }
 
 /// How the initial placement is made to fit the joints.
-#[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Initial {
     /// Bodies that stay where they are.
     #[serde(default)]
     pub hold: Vec<String>,
+    /// How far a body may be moved to close the joints; a quarter of the mechanism's size where absent.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub allow_gap: Option<f64>,
 }

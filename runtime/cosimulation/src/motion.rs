@@ -4,7 +4,7 @@ use dcb_formats::scene::{Compatibility, Integrator, Scene, Scheme};
 use dcb_runtime::mechanism::Mechanism;
 use dcb_runtime::model::Model;
 use dcb_runtime::run;
-use dcb_runtime::run::transient::{adaptive_step, rounding_warning, unresolved_warning};
+use dcb_runtime::run::transient::{adaptive_step, resolution_warning, rounding_warning};
 use dcb_runtime::watch::compatibility_window::WeakWindow;
 use dcb_runtime::watch::validity::Validity;
 
@@ -23,7 +23,7 @@ pub(crate) struct Motion {
     validity: Validity,
     /// Where weak compatibility is stable; `None` where that doesn't matter.
     window: Option<WeakWindow>,
-    pub told_unresolved: usize,
+    unit_of_time: String,
 }
 
 impl Motion {
@@ -37,7 +37,7 @@ impl Motion {
     ) -> Result<Self, Error> {
         warnings.extend(model.notes.iter().cloned());
         let mechanism = Mechanism::start_model(scene, integrator, model)?;
-        warnings.extend(run::start_notes(mechanism.initial()));
+        warnings.extend(run::start_notes(mechanism.initial(), scene));
         let simulation = mechanism.simulation();
         let (system, state) = (simulation.system(), simulation.state());
         let stepping = match &integrator.adaptive {
@@ -57,7 +57,7 @@ impl Motion {
             stepping,
             time: 0.0,
             window,
-            told_unresolved: 0,
+            unit_of_time: scene.units.time.clone(),
             mechanism,
         })
     }
@@ -78,10 +78,6 @@ impl Motion {
     pub fn tell(&mut self, warnings: &mut Vec<String>) -> Result<(), Error> {
         let simulation = self.mechanism.simulation();
         let (system, state) = (simulation.system(), simulation.state());
-        let told = simulation.resolution().told();
-        let new = told.get(self.told_unresolved..).unwrap_or_default();
-        warnings.extend(new.iter().map(|found| unresolved_warning(system, found)));
-        self.told_unresolved = told.len();
         self.validity
             .check(system, state, |message| warnings.push(message))?;
         Ok(())
@@ -90,15 +86,11 @@ impl Motion {
     /// Adds what is known at the end only.
     pub fn tell_at_end(&self, warnings: &mut Vec<String>) {
         let simulation = self.mechanism.simulation();
-        let found = simulation.resolution().at_end();
-        let unresolved = found
-            .iter()
-            .map(|found| unresolved_warning(simulation.system(), found));
-        warnings.extend(unresolved);
+        warnings.extend(resolution_warning(simulation, &self.unit_of_time));
         let (steps, _) = simulation.effort();
         let mean_step = simulation.state().time / steps.max(1) as f64;
         if mean_step > 0.0 {
-            warnings.extend(rounding_warning(simulation, mean_step));
+            warnings.extend(rounding_warning(simulation, mean_step, &self.unit_of_time));
         }
     }
 }

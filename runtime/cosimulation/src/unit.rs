@@ -312,7 +312,6 @@ impl CoSimulation {
         self.motion.mechanism.restore(&saved.motion)?;
         self.motion.stepping.resume(&saved.progress);
         self.motion.time = saved.time;
-        self.motion.told_unresolved = 0;
         self.mode = saved.mode;
         Ok(())
     }

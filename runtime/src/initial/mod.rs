@@ -46,6 +46,8 @@ pub struct InitialReport {
     pub redundant: Vec<(String, usize)>,
     /// Independent constraints.
     pub independent_constraints: usize,
+    /// Extent of the mechanism.
+    pub size: f64,
 }
 
 /// By how much a body moved.
@@ -121,6 +123,7 @@ impl<'a> Starter<'a> {
         let mut report = InitialReport {
             moved: self.moved(&drawn, state),
             strained: self.strained(state),
+            size: self.size,
             ..InitialReport::default()
         };
         self.find_redundant(state, &mut report)?;

@@ -78,9 +78,18 @@ impl Unresolved {
 pub struct Resolution {
     /// Place and deflection of each body.
     bodies: Vec<[Recent; 2]>,
-    told: Vec<Unresolved>,
+    lasting: Vec<Lasting>,
     fastest: f64,
     steps: usize,
+}
+
+/// A motion that was coarse for longer than it takes to ring out.
+#[derive(Clone, Copy, Debug)]
+struct Lasting {
+    /// As it was when that was first seen.
+    found: Unresolved,
+    /// Its largest mean change in a step.
+    change: f64,
 }
 
 /// The last steps of one motion.
@@ -97,7 +106,8 @@ struct Recent {
     hopeless: usize,
     /// The motion as it is, where it is told.
     found: Option<Unresolved>,
-    is_told: bool,
+    /// Its place among the lasting ones.
+    lasting: Option<usize>,
 }
 
 /// Of one step, or a sum of several.
@@ -118,19 +128,25 @@ impl Resolution {
     pub fn of(system: &System) -> Self {
         Self {
             bodies: vec![[Recent::default(); 2]; system.bodies.len()],
-            told: Vec::with_capacity(2 * system.bodies.len()),
+            lasting: Vec::with_capacity(2 * system.bodies.len()),
             fastest: 0.0,
             steps: 0,
         }
     }
 
-    /// Motions that the steps have been too long for, each once, in the order of time.
-    pub fn told(&self) -> &[Unresolved] {
-        &self.told
+    /// Motions that the steps have been too long for, each once, in the order of time: those that are no small part of what the body has
+    /// done up to now, so that what is asked for at the end of a run is judged over all of it.
+    pub fn told(&self) -> Vec<Unresolved> {
+        let mattered = self.lasting.iter().filter(|lasting| {
+            let Unresolved { body, part, .. } = lasting.found;
+            lasting.change > SIGNIFICANT * self.bodies[body][part as usize].largest
+        });
+        let mattered = mattered.map(|lasting| lasting.found);
+        mattered.chain(self.at_end()).collect()
     }
 
     /// The motions that the steps were too long for at the end of a run too short to tell whether that lasts, of which it has seen some periods.
-    pub fn at_end(&self) -> Vec<Unresolved> {
+    fn at_end(&self) -> Vec<Unresolved> {
         if self.steps >= SHORT_RUN {
             return Vec::new();
         }
@@ -138,7 +154,7 @@ impl Resolution {
             .bodies
             .iter()
             .flatten()
-            .filter(|recent| !recent.is_told);
+            .filter(|recent| recent.lasting.is_none());
         let found = untold.filter_map(|recent| recent.found);
         let steps = self.steps as f64;
         found
@@ -211,10 +227,14 @@ impl Resolution {
                 };
                 if let Some(found) = recent.found
                     && recent.coarse > patience
-                    && !recent.is_told
                 {
-                    recent.is_told = true;
-                    self.told.push(found);
+                    let change = recent.change();
+                    let place = *recent.lasting.get_or_insert_with(|| {
+                        self.lasting.push(Lasting { found, change });
+                        self.lasting.len() - 1
+                    });
+                    let lasting = &mut self.lasting[place];
+                    lasting.change = lasting.change.max(change);
                 }
             }
         }
@@ -238,9 +258,14 @@ impl Recent {
         }
     }
 
-    /// The mean change in a step, by the largest size in the run.
+    /// The mean change in a step.
+    fn change(&self) -> f64 {
+        (self.total().square / WINDOW as f64).sqrt()
+    }
+
+    /// The same by the largest size in the run.
     fn share(&self) -> f64 {
-        (self.total().square / WINDOW as f64).sqrt() / self.largest
+        self.change() / self.largest
     }
 
     /// Steps in a period where they are too few, and the motion is no small one.

@@ -8,7 +8,7 @@ use crate::error::Error;
 use crate::initial::Starter;
 use crate::model::{Model, Recorder};
 use crate::run::transient::Stepping;
-use crate::run::{Observer, method, start_notes};
+use crate::run::{Observer, check_gaps, method, start_notes};
 use crate::simulation::Simulation;
 use crate::system::evaluation::Evaluation;
 use crate::system::linearization::Linearization;
@@ -61,9 +61,11 @@ pub(super) fn reach(
         observer.note(0.0, note);
     }
     let mut tell = |report| {
-        for note in start_notes(&report) {
+        check_gaps(&report, &scene)?;
+        for note in start_notes(&report, &scene) {
             observer.note(0.0, &note);
         }
+        Ok::<(), Error>(())
     };
     match at {
         OperatingPoint::Static => {
@@ -82,7 +84,7 @@ pub(super) fn reach(
             let method = method(&integrator);
             let (mut simulation, report) =
                 Simulation::start_holding(system, drawn, method, redundancy, &held)?;
-            tell(report);
+            tell(report)?;
             let integrator = Integrator {
                 end: time,
                 ..integrator
@@ -106,7 +108,7 @@ pub(super) fn reach(
         }
         OperatingPoint::Initial | OperatingPoint::Time(0.0) => {
             let mut starter = Starter::of(&system)?.holding(&held);
-            tell(starter.start(&mut drawn, scene.redundant_constraints)?);
+            tell(starter.start(&mut drawn, scene.redundant_constraints)?)?;
         }
         OperatingPoint::Time(time) => {
             return Err(Error::BadNumber {

@@ -102,7 +102,7 @@ pub fn driven(
     let mut last = None;
     let mut follow = || {
         let (mut motion, initial) = DrivenMotion::start(&system, drawn.clone())?;
-        tell_start(&initial, observer, &mut session);
+        tell_start(&initial, scene, observer, &mut session)?;
         if system.coordinate_count() > 0 {
             let message = "a kinematic analysis takes flexible bodies as rigid ones";
             session.tell(observer, 0.0, message);
@@ -189,7 +189,7 @@ pub fn modes(
                 let initial = Starter::of(&system)?
                     .holding(&held)
                     .start(&mut drawn, scene.redundant_constraints)?;
-                tell_start(&initial, observer, &mut session);
+                tell_start(&initial, scene, observer, &mut session)?;
             }
         }
         record_state(&mut session, &system, &drawn)?;

@@ -4,6 +4,7 @@
 //! oscillations (`analyses`). Whatever stops a run, its file holds what was reached.
 
 pub(crate) mod analyses;
+mod start;
 pub mod transient;
 
 use std::path::{Path, PathBuf};
@@ -14,7 +15,6 @@ use dcb_formats::results::{Header, Outcome, ResultsWriter};
 use serde_json::{Value, json};
 
 use crate::error::Error;
-use crate::initial::InitialReport;
 use crate::integrator::{self, Method, Tolerance};
 use crate::model::{FieldFolders, FieldWriter, LoadedFile, Model, RecordedStep, Recorder};
 use crate::simulation::Senses;
@@ -23,6 +23,8 @@ use crate::watch::applicability::Scope;
 pub use analyses::{DrivenReport, ModesReport, RestReport};
 use dcb_formats::scene::Scheme;
 use dcb_formats::scene::{self, Analysis, Integrator, Scene};
+use start::tell_start;
+pub use start::{check_gaps, start_notes};
 pub use transient::RunReport;
 
 /// Who watches a run.
@@ -199,39 +201,6 @@ fn file_name(path: &Path) -> String {
     path.file_name()
         .map(|name| name.to_string_lossy().into_owned())
         .unwrap_or_default()
-}
-
-/// Effort of making the start consistent.
-fn tell_start(initial: &InitialReport, observer: &mut dyn Observer, session: &mut Session) {
-    for message in start_notes(initial) {
-        session.tell(observer, 0.0, &message);
-    }
-}
-
-/// Notes on what made a start consistent.
-pub fn start_notes(initial: &InitialReport) -> Vec<String> {
-    let moved = initial.moved.iter().map(|moved| {
-        format!(
-            "assembly moved body {:?} by {:.3e} and turned it by {:.3e} rad",
-            moved.body, moved.translation, moved.rotation
-        )
-    });
-    let strained = initial.strained.iter().map(|(body, energy)| {
-        format!("assembly strained body {body:?}: it starts with an elastic energy of {energy:.3e}")
-    });
-    let sped = initial.sped.iter().map(|sped| {
-        format!(
-            "the joints ask for another velocity of body {:?}: changed by {:.3e}, spin by {:.3e}",
-            sped.body, sped.translation, sped.rotation
-        )
-    });
-    let redundant = initial.redundant.iter().map(|(joint, count)| {
-        let s = if *count == 1 { "" } else { "s" };
-        format!(
-            "{count} redundant constraint{s} in {joint:?}: its forces are not unique and shared out in the minimum-norm sense"
-        )
-    });
-    moved.chain(strained).chain(sped).chain(redundant).collect()
 }
 
 /// A results file being written, and what writes into it.

@@ -11,7 +11,7 @@ use crate::error::Error;
 use crate::initial::InitialReport;
 use crate::integrator::adaptive::{AdaptiveStep, StepSize};
 use crate::integrator::equal_steps::EqualSteps;
-use crate::integrator::resolution::{Part, Unresolved};
+use crate::integrator::resolution::Part;
 use crate::integrator::{Effort, Profile};
 use crate::model::timetable::{Due, Rows};
 use crate::model::{Model, RecordedStep};
@@ -83,7 +83,9 @@ pub fn transient(
         Ok(started) => started,
         Err(error) => return session.close(observer, Err(error), &NOT_BEGUN, &json!({})),
     };
-    tell_start(&initial, observer, &mut session);
+    if let Err(error) = tell_start(&initial, scene, observer, &mut session) {
+        return session.close(observer, Err(error), &NOT_BEGUN, &json!({}));
+    }
     let damping = effective_damping(simulation.system(), simulation.state());
     if let Some(message) = damping_note(&damping, scene) {
         session.tell(observer, 0.0, &message);
@@ -98,7 +100,7 @@ pub fn transient(
         validity: Validity::of(simulation.system(), simulation.state()),
         balance: EnergyBalance::default(),
         met_singular: false,
-        told_unresolved: 0,
+        unit_of_time: scene.units.time.clone(),
         told_contacts: 0,
     };
     if target.profiling == Profiling::Stages {
@@ -153,8 +155,7 @@ struct Run<'a> {
     balance: EnergyBalance,
     /// Whether a singular configuration has been told.
     met_singular: bool,
-    /// How many motions that the steps are too long for have been told.
-    told_unresolved: usize,
+    unit_of_time: String,
     /// How many contacts have been told.
     told_contacts: usize,
 }
@@ -184,7 +185,6 @@ impl Run<'_> {
             self.session
                 .scope
                 .observe_motion(simulation.system(), simulation.state());
-            self.tell_unresolved(simulation, observer);
             self.tell_contacts(simulation, observer);
             rows.count_step();
             let mut is_recorded = false;
@@ -218,17 +218,17 @@ impl Run<'_> {
         if simulation.state().time < end {
             return Ok(false);
         }
-        for found in simulation.resolution().at_end() {
-            let message = unresolved_warning(simulation.system(), &found);
-            self.session
-                .tell(observer, simulation.state().time, &message);
-        }
         let time = simulation.state().time;
         // Single steps may be short, for example the last one.
         let (steps, _) = simulation.effort();
         let mean_step = time / steps.max(1) as f64;
-        let rounding = rounding_warning(simulation, mean_step);
-        for message in rounding.into_iter().chain(imbalance_warning(&self.balance)) {
+        let resolution = resolution_warning(simulation, &self.unit_of_time);
+        let rounding = rounding_warning(simulation, mean_step, &self.unit_of_time);
+        for message in resolution
+            .into_iter()
+            .chain(rounding)
+            .chain(imbalance_warning(&self.balance))
+        {
             self.session.tell(observer, time, &message);
         }
         Ok(true)
@@ -252,17 +252,6 @@ impl Run<'_> {
             }
         }
         Ok(())
-    }
-
-    /// Motions that the steps are too long for are told once each.
-    fn tell_unresolved(&mut self, simulation: &Simulation, observer: &mut dyn Observer) {
-        let told = simulation.resolution().told();
-        for found in &told[self.told_unresolved..] {
-            let message = unresolved_warning(simulation.system(), found);
-            self.session
-                .tell(observer, simulation.state().time, &message);
-        }
-        self.told_unresolved = told.len();
     }
 
     fn tell_contacts(&mut self, simulation: &Simulation, observer: &mut dyn Observer) {
@@ -370,27 +359,38 @@ fn check_window(
     window.check(step)
 }
 
-/// Note on steps that are too long for a motion.
-pub fn unresolved_warning(system: &System, found: &Unresolved) -> String {
-    let what = match found.part {
+/// Note on steps that are too long for motions of the run up to now: one for all bodies. `time` is the unit of time.
+pub fn resolution_warning(simulation: &Simulation, time: &str) -> Option<String> {
+    let told = simulation.resolution().told();
+    let fastest = told
+        .iter()
+        .min_by(|one, other| one.advised_step().total_cmp(&other.advised_step()))?;
+    let bodies = &simulation.system().bodies;
+    let what = match fastest.part {
         Part::Place => "motion",
         Part::Deflection => "deflection",
     };
-    format!(
-        "the {what} of body {:?} has {:.1} steps of {:.1e} in a period: its frequency and phase are wrong; to follow it take steps below {:.1e}",
-        system.bodies[found.body].name,
-        found.steps_per_period,
-        found.step,
-        found.advised_step()
-    )
+    let affected = (0..bodies.len()).filter(|body| told.iter().any(|found| found.body == *body));
+    let others = match affected.count() - 1 {
+        0 => String::new(),
+        1 => " (and of 1 other body)".to_owned(),
+        count => format!(" (and of {count} other bodies)"),
+    };
+    Some(format!(
+        "the {what} of body {:?}{others} has {:.1} steps of {:.1e} {time} in a period: its frequency and phase are wrong; to follow it take steps below {:.1e} {time}",
+        bodies[fastest.body].name,
+        fastest.steps_per_period,
+        fastest.step,
+        fastest.advised_step()
+    ))
 }
 
 /// Note on forces that consist of rounding at steps of this size.
-pub fn rounding_warning(simulation: &Simulation, step: f64) -> Option<String> {
+pub fn rounding_warning(simulation: &Simulation, step: f64, time: &str) -> Option<String> {
     let rounding = simulation.rounding_of_forces(step);
     (rounding.is_finite() && rounding > ROUNDING_TOLD).then(|| {
         format!(
-            "rounding of positions is {rounding:.0e} of the joints' forces at a step of {step:.1e}: take longer steps, \"formulation\": \"stabilized-index-2\", or a place nearer to the world's origin"
+            "rounding of positions is {rounding:.0e} of the joints' forces at a step of {step:.1e} {time}: take longer steps, \"formulation\": \"stabilized-index-2\", or a place nearer to the world's origin"
         )
     })
 }

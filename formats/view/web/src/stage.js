@@ -21,10 +21,12 @@ function drawsInSoftware() {
 }
 
 export class Stage {
-  constructor(canvas, description, center) {
+  /** @param {{center: number[], height: number}} extent */
+  constructor(canvas, description, { center, height }) {
     this.canvas = canvas;
     this.size = description.size;
     this.center = new Vector3(...center);
+    this.height = height;
     this.isPlanar = description.dimension === 2;
     this.up = new Vector3(...description.up).normalize();
     this.fromZ = new Quaternion().setFromUnitVectors(new Vector3(0, 0, 1), this.up);
@@ -75,7 +77,7 @@ export class Stage {
     if (this.isPlanar && name === "home") direction.set(0, 0, 1);
     else if (!this.isPlanar) direction.applyQuaternion(this.fromZ);
     this.controls.target.copy(this.center);
-    this.camera.position.copy(this.center).addScaledVector(direction, 1.4 * this.size);
+    this.camera.position.copy(this.center).addScaledVector(direction, Math.max(1.4 * this.size, 2 * this.height));
     this.controls.update();
   }
 

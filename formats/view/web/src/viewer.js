@@ -38,7 +38,7 @@ export class Viewer {
     this.controls = new Controls(this, { isPart: this.isPart, modes: this.isPart ? description.modes : [], hasTime, canFilm: hasTime && !!canvas.captureStream && typeof MediaRecorder !== "undefined" });
     place.replaceChildren(canvas, this.controls.root);
     const extent = this.#extent();
-    this.stage = new Stage(canvas, description, extent.center);
+    this.stage = new Stage(canvas, description, extent);
     this.stage.ground(extent.lowest);
     this.glyphs = new Glyphs(description, this.bodies, arrays, description.size);
     this.stage.scene.add(this.glyphs.group, ...this.bodies.map((body) => body.group));
@@ -67,12 +67,13 @@ export class Viewer {
     return this.isPart ? `3-D view of part ${title}, deflected in a mode` : `3-D view of ${title}: ${bodies.length} bodies in motion: ${names}`;
   }
 
-  /** Middle of what is drawn, and how low it reaches, over some of the times. */
+  /** Middle of what is drawn, how low it reaches and how high it is, over some of the times. */
   #extent() {
     const low = [Infinity, Infinity, Infinity];
     const high = [-Infinity, -Infinity, -Infinity];
     const up = this.description.up;
     let lowest = Infinity;
+    let highest = -Infinity;
     const count = this.times.length > 1 ? 24 : 1;
     for (let k = 0; k < count; k++) {
       const time = this.times.length > 1 ? this.times[Math.round((k * (this.times.length - 1)) / (count - 1))] : 0;
@@ -82,11 +83,13 @@ export class Viewer {
           at.applyQuaternion(body.group.quaternion).add(body.group.position);
           const p = at.toArray();
           p.forEach((value, axis) => { low[axis] = Math.min(low[axis], value); high[axis] = Math.max(high[axis], value); });
-          lowest = Math.min(lowest, p[0] * up[0] + p[1] * up[1] + p[2] * up[2]);
+          const height = p[0] * up[0] + p[1] * up[1] + p[2] * up[2];
+          lowest = Math.min(lowest, height);
+          highest = Math.max(highest, height);
         }
       }
     }
-    return { center: low.map((value, axis) => (Number.isFinite(value) ? 0.5 * (value + high[axis]) : 0)), lowest: Number.isFinite(lowest) ? lowest : 0 };
+    return { center: low.map((value, axis) => (Number.isFinite(value) ? 0.5 * (value + high[axis]) : 0)), lowest: Number.isFinite(lowest) ? lowest : 0, height: Math.max(highest - lowest, 0) };
   }
 
   #usualScale() {

@@ -116,6 +116,7 @@ impl<'a> Run<'a> {
             None => NarrowedScene::from(scene.clone()),
         };
         narrowed.scene.fields = Vec::new();
+        narrowed.carrying = narrowed.carrying.with_all_nodes();
         let read_by_run = digests_of_inputs(&results)?;
         for (name, body) in scene.superelements() {
             let file = open

@@ -15,7 +15,7 @@ use dcb_runtime::integrator::Effort;
 use dcb_runtime::integrator::equal_steps::EqualSteps;
 use dcb_runtime::model::{Model, RecordedStep, Recorder};
 use dcb_runtime::run::method;
-use dcb_runtime::run::transient::{imbalance_warning, rounding_warning, unresolved_warning};
+use dcb_runtime::run::transient::{imbalance_warning, resolution_warning, rounding_warning};
 use dcb_runtime::simulation::Simulation;
 use dcb_runtime::watch::compatibility_window::WeakWindow;
 use dcb_runtime::watch::energy_balance::EnergyBalance;
@@ -202,11 +202,12 @@ impl TimedRun<'_> {
         }
         monitor.advance(count % STEPS_BETWEEN_LOOKS);
         let warnings = &mut self.course.warnings;
-        let (system, resolution) = (self.simulation.system(), self.simulation.resolution());
-        let lasting = resolution.told().iter().copied();
-        let unresolved = lasting.chain(resolution.at_end());
-        warnings.extend(unresolved.map(|found| unresolved_warning(system, &found)));
-        warnings.extend(rounding_warning(&self.simulation, integrator.step));
+        warnings.extend(resolution_warning(&self.simulation, &scene.units.time));
+        warnings.extend(rounding_warning(
+            &self.simulation,
+            integrator.step,
+            &scene.units.time,
+        ));
         warnings.extend(imbalance_warning(&self.balance));
         Ok(true)
     }

@@ -1,6 +1,7 @@
 //! A scene together with what is carried of its superelements.
 
 use dcb_formats::scene::Scene;
+use dcb_superelement::selection::NodeSelection;
 use indexmap::IndexMap;
 
 use super::Carried;
@@ -12,6 +13,25 @@ pub struct Carrying {
     pub bodies: IndexMap<String, Carried>,
     /// Normal of a plane that no motion leaves, world axes: what leads out of it isn't carried.
     pub plane: Option<[f64; 3]>,
+}
+
+impl Carrying {
+    /// The same coordinates, with the nodal fields of all nodes: to look at a run that needed those of a few nodes only.
+    pub fn with_all_nodes(self) -> Self {
+        let bodies = self.bodies.into_iter().map(|(name, carried)| {
+            let carried = match carried {
+                Carried::Selection(selection) => {
+                    Carried::Selection(Box::new(selection.with_nodes(NodeSelection::All)))
+                }
+                Carried::Rigid => Carried::Rigid,
+            };
+            (name, carried)
+        });
+        Self {
+            bodies: bodies.collect(),
+            plane: self.plane,
+        }
+    }
 }
 
 /// A scene and what is carried of its superelements.

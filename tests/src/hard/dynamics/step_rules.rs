@@ -85,9 +85,7 @@ fn step_finding(steps: usize, expected: &[f64]) -> StepFinding {
             exact.push(expected[index * 360 / steps]);
         }
     }
-    let resolution = simulation.resolution();
-    let at_end = resolution.at_end();
-    let told = resolution.told().iter().chain(&at_end).next();
+    let told = simulation.resolution().told().into_iter().next();
     if let (Some(told), None) = (told, &said) {
         said = Some(format!(
             "{:?} with {:.1} steps in a period",
