@@ -135,7 +135,10 @@ impl<'a> Place<'a> {
 
     /// The first key of the object in which this is, and the key that follows a comma here.
     fn two_kinds(&self) -> Option<[&'a str; 2]> {
-        let before = self.before.trim_end().strip_suffix(',')?;
+        let (before, behind) = match self.before.trim_end().strip_suffix(',') {
+            Some(before) => (before, self.behind),
+            None => (self.before, self.behind.trim_start().strip_prefix(',')?),
+        };
         let mut depth = 0_usize;
         let open = before.char_indices().rev().find(|(_, letter)| {
             match letter {
@@ -147,7 +150,7 @@ impl<'a> Place<'a> {
             false
         })?;
         let first = before.get(open.0 + 1..)?.trim_start().strip_prefix('"')?;
-        let second = self.behind.trim_start().strip_prefix('"')?;
+        let second = behind.trim_start().strip_prefix('"')?;
         Some([first.split('"').next()?, second.split('"').next()?])
     }
 }

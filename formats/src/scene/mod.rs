@@ -162,6 +162,9 @@ pub struct Ground {
     pub points: Named<Point>,
 }
 
+/// The name of a scene that is read from standard input; its paths start at the folder of the process.
+pub const STANDARD_INPUT: &str = "-";
+
 impl Scene {
     /// The bodies that are superelements, by their names.
     pub fn superelements(&self) -> impl Iterator<Item = (&str, &SuperelementBody)> {

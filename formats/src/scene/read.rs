@@ -1,4 +1,4 @@
-//! The scene's JSON text: bounded in size, and every complaint with its place.
+//! The scene's JSON text, comments allowed: bounded in size, and every complaint with its place.
 
 use std::fs::File;
 use std::io::Read;
@@ -6,6 +6,7 @@ use std::path::Path;
 
 use crate::component::Units;
 use crate::description::json_error;
+use json_comments::CommentSettings;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
@@ -66,9 +67,13 @@ pub(super) fn text(path: &Path) -> Result<String, Error> {
         path: path.to_owned(),
         message,
     };
-    let file = File::open(path).map_err(refused)?;
+    let source: Box<dyn Read> = match path == Path::new(super::STANDARD_INPUT) {
+        true => Box::new(std::io::stdin()),
+        false => Box::new(File::open(path).map_err(refused)?),
+    };
     let mut bytes = Vec::new();
-    file.take(LARGEST + 1)
+    source
+        .take(LARGEST + 1)
         .read_to_end(&mut bytes)
         .map_err(refused)?;
     if bytes.len() as u64 > LARGEST {
@@ -91,9 +96,29 @@ pub(super) fn text(path: &Path) -> Result<String, Error> {
 /// The scene as it stands in the text, not yet checked.
 pub(super) fn scene(text: &str, path: &Path) -> Result<Scene, Error> {
     let text = text.strip_prefix('\u{feff}').unwrap_or(text);
+    let text = &without_comments(text, path)?;
     let Object(scene) = serde_json::from_str::<Object<Scene>>(text)
         .map_err(|error| json_error(path, text.as_bytes(), &error, example_of))?;
     Ok(scene)
+}
+
+/// The same with blanks in place of `// ...` and `/* ... */`, so that places stay where they are.
+fn without_comments(text: &str, path: &Path) -> Result<String, Error> {
+    if !text.contains("//") && !text.contains("/*") {
+        return Ok(text.to_owned());
+    }
+    let settings = CommentSettings::c_style();
+    let mut blank = String::with_capacity(text.len());
+    match settings
+        .strip_comments(text.as_bytes())
+        .read_to_string(&mut blank)
+    {
+        Ok(_) => Ok(blank),
+        Err(_) => Err(Error::File {
+            path: path.to_owned(),
+            message: "has a comment without an end; expected */ somewhere after /*".into(),
+        }),
+    }
 }
 
 fn example_of(field: &str) -> Option<&'static str> {

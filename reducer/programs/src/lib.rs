@@ -1,5 +1,7 @@
 //! The programs `reduce` and `simulate`: one file a command. What they begin, say and end with is the same.
 
+mod examples;
+mod manual;
 mod outcome;
 pub mod program;
 pub mod reduce;

@@ -3,9 +3,12 @@
 use std::ffi::OsString;
 use std::io::{ErrorKind, IsTerminal, Write};
 
+use anstream::ColorChoice;
+use anstyle::AnsiColor;
 use clap::error::{ContextKind, ContextValue, ErrorKind as Misuse};
-use clap::{Args, Parser};
+use clap::{Args, Command, Parser, ValueEnum};
 
+use crate::examples::{Examples, with_examples};
 use crate::stop_signal;
 use dcb_formats::Error;
 use dcb_formats::terminal::for_terminal;
@@ -47,9 +50,46 @@ pub struct CommonArguments {
     /// List every mode, and say beforehand what the reduction will cost.
     #[arg(long, short, global = true)]
     pub verbose: bool,
+    /// Colour in messages.
+    ///
+    /// By default on a terminal, unless NO_COLOR is set.
+    #[arg(long, global = true, value_name = "WHEN", value_enum, default_value_t)]
+    pub color: Colour,
     /// Worker threads (default: one per processor). Results do not depend on it.
     #[arg(long, global = true, value_name = "N", allow_negative_numbers = true, value_parser = clap::value_parser!(u16).range(1..=1024))]
     pub threads: Option<u16>,
+}
+
+/// When messages have colours.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
+pub enum Colour {
+    /// On a terminal, as `NO_COLOR` and `CLICOLOR` say.
+    #[default]
+    Auto,
+    /// Also in files and pipes.
+    Always,
+    /// Nowhere.
+    Never,
+}
+
+impl Colour {
+    fn choice(self) -> ColorChoice {
+        match self {
+            Self::Auto => ColorChoice::Auto,
+            Self::Always => ColorChoice::Always,
+            Self::Never => ColorChoice::Never,
+        }
+    }
+}
+
+/// A program as its users meet it.
+pub(crate) struct Program {
+    /// Argument of its usual command, for example `PART.mtx`.
+    pub file: &'static str,
+    /// Lines at the end of each help.
+    pub examples: &'static [Examples],
+    /// The other program, which may have an option that this one hasn't.
+    pub other: fn() -> Command,
 }
 
 impl CommonArguments {
@@ -62,20 +102,24 @@ impl CommonArguments {
     }
 }
 
-/// Begins a program whose usual command takes a `file`, for example `PART.mtx`: listens to signals, reads the arguments, of which the first is the
-/// program's name, and starts the worker threads, as many as the arguments have in `common`.
+/// Begins a program: listens to signals, reads the arguments, of which the first is the program's name, and starts the worker threads, as many as
+/// the arguments have in `common`.
 ///
 /// # Errors
 /// The exit status after help, version, or what is wrong with the arguments.
-pub fn begin<C: Parser>(
+pub(crate) fn begin<C: Parser>(
     arguments: impl IntoIterator<Item = OsString>,
-    file: &str,
+    program: &Program,
     common: impl Fn(&C) -> &CommonArguments,
 ) -> Result<C, u8> {
     stop_signal::listen();
-    let cli =
-        C::try_parse_from(arguments).map_err(|error| refuse(&in_our_words::<C>(error, file)))?;
+    let command = with_examples(C::command(), program.examples);
+    let parsed = command
+        .try_get_matches_from(arguments)
+        .and_then(|matches| C::from_arg_matches(&matches));
+    let cli = parsed.map_err(|error| refuse(&in_our_words::<C>(error, program)))?;
     let common = common(&cli);
+    common.color.choice().write_global();
     if let Some(note) = start_workers(common.threads).note() {
         common.told().say("note", &note);
     }
@@ -93,17 +137,56 @@ fn refuse(error: &clap::Error) -> u8 {
     u8::try_from(error.exit_code()).unwrap_or(2)
 }
 
-/// A second file, or a misspelt command before a file, is a conflict of commands to the parser: said as what it is.
-fn in_our_words<C: Parser>(error: clap::Error, file: &str) -> clap::Error {
-    match (error.kind(), error.get(ContextKind::InvalidSubcommand)) {
-        (Misuse::ArgumentConflict, Some(ContextValue::String(word))) => {
-            let message = format!(
-                "{word:?} is one argument too many: one {file} is wanted, or the name of a command first (see --help)"
-            );
-            C::command().error(Misuse::TooManyValues, message)
+/// What the parser says, where users know more than it: a second file, or a misspelt command before a file, is a conflict of commands to it, and
+/// an option of another command is unknown.
+fn in_our_words<C: Parser>(error: clap::Error, program: &Program) -> clap::Error {
+    let said = match (
+        error.kind(),
+        error.get(ContextKind::InvalidSubcommand),
+        error.get(ContextKind::InvalidArg),
+    ) {
+        (Misuse::ArgumentConflict, Some(ContextValue::String(word)), _) => Some((
+            Misuse::TooManyValues,
+            format!(
+                "{word:?} is one argument too many: one {} is wanted, or the name of a command first (see --help)",
+                program.file
+            ),
+        )),
+        (Misuse::UnknownArgument, _, Some(ContextValue::String(option))) => {
+            let mut owners = owners_of(option, &C::command());
+            owners.extend(owners_of(option, &(program.other)()));
+            (!owners.is_empty()).then(|| {
+                (
+                    Misuse::UnknownArgument,
+                    format!(
+                        "unexpected argument '{option}' here: it is an option of {}",
+                        owners.join(", ")
+                    ),
+                )
+            })
         }
-        _ => error,
+        _ => None,
+    };
+    match said {
+        Some((kind, message)) => C::command().error(kind, message),
+        None => error,
     }
+}
+
+/// Commands of a program that have an option, `--step` for example.
+fn owners_of(option: &str, program: &Command) -> Vec<String> {
+    let has = |command: &Command| {
+        command
+            .get_arguments()
+            .filter_map(|known| known.get_long())
+            .any(|long| option.strip_prefix("--") == Some(long))
+    };
+    let name = program.get_name();
+    let own = has(program).then(|| format!("`{name}`"));
+    let of_commands = program.get_subcommands().filter(|command| has(command));
+    own.into_iter()
+        .chain(of_commands.map(|command| format!("`{name} {}`", command.get_name())))
+        .collect()
 }
 
 /// A reader that closes the pipe early (`| head`) is not an error.
@@ -125,5 +208,11 @@ pub fn print_to_stdout(text: &str) -> Result<(), Error> {
 
 /// One line on standard error; where nobody can read it, nobody is told.
 pub fn print_to_stderr(kind: &str, message: &str) {
-    let _ = writeln!(std::io::stderr(), "{kind}: {}", for_terminal(message));
+    let style = match kind {
+        "error" => AnsiColor::Red.on_default().bold(),
+        "warning" => AnsiColor::Yellow.on_default().bold(),
+        _ => AnsiColor::Cyan.on_default(),
+    };
+    let message = for_terminal(message);
+    let _ = writeln!(anstream::stderr(), "{style}{kind}{style:#}: {message}");
 }

@@ -46,7 +46,7 @@ pub struct InitialReport {
     pub redundant: Vec<(String, usize)>,
     /// Independent constraints.
     pub independent_constraints: usize,
-    /// Extent of the mechanism.
+    /// Extent of the mechanism: the mean radii of its bodies together.
     pub size: f64,
 }
 

@@ -8,8 +8,8 @@ use crate::initial::InitialReport;
 
 /// Shorter ways, by the size of the mechanism, are rounding of the drawing; and smaller turns, rad.
 const TOLD: f64 = 1e-6;
-/// A body that has to go further, by the size of the mechanism, isn't where its joints are.
-const FAR: f64 = 0.25;
+/// A body that has to go further, by the sizes of all bodies together, isn't where its joints are.
+const FAR: f64 = 2.0;
 
 /// Tells what it took to make the start consistent.
 ///
@@ -31,8 +31,8 @@ pub(super) fn tell_start(
 /// Refuses a start for which a body had to go far: a joint is given wrong, or the body isn't where it was meant to be.
 ///
 /// # Errors
-/// [`Error::Description`] of the body that went farthest, where that is farther than the scene's `allow_gap`, or a quarter of the
-/// mechanism's size.
+/// [`Error::Description`] of the body that went farthest, where that is farther than the scene's `allow_gap`, or twice the
+/// sizes of all bodies together.
 pub fn check_gaps(initial: &InitialReport, scene: &Scene) -> Result<(), Error> {
     let farthest = initial
         .moved
@@ -47,9 +47,9 @@ pub fn check_gaps(initial: &InitialReport, scene: &Scene) -> Result<(), Error> {
     Err(Error::described(
         format!("bodies.{}.position", moved.body),
         format!(
-            "is {:.3e} {unit} away from where the joints can be closed (the mechanism is {:.3e} {unit} large); correct the position or the joints, or allow it with \"initial\": {{\"allow_gap\": {:.1e}}}",
+            "is {:.3e} {unit} away from where the joints can be closed (all bodies together extend over about {:.3e} {unit}); correct the position or the joints, or allow it with \"initial\": {{\"allow_gap\": {:.1e}}}",
             moved.translation,
-            initial.size,
+            2.0 * initial.size,
             2.0 * moved.translation
         ),
     ))

@@ -13,7 +13,7 @@ use dcb_formats::units::readable;
 use serde_json::json;
 
 use crate::outcome::Outcome;
-use crate::reduce::part::report::{further_columns, stage_lines};
+use crate::reduce::part::report::{Detail, further_columns, stage_lines, verdict};
 use crate::reduce::part::timing::StageClock;
 use crate::reduce::scene::Made;
 use crate::reduce::superelement::inspect::{frequency_table, interface_table, mass_lines};
@@ -270,7 +270,7 @@ pub fn serve(
     target: &Path,
     options: &WriteOptions,
     clock: &mut StageClock,
-    (told, listed): (Told, usize),
+    (told, detail): (Told, Detail),
 ) -> Result<Outcome, Error> {
     let mut element = entry.file.superelement()?;
     clock.start("write");
@@ -305,10 +305,13 @@ pub fn serve(
         entry.record.request.key().short(),
         entry.record.seconds,
     );
-    output += &mass_lines(&element);
-    output += &frequency_table(&element, None, listed);
-    output += &interface_table(&element);
-    output += &stage_lines(clock.stages());
+    output += &verdict(&element);
+    if detail == Detail::Tables {
+        output += &mass_lines(&element);
+        output += &frequency_table(&element, None, usize::MAX);
+        output += &interface_table(&element);
+        output += &stage_lines(clock.stages());
+    }
     let _ = writeln!(output, "wrote {}", target.display());
     Ok(Outcome::done(output))
 }

@@ -15,9 +15,11 @@ mod superelement;
 use std::ffi::OsString;
 use std::path::{Path, PathBuf};
 
-use crate::program::{CommonArguments, Told, begin, print_to_stderr};
+use crate::examples::{REDUCE, with_examples};
+use crate::manual::{CompletionArguments, ManualArguments, completions, manual};
+use crate::program::{CommonArguments, Program, Told, begin, print_to_stderr};
 use crate::stop_signal;
-use clap::{Args, Parser, Subcommand, ValueEnum};
+use clap::{Args, Command, CommandFactory, Parser, Subcommand, ValueEnum};
 use dcb_formats::output::remove_unfinished;
 
 use crate::outcome::{Outcome, ended};
@@ -145,7 +147,22 @@ enum ReduceCommand {
         #[arg(value_enum, default_value_t)]
         of: SchemaName,
     },
+    /// Print what a shell needs to complete commands and options.
+    Completions(CompletionArguments),
+    /// Write the pages of the manual (for man).
+    Man(ManualArguments),
 }
+
+/// The command line, with examples in its helps.
+pub(crate) fn command() -> Command {
+    with_examples(ReduceCli::command(), REDUCE)
+}
+
+const PROGRAM: Program = Program {
+    file: "PART.mtx",
+    examples: REDUCE,
+    other: crate::simulate::command,
+};
 
 /// What `reduce inspect` says of a superelement, as JSON or for people.
 ///
@@ -166,7 +183,7 @@ pub fn compared(a: &Path, b: &Path) -> Result<String, Error> {
 
 /// Runs the program with its name and arguments; the exit status.
 pub fn main(arguments: impl IntoIterator<Item = OsString>) -> u8 {
-    let cli = match begin(arguments, "PART.mtx", |cli: &ReduceCli| &cli.common) {
+    let cli = match begin(arguments, &PROGRAM, |cli: &ReduceCli| &cli.common) {
         Ok(cli) => cli,
         Err(status) => return status,
     };
@@ -184,6 +201,8 @@ pub fn main(arguments: impl IntoIterator<Item = OsString>) -> u8 {
         Some(ReduceCommand::Cache(arguments)) => cache::run(arguments),
         Some(ReduceCommand::Batch(arguments)) => batch::run(arguments, &cli.common),
         Some(ReduceCommand::Schema { of }) => schema(*of),
+        Some(ReduceCommand::Completions(arguments)) => Ok(completions(command(), arguments)),
+        Some(ReduceCommand::Man(arguments)) => manual(command(), arguments).map_err(Error::from),
     };
     // What was asked for is printed also with --quiet; what was done along the way is not.
     let is_report = matches!(

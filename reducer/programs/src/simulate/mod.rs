@@ -2,6 +2,7 @@
 
 mod component_reduction;
 mod fmu;
+mod init;
 mod linearize;
 mod page;
 mod prepare;
@@ -12,15 +13,18 @@ mod study;
 use std::ffi::OsString;
 use std::path::{Path, PathBuf};
 
+use crate::examples::{SIMULATE, with_examples};
+use crate::manual::{CompletionArguments, ManualArguments, completions, manual};
 use crate::outcome::{Outcome, ended};
-use crate::program::{CommonArguments, Told, begin};
+use crate::program::{CommonArguments, Program, Told, begin};
 use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
-use clap::{Args, Parser, Subcommand, ValueEnum};
+use clap::{Args, CommandFactory, Parser, Subcommand, ValueEnum};
 use dcb_formats::output::{Replace, check_output};
 use dcb_formats::results::Results;
 use dcb_formats::terminal::one_line;
 
 use crate::simulate::fmu::FmuArguments;
+use crate::simulate::init::InitArguments;
 use crate::simulate::linearize::LinearizeArguments;
 use crate::simulate::page::PageArguments;
 use crate::simulate::prepare::PrepareArguments;
@@ -78,7 +82,7 @@ fn compatibility() -> impl TypedValueParser<Value = Compatibility> {
 /// Options of a run.
 #[derive(Debug, Args)]
 pub(crate) struct SceneArguments {
-    /// Scene.
+    /// Scene; - reads it from standard input.
     #[arg(value_name = "SCENE.json", required = true)]
     pub scene: Option<PathBuf>,
     /// Results [default: SCENE.h5].
@@ -174,13 +178,30 @@ enum Command {
         /// Results.
         results: PathBuf,
     },
+    /// Draft a scene of superelements in a chain: a scene that runs, with comments, to start from.
+    Init(InitArguments),
     /// Print the JSON schema of scenes.
     Schema,
+    /// Print what a shell needs to complete commands and options.
+    Completions(CompletionArguments),
+    /// Write the pages of the manual (for man).
+    Man(ManualArguments),
 }
+
+/// The command line, with examples in its helps.
+pub(crate) fn command() -> clap::Command {
+    with_examples(Cli::command(), SIMULATE)
+}
+
+const PROGRAM: Program = Program {
+    file: "SCENE.json",
+    examples: SIMULATE,
+    other: crate::reduce::command,
+};
 
 /// Runs the program with its name and arguments; the exit status.
 pub fn main(arguments: impl IntoIterator<Item = OsString>) -> u8 {
-    let cli = match begin(arguments, "SCENE.json", |cli: &Cli| &cli.common) {
+    let cli = match begin(arguments, &PROGRAM, |cli: &Cli| &cli.common) {
         Ok(cli) => cli,
         Err(status) => return status,
     };
@@ -195,7 +216,10 @@ pub fn main(arguments: impl IntoIterator<Item = OsString>) -> u8 {
         Some(Command::Animate(arguments)) => page::run(arguments, Contents::Motion),
         Some(Command::Report(arguments)) => page::run(arguments, Contents::Report),
         Some(Command::Show { results }) => show(results),
+        Some(Command::Init(arguments)) => init::run(arguments),
         Some(Command::Schema) => schema(),
+        Some(Command::Completions(arguments)) => Ok(completions(command(), arguments)),
+        Some(Command::Man(arguments)) => manual(command(), arguments).map_err(Error::from),
     };
     let told = match cli.command {
         None | Some(Command::Study(_) | Command::Linearize(_) | Command::Fmu(_)) => {

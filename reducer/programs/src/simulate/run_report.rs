@@ -18,7 +18,7 @@ pub(super) fn told_of(pruning: &Pruning, arguments: &SceneArguments) -> String {
         (true, _) => pruning.to_string(),
         (false, 0) => String::new(),
         (false, count) => format!(
-            "{count} thing{} of the superelements left out, which changes the response of a body by {:.1e} at most (--explain lists what, --model everything carries all)\n",
+            "leaves out what this scene does not need of its superelements ({count} item{}): changes the response of a body by {:.1e} at most, relative (--explain lists them, --model everything keeps all)\n",
             if count == 1 { "" } else { "s" },
             pruning.error()
         ),
@@ -29,8 +29,9 @@ pub(super) fn told_of(pruning: &Pruning, arguments: &SceneArguments) -> String {
 pub(super) fn describe(scene: &Scene, model: &Model, common: &CommonArguments) -> String {
     let system = &model.system;
     let mut text = format!(
-        "{} bodies, {} degrees of freedom, {} constraint and spring rows, {} superelement file{}\n",
+        "{} bod{}, {} degrees of freedom, {} constraint and spring rows, {} superelement file{}\n",
         system.bodies.len(),
+        if system.bodies.len() == 1 { "y" } else { "ies" },
         system.dof_count(),
         system.rows.len(),
         model.files.len(),

@@ -17,7 +17,7 @@ use crate::simulate::{ModelArgument, SceneArguments, replace};
 use crate::stop_signal::{self, StopSignal};
 use dcb_demand::SuperelementFiles;
 use dcb_demand::pruning::Pruning;
-use dcb_formats::scene::{Compatibility, Method, Scene};
+use dcb_formats::scene::{Compatibility, Method, STANDARD_INPUT, Scene};
 use dcb_runtime::error::Error;
 use dcb_runtime::export::csv;
 use dcb_runtime::export::history::Selection;
@@ -47,8 +47,16 @@ pub fn run(arguments: &SceneArguments, common: &CommonArguments) -> Result<Outco
     at_stage("scene");
     let mut scene = Scene::read(path)?;
     override_scene(&mut scene, arguments)?;
-    let output = arguments.output.clone();
-    let output = output.unwrap_or_else(|| path.with_extension("h5"));
+    let output = match &arguments.output {
+        Some(output) => output.clone(),
+        None if path == Path::new(STANDARD_INPUT) => {
+            return Err(Error::described(
+                "--output",
+                "is missing: a scene from standard input has no name for its results; name them with -o FILE.h5",
+            ));
+        }
+        None => path.with_extension("h5"),
+    };
     let mut target = Target {
         options: options(arguments, path, &output),
         path: output,

@@ -43,7 +43,9 @@ fn the_second_reduction_is_a_copy_of_the_first() {
     let folder = Folder::rotor();
     let first = folder.done("rotor.mtx --modes 6 --cache=c -o one.dcb.h5");
     assert!(!first.contains(SERVED), "{first}");
-    let second = folder.done("rotor.mtx --modes 6 --cache=c -o two.dcb.h5 --timings t.json");
+    let second = folder
+        .run("rotor.mtx --modes 6 --cache=c -o two.dcb.h5 --timings t.json -v")
+        .stdout;
     for says in [
         SERVED,
         "rotor: 6 modes and 12 attachment rows (rank 12)",
@@ -125,7 +127,9 @@ fn other_requests_are_not_served() {
         "component/damping",
         serde_json::json!({"modal": 0.01}),
     );
-    let shown = folder.done("rotor.mtx --modes 6 --cache=c -o changed.dcb.h5");
+    let shown = folder
+        .run("rotor.mtx --modes 6 --cache=c -o changed.dcb.h5 -v")
+        .stdout;
     assert!(
         !shown.contains(SERVED) && shown.contains("0.01000"),
         "{shown}"

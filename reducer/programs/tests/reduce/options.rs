@@ -18,7 +18,7 @@ fn modes_are_counted_and_never_cut_a_double_root() {
         folder.inspected("three.dcb.h5")["options"]["modes"],
         json!({"lowest": 3})
     );
-    let shown = folder.done("rotor.mtx --modes 0 -o none.dcb.h5");
+    let shown = folder.run("rotor.mtx --modes 0 -o none.dcb.h5 -v").stdout;
     says!(
         shown,
         "no mode is kept",
@@ -58,7 +58,9 @@ fn a_frequency_limit_below_the_first_mode_gets_a_warning() {
 #[test]
 fn interface_modes_are_counted_and_what_they_lose_is_reported() {
     let folder = Folder::rotor();
-    let shown = folder.done("rotor.mtx --modes 12 --interface-modes 7 -o seven.dcb.h5");
+    let shown = folder
+        .run("rotor.mtx --modes 12 --interface-modes 7 -o seven.dcb.h5 -v")
+        .stdout;
     says!(
         shown,
         "reduced to 12 modes and 12 attachment rows (rank 7)",
@@ -89,13 +91,17 @@ fn interface_modes_are_counted_and_what_they_lose_is_reported() {
 #[test]
 fn interface_modes_may_be_none_or_more_than_there_are() {
     let folder = Folder::rotor();
-    let shown = folder.done("rotor.mtx --modes 12 --interface-modes 0 -o none.dcb.h5");
+    let shown = folder
+        .run("rotor.mtx --modes 12 --interface-modes 0 -o none.dcb.h5 -v")
+        .stdout;
     says!(
         shown,
         "attachment coordinates: 0 for 12 rows; 12 direction(s) are left out",
         "interface modes                                0 of 12\n"
     );
-    let shown = folder.done("rotor.mtx --modes 12 --interface-modes 40 -o many.dcb.h5");
+    let shown = folder
+        .run("rotor.mtx --modes 12 --interface-modes 40 -o many.dcb.h5 -v")
+        .stdout;
     assert!(
         shown.contains(
             "interface modes                                12 of 12: all, 40 were asked for\n"
@@ -195,10 +201,10 @@ fn quiet_says_nothing_and_verbose_lists_every_mode() {
     let normal = folder.done("rotor.mtx --modes 20 --force");
     let verbose = folder.run("rotor.mtx --modes 20 --force -v").stdout;
     assert!(
-        normal.contains("the last of 10 more") && !verbose.contains("more"),
-        "{normal}\n{verbose}"
+        normal.lines().count() <= 6 && normal.contains("all checks hold"),
+        "{normal}"
     );
-    assert!(list(&verbose) >= list(&normal) + 10, "{verbose}");
+    assert!(list(&verbose) >= list(&normal) + 20, "{verbose}");
     assert_eq!(folder.done("rotor.mtx --force --quiet"), "");
     assert_eq!(folder.done("verify -q rotor.dcb.h5"), "");
     // With a warning to suppress.

@@ -3,7 +3,9 @@
 
 mod commands;
 mod constraints;
+mod first_steps;
 mod fmu;
+mod gallery;
 mod internal_rows;
 mod limits;
 mod linearize;

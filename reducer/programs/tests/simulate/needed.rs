@@ -48,7 +48,7 @@ fn a_run_carries_what_its_scene_needs_and_says_what_it_leaves_out() {
         "without attachments of interface \"b\": nothing acts on it"
     );
     let short = folder.done("scene.json -o short.h5").stdout;
-    says!(short, "--explain lists what");
+    says!(short, "--explain lists them");
     let all = folder
         .done("scene.json -o all.h5 --model everything --explain")
         .stdout;

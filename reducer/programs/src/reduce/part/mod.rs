@@ -20,7 +20,7 @@ use crate::outcome::Outcome;
 use crate::program::CommonArguments;
 use crate::reduce::cache::{claim, keep, serve};
 use crate::reduce::part::files::PartFiles;
-use crate::reduce::part::report::summary;
+use crate::reduce::part::report::{Detail, summary};
 use crate::reduce::part::timing::{StageClock, StageTime};
 use crate::reduce::scene::Made;
 use crate::reduce::{ReduceArguments, when_interrupted};
@@ -33,9 +33,6 @@ use dcb_reducer::quality::lines::quality_lines;
 use dcb_reducer::reduce;
 use dcb_workflow::cache::{Cache, Claim, Request, Reservation};
 use dcb_workflow::scene::{CachedReductions, PartInScene};
-
-/// Modes listed unless all are asked for.
-const LISTED_MODES: usize = 10;
 
 /// Whether the superelement is complete, so that an interruption comes too late.
 static WRITTEN: AtomicBool = AtomicBool::new(false);
@@ -73,8 +70,7 @@ struct Job<'a> {
     reduction: Reduction,
     write_options: WriteOptions,
     told: Told,
-    /// Modes that are listed.
-    listed: usize,
+    detail: Detail,
 }
 
 /// Entry of the cache for a job.
@@ -149,7 +145,7 @@ pub fn run(arguments: &ReduceArguments, common: &CommonArguments) -> Result<Outc
         n_e,
         &job.target,
         stages,
-        job.listed,
+        job.detail,
     )))
 }
 
@@ -199,9 +195,9 @@ impl<'a> Job<'a> {
                 compression: arguments.form.compression(),
             },
             told: common.told(),
-            listed: match common.verbose {
-                true => usize::MAX,
-                false => LISTED_MODES,
+            detail: match common.verbose {
+                true => Detail::Tables,
+                false => Detail::Verdict,
             },
         })
     }
@@ -231,7 +227,7 @@ impl<'a> Job<'a> {
             None => return Ok(Claimed::Nothing),
         };
         let (form, target) = (self.arguments.form, &self.target);
-        let said = (self.told, self.listed);
+        let said = (self.told, self.detail);
         let outcome = serve(&entry, form, target, &self.write_options, clock, said)?;
         WRITTEN.store(true, Ordering::SeqCst);
         if let Some(path) = &self.arguments.timings {

@@ -4,20 +4,32 @@ use std::fmt::Write as _;
 use std::path::Path;
 
 use dcb_formats::Superelement;
+use dcb_formats::units::{hertz, hertz_unit};
 
 use crate::reduce::part::timing::StageTime;
+use crate::reduce::superelement::error_report::Report;
 use crate::reduce::superelement::inspect::{frequency_table, interface_table, mass_lines};
 use dcb_reducer::quality::Quality;
 use dcb_reducer::quality::lines::quality_lines;
+use dcb_reducer::scientific::scientific;
 
-/// All of it, with the first `listed` modes.
+/// How much is said of a superelement that was made.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Detail {
+    /// What was made, how accurate it is, and that the checks hold.
+    Verdict,
+    /// The tables besides: modes, interfaces, checks, stages.
+    Tables,
+}
+
+/// Output of a reduction.
 pub fn summary(
     element: &Superelement,
     quality: &Quality,
     n_e: usize,
     target: &Path,
     stages: &[StageTime],
-    listed: usize,
+    detail: Detail,
 ) -> String {
     let mut text = String::new();
     let _ = writeln!(
@@ -33,13 +45,76 @@ pub fn summary(
         quality.residual_rank,
         further_columns(element),
     );
-    text += &mass_lines(element);
-    text += &frequency_table(element, Some(quality), listed);
-    text += &interface_table(element);
-    text += &quality_lines(quality, &element.units.time);
-    text += &stage_lines(stages);
+    text += &verdict(element);
+    let _ = writeln!(text, "  {}", checks(quality));
+    if let (Some(scene), Detail::Verdict) = (&quality.scene, detail) {
+        text += &scene.text();
+    }
+    if detail == Detail::Tables {
+        text += &mass_lines(element);
+        text += &frequency_table(element, Some(quality), usize::MAX);
+        text += &interface_table(element);
+        text += &quality_lines(quality, &element.units.time);
+        text += &stage_lines(stages);
+    }
     let _ = writeln!(text, "wrote {}", target.display());
     text
+}
+
+/// Mass, band and accuracy of a superelement, a line each.
+pub fn verdict(element: &Superelement) -> String {
+    let units = &element.units;
+    let mut text = format!(
+        "  mass {} {}; {}\n",
+        scientific(element.inertia.mass, 5),
+        units.mass,
+        band(element)
+    );
+    if element.interfaces.is_empty() {
+        text += "  no interface: nothing can be attached\n";
+    }
+    // A file without moments has no bounds.
+    if let Ok(Some(bounds)) = Report::of(element, None)
+        && let Some(accuracy) = bounds.accuracy()
+    {
+        text += &format!("  {accuracy}\n");
+    }
+    text
+}
+
+fn band(element: &Superelement) -> String {
+    let time = &element.units.time;
+    let unit = hertz_unit(time);
+    let omitted = element.modes.first_omitted_eigenvalue;
+    let left_out = match omitted.is_finite() {
+        true => format!(", the first left out at {:.6} {unit}", hertz(omitted, time)),
+        false => ", none left out".to_owned(),
+    };
+    match element.modes.eigenvalues.as_slice() {
+        [] => format!("no mode is kept{left_out}"),
+        [one] => format!("one mode at {:.6} {unit}{left_out}", hertz(*one, time)),
+        [first, .., last] => format!(
+            "modes from {:.6} to {:.6} {unit}{left_out}",
+            hertz(*first, time),
+            hertz(*last, time)
+        ),
+    }
+}
+
+/// That the checks hold: a broken limit ends before.
+fn checks(quality: &Quality) -> String {
+    let largest = quality.mode_residuals.iter().copied().fold(0.0, f64::max);
+    let complete = match quality.sturm.limit {
+        Some(_) if quality.sturm.counted == quality.sturm.found => {
+            "no mode is missed (eigenvalue count)"
+        }
+        Some(_) => "the eigenvalue count is in the report",
+        None => "there was nothing to count",
+    };
+    format!(
+        "all checks hold: {complete}, largest mode residual {} (-v lists modes, interfaces and checks)",
+        scientific(largest, 2)
+    )
 }
 
 /// Rows of the component that belong to no node.

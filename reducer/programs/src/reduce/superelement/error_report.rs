@@ -7,7 +7,7 @@ use dcb_formats::Superelement;
 use dcb_superelement::LOSS_FACTOR;
 use serde_json::{Value, json};
 
-use dcb_formats::units::{hertz, si_factor};
+use dcb_formats::units::{hertz, hertz_unit, si_factor};
 use dcb_reducer::error::{BandRefusal, Error};
 use dcb_reducer::scientific::scientific;
 use dcb_superelement::FrequencyBand;
@@ -65,13 +65,25 @@ impl Report {
         }
     }
 
+    /// One line: how far responses at the interfaces may be off, and up to which frequency; `None` without a bound.
+    pub fn accuracy(&self) -> Option<String> {
+        let (_, strong) = self.forms.first()?;
+        let transfer = strong.transfer.map_or(0.0, |of| of.largest.upper);
+        let largest = strong.collocated.largest.upper.max(transfer);
+        let [_, end] = self.ends();
+        let unit = hertz_unit(&self.time_unit);
+        largest.is_finite().then(|| {
+            format!(
+                "responses at the interfaces are right within {} up to {end:.4} {unit} (rigorous bound, loss factor {LOSS_FACTOR})",
+                scientific(largest, 2)
+            )
+        })
+    }
+
     /// Lines of `reduce inspect`.
     pub fn text(&self) -> String {
         let ends = self.ends().map(|end| format!("{end:.4}"));
-        let unit = match si_factor(&self.time_unit) {
-            Some(_) => "Hz".to_owned(),
-            None => format!("1/{}", self.time_unit),
-        };
+        let unit = hertz_unit(&self.time_unit);
         let mut text = format!(
             "errors, rigorous bounds from {} to {} {unit}, loss factor {LOSS_FACTOR}\n",
             ends[0], ends[1]
