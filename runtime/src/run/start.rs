@@ -9,7 +9,7 @@ use crate::initial::InitialReport;
 /// Shorter ways, by the size of the mechanism, are rounding of the drawing; and smaller turns, rad.
 const TOLD: f64 = 1e-6;
 /// A body that has to go further, by the sizes of all bodies together, isn't where its joints are.
-const FAR: f64 = 2.0;
+const FAR: f64 = 1.0;
 
 /// Tells what it took to make the start consistent.
 ///
@@ -31,7 +31,7 @@ pub(super) fn tell_start(
 /// Refuses a start for which a body had to go far: a joint is given wrong, or the body isn't where it was meant to be.
 ///
 /// # Errors
-/// [`Error::Description`] of the body that went farthest, where that is farther than the scene's `allow_gap`, or twice the
+/// [`Error::Description`] of the body that went farthest, where that is farther than the scene's `allow_gap`, or the
 /// sizes of all bodies together.
 pub fn check_gaps(initial: &InitialReport, scene: &Scene) -> Result<(), Error> {
     let farthest = initial
@@ -49,7 +49,7 @@ pub fn check_gaps(initial: &InitialReport, scene: &Scene) -> Result<(), Error> {
         format!(
             "is {:.3e} {unit} away from where the joints can be closed (all bodies together extend over about {:.3e} {unit}); correct the position or the joints, or allow it with \"initial\": {{\"allow_gap\": {:.1e}}}",
             moved.translation,
-            2.0 * initial.size,
+            initial.size,
             2.0 * moved.translation
         ),
     ))

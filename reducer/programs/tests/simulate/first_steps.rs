@@ -112,7 +112,7 @@ fn a_first_scene_is_told_what_to_write() {
         &|scene| {
             scene["drives"]["motor"]["angle"] = json!({"joint": "axle", "formula": "mini(t, 1)"})
         },
-        &["mini", "min", "atan2", "smooth"][..3].as_ref(),
+        &["`mini`", "min", "atan2", "step"],
     );
     refused(
         &|scene| scene["integrator"]["generalized_alpha"]["step"] = json!(1),

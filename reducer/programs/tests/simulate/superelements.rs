@@ -183,7 +183,9 @@ fn rotation_rows_are_needed_by_what_turns_and_the_body_can_lend_its_own() {
         ],
     );
     // A spherical joint needs none; a torque has no such key and doesn't speak of it.
-    let spherical = beam(json!({"spherical": {"a": "ground", "b": "beam/bare"}}));
+    let mut spherical = beam(json!({"spherical": {"a": "ground", "b": "beam/bare"}}));
+    // The beam is drawn half its length away from the joint.
+    spherical["initial"] = json!({"allow_gap": 1});
     Folder::beam(&spherical).done("scene.json");
     let mut loaded = fixed_at("beam/a");
     loaded["loads"] = json!({"twist": {"torque": {"at": "beam/bare", "components": [1, 0, 0]}}});
