@@ -456,6 +456,21 @@ pub enum Error {
         /// Whether it found its input unusable.
         is_unusable_input: bool,
     },
+    /// A body that would have to go far to close its joints.
+    #[error(
+        "bodies.{body}.position: is {distance:.3e} {unit} away from where the joints can be closed (all bodies together extend over about {extent:.3e} {unit}); correct the position or the joints, or allow it with \"initial\": {{\"allow_gap\": {:.1e}}}",
+        2.0 * distance
+    )]
+    FarFromJoints {
+        /// Which body.
+        body: String,
+        /// How far.
+        distance: f64,
+        /// Size of all bodies together.
+        extent: f64,
+        /// Unit of length.
+        unit: String,
+    },
     /// A scene, or a function of time, says something that can't be used.
     #[error("{location}: {message}")]
     Description {
@@ -495,6 +510,7 @@ impl Error {
                 | Self::NoEquilibrium { .. }
                 | Self::NoEigenvalues
                 | Self::CannotAssemble { .. }
+                | Self::FarFromJoints { .. }
                 | Self::Contradiction { .. }
                 | Self::DrivesContradict { .. }
                 | Self::InertiaNotPositive { .. }

@@ -31,7 +31,7 @@ pub(super) fn tell_start(
 /// Refuses a start for which a body had to go far: a joint is given wrong, or the body isn't where it was meant to be.
 ///
 /// # Errors
-/// [`Error::Description`] of the body that went farthest, where that is farther than the scene's `allow_gap`, or the
+/// [`Error::FarFromJoints`] for the body that went farthest, where that is farther than the scene's `allow_gap`, or the
 /// sizes of all bodies together.
 pub fn check_gaps(initial: &InitialReport, scene: &Scene) -> Result<(), Error> {
     let farthest = initial
@@ -43,16 +43,12 @@ pub fn check_gaps(initial: &InitialReport, scene: &Scene) -> Result<(), Error> {
     if moved.translation <= allowed {
         return Ok(());
     }
-    let unit = &scene.units.length;
-    Err(Error::described(
-        format!("bodies.{}.position", moved.body),
-        format!(
-            "is {:.3e} {unit} away from where the joints can be closed (all bodies together extend over about {:.3e} {unit}); correct the position or the joints, or allow it with \"initial\": {{\"allow_gap\": {:.1e}}}",
-            moved.translation,
-            initial.size,
-            2.0 * moved.translation
-        ),
-    ))
+    Err(Error::FarFromJoints {
+        body: moved.body.clone(),
+        distance: moved.translation,
+        extent: initial.size,
+        unit: scene.units.length.clone(),
+    })
 }
 
 /// Notes on what made a start consistent.
