@@ -118,9 +118,9 @@ fn a_first_scene_is_told_what_to_write() {
         &|scene| scene["integrator"]["generalized_alpha"]["step"] = json!(1),
         &["step", "end"],
     );
-    let typed = folder.read("scene.json").replace(
-        "{\"revolute\": {\"a\": \"ground\", \"b\": \"crank/axle\"}}",
-        "{\"type\": \"revolute\", \"a\": \"ground\", \"b\": \"crank/axle\"}",
+    let typed = scene.to_string().replace(
+        "{\"revolute\":{\"a\":\"ground\",\"b\":\"crank/axle\"}}",
+        "{\"type\":\"revolute\",\"a\":\"ground\",\"b\":\"crank/axle\"}",
     );
     folder.write("changed.json", typed);
     folder.refused("changed.json", &["`type`", "{\"revolute\": {"]);
