@@ -15,5 +15,8 @@ fn main() -> ExitCode {
         "allow more, or ask for less: fewer --threads or --modes, --factor disk; see reduce plan",
         remove_unfinished,
     );
-    ExitCode::from(dcb_programs::reduce::main(std::env::args_os()))
+    ExitCode::from(dcb_programs::reduce::main(
+        std::env::args_os(),
+        dcb_programs::simulate::command,
+    ))
 }

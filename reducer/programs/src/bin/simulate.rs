@@ -14,5 +14,8 @@ fn main() -> ExitCode {
         "allow more, or ask for less: fewer nodes and channels that are recorded, \"modes\" of a superelement, fewer --threads",
         remove_unfinished,
     );
-    ExitCode::from(dcb_programs::simulate::main(std::env::args_os()))
+    ExitCode::from(dcb_programs::simulate::main(
+        std::env::args_os(),
+        dcb_programs::reduce::command,
+    ))
 }

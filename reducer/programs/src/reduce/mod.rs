@@ -154,15 +154,9 @@ enum ReduceCommand {
 }
 
 /// The command line, with examples in its helps.
-pub(crate) fn command() -> Command {
+pub fn command() -> Command {
     with_examples(ReduceCli::command(), REDUCE)
 }
-
-const PROGRAM: Program = Program {
-    file: "PART.mtx",
-    examples: REDUCE,
-    other: crate::simulate::command,
-};
 
 /// What `reduce inspect` says of a superelement, as JSON or for people.
 ///
@@ -181,9 +175,15 @@ pub fn compared(a: &Path, b: &Path) -> Result<String, Error> {
     Ok(compare::run(a, b)?.output)
 }
 
-/// Runs the program with its name and arguments; the exit status.
-pub fn main(arguments: impl IntoIterator<Item = OsString>) -> u8 {
-    let cli = match begin(arguments, &PROGRAM, |cli: &ReduceCli| &cli.common) {
+/// Runs the program with its name and arguments; the exit status. `other` is the command line of the other program, which may have an option
+/// that this one hasn't.
+pub fn main(arguments: impl IntoIterator<Item = OsString>, other: fn() -> clap::Command) -> u8 {
+    let program = Program {
+        file: "PART.mtx",
+        examples: REDUCE,
+        other,
+    };
+    let cli = match begin(arguments, &program, |cli: &ReduceCli| &cli.common) {
         Ok(cli) => cli,
         Err(status) => return status,
     };

@@ -189,19 +189,19 @@ enum Command {
 }
 
 /// The command line, with examples in its helps.
-pub(crate) fn command() -> clap::Command {
+pub fn command() -> clap::Command {
     with_examples(Cli::command(), SIMULATE)
 }
 
-const PROGRAM: Program = Program {
-    file: "SCENE.json",
-    examples: SIMULATE,
-    other: crate::reduce::command,
-};
-
-/// Runs the program with its name and arguments; the exit status.
-pub fn main(arguments: impl IntoIterator<Item = OsString>) -> u8 {
-    let cli = match begin(arguments, &PROGRAM, |cli: &Cli| &cli.common) {
+/// Runs the program with its name and arguments; the exit status. `other` is the command line of the other program, which may have an option
+/// that this one hasn't.
+pub fn main(arguments: impl IntoIterator<Item = OsString>, other: fn() -> clap::Command) -> u8 {
+    let program = Program {
+        file: "SCENE.json",
+        examples: SIMULATE,
+        other,
+    };
+    let cli = match begin(arguments, &program, |cli: &Cli| &cli.common) {
         Ok(cli) => cli,
         Err(status) => return status,
     };

@@ -123,7 +123,7 @@ fn a_first_scene_is_told_what_to_write() {
         "{\"type\":\"revolute\",\"a\":\"ground\",\"b\":\"crank/axle\"}",
     );
     folder.write("changed.json", typed);
-    folder.refused("changed.json", &["`type`", "{\"revolute\": {"]);
+    folder.refused("changed.json", &["{\"revolute\": {...}}", "\"type\""]);
     let mut allowed = scene.clone();
     allowed["bodies"]["slider"]["position"] = json!([0.95, 0]);
     folder.write("far.json", allowed.to_string());
