@@ -42,7 +42,7 @@ impl Folder {
         let all = std::iter::once("simulate".to_owned())
             .chain(arguments)
             .chain(["--quiet".to_owned()]);
-        dcb_programs::simulate::main(all.map(Into::into))
+        dcb_programs::simulate::main(all.map(Into::into), dcb_programs::reduce::command)
     }
 
     /// The archive of the scene.
