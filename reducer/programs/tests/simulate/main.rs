@@ -26,6 +26,7 @@ mod scope;
 mod strangers;
 mod study;
 mod superelements;
+mod tutorial;
 // Each program needs its part of it.
 #[allow(dead_code)]
 #[path = "../support/mod.rs"]
