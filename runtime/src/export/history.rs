@@ -3,7 +3,7 @@
 use std::collections::BTreeSet;
 
 use dcb_formats::component::Units;
-use dcb_formats::results::{Results, SystemModes};
+use dcb_formats::results::{Channel, Results, SystemModes};
 
 use crate::error::Error;
 
@@ -12,8 +12,31 @@ use crate::error::Error;
 pub enum Selection<'a> {
     /// Everything in `/outputs`.
     Outputs,
-    /// Those with these paths or names, in this order.
+    /// Those with these paths or names, or components of them (`tip.z`), in this order; several may stand in one text, with commas between.
     Named(&'a [String]),
+}
+
+/// What a history is of.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Quantity {
+    /// An energy or a work.
+    Energy,
+    /// Anything else.
+    Other,
+}
+
+impl Quantity {
+    /// Channels of energies have the kinetic one among their columns.
+    fn of(channel: &Channel) -> Self {
+        match channel
+            .columns
+            .iter()
+            .any(|column| column.name == "kinetic")
+        {
+            true => Self::Energy,
+            false => Self::Other,
+        }
+    }
 }
 
 /// One column of a channel over time.
@@ -23,6 +46,8 @@ pub struct History {
     pub name: String,
     /// Unit; `1` where it has none.
     pub unit: String,
+    /// What is measured, where the unit doesn't say it: a moment has the unit of an energy.
+    pub quantity: Quantity,
     /// One value for each step, (n_t).
     pub values: Vec<f64>,
 }
@@ -38,7 +63,7 @@ pub struct Histories {
     pub is_motion: bool,
 }
 
-/// The columns of the selected channels, channel by channel; a channel named twice comes once. Of a modal analysis the modes are listed
+/// The selected columns, channel by channel; a column named twice comes once. Of a modal analysis the modes are listed
 /// where no channel is named.
 ///
 /// # Errors
@@ -53,24 +78,34 @@ pub fn histories(results: &Results, selection: Selection) -> Result<Histories, E
         Selection::Outputs => {
             let all = results.channels().iter();
             all.filter(|channel| channel.path.starts_with("outputs/"))
+                .map(|channel| (channel, None))
                 .collect()
         }
         Selection::Named(names) => {
-            let found = names.iter().map(|name| results.channel(name));
+            let single = names.iter().flat_map(|name| name.split(','));
+            let found = single.map(|name| named(results, name));
             found.collect::<Result<Vec<_>, _>>()?
         }
     };
     let mut seen = BTreeSet::new();
     let mut all = Vec::new();
-    for channel in channels {
-        if !seen.insert(&channel.path) {
+    for (channel, component) in channels {
+        let columns = channel.columns.iter().enumerate();
+        let wanted: Vec<usize> = columns
+            .map(|(index, _)| index)
+            .filter(|index| component.is_none_or(|only| only == *index))
+            .filter(|index| seen.insert((&channel.path, *index)))
+            .collect();
+        if wanted.is_empty() {
             continue;
         }
         let values = results.history(&channel.path)?;
-        for (index, column) in channel.columns.iter().enumerate() {
+        for index in wanted {
+            let column = &channel.columns[index];
             all.push(History {
                 name: channel.label(column),
                 unit: column.unit.clone(),
+                quantity: Quantity::of(channel),
                 values: values.col_as_slice(index).to_vec(),
             });
         }
@@ -79,11 +114,32 @@ pub fn histories(results: &Results, selection: Selection) -> Result<Histories, E
         over: History {
             name: "time".to_owned(),
             unit: results.units().time.clone(),
+            quantity: Quantity::Other,
             values: results.time()?,
         },
         columns: all,
         is_motion: true,
     })
+}
+
+/// A channel, or one of its columns by the name that tables give it.
+fn named<'r>(
+    results: &'r Results,
+    name: &str,
+) -> Result<(&'r Channel, Option<usize>), dcb_formats::Error> {
+    let unknown = match results.channel(name) {
+        Ok(channel) => return Ok((channel, None)),
+        Err(unknown) => unknown,
+    };
+    let Some((channel, component)) = name.rsplit_once('.') else {
+        return Err(unknown);
+    };
+    let Ok(channel) = results.channel(channel) else {
+        return Err(unknown);
+    };
+    let columns = &channel.columns;
+    let index = columns.iter().position(|column| column.name == component);
+    index.map_or(Err(unknown), |index| Ok((channel, Some(index))))
 }
 
 fn of_modes(modes: &SystemModes, units: &Units) -> Histories {
@@ -93,12 +149,14 @@ fn of_modes(modes: &SystemModes, units: &Units) -> Histories {
         over: History {
             name: "mode".to_owned(),
             unit: "1".to_owned(),
+            quantity: Quantity::Other,
             values: numbers.map(|number| number as f64).collect(),
         },
         columns: lists
             .map(|(name, unit, values)| History {
                 name: name.to_owned(),
                 unit,
+                quantity: Quantity::Other,
                 values: values.to_vec(),
             })
             .collect(),

@@ -8,9 +8,9 @@ use dcb_formats::results::Results;
 pub use dcb_report::{Axis, Chart, Note, ReferenceSlope, Scale, Series, Style, svg, write_svg};
 
 use crate::error::Error;
-use crate::export::history::{Selection, histories};
+use crate::export::history::{Quantity, Selection, histories};
 
-/// Draws the selected channels over time: those of one unit in one chart, the charts below each other. The file is
+/// Draws the selected channels over time: those of one unit and quantity in one chart, the charts below each other. The file is
 /// written whole or not at all.
 ///
 /// # Errors
@@ -28,7 +28,7 @@ pub fn plot(
         true => Style::Line,
         false => Style::Marks,
     };
-    let mut charts: Vec<(String, Chart)> = Vec::new();
+    let mut charts: Vec<((String, Quantity), Chart)> = Vec::new();
     for history in listed.columns {
         let points = over.values.iter().zip(&history.values);
         let series = Series {
@@ -36,7 +36,8 @@ pub fn plot(
             points: points.map(|(over, value)| [*over, *value]).collect(),
             style,
         };
-        match charts.iter_mut().find(|(unit, _)| *unit == history.unit) {
+        let kind = (history.unit, history.quantity);
+        match charts.iter_mut().find(|(known, _)| *known == kind) {
             Some((_, chart)) => chart.series.push(series),
             None => {
                 let chart = Chart {
@@ -47,14 +48,15 @@ pub fn plot(
                     slopes: Vec::new(),
                     notes: Vec::new(),
                 };
-                charts.push((history.unit, chart));
+                charts.push((kind, chart));
             }
         }
     }
     let mut finished = Vec::new();
-    for (unit, mut chart) in charts {
+    for ((unit, quantity), mut chart) in charts {
         chart.vertical.label = match chart.series.as_slice() {
             [only] => format!("{} [{unit}]", only.name),
+            _ if quantity == Quantity::Energy => format!("energy [{unit}]"),
             _ => format!("[{unit}]"),
         };
         finished.push(chart);

@@ -141,7 +141,7 @@ pub(crate) enum ModelArgument {
 pub(crate) struct ExportArguments {
     /// Results.
     results: PathBuf,
-    /// Names of outputs or channels [default: all outputs].
+    /// Names of outputs or channels, or of components: tip tip.z tip.x,tip.z [default: all outputs].
     names: Vec<String>,
     /// File [default: beside the results].
     #[arg(long, short, value_name = "FILE")]
@@ -248,6 +248,10 @@ fn export(arguments: &ExportArguments, extension: &str, write: Export) -> Result
     let results = Results::open(path)?;
     let beside = path.with_extension(extension);
     let target = arguments.output.as_ref().unwrap_or(&beside);
+    let replace = match extension == "svg" && is_picture(target) {
+        true => Replace::Overwrite,
+        false => replace,
+    };
     check_output(target, replace)?;
     refuse_inputs(target, [path.as_path()], "the file of the results")?;
     let selection = match arguments.names.as_slice() {
@@ -256,6 +260,15 @@ fn export(arguments: &ExportArguments, extension: &str, write: Export) -> Result
     };
     write(&results, selection, target, replace)?;
     Ok(Outcome::done(format!("{}\n", target.display())))
+}
+
+/// Whether a file is an SVG picture, which the next picture may replace: it can be drawn again.
+fn is_picture(path: &Path) -> bool {
+    use std::io::Read as _;
+
+    let mut start = Vec::new();
+    let read = std::fs::File::open(path).and_then(|file| file.take(512).read_to_end(&mut start));
+    read.is_ok() && String::from_utf8_lossy(&start).contains("<svg")
 }
 
 fn show(path: &PathBuf) -> Result<Outcome, Error> {

@@ -22,13 +22,14 @@ fn an_interrupted_reduction_leaves_nothing() {
 fn a_reduction_that_is_asked_to_end_leaves_nothing() {
     let folder = Folder::with(&dcb_samples::connecting_rod(1));
     let before = folder.names();
+    // So many modes take seconds, also on a fast machine that has nothing else to do.
     for (signal, status, word) in [
         ("TERM", 143, "terminated (SIGTERM)"),
         ("HUP", 129, "hung up (SIGHUP)"),
     ] {
         let mut came_in_time = false;
         for milliseconds in [50, 100, 150, 200, 300, 400, 500, 1000] {
-            let child = folder.start("part.mtx --modes 20 --force");
+            let child = folder.start("part.mtx --modes 150 --force");
             std::thread::sleep(Duration::from_millis(milliseconds));
             let Answer { code, stderr, .. } = stopped(signal, child);
             if code == Some(status) {
@@ -42,7 +43,7 @@ fn a_reduction_that_is_asked_to_end_leaves_nothing() {
                 folder.remove("part.dcb.h5");
             }
         }
-        assert!(came_in_time, "all of it is done within 200 ms");
+        assert!(came_in_time, "all of it was done before the signal came");
     }
 }
 

@@ -19,10 +19,9 @@ fn results_become_pictures_tables_and_lists() {
             .starts_with("time [s],angle [rad]\n0.0,0.0\n")
     );
     assert_eq!(folder.read("scene.csv").lines().count(), 102);
-    folder.refused_each(&[
-        ("plot scene.h5", &["scene.svg: exists already"]),
-        ("csv scene.h5", &["scene.csv: exists already"]),
-    ]);
+    folder.refused("csv scene.h5", &["scene.csv: exists already"]);
+    // A picture can be drawn again.
+    folder.done("plot scene.h5");
     folder.done("csv scene.h5 reactions/hinge balance -o forces.csv");
     let header = folder.read("forces.csv");
     assert!(

@@ -152,3 +152,49 @@ fn colours_are_as_asked() {
         .unwrap();
     assert!(coloured.stderr.contains(&0x1b));
 }
+
+#[test]
+fn components_are_named_and_pictures_drawn_again() {
+    let folder = Folder::slider_crank();
+    folder.done("scene.json --end 0.001");
+    folder.done("csv scene.h5 slider_position.x -o x.csv");
+    let header = folder.read("x.csv").lines().next().unwrap().to_owned();
+    assert!(
+        header.ends_with("slider_position.x [m]") && header.matches(',').count() == 1,
+        "{header}"
+    );
+    folder.done("csv scene.h5 slider_position.y,crank_angle slider_position -o y.csv");
+    let header = folder.read("y.csv").lines().next().unwrap().to_owned();
+    let names: Vec<&str> = header.split(',').skip(1).collect();
+    assert_eq!(names[..2], ["slider_position.y [m]", "crank_angle [rad]"]);
+    // The rest of the channel, of which y was there already.
+    assert_eq!(names[2..], ["slider_position.x [m]"]);
+    folder.refused(
+        "csv scene.h5 slider_position.w -o w.csv",
+        &["slider_position.w"],
+    );
+    folder.refused(
+        "csv scene.h5 nothing.x -o w.csv",
+        &["nothing.x", "isn't a channel"],
+    );
+    folder.done("plot scene.h5 slider_position.x");
+    folder.done("plot scene.h5 crank_angle");
+    folder.write("other.svg", "no picture");
+    folder.refused("plot scene.h5 -o other.svg", &["other.svg", "--force"]);
+}
+
+/// A moment and an energy have one unit, but are no one quantity.
+#[test]
+fn moments_and_energies_have_their_own_charts() {
+    let folder = Folder::slider_crank();
+    let mut scene: Value = serde_json::from_str(&folder.read("scene.json")).unwrap();
+    scene["outputs"] = json!({"balance": "energy", "torque": {"drive_effort": {"drive": "motor"}}});
+    folder.write("scene.json", scene.to_string());
+    folder.done("scene.json --end 0.001");
+    folder.done("plot scene.h5");
+    let picture = folder.read("scene.svg");
+    assert!(
+        picture.contains("energy [kg") && picture.contains("torque [kg"),
+        "{picture}"
+    );
+}
