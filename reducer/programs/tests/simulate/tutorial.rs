@@ -20,7 +20,7 @@ fn shell(folder: &Folder, commands: &str) {
     let programs = Path::new(env!("CARGO_BIN_EXE_simulate")).parent().unwrap();
     assert!(
         programs.join("samples").is_file(),
-        "build the whole workspace: the tutorial needs `samples`"
+        "the tutorial needs the program `samples`: cargo build --release -p dcb-samples"
     );
     let path = format!("{}:{}", programs.display(), std::env::var("PATH").unwrap());
     let answer = Command::new("bash")
