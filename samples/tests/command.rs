@@ -42,6 +42,9 @@ fn a_name_that_is_unknown_is_refused() {
     let answer = samples(&["write", "sofa", "--out", folder.path().to_str().unwrap()]);
     assert_eq!(answer.status.code(), Some(2));
     let told = String::from_utf8(answer.stderr).unwrap();
-    assert!(told.contains("sofa") && told.contains("samples list"), "{told}");
+    assert!(
+        told.contains("sofa") && told.contains("samples list"),
+        "{told}"
+    );
     assert_eq!(fs::read_dir(folder.path()).unwrap().count(), 0);
 }
