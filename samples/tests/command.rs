@@ -18,7 +18,7 @@ fn the_list_names_every_sample() {
     assert!(answer.status.success());
     let text = String::from_utf8(answer.stdout).unwrap();
     assert_eq!(text.lines().count(), CATALOGUE.len());
-    for sample in &CATALOGUE {
+    for sample in CATALOGUE {
         assert!(text.contains(sample.name), "{}", sample.name);
     }
 }

@@ -8,8 +8,11 @@
 //! out of it                    ω² = ω₁² + S Ω²              linear: ω₁²
 //! ```
 //! with S = 3.05 for the first bending of a free uniform rod. In the plane nothing is left of the linear stiffness at Ω = ω₁, and nothing
-//! above could be called right. Each limit is told once for each body. Where a body deflects or turns too far because drives contradict each
+//! above could be called right. Nothing pulls along a shaft that spins about its own axis: what counts is the spin across the body's length.
+//! Each limit is told once for each body. Where a body deflects or turns too far because drives contradict each
 //! other, the motion is refused.
+
+use nalgebra::{Matrix3, SymmetricEigen, Vector3};
 
 use crate::error::Error;
 use crate::system::{State, System};
@@ -31,11 +34,51 @@ pub fn rod_frequency_deficit(ratio: f64) -> f64 {
     1.0 - ((1.0 - square) / (1.0 + (ROD_STIFFENING - 1.0) * square)).sqrt()
 }
 
+/// A body is long in the directions in which its mass has at least this share of its largest second moment.
+const LONG: f64 = 0.5;
+
+/// The directions in which a body is long: along them a spin pulls at it.
+///
+/// ```text
+/// S = ½ tr(J) 1 - J = Σ s_i n_i n_iᵀ        long: s_i ≥ s_max / 2        Ω_across² = max_i (Ω² - (Ω·n_i)²) over these
+/// ```
+///
+/// A shaft that spins about its own axis isn't pulled along it; a bar that spins across its length is by all of the spin, and a disc by any spin.
+#[derive(Clone, Debug)]
+struct Extent {
+    /// n_i, body axes.
+    directions: Vec<Vector3<f64>>,
+}
+
+impl Extent {
+    /// From the tensor of inertia about the centre of mass, body axes; that of a planar body has only (z, z).
+    fn of(tensor: &Matrix3<f64>) -> Self {
+        let moments = Matrix3::from_diagonal_element(0.5 * tensor.trace()) - tensor;
+        let found = SymmetricEigen::new(moments);
+        let least = LONG * found.eigenvalues.max();
+        let principal = found
+            .eigenvalues
+            .iter()
+            .zip(found.eigenvectors.column_iter());
+        let long = principal.filter(|(moment, _)| **moment >= least);
+        Self {
+            directions: long.map(|(_, direction)| direction.into_owned()).collect(),
+        }
+    }
+
+    /// The spin across the extent, rad by time.
+    fn spin_across(&self, spin: &Vector3<f64>) -> f64 {
+        let across = |along: &Vector3<f64>| spin.cross(along).norm();
+        self.directions.iter().map(across).fold(0.0, f64::max)
+    }
+}
+
 /// Messages that have been given.
 #[derive(Clone, Debug)]
 pub struct Validity {
     told: Vec<[bool; 4]>,
     first_frequencies: Vec<f64>,
+    extents: Vec<Extent>,
     drives: ContradictingDrives,
 }
 
@@ -52,6 +95,11 @@ impl Validity {
                 .bodies
                 .iter()
                 .map(|body| first(&body.flexible.stiffness))
+                .collect(),
+            extents: system
+                .bodies
+                .iter()
+                .map(|body| Extent::of(body.flexible.inertia.rotation().tensor()))
                 .collect(),
             drives: ContradictingDrives::at(system, start),
         }
@@ -110,8 +158,8 @@ impl Validity {
             if body.flexible.inertia.is_stiffened() {
                 continue;
             }
-            let spin = state.body_rates(system, index).0.angular.norm();
-            let ratio = spin / self.first_frequencies[index];
+            let spin = state.body_rates(system, index).0.angular;
+            let ratio = self.extents[index].spin_across(&spin) / self.first_frequencies[index];
             once(
                 2,
                 ratio > SPIN && ratio < 1.0,
@@ -140,5 +188,47 @@ impl Validity {
                 what,
             }),
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A bar of length 1 and square section of width 0.1, its long axis along x, mass 1.
+    fn bar() -> Extent {
+        let across = (1.0 + 0.01) / 12.0;
+        Extent::of(&Matrix3::from_diagonal(&Vector3::new(
+            2.0 * 0.01 / 12.0,
+            across,
+            across,
+        )))
+    }
+
+    #[test]
+    fn a_shaft_that_spins_about_its_own_axis_is_not_pulled() {
+        let spin = Vector3::new(50.0, 0.0, 0.0);
+        assert!(bar().spin_across(&spin) < 1e-12);
+        // With a disc on it: as the public rotor, whose mass reaches along the axis more than twice as far.
+        let rotor = Extent::of(&Matrix3::from_diagonal(&Vector3::new(1.031, 1.678, 1.678)));
+        assert!(rotor.spin_across(&spin) < 1e-12);
+    }
+
+    #[test]
+    fn a_bar_that_spins_across_its_length_is_pulled_by_all_of_it() {
+        assert!((bar().spin_across(&Vector3::new(0.0, 0.0, 50.0)) - 50.0).abs() < 1e-12);
+        let oblique = bar().spin_across(&Vector3::new(40.0, 0.0, 30.0));
+        assert!((oblique - 30.0).abs() < 1e-12, "{oblique}");
+    }
+
+    #[test]
+    fn a_disc_and_a_planar_body_are_pulled_by_every_spin() {
+        let disc = Extent::of(&Matrix3::from_diagonal(&Vector3::new(0.25, 0.25, 0.5)));
+        let planar = Extent::of(&Matrix3::from_diagonal(&Vector3::new(0.0, 0.0, 0.3)));
+        let about_z = Vector3::new(0.0, 0.0, 7.0);
+        for extent in [&disc, &planar] {
+            assert!((extent.spin_across(&about_z) - 7.0).abs() < 1e-12);
+        }
+        assert!((disc.spin_across(&Vector3::new(7.0, 0.0, 0.0)) - 7.0).abs() < 1e-12);
     }
 }

@@ -27,9 +27,16 @@ pub(super) struct Course {
 }
 
 impl Course {
-    /// `None` of an input, whose course nobody knows.
+    /// `None` of an input and of a controller, whose course nobody knows.
     pub(super) fn of(function: &Function, end: f64) -> Result<Option<Self>, Error> {
-        Ok(Self::around(TimeFunction::new(function)?, function, end))
+        match function {
+            Function::Input(_) | Function::Controller(_) => Ok(None),
+            _ => Ok(Some(Self::around(
+                TimeFunction::new(function)?,
+                function,
+                end,
+            ))),
+        }
     }
 
     /// Of the driven coordinate.
@@ -39,11 +46,11 @@ impl Course {
             (_, Function::Input(_)) => Ok(None),
             // Without a run there is no integral, and nothing moves.
             (Drive::Speed(_), Function::Formula(_) | Function::Chirp(_)) if end <= 0.0 => Ok(None),
-            _ => Ok(Self::around(drive.coordinate(end)?, function, end)),
+            _ => Ok(Some(Self::around(drive.coordinate(end)?, function, end))),
         }
     }
 
-    fn around(time_function: TimeFunction, function: &Function, end: f64) -> Option<Self> {
+    fn around(time_function: TimeFunction, function: &Function, end: f64) -> Self {
         let mut course = Self {
             function: time_function,
             special: Vec::new(),
@@ -52,7 +59,6 @@ impl Course {
             samples: SAMPLES,
         };
         match function {
-            Function::Input(_) | Function::Controller(_) => return None,
             Function::Harmonic(harmonic) => {
                 let omega = harmonic.radians_per_time();
                 course.frequency = Some(omega / std::f64::consts::TAU);
@@ -67,7 +73,7 @@ impl Course {
                 course.samples = wanted.clamp(SAMPLES, MOST_SAMPLES);
             }
         }
-        Some(course)
+        course
     }
 
     pub(super) fn at(&self, time: f64) -> FunctionValue {
