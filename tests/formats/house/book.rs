@@ -115,7 +115,15 @@ fn every_page_has_one_place_in_the_book() {
     let mut expected: BTreeMap<_, _> = pages(&docs).into_iter().map(|page| (page, 1)).collect();
     assert!(expected.remove(&docs.join("SUMMARY.md")).is_some());
     assert!(expected.len() > 40, "{expected:?}");
-    assert_eq!(listed, expected);
+    let differing: Vec<_> = listed
+        .keys()
+        .chain(expected.keys())
+        .filter(|page| listed.get(*page) != expected.get(*page))
+        .collect();
+    assert!(
+        differing.is_empty(),
+        "not once in docs/SUMMARY.md, or not there: {differing:?}"
+    );
 }
 
 #[test]
