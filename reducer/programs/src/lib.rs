@@ -1,5 +1,6 @@
 //! The programs `reduce` and `simulate`: one file a command. What they begin, say and end with is the same.
 
+pub mod command_page;
 mod examples;
 mod manual;
 mod outcome;

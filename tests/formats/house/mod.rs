@@ -1,5 +1,6 @@
-//! Rules that hold in all sources: how they lie in folders, who looks at whom, who writes files.
+//! Rules that hold in all sources and pages: how they lie in folders, who looks at whom, who writes files, where links lead.
 
+mod book;
 mod circles;
 mod crates;
 mod named_paths;

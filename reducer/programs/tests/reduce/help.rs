@@ -148,3 +148,18 @@ fn a_build_without_slepc_says_so() {
         ("rotor.mtx --ranks 2", &["--eigen-solver slepc"]),
     ]);
 }
+
+#[test]
+fn the_page_of_commands_says_what_the_helps_say() {
+    let documented = std::fs::read_to_string(stored("docs/commands.md")).unwrap();
+    assert!(
+        documented == dcb_programs::command_page::page(),
+        "run: cargo run --release -p dcb-programs --example commands_page > docs/commands.md"
+    );
+    // Options that the page must have, whoever made it.
+    let shown = Folder::empty().done("study --help");
+    for option in ["--variants", "--tolerance", "--loss-factor"] {
+        says!(shown, option);
+        says!(documented, format!("`{option} "));
+    }
+}

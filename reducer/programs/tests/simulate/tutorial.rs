@@ -1,64 +1,33 @@
 //! `docs/tutorial.md`: its commands run in their order, and its change of the scene does what it says.
 
 use std::fs;
-use std::path::Path;
-use std::process::Command;
 
+use crate::printed::{Block, blocks, shell};
 use crate::support::{Folder, stored};
-
-/// Blocks of a language in a page.
-fn blocks(page: &str, language: &str) -> Vec<String> {
-    let fence = format!("```{language}\n");
-    page.split(&fence)
-        .skip(1)
-        .map(|block| block.split("```").next().unwrap().to_owned())
-        .collect()
-}
-
-/// Runs commands with the programs of this build in the path.
-fn shell(folder: &Folder, commands: &str) {
-    let programs = Path::new(env!("CARGO_BIN_EXE_simulate")).parent().unwrap();
-    assert!(
-        programs.join("samples").is_file(),
-        "the tutorial needs the program `samples`: cargo build --release -p dcb-samples"
-    );
-    let path = format!("{}:{}", programs.display(), std::env::var("PATH").unwrap());
-    let answer = Command::new("bash")
-        .args(["-euo", "pipefail", "-c", commands])
-        .current_dir(folder.path(""))
-        .env("PATH", path)
-        .output()
-        .unwrap();
-    let told = String::from_utf8_lossy(&answer.stderr);
-    assert!(answer.status.success(), "{commands}\n{told}");
-    assert!(!told.contains("warning"), "{told}");
-}
 
 #[test]
 fn the_tutorial_runs_as_it_is_printed() {
     let page = fs::read_to_string(stored("docs/tutorial.md")).unwrap();
     let folder = Folder::empty();
-    let commands = blocks(&page, "sh");
+    let all = blocks(&page);
+    // Nothing but commands: what a reader is to type is run.
+    assert!(all.iter().all(|block| block.language == "sh"));
     // The first builds the programs.
-    assert!(commands[0].contains(".ci/setup build"));
-    for block in &commands[1..] {
-        shell(&folder, block);
+    assert!(all[0].text.contains(".ci/setup build"));
+    for Block { text, .. } in &all[1..] {
+        let said = shell(&folder.path(""), text);
+        assert!(said.is_good, "{text}\n{}", said.text);
+        assert!(!said.text.contains("warning"), "{}", said.text);
     }
-    for made in ["arm.html", "tip.svg", "tip.csv", "upper-arm.html"] {
+    for made in [
+        "arm.html",
+        "tip.svg",
+        "tip.csv",
+        "upper-arm.html",
+        "driven.html",
+    ] {
         assert!(folder.path(made).is_file(), "{made}");
     }
-    let text = folder.read("arm.json");
-    let joints = text.find("\"joints\"").unwrap();
-    let behind = joints + text[joints..].find("\n  },\n").unwrap() + 6;
-    let line = &blocks(&page, "json")[0];
-    folder.write(
-        "arm.json",
-        format!("{}{line}{}", &text[..behind], &text[behind..]),
-    );
-    shell(
-        &folder,
-        "simulate arm.json --end 0.3 --force --csv driven.csv",
-    );
     // From the hinge of the elbow, which turns by 1.2 rad against the upper arm, to the tip: closer to the first hinge than a straight arm.
     let table = folder.read("driven.csv");
     let names: Vec<&str> = table.lines().next().unwrap().split(',').collect();
