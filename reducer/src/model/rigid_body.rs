@@ -79,8 +79,18 @@ impl MassProperties {
         let about_middle = rigid_mass(middle);
         let mass = (0..d).map(|i| about_middle[(i, i)]).sum::<f64>() / d as f64;
         if mass.is_nan() || mass <= 0.0 {
-            let unit = component.units.mass.clone();
-            return Err(MatrixRefusal::NoMass { mass, unit }.into());
+            let x = component_columns(component, middle);
+            let translations = x.as_ref().get(.., ..d);
+            return Err(
+                match are_swapped(&component.stiffness, &component.mass, translations) {
+                    true => MatrixRefusal::Swapped,
+                    false => MatrixRefusal::NoMass {
+                        mass,
+                        unit: component.units.mass.clone(),
+                    },
+                }
+                .into(),
+            );
         }
         // Translation i against rotation a couples by m (e_a × s)_i, with s from the reference to the centre of mass.
         let mut s = [0.0; 3];
@@ -173,6 +183,16 @@ fn translation_share(matrix: &SparseMatrix, translations: MatRef<'_, f64>) -> f6
     (0..translations.ncols()).map(share).fold(0.0, f64::max)
 }
 
+/// Whether the mass acts as a stiffness against rigid translations, and the stiffness as a mass.
+fn are_swapped(
+    stiffness: &SparseMatrix,
+    mass: &SparseMatrix,
+    translations: MatRef<'_, f64>,
+) -> bool {
+    translation_share(mass, translations) < SHARE_OF_A_STIFFNESS
+        && translation_share(stiffness, translations) > SHARE_OF_A_MASS
+}
+
 /// Sums of a row's entries round to this many machine precisions; a larger defect is in the entries themselves.
 const ROUNDING_OF_A_ROW: f64 = 64.0;
 
@@ -201,9 +221,7 @@ impl RigidBodyModes {
         let translations = geometric
             .as_ref()
             .get(.., ..component.dimension().coordinate_count());
-        if translation_share(&model.mass, translations) < SHARE_OF_A_STIFFNESS
-            && translation_share(&model.stiffness, translations) > SHARE_OF_A_MASS
-        {
+        if are_swapped(&model.stiffness, &model.mass, translations) {
             return Err(MatrixRefusal::Swapped.into());
         }
         let shapes =
