@@ -98,7 +98,7 @@ impl OpenFile {
                 .shape((0.., columns))
                 .create(channel.path.as_str())?;
             write_channel(&dataset, channel)?;
-            scales.attach(&dataset, channel)?;
+            scales.attach(channel)?;
             datasets.push((dataset, columns));
         }
         scales.finish()?;

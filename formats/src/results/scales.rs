@@ -37,14 +37,68 @@ pub(super) struct Scales<'a> {
     file: &'a File,
     /// Paths of groups and datasets that channels have.
     taken: BTreeSet<String>,
+    /// Names of `/time` in the groups.
+    times: Vec<String>,
     /// Of a group's columns: path of their scale.
     columns: BTreeMap<(String, Vec<&'a str>), String>,
+    ties: Ties,
+}
+
+/// References between datasets and the scales of their axes.
+#[derive(Default)]
+pub(super) struct Ties {
     /// By path of the scale.
     users: BTreeMap<String, Vec<BackReference>>,
 }
 
+impl Ties {
+    /// Ties the axes of the dataset at a path to scales, by their paths.
+    pub(super) fn tie(&mut self, file: &File, path: &str, scales: &[String]) -> hdf5::Result<()> {
+        let own = ObjectReference1::create(file, path)?;
+        let mut axes = Vec::new();
+        for (scale, dimension) in scales.iter().zip(0..) {
+            let reference = ObjectReference1::create(file, scale)?;
+            axes.push(VarLenArray::from_slice(&[reference]));
+            let users = self.users.entry(scale.clone()).or_default();
+            users.push(BackReference {
+                dataset: own,
+                dimension,
+            });
+        }
+        let list = file
+            .dataset(path)?
+            .new_attr::<VarLenArray<ObjectReference1>>();
+        list.shape(axes.len())
+            .create("DIMENSION_LIST")?
+            .write_raw(&axes)
+    }
+
+    /// Tells the scales who belongs to them.
+    pub(super) fn finish(self, file: &File) -> hdf5::Result<()> {
+        for (scale, users) in &self.users {
+            if users.len() <= MOST_REFERENCES {
+                let list = file.dataset(scale)?.new_attr::<BackReference>();
+                list.shape(users.len())
+                    .create("REFERENCE_LIST")?
+                    .write_raw(users)?;
+            }
+        }
+        Ok(())
+    }
+}
+
+/// Writes a scale of strings.
+pub(super) fn write_names(file: &File, path: &str, names: &[&str]) -> hdf5::Result<()> {
+    let texts = names.iter().map(|name| hdf5_text(name));
+    let texts = texts.collect::<hdf5::Result<Vec<VarLenUnicode>>>()?;
+    let scale = file.new_dataset::<VarLenUnicode>();
+    let scale = scale.shape(texts.len()).create(path)?;
+    scale.write_raw(&texts)?;
+    make_scale(&scale, path.rsplit('/').next().unwrap_or_default())
+}
+
 impl<'a> Scales<'a> {
-    /// Makes `/time` a scale, and gives it a name in every group of these channels.
+    /// Makes `/time` a scale.
     pub(super) fn begin(
         file: &'a File,
         time: &Dataset,
@@ -58,56 +112,39 @@ impl<'a> Scales<'a> {
         }
         make_scale(time, "time")?;
         let groups: BTreeSet<&str> = channels.iter().map(group_of).collect();
-        for group in groups {
-            let path = format!("{group}/time");
-            if !taken.contains(&path) {
-                file.link_hard("/time", &path)?;
-                taken.insert(path);
-            }
-        }
+        let times = groups.into_iter().map(|group| format!("{group}/time"));
+        let times: Vec<String> = times.filter(|path| !taken.contains(path)).collect();
+        taken.extend(times.iter().cloned());
         Ok(Self {
             file,
             taken,
+            times,
             columns: BTreeMap::new(),
-            users: BTreeMap::new(),
+            ties: Ties::default(),
         })
     }
 
     /// Names both axes of a channel's dataset.
-    pub(super) fn attach(&mut self, dataset: &Dataset, channel: &'a Channel) -> hdf5::Result<()> {
-        let names: Vec<&str> = channel.columns.iter().map(|one| one.name.as_str()).collect();
+    pub(super) fn attach(&mut self, channel: &'a Channel) -> hdf5::Result<()> {
+        let names: Vec<&str> = channel
+            .columns
+            .iter()
+            .map(|one| one.name.as_str())
+            .collect();
         let columns = match names[..] {
             [""] => self.single()?,
             _ => self.columns(channel, names)?,
         };
-        let own = ObjectReference1::create(self.file, &channel.path)?;
-        let mut axes = Vec::new();
-        for (dimension, scale) in ["time".to_owned(), columns].into_iter().enumerate() {
-            let reference = ObjectReference1::create(self.file, &scale)?;
-            axes.push(VarLenArray::from_slice(&[reference]));
-            let users = self.users.entry(scale).or_default();
-            users.push(BackReference {
-                dataset: own,
-                dimension: u32::try_from(dimension).unwrap_or_default(),
-            });
-        }
-        let list = dataset.new_attr::<VarLenArray<ObjectReference1>>();
-        list.shape(axes.len())
-            .create("DIMENSION_LIST")?
-            .write_raw(&axes)
+        let scales = ["time".to_owned(), columns];
+        self.ties.tie(self.file, &channel.path, &scales)
     }
 
-    /// Tells the scales who belongs to them.
+    /// Tells the scales who belongs to them, and gives `/time` its names in the groups, which are there by now.
     pub(super) fn finish(self) -> hdf5::Result<()> {
-        for (scale, users) in &self.users {
-            if users.len() <= MOST_REFERENCES {
-                let list = self.file.dataset(scale)?.new_attr::<BackReference>();
-                list.shape(users.len())
-                    .create("REFERENCE_LIST")?
-                    .write_raw(users)?;
-            }
+        for path in &self.times {
+            self.file.link_hard("/time", path)?;
         }
-        Ok(())
+        self.ties.finish(self.file)
     }
 
     /// The axis of a number alone: it has a size and no values.
@@ -130,7 +167,7 @@ impl<'a> Scales<'a> {
         if let Some(path) = self.columns.get(&key) {
             return Ok(path.clone());
         }
-        let (group, names) = (&key.0, &key.1);
+        let (group, names) = (&key.0, &key.1[..]);
         let joined = names.join("_");
         let numbered = names.iter().any(|name| name.parse::<u32>().is_ok());
         let is_name = joined.len() <= LONGEST_NAME && !joined.contains(['/', '.']) && !numbered;
@@ -141,12 +178,7 @@ impl<'a> Scales<'a> {
         while self.taken.contains(&path) {
             path.push('_');
         }
-        let texts = names.iter().map(|name| hdf5_text(name));
-        let texts = texts.collect::<hdf5::Result<Vec<VarLenUnicode>>>()?;
-        let scale = self.file.new_dataset::<VarLenUnicode>();
-        let scale = scale.shape(texts.len()).create(path.as_str())?;
-        scale.write_raw(&texts)?;
-        make_scale(&scale, path.rsplit('/').next().unwrap_or_default())?;
+        write_names(self.file, &path, names)?;
         self.taken.insert(path.clone());
         self.columns.insert(key, path.clone());
         Ok(path)
@@ -159,7 +191,7 @@ fn group_of(channel: &Channel) -> &str {
 }
 
 /// Writes the attributes that make a dataset a scale. Where the name is too long or not ASCII, the dataset's own is its name alone.
-fn make_scale(dataset: &Dataset, name: &str) -> hdf5::Result<()> {
+pub(super) fn make_scale(dataset: &Dataset, name: &str) -> hdf5::Result<()> {
     write_fixed::<CLASS_BYTES>(dataset, "CLASS", "DIMENSION_SCALE")?;
     match name.is_ascii() && name.len() < NAME_BYTES {
         true => write_fixed::<NAME_BYTES>(dataset, "NAME", name),
@@ -168,8 +200,8 @@ fn make_scale(dataset: &Dataset, name: &str) -> hdf5::Result<()> {
 }
 
 fn write_fixed<const N: usize>(object: &Location, name: &str, text: &str) -> hdf5::Result<()> {
-    let text = FixedAscii::<N>::from_ascii(text)
-        .map_err(|error| hdf5::Error::from(error.to_string()))?;
+    let text =
+        FixedAscii::<N>::from_ascii(text).map_err(|error| hdf5::Error::from(error.to_string()))?;
     let attribute = object.new_attr_builder();
     attribute
         .empty_as(zero_terminated(N)?)

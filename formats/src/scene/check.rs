@@ -65,7 +65,10 @@ impl<'a> Checker<'a> {
     /// That there are bodies.
     pub(super) fn any_body(&self, location: &str) -> Result<(), Error> {
         match self.scene.bodies.is_empty() {
-            true => Err(Error::described(location, "is of all bodies, but the scene has none")),
+            true => Err(Error::described(
+                location,
+                "is of all bodies, but the scene has none",
+            )),
             false => Ok(()),
         }
     }

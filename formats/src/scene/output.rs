@@ -5,8 +5,8 @@ use serde::{Deserialize, Serialize};
 
 use super::check::Checker;
 use super::observed::{
-    AngularMomentum, AtPlace, ChordDeflection, MassPoint, MeshNode, MomentPoint, OfActuator, OfBody,
-    OfDrive, OfJoint, OfMass, OfSpring, OfSuperelement, Reaction, ReactionAxes,
+    AngularMomentum, AtPlace, ChordDeflection, MassPoint, MeshNode, MomentPoint, OfActuator,
+    OfBody, OfDrive, OfJoint, OfMass, OfSpring, OfSuperelement, Reaction, ReactionAxes,
 };
 use super::{Joint, Scene};
 use crate::Error;

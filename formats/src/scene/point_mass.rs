@@ -98,19 +98,20 @@ impl Checker<'_> {
             };
             let instead = match (joint, self.is_planar()) {
                 (Joint::PointOnLine(_), _) => {
-                    format!("make the point mass `{other}`, the point on the line")
+                    format!("make the point mass `{other}`, the point on the line, or ")
                 }
-                (Joint::Prismatic(_), _) => {
-                    "use point_on_line with the point mass as `b`".to_owned()
+                (Joint::Prismatic(_) | Joint::Cylindrical(_), _) => {
+                    "use point_on_line with the point mass as `b`, or ".to_owned()
                 }
-                (_, true) => "use revolute, which holds its place".to_owned(),
-                (_, false) => "use spherical, which holds its place".to_owned(),
+                (Joint::Planar(_), _) => String::new(),
+                (_, true) => "use revolute, which holds its place, or ".to_owned(),
+                (_, false) => "use spherical, which holds its place, or ".to_owned(),
             };
             return Err(Error::described(
                 format!("{location}.{key}"),
                 format!(
-                    "{place:?} is on the point mass {body:?} (its `inertia` is zero), which has no rotation for a {} joint; {instead}, \
-                     or give the body an inertia",
+                    "{place:?} is on the point mass {body:?} (its `inertia` is zero), which has no rotation for a {} joint; {instead}give \
+                     the body an inertia",
                     joint.kind()
                 ),
             ));

@@ -4,9 +4,7 @@ use nalgebra::{Matrix3, Vector3};
 
 use crate::body::{FlexibleBody, RigidBody, RigidPoint};
 use crate::system::builder::Drawn;
-use dcb_formats::scene::{
-    self, Body, DampingOverride, ModalRatios, Point, RotaryInertia, Scene,
-};
+use dcb_formats::scene::{self, Body, DampingOverride, ModalRatios, Point, RotaryInertia, Scene};
 
 /// Position and motion as drawn.
 pub(super) fn drawn(body: &Body) -> Drawn {

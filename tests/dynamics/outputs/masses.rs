@@ -1,6 +1,9 @@
 //! Centre of mass, momenta, frames of bodies and motions of nodes, against Newton and Euler and differences over time.
 
+use dcb_demand::SuperelementFiles;
+use dcb_demand::pruning::{DEFAULT_TOLERANCE, Pruning};
 use dcb_runtime::Mechanism;
+use dcb_runtime::model::Model;
 use serde_json::{Value, json};
 
 use crate::scenes::parts::{Folder, rigid_scene, scene_text, started};
@@ -90,7 +93,10 @@ fn a_thrown_body_falls_on_a_parabola_and_keeps_its_spin() {
             let speed = start[axis] / mass;
             let fallen = first[axis] + speed * t + 0.5 * g[axis] * t * t;
             let center = history.at(row, 0)[axis];
-            assert!((center - fallen).abs() < 1e-9, "{row} {axis}: {center} {fallen}");
+            assert!(
+                (center - fallen).abs() < 1e-9,
+                "{row} {axis}: {center} {fallen}"
+            );
             let gained = history.at(row, 1)[axis] - start[axis] - mass * g[axis] * t;
             assert!(gained.abs() < 1e-9 * mass * 10.0, "{row} {axis}: {gained}");
         }
@@ -98,7 +104,10 @@ fn a_thrown_body_falls_on_a_parabola_and_keeps_its_spin() {
         let (spin, before) = (history.at(row, 2), history.at(0, 2));
         let size: f64 = before.iter().map(|h| h * h).sum::<f64>().sqrt();
         let change = (0..3).map(|axis| (spin[axis] - before[axis]).abs());
-        assert!(change.fold(0.0, f64::max) < 2e-6 * size, "{spin:?} {before:?}");
+        assert!(
+            change.fold(0.0, f64::max) < 2e-6 * size,
+            "{spin:?} {before:?}"
+        );
         // H about o is H about c, and (c - o) × p.
         let (c, p) = (history.at(row, 0), history.at(row, 1));
         for (output, o) in [(3, [0.0; 3]), (4, [1.0, -2.0, 0.5])] {
@@ -264,7 +273,13 @@ fn momenta_are_the_same_in_other_units() {
     });
     let [si, other] = &mut history;
     let (l, m, t) = (1e3, 1e-3, 1e3);
-    for (output, unit) in [(2, m * l / t), (5, m * l * l / t), (6, l), (8, l / t), (11, 1.0 / t)] {
+    for (output, unit) in [
+        (2, m * l / t),
+        (5, m * l * l / t),
+        (6, l),
+        (8, l / t),
+        (11, 1.0 / t),
+    ] {
         for (a, b) in si.at(100, output).iter().zip(other.at(100, output)) {
             let size = a.abs().max(1e-3);
             assert!((b / unit - a).abs() < 1e-9 * size, "{output}: {a} {b}");
@@ -302,5 +317,27 @@ fn a_frame_in_space_turns_as_a_point_of_its_body() {
         for (a, b) in history.at(row, 2).iter().zip(history.at(row, 3)) {
             assert!((a - b).abs() < 1e-12 * 10.0);
         }
+    }
+}
+
+/// What a scene needs of a part that nothing holds is little, and its momenta are those of the whole part.
+#[test]
+fn momenta_are_those_of_the_whole_part_whatever_is_left_out() {
+    let folder = Folder::with_parts();
+    let mut text = beam(json!({}));
+    text["outputs"] = json!({"p": {"momentum": {}}, "h": {"angular_momentum": {"body": "beam"}}, "turn": {"body_orientation": {"body": "beam"}}});
+    let scene = folder.scene(&text);
+    let open = SuperelementFiles::default();
+    let pruning = Pruning::of(&scene, &open, DEFAULT_TOLERANCE).unwrap();
+    let narrowed = Model::load_narrowed(&pruning.applied_to(&scene), &open).unwrap();
+    let ends = [Model::load(&scene).unwrap(), narrowed].map(|model| {
+        let mut mechanism =
+            Mechanism::start_model(&scene, &scene.integrator.unwrap(), model).unwrap();
+        let names = ["p", "h", "turn"];
+        let history = History::of(&mut mechanism, &names, 1e-4, 500);
+        history.rows[500].concat()
+    });
+    for (whole, narrow) in ends[0].iter().zip(&ends[1]) {
+        assert!((whole - narrow).abs() < 1e-2, "{ends:?}");
     }
 }

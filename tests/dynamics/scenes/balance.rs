@@ -193,7 +193,10 @@ pub fn assert_angular_impulse(scene: &Scene, mechanism: &mut Mechanism, step: f6
         }
         let mut evaluation = dcb_runtime::system::evaluation::Evaluation::of(system);
         evaluation.refresh(system, state);
-        (sum.moment, Momentum::of_all(system, state, &evaluation).angular)
+        (
+            sum.moment,
+            Momentum::of_all(system, state, &evaluation).angular,
+        )
     };
     let (before, first) = outside(mechanism);
     mechanism.step(step).unwrap();

@@ -41,7 +41,11 @@ fn double_pendulum(mut x: [f64; 4], [m1, m2]: [f64; 2], [l1, l2]: [f64; 2], end:
 
 fn chain(dimension: usize) -> Value {
     let cut = |v: [f64; 3]| json!(&v[..dimension]);
-    let inertia = if dimension == 2 { json!(0) } else { json!([0, 0, 0]) };
+    let inertia = if dimension == 2 {
+        json!(0)
+    } else {
+        json!([0, 0, 0])
+    };
 
     scene_text(
         dimension as u32,
@@ -97,7 +101,11 @@ fn a_double_pendulum_of_point_masses_follows_its_equations() {
 #[test]
 fn a_mass_on_a_spring_has_its_frequency() {
     for dimension in [2_usize, 3] {
-        let inertia = if dimension == 2 { json!(0) } else { json!([0, 0, 0]) };
+        let inertia = if dimension == 2 {
+            json!(0)
+        } else {
+            json!([0, 0, 0])
+        };
         let cut = |v: [f64; 3]| json!(&v[..dimension]);
         let mut text = scene_text(
             dimension as u32,
@@ -161,8 +169,14 @@ fn a_point_mass_at_a_tip_is_a_small_body() {
     let (point, body) = (tip(0.0, "spherical"), tip(1e-9, "fixed"));
     assert!(point[2] < -5e-3, "{point:?}");
     for axis in 0..3 {
-        assert!((point[axis] - body[axis]).abs() < 1e-6, "{point:?} {body:?}");
-        assert!((point[3 + axis] - body[3 + axis]).abs() < 1e-2, "{point:?} {body:?}");
+        assert!(
+            (point[axis] - body[axis]).abs() < 1e-6,
+            "{point:?} {body:?}"
+        );
+        assert!(
+            (point[3 + axis] - body[3 + axis]).abs() < 1e-2,
+            "{point:?} {body:?}"
+        );
         assert_eq!(point[6 + axis], 0.0);
     }
 }
@@ -185,22 +199,73 @@ fn what_would_need_a_rotation_is_refused() {
     };
     let ends = |kind: &str, rest: Value| {
         let mut joint = json!({"a": "ground", "b": "one/p"});
-        joint.as_object_mut().unwrap().extend(rest.as_object().unwrap().clone());
+        joint
+            .as_object_mut()
+            .unwrap()
+            .extend(rest.as_object().unwrap().clone());
         json!({kind: joint})
     };
     let space: [(&'static str, Value, [&str; 2]); 12] = [
-        ("/joints/first", ends("fixed", json!({})), ["joints.first.fixed.b", "use spherical"]),
-        ("/joints/first", ends("revolute", json!({"axis": [0, 0, 1]})), ["revolute.b", "no rotation for a revolute joint"]),
-        ("/joints/first", ends("prismatic", json!({"axis": [0, 0, 1]})), ["prismatic.b", "use point_on_line"]),
-        ("/joints/first", ends("universal", json!({"axis": [0, 0, 1], "axis_b": [1, 0, 0]})), ["universal.b", "use spherical"]),
-        ("/joints/second", json!({"point_on_line": {"a": "one/p", "b": "two/p", "axis": [1, 0, 0]}}), ["point_on_line.a", "make the point mass `b`"]),
-        ("/bodies/one/angular_velocity", json!([0, 0, 1]), ["bodies.one.angular_velocity", "doesn't turn"]),
-        ("/bodies/one/rigid/points/q", json!([0, 0.1, 0]), ["points.q", "0.1 away from the centre of mass"]),
-        ("/loads/t", json!({"torque": {"at": "one/p", "components": [0, 0, 1]}}), ["loads.t.torque.at", "a torque"]),
-        ("/springs/b", json!({"bushing": {"a": "ground", "b": "one/p", "rotation": [1, 1, 1]}}), ["bushing.b", "rotational part"]),
-        ("/outputs/o", json!({"orientation": {"at": "one/p"}}), ["outputs.o.orientation.at", "point mass"]),
-        ("/outputs/o", json!({"body_angular_velocity": {"body": "one"}}), ["body_angular_velocity.body", "point mass"]),
-        ("/bodies/one/rigid/inertia", json!([1, 1, 0]), ["principal moment 0", "[0, 0, 0] for a point mass"]),
+        (
+            "/joints/first",
+            ends("fixed", json!({})),
+            ["joints.first.fixed.b", "use spherical"],
+        ),
+        (
+            "/joints/first",
+            ends("revolute", json!({"axis": [0, 0, 1]})),
+            ["revolute.b", "no rotation for a revolute joint"],
+        ),
+        (
+            "/joints/first",
+            ends("prismatic", json!({"axis": [0, 0, 1]})),
+            ["prismatic.b", "use point_on_line"],
+        ),
+        (
+            "/joints/first",
+            ends("universal", json!({"axis": [0, 0, 1], "axis_b": [1, 0, 0]})),
+            ["universal.b", "use spherical"],
+        ),
+        (
+            "/joints/second",
+            json!({"point_on_line": {"a": "one/p", "b": "two/p", "axis": [1, 0, 0]}}),
+            ["point_on_line.a", "make the point mass `b`"],
+        ),
+        (
+            "/bodies/one/angular_velocity",
+            json!([0, 0, 1]),
+            ["bodies.one.angular_velocity", "doesn't turn"],
+        ),
+        (
+            "/bodies/one/rigid/points/q",
+            json!([0, 0.1, 0]),
+            ["points.q", "0.1 away from the centre of mass"],
+        ),
+        (
+            "/loads/t",
+            json!({"torque": {"at": "one/p", "components": [0, 0, 1]}}),
+            ["loads.t.torque.at", "a torque"],
+        ),
+        (
+            "/springs/b",
+            json!({"bushing": {"a": "ground", "b": "one/p", "rotation": [1, 1, 1]}}),
+            ["bushing.b", "rotational part"],
+        ),
+        (
+            "/outputs/o",
+            json!({"orientation": {"at": "one/p"}}),
+            ["outputs.o.orientation.at", "point mass"],
+        ),
+        (
+            "/outputs/o",
+            json!({"body_angular_velocity": {"body": "one"}}),
+            ["body_angular_velocity.body", "point mass"],
+        ),
+        (
+            "/bodies/one/rigid/inertia",
+            json!([1, 1, 0]),
+            ["principal moment 0", "[0, 0, 0] for a point mass"],
+        ),
     ];
     for (pointer, value, wanted) in space {
         let said = refused(3, &|text| {
@@ -220,14 +285,29 @@ fn what_would_need_a_rotation_is_refused() {
         })
     };
     for (key, value) in [
-        ("drives", json!({"angle": {"joint": "first", "constant": 0}})),
-        ("drives", json!({"speed": {"joint": "first", "constant": 0}})),
-        ("springs", json!({"torsion_spring": {"joint": "first", "stiffness": 1}})),
-        ("actuators", json!({"torque": {"joint": "first", "constant": 1}})),
+        (
+            "drives",
+            json!({"angle": {"joint": "first", "constant": 0}}),
+        ),
+        (
+            "drives",
+            json!({"speed": {"joint": "first", "constant": 0}}),
+        ),
+        (
+            "springs",
+            json!({"torsion_spring": {"joint": "first", "stiffness": 1}}),
+        ),
+        (
+            "actuators",
+            json!({"torque": {"joint": "first", "constant": 1}}),
+        ),
         ("outputs", json!({"joint_coordinate": {"joint": "first"}})),
     ] {
         let said = pinned(key, value);
-        assert!(said.contains("the angle of a revolute joint"), "{key}: {said}");
+        assert!(
+            said.contains("the angle of a revolute joint"),
+            "{key}: {said}"
+        );
     }
     let said = refused(2, &on("/bodies/one/rigid/inertia", json!(-1)));
     assert!(said.contains("or 0 for a point mass"), "{said}");
