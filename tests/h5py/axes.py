@@ -10,10 +10,12 @@ import xarray
 
 
 def summary(dataset):
-    coordinates = {name: [one if isinstance(one, str) else float(one) for one in values.values] for name, values in dataset.coords.items()}
+    lists = {name: values.values for name, values in dataset.coords.items() if values.ndim == 1}
+    coordinates = {name: [one if isinstance(one, str) else float(one) for one in values] for name, values in lists.items()}
     variables = {
         name: {"dims": list(values.dims), "units": values.attrs.get("units"), "sum": float(numpy.nansum(values.values))}
-        for name, values in dataset.data_vars.items()
+        for name, values in dataset.variables.items()
+        if name not in lists
     }
     return {"coordinates": coordinates, "variables": variables}
 

@@ -143,23 +143,31 @@ fn velocities_of_nodes_are_rates_of_their_positions() {
             }),
         )
     };
-    let names = ["node", "node speed", "node acceleration"];
-    for text in [beam(json!({})), rod("strong"), rod("static")] {
-        let mut mechanism = Mechanism::start(&folder.scene(&text)).unwrap();
-        // What forces excite at the start has died down a little: differences don't see faster vibrations.
-        for _ in 0..200 {
-            mechanism.step(2e-5).unwrap();
+    // Largest errors of velocity and acceleration, by the largest velocity and acceleration, of 1.2 ms after 4 ms.
+    let errors = |text: &Value, h: f64| {
+        let mut mechanism = Mechanism::start(&folder.scene(text)).unwrap();
+        for _ in 0..(4e-3 / h) as usize {
+            mechanism.step(h).unwrap();
         }
-        let history = History::of(&mut mechanism, &names, 2e-5, 60);
-        let which = text["compatibility"].as_str().unwrap_or("free");
-        for (of, rate) in [(0, 1), (1, 2)] {
+        let names = ["node", "node speed", "node acceleration"];
+        let history = History::of(&mut mechanism, &names, h, (1.2e-3 / h) as usize);
+        [(0, 1), (1, 2)].map(|(of, rate)| {
             let (error, largest) = history.rate_error(of, rate);
-            assert!(
-                largest > 1.0 && error < 1e-3 * largest,
-                "{which}, {}: {error} of {largest}",
-                names[rate]
-            );
-        }
+            assert!(largest > 1.0, "{largest}");
+            error / largest
+        })
+    };
+    for text in [beam(json!({})), rod("strong")] {
+        let [velocity, acceleration] = errors(&text, 1e-5);
+        assert!(velocity < 1e-3, "{text}: {velocity}");
+        assert!(acceleration < 1e-3, "{text}: {acceleration}");
+    }
+    // Rates of what forces deflect at once come from the integrator's history. In much shorter steps the tolerance of its iteration is
+    // larger than their second differences.
+    for h in [2e-5, 1e-5] {
+        let [velocity, acceleration] = errors(&rod("static"), h);
+        assert!(velocity < 1e-3, "{h}: {velocity}");
+        assert!(acceleration < 2e-2, "{h}: {acceleration}");
     }
 }
 

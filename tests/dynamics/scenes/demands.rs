@@ -186,7 +186,7 @@ fn what_looks_at_a_part_is_listed() {
     );
     assert_eq!(found.interfaces[1].loaded_by, ["joints.ball", "loads.gust"]);
     assert_eq!(found.coordinates_shown_by, ["outputs.modes"]);
-    assert_eq!(found.whole_shown_by, ["outputs.frame", "outputs.all"]);
+    assert_eq!(found.whole_shown_by, ["outputs.all", "outputs.frame"]);
     assert_eq!(found.part_loads, ["hum"]);
     assert!(found.gravity);
     assert_eq!(

@@ -61,7 +61,7 @@ fn chain(dimension: usize) -> Value {
                 "second": {"distance": {"a": "one/p", "b": "two/p"}}
             },
             "outputs": {"one": {"position": {"at": "one/p"}}, "two": {"position": {"at": "two/p"}}, "h": {"angular_momentum": {}}, "energy": "energy"},
-            "integrator": {"generalized_alpha": {"step": 5e-4, "end": 1, "rho_infinity": 0.95}}
+            "integrator": {"generalized_alpha": {"step": 5e-4, "end": 1, "rho_infinity": 0.9}}
         }),
     )
 }
