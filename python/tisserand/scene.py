@@ -110,7 +110,7 @@ class Scene:
         center_of_mass: Sequence[float] | None = None,
         **keys: Any,
     ) -> Scene:
-        """A rigid body: rotary inertia about its centre of mass, and named points."""
+        """A rigid body: rotary inertia about its centre of mass, and named points. Without inertia (0, or [0, 0, 0]) it is a point mass."""
         rigid: dict[str, Any] = {"mass": mass, "inertia": inertia, "points": dict(points or {})}
         if center_of_mass is not None:
             rigid["center_of_mass"] = center_of_mass
@@ -157,7 +157,7 @@ class Scene:
         return self.add("controllers", name, {"formula": formula} if period is None else {"formula": formula, "period": period})
 
     def output(self, name: str, what: str | None = None, **keys: Any) -> Scene:
-        """Something to record: `output("energy", "energy")`, or `output("tip", position={"at": "rod/tip"})`."""
+        """Something to record: `output("energy", "energy")`, `output("tip", position={"at": "rod/tip"})`, or `output("spin", angular_momentum={})`."""
         return self.add("outputs", name, what if what is not None else keys)
 
     def constant(self, name: str, value: float) -> Scene:

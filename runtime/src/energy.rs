@@ -5,8 +5,6 @@
 //! ```
 //! Works are summed by the trapezoidal rule over accepted steps, so a defect of second order in the step is the integrator's.
 
-use nalgebra::Vector3;
-
 use crate::system::evaluation::Evaluation;
 use crate::system::marker::six;
 use crate::system::{Demand, State, System};
@@ -176,27 +174,4 @@ impl Energy {
     pub fn total(&self) -> f64 {
         self.kinetic + self.strain + self.gravity + self.springs
     }
-}
-
-/// Linear momentum, and angular momentum about the world's origin.
-pub fn momentum(
-    system: &System,
-    state: &State,
-    evaluation: &mut Evaluation,
-) -> (Vector3<f64>, Vector3<f64>) {
-    let (mut linear, mut angular) = (Vector3::zeros(), Vector3::zeros());
-    for (index, body) in system.bodies.iter().enumerate() {
-        let (rigid, rates) = state.body_rates(system, index);
-        let pose = &evaluation.poses[index];
-        let y = &state.coordinates[body.coordinates.clone()];
-        let terms = &mut evaluation.inertia[index];
-        let inertia = &body.flexible.inertia;
-        inertia.evaluate(y, &rigid.angular, rates, terms);
-        let velocity = pose.axes.tr_mul(&rigid.linear);
-        let (p, l) = terms.momenta(inertia.mass(), &velocity, &rigid.angular);
-        let p = pose.axes * p;
-        linear += p;
-        angular += pose.origin.cross(&p) + pose.axes * l;
-    }
-    (linear, angular)
 }

@@ -62,6 +62,8 @@ pub mod kinematics;
 #[doc(hidden)]
 pub mod measure;
 #[doc(hidden)]
+pub mod momentum;
+#[doc(hidden)]
 pub mod simulation;
 #[doc(hidden)]
 pub mod system;

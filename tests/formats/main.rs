@@ -19,3 +19,4 @@ mod matrix_market;
 mod other_formats;
 mod partial_reading;
 mod results;
+mod results_axes;

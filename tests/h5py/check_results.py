@@ -36,7 +36,8 @@ def main(path):
         channels = {}
 
         def visit(name, item):
-            if not isinstance(item, h5py.Dataset) or name == "time":
+            # Channels have two axes; what names their axes has one.
+            if not isinstance(item, h5py.Dataset) or item.ndim != 2:
                 return
             columns = [text(column) for column in item.attrs["columns"]]
             if item.shape != (len(time), len(columns)) or item.dtype != "<f8":

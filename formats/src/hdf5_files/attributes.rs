@@ -111,6 +111,21 @@ pub(crate) fn read(
     types.into_keys().map(value).collect()
 }
 
+/// The same without the references between datasets and their dimension scales, which nothing here follows.
+///
+/// # Errors
+/// As [`read`].
+pub(crate) fn read_but_references(
+    values: Result<HashMap<String, AttrValue>, hdf5_pure::Error>,
+    types: Result<HashMap<String, Datatype>, hdf5_pure::Error>,
+) -> Result<BTreeMap<String, Value>, String> {
+    let types = types.map(|mut types| {
+        types.retain(|name, _| !["DIMENSION_LIST", "REFERENCE_LIST"].contains(&name.as_str()));
+        types
+    });
+    read(values, types)
+}
+
 /// An HDF5 string; HDF5 ends strings at a zero byte, so one inside is refused.
 pub(crate) fn hdf5_text(text: &str) -> hdf5::Result<VarLenUnicode> {
     text.parse()

@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use hdf5_pure::Group;
+use hdf5_pure::{Dataset, Group};
 
 use super::attributes::{self, Value};
 use super::container::{Container, SPARE_BYTES};
@@ -125,9 +125,11 @@ impl Walk {
         self.found.attributes.insert(here.to_owned(), attributes);
         for (name, dataset) in group.iter_datasets().map_err(unreadable)? {
             let path = self.member(path, &name)?;
+            if self.is_time_again(&path, &name, &dataset) {
+                continue;
+            }
             let told = |message| Finding::at(&path, message);
-            let attributes =
-                attributes::read(dataset.attrs(), dataset.attr_datatypes()).map_err(told)?;
+            let attributes = self.attributes_of(&dataset).map_err(told)?;
             let element = element_of(&dataset).map_err(told)?;
             let storage = Storage::of(dataset, self.file_bytes).map_err(told)?;
             self.claim(storage.needed()).map_err(told)?;
@@ -151,6 +153,21 @@ impl Walk {
             self.visit(&child, &path, depth + 1)?;
         }
         Ok(())
+    }
+
+    /// Attributes of a dataset; those of files that grow without what ties them to their dimension scales.
+    fn attributes_of(&self, dataset: &Dataset) -> Result<BTreeMap<String, Value>, String> {
+        let (values, types) = (dataset.attrs(), dataset.attr_datatypes());
+        match self.hashes {
+            Hashes::Required => attributes::read(values, types),
+            Hashes::Absent => attributes::read_but_references(values, types),
+        }
+    }
+
+    /// Whether a dataset of a file that grows is the times in one of its groups: the same as those of the root, which are counted there.
+    fn is_time_again(&self, path: &str, name: &str, dataset: &Dataset) -> bool {
+        let is_list = || dataset.shape().is_ok_and(|shape| shape.len() == 1);
+        self.hashes == Hashes::Absent && name == "time" && path != "/time" && is_list()
     }
 
     /// The path of one more object.

@@ -2,6 +2,8 @@
 
 use std::collections::BTreeSet;
 
+use super::scales::SINGLE;
+
 /// Segments of a path, at most: deeper groups aren't read.
 const DEEPEST: usize = 5;
 
@@ -86,7 +88,7 @@ pub(super) fn check(channels: &[Channel]) -> Result<(), (String, String)> {
                 "isn't a channel's path; write GROUP/NAME with at most {DEEPEST} parts, none of them empty or dots"
             ));
         }
-        if segments[0] == "time" || segments[0] == "provenance" {
+        if ["time", "provenance", SINGLE].contains(&segments[0]) {
             return refused("is a place with a meaning of its own; use another group".to_owned());
         }
         if channel.columns.is_empty() {

@@ -11,6 +11,7 @@ mod modes;
 mod open_file;
 mod read;
 mod reserve;
+mod scales;
 mod write;
 
 pub use channel::{Channel, Column};
@@ -25,7 +26,7 @@ use crate::hdf5_files::FormatVersion;
 pub const FORMAT: &str = "dcb-results";
 
 /// The version this program writes; it reads every minor version of the same major version.
-pub const FORMAT_VERSION: FormatVersion = FormatVersion { major: 1, minor: 0 };
+pub const FORMAT_VERSION: FormatVersion = FormatVersion { major: 1, minor: 1 };
 
 /// Facts of a run that are known before its first step.
 #[derive(Clone, Debug, PartialEq)]

@@ -6,11 +6,12 @@
 //! /modes/growth          (n_m)            real part of s in exp(s t)
 //! /modes/shapes/<body>   (n_m, 2, 6 + n)  δq in phase, and a quarter period behind
 //! ```
-//! None of them has two axes, as channels have, so readers that don't know them leave them alone.
+//! Their axes have the scales `mode`, `phase` and `shapes/<body>_columns`. None of them has two axes, as channels have, so readers that don't know them leave them alone.
 
 use hdf5::Location;
 
 use super::channel::Column;
+use super::scales::{Ties, make_scale, write_names};
 use crate::component::Units;
 use crate::hdf5_files::attributes::{self, Value};
 use crate::hdf5_files::inventory::{Finding, Inventory};
@@ -75,12 +76,12 @@ impl SystemModes {
     /// Bytes of the numbers.
     pub(super) fn size(&self) -> u64 {
         let shapes = self.shapes.iter().map(|of| of.values.len());
-        8 * (3 * self.frequency.len() + shapes.sum::<usize>()) as u64
+        8 * (4 * self.frequency.len() + shapes.sum::<usize>()) as u64
     }
 
     /// Number of datasets.
     pub(super) fn dataset_count(&self) -> usize {
-        LISTS.len() + self.shapes.len()
+        LISTS.len() + 2 + 2 * self.shapes.len()
     }
 
     /// Adds the datasets to a file.
@@ -89,6 +90,16 @@ impl SystemModes {
             attributes::write(object, name, &Value::Text(text.to_owned()))
         };
         let count = self.frequency.len();
+        let mut ties = Ties::default();
+        let (mode, phase) = (format!("{GROUP}/mode"), format!("{GROUP}/phase"));
+        let numbers: Vec<f64> = (1..=count).map(|number| number as f64).collect();
+        let scale = file.new_dataset::<f64>().shape(count);
+        let scale = scale.create(mode.as_str())?;
+        scale.write_raw(&numbers)?;
+        make_scale(&scale, "mode")?;
+        if !self.shapes.is_empty() {
+            write_names(file, &phase, &["in phase", "a quarter period behind"])?;
+        }
         for ((name, unit, values), (_, description)) in self.lists(units).iter().zip(LISTS) {
             let path = format!("{GROUP}/{name}");
             let dataset = file
@@ -98,6 +109,7 @@ impl SystemModes {
             dataset.write_raw(values)?;
             text(&dataset, "units", unit)?;
             text(&dataset, "description", description)?;
+            ties.tie(file, &path, std::slice::from_ref(&mode))?;
         }
         for shapes in &self.shapes {
             let path = format!("{GROUP}/shapes/{}", shapes.body);
@@ -124,8 +136,21 @@ impl SystemModes {
                 "description",
                 "motion of the body: in phase, and a quarter period behind; translations and rotations of the frame in body axes, and its coordinates",
             )?;
+            let mut columns = format!("{path}_columns");
+            let is_body = |path: &str| {
+                let mut bodies = self.shapes.iter();
+                bodies.any(|other| path.ends_with(&format!("/{}", other.body)))
+            };
+            while is_body(&columns) {
+                columns.push('_');
+            }
+            let names: Vec<&str> = (shapes.columns.iter())
+                .map(|column| column.name.as_str())
+                .collect();
+            write_names(file, &columns, &names)?;
+            ties.tie(file, &path, &[mode.clone(), phase.clone(), columns])?;
         }
-        Ok(())
+        ties.finish(file)
     }
 
     /// The lists of a file; `None` if it has no modes. Shapes are left in the file.

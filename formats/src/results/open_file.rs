@@ -9,6 +9,7 @@ use serde_json::json;
 use super::channel::Channel;
 use super::modes::SystemModes;
 use super::reserve::Reserve;
+use super::scales::Scales;
 use super::{FORMAT, FORMAT_VERSION, Header, Outcome};
 use crate::component::Units;
 use crate::hdf5_files::attributes::{self, Value, hdf5_text};
@@ -88,6 +89,7 @@ impl OpenFile {
         let unit = header.units.time.as_str();
         write_text(&time, "units", unit)?;
         write_text(&time, "description", "time of the accepted steps")?;
+        let mut scales = Scales::begin(&file, &time, channels)?;
         let mut datasets = Vec::with_capacity(channels.len());
         for channel in channels {
             let columns = channel.columns.len();
@@ -96,8 +98,10 @@ impl OpenFile {
                 .shape((0.., columns))
                 .create(channel.path.as_str())?;
             write_channel(&dataset, channel)?;
+            scales.attach(channel)?;
             datasets.push((dataset, columns));
         }
+        scales.finish()?;
         file.flush()?;
         let most_columns = datasets.iter().map(|(_, columns)| *columns).max();
         Ok(Self {

@@ -257,7 +257,8 @@ fn with_coordinate(
                         joint.kind()
                     ),
                 )),
-                _ => Ok(()),
+                (true, false) => with_angle(&at, name, checker),
+                (false, true) => Ok(()),
             }
         }
     }

@@ -59,7 +59,8 @@ pub struct SuperelementBody {
 pub struct RigidBody {
     /// Mass, positive.
     pub mass: f64,
-    /// About the centre of mass, in component axes: a number (planar), three principal moments or a symmetric matrix.
+    /// About the centre of mass, in component axes: a number (planar), three principal moments or a symmetric matrix. Zero about every
+    /// axis: a point mass, which has no rotation.
     pub inertia: RotaryInertia,
     /// Centre of mass in component coordinates; the origin where absent.
     #[serde(default, skip_serializing_if = "Option::is_none")]
@@ -181,7 +182,16 @@ impl Body {
             rate.check(&format!("{location}.angular_velocity"), checker)?;
         }
         match &self.kind {
-            BodyKind::Rigid(rigid) => rigid.check(&format!("{location}.rigid"), checker),
+            BodyKind::Rigid(rigid) => {
+                let spins = self.placement().angular_velocity != Vector3::zeros();
+                if spins && rigid.is_point_mass() {
+                    return Err(Error::described(
+                        format!("{location}.angular_velocity"),
+                        "is of a point mass (its `inertia` is zero), which doesn't turn; leave it out, or give the body an inertia",
+                    ));
+                }
+                rigid.check(&format!("{location}.rigid"), checker)
+            }
             BodyKind::Superelement(superelement) => superelement.check(location),
         }
     }
@@ -214,7 +224,11 @@ impl RigidBody {
             &format!("{location}.points"),
             &self.points,
             |location, point| point.check(location, checker),
-        )
+        )?;
+        match self.is_point_mass() {
+            true => self.check_points_of_mass(location),
+            false => Ok(()),
+        }
     }
 }
 

@@ -51,11 +51,26 @@ impl<'a> Checker<'a> {
         }
     }
 
+    pub(super) fn body_named(&self, name: &str) -> Option<&'a Body> {
+        self.scene.bodies.get(name)
+    }
+
     pub(super) fn body(&self, location: &str, name: &str) -> Result<&'a Body, Error> {
         let bodies = &self.scene.bodies;
         bodies
             .get(name)
             .ok_or_else(|| unknown(location, "body", name, bodies.keys().map(String::as_str)))
+    }
+
+    /// That there are bodies.
+    pub(super) fn any_body(&self, location: &str) -> Result<(), Error> {
+        match self.scene.bodies.is_empty() {
+            true => Err(Error::described(
+                location,
+                "is of all bodies, but the scene has none",
+            )),
+            false => Ok(()),
+        }
     }
 
     /// A body that has a mesh and coordinates of its own.

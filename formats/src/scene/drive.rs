@@ -97,8 +97,9 @@ impl Drive {
                         ),
                     ));
                 }
-                if !driven.has_angle() {
-                    with_length(&at, joint, checker)?;
+                match driven.has_angle() {
+                    true => with_angle(&at, joint, checker)?,
+                    false => with_length(&at, joint, checker)?,
                 }
             }
         }

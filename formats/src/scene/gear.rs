@@ -61,7 +61,7 @@ impl Rack {
 pub(super) fn with_angle(location: &str, name: &str, checker: &Checker) -> Result<(), Error> {
     let joint = checker.joint(location, name)?;
     if joint.has_angle() {
-        return Ok(());
+        return checker.has_turning_angle(location, joint);
     }
     Err(Error::described(
         location,

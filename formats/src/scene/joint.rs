@@ -314,6 +314,7 @@ impl Joint {
         if let Some([a, b]) = self.attachments() {
             checker.connection(&location, a, b)?;
         }
+        checker.holds_no_point_mass(&location, self)?;
         match self {
             Self::Fixed(_) | Self::Spherical(_) => Ok(()),
             Self::Revolute(joint) if checker.is_planar() => joint.check_planar_pin(&location),

@@ -82,6 +82,11 @@ impl Load {
                 "is on the ground, which doesn't move; expected a place on a body",
             ));
         }
+        if kind == "torque" {
+            checker.turns(&at, &load.at, "a torque")?;
+        } else if load.axes == LoadAxes::Follower {
+            checker.turns(&at, &load.at, "a force that follows it")?;
+        }
         let components = format!("{location}.components");
         if load.components.len() != count {
             return Err(Error::described(

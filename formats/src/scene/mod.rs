@@ -15,8 +15,11 @@ mod gear;
 mod integrator;
 mod joint;
 mod load;
+mod observed;
 mod output;
+mod point_mass;
 mod read;
+mod recording;
 mod samples;
 mod settings;
 mod spring;
@@ -47,11 +50,12 @@ pub use joint::{
     OrientationSource, PointJoint, SecondAxis, Side, UniversalJoint,
 };
 pub use load::{Load, LoadAxes, LoadFunction, PartLoadFunction};
-pub use output::{
-    AtPlace, ChordDeflection, FieldRequest, MeshNode, OfActuator, OfBody, OfDrive, OfJoint,
-    OfSpring, Output, Reaction, ReactionAxes, Record,
+pub use observed::{
+    AngularMomentum, AtPlace, ChordDeflection, MassPoint, MeshNode, MomentPoint, OfActuator,
+    OfBody, OfDrive, OfJoint, OfMass, OfSpring, OfSuperelement, Reaction, ReactionAxes,
 };
-
+pub use output::Output;
+pub use recording::{FieldRequest, Record};
 pub use settings::{
     Analysis, Compatibility, Initial, Linearization, ModesAnalysis, RedundantConstraints,
 };

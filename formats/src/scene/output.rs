@@ -1,12 +1,13 @@
-//! Records of a run.
-
-use std::path::PathBuf;
+//! Recorded quantities.
 
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use super::check::{Checker, finite};
-use super::values::positive;
+use super::check::Checker;
+use super::observed::{
+    AngularMomentum, AtPlace, ChordDeflection, MassPoint, MeshNode, MomentPoint, OfActuator,
+    OfBody, OfDrive, OfJoint, OfMass, OfSpring, OfSuperelement, Reaction, ReactionAxes,
+};
 use super::{Joint, Scene};
 use crate::Error;
 use crate::named::object;
@@ -42,6 +43,33 @@ pub enum Output {
     /// Position of a node of the mesh.
     #[serde(deserialize_with = "object")]
     NodePosition(MeshNode),
+    /// Velocity of a node of the mesh.
+    #[serde(deserialize_with = "object")]
+    NodeVelocity(MeshNode),
+    /// Acceleration of a node of the mesh.
+    #[serde(deserialize_with = "object")]
+    NodeAcceleration(MeshNode),
+    /// Position of the origin of a body's frame: where its centre of mass is undeformed.
+    #[serde(deserialize_with = "object")]
+    BodyPosition(OfBody),
+    /// Velocity of the origin of a body's frame.
+    #[serde(deserialize_with = "object")]
+    BodyVelocity(OfBody),
+    /// Orientation of a body's frame: angle in rad (planar) or quaternion w, x, y, z.
+    #[serde(deserialize_with = "object")]
+    BodyOrientation(OfBody),
+    /// Rate of rotation of a body's frame.
+    #[serde(deserialize_with = "object")]
+    BodyAngularVelocity(OfBody),
+    /// Centre of mass of a body, or of all of them.
+    #[serde(deserialize_with = "object")]
+    CenterOfMass(OfMass),
+    /// Linear momentum of a body, or of all of them.
+    #[serde(deserialize_with = "object")]
+    Momentum(OfMass),
+    /// Angular momentum of a body, or of all of them.
+    #[serde(deserialize_with = "object")]
+    AngularMomentum(AngularMomentum),
     /// Angle, translation or distance of a joint; of a cylindrical joint angle and translation.
     #[serde(deserialize_with = "object")]
     JointCoordinate(OfJoint),
@@ -65,130 +93,9 @@ pub enum Output {
     ActuatorEffort(OfActuator),
     /// Coordinates of the deflection of a superelement.
     #[serde(deserialize_with = "object")]
-    Modal(OfBody),
+    Modal(OfSuperelement),
     /// Kinetic, elastic and potential energy, and the work of drives, loads and dampers.
     Energy,
-}
-
-/// An attachment.
-#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields)]
-pub struct AtPlace {
-    /// `body/interface` or `body/point`.
-    pub at: String,
-}
-
-/// A node and the interfaces at the ends of a chord.
-#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields)]
-pub struct ChordDeflection {
-    /// Name of a superelement's body.
-    pub body: String,
-    /// Node of its mesh, from 0.
-    pub node: u32,
-    /// Two interfaces of the body.
-    pub between: [String; 2],
-}
-
-/// A node of the mesh of a superelement.
-#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields)]
-pub struct MeshNode {
-    /// Name of a superelement's body.
-    pub body: String,
-    /// Node of its mesh, from 0.
-    pub node: u32,
-}
-
-/// A joint.
-#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields)]
-pub struct OfJoint {
-    /// Name of the joint.
-    pub joint: String,
-}
-
-/// A joint and the axes of its force and moment.
-#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields)]
-pub struct Reaction {
-    /// Name of the joint.
-    pub joint: String,
-    /// Axes of the components.
-    #[serde(default)]
-    pub axes: ReactionAxes,
-}
-
-/// Axes of a reaction's components.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
-#[serde(rename_all = "lowercase")]
-pub enum ReactionAxes {
-    /// Fixed.
-    #[default]
-    World,
-    /// Those of the first place.
-    First,
-    /// Those of the second place.
-    Second,
-}
-
-/// A drive.
-#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields)]
-pub struct OfDrive {
-    /// Name of the drive.
-    pub drive: String,
-}
-
-/// A spring.
-#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields)]
-pub struct OfSpring {
-    /// Name of the spring.
-    pub spring: String,
-}
-
-/// An actuator.
-#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields)]
-pub struct OfActuator {
-    /// Name of the actuator.
-    pub actuator: String,
-}
-
-/// A body.
-#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields)]
-pub struct OfBody {
-    /// Name of a superelement's body.
-    pub body: String,
-}
-
-/// How often results are recorded; after every step where a scene says nothing.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[serde(rename_all = "snake_case")]
-pub enum Record {
-    /// After every so many steps.
-    Every(u32),
-    /// At the multiples of this time, wherever steps end, and at the end.
-    Interval(f64),
-}
-
-/// Displacement fields of a superelement, written as VTU files.
-#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields)]
-#[schemars(extend("oneOf" = [{"required": ["times"]}, {"required": ["every"]}]))]
-pub struct FieldRequest {
-    /// Name of a superelement's body.
-    pub body: String,
-    /// Times, not negative and strictly increasing.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub times: Option<Vec<f64>>,
-    /// Interval of time, in place of times.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub every: Option<f64>,
-    /// Folder of the files; a relative path starts at the folder of the scene.
-    pub directory: PathBuf,
 }
 
 impl Output {
@@ -204,6 +111,15 @@ impl Output {
             Self::ChordDeflection(_) => "chord_deflection",
             Self::NodeDisplacement(_) => "node_displacement",
             Self::NodePosition(_) => "node_position",
+            Self::NodeVelocity(_) => "node_velocity",
+            Self::NodeAcceleration(_) => "node_acceleration",
+            Self::BodyPosition(_) => "body_position",
+            Self::BodyVelocity(_) => "body_velocity",
+            Self::BodyOrientation(_) => "body_orientation",
+            Self::BodyAngularVelocity(_) => "body_angular_velocity",
+            Self::CenterOfMass(_) => "center_of_mass",
+            Self::Momentum(_) => "momentum",
+            Self::AngularMomentum(_) => "angular_momentum",
             Self::JointCoordinate(_) => "joint_coordinate",
             Self::JointRate(_) => "joint_rate",
             Self::Reaction(_) => "reaction",
@@ -246,6 +162,15 @@ impl Output {
             }
             Self::NodeDisplacement(_)
             | Self::NodePosition(_)
+            | Self::NodeVelocity(_)
+            | Self::NodeAcceleration(_)
+            | Self::BodyPosition(_)
+            | Self::BodyVelocity(_)
+            | Self::BodyOrientation(_)
+            | Self::BodyAngularVelocity(_)
+            | Self::CenterOfMass(_)
+            | Self::Momentum(_)
+            | Self::AngularMomentum(_)
             | Self::DriveEffort(_)
             | Self::SpringForce(_)
             | Self::ActuatorEffort(_)
@@ -258,8 +183,27 @@ impl Output {
     pub fn node(&self) -> Option<(&str, u32)> {
         match self {
             Self::ChordDeflection(of) => Some((&of.body, of.node)),
-            Self::NodeDisplacement(of) | Self::NodePosition(of) => Some((&of.body, of.node)),
+            Self::NodeDisplacement(of)
+            | Self::NodePosition(of)
+            | Self::NodeVelocity(of)
+            | Self::NodeAcceleration(of) => Some((&of.body, of.node)),
             _ => None,
+        }
+    }
+
+    /// Whether it shows the motion of a body as a whole: its frame, or its mass alone or with that of the others.
+    pub fn shows_whole(&self, body: &str) -> bool {
+        match self {
+            Self::BodyPosition(of)
+            | Self::BodyVelocity(of)
+            | Self::BodyOrientation(of)
+            | Self::BodyAngularVelocity(of) => of.body == body,
+            Self::CenterOfMass(OfMass { body: of })
+            | Self::Momentum(OfMass { body: of })
+            | Self::AngularMomentum(AngularMomentum { body: of, .. }) => {
+                of.as_deref().is_none_or(|of| of == body)
+            }
+            _ => false,
         }
     }
 
@@ -269,11 +213,14 @@ impl Output {
             Self::Position(place)
             | Self::Displacement(place)
             | Self::Velocity(place)
-            | Self::Acceleration(place)
-            | Self::Orientation(place)
-            | Self::AngularVelocity(place) => {
+            | Self::Acceleration(place) => {
                 checker.attachment(&format!("{location}.at"), &place.at)?;
                 Ok(())
+            }
+            Self::Orientation(place) | Self::AngularVelocity(place) => {
+                let at = format!("{location}.at");
+                checker.attachment(&at, &place.at)?;
+                checker.turns(&at, &place.at, "an output")
             }
             Self::InterfaceForce(place) => {
                 let at = format!("{location}.at");
@@ -298,13 +245,39 @@ impl Output {
             }
             Self::NodeDisplacement(MeshNode { body, .. })
             | Self::NodePosition(MeshNode { body, .. })
-            | Self::Modal(OfBody { body }) => {
+            | Self::NodeVelocity(MeshNode { body, .. })
+            | Self::NodeAcceleration(MeshNode { body, .. })
+            | Self::Modal(OfSuperelement { body }) => {
                 checker.superelement(&format!("{location}.body"), body)
+            }
+            Self::BodyPosition(OfBody { body }) | Self::BodyVelocity(OfBody { body }) => {
+                checker.body(&format!("{location}.body"), body)?;
+                Ok(())
+            }
+            Self::BodyOrientation(OfBody { body }) | Self::BodyAngularVelocity(OfBody { body }) => {
+                let at = format!("{location}.body");
+                checker.body(&at, body)?;
+                checker.body_turns(&at, body, "an output")
+            }
+            Self::CenterOfMass(OfMass { body }) | Self::Momentum(OfMass { body }) => {
+                of_mass(&location, body.as_deref(), checker)
+            }
+            Self::AngularMomentum(of) => {
+                of_mass(&location, of.body.as_deref(), checker)?;
+                match &of.about {
+                    Some(MomentPoint::Fixed(point)) => {
+                        checker.vector(&format!("{location}.about"), point)
+                    }
+                    Some(MomentPoint::OfMass(MassPoint::CenterOfMass)) | None => Ok(()),
+                }
             }
             Self::JointCoordinate(OfJoint { joint }) | Self::JointRate(OfJoint { joint }) => {
                 let at = format!("{location}.joint");
                 let found = checker.joint(&at, joint)?;
-                if found.has_angle() || found.has_length() {
+                if found.has_angle() {
+                    return checker.has_turning_angle(&at, found);
+                }
+                if found.has_length() {
                     return Ok(());
                 }
                 Err(Error::described(
@@ -316,9 +289,14 @@ impl Output {
                     ),
                 ))
             }
-            Self::Reaction(Reaction { joint, .. }) => {
-                checker.joint(&format!("{location}.joint"), joint)?;
-                Ok(())
+            Self::Reaction(Reaction { joint, axes }) => {
+                let found = checker.joint(&format!("{location}.joint"), joint)?;
+                let turning = match (axes, found.attachments()) {
+                    (ReactionAxes::First, Some([first, _])) => first,
+                    (ReactionAxes::Second, Some([_, second])) => second,
+                    (ReactionAxes::World, _) | (_, None) => return Ok(()),
+                };
+                checker.turns(&format!("{location}.axes"), turning, "axes that follow it")
             }
             Self::DriveEffort(OfDrive { drive }) => {
                 checker.drive(&format!("{location}.drive"), drive)
@@ -334,74 +312,10 @@ impl Output {
     }
 }
 
-impl Record {
-    pub(super) fn check(&self, end: Option<f64>) -> Result<(), Error> {
-        match *self {
-            Self::Every(0) => Err(Error::described(
-                "record.every",
-                "is 0, expected a number of steps from 1",
-            )),
-            Self::Every(_) => Ok(()),
-            Self::Interval(interval) => often("record.interval", interval, end),
-        }
-    }
-}
-
-/// Times that a scene may ask for.
-const MOST_TIMES: f64 = 1e9;
-
-/// An interval of time, not so short that nobody could wait for its records.
-fn often(location: &str, interval: f64, end: Option<f64>) -> Result<(), Error> {
-    positive(location, interval)?;
-    match end {
-        Some(end) if end > MOST_TIMES * interval => Err(Error::described(
-            location,
-            format!(
-                "is {interval:?}: {:.0e} times up to the end at {end}; expected at most {MOST_TIMES:.0e}, an interval of {:.1e} or more",
-                end / interval,
-                end / MOST_TIMES
-            ),
-        )),
-        _ => Ok(()),
-    }
-}
-
-impl FieldRequest {
-    pub(super) fn check(
-        &self,
-        location: &str,
-        checker: &Checker,
-        end: Option<f64>,
-    ) -> Result<(), Error> {
-        checker.superelement(&format!("{location}.body"), &self.body)?;
-        if self.directory.as_os_str().is_empty() {
-            return Err(Error::described(
-                format!("{location}.directory"),
-                "is empty; expected a folder",
-            ));
-        }
-        let times = match (&self.times, self.every) {
-            (None, Some(interval)) => return often(&format!("{location}.every"), interval, end),
-            (Some(times), None) => times,
-            _ => {
-                return Err(Error::described(
-                    location,
-                    "needs exactly one of `times` and `every`",
-                ));
-            }
-        };
-        let mut before = None;
-        for (index, &time) in times.iter().enumerate() {
-            let at = format!("{location}.times[{index}]");
-            finite(&at, time)?;
-            if time < 0.0 || before.is_some_and(|before| time <= before) {
-                return Err(Error::described(
-                    at,
-                    format!("is {time}; the times must not be negative and must strictly increase"),
-                ));
-            }
-            before = Some(time);
-        }
-        Ok(())
+/// Whether there is what an output weighs: a body, or any.
+fn of_mass(location: &str, body: Option<&str>, checker: &Checker) -> Result<(), Error> {
+    match body {
+        Some(body) => checker.body(&format!("{location}.body"), body).map(|_| ()),
+        None => checker.any_body(location),
     }
 }

@@ -114,6 +114,15 @@ impl Spring {
 impl Bushing {
     fn check(&self, location: &str, checker: &Checker) -> Result<(), Error> {
         checker.connection(location, &self.a, &self.b)?;
+        checker.turns(
+            &format!("{location}.a"),
+            &self.a,
+            "the axes of a bushing; make it `b`",
+        )?;
+        if self.rotation.is_some() || self.rotation_damping.is_some() {
+            let b = format!("{location}.b");
+            checker.turns(&b, &self.b, "the rotational part of a bushing")?;
+        }
         let directions = checker.dimension_count();
         let axes = checker.rotation_count();
         for (key, count, list) in [

@@ -164,12 +164,12 @@ impl RotaryInertia {
         }
         match (self, checker.dimension_count()) {
             (Self::Planar(moment), 2) => {
-                return if *moment > 0.0 {
+                return if *moment >= 0.0 {
                     Ok(())
                 } else {
                     Err(Error::described(
                         location,
-                        format!("is {moment}, expected a positive number"),
+                        format!("is {moment}, expected a positive number, or 0 for a point mass"),
                     ))
                 };
             }
@@ -194,13 +194,19 @@ impl RotaryInertia {
                 "is not symmetric; the off-diagonal entries are minus the products of inertia on both sides",
             ));
         }
+        if matrix == Matrix3::zeros() {
+            return Ok(());
+        }
         let mut principal = matrix.symmetric_eigenvalues();
         principal.as_mut_slice().sort_by(f64::total_cmp);
         let [small, middle, large] = [principal[0], principal[1], principal[2]];
         if small <= 0.0 {
             return Err(Error::described(
                 location,
-                format!("has the principal moment {small}, expected three positive ones"),
+                format!(
+                    "has the principal moment {small}, expected three positive ones, or [0, 0, 0] for a point mass; of a thin rod write \
+                     a small moment about its axis"
+                ),
             ));
         }
         if large > small + middle + rounding {

@@ -25,7 +25,7 @@ use dcb_formats::component::{Role, Units};
 use dcb_formats::scene::InertiaChange;
 use dcb_formats::superelement::{BoundaryRow, InterfaceFrame};
 use faer::Mat;
-use nalgebra::Vector3;
+use nalgebra::{Matrix3, Vector3};
 
 use crate::error::Error;
 use crate::frame::FrameInertia;
@@ -128,6 +128,14 @@ impl FlexibleBody {
     pub fn with_inertia_change(mut self, change: InertiaChange) -> Self {
         self.inertia = self.inertia.with_change(change);
         self
+    }
+
+    /// Whether it is a mass at one point: it has no rotation, and nothing takes hold of it elsewhere.
+    pub fn is_point_mass(&self) -> bool {
+        let mut interfaces = self.interfaces.iter();
+        self.stiffness.is_empty()
+            && *self.inertia.rotation().tensor() == Matrix3::zeros()
+            && interfaces.all(|interface| interface.position == [0.0; 3])
     }
 
     /// n, the number of dynamic coordinates: modes, then attachments.

@@ -4,9 +4,7 @@ use nalgebra::{Matrix3, Vector3};
 
 use crate::body::{FlexibleBody, RigidBody, RigidPoint};
 use crate::system::builder::Drawn;
-use dcb_formats::scene::{
-    self, Body, DampingOverride, ModalRatios, Point, RotaryInertia, Scene, in_space,
-};
+use dcb_formats::scene::{self, Body, DampingOverride, ModalRatios, Point, RotaryInertia, Scene};
 
 /// Position and motion as drawn.
 pub(super) fn drawn(body: &Body) -> Drawn {
@@ -23,10 +21,13 @@ pub(super) fn drawn(body: &Body) -> Drawn {
 pub(super) fn rigid(scene: &Scene, name: &str, rigid: &scene::RigidBody) -> RigidBody {
     let point = |(name, point): (&String, &Point)| RigidPoint {
         name: name.clone(),
-        position: point.position(),
+        // Those of a point mass are where it is, to the last digit: no force there turns it.
+        position: match rigid.is_point_mass() {
+            true => rigid.center(),
+            false => point.position(),
+        },
         axes: point.rotation().to_rotation_matrix().into_inner(),
     };
-    let center = rigid.center_of_mass.as_deref().unwrap_or_default();
     RigidBody {
         name: name.to_owned(),
         units: scene.units.clone(),
@@ -39,7 +40,7 @@ pub(super) fn rigid(scene: &Scene, name: &str, rigid: &scene::RigidBody) -> Rigi
             RotaryInertia::Principal(moments) => Matrix3::from_diagonal(&Vector3::from(moments)),
             RotaryInertia::Tensor(rows) => Matrix3::from_fn(|i, j| 0.5 * (rows[i][j] + rows[j][i])),
         },
-        center: in_space(center),
+        center: rigid.center(),
         points: rigid.points.iter().map(point).collect(),
     }
 }

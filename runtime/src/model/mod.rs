@@ -2,12 +2,14 @@
 
 mod actuators;
 mod bodies;
+mod body_outputs;
 mod controllers;
 mod couplings;
 mod field_folder;
 mod fields;
 mod inputs;
 mod library;
+mod mass_probe;
 mod moment;
 mod node_shapes;
 mod outputs;

@@ -1,5 +1,7 @@
 //! Elastic displacement of nodes over the coordinates of a body, and their deflection from a chord.
 
+use dcb_dense::{symmetric_eigen, symmetrized};
+use dcb_formats::component::Role;
 use faer::Mat;
 use nalgebra::Vector3;
 
@@ -7,6 +9,10 @@ use super::library::FieldsOfNode;
 use super::moment::Moment;
 use crate::body::{Compatibility, FlexibleBody};
 use crate::system::marker::{Marker, halves};
+use crate::system::state::rates;
+
+/// Part of the largest flexibility below which a direction of interface forces deflects nothing.
+const NEGLIGIBLE: f64 = 1e-12;
 
 /// Displacement of one node by the coordinates.
 #[derive(Clone, Debug)]
@@ -17,6 +23,8 @@ pub(super) struct NodeShapes {
     shapes: [Vec<f64>; 3],
     /// G_res L_bᵀ at the node by axes, (n_b) each, where interface forces deflect the body beside the coordinates; else empty.
     residual: [Vec<f64>; 3],
+    /// The same by the displacement of the interfaces beside the coordinates, in place of the forces: what rates are known of.
+    carried: [Vec<f64>; 3],
 }
 
 impl NodeShapes {
@@ -57,7 +65,47 @@ impl NodeShapes {
         Self {
             position: Vector3::from(fields.position) - Vector3::from(body.origin),
             shapes,
+            carried: carried(body, &residual),
             residual,
+        }
+    }
+
+    /// Where the node is, world axes.
+    pub fn place(&self, at: &Moment, index: usize) -> Vector3<f64> {
+        let pose = &at.evaluation.poses[index];
+        pose.origin + pose.axes * (self.position + self.displacement(at, index))
+    }
+
+    /// `V + A (ω × (r + u) + u')`, world axes.
+    pub fn velocity(&self, at: &Moment, index: usize) -> Vector3<f64> {
+        let (rigid, rates) = at.state.body_rates(at.system, index);
+        let arm = self.position + self.displacement(at, index);
+        let rate = self.moved(at, index, rates, &at.state.residual_rates);
+        rigid.linear + at.evaluation.poses[index].axes * (rigid.angular.cross(&arm) + rate)
+    }
+
+    /// `V' + A (ω' × (r + u) + ω × (ω × (r + u) + 2 u') + u'')`, world axes.
+    pub fn acceleration(&self, at: &Moment, index: usize) -> Vector3<f64> {
+        let (rigid, y_rates) = at.state.body_rates(at.system, index);
+        let all = &at.state.accelerations[at.system.bodies[index].velocities.clone()];
+        let changing = rates(all);
+        let arm = self.position + self.displacement(at, index);
+        let rate = self.moved(at, index, y_rates, &at.state.residual_rates);
+        let second = self.moved(at, index, &all[6..], &at.state.residual_accelerations);
+        let spin = rigid.angular;
+        let own = changing.angular.cross(&arm) + spin.cross(&(spin.cross(&arm) + rate * 2.0));
+        changing.linear + at.evaluation.poses[index].axes * (own + second)
+    }
+
+    /// Motion of the node in its body of coordinates and of the displacements of interfaces beside them, of all bodies.
+    fn moved(&self, at: &Moment, index: usize, y: &[f64], beside: &[f64]) -> Vector3<f64> {
+        let own = Vector3::from_fn(|axis, _| product(&self.shapes[axis], y));
+        match self.carried[0].is_empty() {
+            true => own,
+            false => {
+                let rows = &beside[at.system.bodies[index].residual_rows.clone()];
+                own + Vector3::from_fn(|axis, _| product(&self.carried[axis], rows))
+            }
         }
     }
 
@@ -65,7 +113,6 @@ impl NodeShapes {
     pub fn displacement(&self, at: &Moment, index: usize) -> Vector3<f64> {
         let body = &at.system.bodies[index];
         let y = &at.state.coordinates[body.coordinates.clone()];
-        let product = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| a * b).sum::<f64>();
         let mut u = Vector3::from_fn(|axis, _| product(&self.shapes[axis], y));
         if !self.residual[0].is_empty() {
             let mut forces = vec![0.0; self.residual[0].len()];
@@ -75,6 +122,50 @@ impl NodeShapes {
         }
         u
     }
+}
+
+fn product(a: &[f64], b: &[f64]) -> f64 {
+    a.iter().zip(b).map(|(a, b)| a * b).sum()
+}
+
+/// `G_res L_bᵀ F⁻` at a node by axes: the motion that displacements x = F g of the interfaces go along with. Any generalised inverse F⁻ gives the
+/// same, because forces that displace no interface deflect nothing. Forces act on attachments alone.
+fn carried(body: &FlexibleBody, residual: &[Vec<f64>; 3]) -> [Vec<f64>; 3] {
+    let rows = residual[0].len();
+    let mut carried = [(); 3].map(|()| vec![0.0; rows]);
+    let Some(flexibility) = body.residual_flexibility.as_ref().filter(|_| rows > 0) else {
+        return carried;
+    };
+    let is_loaded = |row: &usize| {
+        let interface = body.rows[*row].interface;
+        body.interfaces[interface].role == Role::Attachment && flexibility[(*row, *row)] > 0.0
+    };
+    let loaded: Vec<usize> = (0..rows).filter(is_loaded).collect();
+    // Rows of lengths and of angles side by side.
+    let unit: Vec<f64> = loaded
+        .iter()
+        .map(|row| flexibility[(*row, *row)].sqrt().recip())
+        .collect();
+    let scaled = Mat::from_fn(loaded.len(), loaded.len(), |i, j| {
+        unit[i] * flexibility[(loaded[i], loaded[j])] * unit[j]
+    });
+    let Some((values, vectors)) = symmetric_eigen(symmetrized(&scaled).as_ref()) else {
+        return carried;
+    };
+    let largest = values.last().copied().unwrap_or(0.0);
+    for (of_forces, of_rows) in residual.iter().zip(&mut carried) {
+        let directions = values.iter().enumerate();
+        for (k, value) in directions.filter(|(_, value)| **value > NEGLIGIBLE * largest) {
+            let along = vectors.col(k);
+            let amount: f64 = (loaded.iter().zip(&unit).zip(along.iter()))
+                .map(|((row, unit), entry)| of_forces[*row] * unit * entry)
+                .sum();
+            for ((row, unit), entry) in loaded.iter().zip(&unit).zip(along.iter()) {
+                of_rows[*row] += amount / value * unit * entry;
+            }
+        }
+    }
+    carried
 }
 
 /// A node between two interfaces.

@@ -7,7 +7,7 @@ use nalgebra::{Matrix3, Vector3};
 use super::library::Library;
 use super::node_shapes::{Chord, NodeShapes};
 use super::places::{Place, find};
-use super::probe::{CoordinateProbe, FrameProbe, FrameQuantity, Probe, Rate};
+use super::probe::{CoordinateProbe, FrameProbe, FrameQuantity, NodeQuantity, Probe, Rate};
 use super::quantities::Quantities;
 use super::{NamedJoint, Names};
 use crate::error::Error;
@@ -15,7 +15,7 @@ use crate::measure::{Angle, Measure};
 use crate::system::builder::{JointCoordinate, SystemBuilder, Turning, marker_of};
 use crate::system::marker::Marker;
 use dcb_formats::scene::{
-    Analysis, AtPlace, ChordDeflection, MeshNode, OfBody, Output, Reaction, Scene,
+    Analysis, AtPlace, ChordDeflection, OfSuperelement, Output, Reaction, Scene,
 };
 
 /// Makes channels and probes of a scene's outputs.
@@ -34,6 +34,7 @@ impl OutputBuilder<'_> {
         output: &Output,
     ) -> Result<(Channel, Probe), Error> {
         let (path, at) = (format!("outputs/{name}"), format!("outputs.{name}"));
+        let kind = format!("{at}.{}", output.kind());
         match output {
             Output::Position(of) => self.frame(&path, &at, of, FrameQuantity::Position),
             Output::Displacement(of) => self.frame(&path, &at, of, FrameQuantity::Displacement),
@@ -44,8 +45,29 @@ impl OutputBuilder<'_> {
                 self.frame(&path, &at, of, FrameQuantity::AngularVelocity)
             }
             Output::ChordDeflection(of) => self.chord_deflection(&path, &at, of),
-            Output::NodeDisplacement(of) => self.node_displacement(&path, &at, of),
-            Output::NodePosition(of) => self.node_position(&path, &at, of),
+            Output::NodeDisplacement(of) => {
+                self.node_motion(&path, &kind, of, NodeQuantity::Displacement)
+            }
+            Output::NodePosition(of) => self.node_motion(&path, &kind, of, NodeQuantity::Position),
+            Output::NodeVelocity(of) => self.node_motion(&path, &kind, of, NodeQuantity::Velocity),
+            Output::NodeAcceleration(of) => {
+                self.node_motion(&path, &kind, of, NodeQuantity::Acceleration)
+            }
+            Output::BodyPosition(of) => {
+                Ok(self.body_frame(&path, &of.body, FrameQuantity::Position))
+            }
+            Output::BodyVelocity(of) => {
+                Ok(self.body_frame(&path, &of.body, FrameQuantity::Velocity))
+            }
+            Output::BodyOrientation(of) => {
+                Ok(self.body_frame(&path, &of.body, FrameQuantity::Orientation))
+            }
+            Output::BodyAngularVelocity(of) => {
+                Ok(self.body_frame(&path, &of.body, FrameQuantity::AngularVelocity))
+            }
+            Output::CenterOfMass(of) => Ok(self.center_of_mass(&path, of)),
+            Output::Momentum(of) => Ok(self.momentum(&path, of)),
+            Output::AngularMomentum(of) => Ok(self.angular_momentum(&path, of)),
             Output::JointCoordinate(of) => self.coordinate(&path, &at, &of.joint, Rate::Value),
             Output::JointRate(of) => self.coordinate(&path, &at, &of.joint, Rate::Rate),
             Output::Reaction(of) => self.reaction(&path, &at, of),
@@ -94,32 +116,6 @@ impl OutputBuilder<'_> {
         Ok((channel, Probe::Chord { body, chord }))
     }
 
-    fn node_displacement(
-        &mut self,
-        path: &str,
-        at: &str,
-        of: &MeshNode,
-    ) -> Result<(Channel, Probe), Error> {
-        let node = self.node(&format!("{at}.node_displacement"), &of.body, of.node)?;
-        let what = "elastic displacement of the node, body axes";
-        let (q, body) = (self.quantities, self.body(&of.body));
-        let channel = q.vector(path, self.scene.dimension, &q.length, what);
-        Ok((channel, Probe::NodeDisplacement { body, node }))
-    }
-
-    fn node_position(
-        &mut self,
-        path: &str,
-        at: &str,
-        of: &MeshNode,
-    ) -> Result<(Channel, Probe), Error> {
-        let node = self.node(&format!("{at}.node_position"), &of.body, of.node)?;
-        let what = "position of the node, world axes";
-        let (q, body) = (self.quantities, self.body(&of.body));
-        let channel = q.vector(path, self.scene.dimension, &q.length, what);
-        Ok((channel, Probe::NodePosition { body, node }))
-    }
-
     fn reaction(&self, path: &str, at: &str, of: &Reaction) -> Result<(Channel, Probe), Error> {
         let connection = self.joint(at, &of.joint)?.connection;
         let connection = &self.builder.system().connections[connection];
@@ -159,7 +155,7 @@ impl OutputBuilder<'_> {
         Ok((channel, Probe::InterfaceForce { markers }))
     }
 
-    fn modal(&self, path: &str, at: &str, of: &OfBody) -> Result<(Channel, Probe), Error> {
+    fn modal(&self, path: &str, at: &str, of: &OfSuperelement) -> Result<(Channel, Probe), Error> {
         let body = &self.builder.system().bodies[self.body(&of.body)];
         let names: Vec<String> = (1..=body.coordinates.len())
             .map(|k| k.to_string())
@@ -177,7 +173,7 @@ impl OutputBuilder<'_> {
     }
 
     /// Channel of a quantity of a frame.
-    fn frame_channel(&self, path: &str, quantity: FrameQuantity) -> Channel {
+    pub(super) fn frame_channel(&self, path: &str, quantity: FrameQuantity) -> Channel {
         let (q, dimension) = (self.quantities, self.scene.dimension);
         let vector = |unit: &str, what: &str| q.vector(path, dimension, unit, what);
         match (quantity, dimension) {
@@ -201,7 +197,7 @@ impl OutputBuilder<'_> {
         }
     }
 
-    fn body(&self, name: &str) -> usize {
+    pub(super) fn body(&self, name: &str) -> usize {
         self.names.bodies.get(name).copied().unwrap_or_default()
     }
 
@@ -271,7 +267,7 @@ impl OutputBuilder<'_> {
             .watch(world, marker, Measure::Angle(Angle::in_plane())))
     }
 
-    fn node(&mut self, at: &str, body: &str, node: u32) -> Result<NodeShapes, Error> {
+    pub(super) fn node(&mut self, at: &str, body: &str, node: u32) -> Result<NodeShapes, Error> {
         let fields = self.library.fields_of_node(self.scene, body, node, at)?;
         let flexible = &self.builder.system().bodies[self.body(body)].flexible;
         Ok(NodeShapes::of(flexible, &fields))

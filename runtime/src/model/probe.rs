@@ -5,6 +5,7 @@ use std::ops::Range;
 use dcb_formats::mesh::Dimension;
 use nalgebra::{Rotation3, UnitQuaternion, Vector3};
 
+use super::mass_probe::MassProbe;
 use super::moment::Moment;
 use super::node_shapes::{Chord, NodeShapes};
 use crate::kinematics::frame_motion::{FrameMotion, Six};
@@ -25,16 +26,33 @@ pub(super) enum FrameQuantity {
     AngularVelocity,
 }
 
+/// Quantities of a node.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum NodeQuantity {
+    /// By the deflection, body axes.
+    Displacement,
+    /// World axes.
+    Position,
+    /// World axes.
+    Velocity,
+    /// World axes.
+    Acceleration,
+}
+
 /// A quantity.
 pub(super) enum Probe {
     /// Of a place.
     Frame(Box<FrameProbe>),
     /// Deflection of a node from a chord.
     Chord { body: usize, chord: Box<Chord> },
-    /// Elastic displacement of a node, body axes.
-    NodeDisplacement { body: usize, node: NodeShapes },
-    /// Position of a node, world axes.
-    NodePosition { body: usize, node: NodeShapes },
+    /// Of a node.
+    Node {
+        body: usize,
+        node: Box<NodeShapes>,
+        quantity: NodeQuantity,
+    },
+    /// Of masses.
+    Mass(MassProbe),
     /// A joint's coordinate or its rate.
     Coordinate(CoordinateProbe),
     /// Force and moment of rows on their first marker.
@@ -127,14 +145,25 @@ impl Probe {
                 at.evaluation
                     .write_interface_forces(at.system, *body, &mut row[first..]);
             }
-            Self::NodeDisplacement { body, node } => {
-                push(row, dimension, &node.displacement(at, *body));
+            Self::Node {
+                body,
+                node,
+                quantity,
+            } => {
+                let vector = match quantity {
+                    NodeQuantity::Displacement => node.displacement(at, *body),
+                    NodeQuantity::Position => node.place(at, *body),
+                    NodeQuantity::Velocity => node.velocity(at, *body),
+                    NodeQuantity::Acceleration => node.acceleration(at, *body),
+                };
+                push(row, dimension, &vector);
             }
-            Self::NodePosition { body, node } => {
-                let pose = &at.evaluation.poses[*body];
-                let u = node.displacement(at, *body);
-                let position = pose.origin + pose.axes * (node.position + u);
-                push(row, dimension, &position);
+            Self::Mass(mass) => {
+                let vector = mass.value(at);
+                match (mass.is_angular(), dimension) {
+                    (true, Dimension::Planar) => row.push(vector.z),
+                    _ => push(row, dimension, &vector),
+                }
             }
             Self::Coordinate(coordinate) => row.push(coordinate.value(at)),
             Self::Reaction { rows, a, b, axes } => {

@@ -24,6 +24,8 @@ pub(crate) struct Quantities {
     pub(crate) force: String,
     pub(crate) moment: String,
     pub(crate) energy: String,
+    pub(crate) momentum: String,
+    pub(crate) angular_momentum: String,
     pub(crate) modal: String,
 }
 
@@ -39,6 +41,8 @@ impl Quantities {
             force: format!("{m}*{l}/{t}^2"),
             moment: format!("{m}*{l}^2/{t}^2"),
             energy: format!("{m}*{l}^2/{t}^2"),
+            momentum: format!("{m}*{l}/{t}"),
+            angular_momentum: format!("{m}*{l}^2/{t}"),
             modal: format!("sqrt({m})*{l}"),
         }
     }

@@ -116,6 +116,14 @@ impl Marker {
         }
     }
 
+    /// The frame of a body.
+    pub fn on_body(body: usize) -> Self {
+        Self {
+            body: Some(body),
+            ..Self::on_ground(Vector3::zeros(), Matrix3::identity())
+        }
+    }
+
     /// Displacement and turn at the coordinates y, body axes.
     pub fn displacement(&self, y: &[f64]) -> (Vector3<f64>, Vector3<f64>) {
         let mut six = self.products(&self.shapes, y);

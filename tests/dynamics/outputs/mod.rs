@@ -1,6 +1,7 @@
 //! Outputs: measures, tables, pictures and fields.
 
 mod internal_rows;
+mod masses;
 mod measures;
 mod pictures;
 mod vtu;

@@ -6,7 +6,7 @@ use dcb_formats::TimeFunction;
 use dcb_formats::mesh::Dimension;
 use dcb_formats::scene::{AtPlace, Attachment, BodyKind, Joint, Load, Output, Scene};
 use dcb_runtime::Mechanism;
-use dcb_runtime::energy::momentum;
+use dcb_runtime::momentum::Momentum;
 use nalgebra::Vector3;
 
 /// Force, and moment about the world's origin.
@@ -192,8 +192,11 @@ pub fn assert_angular_impulse(scene: &Scene, mechanism: &mut Mechanism, step: f6
             sum.moment += state.origins[index].cross(&weight);
         }
         let mut evaluation = dcb_runtime::system::evaluation::Evaluation::of(system);
-        evaluation.place(system, state);
-        (sum.moment, momentum(system, state, &mut evaluation).1)
+        evaluation.refresh(system, state);
+        (
+            sum.moment,
+            Momentum::of_all(system, state, &evaluation).angular,
+        )
     };
     let (before, first) = outside(mechanism);
     mechanism.step(step).unwrap();

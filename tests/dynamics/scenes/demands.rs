@@ -137,6 +137,8 @@ fn a_part_that_is_fixed_everywhere_is_locked_until_somebody_looks() {
         json!({"outputs": {"tip": {"position": {"at": "beam/b"}}}}),
         json!({"outputs": {"modes": {"modal": {"body": "beam"}}}}),
         json!({"outputs": {"node": {"node_position": {"body": "beam", "node": 1}}}}),
+        json!({"outputs": {"turn": {"body_orientation": {"body": "beam"}}}}),
+        json!({"outputs": {"all": {"momentum": {}}}}),
         json!({"fields": [{"body": "beam", "times": [1], "directory": "fields"}]}),
         json!({"loads": {"push": {"force": {"at": "beam/b", "components": [1, 0, 0]}}}}),
         json!({"loads": {"hum": {"part_load": {"body": "beam", "load": "hum", "factor": 1}}}}),
@@ -156,8 +158,11 @@ fn what_looks_at_a_part_is_listed() {
             "turn": {"joint_coordinate": {"joint": "hinge"}},
             "side": {"reaction": {"joint": "ball", "axes": "second"}},
             "modes": {"modal": {"body": "beam"}},
+            "frame": {"body_position": {"body": "beam"}},
+            "block": {"angular_momentum": {"body": "block"}},
+            "all": {"center_of_mass": {}},
             "one": {"node_position": {"body": "beam", "node": 3}},
-            "same": {"node_displacement": {"body": "beam", "node": 3}}
+            "same": {"node_acceleration": {"body": "beam", "node": 3}}
         },
         "bodies": {
             "beam": {"superelement": "beam.dcb.h5", "inertia_change": "constant"},
@@ -181,6 +186,7 @@ fn what_looks_at_a_part_is_listed() {
     );
     assert_eq!(found.interfaces[1].loaded_by, ["joints.ball", "loads.gust"]);
     assert_eq!(found.coordinates_shown_by, ["outputs.modes"]);
+    assert_eq!(found.whole_shown_by, ["outputs.all", "outputs.frame"]);
     assert_eq!(found.part_loads, ["hum"]);
     assert!(found.gravity);
     assert_eq!(

@@ -220,8 +220,8 @@ fn what_the_planar_scene_can_not_mean_is_refused_at_its_place() {
         ),
         (
             "/bodies/crank/rigid/inertia",
-            json!(0),
-            "bodies.crank.rigid.inertia: is 0",
+            json!(-1),
+            "bodies.crank.rigid.inertia: is -1",
         ),
         (
             "/bodies/crank/rigid/points/pin",

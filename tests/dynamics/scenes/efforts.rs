@@ -291,7 +291,8 @@ fn an_effort_on_flexible_bodies_is_opposite_on_both() {
     let system = simulation.system().clone();
     let mut evaluation = Evaluation::of(&system);
     evaluation.refresh(&system, &state);
-    let (linear, angular) = dcb_runtime::energy::momentum(&system, &state, &mut evaluation);
+    let found = dcb_runtime::momentum::Momentum::of_all(&system, &state, &evaluation);
+    let (linear, angular) = (found.linear, found.angular);
     let moving: f64 = state.velocities.iter().map(|v| v.abs()).fold(0.0, f64::max);
     assert!(moving > 0.5, "{moving}");
     assert!(

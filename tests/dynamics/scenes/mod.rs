@@ -19,6 +19,7 @@ mod loads;
 mod mechanism_in_rust;
 mod motion_laws;
 pub mod parts;
+mod point_masses;
 mod silent_numbers;
 mod springs;
 mod wrenches;

@@ -3,6 +3,7 @@
 use std::path::Path;
 
 use dcb_formats::Component;
+use dcb_formats::dcb::{Contents, WriteOptions, write_superelement};
 use dcb_reducer::{Reduction, reduce};
 use dcb_runtime::{Mechanism, Scene};
 use dcb_samples::spatial_beam::BeamSection;
@@ -55,9 +56,15 @@ pub fn soft_rod() -> Component {
     planar_rod(3, &RodSection::round(0.3, 0.03, 2e7, 1000.0))
 }
 
+/// Writes a superelement with its nodal fields.
 pub fn store(component: &Component, path: &Path) {
     let reduced = reduce(component, &Reduction::lowest(3), &mut ()).unwrap();
-    dcb_tests::write_bare(path, &reduced.superelement);
+    let contents = Contents {
+        superelement: &reduced.superelement,
+        recovery: Some(&reduced.recovery),
+        mesh: Some(&component.mesh),
+    };
+    write_superelement(path, &contents, &WriteOptions::default()).unwrap();
 }
 
 /// A scene without superelements.

@@ -7,8 +7,8 @@ use dcb_formats::component::Damping;
 use dcb_formats::function::{Function, TimeFunction};
 use dcb_formats::mesh::{Dimension, Direction};
 use dcb_reducer::Reduced;
-use dcb_runtime::energy::momentum;
 use dcb_runtime::joint::{Fixed, JointKind};
+use dcb_runtime::momentum::Momentum;
 use dcb_runtime::simulation::Simulation;
 use dcb_runtime::system::builder::{Drawn, JointCoordinate};
 use dcb_runtime::system::{Signal, State};
@@ -117,7 +117,8 @@ fn free_box() -> Simulation {
 
 fn momenta(simulation: &mut Simulation) -> (Vector3<f64>, Vector3<f64>) {
     let (system, state): (_, State) = (simulation.system().clone(), simulation.state().clone());
-    momentum(&system, &state, simulation.refresh())
+    let found = Momentum::of_all(&system, &state, simulation.refresh());
+    (found.linear, found.angular)
 }
 
 /// A free box for 0.2 s: changes of linear momentum, of angular momentum about the world's origin, which the centre has left, and

@@ -26,6 +26,9 @@ impl Display for Demand {
         for by in &self.coordinates_shown_by {
             writeln!(f, "  coordinates  shown by {by}")?;
         }
+        for by in &self.whole_shown_by {
+            writeln!(f, "  whole body   shown by {by}")?;
+        }
         for load in &self.part_loads {
             writeln!(f, "  load inside  {load:?}")?;
         }

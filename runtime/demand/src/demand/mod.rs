@@ -75,6 +75,8 @@ pub struct Demand {
     pub nodes: NodeDemand,
     /// Outputs that show the coordinates of the deflection themselves: paths of keys.
     pub coordinates_shown_by: Vec<String>,
+    /// Outputs that show the motion of the body as a whole, its frame or its mass: paths of keys.
+    pub whole_shown_by: Vec<String>,
     /// Loads on the inside of the part that act, by their names in its file.
     pub part_loads: Vec<String>,
     /// Whether gravity acts.
@@ -131,10 +133,16 @@ impl Demand {
             all_grounded,
         } = Gathering::of(scene, parts, body, own)?;
         let nodes = NodeDemand::of(scene, body);
-        let coordinates_shown_by = coordinates_shown_by(scene, body);
+        let coordinates_shown_by = shown_by(
+            scene,
+            |output| matches!(output, Output::Modal(of) if of.body == body),
+        );
+        let whole_shown_by = shown_by(scene, |output| output.shows_whole(body));
         let part_loads = part_loads(scene, body);
-        let is_alone =
-            nodes == NodeDemand::None && coordinates_shown_by.is_empty() && part_loads.is_empty();
+        let is_alone = nodes == NodeDemand::None
+            && coordinates_shown_by.is_empty()
+            && whole_shown_by.is_empty()
+            && part_loads.is_empty();
         let involvement = match (is_alone, interfaces.is_empty(), all_grounded) {
             (true, true, _) => Involvement::Unused,
             (true, false, true) => Involvement::Locked,
@@ -153,6 +161,7 @@ impl Demand {
             interfaces,
             nodes,
             coordinates_shown_by,
+            whole_shown_by,
             part_loads,
             gravity: scene.gravity_in_space().norm() > 0.0,
             inertia_change: described.inertia_change,
@@ -169,8 +178,7 @@ impl Demand {
     }
 }
 
-fn coordinates_shown_by(scene: &Scene, body: &str) -> Vec<String> {
-    let shows = |output: &Output| matches!(output, Output::Modal(of) if of.body == body);
+fn shown_by(scene: &Scene, shows: impl Fn(&Output) -> bool) -> Vec<String> {
     let outputs = scene.outputs.iter();
     let showing = outputs.filter(|(_, output)| shows(output));
     showing.map(|(name, _)| format!("outputs.{name}")).collect()

@@ -143,7 +143,9 @@ impl SystemBuilder {
             return false;
         };
         for (body, axis) in self.system.bodies.iter_mut().zip(axes) {
-            body.free = std::array::from_fn(|motion| (motion < 3) == (motion % 3 != axis));
+            let had = body.free;
+            body.free =
+                std::array::from_fn(|motion| had[motion] && (motion < 3) == (motion % 3 != axis));
             let own = &mut self.velocities[body.velocities.clone()];
             let velocity = Vector3::from_column_slice(&own[..3]);
             own[..3].copy_from_slice((velocity - normal * normal.dot(&velocity)).as_slice());
@@ -198,9 +200,11 @@ impl SystemBuilder {
             velocities: first_v..first_v + 6 + n,
             residual_rows: first_row..first_row + residual_rows,
             markers: Vec::new(),
-            free: match self.system.dimension {
-                Dimension::Planar => [true, true, false, false, false, true],
-                Dimension::Spatial => [true; 6],
+            free: match (self.system.dimension, flexible.is_point_mass()) {
+                (Dimension::Planar, true) => [true, true, false, false, false, false],
+                (Dimension::Planar, false) => [true, true, false, false, false, true],
+                (Dimension::Spatial, true) => [true, true, true, false, false, false],
+                (Dimension::Spatial, false) => [true; 6],
             },
             length: gyration,
             flexible,
@@ -231,6 +235,20 @@ impl SystemBuilder {
         self.system.markers.push(marker);
         self.interfaces.push(Some((interface, turning)));
         Ok(self.system.markers.len() - 1)
+    }
+
+    /// The frame of a body, the same one if it was asked for before.
+    pub fn body_frame(&mut self, body: usize) -> usize {
+        let owner = &mut self.system.bodies[body];
+        let markers = &self.system.markers;
+        let known = |marker: &usize| markers[*marker].interface.is_none();
+        if let Some(marker) = owner.markers.iter().copied().find(known) {
+            return marker;
+        }
+        owner.markers.push(markers.len());
+        self.system.markers.push(Marker::on_body(body));
+        self.interfaces.push(None);
+        self.system.markers.len() - 1
     }
 
     /// A frame on the ground.
@@ -302,8 +320,24 @@ impl SystemBuilder {
         &self.system
     }
 
+    /// Gives bodies without extent the length over which they move: the distance to what is farthest as drawn.
+    fn measure_points(&mut self) {
+        let places = (0..self.system.markers.len()).map(|marker| self.frame(marker).position);
+        let places: Vec<Vector3<f64>> = places.chain(self.origins.iter().copied()).collect();
+        let lengths = self.system.bodies.iter().map(|body| body.length);
+        let longest = lengths.fold(0.0, f64::max);
+        for (body, origin) in self.system.bodies.iter_mut().zip(&self.origins) {
+            if body.length == 0.0 {
+                let distances = places.iter().map(|place| (place - origin).norm());
+                let reach = distances.fold(longest, f64::max);
+                body.length = if reach > 0.0 { reach } else { 1.0 };
+            }
+        }
+    }
+
     /// The system, and its state as drawn.
-    pub fn finish(self) -> (System, State) {
+    pub fn finish(mut self) -> (System, State) {
+        self.measure_points();
         let mut state = State::at_rest(&self.system);
         state.origins.copy_from_slice(&self.origins);
         state.orientations.copy_from_slice(&self.orientations);
