@@ -16,7 +16,7 @@ pub struct Chart {
     pub series: Vec<Series>,
     /// Slopes to compare with.
     pub slopes: Vec<ReferenceSlope>,
-    /// Words at points.
+    /// Labels at points, and what is told of them.
     pub notes: Vec<Note>,
 }
 
@@ -76,6 +76,21 @@ pub enum Style {
     Marks,
     /// Both.
     LineAndMarks,
+    /// A line through the points that stands out and says its name while the pointer is over it.
+    NamedLine,
+    /// A mark at each point, joined by steps: first along, then up or down.
+    Steps,
+    /// A small grey mark at each point, for what is in the background.
+    FaintMarks,
+    /// Nothing is drawn: the name is a remark in the legend.
+    Remark,
+}
+
+impl Style {
+    /// Whether it is a line and nothing else, such as a history.
+    pub(super) fn is_line(self) -> bool {
+        matches!(self, Self::Line | Self::NamedLine | Self::Remark)
+    }
 }
 
 /// A thin dashed line `y = c xᵖ` through a point: on logarithmic axes, a slope.
@@ -89,11 +104,13 @@ pub struct ReferenceSlope {
     pub through: [f64; 2],
 }
 
-/// A word or number beside a point of a chart.
+/// What is said of a point of a chart.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Note {
-    /// Text of the label.
-    pub text: String,
+    /// Label beside the point; empty for none. It is left out where it would hide another label or a mark.
+    pub label: String,
+    /// Text that is shown while the pointer is over the point; empty for none.
+    pub told: String,
     /// The point.
     pub at: [f64; 2],
 }

@@ -1,4 +1,5 @@
 //! Where words at points of a chart stand: each at one of the four corners of its point, beside the words before it and the marks.
+//! A front falls to the right: nothing of it, and no row that it dominates, is left below its points, so words begin there.
 
 use std::ops::Range;
 
@@ -44,7 +45,7 @@ impl Place {
     }
 }
 
-/// The upper left corner of each word: right above its point if that is free, otherwise left above, right below or left below
+/// The upper left corner of each word: left below its point if that is free, otherwise right above, left above or right below
 /// it; `None` for a word that would hide something everywhere, or leave the area.
 pub(super) fn placed(
     words: &[Word],
@@ -65,7 +66,7 @@ pub(super) fn placed(
             let (width, height) = word.size;
             let (right, left) = (x + word.distance, x - word.distance - width);
             let (above, below) = (y - word.distance - height, y + word.distance);
-            let free = [(right, above), (left, above), (right, below), (left, below)]
+            let free = [(left, below), (right, above), (left, above), (right, below)]
                 .into_iter()
                 .map(|(left, top)| Place {
                     left,
@@ -105,7 +106,7 @@ mod tests {
     #[test]
     fn words_at_one_point_take_its_corners_and_the_fifth_is_left_out() {
         let found = at(&[(100, 50); 5]);
-        let corners = [(103, 37), (77, 37), (103, 53), (77, 53)].map(Some);
+        let corners = [(77, 53), (103, 37), (77, 37), (103, 53)].map(Some);
         assert_eq!(found[..4], corners);
         assert_eq!(found[4], None);
     }
@@ -114,6 +115,6 @@ mod tests {
     fn a_word_stays_in_the_area_and_hides_no_mark() {
         assert_eq!(at(&[(198, 4)]), [Some((175, 7))]);
         // The mark of the second point is where the first one's word would begin.
-        assert_eq!(at(&[(100, 50), (106, 44)])[0], Some((77, 37)));
+        assert_eq!(at(&[(100, 50), (94, 56)])[0], Some((103, 37)));
     }
 }

@@ -4,7 +4,7 @@
 //! studies share and knows nothing of reductions or motions:
 //!
 //! - [`Ledger`]: rows as lines of JSON, each on disk before the next run starts; a later run goes on where it ended;
-//! - [`pareto_front`], [`cheapest_within`]: which rows are worth their cost; [`pareto_chart`] shows it;
+//! - [`pareto_front`], [`cheapest_within`]: which rows are worth their cost; [`pareto_chart`] shows it; [`thinned`] rows of it have curves;
 //! - [`Chart`], [`svg`], [`small_svg`], [`write_svg`]: line charts, linear or logarithmic;
 //! - [`Table`]: for a CSV file and for a page;
 //! - [`Page`]: one HTML file that needs no other.
@@ -12,9 +12,13 @@
 mod axis;
 mod chart;
 mod curve;
+mod drawing;
+mod hover;
 mod html;
 mod label_places;
 mod ledger;
+mod legend;
+mod look;
 mod page;
 mod pareto;
 mod svg;
@@ -24,6 +28,6 @@ pub use chart::{Axis, Chart, Note, ReferenceSlope, Scale, Series, Style};
 pub use html::escaped;
 pub use ledger::{Ledger, Start};
 pub use page::Page;
-pub use pareto::{Candidate, Family, cheapest_within, pareto_chart, pareto_front};
+pub use pareto::{Candidate, PARETO_FRONT, cheapest_within, pareto_chart, pareto_front, thinned};
 pub use svg::{NotDrawn, small_svg, svg, write_svg};
 pub use table::{Cell, Column, Table};

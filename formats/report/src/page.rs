@@ -13,7 +13,7 @@ const STYLE: &str = ":root{color-scheme:light}body{font:16px/1.45 sans-serif;col
 h1{font-size:1.6rem}h2{font-size:1.25rem;margin-top:2.2rem;border-bottom:1px solid #ddd}\
 table{border-collapse:collapse;font-size:.85rem}th,td{padding:.25rem .45rem;border-bottom:1px solid #ddd;text-align:left}\
 th{vertical-align:bottom}td.number{text-align:right;font-variant-numeric:tabular-nums}td.number,td.word{white-space:nowrap}\
-tr.marked td{background:#fff3cd}.wide{overflow-x:auto}figure{margin:1rem 0}figure svg{max-width:100%;height:auto}\
+tr.marked td{background:#fff3cd}details{margin:1rem 0}summary{cursor:pointer;font-weight:600;padding:.3rem 0}.wide{overflow-x:auto}figure{margin:1rem 0}figure svg{max-width:100%;height:auto}\
 figcaption{font-size:.9rem;color:#555}.pictures{display:grid;grid-template-columns:repeat(auto-fill,minmax(min(100%,21rem),1fr));gap:1rem}\
 .pictures figure{margin:0}@media print{.wide{overflow:visible}table{font-size:.6rem}}";
 
@@ -67,6 +67,15 @@ impl Page {
     /// A table, in which the rows at `marked` stand out.
     pub fn table(&mut self, table: &Table, marked: &[usize]) {
         self.body += &table.html(marked);
+    }
+
+    /// A table under a line that opens and closes it; closed at first.
+    pub fn folded_table(&mut self, summary: &str, table: &Table, marked: &[usize]) {
+        self.body += &format!(
+            "<details>\n<summary>{}</summary>\n{}</details>\n",
+            escaped(summary),
+            table.html(marked)
+        );
     }
 
     /// A picture with its caption.

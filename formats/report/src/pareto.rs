@@ -1,4 +1,4 @@
-//! Which rows of a study are worth their cost: those that no other row beats in cost and in error.
+//! Which rows of a study are worth their cost: the Pareto front.
 
 use crate::chart::{Axis, Chart, Note, Series, Style};
 
@@ -19,33 +19,12 @@ impl Candidate {
     }
 }
 
-/// Rows that belong together, for example one method with different numbers of modes.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Family {
-    /// Name in the legend.
-    pub name: String,
-    /// Its rows, in the order in which they are joined.
-    pub candidates: Vec<Candidate>,
-}
+/// What the front is, for readers.
+pub const PARETO_FRONT: &str =
+    "Pareto front: the rows for which no other row has both a lower cost and a smaller error.";
 
-impl Family {
-    /// Candidates in families by name, both in the order in which they come.
-    pub fn of(named: impl IntoIterator<Item = (String, Candidate)>) -> Vec<Self> {
-        let mut families: Vec<Self> = Vec::new();
-        for (name, candidate) in named {
-            match families.iter_mut().find(|family| family.name == name) {
-                Some(family) => family.candidates.push(candidate),
-                None => families.push(Self {
-                    name,
-                    candidates: vec![candidate],
-                }),
-            }
-        }
-        families
-    }
-}
-
-/// Indices of the rows that no other row beats, by rising cost and falling error. Of rows that agree in both the first is taken.
+/// Indices of the rows of the Pareto front, by rising cost and falling error: no other row is at least as good in cost and in error, and
+/// better in one of them. Of rows that agree in both the first is taken.
 pub fn pareto_front(candidates: &[Candidate]) -> Vec<usize> {
     let mut order: Vec<usize> = (0..candidates.len())
         .filter(|index| candidates[*index].is_finite())
@@ -76,46 +55,64 @@ pub fn cheapest_within(candidates: &[Candidate], tolerance: f64) -> Option<usize
         })
 }
 
-/// Error against cost, both logarithmic: a curve for each family with its labels, and the front of all of them as steps.
-pub fn pareto_chart(title: &str, cost: &str, error: &str, families: &[Family]) -> Chart {
-    let all: Vec<Candidate> = families
-        .iter()
-        .flat_map(|family| family.candidates.iter().cloned())
-        .collect();
-    let front: Vec<&Candidate> = pareto_front(&all).into_iter().map(|i| &all[i]).collect();
-    let mut steps = Vec::new();
-    for (index, candidate) in front.iter().enumerate() {
-        if let Some(before) = index.checked_sub(1).map(|before| front[before]) {
-            steps.push([candidate.cost, before.error]);
-        }
-        steps.push([candidate.cost, candidate.error]);
+/// At most `most` rows of a front, evenly chosen from one end to the other; from three on `wanted` is among them, if it is a row of the front.
+pub fn thinned(front: &[usize], most: usize, wanted: Option<usize>) -> Vec<usize> {
+    let (count, most) = (front.len(), most.max(1));
+    if count <= most {
+        return front.to_vec();
     }
-    let mut series: Vec<Series> = families
-        .iter()
-        .map(|family| Series {
-            name: family.name.clone(),
-            points: (family.candidates.iter())
-                .map(|candidate| [candidate.cost, candidate.error])
-                .collect(),
-            style: Style::LineAndMarks,
-        })
+    let mut places: Vec<usize> = match most {
+        1 => vec![0],
+        _ => (0..most)
+            .map(|index| (index * (count - 1) + (most - 1) / 2) / (most - 1))
+            .collect(),
+    };
+    let wanted = front.iter().position(|row| Some(*row) == wanted);
+    if let Some(wanted) = wanted.filter(|place| !places.contains(place)) {
+        // The ends stay.
+        let inner = places.iter_mut().skip(1).take(most.saturating_sub(2));
+        if let Some(nearest) = inner.min_by_key(|place| place.abs_diff(wanted)) {
+            *nearest = wanted;
+        }
+    }
+    places.into_iter().map(|place| front[place]).collect()
+}
+
+/// Error against cost, both logarithmic: the Pareto front as steps with the labels of its rows, and the other rows as small marks. The pointer
+/// over a mark shows what `told` says of its row, in the order of the candidates.
+pub fn pareto_chart(
+    title: &str,
+    cost: &str,
+    error: &str,
+    candidates: &[Candidate],
+    told: &[String],
+) -> Chart {
+    let front = pareto_front(candidates);
+    let at = |index: &usize| [candidates[*index].cost, candidates[*index].error];
+    let others: Vec<usize> = (0..candidates.len())
+        .filter(|index| candidates[*index].is_finite() && !front.contains(index))
         .collect();
-    series.push(Series {
-        name: "not beaten".to_owned(),
-        points: steps,
-        style: Style::Line,
-    });
+    let series = |name: &str, rows: &[usize], style: Style| Series {
+        name: name.to_owned(),
+        points: rows.iter().map(at).collect(),
+        style,
+    };
+    let note = |index: &usize, label: &str| Note {
+        label: label.to_owned(),
+        told: told.get(*index).cloned().unwrap_or_default(),
+        at: at(index),
+    };
     Chart {
         title: title.to_owned(),
         horizontal: Axis::logarithmic(cost),
         vertical: Axis::logarithmic(error),
-        series,
+        series: vec![
+            series("other rows", &others, Style::FaintMarks),
+            series("Pareto front", &front, Style::Steps),
+        ],
         slopes: Vec::new(),
-        notes: (all.iter())
-            .map(|candidate| Note {
-                text: candidate.label.clone(),
-                at: [candidate.cost, candidate.error],
-            })
+        notes: (others.iter().map(|index| note(index, "")))
+            .chain((front.iter()).map(|index| note(index, &candidates[*index].label)))
             .collect(),
     }
 }
@@ -170,14 +167,72 @@ mod tests {
     }
 
     #[test]
-    fn the_chart_steps_along_the_front() {
-        let families = [Family {
-            name: "all".into(),
-            candidates: candidates(&[[1.0, 1e-1], [2.0, 1e-2]]),
-        }];
-        let chart = pareto_chart("", "time [s]", "error [1]", &families);
-        let front = chart.series.last().unwrap();
-        assert_eq!(front.points, [[1.0, 1e-1], [2.0, 1e-1], [2.0, 1e-2]]);
-        assert_eq!(chart.notes.len(), 2);
+    fn a_thinned_front_keeps_its_ends_and_the_wanted_row() {
+        let front: Vec<usize> = (100..113).collect();
+        for most in 3..14 {
+            for wanted in front.iter().copied().map(Some).chain([None, Some(7)]) {
+                let thin = thinned(&front, most, wanted);
+                assert_eq!(thin.len(), most.min(13));
+                assert!(thin.windows(2).all(|pair| pair[0] < pair[1]), "{thin:?}");
+                assert_eq!((thin.first(), thin.last()), (Some(&100), Some(&112)));
+                assert!(wanted.is_none_or(|wanted| wanted == 7 || thin.contains(&wanted)));
+            }
+        }
+        assert_eq!(thinned(&front, 5, None), [100, 103, 106, 109, 112]);
+        assert_eq!(thinned(&front, 5, Some(107)), [100, 103, 107, 109, 112]);
+        assert_eq!(thinned(&front[..3], 6, None), [100, 101, 102]);
+        assert!(thinned(&[], 6, Some(1)).is_empty());
+    }
+
+    /// Non-dominated rows by the definition, pair by pair.
+    fn by_definition(rows: &[Candidate]) -> Vec<usize> {
+        let dominates = |a: &Candidate, b: &Candidate| {
+            a.cost <= b.cost && a.error <= b.error && (a.cost < b.cost || a.error < b.error)
+        };
+        let mut front: Vec<usize> = (0..rows.len())
+            .filter(|index| !rows.iter().any(|other| dominates(other, &rows[*index])))
+            .collect();
+        front.sort_by(|a, b| rows[*a].cost.total_cmp(&rows[*b].cost));
+        front
+    }
+
+    #[test]
+    fn the_chart_names_the_front_and_tells_of_every_row() {
+        // A scatter without order, and no two alike.
+        let rows: Vec<[f64; 2]> = (1..60_u32)
+            .map(|index| {
+                [
+                    f64::from(index * 37 % 101),
+                    1.0 / f64::from(index * 53 % 97),
+                ]
+            })
+            .collect();
+        let rows = candidates(&rows);
+        let told: Vec<String> = (0..rows.len())
+            .map(|row| format!("row <{row}>, 1 s"))
+            .collect();
+        let chart = pareto_chart("", "time [s]", "error [1]", &rows, &told);
+        let front = by_definition(&rows);
+        assert!(front.len() > 3 && front.len() < 20, "{front:?}");
+        let points: Vec<[f64; 2]> = (front.iter())
+            .map(|index| [rows[*index].cost, rows[*index].error])
+            .collect();
+        let drawn = chart.series.last().unwrap();
+        assert_eq!(
+            (drawn.name.as_str(), &drawn.points),
+            ("Pareto front", &points)
+        );
+        assert_eq!(chart.series[0].points.len(), rows.len() - front.len());
+        let labels = chart.notes.iter().filter(|note| !note.label.is_empty());
+        assert_eq!(labels.map(|note| note.at).collect::<Vec<_>>(), points);
+        let svg = crate::svg(&[chart]).unwrap();
+        assert_eq!(svg.matches("<title>row &lt;").count(), rows.len());
+        for row in 0..rows.len() {
+            assert!(
+                svg.contains(&format!("<title>row &lt;{row}&gt;, 1 s</title>")),
+                "{row}"
+            );
+        }
+        assert_eq!(svg.matches(">\nPareto front\n<").count(), 1, "{svg}");
     }
 }

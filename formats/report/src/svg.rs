@@ -8,51 +8,34 @@ use plotters::coord::Shift;
 use plotters::coord::cartesian::Cartesian2d;
 use plotters::element::{Circle, DashedPathElement, PathElement, Text};
 use plotters::prelude::{
-    Color, DrawingArea, DrawingBackend, IntoDrawingArea, IntoFont, RGBColor, SVGBackend, WHITE,
+    Color, DrawingArea, DrawingBackend, IntoDrawingArea, RGBColor, SVGBackend, WHITE,
 };
-use plotters::style::TextStyle;
 use plotters::style::text_anchor::{HPos, Pos, VPos};
 
 use crate::axis::{Ends, Ruler};
-use crate::chart::{Chart, ReferenceSlope, Scale, Style};
+use crate::chart::{Chart, ReferenceSlope, Scale, Series, Style};
 use crate::curve::pieces;
+use crate::drawing::{
+    CHARACTER, DOT, FAINT_MARK, FONT, Failure, GAP, INK, LINE, MARGIN, MARK, text_style, text_width,
+};
+use crate::hover::Hover;
 use crate::label_places::{Mark, Word, placed};
+use crate::legend::{LEGEND_LINE, legend, legend_width};
+use crate::look::{Look, look};
 use dcb_formats::Error;
 use dcb_formats::output::{Replace, write_stream};
 
-/// Okabe and Ito's colours, which colour-blind readers tell apart; yellow is left out, being too pale on white.
-const COLOURS: [RGBColor; 7] = [
-    RGBColor(0, 114, 178),
-    RGBColor(213, 94, 0),
-    RGBColor(0, 158, 115),
-    RGBColor(204, 121, 167),
-    RGBColor(230, 159, 0),
-    RGBColor(86, 180, 233),
-    RGBColor(0, 0, 0),
-];
-const INK: RGBColor = RGBColor(40, 40, 40);
 const GRID: RGBColor = RGBColor(222, 222, 222);
 const REFERENCE: RGBColor = RGBColor(120, 120, 120);
 
-/// So many steps has a drawing for a dot of the picture: the drawing's coordinates are whole numbers, and curves are smooth.
-const DOT: u32 = 4;
 /// Sizes in steps of the drawing; a picture is scaled to where it is shown.
 const WIDTH: u32 = 960 * DOT;
 const HEIGHT: u32 = 400 * DOT;
 const SMALL_WIDTH: u32 = 560 * DOT;
 const SMALL_HEIGHT: u32 = 320 * DOT;
-const FONT: f64 = 18.0 * DOT as f64;
 /// Words at points, by the font of everything else.
 const SMALLER: f64 = 0.8;
-/// Width of a character of a sans-serif font, in heights, on the safe side.
-const CHARACTER: f64 = 0.5;
-const MARGIN: u32 = 14 * DOT;
-/// The sample of a line in the legend.
-const SAMPLE: i32 = 28 * DOT as i32;
-const LEGEND_LINE: i32 = 24 * DOT as i32;
 const THIN: u32 = DOT;
-const LINE: u32 = 2 * DOT;
-const MARK: i32 = 4 * DOT as i32;
 const TICK: u32 = 5 * DOT;
 
 type Plane<'a, B> = ChartContext<'a, B, Cartesian2d<Ruler, Ruler>>;
@@ -95,10 +78,10 @@ fn sized(charts: &[Chart], size: [u32; 2], ticks: [usize; 2]) -> Result<String, 
     }
     let [width, height] = [size[0], size[1] * charts.len() as u32];
     let mut svg = String::new();
-    draw(charts, (width, height), ticks, &mut svg).map_err(NotDrawn::Refused)?;
+    let hover = draw(charts, (width, height), ticks, &mut svg).map_err(NotDrawn::Refused)?;
     let drawing = format!("width=\"{width}\" height=\"{height}\"");
     let shown = format!("width=\"{}\" height=\"{}\"", width / DOT, height / DOT);
-    Ok(svg.replacen(&drawing, &shown, 1))
+    Ok(hover.over(svg.replacen(&drawing, &shown, 1)))
 }
 
 /// Writes charts below each other into one SVG file, whole or not at all.
@@ -118,7 +101,7 @@ fn draw(
     size: (u32, u32),
     ticks: [usize; 2],
     svg: &mut String,
-) -> Result<(), String> {
+) -> Result<Hover, String> {
     let root = SVGBackend::with_string(svg, size).into_drawing_area();
     let told = |error: &dyn std::fmt::Display| error.to_string();
     root.fill(&WHITE).map_err(|error| told(&error))?;
@@ -129,13 +112,13 @@ fn draw(
         legend: charts.iter().map(legend_width).max().unwrap_or(0),
     };
     let areas = root.split_evenly((charts.len(), 1));
+    let mut hover = Hover::default();
     for ((chart, rulers), area) in charts.iter().zip(rulers).zip(areas) {
-        panel(chart, rulers, widths, &area).map_err(|error| told(&error))?;
+        panel(chart, rulers, widths, &area, &mut hover).map_err(|error| told(&error))?;
     }
-    root.present().map_err(|error| told(&error))
+    root.present().map_err(|error| told(&error))?;
+    Ok(hover)
 }
-
-type Failure<B> = plotters::drawing::DrawingAreaErrorKind<<B as DrawingBackend>::ErrorType>;
 
 /// Room left and right of the axes, the same for all charts of a picture: their axes are aligned.
 #[derive(Clone, Copy)]
@@ -144,19 +127,12 @@ struct Widths {
     legend: u32,
 }
 
-fn text_width(characters: usize) -> u32 {
-    (characters as f64 * CHARACTER * FONT) as u32
-}
-
 fn rulers(chart: &Chart, ticks: [usize; 2]) -> (Ruler, Ruler) {
     let values = |index: usize| {
         let points = chart.series.iter().flat_map(|series| &series.points);
         points.map(move |point| point[index])
     };
-    let is_history = chart
-        .series
-        .iter()
-        .all(|series| series.style == Style::Line);
+    let is_history = chart.series.iter().all(|series| series.style.is_line());
     let ends = if is_history { Ends::Tight } else { Ends::Loose };
     let x = Ruler::around(values(0), chart.horizontal.scale, ends, ticks[0]);
     let y = Ruler::around(values(1), chart.vertical.scale, Ends::Loose, ticks[1]);
@@ -168,6 +144,7 @@ fn panel<B: DrawingBackend>(
     (x, y): (Ruler, Ruler),
     widths: Widths,
     area: &DrawingArea<B, Shift>,
+    hover: &mut Hover,
 ) -> Result<(), Failure<B>> {
     let plane_width = area.dim_in_pixel().0.saturating_sub(widths.legend);
     let (plane_area, legend_area) = area.split_horizontally(plane_width as i32);
@@ -205,47 +182,81 @@ fn panel<B: DrawingBackend>(
         reference(&mut plane, slope, &x, &y)?;
     }
     for (index, series) in chart.series.iter().enumerate() {
-        let style = look(index);
-        for piece in pieces(&series.points, &x, &y) {
-            let points = || piece.iter().map(|point| (point[0], point[1]));
-            if series.style != Style::Line || piece.len() == 1 {
-                let marks = points().map(|point| Circle::new(point, MARK, style.colour.filled()));
-                plane.draw_series(marks)?;
-            }
-            if series.style != Style::Marks {
-                let stroke = style.colour.stroke_width(LINE);
-                let points: Vec<_> = points().collect();
-                match style.dash {
-                    None => plane.draw_series([PathElement::new(points, stroke)])?,
-                    Some(dash) => {
-                        plane.draw_series([DashedPathElement::new(points, dash, GAP, stroke)])?
-                    }
-                };
-            }
-        }
+        curve(
+            series,
+            look(index, series.style),
+            &mut plane,
+            (&x, &y),
+            hover,
+        )?;
     }
     words(chart, &mut plane, &x, &y)?;
+    let place = |[right, high]: [f64; 2]| {
+        let is_shown = x.contains(right) && y.contains(high);
+        is_shown.then(|| plane.backend_coord(&(right, high)))
+    };
+    for note in chart.notes.iter().filter(|note| !note.told.is_empty()) {
+        if let Some(at) = place(note.at) {
+            hover.mark(at, MARK, &note.told);
+        }
+    }
     if chart.series.len() > 1 {
         legend(chart, &legend_area)?;
     }
     Ok(())
 }
 
-/// Colour and dashes of a curve: after as many curves as there are colours, the dashes change.
-#[derive(Clone, Copy)]
-struct Look {
-    colour: RGBColor,
-    dash: Option<u32>,
+/// The marks and lines of one series.
+fn curve<B: DrawingBackend>(
+    series: &Series,
+    look: Look,
+    plane: &mut Plane<B>,
+    (x, y): (&Ruler, &Ruler),
+    hover: &mut Hover,
+) -> Result<(), Failure<B>> {
+    for piece in pieces(&series.points, x, y) {
+        let points = || piece.iter().map(|point| (point[0], point[1]));
+        let is_dot = series.style.is_line() && piece.len() == 1;
+        let mark = match series.style {
+            Style::FaintMarks => Some(FAINT_MARK),
+            Style::Marks | Style::LineAndMarks | Style::Steps => Some(MARK),
+            _ => is_dot.then_some(MARK),
+        };
+        if let Some(radius) = mark {
+            let marks = points().map(|point| Circle::new(point, radius, look.colour.filled()));
+            plane.draw_series(marks)?;
+        }
+        let path: Vec<_> = match series.style {
+            Style::Marks | Style::FaintMarks | Style::Remark => continue,
+            Style::NamedLine => {
+                let places = points().map(|point| plane.backend_coord(&point));
+                hover.line(places, look.colour, LINE, &series.name);
+                continue;
+            }
+            Style::Steps => steps(&piece),
+            Style::Line | Style::LineAndMarks => points().collect(),
+        };
+        let stroke = look.colour.stroke_width(LINE);
+        match look.dash {
+            None => plane.draw_series([PathElement::new(path, stroke)])?,
+            Some(dash) => {
+                plane.draw_series([DashedPathElement::new(path, dash * DOT, GAP, stroke)])?
+            }
+        };
+    }
+    Ok(())
 }
 
-const GAP: u32 = 5 * DOT;
-
-fn look(index: usize) -> Look {
-    let round = (index / COLOURS.len()) as u32;
-    Look {
-        colour: COLOURS[index % COLOURS.len()],
-        dash: (round > 0).then(|| 12 * DOT / round.min(4)),
+/// First along, then up or down.
+fn steps(points: &[[f64; 2]]) -> Vec<(f64, f64)> {
+    let mut path = Vec::with_capacity(2 * points.len());
+    for (index, [x, y]) in points.iter().enumerate() {
+        if let Some(before) = index.checked_sub(1) {
+            path.push((*x, points[before][1]));
+        }
+        path.push((*x, *y));
     }
+    path
 }
 
 /// A line `y = c xᵖ` as far as it lies between the axes, its name near its end.
@@ -285,7 +296,7 @@ fn reference<B: DrawingBackend>(
     Ok(())
 }
 
-/// The notes beside their points, where they hide neither each other nor a mark.
+/// Labels beside their points, where they hide neither each other nor a mark.
 fn words<B: DrawingBackend>(
     chart: &Chart,
     plane: &mut Plane<B>,
@@ -297,76 +308,40 @@ fn words<B: DrawingBackend>(
         let is_shown = x.contains(right) && y.contains(high);
         is_shown.then(|| plane.backend_coord(&(right, high)))
     };
-    let marked = (chart.series.iter()).filter(|series| series.style != Style::Line);
-    let marks: Vec<Mark> = (marked.flat_map(|series| &series.points))
-        .filter_map(|point| place(*point))
-        .map(|at| Mark { at, radius: MARK })
+    let marked = (chart.series.iter()).filter(|series| !series.style.is_line());
+    let marks: Vec<Mark> = (marked.flat_map(|series| {
+        let radius = match series.style {
+            Style::FaintMarks => FAINT_MARK,
+            _ => MARK,
+        };
+        series.points.iter().map(move |point| (*point, radius))
+    }))
+    .filter_map(|(point, radius)| place(point).map(|at| Mark { at, radius }))
+    .collect();
+    let labelled: Vec<(&str, (i32, i32))> = (chart.notes.iter())
+        .filter(|note| !note.label.is_empty())
+        .filter_map(|note| Some((note.label.as_str(), place(note.at)?)))
         .collect();
     let height = SMALLER * FONT;
-    let wanted: Vec<Word> = (chart.notes.iter())
-        .filter_map(|note| {
-            let width = note.text.chars().count() as f64 * CHARACTER * height;
-            Some(Word {
-                at: place(note.at)?,
+    let wanted: Vec<Word> = (labelled.iter())
+        .map(|(label, at)| {
+            let width = label.chars().count() as f64 * CHARACTER * height;
+            Word {
+                at: *at,
                 size: (width as i32, height as i32),
                 distance: MARK + DOT as i32,
-            })
+            }
         })
         .collect();
-    let texts = (chart.notes.iter()).filter(|note| place(note.at).is_some());
     let style = text_style(height, &INK).pos(Pos::new(HPos::Left, VPos::Top));
     let area = plane.plotting_area().strip_coord_spec();
     let origin = area.get_base_pixel();
-    for (note, corner) in texts.zip(placed(&wanted, &marks, (along, up))) {
+    for ((label, _), corner) in labelled.iter().zip(placed(&wanted, &marks, (along, up))) {
         let Some((left, top)) = corner else {
             continue;
         };
         let corner = (left - origin.0, top - origin.1);
-        area.draw(&Text::new(note.text.clone(), corner, style.clone()))?;
+        area.draw(&Text::new((*label).to_owned(), corner, style.clone()))?;
     }
     Ok(())
-}
-
-fn legend_width(chart: &Chart) -> u32 {
-    let names = chart
-        .series
-        .iter()
-        .map(|series| series.name.chars().count());
-    match names.max() {
-        Some(longest) if chart.series.len() > 1 => text_width(longest) + SAMPLE as u32 + 2 * MARGIN,
-        _ => 0,
-    }
-}
-
-/// Names beside the axes, where they hide nothing.
-fn legend<B: DrawingBackend>(
-    chart: &Chart,
-    area: &DrawingArea<B, Shift>,
-) -> Result<(), Failure<B>> {
-    let style = text_style(FONT, &INK).pos(Pos::new(HPos::Left, VPos::Center));
-    for (index, series) in chart.series.iter().enumerate() {
-        let look = look(index);
-        let height = 2 * MARGIN as i32 + LEGEND_LINE * index as i32;
-        let ends = [(0, height), (SAMPLE, height)];
-        let stroke = look.colour.stroke_width(LINE);
-        match (series.style, look.dash) {
-            (Style::Marks, _) => {}
-            (_, None) => area.draw(&PathElement::new(ends, stroke))?,
-            (_, Some(dash)) => area.draw(&DashedPathElement::new(ends, dash, GAP, stroke))?,
-        }
-        if series.style != Style::Line {
-            area.draw(&Circle::new(
-                (SAMPLE / 2, height),
-                MARK,
-                look.colour.filled(),
-            ))?;
-        }
-        let place = (SAMPLE + 8 * DOT as i32, height);
-        area.draw(&Text::new(series.name.clone(), place, style.clone()))?;
-    }
-    Ok(())
-}
-
-fn text_style(size: f64, colour: &RGBColor) -> TextStyle<'_> {
-    TextStyle::from(("sans-serif", size).into_font()).color(colour)
 }

@@ -5,7 +5,7 @@ use std::num::NonZeroUsize;
 use std::path::PathBuf;
 
 use clap::{Args, ValueEnum};
-use dcb_report::Start;
+use dcb_report::{PARETO_FRONT, Start};
 
 use crate::outcome::Outcome;
 use crate::program::CommonArguments;
@@ -149,6 +149,7 @@ fn lists(arguments: &StudyArguments) -> Lists {
         modes: arguments.modes.clone(),
         compatibilities: arguments.compatibility.clone(),
         steps: arguments.step.clone(),
+        further_steps: Vec::new(),
         radii: arguments.rho_infinity.clone(),
         inertia_changes: inertia_changes.collect(),
     }
@@ -191,9 +192,10 @@ fn told(study: &SceneStudy, store: &Store, tolerance: f64) -> String {
     };
     // Writing to a string doesn't fail.
     let _ = writeln!(text, "{}", study.reference_told());
+    let _ = writeln!(text, "{PARETO_FRONT}");
     let _ = writeln!(
         text,
-        "{:>4} {:>6} {:<8} {:>11} {:>5} {:<12} {:>8} {:>10} {:>9} {:>10}",
+        "{:>4} {:>6} {:<8} {:>11} {:>5} {:<12} {:>8} {:>10} {:>9} {:>11}",
         "row",
         "modes",
         "compat.",
@@ -201,9 +203,9 @@ fn told(study: &SceneStudy, store: &Store, tolerance: f64) -> String {
         "rho",
         "inertia",
         "elastic",
-        format!("[s/{time}]"),
+        format!("wall [s/{time}]"),
         "steps/s",
-        "error"
+        "error/range"
     );
     for index in study.front() {
         let row = &study.rows[index];
@@ -212,7 +214,7 @@ fn told(study: &SceneStudy, store: &Store, tolerance: f64) -> String {
         } = row.setting;
         let _ = writeln!(
             text,
-            "{:>4} {:>6} {:<8} {:>11.4e} {:>5} {:<12} {:>8} {:>10.4} {:>9.0} {:>10}",
+            "{:>4} {:>6} {:<8} {:>11.4e} {:>5} {:<12} {:>8} {:>10.4} {:>9.0} {:>11}",
             index + 1,
             row.setting.modes_text(),
             row.setting.compatibility.name(),
@@ -225,10 +227,6 @@ fn told(study: &SceneStudy, store: &Store, tolerance: f64) -> String {
             row.claim(&study.reference).to_string(),
         );
     }
-    let _ = writeln!(
-        text,
-        "No other row is both faster and nearer than one of these."
-    );
     let _ = writeln!(text, "{}", study.verdict(tolerance));
     if let Some(index) = study.best(tolerance) {
         let _ = writeln!(

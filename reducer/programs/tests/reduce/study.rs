@@ -30,6 +30,7 @@ fn a_study_leaves_tables_pictures_and_a_page() {
         shown,
         "rotor: 345 dofs; forces act on 12 rows (12 independent) of bearing-left, bearing-right",
         "loss factor 0.02",
+        "Pareto front: ",
         "fewest unknowns with an error up to 1e-03",
         "all of them:",
         "wrote rotor.study/report.html"
@@ -79,13 +80,56 @@ fn a_study_leaves_tables_pictures_and_a_page() {
     says!(table, "\nstrong,3,,krylov,12,27,");
 
     let page = folder.read("rotor.study/report.html");
-    says!(
-        page,
-        "<svg",
-        "mode 1, 104.637",
-        "</html>",
-        "Error over the band: strong+krylov"
-    );
+    says!(page, "<svg", "mode 1, 104.637", "</html>", "Pareto front");
+    let sections = [
+        "<h2>Which row to take",
+        "<h2>What an error costs</h2>",
+        "<h2>Responses</h2>",
+        "<h2>Where the error is</h2>",
+        "<table>",
+        "<h2>How it was measured</h2>",
+    ];
+    let places: Vec<usize> = sections
+        .iter()
+        .map(|text| page.find(text).unwrap())
+        .collect();
+    assert!(places.is_sorted(), "{places:?}");
+
+    // The fronts are the rows that no other dominates, by the definition; every row has a mark in both pictures.
+    let error = |row: &Value| {
+        let of = |what: &str| row["errors"][what]["largest"].as_f64().unwrap_or(0.0);
+        of("collocated").max(of("transfer")).max(1e-14)
+    };
+    for cost in ["reduction_seconds", "unknowns"] {
+        let front = list(&whole["front"][cost]);
+        for (index, row) in rows.iter().enumerate() {
+            let is_dominated = rows.iter().any(|other| {
+                let cheaper = number(&other[cost]) - number(&row[cost]);
+                let nearer = error(other) - error(row);
+                cheaper <= 0.0 && nearer <= 0.0 && (cheaper < 0.0 || nearer < 0.0)
+            });
+            assert_eq!(
+                front.contains(&index.into()),
+                !is_dominated,
+                "{cost}: {row}"
+            );
+        }
+    }
+    for (form, modes) in [("strong", 3), ("free", 6), ("strong+krylov", 6)] {
+        let title = format!("<title>{form}, {modes} modes: ");
+        assert_eq!(page.matches(&title).count(), 2, "{title}");
+    }
+    // The unreduced part and rows of the front.
+    let shown = list(&whole["front"]["unknowns"]).len().min(6);
+    let (_, responses) = page.split_once(sections[2]).unwrap();
+    let (responses, _) = responses.split_once(sections[3]).unwrap();
+    for picture in responses.split("<figure>").skip(1) {
+        let names: std::collections::BTreeSet<&str> = (picture.split("<title>").skip(1))
+            .filter_map(|title| Some(title.split_once("</title>")?.0))
+            .collect();
+        assert_eq!(names.len(), shown + 1, "{names:?}");
+        says!(picture, format!("{} of 10 rows left out", 10 - shown));
+    }
     // Nothing is fetched from anywhere.
     let links = page.replace("http://www.w3.org/2000/svg", "");
     assert!(!links.contains("http") && !links.contains("src=") && !links.contains("<script"));
@@ -170,7 +214,13 @@ fn an_older_study_goes_on() {
     assert_eq!(keys.len(), 11);
     assert!(keys.contains(&"strong/6+krylov".to_owned()), "{keys:?}");
     let now = folder.read("rotor.study/study.csv");
-    assert!(table.lines().all(|row| now.contains(row)), "{now}");
+    // What is said last, whether a row is on a front, hangs on the other rows.
+    let alone = |row: &str| row.rsplitn(3, ',').last().map(str::to_owned);
+    let now: Vec<_> = now.lines().map(alone).collect();
+    assert!(
+        table.lines().all(|row| now.contains(&alone(row))),
+        "{now:?}"
+    );
 }
 
 #[test]
@@ -237,12 +287,14 @@ fn rows_of_another_study_are_not_mixed_in() {
             &["`band` is \"up to half of mode 6\" there and \"up to half of mode 8\" now"],
         ),
     ]);
-    folder.set("rotor.json", "component/name", "other");
+    folder.set("rotor.json", "component/name", "<b>other");
     folder.refused(SMALL, &["`inputs.mesh`", "--force"]);
     let before = folder.read("rotor.study/rows.jsonl");
     folder.done(&format!("{SMALL} --force"));
     assert!(folder.read("rotor.study/rows.jsonl") != before);
-    says!(folder.read("rotor.study/report.html"), "other: a study");
+    let page = folder.read("rotor.study/report.html");
+    says!(page, "&lt;b&gt;other: a study");
+    assert!(!page.contains("<b>"), "names are escaped");
 }
 
 #[test]

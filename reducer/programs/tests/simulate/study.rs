@@ -26,6 +26,12 @@ fn row<'a>(study: &'a Value, modes: &str, compatibility: &str, step: f64) -> &'a
     found.next().unwrap()
 }
 
+/// The texts come in this order, each where it comes first.
+fn assert_order(page: &str, texts: &[&str]) {
+    let places: Vec<usize> = texts.iter().map(|text| page.find(text).unwrap()).collect();
+    assert!(places.is_sorted(), "{texts:?} at {places:?}");
+}
+
 #[test]
 fn a_study_measures_errors_and_times_and_names_the_best_row() {
     let folder = Folder::one_turn();
@@ -33,6 +39,7 @@ fn a_study_measures_errors_and_times_and_names_the_best_row() {
     says!(
         said,
         "12 rows, 12 of them stable",
+        "Pareto front: ",
         "Fastest with an error up to 1e-3"
     );
     let study = json_of(&folder);
@@ -74,6 +81,17 @@ fn a_study_measures_errors_and_times_and_names_the_best_row() {
     assert_eq!(best["row"], fastest.unwrap()["row"]);
     assert_eq!(best["options"], fastest.unwrap()["options"]);
     assert!(list(&study["front"]).contains(&best["row"]));
+    // The front is every row that no other dominates, by the definition.
+    let error = |row: &Value| number(&row["error"]);
+    let seconds = |row: &Value| number(&row["seconds_per_time"]);
+    for row in rows {
+        let is_dominated = rows.iter().any(|other| {
+            let (faster, nearer) = (seconds(other) - seconds(row), error(other) - error(row));
+            faster <= 0.0 && nearer <= 0.0 && (faster < 0.0 || nearer < 0.0)
+        });
+        assert_eq!(row["pareto_front"], json!(!is_dominated), "{row}");
+        assert_eq!(list(&study["front"]).contains(&row["row"]), !is_dominated);
+    }
     says!(said, format!("row {}", best["row"]));
 
     let table = folder.read("scene.study/study.csv");
@@ -88,8 +106,33 @@ fn a_study_measures_errors_and_times_and_names_the_best_row() {
         "<svg",
         "midpoint_deflection",
         "slider_position",
-        "How it was measured"
+        "Pareto front",
+        "Errors come from separate, untimed runs"
     );
+    assert_order(
+        &page,
+        &[
+            "<h2>Which row to take</h2>",
+            "<h2>Error against time</h2>",
+            "<h2>Histories</h2>",
+            "<h2>Errors over time</h2>",
+            "<table>",
+            "<h2>How it was measured</h2>",
+        ],
+    );
+    // Every row has a mark that says what it is, and a picture has the reference and at most six rows.
+    for index in 1..=12 {
+        let title = format!("<title>row {index}: ");
+        assert_eq!(page.matches(&title).count(), 1, "{title}");
+    }
+    let (_, histories) = page.split_once("<h2>Histories</h2>").unwrap();
+    let (histories, _) = histories.split_once("<h2>Errors over time</h2>").unwrap();
+    let shown = list(&study["front"]).len().min(6);
+    for picture in histories.split("<figure>").skip(1) {
+        let curves = picture.matches("<polyline class=\"chart-line\"").count();
+        assert_eq!(curves, shown + 1);
+        says!(picture, format!("{} rows left out", 12 - shown));
+    }
     assert!(
         !page.contains("http://") || page.contains("www.w3.org"),
         "the page needs a network"
@@ -362,11 +405,16 @@ fn rigid_scenes_and_other_methods_are_studied_too() {
     })));
     folder.done("study scene.json --outputs angle,reactions/hinge");
     let study = json_of(&folder);
-    assert_eq!(
-        list(&study["rows"]).len(),
-        2,
-        "1e-3 and 2e-3: fifty steps are left"
-    );
+    // A half, one and two: fifty steps are left. A quarter comes last.
+    let steps = list(&study["rows"]).iter();
+    let steps = steps.map(|row| number(&row["options"]["integrator"]["hht"]["step"]));
+    assert_eq!(steps.collect::<Vec<_>>(), [5e-4, 1e-3, 2e-3, 2.5e-4]);
+    let reference = list(&study["reference"]["steps"]);
+    assert_eq!(reference[0], json!(1.25e-4), "finer than every row");
+    let rows = list(&study["rows"]).iter();
+    let least = rows.map(|row| number(&row["error_measured"]));
+    let least = least.fold(f64::INFINITY, f64::min);
+    assert!(number(&study["reference"]["error"]) < 0.1 * least);
     let names: Vec<&str> = (list(&study["outputs"]).iter())
         .map(|output| output["name"].as_str().unwrap())
         .collect();

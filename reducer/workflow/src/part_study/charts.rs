@@ -1,51 +1,98 @@
 //! Charts of a study: what an error costs, responses, and errors over the band.
 
-use dcb_report::{Axis, Candidate, Chart, Family, Series, Style, pareto_chart, svg};
+use dcb_report::{Axis, Candidate, Chart, Series, Style, pareto_chart, pareto_front, svg, thinned};
 
 use super::record::{ComponentRow, Measure, StoredCurves};
 use super::report::Report;
 use dcb_reducer::error::Error;
+use dcb_reducer::scientific::scientific;
 
 /// Errors below this are rounding; the Pareto pictures show them here.
 const ROUNDING: f64 = 1e-14;
+/// Rows of the front that have curves, at most.
+const MOST_CURVES: usize = 6;
+
+/// What a row costs.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Cost {
+    /// Time of the reduction.
+    Time,
+    /// Unknowns of a simulation.
+    Unknowns,
+}
 
 impl Report<'_> {
-    /// Response error against time, and against unknowns.
-    pub(super) fn pareto(&self) -> Vec<Chart> {
+    /// The rows as candidates of the Pareto front: their largest error of the response, and a cost.
+    fn candidates(&self, cost: Cost) -> Vec<Candidate> {
         let error = |row: &ComponentRow| {
             let transfer = row.error(Measure::TransferResponse).unwrap_or(0.0);
             row.errors.collocated.largest.max(transfer).max(ROUNDING)
         };
-        let families = |cost: &dyn Fn(&ComponentRow) -> f64| {
-            Family::of(self.rows.iter().map(|row| {
-                let candidate = Candidate {
-                    label: row.modes.to_string(),
-                    cost: cost(row),
-                    error: error(row),
-                };
-                (row.family(), candidate)
-            }))
+        (self.rows.iter())
+            .map(|row| Candidate {
+                label: format!("{} {}", row.family(), row.modes),
+                cost: match cost {
+                    Cost::Time => row.reduction_seconds,
+                    Cost::Unknowns => row.unknowns as f64,
+                },
+                error: error(row),
+            })
+            .collect()
+    }
+
+    /// The rows of the Pareto front, by rising cost.
+    pub(super) fn front(&self, cost: Cost) -> Vec<usize> {
+        pareto_front(&self.candidates(cost))
+    }
+
+    /// Response error against time, and against unknowns.
+    pub(super) fn pareto(&self) -> Vec<Chart> {
+        let chart = |title: &str, horizontal: &str, cost: Cost| {
+            let candidates = self.candidates(cost);
+            let told: Vec<String> = (self.rows.iter().zip(&candidates))
+                .map(|(row, candidate)| {
+                    format!(
+                        "{}: {} unknowns; reduction {} s; largest error of the response {} (relative)",
+                        row.title(),
+                        row.unknowns,
+                        short(row.reduction_seconds),
+                        scientific(candidate.error, 1)
+                    )
+                })
+                .collect();
+            let what = "largest error of the response [1]";
+            pareto_chart(title, horizontal, what, &candidates, &told)
         };
-        let what = "largest error of the response";
         vec![
-            pareto_chart(
-                "Error against the time of the reduction; numbers are modes",
+            chart(
+                "Error against the time of the reduction",
                 "reduction and writing [s]",
-                what,
-                &families(&|row: &ComponentRow| row.reduction_seconds),
+                Cost::Time,
             ),
-            pareto_chart(
+            chart(
                 "Error against the unknowns of a simulation",
                 "unknowns of the body beside its frame",
-                what,
-                &families(&|row: &ComponentRow| row.unknowns as f64),
+                Cost::Unknowns,
             ),
         ]
     }
 
-    fn over_frequency(&self, title: &str, vertical: &str, series: Vec<Series>) -> Chart {
+    fn over_frequency(&self, vertical: &str, mut series: Vec<Series>) -> Chart {
+        let left_out = self.rows.len() - self.with_curves().len();
+        if left_out > 0 {
+            let remark = |name: String| Series {
+                name,
+                points: Vec::new(),
+                style: Style::Remark,
+            };
+            series.push(remark(format!(
+                "{left_out} of {} rows left out,",
+                self.rows.len()
+            )));
+            series.push(remark("all are in study.csv".to_owned()));
+        }
         Chart {
-            title: title.to_owned(),
+            title: String::new(),
             horizontal: Axis::linear("frequency [Hz]"),
             vertical: Axis::logarithmic(vertical),
             series,
@@ -61,55 +108,50 @@ impl Report<'_> {
             points: points
                 .map(|(frequency, value)| [frequency, value.unwrap_or(f64::NAN)])
                 .collect(),
-            style: Style::Line,
+            style: Style::NamedLine,
         }
     }
 
-    /// The responses that are drawn: the reference, and each form with the fewest modes, where they differ most.
-    pub(super) fn responses(&self) -> Vec<Chart> {
-        let mut shown: Vec<&ComponentRow> = Vec::new();
-        for row in self.rows {
-            if !shown.iter().any(|known| known.family() == row.family()) {
-                shown.push(row);
-            }
-        }
-        let chart = |title: &str, take: &dyn Fn(&StoredCurves) -> Vec<Option<f64>>| {
+    /// Rows of the front by unknowns, evenly thinned to those that can be told apart in a picture.
+    pub(super) fn with_curves(&self) -> Vec<&ComponentRow> {
+        let front = thinned(&self.front(Cost::Unknowns), MOST_CURVES, None);
+        front.into_iter().map(|index| &self.rows[index]).collect()
+    }
+
+    /// The responses that are drawn, each with its title: the reference, and rows of the front.
+    pub(super) fn responses(&self) -> Vec<(String, Chart)> {
+        let chart = |take: &dyn Fn(&StoredCurves) -> Vec<Option<f64>>| {
             let mut series = vec![self.curve("unreduced", &take(&self.reference.curves))];
-            let rows = shown.iter();
+            let rows = self.with_curves().into_iter();
             series.extend(rows.map(|row| self.curve(&row.title(), &take(&row.curves))));
-            self.over_frequency(title, "|H|, scaled", series)
+            self.over_frequency("|H|, scaled [1]", series)
         };
         let [own, between] = &self.reference.drawn;
         let mut charts = Vec::new();
         if let Some(what) = own {
-            charts.push(chart(what, &|curves: &StoredCurves| {
-                curves.collocated.clone()
-            }));
+            let collocated = |curves: &StoredCurves| curves.collocated.clone();
+            charts.push((what.clone(), chart(&collocated)));
         }
         if let Some(what) = between {
-            charts.push(chart(what, &|curves: &StoredCurves| {
-                curves.transfer.clone()
-            }));
+            let transfer = |curves: &StoredCurves| curves.transfer.clone();
+            charts.push((what.clone(), chart(&transfer)));
         }
         charts
     }
 
-    /// For each form the error over the band, a curve for each number of modes.
-    pub(super) fn errors(&self) -> Vec<Chart> {
-        let mut forms: Vec<(String, Vec<Series>)> = Vec::new();
-        for row in self.rows {
-            let series = self.curve(&row.title(), &row.curves.error);
-            let form = row.form();
-            match forms.iter_mut().find(|(known, _)| *known == form) {
-                Some((_, all)) => all.push(series),
-                None => forms.push((form, vec![series])),
-            }
-        }
-        let charts = forms.into_iter().map(|(form, series)| {
-            let title = format!("Error over the band: {form}");
-            self.over_frequency(&title, "|H - H_ref| / |H_ref|", series)
-        });
-        charts.collect()
+    /// The error over the band of the same rows.
+    pub(super) fn errors(&self) -> Chart {
+        let rows = self.with_curves().into_iter();
+        let series = rows.map(|row| self.curve(&row.title(), &row.curves.error));
+        self.over_frequency("|H - H_ref| / |H_ref| [1]", series.collect())
+    }
+}
+
+/// Seconds with three digits.
+fn short(seconds: f64) -> String {
+    match seconds < 0.01 {
+        true => scientific(seconds, 2),
+        false => format!("{seconds:.3}"),
     }
 }
 

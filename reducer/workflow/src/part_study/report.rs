@@ -3,9 +3,9 @@
 use std::fmt::Write as _;
 use std::path::Path;
 
-use dcb_report::{Cell, Column, Page, Table};
+use dcb_report::{Cell, Column, PARETO_FRONT, Page, Table};
 
-use super::charts::drawn;
+use super::charts::{Cost, drawn};
 
 use dcb_formats::output::{write_json, write_text};
 use serde::Serialize;
@@ -31,8 +31,16 @@ pub struct Report<'a> {
 struct StudyFile<'a> {
     tolerance: f64,
     best: &'a [Best],
+    front: Fronts,
     reference: &'a ReferenceRecord,
     rows: &'a [ComponentRow],
+}
+
+/// Rows of the Pareto fronts, error of the response against a cost: places among the rows, by rising cost.
+#[derive(Serialize)]
+struct Fronts {
+    reduction_seconds: Vec<usize>,
+    unknowns: Vec<usize>,
 }
 
 impl<'a> Report<'a> {
@@ -67,6 +75,7 @@ impl<'a> Report<'a> {
         let whole = StudyFile {
             tolerance: self.tolerance,
             best: &self.best,
+            front: self.fronts(),
             reference: &reference,
             rows: &rows,
         };
@@ -75,6 +84,13 @@ impl<'a> Report<'a> {
         write_text(&folder.join("pareto.svg"), &pareto)?;
         self.page(&pareto)?.write(&folder.join("report.html"))?;
         Ok(())
+    }
+
+    fn fronts(&self) -> Fronts {
+        Fronts {
+            reduction_seconds: self.front(Cost::Time),
+            unknowns: self.front(Cost::Unknowns),
+        }
     }
 
     fn hertz(&self, eigenvalue: f64) -> f64 {
@@ -112,7 +128,12 @@ impl<'a> Report<'a> {
             let name = format!("static_error_{interface}");
             columns.push(column(&name, &format!("static, {interface}"), "1"));
         }
-        let rows = self.rows.iter().map(|row| {
+        columns.extend([
+            column("pareto_front_time", "Pareto front, time", ""),
+            column("pareto_front_unknowns", "Pareto front, unknowns", ""),
+        ]);
+        let fronts = self.fronts();
+        let rows = self.rows.iter().enumerate().map(|(index, row)| {
             let errors = &row.errors;
             let count = |value: usize| Cell::Count(value as u64);
             let mut cells = vec![
@@ -141,6 +162,11 @@ impl<'a> Report<'a> {
             ]);
             let of_interfaces = errors.static_response.iter();
             cells.extend(of_interfaces.map(|one| Cell::Number(one.error)));
+            let yes = |front: &[usize]| match front.contains(&index) {
+                true => Cell::Text("yes".to_owned()),
+                false => Cell::Text("no".to_owned()),
+            };
+            cells.extend([yes(&fronts.reduction_seconds), yes(&fronts.unknowns)]);
             cells
         });
         Table {
@@ -199,7 +225,7 @@ impl<'a> Report<'a> {
                 let named = best.row.zip(best.error).map(|(row, error)| {
                     let row = &self.rows[row];
                     format!(
-                        "{} ({} unknowns, {:.3} s): {}",
+                        "{} ({} unknowns, reduction {:.3} s): error {}",
                         row.title(),
                         row.unknowns,
                         row.reduction_seconds,
@@ -209,6 +235,20 @@ impl<'a> Report<'a> {
                 format!("{what}: {}", named.unwrap_or_else(|| "no row".to_owned()))
             })
             .collect()
+    }
+
+    /// The rows of the fronts, a line for each cost.
+    fn fronts_told(&self) -> Vec<String> {
+        [
+            ("error of the response against time", Cost::Time),
+            ("error of the response against unknowns", Cost::Unknowns),
+        ]
+        .map(|(what, cost)| {
+            let rows = self.front(cost).into_iter();
+            let rows: Vec<String> = rows.map(|row| self.rows[row].title()).collect();
+            format!("{what}: {}", rows.join("; "))
+        })
+        .to_vec()
     }
 
     /// Proposal for a component that spins; `None` where modes alone are as good as the tolerance.
@@ -260,6 +300,10 @@ impl<'a> Report<'a> {
             }
             let _ = writeln!(text);
         }
+        let _ = writeln!(text, "{PARETO_FRONT}");
+        for line in self.fronts_told() {
+            let _ = writeln!(text, "  {line}");
+        }
         let tolerance = scientific(self.tolerance, 0);
         let _ = writeln!(text, "fewest unknowns with an error up to {tolerance}");
         for line in self.advice() {
@@ -276,9 +320,8 @@ impl<'a> Report<'a> {
             "{}: a study of its reduction",
             self.reference.name
         ));
-        page.list(&self.introduction());
         page.heading(&format!(
-            "Fewest unknowns with an error up to {}",
+            "Which row to take: fewest unknowns with a relative error up to {}",
             scientific(self.tolerance, 0)
         ));
         page.list(&self.advice());
@@ -286,29 +329,48 @@ impl<'a> Report<'a> {
             page.paragraph(&proposal);
         }
         page.heading("What an error costs");
-        page.picture(pareto, "Rows that nothing beats are joined by steps.");
-        let marked: Vec<usize> = self.best.iter().filter_map(|best| best.row).collect();
-        page.table(&self.table(), &marked);
-        page.paragraph(
-            "Errors are relative, the largest of the band; rows of the interfaces are scaled by their own flexibility. An empty field: the row has no such response. \
-             Further columns are static responses beside modes and attachments, as reduce --enrich makes them: krylov is the interfaces' second Krylov block, spin the \
-             response to centrifugal forces, loads that to the part's named loads.",
+        page.paragraph(&format!(
+            "{PARETO_FRONT} The pointer over a mark shows its row."
+        ));
+        page.picture(
+            pareto,
+            "The error is the largest of the response over the band, collocated or transfer.",
+        );
+        let shown = self.with_curves().len();
+        let same = format!(
+            "{shown} of {} rows: of the Pareto front against unknowns, evenly chosen. The tables below and study.csv have all.",
+            self.rows.len()
         );
         page.heading("Responses");
-        page.picture(
-            &drawn(&self.responses())?,
-            "The unreduced part, and each form with the fewest modes of the study.",
-        );
+        for (title, chart) in self.responses() {
+            let caption = format!("{title}. The unreduced part, and {same}");
+            page.picture(&drawn(&[chart])?, &caption);
+        }
         page.heading("Where the error is");
         page.picture(
-            &drawn(&self.errors())?,
-            "All entries of the receptance together. Where a row is exact there is nothing to draw.",
+            &drawn(&[self.errors()])?,
+            &format!("All entries of the receptance together; {same} Where a row is exact there is nothing to draw."),
         );
         if !self.reference.pictures.is_empty() {
             page.heading("Free modes");
             page.paragraph("Pale places hardly move, red ones most.");
             page.pictures(&self.reference.pictures);
         }
+        page.heading("All rows");
+        page.list(&self.fronts_told());
+        let marked: Vec<usize> = self.best.iter().filter_map(|best| best.row).collect();
+        page.folded_table(
+            &format!("Table of {} rows; those to take stand out", self.rows.len()),
+            &self.table(),
+            &marked,
+        );
+        page.paragraph(
+            "Errors are relative, the largest of the band; rows of the interfaces are scaled by their own flexibility. An empty field: the row has no such response. \
+             Further columns are static responses beside modes and attachments, as reduce --enrich makes them: krylov is the interfaces' second Krylov block, spin the \
+             response to centrifugal forces, loads that to the part's named loads.",
+        );
+        page.heading("How it was measured");
+        page.list(&self.introduction());
         Ok(page)
     }
 }

@@ -118,11 +118,11 @@ impl SceneStudy {
     /// The rows as candidates of the Pareto front: wall time for a unit of simulated time, and largest relative error.
     pub fn candidates(&self) -> Vec<Candidate> {
         let rows = self.rows.iter();
-        rows.map(|row| row.candidate(&self.subject, &self.reference))
+        rows.map(|row| row.candidate(self.label(row), &self.subject, &self.reference))
             .collect()
     }
 
-    /// Rows that no other beats, by rising cost.
+    /// Rows of the Pareto front, by rising cost.
     pub fn front(&self) -> Vec<usize> {
         pareto_front(&self.candidates())
     }

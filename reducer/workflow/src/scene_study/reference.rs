@@ -17,8 +17,9 @@ use dcb_runtime::error::Error;
 
 /// Two runs agree if the last errs by less than this part of each quantity's range.
 pub const AGREEMENT: f64 = 1e-5;
-/// Runs, at most: steps of 1/2, 1/4, 1/8 and 1/16 of the finest row's.
-const MOST_RUNS: usize = 4;
+/// Runs, at most: steps of 1/2, 1/4 and 1/8 of the finest row's. At second order the last errs by 1/64 of what that row does, and three
+/// runs show the order.
+const MOST_RUNS: usize = 3;
 /// The order from which on the method's is believed.
 const BELIEVED_ORDER: f64 = 1.5;
 /// One in `2² − 1`: the error of the finer of two runs of second order, by their distance.

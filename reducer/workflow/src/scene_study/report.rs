@@ -2,7 +2,7 @@
 
 use dcb_formats::output::Replace;
 use dcb_formats::output::write_json;
-use dcb_report::{Cell, Chart, Column, Page, Table, svg, write_svg};
+use dcb_report::{Cell, Chart, Column, PARETO_FRONT, Page, Table, svg, write_svg};
 use serde_json::{Value, json};
 
 use super::pictures::{errors, front_chart, histories, shown};
@@ -61,7 +61,7 @@ fn table(study: &SceneStudy, detail: Detail) -> Table {
             "wall time for the motion",
             &format!("s/{time}"),
         ),
-        Column::new("steps_per_second", "steps in a second", "1/s"),
+        Column::new("steps_per_second", "steps per second", "1/s"),
         Column::new("error", "largest error / range", "1"),
         Column::new("error_is_bound", "error is", ""),
         Column::new("energy_defect", "energy defect / largest", "1"),
@@ -84,12 +84,18 @@ fn table(study: &SceneStudy, detail: Detail) -> Table {
         }
         columns.push(Column::new("stopped", "stopped", ""));
     }
+    columns.push(Column::new("pareto_front", "on the Pareto front", ""));
+    let front = study.front();
     let rows = study.rows.iter().enumerate();
+    let cells = rows.map(|(index, row)| {
+        let mut cells = cells(study, index, row, detail);
+        let is_on_front = if front.contains(&index) { "yes" } else { "no" };
+        cells.push(Cell::Text(is_on_front.to_owned()));
+        cells
+    });
     Table {
         columns,
-        rows: rows
-            .map(|(index, row)| cells(study, index, row, detail))
-            .collect(),
+        rows: cells.collect(),
     }
 }
 
@@ -152,6 +158,7 @@ fn relative_defect(row: &SceneRow) -> Option<f64> {
 /// All of it for programs.
 fn summary(study: &SceneStudy, tolerance: f64) -> Value {
     let subject = &study.subject;
+    let front = study.front();
     let rows = study.rows.iter().enumerate().map(|(index, row)| {
         json!({
             "row": index + 1,
@@ -162,6 +169,7 @@ fn summary(study: &SceneStudy, tolerance: f64) -> Value {
             "steps_per_second": row.speed(),
             "error": row.is_stable().then(|| row.claim(&study.reference).value()),
             "error_measured": row.is_stable().then(|| row.error()),
+            "pareto_front": front.contains(&index),
             "course": row.course,
             "timing": row.timing,
             "outputs": row.deviations,
@@ -189,7 +197,7 @@ fn summary(study: &SceneStudy, tolerance: f64) -> Value {
             "converged": study.reference.is_converged(),
         },
         "rows": rows.collect::<Vec<_>>(),
-        "front": study.front().iter().map(|index| index + 1).collect::<Vec<_>>(),
+        "front": front.iter().map(|index| index + 1).collect::<Vec<_>>(),
         "best": {
             "tolerance": tolerance,
             "row": best.map(|index| index + 1),
@@ -200,22 +208,67 @@ fn summary(study: &SceneStudy, tolerance: f64) -> Value {
 
 fn page(study: &SceneStudy, chart: &Chart, tolerance: f64) -> Page {
     let mut page = Page::new("Study of a scene");
+    page.heading("Which row to take");
     page.paragraph(&study.verdict(tolerance));
+    let decades = study.decades();
+    if !decades.is_empty() {
+        page.paragraph("The fastest row for each error, by the output's range:");
+        page.list(&decades);
+    }
     page.heading("Error against time");
+    page.paragraph(&format!(
+        "{PARETO_FRONT} The pointer over a mark shows its row."
+    ));
     if let Ok(picture) = svg(std::slice::from_ref(chart)) {
         page.picture(
             &picture,
-            "Each mark is a row; rows of one colour differ in the step alone, which is told for those that no other beats, as a \
-             multiple of the scene's. \
-             The error is the largest of all outputs over all times, relative to the output's range.",
+            &format!(
+                "Each mark is a row; h is the scene's step, {:.4e} {}. The error is the largest of all outputs over all times, relative \
+                 to the output's range.",
+                study.subject.own.step, study.subject.scene.units.time
+            ),
         );
     }
-    page.paragraph("The fastest row for each error:");
-    page.table(&decades(study), &[]);
-    page.heading("Rows");
-    let front = study.front();
-    page.table(&table(study, Detail::Essential), &front);
-    page.paragraph("Rows that no other beats in both time and error stand out.");
+    let shown = shown(study, tolerance);
+    if !shown.is_empty() {
+        page.heading("Histories");
+        page.paragraph(&format!(
+            "{} of {} rows, evenly chosen from the Pareto front, and the reference. All rows are in the tables below and in study.csv, their \
+             histories in histories/*.h5. Columns that stay zero are left out.",
+            shown.len(),
+            study.rows.len()
+        ));
+        let told = shown
+            .iter()
+            .map(|index| study.told(*index, &study.rows[*index]));
+        page.list(&told.collect::<Vec<_>>());
+        page.pictures(&histories(study, &shown));
+        page.heading("Errors over time");
+        page.paragraph(
+            "The same runs, relative to the range; what is smaller than the error of the reference is drawn at that.",
+        );
+        page.pictures(&errors(study, &shown));
+    }
+    tables(study, &mut page);
+    page.heading("How it was measured");
+    page.list(&study.conditions());
+    page
+}
+
+/// What comes after the pictures: rows, warnings, the reference.
+fn tables(study: &SceneStudy, page: &mut Page) {
+    let (front, count) = (study.front(), study.rows.len());
+    page.heading("All rows");
+    page.folded_table(
+        &format!("Options, time and error of {count} rows; the Pareto front stands out"),
+        &table(study, Detail::Essential),
+        &front,
+    );
+    page.folded_table(
+        &format!("Errors of every output of {count} rows"),
+        &table(study, Detail::Errors),
+        &front,
+    );
     for (index, row) in study.rows.iter().enumerate() {
         if let Some(reason) = &row.course.stopped {
             page.paragraph(&format!(
@@ -229,53 +282,13 @@ fn page(study: &SceneStudy, chart: &Chart, tolerance: f64) -> Page {
         page.heading("Warnings");
         page.list(&warned);
     }
-    page.heading("Histories");
-    let shown = shown(study, tolerance);
-    page.pictures(&histories(study, &shown));
-    page.paragraph("Columns that stay zero are left out.");
-    page.paragraph(
-        "Errors of the same runs, relative to the range; what is smaller than the reference is known is drawn at that:",
-    );
-    page.pictures(&errors(study, &shown));
     page.heading("Reference");
     page.paragraph(&study.reference_told());
-    page.table(&convergence(study), &[]);
-    page.heading("Errors of every output");
-    page.table(&table(study, Detail::Errors), &front);
-    page.heading("How it was measured");
-    page.list(&study.conditions());
-    page
-}
-
-/// The fastest row for errors of 0.1, 0.01 and so on, down to what the reference can tell.
-fn decades(study: &SceneStudy) -> Table {
-    let time = &study.subject.scene.units.time;
-    let rows = (1..12)
-        .map(|power| 10.0_f64.powi(-power))
-        .map_while(|tolerance| study.best(tolerance).map(|index| (tolerance, index)));
-    Table {
-        columns: vec![
-            Column::new("tolerance", "error up to", "1"),
-            Column::new("row", "row", ""),
-            Column::new("options", "options", ""),
-            Column::new(
-                "seconds_per_time",
-                "wall time for the motion",
-                &format!("s/{time}"),
-            ),
-        ],
-        rows: rows
-            .map(|(tolerance, index)| {
-                let row = &study.rows[index];
-                vec![
-                    Cell::Number(tolerance),
-                    Cell::Count(index as u64 + 1),
-                    Cell::Text(row.setting.told(time)),
-                    Cell::maybe(row.cost(study.subject.end)),
-                ]
-            })
-            .collect(),
-    }
+    page.folded_table(
+        "How well converged each output of the reference is",
+        &convergence(study),
+        &[],
+    );
 }
 
 fn convergence(study: &SceneStudy) -> Table {

@@ -102,10 +102,20 @@ impl SceneRow {
         }
     }
 
-    /// As a candidate of the Pareto front.
-    pub fn candidate(&self, subject: &Subject, reference: &SceneReference) -> Candidate {
+    /// The step as a multiple of the scene's: `4 h`, `h/2`.
+    pub fn step_multiple(&self, subject: &Subject) -> String {
+        multiple(self.setting.step / subject.own.step)
+    }
+
+    /// As a candidate of the Pareto front under a label.
+    pub fn candidate(
+        &self,
+        label: String,
+        subject: &Subject,
+        reference: &SceneReference,
+    ) -> Candidate {
         Candidate {
-            label: multiple(self.setting.step / subject.own.step),
+            label,
             cost: self.cost(subject.end).unwrap_or(f64::INFINITY),
             error: self.claim(reference).value(),
         }

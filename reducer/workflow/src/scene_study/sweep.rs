@@ -9,8 +9,10 @@ use dcb_runtime::error::Error;
 
 /// Combinations up to which all are tried unless something else is asked for.
 pub const MOST_COMBINATIONS: usize = 60;
-/// Step lengths that are tried by themselves, as multiples of the scene's.
-const STEP_MULTIPLES: [f64; 5] = [1.0, 2.0, 4.0, 8.0, 16.0];
+/// Step lengths that are tried by themselves, as multiples of the scene's,
+const STEP_MULTIPLES: [f64; 5] = [0.5, 1.0, 2.0, 4.0, 8.0];
+/// and the shortest, with the scene's other options only: it would cost more than all others together.
+const SHORTEST_MULTIPLE: f64 = 0.25;
 /// Steps of a run, at least, where the study chooses them.
 const FEWEST_STEPS: f64 = 50.0;
 
@@ -23,6 +25,8 @@ pub struct Lists {
     pub compatibilities: Vec<Compatibility>,
     /// Steps.
     pub steps: Vec<f64>,
+    /// Further steps, each tried with the scene's own other options only.
+    pub further_steps: Vec<f64>,
     /// Spectral radii.
     pub radii: Vec<f64>,
     /// Orders of the inertia.
@@ -39,8 +43,8 @@ pub enum Combination {
 }
 
 impl Lists {
-    /// Default lists of a study: modes in steps of 1, 2, 5, strong and static compatibility, the scene's step
-    /// and up to sixteen times as long ones.
+    /// Default lists of a study: modes in steps of 1, 2, 5, strong and static compatibility, half the scene's step, the step
+    /// itself and up to eight times as long ones; a quarter of it with the scene's own modes and compatibility.
     pub fn usual(subject: &Subject) -> Self {
         let most = subject.most_modes().unwrap_or(0);
         let ladder = (0..9).flat_map(|power| [1, 2, 5].map(|digit| digit * 10_u32.pow(power)));
@@ -64,6 +68,7 @@ impl Lists {
             },
             compatibilities,
             steps: steps.into_iter().filter(|step| *step <= longest).collect(),
+            further_steps: vec![SHORTEST_MULTIPLE * own.step],
             radii: Vec::new(),
             inertia_changes: Vec::new(),
         }
@@ -132,8 +137,12 @@ impl Lists {
             (Some(Combination::Product), _) | (None, true) => all,
             (Some(Combination::OneAtATime), _) | (None, false) => self.one_at_a_time(&own),
         };
+        let further = self
+            .further_steps
+            .iter()
+            .map(|step| Setting { step: *step, ..own });
         let mut settings: Vec<Setting> = Vec::new();
-        for setting in chosen {
+        for setting in chosen.into_iter().chain(further) {
             if !settings.contains(&setting) {
                 setting.applied_to(subject).map_err(by_command_line)?;
                 settings.push(setting);

@@ -37,6 +37,46 @@ impl Setting {
 }
 
 impl SceneStudy {
+    /// Label of a row in the picture: its number, and what the study varies of its options; `h` is the scene's step.
+    pub(super) fn label(&self, row: &SceneRow) -> String {
+        let setting = &row.setting;
+        let varies = |of: fn(&Setting) -> String| {
+            let mut all = self.rows.iter().map(|row| of(&row.setting));
+            let first = all.next();
+            all.any(|other| Some(other) != first)
+        };
+        let mut parts = Vec::new();
+        if varies(Setting::modes_text) {
+            parts.push(setting.modes_told());
+        }
+        if varies(|setting| setting.compatibility.name().to_owned()) {
+            parts.push(setting.compatibility.name().to_owned());
+        }
+        if varies(|setting| setting.inertia_text().to_owned()) {
+            parts.push(setting.inertia_text().to_owned());
+        }
+        if varies(|setting| format!("{:?}", setting.rho_infinity)) {
+            parts.push(format!("ρ∞ {}", setting.rho_infinity.unwrap_or(f64::NAN)));
+        }
+        parts.push(row.step_multiple(&self.subject));
+        parts.join(", ")
+    }
+
+    /// A row in words: its options, what it costs and how far it is off.
+    pub(super) fn told(&self, index: usize, row: &SceneRow) -> String {
+        let time = &self.subject.scene.units.time;
+        format!(
+            "row {}: {} ({}); {} elastic coordinates; {} s of wall time for 1 {time} of motion; error {} of the range",
+            index + 1,
+            row.setting.told(time),
+            row.step_multiple(&self.subject),
+            row.course.elastic,
+            row.cost(self.subject.end)
+                .map_or_else(|| "-".to_owned(), |cost| format!("{cost:.3}")),
+            row.claim(&self.reference),
+        )
+    }
+
     /// Which row is the fastest for an error, or how near the rows come.
     pub fn verdict(&self, tolerance: f64) -> String {
         let time = &self.subject.scene.units.time;
@@ -44,7 +84,7 @@ impl SceneStudy {
         if let Some(index) = self.best(tolerance) {
             let row = &self.rows[index];
             return format!(
-                "Fastest with an error up to {tolerance:e} of each output's range: row {}, {}; error {}, {:.3} s for 1 {time}, {:.0} steps in a second.",
+                "Fastest with an error up to {tolerance:e} of each output's range: row {}, {}; error {} of the range, {:.3} s of wall time for 1 {time} of motion, {:.0} steps/s.",
                 index + 1,
                 row.setting.told(time),
                 row.claim(&self.reference),
@@ -71,6 +111,28 @@ impl SceneStudy {
             }
         }
         text
+    }
+
+    /// The fastest row for errors of 0.1, 0.01 and so on, down to what the reference can tell; a row that serves several of them is told for
+    /// the smallest.
+    pub fn decades(&self) -> Vec<String> {
+        let time = &self.subject.scene.units.time;
+        let rows = (1..12)
+            .map(|power| 10.0_f64.powi(-power))
+            .map_while(|tolerance| self.best(tolerance).map(|index| (tolerance, index)));
+        let found: Vec<(f64, usize)> = rows.collect();
+        (found.chunk_by(|(_, row), (_, next)| row == next))
+            .filter_map(|same| same.last())
+            .map(|(tolerance, index)| {
+                let row = &self.rows[*index];
+                format!(
+                    "error up to {tolerance:.0e}: row {}, {}; {:.3} s of wall time for 1 {time} of motion",
+                    index + 1,
+                    row.setting.told(time),
+                    row.cost(self.subject.end).unwrap_or(f64::NAN),
+                )
+            })
+            .collect()
     }
 
     /// Reference of the rows, and how well converged it is.
@@ -118,7 +180,7 @@ impl SceneStudy {
              with nothing beside them in this program."
                 .to_owned(),
             format!(
-                "Runs for values were not timed; up to {} of them went beside each other.",
+                "Errors come from separate, untimed runs, up to {} in parallel.",
                 self.threads
             ),
         ]
