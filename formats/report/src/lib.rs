@@ -23,7 +23,7 @@ mod table;
 pub use chart::{Axis, Chart, Note, ReferenceSlope, Scale, Series, Style};
 pub use html::escaped;
 pub use ledger::{Ledger, Start};
-pub use page::Page;
+pub use page::{PAGE_GENERATOR, Page};
 pub use pareto::{Candidate, Family, cheapest_within, pareto_chart, pareto_front};
 pub use svg::{NotDrawn, small_svg, svg, write_svg};
 pub use table::{Cell, Column, Table};

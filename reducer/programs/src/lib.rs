@@ -3,6 +3,7 @@
 mod examples;
 mod manual;
 mod outcome;
+mod own_output;
 pub mod program;
 pub mod reduce;
 pub mod simulate;
