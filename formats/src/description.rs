@@ -7,6 +7,7 @@
 //! Left out: `point_data`, `cell_data`, `field_data` and `cell_sets` are skipped; whether the nodes of an interface
 //! determine its frame is known only to the reduction.
 
+mod comments;
 mod diagnosis;
 mod dofs;
 mod file;
@@ -30,6 +31,7 @@ use file::{CellPart, ComponentPart, DampingPart, FilePart, UnitsPart};
 use lists::{Connectivity, PointSets, Points};
 use values::{ModalDamping, Number, RayleighDamping};
 
+pub use comments::without_comments;
 pub use diagnosis::{json_error, listed, nearest_name, suggestion};
 
 /// The component file before the matrices are known.
@@ -160,7 +162,7 @@ pub fn component_in_memory(
 /// The file as it stands on disk, and its digest.
 fn read_parts(path: &Path) -> Result<(FilePart, String), Error> {
     let (bytes, sha256) = read_file(path)?;
-    let text = json_text(path, &bytes)?;
+    let text = &without_comments(json_text(path, &bytes)?, path)?;
     let Object(file) = serde_json::from_slice::<Object<FilePart>>(text)
         .map_err(|error| json_error(path, text, &error, example_of))?;
     Ok((file, sha256))

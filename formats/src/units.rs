@@ -31,6 +31,78 @@ pub fn hertz_unit(time_unit: &str) -> String {
     }
 }
 
+/// A frequency with its unit as people write it: `314.1 Hz`, `0.02500 1/year`. `cycles` is in cycles per unit of time.
+pub fn written_frequency(cycles: f64, time_unit: &str) -> String {
+    let value = cycles / si_factor(time_unit).unwrap_or(1.0);
+    format!("{} {}", four_digits(value), hertz_unit(time_unit))
+}
+
+/// A number with four digits or a few more, without an exponent where that is readable.
+pub fn four_digits(value: f64) -> String {
+    let size = value.abs();
+    match size {
+        0.0 => "0".into(),
+        _ if !(1e-3..1e7).contains(&size) => format!("{value:.3e}"),
+        _ => {
+            let decimals = 3 - size.log10().floor() as i32;
+            format!("{value:.*}", usize::try_from(decimals).unwrap_or(0))
+        }
+    }
+}
+
+/// Names of units that are made of those of length, mass and time.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct DerivedUnits {
+    /// Mass times acceleration: `N` where it is a newton, or a thousand of them or the like.
+    pub force: String,
+    /// Force times length: `N*m`, never the name of an energy where a force has one.
+    pub moment: String,
+    /// Force along a way: `J`, `mJ`.
+    pub energy: String,
+}
+
+impl DerivedUnits {
+    /// In `N` and `J` with a prefix where the sizes of length, mass and time are known and there is one, else as products of their names.
+    pub fn of(length: &str, mass: &str, time: &str) -> Self {
+        let sizes = [length, mass, time].map(si_factor);
+        let [force, energy] = match sizes {
+            [Some(l), Some(m), Some(t)] => [m * l / (t * t), m * l * l / (t * t)].map(Some),
+            _ => [None, None],
+        };
+        let named = |size: Option<f64>, name: &str| {
+            size.and_then(prefix)
+                .map(|prefix| format!("{prefix}{name}"))
+        };
+        let product = format!("{mass}*{length}^2/{time}^2");
+        let force = named(force, "N");
+        Self {
+            moment: match &force {
+                Some(force) => format!("{force}*{length}"),
+                None => product.clone(),
+            },
+            force: force.unwrap_or_else(|| format!("{mass}*{length}/{time}^2")),
+            energy: named(energy, "J").unwrap_or(product),
+        }
+    }
+}
+
+/// The prefix of a unit so many times as large.
+fn prefix(size: f64) -> Option<&'static str> {
+    let known = [
+        (1e-9, "n"),
+        (1e-6, "u"),
+        (1e-3, "m"),
+        (1.0, ""),
+        (1e3, "k"),
+        (1e6, "M"),
+        (1e9, "G"),
+    ];
+    let found = known
+        .iter()
+        .find(|(factor, _)| (size / factor - 1.0).abs() < 1e-9);
+    found.map(|(_, prefix)| *prefix)
+}
+
 /// A number of bytes for people.
 pub fn readable(bytes: u64) -> String {
     let megabytes = bytes as f64 / 1024_f64.powi(2);
@@ -44,6 +116,38 @@ pub fn readable(bytes: u64) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn forces_moments_and_energies_have_their_own_names() {
+        let of = |length, mass, time| {
+            let DerivedUnits {
+                force,
+                moment,
+                energy,
+            } = DerivedUnits::of(length, mass, time);
+            [force, moment, energy]
+        };
+        assert_eq!(of("m", "kg", "s"), ["N", "N*m", "J"]);
+        assert_eq!(of("mm", "t", "s"), ["N", "N*mm", "mJ"]);
+        assert_eq!(of("mm", "kg", "ms"), ["kN", "kN*mm", "J"]);
+        assert_eq!(
+            of("in", "slinch", "s"),
+            ["slinch*in/s^2", "slinch*in^2/s^2", "slinch*in^2/s^2"]
+        );
+        assert_eq!(of("furlong", "kg", "s")[0], "kg*furlong/s^2");
+    }
+
+    #[test]
+    fn numbers_for_people_have_four_digits() {
+        let shown = [314.08, 4611.94, 0.025, 5.0, 1e9, 0.0, 123_456.0].map(four_digits);
+        assert_eq!(
+            shown,
+            [
+                "314.1", "4612", "0.02500", "5.000", "1.000e9", "0", "123456"
+            ]
+        );
+        assert_eq!(written_frequency(2.0, "ms"), "2000 Hz");
+    }
 
     #[test]
     fn sizes_are_told_in_megabytes_and_gigabytes() {

@@ -199,7 +199,7 @@ pub enum Error {
     },
     /// Steps had to become too small.
     #[error(
-        "t = {time:.6e}: steps became smaller than {smallest:.2e} and still err by {error:.2e} of what is allowed; look for a jump in a drive or load, loosen the tolerance, or allow smaller steps"
+        "t = {time:.6e}: the error of a step is {error:.2e} times the allowed one even at the smallest step, {smallest:.2e}; look for a jump in a drive or load, raise the tolerance, or lower `minimum_step`"
     )]
     StepTooSmall {
         /// When.
@@ -223,7 +223,7 @@ pub enum Error {
     },
     /// Steps that follow nothing of a motion.
     #[error(
-        "t = {time:.6e}: steps of {step:.2e} are too long: body {body:?} goes through a period of its motion in {steps_per_period:.1} of them, which follow nothing of it; take steps below {advised:.1e}"
+        "t = {time:.6e}: steps of {step:.2e} are too long: a period of the motion of body {body:?} takes only {steps_per_period:.1} of them; take steps below {advised:.1e}"
     )]
     StepTooLong {
         /// When.
@@ -239,7 +239,7 @@ pub enum Error {
     },
     /// A joint whose angle is counted turns too far in one step.
     #[error(
-        "t = {time:.6e}: {b:?} turns by {turn:.2} rad against {a:?} in one step, and an angle between them is counted: more than half a turn can't be; take a smaller step"
+        "t = {time:.6e}: {b:?} turns by {turn:.2} rad against {a:?} in one step; the angle between them is counted, which needs less than half a turn (3.14 rad) in a step; take a smaller step"
     )]
     LongTurn {
         /// When.
@@ -274,7 +274,7 @@ pub enum Error {
     },
     /// Weak compatibility with a step at which the integrator follows its growing motions.
     #[error(
-        "body {body:?}: weak compatibility has motions that grow at {sigma_min:.3e} per unit of time or faster, and a step of {step:.3e} follows them; take steps above {smallest_step:.3e}, or strong or static compatibility"
+        "body {body:?}: weak compatibility has motions that grow at a rate of {sigma_min:.3e} or faster, and a step of {step:.3e} lets them grow (in the scene's unit of time); take steps above {smallest_step:.3e}, or strong or static compatibility"
     )]
     WeakUnstable {
         /// Name of the body.
@@ -288,7 +288,7 @@ pub enum Error {
     },
     /// A constraint is violated although the iteration converged: redundant constraints that contradict each other.
     #[error(
-        "t = {time:.6e}: {joint:?} is violated by {misfit:.3e}: it contradicts the other constraints; remove one of them"
+        "t = {time:.6e}: {joint:?} is violated by {misfit:.3e} {unit}: it contradicts the other constraints; remove one of them"
     )]
     Contradiction {
         /// When.
@@ -297,6 +297,8 @@ pub enum Error {
         joint: String,
         /// By how much.
         misfit: f64,
+        /// `rad`, or `units of length`.
+        unit: &'static str,
     },
     /// Drives that together ask for what the joints don't allow, so that flexible bodies deflect beyond the theory.
     #[error(
@@ -458,7 +460,7 @@ pub enum Error {
     },
     /// A body that would have to go far to close its joints.
     #[error(
-        "bodies.{body}.position: is {distance:.3e} {unit} away from where the joints can be closed (all bodies together extend over about {extent:.3e} {unit}); correct the position or the joints, or allow it with \"initial\": {{\"allow_gap\": {:.1e}}}",
+        "bodies.{body}.position: is {distance:.3e} {unit} away from where the joints can be closed (the sizes of all bodies together are {extent:.3e} {unit}); correct the position or the joints, or allow it with \"initial\": {{\"allow_gap\": {:.1e}}}",
         2.0 * distance
     )]
     FarFromJoints {
@@ -470,6 +472,14 @@ pub enum Error {
         extent: f64,
         /// Unit of length.
         unit: String,
+    },
+    /// What stops a scene, with its file.
+    #[error("{}: {error}", path.display())]
+    InScene {
+        /// File of the scene.
+        path: PathBuf,
+        /// Finding.
+        error: Box<Error>,
     },
     /// A scene, or a function of time, says something that can't be used.
     #[error("{location}: {message}")]
@@ -489,6 +499,9 @@ impl Error {
         } = self
         {
             return *is_unusable_input;
+        }
+        if let Self::InScene { error, .. } = self {
+            return error.is_unusable_input();
         }
         if let Self::File(error) = self {
             return error.is_unusable_input();
@@ -525,7 +538,7 @@ impl Error {
         }
     }
 
-    /// A fault of a description as one of the file that holds it.
+    /// A fault of a description, or of how it draws a mechanism, as one of the file that holds it.
     pub fn in_file(self, path: &Path) -> Self {
         match self {
             Self::Description { location, message } => Self::File(dcb_formats::Error::Location {
@@ -533,6 +546,10 @@ impl Error {
                 location,
                 message,
             }),
+            error @ (Self::FarFromJoints { .. } | Self::CannotAssemble { .. }) => Self::InScene {
+                path: path.to_owned(),
+                error: Box::new(error),
+            },
             other => other,
         }
     }

@@ -27,4 +27,4 @@ pub use request::{Import, LostOrder, NodeOrder, RowSource, units};
 pub use source::matrices::mass_beside;
 pub use source::matrix_file::{MatrixFile, is_matrix_market};
 pub use source::named_file::NamedFile;
-pub use source::part_mesh::{is_json, mesh_beside};
+pub use source::part_mesh::{MeshBeside, is_json, mesh_beside};

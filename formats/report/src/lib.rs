@@ -27,7 +27,7 @@ mod table;
 pub use chart::{Axis, Chart, Note, ReferenceSlope, Scale, Series, Style};
 pub use html::escaped;
 pub use ledger::{Ledger, Start};
-pub use page::Page;
+pub use page::{PAGE_GENERATOR, Page};
 pub use pareto::{Candidate, PARETO_FRONT, cheapest_within, pareto_chart, pareto_front, thinned};
 pub use svg::{NotDrawn, small_svg, svg, write_svg};
 pub use table::{Cell, Column, Table};

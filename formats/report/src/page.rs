@@ -17,6 +17,9 @@ tr.marked td{background:#fff3cd}details{margin:1rem 0}summary{cursor:pointer;fon
 figcaption{font-size:.9rem;color:#555}.pictures{display:grid;grid-template-columns:repeat(auto-fill,minmax(min(100%,21rem),1fr));gap:1rem}\
 .pictures figure{margin:0}@media print{.wide{overflow:visible}table{font-size:.6rem}}";
 
+/// How a page says at its beginning that it was made here and can be made again.
+pub const PAGE_GENERATOR: &str = "<meta name=\"generator\" content=\"Tisserand\">";
+
 /// A page that grows from top to bottom. All text is escaped; pictures are SVG and taken as they are.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Page {
@@ -95,7 +98,7 @@ impl Page {
     /// All of it.
     pub fn html(&self) -> String {
         format!(
-            "<!DOCTYPE html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n<meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\n<title>{}</title>\n<style>{STYLE}{}</style>\n</head>\n<body>\n<main>\n{}</main>\n</body>\n</html>\n",
+            "<!DOCTYPE html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n{PAGE_GENERATOR}\n<meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\n<title>{}</title>\n<style>{STYLE}{}</style>\n</head>\n<body>\n<main>\n{}</main>\n</body>\n</html>\n",
             escaped(&self.title),
             self.further_style,
             self.body

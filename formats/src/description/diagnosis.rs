@@ -7,16 +7,28 @@ use crate::terminal::{abridged, shortened};
 
 /// Bytes of a name that is compared with others, at most: the comparison takes the product of both lengths.
 const LONGEST_NAME: usize = 100;
+/// Letters at the beginning of a name that tell which is meant, at least.
+const SHORTEST_BEGINNING: usize = 3;
+/// Characters of what a parser says before the name that it complains of.
+const LONGEST_BEFORE: usize = 200;
 /// Characters of a parser's complaint that are shown.
-const LONGEST_COMPLAINT: usize = 400;
+const LONGEST_COMPLAINT: usize = 1200;
 
-/// The valid name that a misspelt one most likely means: at most half of its characters differ, case aside. Names of more than 100 bytes are
+/// The valid name that a misspelt one most likely means: at most half of its characters differ, case aside, or it begins with it. Names of more than 100 bytes are
 /// near to none.
 pub fn nearest_name<'a>(found: &str, valid: impl IntoIterator<Item = &'a str>) -> Option<&'a str> {
     if found.len() > LONGEST_NAME {
         return None;
     }
     let wanted = found.to_lowercase();
+    let valid: Vec<&str> = valid.into_iter().collect();
+    let begun = valid
+        .iter()
+        .copied()
+        .filter(|name| {
+            wanted.len() >= SHORTEST_BEGINNING && name.to_lowercase().starts_with(&wanted)
+        })
+        .min_by_key(|name| name.len());
     let (distance, name) = valid
         .into_iter()
         .filter(|name| name.len() <= LONGEST_NAME)
@@ -28,7 +40,10 @@ pub fn nearest_name<'a>(found: &str, valid: impl IntoIterator<Item = &'a str>) -
         })
         .min()?;
     let length = wanted.chars().count().max(name.chars().count());
-    (2 * distance <= length).then_some(name)
+    match 2 * distance <= length {
+        true => Some(name),
+        false => begun,
+    }
 }
 
 /// `; did you mean `x`?` for the nearest valid name, or nothing where none is near.
@@ -127,6 +142,36 @@ impl<'a> Place<'a> {
         last_quoted(before.trim_end())
     }
 
+    /// The key of the innermost object that is open here, or of the one around it where that has a name of the user's.
+    fn outer_key(&self) -> Option<&'a str> {
+        const KNOWN: [&str; 2] = ["drives", "integrator"];
+        let mut depth = 0_usize;
+        let mut opened = self
+            .before
+            .char_indices()
+            .rev()
+            .filter(|(_, letter)| match letter {
+                '}' | ']' => {
+                    depth += 1;
+                    false
+                }
+                '{' | '[' if depth == 0 => true,
+                '{' | '[' => {
+                    depth -= 1;
+                    false
+                }
+                _ => false,
+            });
+        let keys: Vec<&str> = (opened.by_ref())
+            .take(2)
+            .filter_map(|(at, _)| {
+                let before = self.before.get(..at)?.trim_end().strip_suffix(':')?;
+                last_quoted(before.trim_end())
+            })
+            .collect();
+        keys.into_iter().find(|key| KNOWN.contains(key))
+    }
+
     /// The text that follows a colon here.
     fn value(&self) -> Option<&'a str> {
         let value = self.behind.trim_start().strip_prefix(':')?.trim_start();
@@ -194,19 +239,38 @@ fn explained(said: &str, place: &Place, example: fn(&str) -> Option<&'static str
         if let Some(at) = said.find(serde_says) {
             let before = &said[..at];
             let hint = suggestion(found, valid.iter().copied());
-            let valid = listed(valid.iter().copied());
-            let before = abridged(before, LONGEST_COMPLAINT / 2);
+            // The names that a program knows are few enough to show them all.
+            let valid: Vec<String> = valid.iter().map(|name| shortened(name)).collect();
+            let valid = valid.join(", ");
+            let before = abridged(before, LONGEST_BEFORE);
             if let ("type", Some(kind)) = (*found, place.value()) {
                 return format!(
                     "{before}the kind is a key of its own: write {{\"{0}\": {{...}}}} in place of \"type\": \"{0}\" (kinds here: {valid})",
                     shortened(kind)
                 );
             }
+            if let Some(advice) = advice(found, place) {
+                return format!("{before}{we_say} `{}`; {advice}", shortened(found));
+            }
             let found = shortened(found);
             return format!("{before}{we_say} `{found}`{hint} (known here: {valid})");
         }
     }
     in_words(said)
+}
+
+/// What helps where a slip is frequent: the name that was found, and the key whose value it is in.
+fn advice(found: &str, place: &Place) -> Option<String> {
+    let key = place.outer_key()?;
+    match (key, found) {
+        ("drives", "torque" | "moment" | "force" | "effort") => Some(
+            "a drive sets a motion; torques and forces along a joint are `actuators`, others `loads`".to_owned(),
+        ),
+        ("integrator", "step" | "end" | "rho_infinity") => Some(format!(
+            "the method is a key of its own: write \"integrator\": {{\"generalized_alpha\": {{\"{found}\": ...}}}}"
+        )),
+        _ => None,
+    }
 }
 
 /// The names of a program's types as what they are to the writer of a file.
@@ -221,7 +285,11 @@ fn in_words(said: &str) -> String {
     for (names, words) in types {
         for name in names {
             if let Some(before) = said.strip_suffix(&format!("expected {name}")) {
-                return format!("{before}expected {words}");
+                let without = match before.contains("string \"") {
+                    true => ", without quotes and without a unit",
+                    false => "",
+                };
+                return format!("{before}expected {words}{without}");
             }
         }
     }
@@ -241,6 +309,10 @@ mod tests {
         assert_eq!(nearest_name("UX", ["ux", "uy"]), Some("ux"));
         assert_eq!(nearest_name("temperature", ["ux", "uy"]), None);
         assert_eq!(nearest_name("a", []), None);
+        assert_eq!(
+            nearest_name("midpoint", ["midpoint_deflection", "tip"]),
+            Some("midpoint_deflection")
+        );
     }
 
     #[test]

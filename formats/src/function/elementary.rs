@@ -56,10 +56,12 @@ pub enum Callable {
     Many(Pair),
     /// A condition and what holds where it is true and where not.
     If,
+    /// A number, and where the rise from 0 to 1 over it begins and ends.
+    SmoothStep,
 }
 
 /// Names, what they call, and how a call is written.
-pub const CALLABLE: [(&str, Callable, &str); 23] = [
+pub const CALLABLE: [(&str, Callable, &str); 24] = [
     ("sin", Callable::One(Elementary::Sin), "sin(x)"),
     ("cos", Callable::One(Elementary::Cos), "cos(x)"),
     ("tan", Callable::One(Elementary::Tan), "tan(x)"),
@@ -76,6 +78,11 @@ pub const CALLABLE: [(&str, Callable, &str); 23] = [
     ("abs", Callable::One(Elementary::Abs), "abs(x)"),
     ("sign", Callable::One(Elementary::Sign), "sign(x)"),
     ("step", Callable::One(Elementary::Step), "step(x)"),
+    (
+        "smooth_step",
+        Callable::SmoothStep,
+        "smooth_step(t, start, end)",
+    ),
     ("not", Callable::One(Elementary::Not), "not(condition)"),
     ("atan2", Callable::Two(Pair::Atan2), "atan2(y, x)"),
     ("min", Callable::Many(Pair::Min), "min(x, y, ...)"),
@@ -100,7 +107,7 @@ impl Callable {
             Self::One(_) => count == 1,
             Self::Two(_) => count == 2,
             Self::Many(_) => count >= 2,
-            Self::If => count == 3,
+            Self::If | Self::SmoothStep => count == 3,
         }
     }
 }
@@ -226,6 +233,22 @@ impl Pair {
             self,
             Self::Below | Self::AtMost | Self::Above | Self::AtLeast
         )
+    }
+}
+
+/// The rise from 0 at the start to 1 at the end, 10 s³ - 15 s⁴ + 6 s⁵: its rate and second rate vanish at both. With the end before the start it is a fall.
+pub fn risen(x: Dual2_64, start: Dual2_64, end: Dual2_64) -> Dual2_64 {
+    let x = (x - start) / (end - start);
+    let s = x.re;
+    match s {
+        ..=0.0 => Dual2_64::from_re(0.0),
+        1.0.. => Dual2_64::from_re(1.0),
+        _ => chain(
+            x,
+            s * s * s * (10.0 + s * (-15.0 + 6.0 * s)),
+            30.0 * (s * (1.0 - s)).powi(2),
+            60.0 * s * (1.0 - s) * (1.0 - 2.0 * s),
+        ),
     }
 }
 

@@ -8,7 +8,7 @@
 use num_dual::Dual2_64;
 
 use super::FunctionValue;
-use super::elementary::{CALLABLE, Elementary, Pair, chosen, raised};
+use super::elementary::{CALLABLE, Elementary, Pair, chosen, raised, risen};
 use super::formula_parser::program_of;
 use super::output_formula::Outside;
 use crate::Error;
@@ -43,6 +43,8 @@ pub(super) enum Step {
     Pair(Pair),
     /// Of a condition and two values, the one that holds.
     Choose,
+    /// Of a number, and where a rise from 0 to 1 over it begins and ends, the height of the rise.
+    Rise,
 }
 
 /// Names for numbers, beside the names of functions.
@@ -239,9 +241,13 @@ impl Formula {
                     stack[below] = pair.of(stack[below], stack[top]);
                     height -= 1;
                 }
-                Step::Choose => {
-                    let condition = height.max(3) - 3;
-                    stack[condition] = chosen(stack[condition], stack[below], stack[top]);
+                Step::Choose | Step::Rise => {
+                    let first = height.max(3) - 3;
+                    let of = match step {
+                        Step::Rise => risen,
+                        _ => chosen,
+                    };
+                    stack[first] = of(stack[first], stack[below], stack[top]);
                     height -= 2;
                 }
             }
@@ -270,7 +276,7 @@ fn stack_needed(program: &[Step]) -> usize {
             Step::Number(_) | Step::Time | Step::Variable(_) => height += 1,
             Step::Negate | Step::PowerOf(_) | Step::Call(_) => {}
             Step::Pair(_) => height -= 1,
-            Step::Choose => height -= 2,
+            Step::Choose | Step::Rise => height -= 2,
         }
         needed = needed.max(height);
     }

@@ -25,11 +25,14 @@ pub(super) fn program_of(
     outside: Option<&Outside>,
 ) -> Result<Vec<Step>, Error> {
     let mut tokens = Grammar::parse(Rule::formula, text).map_err(|error| {
-        at(
-            text,
-            start_of(&error.location),
-            &expectation(&error.variant),
-        )
+        let start = start_of(&error.location);
+        let before = text.get(..start).unwrap_or_default().trim_end();
+        let is_power = before.ends_with('*') && text[start..].starts_with('*');
+        let what = match is_power {
+            true => "powers are written with ^: t^2 instead of t**2".to_owned(),
+            false => expectation(&error.variant),
+        };
+        at(text, start, &what)
     })?;
     let Some(whole) = tokens.next() else {
         return Err(at(text, 0, "is empty"));
@@ -130,9 +133,13 @@ impl FormulaReader<'_> {
                     folded(left, Step::Pair(pair))
                 })
             }
-            Callable::If => {
+            Callable::If | Callable::SmoothStep => {
                 first.extend(rest.drain(..).flatten());
-                folded(first, Step::Choose)
+                let step = match callable {
+                    Callable::If => Step::Choose,
+                    _ => Step::Rise,
+                };
+                folded(first, step)
             }
         })
     }

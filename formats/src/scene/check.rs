@@ -138,12 +138,8 @@ impl<'a> Checker<'a> {
         location: &str,
         reference: &'r str,
     ) -> Result<Attachment<'r>, Error> {
-        let place = Attachment::parse(reference).ok_or_else(|| {
-            Error::described(
-                location,
-                format!("{reference:?} is no attachment; expected \"ground\", \"ground/point\", \"body/interface\" or \"body/point\""),
-            )
-        })?;
+        let place = Attachment::parse(reference)
+            .ok_or_else(|| Error::described(location, self.no_attachment(reference)))?;
         match place {
             Attachment::Ground => {}
             Attachment::GroundPoint(point) => {
@@ -176,6 +172,31 @@ impl<'a> Checker<'a> {
             }
         }
         Ok(place)
+    }
+
+    /// Why a text names no place, and what does.
+    fn no_attachment(&self, reference: &str) -> String {
+        let Some(body) = self.scene.bodies.get(reference) else {
+            return format!(
+                "{reference:?} is no attachment; expected \"ground\", \"ground/point\", \"body/interface\" or \"body/point\""
+            );
+        };
+        let places = match &body.kind {
+            BodyKind::Rigid(rigid) => {
+                let points = rigid.points.keys();
+                let places: Vec<String> =
+                    points.map(|point| format!("{reference}/{point}")).collect();
+                match places.is_empty() {
+                    true => format!("{reference}/NAME, once the body has \"points\""),
+                    false => listed(places.iter().map(String::as_str)),
+                }
+            }
+            BodyKind::Superelement(of) => format!(
+                "{reference}/INTERFACE (`reduce inspect {}` lists the interfaces)",
+                of.file.display()
+            ),
+        };
+        format!("{reference:?} names a body, but a place on it is needed: {places}")
     }
 
     /// The two places that something connects: on different bodies.

@@ -5,8 +5,7 @@ use std::io::Read;
 use std::path::Path;
 
 use crate::component::Units;
-use crate::description::json_error;
-use json_comments::CommentSettings;
+use crate::description::{json_error, without_comments};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
@@ -82,6 +81,9 @@ pub(super) fn text(path: &Path) -> Result<String, Error> {
             LARGEST >> 20
         )));
     }
+    if let Some(what) = other_file(&bytes, path) {
+        return Err(whole(what));
+    }
     let text = String::from_utf8(bytes).map_err(|error| {
         whole(format!(
             "is not UTF-8 text ({error}); expected a scene (JSON)"
@@ -93,32 +95,46 @@ pub(super) fn text(path: &Path) -> Result<String, Error> {
     Ok(text)
 }
 
+/// What a file is that was taken for a scene, and where it belongs.
+fn other_file(start: &[u8], path: &Path) -> Option<String> {
+    let path = path.display();
+    if start.starts_with(b"\x89HDF\r\n\x1a\n") {
+        return Some(format!(
+            "is an HDF5 file, not a scene; of a superelement `simulate init {path}` drafts a scene, and of results `simulate show {path}` lists them"
+        ));
+    }
+    if start.starts_with(b"%%MatrixMarket") {
+        return Some(format!(
+            "is a matrix, not a scene; `reduce {path}` makes a superelement of it first"
+        ));
+    }
+    None
+}
+
+/// That a JSON text describes a component, which has none of a scene's keys.
+fn component(text: &str) -> Option<&'static str> {
+    let value: serde_json::Value = serde_json::from_str(text).ok()?;
+    let is_component = value.get("component").is_some() && value.get("bodies").is_none();
+    is_component.then_some(
+        "describes a component, not a scene; `reduce PART.mtx` reads it beside the matrices and makes a superelement, which a scene can have as a body",
+    )
+}
+
 /// The scene as it stands in the text, not yet checked.
 pub(super) fn scene(text: &str, path: &Path) -> Result<Scene, Error> {
     let text = text.strip_prefix('\u{feff}').unwrap_or(text);
-    let text = &without_comments(text, path)?;
-    let Object(scene) = serde_json::from_str::<Object<Scene>>(text)
-        .map_err(|error| json_error(path, text.as_bytes(), &error, example_of))?;
+    let text = without_comments(text.as_bytes(), path)?;
+    // Blanks in place of comments leave it UTF-8.
+    let text = &String::from_utf8_lossy(&text);
+    let Object(scene) =
+        serde_json::from_str::<Object<Scene>>(text).map_err(|error| match component(text) {
+            Some(message) => Error::File {
+                path: path.to_owned(),
+                message: message.to_owned(),
+            },
+            None => json_error(path, text.as_bytes(), &error, example_of),
+        })?;
     Ok(scene)
-}
-
-/// The same with blanks in place of `// ...` and `/* ... */`, so that places stay where they are.
-fn without_comments(text: &str, path: &Path) -> Result<String, Error> {
-    if !text.contains("//") && !text.contains("/*") {
-        return Ok(text.to_owned());
-    }
-    let settings = CommentSettings::c_style();
-    let mut blank = String::with_capacity(text.len());
-    match settings
-        .strip_comments(text.as_bytes())
-        .read_to_string(&mut blank)
-    {
-        Ok(_) => Ok(blank),
-        Err(_) => Err(Error::File {
-            path: path.to_owned(),
-            message: "has a comment without an end; expected */ somewhere after /*".into(),
-        }),
-    }
 }
 
 fn example_of(field: &str) -> Option<&'static str> {

@@ -37,7 +37,7 @@ pub enum Error {
     Asymmetric(#[from] Asymmetry),
     /// Errors are asked for over a band in which they aren't known.
     #[error(
-        "the band ends at {end:.6} cycles per time unit, and errors are known up to {limit:.6}, below the first frequency left out; take a band that ends lower, or keep more modes"
+        "the band ends at {end:.6} cycles per unit of time, and errors are known up to {limit:.6}, below the first frequency left out; take a band that ends lower, or keep more modes"
     )]
     BandTooHigh {
         /// End of the band, cycles per time unit.

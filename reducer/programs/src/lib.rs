@@ -4,6 +4,7 @@ pub mod command_page;
 mod examples;
 mod manual;
 mod outcome;
+mod own_output;
 pub mod program;
 pub mod reduce;
 pub mod simulate;

@@ -2,6 +2,7 @@
 
 use std::ffi::OsString;
 use std::io::{ErrorKind, IsTerminal, Write};
+use std::path::Path;
 
 use anstream::ColorChoice;
 use anstyle::AnsiColor;
@@ -11,6 +12,7 @@ use clap::{Args, Command, Parser, ValueEnum};
 use crate::examples::{Examples, with_examples};
 use crate::stop_signal;
 use dcb_formats::Error;
+use dcb_formats::description::nearest_name;
 use dcb_formats::terminal::for_terminal;
 use dcb_formats::threads::start_workers;
 use dcb_workflow::progress_bar::Display;
@@ -41,13 +43,22 @@ impl Told {
     }
 }
 
+/// How much is said.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Detail {
+    /// What came of it, how good it is, and what to look at.
+    Verdict,
+    /// The tables besides.
+    Tables,
+}
+
 /// Options of every command.
 #[derive(Debug, Args)]
 pub struct CommonArguments {
     /// Print no summary, warnings or progress.
     #[arg(long, short, global = true)]
     pub quiet: bool,
-    /// List every mode, and say beforehand what the reduction will cost.
+    /// Say more: tables, counts, costs and every note.
     #[arg(long, short, global = true)]
     pub verbose: bool,
     /// Colour in messages.
@@ -93,6 +104,14 @@ pub(crate) struct Program {
 }
 
 impl CommonArguments {
+    /// How much is said.
+    pub fn detail(&self) -> Detail {
+        match self.verbose {
+            true => Detail::Tables,
+            false => Detail::Verdict,
+        }
+    }
+
     /// Whether the user is told what goes on.
     pub fn told(&self) -> Told {
         match self.quiet {
@@ -113,11 +132,16 @@ pub(crate) fn begin<C: Parser>(
     common: impl Fn(&C) -> &CommonArguments,
 ) -> Result<C, u8> {
     stop_signal::listen();
+    let arguments: Vec<OsString> = arguments.into_iter().collect();
     let command = with_examples(C::command(), program.examples);
     let parsed = command
-        .try_get_matches_from(arguments)
+        .clone()
+        .try_get_matches_from(&arguments)
         .and_then(|matches| C::from_arg_matches(&matches));
-    let cli = parsed.map_err(|error| refuse(&in_our_words::<C>(error, program)))?;
+    let cli = parsed.map_err(|error| {
+        colour_asked(&arguments).choice().write_global();
+        refuse(&in_our_words(error, command, program, &arguments))
+    })?;
     let common = common(&cli);
     common.color.choice().write_global();
     if let Some(note) = start_workers(common.threads).note() {
@@ -129,7 +153,13 @@ pub(crate) fn begin<C: Parser>(
 /// The help or the version, or what is wrong with the arguments: they may be names of anybody's files.
 fn refuse(error: &clap::Error) -> u8 {
     if error.use_stderr() {
-        let message = for_terminal(&error.render().to_string());
+        let choice = anstream::AutoStream::choice(&std::io::stderr());
+        let rendered = error.render();
+        let message = match choice {
+            // Styles are put in by this program, control characters of names are not let through.
+            ColorChoice::Never => for_terminal(&rendered.to_string()),
+            _ => styled(&rendered.ansi().to_string(), &rendered.to_string()),
+        };
         let _ = std::io::stderr().write_all(message.as_bytes());
     } else {
         let _ = error.print();
@@ -137,9 +167,49 @@ fn refuse(error: &clap::Error) -> u8 {
     u8::try_from(error.exit_code()).unwrap_or(2)
 }
 
+/// A text with styles, if they are all that a terminal would obey in it; else without them.
+fn styled(with_styles: &str, plain: &str) -> String {
+    match for_terminal(plain) == plain && !plain.contains('\u{1b}') {
+        true => with_styles.to_owned(),
+        false => for_terminal(plain),
+    }
+}
+
+/// When messages have colours, where the arguments can't be read as a whole.
+fn colour_asked(arguments: &[OsString]) -> Colour {
+    let mut values = arguments.iter().zip(arguments.iter().skip(1));
+    let beside = values.find(|(option, _)| *option == "--color");
+    let joined = || {
+        let mut texts = arguments.iter().filter_map(|text| text.to_str());
+        texts.find_map(|text| text.strip_prefix("--color=").map(str::to_owned))
+    };
+    let value = match beside {
+        Some((_, value)) => value.to_str().map(str::to_owned),
+        None => joined(),
+    };
+    let value = value.and_then(|value| Colour::from_str(&value, true).ok());
+    value.unwrap_or_default()
+}
+
+/// The command that the arguments name, with the usage that belongs to it.
+fn named_command(mut command: Command, arguments: &[OsString]) -> Command {
+    command.build();
+    let words = arguments.iter().skip(1).filter_map(|word| word.to_str());
+    let mut commands = words.filter_map(|word| command.find_subcommand(word));
+    match commands.next().cloned() {
+        Some(named) => named,
+        None => command,
+    }
+}
+
 /// What the parser says, where users know more than it: a second file, or a misspelt command before a file, is a conflict of commands to it, and
 /// an option of another command is unknown.
-fn in_our_words<C: Parser>(error: clap::Error, program: &Program) -> clap::Error {
+fn in_our_words(
+    error: clap::Error,
+    command: Command,
+    program: &Program,
+    arguments: &[OsString],
+) -> clap::Error {
     let said = match (
         error.kind(),
         error.get(ContextKind::InvalidSubcommand),
@@ -147,13 +217,18 @@ fn in_our_words<C: Parser>(error: clap::Error, program: &Program) -> clap::Error
     ) {
         (Misuse::ArgumentConflict, Some(ContextValue::String(word)), _) => Some((
             Misuse::TooManyValues,
-            format!(
-                "{word:?} is one argument too many: one {} is wanted, or the name of a command first (see --help)",
-                program.file
-            ),
+            match misspelt(&command, arguments) {
+                Some((found, meant)) => {
+                    format!("there is no command {found:?}; did you mean `{meant}`?")
+                }
+                None => format!(
+                    "{word:?} is one argument too many: one {} is wanted, or the name of a command first (see --help)",
+                    program.file
+                ),
+            },
         )),
         (Misuse::UnknownArgument, _, Some(ContextValue::String(option))) => {
-            let mut owners = owners_of(option, &C::command());
+            let mut owners = owners_of(option, &command);
             owners.extend(owners_of(option, &(program.other)()));
             (!owners.is_empty()).then(|| {
                 (
@@ -168,9 +243,18 @@ fn in_our_words<C: Parser>(error: clap::Error, program: &Program) -> clap::Error
         _ => None,
     };
     match said {
-        Some((kind, message)) => C::command().error(kind, message),
+        Some((kind, message)) => named_command(command, arguments).error(kind, message),
         None => error,
     }
+}
+
+/// The first word, where it is nearly the name of a command and no file.
+fn misspelt<'a>(command: &'a Command, arguments: &'a [OsString]) -> Option<(&'a str, &'a str)> {
+    let words = arguments.iter().skip(1).filter_map(|word| word.to_str());
+    let mut words = words.filter(|word| !word.starts_with('-'));
+    let first = words.next().filter(|word| !Path::new(word).exists())?;
+    let names = command.get_subcommands().map(Command::get_name);
+    nearest_name(first, names).map(|meant| (first, meant))
 }
 
 /// Commands of a program that have an option, `--step` for example.

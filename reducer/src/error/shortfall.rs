@@ -34,7 +34,7 @@ pub enum Shortfall {
         /// Modes of the last attempt.
         modes: usize,
         /// Highest frequency of the scene, in cycles per time.
-        frequency: f64,
+        frequency: String,
         /// The error that is certified there.
         found: ErrorFound,
         /// The error that is wanted, relative.
@@ -91,7 +91,7 @@ impl Shortfall {
                 wanted,
                 limited_by,
             } => format!(
-                "with {modes} modes, over the scene's frequencies up to {frequency:.4e} per time unit, {}; wanted is {wanted:.1e}, half the tolerance; {}",
+                "with {modes} modes, over the scene's frequencies up to {frequency}, {}; wanted is {wanted:.1e}, half the tolerance; {}",
                 found.sentence(),
                 limited_by.remedy()
             ),

@@ -86,13 +86,6 @@ fn of_body(body: &FreeBody<'_>, modes: &FreeModes) -> Vec<String> {
             properties.defect
         ));
     }
-    if modes.added_for_cluster > 0 {
-        warnings.push(format!(
-            "{} mode(s) were added so that a multiple root is not cut: {} kept",
-            modes.added_for_cluster,
-            modes.count()
-        ));
-    }
     if component.dofs.has_rotations() && component.component_masses.is_none() {
         warnings.push("nodes have rotations: L3 (and I2) from the mass matrix alone are approximate; give the component masses (part.mass.xx.mtx …) for exact ones".into());
     }
@@ -122,12 +115,6 @@ fn of_columns(quality: &Quality) -> Vec<String> {
                 row.depends_on.join(", ")
             ),
         });
-    }
-    if quality.static_directions > 0 {
-        warnings.push(format!(
-            "{} attachment direction(s) have flexibility but hardly any mass of their own: kept statically",
-            quality.static_directions
-        ));
     }
     for name in quality
         .enrichment

@@ -65,6 +65,20 @@ pub fn quality_lines(quality: &Quality, time: &str) -> String {
         "  {:<46} {} from geometry, {} by the count",
         "motions without stiffness", quality.rigid_motions, quality.nullity
     );
+    if quality.added_modes > 0 {
+        let _ = writeln!(
+            text,
+            "  {:<46} {}",
+            "modes added, so that a multiple root is whole", quality.added_modes
+        );
+    }
+    if quality.static_directions > 0 {
+        let _ = writeln!(
+            text,
+            "  {:<46} {}",
+            "attachment directions with hardly any mass", quality.static_directions
+        );
+    }
     if let Some(scene) = &quality.scene {
         text += &scene.text();
     }

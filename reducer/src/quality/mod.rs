@@ -61,6 +61,9 @@ pub struct Quality {
     pub residual_rank: usize,
     /// Directions kept statically only.
     pub static_directions: usize,
+    /// Modes kept beyond those that were asked for, so that a multiple root is whole; absent in files of older versions.
+    #[serde(default)]
+    pub added_modes: usize,
     /// Rank of the scaled F_res.
     pub flexibility_rank: usize,
     /// Condition number of the scaled F_res over its rank.
@@ -188,6 +191,7 @@ impl Quality {
             sturm,
             residual_rank: residual.rank(),
             static_directions: residual.static_directions,
+            added_modes: modes.added_for_cluster,
             flexibility_rank: residual.flexibility_rank,
             flexibility_condition: residual.condition,
             interface_reduction: residual.interface_reduction.clone(),

@@ -104,7 +104,37 @@ pub struct Round {
 }
 
 impl SceneFit {
-    /// For people.
+    /// One line: how far the part's responses may be off in its scene; `None` where that isn't known.
+    pub fn verdict(&self) -> Option<String> {
+        let total = self.total?;
+        Some(format!(
+            "in {} the part's responses are right within {} (allowed {})",
+            self.scene,
+            scientific(total, 2),
+            scientific(self.tolerance, 1)
+        ))
+    }
+
+    /// One line: what was kept for the scene.
+    pub fn kept(&self) -> String {
+        let Kept {
+            modes,
+            attachments,
+            rows,
+            nodes,
+        } = self.kept;
+        let of = |amounts: Amounts| format!("{} of {}", amounts.kept, amounts.of);
+        format!(
+            "kept: {} modes, {} dynamic attachments ({} beside all modes), {} rows, fields of {} nodes",
+            of(modes),
+            attachments.kept,
+            attachments.of,
+            of(rows),
+            of(nodes)
+        )
+    }
+
+    /// For people, in full.
     pub fn text(&self) -> String {
         let mut text = format!("made for {}, which asks\n", self.scene);
         for line in &self.asked {
@@ -113,22 +143,7 @@ impl SceneFit {
         for note in &self.notes {
             let _ = writeln!(text, "note: {note}");
         }
-        let Kept {
-            modes,
-            attachments,
-            rows,
-            nodes,
-        } = self.kept;
-        let of = |amounts: Amounts| format!("{} of {}", amounts.kept, amounts.of);
-        let _ = writeln!(
-            text,
-            "kept: {} modes, {} dynamic attachments ({} beside all modes), {} rows, fields of {} nodes",
-            of(modes),
-            attachments.kept,
-            attachments.of,
-            of(rows),
-            of(nodes)
-        );
+        let _ = writeln!(text, "{}", self.kept());
         for Omission { what, why, cost } in &self.left_out {
             let cost = cost.map_or(String::new(), |cost| {
                 format!(" (changes the responses by {})", scientific(cost, 1))

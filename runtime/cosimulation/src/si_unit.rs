@@ -1,7 +1,7 @@
 //! Units in kilograms, metres, seconds and radians.
 
 use dcb_formats::component::Units;
-use dcb_formats::units::si_factor;
+use dcb_formats::units::{DerivedUnits, si_factor};
 
 /// A unit as powers of SI units and a factor: a value times the factor is the value in kg^a m^b s^c rad^d.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -23,15 +23,17 @@ impl SiUnit {
     /// (modal coordinates).
     pub fn of(unit: &str, units: &Units) -> Option<Self> {
         let (l, m, t) = (&units.length, &units.mass, &units.time);
-        let known: [(String, [i32; 4]); 9] = [
+        let derived = DerivedUnits::of(l, m, t);
+        let known: [(String, [i32; 4]); 10] = [
             ("rad".into(), [0, 0, 0, 1]),
             (l.clone(), [0, 1, 0, 0]),
             (t.clone(), [0, 0, 1, 0]),
             (format!("{l}/{t}"), [0, 1, -1, 0]),
             (format!("{l}/{t}^2"), [0, 1, -2, 0]),
             (format!("rad/{t}"), [0, 0, -1, 1]),
-            (format!("{m}*{l}/{t}^2"), [1, 1, -2, 0]),
-            (format!("{m}*{l}^2/{t}^2"), [1, 2, -2, 0]),
+            (derived.force, [1, 1, -2, 0]),
+            (derived.moment, [1, 2, -2, 0]),
+            (derived.energy, [1, 2, -2, 0]),
             (m.clone(), [1, 0, 0, 0]),
         ];
         let (_, [kilogram, metre, second, radian]) =
@@ -62,7 +64,7 @@ mod tests {
 
     #[test]
     fn a_force_in_tonnes_and_millimetres_is_a_newton() {
-        let found = SiUnit::of("t*mm/s^2", &units(["mm", "t", "s"])).unwrap();
+        let found = SiUnit::of("N", &units(["mm", "t", "s"])).unwrap();
         assert_eq!(
             (found.kilogram, found.metre, found.second, found.radian),
             (1, 1, -2, 0)

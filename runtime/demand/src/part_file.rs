@@ -6,6 +6,7 @@ use std::borrow::Cow;
 use std::path::Path;
 use std::sync::Arc;
 
+use dcb_formats::description::nearest_name;
 use dcb_formats::mesh::{Dimension, Mesh};
 use dcb_formats::scene::{GeometricStiffening, SuperelementBody};
 use dcb_formats::superelement::{RecoveryBasis, Stiffening, Superelement};
@@ -23,6 +24,35 @@ pub struct PartFile {
     planar: Option<PlanarPart>,
 }
 
+/// That a superelement isn't there, with the nearest name in its folder, and how it comes into being.
+fn missing(path: &Path) -> String {
+    let name = |path: &Path| {
+        path.file_name()
+            .map(|name| name.to_string_lossy().into_owned())
+    };
+    let folder = match path.parent() {
+        Some(folder) if !folder.as_os_str().is_empty() => folder,
+        _ => Path::new("."),
+    };
+    let entries = std::fs::read_dir(folder).into_iter().flatten().flatten();
+    let there: Vec<String> = entries
+        .filter_map(|entry| name(&entry.path()))
+        .filter(|name| name.ends_with(".dcb.h5"))
+        .collect();
+    let wanted = name(path).unwrap_or_default();
+    let stem = |name: &str| name.strip_suffix(".dcb.h5").unwrap_or(name).to_owned();
+    let stems: Vec<String> = there.iter().map(|name| stem(name)).collect();
+    let near = nearest_name(&stem(&wanted), stems.iter().map(String::as_str));
+    let hint = near.map_or(String::new(), |near| {
+        format!("; did you mean {near}.dcb.h5?")
+    });
+    format!(
+        "there is no file {}{hint} (`reduce {}.mtx` makes it of a stiffness matrix)",
+        path.display(),
+        stem(&wanted)
+    )
+}
+
 impl PartFile {
     /// The file at a path for a scene of this dimension; `at` is the place in the scene that names it.
     ///
@@ -35,6 +65,9 @@ impl PartFile {
         dimension: Dimension,
         at: &str,
     ) -> Result<Self, Error> {
+        if !path.exists() {
+            return Err(Error::described(at, missing(path)));
+        }
         let opened = files.at(path)?;
         let whole = &opened.superelement;
         let refused = |why: String| {

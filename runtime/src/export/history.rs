@@ -21,9 +21,22 @@ pub enum Selection<'a> {
 pub enum Quantity {
     /// An energy or a work.
     Energy,
+    /// What the channel says that it is: a position, a displacement, a velocity.
+    Kinematic(&'static str),
     /// Anything else.
     Other,
 }
+
+/// Beginnings of descriptions that name a quantity of motion.
+const KINEMATIC: [&str; 7] = [
+    "position",
+    "displacement",
+    "elastic displacement",
+    "deflection",
+    "velocity",
+    "acceleration",
+    "angular velocity",
+];
 
 impl Quantity {
     /// Channels of energies have the kinetic one among their columns.
@@ -34,7 +47,27 @@ impl Quantity {
             .any(|column| column.name == "kinetic")
         {
             true => Self::Energy,
-            false => Self::Other,
+            false => Self::of_motion(&channel.description),
+        }
+    }
+
+    fn of_motion(description: &str) -> Self {
+        let starts = |name: &&&str| {
+            let rest = description.strip_prefix(**name);
+            rest.is_some_and(|rest| !rest.starts_with(char::is_alphanumeric))
+        };
+        match KINEMATIC.iter().find(starts) {
+            Some(name) => Self::Kinematic(name),
+            None => Self::Other,
+        }
+    }
+
+    /// Its name, where there is one.
+    pub fn name(self) -> Option<&'static str> {
+        match self {
+            Self::Energy => Some("energy"),
+            Self::Kinematic(name) => Some(name),
+            Self::Other => None,
         }
     }
 }
@@ -50,6 +83,13 @@ pub struct History {
     pub quantity: Quantity,
     /// One value for each step, (n_t).
     pub values: Vec<f64>,
+    /// Largest magnitude of the columns of this unit in its channel.
+    pub scale: f64,
+}
+
+/// The largest magnitude of a list.
+fn largest(values: &[f64]) -> f64 {
+    values.iter().fold(0.0, |most, value| most.max(value.abs()))
 }
 
 /// Histories, or modes, and what they are listed over.
@@ -63,6 +103,21 @@ pub struct Histories {
     pub is_motion: bool,
 }
 
+impl Histories {
+    /// The columns with these names, in this order; `None` if one isn't there.
+    fn picked(self, names: &[String]) -> Option<Self> {
+        let single = names.iter().flat_map(|name| name.split(','));
+        let columns: Option<Vec<History>> = single
+            .map(|name| {
+                let name = name.strip_prefix("modes/").unwrap_or(name);
+                let mut columns = self.columns.iter();
+                columns.find(|column| column.name == name).cloned()
+            })
+            .collect();
+        columns.map(|columns| Self { columns, ..self })
+    }
+}
+
 /// The selected columns, channel by channel; a column named twice comes once. Of a modal analysis the modes are listed
 /// where no channel is named.
 ///
@@ -73,6 +128,12 @@ pub fn histories(results: &Results, selection: Selection) -> Result<Histories, E
         && let Some(modes) = results.modes()?
     {
         return Ok(of_modes(&modes, results.units()));
+    }
+    if let Selection::Named(names) = selection
+        && let Some(modes) = results.modes()?
+        && let Some(picked) = of_modes(&modes, results.units()).picked(names)
+    {
+        return Ok(picked);
     }
     let channels = match selection {
         Selection::Outputs => {
@@ -107,6 +168,10 @@ pub fn histories(results: &Results, selection: Selection) -> Result<Histories, E
                 unit: column.unit.clone(),
                 quantity: Quantity::of(channel),
                 values: values.col_as_slice(index).to_vec(),
+                scale: (channel.columns.iter().enumerate())
+                    .filter(|(_, other)| other.unit == column.unit)
+                    .map(|(other, _)| largest(values.col_as_slice(other)))
+                    .fold(0.0, f64::max),
             });
         }
     }
@@ -116,6 +181,7 @@ pub fn histories(results: &Results, selection: Selection) -> Result<Histories, E
             unit: results.units().time.clone(),
             quantity: Quantity::Other,
             values: results.time()?,
+            scale: 0.0,
         },
         columns: all,
         is_motion: true,
@@ -151,12 +217,14 @@ fn of_modes(modes: &SystemModes, units: &Units) -> Histories {
             unit: "1".to_owned(),
             quantity: Quantity::Other,
             values: numbers.map(|number| number as f64).collect(),
+            scale: 0.0,
         },
         columns: lists
             .map(|(name, unit, values)| History {
                 name: name.to_owned(),
                 unit,
                 quantity: Quantity::Other,
+                scale: largest(values),
                 values: values.to_vec(),
             })
             .collect(),

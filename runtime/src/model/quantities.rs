@@ -3,6 +3,7 @@
 use dcb_formats::component::Units;
 use dcb_formats::mesh::Dimension;
 use dcb_formats::results::{Channel, Column};
+use dcb_formats::units::DerivedUnits;
 
 use crate::system::System;
 
@@ -32,15 +33,16 @@ pub(crate) struct Quantities {
 impl Quantities {
     pub(crate) fn of(units: &Units) -> Self {
         let (l, m, t) = (&units.length, &units.mass, &units.time);
+        let derived = DerivedUnits::of(l, m, t);
         Self {
             length: l.clone(),
             time: t.clone(),
             velocity: format!("{l}/{t}"),
             acceleration: format!("{l}/{t}^2"),
             angular_velocity: format!("rad/{t}"),
-            force: format!("{m}*{l}/{t}^2"),
-            moment: format!("{m}*{l}^2/{t}^2"),
-            energy: format!("{m}*{l}^2/{t}^2"),
+            force: derived.force,
+            moment: derived.moment,
+            energy: derived.energy,
             momentum: format!("{m}*{l}/{t}"),
             angular_momentum: format!("{m}*{l}^2/{t}"),
             modal: format!("sqrt({m})*{l}"),

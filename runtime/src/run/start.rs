@@ -1,6 +1,7 @@
 //! What it took to make the start of a motion fit its joints: told, or refused where bodies were drawn far from their joints.
 
 use dcb_formats::scene::Scene;
+use dcb_formats::units::{DerivedUnits, four_digits};
 
 use super::{Observer, Session};
 use crate::error::Error;
@@ -9,7 +10,7 @@ use crate::initial::InitialReport;
 /// Shorter ways, by the size of the mechanism, are rounding of the drawing; and smaller turns, rad.
 const TOLD: f64 = 1e-6;
 /// A body that has to go further, by the sizes of all bodies together, isn't where its joints are.
-const FAR: f64 = 1.0;
+const FAR: f64 = 0.3;
 
 /// Tells what it took to make the start consistent.
 ///
@@ -31,8 +32,8 @@ pub(super) fn tell_start(
 /// Refuses a start for which a body had to go far: a joint is given wrong, or the body isn't where it was meant to be.
 ///
 /// # Errors
-/// [`Error::FarFromJoints`] for the body that went farthest, where that is farther than the scene's `allow_gap`, or the
-/// sizes of all bodies together.
+/// [`Error::FarFromJoints`] for the body that went farthest, where that is farther than the scene's `allow_gap`, or than
+/// this share of the sizes of all bodies together.
 pub fn check_gaps(initial: &InitialReport, scene: &Scene) -> Result<(), Error> {
     let farthest = initial
         .moved
@@ -60,25 +61,50 @@ pub fn start_notes(initial: &InitialReport, scene: &Scene) -> Vec<String> {
         .iter()
         .filter(|moved| moved.translation > TOLD * initial.size || moved.rotation > TOLD);
     let moved = told.map(|moved| {
+        let way = four_digits(moved.translation);
+        let turn = four_digits(moved.rotation);
+        let is_moved = moved.translation > TOLD * initial.size;
+        let what = match (is_moved, moved.rotation > TOLD) {
+            (true, true) => format!(
+                "moved body {:?} by {way} {length} and turned it by {turn} rad",
+                moved.body
+            ),
+            (true, false) => format!("moved body {:?} by {way} {length}", moved.body),
+            (false, _) => format!("turned body {:?} by {turn} rad", moved.body),
+        };
+        format!("assembly {what} to close the joints")
+    });
+    let energy = DerivedUnits::of(length, &units.mass, time).energy;
+    let strained = initial.strained.iter().map(|(body, strain)| {
         format!(
-            "assembly moved body {:?} by {:.3e} {length} and turned it by {:.3e} rad to close the joints",
-            moved.body, moved.translation, moved.rotation
+            "assembly strained body {body:?}: it starts with an elastic energy of {} {energy}",
+            four_digits(*strain)
         )
     });
-    let energy = format!("{}*{length}^2/{time}^2", units.mass);
-    let strained = initial.strained.iter().map(|(body, strain)| {
-        format!("assembly strained body {body:?}: it starts with an elastic energy of {strain:.3e} {energy}")
-    });
     let sped = initial.sped.iter().map(|sped| {
+        let way = (sped.translation > TOLD * sped.rotation.abs() * initial.size).then(|| {
+            format!(
+                "velocity by {} {length}/{time}",
+                four_digits(sped.translation)
+            )
+        });
+        let turn = (sped.rotation * initial.size > TOLD * sped.translation).then(|| {
+            format!(
+                "angular velocity by {} rad/{time}",
+                four_digits(sped.rotation)
+            )
+        });
+        let done: Vec<String> = way.into_iter().chain(turn).collect();
         format!(
-            "the joints ask for another velocity of body {:?}: changed by {:.3e} {length}/{time}, spin by {:.3e} rad/{time}",
-            sped.body, sped.translation, sped.rotation
+            "the joints changed the start of body {:?}: {}",
+            sped.body,
+            done.join(", ")
         )
     });
     let redundant = initial.redundant.iter().map(|(joint, count)| {
         let s = if *count == 1 { "" } else { "s" };
         format!(
-            "{count} redundant constraint{s} in {joint:?}: its forces are not unique and shared out in the minimum-norm sense"
+            "{count} redundant constraint{s} in {joint:?}: the motion does not depend on it, but its forces are not unique: those with the least sum of squares are taken"
         )
     });
     moved.chain(strained).chain(sped).chain(redundant).collect()

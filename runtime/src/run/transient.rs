@@ -3,6 +3,7 @@
 use std::time::Instant;
 
 use dcb_formats::results::frequency_unit;
+use dcb_formats::units::four_digits;
 use serde_json::json;
 
 use super::{Ending, Observer, Opened, Profiling, Session, Target, method, tell_start};
@@ -86,6 +87,16 @@ pub fn transient(
     if let Err(error) = tell_start(&initial, scene, observer, &mut session) {
         return session.close(observer, Err(error), &NOT_BEGUN, &json!({}));
     }
+    if let Some(Record::Interval(interval)) = scene.record
+        && interval > integrator.end
+    {
+        let unit = &scene.units.time;
+        let message = format!(
+            "record.interval is {interval} {unit}, longer than the run of {} {unit}: only its start and its end are recorded",
+            integrator.end
+        );
+        session.tell(observer, 0.0, &message);
+    }
     let damping = effective_damping(simulation.system(), simulation.state());
     if let Some(message) = damping_note(&damping, scene) {
         session.tell(observer, 0.0, &message);
@@ -109,7 +120,7 @@ pub fn transient(
     let clock = Instant::now();
     let result = run.integrate(&mut simulation, observer);
     let seconds = clock.elapsed().as_secs_f64();
-    let balance = run.balance;
+    let (balance, validity) = (run.balance, run.validity);
     session.tell_scope(simulation.system(), observer);
     let (steps, effort) = simulation.effort();
     let time = simulation.state().time;
@@ -128,6 +139,8 @@ pub fn transient(
         is_complete: matches!(result, Ok(true)),
         time: Some(time),
     };
+    let result = result
+        .map_err(|error| validity.naming_drives(error, simulation.system(), simulation.state()));
     let is_complete = session.close(observer, result, &ending, &summary)?;
     Ok(RunReport {
         initial,
@@ -343,9 +356,10 @@ fn check_window(
     }
     let scheme = method(integrator).scheme;
     let window = WeakWindow::of(simulation.system(), simulation.state(), &scheme);
+    let unit = &scene.units.time;
     for body in &window.bodies {
         let message = format!(
-            "weak compatibility of body {:?}: {} negative eigenvalues, sigma_min = {:.4e}, smallest stable step {:.4e}",
+            "weak compatibility of body {:?}: {} motions grow, the slowest at {:.4e} 1/{unit}; steps above {:.4e} {unit} damp them",
             body.body, body.negative_eigenvalue_count, body.sigma_min, body.smallest_step
         );
         session.tell(observer, 0.0, &message);
@@ -398,13 +412,17 @@ pub fn rounding_warning(simulation: &Simulation, step: f64, time: &str) -> Optio
 /// Note on the damping of the assembled modes.
 fn damping_note(modes: &[EffectiveDamping], scene: &Scene) -> Option<String> {
     let unit = frequency_unit(&scene.units);
-    let listed = modes
-        .iter()
-        .map(|mode| format!("{:.2e} at {:.4e} {unit}", mode.ratio, mode.frequency));
+    let listed = modes.iter().map(|mode| {
+        format!(
+            "{} at {} {unit}",
+            four_digits(mode.ratio),
+            four_digits(mode.frequency)
+        )
+    });
     let listed: Vec<String> = listed.collect();
     (!listed.is_empty()).then(|| {
         format!(
-            "damping ratios of the lowest modes of the assembled mechanism: {}; the ratios that were given are those of the parts by themselves",
+            "damping ratios of the lowest modes of the assembled mechanism: {} (the scene and the files give those of the parts by themselves)",
             listed.join(", ")
         )
     })
@@ -414,6 +432,6 @@ fn damping_note(modes: &[EffectiveDamping], scene: &Scene) -> Option<String> {
 pub fn imbalance_warning(balance: &EnergyBalance) -> Option<String> {
     let share = balance.share().filter(|share| *share > IMBALANCE_TOLD)?;
     Some(format!(
-        "the energy balance lacks {share:.1e} of the largest energy that was stored or exchanged: the step doesn't resolve what happens; take a smaller one"
+        "the energy balance lacks {share:.1e} of the largest energy that was stored or exchanged: the steps are too long for this motion; take shorter ones"
     ))
 }

@@ -105,6 +105,34 @@ impl Validity {
         }
     }
 
+    /// A violated constraint as the drives that contradict each other, where it is they that do.
+    pub fn naming_drives(&self, error: Error, system: &System, state: &State) -> Error {
+        match error {
+            Error::Contradiction {
+                time,
+                joint,
+                misfit,
+                unit,
+            } => match self.drives.names_at(system, state) {
+                drives if drives.is_empty() => Error::Contradiction {
+                    time,
+                    joint,
+                    misfit,
+                    unit,
+                },
+                drives => Error::DrivesContradict {
+                    time,
+                    drives,
+                    what: format!(
+                        "{joint:?} would have to open by {:.3e} {unit}",
+                        misfit.abs()
+                    ),
+                },
+            },
+            other => other,
+        }
+    }
+
     /// Tells what is beyond its limit for the first time.
     ///
     /// # Errors

@@ -56,8 +56,8 @@ fn a_mass_on_a_spring_with_a_damper() {
         names(&system.states),
         ["block/x [m]", "rate of block/x [m/s]"]
     );
-    assert_eq!(names(&system.inputs), ["push [kg*m/s^2]"]);
-    assert!(names(&system.outputs).contains(&"force [kg*m/s^2]".to_owned()));
+    assert_eq!(names(&system.inputs), ["push [N]"]);
+    assert!(names(&system.outputs).contains(&"force [N]".to_owned()));
     assert_eq!(system.outputs[place(&system.outputs, "place.x")].at, 1.0);
     assert!(system.is_equilibrium);
     let pole = system.poles[0];

@@ -26,8 +26,11 @@ impl Doubt<'_> {
             small @ ..0.01 => format!("{small:.1e}"),
             large => format!("{large:.2}"),
         };
+        let mut sources = self.part.sources.iter();
+        let mesh = sources.find(|source| source.role == "mesh");
+        let mesh = mesh.map_or(String::new(), |mesh| format!(" {}", mesh.file_name));
         let found = format!(
-            "rigid motions of the mesh are resisted, K R = {residual} (expected below {TOLERATED:e})"
+            "rigid motions of the mesh{mesh} are resisted, K R = {residual} (expected below {TOLERATED:e})"
         );
         let reason = self
             .few_digits()

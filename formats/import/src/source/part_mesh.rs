@@ -84,15 +84,28 @@ impl PartMesh {
     }
 }
 
-/// Endings of meshes that stand beside a stiffness file of the same stem, in the order in which they are looked for.
-const ENDINGS: [&str; 2] = ["json", "inp"];
+/// Endings of meshes that stand beside a stiffness file of the same stem, in the order in which they are looked for. A deck has the labels of its
+/// nodes, which tie rows to nodes; a component file, one drafted from that deck for example, has lost them.
+const ENDINGS: [&str; 2] = ["inp", "json"];
 
-/// The mesh beside a stiffness file: `part.json`, or the deck `part.inp`.
-pub fn mesh_beside(stiffness: &Path) -> Option<PathBuf> {
+/// Meshes beside a stiffness file.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct MeshBeside {
+    /// The one to read: the deck `part.inp`, or `part.json`.
+    pub path: PathBuf,
+    /// Another that is there, and isn't read.
+    pub unread: Option<PathBuf>,
+}
+
+/// The mesh beside a stiffness file: the deck `part.inp`, or `part.json`.
+pub fn mesh_beside(stiffness: &Path) -> Option<MeshBeside> {
     let paths = ENDINGS
         .iter()
         .map(|ending| stiffness.with_extension(ending));
-    paths.into_iter().find(|path| path.exists())
+    let mut found = paths.filter(|path| path.exists());
+    let path = found.next()?;
+    let unread = found.next();
+    Some(MeshBeside { path, unread })
 }
 
 /// Whether a file is JSON, as component files are, and meshes in their layout.

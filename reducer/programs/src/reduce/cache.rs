@@ -13,11 +13,13 @@ use dcb_formats::units::readable;
 use serde_json::json;
 
 use crate::outcome::Outcome;
-use crate::reduce::part::report::{Detail, further_columns, stage_lines, verdict};
+use crate::program::Detail;
+use crate::reduce::part::report::{further_columns, stage_lines, verdict};
 use crate::reduce::part::timing::StageClock;
 use crate::reduce::scene::Made;
 use crate::reduce::superelement::inspect::{frequency_table, interface_table, mass_lines};
 use dcb_reducer::error::{CommandRefusal, Error};
+use dcb_reducer::quality::Quality;
 use dcb_reducer::resources::memory_limit::size;
 use dcb_workflow::cache::eviction::Removal;
 use dcb_workflow::cache::folder::{
@@ -305,7 +307,7 @@ pub fn serve(
         entry.record.request.key().short(),
         entry.record.seconds,
     );
-    output += &verdict(&element);
+    output += &verdict(&element, Quality::stored(&element).as_ref());
     if detail == Detail::Tables {
         output += &mass_lines(&element);
         output += &frequency_table(&element, None, usize::MAX);

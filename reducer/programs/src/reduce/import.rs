@@ -10,7 +10,7 @@ use dcb_reducer::error::{CommandRefusal, Error, Occupied};
 
 use crate::outcome::Outcome;
 use crate::program::CommonArguments;
-use crate::reduce::part::files::ImportArguments;
+use crate::reduce::part::files::{ImportArguments, tell_unread_mesh};
 use crate::reduce::part::{part_stem, refuse_input_as_output};
 
 /// Files of another program.
@@ -63,6 +63,7 @@ pub(crate) fn run(command: &ImportCommand, common: &CommonArguments) -> Result<O
         refuse_input_as_output(&inputs, &target, Occupied::Import)?;
         check_output(&target, replace)?;
     }
+    tell_unread_mesh(&command.stiffness, command.mesh.as_deref(), common.told());
     let Imported { component, report } = import(&request)?;
     let written = write_component(&component, &stem, replace)?;
     for note in &report.notes {

@@ -1,18 +1,18 @@
 //! `reduce init`: the description of a component, drafted from a mesh and its node sets.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use clap::Args;
 use dcb_formats::component::Units;
 use dcb_formats::component_files::write_description;
 use dcb_formats::mesh::Direction;
 use dcb_formats::output::Replace;
-use dcb_import::{NodeOrder, RequestedSet, RowSource, described, units};
+use dcb_import::{MatrixFile, NodeOrder, RequestedSet, RowSource, described, units};
 use dcb_reducer::error::{CommandRefusal, Error, Occupied};
 
 use crate::outcome::Outcome;
 use crate::program::CommonArguments;
-use crate::reduce::part::refuse_input_as_output;
+use crate::reduce::part::{part_stem, refuse_input_as_output};
 
 /// A mesh.
 #[derive(Debug, Args)]
@@ -43,11 +43,26 @@ pub(crate) struct InitArguments {
     force: bool,
 }
 
+/// What to name in place of a matrix, which says nothing of nodes.
+fn no_mesh(path: &Path, format: &str) -> Error {
+    dcb_formats::Error::File {
+        path: path.to_owned(),
+        message: format!(
+            "is a matrix ({format}), and a draft is made of a mesh: name the deck or mesh that the matrix was made of (.inp, .bdf, .msh, .vtu), or a list of its nodes, `label x y z` a line, as in: reduce init nodes.txt --units m,kg,s -o {}",
+            part_stem(path).with_extension("json").display()
+        ),
+    }
+    .into()
+}
+
 pub(crate) fn run(arguments: &InitArguments, common: &CommonArguments) -> Result<Outcome, Error> {
     let RowSource::Pattern(pattern) = &arguments.dofs else {
         return Err(CommandRefusal::TableInDraft.into());
     };
     let pattern: &[Direction] = pattern;
+    if let Ok(Some(matrix)) = MatrixFile::recognised(&arguments.mesh) {
+        return Err(no_mesh(&arguments.mesh, matrix.format_name()));
+    }
     let order = (arguments.node_order, pattern);
     let draft = described(
         &arguments.mesh,

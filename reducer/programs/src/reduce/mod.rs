@@ -17,7 +17,7 @@ use std::path::{Path, PathBuf};
 
 use crate::examples::{REDUCE, with_examples};
 use crate::manual::{CompletionArguments, ManualArguments, completions, manual};
-use crate::program::{CommonArguments, Program, Told, begin, print_to_stderr};
+use crate::program::{CommonArguments, Detail, Program, Told, begin, print_to_stderr};
 use crate::stop_signal;
 use clap::{Args, Command, CommandFactory, Parser, Subcommand, ValueEnum};
 use dcb_formats::output::remove_unfinished;
@@ -164,7 +164,7 @@ pub fn command() -> Command {
 /// Those of reading the file, and of bounds of its errors.
 pub fn inspected(file: &Path, form: Form) -> Result<String, Error> {
     let arguments = InspectArguments::of(file, form);
-    Ok(inspect::run(&arguments)?.output)
+    Ok(inspect::run(&arguments, Detail::Tables)?.output)
 }
 
 /// What `reduce compare` says of two superelements.
@@ -172,7 +172,7 @@ pub fn inspected(file: &Path, form: Form) -> Result<String, Error> {
 /// # Errors
 /// Those of reading the files; one is planar and the other spatial.
 pub fn compared(a: &Path, b: &Path) -> Result<String, Error> {
-    Ok(compare::run(a, b)?.output)
+    Ok(compare::run(a, b, Detail::Tables)?.output)
 }
 
 /// Runs the program with its name and arguments; the exit status. `other` is the command line of the other program, which may have an option
@@ -191,12 +191,12 @@ pub fn main(arguments: impl IntoIterator<Item = OsString>, other: fn() -> clap::
         None => part::run(&cli.reduce, &cli.common),
         Some(ReduceCommand::Import(arguments)) => import::run(arguments, &cli.common),
         Some(ReduceCommand::Init(arguments)) => init::run(arguments, &cli.common),
-        Some(ReduceCommand::Inspect(arguments)) => inspect::run(arguments),
-        Some(ReduceCommand::Verify(arguments)) => verify::run(arguments),
-        Some(ReduceCommand::Compare { a, b }) => compare::run(a, b),
+        Some(ReduceCommand::Inspect(arguments)) => inspect::run(arguments, cli.common.detail()),
+        Some(ReduceCommand::Verify(arguments)) => verify::run(arguments, cli.common.detail()),
+        Some(ReduceCommand::Compare { a, b }) => compare::run(a, b, cli.common.detail()),
         Some(ReduceCommand::Report(arguments)) => report::run(arguments),
         Some(ReduceCommand::Export(arguments)) => export::run(arguments),
-        Some(ReduceCommand::Plan(arguments)) => plan::run(arguments),
+        Some(ReduceCommand::Plan(arguments)) => plan::run(arguments, cli.common.detail()),
         Some(ReduceCommand::Study(arguments)) => study::run(arguments, &cli.common),
         Some(ReduceCommand::Cache(arguments)) => cache::run(arguments),
         Some(ReduceCommand::Batch(arguments)) => batch::run(arguments, &cli.common),

@@ -4,12 +4,12 @@ use std::fmt::Write as _;
 use std::path::PathBuf;
 
 use clap::Args;
-use dcb_formats::units::readable;
+use dcb_formats::units::{four_digits, readable};
 use dcb_sparse::factor_store::{FactorStorage, Place, Precision};
 use serde_json::json;
 
 use crate::outcome::Outcome;
-use crate::program::Told;
+use crate::program::{Detail, Told};
 use crate::reduce::memory::MemoryArguments;
 use crate::reduce::part::default_output;
 use crate::reduce::part::files::{PartArguments, PartFiles};
@@ -37,7 +37,7 @@ pub struct PlanArguments {
     pub json: bool,
 }
 
-pub fn run(arguments: &PlanArguments) -> Result<Outcome, Error> {
+pub fn run(arguments: &PlanArguments, detail: Detail) -> Result<Outcome, Error> {
     let limit = arguments
         .memory
         .limit(&default_output(&arguments.stiffness));
@@ -50,9 +50,34 @@ pub fn run(arguments: &PlanArguments) -> Result<Outcome, Error> {
     let speed = MachineSpeed::measure();
     let name = arguments.stiffness.display();
     Ok(Outcome::done(match arguments.json {
-        false => format!("{name}\n{}", text(&forecast, &limit, speed)),
+        false => {
+            let verdict = format!("{name}: {}\n", verdict(&forecast, &limit, speed));
+            match detail {
+                Detail::Verdict => {
+                    verdict + "-v lists sizes, operations and the memory of each stage\n"
+                }
+                Detail::Tables => verdict + &text(&forecast, &limit, speed),
+            }
+        }
         true => json(&forecast, &limit, speed).to_string() + "\n",
     }))
+}
+
+/// One line: what a reduction will take, or why it will be refused.
+fn verdict(forecast: &Forecast, limit: &MemoryLimit, speed: MachineSpeed) -> String {
+    let size = format!(
+        "{} degrees of freedom, {} modes",
+        forecast.dofs, forecast.modes
+    );
+    match limit.choose(forecast) {
+        Ok(storage) => format!(
+            "the reduction ({size}) takes about {} s within a factor of two, and {} of memory give or take a fifth; the factor will be kept {}",
+            rounded(forecast.seconds(&storage, speed)),
+            readable(forecast.peak_bytes(&storage)),
+            described(&storage)
+        ),
+        Err(error) => format!("the reduction ({size}) will be refused: {error}"),
+    }
 }
 
 /// How a factor is kept, in words.
@@ -112,7 +137,10 @@ pub fn text(forecast: &Forecast, limit: &MemoryLimit, speed: MachineSpeed) -> St
 
 /// Sizes that are known before anything is computed.
 fn sizes(forecast: &Forecast, storage: &FactorStorage) -> [(&'static str, String); 11] {
-    let million = |count: usize| format!("{:.3} million", count as f64 / 1e6);
+    let million = |count: usize| match count {
+        0..100_000 => count.to_string(),
+        _ => format!("{:.3} million", count as f64 / 1e6),
+    };
     let guess = match forecast.modes_are_assumed {
         true => " assumed, --max-frequency decides",
         false => "",
@@ -120,7 +148,7 @@ fn sizes(forecast: &Forecast, storage: &FactorStorage) -> [(&'static str, String
     let stored = million(forecast.stored_entries);
     let scratch = readable(forecast.scratch_bytes());
     [
-        ("dofs", forecast.dofs.to_string()),
+        ("degrees of freedom", forecast.dofs.to_string()),
         (
             "entries of the stiffness matrix",
             million(forecast.stiffness_entries),
@@ -141,7 +169,7 @@ fn sizes(forecast: &Forecast, storage: &FactorStorage) -> [(&'static str, String
         ),
         (
             "operations of a factorization",
-            format!("{:.2} billion", forecast.flops / 1e9),
+            format!("{} billion", four_digits(forecast.flops / 1e9)),
         ),
         ("memory of the matrices", readable(forecast.matrix_bytes())),
         (

@@ -230,7 +230,7 @@ fn draft(links: &[Link]) -> String {
     let (step, end) = times(links, gravity);
     line(
         "record",
-        &json!({"interval": end / 400.0}).to_string(),
+        &json!({"interval": tidy(end / 400.0)}).to_string(),
         &format!("A row every so many {}.", units.time),
     );
     let _ = writeln!(
@@ -252,7 +252,7 @@ fn listed(entries: impl Iterator<Item = (String, serde_json::Value)>) -> String 
 }
 
 fn body(link: &Link, d: usize) -> serde_json::Value {
-    let position: Vec<f64> = link.position[..d].iter().map(|x| x + 0.0).collect();
+    let position: Vec<f64> = link.position[..d].iter().map(|x| tidy(*x)).collect();
     json!({"superelement": link.file, "position": position, "damping": {"modal": 0.01}})
 }
 
@@ -312,6 +312,11 @@ fn times(links: &[Link], gravity: f64) -> (f64, f64) {
     let step = rounded(period / STEPS);
     let end = rounded((PERIODS * period).max(swing)).min(MOST_STEPS * step);
     (step, end)
+}
+
+/// A number without the digits of rounding, and no minus before a zero.
+fn tidy(value: f64) -> f64 {
+    format!("{value:.11e}").parse().unwrap_or(value) + 0.0
 }
 
 /// The next number below with one digit.

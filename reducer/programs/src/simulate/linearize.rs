@@ -166,8 +166,9 @@ fn quotient(output: &Variable, input: &Variable) -> String {
 fn list_poles(text: &mut String, poles: &[Pole], unit: &str, time: &str, most: usize) {
     let _ = writeln!(
         text,
-        "{:>18} {:>12} {:>14}",
+        "{:>18} {:>18} {:>12} {:>14}",
         format!("frequency [{unit}]"),
+        format!("[rad/{time}]"),
         "damping",
         format!("growth [1/{time}]")
     );
@@ -175,8 +176,9 @@ fn list_poles(text: &mut String, poles: &[Pole], unit: &str, time: &str, most: u
     for pole in single().take(most) {
         let _ = writeln!(
             text,
-            "{:>18.9} {:>12.5} {:>14.4e}{}",
+            "{:>18.9} {:>18.9} {:>12.5} {:>14.4e}{}",
             pole.frequency(),
+            std::f64::consts::TAU * pole.frequency(),
             // No minus before a zero.
             (1e5 * pole.damping_ratio()).round() / 1e5 + 0.0,
             pole.growth,

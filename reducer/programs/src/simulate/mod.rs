@@ -8,6 +8,7 @@ mod page;
 mod prepare;
 mod run_report;
 mod scene;
+mod show;
 mod study;
 
 use std::ffi::OsString;
@@ -16,18 +17,19 @@ use std::path::{Path, PathBuf};
 use crate::examples::{SIMULATE, with_examples};
 use crate::manual::{CompletionArguments, ManualArguments, completions, manual};
 use crate::outcome::{Outcome, ended};
+use crate::own_output::Made;
 use crate::program::{CommonArguments, Program, Told, begin};
 use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
 use clap::{Args, CommandFactory, Parser, Subcommand, ValueEnum};
 use dcb_formats::output::{Replace, check_output};
 use dcb_formats::results::Results;
-use dcb_formats::terminal::one_line;
 
 use crate::simulate::fmu::FmuArguments;
 use crate::simulate::init::InitArguments;
 use crate::simulate::linearize::LinearizeArguments;
 use crate::simulate::page::PageArguments;
 use crate::simulate::prepare::PrepareArguments;
+use crate::simulate::show::ShowArguments;
 use crate::simulate::study::StudyArguments;
 use dcb_formats::scene::{Compatibility, scene_schema};
 use dcb_runtime::error::Error;
@@ -51,8 +53,7 @@ use dcb_workflow::scene_page::Contents;
     after_help = "Exit status: 0 done, 1 numerical failure, 2 unusable input, 130 interrupted (143 by SIGTERM, 129 by SIGHUP)."
 )]
 #[command(mut_arg("quiet", |arg| arg.help("Print no summary, notes or progress")))]
-#[command(mut_arg("verbose", |arg| arg.help("Say more: what was loaded, every note")))]
-#[command(mut_arg("threads", |arg| arg.help("Worker threads of a study [default: all]. A scene is integrated by one")))]
+#[command(mut_arg("threads", |arg| arg.help("Worker threads [default: one per processor]; a scene is integrated by one")))]
 struct Cli {
     #[command(subcommand)]
     command: Option<Command>,
@@ -72,7 +73,7 @@ fn compatibility() -> impl TypedValueParser<Value = Compatibility> {
         ),
         (
             "weak",
-            "The dual form of the paper; unstable below a step, refused there unless it is allowed by name",
+            "Forces at the interfaces are coordinates (the paper's dual form): unstable at short steps, where it is refused unless --allow-unstable-weak",
         ),
     ];
     let choices = choices.map(|(name, help)| PossibleValue::new(name).help(help));
@@ -100,7 +101,7 @@ pub(crate) struct SceneArguments {
     /// How interfaces follow the coordinates.
     #[arg(long, value_parser = compatibility())]
     pub compatibility: Option<Compatibility>,
-    /// Let --compatibility weak run where it is unstable.
+    /// Run --compatibility weak also at steps at which it is unstable.
     #[arg(long)]
     pub allow_unstable_weak: bool,
     /// Replace existing results, and files of fields.
@@ -115,7 +116,7 @@ pub(crate) struct SceneArguments {
     /// Say where the time goes.
     #[arg(long)]
     pub profile: bool,
-    /// Contents of the superelements that are carried.
+    /// Which parts of the superelements the run carries.
     #[arg(long, value_name = "WHAT", value_enum, default_value_t)]
     pub model: ModelArgument,
     /// How far a body's response may change by what is left out.
@@ -129,7 +130,7 @@ pub(crate) struct SceneArguments {
 /// Contents of the superelements that are carried.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
 pub(crate) enum ModelArgument {
-    /// Needs of the scene.
+    /// What this scene needs.
     #[default]
     Needed,
     /// All that is in the files.
@@ -173,11 +174,8 @@ enum Command {
     Animate(PageArguments),
     /// The same page with the tables of the run
     Report(PageArguments),
-    /// List what a results file holds and how the run ended.
-    Show {
-        /// Results.
-        results: PathBuf,
-    },
+    /// List what a results file holds and how the run ended, or show values of what is named.
+    Show(ShowArguments),
     /// Draft a scene of superelements in a chain: a scene that runs, with comments, to start from.
     Init(InitArguments),
     /// Print the JSON schema of scenes.
@@ -215,7 +213,7 @@ pub fn main(arguments: impl IntoIterator<Item = OsString>, other: fn() -> clap::
         Some(Command::Csv(arguments)) => export(arguments, "csv", csv::write_csv),
         Some(Command::Animate(arguments)) => page::run(arguments, Contents::Motion),
         Some(Command::Report(arguments)) => page::run(arguments, Contents::Report),
-        Some(Command::Show { results }) => show(results),
+        Some(Command::Show(arguments)) => show::run(arguments),
         Some(Command::Init(arguments)) => init::run(arguments),
         Some(Command::Schema) => schema(),
         Some(Command::Completions(arguments)) => Ok(completions(command(), arguments)),
@@ -245,12 +243,15 @@ type Export = fn(&Results, Selection<'_>, &Path, Replace) -> Result<(), Error>;
 /// A file made of results; without a name it stands beside them with the extension of its kind.
 fn export(arguments: &ExportArguments, extension: &str, write: Export) -> Result<Outcome, Error> {
     let (path, replace) = (&arguments.results, replace(arguments.force));
-    let results = Results::open(path)?;
+    let results = opened(path)?;
     let beside = path.with_extension(extension);
     let target = arguments.output.as_ref().unwrap_or(&beside);
-    let replace = match extension == "svg" && is_picture(target) {
-        true => Replace::Overwrite,
-        false => replace,
+    if extension == "svg" {
+        refuse_other_pictures(target)?;
+    }
+    let replace = match extension {
+        "svg" => Made::Picture.replace(target, replace),
+        _ => replace,
     };
     check_output(target, replace)?;
     refuse_inputs(target, [path.as_path()], "the file of the results")?;
@@ -262,64 +263,38 @@ fn export(arguments: &ExportArguments, extension: &str, write: Export) -> Result
     Ok(Outcome::done(format!("{}\n", target.display())))
 }
 
-/// Whether a file is an SVG picture, which the next picture may replace: it can be drawn again.
-fn is_picture(path: &Path) -> bool {
-    use std::io::Read as _;
-
-    let mut start = Vec::new();
-    let read = std::fs::File::open(path).and_then(|file| file.take(512).read_to_end(&mut start));
-    read.is_ok() && String::from_utf8_lossy(&start).contains("<svg")
+/// Opens results; a scene in their place is told what to do first.
+pub(crate) fn opened(path: &Path) -> Result<Results, Error> {
+    if path.extension().is_some_and(|ending| ending == "json") {
+        return Err(dcb_formats::Error::File {
+            path: path.to_owned(),
+            message: format!(
+                "is a scene, and results are wanted: run it first, simulate {}, then take {}",
+                path.display(),
+                path.with_extension("h5").display()
+            ),
+        }
+        .into());
+    }
+    Ok(Results::open(path)?)
 }
 
-fn show(path: &PathBuf) -> Result<Outcome, Error> {
-    use std::fmt::Write as _;
-
-    let results = Results::open(path)?;
-    let mut text = format!("{}: {} rows, ", path.display(), results.step_count());
-    // Writing to a string doesn't fail.
-    let _ = match results.outcome() {
-        dcb_formats::results::Outcome::Complete => writeln!(text, "complete"),
-        dcb_formats::results::Outcome::Stopped {
-            reason,
-            time: Some(time),
-        } => writeln!(text, "stopped at t = {time}: {}", one_line(reason)),
-        dcb_formats::results::Outcome::Stopped { reason, time: None } => {
-            writeln!(text, "stopped: {}", one_line(reason))
-        }
-    };
-    for channel in results.channels() {
-        let columns: Vec<String> = channel
-            .columns
-            .iter()
-            .map(|column| format!("{} [{}]", channel.label(column), column.unit))
-            .collect();
-        let line = format!("{}  ({})", columns.join(", "), channel.description);
-        let _ = writeln!(text, "  {}", one_line(&line));
+/// Pictures are SVG: under the name of another kind no program would open them.
+fn refuse_other_pictures(target: &Path) -> Result<(), Error> {
+    const OTHERS: [&str; 7] = ["png", "jpg", "jpeg", "pdf", "gif", "eps", "webp"];
+    let ending = target
+        .extension()
+        .map(|ending| ending.to_string_lossy().to_lowercase());
+    match ending.filter(|ending| OTHERS.contains(&ending.as_str())) {
+        None => Ok(()),
+        Some(ending) => Err(Error::described(
+            "--output",
+            format!(
+                "ends in .{ending}, but plots are SVG; write {} (a browser or Inkscape makes a .{ending} of it)",
+                target.with_extension("svg").display()
+            ),
+        )),
     }
-    if let Some(modes) = results.modes()? {
-        let lists = modes.lists(results.units());
-        let titles = lists
-            .iter()
-            .map(|(name, unit, _)| format!("{name} [{unit}]"));
-        let titles: Vec<String> = titles.collect();
-        let _ = writeln!(
-            text,
-            "  {} modes: {}",
-            modes.frequency.len(),
-            titles.join(", ")
-        );
-        for number in 0..modes.frequency.len() {
-            let values = lists
-                .iter()
-                .map(|(.., values)| format!("{:>14.6e}", values[number]));
-            let values: Vec<String> = values.collect();
-            let _ = writeln!(text, "  {:>5} {}", number + 1, values.join(" "));
-        }
-    }
-    for event in results.events()? {
-        let _ = writeln!(text, "  t = {}: {}", event.time, one_line(&event.message));
-    }
-    Ok(Outcome::done(text))
 }
 
 fn schema() -> Result<Outcome, Error> {

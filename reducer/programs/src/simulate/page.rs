@@ -10,20 +10,21 @@ use dcb_runtime::run::refuse_inputs;
 use dcb_workflow::scene_page::{Contents, scene_page};
 
 use crate::outcome::Outcome;
-use crate::simulate::replace;
+use crate::own_output::Made;
+use crate::simulate::{opened, replace};
 
 /// What the page is of.
 #[derive(Debug, Args)]
 pub(crate) struct PageArguments {
     /// Results of a run (.h5)
     results: PathBuf,
-    /// The page [default: RESULTS.html]
+    /// The page [default: RESULTS.html, of a report RESULTS.report.html]
     #[arg(long, short, value_name = "FILE")]
     output: Option<PathBuf>,
     /// The scene's file, from which the superelements are found [default: where the run found it]
     #[arg(long, value_name = "SCENE.json")]
     scene: Option<PathBuf>,
-    /// Replace an existing page
+    /// Replace an existing file that is no page of this program
     #[arg(long)]
     force: bool,
 }
@@ -31,10 +32,15 @@ pub(crate) struct PageArguments {
 /// Writes the page of a run.
 pub(crate) fn run(arguments: &PageArguments, contents: Contents) -> Result<Outcome, Error> {
     let (path, replace) = (&arguments.results, replace(arguments.force));
-    let beside = path.with_extension("html");
+    let beside = path.with_extension(match contents {
+        Contents::Motion => "html",
+        Contents::Report => "report.html",
+    });
     let target = arguments.output.as_ref().unwrap_or(&beside);
+    let replace = Made::Page.replace(target, replace);
     check_output(target, replace)?;
     refuse_inputs(target, [path.as_path()], "the file of the results")?;
+    opened(path)?;
     let page = scene_page(path, arguments.scene.as_deref(), contents)?;
     let html = page.html().map_err(|source| Error::CannotWrite {
         path: target.clone(),

@@ -12,7 +12,7 @@ use serde::Serialize;
 use serde_json::json;
 
 use crate::outcome::Outcome;
-use crate::program::CommonArguments;
+use crate::program::{CommonArguments, Detail};
 use crate::simulate::component_reduction::{self, Reduced, create, reduce_components};
 use crate::simulate::replace;
 use crate::simulate::scene::{check_tolerance, is_interrupted, watch_for_interruption};
@@ -121,7 +121,7 @@ pub fn run(arguments: &PrepareArguments, common: &CommonArguments) -> Result<Out
     };
     report(&prepared, &files, tolerance, &seconds, folder)?;
     Ok(Outcome::done(
-        told(&prepared, &files, tolerance, folder) + &fields.told(&subject),
+        told(&prepared, &files, tolerance, folder, common.detail()) + &fields.told(&subject),
     ))
 }
 
@@ -199,14 +199,21 @@ fn simpler_inertia(scene: &Scene) -> impl Iterator<Item = (&str, &'static str)> 
     })
 }
 
-fn told(prepared: &Prepared, files: &[PreparedFile], tolerance: f64, folder: &Path) -> String {
-    let mut text = prepared.pruning.to_string();
-    // Writing to a string doesn't fail.
-    let _ = writeln!(
-        text,
-        "{} of {} elastic coordinates are enough, found by {} runs: no output is further than {:.1e} of its range from the run with everything (allowed {tolerance:.0e})",
-        prepared.coordinates, prepared.reference.elastic, prepared.runs, prepared.error
+fn told(
+    prepared: &Prepared,
+    files: &[PreparedFile],
+    tolerance: f64,
+    folder: &Path,
+    detail: Detail,
+) -> String {
+    let mut text = format!(
+        "prepared: {} of {} elastic coordinates are enough; outputs differ by at most {:.1e} of their range from the run with all of them (allowed {tolerance:.0e}; {} runs)\n",
+        prepared.coordinates, prepared.reference.elastic, prepared.error, prepared.runs
     );
+    if detail == Detail::Tables {
+        text += &prepared.pruning.to_string();
+    }
+    // Writing to a string doesn't fail.
     for (name, inertia) in simpler_inertia(&prepared.narrowed.scene) {
         let _ = writeln!(text, "inertia of body {name:?}: {inertia}");
     }

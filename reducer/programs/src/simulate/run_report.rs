@@ -4,24 +4,33 @@ use std::fmt::Write as _;
 use std::path::Path;
 
 use dcb_demand::pruning::Pruning;
-use dcb_formats::results::frequency_unit;
+use dcb_formats::component::Units;
+use dcb_formats::results::{Results, frequency_unit};
 use dcb_formats::scene::Scene;
+use dcb_formats::units::{DerivedUnits, four_digits};
+use dcb_runtime::error::Error;
 use dcb_runtime::model::Model;
 use dcb_runtime::run::{ModesReport, Report, RunReport, stiffened};
 
-use crate::program::CommonArguments;
+use crate::program::{CommonArguments, Detail};
 use crate::simulate::SceneArguments;
+use crate::simulate::show::last_values;
 
 /// That something is left out, or with `--explain` what.
 pub(super) fn told_of(pruning: &Pruning, arguments: &SceneArguments) -> String {
     match (arguments.explain, pruning.count()) {
         (true, _) => pruning.to_string(),
         (false, 0) => String::new(),
-        (false, count) => format!(
-            "leaves out what this scene does not need of its superelements ({count} item{}): changes the response of a body by {:.1e} at most, relative (--explain lists them, --model everything keeps all)\n",
-            if count == 1 { "" } else { "s" },
-            pruning.error()
-        ),
+        (false, count) => {
+            let s = if count == 1 { "" } else { "s" };
+            let effect = match pruning.error() {
+                error if error < f64::EPSILON => "responses do not change".to_owned(),
+                error => format!("responses change by at most {error:.1e}"),
+            };
+            format!(
+                "simplified for this scene: {count} part{s} of the models left out, {effect} (--explain lists them, --model everything keeps all)\n"
+            )
+        }
     }
 }
 
@@ -29,7 +38,7 @@ pub(super) fn told_of(pruning: &Pruning, arguments: &SceneArguments) -> String {
 pub(super) fn describe(scene: &Scene, model: &Model, common: &CommonArguments) -> String {
     let system = &model.system;
     let mut text = format!(
-        "{} bod{}, {} degrees of freedom, {} constraint and spring rows, {} superelement file{}\n",
+        "{} bod{}, {} degrees of freedom before their joints, {} constraint and spring rows, {} superelement file{}\n",
         system.bodies.len(),
         if system.bodies.len() == 1 { "y" } else { "ies" },
         system.dof_count(),
@@ -56,39 +65,100 @@ pub(super) fn describe(scene: &Scene, model: &Model, common: &CommonArguments) -
     text
 }
 
-/// Value found.
-pub(super) fn told(report: &Report, path: &Path, scene: &Scene) -> String {
-    let text = match report {
-        Report::Transient(report) => return summary(report, path, scene),
-        Report::Static(report) => format!(
-            "at rest after {} iterations; the softest free direction has a frequency of {:.4e} {}\n",
-            report.equilibrium.iterations,
-            report.equilibrium.least_stiffness.sqrt() / std::f64::consts::TAU,
-            frequency_unit(&scene.units)
-        ),
-        Report::Kinematic(report) => format!("{} times\n", report.times),
-        Report::Modes(report) => modes_table(report, scene),
+/// What a run is told of: what it found, and how.
+pub(super) struct Told<'a> {
+    pub report: &'a Report,
+    /// File of the results.
+    pub path: &'a Path,
+    pub scene: &'a Scene,
+    /// How many notes were told.
+    pub notes: usize,
+    pub detail: Detail,
+}
+
+impl Told<'_> {
+    /// The verdict, what was loaded, and the values found; the file last.
+    ///
+    /// # Errors
+    /// Those of reading the results.
+    pub(super) fn text(&self, loaded: &str) -> Result<String, Error> {
+        let scene = self.scene;
+        let notes = match self.notes {
+            0 => String::new(),
+            1 => "; 1 note".to_owned(),
+            count => format!("; {count} notes"),
+        };
+        let (verdict, rest) = match self.report {
+            Report::Transient(report) => (
+                verdict(report, &scene.units.time),
+                effort(report, &scene.units, self.detail),
+            ),
+            Report::Static(report) => {
+                let softest = report.equilibrium.least_stiffness.sqrt() / std::f64::consts::TAU;
+                let found = format!(
+                    "done: at rest after {} iterations; the softest motion has a frequency of {} {}",
+                    report.equilibrium.iterations,
+                    four_digits(softest),
+                    frequency_unit(&scene.units)
+                );
+                (found, last_values(&Results::open(self.path)?)?)
+            }
+            Report::Kinematic(report) => (
+                format!("done: positions at {} times", report.times),
+                String::new(),
+            ),
+            Report::Modes(report) => (modes_verdict(report, scene), modes_table(report, scene)),
+        };
+        let state = match self.report.is_complete() {
+            true => "",
+            false => " (incomplete)",
+        };
+        Ok(format!(
+            "{verdict}{notes}\n{loaded}{rest}{}{state}\n",
+            self.path.display()
+        ))
+    }
+}
+
+/// How many modes, and the first of them.
+fn modes_verdict(report: &ModesReport, scene: &Scene) -> String {
+    let unit = frequency_unit(&scene.units);
+    let count = report.modes.modes.len().min(report.count);
+    let first = (report.modes.modes.iter())
+        .map(|mode| mode.frequency())
+        .find(|frequency| *frequency > 0.0);
+    let first = first.map_or(String::new(), |frequency| {
+        format!(
+            ", the first oscillation at {} {unit}",
+            four_digits(frequency)
+        )
+    });
+    let unstable = match report.modes.unstable().len() {
+        0 => String::new(),
+        count => format!("; {count} unstable"),
     };
-    text + &last_line(path, report.is_complete())
+    format!("done: {count} modes{first}{unstable}")
 }
 
 /// Frequencies and damping.
 fn modes_table(report: &ModesReport, scene: &Scene) -> String {
     let mut text = format!(
-        "{} degrees of freedom, {} of them without stiffness\n{:>5} {:>18} {:>12} {:>12}\n",
+        "{} degrees of freedom left by the joints, {} of them without stiffness\n{:>5} {:>18} {:>18} {:>12} {:>12}\n",
         report.modes.dof_count,
         report.modes.rigid_count,
         "mode",
         format!("frequency [{}]", frequency_unit(&scene.units)),
+        format!("[rad/{}]", scene.units.time),
         "damping",
         "growth"
     );
     for (index, mode) in report.modes.modes.iter().take(report.count).enumerate() {
         let _ = writeln!(
             text,
-            "{:>5} {:>18.9} {:>12.5} {:>12.4e}",
+            "{:>5} {:>18.9} {:>18.9} {:>12.5} {:>12.4e}",
             index + 1,
             mode.frequency(),
+            std::f64::consts::TAU * mode.frequency(),
             // No minus before a zero.
             (1e5 * mode.damping_ratio()).round() / 1e5 + 0.0,
             mode.growth
@@ -101,23 +171,48 @@ fn modes_table(report: &ModesReport, scene: &Scene) -> String {
     text
 }
 
-/// Text on a run over time.
-fn summary(report: &RunReport, path: &Path, scene: &Scene) -> String {
+/// One line: how far a run over time came, and how well its energy balance closes.
+fn verdict(report: &RunReport, time: &str) -> String {
+    let word = match report.is_complete {
+        true => "done",
+        false => "stopped",
+    };
+    let balance = report.balance.share().map_or(String::new(), |share| {
+        format!("; energy balance closes to {share:.1e} of the largest energy")
+    });
+    format!(
+        "{word}: {} {time} in {} steps{balance}",
+        short(report.time),
+        report.steps
+    )
+}
+
+/// A time without digits that say nothing.
+fn short(value: f64) -> String {
+    let text = format!("{value:.6}");
+    match value.abs() < 1e-3 && value != 0.0 {
+        true => format!("{value:.4e}"),
+        false => text.trim_end_matches('0').trim_end_matches('.').to_owned(),
+    }
+}
+
+/// Effort of a run over time: counts where tables are wanted, times of stages where they were measured.
+fn effort(report: &RunReport, units: &Units, detail: Detail) -> String {
     let steps = report.steps.max(1) as f64;
-    let unit = &scene.units.time;
-    let mut text = format!(
-        "t = {:.6} {unit} after {} steps: {:.2} iterations and {:.2} factorizations a step, {:.1} us a step\n",
-        report.time,
-        report.steps,
-        report.effort.iterations as f64 / steps,
-        report.effort.factorizations as f64 / steps,
-        1e6 * report.seconds / steps,
-    );
-    if let Some(share) = report.balance.share() {
+    let mut text = String::new();
+    if detail == Detail::Tables {
         let _ = writeln!(
             text,
-            "energy balance: largest defect {:.2e}, {share:.1e} of the largest energy stored or exchanged",
-            report.balance.defect
+            "{:.2} iterations and {:.2} factorizations a step, {:.1} us a step",
+            report.effort.iterations as f64 / steps,
+            report.effort.factorizations as f64 / steps,
+            1e6 * report.seconds / steps,
+        );
+        let energy = DerivedUnits::of(&units.length, &units.mass, &units.time).energy;
+        let _ = writeln!(
+            text,
+            "largest defect of the energy balance {:.2e} {energy}, largest energy {:.2e} {energy}",
+            report.balance.defect, report.balance.largest
         );
     }
     if let Some(profile) = &report.profile {
@@ -137,10 +232,5 @@ fn summary(report: &RunReport, path: &Path, scene: &Scene) -> String {
             );
         }
     }
-    text + &last_line(path, report.is_complete)
-}
-
-fn last_line(path: &Path, is_complete: bool) -> String {
-    let state = if is_complete { "" } else { " (incomplete)" };
-    format!("{}{state}\n", path.display())
+    text
 }

@@ -12,7 +12,7 @@ use crate::outcome::Outcome;
 use crate::program::CommonArguments;
 use crate::program::Told;
 use crate::simulate::page::way_between;
-use crate::simulate::run_report::{describe, told, told_of};
+use crate::simulate::run_report::{self, describe, told_of};
 use crate::simulate::{ModelArgument, SceneArguments, replace};
 use crate::stop_signal::{self, StopSignal};
 use dcb_demand::SuperelementFiles;
@@ -105,12 +105,19 @@ pub fn run(arguments: &SceneArguments, common: &CommonArguments) -> Result<Outco
     at_stage("run");
     let report = run::run(&scene, model, &target, &mut watcher);
     watcher.finish();
-    let report = report?;
+    let report = report.map_err(|error| error.in_file(path))?;
     if let Some(table) = &arguments.csv {
         let results = Results::open(&target.path)?;
         csv::write_csv(&results, Selection::Outputs, table, Replace::Overwrite)?;
     }
-    let output = loaded + &told(&report, &target.path, &scene);
+    let told = run_report::Told {
+        report: &report,
+        path: &target.path,
+        scene: &scene,
+        notes: watcher.notes,
+        detail: common.detail(),
+    };
+    let output = told.text(&loaded)?;
     Ok(match report.is_complete() {
         true => Outcome::done(output),
         false => Outcome::interrupted(output),
@@ -169,6 +176,14 @@ fn check_targets(
 
 /// Options of the command line in place of the scene's.
 fn override_scene(scene: &mut Scene, arguments: &SceneArguments) -> Result<(), Error> {
+    for (option, given) in [("--step", arguments.step), ("--end", arguments.end)] {
+        if let Some(given) = given.filter(|given| !(*given > 0.0 && given.is_finite())) {
+            return Err(Error::described(
+                option,
+                format!("is {given}; expected a finite number above zero"),
+            ));
+        }
+    }
     if let Some(integrator) = &mut scene.integrator {
         if let Some(step) = arguments.step {
             integrator.step = step;
@@ -218,6 +233,8 @@ fn options(arguments: &SceneArguments, scene: &Path, output: &Path) -> serde_jso
 pub(crate) struct Watcher {
     bar: ProgressBar,
     told: Told,
+    /// How many notes there were.
+    notes: usize,
 }
 
 impl Watcher {
@@ -226,6 +243,7 @@ impl Watcher {
         Self {
             bar: bar(told.display(), POSITIONS, template),
             told,
+            notes: 0,
         }
     }
 
@@ -237,7 +255,11 @@ impl Watcher {
 
 impl Observer for Watcher {
     fn note(&mut self, time: f64, message: &str) {
-        let line = format!("t = {time:.6}: {message}");
+        self.notes += 1;
+        let line = match time == 0.0 {
+            true => message.to_owned(),
+            false => format!("t = {time:.6}: {message}"),
+        };
         self.bar.suspend(|| self.told.say("note", &line));
     }
 

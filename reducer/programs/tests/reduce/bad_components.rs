@@ -181,7 +181,7 @@ fn a_part_without_interfaces_gets_a_warning() {
     folder.set("rotor.json", "component/interfaces", json!([]));
     let answer = folder.warned("rotor.mtx --modes 3", &["no interface"]);
     says!(answer.stdout, "no interface: nothing can be attached");
-    let shown = folder.done("inspect rotor.dcb.h5");
+    let shown = folder.done("inspect rotor.dcb.h5 -v");
     says!(shown, "no interface: nothing can be attached");
     folder.done("verify rotor.dcb.h5 --component rotor.mtx");
     folder.done("compare rotor.dcb.h5 rotor.dcb.h5");

@@ -35,7 +35,10 @@ fn a_deck_moves() {
     }
     let answer = folder.run("bracket.sti --units mm,t,s --modes 10");
     assert_eq!(answer.code, Some(0), "{answer:?}");
-    has_all(&answer.stdout, &["240 dofs reduced to 10 modes"]);
+    has_all(
+        &answer.stdout,
+        &["240 degrees of freedom reduced to 10 modes"],
+    );
 
     let file = SuperelementFile::open(folder.path("bracket.dcb.h5")).unwrap();
     let element = file.superelement().unwrap();

@@ -15,7 +15,7 @@ fn last_number(text: &str, start: &str) -> f64 {
 fn a_superelement_agrees_with_itself() {
     let folder = Folder::rotor();
     folder.done("rotor.mtx --modes 6");
-    let shown = folder.done("compare rotor.dcb.h5 rotor.dcb.h5");
+    let shown = folder.done("compare rotor.dcb.h5 rotor.dcb.h5 -v");
     for start in [
         "mass",
         "centre x",
@@ -33,7 +33,7 @@ fn the_static_flexibility_does_not_depend_on_the_modes_kept() {
     let folder = Folder::rotor();
     folder.done("rotor.mtx --modes 4 -o few.dcb.h5");
     folder.done("rotor.mtx --modes 20 -o many.dcb.h5");
-    let shown = folder.done("compare few.dcb.h5 many.dcb.h5");
+    let shown = folder.done("compare few.dcb.h5 many.dcb.h5 -v");
     assert!(last_number(&shown, "F_res + kept modes") < 1e-8, "{shown}");
     assert!(
         shown.contains("A keeps 4 modes, B 20") && !shown.contains("F_res, largest"),
@@ -58,7 +58,7 @@ fn parts_of_other_dimension_or_rows_are_told_apart() {
         json!([{"name": "n", "kind": "nodes", "nodes": [3]}]),
     );
     folder.done("rotor.mtx --modes 3 -o node.dcb.h5");
-    let shown = folder.done("compare rotor.dcb.h5 node.dcb.h5");
+    let shown = folder.done("compare rotor.dcb.h5 node.dcb.h5 -v");
     says!(shown, "A has 12 boundary rows, B 3");
     folder.refused("compare rotor.dcb.h5 nowhere.h5", &["nowhere.h5"]);
 }

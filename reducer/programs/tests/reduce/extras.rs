@@ -54,7 +54,7 @@ fn further_columns_are_written_named_and_verified() {
             .ncols(),
         19
     );
-    let shown = folder.done("verify part.dcb.h5 --component part.mtx");
+    let shown = folder.done("verify part.dcb.h5 --component part.mtx -v");
     for what in [
         "load.wind (part.load.wind.mtx)",
         "further columns answer to their loads",
@@ -65,7 +65,7 @@ fn further_columns_are_written_named_and_verified() {
     ] {
         says!(shown, format!("ok   {what}"));
     }
-    let shown = folder.done("inspect part.dcb.h5");
+    let shown = folder.done("inspect part.dcb.h5 -v");
     says!(shown, "19 further columns");
 }
 
@@ -85,7 +85,7 @@ fn geometric_stiffness_is_projected_and_verified() {
     assert!(stiffening.centrifugal[0][(0, 0)] > 0.0);
     assert!(first(0) < 0.0 && first(2) > 0.0 && first(1) == 0.0 && first(3) == 0.0);
     assert!((first(0) / first(2) + 1.0).abs() < 1e-9);
-    let shown = folder.done("verify part.dcb.h5 --component part.mtx");
+    let shown = folder.done("verify part.dcb.h5 --component part.mtx -v");
     for what in ["centrifugal stiffening", "interface stiffening"] {
         says!(shown, format!("ok   {what}"));
     }

@@ -163,3 +163,24 @@ fn the_page_of_commands_says_what_the_helps_say() {
         says!(documented, format!("`{option} "));
     }
 }
+
+/// Options of every command stand under their own heading.
+#[test]
+fn options_of_every_command_are_not_those_of_other_programs() {
+    let shown = Folder::empty().done("--help");
+    let (_, rest) = shown.split_once("Files of other programs").unwrap();
+    for option in ["--force", "--memory", "--cache", "--quiet", "--threads"] {
+        assert!(!rest.contains(option), "{option}: {shown}");
+    }
+    says!(rest, "--units", "--repair-order");
+}
+
+#[test]
+fn a_misspelt_command_is_told_from_a_file() {
+    let folder = Folder::rotor();
+    folder.refused("inspekt rotor.dcb.h5", &["did you mean `inspect`?"]);
+    folder.refused(
+        "inspect rotor.dcb.h5 --modes 3",
+        &["--modes", "Usage: reduce inspect"],
+    );
+}

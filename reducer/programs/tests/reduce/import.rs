@@ -39,7 +39,7 @@ fn one_command_is_enough() {
     assert_eq!(answer.code, Some(0), "{answer:?}");
     has_all(
         &answer.stdout,
-        &["240 dofs reduced to", "wrote bracket.dcb.h5"],
+        &["240 degrees of freedom reduced to", "wrote bracket.dcb.h5"],
     );
     for (nth, expected) in [531_961_600.0_f64, 3_619_629_000.0].into_iter().enumerate() {
         let expected = expected.sqrt() / std::f64::consts::TAU;
@@ -310,4 +310,31 @@ fn marks_and_packings_of_files_are_told() {
     let old = String::from_utf8(folder.bytes("variants_double.pch")).unwrap();
     folder.write("old.pch", old.replace('\n', "\r"));
     folder.refused("inspect old.pch", &["old.pch", "CR alone"]);
+}
+
+/// What `reduce init` drafts from a deck has lost the labels of the nodes: the deck stays the mesh, and which one is read is said.
+#[test]
+fn a_draft_beside_the_deck_changes_nothing() {
+    let folder = Folder::exchange(&CALCULIX);
+    folder.done("init bracket.inp --units mm,t,s");
+    let answer = folder.run("bracket.sti --units mm,t,s --modes 8");
+    assert_eq!(answer.code, Some(0), "{answer:?}");
+    has_all(
+        &answer.stderr,
+        &[
+            "the mesh is bracket.inp",
+            "bracket.json beside it is not read",
+        ],
+    );
+    let expected = 531_961_600.0_f64.sqrt() / std::f64::consts::TAU;
+    let found = folder.frequency("bracket.dcb.h5", 0);
+    assert!((found / expected - 1.0).abs() < 1e-6, "{found} {expected}");
+    folder.refused(
+        "bracket.sti --mesh bracket.json -o other.dcb.h5",
+        &["rigid motions of the mesh bracket.json are resisted"],
+    );
+    folder.refused(
+        "init bracket.sti --units mm,t,s --force",
+        &["bracket.sti: is a matrix", "nodes.txt"],
+    );
 }

@@ -41,7 +41,7 @@ fn json_has_what_the_reduction_found() {
 fn text_shows_the_same_in_columns() {
     let folder = Folder::rotor();
     folder.done("rotor.mtx --modes 4");
-    let shown = folder.done("inspect rotor.dcb.h5");
+    let shown = folder.done("inspect rotor.dcb.h5 -v");
     says!(
         shown,
         "rotor: spatial superelement, format 1.5, units m kg s, frame mean-axis",
@@ -99,7 +99,7 @@ fn residuals_of_selected_modes_are_their_own() {
     let second = selected(&first, &[1, 2, 3]);
     let residuals = |element: &Superelement| -> Vec<String> {
         folder.store_superelement("rotor.dcb.h5", element);
-        let shown = folder.done("inspect rotor.dcb.h5");
+        let shown = folder.done("inspect rotor.dcb.h5 -v");
         let lines = shown.lines().skip_while(|line| !line.starts_with("mode "));
         let lines = lines.skip(1).take(element.mode_count());
         lines
@@ -117,7 +117,7 @@ fn residuals_of_selected_modes_are_their_own() {
         ["1.0e-11", "2.0e-11", "4.0e-11", "6.0e-11"]
     );
     assert_eq!(residuals(&second), ["2.0e-11", "4.0e-11", "6.0e-11"]);
-    let verified = folder.done("verify rotor.dcb.h5 --component rotor.mtx");
+    let verified = folder.done("verify rotor.dcb.h5 --component rotor.mtx -v");
     says!(verified, "taken out of a larger superelement");
 }
 
@@ -129,7 +129,7 @@ fn a_planar_part_is_shown_in_its_plane() {
     assert_eq!(found["dimension"], 2);
     assert!(found["inertia"].is_f64());
     assert_eq!(found["first_omitted_eigenvalue"], json!(null));
-    let shown = folder.done("inspect rod.dcb.h5");
+    let shown = folder.done("inspect rod.dcb.h5 -v");
     says!(
         shown,
         "planar superelement",
@@ -143,7 +143,7 @@ fn a_frozen_file_of_the_first_version_is_shown() {
     for name in ["planar-1.0.dcb.h5", "spatial-1.0.dcb.h5"] {
         let path = stored("tests/data/frozen").join(name);
         let folder = Folder::empty();
-        let shown = folder.done(&format!("inspect {}", path.display()));
+        let shown = folder.done(&format!("inspect {} -v", path.display()));
         says!(shown, "format 1.0");
         folder.inspected(&path.display().to_string());
     }
@@ -168,7 +168,7 @@ fn errors_are_shown_between_their_bounds() {
     }
     let of = |form: &str| errors[form]["collocated"]["largest"]["upper"].as_f64();
     assert!(of("strong") < of("static"), "{errors}");
-    let shown = folder.done("inspect rotor.dcb.h5 --band 1:20");
+    let shown = folder.done("inspect rotor.dcb.h5 --band 1:20 -v");
     says!(
         shown,
         "errors, rigorous bounds from 1.0000 to 20.0000 Hz, loss factor 0.02",

@@ -19,10 +19,10 @@ fn too_little_for_memory(folder: &Folder) -> u64 {
 fn a_plan_writes_nothing_and_tells_sizes_memory_and_time() {
     let folder = Folder::rotor();
     let before = folder.names();
-    let shown = folder.done("plan rotor.mtx --modes 12 --memory 8G");
+    let shown = folder.done("plan rotor.mtx --modes 12 --memory 8G -v");
     says!(
         shown,
-        "dofs                               345",
+        "degrees of freedom                 345",
         "entries of the factor",
         "operations of a factorization",
         "largest memory",
@@ -38,7 +38,7 @@ fn a_plan_writes_nothing_and_tells_sizes_memory_and_time() {
     assert_eq!(plan["chosen"], "in memory");
     let assumed = planned(&folder, "--max-frequency 500");
     assert_eq!(assumed["sizes"]["modes_are_assumed"], true);
-    let refused = folder.done("plan rotor.mtx --memory 1M");
+    let refused = folder.done("plan rotor.mtx --memory 1M -v");
     says!(refused, "will be refused");
 }
 

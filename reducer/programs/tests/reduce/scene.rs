@@ -24,6 +24,15 @@ fn the_rod_of_the_slider_crank_is_reduced_for_it() {
     let shown = folder.done("rod.mtx --scene scene.json --tolerance 1e-3");
     says!(
         shown,
+        "in scene.json the part's responses are right within",
+        "(allowed 1.0e-03)",
+        " dynamic attachments (",
+        "fields of 1 of 5 nodes"
+    );
+    assert!(!shown.contains("which asks"), "{shown}");
+    let shown = folder.done("rod.mtx --scene scene.json --tolerance 1e-3 --force -v");
+    says!(
+        shown,
         "made for scene.json, which asks",
         "interface    \"a\" takes fx fy from joints.wrist",
         "node         2 for outputs.midpoint_deflection",
@@ -33,10 +42,10 @@ fn the_rod_of_the_slider_crank_is_reduced_for_it() {
         "tolerance 1.0e-03"
     );
     folder.done("verify rod.dcb.h5");
-    let verified = folder.done("verify rod.dcb.h5 --component rod.mtx");
+    let verified = folder.done("verify rod.dcb.h5 --component rod.mtx -v");
     says!(verified, "taken out of a larger superelement");
     // It is all in the file.
-    let inspected = folder.done("inspect rod.dcb.h5");
+    let inspected = folder.done("inspect rod.dcb.h5 -v");
     says!(inspected, "made for scene.json, which asks");
     let found = folder.inspected("rod.dcb.h5");
     let fit = &found["quality"]["scene"];
@@ -201,7 +210,7 @@ fn a_spatial_part_is_reduced_for_a_planar_scene_that_runs_it() {
     );
     folder.done("verify part.dcb.h5");
     folder.done("verify part.dcb.h5 --component part.mtx");
-    let inspected = folder.done("inspect part.dcb.h5");
+    let inspected = folder.done("inspect part.dcb.h5 -v");
     says!(
         inspected,
         "part: planar superelement",

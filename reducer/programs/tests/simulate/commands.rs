@@ -23,13 +23,27 @@ fn results_become_pictures_tables_and_lists() {
     // A picture can be drawn again.
     folder.done("plot scene.h5");
     folder.done("csv scene.h5 reactions/hinge balance -o forces.csv");
+    // A name shows values, and a picture has to be SVG.
+    let values = folder.done("show scene.h5 angle reactions/hinge.fx").stdout;
+    says!(values, "smallest", "angle [rad]", "reactions/hinge.fx [N]");
+    assert_eq!(values.lines().count(), 4, "{values}");
+    folder.refused(
+        "plot scene.h5 -o scene.png",
+        &["--output", "plots are SVG", "scene.svg"],
+    );
+    assert!(!folder.path("scene.png").exists());
     let header = folder.read("forces.csv");
     assert!(
-        header.starts_with("time [s],reactions/hinge.fx [kg*m/s^2],"),
+        header.starts_with("time [s],reactions/hinge.fx [N],"),
         "{header}"
     );
     let shown = folder.done("show scene.h5").stdout;
-    says!(shown, "101 rows, complete", "angle [rad]");
+    says!(
+        shown,
+        "101 rows, complete",
+        "angle [rad]",
+        "reactions/hinge: fx fy [N], mz [N*m]"
+    );
 }
 
 #[test]
@@ -44,7 +58,10 @@ fn other_files_are_refused_by_what_they_are() {
             ),
             (
                 &format!("{command} scene.json"),
-                &["scene.json: isn't an HDF5 file"],
+                &[
+                    "scene.json: is a scene, and results are wanted",
+                    "simulate scene.json",
+                ],
             ),
             (
                 &format!("{command} rod.dcb.h5"),

@@ -151,9 +151,15 @@ fn drives_that_contradict_each_other_later_are_told_when_they_do() {
     let table = json!({"table": {"times": [0, 0.05, 0.06, 1], "values": [0, 0.025, 0.031, 0.5], "interpolation": "linear"}});
     let folder = Folder::with(&four_bar(json!({"drives": right(table)})));
     let answer = folder.run("scene.json");
-    answer.is_error(1, &["is violated by", "contradicts the other constraints"]);
+    answer.is_error(
+        1,
+        &[
+            "drives \"left\", \"right\" contradict each other",
+            "rad to follow them",
+        ],
+    );
     let (reason, time, rows) = folder.stopped();
-    says!(reason, "is violated by");
+    says!(reason, "contradict each other");
     assert!((time.unwrap() - 0.05).abs() < 2e-3, "{time:?}");
     assert_eq!(rows, (time.unwrap() / 1e-3).round() as usize + 1);
 }

@@ -30,7 +30,7 @@ fn a_linear_system_is_told_and_written_in_each_format() {
         told,
         "2 states, 1 inputs, 1 outputs at t = 0 s",
         "-2.5000e-1",
-        "motor [kg*m^2/s^2], u0 = 0",
+        "motor [N*m], u0 = 0",
         "angle [rad], y0 = ",
         "scene.linear.h5"
     );

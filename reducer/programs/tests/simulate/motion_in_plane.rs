@@ -86,11 +86,11 @@ fn a_symmetric_mechanism_moves_in_its_plane_as_in_space() {
             .stdout;
         says!(
             told,
-            "3 bodies, 19 degrees of freedom, 14 constraint and spring rows"
+            "3 bodies, 19 degrees of freedom before their joints, 14 constraint and spring rows"
         );
         says!(
             all,
-            "3 bodies, 40 degrees of freedom, 24 constraint and spring rows"
+            "3 bodies, 40 degrees of freedom before their joints, 24 constraint and spring rows"
         );
         says!(told, "motion out of the plane across [");
         let found = histories(&folder, "plane.h5");

@@ -239,8 +239,11 @@ fn modes_stand_in_the_file_as_numbers() {
     let shown = folder.done("show scene.h5").stdout;
     says!(
         shown,
-        "5 modes: frequency [Hz], damping_ratio [1], growth [1/s]"
+        "5 modes: frequency [Hz], damping_ratio [1], growth [1/s], angular frequency [rad/s]"
     );
+    folder.done("csv scene.h5 frequency -o frequency.csv");
+    let table = folder.read("frequency.csv");
+    assert_eq!(table.lines().next(), Some("mode [1],frequency [Hz]"));
     folder.done("csv scene.h5");
     let table = folder.read("scene.csv");
     let lines: Vec<&str> = table.lines().collect();

@@ -137,7 +137,7 @@ fn nodes_of_a_page_are_where_the_outputs_say() {
 fn pages_need_nothing_from_elsewhere() {
     let folder = recorded("strong");
     folder.done("report scene.h5");
-    let page = Page::read(&folder, "scene.html");
+    let page = Page::read(&folder, "scene.report.html");
     for forbidden in ["src=\"", "href=\"http", "@import", "url(http"] {
         assert!(!page.html.contains(forbidden), "{forbidden}");
     }
@@ -171,7 +171,7 @@ fn names_of_strangers_stay_text() {
     folder.write("scene.json", scene.to_string());
     folder.done("scene.json --end 0.001");
     folder.done("report scene.h5");
-    let page = Page::read(&folder, "scene.html");
+    let page = Page::read(&folder, "scene.report.html");
     assert!(!page.html.contains("<img src=x"));
     assert_eq!(page.body(&hostile)["name"], json!(hostile));
 }
@@ -181,9 +181,12 @@ fn a_page_is_of_the_superelements_of_the_run() {
     let folder = Folder::slider_crank();
     folder.done("scene.json --end 0.001");
     folder.done("animate scene.h5");
+    // A page can be made again, another file is not lost.
+    folder.done("animate scene.h5");
+    folder.write("other.html", "<!DOCTYPE html>");
     folder.refused(
-        "animate scene.h5",
-        &["scene.html: exists already; use --force"],
+        "animate scene.h5 -o other.html",
+        &["other.html: exists already; use --force"],
     );
     folder.refused(
         "animate scene.h5 -o scene.h5 --force",

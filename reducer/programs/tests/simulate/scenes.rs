@@ -163,3 +163,80 @@ fn what_does_not_fit_is_told_with_its_path_of_keys() {
         says!(message, "scene.json: ", place);
     }
 }
+
+/// Slips of people who are new to it: what is in the way, and what to write in its place.
+#[test]
+fn frequent_slips_are_answered_with_what_to_write() {
+    let folder = Folder::slider_crank();
+    let slips: [(&str, Value, &[&str]); 6] = [
+        (
+            "joints/axle/revolute/b",
+            json!("crank"),
+            &["\"crank\" names a body", "crank/axle, crank/pin"],
+        ),
+        (
+            "joints/wrist/revolute/b",
+            json!("rod"),
+            &["\"rod\" names a body", "rod/INTERFACE", "rod.dcb.h5"],
+        ),
+        (
+            "drives/motor",
+            json!({"torque": {"joint": "axle", "constant": 1}}),
+            &["`torque`", "`actuators`"],
+        ),
+        (
+            "integrator",
+            json!({"step": 1e-4, "end": 1}),
+            &["{\"generalized_alpha\": {\"step\": ...}}"],
+        ),
+        (
+            "integrator/generalized_alpha/end",
+            json!("1 s"),
+            &["expected a number, without quotes and without a unit"],
+        ),
+        (
+            "bodies/rod/superelement",
+            json!("rodd.dcb.h5"),
+            &[
+                "scene.json: bodies.rod.superelement",
+                "did you mean rod.dcb.h5?",
+                "`reduce rodd.mtx`",
+            ],
+        ),
+    ];
+    let sound = folder.read("scene.json");
+    for (place, value, says) in slips {
+        folder.set_scene(place, value);
+        folder.refused("scene.json", says);
+        folder.write("scene.json", &sound);
+    }
+    folder.refused_each(&[
+        ("scene.json --end -1", &["--end: is -1"]),
+        (
+            "rod.dcb.h5",
+            &["rod.dcb.h5: is an HDF5 file", "simulate init rod.dcb.h5"],
+        ),
+        ("anmate scene.h5", &["did you mean `animate`?"]),
+        (
+            "animate scene.json",
+            &["is a scene, and results are wanted"],
+        ),
+    ]);
+    folder.write(
+        "part.mtx",
+        "%%MatrixMarket matrix coordinate real symmetric\n",
+    );
+    folder.refused(
+        "part.mtx",
+        &["is a matrix, not a scene", "`reduce part.mtx`"],
+    );
+    folder.write("part.json", r#"{"points": [[0, 0]], "component": {}}"#);
+    folder.refused("part.json", &["describes a component, not a scene"]);
+}
+
+#[test]
+fn a_record_longer_than_the_run_is_told() {
+    let folder = Folder::with(&pendulum(json!({"record": {"interval": 100}})));
+    let told = folder.done("scene.json").stderr;
+    says!(told, "record.interval is 100 s, longer than the run");
+}

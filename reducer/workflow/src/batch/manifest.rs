@@ -4,6 +4,7 @@ use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 
 use dcb_formats::component_files::stem;
+use dcb_formats::description::without_comments;
 use dcb_formats::snapshot::read_small;
 use dcb_formats::terminal::{abridged, shortened};
 use schemars::JsonSchema;
@@ -74,7 +75,8 @@ pub fn read_manifest(path: &Path) -> Result<Vec<Part>, dcb_formats::Error> {
         line: error.line() as u64,
         message: told(&error),
     };
-    let file: ManifestFile = serde_json::from_slice(&bytes).map_err(syntax)?;
+    let text = without_comments(&bytes, path)?;
+    let file: ManifestFile = serde_json::from_slice(&text).map_err(syntax)?;
     let folder = path.parent().unwrap_or(Path::new(""));
     parts(file, folder).map_err(|(location, message)| dcb_formats::Error::Location {
         path: path.to_owned(),

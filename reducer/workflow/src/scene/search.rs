@@ -1,6 +1,7 @@
 //! Enough modes for a scene: more and more, until certified bounds of what is left out of the component are small beside the tolerance.
 
 use dcb_formats::scene::Compatibility;
+use dcb_formats::units::written_frequency;
 use std::f64::consts::TAU;
 
 use dcb_demand::LeftOut;
@@ -315,7 +316,9 @@ impl Search<'_> {
             most_modes,
             ..
         } = *self.limits;
-        let frequency = self.asked.demand.band.frequency.unwrap_or(0.0);
+        let demand = &self.asked.demand;
+        let frequency = demand.band.frequency.unwrap_or(0.0);
+        let frequency = written_frequency(frequency, &demand.time);
         let found = match rounds.last() {
             Some(Round {
                 lower,

@@ -15,6 +15,7 @@ use serde::Serialize;
 use super::excitation::{Excitation, NEGLIGIBLE};
 use crate::Error;
 use dcb_formats::scene::{Analysis, Scene, Scheme};
+use dcb_formats::units::written_frequency;
 
 /// Largest relative error of a period that counts as followed: that of 20 steps in a period, of which a run begins to warn.
 const PERIOD_ERROR: f64 = 0.01;
@@ -70,8 +71,10 @@ impl Band {
             Some(_) => "the shortest steps allowed",
             None => "the steps",
         };
+        let time = &scene.units.time;
         let by_step = format!(
-            "{which} of {step:.4e} follow periods of {per_period:.1} steps or more within {:.0} %: up to {followed:.4e}",
+            "{which} of {step:.3e} {time} resolve motion up to {} (period error {:.0} %)",
+            written_frequency(followed, time),
             100.0 * PERIOD_ERROR
         );
         Ok(match Excitation::of(scene, integrator.end)? {
@@ -84,7 +87,8 @@ impl Band {
                 reasons: vec![
                     by_step,
                     format!(
-                        "all motions are small, and {by}: up to {excited:.4e}, beyond which less than {:.0} % of the deflection oscillates",
+                        "all motions are small, and {by}: above {} less than {:.0} % of the deflection oscillates",
+                        written_frequency(excited, time),
                         100.0 * NEGLIGIBLE
                     ),
                 ],

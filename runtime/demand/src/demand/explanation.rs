@@ -2,8 +2,9 @@
 
 use std::fmt::{self, Display, Formatter};
 
-use super::{Band, Deflection, Demand, InterfaceDemand, Involvement, NodeDemand};
+use super::{Deflection, Demand, InterfaceDemand, Involvement, NodeDemand};
 use dcb_formats::scene::InertiaChange;
+use dcb_formats::units::{four_digits, written_frequency};
 
 impl Display for Demand {
     fn fmt(&self, f: &mut Formatter) -> fmt::Result {
@@ -44,9 +45,20 @@ impl Display for Demand {
         let (rate, reason) = (self.spin.rate, &self.spin.reason);
         writeln!(
             f,
-            "  spin         {bound} {rate:.4e} rad per time: {reason}"
+            "  spin         {bound} {} rad/{}: {reason}",
+            four_digits(rate),
+            self.time
         )?;
-        write!(f, "{}", self.band)?;
+        match self.band.frequency {
+            Some(frequency) => {
+                let limit = written_frequency(frequency, &self.time);
+                writeln!(f, "  frequencies  up to {limit}")?;
+            }
+            None => writeln!(f, "  frequencies  without a known limit")?,
+        }
+        for reason in &self.band.reasons {
+            writeln!(f, "               {reason}")?;
+        }
         for plane in &self.planes.planes {
             let [x, y, z] = plane.normal;
             writeln!(
@@ -108,18 +120,5 @@ impl Display for NodeDemand {
             }
             Self::All(by) => writeln!(f, "  nodes        all for {}", by.join(", ")),
         }
-    }
-}
-
-impl Display for Band {
-    fn fmt(&self, f: &mut Formatter) -> fmt::Result {
-        match self.frequency {
-            Some(frequency) => writeln!(f, "  frequencies  up to {frequency:.4e} per time")?,
-            None => writeln!(f, "  frequencies  without a known limit")?,
-        }
-        for reason in &self.reasons {
-            writeln!(f, "               {reason}")?;
-        }
-        Ok(())
     }
 }

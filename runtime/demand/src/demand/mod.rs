@@ -65,6 +65,8 @@ use interface::{Gathered, Gathering, superelement};
 pub struct Demand {
     /// Name of the body.
     pub body: String,
+    /// The scene's unit of time.
+    pub time: String,
     /// Involvement of the body.
     pub involvement: Involvement,
     /// Deflection that is followed.
@@ -152,6 +154,7 @@ impl Demand {
         let PlanesOfMotion { planes, refused } = PlanesOfMotion::of(scene, parts);
         Ok(Self {
             body: body.to_owned(),
+            time: scene.units.time.clone(),
             involvement,
             deflection: match scene.analysis {
                 Analysis::Kinematic => Deflection::Rigid,

@@ -55,9 +55,9 @@ impl Spin {
             });
         let reason = match rate > 0.0 {
             true => format!(
-                "not determined by drives; the largest rate that the scene has is that of {from}"
+                "drives do not determine it; this is the largest rate in the scene, that of {from}"
             ),
-            false => "not determined by drives, and no rate is given".into(),
+            false => "drives do not determine it, and the scene has no rate".into(),
         };
         Ok(Self {
             rate,

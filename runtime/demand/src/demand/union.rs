@@ -24,6 +24,7 @@ impl Demand {
         let inertia_changes = all().map(|one| one.inertia_change);
         Some(Self {
             body: bodies.join(", "),
+            time: first.time.clone(),
             involvement: involvements.min_by_key(|one| *one as u8)?,
             deflection: deflections.max_by_key(|one| *one as u8)?,
             interfaces: (interfaces.iter())
@@ -200,6 +201,7 @@ mod tests {
     fn demand(body: &str, interfaces: Vec<InterfaceDemand>) -> Demand {
         Demand {
             body: body.into(),
+            time: "s".into(),
             involvement: Involvement::Involved,
             deflection: Deflection::Dynamic,
             interfaces,

@@ -50,6 +50,10 @@ impl Corrector {
                     time: self.trial.time,
                     joint: system.connections[row.connection].name.clone(),
                     misfit,
+                    unit: match term.measure.is_length() {
+                        true => "units of length",
+                        false => "rad",
+                    },
                 });
             }
         }

@@ -7,37 +7,39 @@ use clap::Args;
 use dcb_formats::component::{Component, Source, Units};
 use dcb_formats::component_files::{ComponentFiles, read_component};
 use dcb_import::{
-    Import, Imported, LostOrder, NamedFile, NodeOrder, RequestedSet, RowSource, import, is_json,
-    is_matrix_market, mass_beside, mesh_beside, units,
+    Import, Imported, LostOrder, MeshBeside, NamedFile, NodeOrder, RequestedSet, RowSource, import,
+    is_json, is_matrix_market, mass_beside, mesh_beside, units,
 };
 use dcb_reducer::error::{CommandRefusal, Error};
 use dcb_workflow::siblings::SiblingArguments;
 
+/// Heading of options in the help.
+const OTHER_PROGRAMS: &str = "Files of other programs (docs/import.md)";
+
 /// What files of other programs don't say.
 #[derive(Clone, Debug, Default, Args)]
-#[command(next_help_heading = "Files of other programs (docs/import.md)")]
 pub(crate) struct ImportArguments {
     /// Units of length, mass and time, for example m,kg,s or mm,t,s.
-    #[arg(long, value_name = "UNITS", value_parser = units)]
+    #[arg(help_heading = OTHER_PROGRAMS, long, value_name = "UNITS", value_parser = units)]
     pub units: Option<Units>,
     /// Which row is which motion: directions of every node (ux,uy,uz), or a table (FILE).
     ///
     /// A table is a file with the label and the direction of each row, FILE or FILE#NAME.
     ///
     /// Without either: what the files say, else ux,uy,uz.
-    #[arg(long, value_name = "DOFS")]
+    #[arg(help_heading = OTHER_PROGRAMS, long, value_name = "DOFS")]
     pub dofs: Option<RowSource>,
     /// Order of the nodes of rows without labels: file or label (rising) [default: file].
-    #[arg(long, value_name = "ORDER", value_parser = node_order)]
+    #[arg(help_heading = OTHER_PROGRAMS, long, value_name = "ORDER", value_parser = node_order)]
     pub node_order: Option<NodeOrder>,
     /// Node sets that become interfaces, SET[:KIND],... [default: all sets, average].
-    #[arg(long, value_name = "SETS", value_delimiter = ',')]
+    #[arg(help_heading = OTHER_PROGRAMS, long, value_name = "SETS", value_delimiter = ',')]
     pub interfaces: Option<Vec<RequestedSet>>,
     /// Find the order of the rows from the stiffness, if it got lost.
-    #[arg(long)]
+    #[arg(help_heading = OTHER_PROGRAMS, long)]
     pub repair_order: bool,
     /// Name of the component [default: that of the stiffness file].
-    #[arg(long, value_name = "NAME")]
+    #[arg(help_heading = OTHER_PROGRAMS, long, value_name = "NAME")]
     pub name: Option<String>,
 }
 
@@ -70,7 +72,7 @@ impl ImportArguments {
         let stiffness = NamedFile::of(stiffness);
         let mesh = match mesh {
             Some(mesh) => Some(mesh.to_path_buf()),
-            None => mesh_beside(&stiffness.path),
+            None => mesh_beside(&stiffness.path).map(|beside| beside.path),
         };
         Ok(Import {
             mass: mass.map(NamedFile::of),
@@ -89,6 +91,26 @@ impl ImportArguments {
     }
 }
 
+/// Says which of two meshes beside a stiffness is read, if none is named.
+pub(crate) fn tell_unread_mesh(stiffness: &Path, named: Option<&Path>, told: Told) {
+    let beside = match named {
+        Some(_) => None,
+        None => mesh_beside(&NamedFile::of(stiffness).path),
+    };
+    if let Some(MeshBeside {
+        path,
+        unread: Some(unread),
+    }) = beside
+    {
+        let message = format!(
+            "the mesh is {}, which has the labels of the nodes; {} beside it is not read (--mesh {1} reads it instead)",
+            path.display(),
+            unread.display()
+        );
+        told.say("note", &message);
+    }
+}
+
 /// The files of a part.
 #[derive(Clone, Debug, Default, Args)]
 pub(crate) struct PartArguments {
@@ -104,6 +126,8 @@ pub(crate) struct PartFiles {
     pub files: ComponentFiles,
     /// What is to be imported, where they are another program's.
     import: Option<Import>,
+    /// Whether its mesh was found beside the stiffness, not named.
+    mesh_is_found: bool,
 }
 
 impl PartFiles {
@@ -122,6 +146,7 @@ impl PartFiles {
             return Ok(Self {
                 files,
                 import: None,
+                mesh_is_found: false,
             });
         }
         if let Some(boundary) = &siblings.boundary {
@@ -153,6 +178,7 @@ impl PartFiles {
         Ok(Self {
             files,
             import: Some(import),
+            mesh_is_found: siblings.mesh.is_none(),
         })
     }
 
@@ -164,6 +190,9 @@ impl PartFiles {
         match &self.import {
             None => Ok(read_component(&self.files, memory)?),
             Some(request) => {
+                if self.mesh_is_found {
+                    tell_unread_mesh(&self.files.stiffness, None, told);
+                }
                 let Imported { component, report } = import(request)?;
                 for note in &report.notes {
                     told.say("note", note);

@@ -17,10 +17,10 @@ use dcb_import::NamedFile;
 use serde_json::{Value, json};
 
 use crate::outcome::Outcome;
-use crate::program::CommonArguments;
+use crate::program::{CommonArguments, Detail};
 use crate::reduce::cache::{claim, keep, serve};
 use crate::reduce::part::files::PartFiles;
-use crate::reduce::part::report::{Detail, summary};
+use crate::reduce::part::report::summary;
 use crate::reduce::part::timing::{StageClock, StageTime};
 use crate::reduce::scene::Made;
 use crate::reduce::{ReduceArguments, when_interrupted};
@@ -195,10 +195,7 @@ impl<'a> Job<'a> {
                 compression: arguments.form.compression(),
             },
             told: common.told(),
-            detail: match common.verbose {
-                true => Detail::Tables,
-                false => Detail::Verdict,
-            },
+            detail: common.detail(),
         })
     }
 

@@ -6,21 +6,13 @@ use std::path::Path;
 use dcb_formats::Superelement;
 use dcb_formats::units::{hertz, hertz_unit};
 
+use crate::program::Detail;
 use crate::reduce::part::timing::StageTime;
 use crate::reduce::superelement::error_report::Report;
 use crate::reduce::superelement::inspect::{frequency_table, interface_table, mass_lines};
 use dcb_reducer::quality::Quality;
 use dcb_reducer::quality::lines::quality_lines;
 use dcb_reducer::scientific::scientific;
-
-/// How much is said of a superelement that was made.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Detail {
-    /// What was made, how accurate it is, and that the checks hold.
-    Verdict,
-    /// The tables besides: modes, interfaces, checks, stages.
-    Tables,
-}
 
 /// Output of a reduction.
 pub fn summary(
@@ -34,7 +26,7 @@ pub fn summary(
     let mut text = String::new();
     let _ = writeln!(
         text,
-        "{}: {n_e} dofs{} reduced to {} modes and {} attachment rows (rank {}){}",
+        "{}: {n_e} degrees of freedom{} reduced to {} modes and {} attachment rows (rank {}){}",
         element.name,
         match internal_rows(element) {
             0 => String::new(),
@@ -45,11 +37,8 @@ pub fn summary(
         quality.residual_rank,
         further_columns(element),
     );
-    text += &verdict(element);
+    text += &verdict(element, Some(quality));
     let _ = writeln!(text, "  {}", checks(quality));
-    if let (Some(scene), Detail::Verdict) = (&quality.scene, detail) {
-        text += &scene.text();
-    }
     if detail == Detail::Tables {
         text += &mass_lines(element);
         text += &frequency_table(element, Some(quality), usize::MAX);
@@ -61,8 +50,8 @@ pub fn summary(
     text
 }
 
-/// Mass, band and accuracy of a superelement, a line each.
-pub fn verdict(element: &Superelement) -> String {
+/// Mass, band and accuracy of a superelement, a line each. What was made for a scene is as accurate as it is there.
+pub fn verdict(element: &Superelement, quality: Option<&Quality>) -> String {
     let units = &element.units;
     let mut text = format!(
         "  mass {} {}; {}\n",
@@ -73,13 +62,28 @@ pub fn verdict(element: &Superelement) -> String {
     if element.interfaces.is_empty() {
         text += "  no interface: nothing can be attached\n";
     }
-    // A file without moments has no bounds.
-    if let Ok(Some(bounds)) = Report::of(element, None)
-        && let Some(accuracy) = bounds.accuracy()
-    {
+    if let Some(accuracy) = accuracy(element, quality) {
         text += &format!("  {accuracy}\n");
     }
+    if let Some(scene) = quality.and_then(|quality| quality.scene.as_ref()) {
+        text += &format!("  {}\n", scene.kept());
+    }
     text
+}
+
+/// How far responses may be off; `None` where that isn't known.
+fn accuracy(element: &Superelement, quality: Option<&Quality>) -> Option<String> {
+    if let Some(scene) = quality.and_then(|quality| quality.scene.as_ref()) {
+        return scene.verdict();
+    }
+    let interface_modes = quality.and_then(|quality| quality.interface_reduction.as_ref());
+    let is_whole = !element.modes.first_omitted_eigenvalue.is_finite()
+        && !interface_modes.is_some_and(|reduction| reduction.leaves_out());
+    if is_whole && element.mode_count() > 0 {
+        return Some("every mode of the matrices is kept: the reduction adds no error".into());
+    }
+    // A file without moments has no bounds.
+    Report::of(element, None).ok()??.accuracy()
 }
 
 fn band(element: &Superelement) -> String {

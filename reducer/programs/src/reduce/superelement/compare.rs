@@ -11,24 +11,72 @@ use dcb_sparse::block_algebra::{gram, largest_entry};
 use faer::{Mat, MatRef};
 
 use crate::outcome::Outcome;
+use crate::program::Detail;
 use dcb_formats::units::hertz;
 use dcb_formats::units::si_factor;
 use dcb_reducer::error::{CommandRefusal, Error};
 use dcb_reducer::scientific::scientific;
 
-pub fn run(a: &Path, b: &Path) -> Result<Outcome, Error> {
+pub fn run(a: &Path, b: &Path, detail: Detail) -> Result<Outcome, Error> {
     let (file_a, file_b) = (SuperelementFile::open(a)?, SuperelementFile::open(b)?);
     let (first, second) = (file_a.superelement()?, file_b.superelement()?);
     if first.dimension != second.dimension {
         let (a, b) = (a.to_owned(), b.to_owned());
         return Err(CommandRefusal::DimensionsDiffer { a, b }.into());
     }
-    let mut text = heading('A', a, &first) + &heading('B', b, &second);
-    mass_table(&mut text, &first, &second);
+    let mut tables = heading('A', a, &first) + &heading('B', b, &second);
+    let mass = mass_table(&mut tables, &first, &second);
     let shapes = matching_shapes(&first, &second, file_a.recovery()?, file_b.recovery()?);
-    frequency_table(&mut text, &first, &second, shapes.as_ref());
-    flexibility_table(&mut text, &first, &second);
-    Ok(Outcome::done(text))
+    let frequencies = frequency_table(&mut tables, &first, &second, shapes.as_ref());
+    let flexibility = flexibility_table(&mut tables, &first, &second);
+    let verdict = verdict(
+        [a, b],
+        mass,
+        frequencies,
+        flexibility,
+        [first.mode_count(), second.mode_count()],
+    );
+    Ok(Outcome::done(match detail {
+        Detail::Verdict => verdict + "-v lists mass, modes and flexibility of both\n",
+        Detail::Tables => verdict + &tables,
+    }))
+}
+
+/// Relative differences below this are rounding of a reduction.
+const ROUNDING: f64 = 1e-9;
+
+/// One line: how far apart the two are, by their largest relative differences. There is none of the flexibility where rows differ.
+fn verdict(
+    [a, b]: [&Path; 2],
+    mass: f64,
+    frequencies: f64,
+    flexibility: Option<f64>,
+    [modes_a, modes_b]: [usize; 2],
+) -> String {
+    let (a, b) = (a.display(), b.display());
+    let shown = |value: f64| match value < ROUNDING {
+        true => "rounding".to_owned(),
+        false => scientific(value, 1),
+    };
+    let modes = match modes_a == modes_b {
+        true => format!("{modes_a} modes each"),
+        false => format!("{modes_a} and {modes_b} modes"),
+    };
+    let is_same_when_loaded = flexibility.is_some_and(|value| value < ROUNDING);
+    let flexibility = match flexibility {
+        Some(value) => format!("static flexibility by {}", shown(value)),
+        None => "static flexibility not compared (other boundary rows)".to_owned(),
+    };
+    let largest = mass.max(frequencies);
+    let is_same = largest < ROUNDING && modes_a == modes_b && is_same_when_loaded;
+    match is_same {
+        true => format!("{a} and {b} are the same to rounding ({modes})\n"),
+        false => format!(
+            "{a} and {b} differ ({modes}): mass and inertia by {}, frequencies of both by at most {}, {flexibility}\n",
+            shown(mass),
+            shown(frequencies)
+        ),
+    }
 }
 
 fn heading(letter: char, path: &Path, element: &Superelement) -> String {
@@ -59,7 +107,9 @@ fn share(part: f64, whole: f64) -> f64 {
     if whole > 0.0 { part / whole } else { 0.0 }
 }
 
-fn mass_table(text: &mut String, a: &Superelement, b: &Superelement) {
+/// Writes mass and inertia of both; their largest difference.
+fn mass_table(text: &mut String, a: &Superelement, b: &Superelement) -> f64 {
+    let mut largest = 0.0_f64;
     let ([la, ma, _], [lb, mb, _]) = (si(a), si(b));
     let _ = writeln!(
         text,
@@ -67,7 +117,9 @@ fn mass_table(text: &mut String, a: &Superelement, b: &Superelement) {
         "in SI units", "A", "B"
     );
     let mut line = |what: &str, x: f64, y: f64, scale: f64| {
-        let difference = scientific(share((x - y).abs(), scale), 1);
+        let difference = share((x - y).abs(), scale);
+        largest = largest.max(difference);
+        let difference = apart(difference);
         let (x, y) = (scientific(x, 9), scientific(y, 9));
         let _ = writeln!(text, "{what:<22} {x:>18} {y:>18}   {difference:>10}");
     };
@@ -104,6 +156,15 @@ fn mass_table(text: &mut String, a: &Superelement, b: &Superelement) {
             );
             line(&format!("inertia {name} [kg·m²]"), x, y, moment);
         }
+    }
+    largest
+}
+
+/// A relative difference for people: what is smaller than the rounding of one number is none.
+fn apart(difference: f64) -> String {
+    match difference < f64::EPSILON {
+        true => "0".to_owned(),
+        false => scientific(difference, 1),
     }
 }
 
@@ -157,12 +218,14 @@ fn modal_assurance(x: MatRef<'_, f64>, y: MatRef<'_, f64>) -> Mat<f64> {
     })
 }
 
+/// Writes the frequencies of both; the largest difference of those that both have.
 fn frequency_table(
     text: &mut String,
     a: &Superelement,
     b: &Superelement,
     shapes: Option<&(Mat<f64>, Mat<f64>)>,
-) {
+) -> f64 {
+    let mut largest = 0.0_f64;
     let assurance = shapes.map(|(x, y)| modal_assurance(x.as_ref(), y.as_ref()));
     let _ = writeln!(
         text,
@@ -181,7 +244,11 @@ fn frequency_table(
         let (x, y) = (of(a), of(b));
         let show = |value: Option<f64>| value.map_or("–".to_owned(), |hz| format!("{hz:.9}"));
         let difference = match (x, y) {
-            (Some(x), Some(y)) => scientific(share((x - y).abs(), x.abs().max(y.abs())), 1),
+            (Some(x), Some(y)) => {
+                let difference = share((x - y).abs(), x.abs().max(y.abs()));
+                largest = largest.max(difference);
+                apart(difference)
+            }
             _ => String::new(),
         };
         let best = assurance
@@ -209,6 +276,7 @@ fn frequency_table(
             b.mode_count()
         );
     }
+    largest
 }
 
 /// Contribution of the kept modes to a flexibility.
@@ -243,7 +311,8 @@ fn flexibility(element: &Superelement, modal_part: ModalPart) -> Mat<f64> {
     })
 }
 
-fn flexibility_table(text: &mut String, a: &Superelement, b: &Superelement) {
+/// Writes how far the flexibilities are apart; the difference with the kept modes, `None` where rows differ.
+fn flexibility_table(text: &mut String, a: &Superelement, b: &Superelement) -> Option<f64> {
     let directions =
         |of: &Superelement| -> Vec<_> { of.rows.iter().map(|row| row.direction).collect() };
     if directions(a) != directions(b) {
@@ -253,7 +322,7 @@ fn flexibility_table(text: &mut String, a: &Superelement, b: &Superelement) {
             a.rows.len(),
             b.rows.len()
         );
-        return;
+        return None;
     }
     // Both differences are scaled by the static flexibility, which does not depend on the modes kept.
     let whole = [
@@ -273,10 +342,11 @@ fn flexibility_table(text: &mut String, a: &Superelement, b: &Superelement) {
         });
         largest_entry(scaled.as_ref())
     };
+    let static_difference = difference(&whole[0], &whole[1]);
     let _ = writeln!(
         text,
         "F_res + kept modes, largest scaled difference  {}",
-        scientific(difference(&whole[0], &whole[1]), 1)
+        apart(static_difference)
     );
     if a.mode_count() == b.mode_count() {
         let residual = [
@@ -286,7 +356,8 @@ fn flexibility_table(text: &mut String, a: &Superelement, b: &Superelement) {
         let _ = writeln!(
             text,
             "F_res, largest scaled difference               {}",
-            scientific(difference(&residual[0], &residual[1]), 1)
+            apart(difference(&residual[0], &residual[1]))
         );
     }
+    Some(static_difference)
 }

@@ -15,7 +15,8 @@ use dcb_import::stored::Listed;
 use serde_json::json;
 
 use crate::outcome::Outcome;
-use crate::reduce::part::report::{further_columns, internal_rows};
+use crate::program::Detail;
+use crate::reduce::part::report::{further_columns, internal_rows, verdict};
 use crate::reduce::study::band;
 use crate::reduce::superelement::error_report::Report;
 use dcb_formats::units::{hertz, hertz_unit, si_factor};
@@ -58,7 +59,7 @@ impl InspectArguments {
 }
 
 /// Errors are estimated over a band in Hz, or over the usual one.
-pub fn run(arguments: &InspectArguments) -> Result<Outcome, Error> {
+pub fn run(arguments: &InspectArguments, detail: Detail) -> Result<Outcome, Error> {
     let file = match SuperelementFile::open(&arguments.file) {
         Ok(file) => file,
         Err(error) => {
@@ -78,6 +79,10 @@ pub fn run(arguments: &InspectArguments) -> Result<Outcome, Error> {
     let element = file.superelement()?;
     let errors = Report::of(&element, arguments.band)?;
     let output = match arguments.json {
+        false if detail == Detail::Verdict => {
+            let asked = errors.as_ref().filter(|_| arguments.band.is_some());
+            short(&file, &element, asked)?
+        }
         false => text(&file, &element, errors.as_ref())?,
         true => as_json(&file, &element, errors.as_ref())?,
     };
@@ -290,15 +295,10 @@ pub fn interface_table(element: &Superelement) -> String {
     text
 }
 
-fn text(
-    file: &SuperelementFile,
-    element: &Superelement,
-    errors: Option<&Report>,
-) -> Result<String, Error> {
-    let mut text = String::new();
-    let _ = writeln!(
-        text,
-        "{}: {} superelement, format {}, units {} {} {}, frame {}",
+/// What the file is.
+fn heading(file: &SuperelementFile, element: &Superelement) -> String {
+    format!(
+        "{}: {} superelement, format {}, units {} {} {}, frame {}\n",
         element.name,
         match element.dimension {
             Dimension::Planar => "planar",
@@ -309,14 +309,33 @@ fn text(
         element.units.mass,
         element.units.time,
         element.frame_kind.name()
-    );
-    let _ = writeln!(text, "digest   {}", file.digest());
+    )
+}
+
+/// What it is good for, and what can be attached to it; errors over a band that was asked for.
+fn short(
+    file: &SuperelementFile,
+    element: &Superelement,
+    errors: Option<&Report>,
+) -> Result<String, Error> {
     let quality = Quality::stored(element);
-    text += &mass_lines(element);
-    text += &frequency_table(element, quality.as_ref(), usize::MAX);
+    let mut text = heading(file, element) + &verdict(element, quality.as_ref());
     text += &interface_table(element);
+    let _ = writeln!(text, "fields   {}", stored_fields(file, element)?);
+    if let Some(errors) = errors {
+        text += &errors.text();
+    }
+    for warning in &element.provenance.warnings {
+        let _ = writeln!(text, "warning  {}", one_line(warning));
+    }
+    text += "-v lists modes, checks, error bounds and the files that it was made from\n";
+    Ok(text)
+}
+
+/// Fields, mesh and rows without either.
+fn stored_fields(file: &SuperelementFile, element: &Superelement) -> Result<String, Error> {
     let fields = file.recovery()?.map_or("none".to_owned(), |basis| {
-        format!("{} dofs", basis.dofs.len())
+        format!("{} degrees of freedom", basis.dofs.len())
     });
     let mesh = file.mesh()?.map_or("none".to_owned(), |mesh| {
         format!("{} nodes", mesh.node_count())
@@ -325,7 +344,21 @@ fn text(
         0 => String::new(),
         count => format!("; {count} internal rows, without fields"),
     };
-    let _ = writeln!(text, "fields   {fields}; mesh {mesh}{internal}");
+    Ok(format!("{fields}; mesh {mesh}{internal}"))
+}
+
+fn text(
+    file: &SuperelementFile,
+    element: &Superelement,
+    errors: Option<&Report>,
+) -> Result<String, Error> {
+    let quality = Quality::stored(element);
+    let mut text = heading(file, element) + &verdict(element, quality.as_ref());
+    let _ = writeln!(text, "digest   {}", file.digest());
+    text += &mass_lines(element);
+    text += &frequency_table(element, quality.as_ref(), usize::MAX);
+    text += &interface_table(element);
+    let _ = writeln!(text, "fields   {}", stored_fields(file, element)?);
     if let Some(quality) = &quality {
         text += &quality_lines(quality, &element.units.time);
     }

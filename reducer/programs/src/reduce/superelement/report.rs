@@ -9,6 +9,7 @@ use dcb_reducer::error::Error;
 use dcb_workflow::part_page::part_page;
 
 use crate::outcome::Outcome;
+use crate::own_output::Made;
 
 /// What the page is of.
 #[derive(Debug, Args)]
@@ -18,7 +19,7 @@ pub struct ReportArguments {
     /// The page [default: PART.html]
     #[arg(long, short, value_name = "FILE")]
     output: Option<PathBuf>,
-    /// Replace an existing page
+    /// Replace an existing file that is no page of this program
     #[arg(long)]
     force: bool,
 }
@@ -35,6 +36,7 @@ pub fn run(arguments: &ReportArguments) -> Result<Outcome, Error> {
         true => Replace::Overwrite,
         false => Replace::Refuse,
     };
+    let replace = Made::Page.replace(target, replace);
     check_output(target, replace)?;
     if is_same_file(path, target) {
         return Err(dcb_formats::Error::File {

@@ -9,7 +9,7 @@ use dcb_reducer::resources::memory_limit::available;
 use dcb_reducer::verify::{Findings, check_alone, check_component};
 
 use crate::outcome::Outcome;
-use crate::program::Told;
+use crate::program::{Detail, Told};
 use crate::reduce::part::files::{PartArguments, PartFiles};
 
 /// Superelement to verify, and its component.
@@ -27,11 +27,11 @@ pub(crate) struct VerifyArguments {
     pub part: PartArguments,
 }
 
-pub fn run(arguments: &VerifyArguments) -> Result<Outcome, Error> {
+pub fn run(arguments: &VerifyArguments, detail: Detail) -> Result<Outcome, Error> {
     let path = &arguments.file;
     let file = SuperelementFile::open(path)?;
     let mut findings = Findings {
-        text: format!("{}\n", path.display()),
+        text: String::new(),
         broken: Vec::new(),
     };
     let datasets = file.verify_digests()?;
@@ -50,15 +50,27 @@ pub fn run(arguments: &VerifyArguments) -> Result<Outcome, Error> {
         check_component(&element, recovery.as_ref(), &component, &mut findings)
             .map_err(|error| error.naming_the_file(&files.files))?;
     }
-    let verdict = if findings.broken.is_empty() {
-        "verified\n"
-    } else {
-        "NOT verified\n"
+    let path = path.display();
+    let checks = findings.text.lines().count();
+    let against = match &arguments.component {
+        Some(component) => format!(" against {}", component.display()),
+        None => String::new(),
     };
-    let what = format!("{}: not verified", path.display());
-    Ok(Outcome::unless(
-        findings.text + verdict,
-        &what,
-        &findings.broken,
-    ))
+    let output = match (findings.broken.len(), detail) {
+        (0, Detail::Verdict) => {
+            format!("{path}: verified{against}, all {checks} checks hold (-v lists them)\n")
+        }
+        (0, Detail::Tables) => {
+            format!(
+                "{path}: verified{against}, all {checks} checks hold\n{}",
+                findings.text
+            )
+        }
+        (broken, _) => format!(
+            "{path}: NOT verified{against}, {broken} of {checks} checks fail\n{}",
+            findings.text
+        ),
+    };
+    let what = format!("{path}: not verified");
+    Ok(Outcome::unless(output, &what, &findings.broken))
 }
