@@ -61,7 +61,8 @@ export function sections(description, arrays) {
       target.curves.push({ ...curve, name: curve.column.replaceAll("_", " ") || plain });
     }
   }
-  return [...made.values()].map(({ title, isOpen, sources }) => ({
+  const inOrder = [...made.values()].sort((a, b) => Number(b.isOpen) - Number(a.isOpen));
+  return inOrder.map(({ title, isOpen, sources }) => ({
     title, isOpen, sources: [...sources].map(([name, panels]) => ({ name, panels: [...panels.values()].filter((one) => one.curves.length > 0) })),
   }));
 }
