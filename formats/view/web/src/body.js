@@ -1,6 +1,6 @@
 /** A body in the view: its mesh or its solids, moved, deflected and coloured. */
 import {
-  Box3, BufferAttribute, DoubleSide, Group, LineBasicMaterial, LineSegments, Mesh, MeshLambertMaterial, Points, PointsMaterial,
+  Box3, BufferAttribute, DoubleSide, Group, Mesh, MeshLambertMaterial, Points, PointsMaterial,
 } from "three";
 import { BODY_COLOURS, paint } from "./colours.js";
 import { Motion, Quaternion, Vector3, largestAmplitudes } from "./motion.js";
@@ -23,7 +23,7 @@ export class Body {
     /** How much larger than it is its deflection is drawn. */
     this.scale = 1;
     this.group = new Group();
-    this.drawn = [];
+    this.surface = null;
     const colour = BODY_COLOURS[index % BODY_COLOURS.length];
     this.material = new MeshLambertMaterial({ color: colour, flatShading: true, side: DoubleSide, polygonOffset: true, polygonOffsetFactor: 1, polygonOffsetUnits: 1 });
     this.colour = this.material.color.clone();
@@ -37,22 +37,10 @@ export class Body {
   #mesh(colour) {
     const { shape } = this;
     const geometry = shape.geometry(shape.drawnCells, this.columns);
-    let object;
-    if (shape.corners >= 2) object = new Mesh(geometry, this.material);
-    else object = new Points(geometry, new PointsMaterial({ color: colour, size: 4, sizeAttenuation: false }));
-    this.surface = object;
-    this.#add(object);
-    if (shape.edges.length > 0) {
-      const line = new LineBasicMaterial({ color: 0x101418, transparent: true, opacity: 0.55 });
-      this.outline = new LineSegments(shape.geometry(shape.edges, this.columns), line);
-      this.#add(this.outline);
-    }
-  }
-
-  #add(object) {
-    object.frustumCulled = false;
-    this.drawn.push(object);
-    this.group.add(object);
+    if (shape.corners >= 2) this.surface = new Mesh(geometry, this.material);
+    else this.surface = new Points(geometry, new PointsMaterial({ color: colour, size: 4, sizeAttenuation: false }));
+    this.surface.frustumCulled = false;
+    this.group.add(this.surface);
   }
 
   /** Points that stand for what it takes up, body axes. */
@@ -94,22 +82,17 @@ export class Body {
   /** Deflects it. */
   deflect(amplitudes, scale) {
     this.scale = scale;
-    for (const object of this.drawn) {
-      const influences = object.morphTargetInfluences;
-      if (!influences) continue;
-      for (let k = 0; k < influences.length; k++) influences[k] = amplitudes[this.columns[k]] * scale;
-    }
+    const influences = this.surface?.morphTargetInfluences ?? [];
+    for (let k = 0; k < influences.length; k++) influences[k] = amplitudes[this.columns[k]] * scale;
   }
 
   /** Deflects in one column from now on. */
   deflectIn(column) {
     if (this.columns.length === 1 && this.columns[0] === column) return;
     this.columns = [column];
-    for (const object of this.drawn) {
-      object.geometry.dispose();
-      this.shape.deflectIn(object.geometry, this.columns);
-      object.updateMorphTargets();
-    }
+    this.surface.geometry.dispose();
+    this.shape.deflectIn(this.surface.geometry, this.columns);
+    this.surface.updateMorphTargets();
   }
 
   /** The value at each node that colours show. */
@@ -183,7 +166,6 @@ export class Body {
 
   /** Marks it as picked. */
   mark(isMarked) {
-    this.material.emissive.set(isMarked ? 0x2a2a12 : 0x000000);
-    if (this.outline) this.outline.material.opacity = isMarked ? 1 : 0.55;
+    this.material.emissive.set(isMarked ? 0x40380c : 0x000000);
   }
 }

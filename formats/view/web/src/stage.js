@@ -31,7 +31,10 @@ export class Stage {
     this.up = new Vector3(...description.up).normalize();
     this.fromZ = new Quaternion().setFromUnitVectors(new Vector3(0, 0, 1), this.up);
     this.isSlow = drawsInSoftware();
-    this.renderer = new WebGLRenderer({ canvas, antialias: !this.isSlow, preserveDrawingBuffer: true });
+    // Opaque: the browser needn't draw the page behind it.
+    const context = canvas.getContext("webgl2", { alpha: false, antialias: !this.isSlow, preserveDrawingBuffer: true });
+    if (!context) throw new Error("no WebGL");
+    this.renderer = new WebGLRenderer({ canvas, context });
     this.finest = Math.min(window.devicePixelRatio, 2);
     this.ratio = this.finest;
     this.pace = 0;
@@ -156,7 +159,7 @@ export class Stage {
     ray.params.Points.threshold = 0.01 * this.size;
     ray.setFromCamera(at, this.camera);
     const hits = ray.intersectObjects(bodies.map((body) => body.group), true);
-    const hit = hits.find((one) => one.object.userData.body && one.object !== one.object.userData.body.outline);
+    const hit = hits.find((one) => one.object.userData.body);
     return hit ? { body: hit.object.userData.body, hit } : null;
   }
 }

@@ -8,6 +8,7 @@ import { Glyphs } from "./glyphs.js";
 import { KEYS, listen } from "./keys.js";
 import { interval } from "./motion.js";
 import { pace, round } from "./pace.js";
+import { Outlines } from "./outlines.js";
 import { Picking } from "./picking.js";
 import { ends, range } from "./ranges.js";
 import { Shape } from "./shape.js";
@@ -56,7 +57,8 @@ export class Viewer {
     this.stage = new Stage(canvas, description, this.#extent());
     this.stage.ground();
     this.picking = new Picking(this, canvas, tip);
-    this.stage.scene.add(this.glyphs.group, this.picking.marker, ...this.bodies.map((body) => body.group));
+    this.outlines = new Outlines(this.bodies);
+    this.stage.scene.add(this.outlines.lines, this.glyphs.group, this.picking.marker, ...this.bodies.map((body) => body.group));
     if (this.controls.modes) this.controls.modes.value = this.mode;
     this.controls.speed.value = this.rate;
     this.controls.scale.value = number(this.scale);
@@ -223,6 +225,7 @@ export class Viewer {
         if (body.shape) body.colourBy(this.colour === "none" ? null : body.values(this.colour, this.time), this.range?.largest);
       }
     }
+    this.outlines.show();
     this.glyphs.show(interval(this.times, this.time));
     this.picking.show(this.stage.camera);
     this.stage.draw();
