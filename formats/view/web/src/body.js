@@ -7,7 +7,7 @@ import { Motion, Quaternion, Vector3, largestAmplitudes } from "./motion.js";
 import { solid } from "./solids.js";
 
 /** Columns that never reach this part of the body's largest deflection aren't drawn: each costs time at every vertex. */
-const INVISIBLE = 1e-4;
+const INVISIBLE = 1e-3;
 
 export class Body {
   constructor(description, index, shapes, times, arrays, size) {

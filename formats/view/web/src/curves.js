@@ -20,5 +20,8 @@ export function axis() {
   return { stroke: colour("--ink"), grid: { stroke: colour("--faint"), width: 1 }, ticks: { stroke: colour("--faint"), width: 1 } };
 }
 
-/** Values of a logarithmic axis: what isn't above zero is left out. */
-export const positive = (values) => Array.from(values, (value) => (value > 0 ? value : null));
+/** Smallest value of a logarithmic axis; the powers of ten that uPlot knows end a little below. */
+const LEAST = 1e-30;
+
+/** Values of a logarithmic axis: what is zero, or next to it, is left out. */
+export const positive = (values) => Array.from(values, (value) => (value > LEAST ? value : null));
