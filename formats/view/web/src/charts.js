@@ -1,6 +1,6 @@
 /** Charts of the description in their places. */
 import uPlot from "uplot";
-import { axis, line, positive } from "./curves.js";
+import { axis, line, logarithmic, positive, recolour } from "./curves.js";
 import { number, powers, ticks } from "./elements.js";
 
 const HEIGHT = 300;
@@ -19,14 +19,14 @@ function drawChart(place, chart, arrays) {
   const series = [{ label: chart.x.label, value }];
   const bands = [];
   const along = (values) => (chart.y.log ? positive(values) : values);
-  chart.curves.forEach((curve, k) => {
-    data.push(along(arrays.view(curve.y)));
-    series.push({ label: curve.name, value, ...line(k) });
-  });
   chart.bands.forEach((band) => {
     data.push(along(arrays.view(band.high)), along(arrays.view(band.low)));
     series.push({ label: `${band.name}, upper`, stroke: "#8a9ab0", width: 1, value }, { label: `${band.name}, lower`, stroke: "#8a9ab0", width: 1, value });
     bands.push({ series: [series.length - 2, series.length - 1], fill: "rgba(120, 150, 190, 0.3)" });
+  });
+  chart.curves.forEach((curve, k) => {
+    data.push(along(arrays.view(curve.y)));
+    series.push({ label: curve.name, value, ...line(k) });
   });
   const texts = (isLog) => (_, splits, _axis, _space, step) => (isLog ? powers(splits) : ticks(splits, step));
   const width = () => Math.max(place.clientWidth, 280);
@@ -35,7 +35,7 @@ function drawChart(place, chart, arrays) {
     width: width(),
     height: HEIGHT,
     scales: { x: { time: false, distr: chart.x.log ? 3 : 1, range: (_, low, high) => [low, high] }, y: { distr: chart.y.log ? 3 : 1 } },
-    axes: [{ ...axis(), label: chart.x.label, values: texts(chart.x.log) }, { ...axis(), label: chart.y.label, size: 64, values: texts(chart.y.log) }],
+    axes: [{ ...axis(), label: chart.x.label, ...(chart.x.log ? { splits: (_, _axis, low, high) => logarithmic(low, high) } : {}), values: texts(chart.x.log) }, { ...axis(), label: chart.y.label, size: 64, values: texts(chart.y.log) }],
     series, bands,
   }, data, place);
   const canvas = plot.root.querySelector("canvas");
@@ -43,7 +43,7 @@ function drawChart(place, chart, arrays) {
   canvas.setAttribute("aria-label", chart.title);
   const fit = (wanted) => plot.setSize({ width: wanted, height: HEIGHT });
   new ResizeObserver(() => fit(width())).observe(place);
-  window.addEventListener("themechange", () => plot.redraw(false));
+  window.addEventListener("themechange", () => recolour(plot));
   window.addEventListener("beforeprint", () => fit(Math.min(width(), PRINTED)));
   window.addEventListener("afterprint", () => fit(width()));
 }

@@ -25,3 +25,25 @@ const LEAST = 1e-30;
 
 /** Values of a logarithmic axis: what is zero, or next to it, is left out. */
 export const positive = (values) => Array.from(values, (value) => (value > LEAST ? value : null));
+
+/** Ticks of a logarithmic axis that doesn't begin at a power of ten: all whole multiples of powers. */
+export function logarithmic(low, high) {
+  const splits = [];
+  for (let power = Math.floor(Math.log10(low)); power <= Math.log10(high); power++) {
+    for (let digit = 1; digit < 10; digit++) {
+      const value = Number(`${digit}e${power}`);
+      if (value >= low && value <= high) splits.push(value);
+    }
+  }
+  return splits;
+}
+
+/** Draws a plot again after dark has become light, marks of its legend too. */
+export function recolour(plot) {
+  const rows = plot.root.querySelectorAll(".u-legend .u-series");
+  plot.series.forEach((series, k) => {
+    const mark = rows[k]?.querySelector(".u-marker");
+    if (mark && k > 0) mark.style.borderColor = series.stroke(plot, k);
+  });
+  plot.redraw(false);
+}

@@ -1,6 +1,6 @@
 /** Curves over time in sections and panels, cursors linked with each other and with the view. */
 import uPlot from "uplot";
-import { axis, line, MOST, positive } from "./curves.js";
+import { axis, line, MOST, positive, recolour } from "./curves.js";
 import { element, moment, number, powers, readable, ticks } from "./elements.js";
 import { sections } from "./panels.js";
 
@@ -24,7 +24,7 @@ export class Histories {
     );
     for (const section of sections(description, arrays)) this.#section(section);
     new ResizeObserver(() => this.#resize()).observe(place);
-    window.addEventListener("themechange", () => this.plots.forEach(({ plot }) => plot.redraw(false)));
+    window.addEventListener("themechange", () => this.plots.forEach(({ plot }) => recolour(plot)));
     window.addEventListener("beforeprint", () => this.#print());
     window.addEventListener("afterprint", () => this.#unprint());
   }

@@ -119,7 +119,10 @@ export class Viewer {
     canvas.addEventListener("touchmove", (event) => { if (event.touches.length > 1) event.preventDefault(); }, { passive: false });
     listen(this, canvas);
     window.addEventListener("beforeprint", () => this.#print());
-    window.addEventListener("afterprint", () => this.#theme(this.themeBefore));
+    window.addEventListener("afterprint", () => {
+      this.paper?.remove();
+      this.#theme(this.themeBefore);
+    });
   }
 
   /** On paper: light, sharp, and with what the controls would say. */
@@ -129,6 +132,12 @@ export class Viewer {
     this.#theme("light");
     this.stage.sharpen();
     this.draw();
+    const { canvas } = this.stage;
+    // A copy: the picture itself is emptied when the paper gives it another size.
+    this.paper?.remove();
+    this.paper = element("canvas", { class: "paper", width: canvas.width, height: canvas.height, "aria-hidden": "true" });
+    this.paper.getContext("2d").drawImage(canvas, 0, 0);
+    canvas.after(this.paper);
   }
 
   pick(body, node) {
