@@ -1,10 +1,13 @@
 /** A body in the view: its mesh or its solids, moved, deflected and coloured. */
 import {
-  BufferAttribute, DoubleSide, Group, LineBasicMaterial, LineSegments, Mesh, MeshStandardMaterial, Points, PointsMaterial,
+  Box3, BufferAttribute, DoubleSide, Group, Mesh, MeshLambertMaterial, Points, PointsMaterial,
 } from "three";
 import { BODY_COLOURS, paint } from "./colours.js";
 import { Motion, Quaternion, Vector3, largestAmplitudes } from "./motion.js";
 import { solid } from "./solids.js";
+
+/** Columns that never reach this part of the body's largest deflection aren't drawn: each costs time at every vertex. */
+const INVISIBLE = 1e-3;
 
 export class Body {
   constructor(description, index, shapes, times, arrays, size) {
@@ -16,48 +19,51 @@ export class Body {
     this.motion = new Motion(times, view(description.frames), description.rest, view(description.amplitudes), columns);
     this.amplitudes = new Float64Array(columns);
     /** Columns that the shader adds: those of a motion, or the one mode that is shown. */
-    this.columns = this.motion.amplitudes ? Array.from({ length: columns }, (_, column) => column) : columns > 0 ? [0] : [];
+    this.columns = this.motion.amplitudes ? this.#seen() : columns > 0 ? [0] : [];
+    /** How much larger than it is its deflection is drawn. */
+    this.scale = 1;
     this.group = new Group();
-    this.drawn = [];
+    this.surface = null;
     const colour = BODY_COLOURS[index % BODY_COLOURS.length];
-    this.material = new MeshStandardMaterial({ color: colour, roughness: 0.65, metalness: 0.1, flatShading: true, side: DoubleSide, polygonOffset: true, polygonOffsetFactor: 1, polygonOffsetUnits: 1 });
+    this.material = new MeshLambertMaterial({ color: colour, flatShading: true, side: DoubleSide, polygonOffset: true, polygonOffsetFactor: 1, polygonOffsetUnits: 1 });
     this.colour = this.material.color.clone();
     if (this.shape) this.#mesh(colour);
     const solids = description.solids ?? (description.solid ? [description.solid] : []);
     for (const one of solids) this.group.add(solid(one, arrays, this.material, size));
+    this.around = this.#outlinePoints(solids.length > 0);
     this.group.traverse((object) => (object.userData.body = this));
   }
 
   #mesh(colour) {
     const { shape } = this;
     const geometry = shape.geometry(shape.drawnCells, this.columns);
-    let object;
-    if (shape.corners >= 2) object = new Mesh(geometry, this.material);
-    else object = new Points(geometry, new PointsMaterial({ color: colour, size: 4, sizeAttenuation: false }));
-    this.surface = object;
-    this.#add(object);
-    if (shape.edges.length > 0) {
-      const line = new LineBasicMaterial({ color: 0x101418, transparent: true, opacity: 0.55 });
-      this.outline = new LineSegments(shape.geometry(shape.edges, this.columns), line);
-      this.#add(this.outline);
-    }
+    if (shape.corners >= 2) this.surface = new Mesh(geometry, this.material);
+    else this.surface = new Points(geometry, new PointsMaterial({ color: colour, size: 4, sizeAttenuation: false }));
+    this.surface.frustumCulled = false;
+    this.group.add(this.surface);
   }
 
-  #add(object) {
-    object.frustumCulled = false;
-    this.drawn.push(object);
-    this.group.add(object);
-  }
-
-  /** Some points around it, body axes. */
+  /** Points that stand for what it takes up, body axes. */
   outlinePoints() {
+    return this.around;
+  }
+
+  #outlinePoints(hasSolids) {
     const points = this.points.map((point) => new Vector3(...point.position));
-    points.push(new Vector3());
-    if (this.shape) {
-      this.box ??= this.shape.box();
-      for (let k = 0; k < 8; k++) points.push(new Vector3(...[0, 1, 2].map((axis) => this.box[(k >> axis) & 1][axis])));
+    if (hasSolids) {
+      const box = new Box3().setFromObject(this.group);
+      for (let k = 0; k < 8; k++) points.push(new Vector3(...["x", "y", "z"].map((axis, place) => ((k >> place) & 1 ? box.max : box.min)[axis])));
     }
-    return points;
+    if (this.shape) points.push(...this.shape.outmost());
+    return points.length > 0 ? points : [new Vector3()];
+  }
+
+  /** Columns that are seen in the motion. */
+  #seen() {
+    const largest = largestAmplitudes(this.motion);
+    const reaches = this.shape.largest.map((length, column) => length * largest[column]);
+    const limit = INVISIBLE * Math.max(0, ...reaches);
+    return [...reaches.keys()].filter((column) => reaches[column] > limit);
   }
 
   /** Largest deflection over the motion, an estimate from above. */
@@ -75,27 +81,24 @@ export class Body {
 
   /** Deflects it. */
   deflect(amplitudes, scale) {
-    for (const object of this.drawn) {
-      const influences = object.morphTargetInfluences;
-      if (!influences) continue;
-      for (let k = 0; k < influences.length; k++) influences[k] = amplitudes[this.columns[k]] * scale;
-    }
+    this.scale = scale;
+    const influences = this.surface?.morphTargetInfluences ?? [];
+    for (let k = 0; k < influences.length; k++) influences[k] = amplitudes[this.columns[k]] * scale;
   }
 
   /** Deflects in one column from now on. */
   deflectIn(column) {
     if (this.columns.length === 1 && this.columns[0] === column) return;
     this.columns = [column];
-    for (const object of this.drawn) {
-      object.geometry.dispose();
-      this.shape.deflectIn(object.geometry, this.columns);
-      object.updateMorphTargets();
-    }
+    this.surface.geometry.dispose();
+    this.shape.deflectIn(this.surface.geometry, this.columns);
+    this.surface.updateMorphTargets();
   }
 
   /** The value at each node that colours show. */
   values(what, time) {
     const { shape } = this;
+    if (what === "strain" && shape.corners !== 3) return null;
     this.field ??= new Float32Array(shape.count);
     this.moved ??= new Float32Array(3 * shape.count);
     const u = shape.displacements(this.amplitudes, this.moved);
@@ -163,7 +166,6 @@ export class Body {
 
   /** Marks it as picked. */
   mark(isMarked) {
-    this.material.emissive.set(isMarked ? 0x2a2a12 : 0x000000);
-    if (this.outline) this.outline.material.opacity = isMarked ? 1 : 0.55;
+    this.material.emissive.set(isMarked ? 0x40380c : 0x000000);
   }
 }

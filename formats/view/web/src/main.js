@@ -1,7 +1,8 @@
 /** Fills the places of a page. What is in the page without it stays if anything fails. */
 import { Arrays } from "./arrays.js";
+import { drawCharts } from "./charts.js";
 import { element } from "./elements.js";
-import { Histories, drawCharts } from "./histories.js";
+import { Histories } from "./histories.js";
 import { Viewer } from "./viewer.js";
 
 async function start() {

@@ -1,5 +1,5 @@
 /** A mesh with patterns of displacement, for the shader and for numbers. */
-import { BufferAttribute, BufferGeometry } from "three";
+import { BufferAttribute, BufferGeometry, Vector3 } from "three";
 
 /** Cosine of the angle between two triangles from which their edge is drawn. */
 const CREASE = Math.cos((25 * Math.PI) / 180);
@@ -102,14 +102,21 @@ export class Shape {
     return { positions: Float32Array.from(positions), cells: Uint32Array.from(cells), node: Uint32Array.from(node) };
   }
 
-  /** Lowest and highest coordinates. */
-  box() {
-    const box = [[Infinity, Infinity, Infinity], [-Infinity, -Infinity, -Infinity]];
-    this.positions.forEach((value, k) => {
-      box[0][k % 3] = Math.min(box[0][k % 3], value);
-      box[1][k % 3] = Math.max(box[1][k % 3], value);
-    });
-    return box;
+  /** The nodes that are outmost in 26 directions. */
+  outmost() {
+    const x = this.positions;
+    const found = new Set();
+    for (let k = 0; k < 27; k++) {
+      const [a, b, c] = [(k % 3) - 1, (Math.floor(k / 3) % 3) - 1, Math.floor(k / 9) - 1];
+      if (k === 13) continue;
+      let [best, largest] = [0, -Infinity];
+      for (let node = 0; node < this.count; node++) {
+        const value = a * x[3 * node] + b * x[3 * node + 1] + c * x[3 * node + 2];
+        if (value > largest) [best, largest] = [node, value];
+      }
+      found.add(best);
+    }
+    return [...found].map((node) => new Vector3(x[3 * node], x[3 * node + 1], x[3 * node + 2]));
   }
 
   /** Displacements for amplitudes, body axes. */
@@ -132,21 +139,16 @@ export class Shape {
     return u;
   }
 
-  /** Equivalent strain at the nodes: in the plane of each surface triangle, or along a line, averaged. */
+  /** Equivalent strain at the nodes of triangles: in the plane of each, averaged. */
   strains(u, target) {
-    const { positions: x, cells, corners } = this;
+    const { positions: x, cells } = this;
     target.fill(0);
-    if (corners === 1) return target;
-    const weights = new Float32Array(this.count);
-    for (let c = 0; c < cells.length; c += corners) {
-      const nodes = cells.subarray(c, c + corners);
-      const strain = corners === 3 ? inTriangle(x, u, nodes) : alongLine(x, u, nodes);
-      for (const node of nodes) {
-        target[node] += strain;
-        weights[node] += 1;
-      }
+    this.weights ??= weights(cells, this.count);
+    for (let c = 0; c < cells.length; c += 3) {
+      const strain = inTriangle(x, u, cells[c], cells[c + 1], cells[c + 2]);
+      for (let k = 0; k < 3; k++) target[cells[c + k]] += strain;
     }
-    for (let node = 0; node < this.count; node++) target[node] /= Math.max(weights[node], 1);
+    for (let node = 0; node < this.count; node++) target[node] /= this.weights[node];
     return target;
   }
 
@@ -180,41 +182,33 @@ export class Shape {
   }
 }
 
+/** Number of the cells at each node, at least 1. */
+function weights(cells, count) {
+  const number = new Float32Array(count);
+  for (const node of cells) number[node] += 1;
+  return number.map((value) => Math.max(value, 1));
+}
+
 /** Equivalent (von Mises) strain of a plane state from a constant displacement gradient in a triangle. */
-function inTriangle(x, u, [a, b, c]) {
-  const at = (values, node, k) => values[3 * node + k];
-  const edge = (values, from, to) => [0, 1, 2].map((k) => at(values, to, k) - at(values, from, k));
-  const dot = (p, q) => p[0] * q[0] + p[1] * q[1] + p[2] * q[2];
-  const e = edge(x, a, b);
-  const f = edge(x, a, c);
-  const length = Math.sqrt(dot(e, e));
+function inTriangle(x, u, a, b, c) {
+  const [p, q, r] = [3 * a, 3 * b, 3 * c];
+  const [ex, ey, ez] = [x[q] - x[p], x[q + 1] - x[p + 1], x[q + 2] - x[p + 2]];
+  const [fx, fy, fz] = [x[r] - x[p], x[r + 1] - x[p + 1], x[r + 2] - x[p + 2]];
+  const length = Math.sqrt(ex * ex + ey * ey + ez * ez);
   if (length === 0) return 0;
-  const first = e.map((value) => value / length);
-  const along = dot(f, first);
-  const across = f.map((value, k) => value - along * first[k]);
-  const height = Math.sqrt(dot(across, across));
+  const [ax, ay, az] = [ex / length, ey / length, ez / length];
+  const along = fx * ax + fy * ay + fz * az;
+  const [gx, gy, gz] = [fx - along * ax, fy - along * ay, fz - along * az];
+  const height = Math.sqrt(gx * gx + gy * gy + gz * gz);
   if (height < 1e-12 * length) return 0;
-  const second = across.map((value) => value / height);
-  const du = edge(u, a, b);
-  const dv = edge(u, a, c);
-  const gradient = (direction) => {
-    const byFirst = dot(du, direction) / length;
-    return [byFirst, (dot(dv, direction) - along * byFirst) / height];
-  };
-  const [xx, xy] = gradient(first);
-  const [yx, yy] = gradient(second);
+  const [bx, by, bz] = [gx / height, gy / height, gz / height];
+  const [dx, dy, dz] = [u[q] - u[p], u[q + 1] - u[p + 1], u[q + 2] - u[p + 2]];
+  const [hx, hy, hz] = [u[r] - u[p], u[r + 1] - u[p + 1], u[r + 2] - u[p + 2]];
+  const xx = (dx * ax + dy * ay + dz * az) / length;
+  const xy = (hx * ax + hy * ay + hz * az - along * xx) / height;
+  const yx = (dx * bx + dy * by + dz * bz) / length;
+  const yy = (hx * bx + hy * by + hz * bz - along * yx) / height;
   const shear = xy + yx;
   // Plane strain components without the one across the surface: sqrt(xx² + yy² - xx yy + 3/4 shear²).
   return Math.sqrt(Math.max(0, xx * xx + yy * yy - xx * yy + 0.75 * shear * shear));
-}
-
-function alongLine(x, u, [a, b]) {
-  let length = 0;
-  let change = 0;
-  for (let k = 0; k < 3; k++) {
-    const edge = x[3 * b + k] - x[3 * a + k];
-    length += edge * edge;
-    change += edge * (u[3 * b + k] - u[3 * a + k]);
-  }
-  return length > 0 ? Math.abs(change) / length : 0;
 }

@@ -1,8 +1,9 @@
 /** Camera, light, ground and axes. */
 import {
-  AxesHelper, Color, DirectionalLight, GridHelper, HemisphereLight, PerspectiveCamera, Quaternion, Raycaster, Scene, Vector2, Vector3, WebGLRenderer,
+  AxesHelper, Color, DirectionalLight, GridHelper, HemisphereLight, PerspectiveCamera, Quaternion, Raycaster, Scene, TOUCH, Vector2, Vector3, WebGLRenderer,
 } from "three";
 import { OrbitControls } from "three/examples/jsm/controls/OrbitControls.js";
+import { fit } from "./fit.js";
 
 /** Directions from which the standard views look, in axes where z is up. */
 const VIEWS = { front: [0, -1, 0], back: [0, 1, 0], left: [-1, 0, 0], right: [1, 0, 0], top: [0, -0.001, 1], bottom: [0, -0.001, -1], home: [0.62, -0.85, 0.5] };
@@ -21,16 +22,19 @@ function drawsInSoftware() {
 }
 
 export class Stage {
-  /** @param {{center: number[], height: number}} extent */
-  constructor(canvas, description, { center, height }) {
+  /** @param extent what is drawn over the whole motion */
+  constructor(canvas, description, extent) {
     this.canvas = canvas;
     this.size = description.size;
-    this.center = new Vector3(...center);
-    this.height = height;
+    this.extent = extent;
     this.isPlanar = description.dimension === 2;
     this.up = new Vector3(...description.up).normalize();
     this.fromZ = new Quaternion().setFromUnitVectors(new Vector3(0, 0, 1), this.up);
-    this.renderer = new WebGLRenderer({ canvas, antialias: !drawsInSoftware(), preserveDrawingBuffer: true });
+    this.isSlow = drawsInSoftware();
+    // Opaque: the browser needn't draw the page behind it.
+    const context = canvas.getContext("webgl2", { alpha: false, antialias: !this.isSlow, preserveDrawingBuffer: true });
+    if (!context) throw new Error("no WebGL");
+    this.renderer = new WebGLRenderer({ canvas, context });
     this.finest = Math.min(window.devicePixelRatio, 2);
     this.ratio = this.finest;
     this.pace = 0;
@@ -44,45 +48,61 @@ export class Stage {
     this.scene.add(sky, this.sun, this.camera);
     this.controls = new OrbitControls(this.camera, canvas);
     this.controls.enableDamping = false;
+    // One finger up and down scrolls the page, sideways it turns; two fingers turn and come nearer.
+    this.controls.touches = { ONE: TOUCH.ROTATE, TWO: TOUCH.DOLLY_ROTATE };
+    canvas.style.touchAction = "pan-y";
+    this.controls.addEventListener("start", () => (this.view = null));
     this.grid = null;
     this.axes = new AxesHelper(0.08 * this.size);
     this.scene.add(this.axes);
     this.look("home");
   }
 
-  /** The grid under everything. @param {number} lowest along the way up */
-  ground(lowest) {
+  /** The grid under everything. */
+  ground() {
     const step = 10 ** Math.round(Math.log10(this.size / 8));
-    const count = 2 * Math.ceil((1.2 * this.size) / step);
-    this.grid = new GridHelper(count * step, count, 0x8a94a0, 0xb9c0c8);
+    const count = 2 * Math.ceil((0.9 * this.size) / step);
+    if (this.grid) this.grid.removeFromParent();
+    this.grid = new GridHelper(count * step, count, 0x8a94a0, 0x8a94a0);
     this.grid.material.transparent = true;
-    this.grid.material.opacity = 0.35;
+    this.grid.material.depthWrite = false;
+    const { center, lowest } = this.extent;
     if (this.isPlanar) {
       this.grid.rotation.x = Math.PI / 2;
-      this.grid.position.set(this.center.x, this.center.y, -0.05 * this.size);
+      this.grid.position.set(center.x, center.y, -0.05 * this.size);
     } else {
       this.grid.quaternion.setFromUnitVectors(new Vector3(0, 1, 0), this.up);
-      this.grid.position.copy(this.center).addScaledVector(this.up, lowest - this.center.dot(this.up) - 0.01 * this.size);
+      this.grid.position.copy(center).addScaledVector(this.up, lowest - center.dot(this.up) - 0.03 * this.size);
     }
+    this.#tone();
     this.scene.add(this.grid);
   }
 
-  background(colour) {
-    this.scene.background = new Color(colour);
+  theme(isDark) {
+    this.isDark = isDark;
+    this.scene.background = new Color(isDark ? 0x1b2026 : 0xeef1f4);
+    this.#tone();
   }
 
-  /** One of the standard views. */
+  #tone() {
+    if (this.grid) this.grid.material.opacity = this.isDark ? 0.22 : 0.35;
+  }
+
+  /** One of the standard views: all of the motion is seen. */
   look(name) {
+    this.view = name;
     const direction = new Vector3(...VIEWS[name]).normalize();
     if (this.isPlanar && name === "home") direction.set(0, 0, 1);
     else if (!this.isPlanar) direction.applyQuaternion(this.fromZ);
-    this.controls.target.copy(this.center);
-    this.camera.position.copy(this.center).addScaledVector(direction, Math.max(1.4 * this.size, 2 * this.height));
+    const { target, distance } = fit(this.extent, direction, this.up, Math.tan((0.5 * this.camera.fov * Math.PI) / 180), this.camera.aspect);
+    this.controls.target.copy(target);
+    this.camera.position.copy(target).addScaledVector(direction, Math.max(distance, 0.1 * this.size));
     this.controls.update();
   }
 
   /** Turns the camera about what it looks at, or comes nearer. */
   move(sideways, upwards, nearer) {
+    this.view = null;
     const offset = this.camera.position.clone().sub(this.controls.target);
     const side = new Vector3().crossVectors(this.up, offset).normalize();
     offset.applyAxisAngle(this.up, sideways).applyAxisAngle(side, -upwards).multiplyScalar(nearer);
@@ -96,6 +116,7 @@ export class Stage {
     this.renderer.setSize(clientWidth, clientHeight, false);
     this.camera.aspect = clientWidth / clientHeight;
     this.camera.updateProjectionMatrix();
+    if (this.view) this.look(this.view);
   }
 
   /** Draws coarser while it moves if a picture takes too long. @param {number} passed milliseconds since the last picture */
@@ -114,8 +135,11 @@ export class Stage {
   #drawWith(ratio) {
     this.ratio = ratio;
     this.pace = 0;
+    // Smoothing of enlarged pixels costs a software renderer more than drawing them.
+    this.canvas.style.imageRendering = this.isSlow && ratio < this.finest ? "pixelated" : "";
+    const { clientWidth, clientHeight } = this.canvas;
     this.renderer.setPixelRatio(ratio);
-    this.resize();
+    if (clientWidth > 0) this.renderer.setSize(clientWidth, clientHeight, false);
   }
 
   draw() {
@@ -135,7 +159,7 @@ export class Stage {
     ray.params.Points.threshold = 0.01 * this.size;
     ray.setFromCamera(at, this.camera);
     const hits = ray.intersectObjects(bodies.map((body) => body.group), true);
-    const hit = hits.find((one) => one.object.userData.body && one.object !== one.object.userData.body.outline);
+    const hit = hits.find((one) => one.object.userData.body);
     return hit ? { body: hit.object.userData.body, hit } : null;
   }
 }

@@ -1,20 +1,28 @@
 /** The view: bodies on a stage, steered by controls. */
+import { Vector3 } from "three";
 import { Body } from "./body.js";
 import { Controls } from "./controls.js";
-import { element, number, readable } from "./elements.js";
+import { element, moment, number } from "./elements.js";
+import { extent } from "./fit.js";
 import { Glyphs } from "./glyphs.js";
+import { KEYS, listen } from "./keys.js";
 import { interval } from "./motion.js";
+import { pace, round } from "./pace.js";
+import { Outlines } from "./outlines.js";
+import { Picking } from "./picking.js";
+import { ends, range } from "./ranges.js";
 import { Shape } from "./shape.js";
 import { Stage } from "./stage.js";
 
-/** Seconds that a run lasts on the screen, and a cycle of a mode. */
-const RUN = 6;
-const CYCLE = 2;
+/** Cycles of a mode in a second. */
+const CYCLES = [0.05, 0.1, 0.2, 0.5, 1, 2];
+const CYCLE = 0.5;
 /** A deflection below this part of the size is enlarged to it at first. */
 const READABLE = 0.01;
 /** Largest displacement of a mode over the size. */
 const MODE_SIZE = 0.08;
-const KEYS = "Space: play. [ and ]: a step. Arrows: turn. + and −: nearer, farther. 1 to 6: views, 0: home. Click a body: its history. h: this line.";
+/** Milliseconds that a hint stays. */
+const HINT = 1600;
 
 export class Viewer {
   constructor(place, description, arrays) {
@@ -29,21 +37,30 @@ export class Viewer {
     this.phase = 0.25;
     this.mode = Math.min(Number(this.query.get("mode") ?? 1) - 1, (description.modes?.length ?? 1) - 1);
     this.mode = Math.max(this.mode, 0);
-    this.speed = 1;
     this.colour = "none";
     this.framesDrawn = 0;
-    const canvas = element("canvas", { tabindex: 0, role: "img" });
-    canvas.setAttribute("aria-label", this.#spoken());
-    const hasTime = this.isPart ? description.modes.length > 0 : this.times.length > 1;
-    this.controls = new Controls(this, { isPart: this.isPart, modes: this.isPart ? description.modes : [], hasTime, canFilm: hasTime && !!canvas.captureStream && typeof MediaRecorder !== "undefined" });
-    place.replaceChildren(canvas, this.controls.root);
-    const extent = this.#extent();
-    this.stage = new Stage(canvas, description, extent);
-    this.stage.ground(extent.lowest);
-    this.glyphs = new Glyphs(description, this.bodies, arrays, description.size);
-    this.stage.scene.add(this.glyphs.group, ...this.bodies.map((body) => body.group));
     this.scale = Number(this.query.get("scale")) || this.#usualScale();
+    const canvas = element("canvas", { tabindex: 0, role: "img", "aria-label": `${this.#spoken()}. Keys: ${KEYS}` });
+    const tip = element("div", { class: "tip", hidden: true });
+    this.hint = element("div", { class: "wheel", hidden: true }, "Click the picture first, or hold Ctrl, to zoom with the wheel");
+    this.glyphs = new Glyphs(description, this.bodies, arrays, description.size);
+    const hasTime = this.isPart ? description.modes.length > 0 : this.times.length > 1;
+    const speeds = this.#speeds(hasTime);
+    this.rate = speeds.start;
+    this.controls = new Controls(this, {
+      isPart: this.isPart, modes: this.isPart ? description.modes : [], rates: speeds.rates, hasTime,
+      canFilm: hasTime && !!canvas.captureStream && typeof MediaRecorder !== "undefined",
+      hasTriangles: shapes.some((shape) => shape.corners === 3), names: this.glyphs.signs.map((sign) => sign.text),
+    });
+    place.replaceChildren(element("div", { class: "stage" }, canvas, tip, this.hint), this.controls.root);
+    this.up = new Vector3(...description.up).normalize();
+    this.stage = new Stage(canvas, description, this.#extent());
+    this.stage.ground();
+    this.picking = new Picking(this, canvas, tip);
+    this.outlines = new Outlines(this.bodies);
+    this.stage.scene.add(this.outlines.lines, this.glyphs.group, this.picking.marker, ...this.bodies.map((body) => body.group));
     if (this.controls.modes) this.controls.modes.value = this.mode;
+    this.controls.speed.value = this.rate;
     this.controls.scale.value = number(this.scale);
     if (this.query.get("colour")) this.setColour(this.query.get("colour"));
     if (this.query.get("view")) this.stage.look(this.query.get("view"));
@@ -52,13 +69,18 @@ export class Viewer {
     const calm = matchMedia("(prefers-reduced-motion: reduce)").matches;
     this.isPlaying = hasTime && !this.isStill && !calm;
     if (hasTime) this.controls.showPlaying(this.isPlaying);
-    const shown = this.scale !== 1 && !this.isPart ? `Deflections are drawn ${number(this.scale)} times as large as they are. ` : "";
     const errors = shapes.map((shape) => shape.error).filter(Number.isFinite);
-    const error = errors.length > 0 ? `Displacements are within ${number(100 * Math.max(...errors))} % of the largest one. ` : "";
-    this.controls.tell(`${shown}${error}Press h for keys.`);
+    this.fixedNotes = speeds.warning + (errors.length > 0 ? `Displacements are within ${number(100 * Math.max(...errors))} % of the largest one. ` : "");
+    this.#note();
     this.last = null;
     this.needsDraw = true;
     requestAnimationFrame((now) => this.#frame(now));
+  }
+
+  #speeds(hasTime) {
+    if (this.isPart) return { rates: CYCLES.map((rate) => [rate, rate === 1 ? "1 cycle a second" : `${rate} cycles a second`]), start: CYCLE, warning: "" };
+    if (!hasTime) return { rates: [], start: 1, warning: "" };
+    return pace(this.bodies, this.times, this.description.units.time);
   }
 
   #spoken() {
@@ -67,29 +89,9 @@ export class Viewer {
     return this.isPart ? `3-D view of part ${title}, deflected in a mode` : `3-D view of ${title}: ${bodies.length} bodies in motion: ${names}`;
   }
 
-  /** Middle of what is drawn, how low it reaches and how high it is, over some of the times. */
   #extent() {
-    const low = [Infinity, Infinity, Infinity];
-    const high = [-Infinity, -Infinity, -Infinity];
-    const up = this.description.up;
-    let lowest = Infinity;
-    let highest = -Infinity;
-    const count = this.times.length > 1 ? 24 : 1;
-    for (let k = 0; k < count; k++) {
-      const time = this.times.length > 1 ? this.times[Math.round((k * (this.times.length - 1)) / (count - 1))] : 0;
-      for (const body of this.bodies) {
-        body.motion.pose(time, body.group.position, body.group.quaternion);
-        for (const at of body.outlinePoints()) {
-          at.applyQuaternion(body.group.quaternion).add(body.group.position);
-          const p = at.toArray();
-          p.forEach((value, axis) => { low[axis] = Math.min(low[axis], value); high[axis] = Math.max(high[axis], value); });
-          const height = p[0] * up[0] + p[1] * up[1] + p[2] * up[2];
-          lowest = Math.min(lowest, height);
-          highest = Math.max(highest, height);
-        }
-      }
-    }
-    return { center: low.map((value, axis) => (Number.isFinite(value) ? 0.5 * (value + high[axis]) : 0)), lowest: Number.isFinite(lowest) ? lowest : 0, height: Math.max(highest - lowest, 0) };
+    const reach = this.isPart ? () => (this.description.modes.length > 0 ? MODE_SIZE * this.description.size * this.scale : 0) : (body) => body.reach() * this.scale;
+    return extent(this.bodies, this.times, this.up, reach);
   }
 
   #usualScale() {
@@ -98,9 +100,7 @@ export class Viewer {
     const wanted = READABLE * this.description.size;
     if (reach === 0 || reach >= wanted) return 1;
     const factor = wanted / reach;
-    if (factor > 1e6) return 1;
-    const power = 10 ** Math.floor(Math.log10(factor));
-    return power * [1, 2, 5].filter((digit) => digit * power <= factor).at(-1);
+    return factor > 1e6 ? 1 : round(factor);
   }
 
   #listen(canvas) {
@@ -108,61 +108,40 @@ export class Viewer {
     new ResizeObserver(() => { stage.resize(); this.needsDraw = true; }).observe(canvas);
     stage.resize();
     stage.controls.addEventListener("change", () => (this.needsDraw = true));
-    canvas.addEventListener("keydown", (event) => this.#key(event));
-    let from = null;
-    canvas.addEventListener("pointerdown", (event) => (from = [event.clientX, event.clientY]));
-    canvas.addEventListener("pointerup", (event) => {
-      if (from && Math.hypot(event.clientX - from[0], event.clientY - from[1]) < 4) this.#pick(event);
+    // The wheel scrolls the page until the picture has the focus; before the camera's own listener.
+    this.stage.canvas.parentElement.addEventListener("wheel", (event) => {
+      if (event.ctrlKey || event.metaKey || document.activeElement === canvas) return;
+      event.stopPropagation();
+      this.hint.hidden = false;
+      clearTimeout(this.hinting);
+      this.hinting = setTimeout(() => (this.hint.hidden = true), HINT);
+    }, { capture: true, passive: true });
+    canvas.addEventListener("touchmove", (event) => { if (event.touches.length > 1) event.preventDefault(); }, { passive: false });
+    listen(this, canvas);
+    window.addEventListener("beforeprint", () => this.#print());
+    window.addEventListener("afterprint", () => {
+      this.paper?.remove();
+      this.#theme(this.themeBefore);
     });
-    window.addEventListener("beforeprint", () => { this.isPlaying = false; this.draw(); });
   }
 
-  #key(event) {
-    if (event.ctrlKey || event.metaKey || event.altKey) return;
-    const turn = 0.12;
-    const actions = {
-      " ": () => this.toggle(), h: () => this.help(), "[": () => this.step(-1), "]": () => this.step(1),
-      ArrowLeft: () => this.stage.move(-turn, 0, 1), ArrowRight: () => this.stage.move(turn, 0, 1),
-      ArrowUp: () => this.stage.move(0, turn, 1), ArrowDown: () => this.stage.move(0, -turn, 1),
-      "+": () => this.stage.move(0, 0, 0.87), "=": () => this.stage.move(0, 0, 0.87), "-": () => this.stage.move(0, 0, 1.15),
-      0: () => this.look("home"), 1: () => this.look("front"), 2: () => this.look("back"), 3: () => this.look("left"),
-      4: () => this.look("right"), 5: () => this.look("top"), 6: () => this.look("bottom"),
-    };
-    const action = actions[event.key];
-    if (!action) return;
-    event.preventDefault();
-    action();
-    this.needsDraw = true;
+  /** On paper: light, sharp, and with what the controls would say. */
+  #print() {
+    if (this.isPlaying) this.toggle();
+    this.themeBefore = document.documentElement.dataset.theme;
+    this.#theme("light");
+    this.stage.sharpen();
+    this.draw();
+    const { canvas } = this.stage;
+    // A copy: the picture itself is emptied when the paper gives it another size.
+    this.paper?.remove();
+    this.paper = element("canvas", { class: "paper", width: canvas.width, height: canvas.height, "aria-hidden": "true" });
+    this.paper.getContext("2d").drawImage(canvas, 0, 0);
+    canvas.after(this.paper);
   }
 
-  #pick(event) {
-    const found = this.stage.pick(event, this.bodies);
-    this.pick(found?.body ?? null, found?.hit);
-  }
-
-  /** Marks a body and tells of the node nearest to the place that was hit. */
-  pick(body, hit) {
-    for (const one of this.bodies) one.mark(one === body);
-    this.needsDraw = true;
-    if (!body) return this.controls.tell("");
-    const length = this.description.units.length;
-    if (!body.shape || !hit || hit.object !== body.surface) {
-      const at = body.group.position.toArray().map(number).join(", ");
-      this.controls.tell(`${body.name}: origin at ${at} ${length}`);
-      if (!this.isPart) this.onPick?.(body, null);
-      return;
-    }
-    const local = body.group.worldToLocal(hit.point.clone());
-    const vertices = hit.face ? [hit.face.a, hit.face.b, hit.face.c] : [body.shape.cells[hit.index] ?? hit.index];
-    const near = vertices.map((vertex) => body.shape.vertexNode?.[vertex] ?? vertex);
-    const x = body.shape.positions;
-    const distance = (k) => Math.hypot(x[3 * k] - local.x, x[3 * k + 1] - local.y, x[3 * k + 2] - local.z);
-    const node = near.reduce((best, k) => (distance(k) < distance(best) ? k : best));
-    const u = body.shape.displacement(node, body.amplitudes);
-    const place = [0, 1, 2].map((k) => number(x[3 * node + k])).join(", ");
-    const deflection = this.isPart ? "" : `, deflection ${number(Math.hypot(...u))} ${length}`;
-    this.controls.tell(`${body.name}, node ${body.shape.nodes[node]} at ${place} ${length} from the origin of its frame${deflection}`);
-    if (!this.isPart) this.onPick?.(body, node);
+  pick(body, node) {
+    this.picking.pick(body, node);
   }
 
   toggle() {
@@ -192,19 +171,33 @@ export class Viewer {
     this.setTime(this.times[index]);
   }
 
-  setSpeed(speed) { this.speed = speed; }
+  /** @param {number} rate time of the motion, or cycles, in a second on the screen */
+  setRate(rate) { this.rate = rate; }
 
   setScale(scale) {
-    if (Number.isFinite(scale) && scale >= 0) this.scale = scale;
+    if (!(Number.isFinite(scale) && scale >= 0)) return;
+    this.scale = scale;
+    this.stage.extent = this.#extent();
+    this.stage.ground();
+    this.#note();
     this.needsDraw = true;
+  }
+
+  #note() {
+    const isShown = !this.isPart && this.bodies.some((body) => body.shape);
+    const deflection = isShown ? `Deflections, relative to each body's floating frame, are drawn ${this.scale === 1 ? "as large as they are" : `${number(this.scale)} times as large as they are`}. ` : "";
+    this.controls.notes.textContent = `${deflection}${this.fixedNotes}Press h for keys.`;
   }
 
   setColour(what) {
     this.colour = what;
     this.controls.colour.value = what;
-    this.range = this.#range();
     const { length, time } = this.description.units;
-    this.controls.showLegend(what, this.range, { deflection: this.isPart ? "of the largest" : length, strain: this.isPart ? "of the largest" : "", speed: `${length}/${time}` }[what] ?? "");
+    if (this.isPart) this.painted = null;
+    else if (what !== "none") this.range = range(this.bodies, what, this.times);
+    const unit = { deflection: length, speed: `${length}/${time}` }[what] ?? "";
+    if (this.isPart) this.#paintMode();
+    this.controls.showLegend(what, this.range, unit, this.isPart);
     this.needsDraw = true;
   }
 
@@ -224,25 +217,11 @@ export class Viewer {
 
   #theme(wanted) {
     const usual = matchMedia("(prefers-color-scheme: dark)").matches ? "dark" : "light";
-    document.documentElement.dataset.theme = wanted === "dark" || wanted === "light" ? wanted : usual;
-    this.stage.background(document.documentElement.dataset.theme === "dark" ? 0x1b2026 : 0xeef1f4);
+    const theme = wanted === "dark" || wanted === "light" ? wanted : usual;
+    document.documentElement.dataset.theme = theme;
+    this.stage.theme(theme === "dark");
     this.needsDraw = true;
     window.dispatchEvent(new Event("themechange"));
-  }
-
-  /** Largest value of the colours, over some of the times. */
-  #range() {
-    if (this.colour === "none") return 0;
-    if (this.isPart) return 1;
-    let largest = 0;
-    for (let k = 0; k <= 12; k++) {
-      const time = this.times.length > 1 ? this.times[0] + (k / 12) * (this.times.at(-1) - this.times[0]) : 0;
-      for (const body of this.bodies.filter((one) => one.shape)) {
-        body.motion.amplitude(time, body.amplitudes);
-        for (const value of body.values(this.colour, time)) largest = Math.max(largest, value);
-      }
-    }
-    return largest;
   }
 
   /** Draws the picture of now. */
@@ -252,36 +231,65 @@ export class Viewer {
     else {
       for (const body of bodies) {
         body.show(this.time, this.scale);
-        if (body.shape) body.colourBy(this.colour === "none" ? null : body.values(this.colour, this.time), this.range);
+        if (body.shape) body.colourBy(this.colour === "none" ? null : body.values(this.colour, this.time), this.range?.largest);
       }
     }
-    this.glyphs.show(bodies, interval(this.times, this.time));
+    this.outlines.show();
+    this.glyphs.show(interval(this.times, this.time));
+    this.picking.show(this.stage.camera);
     this.stage.draw();
     this.framesDrawn += 1;
+    this.#showTime();
+    document.documentElement.dataset.drawn = "true";
+  }
+
+  #showTime() {
     const [first, last] = [this.times[0] ?? 0, this.times.at(-1) ?? 0];
-    if (this.isPart) this.controls.showTime(this.phase, `${Math.round(360 * this.phase)}°`);
+    const unit = this.description.units.time;
+    const now = this.isPart ? `${Math.round(360 * this.phase)}°` : `${moment(this.time, last - first)} ${unit}`;
+    if (this.isPart) this.controls.showTime(this.phase, now);
     else if (last > first) {
-      this.controls.showTime((this.time - first) / (last - first), `${number(this.time)} ${this.description.units.time}`);
+      this.controls.showTime((this.time - first) / (last - first), now);
       this.onTime?.(this.time);
     }
-    document.documentElement.dataset.drawn = "true";
+    if (!this.isPlaying) {
+      const mode = this.description.modes?.[this.mode];
+      this.controls.stamp.textContent = this.isPart
+        ? `${mode ? `${mode.name}${mode.frequency == null ? "" : `, ${number(mode.frequency)} Hz`}, phase ${now}, size ${number(this.scale)}` : ""}`
+        : `Time ${now}, deflections × ${number(this.scale)}`;
+    }
+  }
+
+  /** Colours by the mode that is shown, once: they don't change with the phase. */
+  #paintMode() {
+    const key = `${this.mode} ${this.colour}`;
+    if (this.painted === key) return;
+    this.painted = key;
+    const mode = this.description.modes[this.mode];
+    for (const body of this.bodies) {
+      if (!mode || !body.shape) continue;
+      if (this.colour === "none") {
+        body.colourBy(null);
+        continue;
+      }
+      body.amplitudes.fill(0);
+      body.amplitudes[mode.column] = 1 / (body.shape.largest[mode.column] || 1);
+      const values = body.values(this.colour, 0);
+      this.range = { times: 1, of: 1, ...(values ? ends([values], this.colour) : { largest: 0, peak: 0 }) };
+      body.colourBy(values, this.range.largest);
+    }
   }
 
   #drawMode() {
     const mode = this.description.modes[this.mode];
+    this.#paintMode();
     for (const body of this.bodies) {
       body.motion.pose(0, body.group.position, body.group.quaternion);
       body.amplitudes.fill(0);
       if (!mode || !body.shape) continue;
       body.deflectIn(mode.column);
       const largest = body.shape.largest[mode.column] || 1;
-      const amplitude = ((MODE_SIZE * this.description.size) / largest) * this.scale;
-      body.amplitudes[mode.column] = 1 / largest;
-      if (this.colour !== "none") {
-        const values = body.values(this.colour, 0);
-        body.colourBy(values, values.reduce((most, value) => Math.max(most, value), 0));
-      } else body.colourBy(null);
-      body.amplitudes[mode.column] = amplitude * Math.sin(2 * Math.PI * this.phase);
+      body.amplitudes[mode.column] = ((MODE_SIZE * this.description.size) / largest) * this.scale * Math.sin(2 * Math.PI * this.phase);
       body.deflect(body.amplitudes, 1);
     }
   }
@@ -291,7 +299,7 @@ export class Viewer {
       const passed = this.last == null ? 0 : Math.min((now - this.last) / 1000, 0.1);
       if (this.last != null) this.stage.keepPace(now - this.last);
       this.last = now;
-      this.advance(passed * this.speed);
+      this.advance(passed);
     } else if (this.stage.sharpen()) this.needsDraw = true;
     if (this.needsDraw) {
       this.needsDraw = false;
@@ -302,11 +310,17 @@ export class Viewer {
 
   /** Lets time go on. @param {number} seconds on the screen */
   advance(seconds) {
-    if (this.isPart) this.phase = (this.phase + seconds / CYCLE) % 1;
-    else {
+    if (this.isPart) {
+      this.phase += seconds * this.rate;
+      if (this.phase >= 1) this.onEnd?.();
+      this.phase %= 1;
+    } else {
       const [first, last] = [this.times[0], this.times.at(-1)];
-      this.time += (seconds / RUN) * (last - first);
-      if (this.time > last) this.time = first;
+      this.time += seconds * this.rate;
+      if (this.time > last) {
+        this.time = first;
+        this.onEnd?.();
+      }
     }
     this.needsDraw = true;
   }
@@ -317,7 +331,7 @@ export class Viewer {
     link.click();
   }
 
-  /** Records one run. */
+  /** Records one run at the speed that is set. */
   saveFilm() {
     const recorder = new MediaRecorder(this.stage.canvas.captureStream(30), { mimeType: "video/webm" });
     const parts = [];
@@ -331,8 +345,9 @@ export class Viewer {
     this.toggle();
     recorder.start();
     this.controls.tell("Recording one run …");
-    setTimeout(() => recorder.stop(), (1000 * (this.isPart ? CYCLE : RUN)) / this.speed);
+    this.onEnd = () => {
+      this.onEnd = null;
+      recorder.stop();
+    };
   }
 }
-
-export { readable };

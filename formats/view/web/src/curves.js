@@ -1,0 +1,49 @@
+/** How curves are drawn, in histories and in charts. */
+
+const LIGHT = ["#1f6fb4", "#c4560f", "#2b8a3e", "#b5338a", "#6a45e8", "#0b8080", "#8a6d0b", "#c92a2a"];
+const DARK = ["#74b6f2", "#f79a5b", "#69c97d", "#ee86cc", "#b09cff", "#4fd0d0", "#dcc04e", "#ff8a8a"];
+const DASHES = [[], [8, 4], [2, 3], [10, 3, 2, 3]];
+
+export const isDark = () => document.documentElement.dataset.theme === "dark";
+
+/** Line of curve k: eight colours, then the same ones dashed. */
+export function line(k) {
+  return { stroke: () => (isDark() ? DARK : LIGHT)[k % LIGHT.length], dash: DASHES[Math.floor(k / LIGHT.length) % DASHES.length], width: 1.5 };
+}
+
+/** Most curves that can be told apart. */
+export const MOST = LIGHT.length * DASHES.length;
+
+/** Colours of an axis, from the page's style. */
+export function axis() {
+  const colour = (name) => () => getComputedStyle(document.documentElement).getPropertyValue(name);
+  return { stroke: colour("--ink"), grid: { stroke: colour("--faint"), width: 1 }, ticks: { stroke: colour("--faint"), width: 1 } };
+}
+
+/** Smallest value of a logarithmic axis; the powers of ten that uPlot knows end a little below. */
+const LEAST = 1e-30;
+
+/** Values of a logarithmic axis: what is zero, or next to it, is left out. */
+export const positive = (values) => Array.from(values, (value) => (value > LEAST ? value : null));
+
+/** Ticks of a logarithmic axis that doesn't begin at a power of ten: all whole multiples of powers. */
+export function logarithmic(low, high) {
+  const splits = [];
+  for (let power = Math.floor(Math.log10(low)); power <= Math.log10(high); power++) {
+    for (let digit = 1; digit < 10; digit++) {
+      const value = Number(`${digit}e${power}`);
+      if (value >= low && value <= high) splits.push(value);
+    }
+  }
+  return splits;
+}
+
+/** Draws a plot again after dark has become light, marks of its legend too. */
+export function recolour(plot) {
+  const rows = plot.root.querySelectorAll(".u-legend .u-series");
+  plot.series.forEach((series, k) => {
+    const mark = rows[k]?.querySelector(".u-marker");
+    if (mark && k > 0) mark.style.borderColor = series.stroke(plot, k);
+  });
+  plot.redraw(false);
+}
