@@ -6,10 +6,10 @@ use nalgebra::{UnitQuaternion, Vector3};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use super::check::{Checker, each};
+use super::check::{Checker, each, each_of};
 use super::damping::DampingOverride;
 use super::values::{in_space, positive};
-use super::{AngularVelocity, Named, Orientation, RotaryInertia};
+use super::{AngularVelocity, Geometry, Named, Orientation, RotaryInertia};
 use crate::Error;
 use crate::named::{object, unique};
 
@@ -27,6 +27,8 @@ pub struct Body {
     pub velocity: Option<Vec<f64>>,
     /// Rate of rotation in world axes; zero where `None`.
     pub angular_velocity: Option<AngularVelocity>,
+    /// What it looks like in pictures, besides its mesh; no influence on the motion.
+    pub geometry: Vec<Geometry>,
 }
 
 /// A flexible or a rigid body.
@@ -151,6 +153,7 @@ impl Body {
             orientation: None,
             velocity: None,
             angular_velocity: None,
+            geometry: Vec::new(),
         }
     }
 
@@ -180,6 +183,11 @@ impl Body {
         if let Some(rate) = &self.angular_velocity {
             rate.check(&format!("{location}.angular_velocity"), checker)?;
         }
+        each_of(
+            &format!("{location}.geometry"),
+            &self.geometry,
+            |at, solid| solid.check(at, checker),
+        )?;
         match &self.kind {
             BodyKind::Rigid(rigid) => rigid.check(&format!("{location}.rigid"), checker),
             BodyKind::Superelement(superelement) => superelement.check(location),
@@ -289,6 +297,9 @@ struct BodyPart {
     /// World axes; zero where absent.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     angular_velocity: Option<AngularVelocity>,
+    /// What the body looks like in pictures; no influence on the motion.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    geometry: Vec<Geometry>,
 }
 
 fn some_object<'de, D: serde::Deserializer<'de>>(
@@ -339,6 +350,7 @@ impl TryFrom<BodyPart> for Body {
             orientation: part.orientation,
             velocity: part.velocity,
             angular_velocity: part.angular_velocity,
+            geometry: part.geometry,
         })
     }
 }
@@ -350,6 +362,7 @@ impl From<Body> for BodyPart {
             orientation: body.orientation,
             velocity: body.velocity,
             angular_velocity: body.angular_velocity,
+            geometry: body.geometry,
             ..Self::default()
         };
         match body.kind {

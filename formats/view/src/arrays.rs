@@ -46,6 +46,11 @@ impl Arrays {
         self.append("i16", values.into_iter().map(i16::to_le_bytes))
     }
 
+    /// Bytes so far, before they are compressed.
+    pub fn byte_count(&self) -> usize {
+        self.bytes.len()
+    }
+
     fn append<const N: usize>(
         &mut self,
         element: &'static str,

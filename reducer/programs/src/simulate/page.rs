@@ -31,6 +31,7 @@ pub(crate) struct PageArguments {
 /// Writes the page of a run.
 pub(crate) fn run(arguments: &PageArguments, contents: Contents) -> Result<Outcome, Error> {
     let (path, replace) = (&arguments.results, replace(arguments.force));
+    refuse_others(path)?;
     let beside = path.with_extension("html");
     let target = arguments.output.as_ref().unwrap_or(&beside);
     check_output(target, replace)?;
@@ -46,6 +47,25 @@ pub(crate) fn run(arguments: &PageArguments, contents: Contents) -> Result<Outco
         target.display(),
         html.len() as f64 / 1e6
     )))
+}
+
+/// What people name in place of results: says which command shows it.
+fn refuse_others(path: &Path) -> Result<(), Error> {
+    let name = path.to_string_lossy();
+    let told = match path.extension().and_then(|ending| ending.to_str()) {
+        _ if name.ends_with(".dcb.h5") => {
+            format!("is a superelement, expected results of a run; its page: reduce report {name}")
+        }
+        Some("json") => format!(
+            "is a scene, expected results of a run; run it first: simulate {name}, then: simulate animate {}",
+            path.with_extension("h5").display()
+        ),
+        _ => return Ok(()),
+    };
+    Err(Error::from(dcb_formats::Error::File {
+        path: path.to_owned(),
+        message: told,
+    }))
 }
 
 /// The way from the folder of one file to another file, so that both can move together; none where the system doesn't tell.
