@@ -7,8 +7,11 @@
 mod arrays;
 mod description;
 mod drawing;
+mod glb;
+mod moving_glb;
 mod page;
 mod shape;
+mod solid_triangles;
 mod surface;
 mod triangles;
 
@@ -18,6 +21,7 @@ pub use description::{
     Kind, Load, Mode, Place, Solid,
 };
 pub use drawing::Drawing;
+pub use glb::{Glb, extras};
 pub use page::MovingPage;
 pub use shape::{Column, Pattern, Shape};
 pub use surface::Surface;

@@ -26,7 +26,7 @@ use dcb_formats::terminal::one_line;
 use crate::simulate::fmu::FmuArguments;
 use crate::simulate::init::InitArguments;
 use crate::simulate::linearize::LinearizeArguments;
-use crate::simulate::page::PageArguments;
+use crate::simulate::page::{AnimateArguments, PageArguments};
 use crate::simulate::prepare::PrepareArguments;
 use crate::simulate::study::StudyArguments;
 use dcb_formats::scene::{Compatibility, scene_schema};
@@ -170,7 +170,7 @@ enum Command {
     #[command(mut_arg("force", |arg| arg.help("Replace an existing table")))]
     Csv(ExportArguments),
     /// Make a page in which the mechanism of a run moves, for any browser
-    Animate(PageArguments),
+    Animate(AnimateArguments),
     /// The same page with the tables of the run
     Report(PageArguments),
     /// List what a results file holds and how the run ended.
@@ -213,7 +213,7 @@ pub fn main(arguments: impl IntoIterator<Item = OsString>, other: fn() -> clap::
         Some(Command::Fmu(arguments)) => fmu::run(arguments, &cli.common),
         Some(Command::Plot(arguments)) => export(arguments, "svg", picture::plot),
         Some(Command::Csv(arguments)) => export(arguments, "csv", csv::write_csv),
-        Some(Command::Animate(arguments)) => page::run(arguments, Contents::Motion),
+        Some(Command::Animate(arguments)) => page::animate(arguments),
         Some(Command::Report(arguments)) => page::run(arguments, Contents::Report),
         Some(Command::Show { results }) => show(results),
         Some(Command::Init(arguments)) => init::run(arguments),

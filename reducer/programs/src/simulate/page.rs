@@ -28,6 +28,39 @@ pub(crate) struct PageArguments {
     force: bool,
 }
 
+/// What `simulate animate` makes.
+#[derive(Debug, Args)]
+pub(crate) struct AnimateArguments {
+    #[command(flatten)]
+    page: PageArguments,
+    /// Write the motion as binary glTF for slides and other viewers, in place of the page
+    #[arg(long, value_name = "FILE.glb", conflicts_with = "output")]
+    gltf: Option<PathBuf>,
+}
+
+/// Writes the page of a run, or its motion as glTF.
+pub(crate) fn animate(arguments: &AnimateArguments) -> Result<Outcome, Error> {
+    let Some(target) = &arguments.gltf else {
+        return run(&arguments.page, Contents::Motion);
+    };
+    let page = &arguments.page;
+    let (path, replace) = (&page.results, replace(page.force));
+    refuse_others(path)?;
+    check_output(target, replace)?;
+    refuse_inputs(target, [path.as_path()], "the file of the results")?;
+    let found = scene_page(path, page.scene.as_deref(), Contents::Motion)?;
+    let bytes = found.glb().map_err(|message| dcb_formats::Error::File {
+        path: target.clone(),
+        message,
+    })?;
+    write_stream(target, replace, |out| out.write_all(&bytes))?;
+    Ok(Outcome::done(format!(
+        "{}: {:.1} MB\n",
+        target.display(),
+        bytes.len() as f64 / 1e6
+    )))
+}
+
 /// Writes the page of a run.
 pub(crate) fn run(arguments: &PageArguments, contents: Contents) -> Result<Outcome, Error> {
     let (path, replace) = (&arguments.results, replace(arguments.force));
