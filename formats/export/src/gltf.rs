@@ -7,14 +7,13 @@ use std::collections::BTreeMap;
 use dcb_formats::mesh::Mesh;
 use dcb_formats::units::{hertz, hertz_unit, si_factor};
 use dcb_formats::{Error, Superelement};
-use dcb_view::Drawing;
+use dcb_view::{Drawing, Glb, extras};
 use faer::Mat;
-use gltf_json::accessor::{ComponentType, GenericComponentType, Type};
+use gltf_json::accessor::Type;
 use gltf_json::animation::{Animation, Channel, Interpolation, Property, Sampler};
-use gltf_json::buffer::{Target as BufferTarget, View};
 use gltf_json::mesh::{Mode, MorphTarget, Primitive, Semantic};
 use gltf_json::validation::Checked::Valid;
-use gltf_json::{Accessor, Index, Node, Root, Scene};
+use gltf_json::{Index, Node, Scene};
 use serde_json::json;
 
 use crate::files::product::{Content, Product};
@@ -56,7 +55,10 @@ pub(crate) fn product(source: &Source, request: &Request<'_>) -> Result<Product,
     let moved = (0..n_k).map(|mode| picture.moved(mode, extent));
     scene.mesh(source, &drawing, &rest, moved, &names);
     scene.animations(&names);
-    let bytes = scene.finish(source).map_err(|why| source.refused(why))?;
+    let bytes = scene
+        .glb
+        .finish("dual Craig-Bampton, reduce export", &source.origin_line())
+        .map_err(|why| source.refused(why))?;
     let summary = format!(
         "{} nodes, {} {}, {n_k} modes as morph targets and animations",
         drawing.nodes.len(),
@@ -144,91 +146,13 @@ fn extent(points: &[[f64; 3]]) -> f64 {
     sides.into_iter().fold(0.0, f64::max)
 }
 
-/// A scene and its buffer, while they grow.
+/// A scene, while it grows.
 #[derive(Default)]
 struct Builder {
-    root: Root,
-    bytes: Vec<u8>,
+    glb: Glb,
 }
 
 impl Builder {
-    /// Numbers into the buffer, and how they are to be read.
-    fn accessor(
-        &mut self,
-        bytes: &[u8],
-        kind: (ComponentType, Type),
-        count: usize,
-        target: Option<BufferTarget>,
-    ) -> Index<Accessor> {
-        let offset = self.bytes.len();
-        self.bytes.extend(bytes);
-        let view = self.root.push(View {
-            buffer: Index::new(0),
-            byte_length: bytes.len().into(),
-            byte_offset: Some(offset.into()),
-            byte_stride: None,
-            name: None,
-            target: target.map(Valid),
-            extensions: None,
-            extras: None,
-        });
-        self.root.push(Accessor {
-            buffer_view: Some(view),
-            byte_offset: None,
-            count: count.into(),
-            component_type: Valid(GenericComponentType(kind.0)),
-            extensions: None,
-            extras: None,
-            type_: Valid(kind.1),
-            min: None,
-            max: None,
-            name: None,
-            normalized: false,
-            sparse: None,
-        })
-    }
-
-    fn reals(
-        &mut self,
-        values: &[f32],
-        kind: Type,
-        count: usize,
-        target: Option<BufferTarget>,
-    ) -> Index<Accessor> {
-        let bytes: Vec<u8> = values
-            .iter()
-            .flat_map(|value| value.to_le_bytes())
-            .collect();
-        self.accessor(&bytes, (ComponentType::F32, kind), count, target)
-    }
-
-    /// Vectors, with the box round them, which positions must have.
-    fn vectors(&mut self, of: &[[f64; 3]]) -> Index<Accessor> {
-        let values: Vec<f32> = of.iter().flatten().map(|value| *value as f32).collect();
-        let index = self.reals(
-            &values,
-            Type::Vec3,
-            of.len(),
-            Some(BufferTarget::ArrayBuffer),
-        );
-        let most = |pick: fn(f32, f32) -> f32| {
-            [0, 1, 2].map(|a| {
-                values
-                    .iter()
-                    .skip(a)
-                    .step_by(3)
-                    .copied()
-                    .reduce(pick)
-                    .unwrap_or(0.0)
-            })
-        };
-        if let Some(accessor) = self.root.accessors.last_mut() {
-            accessor.min = Some(json!(most(f32::min)));
-            accessor.max = Some(json!(most(f32::max)));
-        }
-        index
-    }
-
     fn mesh(
         &mut self,
         source: &Source,
@@ -237,21 +161,11 @@ impl Builder {
         modes: impl Iterator<Item = Vec<[f64; 3]>>,
         names: &[String],
     ) {
-        let positions = self.vectors(rest);
-        let bytes: Vec<u8> = drawing
-            .cells
-            .iter()
-            .flat_map(|node| node.to_le_bytes())
-            .collect();
-        let indices = self.accessor(
-            &bytes,
-            (ComponentType::U32, Type::Scalar),
-            drawing.cells.len(),
-            Some(BufferTarget::ElementArrayBuffer),
-        );
+        let positions = self.glb.vectors(rest);
+        let indices = self.glb.places(&drawing.cells);
         let targets: Vec<MorphTarget> = modes
             .map(|mode| MorphTarget {
-                positions: Some(self.vectors(&mode)),
+                positions: Some(self.glb.vectors(&mode)),
                 normals: None,
                 tangents: None,
             })
@@ -267,25 +181,25 @@ impl Builder {
             targets: moves.then_some(targets),
         };
         let name = source.superelement().name.clone();
-        let mesh = self.root.push(gltf_json::Mesh {
+        let mesh = self.glb.root.push(gltf_json::Mesh {
             extensions: None,
-            extras: raw(&json!({ "targetNames": names })),
+            extras: extras(&json!({ "targetNames": names })),
             name: Some(name.clone()),
             primitives: vec![primitive],
             weights: moves.then(|| vec![0.0; names.len()]),
         });
-        let node = self.root.push(Node {
+        let node = self.glb.root.push(Node {
             mesh: Some(mesh),
             name: Some(name),
             ..Node::default()
         });
-        let scene = self.root.push(Scene {
+        let scene = self.glb.root.push(Scene {
             extensions: None,
             extras: None,
             name: None,
             nodes: vec![node],
         });
-        self.root.scene = Some(scene);
+        self.glb.root.scene = Some(scene);
     }
 
     /// Each mode alone goes through a cycle.
@@ -293,11 +207,7 @@ impl Builder {
         if names.is_empty() {
             return;
         }
-        let input = self.reals(&TIMES, Type::Scalar, TIMES.len(), None);
-        if let Some(accessor) = self.root.accessors.last_mut() {
-            accessor.min = Some(json!([TIMES[0]]));
-            accessor.max = Some(json!([TIMES[TIMES.len() - 1]]));
-        }
+        let input = self.glb.times(&TIMES);
         for (mode, name) in names.iter().enumerate() {
             let weights = WEIGHTS.iter();
             let weights: Vec<f32> = weights
@@ -305,8 +215,8 @@ impl Builder {
                     (0..names.len()).map(move |k| if k == mode { *weight } else { 0.0 })
                 })
                 .collect();
-            let output = self.reals(&weights, Type::Scalar, weights.len(), None);
-            self.root.animations.push(Animation {
+            let output = self.glb.reals(&weights, Type::Scalar, weights.len());
+            self.glb.root.animations.push(Animation {
                 extensions: None,
                 extras: None,
                 name: Some(name.clone()),
@@ -331,44 +241,6 @@ impl Builder {
             });
         }
     }
-
-    /// Header, scene, buffer.
-    fn finish(mut self, source: &Source) -> Result<Vec<u8>, String> {
-        self.bytes.resize(self.bytes.len().next_multiple_of(4), 0);
-        self.root.push(gltf_json::Buffer {
-            byte_length: self.bytes.len().into(),
-            name: None,
-            uri: None,
-            extensions: None,
-            extras: None,
-        });
-        self.root.asset.generator = Some("dual Craig-Bampton, reduce export".to_owned());
-        self.root.asset.extras = raw(&json!({ "source": source.origin_line() }));
-        let mut text = serde_json::to_vec(&self.root)
-            .map_err(|error| format!("can't be written as JSON: {error}"))?;
-        text.resize(text.len().next_multiple_of(4), b' ');
-        let sizes = [
-            28 + text.len() + self.bytes.len(),
-            text.len(),
-            self.bytes.len(),
-        ];
-        let sizes = sizes.map(u32::try_from);
-        let [Ok(all), Ok(of_text), Ok(of_bytes)] = sizes else {
-            return Err(
-                "is too large for one glTF file (4 GiB); reduce it with fewer modes".to_owned(),
-            );
-        };
-        let mut file = Vec::with_capacity(all as usize);
-        file.extend(b"glTF");
-        file.extend(2_u32.to_le_bytes());
-        file.extend(all.to_le_bytes());
-        for (size, kind, chunk) in [(of_text, b"JSON", text), (of_bytes, b"BIN\0", self.bytes)] {
-            file.extend(size.to_le_bytes());
-            file.extend(kind);
-            file.extend(chunk);
-        }
-        Ok(file)
-    }
 }
 
 fn mode(drawing: &Drawing) -> Mode {
@@ -377,8 +249,4 @@ fn mode(drawing: &Drawing) -> Mode {
         2 => Mode::Lines,
         _ => Mode::Points,
     }
-}
-
-fn raw(value: &serde_json::Value) -> gltf_json::Extras {
-    serde_json::value::RawValue::from_string(value.to_string()).ok()
 }

@@ -6,10 +6,10 @@ use nalgebra::{UnitQuaternion, Vector3};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use super::check::{Checker, each};
+use super::check::{Checker, each, each_of};
 use super::damping::DampingOverride;
 use super::values::{in_space, positive};
-use super::{AngularVelocity, Named, Orientation, RotaryInertia};
+use super::{AngularVelocity, Geometry, Named, Orientation, RotaryInertia};
 use crate::Error;
 use crate::named::{object, unique};
 
@@ -27,6 +27,8 @@ pub struct Body {
     pub velocity: Option<Vec<f64>>,
     /// Rate of rotation in world axes; zero where `None`.
     pub angular_velocity: Option<AngularVelocity>,
+    /// What it looks like in pictures, besides its mesh; no influence on the motion.
+    pub geometry: Vec<Geometry>,
 }
 
 /// A flexible or a rigid body.
@@ -152,6 +154,7 @@ impl Body {
             orientation: None,
             velocity: None,
             angular_velocity: None,
+            geometry: Vec::new(),
         }
     }
 
@@ -181,6 +184,11 @@ impl Body {
         if let Some(rate) = &self.angular_velocity {
             rate.check(&format!("{location}.angular_velocity"), checker)?;
         }
+        each_of(
+            &format!("{location}.geometry"),
+            &self.geometry,
+            |at, solid| solid.check(at, checker),
+        )?;
         match &self.kind {
             BodyKind::Rigid(rigid) => {
                 let spins = self.placement().angular_velocity != Vector3::zeros();
@@ -303,6 +311,9 @@ struct BodyPart {
     /// World axes; zero where absent.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     angular_velocity: Option<AngularVelocity>,
+    /// What the body looks like in pictures; no influence on the motion.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    geometry: Vec<Geometry>,
 }
 
 fn some_object<'de, D: serde::Deserializer<'de>>(
@@ -353,6 +364,7 @@ impl TryFrom<BodyPart> for Body {
             orientation: part.orientation,
             velocity: part.velocity,
             angular_velocity: part.angular_velocity,
+            geometry: part.geometry,
         })
     }
 }
@@ -364,6 +376,7 @@ impl From<Body> for BodyPart {
             orientation: body.orientation,
             velocity: body.velocity,
             angular_velocity: body.angular_velocity,
+            geometry: body.geometry,
             ..Self::default()
         };
         match body.kind {

@@ -238,6 +238,18 @@ pub(super) fn each<T>(
     Ok(())
 }
 
+/// Every member of a list without names, with its place.
+pub(super) fn each_of<T>(
+    list: &str,
+    parts: &[T],
+    check: impl Fn(&str, &T) -> Result<(), Error>,
+) -> Result<(), Error> {
+    let numbered = parts.iter().enumerate();
+    numbered
+        .map(|(index, part)| check(&format!("{list}[{index}]"), part))
+        .collect()
+}
+
 pub(super) fn finite(location: &str, number: f64) -> Result<(), Error> {
     if number.is_finite() {
         Ok(())

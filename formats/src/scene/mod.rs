@@ -12,6 +12,7 @@ mod controller;
 mod damping;
 mod drive;
 mod gear;
+mod geometry;
 mod integrator;
 mod joint;
 mod load;
@@ -44,6 +45,7 @@ pub use controller::Controller;
 pub use damping::{DampingOverride, ModalRatios, Rayleigh, RayleighPoints};
 pub use drive::{Drive, DriveFunction};
 pub use gear::{Gear, Rack};
+pub use geometry::{Cylinder, Geometry, GeometryKind, Sphere};
 pub use integrator::{AdaptiveStep, Formulation, Integrator, Method, Scheme};
 pub use joint::{
     AxisJoint, DistanceJoint, ExertedDirections, FixedJoint, Joint, JointAxis, LineJoint,
@@ -66,7 +68,7 @@ use crate::Error;
 use crate::function::{Function, check_constant};
 pub use crate::named::Named;
 use crate::named::unique;
-use check::{Checker, each};
+use check::{Checker, each, each_of};
 
 /// A scene: a mechanism, what acts on it, and what is to be computed.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
@@ -164,6 +166,9 @@ pub struct Ground {
     /// Places in world coordinates.
     #[serde(default, deserialize_with = "unique")]
     pub points: Named<Point>,
+    /// What the surroundings look like in pictures, world axes.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub geometry: Vec<Geometry>,
 }
 
 /// The name of a scene that is read from standard input; its paths start at the folder of the process.
@@ -271,6 +276,9 @@ impl Scene {
         }
         each("ground.points", &self.ground.points, |at, point| {
             point.check(at, &checker)
+        })?;
+        each_of("ground.geometry", &self.ground.geometry, |at, solid| {
+            solid.check(at, &checker)
         })?;
         if self.bodies.contains_key("ground") {
             return Err(Error::described(

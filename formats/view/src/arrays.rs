@@ -46,6 +46,44 @@ impl Arrays {
         self.append("i16", values.into_iter().map(i16::to_le_bytes))
     }
 
+    /// Bytes so far, before they are compressed.
+    pub fn byte_count(&self) -> usize {
+        self.bytes.len()
+    }
+
+    /// The reals, or small integers, of an array.
+    pub(crate) fn reals_of(&self, array: Array) -> Vec<f64> {
+        match array.element {
+            "i16" => {
+                let shorts = self.chunks(array).map(i16::from_le_bytes);
+                shorts.map(f64::from).collect()
+            }
+            _ => {
+                let singles = self.chunks(array).map(f32::from_le_bytes);
+                singles.map(f64::from).collect()
+            }
+        }
+    }
+
+    /// The same, three by three.
+    pub(crate) fn vectors_of(&self, array: Array) -> Vec<[f64; 3]> {
+        let all = self.reals_of(array);
+        all.chunks_exact(3)
+            .map(|at| [at[0], at[1], at[2]])
+            .collect()
+    }
+
+    /// The numbers of nodes and cells of an array.
+    pub(crate) fn indices_of(&self, array: Array) -> Vec<u32> {
+        self.chunks(array).map(u32::from_le_bytes).collect()
+    }
+
+    fn chunks<const N: usize>(&self, array: Array) -> impl Iterator<Item = [u8; N]> + '_ {
+        let bytes = self.bytes.get(array.offset..).unwrap_or_default();
+        let chunks = bytes.chunks_exact(N).take(array.length);
+        chunks.map(|chunk| std::array::from_fn(|byte| chunk[byte]))
+    }
+
     fn append<const N: usize>(
         &mut self,
         element: &'static str,

@@ -78,25 +78,40 @@ pub struct Place {
     pub axes: [f64; 4],
 }
 
-/// A simple geometry, body axes.
+/// A simple geometry and where it is, body axes.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Solid {
+    /// What it is.
+    #[serde(flatten)]
+    pub form: Form,
+    /// Of its centre, or of the origin of its points.
+    pub position: [f64; 3],
+    /// Quaternion of its axes.
+    pub turn: [f64; 4],
+    /// `#rrggbb`; that of the body where there is none.
+    pub color: Option<String>,
+}
+
+/// The kinds of solids, in their own axes.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 #[serde(tag = "kind", rename_all = "lowercase")]
-pub enum Solid {
-    /// A cuboid.
+pub enum Form {
+    /// A cuboid about the origin.
     Box {
         /// Lengths of its sides.
         sides: [f64; 3],
-        /// Centre.
-        position: [f64; 3],
-        /// Quaternion of its axes.
-        turn: [f64; 4],
     },
-    /// A ball.
-    Sphere {
+    /// A cylinder about z and the origin.
+    Cylinder {
         /// Its radius.
         radius: f64,
-        /// Centre.
-        position: [f64; 3],
+        /// Its length.
+        length: f64,
+    },
+    /// A ball about the origin.
+    Sphere {
+        /// Its radius; a share of the page's size where it is zero.
+        radius: f64,
     },
     /// Rods from the first point to each other one.
     Stick {
@@ -111,11 +126,19 @@ pub enum Solid {
         positions: Array,
         /// Places in the positions, three a triangle.
         cells: Array,
-        /// Of its origin.
-        position: [f64; 3],
-        /// Quaternion of its axes.
-        turn: [f64; 4],
     },
+}
+
+impl Form {
+    /// Where a body has it, in the body's own axes and about its origin.
+    pub fn unmoved(self) -> Solid {
+        Solid {
+            form: self,
+            position: [0.0; 3],
+            turn: [1.0, 0.0, 0.0, 0.0],
+            color: None,
+        }
+    }
 }
 
 /// A joint.

@@ -7,16 +7,22 @@
 mod arrays;
 mod description;
 mod drawing;
+mod glb;
+mod moving_glb;
 mod page;
 mod shape;
+mod solid_triangles;
 mod surface;
+mod triangles;
 
 pub use arrays::{Array, Arrays};
 pub use description::{
-    Band, Body, Chart, ChartAxis, Curve, Description, End, History, HistoryColumn, Joint, Kind,
-    Load, Mode, Place, Solid,
+    Band, Body, Chart, ChartAxis, Curve, Description, End, Form, History, HistoryColumn, Joint,
+    Kind, Load, Mode, Place, Solid,
 };
 pub use drawing::Drawing;
+pub use glb::{Glb, extras};
 pub use page::MovingPage;
 pub use shape::{Column, Pattern, Shape};
 pub use surface::Surface;
+pub use triangles::Triangles;

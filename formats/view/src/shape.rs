@@ -38,6 +38,13 @@ pub struct Column {
     pub values: Array,
 }
 
+impl Column {
+    /// How far rounding can move a node for each unit of the amplitude, a length: half a step along each of three axes.
+    pub fn rounding(&self) -> f64 {
+        0.5 * 3.0_f64.sqrt() * self.scale
+    }
+}
+
 /// What is drawn of a mesh.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Shape {
@@ -61,13 +68,12 @@ pub struct Shape {
 
 impl Shape {
     /// Rounds patterns to integers, each with a scale of its own: a displacement along an axis is off by half a step at most, 1/65534 of the pattern's largest.
-    /// `positions` are those of the drawing's nodes; `error` is what the shape lacks besides, over the largest displacement.
+    /// `positions` are those of the drawing's nodes. The error of the shape is that of one pattern at a time; who adds several up knows by how much of each.
     pub fn rounded(
         name: &str,
         drawing: &Drawing,
         positions: &[[f64; 3]],
         patterns: &[Pattern],
-        error: f64,
         arrays: &mut Arrays,
     ) -> Self {
         let columns = patterns.iter().map(|pattern| {
@@ -92,7 +98,37 @@ impl Shape {
             cells: arrays.indices(drawing.cells.iter().copied()),
             edges: arrays.indices([]),
             columns,
-            error: error + 0.5 / STEPS,
+            error: 0.5 * 3.0_f64.sqrt() / STEPS,
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn no_node_is_further_off_than_the_columns_say() {
+        let drawing = Drawing {
+            nodes: vec![0, 1, 2],
+            cells: vec![0, 1, 2],
+            corners: 3,
+            others: Vec::new(),
+        };
+        let patterns = [[0.3, 1.0, 0.7], [2e-3, 5e-4, 1.7e-3]].map(|[a, b, c]| Pattern {
+            name: String::new(),
+            displacements: vec![[a, b, c], [b, c, a], [a / 3.0, c / 7.0, b / 11.0]],
+        });
+        let mut arrays = Arrays::default();
+        let shape = Shape::rounded("", &drawing, &[[0.0; 3]; 3], &patterns, &mut arrays);
+        for (column, pattern) in shape.columns.iter().zip(&patterns) {
+            for of_node in &pattern.displacements {
+                let off =
+                    of_node.map(|value| value - (value / column.scale).round() * column.scale);
+                let off = off.iter().map(|value| value * value).sum::<f64>().sqrt();
+                assert!(off <= column.rounding());
+                assert!(off <= shape.error * pattern.largest());
+            }
         }
     }
 }

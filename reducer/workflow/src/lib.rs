@@ -21,8 +21,11 @@ pub mod scene;
 pub mod scene_page;
 pub mod scene_study;
 
+mod drawn_interfaces;
 mod inverse_root;
 mod lock_file;
+mod page_room;
+mod plain_words;
 pub mod progress_bar;
 mod workers;
 

@@ -7,6 +7,7 @@ use std::sync::Arc;
 use dcb_formats::component::Units;
 use dcb_formats::mesh::{Dimension, Mesh};
 use dcb_formats::superelement::RecoveryBasis;
+use faer::Mat;
 use indexmap::IndexMap;
 
 use super::bodies;
@@ -136,7 +137,17 @@ impl OpenFile {
             Some(Carried::Selection(selection)) => {
                 Ok(selection.recovery(asked.superelement(), &basis)?)
             }
-            Some(Carried::Rigid) | None => Ok(basis),
+            // Its nodes move with the frame alone.
+            Some(Carried::Rigid) => {
+                let none = || Mat::zeros(basis.dofs.len(), 0);
+                Ok(RecoveryBasis {
+                    modes: none(),
+                    residual: none(),
+                    enrichment: None,
+                    dofs: basis.dofs,
+                })
+            }
+            None => Ok(basis),
         }
     }
 }

@@ -22,8 +22,10 @@ function placed(mesh, { position, turn }) {
 }
 
 /** One solid of the description. */
-export function solid(one, arrays, material, size) {
+export function solid(one, arrays, bodyMaterial, size) {
   const group = new Group();
+  const material = one.color ? bodyMaterial.clone() : bodyMaterial;
+  if (one.color) material.color.set(one.color);
   switch (one.kind) {
     case "box":
       group.add(placed(new Mesh(new BoxGeometry(...one.sides), material), one));

@@ -27,7 +27,7 @@ use dcb_formats::results::Results;
 use crate::simulate::fmu::FmuArguments;
 use crate::simulate::init::InitArguments;
 use crate::simulate::linearize::LinearizeArguments;
-use crate::simulate::page::PageArguments;
+use crate::simulate::page::{AnimateArguments, PageArguments};
 use crate::simulate::prepare::PrepareArguments;
 use crate::simulate::show::ShowArguments;
 use crate::simulate::study::StudyArguments;
@@ -171,7 +171,7 @@ enum Command {
     #[command(mut_arg("force", |arg| arg.help("Replace an existing table")))]
     Csv(ExportArguments),
     /// Make a page in which the mechanism of a run moves, for any browser
-    Animate(PageArguments),
+    Animate(AnimateArguments),
     /// The same page with the tables of the run
     Report(PageArguments),
     /// List what a results file holds and how the run ended, or show values of what is named.
@@ -211,7 +211,7 @@ pub fn main(arguments: impl IntoIterator<Item = OsString>, other: fn() -> clap::
         Some(Command::Fmu(arguments)) => fmu::run(arguments, &cli.common),
         Some(Command::Plot(arguments)) => export(arguments, "svg", picture::plot),
         Some(Command::Csv(arguments)) => export(arguments, "csv", csv::write_csv),
-        Some(Command::Animate(arguments)) => page::run(arguments, Contents::Motion),
+        Some(Command::Animate(arguments)) => page::animate(arguments),
         Some(Command::Report(arguments)) => page::run(arguments, Contents::Report),
         Some(Command::Show(arguments)) => show::run(arguments),
         Some(Command::Init(arguments)) => init::run(arguments),

@@ -29,9 +29,43 @@ pub(crate) struct PageArguments {
     force: bool,
 }
 
+/// What `simulate animate` makes.
+#[derive(Debug, Args)]
+pub(crate) struct AnimateArguments {
+    #[command(flatten)]
+    page: PageArguments,
+    /// Write the motion as binary glTF for slides and other viewers, in place of the page
+    #[arg(long, value_name = "FILE.glb", conflicts_with = "output")]
+    gltf: Option<PathBuf>,
+}
+
+/// Writes the page of a run, or its motion as glTF.
+pub(crate) fn animate(arguments: &AnimateArguments) -> Result<Outcome, Error> {
+    let Some(target) = &arguments.gltf else {
+        return run(&arguments.page, Contents::Motion);
+    };
+    let page = &arguments.page;
+    let (path, replace) = (&page.results, replace(page.force));
+    refuse_others(path)?;
+    check_output(target, replace)?;
+    refuse_inputs(target, [path.as_path()], "the file of the results")?;
+    let found = scene_page(path, page.scene.as_deref(), Contents::Motion)?;
+    let bytes = found.glb().map_err(|message| dcb_formats::Error::File {
+        path: target.clone(),
+        message,
+    })?;
+    write_stream(target, replace, |out| out.write_all(&bytes))?;
+    Ok(Outcome::done(format!(
+        "{}: {:.1} MB\n",
+        target.display(),
+        bytes.len() as f64 / 1e6
+    )))
+}
+
 /// Writes the page of a run.
 pub(crate) fn run(arguments: &PageArguments, contents: Contents) -> Result<Outcome, Error> {
     let (path, replace) = (&arguments.results, replace(arguments.force));
+    refuse_others(path)?;
     let beside = path.with_extension(match contents {
         Contents::Motion => "html",
         Contents::Report => "report.html",
@@ -52,6 +86,25 @@ pub(crate) fn run(arguments: &PageArguments, contents: Contents) -> Result<Outco
         target.display(),
         html.len() as f64 / 1e6
     )))
+}
+
+/// What people name in place of results: says which command shows it.
+fn refuse_others(path: &Path) -> Result<(), Error> {
+    let name = path.to_string_lossy();
+    let told = match path.extension().and_then(|ending| ending.to_str()) {
+        _ if name.ends_with(".dcb.h5") => {
+            format!("is a superelement, expected results of a run; its page: reduce report {name}")
+        }
+        Some("json") => format!(
+            "is a scene, expected results of a run; run it first: simulate {name}, then: simulate animate {}",
+            path.with_extension("h5").display()
+        ),
+        _ => return Ok(()),
+    };
+    Err(Error::from(dcb_formats::Error::File {
+        path: path.to_owned(),
+        message: told,
+    }))
 }
 
 /// The way from the folder of one file to another file, so that both can move together; none where the system doesn't tell.

@@ -14,11 +14,11 @@ use dcb_formats::mesh::{Dimension, Mesh};
 use dcb_formats::units::si_factor;
 use dcb_reducer::error::Error;
 use dcb_report::Page;
-use dcb_view::{Arrays, Body, Description, Drawing, Kind, Mode, MovingPage, Pattern, Place, Shape};
-use nalgebra::{Matrix3, Rotation3, UnitQuaternion, Vector3};
+use dcb_view::{Arrays, Body, Description, Drawing, Kind, Mode, MovingPage, Pattern, Shape};
+use nalgebra::Vector3;
 
-/// Numbers of the patterns of a page, at most: two bytes each before they are compressed, which a page of 5 MB has room for.
-const PATTERN_NUMBERS: usize = 1_450_000;
+use crate::drawn_interfaces::{place, rods};
+use crate::page_room;
 
 /// The page of a superelement's file.
 ///
@@ -34,9 +34,17 @@ pub fn part_page(path: &Path) -> Result<MovingPage, Error> {
     let (shapes, modes) = match (&mesh, &fields) {
         (Some(mesh), Some(fields)) => shape(&element, mesh, fields, &mut notes, &mut arrays),
         _ => {
-            notes.push("The file has no nodal fields: the view shows its interfaces alone.".into());
+            notes.push(
+                "The file has no nodal fields, so that no mode can be shown: the view has rods from the centre of mass to the interfaces. Reduce it with the fields of its nodes."
+                    .into(),
+            );
             (Vec::new(), Vec::new())
         }
+    };
+    let points: Vec<_> = element.interfaces.iter().map(place).collect();
+    let solids = match shapes.is_empty() {
+        true => vec![rods(&points)],
+        false => Vec::new(),
     };
     let size = size(&element, mesh.as_ref());
     let responses = responses::of(&element, &mut arrays)?;
@@ -45,6 +53,7 @@ pub fn part_page(path: &Path) -> Result<MovingPage, Error> {
         element: &element,
         path,
         notes: &notes,
+        exactness: shapes.first().map(|shape| shape.error),
         mac: fields.as_ref().map(|fields| mac::picture(&element, fields)),
         responses: &responses,
     };
@@ -62,8 +71,8 @@ pub fn part_page(path: &Path) -> Result<MovingPage, Error> {
         bodies: vec![Body {
             name: element.name.clone(),
             shape: (!shapes.is_empty()).then_some(0),
-            solids: Vec::new(),
-            points: element.interfaces.iter().map(place).collect(),
+            solids,
+            points,
             frames: None,
             rest: [0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0],
             amplitudes: None,
@@ -95,9 +104,10 @@ fn shape(
     let mut attached: Vec<usize> = (0..element.boundary_row_count())
         .filter(|row| element.residual.flexibility[(*row, *row)] > 0.0)
         .collect();
-    let numbers = |drawing: &Drawing, columns: usize| 3 * drawing.nodes.len() * columns;
+    let has_room =
+        |drawing: &Drawing, patterns: usize| patterns <= page_room::patterns(drawing.nodes.len());
     let mut drawing = Drawing::of(mesh);
-    if numbers(&drawing, modes + attached.len()) > PATTERN_NUMBERS {
+    if !has_room(&drawing, modes + attached.len()) {
         let corners = Drawing::of_corners(mesh);
         if corners.nodes.len() < drawing.nodes.len() {
             notes.push(format!(
@@ -108,12 +118,11 @@ fn shape(
             drawing = corners;
         }
     }
-    if numbers(&drawing, modes + attached.len()) > PATTERN_NUMBERS {
+    if !has_room(&drawing, modes + attached.len()) {
         notes.push("The view has no attachment shapes: the page stays small.".into());
         attached.clear();
     }
-    let room = PATTERN_NUMBERS / (3 * drawing.nodes.len()).max(1);
-    let shown = modes.min(room.max(1));
+    let shown = modes.min(page_room::patterns(drawing.nodes.len()).max(1));
     if shown < modes {
         notes.push(format!(
             "The view shows the lowest {shown} of {modes} modes: the page stays small."
@@ -160,7 +169,7 @@ fn shape(
     let positions: Vec<[f64; 3]> = positions
         .map(|node| (Vector3::from(mesh.position(*node)) - origin).into())
         .collect();
-    let shape = Shape::rounded(&element.name, &drawing, &positions, &patterns, 0.0, arrays);
+    let shape = Shape::rounded(&element.name, &drawing, &positions, &patterns, arrays);
     (vec![shape], listed)
 }
 
@@ -180,15 +189,5 @@ fn size(element: &Superelement, mesh: Option<&Mesh>) -> f64 {
     match diagonal.is_finite() && diagonal > 0.0 {
         true => diagonal,
         false => 1.0,
-    }
-}
-
-fn place(interface: &dcb_formats::superelement::InterfaceFrame) -> Place {
-    let axes = Matrix3::from_fn(|i, j| interface.orientation[i][j]);
-    let turn = UnitQuaternion::from_rotation_matrix(&Rotation3::from_matrix_unchecked(axes));
-    Place {
-        name: interface.name.clone(),
-        position: interface.position,
-        axes: [turn.w, turn.i, turn.j, turn.k],
     }
 }

@@ -58,8 +58,13 @@ pub fn of(element: &Superelement, arrays: &mut Arrays) -> Result<Responses, Erro
         .map(<[f64; 2]>::from);
     found.estimate = Some(bounds.over(&rows, &band, LOSS_FACTOR)?);
     let x = arrays.reals(frequencies.iter().copied());
+    let frequency = || ChartAxis {
+        label: format!("frequency [{}]", hertz_unit(time)),
+        log: true,
+    };
+    let mut errors = Vec::new();
     for row in first_rows(element, &rows) {
-        let mut drawn: [Vec<f64>; 3] = Default::default();
+        let mut drawn: [Vec<f64>; 4] = Default::default();
         for square in &band.squares {
             let at = bounds.at(&[row], *square, LOSS_FACTOR)?;
             let (reduced, radius) = (at.reduced[(0, 0)], at.radius[(0, 0)]);
@@ -67,17 +72,27 @@ pub fn of(element: &Superelement, arrays: &mut Arrays) -> Result<Responses, Erro
             drawn[0].push(reduced.norm());
             drawn[1].push((whole - radius).max(0.0));
             drawn[2].push(whole + radius);
+            let off = at.difference[(0, 0)].norm() + radius;
+            // Of the whole part's response, which is at least the lower end of the band.
+            let least = (whole - radius).max(0.0);
+            drawn[3].push(if off < least {
+                100.0 * off / least
+            } else {
+                100.0
+            });
         }
-        let [reduced, low, high] = drawn.map(|values| {
+        let [reduced, low, high, error] = drawn.map(|values| {
             // Single precision ends at 1e-38: a compliance in small units may be there.
             arrays.reals(values)
         });
+        errors.push(Curve {
+            name: element.row_name(row),
+            x,
+            y: error,
+        });
         found.charts.push(Chart {
             title: element.row_name(row),
-            x: ChartAxis {
-                label: format!("frequency [{}]", hertz_unit(time)),
-                log: true,
-            },
+            x: frequency(),
             y: ChartAxis {
                 label: format!(
                     "receptance [{}/({}·{}/{}²)]",
@@ -98,6 +113,16 @@ pub fn of(element: &Superelement, arrays: &mut Arrays) -> Result<Responses, Erro
             }],
         });
     }
+    found.charts.push(Chart {
+        title: "Error of the response at the same interface, at most".into(),
+        x: frequency(),
+        y: ChartAxis {
+            label: "error of the response [%]".into(),
+            log: true,
+        },
+        curves: errors,
+        bands: Vec::new(),
+    });
     Ok(found)
 }
 

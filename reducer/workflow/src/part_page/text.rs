@@ -13,12 +13,15 @@ use dcb_superelement::LOSS_FACTOR;
 
 use super::mac::Likeness;
 use super::responses::Responses;
+use crate::plain_words::plain_words;
 
 /// What a page tells of.
 pub struct Found<'a> {
     pub element: &'a Superelement,
     pub path: &'a Path,
     pub notes: &'a [String],
+    /// Bound of a displacement's error in a mode, over its largest one.
+    pub exactness: Option<f64>,
     pub mac: Option<Likeness>,
     pub responses: &'a Responses,
 }
@@ -32,12 +35,18 @@ pub fn write(page: &mut Page, found: &Found) -> Result<(), Error> {
     }
     page.heading("Modes in motion");
     page.markup("<div id=\"view\"></div>\n<noscript><p>The view needs JavaScript; the tables below don't.</p></noscript>\n");
+    if let Some(exactness) = found.exactness {
+        page.paragraph(&format!(
+            "In each mode a displacement in the view is within {} % of the largest one: the page has it rounded to an integer.",
+            plain(100.0 * exactness)
+        ));
+    }
     page.list(found.notes);
     if let Some([from, to]) = found.responses.band {
         let unit = hertz_unit(&element.units.time);
         page.heading("Frequency responses with bounds");
         page.paragraph(&format!(
-            "Displacement for a unit force at the same row, with a loss factor of {LOSS_FACTOR}, from {} to {} {unit}. The response of the whole part is inside the band; the line is the superelement's.",
+            "Displacement for a unit force at the same row, with a loss factor of {LOSS_FACTOR}, from {} to {} {unit}. The response of the whole part is inside the band; the line is the superelement's. The last chart has the largest possible error of each of these responses, as a share of the whole part's; 100 % stands for 100 % and more. Where a response is almost zero its share is large. The table has the errors over all directions of an interface together.",
             plain(from),
             plain(to)
         ));
@@ -85,18 +94,7 @@ fn verdict(found: &Found) -> String {
     let element = found.element;
     let (time, unit) = (&element.units.time, hertz_unit(&element.units.time));
     let highest = element.modes.eigenvalues.last();
-    let mut said = format!(
-        "{} modes and {} attachment rows stand for the part",
-        element.mode_count(),
-        element.boundary_row_count()
-    );
-    if let Some(highest) = highest {
-        said += &format!(
-            "; its modes reach {} {unit}",
-            scientific(hertz(*highest, time), 3)
-        );
-    }
-    said += ". ";
+    let mut said = String::new();
     match (found.responses.worst(), found.responses.band) {
         (Some(worst), Some([_, to])) => {
             let word = match worst {
@@ -105,8 +103,8 @@ fn verdict(found: &Found) -> String {
                 _ => "Poor",
             };
             said += &format!(
-                "{word}: up to {} {unit} its responses are within {} % of the whole part's, by a rigorous bound. ",
-                plain(to),
+                "{word}: up to {} {unit} the superelement moves as the whole part does, within {} %. This is a bound, not an estimate. ",
+                grouped(to),
                 plain(100.0 * worst)
             );
             if word == "Poor" {
@@ -123,11 +121,38 @@ fn verdict(found: &Found) -> String {
             }
         }
     }
+    said += &format!(
+        "It stands for the part with {} modes and {} attachment rows",
+        element.mode_count(),
+        element.boundary_row_count()
+    );
+    if let Some(highest) = highest {
+        said += &format!(
+            "; its modes reach {} {unit}",
+            grouped(hertz(*highest, time))
+        );
+    }
+    said += ". ";
     said += match element.provenance.warnings.len() {
         0 => "The reduction had no warnings.",
         _ => "The reduction had warnings: see below.",
     };
     said
+}
+
+/// Whole numbers with spaces between thousands where people can read them; else as [`plain`] has it.
+fn grouped(value: f64) -> String {
+    if !(1e3..1e7).contains(&value) {
+        return plain(value);
+    }
+    let digits = format!("{value:.0}");
+    let places = digits.len();
+    let each = digits.char_indices().map(|(index, digit)| {
+        let starts = index > 0 && (places - index).is_multiple_of(3);
+        let space = if starts { "\u{a0}" } else { "" };
+        format!("{space}{digit}")
+    });
+    each.collect()
 }
 
 /// Three digits, without an exponent where people don't need one.
@@ -271,6 +296,8 @@ fn provenance(found: &Found) -> Table {
             format!("{}, SHA-256 {}", input.file_name, input.sha256),
         );
     }
-    add("options", element.provenance.options.to_string());
+    for (what, value) in plain_words(&element.provenance.options) {
+        add(&format!("option {what}"), value);
+    }
     listed
 }

@@ -8,11 +8,8 @@ use serde_json::Value;
 
 use super::Run;
 
-pub fn of(run: &Run, rows: &[usize], time: &[f64], arrays: &mut Arrays) -> (Vec<Joint>, Vec<Load>) {
-    (joints(run), loads(run, rows, time, arrays))
-}
-
-fn joints(run: &Run) -> Vec<Joint> {
+/// Where joints hold.
+pub fn joints(run: &Run) -> Vec<Joint> {
     let system = &run.model.system;
     let is_joint = system.connections.iter();
     let is_joint = is_joint.filter(|connection| connection.kind == ConnectionKind::Joint);
@@ -53,7 +50,7 @@ fn described(joint: Option<&SceneJoint>) -> (String, Option<Vector3<f64>>) {
 }
 
 /// Forces and moments on frames whose functions of time are known beforehand.
-fn loads(run: &Run, rows: &[usize], time: &[f64], arrays: &mut Arrays) -> Vec<Load> {
+pub fn loads(run: &Run, rows: &[usize], time: &[f64], arrays: &mut Arrays) -> Vec<Load> {
     let system = &run.model.system;
     let mut drawn = Vec::new();
     for load in &system.loads {

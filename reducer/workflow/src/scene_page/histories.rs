@@ -7,7 +7,7 @@ use dcb_view::{Array, Arrays, History, HistoryColumn};
 use super::spread;
 
 /// Numbers of all curves of a page, about.
-const NUMBERS: usize = 400_000;
+const NUMBERS: usize = 200_000;
 /// Points of a curve, at most and at least.
 const MOST_POINTS: usize = 2000;
 const FEWEST_POINTS: usize = 150;

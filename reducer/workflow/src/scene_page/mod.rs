@@ -4,8 +4,12 @@
 //! superelements, which must be those of the run.
 
 mod bodies;
+mod box_of_all;
 mod couplings;
 mod histories;
+mod meshes;
+mod moments;
+mod solids;
 mod text;
 
 use std::path::{Path, PathBuf};
@@ -20,6 +24,8 @@ use dcb_runtime::error::Error;
 use dcb_runtime::model::Model;
 use dcb_view::{Arrays, Description, Kind, MovingPage};
 
+use moments::Moments;
+
 /// What a page has beside the view.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Contents {
@@ -32,7 +38,7 @@ pub enum Contents {
 /// Frames of a page, at most.
 const MOST_FRAMES: usize = 900;
 /// Numbers of all frames of a page, about: a number takes 4 bytes before it is compressed.
-const FRAME_NUMBERS: usize = 400_000;
+const FRAME_NUMBERS: usize = 300_000;
 /// Frames that a page has, however many numbers they are.
 const FEWEST_FRAMES: usize = 100;
 
@@ -58,36 +64,51 @@ pub fn scene_page(
     if time.is_empty() {
         return Err(run.refused("has no rows: the run ended before its first step"));
     }
-    let columns: usize = run.results.channels().iter().map(motion_columns).sum();
+    let columns = run.motion_columns();
     if columns == 0 {
         return Err(run.refused(
             "has no motion of bodies (/motion): it was written by an earlier version; run the scene again",
         ));
     }
     let most = (FRAME_NUMBERS / columns).clamp(FEWEST_FRAMES, MOST_FRAMES);
-    let rows = spread(time.len(), most);
+    let moments = Moments::of(&run, &time, most)?;
     let mut arrays = Arrays::default();
-    let drawn = bodies::drawn(&run, &rows, &mut arrays)?;
-    let (joints, loads) = couplings::of(&run, &rows, &time, &mut arrays);
+    let mut units = units(&run.scene);
+    let (histories, joints, loads);
+    match moments.rows() {
+        Some(rows) => {
+            histories = histories::of(&run.results, &time, &mut arrays)?;
+            joints = couplings::joints(&run);
+            loads = couplings::loads(&run, rows, &time, &mut arrays);
+        }
+        // A mode is a motion without loads and without a time of its own.
+        None => {
+            units["time"] = "modes".into();
+            histories = Vec::new();
+            joints = couplings::joints(&run);
+            loads = Vec::new();
+        }
+    }
+    let drawn = bodies::drawn(&run, &moments, &mut arrays)?;
     let title = title(path);
+    let mut report = Page::new(&title);
+    text::write(&mut report, &run, &time, &moments, &drawn, contents)?;
     let description = Description {
         kind: Kind::Scene,
-        title: title.clone(),
-        units: units(&run.scene),
+        title,
+        units,
         dimension: run.scene.dimension.coordinate_count(),
         up: up(&run.scene),
         size: drawn.size,
         shapes: drawn.shapes,
         bodies: drawn.bodies,
-        times: arrays.reals(rows.iter().map(|row| time[*row])),
+        times: arrays.reals(moments.times().iter().copied()),
         joints,
         loads,
-        histories: histories::of(&run.results, &time, &mut arrays)?,
+        histories,
         modes: Vec::new(),
         charts: Vec::new(),
     };
-    let mut report = Page::new(&title);
-    text::write(&mut report, &run, &time, rows.len(), &drawn.notes, contents)?;
     Ok(MovingPage {
         report,
         description,
@@ -154,6 +175,13 @@ impl<'a> Run<'a> {
         })
     }
 
+    /// Numbers of the motion of all bodies at one time.
+    fn motion_columns(&self) -> usize {
+        let channels = self.results.channels().iter();
+        let moving = channels.filter(|channel| channel.path.starts_with("motion/"));
+        moving.map(|channel| channel.columns.len()).sum()
+    }
+
     fn refused(&self, message: &str) -> Error {
         refused(self.path, message)
     }
@@ -197,13 +225,6 @@ fn scene_file(results: &Path, options: &serde_json::Value) -> PathBuf {
         || results.with_extension("json"),
         |relative| results.with_file_name("").join(relative),
     )
-}
-
-fn motion_columns(channel: &dcb_formats::results::Channel) -> usize {
-    match channel.path.starts_with("motion/") {
-        true => channel.columns.len(),
-        false => 0,
-    }
 }
 
 /// At most so many of the rows, evenly spread, with the first and the last.

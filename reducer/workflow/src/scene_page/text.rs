@@ -1,10 +1,13 @@
 //! What a page says in words and tables, verdict first.
 
-use dcb_formats::results::Outcome;
+use dcb_formats::results::{Outcome, SystemModes, frequency_unit};
 use dcb_report::{Cell, Column, Page, Table};
 use dcb_runtime::error::Error;
 
+use super::bodies::Drawn;
+use super::moments::Moments;
 use super::{Contents, Run};
+use crate::plain_words::plain_words;
 
 /// Defects of the energy balance below this part of the largest energy are good, below the next one fair.
 const GOOD_BALANCE: f64 = 1e-3;
@@ -16,24 +19,34 @@ pub fn write(
     page: &mut Page,
     run: &Run,
     time: &[f64],
-    frames: usize,
-    notes: &[String],
+    moments: &Moments,
+    drawn: &Drawn,
     contents: Contents,
 ) -> Result<(), Error> {
     let summary = run.results.provenance("summary")?;
     page.paragraph(&verdict(run, time, &summary));
     page.markup("<div id=\"view\"></div>\n");
-    page.heading("Histories");
-    page.markup("<div id=\"histories\"></div>\n<noscript><p>The view and the curves need JavaScript.</p></noscript>\n");
-    let picture = match time.len() > frames {
-        true => format!(
-            "The view has {frames} of the {} recorded times; between them it interpolates.",
-            time.len()
-        ),
-        false => format!("The view has all {frames} recorded times; between them it interpolates."),
-    };
-    page.paragraph(&picture);
-    page.list(notes);
+    match moments.modes() {
+        Some(found) => {
+            page.paragraph("The view shows the modes one after another, each through one period and as large as can be seen: the first mode from 0 to 1 on the slider, the second from 1 to 2, and so on.");
+            page.heading("Modes");
+            page.table(&modes(found, run), &[]);
+        }
+        None => {
+            page.heading("Histories");
+            page.markup("<div id=\"histories\"></div>\n");
+            let (frames, all) = (moments.times().len(), time.len());
+            page.paragraph(&match all > frames {
+                true => format!("The view has {frames} of the {all} recorded times; between them it interpolates."),
+                false => format!("The view has all {frames} recorded times; between them it interpolates."),
+            });
+        }
+    }
+    page.markup("<noscript><p>The view and the curves need JavaScript.</p></noscript>\n");
+    if let Some(exactness) = drawn.exactness() {
+        page.paragraph(&exactness);
+    }
+    page.list(&drawn.notes);
     let events = run.results.events()?;
     if !events.is_empty() {
         page.heading("What the run noted");
@@ -78,6 +91,28 @@ fn verdict(run: &Run, time: &[f64], summary: &serde_json::Value) -> String {
         said += &format!(" {word}: the largest defect is {part:.1e} of the largest energy.");
     }
     said
+}
+
+fn modes(found: &SystemModes, run: &Run) -> Table {
+    let unit = frequency_unit(&run.scene.units);
+    let mut table = Table {
+        columns: vec![
+            Column::new("mode", "mode", ""),
+            Column::new("frequency", "frequency", &unit),
+            Column::new("damping", "damping ratio", ""),
+            Column::new("slider", "on the slider", ""),
+        ],
+        rows: Vec::new(),
+    };
+    for (index, frequency) in found.frequency.iter().enumerate() {
+        table.rows.push(vec![
+            Cell::Count(index as u64 + 1),
+            Cell::Number(*frequency),
+            Cell::maybe(found.damping_ratio.get(index).copied()),
+            Cell::Text(format!("from {index} to {}", index + 1)),
+        ]);
+    }
+    table
 }
 
 fn columns(names: &[&str]) -> Vec<Column> {
@@ -139,7 +174,9 @@ fn facts(run: &Run, time: &[f64], summary: &serde_json::Value) -> Table {
         .integrator
         .and_then(|one| serde_json::to_value(one).ok())
     {
-        add("integrator", method.to_string());
+        for (what, value) in plain_words(&method) {
+            add(&format!("integrator: {what}"), value);
+        }
     }
     table
 }
