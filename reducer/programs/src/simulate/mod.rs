@@ -263,20 +263,21 @@ fn export(arguments: &ExportArguments, extension: &str, write: Export) -> Result
     Ok(Outcome::done(format!("{}\n", target.display())))
 }
 
-/// Opens results; a scene in their place is told what to do first.
+/// Opens results; of a scene or a superelement in their place it is told what to do first.
 pub(crate) fn opened(path: &Path) -> Result<Results, Error> {
-    if path.extension().is_some_and(|ending| ending == "json") {
-        return Err(dcb_formats::Error::File {
-            path: path.to_owned(),
-            message: format!(
-                "is a scene, and results are wanted: run it first, simulate {}, then take {}",
-                path.display(),
-                path.with_extension("h5").display()
-            ),
-        }
-        .into());
-    }
-    Ok(Results::open(path)?)
+    let name = path.to_string_lossy();
+    let message = if name.ends_with(".json") {
+        format!(
+            "is a scene, expected results of a run; run it first: simulate {name}, then take {}",
+            path.with_extension("h5").display()
+        )
+    } else if name.ends_with(".dcb.h5") {
+        format!("is a superelement, expected results of a run; its page: reduce report {name}")
+    } else {
+        return Ok(Results::open(path)?);
+    };
+    let path = path.to_owned();
+    Err(dcb_formats::Error::File { path, message }.into())
 }
 
 /// Pictures are SVG: under the name of another kind no program would open them.

@@ -46,7 +46,7 @@ pub(crate) fn animate(arguments: &AnimateArguments) -> Result<Outcome, Error> {
     };
     let page = &arguments.page;
     let (path, replace) = (&page.results, replace(page.force));
-    refuse_others(path)?;
+    opened(path)?;
     check_output(target, replace)?;
     refuse_inputs(target, [path.as_path()], "the file of the results")?;
     let found = scene_page(path, page.scene.as_deref(), Contents::Motion)?;
@@ -65,7 +65,7 @@ pub(crate) fn animate(arguments: &AnimateArguments) -> Result<Outcome, Error> {
 /// Writes the page of a run.
 pub(crate) fn run(arguments: &PageArguments, contents: Contents) -> Result<Outcome, Error> {
     let (path, replace) = (&arguments.results, replace(arguments.force));
-    refuse_others(path)?;
+    opened(path)?;
     let beside = path.with_extension(match contents {
         Contents::Motion => "html",
         Contents::Report => "report.html",
@@ -74,7 +74,6 @@ pub(crate) fn run(arguments: &PageArguments, contents: Contents) -> Result<Outco
     let replace = Made::Page.replace(target, replace);
     check_output(target, replace)?;
     refuse_inputs(target, [path.as_path()], "the file of the results")?;
-    opened(path)?;
     let page = scene_page(path, arguments.scene.as_deref(), contents)?;
     let html = page.html().map_err(|source| Error::CannotWrite {
         path: target.clone(),
@@ -86,25 +85,6 @@ pub(crate) fn run(arguments: &PageArguments, contents: Contents) -> Result<Outco
         target.display(),
         html.len() as f64 / 1e6
     )))
-}
-
-/// What people name in place of results: says which command shows it.
-fn refuse_others(path: &Path) -> Result<(), Error> {
-    let name = path.to_string_lossy();
-    let told = match path.extension().and_then(|ending| ending.to_str()) {
-        _ if name.ends_with(".dcb.h5") => {
-            format!("is a superelement, expected results of a run; its page: reduce report {name}")
-        }
-        Some("json") => format!(
-            "is a scene, expected results of a run; run it first: simulate {name}, then: simulate animate {}",
-            path.with_extension("h5").display()
-        ),
-        _ => return Ok(()),
-    };
-    Err(Error::from(dcb_formats::Error::File {
-        path: path.to_owned(),
-        message: told,
-    }))
 }
 
 /// The way from the folder of one file to another file, so that both can move together; none where the system doesn't tell.
