@@ -59,7 +59,7 @@ fn other_files_are_refused_by_what_they_are() {
             (
                 &format!("{command} scene.json"),
                 &[
-                    "scene.json: is a scene, and results are wanted",
+                    "scene.json: is a scene, expected results",
                     "simulate scene.json",
                 ],
             ),

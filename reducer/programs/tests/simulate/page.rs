@@ -465,7 +465,7 @@ fn what_is_no_results_file_is_told_its_command() {
         &[
             "is a scene",
             "simulate scene.json",
-            "simulate animate scene.h5",
+            "take scene.h5",
         ],
     );
 }

@@ -219,7 +219,7 @@ fn frequent_slips_are_answered_with_what_to_write() {
         ("anmate scene.h5", &["did you mean `animate`?"]),
         (
             "animate scene.json",
-            &["is a scene, and results are wanted"],
+            &["is a scene, expected results"],
         ),
     ]);
     folder.write(
