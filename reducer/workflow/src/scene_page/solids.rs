@@ -37,7 +37,7 @@ impl<'a> Solids<'a> {
         }
     }
 
-    /// The solids of a geometry. `origin` is that of the body's frame in its component, `at` the geometry's place in the scene.
+    /// The solids of a geometry. `origin` is that of the body's frame in its component.
     pub fn of_body(
         &mut self,
         geometry: &[Geometry],
