@@ -10,7 +10,9 @@ import { solid } from "./solids.js";
 const INVISIBLE = 1e-3;
 
 export class Body {
-  constructor(description, index, shapes, times, arrays, size) {
+  /** @param {"shader" | "processor"} where who adds the deflection to the surface */
+  constructor(description, index, shapes, times, arrays, size, where) {
+    this.where = where;
     this.name = description.name;
     this.points = description.points ?? [];
     this.shape = description.shape == null ? null : shapes[description.shape];
@@ -18,7 +20,7 @@ export class Body {
     const columns = this.shape?.columns.length ?? 0;
     this.motion = new Motion(times, view(description.frames), description.rest, view(description.amplitudes), columns);
     this.amplitudes = new Float64Array(columns);
-    /** Columns that the shader adds: those of a motion, or the one mode that is shown. */
+    /** Columns that are drawn: those of a motion, or the one mode that is shown. */
     this.columns = this.motion.amplitudes ? this.#seen() : columns > 0 ? [0] : [];
     /** How much larger than it is its deflection is drawn. */
     this.scale = 1;
@@ -36,7 +38,7 @@ export class Body {
 
   #mesh(colour) {
     const { shape } = this;
-    const geometry = shape.geometry(shape.drawnCells, this.columns);
+    const geometry = this.where === "shader" ? shape.geometry(shape.drawnCells, this.columns) : shape.ownGeometry(shape.drawnCells);
     if (shape.corners >= 2) this.surface = new Mesh(geometry, this.material);
     else this.surface = new Points(geometry, new PointsMaterial({ color: colour, size: 4, sizeAttenuation: false }));
     this.surface.frustumCulled = false;
@@ -82,14 +84,33 @@ export class Body {
   /** Deflects it. */
   deflect(amplitudes, scale) {
     this.scale = scale;
-    const influences = this.surface?.morphTargetInfluences ?? [];
-    for (let k = 0; k < influences.length; k++) influences[k] = amplitudes[this.columns[k]] * scale;
+    if (!this.surface || this.columns.length === 0) return;
+    const factors = this.columns.map((column) => amplitudes[column] * scale);
+    if (this.where === "shader") factors.forEach((factor, k) => (this.surface.morphTargetInfluences[k] = factor));
+    else this.#place(factors);
+  }
+
+  /** Moves the vertices here: a renderer without a graphics card takes ten times as long for it. */
+  #place(factors) {
+    if (this.placed && factors.every((factor, k) => factor === this.placed[k])) return;
+    this.placed = factors;
+    const attribute = this.surface.geometry.getAttribute("position");
+    const target = attribute.array;
+    target.set(this.shape.position.array);
+    factors.forEach((factor, k) => {
+      const values = this.shape.atVertices(this.columns[k]);
+      for (let at = 0; at < target.length; at++) target[at] += factor * values[at];
+    });
+    attribute.needsUpdate = true;
+    this.surface.geometry.boundingSphere = null;
   }
 
   /** Deflects in one column from now on. */
   deflectIn(column) {
     if (this.columns.length === 1 && this.columns[0] === column) return;
     this.columns = [column];
+    this.placed = null;
+    if (this.where === "processor") return;
     this.surface.geometry.dispose();
     this.shape.deflectIn(this.surface.geometry, this.columns);
     this.surface.updateMorphTargets();

@@ -1,7 +1,7 @@
 /** Charts of the description in their places. */
 import uPlot from "uplot";
-import { axis, line, logarithmic, positive, recolour } from "./curves.js";
-import { number, powers, ticks } from "./elements.js";
+import { axis, line, marks, positive, recolour } from "./curves.js";
+import { number } from "./elements.js";
 
 const HEIGHT = 300;
 const PRINTED = 680;
@@ -28,14 +28,13 @@ function drawChart(place, chart, arrays) {
     data.push(along(arrays.view(curve.y)));
     series.push({ label: curve.name, value, ...line(k) });
   });
-  const texts = (isLog) => (_, splits, _axis, _space, step) => (isLog ? powers(splits) : ticks(splits, step));
   const width = () => Math.max(place.clientWidth, 280);
   place.replaceChildren();
   const plot = new uPlot({
     width: width(),
     height: HEIGHT,
     scales: { x: { time: false, distr: chart.x.log ? 3 : 1, range: (_, low, high) => [low, high] }, y: { distr: chart.y.log ? 3 : 1 } },
-    axes: [{ ...axis(), label: chart.x.label, ...(chart.x.log ? { splits: (_, _axis, low, high) => logarithmic(low, high) } : {}), values: texts(chart.x.log) }, { ...axis(), label: chart.y.label, size: 64, values: texts(chart.y.log) }],
+    axes: [{ ...axis(), label: chart.x.label, ...marks(chart.x.log) }, { ...axis(), label: chart.y.label, size: 64, ...marks(chart.y.log) }],
     series, bands,
   }, data, place);
   const canvas = plot.root.querySelector("canvas");

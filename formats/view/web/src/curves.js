@@ -1,4 +1,5 @@
 /** How curves are drawn, in histories and in charts. */
+import { powers, ticks } from "./elements.js";
 
 const LIGHT = ["#1f6fb4", "#c4560f", "#2b8a3e", "#b5338a", "#6a45e8", "#0b8080", "#8a6d0b", "#c92a2a"];
 const DARK = ["#74b6f2", "#f79a5b", "#69c97d", "#ee86cc", "#b09cff", "#4fd0d0", "#dcc04e", "#ff8a8a"];
@@ -20,22 +21,33 @@ export function axis() {
   return { stroke: colour("--ink"), grid: { stroke: colour("--faint"), width: 1 }, ticks: { stroke: colour("--faint"), width: 1 } };
 }
 
-/** Smallest value of a logarithmic axis; the powers of ten that uPlot knows end a little below. */
+/** Smallest value of a logarithmic axis. */
 const LEAST = 1e-30;
 
 /** Values of a logarithmic axis: what is zero, or next to it, is left out. */
 export const positive = (values) => Array.from(values, (value) => (value > LEAST ? value : null));
 
-/** Ticks of a logarithmic axis that doesn't begin at a power of ten: all whole multiples of powers. */
-export function logarithmic(low, high) {
+/** Decades in which only powers of ten are marked. */
+const MANY = 5;
+
+/** Ticks of a logarithmic axis: whole multiples of powers of ten, wherever it begins. uPlot's own don't end for some small values. */
+function logarithmic(low, high) {
   const splits = [];
-  for (let power = Math.floor(Math.log10(low)); power <= Math.log10(high); power++) {
-    for (let digit = 1; digit < 10; digit++) {
+  const digits = Math.log10(high / low) > MANY ? [1] : [1, 2, 3, 4, 5, 6, 7, 8, 9];
+  for (let power = Math.floor(Math.log10(low)); power <= Math.log10(high) + 1e-9; power++) {
+    for (const digit of digits) {
       const value = Number(`${digit}e${power}`);
-      if (value >= low && value <= high) splits.push(value);
+      if (value >= low * (1 - 1e-9) && value <= high * (1 + 1e-9)) splits.push(value);
     }
   }
   return splits;
+}
+
+/** Where an axis has ticks and what they say. */
+export function marks(isLog) {
+  return isLog
+    ? { splits: (_, _axis, low, high) => logarithmic(low, high), values: (_, splits) => powers(splits) }
+    : { values: (_, splits, _axis, _space, step) => ticks(splits, step) };
 }
 
 /** Draws a plot again after dark has become light, marks of its legend too. */

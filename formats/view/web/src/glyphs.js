@@ -10,6 +10,8 @@ const Z = new Vector3(0, 0, 1);
 const ONE = new Vector3(1, 1, 1);
 /** Pixels around the pointer in which a sign is found. */
 const NEAR = 11;
+/** Names that are shown of signs in one place, at most. */
+const NAMES = 4;
 
 export class Glyphs {
   constructor(description, bodies, arrays, size) {
@@ -119,17 +121,17 @@ export class Glyphs {
     sign.place.copy(arrow.position).addScaledVector(direction, 0.7 * length);
   }
 
-  /** The text of what is under a place of the canvas, or null. */
+  /** The names of what is under a place of the canvas, or null. */
   under(left, top, camera, { clientWidth, clientHeight }) {
     if (!this.group.visible) return null;
     const at = new Vector3();
-    let [best, text] = [NEAR, null];
-    for (const sign of this.signs) {
+    const found = this.signs.filter((sign) => {
       at.copy(sign.place).project(camera);
-      const distance = Math.hypot(0.5 * (at.x + 1) * clientWidth - left, 0.5 * (1 - at.y) * clientHeight - top);
-      if (at.z < 1 && distance < best) [best, text] = [distance, sign.text];
-    }
-    return text;
+      return at.z < 1 && Math.hypot(0.5 * (at.x + 1) * clientWidth - left, 0.5 * (1 - at.y) * clientHeight - top) < NEAR;
+    });
+    if (found.length === 0) return null;
+    const texts = found.slice(0, NAMES).map((sign) => sign.text);
+    return texts.join("; ") + (found.length > NAMES ? `; ${found.length - NAMES} more` : "");
   }
 }
 

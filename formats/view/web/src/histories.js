@@ -1,7 +1,7 @@
 /** Curves over time in sections and panels, cursors linked with each other and with the view. */
 import uPlot from "uplot";
-import { axis, line, MOST, positive, recolour } from "./curves.js";
-import { element, moment, number, powers, readable, ticks } from "./elements.js";
+import { axis, line, marks, MOST, positive, recolour } from "./curves.js";
+import { element, moment, number, readable } from "./elements.js";
 import { sections } from "./panels.js";
 
 const HEIGHT = 210;
@@ -68,8 +68,8 @@ export class Histories {
       scales: { x: { time: false }, y: { distr: panel.isLog && !isEmpty ? 3 : 1 } },
       cursor: { sync: { key: "times" }, drag: { x: true, y: false } },
       axes: [
-        { ...axis(), label: `time [${this.unitOfTime}]`, labelSize: 18, size: 34, values: (_, splits, _axis, _space, step) => ticks(splits, step) },
-        { ...axis(), size: 72, values: (_, splits, _axis, _space, step) => (panel.isLog && !isEmpty ? powers(splits) : ticks(splits, step)) },
+        { ...axis(), label: `time [${this.unitOfTime}]`, labelSize: 18, size: 34, ...marks(false) },
+        { ...axis(), size: 72, ...marks(panel.isLog && !isEmpty) },
       ],
       series: [
         { label: "t", value: (own, time) => (time == null ? "" : `${moment(time, visible(own))} ${this.unitOfTime}`) },

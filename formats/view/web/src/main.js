@@ -64,4 +64,15 @@ function follow(histories, description, body, node, times) {
   histories.picked(title, unit, times, [{ name: "deflection", values: deflection }]);
 }
 
+/** Tables that are wider than the page scroll with keys too. */
+function reachTables() {
+  for (const place of document.querySelectorAll(".wide")) {
+    new ResizeObserver(() => {
+      if (place.scrollWidth > place.clientWidth) place.setAttribute("tabindex", "0");
+      else place.removeAttribute("tabindex");
+    }).observe(place);
+  }
+}
+
+reachTables();
 start();

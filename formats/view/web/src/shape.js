@@ -1,5 +1,5 @@
 /** A mesh with patterns of displacement, for the shader and for numbers. */
-import { BufferAttribute, BufferGeometry, Vector3 } from "three";
+import { BufferAttribute, BufferGeometry, DynamicDrawUsage, Vector3 } from "three";
 
 /** Cosine of the angle between two triangles from which their edge is drawn. */
 const CREASE = Math.cos((25 * Math.PI) / 180);
@@ -46,11 +46,19 @@ export class Shape {
     return geometry;
   }
 
+  /** A geometry whose positions are its own too. */
+  ownGeometry(cells) {
+    const geometry = new BufferGeometry();
+    geometry.setAttribute("position", new BufferAttribute(this.position.array.slice(), 3).setUsage(DynamicDrawUsage));
+    geometry.setIndex(new BufferAttribute(cells, 1));
+    return geometry;
+  }
+
   /** The shader adds these columns, and no others: each costs time at every vertex. */
   deflectIn(geometry, columns) {
     if (columns.length === 0) return;
     this.morphs ??= [];
-    geometry.morphAttributes.position = columns.map((column) => (this.morphs[column] ??= new BufferAttribute(this.#atVertices(this.columns[column]), 3)));
+    geometry.morphAttributes.position = columns.map((column) => (this.morphs[column] ??= new BufferAttribute(this.atVertices(column), 3)));
     geometry.morphTargetsRelative = true;
   }
 
@@ -59,13 +67,12 @@ export class Shape {
     return this.position.count;
   }
 
-  #atVertices(values) {
+  /** A column at the vertices that are drawn. */
+  atVertices(column) {
+    const values = this.columns[column];
     if (!this.vertexNode) return values;
-    const spread = new Float32Array(3 * this.vertexNode.length);
-    this.vertexNode.forEach((node, vertex) => {
-      for (let axis = 0; axis < 3; axis++) spread[3 * vertex + axis] = values[3 * node + axis];
-    });
-    return spread;
+    this.spread ??= [];
+    return (this.spread[column] ??= Float32Array.from({ length: 3 * this.vertexNode.length }, (_, k) => values[3 * this.vertexNode[Math.floor(k / 3)] + (k % 3)]));
   }
 
   /** Lines as tubes: a ring of vertices at each end. */

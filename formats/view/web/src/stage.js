@@ -13,7 +13,7 @@ const SLOW = 30;
 const COARSEST = 0.5;
 
 /** Whether there is no graphics card: smooth edges cost too much then. */
-function drawsInSoftware() {
+export function drawsInSoftware() {
   const context = document.createElement("canvas").getContext("webgl2");
   const info = context?.getExtension("WEBGL_debug_renderer_info");
   const name = info ? String(context.getParameter(info.UNMASKED_RENDERER_WEBGL)) : "";
@@ -22,15 +22,15 @@ function drawsInSoftware() {
 }
 
 export class Stage {
-  /** @param extent what is drawn over the whole motion */
-  constructor(canvas, description, extent) {
+  /** @param extent what is drawn over the whole motion @param {boolean} isSlow whether there is no graphics card */
+  constructor(canvas, description, extent, isSlow) {
     this.canvas = canvas;
     this.size = description.size;
     this.extent = extent;
     this.isPlanar = description.dimension === 2;
     this.up = new Vector3(...description.up).normalize();
     this.fromZ = new Quaternion().setFromUnitVectors(new Vector3(0, 0, 1), this.up);
-    this.isSlow = drawsInSoftware();
+    this.isSlow = isSlow;
     // Opaque: the browser needn't draw the page behind it.
     const context = canvas.getContext("webgl2", { alpha: false, antialias: !this.isSlow, preserveDrawingBuffer: true });
     if (!context) throw new Error("no WebGL");

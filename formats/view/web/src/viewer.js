@@ -12,7 +12,7 @@ import { Outlines } from "./outlines.js";
 import { Picking } from "./picking.js";
 import { ends, range } from "./ranges.js";
 import { Shape } from "./shape.js";
-import { Stage } from "./stage.js";
+import { drawsInSoftware, Stage } from "./stage.js";
 
 /** Cycles of a mode in a second. */
 const CYCLES = [0.05, 0.1, 0.2, 0.5, 1, 2];
@@ -27,11 +27,13 @@ const HINT = 1600;
 export class Viewer {
   constructor(place, description, arrays) {
     this.description = description;
+    this.query = new URLSearchParams(location.search);
     this.isPart = description.kind === "part";
     this.times = description.times?.length ? arrays.view(description.times) : new Float32Array(0);
     const shapes = description.shapes.map((shape) => new Shape(shape, arrays, description.size));
-    this.bodies = description.bodies.map((body, index) => new Body(body, index, shapes, this.times, arrays, description.size));
-    this.query = new URLSearchParams(location.search);
+    const isSlow = drawsInSoftware();
+    const where = this.query.get("deflect") ?? (isSlow ? "processor" : "shader");
+    this.bodies = description.bodies.map((body, index) => new Body(body, index, shapes, this.times, arrays, description.size, where));
     this.isStill = this.query.has("still");
     this.time = Number(this.query.get("time") ?? this.times[0] ?? 0);
     this.phase = 0.25;
@@ -54,7 +56,7 @@ export class Viewer {
     });
     place.replaceChildren(element("div", { class: "stage" }, canvas, tip, this.hint), this.controls.root);
     this.up = new Vector3(...description.up).normalize();
-    this.stage = new Stage(canvas, description, this.#extent());
+    this.stage = new Stage(canvas, description, this.#extent(), isSlow);
     this.stage.ground();
     this.picking = new Picking(this, canvas, tip);
     this.outlines = new Outlines(this.bodies);
