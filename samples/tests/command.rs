@@ -1,5 +1,7 @@
 //! The program `samples`: names, files and refusals.
 
+#![allow(clippy::unwrap_used)]
+
 use std::fs;
 use std::process::{Command, Output};
 

@@ -244,10 +244,8 @@ pub(super) fn each_of<T>(
     parts: &[T],
     check: impl Fn(&str, &T) -> Result<(), Error>,
 ) -> Result<(), Error> {
-    let numbered = parts.iter().enumerate();
-    numbered
-        .map(|(index, part)| check(&format!("{list}[{index}]"), part))
-        .collect()
+    let mut numbered = parts.iter().enumerate();
+    numbered.try_for_each(|(index, part)| check(&format!("{list}[{index}]"), part))
 }
 
 pub(super) fn finite(location: &str, number: f64) -> Result<(), Error> {

@@ -462,11 +462,7 @@ fn what_is_no_results_file_is_told_its_command() {
     );
     folder.refused(
         "animate scene.json",
-        &[
-            "is a scene",
-            "simulate scene.json",
-            "take scene.h5",
-        ],
+        &["is a scene", "simulate scene.json", "take scene.h5"],
     );
 }
 

@@ -217,10 +217,7 @@ fn frequent_slips_are_answered_with_what_to_write() {
             &["rod.dcb.h5: is an HDF5 file", "simulate init rod.dcb.h5"],
         ),
         ("anmate scene.h5", &["did you mean `animate`?"]),
-        (
-            "animate scene.json",
-            &["is a scene, expected results"],
-        ),
+        ("animate scene.json", &["is a scene, expected results"]),
     ]);
     folder.write(
         "part.mtx",
