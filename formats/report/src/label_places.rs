@@ -1,4 +1,4 @@
-//! Where words at points of a chart stand: each at one of the four corners of its point, beside the words before it and the marks.
+//! Where words at points of a chart stand: each at a corner of its point or beside it, beside the words before it and the marks.
 //! A front falls to the right: nothing of it, and no row that it dominates, is left below its points, so words begin there.
 
 use std::ops::Range;
@@ -45,8 +45,8 @@ impl Place {
     }
 }
 
-/// The upper left corner of each word: left below its point if that is free, otherwise right above, left above or right below
-/// it; `None` for a word that would hide something everywhere, or leave the area.
+/// The upper left corner of each word: left below its point if that is free, otherwise right above, left above, right below,
+/// left or right of it; `None` for a word that would hide something everywhere, or leave the area.
 pub(super) fn placed(
     words: &[Word],
     marks: &[Mark],
@@ -66,7 +66,16 @@ pub(super) fn placed(
             let (width, height) = word.size;
             let (right, left) = (x + word.distance, x - word.distance - width);
             let (above, below) = (y - word.distance - height, y + word.distance);
-            let free = [(left, below), (right, above), (left, above), (right, below)]
+            let beside = y - height / 2;
+            let places = [
+                (left, below),
+                (right, above),
+                (left, above),
+                (right, below),
+                (left, beside),
+                (right, beside),
+            ];
+            let free = places
                 .into_iter()
                 .map(|(left, top)| Place {
                     left,
@@ -104,11 +113,32 @@ mod tests {
     }
 
     #[test]
-    fn words_at_one_point_take_its_corners_and_the_fifth_is_left_out() {
+    fn words_at_one_point_take_its_corners_and_what_finds_no_place_is_left_out() {
         let found = at(&[(100, 50); 5]);
         let corners = [(77, 53), (103, 37), (77, 37), (103, 53)].map(Some);
         assert_eq!(found[..4], corners);
         assert_eq!(found[4], None);
+        // Near the lower edge, with a mark above: beside the point.
+        let marks = [
+            Mark {
+                at: (100, 95),
+                radius: 2,
+            },
+            Mark {
+                at: (94, 82),
+                radius: 8,
+            },
+            Mark {
+                at: (106, 82),
+                radius: 8,
+            },
+        ];
+        let word = Word {
+            at: (100, 95),
+            size: (20, 8),
+            distance: 3,
+        };
+        assert_eq!(placed(&[word], &marks, (0..200, 0..100)), [Some((77, 91))]);
     }
 
     #[test]

@@ -296,6 +296,20 @@ fn reference<B: DrawingBackend>(
     Ok(())
 }
 
+/// A line along an axis as marks that no label may hide.
+fn stretch(from: (i32, i32), to: (i32, i32)) -> impl Iterator<Item = Mark> {
+    let radius = LINE as i32;
+    let length = (to.0 - from.0).abs().max((to.1 - from.1).abs());
+    (0..=length).step_by(2 * radius as usize).map(move |way| {
+        let part = f64::from(way) / f64::from(length.max(1));
+        let between = |from: i32, to: i32| from + (part * f64::from(to - from)) as i32;
+        Mark {
+            at: (between(from.0, to.0), between(from.1, to.1)),
+            radius,
+        }
+    })
+}
+
 /// Labels beside their points, where they hide neither each other nor a mark.
 fn words<B: DrawingBackend>(
     chart: &Chart,
@@ -309,7 +323,7 @@ fn words<B: DrawingBackend>(
         is_shown.then(|| plane.backend_coord(&(right, high)))
     };
     let marked = (chart.series.iter()).filter(|series| !series.style.is_line());
-    let marks: Vec<Mark> = (marked.flat_map(|series| {
+    let mut marks: Vec<Mark> = (marked.flat_map(|series| {
         let radius = match series.style {
             Style::FaintMarks => FAINT_MARK,
             _ => MARK,
@@ -318,6 +332,12 @@ fn words<B: DrawingBackend>(
     }))
     .filter_map(|(point, radius)| place(point).map(|at| Mark { at, radius }))
     .collect();
+    let stepped = (chart.series.iter()).filter(|series| series.style == Style::Steps);
+    for series in stepped {
+        let corners = steps(&series.points).into_iter();
+        let corners: Vec<(i32, i32)> = corners.filter_map(|(x, y)| place([x, y])).collect();
+        marks.extend(corners.windows(2).flat_map(|ends| stretch(ends[0], ends[1])));
+    }
     let labelled: Vec<(&str, (i32, i32))> = (chart.notes.iter())
         .filter(|note| !note.label.is_empty())
         .filter_map(|note| Some((note.label.as_str(), place(note.at)?)))

@@ -10,6 +10,8 @@ use super::grid::Trace;
 const MOST_HISTORIES: usize = 6;
 /// A column that stays below this part of its quantity's range is zero up to rounding: nothing to look at.
 const NOTHING: f64 = 1e-10;
+/// Errors below this part of the range are rounding, of driven motions for example.
+const ROUNDING: f64 = 1e-9;
 
 /// Error against cost, the Pareto front named.
 pub(super) fn front_chart(study: &SceneStudy) -> Chart {
@@ -96,7 +98,8 @@ pub(super) fn histories(study: &SceneStudy, shown: &[usize]) -> Vec<(String, Str
     pictures
 }
 
-/// The error of each quantity over time.
+/// The largest error of each quantity up to every time: errors themselves pass through zero all the time. Without quantities whose errors
+/// are rounding.
 pub(super) fn errors(study: &SceneStudy, shown: &[usize]) -> Vec<(String, String)> {
     let mut pictures = Vec::new();
     let columns = places(&study.subject.quantities);
@@ -111,20 +114,28 @@ pub(super) fn errors(study: &SceneStudy, shown: &[usize]) -> Vec<(String, String
                 let reference = study.reference_trace.row(index)?;
                 let pairs = row[columns.clone()].iter().zip(&reference[columns.clone()]);
                 let square: f64 = pairs.map(|(a, b)| (a - b).powi(2)).sum();
-                Some([
-                    study.grid.time(index),
-                    (square.sqrt() / scale).max(known.relative()),
-                ])
+                Some((index, square.sqrt() / scale))
             };
             let rows = (0..trace.len()).filter_map(|index| Some((index, trace.row(index)?)));
+            let largest = rows
+                .filter_map(distance)
+                .scan(known.relative(), |largest, next| {
+                    *largest = largest.max(next.1);
+                    Some([study.grid.time(next.0), *largest])
+                });
             Series {
                 name: format!("row {}", shown + 1),
-                points: rows.filter_map(distance).collect(),
+                points: largest.collect(),
                 style: Style::NamedLine,
             }
         });
-        let series = series.chain(left_out(study, shown));
-        let axis = Axis::logarithmic(&format!("error of {} / range [1]", quantity.name));
+        let series: Vec<Series> = series.collect();
+        let last = series.iter().filter_map(|series| series.points.last());
+        if last.map(|point| point[1]).fold(0.0, f64::max) < ROUNDING {
+            continue;
+        }
+        let series = series.into_iter().chain(left_out(study, shown));
+        let axis = Axis::logarithmic("largest error / range [1]");
         pictures.extend(drawn(study, &quantity.name, axis, series.collect()));
     }
     pictures

@@ -212,7 +212,7 @@ fn page(study: &SceneStudy, chart: &Chart, tolerance: f64) -> Page {
     page.paragraph(&study.verdict(tolerance));
     let decades = study.decades();
     if !decades.is_empty() {
-        page.paragraph("The fastest row for each error, by the output's range:");
+        page.paragraph("The fastest row for each error, relative to the output's range; h is the scene's step:");
         page.list(&decades);
     }
     page.heading("Error against time");
@@ -245,7 +245,8 @@ fn page(study: &SceneStudy, chart: &Chart, tolerance: f64) -> Page {
         page.pictures(&histories(study, &shown));
         page.heading("Errors over time");
         page.paragraph(
-            "The same runs, relative to the range; what is smaller than the error of the reference is drawn at that.",
+            "The same runs: the largest error up to each time, relative to the range. What is smaller than the error of the reference is drawn at that; \
+             outputs whose errors stay below 1e-9 are left out.",
         );
         page.pictures(&errors(study, &shown));
     }

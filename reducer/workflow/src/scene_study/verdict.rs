@@ -66,10 +66,10 @@ impl SceneStudy {
     pub(super) fn told(&self, index: usize, row: &SceneRow) -> String {
         let time = &self.subject.scene.units.time;
         format!(
-            "row {}: {} ({}); {} elastic coordinates; {} s of wall time for 1 {time} of motion; error {} of the range",
+            "row {}: {} (step {:.4e} {time}); {} elastic coordinates; {} s of wall time for 1 {time} of motion; error {} of the range",
             index + 1,
-            row.setting.told(time),
-            row.step_multiple(&self.subject),
+            self.label(row),
+            row.setting.step,
             row.course.elastic,
             row.cost(self.subject.end)
                 .map_or_else(|| "-".to_owned(), |cost| format!("{cost:.3}")),
@@ -126,9 +126,10 @@ impl SceneStudy {
             .map(|(tolerance, index)| {
                 let row = &self.rows[*index];
                 format!(
-                    "error up to {tolerance:.0e}: row {}, {}; {:.3} s of wall time for 1 {time} of motion",
+                    "error up to {tolerance:.0e}: row {}, {} (step {:.4e} {time}); {:.3} s of wall time for 1 {time} of motion",
                     index + 1,
-                    row.setting.told(time),
+                    self.label(row),
+                    row.setting.step,
                     row.cost(self.subject.end).unwrap_or(f64::NAN),
                 )
             })
