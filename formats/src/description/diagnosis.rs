@@ -172,6 +172,12 @@ impl<'a> Place<'a> {
         keys.into_iter().find(|key| KNOWN.contains(key))
     }
 
+    /// The last text in quotes that ends here.
+    fn last_text(&self) -> Option<&'a str> {
+        let end = self.before.rfind('"')?;
+        last_quoted(self.before.get(..=end)?)
+    }
+
     /// The text that follows a colon here.
     fn value(&self) -> Option<&'a str> {
         let value = self.behind.trim_start().strip_prefix(':')?.trim_start();
@@ -221,6 +227,19 @@ fn explained(said: &str, place: &Place, example: fn(&str) -> Option<&'static str
         let example = example.map_or_else(|| "[1, 2]".to_owned(), str::to_owned);
         let said = said.trim_end_matches("a sequence");
         return format!("{said}a list in square brackets, for example {example}");
+    }
+    if said.contains("expected newtype variant")
+        && let Some(kind) = place.last_text()
+    {
+        let of = match kind {
+            "position" | "displacement" | "velocity" | "acceleration" | "orientation"
+            | "angular_velocity" | "interface_force" => r#"{"at": "rod/a"}"#,
+            _ => "{...}",
+        };
+        return format!(
+            "`{0}` has to say of what: write {{\"{0}\": {of}}}",
+            shortened(kind)
+        );
     }
     let quoted: Vec<&str> = said.split('`').skip(1).step_by(2).collect();
     let Some((found, valid)) = quoted.split_first() else {

@@ -108,9 +108,9 @@ fn of_columns(quality: &Quality) -> Vec<String> {
     let mut warnings = Vec::new();
     for row in &quality.dependent_rows {
         warnings.push(match row.depends_on.is_empty() {
-            true => format!("row {} sees no elastic motion; readers drop it", row.row),
+            true => format!("row {} does not move with any deflection: nothing attached there bends the part (simulations leave it out)", row.row),
             false => format!(
-                "row {} is a combination of {}; readers keep one of them",
+                "row {} is a combination of {}: simulations keep one of them",
                 row.row,
                 row.depends_on.join(", ")
             ),

@@ -120,7 +120,7 @@ enum ReduceCommand {
     Init(InitArguments),
     /// Show what a superelement holds.
     Inspect(InspectArguments),
-    /// Recompute what can be recomputed: from the file alone, or everything from the component.
+    /// Check a superelement by computing its numbers again: from the file alone, or from the component.
     Verify(VerifyArguments),
     /// Compare two superelements: frequencies, shapes, flexibility, mass.
     Compare {

@@ -168,7 +168,12 @@ fn what_does_not_fit_is_told_with_its_path_of_keys() {
 #[test]
 fn frequent_slips_are_answered_with_what_to_write() {
     let folder = Folder::slider_crank();
-    let slips: [(&str, Value, &[&str]); 6] = [
+    let slips: [(&str, Value, &[&str]); 7] = [
+        (
+            "outputs/slider_position",
+            json!("position"),
+            &["write {\"position\": {\"at\": \"rod/a\"}}"],
+        ),
         (
             "joints/axle/revolute/b",
             json!("crank"),

@@ -13,6 +13,7 @@ use dcb_demand::demand::NodeDemand;
 use dcb_formats::component::Role;
 use dcb_formats::mesh::Dimension;
 use dcb_formats::superelement::{Enrichment, RecoveryBasis, Superelement};
+use dcb_formats::units::four_digits;
 use faer::Mat;
 use nalgebra::Matrix3;
 
@@ -27,15 +28,21 @@ const DEFLECTION: f64 = 0.01;
 const DEPENDENT: f64 = 1e-10;
 
 /// Effect of columns for centrifugal forces.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct SpinColumns {
     /// How many there are.
     count: usize,
-    /// rad/time.
-    rate: f64,
+    /// In words, with its unit.
+    rate: String,
     /// Displacement lost without them, of deflections of interest.
     lost: f64,
     tolerance: f64,
+}
+
+/// The rate of a demand: `150.0 rad/s`.
+fn in_words(asked: &ComponentDemand) -> String {
+    let demand = &asked.demand;
+    format!("{} rad/{}", four_digits(demand.spin.rate), demand.time)
 }
 
 impl SpinColumns {
@@ -62,8 +69,8 @@ impl SpinColumns {
         let share = spin.rate * spin.rate / first / DEFLECTION;
         (share <= tolerance).then(|| {
             format!(
-                "no columns for centrifugal forces: at {:.4e} rad per time unit they deflect the part by {share:.1e} of deflections that are {DEFLECTION} of its size",
-                spin.rate
+                "no columns for centrifugal forces: at {} they deflect the part by {share:.1e} of deflections that are {DEFLECTION} of its size",
+                in_words(asked)
             )
         })
     }
@@ -87,7 +94,7 @@ impl SpinColumns {
         };
         Ok(Self {
             count,
-            rate,
+            rate: in_words(asked),
             lost,
             tolerance,
         })
@@ -108,7 +115,7 @@ impl SpinColumns {
             false => "no columns for centrifugal forces".to_owned(),
         };
         format!(
-            "{begin}: without them, at {rate:.4e} rad per time unit, displacements inside lack {lost:.1e} of deflections that are {DEFLECTION} of the part's size"
+            "{begin}: without them, at {rate}, displacements inside lose {lost:.1e} of deflections that are {DEFLECTION} of the part's size"
         )
     }
 }
