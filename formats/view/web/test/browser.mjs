@@ -200,6 +200,17 @@ export async function check(browser, path, { most = Infinity } = {}) {
   holds("it prints", printed.length > 10000);
   holds("it is dark again after printing", (await page.evaluate(() => document.documentElement.dataset.theme)) === "dark");
   holds("no console error, dialog or request", errors.length === 0);
+  if (hasShape) {
+    const ways = [];
+    for (const way of ["shader", "processor"]) {
+      await page.setViewportSize({ width: 1000, height: 900 });
+      await page.goto(`${pathToFileURL(path).href}?still&deflect=${way}`);
+      await page.waitForSelector("html[data-drawn=true]", { timeout: 60000 });
+      if (!isPart && moves) await page.locator("#view input[type=range]").fill("430");
+      ways.push(await picture(page));
+    }
+    holds("shader and processor deflect alike", differing(...ways) < 20);
+  }
   const { size } = await stat(path);
   await context.close();
   return { path, bytes: size, ...speed, violations, errors, failed };
