@@ -144,7 +144,10 @@ export async function check(browser, path, { most = Infinity } = {}) {
   // The signs on a mesh follow it: no further from their nodes in any deflection than at rest.
   holds("signs follow deflections", await page.evaluate(() => {
     const view = window.tisserandView;
+    const usual = view.scale;
+    view.setScale((view.isPart ? 1 : 10) * usual);
     view.draw();
+    view.setScale(usual);
     for (const { members } of view.glyphs.kinds) {
       for (const { shown, place } of members) {
         if (!shown.patterns) continue;
@@ -157,7 +160,7 @@ export async function check(browser, path, { most = Infinity } = {}) {
           for (let k = 0; k < x.length; k += 3) best = Math.min(best, Math.hypot(...[0, 1, 2].map((axis) => x[k + axis] + scale * u[k + axis] - point[axis])));
           return best;
         };
-        if (nearest(at, body.scale) > nearest(shown.position.toArray(), 0) + 0.01 * view.description.size) return false;
+        if (nearest(at, body.scale) > nearest(shown.position.toArray(), 0) + 0.005 * view.description.size) return false;
       }
     }
     return true;
