@@ -147,7 +147,7 @@ export async function check(browser, path, { most = Infinity } = {}) {
     const usual = view.scale;
     view.setScale((view.isPart ? 1 : 10) * usual);
     view.draw();
-    view.setScale(usual);
+    let follow = true;
     for (const { members } of view.glyphs.kinds) {
       for (const { shown, place } of members) {
         if (!shown.patterns) continue;
@@ -160,10 +160,12 @@ export async function check(browser, path, { most = Infinity } = {}) {
           for (let k = 0; k < x.length; k += 3) best = Math.min(best, Math.hypot(...[0, 1, 2].map((axis) => x[k + axis] + scale * u[k + axis] - point[axis])));
           return best;
         };
-        if (nearest(at, body.scale) > nearest(shown.position.toArray(), 0) + 0.005 * view.description.size) return false;
+        if (nearest(at, body.scale) > nearest(shown.position.toArray(), 0) + 0.005 * view.description.size) follow = false;
       }
     }
-    return true;
+    view.setScale(usual);
+    view.draw();
+    return follow;
   }));
   const charts = page.locator(".chart .u-over");
   if ((await charts.count()) > 0) {
