@@ -15,7 +15,7 @@ const NAMES = 4;
 
 export class Glyphs {
   constructor(description, bodies, arrays, size) {
-    this.length = 0.018 * size;
+    this.length = 0.015 * size;
     this.size = size;
     this.group = new Group();
     /** All signs: `{text, place}`, the place of now in the world. */

@@ -144,7 +144,10 @@ export async function check(browser, path, { most = Infinity } = {}) {
   // The signs on a mesh follow it: no further from their nodes in any deflection than at rest.
   holds("signs follow deflections", await page.evaluate(() => {
     const view = window.tisserandView;
+    const usual = view.scale;
+    view.setScale((view.isPart ? 1 : 10) * usual);
     view.draw();
+    let follow = true;
     for (const { members } of view.glyphs.kinds) {
       for (const { shown, place } of members) {
         if (!shown.patterns) continue;
@@ -157,10 +160,12 @@ export async function check(browser, path, { most = Infinity } = {}) {
           for (let k = 0; k < x.length; k += 3) best = Math.min(best, Math.hypot(...[0, 1, 2].map((axis) => x[k + axis] + scale * u[k + axis] - point[axis])));
           return best;
         };
-        if (nearest(at, body.scale) > nearest(shown.position.toArray(), 0) + 0.01 * view.description.size) return false;
+        if (nearest(at, body.scale) > nearest(shown.position.toArray(), 0) + 0.005 * view.description.size) follow = false;
       }
     }
-    return true;
+    view.setScale(usual);
+    view.draw();
+    return follow;
   }));
   const charts = page.locator(".chart .u-over");
   if ((await charts.count()) > 0) {
@@ -200,6 +205,17 @@ export async function check(browser, path, { most = Infinity } = {}) {
   holds("it prints", printed.length > 10000);
   holds("it is dark again after printing", (await page.evaluate(() => document.documentElement.dataset.theme)) === "dark");
   holds("no console error, dialog or request", errors.length === 0);
+  if (hasShape) {
+    const ways = [];
+    for (const way of ["shader", "processor"]) {
+      await page.setViewportSize({ width: 1000, height: 900 });
+      await page.goto(`${pathToFileURL(path).href}?still&deflect=${way}`);
+      await page.waitForSelector("html[data-drawn=true]", { timeout: 60000 });
+      if (!isPart && moves) await page.locator("#view input[type=range]").fill("430");
+      ways.push(await picture(page));
+    }
+    holds("shader and processor deflect alike", differing(...ways) < 20);
+  }
   const { size } = await stat(path);
   await context.close();
   return { path, bytes: size, ...speed, violations, errors, failed };
