@@ -336,7 +336,11 @@ fn words<B: DrawingBackend>(
     for series in stepped {
         let corners = steps(&series.points).into_iter();
         let corners: Vec<(i32, i32)> = corners.filter_map(|(x, y)| place([x, y])).collect();
-        marks.extend(corners.windows(2).flat_map(|ends| stretch(ends[0], ends[1])));
+        marks.extend(
+            corners
+                .windows(2)
+                .flat_map(|ends| stretch(ends[0], ends[1])),
+        );
     }
     let labelled: Vec<(&str, (i32, i32))> = (chart.notes.iter())
         .filter(|note| !note.label.is_empty())
