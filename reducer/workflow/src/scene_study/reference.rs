@@ -84,7 +84,8 @@ impl SceneReference {
         }
     }
 
-    /// Makes it, starting with `first`; `None` if the user stopped it. Later runs that can't be made end the halving.
+    /// Makes it, starting with `first`; `None` if the user stopped it. Later runs that can't be made, or are further from the run before than that is from
+    /// its own, end the halving.
     ///
     /// # Errors
     /// The error that stopped one of the first two runs; [`Error::Description`] if there is nothing but zeros to compare.
@@ -131,6 +132,11 @@ impl SceneReference {
                 course,
                 convergence,
             };
+            // Of very short steps the forces are rounding, and the run before is the better one.
+            let before = found.as_ref().map(|(coarser, _)| coarser.uncertainty());
+            if run > 1 && before.is_some_and(|before| finer.uncertainty() > before) {
+                break;
+            }
             let is_enough = run > 0 && finer.is_converged();
             found = Some((finer, trace));
             if is_enough {
