@@ -48,7 +48,7 @@ pub enum ModeRequest {
 /// The options, and keys of a manifest, that ask for modes.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Args, Serialize, Deserialize, JsonSchema)]
 pub struct ModeOptions {
-    /// Keep this many elastic modes, those of one frequency together; with a scene at most so many [default: 20].
+    /// Number of elastic modes, equal ones kept together; for a scene the most [default: 20].
     #[arg(long, value_name = "N", conflicts_with = "max_frequency", allow_negative_numbers = true, value_parser = count)]
     pub modes: Option<usize>,
     /// Keep every elastic mode below this frequency, Hz.

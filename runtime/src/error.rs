@@ -297,8 +297,8 @@ pub enum Error {
         joint: String,
         /// By how much.
         misfit: f64,
-        /// `rad`, or `units of length`.
-        unit: &'static str,
+        /// `rad`, or the unit of length.
+        unit: String,
     },
     /// Drives that together ask for what the joints don't allow, so that flexible bodies deflect beyond the theory.
     #[error(

@@ -86,7 +86,7 @@ pub struct Initial {
     /// Bodies that stay where they are.
     #[serde(default)]
     pub hold: Vec<String>,
-    /// How far a body may be moved to close the joints; 0.3 of the sizes of all bodies together where absent.
+    /// How far a body may be moved to close the joints; half the sizes of all bodies together where absent.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub allow_gap: Option<f64>,
 }

@@ -248,13 +248,15 @@ fn in_our_words(
     }
 }
 
-/// The first word, where it is nearly the name of a command and no file.
+/// The first word that is nearly the name of a command and no file.
 fn misspelt<'a>(command: &'a Command, arguments: &'a [OsString]) -> Option<(&'a str, &'a str)> {
     let words = arguments.iter().skip(1).filter_map(|word| word.to_str());
-    let mut words = words.filter(|word| !word.starts_with('-'));
-    let first = words.next().filter(|word| !Path::new(word).exists())?;
-    let names = command.get_subcommands().map(Command::get_name);
-    nearest_name(first, names).map(|meant| (first, meant))
+    let mut words = words
+        .filter(|word| !word.starts_with('-') && !word.contains('.') && !Path::new(word).exists());
+    words.find_map(|word| {
+        let names = command.get_subcommands().map(Command::get_name);
+        nearest_name(word, names).map(|meant| (word, meant))
+    })
 }
 
 /// Commands of a program that have an option, `--step` for example.

@@ -16,7 +16,7 @@ pub struct SiblingArguments {
     /// Component description [default: PART.json].
     #[arg(long, value_name = "FILE")]
     pub mesh: Option<PathBuf>,
-    /// Matrix that picks the motions of the boundary, n_b x n_e [default: PART.boundary.mtx if there].
+    /// Rows of the boundary by those of K, n_b x n_e [default: PART.boundary.mtx if there].
     #[arg(long, value_name = "FILE")]
     pub boundary: Option<PathBuf>,
 }

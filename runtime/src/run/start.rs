@@ -10,7 +10,7 @@ use crate::initial::InitialReport;
 /// Shorter ways, by the size of the mechanism, are rounding of the drawing; and smaller turns, rad.
 const TOLD: f64 = 1e-6;
 /// A body that has to go further, by the sizes of all bodies together, isn't where its joints are.
-const FAR: f64 = 0.3;
+const FAR: f64 = 0.5;
 
 /// Tells what it took to make the start consistent.
 ///

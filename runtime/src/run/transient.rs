@@ -139,8 +139,14 @@ pub fn transient(
         is_complete: matches!(result, Ok(true)),
         time: Some(time),
     };
-    let result = result
-        .map_err(|error| validity.naming_drives(error, simulation.system(), simulation.state()));
+    let result = result.map_err(|error| {
+        validity.naming_drives(
+            error,
+            simulation.system(),
+            simulation.state(),
+            &scene.units.length,
+        )
+    });
     let is_complete = session.close(observer, result, &ending, &summary)?;
     Ok(RunReport {
         initial,

@@ -23,6 +23,7 @@ use std::ops::Range;
 
 use dcb_formats::mesh::Direction;
 use dcb_formats::results::frequency_unit;
+use dcb_formats::units::four_digits;
 
 use crate::body::FlexibleBody;
 
@@ -229,7 +230,8 @@ impl Vibration {
             ),
         };
         format!(
-            "{percent:.0} % of the elastic energy of body {name:?} is in motion above {frequency:.3e} {unit}, {why}: what is that fast isn't right; {remedy}"
+            "{percent:.0} % of the elastic energy of body {name:?} is in motion above {} {unit}, {why}: motion that fast isn't right; {remedy}",
+            four_digits(frequency)
         )
     }
 }
@@ -299,8 +301,9 @@ impl Loading {
             }
         };
         format!(
-            "interface {interface:?} of body {name:?} was loaded along directions that its superelement isn't made for: by {percent:.0} % of its largest force, \
-             at t = {time:.6}; it gives way to them by its modes only; {remedy}"
+            "interface {interface:?} of body {name:?} was loaded along directions that its superelement isn't made for: by {percent:.0} % of its largest force \
+             (at t = {}); it gives way to them by its modes only; {remedy}",
+            four_digits(time)
         )
     }
 }

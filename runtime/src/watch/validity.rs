@@ -105,32 +105,38 @@ impl Validity {
         }
     }
 
-    /// A violated constraint as the drives that contradict each other, where it is they that do.
-    pub fn naming_drives(&self, error: Error, system: &System, state: &State) -> Error {
-        match error {
-            Error::Contradiction {
+    /// A violated constraint with its unit, `length` where it isn't an angle; as the drives that contradict each other, where it is they that do.
+    pub fn naming_drives(
+        &self,
+        error: Error,
+        system: &System,
+        state: &State,
+        length: &str,
+    ) -> Error {
+        let Error::Contradiction {
+            time,
+            joint,
+            misfit,
+            unit,
+        } = error
+        else {
+            return error;
+        };
+        let unit = match unit.as_str() {
+            "rad" => unit,
+            _ => length.to_owned(),
+        };
+        let drives = self.drives.names_at(system, state);
+        if drives.is_empty() {
+            return Error::Contradiction {
                 time,
                 joint,
                 misfit,
                 unit,
-            } => match self.drives.names_at(system, state) {
-                drives if drives.is_empty() => Error::Contradiction {
-                    time,
-                    joint,
-                    misfit,
-                    unit,
-                },
-                drives => Error::DrivesContradict {
-                    time,
-                    drives,
-                    what: format!(
-                        "{joint:?} would have to open by {:.3e} {unit}",
-                        misfit.abs()
-                    ),
-                },
-            },
-            other => other,
+            };
         }
+        let what = format!("{joint:?} opens by {:.3e} {unit}", misfit.abs());
+        Error::DrivesContradict { time, drives, what }
     }
 
     /// Tells what is beyond its limit for the first time.

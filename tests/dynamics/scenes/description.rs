@@ -252,7 +252,7 @@ fn what_the_planar_scene_can_not_mean_is_refused_at_its_place() {
         (
             "/joints/axle/revolute/b",
             json!("crank"),
-            "\"crank\" is no attachment",
+            "\"crank\" names a body, but a place on it is needed",
         ),
         (
             "/joints/axle/revolute/a",

@@ -186,7 +186,7 @@ fn sizes(forecast: &Forecast, storage: &FactorStorage) -> [(&'static str, String
 /// Two digits are more than the forecast is worth.
 fn rounded(seconds: f64) -> String {
     match seconds {
-        s if s < 9.95 => format!("{s:.1}"),
+        s if s < 9.95 => format!("{:.1}", s.max(0.1)),
         s => format!("{s:.0}"),
     }
 }

@@ -111,7 +111,10 @@ fn modes_table(modes: &SystemModes, units: &Units) -> String {
         let angular = std::f64::consts::TAU * modes.frequency[number];
         let values = lists.iter().map(|(.., values)| values[number]);
         let values = values.chain([angular]);
-        let values: Vec<String> = values.map(|value| format!("{value:>14.6e}")).collect();
+        // No minus before a zero.
+        let values: Vec<String> = values
+            .map(|value| format!("{:>14.6e}", value + 0.0))
+            .collect();
         let _ = writeln!(text, "  {:>5} {}", number + 1, values.join(" "));
     }
     text

@@ -316,7 +316,8 @@ fn marks_and_packings_of_files_are_told() {
 #[test]
 fn a_draft_beside_the_deck_changes_nothing() {
     let folder = Folder::exchange(&CALCULIX);
-    folder.done("init bracket.inp --units mm,t,s");
+    let drafted = folder.run("init bracket.inp --units mm,t,s");
+    assert_eq!(drafted.code, Some(0), "{drafted:?}");
     let answer = folder.run("bracket.sti --units mm,t,s --modes 8");
     assert_eq!(answer.code, Some(0), "{answer:?}");
     has_all(

@@ -30,7 +30,9 @@ fn the_rod_of_the_slider_crank_is_reduced_for_it() {
         "fields of 1 of 5 nodes"
     );
     assert!(!shown.contains("which asks"), "{shown}");
-    let shown = folder.done("rod.mtx --scene scene.json --tolerance 1e-3 --force -v");
+    let shown = folder
+        .run("rod.mtx --scene scene.json --tolerance 1e-3 --force -v")
+        .stdout;
     says!(
         shown,
         "made for scene.json, which asks",
@@ -200,7 +202,9 @@ fn bent(folder: &Folder) -> Vec<f64> {
 #[test]
 fn a_spatial_part_is_reduced_for_a_planar_scene_that_runs_it() {
     let folder = pendulum_of_a_block(|_| false);
-    let shown = folder.done("part.mtx --scene scene.json --tolerance 1e-3");
+    let shown = folder
+        .run("part.mtx --scene scene.json --tolerance 1e-3 -v")
+        .stdout;
     says!(
         shown,
         "interface    \"left\" takes fx fy from joints.hinge",
@@ -296,7 +300,9 @@ fn loads_that_act_get_columns_and_others_go() {
         folder.write(&format!("rod.load.{name}.mtx"), text);
     }
     folder.set("scene.json", "loads", json!({"gust": {"part_load": {"body": "rod", "load": "wind", "factor": {"formula": "sin(9*t)"}}}}));
-    let shown = folder.done("rod.mtx --scene scene.json --tolerance 1e-2");
+    let shown = folder
+        .run("rod.mtx --scene scene.json --tolerance 1e-2 -v")
+        .stdout;
     says!(
         shown,
         "without loads \"idle\": the scene doesn't apply them",

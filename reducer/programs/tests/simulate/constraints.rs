@@ -155,7 +155,7 @@ fn drives_that_contradict_each_other_later_are_told_when_they_do() {
         1,
         &[
             "drives \"left\", \"right\" contradict each other",
-            "rad to follow them",
+            "m to follow them",
         ],
     );
     let (reason, time, rows) = folder.stopped();

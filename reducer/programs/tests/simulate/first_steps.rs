@@ -135,7 +135,9 @@ fn a_first_scene_is_told_what_to_write() {
     folder.write("allowed.json", allowed.to_string());
     let answer = folder.done("allowed.json --end 1e-4");
     assert!(
-        answer.stderr.contains(" m and turned it"),
+        answer
+            .stderr
+            .contains("assembly moved body \"slider\" by 0.5000 m to close"),
         "{}",
         answer.stderr
     );
@@ -183,7 +185,7 @@ fn components_are_named_and_pictures_drawn_again() {
     folder.refused("plot scene.h5 -o other.svg", &["other.svg", "--force"]);
 }
 
-/// A moment and an energy have one unit, but are no one quantity.
+/// A moment and an energy have one dimension, but are no one quantity.
 #[test]
 fn moments_and_energies_have_their_own_charts() {
     let folder = Folder::slider_crank();
@@ -194,7 +196,7 @@ fn moments_and_energies_have_their_own_charts() {
     folder.done("plot scene.h5");
     let picture = folder.read("scene.svg");
     assert!(
-        picture.contains("energy [kg") && picture.contains("torque [kg"),
+        picture.contains("energy [J]") && picture.contains("torque [N·m]"),
         "{picture}"
     );
 }

@@ -191,7 +191,7 @@ fn frequent_slips_are_answered_with_what_to_write() {
         ),
         (
             "integrator",
-            json!({"step": 1e-4, "end": 1}),
+            json!({"step": 1e-4}),
             &["{\"generalized_alpha\": {\"step\": ...}}"],
         ),
         (

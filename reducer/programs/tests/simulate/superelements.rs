@@ -25,12 +25,15 @@ fn fixed_at(interface: &str) -> Value {
 fn a_missing_superelement_is_named() {
     let folder = Folder::slider_crank();
     std::fs::remove_file(folder.path("rod.dcb.h5")).unwrap();
-    folder.refused("scene.json", &["rod.dcb.h5: cannot read: No such file"]);
+    folder.refused(
+        "scene.json",
+        &["scene.json: bodies.rod.superelement: there is no file rod.dcb.h5"],
+    );
     // From elsewhere too: paths start at the folder of the scene.
     std::fs::create_dir(folder.path("sub")).unwrap();
     let moved = folder.path("sub/scene.json");
     std::fs::copy(folder.path("scene.json"), moved).unwrap();
-    folder.refused("sub/scene.json", &["sub/rod.dcb.h5: cannot read"]);
+    folder.refused("sub/scene.json", &["there is no file sub/rod.dcb.h5"]);
 }
 
 #[test]

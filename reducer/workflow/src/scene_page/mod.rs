@@ -127,12 +127,13 @@ impl<'a> Run<'a> {
         };
         let scene = Scene::parse(&written.to_string(), &scene_path)
             .map_err(|error| Error::from(error).in_file(path))?;
+        find_superelements(&scene, &scene_path)?;
         let open = SuperelementFiles::default();
         let tolerance = options["tolerance"].as_f64();
         let pruned = tolerance.filter(|_| !options["left_out"].is_null());
         let mut narrowed = match pruned {
             Some(tolerance) => Pruning::of(&scene, &open, tolerance)
-                .map_err(|error| missing(Error::from(error), &scene_path))?
+                .map_err(Error::from)?
                 .applied_to(&scene),
             None => NarrowedScene::from(scene.clone()),
         };
@@ -140,9 +141,7 @@ impl<'a> Run<'a> {
         narrowed.carrying = narrowed.carrying.with_all_nodes();
         let read_by_run = digests_of_inputs(&results)?;
         for (name, body) in scene.superelements() {
-            let file = open
-                .at(&scene.resolve(&body.file))
-                .map_err(|error| missing(Error::from(error), &scene_path))?;
+            let file = open.at(&scene.resolve(&body.file)).map_err(Error::from)?;
             if !read_by_run
                 .iter()
                 .any(|digest| digest == file.file.digest())
@@ -165,8 +164,7 @@ impl<'a> Run<'a> {
                 });
             }
         }
-        let model =
-            Model::load_narrowed(&narrowed, &open).map_err(|error| missing(error, &scene_path))?;
+        let model = Model::load_narrowed(&narrowed, &open)?;
         Ok(Self {
             path,
             results,
@@ -204,17 +202,19 @@ fn refused(path: &Path, message: &str) -> Error {
     })
 }
 
-/// A superelement that isn't where it is looked for: says how to tell.
-fn missing(error: Error, scene: &Path) -> Error {
-    match error {
-        Error::File(dcb_formats::Error::Io { path, .. }) if !path.exists() => refused(
-            &path,
+/// All superelements are where they are looked for; else says how to tell.
+fn find_superelements(scene: &Scene, path: &Path) -> Result<(), Error> {
+    let files = scene.superelements();
+    let mut files = files.map(|(_, body)| scene.resolve(&body.file));
+    match files.find(|file| !file.exists()) {
+        None => Ok(()),
+        Some(file) => Err(refused(
+            &file,
             &format!(
                 "is not there: it is looked for from {}; name the scene's file with --scene",
-                scene.display()
+                path.display()
             ),
-        ),
-        other => other,
+        )),
     }
 }
 

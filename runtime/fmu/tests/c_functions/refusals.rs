@@ -87,7 +87,7 @@ fn what_is_no_unit_is_not_instantiated() {
     fs::remove_file(&superelement).unwrap();
     assert_says(
         &refused(resources, &unpacked.token),
-        &["link-2.dcb.h5", "cannot read"],
+        &["link-2.dcb.h5", "there is no file"],
     );
     fs::write(&superelement, &whole).unwrap();
     // Another superelement in the place of the first is sound, but not the one that the description was made for.

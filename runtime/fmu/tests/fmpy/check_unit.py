@@ -170,7 +170,7 @@ def broken_archives_are_refused():
     open(path, "wb").write(content)
     refused("damaged", name, unzipped=copy)
     os.remove(path)
-    refused("missing superelement", name, "cannot read", unzipped=copy)
+    refused("missing superelement", name, "there is no file", unzipped=copy)
     os.remove(os.path.join(resources, "scene.json"))
     refused("missing scene", "scene.json", unzipped=copy)
     shutil.rmtree(copy)

@@ -51,8 +51,8 @@ impl Corrector {
                     joint: system.connections[row.connection].name.clone(),
                     misfit,
                     unit: match term.measure.is_length() {
-                        true => "units of length",
-                        false => "rad",
+                        true => "units of length".to_owned(),
+                        false => "rad".to_owned(),
                     },
                 });
             }

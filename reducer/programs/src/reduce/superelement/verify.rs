@@ -16,7 +16,7 @@ use crate::reduce::part::files::{PartArguments, PartFiles};
 #[derive(Debug, Args)]
 #[command(mut_arg("mass", |arg| arg.requires("component").help("The component's mass matrix [default: PART.mass.mtx]")))]
 #[command(mut_arg("mesh", |arg| arg.requires("component").help("The component's description [default: PART.json]")))]
-#[command(mut_arg("boundary", |arg| arg.requires("component").help("The component's matrix that picks the motions of the boundary, n_b x n_e [default: PART.boundary.mtx if there]")))]
+#[command(mut_arg("boundary", |arg| arg.requires("component").help("The component's rows of the boundary, n_b x n_e [default: PART.boundary.mtx if there]")))]
 pub(crate) struct VerifyArguments {
     /// Superelement.
     pub file: PathBuf,
