@@ -56,7 +56,7 @@ fn a_run_carries_what_its_scene_needs_and_says_what_it_leaves_out() {
     let dofs = |told: &str| -> usize {
         let words: Vec<&str> = told.split_whitespace().collect();
         let at = words.iter().position(|word| *word == "freedom").unwrap();
-        words[at - 2].parse().unwrap()
+        words[at - 3].parse().unwrap()
     };
     assert!(dofs(&told) + 12 < dofs(&all), "{told}{all}");
     for output in ["tip", "angle"] {
