@@ -243,7 +243,7 @@ fn explained(said: &str, place: &Place, example: fn(&str) -> Option<&'static str
     }
     let quoted: Vec<&str> = said.split('`').skip(1).step_by(2).collect();
     let Some((found, valid)) = quoted.split_first() else {
-        return said.to_owned();
+        return in_words(said);
     };
     if said.contains("missing field `") {
         return match example(found) {

@@ -65,7 +65,7 @@ fn other_files_are_refused_by_what_they_are() {
             ),
             (
                 &format!("{command} rod.dcb.h5"),
-                &["rod.dcb.h5", "dcb-superelement", "dcb-results"],
+                &["rod.dcb.h5: is a superelement, expected results"],
             ),
         ]);
     }
