@@ -19,6 +19,8 @@ fn driven(joint: Value, drive: Value) -> Value {
                 "rigid": {"mass": 0.4, "inertia": 2e-3, "center_of_mass": [0.1, 0.03], "points": {"pin": [0, 0]}},
                 "position": [if kind == "distance" { 0.5 } else { 0.0 }, 0.0]
             }},
+            // A constant angle may be far from the drawing.
+            "initial": {"allow_gap": 0.3},
             "joints": {"joint": joint},
             "drives": {"motor": drive},
             "outputs": {

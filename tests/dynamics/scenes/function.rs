@@ -309,7 +309,7 @@ fn bad_formulas_are_refused_with_their_position() {
             "1 + log(t)",
             "position 5: `log` is not a known function; write ln or log10",
         ),
-        ("t ** 2", "position 4: expected a number"),
+        ("t ** 2", "position 4: powers are written with ^"),
         ("{t}", "position 1"),
         ("été + t", "position 1"),
         ("t + ü", "position 5"),
