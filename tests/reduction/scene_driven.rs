@@ -682,7 +682,7 @@ fn columns_for_centrifugal_forces_where_displacements_inside_need_them() {
     let columns = SpinColumns::of(&asked, &reduced, 1e-3).unwrap();
     let told = columns.why();
     let number = told
-        .split("lack ")
+        .split("lose ")
         .nth(1)
         .unwrap()
         .split(' ')
