@@ -30,9 +30,9 @@ export class Body {
     this.material = new MeshLambertMaterial({ color: colour, flatShading: true, side: DoubleSide, polygonOffset: true, polygonOffsetFactor: 1, polygonOffsetUnits: 1 });
     this.colour = this.material.color.clone();
     if (this.shape) this.#mesh(colour);
-    const solids = description.solids ?? (description.solid ? [description.solid] : []);
-    for (const one of solids) this.group.add(solid(one, arrays, this.material, size));
-    this.around = this.#outlinePoints(solids.length > 0);
+    const solids = (description.solids ?? (description.solid ? [description.solid] : [])).map((one) => solid(one, arrays, this.material, size));
+    this.around = this.#outlinePoints(solids);
+    if (solids.length > 0) this.group.add(...solids);
     this.group.traverse((object) => (object.userData.body = this));
   }
 
@@ -50,10 +50,12 @@ export class Body {
     return this.around;
   }
 
-  #outlinePoints(hasSolids) {
+  /** The mesh by its nodes at rest: the box of its geometry counts each column in full. */
+  #outlinePoints(solids) {
     const points = this.points.map((point) => new Vector3(...point.position));
-    if (hasSolids) {
-      const box = new Box3().setFromObject(this.group);
+    if (solids.length > 0) {
+      const box = new Box3();
+      for (const one of solids) box.expandByObject(one);
       for (let k = 0; k < 8; k++) points.push(new Vector3(...["x", "y", "z"].map((axis, place) => ((k >> place) & 1 ? box.max : box.min)[axis])));
     }
     if (this.shape) points.push(...this.shape.outmost());
