@@ -6,7 +6,7 @@ use std::path::{Component, Path, PathBuf};
 
 use pulldown_cmark::{Event, Options, Parser, Tag, TagEnd};
 
-use super::root;
+use super::{files, root};
 
 /// What a page shows of itself, and what it looks at.
 #[derive(Default)]
@@ -66,16 +66,7 @@ fn anchor(heading: &str) -> String {
 
 /// Pages below a folder.
 fn pages(folder: &Path) -> Vec<PathBuf> {
-    let mut all = Vec::new();
-    for entry in fs::read_dir(folder).unwrap() {
-        let path = entry.unwrap().path();
-        if path.is_dir() {
-            all.extend(pages(&path));
-        } else if path.extension().is_some_and(|extension| extension == "md") {
-            all.push(path);
-        }
-    }
-    all
+    files(folder, "md")
 }
 
 fn read(path: &Path) -> Page {

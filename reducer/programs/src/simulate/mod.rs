@@ -264,7 +264,13 @@ fn export(arguments: &ExportArguments, extension: &str, write: Export) -> Result
 }
 
 /// Opens results; of a scene or a superelement in their place it is told what to do first.
-pub(crate) fn opened(path: &Path) -> Result<Results, Error> {
+fn opened(path: &Path) -> Result<Results, Error> {
+    refuse_others(path)?;
+    Ok(Results::open(path)?)
+}
+
+/// Of a scene or a superelement in the place of results it is told what to do first.
+pub(crate) fn refuse_others(path: &Path) -> Result<(), Error> {
     let name = path.to_string_lossy();
     let message = if name.ends_with(".json") {
         format!(
@@ -274,7 +280,7 @@ pub(crate) fn opened(path: &Path) -> Result<Results, Error> {
     } else if name.ends_with(".dcb.h5") {
         format!("is a superelement, expected results of a run; its page: reduce report {name}")
     } else {
-        return Ok(Results::open(path)?);
+        return Ok(());
     };
     let path = path.to_owned();
     Err(dcb_formats::Error::File { path, message }.into())

@@ -11,7 +11,7 @@ use dcb_workflow::scene_page::{Contents, scene_page};
 
 use crate::outcome::Outcome;
 use crate::own_output::Made;
-use crate::simulate::{opened, replace};
+use crate::simulate::{refuse_others, replace};
 
 /// What the page is of.
 #[derive(Debug, Args)]
@@ -46,7 +46,7 @@ pub(crate) fn animate(arguments: &AnimateArguments) -> Result<Outcome, Error> {
     };
     let page = &arguments.page;
     let (path, replace) = (&page.results, replace(page.force));
-    opened(path)?;
+    refuse_others(path)?;
     check_output(target, replace)?;
     refuse_inputs(target, [path.as_path()], "the file of the results")?;
     let found = scene_page(path, page.scene.as_deref(), Contents::Motion)?;
@@ -65,7 +65,7 @@ pub(crate) fn animate(arguments: &AnimateArguments) -> Result<Outcome, Error> {
 /// Writes the page of a run.
 pub(crate) fn run(arguments: &PageArguments, contents: Contents) -> Result<Outcome, Error> {
     let (path, replace) = (&arguments.results, replace(arguments.force));
-    opened(path)?;
+    refuse_others(path)?;
     let beside = path.with_extension(match contents {
         Contents::Motion => "html",
         Contents::Report => "report.html",
