@@ -7,6 +7,8 @@ use pyo3::create_exception;
 use pyo3::exceptions::PyException;
 use pyo3::prelude::*;
 
+use crate::threads::of_this_process;
+
 create_exception!(
     tisserand,
     Error,
@@ -155,8 +157,16 @@ impl From<Failure> for PyErr {
     }
 }
 
-/// Works without the interpreter's lock; a panic becomes an exception.
+/// Works without the interpreter's lock, with the threads of this process; a panic becomes an exception.
 pub fn apart<T: Send>(
+    py: Python<'_>,
+    work: impl FnOnce() -> Result<T, Failure> + Send,
+) -> PyResult<T> {
+    apart_alone(py, || of_this_process(work)?)
+}
+
+/// The same for what needs no other threads.
+pub fn apart_alone<T: Send>(
     py: Python<'_>,
     work: impl FnOnce() -> Result<T, Failure> + Send,
 ) -> PyResult<T> {

@@ -11,6 +11,7 @@ mod scene;
 mod sparse;
 mod study;
 mod superelement;
+mod threads;
 
 use dcb_reducer::resources::huge_pages::HugePages;
 use pyo3::prelude::*;
@@ -21,6 +22,7 @@ static ALLOCATOR: HugePages = HugePages;
 
 #[pymodule]
 fn _native(module: &Bound<'_, PyModule>) -> PyResult<()> {
+    threads::remember_process();
     module.add("__version__", env!("CARGO_PKG_VERSION"))?;
     error::add(module)?;
     module.add_class::<superelement::Superelement>()?;

@@ -10,21 +10,26 @@ use std::thread;
 use std::time::Duration;
 
 use dcb_formats::SparseMatrix;
-use dcb_formats::component::{Component, ComponentDraft, ComponentFault, NamedLoad};
+use dcb_formats::component::{
+    Component, ComponentDraft, ComponentFault, ComponentMasses, NamedLoad,
+};
 use dcb_formats::description::{MeshArrays, component_in_memory};
-use dcb_formats::mesh::{CellBlock, Mesh};
-use dcb_reducer::mode_selection::ModeOptions;
+use dcb_formats::mesh::CellBlock;
+use dcb_reducer::mode_selection::{DEFAULT_MODES, ModeOptions};
 use dcb_reducer::observer::{Observer, Stage};
 use dcb_reducer::resources::memory_limit::{FactorChoice, MemoryLimit, available, size};
 use dcb_reducer::{Reduced, Reduction};
+use dcb_workflow::scene::{ComponentDemand, Extent, Fitted, Limits, PartInScene, Search};
 use pyo3::prelude::*;
 use serde::Deserialize;
 use serde_json::json;
 
 use crate::arrays::{real, rows_of};
 use crate::error::{Failure, apart};
-use crate::sparse::matrix;
+use crate::scene::Scene;
+use crate::sparse::{rectangular, symmetric};
 use crate::superelement::Superelement;
+use crate::threads::with_threads;
 
 /// A component in memory is called so in messages.
 const IN_MEMORY: &str = "component";
@@ -39,14 +44,26 @@ pub struct Parts {
     mass: SparseMatrix,
     mesh: MeshArrays,
     loads: Vec<NamedLoad>,
+    boundary: Option<SparseMatrix>,
+    component_masses: Vec<(String, SparseMatrix)>,
+    stiffening: Vec<(String, SparseMatrix)>,
     description: String,
 }
 
 impl Parts {
-    /// `part` is (K, M, points, description, cells, loads): `description` is JSON, as under the key `component` of a component file; `cells` has name
-    /// and array of nodes for each block; `loads` name and forces.
+    /// As [`Given`] says.
     pub fn of(py: Python<'_>, part: Given<'_>) -> PyResult<Self> {
-        let (stiffness, mass, points, description, cells, loads) = part;
+        let Given {
+            stiffness,
+            mass,
+            points,
+            description,
+            cells,
+            loads,
+            boundary,
+            component_masses,
+            stiffening,
+        } = part;
         let (coordinates, [_, coordinate_count]) = rows_of(py, "points", &points)?;
         let cells = cells.iter().map(|(kind, nodes)| block(py, kind, nodes));
         let mesh = MeshArrays {
@@ -62,10 +79,24 @@ impl Parts {
                 forces: forces.as_array().iter().copied().collect(),
             })
         });
+        let of_name = |group: &str, name: &str| format!("{group}[{name:?}]");
+        let component_masses = component_masses.iter().map(|(name, matrix)| {
+            let matrix = rectangular(py, &of_name("component_masses", name), matrix)?;
+            Ok((name.clone(), matrix))
+        });
+        let stiffening = stiffening.iter().map(|(name, matrix)| {
+            let matrix = symmetric(py, &of_name("stiffening", name), matrix)?;
+            Ok((name.clone(), matrix))
+        });
         Ok(Self {
             loads: loads.collect::<PyResult<_>>()?,
-            stiffness: matrix(py, "K", &stiffness)?,
-            mass: matrix(py, "M", &mass)?,
+            stiffness: symmetric(py, "K", &stiffness)?,
+            mass: symmetric(py, "M", &mass)?,
+            boundary: (boundary.as_ref())
+                .map(|boundary| rectangular(py, "boundary", boundary))
+                .transpose()?,
+            component_masses: component_masses.collect::<PyResult<_>>()?,
+            stiffening: stiffening.collect::<PyResult<_>>()?,
             mesh,
             description,
         })
@@ -76,11 +107,12 @@ impl Parts {
         let path = Path::new(IN_MEMORY);
         let described = component_in_memory(&self.description, self.mesh, path)?;
         let dofs = described.dof_map(self.stiffness.nrows(), path)?;
-        let draft = ComponentDraft {
+        let mut draft = ComponentDraft {
             interfaces: described.interfaces,
             damping: described.damping,
             notes: described.notes,
             loads: self.loads,
+            explicit_boundary: self.boundary,
             ..ComponentDraft::new(
                 &described.name,
                 described.units,
@@ -89,21 +121,122 @@ impl Parts {
                 self.mass,
             )
         };
+        if !self.component_masses.is_empty() {
+            draft.component_masses = Some(ordered(self.component_masses, &draft)?);
+        }
+        if !self.stiffening.is_empty() {
+            let taken = draft.stiffen(self.stiffening);
+            taken.map_err(|unknown| Failure::input(format!("stiffening: {unknown}")))?;
+        }
         Component::checked(draft).map_err(|ComponentFault { place, message }| {
             Failure::input(format!("{place}: {message}"))
         })
     }
 }
 
-/// K, M, points, description, cells, loads.
-pub type Given<'py> = (
-    Bound<'py, PyAny>,
-    Bound<'py, PyAny>,
-    Bound<'py, PyAny>,
-    String,
-    Vec<(String, Bound<'py, PyAny>)>,
-    Vec<(String, Bound<'py, PyAny>)>,
-);
+/// Component masses in the order of their names.
+fn ordered(
+    mut named: Vec<(String, SparseMatrix)>,
+    draft: &ComponentDraft,
+) -> Result<ComponentMasses, Failure> {
+    let names = ComponentMasses::names(draft.dimension());
+    let place = |name: &str| names.iter().position(|known| *known == name);
+    let mut found: Vec<&str> = named.iter().map(|(name, _)| name.as_str()).collect();
+    found.sort_by_key(|name| place(name));
+    if found != names {
+        return Err(Failure::input(format!(
+            "component_masses: are {}, expected {}",
+            found.join(", "),
+            names.join(", ")
+        )));
+    }
+    named.sort_by_key(|(name, _)| place(name));
+    Ok(ComponentMasses {
+        matrices: named.into_iter().map(|(_, matrix)| matrix).collect(),
+    })
+}
+
+/// A named object each.
+type Named<'py> = Vec<(String, Bound<'py, PyAny>)>;
+
+/// A component as Python gives it: a dictionary.
+#[derive(FromPyObject)]
+#[pyo3(from_item_all)]
+pub struct Given<'py> {
+    stiffness: Bound<'py, PyAny>,
+    mass: Bound<'py, PyAny>,
+    points: Bound<'py, PyAny>,
+    /// JSON, as under the key `component` of a component file.
+    description: String,
+    /// Arrays of nodes.
+    cells: Named<'py>,
+    /// Forces.
+    loads: Named<'py>,
+    /// Further rows of L_b.
+    boundary: Option<Bound<'py, PyAny>>,
+    component_masses: Named<'py>,
+    /// Geometric stiffness.
+    stiffening: Named<'py>,
+}
+
+/// The scene that a part is reduced for.
+#[derive(FromPyObject)]
+#[pyo3(from_item_all)]
+pub struct ForScene<'py> {
+    scene: Bound<'py, Scene>,
+    /// Folder and name of the scene, for its paths and for messages.
+    path: PathBuf,
+    /// Those made of the part; where none is named, those of the file that has its name.
+    bodies: Vec<String>,
+    /// `NAME.dcb.h5`.
+    file: PathBuf,
+    tolerance: f64,
+    keep_all: bool,
+    /// The most, if that is said.
+    modes: Option<usize>,
+}
+
+impl ForScene<'_> {
+    fn wanted(&self) -> Result<(PartInScene, Limits), Failure> {
+        let scene = self.scene.get().scene.clone();
+        let files = [self.file.as_path(), self.file.as_path()];
+        let part = PartInScene::of(scene, &self.path, &self.bodies, files)?;
+        let limits = Limits {
+            tolerance: self.tolerance,
+            most_modes: self.modes,
+            default_modes: DEFAULT_MODES,
+            extent: match self.keep_all {
+                true => Extent::Everything,
+                false => Extent::Needed,
+            },
+        };
+        Ok((part, limits))
+    }
+}
+
+/// Reduces a component for a scene.
+fn for_scene(
+    (part, limits): &(PartInScene, Limits),
+    component: Component,
+    options: &Reduction,
+    watch: &mut Watch<'_>,
+) -> Result<Superelement, Failure> {
+    let asked = ComponentDemand::of(part, component)?;
+    let search = Search {
+        asked: &asked,
+        options,
+        limits,
+        cached: None,
+    };
+    let whole = search.whole(watch)?;
+    let fitted = Fitted::of(whole, part, &asked, limits)?;
+    let (fields, mesh) = fitted.fields.unzip();
+    Ok(Superelement {
+        element: Arc::new(fitted.superelement),
+        recovery: fields.map(Arc::new),
+        mesh: mesh.map(Arc::new),
+    })
+}
 
 /// Reduces a component; `options` are those of `reduce`, JSON. `progress`, if given, is called with stage and share.
 #[pyfunction]
@@ -112,24 +245,29 @@ pub fn reduce(
     part: Given<'_>,
     options: &str,
     means: &str,
+    scene: Option<ForScene<'_>>,
     progress: Option<Py<PyAny>>,
     threads: Option<usize>,
 ) -> PyResult<Superelement> {
     let parts = Parts::of(py, part)?;
-    let (reduced, mesh) = apart(py, || {
-        let component = parts.component()?;
-        let options = options_of(options, means, &component)?;
-        let reduced = watched(progress, |watch| {
-            with_threads(threads, || dcb_reducer::reduce(&component, &options, watch))
-        })?;
-        let reduced = reduced.and_then(Reduced::accepted)?;
-        let mesh: Mesh = component.into_draft().mesh;
-        Ok((reduced, mesh))
-    })?;
-    Ok(Superelement {
-        element: Arc::new(reduced.superelement),
-        recovery: Some(Arc::new(reduced.recovery)),
-        mesh: Some(Arc::new(mesh)),
+    let wanted = scene.map(|scene| scene.wanted()).transpose()?;
+    apart(py, || {
+        watched(progress, |watch| {
+            with_threads(threads, || {
+                let component = parts.component()?;
+                let options = options_of(options, means, &component)?;
+                if let Some(wanted) = &wanted {
+                    return for_scene(wanted, component, &options, watch);
+                }
+                let reduced = dcb_reducer::reduce(&component, &options, watch);
+                let reduced = reduced.and_then(Reduced::accepted)?;
+                Ok(Superelement {
+                    element: Arc::new(reduced.superelement),
+                    recovery: Some(Arc::new(reduced.recovery)),
+                    mesh: Some(Arc::new(component.into_draft().mesh)),
+                })
+            })?
+        })
     })
 }
 
@@ -152,22 +290,6 @@ pub fn plan(py: Python<'_>, part: Given<'_>, means: &str) -> PyResult<String> {
         });
         Ok(table.to_string())
     })
-}
-
-/// Works with so many threads; with all where nothing is said.
-pub fn with_threads<T: Send>(
-    threads: Option<usize>,
-    work: impl FnOnce() -> T + Send,
-) -> Result<T, Failure> {
-    let Some(threads) = threads else {
-        return Ok(work());
-    };
-    if threads == 0 {
-        return Err(Failure::input("threads: is 0, expected 1 or more"));
-    }
-    let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build();
-    let pool = pool.map_err(|error| Failure::input(format!("threads: {error}")))?;
-    Ok(pool.install(work))
 }
 
 fn block(py: Python<'_>, kind: &str, nodes: &Bound<'_, PyAny>) -> PyResult<CellBlock> {

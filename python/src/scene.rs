@@ -3,6 +3,7 @@
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
+use dcb_demand::SuperelementFiles;
 use dcb_formats::output::Replace;
 use dcb_runtime::run::{self, Observer, Profiling, Target};
 use dcb_runtime::{Model, Scene as Description};
@@ -48,30 +49,55 @@ impl Scene {
     }
 }
 
-/// Runs a scene to a results file; whether it reached its end. `told` gets time and message of notes, and time and end of the motion with `None`.
+/// Runs a scene to a results file; whether it reached its end. `tolerance` is the relative error that leaving out what the scene doesn't need may
+/// make; everything is carried where it is `None`. `scene_file` is the way from the results to the scene's file, if it has one. `told` gets time and
+/// message of notes, and time and end of the motion with `None`.
 #[pyfunction]
+#[expect(clippy::too_many_arguments)]
 pub fn simulate(
     py: Python<'_>,
     scene: &Bound<'_, Scene>,
     path: PathBuf,
     overwrite: bool,
+    tolerance: Option<f64>,
+    scene_file: Option<String>,
+    fields_in: Option<PathBuf>,
     told: Option<Py<PyAny>>,
 ) -> PyResult<bool> {
     let scene = &scene.get().scene;
     apart(py, || {
-        let model = Model::load(scene)?;
+        let mut watch = Watch::new(told);
+        let open = SuperelementFiles::default();
+        let (model, left_out) = match tolerance {
+            None => (Model::load_from(scene, &open)?, None),
+            Some(tolerance) => {
+                let (model, pruning) = Model::load_needed(scene, &open, tolerance)?;
+                if let Some(summary) = pruning.summary() {
+                    watch.note(0.0, &summary);
+                }
+                (model, Some(pruning.left_out()))
+            }
+        };
+        drop(open);
+        for note in &model.notes {
+            watch.note(0.0, note);
+        }
         let target = Target {
             path: path.clone(),
             replace: match overwrite {
                 true => Replace::Overwrite,
                 false => Replace::Refuse,
             },
-            fields_in: path.parent().map(Path::to_path_buf),
+            fields_in: fields_in.or_else(|| path.parent().map(Path::to_path_buf)),
             kept: Vec::new(),
-            options: json!({}),
+            options: json!({
+                "model": if tolerance.is_some() { "needed" } else { "everything" },
+                "tolerance": tolerance,
+                "left_out": left_out,
+                "scene_file": scene_file,
+            }),
             profiling: Profiling::Off,
         };
-        let mut watch = Watch::new(told);
         let report = run::run(scene, model, &target, &mut watch);
         match watch.raised {
             // What was reached is in the file.

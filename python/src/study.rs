@@ -13,7 +13,8 @@ use pyo3::prelude::*;
 use serde_json::json;
 
 use crate::error::{Failure, apart};
-use crate::reduction::{Given, Means, Parts, with_threads};
+use crate::reduction::{Given, Means, Parts};
+use crate::threads::with_threads;
 
 /// Rows and text of a study, JSON. Its page and files go to `folder`, which must be there.
 #[pyfunction]
@@ -28,7 +29,7 @@ pub fn study(
 ) -> PyResult<String> {
     let parts = Parts::of(py, part)?;
     apart(py, || {
-        let component = parts.component()?;
+        let component = with_threads(threads, || parts.component())??;
         let request: StudyRequest = serde_json::from_str(request)
             .map_err(|error| Failure::input(format!("options: {error}")))?;
         let study = request.study(&component, Means::of(means)?.memory()?)?;

@@ -183,7 +183,7 @@ def test_ctrl_c_ends_a_motion_from_any_thread(what, keyboard, tmp_path):
         (lambda scene: scene.revolute("second", "ground", "bob/pin"), "pin"),
         (lambda scene: scene.output("there", positio={"at": "bob"}), "positio"),
         (lambda scene: scene.integrate(step=-1, end=1), "step"),
-        (lambda scene: scene.set(gravity=[0, float("nan")]), "JSON"),
+        (lambda scene: scene.set(gravity=[0, float("nan")]), "a number that isn.t finite"),
         (lambda scene: scene.set(gravity=[0, 1, 2]), "gravity"),
         (lambda scene: scene.body("rod", "nowhere.dcb.h5"), "nowhere"),
         (lambda scene: scene.load("push", "force", at="bob/pivot", components=[{"formula": "sin(2*x)"}, 0]), "x"),

@@ -257,8 +257,8 @@ def changed(matrix, row, column, value):
         (lambda part: {"interfaces": {"hub": [0, 1, 999]}}, "999"),
         (lambda part: {"interfaces": {"hub": {"nodes": [0], "knd": "rigid"}}}, "knd"),
         (lambda part: {"units": ("m", "kg", "")}, "units"),
-        (lambda part: {"damping": float("nan")}, "JSON"),
-        (lambda part: {"modes": -1}, "modes: is -1, expected 0 or more"),
+        (lambda part: {"damping": float("nan")}, "a number that isn.t finite"),
+        (lambda part: {"modes": -1}, "modes: is -1, expected a whole number from 0 on"),
         (lambda part: {"cells": {"tetra": [[0, 1, 2, 80]]}}, "80"),
     ],
 )

@@ -3,7 +3,7 @@ from os import PathLike
 from typing import Any, TypeAlias, final
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import NDArray
 from typing_extensions import Self, disjoint_base
 
 __all__ = [
@@ -31,7 +31,7 @@ __all__ = [
 
 __version__: str
 
-_Part: TypeAlias = tuple[Any, Any, ArrayLike, str, Sequence[tuple[str, ArrayLike]], Sequence[tuple[str, ArrayLike]]]
+_Part: TypeAlias = dict[str, Any]
 
 class Error(Exception):
     variant: str
@@ -105,6 +105,10 @@ class Mechanism:
     def __new__(cls, scene: Scene) -> Self: ...
     @property
     def time(self) -> float: ...
+    @property
+    def input_names(self) -> list[str]: ...
+    @property
+    def output_names(self) -> list[str]: ...
     def step(self, step: float, count: int = 1) -> None: ...
     def set_input(self, name: str, value: float) -> None: ...
     def output(self, name: str) -> NDArray[np.float64]: ...
@@ -152,6 +156,7 @@ def reduce(
     part: _Part,
     options: str,
     means: str,
+    scene: dict[str, Any] | None,
     progress: Callable[[str, float], object] | None,
     threads: int | None,
 ) -> Superelement: ...
@@ -170,6 +175,9 @@ def simulate(
     scene: Scene,
     path: str | PathLike[str],
     overwrite: bool,
+    tolerance: float | None,
+    scene_file: str | None,
+    fields_in: str | PathLike[str] | None,
     told: Callable[[float, float | None, str | None], object] | None,
 ) -> bool: ...
 def linearize(

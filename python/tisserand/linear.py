@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from tisserand import _native
+from tisserand import _checks, _native
 from tisserand.scene import Scene, scene_of
 
 if TYPE_CHECKING:
@@ -132,7 +132,9 @@ def linearize(
             note(time, message)
 
     checked = scene_of(scene)._checked()
-    return LinearSystem(_native.linearize(checked, at, list(inputs), list(outputs), order, told if note is not None else None))
+    _checks.function("note", note)
+    asked = (_checks.names("inputs", inputs, '["motor"]'), _checks.names("outputs", outputs, '["angle"]'), _checks.optional_whole_number("order", order, 1))
+    return LinearSystem(_native.linearize(checked, at, *asked, told if note is not None else None))
 
 
 def _columns(variables: list[tuple[str, str, float]]) -> tuple[list[str], list[str], NDArray[np.float64]]:

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from tisserand import _native
+from tisserand import _checks, _native
 from tisserand.linear import LinearSystem
 from tisserand.scene import Scene, scene_of
 
@@ -38,6 +38,7 @@ class Mechanism(_native.Mechanism):
         made = super().__new__(cls, described._checked())
         # Superelements in memory live as long as their scene.
         made._scene = described
+        made.history = History([])
         return made
 
     def run(
@@ -57,8 +58,8 @@ class Mechanism(_native.Mechanism):
             How long, and the length of a step; the last one ends at the duration, or up to half a step from it.
         control
             Called with the time and this mechanism before the first step and after every `every`-th; the inputs that it returns are held until it is
-            called again. Held so, an input comes half the time between calls late on average: a loop of stiffness k and damping c in which both act so
-            loses k h / 2 of its damping, h being the time between calls.
+            called again. They act in full from that time on, as those of a controller in the scene that samples so. Held so, an input comes half the time
+            between calls late on average: a loop of stiffness k loses k h / 2 of its damping, h being the time between calls.
         every
             Steps between two calls of `control`.
         record
@@ -69,13 +70,17 @@ class Mechanism(_native.Mechanism):
         History
             If `control` raises, or a step fails, what was recorded until then is :attr:`history`.
         """
-        if every < 1 or step <= 0 or not np.isfinite(duration / step):
-            raise _native.InputError(f"every: is {every}, step: is {step}, duration: is {duration}; expected 1 or more, a positive step, a finite duration")
-        history = self.history = History(list(record))
+        _checks.whole_number("every", every, 1)
+        _checks.function("control", control)
+        count = round(_checks.positive("duration", duration) / _checks.positive("step", step))
+        history = self.history = History(_checks.names("record", record, '["angle"]'))
         history._add(self)
-        for number in range(round(duration / step)):
+        for number in range(count):
             if control is not None and number % every == 0:
-                for name, value in (control(self.time, self) or {}).items():
+                inputs = control(self.time, self)
+                if inputs is not None and not isinstance(inputs, Mapping):
+                    raise _native.InputError(f'control: returned {inputs!r}, expected inputs by name, such as {{"motor": 0.5}}, or None')
+                for name, value in (inputs or {}).items():
                     self.set_input(name, value)
             self.step(step)
             history._add(self)
@@ -83,11 +88,12 @@ class Mechanism(_native.Mechanism):
 
     def linearize(self, *, inputs: Sequence[str] = (), outputs: Sequence[str] = (), order: int | None = None) -> LinearSystem:
         """The linear system about the present state, with the inputs as they are now; parameters as of :func:`tisserand.linearize`."""
-        return LinearSystem(self.linear_system(list(inputs), list(outputs), order))
+        asked = (_checks.names("inputs", inputs, '["motor"]'), _checks.names("outputs", outputs, '["angle"]'))
+        return LinearSystem(self.linear_system(*asked, _checks.optional_whole_number("order", order, 1)))
 
     def outputs(self, *names: str) -> NDArray[np.float64]:
         """Several outputs one behind the other."""
-        return np.concatenate([self.output(name) for name in names])
+        return np.concatenate([np.zeros(0), *(self.output(name) for name in names)])
 
 
 class History:

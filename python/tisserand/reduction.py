@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 import tempfile
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence, Set
 from dataclasses import dataclass
 from os import PathLike, fspath
 from typing import Any
@@ -12,7 +12,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from tisserand import _native
+from tisserand import _checks, _native
+from tisserand.scene import Scene, scene_of
 from tisserand.superelement import Superelement
 
 
@@ -22,12 +23,15 @@ def reduce(
     points: ArrayLike,
     interfaces: Mapping[str, Any] | Sequence[Mapping[str, Any]],
     *,
-    modes: int = 30,
+    modes: int | None = None,
     max_frequency: float | None = None,
     dofs: Sequence[Any] | None = None,
     cells: Mapping[str, ArrayLike] | Sequence[tuple[str, ArrayLike]] | None = None,
     loads: Mapping[str, ArrayLike] | None = None,
-    units: tuple[str, str, str] = ("m", "kg", "s"),
+    boundary: Any = None,
+    component_masses: Mapping[str, Any] | None = None,
+    stiffening: Mapping[str, Any] | None = None,
+    units: Sequence[str] | Mapping[str, str] = ("m", "kg", "s"),
     name: str = "part",
     damping: float | Sequence[float] | Mapping[str, Any] | None = None,
     interface_modes: int | None = None,
@@ -35,7 +39,11 @@ def reduce(
     without_estimate: bool = False,
     allow_grounded: bool = False,
     allow_loose: bool = False,
-    memory: str | None = None,
+    scene: Scene | Mapping[str, Any] | str | PathLike[str] | None = None,
+    bodies: Sequence[str] = (),
+    tolerance: float = 1e-3,
+    keep_all: bool = False,
+    memory: str | int | None = None,
     factor: str = "auto",
     scratch: str | PathLike[str] | None = None,
     progress: Callable[[str, float], object] | None = None,
@@ -51,10 +59,10 @@ def reduce(
     points
         Places of the nodes, (n, 3), or (n, 2) for a planar part.
     interfaces
-        Where forces act and motion is observed, by name: a list of nodes counted from 0, or a mapping with `nodes` and what a component file may
-        have besides: `kind` (`"average"`, the default here, `"rigid"` or `"nodes"`), `position`, `weights`, `axes`, `dofs`, `role`.
+        Where forces act and motion is observed, by name: nodes counted from 0 as a list, array, range or set, or a mapping with `nodes` and what a
+        component file may have besides: `kind` (`"average"`, the default here, `"rigid"` or `"nodes"`), `position`, `weights`, `axes`, `dofs`, `role`.
     modes
-        Elastic modes to keep; a multiple root stays whole.
+        Elastic modes to keep, 30 where nothing is said; a multiple root stays whole. With `scene` the most that may be kept.
     max_frequency
         Keep every mode below this frequency instead, in Hz.
     dofs
@@ -64,14 +72,24 @@ def reduce(
         Nodes of the cells, (m, k) each, by meshio's names: for pictures.
     loads
         Forces on the inside by name, (n_e) each.
+    boundary
+        Further rows of L_b, (n, n_e), sparse or dense: combinations of degrees of freedom that are observed and loaded.
+    component_masses
+        Masses by pairs of axes, `"xx"`, `"yy"`, `"zz"`, `"xy"`, `"yz"`, `"zx"` (planar `"xx"`, `"yy"`, `"xy"`), (n_e, n_e) each: exact inertia of beams and
+        shells.
+    stiffening
+        Geometric stiffness, (n_e, n_e) each: by products of spins, such as `"zz"`, in (rad/time)², and by rows, such as `"hub.ux"`, for a unit force.
     units
         Length, mass and time.
     damping
         Ratio to critical of all modes, one for each, or what a component file may have.
     interface_modes, enrich, without_estimate, allow_grounded, allow_loose
         As the options of the program `reduce`.
+    scene, bodies, tolerance, keep_all
+        Keep what this scene asks of its bodies, within a relative error of the part's responses, and leave out the rest, or nothing with `keep_all`:
+        `docs/scene-driven.md`. Bodies are by default those of a file `NAME.dcb.h5`; the file needn't be there.
     memory
-        How much may be taken, as `"8G"`; by default what the machine has available.
+        How much may be taken, as `"8G"` or in bytes; by default what the machine has available.
     factor
         Where the factor is kept: `"auto"`, `"memory"`, `"single"` (half the room) or `"disk"`.
     scratch
@@ -94,16 +112,32 @@ def reduce(
     KeyboardInterrupt
         Ctrl-C ends the reduction when the block of work that it is in is over; a factorization is one block.
     """
-    part = _part(K, M, points, interfaces, dofs, cells, loads, units, name, damping)
+    part = _part(K, M, points, interfaces, dofs, cells, loads, units, name, damping, boundary, component_masses, stiffening)
     options: dict[str, Any] = {
-        "enrich": list(enrich),
+        "enrich": _enrichment("enrich", enrich),
         "without_estimate": without_estimate,
         "allow_grounded": allow_grounded,
         "allow_loose": allow_loose,
     }
     if interface_modes is not None:
-        options["interface_modes"] = interface_modes
-    return Superelement(_native.reduce(part, _json(options), _means(memory, factor, scratch, _modes(modes, max_frequency)), progress, threads))
+        options["interface_modes"] = _checks.whole_number("interface_modes", interface_modes)
+    _checks.function("progress", progress)
+    wanted = None
+    if scene is not None:
+        if max_frequency is not None or interface_modes is not None or without_estimate:
+            raise _native.InputError("scene: decides on max_frequency, interface_modes and the estimate itself; leave them out")
+        described = scene_of(scene)
+        wanted = {
+            "scene": described._checked(),
+            "path": fspath(described._folder / described._path),
+            "bodies": _checks.names("bodies", bodies, '["arm"]'),
+            "file": fspath(described._folder / f"{name.replace('/', '_')}.dcb.h5"),
+            "tolerance": _checks.share("tolerance", tolerance),
+            "keep_all": bool(keep_all),
+            "modes": _checks.optional_whole_number("modes", modes),
+        }
+    means = _means(memory, factor, scratch, _modes(modes, max_frequency))
+    return Superelement(_native.reduce(part, _json(options), means, wanted, progress, _threads(threads)))
 
 
 @dataclass(frozen=True)
@@ -128,32 +162,42 @@ def plan(
     points: ArrayLike,
     interfaces: Mapping[str, Any] | Sequence[Mapping[str, Any]],
     *,
-    modes: int = 30,
+    modes: int | None = None,
     max_frequency: float | None = None,
     dofs: Sequence[Any] | None = None,
-    units: tuple[str, str, str] = ("m", "kg", "s"),
+    boundary: Any = None,
+    units: Sequence[str] | Mapping[str, str] = ("m", "kg", "s"),
 ) -> Plan:
-    """Say what :func:`reduce` will cost, from the pattern of the matrices alone."""
-    part = _part(K, M, points, interfaces, dofs, None, None, units, "part", None)
+    """Say what :func:`reduce` will cost, from the pattern of the matrices alone; parameters as there."""
+    part = _part(K, M, points, interfaces, dofs, None, None, units, "part", None, boundary)
     return Plan(**json.loads(_native.plan(part, _means(None, "auto", None, _modes(modes, max_frequency)))))
 
 
-def _modes(modes: int, max_frequency: float | None) -> dict[str, Any]:
-    if modes < 0:
-        raise _native.InputError(f"modes: is {modes}, expected 0 or more")
-    if max_frequency is not None and not max_frequency > 0:
-        raise _native.InputError(f"max_frequency: is {max_frequency}, expected a positive number of Hz")
-    return {"modes": modes if max_frequency is None else None, "max_frequency": max_frequency}
+def _modes(modes: int | None, max_frequency: float | None) -> dict[str, Any]:
+    if max_frequency is not None:
+        return {"modes": None, "max_frequency": _checks.positive("max_frequency", max_frequency, "Hz")}
+    return {"modes": 30 if modes is None else _checks.whole_number("modes", modes), "max_frequency": None}
+
+
+ENRICHMENTS = ("spin", "loads", "krylov")
+
+
+def _enrichment(name: str, sources: Sequence[str]) -> list[str]:
+    found = _checks.names(name, sources, '["spin"]')
+    return [_checks.one_of(name, source, ENRICHMENTS) for source in found]
+
+
+def _threads(threads: int | None) -> int | None:
+    return _checks.optional_whole_number("threads", threads, 1)
 
 
 FACTORS = ("auto", "memory", "single", "disk")
 
 
-def _means(memory: str | None, factor: str, scratch: str | PathLike[str] | None, modes: dict[str, Any]) -> str:
-    if factor not in FACTORS:
-        raise _native.InputError(f"factor: is {factor!r}, expected one of {', '.join(FACTORS)}")
+def _means(memory: str | int | None, factor: str, scratch: str | PathLike[str] | None, modes: dict[str, Any]) -> str:
     folder = tempfile.gettempdir() if scratch is None else fspath(scratch)
-    return _json(modes | {"memory": memory, "factor": factor, "scratch": folder})
+    room = memory if memory is None or isinstance(memory, str) else str(_checks.whole_number("memory", memory, 1))
+    return _json(modes | {"memory": room, "factor": _checks.one_of("factor", factor, FACTORS), "scratch": folder})
 
 
 def _part(
@@ -164,40 +208,79 @@ def _part(
     dofs: Sequence[Any] | None,
     cells: Mapping[str, ArrayLike] | Sequence[tuple[str, ArrayLike]] | None,
     loads: Mapping[str, ArrayLike] | None,
-    units: tuple[str, str, str],
+    units: Sequence[str] | Mapping[str, str],
     name: str,
     damping: float | Sequence[float] | Mapping[str, Any] | None,
+    boundary: Any = None,
+    component_masses: Mapping[str, Any] | None = None,
+    stiffening: Mapping[str, Any] | None = None,
 ) -> _native._Part:
-    places = np.asarray(points)
+    try:
+        places = np.asarray(points)
+    except ValueError:
+        raise _native.InputError("points: its rows differ in length, expected (n, 3) or (n, 2)") from None
     if dofs is None:
         dofs = ["ux", "uy"] if places.ndim == 2 and places.shape[1] == 2 else ["ux", "uy", "uz"]
     description: dict[str, Any] = {
         "name": name,
-        "units": dict(zip(("length", "mass", "time"), units, strict=True)),
+        "units": _checks.units_of(units),
         "dofs": list(dofs),
         "interfaces": _interfaces(interfaces),
     }
     if damping is not None:
         description["damping"] = damping if isinstance(damping, Mapping) else {"modal": damping}
-    blocks = list(cells.items()) if isinstance(cells, Mapping) else list(cells or [])
-    return (K, M, places, _json(description), blocks, list((loads or {}).items()))
+    return {
+        "stiffness": K,
+        "mass": M,
+        "points": places,
+        "description": _json(description),
+        "cells": list(cells.items()) if isinstance(cells, Mapping) else list(cells or []),
+        "loads": list((loads or {}).items()),
+        "boundary": boundary,
+        "component_masses": list((component_masses or {}).items()),
+        "stiffening": list((stiffening or {}).items()),
+    }
 
 
 def _interfaces(interfaces: Mapping[str, Any] | Sequence[Mapping[str, Any]]) -> list[dict[str, Any]]:
-    if not isinstance(interfaces, Mapping):
-        return [dict(interface) for interface in interfaces]
-    found = []
-    for name, what in interfaces.items():
-        described = dict(what) if isinstance(what, Mapping) else {"nodes": what}
-        found.append({"name": name, "kind": "average"} | described)
+    if isinstance(interfaces, Mapping):
+        named = [{"name": name} | (dict(what) if isinstance(what, Mapping) else {"nodes": what}) for name, what in interfaces.items()]
+        found = [{"kind": "average"} | described for described in named]
+    else:
+        expected = 'expected nodes by name, such as {"left": [0, 1, 2, 3]}'
+        if not isinstance(interfaces, Iterable) or isinstance(interfaces, str):
+            raise _native.InputError(f"interfaces: are {interfaces!r}, {expected}")
+        listed = list(interfaces)
+        for interface in listed:
+            if not isinstance(interface, Mapping):
+                raise _native.InputError(f"interfaces: have {interface!r} without a name, {expected}")
+        found = [dict(interface) for interface in listed]
+    for described in found:
+        if "nodes" in described:
+            described["nodes"] = _nodes(described.get("name"), described["nodes"])
+    return found
+
+
+def _nodes(name: Any, nodes: Any) -> list[int]:
+    expected = "expected nodes counted from 0"
+    if isinstance(nodes, str) or not isinstance(nodes, Iterable):
+        raise _native.InputError(f"interfaces[{name!r}]: is {nodes!r}, {expected}")
+    numbers = np.asarray(sorted(nodes) if isinstance(nodes, Set) else nodes if isinstance(nodes, np.ndarray) else list(nodes))
+    if numbers.dtype == bool:
+        raise _native.InputError(f"interfaces[{name!r}]: is a mask, {expected}; np.flatnonzero makes them of a mask")
+    if numbers.size and (numbers.ndim != 1 or numbers.dtype.kind not in "iu"):
+        raise _native.InputError(f"interfaces[{name!r}]: is an array of {numbers.dtype} with {numbers.ndim} axes, {expected}")
+    if numbers.size and numbers.min() < 0:
+        raise _native.InputError(f"interfaces[{name!r}]: has {numbers.min()}, {expected}")
+    found: list[int] = numbers.tolist()
     return found
 
 
 def _json(value: Any) -> str:
     try:
         return json.dumps(value, default=_plain, allow_nan=False)
-    except ValueError as error:
-        raise _native.InputError(str(error)) from None
+    except ValueError:
+        raise _native.InputError("damping, interfaces or dofs: have a number that isn't finite") from None
 
 
 def _plain(value: Any) -> Any:

@@ -89,6 +89,13 @@ class Results:
     def __iter__(self) -> Iterator[str]:
         return (channel.name for channel in self._channels.values())
 
+    def __len__(self) -> int:
+        return len(self._channels)
+
+    def keys(self) -> list[str]:
+        """Names of all channels."""
+        return list(self)
+
     def channel(self, name: str) -> Channel:
         """A channel by its path, or an output by its name."""
         found = self._channels.get(f"outputs/{name}") or self._channels.get(name)

@@ -9,12 +9,13 @@ import tempfile
 import weakref
 from collections.abc import Mapping, Sequence
 from os import PathLike, fspath
+from os.path import relpath
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from tisserand import _native
+from tisserand import _checks, _native
 from tisserand.superelement import Superelement
 
 _GROUPS = ("bodies", "joints", "drives", "springs", "loads", "actuators", "controllers", "outputs", "constants")
@@ -51,13 +52,14 @@ class Scene:
         dimension: int = 3,
         *,
         gravity: Sequence[float] | None = None,
-        units: tuple[str, str, str] = ("m", "kg", "s"),
+        units: Sequence[str] | Mapping[str, str] = ("m", "kg", "s"),
         **keys: Any,
     ) -> None:
         self._folder = Path.cwd()
         self._path = "scene"
+        self._is_read = False
         self._own: Path | None = None
-        self._data: dict[str, Any] = {"dimension": dimension, "units": dict(zip(("length", "mass", "time"), units, strict=True))}
+        self._data: dict[str, Any] = {"dimension": dimension, "units": _checks.units_of(units)}
         if gravity is not None:
             self._data["gravity"] = gravity
         self._data |= keys
@@ -65,6 +67,8 @@ class Scene:
     @classmethod
     def from_dict(cls, data: Mapping[str, Any], folder: str | PathLike[str] = ".") -> Scene:
         """A scene from what a file would have; relative paths in it start at `folder`."""
+        if not isinstance(data, Mapping):
+            raise _native.InputError(f"data: is {type(data).__name__}, expected a dictionary; Scene.read reads a file")
         scene = cls()
         scene._data = copy.deepcopy(dict(data))
         scene._folder = Path(folder).absolute()
@@ -76,17 +80,36 @@ class Scene:
         checked = _native.Scene.read(path)
         scene = cls.from_dict(json.loads(checked.to_json()), Path(path).parent)
         scene._path = Path(path).name
+        scene._is_read = True
         return scene
+
+    @property
+    def path(self) -> Path | None:
+        """The file that it was read from, if any."""
+        return self._folder / self._path if self._is_read else None
+
+    @property
+    def folder(self) -> Path:
+        """Where relative paths in it start: what :meth:`from_dict` wants beside :meth:`to_dict`."""
+        return self._folder
 
     def to_dict(self) -> dict[str, Any]:
         """What a file would have."""
         return copy.deepcopy(self._data)
 
     def write(self, path: str | PathLike[str]) -> None:
-        """Write a scene file. Superelements in memory aren't in it: write them first, and name their files."""
+        """Write a scene file; relative paths in it are rewritten to start at its folder. Superelements in memory aren't in it: write them first, and
+        name their files.
+        """
         if self._own is not None:
             raise _native.InputError("the scene has superelements in memory; write them to files and give the bodies their paths")
-        Path(path).write_text(json.dumps(self._data, indent=2, default=_plain) + "\n")
+        data = self.to_dict()
+        folder = Path(path).absolute().parent
+        for body in [data.get("ground"), *data.get("bodies", {}).values()]:
+            for what, key in [(body, "superelement"), *((solid, "file") for solid in _solids(body))]:
+                if isinstance(what, dict) and isinstance(what.get(key), str) and not Path(what[key]).is_absolute():
+                    what[key] = relpath(self._folder / what[key], folder)
+        Path(path).write_text(json.dumps(data, indent=2, default=_plain) + "\n")
 
     def body(self, name: str, superelement: Superelement | str | PathLike[str], **keys: Any) -> Scene:
         """A flexible body of a superelement, in memory or in a file: `position`, `orientation`, `velocity`, `modes` and so on."""
@@ -190,12 +213,17 @@ class Scene:
         try:
             text = json.dumps(self._data, default=_plain, allow_nan=False)
         except ValueError as error:
-            raise _native.InputError(f"scene: {error}") from None
+            raise _native.InputError("scene: has a number that isn't finite") from error
         return _native.Scene.parse(text, self._folder / self._path)
 
     def __repr__(self) -> str:
         counts = [f"{len(self._data[group])} {group}" for group in _GROUPS if self._data.get(group)]
         return f"<Scene in {self._data.get('dimension')}-D: {', '.join(counts) or 'empty'}>"
+
+
+def _solids(body: Any) -> list[Any]:
+    geometry = body.get("geometry") if isinstance(body, dict) else None
+    return geometry if isinstance(geometry, list) else []
 
 
 def _plain(value: Any) -> Any:

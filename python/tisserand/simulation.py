@@ -7,10 +7,11 @@ import tempfile
 import weakref
 from collections.abc import Callable, Mapping
 from os import PathLike
+from os.path import relpath
 from pathlib import Path
-from typing import Any
+from typing import Any, Literal
 
-from tisserand import _native
+from tisserand import _checks, _native
 from tisserand.results import Results
 from tisserand.scene import Scene, scene_of
 
@@ -20,6 +21,9 @@ def simulate(
     output: str | PathLike[str] | None = None,
     *,
     overwrite: bool = False,
+    model: Literal["needed", "everything"] = "needed",
+    tolerance: float = 1e-3,
+    fields_in: str | PathLike[str] | None = None,
     progress: Callable[[float, float], object] | None = None,
     note: Callable[[float, str], object] | None = None,
 ) -> Results:
@@ -33,6 +37,12 @@ def simulate(
         File of the results; without it they are in a temporary file as long as the results are used.
     overwrite
         Replace a file that exists.
+    model
+        What of the superelements is carried: what this scene needs, or everything.
+    tolerance
+        Relative error of the parts' responses that leaving out the rest may make; `note` is told what it makes.
+    fields_in
+        Folder for the fields that the scene asks for; that of the results where nothing is said.
     progress
         Called now and then with the time reached and the end.
     note
@@ -44,6 +54,9 @@ def simulate(
         If a function that is called raises, or the user presses Ctrl-C, the run ends with that exception; the file has what was reached.
     """
     described = scene_of(scene)
+    carried = None if _checks.one_of("model", model, ("needed", "everything")) == "everything" else _checks.share("tolerance", tolerance)
+    _checks.function("progress", progress)
+    _checks.function("note", note)
     folder = tempfile.mkdtemp(prefix="tisserand-") if output is None else None
     path = Path(folder) / "results.h5" if folder is not None else Path(output or "")
 
@@ -55,7 +68,8 @@ def simulate(
 
     is_told = progress is not None or note is not None
     try:
-        _native.simulate(described._checked(), path, overwrite, told if is_told else None)
+        scene_file = None if described.path is None else relpath(described.path, path.parent.absolute())
+        _native.simulate(described._checked(), path, overwrite, carried, scene_file, fields_in, told if is_told else None)
         results = Results(path)
     except BaseException:
         if folder is not None:

@@ -12,8 +12,8 @@ from typing import TYPE_CHECKING, Any
 
 from numpy.typing import ArrayLike
 
-from tisserand import _native
-from tisserand.reduction import _json, _means, _part
+from tisserand import _checks, _native
+from tisserand.reduction import _enrichment, _json, _means, _part, _threads
 
 if TYPE_CHECKING:
     import pandas
@@ -44,6 +44,9 @@ class Study:
         )
 
 
+FORMS = ("strong", "static", "weak", "free")
+
+
 def study(
     K: Any,
     M: Any,
@@ -62,17 +65,19 @@ def study(
     dofs: Sequence[Any] | None = None,
     cells: Mapping[str, ArrayLike] | Sequence[tuple[str, ArrayLike]] | None = None,
     loads: Mapping[str, ArrayLike] | None = None,
-    units: tuple[str, str, str] = ("m", "kg", "s"),
+    boundary: Any = None,
+    component_masses: Mapping[str, Any] | None = None,
+    units: Sequence[str] | Mapping[str, str] = ("m", "kg", "s"),
     name: str = "part",
     damping: float | Sequence[float] | Mapping[str, Any] | None = None,
-    memory: str | None = None,
+    memory: str | int | None = None,
     threads: int | None = None,
 ) -> Study:
     """Reduce a part in many ways and compare each with the unreduced part.
 
     Parameters
     ----------
-    K, M, points, interfaces, dofs, cells, loads, units, name, damping, memory, threads
+    K, M, points, interfaces, dofs, cells, loads, boundary, component_masses, units, name, damping, memory, threads
         As in :func:`reduce`.
     modes
         Numbers of modes; 5, 10, 20 and 40 by default.
@@ -98,30 +103,26 @@ def study(
     Study
         Ctrl-C is heard at the end only.
     """
-    if band is not None and not 0 < band[0] < band[1]:
-        raise _native.InputError(f"band: is {tuple(band)}, expected two frequencies in Hz, from below to")
-    for name_, number in (("loss_factor", loss_factor), ("tolerance", tolerance)):
-        if not number > 0:
-            raise _native.InputError(f"{name_}: is {number}, expected a positive number")
-    if not 2 <= band_points <= 100_000:
+    if band is not None:
+        ends = [_checks.positive("band", end, "Hz") for end in band]
+        if len(ends) != 2 or ends[0] >= ends[1]:
+            raise _native.InputError(f"band: is {tuple(band)}, expected two frequencies in Hz, the lower one first")
+    if not 2 <= _checks.whole_number("band_points", band_points) <= 100_000:
         raise _native.InputError(f"band_points: is {band_points}, expected 2 to 100000")
-    for name_, numbers in (("modes", modes or ()), ("interface_modes", interface_modes)):
-        if any(number < 1 for number in numbers):
-            raise _native.InputError(f"{name_}: {list(numbers)}, expected numbers above 0")
-    part = _part(K, M, points, interfaces, dofs, cells, loads, units, name, damping)
+    part = _part(K, M, points, interfaces, dofs, cells, loads, units, name, damping, boundary, component_masses)
     request = {
-        "modes": None if modes is None else list(modes),
-        "variants": list(forms),
-        "interface_modes": list(interface_modes),
-        "enrich": [list(sources) for sources in enrich],
+        "modes": None if modes is None else [_checks.whole_number("modes", number, 1) for number in modes],
+        "variants": [_checks.one_of("forms", form, FORMS) for form in _checks.names("forms", forms, '["strong"]')],
+        "interface_modes": [_checks.whole_number("interface_modes", number, 1) for number in interface_modes],
+        "enrich": [_enrichment("enrich", sources) for sources in enrich],
         "band": band,
         "points": band_points,
-        "loss_factor": loss_factor,
+        "loss_factor": _checks.positive("loss_factor", loss_factor),
     }
     with tempfile.TemporaryDirectory(prefix="tisserand-") as temporary:
         folder = temporary if output is None else fspath(_empty(Path(output)))
         means = _means(memory, "auto", None, {})
-        made = json.loads(_native.study(part, _json(request), means, tolerance, folder, threads))
+        made = json.loads(_native.study(part, _json(request), means, _checks.positive("tolerance", tolerance), folder, _threads(threads)))
     return Study(made["rows"], made["text"])
 
 

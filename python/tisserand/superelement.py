@@ -15,7 +15,7 @@ from typing import Any, Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from tisserand import _native
+from tisserand import _checks, _native
 
 
 @dataclass(frozen=True)
@@ -58,7 +58,19 @@ class Superelement:
     def write(
         self, path: str | PathLike[str], *, overwrite: bool = False, fields: bool = True, mesh: bool = True, compress: bool = False
     ) -> None:
-        """Write a file, whole or not at all. Without `fields` and `mesh` it says nothing of the inside of the part."""
+        """Write a file, whole or not at all.
+
+        Parameters
+        ----------
+        path
+            The file, `NAME.dcb.h5`.
+        overwrite
+            Replace one that exists.
+        fields, mesh
+            Whether the nodal shapes and the mesh go into it; without both it says nothing of the inside of the part.
+        compress
+            Compress the nodal shapes: slower, a little smaller.
+        """
         self._native.write(path, overwrite=overwrite, fields=fields, mesh=mesh, compress=compress)
 
     @property
@@ -167,9 +179,27 @@ class Superelement:
     def errors(
         self, max_frequency: float | None = None, *, compatibility: Literal["strong", "static"] = "strong", points: int = 400
     ) -> ErrorBounds | None:
-        """Bounds of the errors from the superelement alone, up to a frequency in Hz; `None` where the file has no moments."""
+        """Bounds of the relative errors, from the superelement alone.
+
+        Parameters
+        ----------
+        max_frequency
+            Upper end of the band, Hz; half the highest frequency where nothing is said.
+        compatibility
+            Form in which the superelement is used.
+        points
+            Frequencies at which the bounds are computed.
+
+        Returns
+        -------
+        ErrorBounds or None
+            `None` where the superelement has no error moments.
+        """
         second = 2.0 * math.pi * self._native.second
-        upper = None if max_frequency is None else (second * max_frequency) ** 2
+        upper = None if max_frequency is None else (second * _checks.positive("max_frequency", max_frequency, "Hz")) ** 2
+        if not 1 <= _checks.whole_number("points", points, 1) <= 1_000_000:
+            raise _native.InputError(f"points: is {points}, expected 1 to 1000000")
+        _checks.one_of("compatibility", compatibility, ("strong", "static"))
         found = self._native.error_bounds(upper, compatibility, points)
         if found is None:
             return None
@@ -188,6 +218,8 @@ class Superelement:
 
     def compare(self, other: Superelement) -> str:
         """How far two superelements agree: frequencies, shapes, flexibility, mass; a table for people, in SI units."""
+        if not isinstance(other, Superelement):
+            raise _native.InputError(f"other: is {other!r}, expected a superelement; Superelement.read reads a file")
         with self._file() as own, other._file() as others:
             return _native.compared(own, others)
 
@@ -199,8 +231,19 @@ class Superelement:
             yield path
 
     def select(self, *, modes: int) -> Superelement:
-        """The superelement with fewer modes, as a reduction with so many would give it, to rounding."""
-        return Superelement(self._native.lowest_modes(modes))
+        """The superelement with the lowest modes only.
+
+        Parameters
+        ----------
+        modes
+            How many; all where there are fewer. A multiple root stays whole.
+
+        Returns
+        -------
+        Superelement
+            As a reduction with so many modes would give it, to rounding.
+        """
+        return Superelement(self._native.lowest_modes(_checks.whole_number("modes", modes)))
 
     def __repr__(self) -> str:
         length, mass, time = self.units

@@ -24,7 +24,7 @@ use dcb_tests::oracle::{Oracle, centre_of_mass, rigid_motions};
 use dcb_tests::pages::scene_reduction;
 use dcb_tests::{lowest, parts};
 use dcb_workflow::scene::{
-    ComponentDemand, Extent, Fitted, Limits, PartInScene, Search, SpinColumns, scene_fit,
+    ComponentDemand, Extent, Fitted, Limits, PartInScene, Search, SpinColumns,
 };
 use faer::linalg::solvers::Solve as _;
 use faer::sparse::{SparseColMat, Triplet};
@@ -61,7 +61,6 @@ fn asked(component: &Component, scene: &Value) -> (ComponentDemand, PartInScene)
 
 fn try_to_fit(component: &Component, scene: &Value, limits: &Limits) -> Result<Outcome, Error> {
     let (asked, part) = asked(component, scene);
-    let fit = scene_fit(&part, &asked, limits);
     let options = Reduction::lowest(0);
     let search = Search {
         asked: &asked,
@@ -70,7 +69,7 @@ fn try_to_fit(component: &Component, scene: &Value, limits: &Limits) -> Result<O
         cached: None,
     };
     let whole = search.whole(&mut ())?;
-    let fitted = Fitted::of(whole, &asked, limits, fit)?;
+    let fitted = Fitted::of(whole, &part, &asked, limits)?;
     let fit = fitted.quality.scene.clone().unwrap();
     println!("{}", fit.text());
     Ok(Outcome { asked, fitted, fit })

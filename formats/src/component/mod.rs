@@ -51,6 +51,7 @@ mod interfaces;
 mod label;
 mod mass_moments;
 mod operators;
+mod stiffening;
 
 use schemars::JsonSchema;
 use serde::Deserialize;
@@ -68,6 +69,7 @@ pub(crate) use interfaces::{check_interfaces, check_weights_kind};
 pub(crate) use label::{check_label, check_units};
 pub use operators::ROUNDING_ASYMMETRY;
 pub(crate) use operators::asymmetry_note;
+pub use stiffening::UnknownPrestress;
 
 /// The unit system, as the component names it. Every number of the component and of its superelement is in
 /// these units and their products (force = mass·length/time²).

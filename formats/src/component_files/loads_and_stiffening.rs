@@ -7,11 +7,9 @@ use std::ffi::OsStr;
 use std::path::{Path, PathBuf};
 
 use super::stem;
-use crate::SparseMatrix;
-use crate::component::{ComponentDraft, GeometricStiffness, Interface, NamedLoad, RowStiffness};
+use crate::component::{ComponentDraft, NamedLoad};
 use crate::error::Error;
 use crate::matrix::MatrixReader;
-use crate::mesh::Direction;
 
 /// Files `STEM + infix + NAME + .mtx` (or `.mtx.gz`) beside the stiffness matrix by NAME, sorted.
 ///
@@ -106,54 +104,15 @@ pub(super) fn read_stiffening(
     if files.is_empty() {
         return Ok(());
     }
-    let products = GeometricStiffness::spin_products(draft.dimension());
-    let mut spins: Vec<Option<SparseMatrix>> = products.iter().map(|_| None).collect();
-    let mut rows = Vec::new();
+    let mut named = Vec::new();
     for (name, path) in files {
         let (matrix, report) = reader.read_symmetric_operator(path)?;
         draft.took(&format!("stiffening.{name}"), &report);
-        match products.iter().position(|product| product == name) {
-            Some(product) => spins[product] = Some(matrix),
-            None => rows.push(RowStiffness {
-                row: row_of(name, &draft.interfaces).ok_or_else(|| Error::File {
-                    path: path.clone(),
-                    message: unknown(name, products, &draft.interfaces),
-                })?,
-                matrix,
-            }),
-        }
+        named.push((name.clone(), matrix));
     }
-    let absent: Vec<&str> = (products.iter().zip(&spins))
-        .filter(|(_, matrix)| matrix.is_none())
-        .map(|(product, _)| *product)
-        .collect();
-    if absent.len() == products.len() {
-        spins.clear();
-    } else if !absent.is_empty() {
-        draft.notes.push(format!(
-            "geometric stiffness: no file for the spin products {}; taken as zero",
-            absent.join(", ")
-        ));
-    }
-    draft.geometric_stiffness = Some(GeometricStiffness { spins, rows });
-    Ok(())
-}
-
-/// Interface and direction of a name such as `big-end.ux`; only attachments have rows that forces act on.
-fn row_of(name: &str, interfaces: &[Interface]) -> Option<(usize, Direction)> {
-    let (interface, direction) = name.rsplit_once('.')?;
-    let index = interfaces.iter().position(|one| one.name == interface)?;
-    let direction = Direction::from_name(direction)?;
-    interfaces[index]
-        .has_row_of_forces()
-        .then_some((index, direction))
-}
-
-fn unknown(name: &str, products: &[&str], interfaces: &[Interface]) -> String {
-    let rows: Vec<&str> = interfaces.iter().map(|one| one.name.as_str()).collect();
-    format!(
-        "{name:?} is neither a product of spins ({}) nor INTERFACE.ux, .uy, … of an attached interface that moves as one ({})",
-        products.join(", "),
-        rows.join(", ")
-    )
+    draft.stiffen(named).map_err(|unknown| Error::File {
+        path: (files.iter().find(|(name, _)| *name == unknown.name))
+            .map_or_else(PathBuf::new, |(_, path)| path.clone()),
+        message: unknown.to_string(),
+    })
 }

@@ -53,6 +53,14 @@ pub struct Actuator {
 }
 
 impl Source {
+    /// Index of the function of time that the effort follows at once, if it follows one.
+    pub fn signal(&self) -> Option<usize> {
+        match self {
+            Self::Given(signal) | Self::Servo(_, signal) => Some(*signal),
+            Self::Controlled(_) | Self::Friction(_) | Self::EndStop(_) => None,
+        }
+    }
+
     /// How many numbers an actuator remembers from step to step.
     pub fn memory_count(&self) -> usize {
         match self {

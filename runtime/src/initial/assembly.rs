@@ -5,7 +5,7 @@ use nalgebra::{UnitQuaternion, Vector3};
 use super::Starter;
 use crate::error::Error;
 use crate::system::body_factor::Elastic;
-use crate::system::condensed::Blend;
+use crate::system::condensed::{Blend, Interfaces};
 use crate::system::{Demand, State};
 
 /// How far constraints may stay open, relative to the size of the mechanism: rounding. What stays open is pulled shut in the first
@@ -116,6 +116,7 @@ impl Starter<'_> {
                     damping: 0.0,
                     stiffness: 1.0,
                     elastic,
+                    interfaces: Interfaces::Following,
                 },
             };
             let still = state.without_motion();

@@ -29,7 +29,7 @@ use crate::simulation::Senses;
 use crate::system::builder::{BuiltJoint, JointCoordinate, SystemBuilder};
 use crate::system::{State, System};
 use dcb_demand::SuperelementFiles;
-use dcb_demand::pruning::{Carrying, NarrowedScene};
+use dcb_demand::pruning::{Carrying, NarrowedScene, Pruning};
 use dcb_formats::scene::Scene;
 
 use controllers::SensesBuilder;
@@ -122,6 +122,25 @@ impl Model {
         open: &SuperelementFiles,
     ) -> Result<Self, Error> {
         Self::carrying(&narrowed.scene, &narrowed.carrying, open)
+    }
+
+    /// Loads what a scene needs of its superelements, within a relative error of their responses; what was left out, too.
+    ///
+    /// # Errors
+    /// As [`Model::load`], of all that the superelements have.
+    pub fn load_needed(
+        scene: &Scene,
+        open: &SuperelementFiles,
+        tolerance: f64,
+    ) -> Result<(Self, Pruning), Error> {
+        // What the scene asks of its superelements is found wrong, or good, with all that they have.
+        let whole = Self::load_from(scene, open)?;
+        let pruning = Pruning::of(scene, open, tolerance)?;
+        let model = match pruning.count() {
+            0 => whole,
+            _ => Self::load_narrowed(&pruning.applied_to(scene), open)?,
+        };
+        Ok((model, pruning))
     }
 
     /// Sets what inputs are at the start, one value for each of [`Model::inputs`].

@@ -126,7 +126,52 @@ impl Simulation {
         let evaluation = &self.corrector.evaluation;
         self.system
             .sample(evaluation, &self.arguments, &mut self.state);
-        self.corrector.jump(&self.system, &mut self.state)?;
+        self.jump()
+    }
+
+    /// Makes a step with the jump of accelerations and forces that belongs to inputs which were set since the last one: what is held acts in full from
+    /// the start of the step on. A step that fails leaves all as it was.
+    pub(super) fn feeling_inputs<T>(
+        &mut self,
+        step: impl FnOnce(&mut Self) -> Result<T, Error>,
+    ) -> Result<T, Error> {
+        if self.state.inputs == self.state.felt_inputs {
+            return step(self);
+        }
+        let (state, works) = &mut self.unfelt;
+        state.copy_from(&self.state);
+        *works = self.works;
+        let changed = |input: &usize| self.state.inputs[*input] != self.state.felt_inputs[*input];
+        let mut changed = (0..self.state.inputs.len()).filter(changed);
+        let has_jumped = changed.any(|input| self.system.is_effort(input));
+        self.state.felt_inputs.copy_from_slice(&self.state.inputs);
+        if has_jumped {
+            self.corrector.evaluation.refresh(&self.system, &self.state);
+            // At a dead centre forces have no accelerations of their own; there the change is a ramp over the step.
+            if self.jump().is_err() {
+                self.go_back();
+                self.state.felt_inputs.copy_from_slice(&self.state.inputs);
+            }
+        }
+        let made = step(self);
+        if made.is_err() {
+            self.go_back();
+        }
+        made
+    }
+
+    /// To the state before inputs were felt.
+    fn go_back(&mut self) {
+        let (state, works) = &self.unfelt;
+        self.state.copy_from(state);
+        self.works = *works;
+        self.corrector.forget_factor();
+    }
+
+    /// Efforts that have changed at this time.
+    fn jump(&mut self) -> Result<(), Error> {
+        self.corrector
+            .jump(&self.system, &self.method.scheme, &mut self.state)?;
         self.corrector.evaluation.refresh(&self.system, &self.state);
         self.works
             .go_on(&self.system, &self.state, &self.corrector.evaluation);

@@ -51,6 +51,8 @@ pub struct Simulation {
     senses: Option<Senses>,
     /// Outputs that sampled controllers use; no numbers without senses.
     arguments: Vec<f64>,
+    /// State and works before inputs made efforts jump: a step that fails goes back to them.
+    unfelt: (State, Works),
 }
 
 impl Simulation {
@@ -78,6 +80,7 @@ impl Simulation {
         redundancy: RedundantConstraints,
         held: &[usize],
     ) -> Result<(Self, InitialReport), Error> {
+        state.felt_inputs.copy_from_slice(&state.inputs);
         let report = Starter::of(&system)?
             .holding(held)
             .start(&mut state, redundancy)?;
@@ -99,6 +102,7 @@ impl Simulation {
             contacts: Vec::new(),
             senses: None,
             arguments: vec![f64::NAN; system.argument_count],
+            unfelt: (State::at_rest(&system), Works::default()),
             state,
             system,
         };
@@ -142,6 +146,10 @@ impl Simulation {
             });
         }
         self.refuse_passing(step)?;
+        self.feeling_inputs(|simulation| simulation.make_step(step))
+    }
+
+    fn make_step(&mut self, step: f64) -> Result<Effort, Error> {
         self.know_past(step)?;
         let effort = self
             .corrector
@@ -196,6 +204,14 @@ impl Simulation {
     /// # Errors
     /// As [`Simulation::advance_to`].
     pub fn step_adaptively(
+        &mut self,
+        end: f64,
+        size: &mut StepSize,
+    ) -> Result<(f64, Effort), Error> {
+        self.feeling_inputs(|simulation| simulation.make_step_adaptively(end, size))
+    }
+
+    fn make_step_adaptively(
         &mut self,
         end: f64,
         size: &mut StepSize,

@@ -282,6 +282,16 @@ impl System {
             .collect()
     }
 
+    /// Whether a force follows an input at once: a load or an actuator. What only moves driven coordinates makes none jump.
+    pub fn is_effort(&self, input: usize) -> bool {
+        let loads = self.loads.iter().flat_map(|load| [load.force, load.torque]);
+        let of_loads = loads.flatten().flatten();
+        let of_parts = self.part_loads.iter().map(|load| load.factor);
+        let of_actuators = self.actuators.iter().filter_map(|one| one.source.signal());
+        let mut signals = of_loads.chain(of_parts).chain(of_actuators);
+        signals.any(|signal| self.signals[signal].input == Some(input))
+    }
+
     /// The value of a signal at the state's time.
     pub fn signal(&self, index: usize, state: &State) -> FunctionValue {
         let signal = &self.signals[index];

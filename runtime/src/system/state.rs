@@ -43,6 +43,8 @@ pub struct State {
     pub angles: Vec<f64>,
     /// Values of the inputs.
     pub inputs: Vec<f64>,
+    /// Values of the inputs that the accelerations and forces belong to.
+    pub felt_inputs: Vec<f64>,
     /// What actuators remember.
     pub memory: Vec<f64>,
 }
@@ -69,6 +71,7 @@ impl State {
             residual_accelerations: vec![0.0; system.residual_row_count()],
             angles: vec![0.0; system.angle_count],
             inputs: system.inputs.iter().map(|(_, value)| *value).collect(),
+            felt_inputs: system.inputs.iter().map(|(_, value)| *value).collect(),
             memory: vec![0.0; system.memory_count],
         }
     }
@@ -94,6 +97,7 @@ impl State {
             .copy_from_slice(&other.residual_accelerations);
         self.angles.copy_from_slice(&other.angles);
         self.inputs.copy_from_slice(&other.inputs);
+        self.felt_inputs.copy_from_slice(&other.felt_inputs);
         self.memory.copy_from_slice(&other.memory);
     }
 
@@ -117,6 +121,7 @@ impl State {
             residual_accelerations,
             angles,
             inputs,
+            felt_inputs,
             memory,
         } = self;
         for number in [time, time_rest, earlier_step] {
@@ -142,6 +147,7 @@ impl State {
             residual_accelerations,
             angles,
             inputs,
+            felt_inputs,
             memory,
         ] {
             numbers.iter_mut().for_each(&mut *see);

@@ -13,7 +13,7 @@ use dcb_runtime::joint::{JointKind, Spherical};
 use dcb_runtime::measure::{Displacement, Elongation, Measure, Rotation};
 use dcb_runtime::system::body_factor::Elastic;
 use dcb_runtime::system::builder::{Drawn, JointCoordinate, SystemBuilder, Turning};
-use dcb_runtime::system::condensed::{Blend, Condensed};
+use dcb_runtime::system::condensed::{Blend, Condensed, Interfaces};
 use dcb_runtime::system::evaluation::Evaluation;
 use dcb_runtime::system::linearization::Linearization;
 use dcb_runtime::system::{Demand, LoadAxes, State, System};
@@ -478,6 +478,7 @@ fn condensed_solve_is_the_dense_one_at_rest() {
         damping: 7.0,
         stiffness: 1.0,
         elastic: Elastic::Moving,
+        interfaces: Interfaces::Following,
     };
     for dimension in [Dimension::Planar, Dimension::Spatial] {
         let system = mechanism(dimension);
@@ -536,6 +537,7 @@ fn repeated_constraints_share_the_force_and_leave_the_motion() {
         damping: 7.0,
         stiffness: 1.0,
         elastic: Elastic::Moving,
+        interfaces: Interfaces::Following,
     };
     let solve = |times: usize, regularization: f64| {
         let (system, state) = build(times);

@@ -3,7 +3,9 @@
 use dcb_runtime::{Error, Mechanism};
 use serde_json::json;
 
-use super::parts::{Folder, number, scene_text, started};
+use dcb_samples::{SpatialBeam, spatial_beam};
+
+use super::parts::{Folder, number, scene_text, started, store};
 
 /// A block hinged to a flexible rod on a hub that turns on the ground, with a torque on the hub to be set from outside.
 fn mechanism(folder: &Folder) -> Mechanism {
@@ -40,6 +42,112 @@ fn control(mechanism: &mut Mechanism, steps: usize) {
             .unwrap();
         mechanism.step(1e-4).unwrap();
     }
+}
+
+/// What is set between steps acts from then on, in full: as a controller inside the scene that samples at the same times.
+#[test]
+fn a_law_around_the_mechanism_is_the_sampled_controller_within() {
+    let folder = Folder::with_parts();
+    let scene = |motor: serde_json::Value, controllers: serde_json::Value| {
+        let text = scene_text(
+            2,
+            json!({
+                "gravity": [0, -9.81],
+                "integrator": {"generalized_alpha": {"step": 1e-4, "end": 1}},
+                "bodies": {
+                    "hub": {"rigid": {"mass": 0.2, "inertia": 1e-3, "points": {"axle": [0, 0]}}},
+                    "rod": {"superelement": "rod.dcb.h5"}
+                },
+                "joints": {
+                    "shoulder": {"revolute": {"a": "ground", "b": "hub/axle"}},
+                    "root": {"fixed": {"a": "hub/axle", "b": "rod/a"}}
+                },
+                "actuators": {"motor": {"torque": motor}},
+                "controllers": controllers,
+                "outputs": {
+                    "angle": {"joint_coordinate": {"joint": "shoulder"}}, "rate": {"joint_rate": {"joint": "shoulder"}},
+                    "tip": {"position": {"at": "rod/b"}}
+                }
+            }),
+        );
+        Mechanism::start(&folder.scene(&text)).unwrap()
+    };
+    let (step, every) = (1e-4, 5);
+    let mut within = scene(
+        json!({"joint": "shoulder", "controller": "law"}),
+        json!({"law": {"formula": "0.9 - 6*angle - 0.2*rate", "period": step * f64::from(every)}}),
+    );
+    let mut around = scene(
+        json!({"joint": "shoulder", "input": {"initial": 0}}),
+        json!({}),
+    );
+    let mut largest: f64 = 0.0;
+    for count in 0..500 {
+        if count % every == 0 {
+            let law = 0.9 - 6.0 * number(&mut around, "angle") - 0.2 * number(&mut around, "rate");
+            around.set_input("motor", law).unwrap();
+        }
+        around.step(step).unwrap();
+        within.step(step).unwrap();
+        // Where the controller within samples, forces are those behind the jump already.
+        let forces = ((count + 1) % every != 0).then_some("reactions/shoulder");
+        for name in ["angle", "rate", "tip"].into_iter().chain(forces) {
+            let expected = within.output(name).unwrap().to_vec();
+            let found = around.output(name).unwrap();
+            let size = expected
+                .iter()
+                .fold(1.0, |most: f64, one| most.max(one.abs()));
+            for (found, expected) in found.iter().zip(&expected) {
+                assert!(
+                    (found - expected).abs() < 1e-6 * size,
+                    "{count} {name}: {found} {expected}"
+                );
+            }
+        }
+        largest = largest.max(number(&mut within, "angle").abs());
+    }
+    assert!(largest > 1e-3, "{largest}");
+    let balance = |mechanism: &mut Mechanism| mechanism.output("energy/balance").unwrap().to_vec();
+    let (found, expected) = (balance(&mut around), balance(&mut within));
+    for (found, expected) in found.iter().zip(&expected) {
+        assert!((found - expected).abs() < 1e-9, "{found} {expected}");
+    }
+}
+
+/// Torques that jump at every sample make no motion ring that the steps are too long for: steel links, of which most periods are shorter than a step.
+#[test]
+fn sampled_torques_on_stiff_links_need_no_short_steps() {
+    let folder = Folder::with_parts();
+    store(
+        &spatial_beam(&SpatialBeam::default()),
+        &folder.place.path().join("link.dcb.h5"),
+    );
+    let scene = folder.scene(&scene_text(
+        3,
+        json!({
+            "gravity": [0, 0, -9.81],
+            "bodies": {"upper": {"superelement": "link.dcb.h5"}, "lower": {"superelement": "link.dcb.h5", "position": [1, 0, 0]}},
+            "joints": {
+                "shoulder": {"revolute": {"a": "ground", "b": "upper/a", "axis": [0, 1, 0]}},
+                "elbow": {"universal": {"a": "upper/b", "b": "lower/a", "axis": [0, 1, 0], "axis_b": [0, 0, 1]}}
+            },
+            "actuators": {"motor": {"torque": {"joint": "shoulder", "controller": "law"}}},
+            "controllers": {"law": {"formula": "-40*(angle + 0.1) - 4*rate", "period": 2e-3}},
+            "outputs": {"angle": {"joint_coordinate": {"joint": "shoulder"}}, "rate": {"joint_rate": {"joint": "shoulder"}}}
+        }),
+    ));
+    let mut arm = Mechanism::start(&scene).unwrap();
+    let mut energies = Vec::new();
+    for _ in 0..300 {
+        arm.step(1e-3).unwrap();
+        energies.push(arm.output("energy/balance").unwrap().to_vec());
+    }
+    let most = energies
+        .iter()
+        .flatten()
+        .fold(0.0, |most: f64, one| most.max(one.abs()));
+    let defect = energies.last().unwrap().last().unwrap().abs();
+    assert!(most > 1.0 && defect < 2e-2 * most, "{defect} of {most}");
 }
 
 #[test]

@@ -14,7 +14,7 @@ use tempfile::TempDir;
 /// A folder with `beam.dcb.h5` (spatial) and `rod.dcb.h5` (planar): 0.3 m from `a` to `b` along x, as soft as rubber, so that steps
 /// that a test can afford resolve every oscillation.
 pub struct Folder {
-    place: TempDir,
+    pub place: TempDir,
 }
 
 impl Folder {

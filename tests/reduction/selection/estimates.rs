@@ -16,9 +16,7 @@ use dcb_superelement::error_bounds::{Bracket, ErrorBounds, Estimate};
 use dcb_superelement::selection::{InPlane, InterfaceSelection, Normal};
 use dcb_tests::error_estimate::{LOSS_FACTOR, Truth};
 use dcb_tests::{lowest, parts};
-use dcb_workflow::scene::{
-    ComponentDemand, Extent, Fitted, Limits, PartInScene, Search, scene_fit,
-};
+use dcb_workflow::scene::{ComponentDemand, Extent, Fitted, Limits, PartInScene, Search};
 use faer::Mat;
 use serde_json::json;
 
@@ -391,8 +389,7 @@ fn a_spatial_part_for_a_planar_scene_has_less_error_than_it_may_have() {
     let band = FrequencyBand {
         squares: whole.squares.iter().copied().step_by(20).collect(),
     };
-    let fit = scene_fit(&in_scene, &asked, &limits);
-    let fitted = Fitted::of(whole, &asked, &limits, fit).unwrap();
+    let fitted = Fitted::of(whole, &in_scene, &asked, &limits).unwrap();
     let element = fitted.superelement;
     assert_eq!(element.dimension, Dimension::Planar);
     let fit = fitted.quality.scene.unwrap();

@@ -16,7 +16,7 @@ use dcb_reducer::error::Error;
 use dcb_reducer::mode_selection::DEFAULT_MODES;
 use dcb_reducer::quality::Quality;
 use dcb_workflow::scene::{
-    CachedReductions, ComponentDemand, Extent, Fitted, Limits, PartInScene, Search, scene_fit,
+    CachedReductions, ComponentDemand, Extent, Fitted, Limits, PartInScene, Search,
 };
 
 /// Error of the part's responses where nothing is said.
@@ -86,7 +86,6 @@ impl SceneReductionArguments {
             },
         };
         let asked = ComponentDemand::of(part, component)?;
-        let fit = scene_fit(part, &asked, &limits);
         let search = Search {
             asked: &asked,
             options,
@@ -96,20 +95,12 @@ impl SceneReductionArguments {
         let whole = search.whole(clock)?;
         clock.start("leave out");
         let Fitted {
-            mut superelement,
+            superelement,
             fields,
             quality,
             work,
-        } = Fitted::of(whole, &asked, &limits, fit)?;
+        } = Fitted::of(whole, part, &asked, &limits)?;
         clock.stop();
-        if asked.is_rigid() {
-            let bodies = part.bodies.join(", ");
-            superelement.provenance.warnings.insert(0, format!(
-                "{}: nothing shows a deflection of {bodies}: a rigid body would do in place of the superelement",
-                part.path.display()
-            ));
-        }
-        superelement.provenance.quality = serde_json::to_value(&quality).unwrap_or_default();
         let (fields, mesh) = fields.unzip();
         Ok(Made {
             superelement,

@@ -18,18 +18,11 @@ use crate::simulate::show::last_values;
 
 /// That something is left out, or with `--explain` what.
 pub(super) fn told_of(pruning: &Pruning, arguments: &SceneArguments) -> String {
-    match (arguments.explain, pruning.count()) {
+    match (arguments.explain, pruning.summary()) {
         (true, _) => pruning.to_string(),
-        (false, 0) => String::new(),
-        (false, count) => {
-            let s = if count == 1 { "" } else { "s" };
-            let effect = match pruning.error() {
-                error if error < f64::EPSILON => "responses do not change".to_owned(),
-                error => format!("responses change by at most {error:.1e}"),
-            };
-            format!(
-                "simplified for this scene: {count} part{s} of the models left out, {effect} (--explain lists them, --model everything keeps all)\n"
-            )
+        (false, None) => String::new(),
+        (false, Some(summary)) => {
+            format!("{summary} (--explain lists them, --model everything keeps all)\n")
         }
     }
 }

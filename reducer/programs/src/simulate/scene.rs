@@ -16,7 +16,6 @@ use crate::simulate::run_report::{self, describe, told_of};
 use crate::simulate::{ModelArgument, SceneArguments, replace};
 use crate::stop_signal::{self, StopSignal};
 use dcb_demand::SuperelementFiles;
-use dcb_demand::pruning::Pruning;
 use dcb_formats::scene::{Compatibility, Method, STANDARD_INPUT, Scene};
 use dcb_runtime::error::Error;
 use dcb_runtime::export::csv;
@@ -76,22 +75,15 @@ pub fn run(arguments: &SceneArguments, common: &CommonArguments) -> Result<Outco
     check_targets(path, &scene, &target, arguments)?;
     watch_for_interruption();
     at_stage("superelements");
-    // What the scene asks of its superelements is found wrong, or good, with all that they have.
     let open = SuperelementFiles::default();
-    let mut model = Model::load_from(&scene, &open).map_err(|error| error.in_file(path))?;
-    let pruning = match arguments.model {
-        ModelArgument::Everything => None,
-        ModelArgument::Needed => {
-            let found = Pruning::of(&scene, &open, arguments.tolerance);
-            Some(found.map_err(|error| Error::from(error).in_file(path))?)
-        }
+    let loaded = match arguments.model {
+        ModelArgument::Everything => Model::load_from(&scene, &open).map(|model| (model, None)),
+        ModelArgument::Needed => Model::load_needed(&scene, &open, arguments.tolerance)
+            .map(|(model, pruning)| (model, Some(pruning))),
     };
+    let (model, pruning) = loaded.map_err(|error| error.in_file(path))?;
     if let Some(pruning) = &pruning {
-        target.options["left_out"] = left_out(pruning);
-        if pruning.count() > 0 {
-            let narrowed = pruning.applied_to(&scene);
-            model = Model::load_narrowed(&narrowed, &open).map_err(|error| error.in_file(path))?;
-        }
+        target.options["left_out"] = json!(pruning.left_out());
     }
     drop(open);
     let mut watcher = Watcher::new(common);
@@ -122,16 +114,6 @@ pub fn run(arguments: &SceneArguments, common: &CommonArguments) -> Result<Outco
         true => Outcome::done(output),
         false => Outcome::interrupted(output),
     })
-}
-
-/// Contents left out, body by body.
-fn left_out(pruning: &Pruning) -> serde_json::Value {
-    let bodies = pruning.bodies.iter();
-    let told = bodies.map(|(name, pruned)| {
-        let lines = pruned.left_out.iter().map(ToString::to_string);
-        (name.clone(), lines.collect::<serde_json::Value>())
-    });
-    told.collect::<serde_json::Map<_, _>>().into()
 }
 
 /// A tolerance is a part of something.

@@ -32,7 +32,19 @@ impl PartInScene {
         output: &Path,
         usual_output: &Path,
     ) -> Result<Self, Error> {
-        let scene = Scene::read(path)?;
+        Self::of(Scene::read(path)?, path, names, [output, usual_output])
+    }
+
+    /// The same in a scene that is in memory; `path` names it in messages, and the outputs are the usual one last.
+    ///
+    /// # Errors
+    /// [`Error::InScene`] if no body is meant, or one that isn't a superelement.
+    pub fn of(
+        scene: Scene,
+        path: &Path,
+        names: &[String],
+        [output, usual_output]: [&Path; 2],
+    ) -> Result<Self, Error> {
         let made_of = |meant: &dyn Fn(&Path) -> bool| -> Vec<String> {
             let bodies = scene.superelements();
             let meant = bodies.filter(|(_, of)| meant(&scene.resolve(&of.file)));

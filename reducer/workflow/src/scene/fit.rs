@@ -9,7 +9,9 @@ use dcb_formats::mesh::Mesh;
 use dcb_formats::superelement::{RecoveryBasis, Superelement};
 use dcb_superelement::selection::{InterfaceSelection, NodeSelection, ObservedNodes, Selection};
 
+use super::bodies::PartInScene;
 use super::component_demand::{ComponentDemand, WATCHED};
+use super::report::scene_fit;
 use super::search::{Extent, Limits, UnprunedReduction};
 use dcb_reducer::Reduced;
 use dcb_reducer::Work;
@@ -35,16 +37,17 @@ pub struct Fitted {
 }
 
 impl Fitted {
-    /// Leaves out of a superelement what isn't asked for. `fit` is what is known of the scene.
+    /// Leaves out of a superelement what isn't asked for. Its provenance has the quality, and a warning where a rigid body would do.
     ///
     /// # Errors
     /// Those of [`Pruned::of`] and of selections; [`Error::Shortfall`] if the whole leaves nothing of the tolerance.
     pub fn of(
         whole: UnprunedReduction,
+        part: &PartInScene,
         asked: &ComponentDemand,
         limits: &Limits,
-        mut fit: SceneFit,
     ) -> Result<Self, Error> {
+        let mut fit = scene_fit(part, asked, limits);
         let certified = whole.certified();
         let squares = whole.squares.clone();
         let (rounds, spin) = (whole.rounds.clone(), whole.spin.clone());
@@ -68,7 +71,7 @@ impl Fitted {
             Extent::Needed => leaving_out.within(share)?,
             Extent::Everything => (Selection::everything(&element), Vec::new(), 0.0),
         };
-        let superelement = selection.superelement(&element)?;
+        let mut superelement = selection.superelement(&element)?;
         let recovery = selection.recovery(&element, &recovery)?;
         let unused_loads = left_out_loads(asked);
         left_out.extend(unused_loads);
@@ -102,6 +105,14 @@ impl Fitted {
             NodeDemand::All(_) => Some((recovery, asked.mesh())),
         };
         let quality = fitted_quality(quality, &selection, &superelement, fit);
+        if asked.is_rigid() {
+            let bodies = part.bodies.join(", ");
+            superelement.provenance.warnings.insert(0, format!(
+                "{}: nothing shows a deflection of {bodies}: a rigid body would do in place of the superelement",
+                part.path.display()
+            ));
+        }
+        superelement.provenance.quality = serde_json::to_value(&quality).unwrap_or_default();
         Ok(Self {
             superelement,
             fields,

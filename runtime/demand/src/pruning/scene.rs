@@ -165,6 +165,33 @@ impl Pruning {
             .sum()
     }
 
+    /// Contents left out, in words, body by body.
+    pub fn left_out(&self) -> IndexMap<String, Vec<String>> {
+        let bodies = self.bodies.iter();
+        let told = bodies.map(|(name, pruned)| {
+            let lines = pruned.left_out.iter().map(ToString::to_string);
+            (name.clone(), lines.collect())
+        });
+        told.collect()
+    }
+
+    /// What leaving out does, in one sentence; `None` where nothing is left out.
+    pub fn summary(&self) -> Option<String> {
+        let count = self.count();
+        let s = match count {
+            0 => return None,
+            1 => "",
+            _ => "s",
+        };
+        let effect = match self.error() {
+            error if error < f64::EPSILON => "responses do not change".to_owned(),
+            error => format!("responses change by at most {error:.1e}"),
+        };
+        Some(format!(
+            "simplified for this scene: {count} part{s} of the models left out, {effect}"
+        ))
+    }
+
     /// The largest change of a body's response.
     pub fn error(&self) -> f64 {
         let errors = self.bodies.values().map(|pruned| pruned.error);

@@ -3,17 +3,25 @@
 use super::Corrector;
 use super::correct::three;
 use crate::error::Error;
-use crate::system::body_factor::Elastic;
 use crate::system::condensed::Blend;
 use crate::system::{State, System};
+use dcb_formats::scene::Scheme;
 
 impl Corrector {
     /// Gives a state the accelerations and constraint forces that belong to efforts which have jumped. Its past jumps with it, so that
     /// what is smooth goes on: a step from here knows of no earlier effort.
     ///
+    /// The change is (M + β h² K)⁻¹ Δf with the size h of the last step. Motions that such steps follow jump by M⁻¹ Δf, but for (ω h)²; faster ones hardly
+    /// at all: their jump would be integrated as if it lasted.
+    ///
     /// # Errors
     /// [`Error::SingularBody`], [`Error::SingularJoints`].
-    pub fn jump(&mut self, system: &System, state: &mut State) -> Result<(), Error> {
+    pub fn jump(
+        &mut self,
+        system: &System,
+        scheme: &Scheme,
+        state: &mut State,
+    ) -> Result<(), Error> {
         self.evaluation.measure(system, state);
         for actuator in &system.actuators {
             let row = actuator.row;
@@ -23,7 +31,8 @@ impl Corrector {
         }
         self.evaluation.load(system, state);
         self.evaluation.resist(system, state);
-        let blend = Blend::mass_alone(Elastic::Moving);
+        let h = state.earlier_step;
+        let blend = Blend::smoothed_mass(scheme.beta * h * h);
         self.factored_step = None;
         self.condensed
             .factor(system, state, &self.evaluation, &blend, None)?;

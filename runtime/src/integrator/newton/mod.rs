@@ -12,7 +12,7 @@ use super::profile::{Profile, Watch};
 use crate::error::Error;
 use crate::initial::REGULARIZATION;
 use crate::system::body_factor::Elastic;
-use crate::system::condensed::{Blend, Condensed};
+use crate::system::condensed::{Blend, Condensed, Interfaces};
 use crate::system::evaluation::Evaluation;
 use crate::system::{State, System};
 use dcb_formats::scene::Scheme;
@@ -341,5 +341,6 @@ fn blend(scheme: &Scheme, step: f64) -> Blend {
         damping: scheme.velocity_slope(step),
         stiffness: 1.0,
         elastic: Elastic::Moving,
+        interfaces: Interfaces::Following,
     }
 }

@@ -71,6 +71,7 @@ impl Corrector {
         (trial.time, trial.time_rest) = start.time_after(step);
         trial.angles.copy_from_slice(&start.angles);
         trial.inputs.copy_from_slice(&start.inputs);
+        trial.felt_inputs.copy_from_slice(&start.felt_inputs);
         trial.memory.copy_from_slice(&start.memory);
         let ahead = step / start.earlier_step;
         let carried = |now: f64, before: f64| now + ahead * (now - before);

@@ -49,6 +49,8 @@ pub struct Blend {
     pub stiffness: f64,
     /// Whether y moves.
     pub elastic: Elastic,
+    /// Whether interfaces beside y follow their forces.
+    pub interfaces: Interfaces,
 }
 
 impl Blend {
@@ -59,6 +61,15 @@ impl Blend {
             damping: 0.0,
             stiffness: 0.0,
             elastic,
+            interfaces: Interfaces::Held,
+        }
+    }
+
+    /// The mass, and so much of the stiffness: accelerations of which motions that an implicit step doesn't follow have no share.
+    pub fn smoothed_mass(stiffness: f64) -> Self {
+        Self {
+            stiffness,
+            ..Self::mass_alone(Elastic::Moving)
         }
     }
 }
@@ -120,8 +131,10 @@ pub struct Condensed {
 
 /// Whether the displacements of interfaces beside the coordinates follow the forces in a solve.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum Interfaces {
+pub enum Interfaces {
+    /// They do.
     Following,
+    /// They stay.
     Held,
 }
 
@@ -296,10 +309,7 @@ impl Condensed {
         blend: &Blend,
         turns: Option<&[Vector3<f64>]>,
     ) -> Result<(), Error> {
-        self.interfaces = match blend.elastic {
-            Elastic::Moving if blend.stiffness > 0.0 => Interfaces::Following,
-            Elastic::Moving | Elastic::Frozen => Interfaces::Held,
-        };
+        self.interfaces = blend.interfaces;
         for (index, body) in system.bodies.iter().enumerate() {
             let turn = turns.map_or_else(Vector3::zeros, |turns| turns[index]);
             self.blend_body(system, state, evaluation, index, blend, &turn);
