@@ -34,6 +34,7 @@ pub mod results;
 pub mod scene;
 pub mod superelement;
 pub mod units;
+pub mod vtk;
 
 // No part of the door: for the other crates of this workspace and its tests.
 #[doc(hidden)]

@@ -531,6 +531,24 @@ def gltf(b, path, _):
     return {"positions": far(at, points[used]), "targets": worst, "animations": len(frames), "names": mesh["extras"]["targetNames"][:1], "mode": primitive.get("mode", 4), "cells": len(cells)}
 
 
+def vtu(b, path, _):
+    import meshio
+
+    grid, f = meshio.read(path), b.f
+    origin = f["frame/origin"][:]
+    points = np.zeros((len(f["mesh/points"]), 3))
+    points[:, : f["mesh/points"].shape[1]] = f["mesh/points"][:] - origin[: f["mesh/points"].shape[1]]
+    columns = [f["modes/shapes"][k] for k in range(len(f["modes/shapes"]))] + [f["residual/shapes"][k] for k in range(len(f["residual/shapes"]))]
+    assert len(columns) == len(grid.point_data), (len(columns), len(grid.point_data))
+    dofs, worst = f["fields/dofs"][:], 0.0
+    for column, found in zip(columns, grid.point_data.values()):
+        u = np.zeros((len(points), 3))
+        moves = dofs[:, 1] < 3
+        u[dofs[moves, 0], dofs[moves, 1]] = column[moves]
+        worst = max(worst, far(found, u))
+    return {"positions": far(grid.points, points), "fields": worst, "names": list(grid.point_data)[:1], "cells": sum(len(block.data) for block in grid.cells)}
+
+
 if __name__ == "__main__":
     if sys.argv[1] == "sid-identities":
         print(json.dumps(sid_identities(read_sid(sys.argv[2]))))
@@ -545,6 +563,6 @@ if __name__ == "__main__":
         print(json.dumps({"K R": float(np.abs(z["K"] @ R).max() / np.abs(z["K"]).max()), "squares": np.linalg.eigvalsh(L @ z["K"] @ L.T).tolist(), "clamped": clamped(z["K"], z["M"], np.arange(6))}))
     else:
         source, target, path = sys.argv[1:4]
-        reader = {"npz": npz, "simscape": simscape, "nastran": nastran, "exudyn": exudyn, "mbdyn": mbdyn, "sid": sid, "gltf": gltf}[target]
-        basis = Basis(source) if target != "gltf" else type("File", (), {"f": h5py.File(source)})
+        reader = {"npz": npz, "simscape": simscape, "nastran": nastran, "exudyn": exudyn, "mbdyn": mbdyn, "sid": sid, "gltf": gltf, "vtu": vtu}[target]
+        basis = Basis(source) if target not in ("gltf", "vtu") else type("File", (), {"f": h5py.File(source)})
         print(json.dumps(reader(basis, path, sys.argv[4] if len(sys.argv) > 4 else None)))

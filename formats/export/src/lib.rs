@@ -28,6 +28,7 @@ mod npz;
 mod part;
 mod sid;
 mod simscape;
+mod vtu;
 
 use std::ffi::OsString;
 use std::path::{Path, PathBuf};
@@ -62,7 +63,7 @@ pub struct Target {
 }
 
 /// All targets.
-pub static TARGETS: [Target; 7] = [
+pub static TARGETS: [Target; 8] = [
     Target {
         name: "npz",
         about: "K, M and C of frames and modes as NumPy arrays",
@@ -111,6 +112,13 @@ pub static TARGETS: [Target; 7] = [
         ending: ".glb",
         dialects: &[],
         make: gltf::product,
+    },
+    Target {
+        name: "vtu",
+        about: "the mesh with modes and attachments as fields, for ParaView",
+        ending: ".vtu",
+        dialects: &[],
+        make: vtu::product,
     },
 ];
 

@@ -7,12 +7,11 @@ use std::collections::BTreeSet;
 use std::io;
 
 use dcb_formats::scene::Integrator;
-use quick_xml::Writer;
-use quick_xml::events::{BytesDecl, BytesEnd, BytesStart, Event};
 
 use crate::si_unit::SiUnit;
 use crate::unit::CoSimulation;
 use crate::variable::{Source, Variable};
+use crate::xml::Document;
 
 /// What a model description says that isn't in the unit.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -45,11 +44,7 @@ const CATEGORIES: [(&str, &str); 3] = [
 /// # Errors
 /// None but those of writing to memory.
 pub fn model_description(unit: &CoSimulation, named: Named<'_>) -> io::Result<String> {
-    let mut document = Document {
-        writer: Writer::new_with_indent(Vec::new(), b' ', 2),
-    };
-    let declaration = BytesDecl::new("1.0", Some("UTF-8"), None);
-    document.writer.write_event(Event::Decl(declaration))?;
+    let mut document = Document::new()?;
     document.open(
         "fmiModelDescription",
         &[
@@ -97,32 +92,10 @@ pub fn model_description(unit: &CoSimulation, named: Named<'_>) -> io::Result<St
     }
     document.close("ModelStructure")?;
     document.close("fmiModelDescription")?;
-    let text = String::from_utf8(document.writer.into_inner()).map_err(io::Error::other)?;
-    Ok(text + "\n")
+    document.text()
 }
-
-/// A document being written.
-struct Document {
-    writer: Writer<Vec<u8>>,
-}
-
-type Attributes<'a> = &'a [(&'a str, &'a str)];
 
 impl Document {
-    fn open(&mut self, name: &str, attributes: Attributes<'_>) -> io::Result<()> {
-        let start = BytesStart::new(name).with_attributes(attributes.iter().copied());
-        self.writer.write_event(Event::Start(start))
-    }
-
-    fn close(&mut self, name: &str) -> io::Result<()> {
-        self.writer.write_event(Event::End(BytesEnd::new(name)))
-    }
-
-    fn empty(&mut self, name: &str, attributes: Attributes<'_>) -> io::Result<()> {
-        let element = BytesStart::new(name).with_attributes(attributes.iter().copied());
-        self.writer.write_event(Event::Empty(element))
-    }
-
     fn units(&mut self, unit: &CoSimulation) -> io::Result<()> {
         let names = unit
             .variables()

@@ -4,5 +4,4 @@ pub mod csv;
 pub mod history;
 pub mod nodal_field;
 pub mod picture;
-mod vtk_cells;
 pub mod vtu;

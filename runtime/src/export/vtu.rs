@@ -1,22 +1,19 @@
 //! Nodal fields as VTK files, for ParaView: one `BODY_000000.vtu` (unstructured grid) for each time shown, and
 //! `BODY.pvd`, which gives the files their times.
 //!
-//! Numbers are stored as they are in memory, base64-coded. What an interrupted run has written can be opened: the
+//! What an interrupted run has written can be opened: the
 //! `.pvd` lists finished files only, and each file is written whole or not at all.
 
 use std::fs::File;
 use std::io::{self, Seek as _, SeekFrom, Write};
 use std::path::{Path, PathBuf};
 
-use base64::Engine as _;
-use base64::engine::general_purpose::STANDARD;
 use dcb_formats::mesh::Mesh;
 use dcb_formats::output::{Replace, UnfinishedFolder};
+use dcb_formats::vtk::{Cells, Grid};
 use nalgebra::Vector3;
 use quick_xml::Writer;
-use quick_xml::events::BytesText;
 
-use super::vtk_cells::Cells;
 use crate::error::Error;
 
 /// A body at one time.
@@ -141,9 +138,14 @@ impl FieldSeries {
         }
         let name = format!("{}_{:06}.vtu", self.stem, self.written);
         let path = self.folder.join(&name);
-        self.unfinished.write_stream(&path, self.replace, |out| {
-            write_grid(out, &self.cells, snapshot)
-        })?;
+        let grid = Grid {
+            cells: &self.cells,
+            points: snapshot.positions_world,
+            vectors: snapshot.vectors,
+            marks: snapshot.marks,
+        };
+        self.unfinished
+            .write_stream(&path, self.replace, |out| grid.write(out))?;
         self.list(&name, snapshot.time).map_err(|source| {
             dcb_formats::Error::not_written(&self.list_path, self.entry_at, source)
         })?;
@@ -200,108 +202,6 @@ fn cannot_write(path: &Path, source: io::Error) -> Error {
         path: path.to_owned(),
         source,
     }
-}
-
-fn write_grid(file: &mut impl Write, cells: &Cells, snapshot: &FieldSnapshot) -> io::Result<()> {
-    file.write_all(b"<?xml version=\"1.0\"?>\n")?;
-    let mut xml = Writer::new(file);
-    let (node_count, cell_count) = (snapshot.positions_world.len(), cells.types.len());
-    xml.create_element("VTKFile")
-        .with_attributes([
-            ("type", "UnstructuredGrid"),
-            ("version", "1.0"),
-            ("byte_order", "LittleEndian"),
-            ("header_type", "UInt64"),
-        ])
-        .write_inner_content(|xml| {
-            xml.create_element("UnstructuredGrid")
-                .write_inner_content(|xml| {
-                    xml.create_element("Piece")
-                        .with_attribute(("NumberOfPoints", node_count.to_string().as_str()))
-                        .with_attribute(("NumberOfCells", cell_count.to_string().as_str()))
-                        .write_inner_content(|xml| write_piece(xml, cells, snapshot))?;
-                    Ok(())
-                })?;
-            Ok(())
-        })?;
-    Ok(())
-}
-
-fn write_piece<W: Write>(
-    xml: &mut Writer<W>,
-    cells: &Cells,
-    snapshot: &FieldSnapshot,
-) -> io::Result<()> {
-    let vectors = |of: &[Vector3<f64>]| -> Vec<u8> {
-        let values = of.iter().flat_map(|vector| vector.iter());
-        values.flat_map(|value| value.to_le_bytes()).collect()
-    };
-    let integers =
-        |of: &[i64]| -> Vec<u8> { of.iter().flat_map(|value| value.to_le_bytes()).collect() };
-    xml.create_element("PointData").write_inner_content(|xml| {
-        for (name, values) in snapshot.vectors {
-            write_array(xml, name, "Float64", Shape::Vectors, &vectors(values))?;
-        }
-        for (name, values) in snapshot.marks {
-            write_array(xml, name, "UInt8", Shape::Scalars, values)?;
-        }
-        Ok(())
-    })?;
-    xml.create_element("Points").write_inner_content(|xml| {
-        write_array(
-            xml,
-            "Points",
-            "Float64",
-            Shape::Vectors,
-            &vectors(snapshot.positions_world),
-        )
-    })?;
-    xml.create_element("Cells").write_inner_content(|xml| {
-        write_array(
-            xml,
-            "connectivity",
-            "Int64",
-            Shape::Scalars,
-            &integers(&cells.nodes),
-        )?;
-        write_array(
-            xml,
-            "offsets",
-            "Int64",
-            Shape::Scalars,
-            &integers(&cells.ends),
-        )?;
-        write_array(xml, "types", "UInt8", Shape::Scalars, &cells.types)
-    })?;
-    Ok(())
-}
-
-/// Shape of an array's entry for each node or cell.
-#[derive(Clone, Copy)]
-enum Shape {
-    Scalars,
-    Vectors,
-}
-
-/// One array: the number of its bytes and the bytes themselves, little-endian, coded together.
-fn write_array<W: Write>(
-    xml: &mut Writer<W>,
-    name: &str,
-    element: &str,
-    shape: Shape,
-    bytes: &[u8],
-) -> io::Result<()> {
-    let mut block = (bytes.len() as u64).to_le_bytes().to_vec();
-    block.extend_from_slice(bytes);
-    let components = match shape {
-        Shape::Scalars => None,
-        Shape::Vectors => Some(("NumberOfComponents", "3")),
-    };
-    xml.create_element("DataArray")
-        .with_attributes([("type", element), ("Name", name), ("format", "binary")])
-        .with_attributes(components)
-        .write_text_content(BytesText::from_escaped(STANDARD.encode(block)))?;
-    Ok(())
 }
 
 #[cfg(test)]

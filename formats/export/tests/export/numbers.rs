@@ -276,6 +276,22 @@ fn pictures_show_the_modes() {
 }
 
 #[test]
+fn grids_have_the_fields_of_the_file() {
+    let folder = Folder::rotor();
+    folder.exported("vtu", "part.vtu");
+    let found = folder.checked("vtu", "part.vtu", None);
+    found.all_below(&["positions", "fields"], 1e-14);
+    let names = found.0["names"][0].as_str().unwrap();
+    assert!(names.starts_with("mode 1: 104.637"), "{names}");
+    let rod = parts::rod(4);
+    let folder = Folder::of(&rod, &dcb_tests::lowest(&rod, 3));
+    folder.exported("vtu", "part.vtu");
+    let found = folder.checked("vtu", "part.vtu", None);
+    found.all_below(&["positions", "fields"], 1e-14);
+    assert_eq!(found.0["cells"], 4);
+}
+
+#[test]
 fn damping_goes_where_there_is_a_place_for_it() {
     let folder = Folder::bare(&stiffened_and_damped());
     folder.exported("npz", "part.npz");

@@ -12,7 +12,11 @@ use crate::support::Folder;
 fn planar_parts_are_refused_where_the_target_knows_space_only() {
     let rod = parts::rod(4);
     let folder = Folder::of(&rod, &dcb_tests::lowest(&rod, 3));
-    for target in TARGETS.iter().filter(|target| target.name != "gltf") {
+    let pictures = ["gltf", "vtu"];
+    for target in TARGETS
+        .iter()
+        .filter(|target| !pictures.contains(&target.name))
+    {
         let told = folder.refused(target.name);
         let name = format!("`{}` takes spatial parts only", target.name);
         assert_says(&told, &["is the planar part", &name]);
@@ -94,10 +98,12 @@ fn observed_interfaces_are_nodes_or_left_out() {
 fn pictures_need_fields() {
     let rotor = dcb_tests::lowest(&parts::rotor(), 4);
     let folder = Folder::bare(&rotor.superelement);
-    assert_says(
-        &folder.refused("gltf"),
-        &["has no nodal fields", "--without-fields"],
-    );
+    for target in ["gltf", "vtu"] {
+        assert_says(
+            &folder.refused(target),
+            &["has no nodal fields", "--without-fields"],
+        );
+    }
 }
 
 #[test]

@@ -1,14 +1,16 @@
-//! `reduce init`: the description of a component, drafted from a mesh and its node sets.
+//! `reduce init`: the description of a component, drafted from a mesh and its node sets, or a template for a matrix.
 
+use std::io::Write as _;
 use std::path::{Path, PathBuf};
 
 use clap::Args;
 use dcb_formats::component::Units;
 use dcb_formats::component_files::write_description;
-use dcb_formats::mesh::Direction;
-use dcb_formats::output::Replace;
-use dcb_import::{MatrixFile, NodeOrder, RequestedSet, RowSource, described, units};
+use dcb_formats::mesh::{Dimension, Direction};
+use dcb_formats::output::{Replace, write_stream};
+use dcb_import::{MatrixFile, NodeOrder, RequestedSet, RowSource, described, mesh_beside, units};
 use dcb_reducer::error::{CommandRefusal, Error, Occupied};
+use serde_json::json;
 
 use crate::outcome::Outcome;
 use crate::program::CommonArguments;
@@ -17,7 +19,7 @@ use crate::reduce::part::{part_stem, refuse_input_as_output};
 /// A mesh.
 #[derive(Debug, Args)]
 pub(crate) struct InitArguments {
-    /// Mesh: Abaqus or CalculiX deck, Nastran bulk data, Gmsh (.msh), UNV, VTU, JSON.
+    /// Mesh: Abaqus or CalculiX deck, Nastran bulk data, Gmsh (.msh), UNV, VTU, JSON; or a stiffness matrix, for a template to fill in.
     #[arg(value_name = "MESH")]
     mesh: PathBuf,
     /// Units of length, mass and time, for example m,kg,s or mm,t,s.
@@ -44,15 +46,94 @@ pub(crate) struct InitArguments {
 }
 
 /// What to name in place of a matrix, which says nothing of nodes.
-fn no_mesh(path: &Path, format: &str) -> Error {
+fn no_mesh(path: &Path, format: &str, mesh: &Path) -> Error {
     dcb_formats::Error::File {
         path: path.to_owned(),
         message: format!(
-            "is a matrix ({format}), and a draft is made of a mesh: name the deck or mesh that the matrix was made of (.inp, .bdf, .msh, .vtu), or a list of its nodes, `label x y z` a line, as in: reduce init nodes.txt --units m,kg,s -o {}",
-            part_stem(path).with_extension("json").display()
+            "is a matrix ({format}), and a draft is made of a mesh: name {}",
+            mesh.display()
         ),
     }
     .into()
+}
+
+/// A description with a text in the place of what a matrix doesn't say: where its nodes are.
+fn template(
+    arguments: &InitArguments,
+    matrix: &MatrixFile,
+    pattern: &[Direction],
+) -> Result<Outcome, Error> {
+    let stem = part_stem(&arguments.mesh);
+    let usual = || stem.file_name().unwrap_or_default().to_string_lossy();
+    let name = arguments
+        .name
+        .clone()
+        .unwrap_or_else(|| usual().into_owned());
+    let target = match &arguments.output {
+        Some(output) => output.clone(),
+        None => PathBuf::from(format!("{name}.json")),
+    };
+    let replace = match arguments.force {
+        true => Replace::Overwrite,
+        false => Replace::Refuse,
+    };
+    refuse_input_as_output(
+        std::slice::from_ref(&arguments.mesh),
+        &target,
+        Occupied::Import,
+    )?;
+    let rows = match matrix.listed().first().and_then(|listed| listed.shape) {
+        Some((rows, _)) => rows as usize,
+        None => (matrix.read(&[0])?.matrices.first()).map_or(0, |matrix| matrix.size),
+    };
+    let (each, directions) = (pattern.len(), names(pattern));
+    if rows == 0 || rows % each != 0 {
+        return Err(dcb_formats::Error::File {
+            path: arguments.mesh.clone(),
+            message: format!(
+                "has {rows} rows, no multiple of the {each} directions {}; name those of every node with --dofs",
+                directions.join(",")
+            ),
+        }
+        .into());
+    }
+    let nodes = rows / each;
+    let in_plane = Dimension::Planar.frame_directions();
+    let axes = match pattern.iter().all(|direction| in_plane.contains(direction)) {
+        true => "[x, y]",
+        false => "[x, y, z]",
+    };
+    let units = &arguments.units;
+    let description = json!({
+        "format": "meshio-json",
+        "version": 1,
+        "points": format!("Replace this text: {nodes} points {axes} in the order of the rows"),
+        "component": {
+            "name": name,
+            "units": {"length": units.length, "mass": units.mass, "time": units.time},
+            "dofs": directions,
+            "interfaces": [
+                {"name": "left", "nodes": "Replace this text: nodes counted from 0", "kind": "average"},
+                {"name": "right", "nodes": "Replace this text: nodes counted from 0", "kind": "average"}
+            ]
+        }
+    });
+    let text = serde_json::to_string_pretty(&description).unwrap_or_default() + "\n";
+    write_stream(&target, replace, |out| out.write_all(text.as_bytes()))?;
+    Ok(Outcome::done(format!(
+        "{}: {rows} rows: {nodes} nodes with {}\nwrote {}, a template: replace its three texts, then: reduce {}\nA list of the nodes, `label x y z` a line, makes the file with the points in it: reduce init nodes.txt --units {},{},{} --name {name} --force\n",
+        arguments.mesh.display(),
+        directions.join(" "),
+        target.display(),
+        arguments.mesh.display(),
+        units.length,
+        units.mass,
+        units.time
+    )))
+}
+
+fn names(pattern: &[Direction]) -> Vec<&'static str> {
+    pattern.iter().map(|direction| direction.name()).collect()
 }
 
 pub(crate) fn run(arguments: &InitArguments, common: &CommonArguments) -> Result<Outcome, Error> {
@@ -61,7 +142,10 @@ pub(crate) fn run(arguments: &InitArguments, common: &CommonArguments) -> Result
     };
     let pattern: &[Direction] = pattern;
     if let Ok(Some(matrix)) = MatrixFile::recognised(&arguments.mesh) {
-        return Err(no_mesh(&arguments.mesh, matrix.format_name()));
+        return match mesh_beside(&arguments.mesh) {
+            Some(mesh) => Err(no_mesh(&arguments.mesh, matrix.format_name(), &mesh.path)),
+            None => template(arguments, &matrix, pattern),
+        };
     }
     let order = (arguments.node_order, pattern);
     let draft = described(
@@ -88,7 +172,6 @@ pub(crate) fn run(arguments: &InitArguments, common: &CommonArguments) -> Result
     for note in &draft.notes {
         common.told().say("note", note);
     }
-    let names: Vec<&str> = pattern.iter().map(|direction| direction.name()).collect();
     let rows = draft.dofs.len();
     let interfaces: Vec<String> = draft
         .interfaces
@@ -98,7 +181,7 @@ pub(crate) fn run(arguments: &InitArguments, common: &CommonArguments) -> Result
     Ok(Outcome::done(format!(
         "{} nodes with {} make {rows} rows: stiffness and mass need as many, in this order\ninterfaces: {}\nwrote {}\n",
         draft.mesh.node_count(),
-        names.join(" "),
+        names(pattern).join(" "),
         if interfaces.is_empty() {
             "none".into()
         } else {

@@ -336,6 +336,42 @@ fn a_draft_beside_the_deck_changes_nothing() {
     );
     folder.refused(
         "init bracket.sti --units mm,t,s --force",
-        &["bracket.sti: is a matrix", "nodes.txt"],
+        &["bracket.sti: is a matrix", "name bracket.inp"],
     );
+}
+
+/// Of a matrix alone: what isn't known is a text that says what goes there, and is refused until it is replaced.
+#[test]
+fn a_matrix_alone_makes_a_template() {
+    let folder = Folder::exchange(&["bracket.mtx", "bracket.mass.mtx"]);
+    let answer = folder.run("init bracket.mtx --units mm,t,s");
+    assert_eq!(answer.code, Some(0), "{answer:?}");
+    has_all(
+        &answer.stdout,
+        &[
+            "240 rows: 80 nodes with ux uy uz",
+            "wrote bracket.json, a template",
+            "reduce bracket.mtx",
+        ],
+    );
+    folder.refused(
+        "bracket.mtx",
+        &["bracket.json", "points", "80 points [x, y, z]"],
+    );
+    folder.refused("init bracket.mtx --units mm,t,s", &["bracket.json", "mesh"]);
+    folder.refused(
+        "init bracket.mass.mtx --units mm,t,s --dofs ux,uy,uz,rx,ry,rz,p",
+        &["--dofs"],
+    );
+    let text = fs::read_to_string(folder.path("bracket.json")).unwrap();
+    let whole = fs::read_to_string(stored("tests/data/exchange/bracket.json")).unwrap();
+    let mut filled: serde_json::Value = serde_json::from_str(&text).unwrap();
+    let known: serde_json::Value = serde_json::from_str(&whole).unwrap();
+    filled["points"] = known["points"].clone();
+    for (interface, nodes) in [(0, [0, 21, 25, 28]), (1, [3, 10, 17, 24])] {
+        filled["component"]["interfaces"][interface]["nodes"] = nodes.into_iter().collect();
+    }
+    fs::write(folder.path("bracket.json"), filled.to_string()).unwrap();
+    let answer = folder.run("bracket.mtx --modes 4");
+    assert_eq!(answer.code, Some(0), "{answer:?}");
 }

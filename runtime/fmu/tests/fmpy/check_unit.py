@@ -17,12 +17,22 @@ import fmpy
 import numpy as np
 from fmpy.fmi3 import FMU3Slave
 from fmpy.validation import validate_fmu
+from lxml import etree
 
 archive, reference = sys.argv[1], json.load(open(sys.argv[2]))
 names = sorted(reference["run"]["outputs"])
 folder = fmpy.extract(archive)
 description = fmpy.read_model_description(folder)
 references = {variable.name: variable.valueReference for variable in description.modelVariables}
+
+# Terminals are those of the standard's schema, and name variables that are there.
+terminals = os.path.join(folder, "terminalsAndIcons", "terminalsAndIcons.xml")
+schema = etree.XMLSchema(etree.parse(os.path.join(os.path.dirname(fmpy.__file__), "schema", "fmi3", "fmi3TerminalsAndIcons.xsd")))
+document = etree.parse(terminals)
+schema.assertValid(document)
+grouped = {terminal.get("name"): [member.get("variableName") for member in terminal] for terminal in document.iter("Terminal")}
+assert grouped and all(name in references for members in grouped.values() for name in members), grouped
+assert all(name.startswith((f"{terminal}.", f"{terminal}/")) for terminal, members in grouped.items() for name in members), grouped
 
 
 class Unit:

@@ -8,7 +8,7 @@ use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
 
 use clap::Args;
-use dcb_cosimulation::{CoSimulation, Named, Source, documentation, model_description};
+use dcb_cosimulation::{CoSimulation, Named, Source, documentation, model_description, terminals};
 use dcb_formats::output::{UnfinishedFolder, check_output};
 use dcb_formats::scene::Scene;
 use dcb_formats::units::readable;
@@ -87,6 +87,10 @@ pub fn run(arguments: &FmuArguments, common: &CommonArguments) -> Result<Outcome
         ),
         Member::text("documentation/licenses/license.txt", LICENCE.to_owned()),
     ];
+    if let Some(terminals) = terminals(&unit).map_err(written)? {
+        let member = "terminalsAndIcons/terminalsAndIcons.xml";
+        members.push(Member::text(member, terminals));
+    }
     for library in libraries {
         members.push(library.member(&identifier));
     }

@@ -1,7 +1,7 @@
 //! Cells of a mesh in the node order and with the type numbers of VTK.
 
-use dcb_formats::description::{listed, suggestion};
-use dcb_formats::mesh::Mesh;
+use crate::description::{listed, suggestion};
+use crate::mesh::Mesh;
 
 /// meshio's name, VTK's number, and the number of nodes of each cell that can be shown.
 const CELL_TYPES: [(&str, u8, usize); 17] = [
@@ -29,8 +29,8 @@ const VERTEX: u8 = 1;
 const WEDGE_ORDER: [usize; 6] = [0, 2, 1, 3, 5, 4];
 
 /// Cells as VTK wants them.
-#[derive(Debug, Default)]
-pub(super) struct Cells {
+#[derive(Clone, Debug, Default)]
+pub struct Cells {
     /// Nodes of all cells.
     pub(super) nodes: Vec<i64>,
     /// Place in `nodes` behind each cell.
@@ -40,7 +40,11 @@ pub(super) struct Cells {
 }
 
 impl Cells {
-    pub(super) fn of(mesh: &Mesh) -> Result<Self, String> {
+    /// Of a mesh; one without cells has a vertex at every node.
+    ///
+    /// # Errors
+    /// A cell that VTK has no type for, in words that follow the name of what has the mesh.
+    pub fn of(mesh: &Mesh) -> Result<Self, String> {
         let mut all = Self::default();
         for block in &mesh.cells {
             let name = block.cell_type.as_str();
