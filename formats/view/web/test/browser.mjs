@@ -217,6 +217,7 @@ export async function check(browser, path, { most = Infinity } = {}) {
     holds("shader and processor deflect alike", differing(...ways) < 20);
   }
   const { size } = await stat(path);
+  holds("it is below 5 MB", size < 5e6);
   await context.close();
   return { path, bytes: size, ...speed, violations, errors, failed };
 }

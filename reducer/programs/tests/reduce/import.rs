@@ -354,10 +354,7 @@ fn a_matrix_alone_makes_a_template() {
             "reduce bracket.mtx",
         ],
     );
-    folder.refused(
-        "bracket.mtx",
-        &["bracket.json", "points", "80 points [x, y, z]"],
-    );
+    folder.refused("bracket.mtx", &["bracket.json", "Replace this text"]);
     folder.refused("init bracket.mtx --units mm,t,s", &["bracket.json", "mesh"]);
     folder.refused(
         "init bracket.mass.mtx --units mm,t,s --dofs ux,uy,uz,rx,ry,rz,p",
