@@ -243,6 +243,7 @@ def _part(
 
 
 def _interfaces(interfaces: Mapping[str, Any] | Sequence[Mapping[str, Any]]) -> list[dict[str, Any]]:
+    found: list[dict[str, Any]]
     if isinstance(interfaces, Mapping):
         named = [{"name": name} | (dict(what) if isinstance(what, Mapping) else {"nodes": what}) for name, what in interfaces.items()]
         found = [{"kind": "average"} | described for described in named]
