@@ -279,8 +279,11 @@ def test_superelements_and_mechanisms_refuse_what_cant_be_meant(reduced, tmp_pat
         (lambda: tisserand.simulate(pendulum(), progress="yes"), "progress: is 'yes', expected a function"),
         (lambda: tisserand.Scene.from_dict("scene.json"), "Scene.read reads a file"),
         (lambda: tisserand.Scene(2, units=("m", "kg")), "units: are"),
+        (lambda: tisserand.Scene(2).output("e", "energy", position={}), "wants one of the two"),
+        (lambda: tisserand.Scene(2).output("e"), "wants one of the two"),
     ]:
         with pytest.raises(tisserand.InputError, match=told):
             call()
     results = tisserand.simulate(pendulum())
+    assert np.array_equal(results["bob/frame"], results["motion/bob/frame"])
     assert len(results) == len(results.keys()) == len(results.channels) and "angle" in results.keys()

@@ -166,6 +166,8 @@ def test_errors_checks_and_selection(reduced, bracket):
     assert reduced.verify() and reduced.verify().broken == []
     fewer = reduced.select(modes=4)
     direct = tisserand.reduce(**bracket, modes=4)
+    ours, theirs = fewer.errors(), direct.errors()
+    assert np.allclose(ours.collocated, theirs.collocated, rtol=0.05) and np.allclose(ours.transfer, theirs.transfer, rtol=0.05)
     assert np.allclose(fewer.residual_flexibility, direct.residual_flexibility, rtol=1e-8, atol=1e-12 * abs(direct.residual_flexibility).max())
 
 
@@ -222,6 +224,7 @@ def test_a_study_names_the_cheapest_reduction(bracket, tmp_path):
         tisserand.study(**bracket, output=tmp_path / "study")
     with pytest.raises(tisserand.InputError, match="strong"):
         tisserand.study(**bracket, forms=["stronk"])
+    assert {row["variant"] for row in tisserand.study(**bracket, modes=[2], forms=["static"], band_points=20).rows} == {"static"}
 
 
 def test_memory_is_kept_to(bracket, tmp_path):

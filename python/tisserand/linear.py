@@ -19,24 +19,39 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Truncation:
-    """What a balanced truncation has left out."""
+    """What a balanced truncation has left out. :attr:`LinearSystem.truncation` gives it."""
 
     full_order: int
-    """States before."""
+    """Number of states before."""
     kept_apart: int
-    """Poles that don't decay; they are kept, exactly."""
+    """Number of poles that don't decay, or hardly; they are kept, exactly."""
     hankel: NDArray[np.float64]
-    """Hankel singular values of the rest, as parts of the largest, inputs and outputs scaled."""
+    """Hankel singular values of the rest, (full_order - kept_apart), falling, as parts of the largest, inputs and outputs scaled."""
     bound: float
-    """Twice the sum of those left out."""
+    """Twice the sum of the Hankel singular values left out, without unit."""
     bounds: NDArray[np.float64]
-    """At any frequency the error of an output by an input is at most this, in their units, (outputs, inputs)."""
+    """At any frequency the error of an output by an input is at most this, (n_y, n_u), unit of the output by that of the input."""
 
 
 class LinearSystem:
     """`x' = A x + B (u - u0)`, `y = y0 + C x + D (u - u0)`: x is the deviation from the motion at the operating point.
 
-    Numbers are in the units of the scene.
+    Numbers are in the units of the scene. Made by :func:`linearize` and :meth:`Mechanism.linearize`. It has n states, n_u inputs and n_y outputs.
+
+    Attributes
+    ----------
+    A, B, C, D
+        The matrices, (n, n), (n, n_u), (n_y, n) and (n_y, n_u), read-only.
+    state_names, state_units
+        Names and units of the states, n each; `docs/linear-systems.md` says what they are.
+    input_names, input_units
+        Names and units of the inputs, n_u each.
+    output_names, output_units
+        Names and units of the outputs, n_y each; components are as `tip.x`.
+    u0, y0
+        Inputs, (n_u), and outputs, (n_y), at the operating point, in their units.
+    poles
+        Eigenvalues of A, (n), complex, by increasing size: the real part in 1/time, the imaginary part in rad/time.
     """
 
     def __init__(self, system: _native.LinearSystem) -> None:
@@ -49,12 +64,12 @@ class LinearSystem:
 
     @property
     def units(self) -> tuple[str, str, str]:
-        """Length, mass and time."""
+        """Names of the scene's units of length, mass and time."""
         return self._system.units
 
     @property
     def time(self) -> float:
-        """Time of the operating point."""
+        """Time of the operating point, in the scene's unit of time."""
         return self._system.time
 
     @property
@@ -64,12 +79,12 @@ class LinearSystem:
 
     @property
     def frequencies(self) -> NDArray[np.float64]:
-        """Of the poles, in cycles by time."""
+        """Frequencies of the poles, (n), in cycles by the scene's unit of time: Hz where that is the second."""
         return np.asarray(np.abs(self.poles.imag) / (2 * np.pi))
 
     @property
     def damping_ratios(self) -> NDArray[np.float64]:
-        """Of the poles, -Re(s)/|s|; zero for s = 0."""
+        """Damping ratios of the poles, (n), -Re(s)/|s|; zero for s = 0."""
         size = np.abs(self.poles)
         return np.asarray(np.divide(-self.poles.real, size, out=np.zeros(len(size)), where=size > 0))
 
@@ -83,7 +98,13 @@ class LinearSystem:
         return Truncation(full_order, kept_apart, np.array(hankel), bound, np.array(bounds))
 
     def to_control(self) -> control.StateSpace:
-        """A system of the package `control`, of deviations: its inputs are u - u0, its outputs y - y0. Dots in names become underscores."""
+        """A system of the package `control`, of deviations: its inputs are u - u0, its outputs y - y0. Dots in names become underscores.
+
+        Returns
+        -------
+        control.StateSpace
+            Continuous in time, with the names of states, inputs and outputs. Numbers are in the units of the scene.
+        """
         import control
 
         names = {
@@ -93,7 +114,15 @@ class LinearSystem:
         return control.ss(self.A, self.B, self.C, self.D, **names)
 
     def write(self, path: str | PathLike[str], *, overwrite: bool = False) -> None:
-        """Write it; the ending says what: `.h5`, `.npz` or `.mat`."""
+        """Write it; the ending says what: `.h5`, `.npz` or `.mat`.
+
+        Parameters
+        ----------
+        path
+            The file: HDF5, NumPy or MATLAB, as it ends. `docs/linear-systems.md` says what stands in it.
+        overwrite
+            Replace one that exists; by default it is refused.
+        """
         self._system.write(path, overwrite)
 
     def __repr__(self) -> str:
@@ -116,15 +145,27 @@ def linearize(
     scene
         A scene, its dictionary, or the path of its file.
     at
-        `"initial"`, `"static"` for a stable rest near the start, or a time that the motion reaches.
+        `"initial"`, the default: the start, made consistent. `"static"`: a stable rest near the start. Or a time that the motion reaches, in the
+        scene's unit of time.
     inputs
-        Loads, components of loads as `NAME/INDEX`, and drives; those that are declared as `input` where none is named, or all if none is declared.
+        Names of loads, components of loads as `NAME/INDEX`, actuators and drives; those that are declared as `input` where none is named, or all if
+        none is declared. The input of a drive is the acceleration of its coordinate.
     outputs
         Outputs, or whatever else a run records, as `reactions/JOINT`; the scene's outputs where none is named.
     order
-        Number of states, by balanced truncation.
+        Number of states, by balanced truncation; all by default.
     note
-        Called with time and text of what is worth telling.
+        Called with time (the scene's unit) and text of what is worth telling.
+
+    Returns
+    -------
+    LinearSystem
+        A, B, C and D with names, units, poles and operating point, in the units of the scene.
+
+    Raises
+    ------
+    InputError
+        Something in the scene or a name is wrong, or `order` is below the number of poles that must be kept.
     """
 
     def told(time: float, _: float | None, message: str | None) -> None:

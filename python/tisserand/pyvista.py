@@ -21,6 +21,18 @@ def mode(part: Superelement, number: int) -> Any:
     """A `pyvista.UnstructuredGrid` of a superelement, displaced in a mode counted from 0; the largest displacement is a tenth of the part's size.
 
     Its points are the displaced ones; the displacements themselves are the point data `displacement`.
+
+    Parameters
+    ----------
+    part
+        A superelement with its mesh and its nodal fields.
+    number
+        The mode, counted from 0.
+
+    Returns
+    -------
+    pyvista.UnstructuredGrid
+        The displaced part. Points and displacements, (n, 3), are in the part's own coordinates and its unit of length.
     """
     import pyvista
 
@@ -34,7 +46,20 @@ def mode(part: Superelement, number: int) -> Any:
 
 
 def fields(series: str | PathLike[str]) -> Iterator[tuple[float, Any]]:
-    """Time and `pyvista.UnstructuredGrid` of each picture of a series `BODY.pvd` that a run has written (`fields` of a scene)."""
+    """Time and `pyvista.UnstructuredGrid` of each picture of a series `BODY.pvd` that a run has written (`fields` of a scene).
+
+    Parameters
+    ----------
+    series
+        The file `BODY.pvd`.
+
+    Yields
+    ------
+    float
+        Time, in the scene's unit of time.
+    pyvista.UnstructuredGrid
+        The body at this time.
+    """
     import pyvista
 
     path = Path(series)
@@ -47,16 +72,28 @@ def fields(series: str | PathLike[str]) -> Iterator[tuple[float, Any]]:
 
 
 def animate(series: Mapping[str, str | PathLike[str]], target: str | PathLike[str], *, frames_per_second: int = 25, scalars: str | None = None) -> int:
-    """Write a moving picture (`.gif`) of several bodies' series; the number of its frames.
+    """Write a moving picture (`.gif`) of several bodies' series, and say the number of its frames.
 
     Parameters
     ----------
     series
-        The file `BODY.pvd` of each body, by name.
+        The file `BODY.pvd` of each body, by name. A frame is made of the first pictures of all of them, then of the second ones and so on.
     target
-        The picture.
+        The file of the picture.
+    frames_per_second
+        Frames shown in a second; 25 by default, whatever times lie between them.
     scalars
-        Point data that colours the bodies, by its magnitude.
+        Name of the point data that colours the bodies, by its magnitude; pyvista's active one by default.
+
+    Returns
+    -------
+    int
+        Number of frames: that of the shortest series.
+
+    Raises
+    ------
+    InputError
+        A file isn't there, or a series has no picture.
     """
     import pyvista
 

@@ -60,7 +60,8 @@ def reduce(
         Places of the nodes, (n, 3), or (n, 2) for a planar part.
     interfaces
         Where forces act and motion is observed, by name: nodes counted from 0 as a list, array, range or set, or a mapping with `nodes` and what a
-        component file may have besides: `kind` (`"average"`, the default here, `"rigid"` or `"nodes"`), `position`, `weights`, `axes`, `dofs`, `role`.
+        component file may have besides: `kind` (`"average"`, the default here, `"rigid"` or `"nodes"`), `position`, `weights`, `axes`, `dofs`,
+        `role`.
     modes
         Elastic modes to keep, 30 where nothing is said; a multiple root stays whole. With `scene` the most that may be kept.
     max_frequency
@@ -75,14 +76,16 @@ def reduce(
     boundary
         Further rows of L_b, (n, n_e), sparse or dense: combinations of degrees of freedom that are observed and loaded.
     component_masses
-        Masses by pairs of axes, `"xx"`, `"yy"`, `"zz"`, `"xy"`, `"yz"`, `"zx"` (planar `"xx"`, `"yy"`, `"xy"`), (n_e, n_e) each: exact inertia of beams and
-        shells.
+        Masses by pairs of axes, `"xx"`, `"yy"`, `"zz"`, `"xy"`, `"yz"`, `"zx"` (planar `"xx"`, `"yy"`, `"xy"`), (n_e, n_e) each: exact inertia of
+        beams and shells.
     stiffening
         Geometric stiffness, (n_e, n_e) each: by products of spins, such as `"zz"`, in (rad/time)², and by rows, such as `"hub.ux"`, for a unit force.
     units
-        Length, mass and time.
+        Names of the units of length, mass and time, in this order or by these words; metres, kilograms and seconds by default.
+    name
+        Name of the part, which the superelement and messages have.
     damping
-        Ratio to critical of all modes, one for each, or what a component file may have.
+        Ratio to critical of all modes, one for each, or what a component file may have. None by default.
     interface_modes, enrich, without_estimate, allow_grounded, allow_loose
         As the options of the program `reduce`.
     scene, bodies, tolerance, keep_all
@@ -102,6 +105,8 @@ def reduce(
     Returns
     -------
     Superelement
+        The reduced part, in the units of the part, with its nodal shapes and its mesh; with `scene` those of the nodes that the scene looks at, if
+        any.
 
     Raises
     ------
@@ -142,12 +147,14 @@ def reduce(
 
 @dataclass(frozen=True)
 class Plan:
-    """What a reduction will cost."""
+    """What a reduction will cost. Made by :func:`plan`."""
 
     dofs: int
     """Dofs of the model that is factorized."""
     modes: int
+    """Elastic modes wanted; with `max_frequency`, which doesn't say how many there are, a guess."""
     attachments: int
+    """Attachments, one for each of the n_b boundary rows."""
     factor_entries: int
     """Entries of the factor's lower triangle."""
     operations: float
@@ -168,7 +175,32 @@ def plan(
     boundary: Any = None,
     units: Sequence[str] | Mapping[str, str] = ("m", "kg", "s"),
 ) -> Plan:
-    """Say what :func:`reduce` will cost, from the pattern of the matrices alone; parameters as there."""
+    """Say what :func:`reduce` will cost, from the pattern of the matrices alone; parameters as there.
+
+    Parameters
+    ----------
+    K, M
+        Stiffness and mass of the free part, both triangles, (n_e, n_e).
+    points
+        Places of the nodes, (n, 3), or (n, 2) for a planar part.
+    interfaces
+        Nodes by name, or more of each interface.
+    modes
+        Elastic modes to keep, 30 where nothing is said.
+    max_frequency
+        Keep every mode below this frequency instead, in Hz.
+    dofs
+        Directions of every node, or a table with an entry for each row.
+    boundary
+        Further rows of L_b, (n, n_e), sparse or dense.
+    units
+        Names of the units of length, mass and time; metres, kilograms and seconds by default.
+
+    Returns
+    -------
+    Plan
+        Sizes, operations and memory.
+    """
     part = _part(K, M, points, interfaces, dofs, None, None, units, "part", None, boundary)
     return Plan(**json.loads(_native.plan(part, _means(None, "auto", None, _modes(modes, max_frequency)))))
 

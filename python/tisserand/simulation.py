@@ -34,24 +34,25 @@ def simulate(
     scene
         A scene, its dictionary, or the path of its file.
     output
-        File of the results; without it they are in a temporary file as long as the results are used.
+        File of the results, HDF5 (`docs/results.md`); without it they are in a temporary file as long as the results are used.
     overwrite
-        Replace a file that exists.
+        Replace a file that exists; by default it is refused.
     model
-        What of the superelements is carried: what this scene needs, or everything.
+        What of the superelements is carried: `"needed"`, what this scene needs, by default, or `"everything"`.
     tolerance
-        Relative error of the parts' responses that leaving out the rest may make; `note` is told what it makes.
+        Relative error of the parts' responses that leaving out the rest may make, between 0 and 1, 1e-3 by default; `note` is told what it makes.
     fields_in
-        Folder for the fields that the scene asks for; that of the results where nothing is said.
+        Folder in which the scene may write its `fields`, beside its own folder and that of the results.
     progress
-        Called now and then with the time reached and the end.
+        Called now and then with the time reached and the end, in the scene's unit of time.
     note
-        Called with time and text of what is worth telling.
+        Called with time (the scene's unit) and text of what is worth telling.
 
     Returns
     -------
     Results
-        If a function that is called raises, or the user presses Ctrl-C, the run ends with that exception; the file has what was reached.
+        What was recorded, read when it is asked for. If a function that is called raises, or the user presses Ctrl-C, the run ends with that
+        exception; the file has what was reached.
     """
     described = scene_of(scene)
     carried = None if _checks.one_of("model", model, ("needed", "everything")) == "everything" else _checks.share("tolerance", tolerance)

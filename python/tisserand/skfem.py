@@ -13,7 +13,7 @@ from tisserand import _native
 
 @dataclass(frozen=True)
 class Part:
-    """Nodes and rows of a displacement field, as :func:`tisserand.reduce` takes them."""
+    """Nodes and rows of a displacement field, as :func:`tisserand.reduce` takes them. Made by :func:`part`."""
 
     points: NDArray[np.float64]
     """Places of the nodes, (n, 2) or (n, 3): vertices first, then edges, facets and interiors, as the element has them."""
@@ -23,14 +23,36 @@ class Part:
     """The cells' vertices by meshio's names; empty without meshio."""
 
     def nodes(self, where: Any) -> NDArray[np.int64]:
-        """Nodes at which a function of the places, (dim, n), is true."""
+        """Nodes at which a function of the places, (dim, n), is true.
+
+        Parameters
+        ----------
+        where
+            Called with the places of the nodes, (dim, n), one row for each direction; gives an array of booleans, (n).
+
+        Returns
+        -------
+        ndarray
+            Nodes counted from 0, (k), whole numbers, rising: those of an interface for :func:`tisserand.reduce`.
+
+        Raises
+        ------
+        InputError
+            No node is there.
+        """
         found = np.flatnonzero(where(self.points.T))
         if len(found) == 0:
             raise _native.InputError("no node is there; compare coordinates with a tolerance, as in abs(x[0]) < 1e-9")
         return found
 
     def arguments(self) -> dict[str, Any]:
-        """`points`, `dofs` and `cells` of :func:`tisserand.reduce`."""
+        """`points`, `dofs` and `cells` of :func:`tisserand.reduce`.
+
+        Returns
+        -------
+        dict
+            :attr:`points`, :attr:`dofs` and :attr:`cells` by these names.
+        """
         return {"points": self.points, "dofs": self.dofs, "cells": self.cells}
 
 
@@ -45,6 +67,7 @@ def part(basis: Any) -> Part:
     Returns
     -------
     Part
+        Nodes, the node and direction of each row, and cells.
     """
     dim = basis.mesh.dim()
     count = basis.N

@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Study:
-    """What each reduction costs, and how far it is off."""
+    """What each reduction costs, and how far it is off. Made by :func:`study`."""
 
     rows: list[dict[str, Any]]
     """One for each reduction and form: `variant`, `modes`, `unknowns`, `reduction_seconds`, `file_bytes`, and relative `errors` by measure."""
@@ -32,7 +32,14 @@ class Study:
         return self.text
 
     def to_pandas(self) -> pandas.DataFrame:
-        """Rows as a table, with the largest of each kind of errors in a column of its own."""
+        """Rows as a table, with the largest of each kind of errors in a column of its own.
+
+        Returns
+        -------
+        pandas.DataFrame
+            A row for each of :attr:`rows`. Errors are relative; `reduction_seconds` is in seconds, `file_bytes` in bytes. `further_columns` has the
+            sources of further columns, joined by `+`, or nothing.
+        """
         import pandas
 
         left_out = ("errors", "curves", "enrichment")
@@ -56,7 +63,7 @@ def study(
     modes: Sequence[int] | None = None,
     forms: Sequence[str] = ("strong", "static", "weak", "free"),
     interface_modes: Sequence[int] = (),
-    enrich: Sequence[Sequence[str]] = (("krylov",),),
+    enrich: Sequence[Sequence[str]] | None = None,
     band: tuple[float, float] | None = None,
     band_points: int = 400,
     loss_factor: float = 0.02,
@@ -80,28 +87,28 @@ def study(
     K, M, points, interfaces, dofs, cells, loads, boundary, component_masses, units, name, damping, memory, threads
         As in :func:`reduce`.
     modes
-        Numbers of modes; 5, 10, 20 and 40 by default.
+        Numbers of modes; 5, 10, 20 and 40 by default, as far as the part has them.
     forms
-        Forms in which the superelement is used.
+        Forms in which the superelement is used: `"strong"`, `"static"`, `"weak"` and `"free"`, all by default.
     interface_modes
         Numbers of interface modes, beside all of them.
     enrich
-        Sets of further columns, beside none: `("krylov",)`, `("spin", "loads")`.
+        Sets of further columns, beside none, such as `("spin", "loads")`. They need the form `"strong"`; with it `("krylov",)` is the default.
     band
         Frequencies in Hz, from and to; up to half the highest mode by default.
     band_points
-        Points of the band; resonances are added.
+        Points of the band, 2 to 100000, 400 by default; resonances are added.
     loss_factor
-        Structural loss factor of the responses compared.
+        Structural loss factor of the responses compared, 0.02 by default.
     tolerance
-        Relative error for which the best row is named.
+        Relative error for which the best row is named, 1e-3 by default.
     output
-        Folder for the page `report.html`, its pictures and tables; it is made, or must be empty.
+        Folder for the page `report.html`, its pictures and tables; it is made, or must be empty. By default none is kept.
 
     Returns
     -------
     Study
-        Ctrl-C is heard at the end only.
+        Rows with costs and errors, and the verdict. Ctrl-C is heard at the end only.
     """
     if band is not None:
         ends = [_checks.positive("band", end, "Hz") for end in band]
@@ -110,6 +117,8 @@ def study(
     if not 2 <= _checks.whole_number("band_points", band_points) <= 100_000:
         raise _native.InputError(f"band_points: is {band_points}, expected 2 to 100000")
     part = _part(K, M, points, interfaces, dofs, cells, loads, units, name, damping, boundary, component_masses)
+    if enrich is None:
+        enrich = (("krylov",),) if "strong" in forms else ()
     request = {
         "modes": None if modes is None else [_checks.whole_number("modes", number, 1) for number in modes],
         "variants": [_checks.one_of("forms", form, FORMS) for form in _checks.names("forms", forms, '["strong"]')],

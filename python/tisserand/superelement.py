@@ -20,30 +20,44 @@ from tisserand import _checks, _native
 
 @dataclass(frozen=True)
 class ErrorBounds:
-    """Bounds of the relative errors of a superelement below a frequency; each is (lower, upper)."""
+    """Bounds of the relative errors of a superelement below a frequency; each is (lower, upper), but for the last.
+
+    Made by :meth:`Superelement.errors`. `docs/error-estimate.md` says what they mean.
+    """
 
     max_frequency: float
-    """Hz, or cycles per unit of time where that isn't known."""
+    """Upper end of the band, Hz, or cycles per unit of time where that isn't known."""
     static_response: tuple[float, float]
+    """Static response with the inertia relieved, of the worst interface."""
     collocated: tuple[float, float]
+    """Largest error over the band of the response of each interface at itself."""
     transfer: tuple[float, float] | None
+    """Largest error over the band of the response between different interfaces; `None` where there is one interface."""
     held_frequency: tuple[float, float] | None
+    """Largest error of a natural frequency in the band with all interface rows held, 1 for one that is lacking; `None` where none can be there."""
     free_frequency: float
+    """Upper bound of the errors of the kept free frequencies."""
 
 
 @dataclass(frozen=True)
 class Verification:
-    """What can be recomputed of a superelement, and what doesn't agree."""
+    """What can be recomputed of a superelement, and what doesn't agree: it is false where something doesn't. Made by :meth:`Superelement.verify`."""
 
     text: str
+    """A line for each number that was recomputed, with its deviation and its limit."""
     broken: list[str]
+    """What doesn't agree; empty where all does."""
 
     def __bool__(self) -> bool:
         return not self.broken
 
 
 class Superelement:
-    """A reduced part. Arrays are read-only views that keep it alive; coordinates are of the body frame, units those of :attr:`units`."""
+    """A reduced part. Large arrays are read-only views that keep it alive; coordinates are of the body frame, units those of :attr:`units`.
+
+    Made by :func:`reduce`, :meth:`read` and :meth:`select`. It has n_k modes, n_b boundary rows, and n_f rows of nodal shapes. The axes of the body
+    frame are parallel to those of the part's own coordinates; its origin is the centre of mass.
+    """
 
     __slots__ = ("_native",)
 
@@ -52,7 +66,18 @@ class Superelement:
 
     @classmethod
     def read(cls, path: str | PathLike[str]) -> Superelement:
-        """Read a file `.dcb.h5`, with its nodal fields and its mesh where it has them."""
+        """Read a file `.dcb.h5`, with its nodal fields and its mesh where it has them.
+
+        Parameters
+        ----------
+        path
+            The file.
+
+        Returns
+        -------
+        Superelement
+            What is in the file, in memory.
+        """
         return cls(_native.Superelement.read(path))
 
     def write(
@@ -65,7 +90,7 @@ class Superelement:
         path
             The file, `NAME.dcb.h5`.
         overwrite
-            Replace one that exists.
+            Replace one that exists; by default it is refused.
         fields, mesh
             Whether the nodal shapes and the mesh go into it; without both it says nothing of the inside of the part.
         compress
@@ -75,27 +100,27 @@ class Superelement:
 
     @property
     def name(self) -> str:
-        """Name."""
+        """Name of the part."""
         return self._native.name
 
     @property
     def units(self) -> tuple[str, str, str]:
-        """Length, mass and time."""
+        """Names of the units of length, mass and time."""
         return self._native.units
 
     @property
     def mass(self) -> float:
-        """Total mass."""
+        """Total mass, in the unit of mass."""
         return self._native.mass
 
     @property
     def centre_of_mass(self) -> NDArray[np.float64]:
-        """Centre of mass in the part's own coordinates, (3)."""
+        """Centre of mass in the part's own coordinates, (3), length."""
         return np.array(self._native.origin)
 
     @property
     def inertia(self) -> NDArray[np.float64]:
-        """Inertia about the centre of mass, (3, 3); a planar part has only the last entry."""
+        """Inertia about the centre of mass, (3, 3), mass * length²; a planar part has only the last entry."""
         return np.array(self._native.inertia)
 
     @property
@@ -115,37 +140,37 @@ class Superelement:
 
     @property
     def eigenvalues(self) -> NDArray[np.float64]:
-        """ω² of the kept free modes, (n_k), 1/time², rising."""
+        """Squares ω² of the angular frequencies of the kept free modes, (n_k), (rad/time)², rising."""
         return self._native.eigenvalues
 
     @property
     def frequencies(self) -> NDArray[np.float64]:
-        """Frequencies of the kept free modes, (n_k), Hz, or cycles per unit of time where that isn't known."""
+        """Frequencies of the kept free modes, (n_k), Hz, or cycles per unit of time where that isn't known, rising."""
         return np.sqrt(self.eigenvalues) / (2.0 * math.pi * self._native.second)
 
     @property
     def interface_shapes(self) -> NDArray[np.float64]:
-        """The kept modes at the boundary rows, L_b Φ, (n_b, n_k)."""
+        """The kept modes, mass-normalized, at the boundary rows, L_b Φ, (n_b, n_k)."""
         return self._native.interface_shapes
 
     @property
     def residual_flexibility(self) -> NDArray[np.float64]:
-        """F_res, (n_b, n_b)."""
+        """Residual flexibility of the boundary rows, F_res, (n_b, n_b), displacement of a row by force on a row."""
         return self._native.residual_flexibility
 
     @property
     def residual_mass(self) -> NDArray[np.float64]:
-        """M_res, (n_b, n_b)."""
+        """Residual mass: that of the attachments, M_res, (n_b, n_b)."""
         return self._native.residual_mass
 
     @property
     def modes(self) -> NDArray[np.float64] | None:
-        """Nodal shapes of the kept modes, Φ, (n_f, n_k); rows as :attr:`field_dofs` says."""
+        """Nodal shapes of the kept modes, mass-normalized, Φ, (n_f, n_k); rows as :attr:`field_dofs` says; `None` without nodal fields."""
         return self._native.modes
 
     @property
     def attachments(self) -> NDArray[np.float64] | None:
-        """Nodal shapes of the attachments, G_res L_bᵀ, (n_f, n_b)."""
+        """Nodal shapes of the attachments, G_res L_bᵀ, (n_f, n_b); rows as :attr:`field_dofs` says; `None` without nodal fields."""
         return self._native.attachments
 
     @property
@@ -156,16 +181,32 @@ class Superelement:
 
     @property
     def points(self) -> NDArray[np.float64] | None:
-        """Places of the nodes in the part's own coordinates, (n, 3) or (n, 2)."""
+        """Places of the nodes in the part's own coordinates, (n, 3) or (n, 2), length; `None` without a mesh."""
         return self._native.points
 
     @property
     def cells(self) -> list[tuple[str, NDArray[np.int64]]]:
-        """Meshio's name and nodes, (m, k), of each block of cells."""
+        """Meshio's name and nodes counted from 0, (m, k), of each block of cells; empty without a mesh."""
         return [(kind, np.array(nodes, dtype=np.int64)) for kind, nodes in self._native.cells]
 
     def shape(self, mode: int) -> NDArray[np.float64]:
-        """Displacements of the nodes in a mode, (n, 3)."""
+        """Displacements of the nodes in a mode, (n, 3).
+
+        Parameters
+        ----------
+        mode
+            The mode, counted from 0.
+
+        Returns
+        -------
+        ndarray
+            Displacements along x, y and z of a mode of unit modal mass, (n, 3), in 1/√mass. Along z they are zero in a planar part.
+
+        Raises
+        ------
+        InputError
+            The superelement has no nodal fields, no mesh, or no such mode.
+        """
         dofs, modes, points = self.field_dofs, self.modes, self.points
         if dofs is None or modes is None or points is None:
             raise _native.InputError(f"{self.name}: has no nodal fields or no mesh; reduce it again, or ask for the whole file")
@@ -184,16 +225,18 @@ class Superelement:
         Parameters
         ----------
         max_frequency
-            Upper end of the band, Hz; half the highest frequency where nothing is said.
+            Upper end of the band, Hz; half the highest frequency where nothing is said, or half the first one left out where that is lower. It must
+            be below the first one left out.
         compatibility
-            Form in which the superelement is used.
+            Form in which the superelement is used: `"strong"`, the default, or `"static"`.
         points
-            Frequencies at which the bounds are computed.
+            Number of frequencies at which the bounds are computed, 400 by default; resonances are added.
 
         Returns
         -------
         ErrorBounds or None
-            `None` where the superelement has no error moments.
+            `None` where the superelement has no error moments: those of files before format 1.2, of reductions `without_estimate`, and those that
+            :meth:`select` gives with fewer modes.
         """
         second = 2.0 * math.pi * self._native.second
         upper = None if max_frequency is None else (second * _checks.positive("max_frequency", max_frequency, "Hz")) ** 2
@@ -207,17 +250,40 @@ class Superelement:
         return ErrorBounds(max_frequency=top, **found)
 
     def verify(self) -> Verification:
-        """Recompute what can be recomputed of the superelement alone."""
+        """Recompute what can be recomputed of the superelement alone.
+
+        Returns
+        -------
+        Verification
+            What was recomputed; false where something doesn't agree.
+        """
         return Verification(*self._native.check())
 
     def inspect(self) -> dict[str, Any]:
-        """All that `reduce inspect --json` says of it; `print(part)` says less."""
+        """All that `reduce inspect --json` says of it; `print(part)` says less.
+
+        Returns
+        -------
+        dict
+            Numbers, texts and lists by name, such as `frequencies_hz`, `interfaces`, `errors` and `quality`.
+        """
         with self._file() as path:
             found: dict[str, Any] = json.loads(_native.inspected(path, True))
         return found
 
     def compare(self, other: Superelement) -> str:
-        """How far two superelements agree: frequencies, shapes, flexibility, mass; a table for people, in SI units."""
+        """How far two superelements agree: frequencies, shapes, flexibility, mass; a table for people, in SI units.
+
+        Parameters
+        ----------
+        other
+            The superelement to compare with.
+
+        Returns
+        -------
+        str
+            The table, as `reduce compare` prints it. In it A is this superelement and B the other one.
+        """
         if not isinstance(other, Superelement):
             raise _native.InputError(f"other: is {other!r}, expected a superelement; Superelement.read reads a file")
         with self._file() as own, other._file() as others:

@@ -4,8 +4,8 @@ use std::collections::BTreeMap;
 
 use dcb_tests::hard::dynamics::weak_form_map::{FULL, cells, measure};
 use dcb_tests::pages::{
-    accuracy, error_estimate, exchange, fuzzing, hard_cases, large_file, motion, python,
-    read_matrices, scene_driven, scene_reduction, speed_against_error, stability,
+    accuracy, error_estimate, exchange, fuzzing, hard_cases, html_pages, large_file, motion,
+    python, read_matrices, scene_driven, scene_reduction, speed_against_error, stability,
 };
 use serde_json::Value;
 
@@ -41,6 +41,7 @@ tests! {
     cost_of_python_is_shown: python::COST, assert_shown;
     loops_in_python_are_shown: python::LOOP, assert_shown;
     fuzzing_is_shown: fuzzing::PAGE, assert_shown;
+    html_pages_are_shown: html_pages::PAGE, assert_shown;
 }
 
 #[test]
@@ -58,6 +59,20 @@ fn python_costs_what_is_promised() {
     assert!(lines.len() >= 6);
     assert!(most("step", &added) < 1000.0);
     assert!(most("reduction", &memory) < 1.1);
+}
+
+/// 5 MB, 30 pictures a second, nothing that axe finds.
+#[test]
+fn html_pages_keep_what_is_promised() {
+    let lines = html_pages::PAGE.lines();
+    assert!(lines.iter().any(|line| line["page"] == "large.html"));
+    for line in &lines {
+        assert!(line["bytes"].as_f64().unwrap() < 5e6, "{line}");
+        assert!(line["fps"].as_f64().unwrap() >= 30.0, "{line}");
+        for findings in ["violations", "errors", "failed"] {
+            assert_eq!(line[findings].as_array().unwrap().len(), 0, "{line}");
+        }
+    }
 }
 
 #[test]

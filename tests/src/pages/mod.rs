@@ -5,6 +5,7 @@ pub mod error_estimate;
 pub mod exchange;
 pub mod fuzzing;
 pub mod hard_cases;
+pub mod html_pages;
 pub mod large_file;
 pub mod motion;
 pub mod python;

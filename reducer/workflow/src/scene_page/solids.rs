@@ -99,6 +99,12 @@ impl<'a> Solids<'a> {
         if let Some(known) = self.files.get(&key) {
             return Ok(*known);
         }
+        if !key.0.exists() {
+            return Err(Error::from(dcb_formats::Error::File {
+                path: key.0,
+                message: "is not there, and a `geometry` of the scene draws it; put it there, or correct the path in the scene".into(),
+            }));
+        }
         let triangles = Triangles::read(&key.0)?;
         let places = triangles.positions.iter();
         let places: Vec<Vector3<f64>> = places.map(|at| scale * Vector3::from(*at)).collect();

@@ -116,7 +116,10 @@ fn solids_of_the_scene_are_drawn_and_move_nothing() {
     assert!((highest - 0.04).abs() < 1e-8);
     assert_eq!(page.body("ground")["solids"][0]["kind"], "box");
     fs::remove_file(folder.path("wedge.obj")).unwrap();
-    folder.refused("animate scene.h5 --force", &["wedge.obj", "cannot read"]);
+    folder.refused(
+        "animate scene.h5 --force",
+        &["wedge.obj", "is not there", "geometry"],
+    );
 }
 
 #[test]
