@@ -20,8 +20,7 @@ impl Candidate {
 }
 
 /// What the front is, for readers.
-pub const PARETO_FRONT: &str =
-    "Pareto front: the rows for which no other row has both a lower cost and a smaller error.";
+pub const PARETO_FRONT: &str = "Pareto front: the variants for which no other variant has both a lower cost and a smaller error.";
 
 /// Indices of the rows of the Pareto front, by rising cost and falling error: no other row is at least as good in cost and in error, and
 /// better in one of them. Of rows that agree in both the first is taken.

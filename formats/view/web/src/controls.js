@@ -80,7 +80,7 @@ export class Controls {
     title.textContent = `${TITLES[what]}: 0`;
     const said = [isRelative ? `${number(peak > 0 ? largest / peak : 0)} of the largest` : `${number(largest)} ${unit}`.trim()];
     if (largest < peak) said.push(`99 % of the nodes stay below, ${isRelative ? "the rest has the last colour" : `the largest is ${number(peak)}`}`);
-    if (times < of) said.push(`from ${times} of the ${of} stored times, what is larger at another one has the last colour`);
+    if (times < of) said.push(`computed from ${times} of ${of} stored times; larger values at other times have the last colour`);
     end.textContent = said.join("; ");
   }
 

@@ -82,7 +82,7 @@ fn a_study_leaves_tables_pictures_and_a_page() {
     let page = folder.read("rotor.study/report.html");
     says!(page, "<svg", "mode 1, 104.637", "</html>", "Pareto front");
     let sections = [
-        "<h2>Which row to take",
+        "<h2>Which variant to take",
         "<h2>What an error costs</h2>",
         "<h2>Responses</h2>",
         "<h2>Where the error is</h2>",

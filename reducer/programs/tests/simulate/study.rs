@@ -112,7 +112,7 @@ fn a_study_measures_errors_and_times_and_names_the_best_row() {
     assert_order(
         &page,
         &[
-            "<h2>Which row to take</h2>",
+            "<h2>Which variant to take</h2>",
             "<h2>Error against time</h2>",
             "<h2>Histories</h2>",
             "<h2>Errors over time</h2>",

@@ -2,7 +2,7 @@
 
 use dcb_formats::Superelement;
 use dcb_formats::scene::Compatibility;
-use dcb_formats::units::{hertz, hertz_unit};
+use dcb_formats::units::{DerivedUnits, hertz, hertz_unit};
 use dcb_reducer::error::Error;
 use dcb_superelement::LOSS_FACTOR;
 use dcb_superelement::error_bounds::{Bracket, ErrorBounds, Estimate, POINTS};
@@ -94,10 +94,7 @@ pub fn of(element: &Superelement, arrays: &mut Arrays) -> Result<Responses, Erro
             title: element.row_name(row),
             x: frequency(),
             y: ChartAxis {
-                label: format!(
-                    "receptance [{}/({}·{}/{}²)]",
-                    element.units.length, element.units.mass, element.units.length, time
-                ),
+                label: format!("receptance [{}]", compliance_unit(element, row)),
                 log: true,
             },
             curves: vec![Curve {
@@ -124,6 +121,19 @@ pub fn of(element: &Superelement, arrays: &mut Arrays) -> Result<Responses, Erro
         bands: Vec::new(),
     });
     Ok(found)
+}
+
+/// Of a displacement or a turn by a force or a moment along the same row.
+fn compliance_unit(element: &Superelement, row: usize) -> String {
+    let units = &element.units;
+    let derived = DerivedUnits::of(&units.length, &units.mass, &units.time);
+    match element.rows.get(row).is_some_and(|row| row.direction >= 3) {
+        true => format!("rad/({})", derived.moment),
+        false => match derived.force.contains(['*', '/']) {
+            true => format!("{}/({})", units.length, derived.force),
+            false => format!("{}/{}", units.length, derived.force),
+        },
+    }
 }
 
 /// The first row of each of some interfaces.

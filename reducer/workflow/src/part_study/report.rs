@@ -321,7 +321,7 @@ impl<'a> Report<'a> {
             self.reference.name
         ));
         page.heading(&format!(
-            "Which row to take: fewest unknowns with a relative error up to {}",
+            "Which variant to take: fewest unknowns with a relative error up to {}",
             scientific(self.tolerance, 0)
         ));
         page.list(&self.advice());
@@ -330,7 +330,7 @@ impl<'a> Report<'a> {
         }
         page.heading("What an error costs");
         page.paragraph(&format!(
-            "{PARETO_FRONT} The pointer over a mark shows its row."
+            "{PARETO_FRONT} Point at a mark to see which variant it is."
         ));
         page.picture(
             pareto,

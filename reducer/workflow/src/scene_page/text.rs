@@ -67,14 +67,22 @@ pub fn write(
     Ok(())
 }
 
+/// Seven digits at most, none that say nothing.
+fn trimmed(value: f64) -> String {
+    let rounded = format!("{value:.6e}");
+    rounded
+        .parse::<f64>()
+        .map_or(rounded, |value| value.to_string())
+}
+
 /// One sentence on each: the end, the energy, warnings.
 fn verdict(run: &Run, time: &[f64], summary: &serde_json::Value) -> String {
     let unit = &run.scene.units.time;
     let last = time.last().copied().unwrap_or_default();
     let mut said = match run.results.outcome() {
-        Outcome::Complete => format!("The run is complete: {last:.6} {unit}."),
+        Outcome::Complete => format!("The run is complete: {} {unit}.", trimmed(last)),
         Outcome::Stopped { reason, .. } => {
-            format!("The run stopped at {last:.6} {unit}: {reason}.")
+            format!("The run stopped at {} {unit}: {reason}.", trimmed(last))
         }
     };
     let defect = summary["energy_defect"].as_f64();

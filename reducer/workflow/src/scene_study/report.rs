@@ -208,7 +208,7 @@ fn summary(study: &SceneStudy, tolerance: f64) -> Value {
 
 fn page(study: &SceneStudy, chart: &Chart, tolerance: f64) -> Page {
     let mut page = Page::new("Study of a scene");
-    page.heading("Which row to take");
+    page.heading("Which variant to take");
     page.paragraph(&study.verdict(tolerance));
     let decades = study.decades();
     if !decades.is_empty() {
@@ -217,7 +217,7 @@ fn page(study: &SceneStudy, chart: &Chart, tolerance: f64) -> Page {
     }
     page.heading("Error against time");
     page.paragraph(&format!(
-        "{PARETO_FRONT} The pointer over a mark shows its row."
+        "{PARETO_FRONT} Point at a mark to see which variant it is."
     ));
     if let Ok(picture) = svg(std::slice::from_ref(chart)) {
         page.picture(
