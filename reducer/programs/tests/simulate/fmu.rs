@@ -56,6 +56,7 @@ fn an_archive_has_all_that_a_unit_needs() {
         .collect();
     for name in [
         "modelDescription.xml",
+        "terminalsAndIcons/terminalsAndIcons.xml",
         "documentation/index.html",
         "documentation/licenses/license.txt",
         "binaries/x86_64-linux/crank_1.so",
@@ -67,7 +68,7 @@ fn an_archive_has_all_that_a_unit_needs() {
             "{name} in {names:?}"
         );
     }
-    assert_eq!(names.len(), 6);
+    assert_eq!(names.len(), 7);
     let description = text(&mut packed, "modelDescription.xml");
     has_all(
         &description,
@@ -122,7 +123,7 @@ fn archives_are_whole_or_not_there() {
             .code,
         Some(0)
     );
-    assert_eq!(archive(&folder, "scene.fmu").len(), 6);
+    assert_eq!(archive(&folder, "scene.fmu").len(), 7);
 }
 
 #[test]
