@@ -131,7 +131,7 @@ enum ReduceCommand {
     },
     /// Make a page that shows a superelement: modes in motion, responses with bounds, quality
     Report(ReportArguments),
-    /// Write a superelement as other programs read it: NumPy, Simscape, Nastran, Exudyn, MBDyn, SID_FEM, glTF, VTU.
+    /// Write a superelement for other programs: NumPy, Simscape, Nastran, Exudyn, MBDyn, SID_FEM, glTF, VTU.
     Export(ExportArguments),
     /// Say what a reduction will cost, without doing it: factor, memory, time.
     Plan(PlanArguments),
