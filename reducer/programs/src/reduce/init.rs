@@ -19,7 +19,9 @@ use crate::reduce::part::{part_stem, refuse_input_as_output};
 /// A mesh.
 #[derive(Debug, Args)]
 pub(crate) struct InitArguments {
-    /// Mesh: Abaqus or CalculiX deck, Nastran bulk data, Gmsh (.msh), UNV, VTU, JSON; or a stiffness matrix, for a template to fill in.
+    /// Mesh: Abaqus or CalculiX deck, Nastran bulk data, Gmsh (.msh), UNV, VTU, JSON.
+    ///
+    /// Or a stiffness matrix without a mesh beside it: then a template to fill in is written.
     #[arg(value_name = "MESH")]
     mesh: PathBuf,
     /// Units of length, mass and time, for example m,kg,s or mm,t,s.
