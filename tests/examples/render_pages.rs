@@ -1,6 +1,6 @@
 //! Puts the raw lines of `docs/data` on other programs' files and on Python into their pages: `cargo run --release -p dcb-tests --example render_pages`.
 
-use dcb_tests::pages::{exchange, fuzzing, python, read_matrices};
+use dcb_tests::pages::{exchange, fuzzing, html_pages, python, read_matrices};
 
 fn main() {
     for page in [
@@ -10,6 +10,7 @@ fn main() {
         python::COST,
         python::LOOP,
         fuzzing::PAGE,
+        html_pages::PAGE,
     ] {
         page.write();
     }

@@ -172,9 +172,13 @@ impl Simulation {
     fn jump(&mut self) -> Result<(), Error> {
         self.corrector
             .jump(&self.system, &self.method.scheme, &mut self.state)?;
-        self.corrector.evaluation.refresh(&self.system, &self.state);
-        self.works
-            .go_on(&self.system, &self.state, &self.corrector.evaluation);
+        // Places and velocities are as they were.
+        let evaluation = &mut self.corrector.evaluation;
+        evaluation.add_accelerations(&self.system, &self.state);
+        evaluation.measure(&self.system, &self.state);
+        evaluation.load(&self.system, &self.state);
+        evaluation.resist(&self.system, &self.state);
+        self.works.go_on(&self.system, &self.state, evaluation);
         Ok(())
     }
 }

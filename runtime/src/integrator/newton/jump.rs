@@ -15,7 +15,7 @@ impl Corrector {
     /// at all: their jump would be integrated as if it lasted.
     ///
     /// # Errors
-    /// [`Error::SingularBody`], [`Error::SingularJoints`].
+    /// [`Error::SingularBody`], [`Error::SingularJoints`], [`Error::OutOfMemory`].
     pub fn jump(
         &mut self,
         system: &System,
@@ -33,15 +33,16 @@ impl Corrector {
         self.evaluation.resist(system, state);
         let h = state.earlier_step;
         let blend = Blend::smoothed_mass(scheme.beta * h * h);
-        self.factored_step = None;
-        self.condensed
-            .factor(system, state, &self.evaluation, &blend, None)?;
+        let condensed = match &mut self.jumping {
+            Some(condensed) => condensed,
+            unused => unused.insert(Box::new(self.condensed.another(system)?)),
+        };
+        condensed.factor(system, state, &self.evaluation, &blend, None)?;
         self.changes.fill(0.0);
         let residual = &self.evaluation.residual;
-        self.condensed
-            .solve(system, state, &self.evaluation, &self.changes, residual);
+        condensed.solve(system, state, &self.evaluation, &self.changes, residual);
         for (index, body) in system.bodies.iter().enumerate() {
-            let step = &self.condensed.step[body.velocities.clone()];
+            let step = &condensed.step[body.velocities.clone()];
             let linear = self.evaluation.poses[index].axes * three(step, 0);
             for (k, change) in step.iter().enumerate() {
                 let change = if k < 3 { linear[k] } else { *change };
@@ -53,8 +54,8 @@ impl Corrector {
         }
         for (index, row) in system.rows.iter().enumerate() {
             if row.is_constraint() {
-                state.forces[index] += self.condensed.force_step[index];
-                state.earlier_forces[index] += self.condensed.force_step[index];
+                state.forces[index] += condensed.force_step[index];
+                state.earlier_forces[index] += condensed.force_step[index];
             }
         }
         Ok(())

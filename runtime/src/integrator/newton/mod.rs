@@ -25,6 +25,8 @@ pub struct Corrector {
     pub evaluation: Evaluation,
     /// The iteration matrix.
     pub condensed: Condensed,
+    /// The matrix of efforts that jump, once there were some: the factor of the steps stays.
+    jumping: Option<Box<Condensed>>,
     /// Where the time goes, if it is to be known.
     pub profile: Option<Profile>,
     /// Whether the last step met a singular configuration, and passed it with regularized constraints.
@@ -77,6 +79,7 @@ impl Corrector {
             trial: State::at_rest(system),
             evaluation: Evaluation::of(system),
             condensed: Condensed::of(system)?,
+            jumping: None,
             profile: None,
             was_singular: false,
             moving: vec![0.0; system.velocity_count()],

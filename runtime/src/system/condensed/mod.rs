@@ -118,6 +118,8 @@ pub struct Condensed {
     interface_step: Vec<f64>,
     /// Bodies that don't move.
     held: Vec<bool>,
+    /// How many rows are redundant.
+    expected_redundant: usize,
     /// Added to the unit diagonal of the joints' system where constraints are redundant.
     pub regularization: f64,
     /// δq of the last solve, laid out as velocities, rigid parts in body axes.
@@ -247,6 +249,7 @@ impl Condensed {
             interface_step: vec![0.0; residual_rows],
             residual_step: vec![0.0; residual_rows],
             held: vec![false; system.bodies.len()],
+            expected_redundant: 0,
             regularization: 0.0,
             step: vec![0.0; system.velocity_count()],
             force_step: vec![0.0; system.rows.len()],
@@ -263,8 +266,21 @@ impl Condensed {
         }
     }
 
+    /// One more for the same system, with the same expectations.
+    ///
+    /// # Errors
+    /// [`Error::OutOfMemory`].
+    pub fn another(&self, system: &System) -> Result<Self, Error> {
+        let mut another = Self::of(system)?;
+        if self.expected_redundant > 0 {
+            another.expect_redundant(self.expected_redundant, self.regularization);
+        }
+        Ok(another)
+    }
+
     /// Regularizes the joints' system, of which so many rows are redundant.
     pub fn expect_redundant(&mut self, rows: usize, regularization: f64) {
+        self.expected_redundant = rows;
         self.regularization = regularization;
         self.joints.expect_redundant(rows);
     }
