@@ -21,11 +21,18 @@ export function axis() {
   return { stroke: colour("--ink"), grid: { stroke: colour("--faint"), width: 1 }, ticks: { stroke: colour("--faint"), width: 1 } };
 }
 
+/** Part of the largest value below which values are rounding. */
+const ROUNDING = 1e-14;
 /** Smallest value of a logarithmic axis. */
 const LEAST = 1e-30;
 
-/** Values of a logarithmic axis: what is zero, or next to it, is left out. */
-export const positive = (values) => Array.from(values, (value) => (value > LEAST ? value : null));
+/** Values of a logarithmic axis: what is zero is left out, and what is so much smaller than the largest that it is rounding. */
+export function positive(values) {
+  let largest = 0;
+  for (const value of values) if (value > largest && Number.isFinite(value)) largest = value;
+  const least = Math.max(LEAST, ROUNDING * largest);
+  return Array.from(values, (value) => (value > least ? value : null));
+}
 
 /** Decades in which only powers of ten are marked. */
 const MANY = 5;
