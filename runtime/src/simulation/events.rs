@@ -146,7 +146,10 @@ impl Simulation {
         let has_jumped = changed.any(|input| self.system.is_effort(input));
         self.state.felt_inputs.copy_from_slice(&self.state.inputs);
         if has_jumped {
-            self.corrector.evaluation.refresh(&self.system, &self.state);
+            let evaluation = &mut self.corrector.evaluation;
+            evaluation.place(&self.system, &self.state);
+            evaluation.add_velocities(&self.system, &self.state);
+            evaluation.add_accelerations(&self.system, &self.state);
             // At a dead centre forces have no accelerations of their own; there the change is a ramp over the step.
             if self.jump().is_err() {
                 self.go_back();
@@ -175,7 +178,6 @@ impl Simulation {
         // Places and velocities are as they were.
         let evaluation = &mut self.corrector.evaluation;
         evaluation.add_accelerations(&self.system, &self.state);
-        evaluation.measure(&self.system, &self.state);
         evaluation.load(&self.system, &self.state);
         evaluation.resist(&self.system, &self.state);
         self.works.go_on(&self.system, &self.state, evaluation);
