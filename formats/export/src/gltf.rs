@@ -5,7 +5,7 @@
 use std::collections::BTreeMap;
 
 use dcb_formats::mesh::Mesh;
-use dcb_formats::units::{hertz, hertz_unit, si_factor};
+use dcb_formats::units::si_factor;
 use dcb_formats::{Error, Superelement};
 use dcb_view::{Drawing, Glb, extras};
 use faer::Mat;
@@ -17,6 +17,7 @@ use gltf_json::{Index, Node, Scene};
 use serde_json::json;
 
 use crate::files::product::{Content, Product};
+use crate::mesh::mode_names;
 use crate::mesh::node_shapes::NodeShapes;
 use crate::part::Source;
 use crate::{Axes, Request};
@@ -43,14 +44,7 @@ pub(crate) fn product(source: &Source, request: &Request<'_>) -> Result<Product,
     };
     let rest = picture.at_rest(element, request.axes);
     let extent = extent(&rest);
-    let time = &element.units.time;
-    let names = element.modes.eigenvalues.iter().enumerate();
-    let names: Vec<String> = names
-        .map(|(k, square)| {
-            let (frequency, unit) = (hertz(*square, time), hertz_unit(time));
-            format!("mode {}: {frequency:.4} {unit}", k + 1)
-        })
-        .collect();
+    let names = mode_names(element);
     let mut scene = Builder::default();
     let moved = (0..n_k).map(|mode| picture.moved(mode, extent));
     scene.mesh(source, &drawing, &rest, moved, &names);

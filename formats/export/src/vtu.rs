@@ -2,13 +2,13 @@
 //!
 //! Numbers are those of the superelement, in its units: modes are normalized by mass, attachments are displacements by a unit force or moment.
 
-use dcb_formats::units::{hertz, hertz_unit};
 use dcb_formats::vtk::{Cells, Grid};
 use dcb_formats::{Error, Superelement};
 use faer::Mat;
 use nalgebra::Vector3;
 
 use crate::files::product::{Content, Product};
+use crate::mesh::mode_names;
 use crate::mesh::node_shapes::NodeShapes;
 use crate::part::Source;
 use crate::{Axes, Request};
@@ -42,7 +42,8 @@ pub(crate) fn product(source: &Source, request: &Request<'_>) -> Result<Product,
             nodes.clone().map(of).collect()
         })
         .collect();
-    let names = names(element, count);
+    let mut names = mode_names(element);
+    names.extend((1..=count - n_k).map(|number| format!("attachment {number}")));
     let vectors = names.iter().zip(&fields);
     let vectors: Vec<_> = vectors
         .map(|(name, values)| (name.as_str(), values.as_slice()))
@@ -71,19 +72,6 @@ pub(crate) fn product(source: &Source, request: &Request<'_>) -> Result<Product,
         .left_out
         .push("everything but shapes and frequencies; rotations of nodes too".to_owned());
     Ok(product)
-}
-
-/// Of the fields: modes with their frequencies, attachments by their rows or their number.
-fn names(element: &Superelement, count: usize) -> Vec<String> {
-    let time = &element.units.time;
-    let modes = element.modes.eigenvalues.iter().enumerate();
-    let modes = modes.map(|(k, square)| {
-        let (frequency, unit) = (hertz(*square, time), hertz_unit(time));
-        format!("mode {}: {frequency:.4} {unit}", k + 1)
-    });
-    let attachments = (element.mode_count()..count)
-        .map(|column| format!("attachment {}", column - element.mode_count() + 1));
-    modes.chain(attachments).collect()
 }
 
 fn notes(element: &Superelement, shapes: &NodeShapes, nodes: usize) -> Vec<String> {

@@ -71,19 +71,7 @@ fn template(
         .name
         .clone()
         .unwrap_or_else(|| usual().into_owned());
-    let target = match &arguments.output {
-        Some(output) => output.clone(),
-        None => PathBuf::from(format!("{name}.json")),
-    };
-    let replace = match arguments.force {
-        true => Replace::Overwrite,
-        false => Replace::Refuse,
-    };
-    refuse_input_as_output(
-        std::slice::from_ref(&arguments.mesh),
-        &target,
-        Occupied::Import,
-    )?;
+    let (target, replace) = target(arguments, &name)?;
     let rows = match matrix.listed().first().and_then(|listed| listed.shape) {
         Some((rows, _)) => rows as usize,
         None => (matrix.read(&[0])?.matrices.first()).map_or(0, |matrix| matrix.size),
@@ -134,6 +122,22 @@ fn template(
     )))
 }
 
+/// Where the description of a part of this name goes.
+fn target(arguments: &InitArguments, name: &str) -> Result<(PathBuf, Replace), Error> {
+    let usual = || PathBuf::from(format!("{name}.json"));
+    let target = arguments.output.clone().unwrap_or_else(usual);
+    refuse_input_as_output(
+        std::slice::from_ref(&arguments.mesh),
+        &target,
+        Occupied::Import,
+    )?;
+    let replace = match arguments.force {
+        true => Replace::Overwrite,
+        false => Replace::Refuse,
+    };
+    Ok((target, replace))
+}
+
 fn names(pattern: &[Direction]) -> Vec<&'static str> {
     pattern.iter().map(|direction| direction.name()).collect()
 }
@@ -157,19 +161,7 @@ pub(crate) fn run(arguments: &InitArguments, common: &CommonArguments) -> Result
         arguments.units.clone(),
         arguments.name.as_deref(),
     )?;
-    let target = match &arguments.output {
-        Some(output) => output.clone(),
-        None => PathBuf::from(format!("{}.json", draft.name)),
-    };
-    let replace = match arguments.force {
-        true => Replace::Overwrite,
-        false => Replace::Refuse,
-    };
-    refuse_input_as_output(
-        std::slice::from_ref(&arguments.mesh),
-        &target,
-        Occupied::Import,
-    )?;
+    let (target, replace) = target(arguments, &draft.name)?;
     write_description(&draft, &target, replace)?;
     for note in &draft.notes {
         common.told().say("note", note);
