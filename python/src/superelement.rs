@@ -275,14 +275,14 @@ impl Superelement {
     /// With the lowest modes only, as a reduction with so many would give it.
     fn lowest_modes(&self, py: Python<'_>, count: usize) -> PyResult<Self> {
         apart(py, || {
-            let mut selection = Selection::lowest_modes(&self.element, count)?;
-            let mut element = selection.superelement(&self.element)?;
-            if self.element.enrichment.is_none() && element.moments.is_none() {
+            let lowest = Selection::lowest_modes(&self.element, count)?;
+            let selection = match self.element.enrichment {
                 // The same superelement, with the moments of its errors.
-                selection =
-                    Selection::everything(&self.element).with_modes(0..element.mode_count())?;
-                element = selection.superelement(&self.element)?;
-            }
+                None => Selection::everything(&self.element)
+                    .with_modes(lowest.modes().iter().copied())?,
+                Some(_) => lowest,
+            };
+            let element = selection.superelement(&self.element)?;
             let recovery = match &self.recovery {
                 Some(recovery) => Some(Arc::new(selection.recovery(&self.element, recovery)?)),
                 None => None,

@@ -235,8 +235,8 @@ class Superelement:
         Returns
         -------
         ErrorBounds or None
-            `None` where the superelement has no error moments: those of files before format 1.2, of reductions `without_estimate`, and those that
-            :meth:`select` gives with fewer modes.
+            `None` where the superelement has no error moments: those of files before format 1.2, of reductions `without_estimate`, and those with
+            further columns that :meth:`select` gives with fewer modes.
         """
         second = 2.0 * math.pi * self._native.second
         upper = None if max_frequency is None else (second * _checks.positive("max_frequency", max_frequency, "Hz")) ** 2
