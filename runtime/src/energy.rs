@@ -40,6 +40,14 @@ impl Works {
         self.powers = now;
     }
 
+    /// Adds the work of the powers at a state over a time.
+    pub fn add(&mut self, system: &System, state: &State, evaluation: &Evaluation, time: f64) {
+        let works = [&mut self.drives, &mut self.loads, &mut self.dissipated];
+        for (work, power) in works.into_iter().zip(powers(system, state, evaluation)) {
+            *work += time * power;
+        }
+    }
+
     /// Powers that jump at a state go on from there.
     pub fn go_on(&mut self, system: &System, state: &State, evaluation: &Evaluation) {
         self.powers = powers(system, state, evaluation);

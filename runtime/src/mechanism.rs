@@ -60,10 +60,10 @@ impl Mechanism {
             inputs,
             ..
         } = model;
-        let method = run::method(integrator);
+        let rule = run::rule(integrator);
         let redundancy = scene.redundant_constraints;
         let (mut simulation, initial) =
-            Simulation::start_holding(system, drawn, method, redundancy, &held)?;
+            Simulation::start_holding(system, drawn, rule, redundancy, &held)?;
         run::check_gaps(&initial, scene)?;
         if let Some(senses) = senses {
             simulation.control(senses)?;
@@ -113,6 +113,17 @@ impl Mechanism {
         size: &mut StepSize,
     ) -> Result<(f64, Effort), Error> {
         let made = self.simulation.step_adaptively(end, size)?;
+        self.last_step = made;
+        self.is_current = false;
+        Ok(made)
+    }
+
+    /// One step towards `end`, as long as the accuracy of the scene's integrator allows; its length, and what it took.
+    ///
+    /// # Errors
+    /// Those of [`Simulation::step_towards`]; the motion stays where it was.
+    pub fn step_towards(&mut self, end: f64) -> Result<(f64, Effort), Error> {
+        let made = self.simulation.step_towards(end)?;
         self.last_step = made;
         self.is_current = false;
         Ok(made)

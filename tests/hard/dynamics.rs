@@ -96,6 +96,26 @@ fn long_chain() {
 }
 
 #[test]
+fn long_chain_by_radau() {
+    hold(motions::long_chain_by_radau);
+}
+
+#[test]
+fn whirling_bar_by_radau() {
+    hold(motions::whirling_bar_by_radau);
+}
+
+#[test]
+fn inconsistent_start_by_radau() {
+    hold(motions::inconsistent_start_by_radau);
+}
+
+#[test]
+fn jump_of_a_drive_by_radau() {
+    hold(events::jump_of_a_drive_by_radau);
+}
+
+#[test]
 fn whirling_bar() {
     hold(motions::whirling_bar);
 }

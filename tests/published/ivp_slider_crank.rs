@@ -5,9 +5,10 @@
 
 use dcb_tests::mechanism::ivp_slider_crank::{
     LENGTH, PUBLISHED, PUBLISHED_FORCES, RATES, SPIN, START, answer, classical,
-    classical_mechanism, element_errors, relative, simulated, simulation, sine_samples,
+    classical_mechanism, element_errors, relative, simulated, simulated_in_steps, simulation,
+    sine_samples,
 };
-use dcb_tests::mechanism::{method, run, stabilized};
+use dcb_tests::mechanism::{method, radau, run, stabilized};
 
 fn assert_within(errors: &[f64], limits: &[f64]) {
     println!("{errors:?}");
@@ -50,6 +51,16 @@ fn simulation_reproduces_the_published_solution() {
         let ratio = relative(&coarse.positions, &PUBLISHED)[3] / errors[3];
         assert!((3.2..4.8).contains(&ratio), "error of q2 fell by {ratio}");
     }
+}
+
+/// Given an accuracy, all digits that were published are met in a few thousand steps.
+#[test]
+fn an_accuracy_reproduces_the_published_digits() {
+    let (found, steps) = simulated_in_steps(1.0, radau(1e-9));
+    println!("{steps} steps");
+    let errors = relative(&found.positions, &PUBLISHED);
+    assert_within(&errors, &[1e-9, 2e-9, 1e-8, 1e-8, 1e-8, 1e-8]);
+    assert_within(&relative(&found.forces, &PUBLISHED_FORCES), &[1e-6; 3]);
 }
 
 /// The set's code has m [[8, 1], [1, 2]] for the mass of the axial shapes where the integral gives a fifteenth of that. With the

@@ -6,8 +6,6 @@
 use std::collections::BTreeSet;
 use std::io;
 
-use dcb_formats::scene::Integrator;
-
 use crate::si_unit::SiUnit;
 use crate::unit::CoSimulation;
 use crate::variable::{Source, Variable};
@@ -67,9 +65,16 @@ pub fn model_description(unit: &CoSimulation, named: Named<'_>) -> io::Result<St
         document.empty("Category", &[("name", name), ("description", description)])?;
     }
     document.close("LogCategories")?;
-    if let Some(Integrator { step, end, .. }) = unit.scene().integrator {
-        let experiment = [("startTime", 0.0), ("stopTime", end), ("stepSize", step)];
-        let experiment = experiment.map(|(name, value)| (name, number(value)));
+    if let Some(integrator) = unit.scene().integrator {
+        let mut experiment = vec![("startTime", 0.0), ("stopTime", integrator.end)];
+        // Steps that follow an accuracy suggest no communication step.
+        if !integrator.is_radau() {
+            experiment.push(("stepSize", integrator.step));
+        }
+        let experiment = experiment
+            .into_iter()
+            .map(|(name, value)| (name, number(value)));
+        let experiment: Vec<(&str, String)> = experiment.collect();
         let experiment: Vec<_> = experiment
             .iter()
             .map(|(name, value)| (*name, value.as_str()))

@@ -41,12 +41,13 @@ impl Motion {
         let simulation = mechanism.simulation();
         let (system, state) = (simulation.system(), simulation.state());
         let stepping = match &integrator.adaptive {
+            None if integrator.is_radau() => Stepping::Accurate,
             None => Stepping::equal(integrator.step),
             Some(adaptive) => Stepping::adaptive(adaptive_step(integrator.step, adaptive, system)),
         };
         let is_watched = scene.compatibility == Compatibility::Weak && !scene.allow_unstable_weak;
-        let window =
-            is_watched.then(|| WeakWindow::of(system, state, &Scheme::of(integrator.method)));
+        let scheme = Scheme::of(integrator.method).filter(|_| is_watched);
+        let window = scheme.map(|scheme| WeakWindow::of(system, state, &scheme));
         if let Some(window) = &window {
             let shortest = integrator.adaptive.map(|adaptive| adaptive.minimum_step);
             window.check(shortest.unwrap_or(integrator.step))?;

@@ -92,9 +92,9 @@ impl Parameter {
                 format!("damping ratio of all modes of body {body:?} by itself")
             }
             Self::Constant(name) => format!("constant {name:?} of the formulas"),
-            Self::Step => "inner step of the integrator; the first one if it is adaptive".into(),
+            Self::Step => "inner step of the integrator; the first one if it is adaptive, the longest one of radau".into(),
             Self::Tolerance => {
-                "error of the accelerations that the iteration may leave, relative".into()
+                "error of the accelerations that the iteration may leave, relative; of radau the error of the motion".into()
             }
             Self::AdaptiveTolerance => {
                 "error that an adaptive step may add to a position, relative to the bodies' size"

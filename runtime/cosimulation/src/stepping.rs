@@ -25,6 +25,8 @@ pub(crate) enum Stepping {
     },
     /// Steps that follow the error.
     Adaptive(StepSize),
+    /// Steps that follow an accuracy.
+    Accurate,
 }
 
 /// How far a stepping has come; what it was made with is not part of it.
@@ -47,6 +49,10 @@ impl Stepping {
                 made: None,
                 size: size.reached(),
             },
+            Self::Accurate => Progress {
+                made: None,
+                size: (0.0, 0),
+            },
         }
     }
 
@@ -54,6 +60,7 @@ impl Stepping {
         match self {
             Self::Equal { made, .. } => *made = progress.made,
             Self::Adaptive(size) => *size = StepSize::resumed(*size.settings(), progress.size),
+            Self::Accurate => {}
         }
     }
 
@@ -73,6 +80,7 @@ impl Stepping {
         let step = match self {
             Self::Equal { step, .. } => *step,
             Self::Adaptive(size) => size.settings().smallest,
+            Self::Accurate => 0.0,
         };
         (a - b).abs() <= OFF_GRID * step + ROUNDINGS * f64::EPSILON * b.abs()
     }
@@ -89,6 +97,12 @@ impl Stepping {
             Self::Adaptive(size) => {
                 while mechanism.time() < target {
                     mechanism.step_adaptively(target, size)?;
+                }
+                Ok(())
+            }
+            Self::Accurate => {
+                while mechanism.time() < target {
+                    mechanism.step_towards(target)?;
                 }
                 Ok(())
             }
@@ -124,7 +138,7 @@ impl Stepping {
                 let whole = (time / step).round();
                 self.is_same(time, whole * step).then_some(whole as u64)
             }
-            Self::Adaptive(_) => None,
+            Self::Adaptive(_) | Self::Accurate => None,
         }
     }
 }

@@ -1,5 +1,6 @@
 //! How steps are made, and what they take.
 
+use super::radau::Accuracy;
 use dcb_formats::scene::Scheme;
 
 /// At which level constraints are met.
@@ -31,6 +32,27 @@ pub struct Method {
     pub formulation: Formulation,
     /// When a step is good enough.
     pub tolerance: Tolerance,
+}
+
+/// How the motion is integrated.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Rule {
+    /// Generalized alpha and its relatives.
+    GeneralizedAlpha(Method),
+    /// Radau IIA, by the accuracy that is wanted.
+    Radau(Accuracy),
+}
+
+impl From<Method> for Rule {
+    fn from(method: Method) -> Self {
+        Self::GeneralizedAlpha(method)
+    }
+}
+
+impl From<Accuracy> for Rule {
+    fn from(accuracy: Accuracy) -> Self {
+        Self::Radau(accuracy)
+    }
 }
 
 /// Effort of a step.

@@ -18,6 +18,26 @@ pub struct Profile {
 }
 
 impl Profile {
+    pub(super) fn of_prediction(&mut self) -> &mut f64 {
+        &mut self.predict
+    }
+
+    pub(super) fn of_evaluations(&mut self) -> &mut f64 {
+        &mut self.evaluate
+    }
+
+    pub(super) fn of_factors(&mut self) -> &mut f64 {
+        &mut self.factor
+    }
+
+    pub(super) fn of_solves(&mut self) -> &mut f64 {
+        &mut self.solve
+    }
+
+    pub(super) fn of_corrections(&mut self) -> &mut f64 {
+        &mut self.correct
+    }
+
     /// Time in all stages.
     pub fn total(&self) -> f64 {
         self.predict + self.evaluate + self.factor + self.solve + self.correct

@@ -6,7 +6,10 @@
 use nalgebra::{Matrix3, SVector, Vector3};
 
 /// `(δp, δψ)` or `(f, τ)`, world axes.
-pub type Six = SVector<f64, 6>;
+pub type Six = SixOf<f64>;
+
+/// The same of other numbers.
+pub type SixOf<T> = SVector<T, 6>;
 
 /// Position, velocity and acceleration of a frame, world axes.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -8,7 +8,7 @@ use crate::error::Error;
 use crate::initial::Starter;
 use crate::model::{Model, Recorder};
 use crate::run::transient::Stepping;
-use crate::run::{Observer, check_gaps, method, start_notes};
+use crate::run::{Observer, check_gaps, rule, start_notes};
 use crate::simulation::Simulation;
 use crate::system::evaluation::Evaluation;
 use crate::system::linearization::Linearization;
@@ -81,9 +81,9 @@ pub(super) fn reach(
             // What can't be linearized is said before the motion, not after it.
             Linearization::with_rigid_joints(&system, &drawn, &Evaluation::at(&system, &drawn))?;
             let redundancy = scene.redundant_constraints;
-            let method = method(&integrator);
+            let rule = rule(&integrator);
             let (mut simulation, report) =
-                Simulation::start_holding(system, drawn, method, redundancy, &held)?;
+                Simulation::start_holding(system, drawn, rule, redundancy, &held)?;
             tell(report)?;
             let integrator = Integrator {
                 end: time,

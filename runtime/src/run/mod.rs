@@ -15,7 +15,8 @@ use dcb_formats::results::{Header, Outcome, ResultsWriter};
 use serde_json::{Value, json};
 
 use crate::error::Error;
-use crate::integrator::{self, Method, Tolerance};
+use crate::integrator::radau::{Accuracy, Stages};
+use crate::integrator::{self, Method, Rule, Tolerance};
 use crate::model::{FieldFolders, FieldWriter, LoadedFile, Model, RecordedStep, Recorder};
 use crate::simulation::Senses;
 use crate::system::{State, System};
@@ -126,10 +127,26 @@ pub fn run(
     }
 }
 
-/// The method of a scene's integrator.
-pub fn method(integrator: &Integrator) -> Method {
-    Method {
-        scheme: Scheme::of(integrator.method),
+/// How a scene's integrator advances.
+pub fn rule(integrator: &Integrator) -> Rule {
+    let stages = |order| match order {
+        9 => Stages::Five,
+        _ => Stages::Three,
+    };
+    let scheme = match integrator.method {
+        scene::Method::Radau { order } => {
+            return Rule::Radau(Accuracy {
+                tolerance: integrator.tolerance,
+                stages: stages(order),
+                longest: integrator.step,
+                horizon: integrator.end,
+            });
+        }
+        scene::Method::GeneralizedAlpha { rho_infinity } => Scheme::generalized_alpha(rho_infinity),
+        scene::Method::Hht { alpha } => Scheme::hht(alpha),
+    };
+    Rule::GeneralizedAlpha(Method {
+        scheme,
         formulation: match integrator.formulation {
             scene::Formulation::Index3 => integrator::Formulation::Index3,
             scene::Formulation::StabilizedIndex2 => integrator::Formulation::StabilizedIndex2,
@@ -138,7 +155,7 @@ pub fn method(integrator: &Integrator) -> Method {
             relative: integrator.tolerance,
             max_iterations: integrator.max_iterations as usize,
         },
-    }
+    })
 }
 
 /// A file that is read can't be written.

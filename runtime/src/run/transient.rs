@@ -6,7 +6,7 @@ use dcb_formats::results::frequency_unit;
 use dcb_formats::units::four_digits;
 use serde_json::json;
 
-use super::{Ending, Observer, Opened, Profiling, Session, Target, method, tell_start};
+use super::{Ending, Observer, Opened, Profiling, Session, Target, rule, tell_start};
 use crate::analysis::effective_damping::{EffectiveDamping, effective_damping};
 use crate::error::Error;
 use crate::initial::InitialReport;
@@ -21,7 +21,7 @@ use crate::system::System;
 use crate::watch::compatibility_window::WeakWindow;
 use crate::watch::energy_balance::EnergyBalance;
 use crate::watch::validity::Validity;
-use dcb_formats::scene::{self, Compatibility, Integrator, Record, Scene};
+use dcb_formats::scene::{self, Compatibility, Integrator, Record, Scene, Scheme};
 
 /// How a run went.
 #[derive(Clone, Debug, PartialEq)]
@@ -71,9 +71,9 @@ pub fn transient(
         held,
         senses,
     } = Session::open(scene, model, target)?;
-    let method = method(&integrator);
+    let rule = rule(&integrator);
     let started =
-        Simulation::start_holding(system, drawn, method, scene.redundant_constraints, &held);
+        Simulation::start_holding(system, drawn, rule, scene.redundant_constraints, &held);
     let started = started.and_then(|(mut simulation, initial)| {
         if let Some(senses) = senses {
             simulation.control(senses)?;
@@ -293,12 +293,17 @@ pub(crate) enum Stepping {
     Equal { steps: EqualSteps, made: u64 },
     /// Steps that follow the error.
     Adaptive { size: StepSize, end: f64 },
+    /// Steps that follow an accuracy.
+    Accurate { end: f64 },
 }
 
 impl Stepping {
     /// As the integrator says, up to its end.
     pub(crate) fn of(integrator: &Integrator, system: &System) -> Self {
         let Integrator { step, end, .. } = *integrator;
+        if integrator.is_radau() {
+            return Self::Accurate { end };
+        }
         match integrator.adaptive {
             None => Self::Equal {
                 steps: EqualSteps::new(step, end),
@@ -327,13 +332,14 @@ impl Stepping {
                 Ok(Some(made_now))
             }
             Self::Adaptive { size, end } => simulation.step_adaptively(*end, size).map(Some),
+            Self::Accurate { end } => simulation.step_towards(*end).map(Some),
         }
     }
 
     fn end(&self) -> f64 {
         match self {
             Self::Equal { steps, .. } => steps.time(steps.count()),
-            Self::Adaptive { end, .. } => *end,
+            Self::Adaptive { end, .. } | Self::Accurate { end } => *end,
         }
     }
 }
@@ -360,7 +366,9 @@ fn check_window(
     if scene.compatibility != Compatibility::Weak {
         return Ok(());
     }
-    let scheme = method(integrator).scheme;
+    let Some(scheme) = Scheme::of(integrator.method) else {
+        return Ok(());
+    };
     let window = WeakWindow::of(simulation.system(), simulation.state(), &scheme);
     let unit = &scene.units.time;
     for body in &window.bodies {
@@ -438,6 +446,6 @@ fn damping_note(modes: &[EffectiveDamping], scene: &Scene) -> Option<String> {
 pub fn imbalance_warning(balance: &EnergyBalance) -> Option<String> {
     let share = balance.share().filter(|share| *share > IMBALANCE_TOLD)?;
     Some(format!(
-        "the energy balance lacks {share:.1e} of the largest energy that was stored or exchanged: the steps are too long for this motion; take shorter ones"
+        "the energy balance lacks {share:.1e} of the largest energy that was stored or exchanged: the steps are too long for this motion; take shorter ones, or a smaller tolerance of radau"
     ))
 }

@@ -1,6 +1,6 @@
 //! What happens within steps and between them: contacts with end stops, samples of controllers.
 
-use super::{Sight, Simulation};
+use super::{Sight, Simulation, Stepper};
 use crate::actuator::{End, Source};
 use crate::error::Error;
 use crate::system::System;
@@ -172,9 +172,14 @@ impl Simulation {
     }
 
     /// Efforts that have changed at this time.
-    fn jump(&mut self) -> Result<(), Error> {
-        self.corrector
-            .jump(&self.system, &self.method.scheme, &mut self.state)?;
+    pub(super) fn jump(&mut self) -> Result<(), Error> {
+        let (system, state) = (&self.system, &mut self.state);
+        match &mut self.stepper {
+            Stepper::GeneralizedAlpha(method) => {
+                self.corrector.jump(system, &method.scheme, state)?;
+            }
+            Stepper::Radau(radau) => radau.restart(&mut self.corrector, system, state)?,
+        }
         // Places and velocities are as they were.
         let evaluation = &mut self.corrector.evaluation;
         evaluation.add_accelerations(&self.system, &self.state);

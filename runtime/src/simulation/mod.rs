@@ -4,6 +4,7 @@ mod events;
 mod observation;
 mod sight;
 mod snapshot;
+mod tolerance;
 
 pub use self::events::Contact;
 pub use self::sight::{Senses, Sight};
@@ -14,8 +15,9 @@ use crate::initial::{InitialReport, REGULARIZATION, Starter};
 use crate::integrator::adaptive::{StepSize, local_error};
 use crate::integrator::equal_steps::EqualSteps;
 use crate::integrator::newton::Corrector;
+use crate::integrator::radau::Radau;
 use crate::integrator::resolution::{Resolution, Unresolved};
-use crate::integrator::{Effort, Formulation, Method, Profile};
+use crate::integrator::{Effort, Formulation, Method, Profile, Rule};
 use crate::system::{State, System};
 use dcb_formats::scene::RedundantConstraints;
 
@@ -31,10 +33,16 @@ const LOOKED_BACK: f64 = 0.01;
 /// step is mostly rounding, and would be enlarged.
 const LARGEST_GROWTH: f64 = 4.0;
 
+/// What advances a motion.
+enum Stepper {
+    GeneralizedAlpha(Method),
+    Radau(Box<Radau>),
+}
+
 /// A mechanism in motion.
 pub struct Simulation {
     system: System,
-    method: Method,
+    stepper: Stepper,
     state: State,
     corrector: Corrector,
     resolution: Resolution,
@@ -63,10 +71,10 @@ impl Simulation {
     pub fn start(
         system: System,
         state: State,
-        method: Method,
+        rule: impl Into<Rule>,
         redundancy: RedundantConstraints,
     ) -> Result<(Self, InitialReport), Error> {
-        Self::start_holding(system, state, method, redundancy, &[])
+        Self::start_holding(system, state, rule, redundancy, &[])
     }
 
     /// Makes the start consistent without moving some of the bodies, by index: the others are placed to fit them.
@@ -76,7 +84,7 @@ impl Simulation {
     pub fn start_holding(
         system: System,
         mut state: State,
-        method: Method,
+        rule: impl Into<Rule>,
         redundancy: RedundantConstraints,
         held: &[usize],
     ) -> Result<(Self, InitialReport), Error> {
@@ -89,8 +97,12 @@ impl Simulation {
             let rows = report.redundant.iter().map(|(_, count)| count).sum();
             corrector.condensed.expect_redundant(rows, REGULARIZATION);
         }
+        let stepper = match rule.into() {
+            Rule::GeneralizedAlpha(method) => Stepper::GeneralizedAlpha(method),
+            Rule::Radau(accuracy) => Stepper::Radau(Box::new(Radau::of(&system, accuracy)?)),
+        };
         let mut simulation = Self {
-            method,
+            stepper,
             corrector,
             resolution: Resolution::of(&system),
             works: Works::default(),
@@ -131,7 +143,7 @@ impl Simulation {
         self.sample()
     }
 
-    /// One step.
+    /// One step; with Radau as many as the accuracy needs in this time.
     ///
     /// # Errors
     /// [`Error::BadNumber`] for a step that isn't positive, [`Error::PassesSample`] for one beyond the next sample of a controller or servo,
@@ -145,16 +157,22 @@ impl Simulation {
                 expected: "a positive time",
             });
         }
-        self.refuse_passing(step)?;
+        if let Stepper::GeneralizedAlpha(_) = self.stepper {
+            self.refuse_passing(step)?;
+        }
         self.feeling_inputs(|simulation| simulation.make_step(step))
     }
 
     fn make_step(&mut self, step: f64) -> Result<Effort, Error> {
-        self.know_past(step)?;
+        let method = match self.stepper {
+            Stepper::GeneralizedAlpha(method) => method,
+            Stepper::Radau(_) => return self.follow_over(step),
+        };
+        self.know_past(&method, step)?;
         let effort = self
             .corrector
-            .step(&self.system, &self.method, &self.state, step)?;
-        if let Some(lost) = self.watch(step) {
+            .step(&self.system, &method, &self.state, step)?;
+        if let Some(lost) = self.watch(&method, step) {
             return Err(Error::StepTooLong {
                 time: self.corrector.trial.time,
                 body: self.system.bodies[lost.body].name.clone(),
@@ -216,14 +234,18 @@ impl Simulation {
         end: f64,
         size: &mut StepSize,
     ) -> Result<(f64, Effort), Error> {
+        let method = match self.stepper {
+            Stepper::GeneralizedAlpha(method) => method,
+            Stepper::Radau(_) => return self.follow_towards(end),
+        };
         // Steps end at samples.
         let end = end.min(self.system.next_sample(&self.state).time);
         loop {
             let left = end - self.state.time;
             let step = size.up_to(left);
-            self.know_past(step)?;
-            let (system, method) = (&self.system, &self.method);
-            match self.corrector.step(system, method, &self.state, step) {
+            self.know_past(&method, step)?;
+            let system = &self.system;
+            match self.corrector.step(system, &method, &self.state, step) {
                 Ok(effort) => {
                     let trial = &mut self.corrector.trial;
                     let error = local_error(system, &method.scheme, &self.state, trial, step);
@@ -232,7 +254,7 @@ impl Simulation {
                             (trial.time, trial.time_rest) = (end, 0.0);
                         }
                         // What is lost here, the tolerance allows to be.
-                        self.watch(step);
+                        self.watch(&method, step);
                         self.accept(step, effort)?;
                         return Ok((step, effort));
                     }
@@ -255,8 +277,8 @@ impl Simulation {
     }
 
     /// Looks whether the step to the trial state follows the motion.
-    fn watch(&mut self, step: f64) -> Option<Unresolved> {
-        let (scheme, trial) = (&self.method.scheme, &self.corrector.trial);
+    fn watch(&mut self, method: &Method, step: f64) -> Option<Unresolved> {
+        let (scheme, trial) = (&method.scheme, &self.corrector.trial);
         self.resolution
             .observe(&self.system, scheme, &self.state, trial, step)
     }
@@ -281,8 +303,17 @@ impl Simulation {
                 .remember(&self.corrector.evaluation, &mut self.state);
         }
         self.earlier_works = self.works;
-        self.works
-            .advance(&self.system, &self.state, &self.corrector.evaluation, step);
+        match &self.stepper {
+            Stepper::GeneralizedAlpha(_) => {
+                self.works
+                    .advance(&self.system, &self.state, &self.corrector.evaluation, step);
+            }
+            Stepper::Radau(radau) => {
+                radau.add_works(&self.system, step, &mut self.works);
+                self.works
+                    .go_on(&self.system, &self.state, &self.corrector.evaluation);
+            }
+        }
         self.effort.iterations += effort.iterations;
         self.effort.factorizations += effort.factorizations;
         self.steps += 1;
@@ -305,9 +336,12 @@ impl Simulation {
     /// Rounding in the joints' forces at a step of this size, as a fraction of the largest forces of the run so far; zero where
     /// constraints are on velocities too, and where it isn't there or there is nothing else: no forces that stand out, and no motion.
     pub fn rounding_of_forces(&self, step: f64) -> f64 {
-        match self.method.formulation {
+        let Stepper::GeneralizedAlpha(method) = &self.stepper else {
+            return 0.0;
+        };
+        match method.formulation {
             Formulation::Index3 => {
-                let scheme = &self.method.scheme;
+                let scheme = &method.scheme;
                 let rounding = self
                     .corrector
                     .rounding_of_accelerations(&self.system, scheme, step);
@@ -332,17 +366,17 @@ impl Simulation {
     }
 
     /// The past that a step of this size needs.
-    fn know_past(&mut self, step: f64) -> Result<(), Error> {
+    fn know_past(&mut self, method: &Method, step: f64) -> Result<(), Error> {
         let earlier = self.state.earlier_step;
         if earlier == 0.0 {
-            return self.look_back(LOOKED_BACK * step);
+            return self.look_back(method, LOOKED_BACK * step);
         }
         if step > LARGEST_GROWTH * earlier {
             let mut state = self.state.clone();
             // At a dead centre there are no accelerations by themselves; those of the last step stay.
             if Starter::of(&self.system)?.accelerate(&mut state).is_ok() {
                 std::mem::swap(&mut self.state, &mut state);
-                if self.look_back(LOOKED_BACK * step).is_err() {
+                if self.look_back(method, LOOKED_BACK * step).is_err() {
                     self.state = state;
                 }
             }
@@ -352,7 +386,7 @@ impl Simulation {
 
     /// The past of a start, and the algorithmic accelerations that belong to it: without them the joints' forces are of first
     /// order only in the first steps.
-    fn look_back(&mut self, interval: f64) -> Result<(), Error> {
+    fn look_back(&mut self, method: &Method, interval: f64) -> Result<(), Error> {
         Starter::of(&self.system)?.look_back(&mut self.state, interval)?;
         let State {
             algorithmic,
@@ -360,7 +394,7 @@ impl Simulation {
             earlier_accelerations,
             ..
         } = &mut self.state;
-        let ahead = self.method.scheme.time_ahead();
+        let ahead = method.scheme.time_ahead();
         for (i, algorithmic) in algorithmic.iter_mut().enumerate() {
             let change = accelerations[i] - earlier_accelerations[i];
             *algorithmic = accelerations[i] + ahead * change;

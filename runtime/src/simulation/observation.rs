@@ -1,6 +1,6 @@
 //! The motion as it is now, and within the last step.
 
-use super::Simulation;
+use super::{Simulation, Stepper};
 use crate::energy::{Energy, Works};
 use crate::integrator::Effort;
 use crate::integrator::between::between;
@@ -28,8 +28,7 @@ impl Simulation {
     pub fn refresh(&mut self) -> &mut Evaluation {
         let (system, state) = (&self.system, &mut self.state);
         self.corrector.evaluation.refresh(system, state);
-        let scheme = &self.method.scheme;
-        let is_shared = self.corrector.share_redundant(system, scheme, state);
+        let is_shared = self.corrector.share_redundant(system, state);
         let evaluation = &mut self.corrector.evaluation;
         if is_shared {
             self.effort.factorizations += 1;
@@ -43,14 +42,19 @@ impl Simulation {
     /// [`Simulation::refresh`] does ([`crate::integrator::between`]).
     pub(crate) fn look_within(&mut self, time: f64) -> State {
         let Self {
-            system, corrector, ..
+            system,
+            corrector,
+            stepper,
+            ..
         } = self;
         // After a step the trial state is what it began with.
-        let mut now = between(system, &corrector.trial, &self.state, time);
+        let mut now = match stepper {
+            Stepper::GeneralizedAlpha(_) => between(system, &corrector.trial, &self.state, time),
+            Stepper::Radau(radau) => radau.within(system, &corrector.trial, &self.state, time),
+        };
         corrector.evaluation.refresh(system, &now);
         corrector.evaluation.count_turns(system, &mut now);
-        let scheme = &self.method.scheme;
-        if corrector.share_redundant_within(system, scheme, &mut now) {
+        if corrector.share_redundant_within(system, &mut now) {
             self.effort.factorizations += 1;
             corrector.evaluation.load(system, &now);
             corrector.evaluation.resist(system, &now);

@@ -1,6 +1,6 @@
 //! Saved states of a run.
 
-use super::Simulation;
+use super::{Simulation, Stepper};
 use crate::energy::Works;
 use crate::error::Error;
 use crate::system::State;
@@ -34,11 +34,19 @@ impl Snapshot {
 }
 
 impl Simulation {
+    /// What follows depends on the state alone.
+    fn forget(&mut self) {
+        self.corrector.forget();
+        self.resolution.forget();
+        if let Stepper::Radau(radau) = &mut self.stepper {
+            radau.forget();
+        }
+    }
+
     /// The state with all that its continuation depends on. Both runs, this one and a restored one, go on from here alike to
     /// the last bit.
     pub fn save(&mut self) -> Snapshot {
-        self.corrector.forget();
-        self.resolution.forget();
+        self.forget();
         Snapshot {
             state: self.state.clone(),
             works: self.works,
@@ -76,8 +84,7 @@ impl Simulation {
         if sizes(&self.state) != sizes(&snapshot.state) {
             return Err(Error::ForeignSnapshot);
         }
-        self.corrector.forget();
-        self.resolution.forget();
+        self.forget();
         self.state.copy_from(&snapshot.state);
         self.works = snapshot.works;
         self.reference_energy = snapshot.reference_energy;

@@ -12,8 +12,8 @@
 use faer::Mat;
 use nalgebra::{Matrix3, Rotation3, Vector3};
 
-use crate::frame::tall_products::{add_columns, add_products};
-use crate::kinematics::frame_motion::{FrameMotion, Six};
+use super::number::{Number, crossed, rotated, rotated_back};
+use crate::kinematics::frame_motion::{FrameMotion, Six, SixOf};
 use crate::kinematics::rotation_vector::{left_jacobian, left_jacobian_rate};
 
 /// Motion of a marker by the body's deflection.
@@ -141,14 +141,14 @@ impl Marker {
         }
     }
 
-    fn products(&self, shapes: &[f64], x: &[f64]) -> Six {
-        let mut six = [0.0; 6];
+    fn products<T: Number>(&self, shapes: &[f64], x: &[T]) -> SixOf<T> {
+        let mut six = [T::of(0.0); 6];
         match self.elasticity {
             Elasticity::Rigid => {}
-            Elasticity::Place => add_products(&mut six[..3], &shapes[..3 * x.len()], x),
-            Elasticity::PlaceAndAxes => add_products(&mut six, shapes, x),
+            Elasticity::Place => T::add_products(&mut six[..3], &shapes[..3 * x.len()], x),
+            Elasticity::PlaceAndAxes => T::add_products(&mut six, shapes, x),
         }
-        Six::from(six)
+        SixOf::from(six)
     }
 
     /// Brings the shapes of a place up to the coordinates y.
@@ -181,18 +181,23 @@ impl Marker {
     }
 
     /// The marker's share of values by rows of the body's interfaces.
-    pub fn share(&self, values: &[f64]) -> Six {
-        Six::from_fn(|slot, _| self.rows[slot].map_or(0.0, |row| values[row]))
+    pub fn share<T: Number>(&self, values: &[T]) -> SixOf<T> {
+        SixOf::from_fn(|slot, _| self.rows[slot].map_or(T::of(0.0), |row| values[row]))
     }
 
     /// Wrench `(f, τ)` in body axes on the slots of displacement and turn: `(f, J_lᵀ τ)`.
-    pub fn forces_by_slot(&self, place: &MarkerPlace, wrench: &Six) -> Six {
+    pub fn forces_by_slot<T: Number>(&self, place: &MarkerPlace, wrench: &SixOf<T>) -> SixOf<T> {
         let (force, torque) = halves(wrench);
-        six(&force, &place.turn_jacobian.tr_mul(&torque))
+        six(&force, &rotated_back(&place.turn_jacobian, &torque))
     }
 
     /// Adds it on the rows of the body's interfaces.
-    pub fn add_interface_forces(&self, place: &MarkerPlace, wrench: &Six, forces: &mut [f64]) {
+    pub fn add_interface_forces<T: Number>(
+        &self,
+        place: &MarkerPlace,
+        wrench: &SixOf<T>,
+        forces: &mut [T],
+    ) {
         let own = self.forces_by_slot(place, wrench);
         for (slot, row) in self.rows.iter().enumerate() {
             if let Some(row) = row {
@@ -202,9 +207,9 @@ impl Marker {
     }
 
     /// `(δp, δψ)` in body axes of displacements by rows of the body's interfaces: `(δu, J_l δθ)`.
-    pub fn interface_twist(&self, place: &MarkerPlace, displacements: &[f64]) -> Six {
+    pub fn interface_twist<T: Number>(&self, place: &MarkerPlace, displacements: &[T]) -> SixOf<T> {
         let (displacement, turn) = halves(&self.share(displacements));
-        six(&displacement, &(place.turn_jacobian * turn))
+        six(&displacement, &rotated(&place.turn_jacobian, &turn))
     }
 
     /// Brings `place`, where the marker is on its body, up to date; returns its motion at rest. `extra` is a displacement and turn of the interface (body
@@ -276,36 +281,39 @@ impl Marker {
     }
 
     /// `(δp, δψ)` in body axes of a variation `(Aᵀ δR, δφ)` and δy.
-    pub fn twist(&self, place: &MarkerPlace, rigid: &Six, y: &[f64]) -> Six {
+    pub fn twist<T: Number>(&self, place: &MarkerPlace, rigid: &SixOf<T>, y: &[T]) -> SixOf<T> {
         let (origin, turn) = halves(rigid);
         let (displacement, own_turn) = halves(&self.products(self.current_shapes(place), y));
         six(
-            &(origin + turn.cross(&place.arm) + displacement),
-            &(turn + place.turn_jacobian * own_turn),
+            &(origin + crossed(&turn, &place.arm) + displacement),
+            &(turn + rotated(&place.turn_jacobian, &own_turn)),
         )
     }
 
     /// Adds the generalised force of a wrench `(f, τ)` in body axes: rows `(Aᵀ F_R, F_φ)` and F_y, times `factor`.
-    pub fn add_force(
+    pub fn add_force<T: Number>(
         &self,
         place: &MarkerPlace,
-        wrench: &Six,
+        wrench: &SixOf<T>,
         factor: f64,
-        rigid: &mut Six,
-        elastic: &mut [f64],
+        rigid: &mut SixOf<T>,
+        elastic: &mut [T],
     ) {
         let (force, torque) = halves(wrench);
-        *rigid += six(&force, &(place.arm.cross(&force) + torque)) * factor;
+        let moment = torque - crossed(&force, &place.arm);
+        *rigid += six(&force, &moment).map(|entry| entry.times(factor));
         let n = elastic.len();
         let shapes = self.current_shapes(place);
         match self.elasticity {
             Elasticity::Rigid => {}
             Elasticity::Place => {
-                add_columns(elastic, &shapes[..3 * n], (force * factor).as_slice());
+                let own = force.map(|entry| entry.times(factor));
+                T::add_columns(elastic, &shapes[..3 * n], own.as_slice());
             }
             Elasticity::PlaceAndAxes => {
-                let own = six(&force, &place.turn_jacobian.tr_mul(&torque)) * factor;
-                add_columns(elastic, shapes, own.as_slice());
+                let own = six(&force, &rotated_back(&place.turn_jacobian, &torque));
+                let own = own.map(|entry| entry.times(factor));
+                T::add_columns(elastic, shapes, own.as_slice());
             }
         }
     }
@@ -320,26 +328,28 @@ fn quadratic(matrix: &Mat<f64>, x: &[f64]) -> f64 {
 }
 
 /// Both halves in other axes.
-pub fn turned(axes: &Matrix3<f64>, six_in: &Six) -> Six {
+pub fn turned<T: Number>(axes: &Matrix3<f64>, six_in: &SixOf<T>) -> SixOf<T> {
     let (first, second) = halves(six_in);
-    six(&(axes * first), &(axes * second))
+    six(&rotated(axes, &first), &rotated(axes, &second))
 }
 
 /// Both halves from world axes to the axes given.
-pub fn turned_back(axes: &Matrix3<f64>, six_in: &Six) -> Six {
+pub fn turned_back<T: Number>(axes: &Matrix3<f64>, six_in: &SixOf<T>) -> SixOf<T> {
     let (first, second) = halves(six_in);
-    six(&axes.tr_mul(&first), &axes.tr_mul(&second))
+    six(&rotated_back(axes, &first), &rotated_back(axes, &second))
 }
 
 /// Two threes as one six.
-pub fn six(first: &Vector3<f64>, second: &Vector3<f64>) -> Six {
-    Six::new(first.x, first.y, first.z, second.x, second.y, second.z)
+pub fn six<T: Number>(first: &Vector3<T>, second: &Vector3<T>) -> SixOf<T> {
+    SixOf::from([
+        first[0], first[1], first[2], second[0], second[1], second[2],
+    ])
 }
 
 /// One six as two threes.
-pub fn halves(six: &Six) -> (Vector3<f64>, Vector3<f64>) {
+pub fn halves<T: Number>(six: &SixOf<T>) -> (Vector3<T>, Vector3<T>) {
     (
-        Vector3::new(six[0], six[1], six[2]),
-        Vector3::new(six[3], six[4], six[5]),
+        Vector3::from([six[0], six[1], six[2]]),
+        Vector3::from([six[3], six[4], six[5]]),
     )
 }

@@ -20,6 +20,7 @@ pub(crate) mod free_directions;
 pub(crate) mod joint_system;
 pub mod linearization;
 pub(crate) mod marker;
+pub(crate) mod number;
 mod redundancy;
 pub(crate) mod residual;
 pub(crate) mod state;

@@ -6,6 +6,7 @@
 //! mechanism's graph is simple, where a basis takes the rows times the square of its size.
 
 use super::joint_system::JointSystem;
+use super::number::Number;
 
 /// Up to this many directions are known as a basis.
 const FEW: usize = 32;
@@ -17,8 +18,7 @@ const NULL: f64 = 1e-4;
 const WORKING_SHARE: f64 = 1e-6;
 
 /// Directions of δλ that do nothing, in the scaled system.
-#[derive(Default)]
-pub(super) struct Redundancy {
+pub(super) struct Redundancy<T: Number> {
     /// How many rows are redundant.
     count: usize,
     /// Orthonormal directions, one after the other; empty where there are many.
@@ -28,7 +28,29 @@ pub(super) struct Redundancy {
     /// Whether they belong to an earlier one: a good guess.
     was_known: bool,
     /// A number for each row.
-    probe: Vec<f64>,
+    probe: Vec<T>,
+}
+
+impl<T: Number> Default for Redundancy<T> {
+    fn default() -> Self {
+        Self {
+            count: 0,
+            basis: Vec::new(),
+            is_known: false,
+            was_known: false,
+            probe: Vec::new(),
+        }
+    }
+}
+
+impl<T: Number> Redundancy<T> {
+    /// The directions that another factor of the same rows knows.
+    pub(super) fn adopt(&mut self, other: &Redundancy<f64>) {
+        self.count = other.count;
+        self.is_known = other.is_known;
+        self.basis.clone_from(&other.basis);
+        self.probe.resize(other.probe.len(), T::of(0.0));
+    }
 }
 
 impl JointSystem {
@@ -147,10 +169,12 @@ impl JointSystem {
             }
         }
     }
+}
 
+impl<T: Number> JointSystem<T> {
     /// Takes out of a vector of the scaled system what does nothing. Where it isn't known as a basis, each of the `rounds` leaves about
     /// 10⁻⁵ of it.
-    pub(super) fn remove_scaled(&mut self, scaled: &mut [f64], rounds: usize) {
+    pub(super) fn remove_scaled(&mut self, scaled: &mut [T], rounds: usize) {
         if !self.redundancy.is_known {
             return;
         }
@@ -165,18 +189,18 @@ impl JointSystem {
             probe.copy_from_slice(scaled);
             self.keep_redundant(&mut probe);
             for (entry, part) in scaled.iter_mut().zip(&probe) {
-                *entry -= part;
+                *entry -= *part;
             }
         }
         self.redundancy.probe = probe;
     }
 
     /// Leaves of a vector of the scaled system what does nothing: (ε A⁻¹)².
-    fn keep_redundant(&mut self, scaled: &mut [f64]) {
+    fn keep_redundant(&mut self, scaled: &mut [T]) {
         for _ in 0..2 {
             self.solve_scaled(scaled);
             for entry in scaled.iter_mut() {
-                *entry *= self.regularization;
+                *entry = entry.times(self.regularization);
             }
         }
     }
@@ -187,10 +211,11 @@ fn dot(a: &[f64], b: &[f64]) -> f64 {
 }
 
 /// Takes a direction of length one out of another.
-fn remove(of: &mut [f64], direction: &[f64]) {
-    let amount = dot(of, direction);
+fn remove<T: Number>(of: &mut [T], direction: &[f64]) {
+    let mut amount = [T::of(0.0)];
+    T::add_products(&mut amount, direction, of);
     for (entry, other) in of.iter_mut().zip(direction) {
-        *entry -= amount * other;
+        *entry -= amount[0].times(*other);
     }
 }
 

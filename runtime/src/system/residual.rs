@@ -17,6 +17,7 @@ use nalgebra::Matrix6;
 
 use super::evaluation::Evaluation;
 use super::marker::{Marker, MarkerPlace, turned_back};
+use super::number::Number;
 use super::{Body, State, System};
 use crate::body::Compatibility;
 use crate::kinematics::frame_motion::Six;
@@ -97,45 +98,50 @@ impl Evaluation {
 }
 
 /// `E_k C_kl E_lᵀ` with E = diag(I, J_l): twist at one marker for a wrench at another, beside the coordinates.
-pub(super) fn marker_compliance(
-    compliance: MatRef<'_, f64>,
+pub(super) fn marker_compliance<T: Number>(
+    compliance: MatRef<'_, T>,
     (seen, seen_place): (&[Option<usize>; 6], &MarkerPlace),
     (loaded, loaded_place): (&[Option<usize>; 6], &MarkerPlace),
-) -> Matrix6<f64> {
+) -> Matrix6<T> {
     let mut block = Matrix6::from_fn(|i, j| match (seen[i], loaded[j]) {
         (Some(row), Some(column)) => compliance[(row, column)],
-        _ => 0.0,
+        _ => T::of(0.0),
     });
-    let turning = seen_place.turn_jacobian * block.fixed_rows::<3>(3);
+    let turning = seen_place.turn_jacobian.map(T::of) * block.fixed_rows::<3>(3);
     block.fixed_rows_mut::<3>(3).copy_from(&turning);
-    let turning = block.fixed_columns::<3>(3) * loaded_place.turn_jacobian.transpose();
+    let turning = block.fixed_columns::<3>(3) * loaded_place.turn_jacobian.transpose().map(T::of);
     block.fixed_columns_mut::<3>(3).copy_from(&turning);
     block
 }
 
 /// C of a body whose stiffness counts `stiffness` times and whose mass `mass` times.
-pub(super) fn write_compliance(body: &Body, mass: f64, stiffness: f64, compliance: &mut Mat<f64>) {
+pub(super) fn write_compliance<T: Number>(
+    body: &Body,
+    mass: T,
+    stiffness: f64,
+    compliance: &mut Mat<T>,
+) {
     if let Some(flexibility) = &body.flexible.residual_flexibility {
         for (column, of_body) in compliance.col_iter_mut().zip(flexibility.col_iter()) {
             for (entry, f) in column.iter_mut().zip(of_body.iter()) {
-                *entry = f / stiffness;
+                *entry = T::of(f / stiffness);
             }
         }
     }
     if let Some(of_body) = &body.flexible.residual_mass {
         for (column, of_body) in compliance.col_iter_mut().zip(of_body.col_iter()) {
             for (entry, m) in column.iter_mut().zip(of_body.iter()) {
-                *entry -= mass * m;
+                *entry -= mass.times(*m);
             }
         }
     }
 }
 
 /// `out += matrix x`
-pub(crate) fn add_product(matrix: MatRef<'_, f64>, x: &[f64], out: &mut [f64]) {
+pub(crate) fn add_product<T: Number>(matrix: MatRef<'_, T>, x: &[T], out: &mut [T]) {
     for (column, x) in matrix.col_iter().zip(x) {
         for (out, entry) in out.iter_mut().zip(column.iter()) {
-            *out += x * entry;
+            *out += *x * *entry;
         }
     }
 }

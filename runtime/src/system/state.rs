@@ -39,6 +39,8 @@ pub struct State {
     pub residual_rates: Vec<f64>,
     /// Their algorithmic accelerations.
     pub residual_accelerations: Vec<f64>,
+    /// Largest deflection of each body so far, a length, where steps follow an accuracy.
+    pub deflections: Vec<f64>,
     /// Angles counted past half a turn.
     pub angles: Vec<f64>,
     /// Values of the inputs.
@@ -69,6 +71,7 @@ impl State {
             residual_displacements: vec![0.0; system.residual_row_count()],
             residual_rates: vec![0.0; system.residual_row_count()],
             residual_accelerations: vec![0.0; system.residual_row_count()],
+            deflections: vec![0.0; bodies],
             angles: vec![0.0; system.angle_count],
             inputs: system.inputs.iter().map(|(_, value)| *value).collect(),
             felt_inputs: system.inputs.iter().map(|(_, value)| *value).collect(),
@@ -95,6 +98,7 @@ impl State {
         self.residual_rates.copy_from_slice(&other.residual_rates);
         self.residual_accelerations
             .copy_from_slice(&other.residual_accelerations);
+        self.deflections.copy_from_slice(&other.deflections);
         self.angles.copy_from_slice(&other.angles);
         self.inputs.copy_from_slice(&other.inputs);
         self.felt_inputs.copy_from_slice(&other.felt_inputs);
@@ -119,6 +123,7 @@ impl State {
             residual_displacements,
             residual_rates,
             residual_accelerations,
+            deflections,
             angles,
             inputs,
             felt_inputs,
@@ -145,6 +150,7 @@ impl State {
             residual_displacements,
             residual_rates,
             residual_accelerations,
+            deflections,
             angles,
             inputs,
             felt_inputs,

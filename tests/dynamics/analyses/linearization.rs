@@ -19,8 +19,8 @@ use dcb_runtime::system::linearization::Linearization;
 use dcb_runtime::system::{Demand, LoadAxes, State, System};
 use dcb_samples::spatial_beam::BeamSection;
 use dcb_samples::{Material, RodSection, SpatialBeam, axial_prestress, planar_rod, spatial_beam};
-use faer::Mat;
 use faer::linalg::solvers::Solve;
+use faer::{Mat, c64};
 use nalgebra::{UnitQuaternion, Vector3};
 
 /// Two flexible bodies and a rigid one with one of everything that couples bodies; loads are scaled by an input.
@@ -414,15 +414,16 @@ fn markers_and_rows_move_with_their_bodies() {
 fn dense_solve(
     system: &System,
     exact: &Linearization,
-    blend: &Blend,
-    residual: &[f64],
-    constraint_changes: &[f64],
-) -> (Vec<f64>, Vec<f64>) {
+    blend: &Blend<c64>,
+    residual: &[c64],
+    constraint_changes: &[c64],
+) -> (Vec<c64>, Vec<c64>) {
     let columns: Vec<usize> = (0..system.velocity_count())
         .filter(|column| moves(system, *column))
         .collect();
     let (n, m) = (columns.len(), exact.constraints.len());
-    let entry = |i: usize, j: usize| -> f64 {
+    let real = |value: f64| c64::new(value, 0.0);
+    let entry = |i: usize, j: usize| -> c64 {
         let at = |k: usize, l: usize| {
             blend.mass * exact.mass[(k, l)]
                 + blend.damping * exact.damping[(k, l)]
@@ -430,9 +431,9 @@ fn dense_solve(
         };
         match (i < n, j < n) {
             (true, true) => at(columns[i], columns[j]),
-            (true, false) => -exact.jacobian[(j - n, columns[i])],
-            (false, true) => exact.jacobian[(i - n, columns[j])],
-            (false, false) => 0.0,
+            (true, false) => real(-exact.jacobian[(j - n, columns[i])]),
+            (false, true) => real(exact.jacobian[(i - n, columns[j])]),
+            (false, false) => real(0.0),
         }
     };
     let matrix = Mat::from_fn(n + m, n + m, entry);
@@ -444,11 +445,23 @@ fn dense_solve(
         }
     });
     let solution = matrix.full_piv_lu().solve(&right);
-    let mut step = vec![0.0; system.velocity_count()];
+    let mut step = vec![real(0.0); system.velocity_count()];
     for (i, column) in columns.iter().enumerate() {
         step[*column] = solution[(i, 0)];
     }
     (step, (0..m).map(|i| solution[(n + i, 0)]).collect())
+}
+
+/// Real numbers as complex ones.
+fn complex(values: &[f64]) -> Vec<c64> {
+    values.iter().map(|value| c64::new(*value, 0.0)).collect()
+}
+
+/// The same of a complex solution.
+fn apart(found: &[c64], expected: &[c64]) -> f64 {
+    let scale = expected.iter().fold(0.0_f64, |most, x| most.max(x.norm()));
+    let error = found.iter().zip(expected).map(|(a, b)| (a - b).norm());
+    error.fold(0.0, f64::max) / scale
 }
 
 /// At rest and unloaded the iteration leaves nothing out.
@@ -498,15 +511,76 @@ fn condensed_solve_is_the_dense_one_at_rest() {
             changes[*row] = *change;
         }
         condensed.solve(&system, &state, &evaluation, &changes, &residual);
-        let (step, forces) = dense_solve(&system, &exact, &blend, &residual, &constraint_changes);
-        let error = relative(&condensed.step, &step);
+        let as_complex = Blend {
+            mass: c64::new(blend.mass, 0.0),
+            damping: c64::new(blend.damping, 0.0),
+            stiffness: 1.0,
+            elastic: Elastic::Moving,
+            interfaces: Interfaces::Following,
+        };
+        let (given, wanted) = (complex(&residual), complex(&constraint_changes));
+        let (step, forces) = dense_solve(&system, &exact, &as_complex, &given, &wanted);
+        let error = apart(&complex(&condensed.step), &step);
         assert!(error < 1e-10, "{dimension:?} step: {error:e}");
         let found: Vec<f64> = exact
             .constraints
             .iter()
             .map(|row| condensed.force_step[*row])
             .collect();
-        let error = relative(&found, &forces);
+        let error = apart(&complex(&found), &forces);
+        assert!(error < 1e-10, "{dimension:?} forces: {error:e}");
+    }
+}
+
+/// The same at a complex shift, beside a real factor.
+#[test]
+fn condensed_solve_at_a_complex_shift_is_the_dense_one_at_rest() {
+    let shift = c64::new(5.0, 4.0);
+    let beside = Blend {
+        mass: shift * shift,
+        damping: shift,
+        stiffness: 1.0,
+        elastic: Elastic::Moving,
+        interfaces: Interfaces::Held,
+    };
+    let real = Blend {
+        mass: 40.0,
+        damping: 7.0,
+        stiffness: 1.0,
+        elastic: Elastic::Moving,
+        interfaces: Interfaces::Held,
+    };
+    for dimension in [Dimension::Planar, Dimension::Spatial] {
+        let system = mechanism(dimension);
+        let (state, evaluation) = unloaded(&system, 5);
+        let mut factor = Condensed::of(&system).unwrap();
+        factor
+            .factor_straight(&system, &state, &evaluation, &real)
+            .unwrap();
+        let mut condensed = Condensed::<c64>::of(&system).unwrap();
+        condensed
+            .factor_beside(&system, &state, &evaluation, &beside, &factor)
+            .unwrap();
+        let exact = Linearization::at(&system, &state, &evaluation).unwrap();
+        let (re, im) = (
+            numbers(system.velocity_count(), 17),
+            numbers(system.velocity_count(), 19),
+        );
+        let residual: Vec<c64> = (0..system.velocity_count())
+            .map(|row| c64::new(re[row], im[row]) * f64::from(u8::from(moves(&system, row))))
+            .collect();
+        let wanted = complex(&numbers(exact.constraints.len(), 18));
+        let mut changes = vec![c64::new(0.0, 0.0); system.rows.len()];
+        for (row, change) in exact.constraints.iter().zip(&wanted) {
+            changes[*row] = *change;
+        }
+        condensed.solve_held(&system, &evaluation, &changes, &residual);
+        let (step, forces) = dense_solve(&system, &exact, &beside, &residual, &wanted);
+        let error = apart(&condensed.step, &step);
+        assert!(error < 1e-10, "{dimension:?} step: {error:e}");
+        let rows = exact.constraints.iter();
+        let found: Vec<c64> = rows.map(|row| condensed.force_step[*row]).collect();
+        let error = apart(&found, &forces);
         assert!(error < 1e-10, "{dimension:?} forces: {error:e}");
     }
 }

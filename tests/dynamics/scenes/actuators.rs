@@ -404,7 +404,7 @@ fn adaptive_steps_end_at_samples() {
     let (mut simulation, _) = Simulation::start(
         model.system,
         model.drawn,
-        dcb_runtime::run::method(&integrator),
+        dcb_runtime::run::rule(&integrator),
         scene.redundant_constraints,
     )
     .unwrap();

@@ -276,7 +276,7 @@ fn an_effort_on_flexible_bodies_is_opposite_on_both() {
     scene.outputs.swap_remove("angle");
     scene.outputs.swap_remove("rate");
     let model = Model::load(&scene).unwrap();
-    let method = dcb_runtime::run::method(&scene.integrator.unwrap());
+    let method = dcb_runtime::run::rule(&scene.integrator.unwrap());
     let (mut simulation, _) = Simulation::start(
         model.system,
         model.drawn,

@@ -10,7 +10,8 @@ use crate::support::Part;
 use crate::support::mechanisms::{about_z, method};
 use dcb_formats::mesh::Dimension;
 use dcb_formats::scene::RedundantConstraints;
-use dcb_runtime::integrator::Formulation;
+use dcb_runtime::integrator::radau::{Accuracy, Stages};
+use dcb_runtime::integrator::{Formulation, Rule};
 use dcb_runtime::simulation::Simulation;
 use dcb_runtime::system::builder::{Drawn, SystemBuilder, Turning};
 use dcb_runtime::{BodyAcceleration, BodyState, InertiaForces, InertiaTangent};
@@ -87,10 +88,18 @@ fn steps_do_not_allocate() {
     let part = Part::reduced(spatial_beam(&SpatialBeam::default()), 6);
     let body = Arc::new(part.body);
     let [a, b] = [0, 1].map(|index| body.attachment(index).unwrap().position);
-    for (count, formulation) in [
-        (3, Formulation::Index3),
-        (8, Formulation::Index3),
-        (3, Formulation::StabilizedIndex2),
+    let radau = Rule::from(Accuracy {
+        tolerance: 1e-5,
+        stages: Stages::Three,
+        longest: f64::INFINITY,
+        horizon: 1.0,
+    });
+    for (count, rule) in [
+        (3, method(Formulation::Index3, 0.8).into()),
+        (8, method(Formulation::Index3, 0.8).into()),
+        (3, method(Formulation::StabilizedIndex2, 0.8).into()),
+        (3, radau),
+        (8, radau),
     ] {
         let gravity = Vector3::new(0.0, -9.81, 0.0);
         let mut builder = SystemBuilder::new(Dimension::Spatial, gravity);
@@ -108,8 +117,7 @@ fn steps_do_not_allocate() {
             previous = builder.marker(index, 1, Turning::Interface).unwrap();
         }
         let (system, state) = builder.finish();
-        let method = method(formulation, 0.8);
-        let started = Simulation::start(system, state, method, RedundantConstraints::MinimumNorm);
+        let started = Simulation::start(system, state, rule, RedundantConstraints::MinimumNorm);
         let (mut simulation, _) = started.unwrap();
         // The first steps make room for what later factors fill in; a change of the step asks for a new factor.
         let step = |index: u32| {

@@ -4,4 +4,5 @@ mod adaptive;
 mod allocation;
 mod driven;
 mod order;
+mod radau;
 mod resolution;

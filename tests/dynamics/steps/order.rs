@@ -13,7 +13,7 @@ use dcb_samples::{Material, SpatialBeam, spatial_beam};
 use nalgebra::{Matrix3, Vector3};
 
 /// Two bars on a skew hinge and a ball, thrown so that all their axes turn far.
-fn double_pendulum() -> (System, State) {
+pub fn double_pendulum() -> (System, State) {
     let body = || {
         let inertia = Vector3::new(0.02, 0.09, 0.07);
         let ends = [Vector3::new(-0.5, 0.1, 0.0), Vector3::new(0.5, 0.0, 0.1)];
@@ -41,7 +41,7 @@ fn double_pendulum() -> (System, State) {
 }
 
 /// A beam so soft that it bends through tenths of its length while it falls.
-fn flexible_pendulum() -> (System, State) {
+pub fn flexible_pendulum() -> (System, State) {
     let beam = SpatialBeam {
         elements: 4,
         end: [0.8, 0.3, 0.1],
@@ -81,7 +81,7 @@ fn run(
 }
 
 /// Largest errors of positions, velocities and forces over all steps.
-fn errors(states: &[State], reference: &[State]) -> [f64; 3] {
+pub fn errors(states: &[State], reference: &[State]) -> [f64; 3] {
     let every = (reference.len() - 1) / (states.len() - 1);
     let mut worst = [0.0_f64; 3];
     let difference = |a: &[f64], b: &[f64]| {

@@ -11,7 +11,8 @@ use std::sync::Arc;
 use dcb_formats::component::{InterfaceKind, Role};
 use dcb_formats::mesh::Dimension;
 use dcb_formats::superelement::{BoundaryRow, Inertia, InterfaceFrame};
-use dcb_runtime::integrator::Method;
+use dcb_runtime::integrator::Rule;
+use dcb_runtime::integrator::radau::Accuracy;
 use dcb_runtime::simulation::Simulation;
 use dcb_runtime::{FlexibleBody, GeneralizedBody};
 use dcb_samples::RodSection;
@@ -229,7 +230,7 @@ pub fn classical(axial: f64) -> Answer {
 }
 
 /// The runtime's simulation from the set's start, and what turns its coordinates into q.
-pub fn simulation(axial: f64, method: Method) -> (Simulation, Arc<FlexibleBody>) {
+pub fn simulation(axial: f64, rule: impl Into<Rule>) -> (Simulation, Arc<FlexibleBody>) {
     let body = rod(axial).1;
     let flexible = Arc::new(FlexibleBody::from_generalized(&body).unwrap());
     // q = V y and Vᵀ M V = 1, so y = Vᵀ M q.
@@ -257,7 +258,7 @@ pub fn simulation(axial: f64, method: Method) -> (Simulation, Arc<FlexibleBody>)
         rates: to_dynamic(&RATES),
         spin: SPIN,
     };
-    (mechanism.start(&start, method), flexible)
+    (mechanism.start(&start, rule), flexible)
 }
 
 /// What the set publishes, now.
@@ -280,10 +281,17 @@ pub fn answer(simulation: &Simulation, rod: &FlexibleBody) -> Answer {
 }
 
 /// At t = 0.1 by the runtime.
-pub fn simulated(axial: f64, method: Method, steps: usize) -> Answer {
-    let (mut simulation, rod) = simulation(axial, method);
+pub fn simulated(axial: f64, rule: impl Into<Rule>, steps: usize) -> Answer {
+    let (mut simulation, rod) = simulation(axial, rule);
     run(&mut simulation, 0.1, steps, |_| {});
     answer(&simulation, &rod)
+}
+
+/// The same by accuracy, and how many steps that took.
+pub fn simulated_in_steps(axial: f64, accuracy: Accuracy) -> (Answer, usize) {
+    let (mut simulation, rod) = simulation(axial, accuracy);
+    run(&mut simulation, 0.1, 1, |_| {});
+    (answer(&simulation, &rod), simulation.effort().0)
 }
 
 /// Relative errors, entry by entry.

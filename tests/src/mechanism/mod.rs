@@ -17,7 +17,8 @@ use dcb_formats::scene::Scheme;
 use dcb_runtime::FlexibleBody;
 use dcb_runtime::body::{RigidBody, RigidPoint};
 use dcb_runtime::initial::InitialReport;
-use dcb_runtime::integrator::{Formulation, Method, Tolerance};
+use dcb_runtime::integrator::radau::{Accuracy, Stages};
+use dcb_runtime::integrator::{Formulation, Method, Rule, Tolerance};
 use dcb_runtime::joint::{JointKind, Revolute};
 use dcb_runtime::simulation::Simulation;
 use dcb_runtime::system::builder::{BuiltJoint, Drawn, SystemBuilder, Turning};
@@ -98,10 +99,20 @@ pub fn stabilized(spectral_radius: f64) -> Method {
 }
 
 /// A start that succeeds.
-pub fn start(system: System, state: State, method: Method) -> (Simulation, InitialReport) {
-    match Simulation::start(system, state, method, RedundantConstraints::MinimumNorm) {
+pub fn start(system: System, state: State, rule: impl Into<Rule>) -> (Simulation, InitialReport) {
+    match Simulation::start(system, state, rule, RedundantConstraints::MinimumNorm) {
         Ok(started) => started,
         Err(error) => panic!("{error}"),
+    }
+}
+
+/// Radau IIA of order 9 with this accuracy.
+pub fn radau(tolerance: f64) -> Accuracy {
+    Accuracy {
+        tolerance,
+        stages: Stages::Five,
+        longest: f64::INFINITY,
+        horizon: 10.0,
     }
 }
 
@@ -188,9 +199,9 @@ impl Scene {
     }
 
     /// Starts a simulation from the drawing.
-    pub fn start(self, method: Method) -> (Simulation, InitialReport) {
+    pub fn start(self, rule: impl Into<Rule>) -> (Simulation, InitialReport) {
         let (system, state) = self.builder.finish();
-        start(system, state, method)
+        start(system, state, rule)
     }
 }
 

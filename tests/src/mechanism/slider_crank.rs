@@ -5,7 +5,7 @@ use std::sync::Arc;
 use dcb_formats::function::{Function, TimeFunction};
 use dcb_formats::mesh::Dimension;
 use dcb_runtime::FlexibleBody;
-use dcb_runtime::integrator::Method;
+use dcb_runtime::integrator::Rule;
 use dcb_runtime::joint::{JointKind, Prismatic};
 use dcb_runtime::simulation::Simulation;
 use dcb_runtime::system::builder::{Drawn, JointCoordinate, SystemBuilder, Turning};
@@ -66,9 +66,9 @@ impl SliderCrank {
     }
 
     /// The started simulation.
-    pub fn start(&self, rod: &RodStart, method: Method) -> Simulation {
+    pub fn start(&self, rod: &RodStart, rule: impl Into<Rule>) -> Simulation {
         let (system, state) = self.system(rod);
-        start(system, state, method).0
+        start(system, state, rule).0
     }
 
     /// The mechanism as drawn.

@@ -20,13 +20,14 @@ const LARGEST_INDEX_3_RADIUS: f64 = 0.9;
 pub struct Integrator {
     /// Family of methods and its parameter.
     pub method: Method,
-    /// Length of a step; with `adaptive` the first.
+    /// Length of a step; with `adaptive` the first, with Radau the longest.
     pub step: f64,
     /// Time at which the run ends.
     pub end: f64,
     /// How the constraints are met.
     pub formulation: Formulation,
-    /// Error of the accelerations at which Newton's iteration ends, relative to the accelerations of the run.
+    /// Error of the accelerations at which Newton's iteration ends, relative to the accelerations of the run; with Radau the error that the
+    /// motion may have.
     pub tolerance: f64,
     /// Newton iterations allowed in a step.
     pub max_iterations: u32,
@@ -46,6 +47,11 @@ pub enum Method {
     Hht {
         /// 0 damps nothing.
         alpha: f64,
+    },
+    /// Radau IIA, of steps as long as the tolerance allows.
+    Radau {
+        /// 5 or 9.
+        order: u32,
     },
 }
 
@@ -78,6 +84,10 @@ const TOLERANCE: f64 = 1e-8;
 const MAX_ITERATIONS: u32 = 12;
 const RHO_INFINITY: f64 = 0.8;
 const ALPHA: f64 = -0.1;
+const RADAU_TOLERANCE: f64 = 1e-4;
+const RADAU_ORDER: u32 = 9;
+/// Smallest tolerance of a motion: below it, rounding is mistaken for errors.
+const SMALLEST_TOLERANCE: f64 = 1e-12;
 
 impl Integrator {
     /// Generalised alpha with the usual settings.
@@ -95,10 +105,56 @@ impl Integrator {
         }
     }
 
+    /// Radau IIA with the usual settings.
+    pub fn radau(tolerance: f64, end: f64) -> Self {
+        Self {
+            method: Method::Radau { order: RADAU_ORDER },
+            step: end,
+            tolerance,
+            ..Self::generalized_alpha(end, end)
+        }
+    }
+
+    /// Whether all steps but the last are of one length.
+    pub fn has_equal_steps(&self) -> bool {
+        self.adaptive.is_none() && !self.is_radau()
+    }
+
+    /// Whether steps follow from an accuracy alone.
+    pub fn is_radau(&self) -> bool {
+        matches!(self.method, Method::Radau { .. })
+    }
+
+    fn check_radau(&self, order: u32) -> Result<(), Error> {
+        let at = |key: &str| format!("integrator.radau.{key}");
+        super::values::not_negative(&at("end"), self.end)?;
+        positive(&at("tolerance"), self.tolerance)?;
+        if !(SMALLEST_TOLERANCE..=0.1).contains(&self.tolerance) {
+            return Err(Error::described(
+                at("tolerance"),
+                format!(
+                    "is {}, expected from {SMALLEST_TOLERANCE:e} to 0.1: the error of the motion, relative to the bodies' lengths and deflections",
+                    self.tolerance
+                ),
+            ));
+        }
+        if self.end > 0.0 {
+            positive(&at("maximum_step"), self.step)?;
+        }
+        match order {
+            5 | 9 => Ok(()),
+            found => Err(Error::described(
+                at("order"),
+                format!("is {found}, expected 5 or 9"),
+            )),
+        }
+    }
+
     pub(super) fn check(&self) -> Result<(), Error> {
         let location = match self.method {
             Method::GeneralizedAlpha { .. } => "integrator.generalized_alpha",
             Method::Hht { .. } => "integrator.hht",
+            Method::Radau { order } => return self.check_radau(order),
         };
         let at = |key: &str| format!("{location}.{key}");
         positive(&at("step"), self.step)?;
@@ -135,6 +191,7 @@ impl Integrator {
                 (-1.0 / 3.0, 0.0),
                 (1.0 + alpha) / (1.0 - alpha),
             ),
+            Method::Radau { .. } => return Ok(()),
         };
         let rounding = 1e-12;
         if !(parameter >= range.0 - rounding && parameter <= range.1) {
@@ -149,7 +206,7 @@ impl Integrator {
         if self.formulation == Formulation::Index3 && radius > LARGEST_INDEX_3_RADIUS + rounding {
             let largest = match self.method {
                 Method::GeneralizedAlpha { .. } => LARGEST_INDEX_3_RADIUS,
-                Method::Hht { .. } => {
+                Method::Hht { .. } | Method::Radau { .. } => {
                     (LARGEST_INDEX_3_RADIUS - 1.0) / (LARGEST_INDEX_3_RADIUS + 1.0)
                 }
             };
@@ -197,6 +254,9 @@ enum IntegratorPart {
     /// Hilber, Hughes and Taylor.
     #[serde(deserialize_with = "object")]
     Hht(HhtPart),
+    /// Radau IIA: the accuracy is given, the steps follow.
+    #[serde(deserialize_with = "object")]
+    Radau(RadauPart),
 }
 
 /// Generalised alpha.
@@ -251,6 +311,32 @@ struct HhtPart {
     adaptive: Option<AdaptiveStep>,
 }
 
+/// Radau IIA: the accuracy is given, the steps follow.
+#[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+#[schemars(rename = "Radau")]
+struct RadauPart {
+    /// Time at which the run ends.
+    end: f64,
+    /// Error that the motion may have, relative to the lengths of the bodies and to their largest deflections.
+    #[serde(default = "radau_tolerance")]
+    tolerance: f64,
+    /// Longest step; none where absent.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    maximum_step: Option<f64>,
+    /// Order of the method: 9, or 5.
+    #[serde(default = "radau_order")]
+    order: u32,
+}
+
+fn radau_tolerance() -> f64 {
+    RADAU_TOLERANCE
+}
+
+fn radau_order() -> u32 {
+    RADAU_ORDER
+}
+
 fn tolerance() -> f64 {
     TOLERANCE
 }
@@ -290,6 +376,11 @@ impl From<IntegratorPart> for Integrator {
                 max_iterations: part.max_iterations,
                 adaptive: part.adaptive,
             },
+            IntegratorPart::Radau(part) => Self {
+                method: Method::Radau { order: part.order },
+                step: part.maximum_step.unwrap_or(part.end),
+                ..Self::radau(part.tolerance, part.end)
+            },
         }
     }
 }
@@ -317,6 +408,12 @@ impl From<Integrator> for IntegratorPart {
                     adaptive,
                 })
             }
+            Method::Radau { order } => Self::Radau(RadauPart {
+                end,
+                tolerance,
+                maximum_step: (step != end).then_some(step),
+                order,
+            }),
             Method::Hht { alpha } => Self::Hht(HhtPart {
                 step,
                 end,

@@ -24,11 +24,14 @@ pub struct Scheme {
 }
 
 impl Scheme {
-    /// The one that a scene asks for.
-    pub fn of(method: Method) -> Self {
+    /// The one that a scene asks for; `None` for other families.
+    pub fn of(method: Method) -> Option<Self> {
         match method {
-            Method::GeneralizedAlpha { rho_infinity } => Self::generalized_alpha(rho_infinity),
-            Method::Hht { alpha } => Self::hht(alpha),
+            Method::GeneralizedAlpha { rho_infinity } => {
+                Some(Self::generalized_alpha(rho_infinity))
+            }
+            Method::Hht { alpha } => Some(Self::hht(alpha)),
+            Method::Radau { .. } => None,
         }
     }
 

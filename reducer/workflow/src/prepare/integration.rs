@@ -50,7 +50,7 @@ impl Trials<'_> {
         for division in DIVISIONS {
             let first = &all[0];
             let Some(mut narrowed) = first.with_integrator(|integrator| {
-                let is_fixed = integrator.adaptive.is_none();
+                let is_fixed = integrator.has_equal_steps();
                 integrator.step *= f64::from(LONGEST) / f64::from(division);
                 is_fixed
             }) else {

@@ -9,12 +9,12 @@ use super::monitor::Monitor;
 use super::subject::{Quantity, Subject};
 use dcb_demand::SuperelementFiles;
 use dcb_demand::pruning::NarrowedScene;
-use dcb_formats::scene::{Compatibility, Integrator, Scene};
+use dcb_formats::scene::{Compatibility, Integrator, Scene, Scheme};
 use dcb_runtime::error::Error;
 use dcb_runtime::integrator::Effort;
 use dcb_runtime::integrator::equal_steps::EqualSteps;
 use dcb_runtime::model::{Model, RecordedStep, Recorder};
-use dcb_runtime::run::method;
+use dcb_runtime::run::rule;
 use dcb_runtime::run::transient::{imbalance_warning, resolution_warning, rounding_warning};
 use dcb_runtime::simulation::Simulation;
 use dcb_runtime::watch::compatibility_window::WeakWindow;
@@ -243,17 +243,18 @@ fn begin(narrowed: &NarrowedScene, course: &mut Course) -> Result<(Simulation, R
     let (simulation, recorder) = start(model, scene)?;
     if scene.compatibility == Compatibility::Weak {
         let integrator = step_of(scene)?;
-        let scheme = method(&integrator).scheme;
-        let window = WeakWindow::of(simulation.system(), simulation.state(), &scheme);
-        let count = window.negative_eigenvalue_count;
-        if count > 0 {
-            course.warnings.push(format!(
-                "weak compatibility: {count} negative eigenvalue{}",
-                if count == 1 { "" } else { "s" }
-            ));
-        }
-        if !scene.allow_unstable_weak {
-            window.check(integrator.step)?;
+        if let Some(scheme) = Scheme::of(integrator.method) {
+            let window = WeakWindow::of(simulation.system(), simulation.state(), &scheme);
+            let count = window.negative_eigenvalue_count;
+            if count > 0 {
+                course.warnings.push(format!(
+                    "weak compatibility: {count} negative eigenvalue{}",
+                    if count == 1 { "" } else { "s" }
+                ));
+            }
+            if !scene.allow_unstable_weak {
+                window.check(integrator.step)?;
+            }
         }
     }
     Ok((simulation, recorder))
@@ -267,9 +268,9 @@ fn start(model: Model, scene: &Scene) -> Result<(Simulation, Recorder), Error> {
         held,
         ..
     } = model;
-    let method = method(&step_of(scene)?);
+    let rule = rule(&step_of(scene)?);
     let (simulation, _) =
-        Simulation::start_holding(system, drawn, method, scene.redundant_constraints, &held)?;
+        Simulation::start_holding(system, drawn, rule, scene.redundant_constraints, &held)?;
     Ok((simulation, recorder))
 }
 

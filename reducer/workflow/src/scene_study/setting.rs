@@ -43,10 +43,10 @@ impl Setting {
         let integrator = scene
             .integrator
             .ok_or_else(|| Error::described("integrator", "is missing; a study needs it"))?;
-        if integrator.adaptive.is_some() {
+        if !integrator.has_equal_steps() {
             return Err(Error::described(
                 "integrator",
-                "has `adaptive`, but a study compares equal steps; leave it out for the study",
+                "has steps that follow the error, but a study compares equal steps; give generalized_alpha without `adaptive` for the study",
             ));
         }
         let superelements = || scene.superelements().map(|(_, body)| body);
@@ -61,7 +61,7 @@ impl Setting {
             step: integrator.step,
             rho_infinity: match integrator.method {
                 Method::GeneralizedAlpha { rho_infinity } => Some(rho_infinity),
-                Method::Hht { .. } => None,
+                Method::Hht { .. } | Method::Radau { .. } => None,
             },
             inertia_change: first.filter(|first| changes.all(|other| other == *first)),
         })

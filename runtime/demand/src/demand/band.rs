@@ -62,10 +62,27 @@ impl Band {
                 });
             }
         };
+        let Some(scheme) = Scheme::of(integrator.method) else {
+            return Ok(match Excitation::of(scene, integrator.end)? {
+                Excitation::Unlimited(reasons) => Self {
+                    frequency: None,
+                    reasons: std::iter::once(BY_TOLERANCE.into())
+                        .chain(reasons)
+                        .collect(),
+                },
+                Excitation::UpTo(excited, by) => Self {
+                    frequency: Some(excited),
+                    reasons: vec![
+                        BY_TOLERANCE.into(),
+                        small_motions(&by, &written_frequency(excited, &scene.units.time)),
+                    ],
+                },
+            });
+        };
         let step = integrator
             .adaptive
             .map_or(integrator.step, |adaptive| adaptive.minimum_step);
-        let per_period = steps_per_period(&Scheme::of(integrator.method));
+        let per_period = steps_per_period(&scheme);
         let followed = 1.0 / (per_period * step);
         let which = match integrator.adaptive {
             Some(_) => "the shortest steps allowed",
@@ -86,15 +103,21 @@ impl Band {
                 frequency: Some(followed.min(excited)),
                 reasons: vec![
                     by_step,
-                    format!(
-                        "all motions are small, and {by}: above {} less than {:.0} % of the deflection oscillates",
-                        written_frequency(excited, time),
-                        100.0 * NEGLIGIBLE
-                    ),
+                    small_motions(&by, &written_frequency(excited, time)),
                 ],
             },
         })
     }
+}
+
+/// Why no step limits the motion that is followed.
+const BY_TOLERANCE: &str = "the steps follow the accuracy and limit nothing";
+
+fn small_motions(by: &str, frequency: &str) -> String {
+    format!(
+        "all motions are small, and {by}: above {frequency} less than {:.0} % of the deflection oscillates",
+        100.0 * NEGLIGIBLE
+    )
 }
 
 /// Steps in a period that is wrong by [`PERIOD_ERROR`].

@@ -30,7 +30,11 @@ const LARGEST_REGULARIZATION: f64 = 1e-2;
 
 impl Corrector {
     /// With redundant constraints an iteration converges also where they contradict each other; then they stay violated.
-    pub(super) fn refuse_contradiction(&self, system: &System, accuracy: f64) -> Result<(), Error> {
+    pub(in crate::integrator) fn refuse_contradiction(
+        &self,
+        system: &System,
+        accuracy: f64,
+    ) -> Result<(), Error> {
         if self.condensed.regularization == 0.0 && !self.was_singular {
             return Ok(());
         }
@@ -92,6 +96,11 @@ impl Corrector {
             })
     }
 
+    /// Corrections of a place below this length are rounding.
+    pub(in crate::integrator) fn rounding(&self, system: &System) -> f64 {
+        ROUNDING * self.reach(system)
+    }
+
     /// Whether a correction is what rounding leaves at a dead centre: there the constraints nearly depend on each other, and
     /// positions are known by so much less. Redundant constraints always look like that, so nothing is forgiven where there are some.
     pub(super) fn is_as_good_as_possible(&mut self, correction: f64, floor: f64) -> bool {
@@ -104,7 +113,7 @@ impl Corrector {
     }
 
     /// Why a correction is not finite: a function of time that has no value there, or the motion itself.
-    pub(super) fn not_finite(&self, system: &System) -> Error {
+    pub(in crate::integrator) fn not_finite(&self, system: &System) -> Error {
         let time = self.trial.time;
         let bad = |signal: usize| {
             Some(system.signal(signal, &self.trial).value).filter(|v| !v.is_finite())
@@ -140,7 +149,7 @@ impl Corrector {
     }
 
     /// The body with the largest correction.
-    pub(super) fn worst_body(&self, system: &System) -> String {
+    pub(in crate::integrator) fn worst_body(&self, system: &System) -> String {
         let size = |body: &crate::system::Body| {
             self.condensed.step[body.velocities.clone()]
                 .iter()
@@ -161,7 +170,11 @@ impl Corrector {
     }
 
     /// An angle can be counted on from its last value only if it turns by less than half a turn in a step.
-    pub(super) fn refuse_long_turns(&self, system: &System, step: f64) -> Result<(), Error> {
+    pub(in crate::integrator) fn refuse_long_turns(
+        &self,
+        system: &System,
+        step: f64,
+    ) -> Result<(), Error> {
         let spin = |marker: usize| match system.markers[marker].body {
             None => Vector3::zeros(),
             Some(body) => {

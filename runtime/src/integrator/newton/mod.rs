@@ -45,6 +45,8 @@ pub struct Corrector {
     turns: Vec<Vector3<f64>>,
     /// The step that the factor was made for; `None` without a factor.
     factored_step: Option<f64>,
+    /// What the factor was made of.
+    blend: Option<Blend>,
     /// Steps since the factor was made.
     factor_age: usize,
     /// How much of the error an iteration with the present factor leaves.
@@ -91,6 +93,7 @@ impl Corrector {
             force_step: vec![0.0; system.rows.len()],
             turns: vec![Vector3::zeros(); system.bodies.len()],
             factored_step: None,
+            blend: None,
             factor_age: 0,
             contraction: 1.0,
             has_shared: false,
@@ -266,26 +269,20 @@ impl Corrector {
 
     /// Shares the forces of redundant constraints out in the minimum-norm sense, after the step that led to a state and with the evaluation
     /// there. Steps carry on what does nothing, so that a factor serves them as long as without. Returns whether forces changed.
-    pub fn share_redundant(&mut self, system: &System, scheme: &Scheme, state: &mut State) -> bool {
+    pub fn share_redundant(&mut self, system: &System, state: &mut State) -> bool {
         if self.has_shared {
             return false;
         }
-        self.has_shared = self.share_redundant_within(system, scheme, state);
+        self.has_shared = self.share_redundant_within(system, state);
         self.has_shared
     }
 
     /// The same at a state within the step.
-    pub fn share_redundant_within(
-        &mut self,
-        system: &System,
-        scheme: &Scheme,
-        state: &mut State,
-    ) -> bool {
-        let is_carried = self.condensed.carries_redundant();
-        let Some(step) = self.factored_step.filter(|_| is_carried) else {
+    pub fn share_redundant_within(&mut self, system: &System, state: &mut State) -> bool {
+        let is_known = self.condensed.carries_redundant() && self.factored_step.is_some();
+        let Some(blend) = self.blend.filter(|_| is_known) else {
             return false;
         };
-        let blend = blend(scheme, step);
         let turns = Some(&self.turns[..]);
         let factored = self
             .condensed
@@ -321,8 +318,36 @@ impl Corrector {
             self.condensed.forget_redundant();
             shared?;
         }
-        self.factored_step = Some(step);
+        (self.factored_step, self.blend) = (Some(step), Some(blend));
         (self.contraction, self.factor_age) = (SLOW, 0);
+        Ok(())
+    }
+
+    /// A factor for a step of another method, at one of its states. Where constraints meet that are independent elsewhere, at a dead centre, they give way.
+    ///
+    /// # Errors
+    /// Those of [`Condensed::factor`].
+    pub(in crate::integrator) fn factor_at(
+        &mut self,
+        system: &System,
+        (state, evaluation): (&State, &Evaluation),
+        blend: &Blend,
+        step: f64,
+    ) -> Result<(), Error> {
+        let condensed = &mut self.condensed;
+        let is_redundant = condensed.regularization > 0.0;
+        match condensed.factor_straight(system, state, evaluation, blend) {
+            Err(Error::SingularJoints { .. }) if !is_redundant => {
+                self.was_singular = true;
+                condensed.regularization = REGULARIZATION;
+                let regularized = condensed.factor_straight(system, state, evaluation, blend);
+                condensed.regularization = 0.0;
+                regularized?;
+            }
+            other => other?,
+        }
+        (self.factored_step, self.blend) = (Some(step), Some(*blend));
+        self.has_shared = false;
         Ok(())
     }
 

@@ -12,29 +12,43 @@ use faer::{Mat, linalg::solvers::FullPivLu};
 
 use super::Condensed;
 use crate::actuator::{Sense, Source, Timing};
-use crate::kinematics::frame_motion::Six;
+use crate::kinematics::frame_motion::SixOf;
 use crate::system::System;
 use crate::system::evaluation::Evaluation;
 use crate::system::marker::turned;
+use crate::system::number::{Number, dot};
 
 /// Responses to the efforts of continuous controllers.
-#[derive(Default)]
-pub(super) struct Controls {
+pub(super) struct Controls<T: Number> {
     /// Rows of the actuators, and their controllers.
     pub(super) rows: Vec<(usize, usize)>,
     /// δq, δλ and the change of interface displacements for a unit effort of each row.
-    columns: Vec<[Vec<f64>; 3]>,
+    columns: Vec<[Vec<T>; 3]>,
     /// (1 - K G)⁻¹ K, row by row.
-    gains: Vec<f64>,
+    gains: Vec<T>,
     /// Changes of the sensed coordinates.
-    sensed: Vec<f64>,
+    sensed: Vec<T>,
     /// Efforts of the last solve.
-    efforts: Vec<f64>,
-    zeros: Vec<f64>,
-    changes: Vec<f64>,
+    efforts: Vec<T>,
+    zeros: Vec<T>,
+    changes: Vec<T>,
 }
 
-impl Controls {
+impl<T: Number> Default for Controls<T> {
+    fn default() -> Self {
+        Self {
+            rows: Vec::new(),
+            columns: Vec::new(),
+            gains: Vec::new(),
+            sensed: Vec::new(),
+            efforts: Vec::new(),
+            zeros: Vec::new(),
+            changes: Vec::new(),
+        }
+    }
+}
+
+impl<T: Number> Controls<T> {
     pub(super) fn of(system: &System) -> Self {
         let continuous = |source: &Source| match source {
             Source::Controlled(index) => {
@@ -49,11 +63,9 @@ impl Controls {
             .iter()
             .filter_map(|actuator| Some((actuator.row, continuous(&actuator.source)?)))
             .collect();
-        if rows.is_empty() {
-            return Self::default();
-        }
+        let is_used = !rows.is_empty();
         let (count, sensors) = (rows.len(), system.sensors.len());
-        let room = |length: usize| vec![0.0; length];
+        let room = |length: usize| vec![T::of(0.0); if is_used { length } else { 0 }];
         let column = || {
             [
                 room(system.velocity_count()),
@@ -73,7 +85,7 @@ impl Controls {
     }
 }
 
-impl Condensed {
+impl<T: Number> Condensed<T> {
     /// Finds the responses with a new factor. Returns whether efforts and motion determine each other.
     pub(super) fn factor_controls(
         &mut self,
@@ -83,12 +95,12 @@ impl Condensed {
     ) -> bool {
         let mut controls = std::mem::take(&mut self.controls);
         let (count, sensors) = (controls.rows.len(), system.sensors.len());
-        controls.gains.fill(0.0);
+        controls.gains.fill(T::of(0.0));
         if stiffness == 0.0 {
             self.controls = controls;
             return true;
         }
-        let mut slopes = Mat::<f64>::zeros(count, sensors);
+        let mut slopes = Mat::<T>::zeros(count, sensors);
         for (i, (_, controller)) in controls.rows.iter().enumerate() {
             let Timing::Continuous { senses, first } = &system.controllers[*controller].timing
             else {
@@ -97,15 +109,17 @@ impl Condensed {
             let own = &evaluation.control_slopes[*first..first + senses.len()];
             for (sense, slope) in senses.iter().zip(own) {
                 match sense {
-                    Sense::Value(sensor) => slopes[(i, *sensor)] += stiffness * slope,
-                    Sense::Rate(sensor) => slopes[(i, *sensor)] += self.rates_follow * slope,
+                    Sense::Value(sensor) => slopes[(i, *sensor)] += T::of(stiffness * slope),
+                    Sense::Rate(sensor) => {
+                        slopes[(i, *sensor)] += self.rates_follow.times(*slope);
+                    }
                 }
             }
         }
-        let mut responses = Mat::<f64>::zeros(sensors, count);
+        let mut responses = Mat::<T>::zeros(sensors, count);
         for j in 0..count {
             let row = controls.rows[j].0;
-            controls.changes.fill(0.0);
+            controls.changes.fill(T::of(0.0));
             controls.changes[row] = self.compliances[row];
             self.respond(system, evaluation, &controls.changes, &controls.zeros);
             self.sense_step(system, evaluation, &mut controls.sensed);
@@ -117,14 +131,14 @@ impl Condensed {
                 column.copy_from_slice(found);
             }
         }
-        let closed = Mat::<f64>::identity(count, count) - &slopes * &responses;
+        let closed = Mat::<T>::identity(count, count) - &slopes * &responses;
         let gains = FullPivLu::new(closed.as_ref()).inverse() * &slopes;
         for i in 0..count {
             for s in 0..sensors {
                 controls.gains[i * sensors + s] = gains[(i, s)];
             }
         }
-        let is_regular = controls.gains.iter().all(|gain| gain.is_finite());
+        let is_regular = controls.gains.iter().all(nalgebra::ComplexField::is_finite);
         self.controls = controls;
         is_regular
     }
@@ -140,7 +154,10 @@ impl Condensed {
             .iter_mut()
             .zip(controls.gains.chunks_exact(sensors.max(1)))
         {
-            *effort = gains.iter().zip(&sensed).map(|(gain, s)| gain * s).sum();
+            *effort = T::of(0.0);
+            for (gain, sensed) in gains.iter().zip(&sensed) {
+                *effort += *gain * *sensed;
+            }
         }
         for (effort, column) in controls.efforts.iter().zip(&controls.columns) {
             let steps = [
@@ -150,7 +167,7 @@ impl Condensed {
             ];
             for (step, response) in steps.into_iter().zip(column) {
                 for (step, response) in step.iter_mut().zip(response) {
-                    *step += effort * response;
+                    *step += *effort * *response;
                 }
             }
         }
@@ -159,16 +176,16 @@ impl Condensed {
     }
 
     /// How the sensed coordinates change in the last solve.
-    fn sense_step(&self, system: &System, evaluation: &Evaluation, sensed: &mut [f64]) {
+    fn sense_step(&self, system: &System, evaluation: &Evaluation, sensed: &mut [T]) {
         let twist = |marker: usize| {
             let described = &system.markers[marker];
             let Some(index) = described.body else {
-                return Six::zeros();
+                return SixOf::zeros();
             };
             let body = &system.bodies[index];
             let (rigid, elastic) = self.step[body.velocities.clone()].split_at(6);
             let place = &evaluation.places[marker];
-            let mut twist = described.twist(place, &Six::from_column_slice(rigid), elastic);
+            let mut twist = described.twist(place, &SixOf::from_column_slice(rigid), elastic);
             if !body.residual_rows.is_empty() {
                 let beside = &self.residual_step[body.residual_rows.clone()];
                 twist += described.interface_twist(place, beside);
@@ -178,7 +195,7 @@ impl Condensed {
         let sensors = system.sensors.iter().zip(&evaluation.sensed);
         for (change, (sensor, found)) in sensed.iter_mut().zip(sensors) {
             *change =
-                found.gradient.a.dot(&twist(sensor.a)) + found.gradient.b.dot(&twist(sensor.b));
+                dot(&found.gradient.a, &twist(sensor.a)) + dot(&found.gradient.b, &twist(sensor.b));
         }
     }
 }

@@ -4,6 +4,7 @@ use super::Condensed;
 use crate::body::Compatibility;
 use crate::system::evaluation::Evaluation;
 use crate::system::marker::turned_back;
+use crate::system::number::Number;
 use crate::system::residual::add_product;
 use crate::system::{State, System};
 
@@ -36,7 +37,9 @@ impl Condensed {
             add_product(self.residual_compliances[index].as_ref(), forces, gaps);
         }
     }
+}
 
+impl<T: Number> Condensed<T> {
     /// Interface forces and displacements that follow from the wrenches of the last solve.
     pub(super) fn follow_forces(&mut self, system: &System, evaluation: &Evaluation) {
         for (index, body) in system.bodies.iter().enumerate() {
@@ -45,7 +48,7 @@ impl Condensed {
                 continue;
             }
             let forces = &mut self.interface_step[rows.clone()];
-            forces.fill(0.0);
+            forces.fill(T::of(0.0));
             for &marker in body.markers.iter().filter(|m| self.coupled[**m]) {
                 let wrench = turned_back(&evaluation.poses[index].axes, &self.wrenches[marker]);
                 let place = &evaluation.places[marker];
@@ -64,7 +67,7 @@ impl Condensed {
                         .iter_mut()
                         .zip(forces.iter().zip(&self.force_gaps[rows]))
                     {
-                        *step = change + gap;
+                        *step = *change + *gap;
                     }
                 }
             }

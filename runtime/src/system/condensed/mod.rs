@@ -19,32 +19,36 @@ mod changes;
 mod columns;
 mod controlled;
 mod following;
+mod redundant;
 mod solve;
 mod touch;
 
 use faer::Mat;
 use nalgebra::Vector3;
 
+use assemble::differentiate;
 pub(super) use assemble::keep_rows_in_world;
 use controlled::Controls;
 use touch::{Side, Touch, body_pairs, side};
 
+use crate::actuator::Effort;
 use crate::error::Error;
 use crate::frame::InertiaTangent;
-use crate::kinematics::frame_motion::Six;
+use crate::kinematics::frame_motion::{Six, SixOf};
 use crate::system::body_factor::{BodyFactor, BodyMatrix, Elastic};
 use crate::system::evaluation::Evaluation;
 use crate::system::joint_system::JointSystem;
+use crate::system::number::Number;
 use crate::system::residual::{marker_compliance, write_compliance};
 use crate::system::{Demand, State, System};
 
 /// How much of mass, damping and stiffness is in S.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Blend {
+pub struct Blend<T: Number = f64> {
     /// β', of the mass.
-    pub mass: f64,
+    pub mass: T,
     /// γ', of the damping.
-    pub damping: f64,
+    pub damping: T,
     /// κ, of the stiffness.
     pub stiffness: f64,
     /// Whether y moves.
@@ -78,11 +82,12 @@ impl Blend {
 const MANY_TOUCHES: usize = 36;
 
 /// The factored iteration matrix of a system.
-pub struct Condensed {
-    matrices: Vec<BodyMatrix>,
+pub struct Condensed<T: Number = f64> {
+    matrices: Vec<BodyMatrix<T>>,
+    /// Of the last real factorization.
     tangents: Vec<InertiaTangent>,
-    factors: Vec<BodyFactor>,
-    joints: JointSystem,
+    factors: Vec<BodyFactor<T>>,
+    joints: JointSystem<T>,
     touches: Vec<Vec<Touch>>,
     /// Bodies that stay among the unknowns of the joints' system: where their motions are.
     motions: Vec<Option<usize>>,
@@ -92,30 +97,32 @@ pub struct Condensed {
     drives: Vec<usize>,
     /// Gradients of a body's touches in body axes, and the body's response to them by markers.
     gradients: Vec<Six>,
-    responses: Vec<Six>,
+    responses: Vec<SixOf<T>>,
     /// c of each row.
-    compliances: Vec<f64>,
+    compliances: Vec<T>,
     /// How much the coordinate of each actuator changes by a unit force, everything else following.
     mobilities: Vec<f64>,
+    /// Efforts of the actuators where they are met.
+    efforts: Vec<Effort>,
     /// γ' of the present factor: change of rates with positions.
-    rates_follow: f64,
+    rates_follow: T,
     /// Efforts that follow coordinates of any joints.
-    controls: Controls,
-    wrenches: Vec<Six>,
-    twists: Vec<Six>,
+    controls: Controls<T>,
+    wrenches: Vec<SixOf<T>>,
+    twists: Vec<SixOf<T>>,
     /// Markers that rows touch.
     coupled: Vec<bool>,
     /// C of each body, over its interface rows; (0, 0) for bodies without.
-    residual_compliances: Vec<Mat<f64>>,
+    residual_compliances: Vec<Mat<T>>,
     /// Whether interfaces follow their forces in the solves with the present factor.
     interfaces: Interfaces,
     /// Rows that touch a body whose interfaces are deflected by their forces.
     compliant: Vec<bool>,
     /// Remaining differences of interface forces, and of interface displacements for known forces; by residual rows.
-    force_gaps: Vec<f64>,
-    gaps: Vec<f64>,
+    force_gaps: Vec<T>,
+    gaps: Vec<T>,
     /// δg of the last solve, by residual rows.
-    interface_step: Vec<f64>,
+    interface_step: Vec<T>,
     /// Bodies that don't move.
     held: Vec<bool>,
     /// How many rows are redundant.
@@ -123,12 +130,12 @@ pub struct Condensed {
     /// Added to the unit diagonal of the joints' system where constraints are redundant.
     pub regularization: f64,
     /// δq of the last solve, laid out as velocities, rigid parts in body axes.
-    pub step: Vec<f64>,
+    pub step: Vec<T>,
     /// δλ of the last solve.
-    pub force_step: Vec<f64>,
+    pub force_step: Vec<T>,
     /// Change of the displacements beside the coordinates in the last solve, by residual rows. Zero for bodies whose interface
     /// forces are coordinates; their change is in `step`.
-    pub residual_step: Vec<f64>,
+    pub residual_step: Vec<T>,
 }
 
 /// Whether the displacements of interfaces beside the coordinates follow the forces in a solve.
@@ -140,7 +147,7 @@ pub enum Interfaces {
     Held,
 }
 
-impl Condensed {
+impl<T: Number> Condensed<T> {
     /// Room for a system; the joints' pattern is analysed here.
     ///
     /// # Errors
@@ -229,13 +236,14 @@ impl Condensed {
                 .filter(|row| matches!(system.rows[*row].demand, Demand::Follow(_)))
                 .collect(),
             gradients: vec![Six::zeros(); most_touches],
-            responses: vec![Six::zeros(); most_markers.unwrap_or(0)],
-            compliances: vec![0.0; system.rows.len()],
+            responses: vec![SixOf::zeros(); most_markers.unwrap_or(0)],
+            compliances: vec![T::of(0.0); system.rows.len()],
             mobilities: vec![0.0; system.actuators.len()],
-            rates_follow: 0.0,
+            efforts: vec![Effort::default(); system.actuators.len()],
+            rates_follow: T::of(0.0),
             controls: Controls::of(system),
-            wrenches: vec![Six::zeros(); system.markers.len()],
-            twists: vec![Six::zeros(); system.markers.len()],
+            wrenches: vec![SixOf::zeros(); system.markers.len()],
+            twists: vec![SixOf::zeros(); system.markers.len()],
             coupled,
             residual_compliances: system
                 .bodies
@@ -244,91 +252,31 @@ impl Condensed {
                 .collect(),
             interfaces: Interfaces::Held,
             compliant,
-            force_gaps: vec![0.0; residual_rows],
-            gaps: vec![0.0; residual_rows],
-            interface_step: vec![0.0; residual_rows],
-            residual_step: vec![0.0; residual_rows],
+            force_gaps: vec![T::of(0.0); residual_rows],
+            gaps: vec![T::of(0.0); residual_rows],
+            interface_step: vec![T::of(0.0); residual_rows],
+            residual_step: vec![T::of(0.0); residual_rows],
             held: vec![false; system.bodies.len()],
             expected_redundant: 0,
             regularization: 0.0,
-            step: vec![0.0; system.velocity_count()],
-            force_step: vec![0.0; system.rows.len()],
+            step: vec![T::of(0.0); system.velocity_count()],
+            force_step: vec![T::of(0.0); system.rows.len()],
         })
     }
 
-    /// Which bodies, by index, don't move in the solves after the next factorization: neither as rigid ones nor by deflecting.
-    pub fn hold(&mut self, bodies: &[usize]) {
-        self.held.fill(false);
-        for body in bodies {
-            if let Some(held) = self.held.get_mut(*body) {
-                *held = true;
-            }
-        }
-    }
-
-    /// One more for the same system, with the same expectations.
-    ///
-    /// # Errors
-    /// [`Error::OutOfMemory`].
-    pub fn another(&self, system: &System) -> Result<Self, Error> {
-        let mut another = Self::of(system)?;
-        if self.expected_redundant > 0 {
-            another.expect_redundant(self.expected_redundant, self.regularization);
-        }
-        Ok(another)
-    }
-
-    /// Regularizes the joints' system, of which so many rows are redundant.
-    pub fn expect_redundant(&mut self, rows: usize, regularization: f64) {
-        self.expected_redundant = rows;
-        self.regularization = regularization;
-        self.joints.expect_redundant(rows);
-    }
-
-    /// Whether the present factor leaves the share of λ alone that does nothing.
-    pub fn carries_redundant(&self) -> bool {
-        self.joints.knows_redundant()
-    }
-
-    /// Forgets which share of λ does nothing.
-    pub fn forget_redundant(&mut self) {
-        self.joints.forget_redundant();
-    }
-
-    /// Takes out of a change of λ what does nothing, as far as the present factor knows it.
-    pub fn remove_redundant(&mut self, forces: &mut [f64]) {
-        self.joints.remove_redundant(forces);
-    }
-
-    /// Takes out of λ what does nothing, where the present factor was made: joints share their forces out in the minimum-norm sense.
-    /// Overwrites the last solve's `force_step`.
-    pub fn share_redundant(&mut self, forces: &mut [f64]) {
-        self.joints.share_redundant(forces, &mut self.force_step);
-    }
-
-    /// How much the joints' system enlarges what it solves for: large where constraints nearly depend on each other. Overwrites the last solve's
-    /// `force_step`.
-    pub fn amplification(&mut self) -> f64 {
-        self.joints.amplification(&mut self.force_step)
-    }
-
-    /// Assembles and factors S and the joints' system at the last evaluation. `turns` are the rotation vectors Δφ from the start
-    /// of the step, by which velocities follow the positions; `None` for a solve of accelerations or of a first guess.
-    ///
-    /// # Errors
-    /// [`Error::SingularBody`], [`Error::SingularJoints`].
-    pub fn factor(
+    /// S of every body, eliminated.
+    fn factor_bodies(
         &mut self,
         system: &System,
-        state: &State,
         evaluation: &Evaluation,
-        blend: &Blend,
+        tangents: &[InertiaTangent],
+        blend: &Blend<T>,
         turns: Option<&[Vector3<f64>]>,
-    ) -> Result<(), Error> {
+    ) -> Result<(), usize> {
         self.interfaces = blend.interfaces;
-        for (index, body) in system.bodies.iter().enumerate() {
+        for (index, (body, tangent)) in system.bodies.iter().zip(tangents).enumerate() {
             let turn = turns.map_or_else(Vector3::zeros, |turns| turns[index]);
-            self.blend_body(system, state, evaluation, index, blend, &turn);
+            self.blend_body(system, evaluation, (index, tangent), blend, &turn);
             let elastic = if self.held[index] {
                 Elastic::Frozen
             } else {
@@ -339,13 +287,11 @@ impl Condensed {
                 false => body.free,
             };
             if !self.factors[index].factor(&self.matrices[index], elastic) {
-                return Err(Error::SingularBody {
-                    time: state.time,
-                    body: body.name.clone(),
-                });
+                return Err(index);
             }
             let markers = &body.markers;
             self.factors[index].respond(
+                system.dimension,
                 markers
                     .iter()
                     .map(|m| (&system.markers[*m], &evaluation.places[*m])),
@@ -367,7 +313,116 @@ impl Condensed {
                 }
             }
         }
-        if !self.factor_joints(system, state, evaluation, blend) {
+        Ok(())
+    }
+
+    /// Factors the same rows at another shift beside a real factor: with its scales and the directions that do nothing.
+    ///
+    /// # Errors
+    /// [`Error::SingularBody`], [`Error::SingularJoints`].
+    pub fn factor_beside(
+        &mut self,
+        system: &System,
+        state: &State,
+        evaluation: &Evaluation,
+        blend: &Blend<T>,
+        real: &Condensed,
+    ) -> Result<(), Error> {
+        self.factor_bodies(system, evaluation, &real.tangents, blend, None)
+            .map_err(|body| singular(system, state, body))?;
+        self.assemble_joints(system, evaluation, blend);
+        self.follow_slopes(system, evaluation, &evaluation.efforts, blend);
+        let is_regular = self.joints.factor_beside(&real.joints)
+            && (self.controls.rows.is_empty()
+                || self.factor_controls(system, evaluation, blend.stiffness));
+        match is_regular {
+            true => Ok(()),
+            false => Err(Error::SingularJoints { time: state.time }),
+        }
+    }
+
+    /// `M x` at the last factorization, laid out as velocities, rigid parts in body axes.
+    pub fn mass_product(&self, system: &System, x: &[f64], product: &mut [f64]) {
+        for (body, tangent) in system.bodies.iter().zip(&self.tangents) {
+            let own = body.velocities.clone();
+            let (rigid, elastic) = x[own.clone()].split_at(6);
+            let (out_rigid, out_elastic) = product[own].split_at_mut(6);
+            let mass = &tangent.mass;
+            out_elastic.copy_from_slice(elastic);
+            f64::add_columns(out_elastic, &mass.elastic_by_rigid, rigid);
+            let own = mass.rigid * Six::from_column_slice(rigid);
+            out_rigid.copy_from_slice(own.as_slice());
+            f64::add_products(out_rigid, &mass.rigid_by_elastic, elastic);
+        }
+    }
+
+    /// Whether a row touches a body whose interfaces are deflected by their forces: such a row has no velocity constraint of
+    /// its own.
+    pub fn is_compliant(&self, row: usize) -> bool {
+        self.compliant[row]
+    }
+}
+
+impl Condensed {
+    /// Assembles and factors S and the joints' system at the last evaluation. `turns` are the rotation vectors Δφ from the start
+    /// of the step, by which velocities follow the positions; `None` for a solve of accelerations or of a first guess.
+    ///
+    /// # Errors
+    /// [`Error::SingularBody`], [`Error::SingularJoints`].
+    pub fn factor(
+        &mut self,
+        system: &System,
+        state: &State,
+        evaluation: &Evaluation,
+        blend: &Blend,
+        turns: Option<&[Vector3<f64>]>,
+    ) -> Result<(), Error> {
+        self.factor_here(system, state, evaluation, blend, turns)?;
+        self.assemble_joints(system, evaluation, blend);
+        self.meet_efforts(system, state, evaluation, blend);
+        self.factor_rows(system, state, evaluation, blend)
+    }
+
+    /// The same with the slopes that efforts have at the evaluation, which factors at other shifts have too.
+    ///
+    /// # Errors
+    /// [`Error::SingularBody`], [`Error::SingularJoints`].
+    pub fn factor_straight(
+        &mut self,
+        system: &System,
+        state: &State,
+        evaluation: &Evaluation,
+        blend: &Blend,
+    ) -> Result<(), Error> {
+        self.factor_here(system, state, evaluation, blend, None)?;
+        self.assemble_joints(system, evaluation, blend);
+        self.follow_slopes(system, evaluation, &evaluation.efforts, blend);
+        self.factor_rows(system, state, evaluation, blend)
+    }
+
+    fn factor_here(
+        &mut self,
+        system: &System,
+        state: &State,
+        evaluation: &Evaluation,
+        blend: &Blend,
+        turns: Option<&[Vector3<f64>]>,
+    ) -> Result<(), Error> {
+        let mut tangents = std::mem::take(&mut self.tangents);
+        differentiate(system, state, evaluation, &mut tangents);
+        let factored = self.factor_bodies(system, evaluation, &tangents, blend, turns);
+        self.tangents = tangents;
+        factored.map_err(|body| singular(system, state, body))
+    }
+
+    fn factor_rows(
+        &mut self,
+        system: &System,
+        state: &State,
+        evaluation: &Evaluation,
+        blend: &Blend,
+    ) -> Result<(), Error> {
+        if !self.joints.factor(self.regularization) {
             return Err(Error::SingularJoints { time: state.time });
         }
         if self.regularization > 0.0 {
@@ -380,10 +435,11 @@ impl Condensed {
         }
         Ok(())
     }
+}
 
-    /// Whether a row touches a body whose interfaces are deflected by their forces: such a row has no velocity constraint of
-    /// its own.
-    pub fn is_compliant(&self, row: usize) -> bool {
-        self.compliant[row]
+fn singular(system: &System, state: &State, body: usize) -> Error {
+    Error::SingularBody {
+        time: state.time,
+        body: system.bodies[body].name.clone(),
     }
 }

@@ -2,9 +2,10 @@
 
 use super::touch::side;
 use super::{Condensed, Interfaces};
-use crate::kinematics::frame_motion::Six;
+use crate::kinematics::frame_motion::SixOf;
 use crate::system::evaluation::Evaluation;
 use crate::system::marker::{turned, turned_back};
+use crate::system::number::{Number, dot};
 use crate::system::{State, System};
 
 impl Condensed {
@@ -30,21 +31,48 @@ impl Condensed {
             self.follow_controls(system, evaluation);
         }
     }
+}
 
+impl<T: Number> Condensed<T> {
     /// The response to changes of the rows alone, efforts of controllers taken as given.
     pub(super) fn respond(
         &mut self,
         system: &System,
         evaluation: &Evaluation,
-        changes: &[f64],
-        zeros: &[f64],
+        changes: &[T],
+        zeros: &[T],
     ) {
-        self.gaps.fill(0.0);
-        self.force_gaps.fill(0.0);
+        self.gaps.fill(T::of(0.0));
+        self.force_gaps.fill(T::of(0.0));
         self.solve_rows(system, evaluation, changes, zeros, self.interfaces);
         match self.interfaces {
             Interfaces::Following => self.follow_forces(system, evaluation),
-            Interfaces::Held => self.residual_step.fill(0.0),
+            Interfaces::Held => self.residual_step.fill(T::of(0.0)),
+        }
+    }
+
+    /// The same where interfaces don't move beside the coordinates.
+    pub fn solve_held(
+        &mut self,
+        system: &System,
+        evaluation: &Evaluation,
+        changes: &[T],
+        residual: &[T],
+    ) {
+        self.solve_rows(system, evaluation, changes, residual, Interfaces::Held);
+        if !self.controls.rows.is_empty() {
+            self.follow_controls(system, evaluation);
+        }
+    }
+
+    /// What the rows lack as changes of their measures: that of constraints times `of_position`, by which the measure belongs to what is
+    /// lacking, with its sign turned; that of springs, a force, by their compliance.
+    pub fn scale_defects(&self, system: &System, defects: &mut [T], of_position: T) {
+        for (index, (row, defect)) in system.rows.iter().zip(defects).enumerate() {
+            *defect = match row.is_constraint() {
+                true => -*defect * of_position,
+                false => *defect * self.compliances[index],
+            };
         }
     }
 
@@ -53,8 +81,8 @@ impl Condensed {
         &mut self,
         system: &System,
         evaluation: &Evaluation,
-        changes: &[f64],
-        residual: &[f64],
+        changes: &[T],
+        residual: &[T],
     ) {
         self.solve_rows(system, evaluation, changes, residual, Interfaces::Held);
     }
@@ -63,15 +91,15 @@ impl Condensed {
         &mut self,
         system: &System,
         evaluation: &Evaluation,
-        changes: &[f64],
-        residual: &[f64],
+        changes: &[T],
+        residual: &[T],
         interfaces: Interfaces,
     ) {
         // t = S⁻¹ r, and how it moves the markers.
         self.step.copy_from_slice(residual);
         for (index, body) in system.bodies.iter().enumerate() {
             let (rigid, elastic) = self.step[body.velocities.clone()].split_at_mut(6);
-            let mut six = Six::from_column_slice(rigid);
+            let mut six = SixOf::from_column_slice(rigid);
             self.factors[index].solve(&mut six, elastic);
             rigid.copy_from_slice(six.as_slice());
             let gaps = match interfaces {
@@ -93,16 +121,17 @@ impl Condensed {
         for own in &self.touches {
             for touch in own {
                 let marker = touch.marker(system);
-                self.force_step[touch.row] += side(evaluation, touch).dot(&self.twists[marker]);
+                self.force_step[touch.row] += dot(side(evaluation, touch), &self.twists[marker]);
             }
         }
         self.joints.solve(&mut self.force_step);
         // δq = S⁻¹ Bᵀ δλ - t
-        self.wrenches.fill(Six::zeros());
+        self.wrenches.fill(SixOf::zeros());
         for own in &self.touches {
             for touch in own {
                 let marker = touch.marker(system);
-                self.wrenches[marker] += side(evaluation, touch) * self.force_step[touch.row];
+                let force = self.force_step[touch.row];
+                self.wrenches[marker] += side(evaluation, touch).map(|entry| force.times(entry));
             }
         }
         for (index, body) in system.bodies.iter().enumerate() {
@@ -111,7 +140,7 @@ impl Condensed {
                 *entry = -*entry;
             }
             let (rigid, elastic) = step.split_at_mut(6);
-            let mut six = Six::from_column_slice(rigid);
+            let mut six = SixOf::from_column_slice(rigid);
             for (local, marker) in body.markers.iter().enumerate() {
                 if self.coupled[*marker] {
                     let wrench =

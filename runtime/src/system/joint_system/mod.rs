@@ -27,49 +27,49 @@ use faer::sparse::linalg::lu::{
 use faer::sparse::{SparseColMatRef, SymbolicSparseColMat};
 use faer::{Conj, Mat, MatMut, Par, Spec};
 
+use super::number::Number;
 use super::redundancy::Redundancy;
-use crate::frame::tall_products::add_columns;
 
 /// Up to this many rows the system is inverted as a dense matrix; above, its sparsity pays.
 const DENSE_ROWS: usize = 24;
 
 /// The joints' system: pattern, values and factor. Everything is allocated when it is made.
-pub struct JointSystem {
+pub struct JointSystem<T: Number = f64> {
     /// Number of rows; unknowns beyond them are motions of bodies.
     pub(super) rows: usize,
     pattern: SymbolicSparseColMat<usize>,
-    values: Vec<f64>,
+    values: Vec<T>,
     /// Index of each diagonal entry among the values.
     diagonal: Vec<usize>,
     /// Contributions of bodies among the unknowns to Λ_ii, by rows.
-    beyond: Vec<f64>,
+    beyond: Vec<T>,
     /// 1/√Λ_ii by rows, and the same of S by motions.
     pub(super) scale: Vec<f64>,
     /// Addition of the last factor to Λ + c on the diagonal of the scaled matrix.
     pub(super) regularization: f64,
-    factor: Factor,
+    factor: Factor<T>,
     stack: MemBuffer,
-    scaled: Vec<f64>,
+    scaled: Vec<T>,
     /// All unknowns, where there are more than rows.
-    extended: Vec<f64>,
-    pub(super) redundancy: Redundancy,
+    extended: Vec<T>,
+    pub(super) redundancy: Redundancy<T>,
 }
 
-enum Factor {
+enum Factor<T: Number> {
     Dense {
-        matrix: Mat<f64>,
-        inverse: Mat<f64>,
+        matrix: Mat<T>,
+        inverse: Mat<T>,
         /// The inverse by columns without padding.
-        columns: Vec<f64>,
+        columns: Vec<T>,
         permutation: [Vec<usize>; 2],
     },
     Sparse {
         symbolic: Box<SymbolicLu<usize>>,
-        numeric: Box<NumericLu<usize, f64>>,
+        numeric: Box<NumericLu<usize, T>>,
     },
 }
 
-impl JointSystem {
+impl<T: Number> JointSystem<T> {
     /// The system of `rows` rows and so many `motions` of bodies after them, whose entries are at `(row, column)` of `pairs`; pairs may
     /// repeat and come in any order. Also returned: the place of each pair among the values. `None` if memory is short.
     pub fn with_pattern(
@@ -114,32 +114,32 @@ impl JointSystem {
         let system = Self {
             rows,
             pattern,
-            values: vec![0.0; count],
+            values: vec![T::of(0.0); count],
             diagonal,
-            beyond: vec![0.0; rows],
+            beyond: vec![T::of(0.0); rows],
             scale: vec![1.0; unknowns],
             regularization: 0.0,
             factor,
             stack: MemBuffer::try_new(scratch).ok()?,
-            scaled: vec![0.0; unknowns],
-            extended: vec![0.0; if motions > 0 { unknowns } else { 0 }],
+            scaled: vec![T::of(0.0); unknowns],
+            extended: vec![T::of(0.0); if motions > 0 { unknowns } else { 0 }],
             redundancy: Redundancy::default(),
         };
         Some((system, places))
     }
 
     /// The entries, to be overwritten before `factor`, and what bodies among the unknowns add to Λ_ii of each row.
-    pub fn values_mut(&mut self) -> (&mut [f64], &mut [f64]) {
+    pub fn values_mut(&mut self) -> (&mut [T], &mut [T]) {
         (&mut self.values, &mut self.beyond)
     }
 
     /// Λ_ii + c of a row.
-    pub fn diagonal(&self, row: usize) -> f64 {
+    pub fn diagonal(&self, row: usize) -> T {
         self.values[self.diagonal[row]] + self.beyond[row]
     }
 
     /// Adds to the diagonal.
-    pub fn add_to_diagonal(&mut self, row: usize, more: f64) {
+    pub fn add_to_diagonal(&mut self, row: usize, more: T) {
         self.values[self.diagonal[row]] += more;
     }
 
@@ -150,28 +150,86 @@ impl JointSystem {
 
     /// Factors the system with `regularization` added to the unit diagonal of the scaled matrix. Returns whether it is regular.
     pub fn factor(&mut self, regularization: f64) -> bool {
-        let beyond = self.beyond.iter().chain(std::iter::repeat(&0.0));
+        let zero = T::of(0.0);
+        let beyond = self.beyond.iter().chain(std::iter::repeat(&zero));
         for ((scale, diagonal), beyond) in self.scale.iter_mut().zip(&self.diagonal).zip(beyond) {
-            let entry = (self.values[*diagonal] + beyond).abs();
+            let entry = (self.values[*diagonal] + *beyond).modulus();
             *scale = if entry > 0.0 { 1.0 / entry.sqrt() } else { 1.0 };
         }
+        self.redundancy.is_known = false;
+        self.factor_scaled(regularization)
+    }
+
+    /// The same with the scales of another system's last factor and the directions that do nothing there: of the same rows at another shift.
+    pub fn factor_beside(&mut self, other: &JointSystem) -> bool {
+        self.scale.copy_from_slice(&other.scale);
+        self.redundancy.adopt(&other.redundancy);
+        self.factor_scaled(other.regularization)
+    }
+
+    fn factor_scaled(&mut self, regularization: f64) -> bool {
         let rows = self.pattern.row_idx();
         let starts = self.pattern.col_ptr();
         for column in 0..self.scale.len() {
             let entries = starts[column]..starts[column + 1];
             for (value, row) in self.values[entries.clone()].iter_mut().zip(&rows[entries]) {
-                *value *= self.scale[*row] * self.scale[column];
+                *value = value.times(self.scale[*row] * self.scale[column]);
             }
         }
         for diagonal in &self.diagonal[..self.rows] {
-            self.values[*diagonal] += regularization;
+            self.values[*diagonal] += T::of(regularization);
         }
         self.regularization = regularization;
-        self.redundancy.is_known = false;
         let matrix = SparseColMatRef::new(self.pattern.as_ref(), self.values.as_slice());
         self.factor.compute(matrix, MemStack::new(&mut self.stack))
     }
 
+    /// Solves with the last factor, in place, without the directions that are known to do nothing.
+    pub fn solve(&mut self, right_hand_side: &mut [T]) {
+        for (b, scale) in right_hand_side.iter_mut().zip(&self.scale) {
+            *b = b.times(*scale);
+        }
+        self.remove_scaled(right_hand_side, 1);
+        self.solve_scaled(right_hand_side);
+        self.remove_scaled(right_hand_side, 2);
+        for (x, scale) in right_hand_side.iter_mut().zip(&self.scale) {
+            *x = x.times(*scale);
+        }
+    }
+
+    pub(super) fn solve_scaled(&mut self, right_hand_side: &mut [T]) {
+        if self.extended.is_empty() {
+            return self.solve_unknowns(right_hand_side);
+        }
+        let mut extended = std::mem::take(&mut self.extended);
+        extended[..self.rows].copy_from_slice(right_hand_side);
+        extended[self.rows..].fill(T::of(0.0));
+        self.solve_unknowns(&mut extended);
+        right_hand_side.copy_from_slice(&extended[..self.rows]);
+        self.extended = extended;
+    }
+
+    fn solve_unknowns(&mut self, right_hand_side: &mut [T]) {
+        match &self.factor {
+            Factor::Dense { columns, .. } => {
+                self.scaled.fill(T::of(0.0));
+                T::add_own_columns(&mut self.scaled, columns, right_hand_side);
+                right_hand_side.copy_from_slice(&self.scaled);
+            }
+            Factor::Sparse { symbolic, numeric } => {
+                let rows = right_hand_side.len();
+                LuRef::new_unchecked(symbolic, numeric).solve_in_place_with_conj(
+                    Conj::No,
+                    MatMut::from_column_major_slice_mut(right_hand_side, rows, 1),
+                    Par::Seq,
+                    MemStack::new(&mut self.stack),
+                );
+            }
+        }
+    }
+}
+
+impl JointSystem {
     /// How much the last factor enlarges a right-hand side, in the scaled system: about one over its smallest eigenvalue. `probe` has
     /// a number for each row and is overwritten.
     pub fn amplification(&mut self, probe: &mut [f64]) -> f64 {
@@ -191,67 +249,23 @@ impl JointSystem {
         }
         most
     }
-
-    /// Solves with the last factor, in place, without the directions that are known to do nothing.
-    pub fn solve(&mut self, right_hand_side: &mut [f64]) {
-        for (b, scale) in right_hand_side.iter_mut().zip(&self.scale) {
-            *b *= scale;
-        }
-        self.remove_scaled(right_hand_side, 1);
-        self.solve_scaled(right_hand_side);
-        self.remove_scaled(right_hand_side, 2);
-        for (x, scale) in right_hand_side.iter_mut().zip(&self.scale) {
-            *x *= scale;
-        }
-    }
-
-    pub(super) fn solve_scaled(&mut self, right_hand_side: &mut [f64]) {
-        if self.extended.is_empty() {
-            return self.solve_unknowns(right_hand_side);
-        }
-        let mut extended = std::mem::take(&mut self.extended);
-        extended[..self.rows].copy_from_slice(right_hand_side);
-        extended[self.rows..].fill(0.0);
-        self.solve_unknowns(&mut extended);
-        right_hand_side.copy_from_slice(&extended[..self.rows]);
-        self.extended = extended;
-    }
-
-    fn solve_unknowns(&mut self, right_hand_side: &mut [f64]) {
-        match &self.factor {
-            Factor::Dense { columns, .. } => {
-                self.scaled.fill(0.0);
-                add_columns(&mut self.scaled, columns, right_hand_side);
-                right_hand_side.copy_from_slice(&self.scaled);
-            }
-            Factor::Sparse { symbolic, numeric } => {
-                let rows = right_hand_side.len();
-                LuRef::new_unchecked(symbolic, numeric).solve_in_place_with_conj(
-                    Conj::No,
-                    MatMut::from_column_major_slice_mut(right_hand_side, rows, 1),
-                    Par::Seq,
-                    MemStack::new(&mut self.stack),
-                );
-            }
-        }
-    }
 }
 
-impl Factor {
+impl<T: Number> Factor<T> {
     fn dense(rows: usize) -> (Self, StackReq) {
         let scratch = StackReq::any_of(&[
-            partial_pivoting::factor::lu_in_place_scratch::<usize, f64>(
+            partial_pivoting::factor::lu_in_place_scratch::<usize, T>(
                 rows,
                 rows,
                 Par::Seq,
                 Spec::default(),
             ),
-            partial_pivoting::inverse::inverse_scratch::<usize, f64>(rows, Par::Seq),
+            partial_pivoting::inverse::inverse_scratch::<usize, T>(rows, Par::Seq),
         ]);
         let factor = Self::Dense {
             matrix: Mat::zeros(rows, rows),
             inverse: Mat::zeros(rows, rows),
-            columns: vec![0.0; rows * rows],
+            columns: vec![T::of(0.0); rows * rows],
             permutation: [vec![0; rows], vec![0; rows]],
         };
         (factor, scratch)
@@ -265,8 +279,8 @@ impl Factor {
         };
         let symbolic = factorize_symbolic_lu(pattern.as_ref(), params).ok()?;
         let scratch = StackReq::any_of(&[
-            symbolic.factorize_numeric_lu_scratch::<f64>(Par::Seq, Spec::default()),
-            symbolic.solve_in_place_scratch::<f64>(1, Par::Seq),
+            symbolic.factorize_numeric_lu_scratch::<T>(Par::Seq, Spec::default()),
+            symbolic.solve_in_place_scratch::<T>(1, Par::Seq),
         ]);
         let factor = Self::Sparse {
             symbolic: Box::new(symbolic),
@@ -275,7 +289,7 @@ impl Factor {
         Some((factor, scratch))
     }
 
-    fn compute(&mut self, entries: SparseColMatRef<'_, usize, f64>, stack: &mut MemStack) -> bool {
+    fn compute(&mut self, entries: SparseColMatRef<'_, usize, T>, stack: &mut MemStack) -> bool {
         match self {
             Self::Dense {
                 matrix,
@@ -284,7 +298,7 @@ impl Factor {
                 permutation: [forward, backward],
             } => {
                 let rows = matrix.nrows();
-                matrix.fill(0.0);
+                matrix.fill(T::of(0.0));
                 for column in 0..rows {
                     for (row, value) in entries
                         .row_idx_of_col(column)
@@ -317,7 +331,7 @@ impl Factor {
                         }
                     }
                 }
-                columns.iter().all(|entry| entry.is_finite())
+                columns.iter().all(nalgebra::ComplexField::is_finite)
             }
             Self::Sparse { symbolic, numeric } => symbolic
                 .factorize_numeric_lu(numeric, entries, Par::Seq, stack, Spec::default())

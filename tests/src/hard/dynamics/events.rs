@@ -4,8 +4,8 @@ use std::f64::consts::PI;
 
 use dcb_formats::function::{Function, Interpolation, Table, TimeFunction};
 use dcb_formats::mesh::Dimension;
-use dcb_runtime::integrator::Method;
 use dcb_runtime::integrator::adaptive::{AdaptiveStep, StepSize};
+use dcb_runtime::integrator::{Method, Rule};
 use dcb_runtime::simulation::Simulation;
 use dcb_runtime::system::builder::{Drawn, JointCoordinate};
 use dcb_runtime::system::{LoadAxes, Signal};
@@ -15,7 +15,7 @@ use nalgebra::{Matrix3, Vector3};
 use crate::assert_says;
 use crate::hard::case::{Bounded, HardCase};
 use crate::mechanism::closed_form_motions::beam;
-use crate::mechanism::{Scene, method, revolute, rigid, run};
+use crate::mechanism::{Scene, method, radau, revolute, rigid, run};
 use crate::rod::reduced::{Benchmark, ReducedRod};
 
 fn signal(function: TimeFunction) -> Signal {
@@ -28,7 +28,7 @@ fn signal(function: TimeFunction) -> Signal {
 
 /// A rotor of 2 kg m² whose angle is drawn along straight lines: 1 rad/s from 0.5 s on. Its torque 0.7 s later, by that which makes the jump in
 /// one step; the step at which it stops, if it does.
-fn torque_after_a_jump(method: Method) -> Result<f64, usize> {
+fn torque_after_a_jump(rule: impl Into<Rule>) -> Result<f64, usize> {
     let (inertia, step) = (2.0, 1e-2);
     let mut scene = Scene::new(Dimension::Planar, Vector3::zeros());
     let rotor = rigid(
@@ -51,7 +51,7 @@ fn torque_after_a_jump(method: Method) -> Result<f64, usize> {
         .coordinate(JointCoordinate::Rotation)
         .expect("an angle");
     let motor = scene.builder().drive("motor", &bearing, angle, lines);
-    let (mut simulation, _) = scene.start(method);
+    let (mut simulation, _) = scene.start(rule);
     for index in 0..120 {
         if simulation.step(step).is_err() {
             return Err(index + 1);
@@ -82,6 +82,19 @@ pub fn jump_of_a_drive() -> HardCase {
             bound: 2e-2,
         }),
     }
+}
+
+/// The same by accuracy: steps end at the jump, and the speed jumps with the drive.
+pub fn jump_of_a_drive_by_radau() -> HardCase {
+    let mut case = jump_of_a_drive();
+    let torque = torque_after_a_jump(radau(1e-6)).expect("a run");
+    case.name = "jump_of_a_drive_by_radau";
+    case.ours = "radau: the torque 0.7 s after the jump, by that which makes the jump in a hundredth of a second".into();
+    case.error = Some(Bounded {
+        found: torque,
+        bound: 1e-9,
+    });
+    case
 }
 
 /// A free block of 1 kg with a pulse on it at 0.5 s, a bell of half a millisecond.

@@ -31,9 +31,13 @@ pub fn cases() -> Vec<fn() -> HardCase> {
         loops::closed_ring,
         loops::dead_centre,
         motions::long_chain,
+        motions::long_chain_by_radau,
         motions::whirling_bar,
+        motions::whirling_bar_by_radau,
         motions::inconsistent_start,
+        motions::inconsistent_start_by_radau,
         events::jump_of_a_drive,
+        events::jump_of_a_drive_by_radau,
         events::impulsive_load,
         events::spin_through_the_first_frequency,
     ]

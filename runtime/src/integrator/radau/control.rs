@@ -1,0 +1,187 @@
+//! The length of steps by their errors.
+
+use super::Accuracy;
+use super::scale::Scale;
+use crate::error::Error;
+use crate::system::System;
+
+/// Room that a new step leaves below what is allowed.
+const SAFETY: f64 = 0.85;
+/// A step that would grow by less stays as it is, with its factors.
+const WORTH_GROWING: f64 = 1.2;
+/// One that would shrink by less stays, too.
+const WORTH_CUTTING: f64 = 0.9;
+/// Limits of a change.
+const LARGEST_GROWTH: f64 = 5.0;
+const LARGEST_CUT: f64 = 0.15;
+/// Cut after a step whose iteration failed.
+const CUT_AFTER_FAILURE: f64 = 0.4;
+/// A leftover below this many steps is spread over two.
+const LAST_STEPS: f64 = 2.0;
+/// The shortest step, in parts of the longest or of the horizon.
+const SHORTEST: f64 = 1e-13;
+/// Angle by which an oscillation that a step follows turns in it for each stage, rad: its order is seen up to there.
+const FOLLOWED: f64 = 0.7;
+/// The estimate is of a formula of lower order: it may be as large as this times a power of the accuracy by which the method itself has that.
+const OF_ESTIMATE: f64 = 0.25;
+
+/// The step to be tried next.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct StepControl {
+    /// What the estimate may be.
+    allowed: f64,
+    /// One over the order of the estimate's error.
+    exponent: f64,
+    /// Angle by which oscillations that the method follows turn in a step, rad.
+    followed: f64,
+    longest: f64,
+    shortest: f64,
+    next: Option<f64>,
+    /// Length and error of the step accepted last.
+    before: Option<(f64, f64)>,
+    /// Whether the last step was refused.
+    was_refused: bool,
+}
+
+impl StepControl {
+    pub(super) fn of(accuracy: &Accuracy, stages: usize) -> Self {
+        let s = stages as f64;
+        // The method's own error is of the power 2s of the step, that of the estimate of the power s + 1.
+        let allowed = OF_ESTIMATE * accuracy.tolerance.powf((s + 1.0) / (2.0 * s));
+        Self {
+            allowed,
+            exponent: 1.0 / (s + 1.0),
+            followed: FOLLOWED * s,
+            longest: accuracy.longest,
+            shortest: SHORTEST * accuracy.longest.min(accuracy.horizon),
+            next: None,
+            before: None,
+            was_refused: false,
+        }
+    }
+
+    /// What the estimate of a step's error may be.
+    pub(super) fn allowed(&self) -> f64 {
+        self.allowed
+    }
+
+    /// Takes coordinates whose own oscillation the step doesn't follow out of an error of places and of one of rates; the size of their part.
+    pub(super) fn take_unresolved(
+        &self,
+        system: &System,
+        step: f64,
+        scale: &Scale,
+        places: &mut [f64],
+        rates: &mut [f64],
+    ) -> f64 {
+        let fastest = (self.followed / step).powi(2);
+        let mut lost: f64 = 0.0;
+        for (index, body) in system.bodies.iter().enumerate() {
+            let own = body.velocities.start + 6..body.velocities.end;
+            let mut squares = 0.0;
+            for (at, stiffness) in own.zip(&body.flexible.stiffness) {
+                if *stiffness > fastest {
+                    squares += places[at] * places[at];
+                    (places[at], rates[at]) = (0.0, 0.0);
+                }
+            }
+            lost = lost.max(scale.deflection(index, squares.sqrt()));
+        }
+        lost
+    }
+
+    pub(super) fn forget(&mut self) {
+        (self.next, self.before, self.was_refused) = (None, None, false);
+    }
+
+    /// Forgets how errors changed, after a jump.
+    pub fn forget_trend(&mut self) {
+        self.before = None;
+    }
+
+    /// The step to be tried next where none is known: `size` is that of the accelerations, in lengths.
+    pub fn begin(&mut self, earlier_step: f64, size: f64) {
+        if self.next.is_none() {
+            let by_acceleration = (2.0 * self.allowed / size).sqrt();
+            let first = if earlier_step > 0.0 {
+                earlier_step
+            } else {
+                by_acceleration
+            };
+            self.next = Some(first.clamp(self.shortest, self.longest));
+        }
+    }
+
+    /// The step to try when `left` remains; the last two share what is left evenly.
+    pub fn up_to(&self, left: f64, longest: f64) -> f64 {
+        let step = self.next.unwrap_or(self.shortest).min(longest);
+        if left <= step * (1.0 + 1e-9) {
+            left
+        } else if left < LAST_STEPS * step {
+            0.5 * left
+        } else {
+            step
+        }
+    }
+
+    /// Judges a step by its error and how many iterations it took; returns whether it is accepted.
+    ///
+    /// # Errors
+    /// [`Error::StepTooSmall`] if the shortest step is refused.
+    pub fn judge(&mut self, time: f64, tried: f64, error: f64) -> Result<bool, Error> {
+        let relative = error.max(1e-12);
+        let mut wanted = SAFETY / relative.powf(self.exponent);
+        if relative.is_nan() || relative > 1.0 {
+            let cut = if wanted.is_nan() {
+                LARGEST_CUT
+            } else {
+                wanted.clamp(LARGEST_CUT, 0.9)
+            };
+            self.refuse(time, tried, cut, relative)?;
+            return Ok(false);
+        }
+        // What the change of the last two errors tells of the next one (Gustafsson 1994).
+        if let Some((step, before)) = self.before {
+            let trend = (tried / step) * (before / relative).powf(self.exponent);
+            wanted = wanted.min(wanted * trend);
+        }
+        let mut growth = wanted.clamp(LARGEST_CUT, LARGEST_GROWTH);
+        if self.was_refused {
+            growth = growth.min(1.0);
+        }
+        let next = self.next.unwrap_or(tried);
+        // A step that was cut short by an end says nothing against a longer one.
+        let wanted = (tried * growth).min(self.longest);
+        let is_whole = tried >= next * (1.0 - 1e-9);
+        self.next = Some(match is_whole {
+            true if (WORTH_CUTTING..WORTH_GROWING).contains(&growth) => tried,
+            true => wanted,
+            false => wanted.max(next),
+        });
+        self.before = is_whole.then_some((tried, relative.max(1e-2)));
+        self.was_refused = false;
+        Ok(true)
+    }
+
+    /// After a step whose iteration failed.
+    ///
+    /// # Errors
+    /// [`Error::StepTooSmall`] if it was the shortest.
+    pub fn failed(&mut self, time: f64, tried: f64) -> Result<(), Error> {
+        self.refuse(time, tried, CUT_AFTER_FAILURE, f64::INFINITY)
+    }
+
+    fn refuse(&mut self, time: f64, tried: f64, cut: f64, error: f64) -> Result<(), Error> {
+        if tried <= self.shortest * (1.0 + 1e-9) {
+            return Err(Error::StepTooSmall {
+                time,
+                smallest: self.shortest,
+                error,
+            });
+        }
+        self.next = Some((tried * cut).max(self.shortest));
+        self.before = None;
+        self.was_refused = true;
+        Ok(())
+    }
+}

@@ -1,0 +1,97 @@
+//! The end of a step: back to the constraints.
+
+use nalgebra::{UnitQuaternion, Vector3};
+
+use super::Radau;
+use crate::error::Error;
+use crate::integrator::newton::Corrector;
+use crate::system::{Demand, State, System};
+
+/// Times that places are brought back at most.
+const CORRECTIONS: usize = 3;
+
+impl Radau {
+    /// The trial state and its evaluation at the end of the step, with places and velocities that meet the constraints in the metric of the real
+    /// factor.
+    pub(super) fn finish(
+        &mut self,
+        corrector: &mut Corrector,
+        system: &System,
+        start: &State,
+        step: f64,
+    ) -> Result<(), Error> {
+        let Corrector {
+            trial,
+            evaluation,
+            condensed,
+            ..
+        } = &mut *corrector;
+        let s = self.stages.len();
+        trial.copy_from(&self.stages[s - 1].state);
+        (trial.time, trial.time_rest) = start.time_after(step);
+        trial.algorithmic.copy_from_slice(&trial.accelerations);
+        let [residual, changes] = &mut self.real;
+        residual.fill(0.0);
+        evaluation.place(system, trial);
+        let mut left = f64::INFINITY;
+        for _ in 0..CORRECTIONS {
+            evaluation.measure(system, trial);
+            for (index, change) in changes.iter_mut().enumerate() {
+                *change = match system.rows[index].is_constraint() {
+                    true => -evaluation.answers[index],
+                    false => 0.0,
+                };
+            }
+            condensed.solve_positions(system, evaluation, changes, residual);
+            let size = self.scale.size(system, &condensed.step);
+            for (index, body) in system.bodies.iter().enumerate() {
+                let own = &condensed.step[body.velocities.clone()];
+                let three = |at: usize| Vector3::from_column_slice(&own[at..at + 3]);
+                trial.origins[index] += evaluation.poses[index].axes * three(0);
+                trial.orientations[index] *= UnitQuaternion::new(three(3));
+                for (y, change) in trial.coordinates[body.coordinates.clone()]
+                    .iter_mut()
+                    .zip(&own[6..])
+                {
+                    *y += change;
+                }
+            }
+            evaluation.place(system, trial);
+            if size > 0.1 * left || size < 1e-3 * self.accuracy.tolerance {
+                break;
+            }
+            left = size;
+        }
+        evaluation.add_velocities(system, trial);
+        evaluation.measure(system, trial);
+        for (index, change) in changes.iter_mut().enumerate() {
+            let defect = evaluation.velocity_defect(system, trial, index);
+            *change = -defect.unwrap_or(0.0);
+        }
+        condensed.solve_positions(system, evaluation, changes, residual);
+        for (index, body) in system.bodies.iter().enumerate() {
+            let own = &condensed.step[body.velocities.clone()];
+            let linear = evaluation.poses[index].axes * Vector3::from_column_slice(&own[..3]);
+            let velocities = &mut trial.velocities[body.velocities.clone()];
+            for (k, velocity) in velocities.iter_mut().enumerate() {
+                *velocity += if k < 3 { linear[k] } else { own[k] };
+            }
+        }
+        evaluation.add_velocities(system, trial);
+        evaluation.add_accelerations(system, trial);
+        for (index, row) in system.rows.iter().enumerate() {
+            if let Demand::Answer(_) | Demand::Actuate(_) = row.demand {
+                trial.forces[index] = evaluation.answers[index];
+            }
+        }
+        let accuracy = self.accuracy.tolerance / self.scale.by_length();
+        corrector.refuse_contradiction(system, 1e-6 * accuracy)?;
+        let gaps = self
+            .coefficients
+            .nodes
+            .windows(2)
+            .map(|pair| pair[1] - pair[0]);
+        let widest = gaps.fold(self.coefficients.nodes[0], f64::max);
+        corrector.refuse_long_turns(system, step * widest)
+    }
+}

@@ -1,0 +1,90 @@
+//! Steps of a method that is given an accuracy.
+
+use super::{Simulation, Stepper};
+use crate::error::Error;
+use crate::integrator::Effort;
+
+impl Simulation {
+    /// One step towards an end, as long as the accuracy of the method allows; its length, and what it took.
+    ///
+    /// # Errors
+    /// [`Error::NotConverged`] and others of a step, where no shorter one puts it right; the motion stays where it was.
+    pub fn step_towards(&mut self, end: f64) -> Result<(f64, Effort), Error> {
+        self.feeling_inputs(|simulation| simulation.follow_towards(end))
+    }
+
+    /// Advances by a time, in as many steps as the accuracy needs. A step that fails leaves the motion at the last one that was made.
+    pub(super) fn follow_over(&mut self, time: f64) -> Result<Effort, Error> {
+        let (end, rest) = self.state.time_after(time);
+        let mut effort = Effort::default();
+        while self.state.time < end {
+            let (_, made) = self.follow_towards(end)?;
+            effort.iterations += made.iterations;
+            effort.factorizations += made.factorizations;
+        }
+        self.state.time_rest = rest;
+        Ok(effort)
+    }
+
+    /// One step towards an end, as long as the accuracy allows; it ends no later than at the next sample or jump of what drives and loads follow.
+    pub(super) fn follow_towards(&mut self, end: f64) -> Result<(f64, Effort), Error> {
+        let sample = self.system.next_sample(&self.state).time;
+        let mut more = Effort::default();
+        let Stepper::Radau(radau) = &mut self.stepper else {
+            return Ok((0.0, more));
+        };
+        let jump = radau.next_jump(&self.system, self.state.time);
+        let stop = end.min(sample).min(jump);
+        radau.begin(&self.system, &self.state);
+        loop {
+            let Stepper::Radau(radau) = &mut self.stepper else {
+                return Ok((0.0, more));
+            };
+            let (system, corrector) = (&self.system, &mut self.corrector);
+            let left = stop - self.state.time - self.state.time_rest;
+            let step = radau.step_up_to(system, &self.state, left);
+            let ends_at_stop = step == left;
+            // What jumps at the end is looked at before it does.
+            let until = if ends_at_stop {
+                stop.next_down()
+            } else {
+                f64::INFINITY
+            };
+            let made = radau.step(corrector, system, &self.state, (step, until));
+            let time = self.state.time + step;
+            match made {
+                Ok(made) => {
+                    more.iterations += made.effort.iterations;
+                    more.factorizations += made.effort.factorizations;
+                    if !radau.control.judge(time, step, made.error)? {
+                        continue;
+                    }
+                    if ends_at_stop {
+                        let trial = &mut corrector.trial;
+                        (trial.time, trial.time_rest) = (stop, 0.0);
+                    }
+                    radau.accept(system, &self.state, step, &mut corrector.trial);
+                    self.accept(step, more)?;
+                    if ends_at_stop && jump <= stop {
+                        self.jump()?;
+                    }
+                    return Ok((step, more));
+                }
+                Err(
+                    error @ (Error::NotConverged { .. }
+                    | Error::LongTurn { .. }
+                    | Error::NotFinite { .. }
+                    | Error::SingularBody { .. }
+                    | Error::SingularJoints { .. }),
+                ) => {
+                    more.iterations += 1;
+                    // The shortest step says more by why it failed.
+                    if radau.control.failed(time, step).is_err() {
+                        return Err(error);
+                    }
+                }
+                Err(other) => return Err(other),
+            }
+        }
+    }
+}

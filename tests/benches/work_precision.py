@@ -1,0 +1,240 @@
+"""Work against precision of the integrators: `radau` of both orders and generalized alpha, and Exudyn, SciPy's Radau IIA and SUNDIALS IDA where they run.
+
+    pip install exudyn scikit-sundae numpy scipy h5py matplotlib
+    cargo build --release -p dcb-programs -p dcb-samples
+    python3 tests/benches/work_precision.py [--problems NAME,...] [--rounds 3] [--write] [--without-peers]
+    python3 tests/benches/work_precision.py --render          # page and pictures from the lines
+
+The mechanisms are those of `speed_against_error.py`, each with one reduced body of a fixed number of modes, so that the integration is all that errs, and a
+chain of 16 soft connecting rods. The reference is `radau` of order 9 at 1e-11; how far order 5 at 1e-10 is from it is told. The error is the largest
+distance of the deflection (of the chain: of the last body's free end) over all recorded times, divided by the largest; the time is that of the
+integration alone, on one thread, the least of the rounds; tools take turns. Peers run within the same rounds.
+"""
+import argparse
+import json
+import os
+import random
+import sys
+import tempfile
+
+import h5py
+import numpy as np
+
+import chain_scene
+import simulate_against_exudyn as runner
+import speed_against_error as mechanisms
+
+ROOT = runner.ROOT
+DATA = os.path.join(ROOT, "docs", "data", "work_precision.jsonl")
+PAGE = os.path.join(ROOT, "docs", "speed-against-error.md")
+PICTURES = os.path.join(ROOT, "docs", "pictures")
+BEGIN, END = "<!-- generated from data/work_precision.jsonl -->", "<!-- end of the work-precision part -->"
+RECORDS = 200
+RHO = 0.8
+TOLERANCES = [1e-2, 1e-3, 1e-4, 1e-5, 1e-6, 1e-7, 1e-8]
+STEPS = [1000, 4000, 16000, 64000, 256000]
+PEER_STEPS = [1000, 4000, 16000]
+WANTED = [1e-2, 1e-3, 1e-4, 1e-5, 1e-6, 1e-7, 1e-8]
+# Name: number of modes.
+MODES = {"slider-crank": 5, "ivp-slider-crank": 8, "solid-slider-crank": 10, "spinning-plate": 10}
+CHAIN = dict(runner.case(16, 16, soft=True), newton=["modified"])
+CHAIN_END = 0.1
+
+
+def simulate(folder, scene, integrator, end, output):
+    scene = dict(json.loads(json.dumps(scene)), integrator=integrator, record={"interval": end / RECORDS})
+    path, results = os.path.join(folder, "scene.json"), os.path.join(folder, "results.h5")
+    with open(path, "w") as file:
+        json.dump(scene, file)
+    runner.run([os.path.join(mechanisms.BINARIES, "simulate"), path, "-o", results, "--threads", "1", "--quiet", "--force"])
+    with h5py.File(results) as file:
+        summary = json.loads(file["provenance"].attrs["summary"])
+        deflection = file["outputs/" + output][:]
+    return dict(
+        seconds=summary["integration_seconds"], steps=summary["steps"], newton_iterations=summary["newton_iterations"],
+        jacobian_updates=summary["jacobian_updates"], deflection=deflection.reshape(len(deflection), -1),
+    )
+
+
+def problem(name, folder):
+    """Scene, end, output, and the runs of peers: functions of a step count or tolerance, by tool."""
+    if name == "chain-16":
+        part, superelement, centres = chain_scene.write_component(mechanisms.BINARIES, folder, CHAIN)
+        scene = chain_scene.scene(CHAIN, superelement, centres, 1e-4, 1000)
+
+        def exudyn(steps):
+            found = runner.exudyn(folder, part, superelement, CHAIN, CHAIN_END / steps, steps, "modified")
+            return dict(seconds=found["seconds"], steps=steps, version="Exudyn " + found["version"], every=RECORDS // chain_scene.RECORDS,
+                        deflection=np.array(found["position"]))
+
+        return scene, CHAIN_END, "tip", {"exudyn": (exudyn, PEER_STEPS[:2])}
+    made = mechanisms.PROBLEMS[name]
+    part, scene, end, peer = made["make"](folder)
+    superelement = mechanisms.reduce(part, os.path.join(folder, "part.dcb.h5"), MODES[name])
+    scene["bodies"]["body"]["superelement"] = superelement
+    peers = {}
+    if peer:
+
+        def exudyn(steps):
+            found = mechanisms.run_exudyn(folder, part, superelement, peer, end / steps, end, scene)
+            return dict(seconds=found["seconds"], steps=found["steps"], version="Exudyn " + found["version"], deflection=found["deflection"])
+
+        peers["exudyn"] = (exudyn, PEER_STEPS)
+    if name == "spinning-plate":
+
+        def equations(tool):
+            def run(tolerance):
+                job, result = os.path.join(folder, "job.json"), os.path.join(folder, "result.json")
+                with open(job, "w") as file:
+                    json.dump(dict(superelement=superelement, tool=tool, tolerance=tolerance, end=end, records=RECORDS, deflection=1e-6,
+                                   angular_velocity=scene["bodies"]["body"]["angular_velocity"], node=peer["node"]), file)
+                runner.run([sys.executable, os.path.join(runner.HERE, "peers", "free_body.py"), job, result])
+                with open(result) as file:
+                    found = json.load(file)
+                if not found["solved"]:
+                    sys.exit(f"{tool} failed")
+                return dict(found, deflection=np.array(found["deflection"]))
+
+            return run
+
+        for tool in ("scipy-radau", "ida"):
+            peers[tool] = (equations(tool), [1e-3, 1e-5, 1e-7])
+    return scene, end, "deflection", peers
+
+
+def error(found, reference, every=1):
+    reference = reference[::every]
+    width = min(found.shape[1], reference.shape[1])
+    distance = np.linalg.norm(found[:, :width] - reference[: len(found), :width], axis=1)
+    return float(distance.max() / np.linalg.norm(reference[:, :width] - reference[:1, :width], axis=1).max())
+
+
+def study(name, rounds, peers, folder):
+    scene, end, output, others = problem(name, folder)
+    best = simulate(folder, scene, {"radau": {"tolerance": 1e-11, "end": end, "order": 9}}, end, output)
+    other = simulate(folder, scene, {"radau": {"tolerance": 1e-10, "end": end, "order": 5}}, end, output)
+    reference = best["deflection"]
+    yield dict(kind="reference", problem=name, steps=best["steps"], uncertainty=error(other["deflection"], reference), end=end)
+    runs = {("radau9", tolerance): {"radau": {"tolerance": tolerance, "end": end, "order": 9}} for tolerance in TOLERANCES}
+    runs |= {("radau5", tolerance): {"radau": {"tolerance": tolerance, "end": end, "order": 5}} for tolerance in TOLERANCES}
+    runs |= {("generalized-alpha", steps): {"generalized_alpha": {"step": end / steps, "end": end, "rho_infinity": RHO}} for steps in STEPS}
+    runs |= {(tool, setting): None for tool, (_, settings) in (others.items() if peers else ()) for setting in settings}
+    times, last = {}, {}
+    for _ in range(rounds):
+        for run in random.sample(list(runs), len(runs)):
+            tool, setting = run
+            found = others[tool][0](setting) if runs[run] is None else simulate(folder, scene, runs[run], end, output)
+            times.setdefault(run, []).append(found["seconds"])
+            last[run] = found
+    for (tool, setting), found in last.items():
+        expected, moved = reference, found["deflection"]
+        if tool == "exudyn" and "slider" in name:
+            moved, expected = mechanisms.in_plane(moved), mechanisms.in_plane(expected)
+        yield dict(
+            kind="run", problem=name, tool=tool, setting=setting, seconds=min(times[tool, setting]), all_seconds=times[tool, setting],
+            error=error(moved, expected, found.get("every", 1)), **{k: found[k] for k in ("steps", "newton_iterations", "jacobian_updates", "evaluations", "version") if k in found},
+        )
+
+
+NAMES = {"radau9": "`radau`, order 9", "radau5": "`radau`, order 5", "generalized-alpha": "`generalized_alpha`", "exudyn": "Exudyn",
+         "scipy-radau": "SciPy Radau", "ida": "SUNDIALS IDA"}
+
+
+def seconds_at(runs, wanted):
+    """Time at an error, from the two runs around it by a straight line of logarithms; `None` where no run is as good."""
+    points = sorted((run["error"], run["seconds"]) for run in runs)
+    best = None
+    for (e1, t1), (e2, t2) in zip(points, points[1:]):
+        if e1 <= wanted <= e2 and e2 > e1:
+            x = np.log(wanted / e1) / np.log(e2 / e1)
+            at = float(np.exp((1 - x) * np.log(t1) + x * np.log(t2)))
+            best = at if best is None else min(best, at)
+    if points and wanted > points[-1][0]:
+        best = points[-1][1]
+    return best
+
+
+def digits(value):
+    return "–" if value is None else f"{value:.3g}"
+
+
+def render(lines):
+    import matplotlib
+
+    matplotlib.use("svg")
+    import matplotlib.pyplot as plt
+
+    matplotlib.rcParams["svg.hashsalt"] = "work-precision"
+    about = lines[0]
+    versions = sorted({line["version"] for line in lines if line.get("version")})
+    text = [BEGIN, f"`{about['command']}` at commit {about['commit']}, {about['machine']['cpu']}, {about['machine']['cores']} cores, "
+            f"Python {about['machine']['python']}; ρ∞ = {RHO}. {', '.join(versions)}.", ""]
+    problems = list(dict.fromkeys(line["problem"] for line in lines))
+    text += ["Seconds of integration for an error of the motion, between the measured runs by straight lines of the logarithms, and how many times as long "
+             "`generalized_alpha` takes as the faster of the two orders. –: no run was as good.", "",
+             "| mechanism | error | `radau`, order 9 | `radau`, order 5 | `generalized_alpha` | times | Exudyn | SciPy Radau | SUNDIALS IDA |",
+             "| --- | --- | --- | --- | --- | --- | --- | --- | --- |"]
+    for name in problems:
+        own = [line for line in lines if line["kind"] == "run" and line["problem"] == name]
+        for wanted in WANTED:
+            at = {tool: seconds_at([run for run in own if run["tool"] == tool], wanted) for tool in NAMES}
+            ours = [at[tool] for tool in ("radau9", "radau5") if at[tool]]
+            ratio = at["generalized-alpha"] / min(ours) if ours and at["generalized-alpha"] else None
+            ran = {run["tool"] for run in own}
+            cells = [digits(at[tool]) if tool in ran else "not run" for tool in NAMES]
+            text.append(f"| {name} | {wanted:.0e} | {cells[0]} | {cells[1]} | {cells[2]} | {digits(ratio)} | {cells[3]} | {cells[4]} | {cells[5]} |")
+    text.append("")
+    for name in problems:
+        reference = next(line for line in lines if line["kind"] == "reference" and line["problem"] == name)
+        figure, axes = plt.subplots(figsize=(6.4, 4.0))
+        for tool, marker in zip(NAMES, "osD^vx"):
+            runs = sorted((run["seconds"], run["error"]) for run in lines if run["kind"] == "run" and run["problem"] == name and run["tool"] == tool)
+            if runs:
+                axes.loglog(*zip(*runs), marker=marker, label=NAMES[tool].replace("`", ""))
+        axes.set_xlabel("seconds of integration")
+        axes.set_ylabel("error of the motion, relative")
+        axes.set_title(name)
+        axes.set_ylim(1e-10, 2)
+        axes.grid(True, which="major", alpha=0.4)
+        axes.legend()
+        figure.tight_layout()
+        path = os.path.join(PICTURES, f"work-precision-{name}.svg")
+        figure.savefig(path, metadata={"Date": None})
+        plt.close(figure)
+        text += [f"![work against precision of {name}](pictures/work-precision-{name}.svg)", "",
+                 f"{name}: two references, of order 9 and of order 5, differ by {reference['uncertainty']:.1e}. Simulated: {reference['end']:.4g} s.", ""]
+    text.append(END)
+    with open(PAGE) as file:
+        page = file.read()
+    before, after = page[: page.index(BEGIN)], page[page.index(END) + len(END):]
+    with open(PAGE, "w") as file:
+        file.write(before + "\n".join(text) + after)
+
+
+def main():
+    parser = argparse.ArgumentParser()
+    parser.add_argument("--problems", default=",".join([*MODES, "chain-16"]))
+    parser.add_argument("--rounds", type=int, default=3)
+    parser.add_argument("--write", action="store_true")
+    parser.add_argument("--without-peers", action="store_true")
+    parser.add_argument("--render", action="store_true")
+    arguments = parser.parse_args()
+    if not arguments.render:
+        about = dict(runner.conditions(), command="python3 tests/benches/work_precision.py " + " ".join(sys.argv[1:]))
+        lines = []
+        for name in arguments.problems.split(","):
+            with tempfile.TemporaryDirectory() as folder:
+                for line in study(name, arguments.rounds, not arguments.without_peers, folder):
+                    lines.append(dict(line, **about))
+                    shown = {k: v for k, v in line.items() if k != "all_seconds"}
+                    print(json.dumps(shown), flush=True)
+        if not arguments.write:
+            return
+        with open(DATA, "w") as file:
+            file.writelines(json.dumps(line) + "\n" for line in lines)
+    with open(DATA) as file:
+        render([json.loads(line) for line in file])
+
+
+if __name__ == "__main__":
+    main()
