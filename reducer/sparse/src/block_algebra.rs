@@ -57,7 +57,7 @@ fn add_chunk(mut y: MatMut<'_, f64>, v: MatRef<'_, f64>, c: MatRef<'_, f64>, fac
 
 /// `v c` with v (n, k) and c (k, l).
 pub fn combination(v: MatRef<'_, f64>, c: MatRef<'_, f64>) -> Mat<f64> {
-    let mut y = Mat::zeros(v.nrows(), c.ncols());
+    let mut y = zeros(v.nrows(), c.ncols());
     add_combination(y.as_mut(), v, c, 1.0);
     y
 }
@@ -69,6 +69,18 @@ pub fn turn(x: MatMut<'_, f64>, c: MatRef<'_, f64>) {
         x.fill(0.0);
         add_chunk(x, before.as_ref(), c, 1.0);
     });
+}
+
+/// A block of zeros, written by all threads.
+pub fn zeros(rows: usize, columns: usize) -> Mat<f64> {
+    crate::zeros::matrix(rows, columns)
+}
+
+/// A copy of its own, made by all threads.
+pub fn copied(from: MatRef<'_, f64>) -> Mat<f64> {
+    let mut to = zeros(from.nrows(), from.ncols());
+    copy(from, to.as_mut());
+    to
 }
 
 /// `to = from`.

@@ -10,8 +10,8 @@ use std::path::{Path, PathBuf};
 
 use memmap2::MmapMut;
 
-use crate::Error;
 use crate::multifrontal::Real;
+use crate::{Error, zeros};
 
 /// How many digits of each entry are kept. All arithmetic is in double precision.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -114,12 +114,13 @@ impl<T: Real> DerefMut for Entries<T> {
 }
 
 fn zeros_in_memory<T: Real>(length: usize) -> Result<Vec<T>, Error> {
-    // Asked for first without touching it, because a failing `vec!` ends the program.
-    let mut room: Vec<T> = Vec::new();
-    room.try_reserve_exact(length)
+    // Asked for first, because a failing `vec!` ends the program.
+    let mut values: Vec<T> = Vec::new();
+    values
+        .try_reserve_exact(length)
         .map_err(|_| Error::OutOfMemory { what: "the factor" })?;
-    drop(room);
-    Ok(vec![T::ZERO; length])
+    zeros::extend(&mut values, length);
+    Ok(values)
 }
 
 /// Entries in a file without name that is mapped into memory.

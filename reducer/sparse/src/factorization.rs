@@ -126,7 +126,7 @@ impl SymmetricFactor {
         self.solves.columns.load(Ordering::Relaxed)
     }
 
-    /// Passes over the factor so far: one forward and one backward sweep for a block of up to 16 columns.
+    /// Passes over the factor so far: one forward and one backward sweep for a block of up to 32 columns.
     pub fn solve_passes(&self) -> u64 {
         self.solves.passes.load(Ordering::Relaxed)
     }

@@ -4,6 +4,7 @@ use faer::{MatMut, MatRef};
 
 use crate::Error;
 use crate::block_algebra::copy;
+use crate::zeros;
 
 /// Doubles of a cache line: every column starts on one.
 const LINE: usize = 8;
@@ -60,9 +61,7 @@ impl KrylovBasis {
     pub fn set(&mut self, first: usize, columns: MatRef<'_, f64>) {
         assert!(first + columns.ncols() <= self.capacity);
         let used = self.start + (first + columns.ncols()) * self.stride;
-        if self.values.len() < used {
-            self.values.resize(used, 0.0);
-        }
+        zeros::extend(&mut self.values, used);
         let values = &mut self.values[self.start + first * self.stride..];
         let (rows, stride) = (self.rows, self.stride);
         copy(

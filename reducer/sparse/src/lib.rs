@@ -31,6 +31,7 @@ mod prefetch;
 mod refinement;
 mod sparse_product;
 mod tall_products;
+mod zeros;
 
 // No part of the door: for the other crates of this workspace and its tests.
 #[doc(hidden)]

@@ -9,9 +9,10 @@ use crate::factor_store::FactorValues;
 use crate::multifrontal::{Fronts, Real, solve_columns};
 use crate::refinement::{Refined, Refinement};
 
-/// Right-hand sides solved together: one or two of the widest registers.
+/// Right-hand sides solved together. Reading the factor limits the speed for few of them, arithmetic for many.
 pub(crate) const FEW_COLUMNS: usize = 8;
-const MANY_COLUMNS: usize = 16;
+const SOME_COLUMNS: usize = 16;
+const MANY_COLUMNS: usize = 32;
 
 /// Solutions made with the factors of one analysis.
 #[derive(Debug, Default)]
@@ -42,11 +43,7 @@ impl PositiveFactor<'_> {
     pub fn solve_in_place(&self, block: MatMut<'_, f64>) {
         let mut rest = block;
         while rest.ncols() > 0 {
-            let width = if rest.ncols() <= FEW_COLUMNS {
-                rest.ncols()
-            } else {
-                MANY_COLUMNS.min(rest.ncols())
-            };
+            let width = MANY_COLUMNS.min(rest.ncols());
             let (columns, after) = rest.split_at_col_mut(width);
             self.solves.count(width);
             match (self.values, &self.refinement) {
@@ -63,10 +60,10 @@ impl PositiveFactor<'_> {
 
     /// At most [`MANY_COLUMNS`] columns.
     fn solve<T: Real>(&self, values: &[T], columns: MatMut<'_, f64>) {
-        if columns.ncols() <= FEW_COLUMNS {
-            solve_columns::<T, FEW_COLUMNS>(self.fronts, values, columns);
-        } else {
-            solve_columns::<T, MANY_COLUMNS>(self.fronts, values, columns);
+        match columns.ncols() {
+            0..=FEW_COLUMNS => solve_columns::<T, FEW_COLUMNS>(self.fronts, values, columns),
+            0..=SOME_COLUMNS => solve_columns::<T, SOME_COLUMNS>(self.fronts, values, columns),
+            _ => solve_columns::<T, MANY_COLUMNS>(self.fronts, values, columns),
         }
     }
 

@@ -16,6 +16,7 @@ use faer::{Mat, MatMut, MatRef};
 use rayon::prelude::*;
 
 use crate::prefetch::{Ahead, LINE, Line};
+use crate::zeros;
 
 /// Rows of the matrix taken together.
 const TOGETHER: usize = 3;
@@ -36,14 +37,14 @@ pub fn symmetric_product(matrix: &SparseMatrix, x: MatRef<'_, f64>) -> Mat<f64> 
 
 /// `Aᵀ x` for a square sparse matrix, (n, k): each output row is one dot product over the column of the same index.
 pub fn transposed_product(matrix: &SparseMatrix, x: MatRef<'_, f64>) -> Mat<f64> {
-    let mut y = Mat::zeros(x.nrows(), x.ncols());
+    let mut y = zeros::matrix(x.nrows(), x.ncols());
     product::<false>(matrix, x, y.as_mut());
     y
 }
 
 /// `|A| |x|` for a symmetric sparse matrix, (n, k): times machine precision, a bound of the rounding in `A x`.
 pub fn absolute_product(matrix: &SparseMatrix, x: MatRef<'_, f64>) -> Mat<f64> {
-    let mut y = Mat::zeros(x.nrows(), x.ncols());
+    let mut y = zeros::matrix(x.nrows(), x.ncols());
     product::<true>(matrix, x, y.as_mut());
     y
 }

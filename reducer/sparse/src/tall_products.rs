@@ -5,8 +5,12 @@
 
 use faer::{MatMut, MatRef};
 
-/// Columns of either block taken together.
+/// Columns of `v` or `b` taken together.
 const TILE: usize = 4;
+/// Rows taken together, so that the narrow block stays in the nearest cache.
+const ROWS: usize = 256;
+/// Machines with so many registers hold more sums.
+const MANY_REGISTERS: usize = 32;
 
 /// `out = aᵀ b`, (k, l), for columns that are contiguous; `None` where they aren't.
 pub fn dots(a: MatRef<'_, f64>, b: MatRef<'_, f64>, out: MatMut<'_, f64>) -> Option<()> {
@@ -38,11 +42,17 @@ impl<'a> Columns<'a> {
         (block.row_stride() == 1).then_some(Self(block))
     }
 
-    /// `TILE` columns from `first` on; beyond the end the last one stands again.
+    /// Some rows.
     #[inline(always)]
-    fn tile(&self, first: usize) -> [&'a [f64]; TILE] {
-        let mut tile: [&[f64]; TILE] = [&[]; TILE];
-        for t in 0..TILE {
+    fn rows(&self, first: usize, count: usize) -> Self {
+        Self(self.0.subrows(first, count))
+    }
+
+    /// `T` columns from `first` on; beyond the end the last one stands again.
+    #[inline(always)]
+    fn tile<const T: usize>(&self, first: usize) -> [&'a [f64]; T] {
+        let mut tile: [&[f64]; T] = [&[]; T];
+        for t in 0..T {
             let column = self.0.col((first + t).min(self.0.ncols() - 1));
             tile[t] = column.try_as_col_major().map_or(&[], |c| c.as_slice());
         }
@@ -61,14 +71,36 @@ impl pulp::WithSimd for Dots<'_> {
 
     #[inline(always)]
     fn with_simd<S: pulp::Simd>(mut self, simd: S) {
-        for i in (0..self.a.0.ncols()).step_by(TILE) {
-            let a = self.a.tile(i);
-            for j in (0..self.b.0.ncols()).step_by(TILE) {
-                let sums = tile_dots(simd, a, self.b.tile(j));
-                for s in 0..TILE.min(self.out.nrows() - i) {
-                    for t in 0..TILE.min(self.out.ncols() - j) {
-                        self.out[(i + s, j + t)] = sums[s][t];
-                    }
+        self.out.fill(0.0);
+        let rows = self.a.0.nrows();
+        let mut first = 0;
+        while first < rows {
+            let count = ROWS.min(rows - first);
+            let (a, b) = (self.a.rows(first, count), self.b.rows(first, count));
+            match S::REGISTER_COUNT >= MANY_REGISTERS {
+                true => add_dots::<S, 4>(simd, a, b, self.out.as_mut()),
+                false => add_dots::<S, 3>(simd, a, b, self.out.as_mut()),
+            }
+            first += count;
+        }
+    }
+}
+
+/// `out += aᵀ b`, `A` columns of a at a time.
+#[inline(always)]
+fn add_dots<S: pulp::Simd, const A: usize>(
+    simd: S,
+    a: Columns<'_>,
+    b: Columns<'_>,
+    mut out: MatMut<'_, f64>,
+) {
+    for i in (0..a.0.ncols()).step_by(A) {
+        let left = a.tile::<A>(i);
+        for j in (0..b.0.ncols()).step_by(TILE) {
+            let sums = tile_dots(simd, left, b.tile::<TILE>(j));
+            for s in 0..A.min(out.nrows() - i) {
+                for t in 0..TILE.min(out.ncols() - j) {
+                    out[(i + s, j + t)] += sums[s][t];
                 }
             }
         }
@@ -76,27 +108,36 @@ impl pulp::WithSimd for Dots<'_> {
 }
 
 #[inline(always)]
-fn tile_dots<S: pulp::Simd>(simd: S, a: [&[f64]; TILE], b: [&[f64]; TILE]) -> [[f64; TILE]; TILE] {
+fn tile_dots<S: pulp::Simd, const A: usize>(
+    simd: S,
+    a: [&[f64]; A],
+    b: [&[f64]; TILE],
+) -> [[f64; TILE]; A] {
     let rows = a[0].len();
     let packed = rows / S::F64_LANES;
-    let mut x: [&[S::f64s]; TILE] = [&[]; TILE];
+    let mut x: [&[S::f64s]; A] = [&[]; A];
     let mut y: [&[S::f64s]; TILE] = [&[]; TILE];
+    for s in 0..A {
+        x[s] = &S::as_simd_f64s(a[s]).0[..packed];
+    }
     for t in 0..TILE {
-        x[t] = &S::as_simd_f64s(a[t]).0[..packed];
         y[t] = &S::as_simd_f64s(b[t]).0[..packed];
     }
-    let mut sums = [[simd.splat_f64s(0.0); TILE]; TILE];
+    let mut sums = [[simd.splat_f64s(0.0); TILE]; A];
     for i in 0..packed {
-        let right = [y[0][i], y[1][i], y[2][i], y[3][i]];
-        for s in 0..TILE {
-            let left = x[s][i];
-            for t in 0..TILE {
-                sums[s][t] = simd.mul_add_f64s(left, right[t], sums[s][t]);
+        let mut left = [simd.splat_f64s(0.0); A];
+        for s in 0..A {
+            left[s] = x[s][i];
+        }
+        for t in 0..TILE {
+            let right = y[t][i];
+            for s in 0..A {
+                sums[s][t] = simd.mul_add_f64s(left[s], right, sums[s][t]);
             }
         }
     }
-    let mut dots = [[0.0; TILE]; TILE];
-    for s in 0..TILE {
+    let mut dots = [[0.0; TILE]; A];
+    for s in 0..A {
         for t in 0..TILE {
             let mut sum = simd.reduce_sum_f64s(sums[s][t]);
             for i in packed * S::F64_LANES..rows {
@@ -119,37 +160,57 @@ impl pulp::WithSimd for Add<'_> {
     type Output = ();
 
     #[inline(always)]
-    fn with_simd<S: pulp::Simd>(self, simd: S) {
-        let Self {
-            mut y,
-            v,
-            c,
-            factor,
-        } = self;
-        for k in (0..v.0.ncols()).step_by(TILE) {
-            let left = v.tile(k);
-            for j in (0..y.ncols()).step_by(TILE) {
-                let count = TILE.min(y.ncols() - j);
-                // Where the last column stands again it has no weight.
-                let mut weights = [[0.0; TILE]; TILE];
-                for s in 0..TILE.min(c.nrows() - k) {
-                    for t in 0..count {
-                        weights[s][t] = factor * c[(k + s, j + t)];
-                    }
+    fn with_simd<S: pulp::Simd>(mut self, simd: S) {
+        let rows = self.y.nrows();
+        let mut first = 0;
+        while first < rows {
+            let count = ROWS.min(rows - first);
+            let y = self.y.as_mut().subrows_mut(first, count);
+            let v = self.v.rows(first, count);
+            match S::REGISTER_COUNT >= MANY_REGISTERS {
+                true => add_rows::<S, 4>(simd, y, v, self.c, self.factor),
+                false => add_rows::<S, 2>(simd, y, v, self.c, self.factor),
+            }
+            first += count;
+        }
+    }
+}
+
+/// `y += factor · v c`, `Y` columns of y at a time.
+#[inline(always)]
+fn add_rows<S: pulp::Simd, const Y: usize>(
+    simd: S,
+    mut y: MatMut<'_, f64>,
+    v: Columns<'_>,
+    c: MatRef<'_, f64>,
+    factor: f64,
+) {
+    for k in (0..v.0.ncols()).step_by(TILE) {
+        let left = v.tile::<TILE>(k);
+        for j in (0..y.ncols()).step_by(Y) {
+            let count = Y.min(y.ncols() - j);
+            // Where the last column stands again it has no weight.
+            let mut weights = [[0.0; Y]; TILE];
+            for s in 0..TILE.min(c.nrows() - k) {
+                for t in 0..count {
+                    weights[s][t] = factor * c[(k + s, j + t)];
                 }
-                let mut columns = y.as_mut().subcols_mut(j, count).col_iter_mut();
-                let mut next = || Some(columns.next()?.try_as_col_major_mut()?.as_slice_mut());
-                if count == TILE
-                    && let (Some(y0), Some(y1), Some(y2), Some(y3)) =
-                        (next(), next(), next(), next())
-                {
-                    add_tile(simd, [y0, y1, y2, y3], left, &weights);
-                } else {
-                    for t in 0..count {
-                        if let Some(y) = next() {
-                            add_column(simd, y, left, weights.map(|row| row[t]));
-                        }
+            }
+            let mut columns = y.as_mut().subcols_mut(j, count).col_iter_mut();
+            let mut next = || Some(columns.next()?.try_as_col_major_mut()?.as_slice_mut());
+            if count == Y {
+                let mut together: [&mut [f64]; Y] = std::array::from_fn(|_| Default::default());
+                for y in &mut together {
+                    *y = next().unwrap_or_default();
+                }
+                add_tile(simd, together, left, &weights);
+            } else {
+                for t in 0..count {
+                    let mut alone = [[0.0; 1]; TILE];
+                    for s in 0..TILE {
+                        alone[s][0] = weights[s][t];
                     }
+                    add_tile(simd, [next().unwrap_or_default()], left, &alone);
                 }
             }
         }
@@ -158,70 +219,42 @@ impl pulp::WithSimd for Add<'_> {
 
 /// `yₜ += Σₛ vₛ cₛₜ`
 #[inline(always)]
-fn add_tile<S: pulp::Simd>(
+fn add_tile<S: pulp::Simd, const Y: usize>(
     simd: S,
-    y: [&mut [f64]; TILE],
+    y: [&mut [f64]; Y],
     v: [&[f64]; TILE],
-    c: &[[f64; TILE]; TILE],
+    c: &[[f64; Y]; TILE],
 ) {
-    let [y0, y1, y2, y3] = y;
-    let rows = y0.len();
+    let rows = y[0].len();
     let packed = rows / S::F64_LANES;
     for i in packed * S::F64_LANES..rows {
         for s in 0..TILE {
-            y0[i] += v[s][i] * c[s][0];
-            y1[i] += v[s][i] * c[s][1];
-            y2[i] += v[s][i] * c[s][2];
-            y3[i] += v[s][i] * c[s][3];
+            for t in 0..Y {
+                y[t][i] += v[s][i] * c[s][t];
+            }
         }
     }
     let mut x: [&[S::f64s]; TILE] = [&[]; TILE];
-    let mut weights = [[simd.splat_f64s(0.0); TILE]; TILE];
+    let mut weights = [[simd.splat_f64s(0.0); Y]; TILE];
     for s in 0..TILE {
         x[s] = &S::as_simd_f64s(v[s]).0[..packed];
-        for t in 0..TILE {
+        for t in 0..Y {
             weights[s][t] = simd.splat_f64s(c[s][t]);
         }
     }
-    let y0 = &mut S::as_mut_simd_f64s(y0).0[..packed];
-    let y1 = &mut S::as_mut_simd_f64s(y1).0[..packed];
-    let y2 = &mut S::as_mut_simd_f64s(y2).0[..packed];
-    let y3 = &mut S::as_mut_simd_f64s(y3).0[..packed];
     for i in 0..packed {
-        let mut sums = [y0[i], y1[i], y2[i], y3[i]];
+        let mut left = [simd.splat_f64s(0.0); TILE];
         for s in 0..TILE {
-            let left = x[s][i];
-            for t in 0..TILE {
-                sums[t] = simd.mul_add_f64s(left, weights[s][t], sums[t]);
+            left[s] = x[s][i];
+        }
+        for t in 0..Y {
+            let target = &mut S::as_mut_simd_f64s(y[t]).0[i];
+            let mut sum = *target;
+            for s in 0..TILE {
+                sum = simd.mul_add_f64s(left[s], weights[s][t], sum);
             }
+            *target = sum;
         }
-        [y0[i], y1[i], y2[i], y3[i]] = sums;
-    }
-}
-
-/// `y += Σₛ vₛ cₛ`
-#[inline(always)]
-fn add_column<S: pulp::Simd>(simd: S, y: &mut [f64], v: [&[f64]; TILE], c: [f64; TILE]) {
-    let rows = y.len();
-    let packed = rows / S::F64_LANES;
-    for i in packed * S::F64_LANES..rows {
-        for s in 0..TILE {
-            y[i] += v[s][i] * c[s];
-        }
-    }
-    let mut x: [&[S::f64s]; TILE] = [&[]; TILE];
-    let mut weights = [simd.splat_f64s(0.0); TILE];
-    for s in 0..TILE {
-        x[s] = &S::as_simd_f64s(v[s]).0[..packed];
-        weights[s] = simd.splat_f64s(c[s]);
-    }
-    let y = &mut S::as_mut_simd_f64s(y).0[..packed];
-    for i in 0..packed {
-        let mut sum = y[i];
-        for s in 0..TILE {
-            sum = simd.mul_add_f64s(x[s][i], weights[s], sum);
-        }
-        y[i] = sum;
     }
 }
 

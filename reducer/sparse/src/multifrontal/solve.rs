@@ -12,6 +12,8 @@ use super::kernels::{Real, backward, forward};
 const CHUNK: usize = 2048;
 /// Rows turned to columns or back together, which stay in the nearest cache.
 const TILE: usize = 32;
+/// Columns of a cache line.
+const LINE: usize = 8;
 
 /// Replaces the columns of `block` (at most `N`, a multiple of 8) by the solutions of `L Lᵀ x = b`.
 pub fn solve_columns<T: Real, const N: usize>(
@@ -27,30 +29,40 @@ pub fn solve_columns<T: Real, const N: usize>(
     unpack(fronts, &x, block);
 }
 
-/// The right-hand sides by rows, in the order of elimination: turned to rows first, so that whole rows are fetched from here and there.
+/// The right-hand sides by rows, in the order of elimination: turned to rows of a cache line first, so that whole lines are fetched from
+/// here and there.
 fn packed<const N: usize>(fronts: &Fronts, block: MatRef<'_, f64>) -> Vec<[f64; N]> {
-    let mut rows = vec![[0.0; N]; block.nrows()];
-    rows.par_chunks_mut(CHUNK)
-        .zip(block.par_row_chunks(CHUNK))
-        .for_each(|(rows, block)| {
-            for (tile, rows) in rows.chunks_mut(TILE).enumerate() {
-                let block = block.subrows(tile * TILE, rows.len());
-                for (column, values) in block.col_iter().enumerate() {
-                    for (row, value) in rows.iter_mut().zip(values.iter()) {
-                        row[column] = *value;
-                    }
-                }
-            }
-        });
     let mut x = vec![[0.0; N]; block.nrows()];
-    x.par_chunks_mut(CHUNK)
-        .zip(fronts.forward.par_chunks(CHUNK))
-        .for_each(|(x, dofs)| {
-            for (x, dof) in x.iter_mut().zip(dofs) {
-                *x = rows[*dof as usize];
-            }
-        });
+    let mut lines = vec![[0.0; LINE]; block.nrows()];
+    for first in (0..block.ncols()).step_by(LINE) {
+        let columns = block.subcols(first, LINE.min(block.ncols() - first));
+        lines
+            .par_chunks_mut(CHUNK)
+            .zip(columns.par_row_chunks(CHUNK))
+            .for_each(|(lines, columns)| turn_to_lines(lines, columns));
+        x.par_chunks_mut(CHUNK)
+            .zip(fronts.forward.par_chunks(CHUNK))
+            .for_each(|(x, dofs)| {
+                for (x, dof) in x.iter_mut().zip(dofs) {
+                    x[first..first + LINE].copy_from_slice(&lines[*dof as usize]);
+                }
+            });
+    }
     x
+}
+
+fn turn_to_lines(lines: &mut [[f64; LINE]], columns: MatRef<'_, f64>) {
+    for (tile, lines) in lines.chunks_mut(TILE).enumerate() {
+        let block = columns.subrows(tile * TILE, lines.len());
+        for (column, values) in block.col_iter().enumerate() {
+            for (line, value) in lines.iter_mut().zip(values.iter()) {
+                line[column] = *value;
+            }
+        }
+        for line in lines {
+            line[columns.ncols()..].fill(0.0);
+        }
+    }
 }
 
 /// The solution as columns, in the order of the dofs.

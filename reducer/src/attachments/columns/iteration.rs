@@ -1,6 +1,8 @@
 //! One block of attachment columns: refinement with the factor of K + σ M, and conjugate gradients where that is slow.
 
-use dcb_sparse::block_algebra::{add_combination, column_dots, gram, symmetric_product};
+use dcb_sparse::block_algebra::{
+    add_combination, column_dots, copied, gram, symmetric_product, zeros,
+};
 use dcb_sparse::factorization::PositiveFactor;
 use faer::Mat;
 
@@ -57,9 +59,9 @@ impl AttachmentProblem<'_> {
         forces: &ProjectedForces,
     ) -> Solution {
         let mut best = Solution {
-            x: Mat::zeros(forces.columns.nrows(), forces.columns.ncols()),
+            x: zeros(forces.columns.nrows(), forces.columns.ncols()),
             product: Mat::zeros(0, 0),
-            left: forces.columns.clone(),
+            left: copied(forces.columns.as_ref()),
             residuals: relative(&forces.norms, &forces.norms),
             iterations: 0,
         };
@@ -69,9 +71,9 @@ impl AttachmentProblem<'_> {
             if best.worst() <= RESIDUAL_AIM {
                 break;
             }
-            let left = best.left.clone();
+            let left = copied(best.left.as_ref());
             let (mut x, made) = match sweep {
-                Sweep::Factor => (self.precondition(factor, left), 1),
+                Sweep::Factor => (solved(factor, left), 1),
                 Sweep::ConjugateGradients => self.conjugate_gradients(factor, forces, left),
             };
             iterations += made;
@@ -130,7 +132,7 @@ impl AttachmentProblem<'_> {
         if largest <= MODE_CONTENT {
             return solution;
         }
-        let mut x = solution.x.clone();
+        let mut x = copied(solution.x.as_ref());
         add_combination(x.as_mut(), self.kept.shapes, amounts.as_ref(), -1.0);
         let cleaned = self.solution(forces, x, solution.iterations);
         let costs = cleaned.worst() > CLEANED_RESIDUAL.max(solution.worst());
@@ -141,10 +143,10 @@ impl AttachmentProblem<'_> {
     }
 
     /// An approximate solution of K z = r without motions that have no stiffness.
-    fn precondition(&self, factor: &PositiveFactor, mut r: Mat<f64>) -> Mat<f64> {
-        factor.solve_in_place(r.as_mut());
-        self.project_motion(&mut r);
-        r
+    fn precondition(&self, factor: &PositiveFactor, r: Mat<f64>) -> Mat<f64> {
+        let mut z = solved(factor, r);
+        self.project_motion(&mut z);
+        z
     }
 
     /// An approximate solution of K x = r in the complement of the motions without stiffness, and the iterations made.
@@ -154,7 +156,7 @@ impl AttachmentProblem<'_> {
         forces: &ProjectedForces,
         mut r: Mat<f64>,
     ) -> (Mat<f64>, usize) {
-        let mut x = Mat::zeros(r.nrows(), r.ncols());
+        let mut x = zeros(r.nrows(), r.ncols());
         let mut p: Mat<f64> = Mat::zeros(0, 0);
         let mut rz = Vec::new();
         for iteration in 0..ITERATIONS_PER_SWEEP {
@@ -163,7 +165,7 @@ impl AttachmentProblem<'_> {
             if !open.contains(&true) {
                 return (x, iteration);
             }
-            let mut z = self.precondition(factor, r.clone());
+            let mut z = self.precondition(factor, copied(r.as_ref()));
             let next = column_dots(r.as_ref(), z.as_ref());
             if iteration > 0 {
                 let momentum: Vec<f64> = next
@@ -191,4 +193,10 @@ impl AttachmentProblem<'_> {
         }
         (x, ITERATIONS_PER_SWEEP)
     }
+}
+
+/// The solutions of (K + σ M) z = r.
+fn solved(factor: &PositiveFactor, mut r: Mat<f64>) -> Mat<f64> {
+    factor.solve_in_place(r.as_mut());
+    r
 }

@@ -12,7 +12,7 @@ mod loads;
 
 use std::convert::Infallible;
 
-use dcb_sparse::block_algebra::{absolute_product, add_combination, copy};
+use dcb_sparse::block_algebra::{absolute_product, add_combination, copied, copy, zeros};
 use dcb_sparse::column_products::{BLOCK, StiffnessProducts};
 use dcb_sparse::factorization::PositiveFactor;
 use faer::reborrow::*;
@@ -164,7 +164,7 @@ impl<'a> AttachmentProblem<'a> {
         observer: &mut dyn Observer,
     ) -> Result<SolvedColumns, Error> {
         let n_b = self.loads.len();
-        let columns = Mat::zeros(self.model.len(), n_b);
+        let columns = zeros(self.model.len(), n_b);
         self.by_blocks(columns, |forces, first, _| {
             observer.advance(first as f64 / n_b as f64)?;
             Ok(self.solve_block(factor, forces))
@@ -237,7 +237,7 @@ impl<'a> AttachmentProblem<'a> {
 
     /// f - K x without its rigid part, which no x can change.
     fn remainder(&self, forces: &ProjectedForces, product: &Mat<f64>) -> Mat<f64> {
-        let mut left = forces.columns.clone();
+        let mut left = copied(forces.columns.as_ref());
         add_scaled(&mut left, &vec![-1.0; product.ncols()], product);
         self.project_force(&mut left);
         left

@@ -12,6 +12,7 @@ use super::dense::{Panel, eliminate_positive};
 
 use super::fronts::Fronts;
 use super::kernels::{Real, pack};
+use crate::zeros;
 use extend_add::{add_to_panel, add_to_update};
 
 /// `K + shift · M`, both symmetric in full storage.
@@ -198,7 +199,8 @@ impl<E: Elimination> Run<'_, E> {
         let (mut outcome, updates) = self.side_by_side(self.fronts.children(front), below)?;
         let children: Vec<&[f64]> = updates.iter().map(Vec::as_slice).collect();
         let mut workspace = self.workspace();
-        let mut update = vec![0.0; self.fronts.update_length(front)];
+        let mut update = Vec::new();
+        zeros::extend(&mut update, self.fronts.update_length(front));
         self.front(
             front,
             panel,

@@ -1,0 +1,104 @@
+//! The inner loops of triangular solutions: one front's columns against some right-hand sides, whose rows stand together.
+//!
+//! As many sums are held in registers as the machine has room for: rows times registers of a row when the solved rows are taken
+//! from those below (`forward`), columns times registers of a row the other way round (`backward`). Four strips of columns go
+//! together, so that a sum is loaded and stored once for 32 products.
+
+mod backward;
+mod forward;
+mod registers;
+
+use backward::Backward;
+use forward::Forward;
+
+/// Columns of a whole strip.
+const STRIP: usize = 8;
+/// Strips taken together.
+const GROUP: usize = 4;
+
+/// How the entries of a factor are stored; all arithmetic is in double precision.
+pub trait Real: pulp::bytemuck::Pod + Send + Sync {
+    /// 0.
+    const ZERO: Self;
+
+    /// Rounded from double precision.
+    fn of(value: f64) -> Self;
+
+    /// In double precision.
+    fn wide(self) -> f64;
+}
+
+impl Real for f64 {
+    const ZERO: Self = 0.0;
+
+    #[inline(always)]
+    fn of(value: f64) -> Self {
+        value
+    }
+
+    #[inline(always)]
+    fn wide(self) -> f64 {
+        self
+    }
+}
+
+impl Real for f32 {
+    const ZERO: Self = 0.0;
+
+    #[inline(always)]
+    fn of(value: f64) -> Self {
+        value as Self
+    }
+
+    #[inline(always)]
+    fn wide(self) -> f64 {
+        f64::from(self)
+    }
+}
+
+/// Columns of each strip of a packed front, from its first column on.
+fn strip_widths(columns: usize) -> impl Iterator<Item = usize> {
+    let rest = columns % STRIP;
+    let last = [4, 2, 1].into_iter().filter(move |width| rest & width != 0);
+    std::iter::repeat_n(STRIP, columns / STRIP).chain(last)
+}
+
+/// Entries of a packed front of `rows` rows and `columns` columns.
+pub fn packed_length(rows: usize, columns: usize) -> usize {
+    let mut first = 0;
+    let mut length = 0;
+    for width in strip_widths(columns) {
+        length += (rows - first) * width;
+        first += width;
+    }
+    length
+}
+
+/// Packs a front's columns as the solutions read them: strips of eight columns (at the end four, two, one), each row by row from
+/// its first diagonal entry on. The upper triangle of a strip's first rows is never used. What was eliminated is thus read
+/// from one end to the other, or back.
+pub fn pack<T: Real>(values: &[f64], rows: usize, columns: usize, packed: &mut [T]) {
+    let mut first = 0;
+    let mut rest = packed;
+    for width in strip_widths(columns) {
+        let (strip, after) = rest.split_at_mut((rows - first) * width);
+        for c in 0..width {
+            let column = &values[(first + c) * rows + first..][..rows - first];
+            for (to, from) in strip[c..].iter_mut().step_by(width).zip(column) {
+                *to = T::of(*from);
+            }
+        }
+        rest = after;
+        first += width;
+    }
+}
+
+/// `w₁ = L₁₁⁻¹ w₁`, then `w₂ -= L₂₁ w₁`.
+pub fn forward<T: Real, const N: usize>(packed: &[T], columns: usize, w: &mut [[f64; N]]) {
+    pulp::Arch::new().dispatch(Forward { packed, columns, w });
+}
+
+/// `w₁ = L₁₁⁻ᵀ (w₁ - L₂₁ᵀ w₂)`.
+pub fn backward<T: Real, const N: usize>(packed: &[T], columns: usize, w: &mut [[f64; N]]) {
+    pulp::Arch::new().dispatch(Backward { packed, columns, w });
+}

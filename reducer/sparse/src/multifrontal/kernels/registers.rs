@@ -1,0 +1,54 @@
+//! Rows of right-hand sides as the machine's registers, and what the loops have in common.
+
+/// How far ahead of the arithmetic the factor is asked for, bytes.
+const AHEAD: usize = 2048;
+/// Bytes of a cache line.
+const LINE: usize = 64;
+
+/// Asks for the cache lines that follow some entries of the factor: the arithmetic on them is shorter than memory's latency.
+#[inline(always)]
+pub(super) fn ask_ahead<T>(entries: &[T]) {
+    #[cfg(target_arch = "x86_64")]
+    {
+        use std::arch::x86_64::{_MM_HINT_T0, _mm_prefetch};
+        let start = entries.as_ptr().cast::<i8>().wrapping_add(AHEAD);
+        let mut offset = 0;
+        while offset < size_of_val(entries) {
+            // SAFETY: a prefetch of any address, mapped or not, has no effect but on caches.
+            unsafe { _mm_prefetch::<_MM_HINT_T0>(start.wrapping_add(offset)) };
+            offset += LINE;
+        }
+    }
+}
+
+/// Rows of right-hand sides, each in `R` registers.
+#[inline(always)]
+pub(super) fn rows<S: pulp::Simd, const N: usize, const R: usize>(
+    w: &mut [[f64; N]],
+) -> &mut [[S::f64s; R]] {
+    let (registers, _) = S::as_mut_simd_f64s(w.as_flattened_mut());
+    registers.as_chunks_mut::<R>().0
+}
+
+/// `to -= factor · x`
+#[inline(always)]
+pub(super) fn subtract_scaled<S: pulp::Simd, const R: usize>(
+    simd: S,
+    to: &mut [S::f64s; R],
+    factor: f64,
+    x: &[S::f64s; R],
+) {
+    let factor = simd.splat_f64s(factor);
+    for i in 0..R {
+        to[i] = simd.negate_mul_add_f64s(factor, x[i], to[i]);
+    }
+}
+
+/// `to *= factor`
+#[inline(always)]
+pub(super) fn scale<S: pulp::Simd, const R: usize>(simd: S, to: &mut [S::f64s; R], factor: f64) {
+    let factor = simd.splat_f64s(factor);
+    for i in 0..R {
+        to[i] = simd.mul_f64s(factor, to[i]);
+    }
+}

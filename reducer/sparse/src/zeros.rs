@@ -1,0 +1,65 @@
+//! Large blocks of zeros, written by all threads: at the first touch of a page the system has to find and clear it, and on a virtual
+//! machine its host as well, which takes much longer than writing it.
+
+use std::mem::MaybeUninit;
+
+use faer::Mat;
+use rayon::prelude::*;
+
+use crate::multifrontal::Real;
+
+/// Entries written by one task.
+const CHUNK: usize = 1 << 17;
+
+/// Zeros appended until there are `length` values.
+pub(crate) fn extend<T: Real>(values: &mut Vec<T>, length: usize) {
+    let more = length.saturating_sub(values.len());
+    values.reserve(more);
+    write(&mut values.spare_capacity_mut()[..more]);
+    let length = values.len() + more;
+    // SAFETY: there is room for them, and those that are new have just been written.
+    unsafe { values.set_len(length) };
+}
+
+/// A matrix of zeros.
+pub(crate) fn matrix(rows: usize, columns: usize) -> Mat<f64> {
+    if rows * columns <= CHUNK {
+        return Mat::zeros(rows, columns);
+    }
+    let mut matrix: Mat<f64> = Mat::with_capacity(rows, columns);
+    let room = matrix.col_stride().unsigned_abs() * columns;
+    let start = matrix.as_ptr_mut().cast::<MaybeUninit<f64>>();
+    // SAFETY: columns of a matrix stand a stride apart, and there is room for so many; nobody else knows the memory yet.
+    write(unsafe { std::slice::from_raw_parts_mut(start, room) });
+    // SAFETY: there is room for these dimensions, and all entries have been written.
+    unsafe { matrix.set_dims(rows, columns) };
+    matrix
+}
+
+fn write<T: Real>(room: &mut [MaybeUninit<T>]) {
+    room.par_chunks_mut(CHUNK).for_each(|chunk| {
+        for value in chunk {
+            value.write(T::ZERO);
+        }
+    });
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn blocks_of_any_size_are_zero() {
+        for (rows, columns) in [(0, 3), (3, 0), (1, 1), (7, 5), (50_001, 7)] {
+            let made = matrix(rows, columns);
+            assert_eq!((made.nrows(), made.ncols()), (rows, columns));
+            assert_eq!(made.norm_max(), 0.0);
+        }
+        let mut values = vec![1.0, 2.0];
+        extend(&mut values, 300_000);
+        assert_eq!((values.len(), values[1]), (300_000, 2.0));
+        assert!(values[2..].iter().all(|value| *value == 0.0));
+        extend(&mut values, 10);
+        assert_eq!(values.len(), 300_000);
+    }
+}
