@@ -195,13 +195,11 @@ impl<'a> Lanczos<'a> {
         let mut mass_block = symmetric_product(&self.model.mass, block.as_ref());
         let before = column_dots(block.as_ref(), mass_block.as_ref());
         let mut amounts = Mat::zeros(self.filled, block.ncols());
-        for pass in 0..2 {
+        for _ in 0..2 {
             let removed = gram(known, mass_block.as_ref());
             add_combination(block.as_mut(), known, removed.as_ref(), -1.0);
             // The basis carries rigid motion at rounding level, and every step would feed it back amplified.
-            if pass > 0 {
-                self.rigid.project_out(&mut block);
-            }
+            self.rigid.project_out(&mut block);
             symmetric_product_into(&self.model.mass, block.as_ref(), mass_block.as_mut());
             amounts += removed;
         }

@@ -6,8 +6,9 @@ use faer::linalg::cholesky::lblt::factor::{cholesky_in_place, cholesky_in_place_
 use faer::linalg::triangular_solve::solve_unit_lower_triangular_in_place;
 use faer::reborrow::*;
 use faer::{Accum, ColMut, Mat, MatMut, Par};
+use rayon::prelude::*;
 
-use super::dense::{Panel, subtract_from_update, subtract_products};
+use super::dense::{CHUNK, Panel, subtract_from_update, subtract_products};
 use super::elimination::{Elimination, NotPositive};
 
 /// Columns within which pivots are chosen.
@@ -156,15 +157,29 @@ impl<'a> Pivots<'a> {
     /// Turns the rows below, B, into `L₂₁ = B Pᵀ L⁻ᵀ D⁻¹`; returns `L₂₁ D`.
     fn divide(&self, mut below: MatMut<'_, f64>) -> Mat<f64> {
         let mut scaled = Mat::zeros(below.nrows(), below.ncols());
+        if below.nrows() <= CHUNK {
+            self.divide_rows(below, scaled.as_mut());
+        } else {
+            below
+                .rb_mut()
+                .par_row_chunks_mut(CHUNK)
+                .zip(scaled.par_row_chunks_mut(CHUNK))
+                .for_each(|(below, scaled)| self.divide_rows(below, scaled));
+        }
+        scaled
+    }
+
+    /// The same for some of the rows; `scaled` becomes `L₂₁ D`.
+    fn divide_rows(&self, mut below: MatMut<'_, f64>, mut scaled: MatMut<'_, f64>) {
         for (column, place) in self.places.iter().enumerate() {
             scaled
-                .as_mut()
+                .rb_mut()
                 .col_mut(column)
                 .copy_from(below.rb().col(*place));
         }
         solve_unit_lower_triangular_in_place(
             self.lower.rb(),
-            scaled.as_mut().transpose_mut(),
+            scaled.rb_mut().transpose_mut(),
             Par::Seq,
         );
         let n = self.places.len();
@@ -174,7 +189,7 @@ impl<'a> Pivots<'a> {
             let a = self.lower[(column, column)];
             if b == 0.0 {
                 let factor = 1.0 / a;
-                let source = scaled.col(column);
+                let source = scaled.rb().col(column);
                 for (to, from) in below.rb_mut().col_mut(column).iter_mut().zip(source.iter()) {
                     *to = factor * from;
                 }
@@ -192,6 +207,5 @@ impl<'a> Pivots<'a> {
                 column += 2;
             }
         }
-        scaled
     }
 }

@@ -2,6 +2,8 @@
 //!
 //! How a front is cut into blocks depends on its size alone; threads share the blocks.
 
+use std::ops::Range;
+
 use faer::dyn_stack::{MemBuffer, MemStack};
 use faer::linalg::cholesky::llt::factor::{LltError, cholesky_in_place, cholesky_in_place_scratch};
 use faer::linalg::matmul::matmul;
@@ -14,7 +16,7 @@ use rayon::prelude::*;
 /// Columns eliminated together.
 const BLOCK: usize = 192;
 /// Columns of an update that are one task, and rows of a triangular solution.
-const CHUNK: usize = 256;
+pub(super) const CHUNK: usize = 256;
 
 /// How an update matrix of order `n` is stored: its lower triangle by chunks of columns, each from the chunk's first diagonal entry
 /// down, column by column.
@@ -50,20 +52,28 @@ impl UpdateLayout {
         (start..start + rows, first)
     }
 
-    /// The chunks of an update matrix with the row that each starts with.
-    pub fn chunks(self, update: &mut [f64]) -> Vec<(usize, MatMut<'_, f64>)> {
-        let mut chunks = Vec::with_capacity(self.order.div_ceil(CHUNK));
+    /// The chunks of an update matrix with their columns, the first of which is the row that they start with.
+    pub fn slices(self, update: &mut [f64]) -> Vec<(Range<usize>, &mut [f64])> {
+        let mut slices = Vec::with_capacity(self.order.div_ceil(CHUNK));
         let mut rest = update;
         for first in (0..self.order).step_by(CHUNK) {
-            let (rows, width) = (self.order - first, CHUNK.min(self.order - first));
-            let (chunk, after) = rest.split_at_mut(rows * width);
-            chunks.push((
-                first,
-                MatMut::from_column_major_slice_mut(chunk, rows, width),
-            ));
+            let columns = first..self.order.min(first + CHUNK);
+            let (chunk, after) = rest.split_at_mut((self.order - first) * columns.len());
+            slices.push((columns, chunk));
             rest = after;
         }
-        chunks
+        slices
+    }
+
+    /// The chunks of an update matrix with the row that each starts with.
+    pub fn chunks(self, update: &mut [f64]) -> Vec<(usize, MatMut<'_, f64>)> {
+        let slices = self.slices(update).into_iter();
+        let matrix = |(columns, chunk): (Range<usize>, _)| {
+            let rows = self.order - columns.start;
+            let matrix = MatMut::from_column_major_slice_mut(chunk, rows, columns.len());
+            (columns.start, matrix)
+        };
+        slices.map(matrix).collect()
     }
 }
 

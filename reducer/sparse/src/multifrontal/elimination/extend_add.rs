@@ -1,55 +1,122 @@
-//! Update matrices of children added to their parent.
+//! Update matrices of children added to their parent. Threads share the columns of a large parent; every entry is the same sum in the
+//! order of the children.
+
+use std::ops::Range;
+
+use rayon::prelude::*;
 
 use crate::multifrontal::dense::UpdateLayout;
 use crate::multifrontal::fronts::{Fronts, Run};
 
-/// Adds the part of a child's update matrix that lies in the parent's columns.
+/// Columns of a panel that are one task.
+const PANEL_COLUMNS: usize = 64;
+/// A panel or an update matrix of fewer entries is one task.
+const LARGE: usize = 1 << 18;
+
+/// A child with its update matrix.
+#[derive(Clone, Copy)]
+pub(super) struct Child<'a> {
+    pub front: usize,
+    pub update: &'a [f64],
+}
+
+/// Adds the part of the children's update matrices that lies in the parent's columns.
 pub(super) fn add_to_panel(
     fronts: &Fronts,
-    child: usize,
-    theirs: &[f64],
+    children: &[Child<'_>],
     values: &mut [f64],
     rows: usize,
     columns: usize,
 ) {
-    let runs = fronts.rows_in_parent(child);
-    let layout = fronts.update_layout(child);
-    for (index, across) in runs
-        .iter()
-        .enumerate()
-        .take_while(|(_, run)| (run.target as usize) < columns)
-    {
-        for offset in 0..across.length as usize {
-            let (source, above) = layout.column(across.source as usize + offset);
-            let source = (&theirs[source], above);
-            let target = &mut values[(across.target as usize + offset) * rows..][..rows];
-            add_runs(source, (target, 0), &runs[index..], offset);
+    let add = |first: usize, values: &mut [f64]| {
+        let wanted = first..first + values.len() / rows;
+        for child in children {
+            let target = Target {
+                values: &mut *values,
+                columns: wanted.clone(),
+                height: rows,
+                start: 0,
+            };
+            add_columns(fronts, *child, target);
         }
+    };
+    if values.len() < LARGE || columns <= PANEL_COLUMNS {
+        add(0, values);
+    } else {
+        values
+            .par_chunks_mut(PANEL_COLUMNS * rows)
+            .enumerate()
+            .for_each(|(chunk, values)| add(chunk * PANEL_COLUMNS, values));
     }
 }
 
-/// Adds the part of a child's update matrix that lies in the parent's update matrix.
+/// Adds the part of the children's update matrices that lies in the parent's update matrix.
 pub(super) fn add_to_update(
     fronts: &Fronts,
-    child: usize,
-    theirs: &[f64],
+    children: &[Child<'_>],
     update: &mut [f64],
     rows: usize,
     columns: usize,
 ) {
-    let runs = fronts.rows_in_parent(child);
-    let layout = fronts.update_layout(child);
-    let own_layout = UpdateLayout {
+    let layout = UpdateLayout {
         order: rows - columns,
     };
-    let first = runs.partition_point(|run| (run.target as usize) < columns);
+    let add = |(chunk, values): (Range<usize>, &mut [f64])| {
+        let start = columns + chunk.start;
+        let wanted = start..columns + chunk.end;
+        for child in children {
+            let target = Target {
+                values: &mut *values,
+                columns: wanted.clone(),
+                height: rows - start,
+                start,
+            };
+            add_columns(fronts, *child, target);
+        }
+    };
+    let is_large = update.len() >= LARGE;
+    let chunks = layout.slices(update);
+    match is_large {
+        true => chunks.into_par_iter().for_each(add),
+        false => chunks.into_iter().for_each(add),
+    }
+}
+
+/// Some columns of a parent, one after the other.
+struct Target<'a> {
+    values: &'a mut [f64],
+    /// Their places in the parent's front.
+    columns: Range<usize>,
+    /// Rows of each.
+    height: usize,
+    /// The row that they start with.
+    start: usize,
+}
+
+impl Target<'_> {
+    fn column(&mut self, column: usize) -> (&mut [f64], usize) {
+        let first = (column - self.columns.start) * self.height;
+        (&mut self.values[first..first + self.height], self.start)
+    }
+}
+
+/// Adds the part of a child's update matrix that lies in some of the parent's columns.
+fn add_columns(fronts: &Fronts, child: Child<'_>, mut to: Target<'_>) {
+    let wanted = to.columns.clone();
+    let runs = fronts.rows_in_parent(child.front);
+    let layout = fronts.update_layout(child.front);
+    let first = runs.partition_point(|run| ((run.target + run.length) as usize) <= wanted.start);
     for (index, across) in runs.iter().enumerate().skip(first) {
-        for offset in 0..across.length as usize {
+        let target = across.target as usize;
+        if target >= wanted.end {
+            break;
+        }
+        let begin = wanted.start.saturating_sub(target);
+        let end = (across.length as usize).min(wanted.end - target);
+        for offset in begin..end {
             let (source, above) = layout.column(across.source as usize + offset);
-            let source = (&theirs[source], above);
-            let (target, above) = own_layout.column(across.target as usize - columns + offset);
-            let target = (&mut update[target], columns + above);
-            add_runs(source, target, &runs[index..], offset);
+            let source = (&child.update[source], above);
+            add_runs(source, to.column(target + offset), &runs[index..], offset);
         }
     }
 }

@@ -13,7 +13,7 @@ use super::dense::{Panel, eliminate_positive};
 use super::fronts::Fronts;
 use super::kernels::{Real, pack};
 use crate::zeros;
-use extend_add::{add_to_panel, add_to_update};
+use extend_add::{Child, add_to_panel, add_to_update};
 
 /// `K + shift · M`, both symmetric in full storage.
 #[derive(Clone, Copy)]
@@ -302,10 +302,14 @@ impl<E: Elimination> Run<'_, E> {
         let values = &mut scratch[..rows * columns];
         values.fill(0.0);
         self.add_entries(front, values, local);
-        let own = fronts.children(front);
-        for (child, theirs) in own.iter().zip(children) {
-            add_to_panel(fronts, *child as usize, theirs, values, rows, columns);
-        }
+        let own = fronts.children(front).iter().zip(children);
+        let children: Vec<Child> = own
+            .map(|(child, update)| Child {
+                front: *child as usize,
+                update,
+            })
+            .collect();
+        add_to_panel(fronts, &children, values, rows, columns);
         let first = fronts.columns(front).start;
         let mut panel = Panel {
             values,
@@ -317,9 +321,7 @@ impl<E: Elimination> Run<'_, E> {
         if E::KEEPS {
             pack(values, rows, columns, kept);
         }
-        for (child, theirs) in own.iter().zip(children) {
-            add_to_update(fronts, *child as usize, theirs, update, rows, columns);
-        }
+        add_to_update(fronts, &children, update, rows, columns);
         Ok(())
     }
 

@@ -8,6 +8,8 @@ mod backward;
 mod forward;
 mod registers;
 
+use rayon::prelude::*;
+
 use backward::Backward;
 use forward::Forward;
 
@@ -15,6 +17,8 @@ use forward::Forward;
 const STRIP: usize = 8;
 /// Strips taken together.
 const GROUP: usize = 4;
+/// Threads share the packing of a front of so many entries.
+const LARGE: usize = 1 << 18;
 
 /// How the entries of a factor are stored; all arithmetic is in double precision.
 pub trait Real: pulp::bytemuck::Pod + Send + Sync {
@@ -80,16 +84,24 @@ pub fn packed_length(rows: usize, columns: usize) -> usize {
 pub fn pack<T: Real>(values: &[f64], rows: usize, columns: usize, packed: &mut [T]) {
     let mut first = 0;
     let mut rest = packed;
+    let mut strips = Vec::with_capacity(columns / STRIP + 3);
     for width in strip_widths(columns) {
         let (strip, after) = rest.split_at_mut((rows - first) * width);
+        strips.push((first, width, strip));
+        rest = after;
+        first += width;
+    }
+    let pack = |(first, width, strip): (usize, usize, &mut [T])| {
         for c in 0..width {
             let column = &values[(first + c) * rows + first..][..rows - first];
             for (to, from) in strip[c..].iter_mut().step_by(width).zip(column) {
                 *to = T::of(*from);
             }
         }
-        rest = after;
-        first += width;
+    };
+    match values.len() >= LARGE {
+        true => strips.into_par_iter().for_each(pack),
+        false => strips.into_iter().for_each(pack),
     }
 }
 
