@@ -342,13 +342,13 @@ mod tests {
         let (stiffness, mass) = chain(500);
         let groups: Vec<u32> = (0..500).map(|i| i / 3).collect();
         let mut factor = SymmetricFactor::analyse(&stiffness, &mass, &groups).unwrap();
-        let rhs = Mat::from_fn(500, 19, |i, j| ((i * (j + 1)) as f64).sin());
+        let rhs = Mat::from_fn(500, 41, |i, j| ((i * (j + 1)) as f64).sin());
         let mut x = rhs.clone();
         factor
             .factorize(&stiffness, &mass, 0.01)
             .unwrap()
             .solve_in_place(x.as_mut());
-        assert_eq!((factor.solve_columns(), factor.solve_passes()), (19, 2));
+        assert_eq!((factor.solve_columns(), factor.solve_passes()), (41, 2));
         let product = crate::block_algebra::symmetric_product(&stiffness, x.as_ref())
             + faer::Scale(0.01) * crate::block_algebra::symmetric_product(&mass, x.as_ref());
         assert!(crate::block_algebra::largest_entry((&product - &rhs).as_ref()) < 1e-11);

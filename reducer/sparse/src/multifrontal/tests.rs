@@ -92,9 +92,11 @@ fn solutions_are_those_of_a_dense_factorization() {
         let expected = faer::linalg::solvers::Solve::solve(&dense.llt(Side::Lower).unwrap(), &rhs);
         let narrow = solved::<f64, 8>(&fronts, &matrix, &rhs);
         let wide = solved::<f64, 16>(&fronts, &matrix, &rhs);
+        let widest = solved::<f64, 32>(&fronts, &matrix, &rhs);
         let coarse = solved::<f32, 8>(&fronts, &matrix, &rhs);
         assert!(largest(&(&narrow - &expected)) < 1e-13 * largest(&expected));
         assert!(largest(&(&wide - &expected)) < 1e-13 * largest(&expected));
+        assert!(largest(&(&widest - &expected)) < 1e-13 * largest(&expected));
         let single = largest(&(&coarse - &expected)) / largest(&expected);
         assert!(
             single < 1e-5 && (single > 1e-12 || points == 1),
