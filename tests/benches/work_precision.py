@@ -67,7 +67,7 @@ def problem(name, folder):
             return dict(seconds=found["seconds"], steps=steps, version="Exudyn " + found["version"], every=RECORDS // chain_scene.RECORDS,
                         deflection=np.array(found["position"]))
 
-        return scene, CHAIN_END, "tip", {"exudyn": (exudyn, PEER_STEPS[:2])}
+        return scene, CHAIN_END, "tip", {"exudyn": (exudyn, PEER_STEPS[:1])}
     made = mechanisms.PROBLEMS[name]
     part, scene, end, peer = made["make"](folder)
     superelement = mechanisms.reduce(part, os.path.join(folder, "part.dcb.h5"), MODES[name])

@@ -1,6 +1,6 @@
 //! Times at which servos and controllers are computed, against the steps of a run and the analysis.
 
-use super::{Actuator, Analysis, Scene};
+use super::{Actuator, Analysis, Integrator, Scene};
 use crate::Error;
 
 /// Difference of a ratio from a whole number that is rounding of written numbers.
@@ -42,7 +42,7 @@ impl Scene {
                 "has a meaning in a transient analysis only; leave it out: what is continuous has a linearization",
             ));
         }
-        let Some(integrator) = self.integrator.filter(|of| of.adaptive.is_none()) else {
+        let Some(integrator) = self.integrator.filter(Integrator::has_equal_steps) else {
             return Ok(());
         };
         let whole = |ratio: f64| ratio > 0.5 && (ratio - ratio.round()).abs() <= ROUNDING * ratio;
@@ -52,7 +52,7 @@ impl Scene {
             return Err(Error::described(
                 key,
                 format!(
-                    "is {period}, no multiple of the step of {step}; take for example a step of {:?}, or adaptive steps",
+                    "is {period}, no multiple of the step of {step}; take for example a step of {:?}, adaptive steps, or radau",
                     period / steps
                 ),
             ));

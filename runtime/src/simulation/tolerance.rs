@@ -78,6 +78,7 @@ impl Simulation {
                     | Error::SingularJoints { .. }),
                 ) => {
                     more.iterations += 1;
+                    radau.forget_past();
                     // The shortest step says more by why it failed.
                     if radau.control.failed(time, step).is_err() {
                         return Err(error);

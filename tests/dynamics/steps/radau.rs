@@ -51,7 +51,7 @@ fn errors_fall_with_the_order_of_the_method() {
     ] {
         let (reference, _) = run(make(), accuracy(1e-12, Stages::Five), end, 4);
         for stages in BOTH {
-            let found = [1e-4, 1e-9].map(|tolerance| {
+            let found = [1e-4, 1e-8].map(|tolerance| {
                 let (states, steps) = run(make(), accuracy(tolerance, stages), end, 4);
                 (errors(&states, &reference), steps)
             });
@@ -59,9 +59,10 @@ fn errors_fall_with_the_order_of_the_method() {
             let finer = (found[1].1 as f64 / found[0].1 as f64).log2();
             for (k, quantity) in ["positions", "velocities", "forces"].iter().enumerate() {
                 let slope = (found[0].0[k] / found[1].0[k]).log2() / finer;
+                println!("{name} {stages:?} {quantity}: {slope:.2}");
                 // Between two tolerances the steps don't all become shorter by the same factor.
                 assert!(
-                    slope > order - 1.2,
+                    slope > 0.7 * order,
                     "{name} {stages:?} {quantity}: {slope:.2}, {found:?}"
                 );
             }

@@ -97,6 +97,10 @@ pub fn run(arguments: &StudyArguments, common: &CommonArguments) -> Result<Outco
     }
     let path = &arguments.scene;
     let scene = Scene::read(path)?;
+    if scene.integrator.is_some_and(|used| used.is_radau()) {
+        let expected = "is radau, whose steps follow an accuracy, but a study compares equal steps; give generalized_alpha for the study";
+        return Err(Error::described("integrator", expected).in_file(path));
+    }
     let subject = Subject::of(scene, &arguments.outputs).map_err(|error| error.in_file(path))?;
     let asked = lists(arguments);
     asked.check(&subject)?;

@@ -160,6 +160,24 @@ fn longer_steps_stay_within_the_tolerance() {
     assert!(found <= 2e-2, "{found:e}");
 }
 
+/// A scene that is integrated by accuracy is prepared as one by steps is, and keeps its integrator.
+#[test]
+fn scenes_by_accuracy_are_prepared_too() {
+    let folder = one_turn();
+    let integrator = json!({"radau": {"tolerance": 1e-7, "end": 0.042}});
+    folder.set_scene("integrator", integrator);
+    folder.set_scene("record", json!({"interval": 0.001}));
+    folder.done("scene.json -o all.h5 --model everything");
+    folder.done("prepare scene.json --tolerance 2e-2 --adapt-integrator -o small");
+    let claimed = number(&report(&folder, "small")["error"]);
+    folder.done("small/scene.json -o small.h5 --model everything");
+    let found = apart(&folder, ["small.h5", "all.h5"], "midpoint_deflection");
+    assert!(claimed <= 2e-2 && found <= 2e-2, "{claimed:e} {found:e}");
+    let kept = folder.json("small/scene.json");
+    let tolerance = number(&kept["integrator"]["radau"]["tolerance"]);
+    assert!(tolerance > 1e-7, "{tolerance:e}");
+}
+
 #[test]
 fn preparations_that_cannot_be_made_are_refused() {
     let folder = one_turn();

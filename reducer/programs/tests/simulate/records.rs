@@ -151,6 +151,43 @@ fn what_is_recorded_within_steps_is_of_second_order_as_the_steps_are() {
     assert!(adaptive[0] < 1e-5 && adaptive[1] < 1e-4, "{adaptive:?}");
 }
 
+/// Within steps of radau, which are far longer than the interval, everything is as accurate as at their ends.
+#[test]
+fn what_is_recorded_within_steps_of_radau_is_as_accurate() {
+    let radau = |tolerance: f64| json!({"radau": {"tolerance": tolerance, "end": 0.4}});
+    let exact = between(radau(1e-11));
+    for (tolerance, bound) in [(1e-5, 1e-4), (1e-8, 1e-6)] {
+        let found = apart(&between(radau(tolerance)), &exact);
+        println!("{found:?}");
+        assert!(found[0] < bound && found[1] < 10.0 * bound, "{found:?}");
+        // Relative to forces of some newtons and accelerations of gravity.
+        let rest = found[2..].iter().copied().fold(0.0, f64::max);
+        assert!(rest < 1000.0 * bound, "{found:?}");
+    }
+}
+
+/// A row within the step that ends at a jump of a load, and one within the step after it.
+#[test]
+fn rows_beside_a_jump_are_those_of_its_two_sides() {
+    let kicked = |integrator: Value| {
+        let mut scene = swinging(json!({"interval": 1e-2}), 1e-3, 0.4);
+        scene["integrator"] = integrator;
+        let at = scene["bodies"].as_object().unwrap().keys().next().unwrap().clone();
+        scene["bodies"][&at]["rigid"]["points"]["middle"] = json!([0, 0]);
+        let torque = json!([{"formula": "if(t < 0.105, 0, 1)"}]);
+        scene["loads"] = json!({"kick": {"torque": {"at": format!("{at}/middle"), "components": torque}}});
+        let folder = Folder::with(&scene);
+        folder.done("scene.json");
+        let found = folder.results().history("angle").unwrap();
+        (0..found.nrows()).map(|row| found[(row, 0)]).collect::<Vec<_>>()
+    };
+    let found = kicked(json!({"radau": {"tolerance": 1e-7, "end": 0.4}}));
+    let exact = kicked(json!({"generalized_alpha": {"step": 5e-6, "end": 0.4}}));
+    for (row, (found, exact)) in found.iter().zip(&exact).enumerate() {
+        assert!((found - exact).abs() < 1e-5, "row {row}: {found} {exact}");
+    }
+}
+
 #[test]
 fn an_end_that_is_no_multiple_of_the_step_leaves_the_forces_as_they_are() {
     // Thirty steps but for 1 ns, which as a step of its own made a reaction of 2e5 of one of 3.

@@ -389,6 +389,8 @@ fn scenes_that_cannot_be_studied_are_refused() {
         "adaptive": {"tolerance": 1e-4, "minimum_step": 1e-6, "maximum_step": 1e-2}}});
     without(json!({"integrator": adaptive}))
         .refused("study scene.json", &["adaptive", "equal steps"]);
+    let radau = json!({"radau": {"tolerance": 1e-4, "end": 0.1}});
+    without(json!({"integrator": radau})).refused("study scene.json", &["radau", "equal steps"]);
     let folder = Folder::slider_crank();
     folder.set_scene("outputs", json!({"y": {"modal": {"body": "rod"}}}));
     folder.refused_each(&[

@@ -6,6 +6,7 @@ use serde::{Deserialize, Serialize};
 
 use super::grid::{Grid, Sampler, Trace};
 use super::monitor::Monitor;
+use super::setting::interval;
 use super::subject::{Quantity, Subject};
 use dcb_demand::SuperelementFiles;
 use dcb_demand::pruning::NarrowedScene;
@@ -276,7 +277,11 @@ fn start(model: Model, scene: &Scene) -> Result<(Simulation, Recorder), Error> {
 
 fn step_of(scene: &Scene) -> Result<Integrator, Error> {
     let missing = || Error::described("integrator", "is missing");
-    scene.integrator.ok_or_else(missing)
+    let mut integrator = scene.integrator.ok_or_else(missing)?;
+    if integrator.is_radau() {
+        integrator.step = interval(&integrator);
+    }
+    Ok(integrator)
 }
 
 fn equal_steps(integrator: &Integrator) -> EqualSteps {

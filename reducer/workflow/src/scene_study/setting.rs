@@ -4,7 +4,7 @@ use serde::{Deserialize, Serialize};
 use serde_json::{Map, Value, json};
 
 use super::subject::Subject;
-use dcb_formats::scene::{BodyKind, Compatibility, InertiaChange, Method, Scene};
+use dcb_formats::scene::{BodyKind, Compatibility, InertiaChange, Integrator, Method, Scene};
 use dcb_runtime::error::Error;
 
 /// How many modes the superelements of a scene keep.
@@ -34,6 +34,16 @@ pub struct Setting {
     pub inertia_change: Option<InertiaChange>,
 }
 
+/// Times at which motions are compared whose steps follow an accuracy.
+const INTERVALS: f64 = 256.0;
+/// What stands for steps in such an interval.
+pub const INTERVAL_STEPS: u32 = 16;
+
+/// Time between two of them.
+pub fn interval(integrator: &Integrator) -> f64 {
+    integrator.end / INTERVALS
+}
+
 impl Setting {
     /// The scene's own.
     ///
@@ -43,10 +53,10 @@ impl Setting {
         let integrator = scene
             .integrator
             .ok_or_else(|| Error::described("integrator", "is missing; a study needs it"))?;
-        if !integrator.has_equal_steps() {
+        if integrator.adaptive.is_some() {
             return Err(Error::described(
                 "integrator",
-                "has steps that follow the error, but a study compares equal steps; give generalized_alpha without `adaptive` for the study",
+                "has `adaptive`, but motions are compared at the ends of equal steps; leave it out, or take radau for a preparation",
             ));
         }
         let superelements = || scene.superelements().map(|(_, body)| body);
@@ -58,7 +68,10 @@ impl Setting {
                 false => ModeCount::AsInScene,
             },
             compatibility: scene.compatibility,
-            step: integrator.step,
+            step: match integrator.is_radau() {
+                true => interval(&integrator) / f64::from(INTERVAL_STEPS),
+                false => integrator.step,
+            },
             rho_infinity: match integrator.method {
                 Method::GeneralizedAlpha { rho_infinity } => Some(rho_infinity),
                 Method::Hht { .. } | Method::Radau { .. } => None,
@@ -91,7 +104,7 @@ impl Setting {
                 body.inertia_change = change;
             }
         }
-        if let Some(integrator) = &mut changed.integrator {
+        if let Some(integrator) = changed.integrator.as_mut().filter(|used| !used.is_radau()) {
             integrator.step = self.step;
             if let (Some(given), Method::GeneralizedAlpha { rho_infinity }) =
                 (self.rho_infinity, &mut integrator.method)

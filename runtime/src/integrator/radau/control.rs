@@ -12,10 +12,13 @@ const WORTH_GROWING: f64 = 1.2;
 /// One that would shrink by less stays, too.
 const WORTH_CUTTING: f64 = 0.9;
 /// Limits of a change.
-const LARGEST_GROWTH: f64 = 5.0;
+const LARGEST_GROWTH: f64 = 3.0;
 const LARGEST_CUT: f64 = 0.15;
 /// Cut after a step whose iteration failed.
 const CUT_AFTER_FAILURE: f64 = 0.4;
+/// Where the iteration failed, the next steps stay below that length by this.
+const BELOW_FAILURE: f64 = 0.8;
+const REMEMBERED: usize = 10;
 /// A leftover below this many steps is spread over two.
 const LAST_STEPS: f64 = 2.0;
 /// The shortest step, in parts of the longest or of the horizon.
@@ -23,7 +26,7 @@ const SHORTEST: f64 = 1e-13;
 /// Angle by which an oscillation that a step follows turns in it for each stage, rad: its order is seen up to there.
 const FOLLOWED: f64 = 0.7;
 /// The estimate is of a formula of lower order: it may be as large as this times a power of the accuracy by which the method itself has that.
-const OF_ESTIMATE: f64 = 0.25;
+const OF_ESTIMATE: f64 = 0.1;
 
 /// The step to be tried next.
 #[derive(Clone, Copy, Debug)]
@@ -41,6 +44,8 @@ pub(crate) struct StepControl {
     before: Option<(f64, f64)>,
     /// Whether the last step was refused.
     was_refused: bool,
+    /// A length at which the iteration failed, and for how many steps that is kept in mind.
+    failed: (f64, usize),
 }
 
 impl StepControl {
@@ -57,6 +62,7 @@ impl StepControl {
             next: None,
             before: None,
             was_refused: false,
+            failed: (f64::INFINITY, 0),
         }
     }
 
@@ -92,6 +98,7 @@ impl StepControl {
 
     pub(super) fn forget(&mut self) {
         (self.next, self.before, self.was_refused) = (None, None, false);
+        self.failed = (f64::INFINITY, 0);
     }
 
     /// Forgets how errors changed, after a jump.
@@ -151,7 +158,12 @@ impl StepControl {
         }
         let next = self.next.unwrap_or(tried);
         // A step that was cut short by an end says nothing against a longer one.
-        let wanted = (tried * growth).min(self.longest);
+        let mut wanted = (tried * growth).min(self.longest);
+        let (failed, steps) = self.failed;
+        if steps > 0 {
+            wanted = wanted.min(BELOW_FAILURE * failed);
+            self.failed.1 = steps - 1;
+        }
         let is_whole = tried >= next * (1.0 - 1e-9);
         self.next = Some(match is_whole {
             true if (WORTH_CUTTING..WORTH_GROWING).contains(&growth) => tried,
@@ -168,6 +180,7 @@ impl StepControl {
     /// # Errors
     /// [`Error::StepTooSmall`] if it was the shortest.
     pub fn failed(&mut self, time: f64, tried: f64) -> Result<(), Error> {
+        self.failed = (tried, REMEMBERED);
         self.refuse(time, tried, CUT_AFTER_FAILURE, f64::INFINITY)
     }
 

@@ -17,7 +17,7 @@ use crate::system::{State, System};
 /// Iterations of a step before it has failed.
 const MOST_ITERATIONS: usize = 10;
 /// What an iteration may leave, in parts of the error that the motion may have.
-const LEFT: f64 = 0.03;
+const LEFT: f64 = 0.003;
 /// Factors that leave more than this of the error are made again at the next step.
 const SLOW: f64 = 0.15;
 /// An iteration that leaves more than this doesn't end.

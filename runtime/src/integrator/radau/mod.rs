@@ -84,8 +84,10 @@ pub(crate) struct Radau {
 
 /// What a step leaves for the next one and for times within it.
 struct Past {
-    /// Its length; zero without one.
+    /// Its length.
     step: f64,
+    /// Whether the next one goes on from it: not before the first, and not after a jump.
+    is_continued: bool,
     /// q'' at the start and the stages.
     accelerations: Vec<Vec<f64>>,
     /// λ there.
@@ -102,7 +104,7 @@ pub(crate) struct Made {
 }
 
 impl Radau {
-    /// For a system; `none` is where interfaces move beside the coordinates.
+    /// For a system, starting anywhere.
     ///
     /// # Errors
     /// [`Error::Description`] for bodies whose interfaces move beside the coordinates; [`Error::OutOfMemory`].
@@ -129,6 +131,7 @@ impl Radau {
             complex: [vec![c64::new(0.0, 0.0); n], vec![c64::new(0.0, 0.0); rows]],
             past: Past {
                 step: 0.0,
+                is_continued: false,
                 accelerations: vec![vec![0.0; n]; s + 1],
                 forces: vec![vec![0.0; rows]; s + 1],
                 turn_rates: vec![vec![Vector3::zeros(); system.bodies.len()]; s + 1],
@@ -154,7 +157,7 @@ impl Radau {
 
     /// Forgets the motion before a jump.
     pub fn forget_past(&mut self) {
-        self.past.step = 0.0;
+        self.past.is_continued = false;
     }
 
     /// Advances `start` by `step` into the corrector's trial state; functions of time are looked at no later than `until`.
@@ -221,6 +224,7 @@ impl Radau {
         self.scale.look_at(system, end);
         self.scale.write_to(end);
         self.past.step = step;
+        self.past.is_continued = true;
         self.past.accelerations[0].copy_from_slice(&start.accelerations);
         self.past.forces[0].copy_from_slice(&start.forces);
         for (index, body) in system.bodies.iter().enumerate() {

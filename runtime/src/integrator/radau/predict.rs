@@ -5,8 +5,8 @@ use super::stage::{add_scaled, integrate};
 use crate::integrator::newton::Corrector;
 use crate::system::{State, System};
 
-/// The last step tells nothing beyond so many of its lengths.
-const FURTHEST: f64 = 4.0;
+/// The last step tells nothing beyond so many of its lengths: its polynomials enlarge rounding and what they lack.
+const FURTHEST: f64 = 1.7;
 
 impl Radau {
     /// Accelerations and λ of the stages by the polynomials of the last step, or those of the start; velocities and places by them.
@@ -19,7 +19,7 @@ impl Radau {
     ) {
         let past = &self.past;
         let ahead = step / past.step;
-        let is_known = past.step > 0.0 && ahead < FURTHEST;
+        let is_known = past.is_continued && ahead < FURTHEST;
         for (i, stage) in self.stages.iter_mut().enumerate() {
             let state = &mut stage.state;
             (state.time, state.time_rest) = start.time_after(step * self.coefficients.nodes[i]);
