@@ -172,14 +172,23 @@ fn rows_beside_a_jump_are_those_of_its_two_sides() {
     let kicked = |integrator: Value| {
         let mut scene = swinging(json!({"interval": 1e-2}), 1e-3, 0.4);
         scene["integrator"] = integrator;
-        let at = scene["bodies"].as_object().unwrap().keys().next().unwrap().clone();
+        let at = scene["bodies"]
+            .as_object()
+            .unwrap()
+            .keys()
+            .next()
+            .unwrap()
+            .clone();
         scene["bodies"][&at]["rigid"]["points"]["middle"] = json!([0, 0]);
         let torque = json!([{"formula": "if(t < 0.105, 0, 1)"}]);
-        scene["loads"] = json!({"kick": {"torque": {"at": format!("{at}/middle"), "components": torque}}});
+        scene["loads"] =
+            json!({"kick": {"torque": {"at": format!("{at}/middle"), "components": torque}}});
         let folder = Folder::with(&scene);
         folder.done("scene.json");
         let found = folder.results().history("angle").unwrap();
-        (0..found.nrows()).map(|row| found[(row, 0)]).collect::<Vec<_>>()
+        (0..found.nrows())
+            .map(|row| found[(row, 0)])
+            .collect::<Vec<_>>()
     };
     let found = kicked(json!({"radau": {"tolerance": 1e-7, "end": 0.4}}));
     let exact = kicked(json!({"generalized_alpha": {"step": 5e-6, "end": 0.4}}));

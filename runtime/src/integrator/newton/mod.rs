@@ -351,6 +351,29 @@ impl Corrector {
         Ok(())
     }
 
+    /// The last factor made again at the trial state.
+    ///
+    /// # Errors
+    /// Those of [`Condensed::factor`].
+    pub(in crate::integrator) fn factor_here(&mut self, system: &System) -> Result<(), Error> {
+        let Self {
+            trial,
+            evaluation,
+            condensed,
+            blend,
+            ..
+        } = self;
+        let Some(blend) = blend else {
+            return Ok(());
+        };
+        evaluation.place(system, trial);
+        evaluation.add_velocities(system, trial);
+        evaluation.measure(system, trial);
+        evaluation.load(system, trial);
+        evaluation.resist(system, trial);
+        condensed.factor_straight(system, trial, evaluation, blend)
+    }
+
     fn factor_once(&mut self, system: &System, blend: &Blend) -> Result<(), Error> {
         self.condensed.factor(
             system,

@@ -22,7 +22,7 @@ const REMEMBERED: usize = 10;
 /// A leftover below this many steps is spread over two.
 const LAST_STEPS: f64 = 2.0;
 /// The shortest step, in parts of the longest or of the horizon.
-const SHORTEST: f64 = 1e-13;
+const SHORTEST: f64 = 1e-10;
 /// Angle by which an oscillation that a step follows turns in it for each stage, rad: its order is seen up to there.
 const FOLLOWED: f64 = 0.7;
 /// The estimate is of a formula of lower order: it may be as large as this times a power of the accuracy by which the method itself has that.

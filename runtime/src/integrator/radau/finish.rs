@@ -8,7 +8,11 @@ use crate::integrator::newton::Corrector;
 use crate::system::{Demand, State, System};
 
 /// Times that places are brought back at most.
-const CORRECTIONS: usize = 3;
+const CORRECTIONS: usize = 4;
+/// What a correction may be of the one before it.
+const SHRUNK: f64 = 0.3;
+/// Corrections below this part of the tolerance end it.
+const CLOSED: f64 = 1e-5;
 
 impl Radau {
     /// The trial state and its evaluation at the end of the step, with places and velocities that meet the constraints in the metric of the real
@@ -20,48 +24,27 @@ impl Radau {
         start: &State,
         step: f64,
     ) -> Result<(), Error> {
+        let last = self.stages.len() - 1;
+        corrector.trial.copy_from(&self.stages[last].state);
+        let (time, rest) = start.time_after(step);
+        (corrector.trial.time, corrector.trial.time_rest) = (time, rest);
+        corrector.evaluation.place(system, &corrector.trial);
+        if !self.close(corrector, system) {
+            // The factor is of other gradients: where a body resists turns far less than shifts, the joints' system turns with them.
+            corrector.trial.copy_from(&self.stages[last].state);
+            (corrector.trial.time, corrector.trial.time_rest) = (time, rest);
+            corrector.factor_here(system)?;
+            self.close(corrector, system);
+        }
         let Corrector {
             trial,
             evaluation,
             condensed,
             ..
         } = &mut *corrector;
-        let s = self.stages.len();
-        trial.copy_from(&self.stages[s - 1].state);
-        (trial.time, trial.time_rest) = start.time_after(step);
         trial.algorithmic.copy_from_slice(&trial.accelerations);
         let [residual, changes] = &mut self.real;
         residual.fill(0.0);
-        evaluation.place(system, trial);
-        let mut left = f64::INFINITY;
-        for _ in 0..CORRECTIONS {
-            evaluation.measure(system, trial);
-            for (index, change) in changes.iter_mut().enumerate() {
-                *change = match system.rows[index].is_constraint() {
-                    true => -evaluation.answers[index],
-                    false => 0.0,
-                };
-            }
-            condensed.solve_positions(system, evaluation, changes, residual);
-            let size = self.scale.size(system, &condensed.step);
-            for (index, body) in system.bodies.iter().enumerate() {
-                let own = &condensed.step[body.velocities.clone()];
-                let three = |at: usize| Vector3::from_column_slice(&own[at..at + 3]);
-                trial.origins[index] += evaluation.poses[index].axes * three(0);
-                trial.orientations[index] *= UnitQuaternion::new(three(3));
-                for (y, change) in trial.coordinates[body.coordinates.clone()]
-                    .iter_mut()
-                    .zip(&own[6..])
-                {
-                    *y += change;
-                }
-            }
-            evaluation.place(system, trial);
-            if size > 0.1 * left || size < 1e-3 * self.accuracy.tolerance {
-                break;
-            }
-            left = size;
-        }
         evaluation.add_velocities(system, trial);
         evaluation.measure(system, trial);
         for (index, change) in changes.iter_mut().enumerate() {
@@ -93,5 +76,49 @@ impl Radau {
             .map(|pair| pair[1] - pair[0]);
         let widest = gaps.fold(self.coefficients.nodes[0], f64::max);
         corrector.refuse_long_turns(system, step * widest)
+    }
+
+    /// Brings the places of the trial state back to the constraints. Returns whether the corrections shrink as they should.
+    fn close(&mut self, corrector: &mut Corrector, system: &System) -> bool {
+        let rounding = corrector.rounding(system) * self.scale.by_length();
+        let Corrector {
+            trial,
+            evaluation,
+            condensed,
+            ..
+        } = &mut *corrector;
+        let [residual, changes] = &mut self.real;
+        residual.fill(0.0);
+        let mut before = f64::INFINITY;
+        for _ in 0..CORRECTIONS {
+            evaluation.measure(system, trial);
+            for (index, change) in changes.iter_mut().enumerate() {
+                *change = match system.rows[index].is_constraint() {
+                    true => -evaluation.answers[index],
+                    false => 0.0,
+                };
+            }
+            condensed.solve_positions(system, evaluation, changes, residual);
+            let size = self.scale.size(system, &condensed.step);
+            if size.is_nan() || size > SHRUNK * before && size > 100.0 * rounding {
+                return false;
+            }
+            for (index, body) in system.bodies.iter().enumerate() {
+                let own = &condensed.step[body.velocities.clone()];
+                let three = |at: usize| Vector3::from_column_slice(&own[at..at + 3]);
+                trial.origins[index] += evaluation.poses[index].axes * three(0);
+                trial.orientations[index] *= UnitQuaternion::new(three(3));
+                let coordinates = &mut trial.coordinates[body.coordinates.clone()];
+                for (y, change) in coordinates.iter_mut().zip(&own[6..]) {
+                    *y += change;
+                }
+            }
+            evaluation.place(system, trial);
+            if size < (CLOSED * self.accuracy.tolerance).max(rounding) {
+                return true;
+            }
+            before = size;
+        }
+        true
     }
 }

@@ -20,6 +20,8 @@ const MOST_ITERATIONS: usize = 10;
 const LEFT: f64 = 0.003;
 /// Factors that leave more than this of the error are made again at the next step.
 const SLOW: f64 = 0.15;
+/// What an iteration is taken to leave at least, before it has shown that.
+const LEAST: f64 = 0.02;
 /// An iteration that leaves more than this doesn't end.
 const FAILING: f64 = 0.9;
 
@@ -39,7 +41,8 @@ impl Radau {
         let floor = corrector.rounding(system) * self.scale.by_length();
         let mut last = f64::INFINITY;
         let mut is_fresh = false;
-        let mut left_before = self.contraction.powf(0.8);
+        // An earlier step tells no more of this one than that.
+        let mut left_before = self.contraction.max(LEAST).powf(0.8);
         loop {
             self.evaluate(system, start);
             watch.lap(&mut corrector.profile, Profile::of_evaluations);

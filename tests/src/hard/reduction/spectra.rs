@@ -164,7 +164,9 @@ pub fn triple_root_at_the_cut() -> HardCase {
             });
         high / low - 1.0
     };
-    let uneven = spread(&oracle.residual_flexibility(first + 1));
+    // Which directions a library gives the three modes is up to the machine.
+    let cuts = [first + 1, first + 2].map(|kept| spread(&oracle.residual_flexibility(kept)));
+    let uneven = cuts.into_iter().fold(0.0, f64::max);
     assert!(uneven > 0.01, "{uneven:e}");
 
     let element = lowest(&cube, first + 1).superelement;
