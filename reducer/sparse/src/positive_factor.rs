@@ -61,8 +61,12 @@ impl PositiveFactor<'_> {
     /// At most [`MANY_COLUMNS`] columns.
     fn solve<T: Real>(&self, values: &[T], columns: MatMut<'_, f64>) {
         match columns.ncols() {
-            0..=FEW_COLUMNS => solve_columns::<T, FEW_COLUMNS>(self.fronts, values, columns),
-            0..=SOME_COLUMNS => solve_columns::<T, SOME_COLUMNS>(self.fronts, values, columns),
+            count if count <= FEW_COLUMNS => {
+                solve_columns::<T, FEW_COLUMNS>(self.fronts, values, columns);
+            }
+            count if count <= SOME_COLUMNS => {
+                solve_columns::<T, SOME_COLUMNS>(self.fronts, values, columns);
+            }
             _ => solve_columns::<T, MANY_COLUMNS>(self.fronts, values, columns),
         }
     }

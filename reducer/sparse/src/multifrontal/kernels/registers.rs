@@ -48,7 +48,7 @@ pub(super) fn subtract_scaled<S: pulp::Simd, const R: usize>(
 #[inline(always)]
 pub(super) fn scale<S: pulp::Simd, const R: usize>(simd: S, to: &mut [S::f64s; R], factor: f64) {
     let factor = simd.splat_f64s(factor);
-    for i in 0..R {
-        to[i] = simd.mul_f64s(factor, to[i]);
+    for entry in to {
+        *entry = simd.mul_f64s(factor, *entry);
     }
 }
