@@ -6,13 +6,11 @@ use std::mem::MaybeUninit;
 use faer::Mat;
 use rayon::prelude::*;
 
-use crate::multifrontal::Real;
-
 /// Entries written by one task.
 const CHUNK: usize = 1 << 17;
 
 /// Zeros appended until there are `length` values.
-pub(crate) fn extend<T: Real>(values: &mut Vec<T>, length: usize) {
+pub(crate) fn extend<T: Copy + Default + Send>(values: &mut Vec<T>, length: usize) {
     let more = length.saturating_sub(values.len());
     values.reserve(more);
     write(&mut values.spare_capacity_mut()[..more]);
@@ -36,10 +34,10 @@ pub(crate) fn matrix(rows: usize, columns: usize) -> Mat<f64> {
     matrix
 }
 
-fn write<T: Real>(room: &mut [MaybeUninit<T>]) {
+fn write<T: Copy + Default + Send>(room: &mut [MaybeUninit<T>]) {
     room.par_chunks_mut(CHUNK).for_each(|chunk| {
         for value in chunk {
-            value.write(T::ZERO);
+            value.write(T::default());
         }
     });
 }

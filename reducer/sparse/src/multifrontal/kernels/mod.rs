@@ -21,7 +21,7 @@ const GROUP: usize = 4;
 const LARGE: usize = 1 << 18;
 
 /// How the entries of a factor are stored; all arithmetic is in double precision.
-pub trait Real: pulp::bytemuck::Pod + Send + Sync {
+pub trait Real: Default + pulp::bytemuck::Pod + Send + Sync {
     /// 0.
     const ZERO: Self;
 
