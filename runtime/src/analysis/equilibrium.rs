@@ -13,7 +13,7 @@
 use dcb_dense::symmetric_eigenvalues;
 use faer::linalg::solvers::Solve;
 use faer::{Mat, Side};
-use nalgebra::{UnitQuaternion, Vector3};
+use nalgebra::Vector3;
 
 use crate::error::Error;
 use crate::initial::Starter;
@@ -279,15 +279,7 @@ fn balance_springs(system: &System, state: &mut State, evaluation: &mut Evaluati
 /// The state with its positions moved by δq.
 fn moved(system: &System, state: &State, motion: &[f64]) -> State {
     let mut moved = state.clone();
-    for (index, body) in system.bodies.iter().enumerate() {
-        let at = body.velocities.start;
-        moved.origins[index] += state.pose(index).axes * three(motion, at);
-        moved.orientations[index] *= UnitQuaternion::new(three(motion, at + 3));
-        let coordinates = &mut moved.coordinates[body.coordinates.clone()];
-        for (y, change) in coordinates.iter_mut().zip(&motion[at + 6..]) {
-            *y += change;
-        }
-    }
+    moved.shift(system, motion);
     moved
 }
 

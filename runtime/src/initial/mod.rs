@@ -171,14 +171,8 @@ impl<'a> Starter<'a> {
 
     /// Adds the last solve to velocities or accelerations, whose linear parts are in world axes.
     fn add_step(&self, rates: &mut [f64]) {
-        for (index, body) in self.system.bodies.iter().enumerate() {
-            let step = &self.condensed.step[body.velocities.clone()];
-            let linear = self.evaluation.poses[index].axes * Vector3::from_column_slice(&step[..3]);
-            let rates = &mut rates[body.velocities.clone()];
-            for (k, rate) in rates.iter_mut().enumerate() {
-                *rate += if k < 3 { linear[k] } else { step[k] };
-            }
-        }
+        self.condensed
+            .add_step(self.system, &self.evaluation, rates);
     }
 
     /// Corrects velocities, as rigid bodies first.

@@ -9,6 +9,7 @@
 //! measured as a length: translation, turn times the body's length, deflection by √mass. Steps with a larger error than allowed are
 //! made again, smaller. The step changes only where that pays, because the iteration matrix depends on it.
 
+use super::larger;
 use crate::error::Error;
 use crate::system::{State, System};
 use dcb_formats::scene::Scheme;
@@ -82,13 +83,7 @@ impl StepSize {
 
     /// The step to try when `left` remains; the last two share what is left evenly.
     pub fn up_to(&self, left: f64) -> f64 {
-        if left <= self.step * (1.0 + 1e-9) {
-            left
-        } else if left < LAST_STEPS * self.step {
-            0.5 * left
-        } else {
-            self.step
-        }
+        up_to(left, self.step)
     }
 
     /// Judges a step by its error; returns whether it is accepted.
@@ -140,6 +135,17 @@ impl StepSize {
     }
 }
 
+/// A step when `left` remains; the last two share what is left evenly.
+pub(super) fn up_to(left: f64, step: f64) -> f64 {
+    if left <= step * (1.0 + 1e-9) {
+        left
+    } else if left < LAST_STEPS * step {
+        0.5 * left
+    } else {
+        step
+    }
+}
+
 /// Error of the positions that the step from `start` to `end` added, a length.
 pub fn local_error(system: &System, scheme: &Scheme, start: &State, end: &State, step: f64) -> f64 {
     let mut largest: f64 = 0.0;
@@ -153,12 +159,7 @@ pub fn local_error(system: &System, scheme: &Scheme, start: &State, end: &State,
         let size = change(0..3)
             + body.length * change(3..6)
             + change(6..before.len()) / body.flexible.inertia.mass().sqrt();
-        // `max` would drop a NaN.
-        largest = if size > largest || size.is_nan() {
-            size
-        } else {
-            largest
-        };
+        largest = larger(largest, size);
     }
     scheme.increment_error().abs() * step * step * largest
 }

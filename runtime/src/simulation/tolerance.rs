@@ -28,47 +28,40 @@ impl Simulation {
 
     /// One step towards an end, as long as the accuracy allows; it ends no later than at the next sample or jump of what drives and loads follow.
     pub(super) fn follow_towards(&mut self, end: f64) -> Result<(f64, Effort), Error> {
-        let sample = self.system.next_sample(&self.state).time;
-        let mut more = Effort::default();
-        let Stepper::Radau(radau) = &mut self.stepper else {
-            return Ok((0.0, more));
+        let Self {
+            system,
+            stepper,
+            state,
+            corrector,
+            ..
+        } = self;
+        let Stepper::Radau(radau) = stepper else {
+            return Err(Error::described(
+                "integrator",
+                "takes steps of a length, not of an accuracy; that needs radau",
+            ));
         };
-        let jump = radau.next_jump(&self.system, self.state.time);
-        let stop = end.min(sample).min(jump);
-        radau.begin(&self.system, &self.state);
-        loop {
-            let Stepper::Radau(radau) = &mut self.stepper else {
-                return Ok((0.0, more));
-            };
-            let (system, corrector) = (&self.system, &mut self.corrector);
-            let left = stop - self.state.time - self.state.time_rest;
-            let step = radau.step_up_to(system, &self.state, left);
+        let jump = radau.next_jump(system, state.time);
+        let stop = end.min(system.next_sample(state).time).min(jump);
+        radau.begin(system, state);
+        let mut more = Effort::default();
+        let (step, ends_at_stop) = loop {
+            let left = stop - state.time - state.time_rest;
+            let step = radau.step_up_to(system, state, left);
             let ends_at_stop = step == left;
             // What jumps at the end is looked at before it does.
-            let until = if ends_at_stop {
-                stop.next_down()
-            } else {
-                f64::INFINITY
+            let until = match ends_at_stop {
+                true => stop.next_down(),
+                false => f64::INFINITY,
             };
-            let made = radau.step(corrector, system, &self.state, (step, until));
-            let time = self.state.time + step;
-            match made {
+            let time = state.time + step;
+            match radau.step(corrector, system, state, (step, until)) {
                 Ok(made) => {
                     more.iterations += made.effort.iterations;
                     more.factorizations += made.effort.factorizations;
-                    if !radau.control.judge(time, step, made.error)? {
-                        continue;
+                    if radau.control.judge(time, step, made.error)? {
+                        break (step, ends_at_stop);
                     }
-                    if ends_at_stop {
-                        let trial = &mut corrector.trial;
-                        (trial.time, trial.time_rest) = (stop, 0.0);
-                    }
-                    radau.accept(system, &self.state, step, &mut corrector.trial);
-                    self.accept(step, more)?;
-                    if ends_at_stop && jump <= stop {
-                        self.jump()?;
-                    }
-                    return Ok((step, more));
                 }
                 Err(
                     error @ (Error::NotConverged { .. }
@@ -86,6 +79,16 @@ impl Simulation {
                 }
                 Err(other) => return Err(other),
             }
+        };
+        let trial = &mut corrector.trial;
+        if ends_at_stop {
+            (trial.time, trial.time_rest) = (stop, 0.0);
         }
+        radau.accept(system, state, step, trial);
+        self.accept(step, more)?;
+        if ends_at_stop && jump <= stop {
+            self.jump()?;
+        }
+        Ok((step, more))
     }
 }

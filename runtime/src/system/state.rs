@@ -180,6 +180,21 @@ impl State {
         (rates(values), &values[6..])
     }
 
+    /// Moves the positions by δq, laid out as velocities, rigid parts in body axes.
+    pub fn shift(&mut self, system: &System, motion: &[f64]) {
+        for (index, body) in system.bodies.iter().enumerate() {
+            let own = &motion[body.velocities.clone()];
+            let BodyRates { linear, angular } = rates(own);
+            let axes = self.pose(index).axes;
+            self.origins[index] += axes * linear;
+            self.orientations[index] *= UnitQuaternion::new(angular);
+            let coordinates = &mut self.coordinates[body.coordinates.clone()];
+            for (y, change) in coordinates.iter_mut().zip(&own[6..]) {
+                *y += change;
+            }
+        }
+    }
+
     /// The same positions at rest.
     pub fn without_motion(&self) -> Self {
         let mut still = self.clone();

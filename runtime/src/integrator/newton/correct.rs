@@ -3,6 +3,7 @@
 use nalgebra::{UnitQuaternion, Vector3};
 
 use super::Corrector;
+use crate::integrator::larger;
 use crate::kinematics::rotation_vector::right_jacobian_inverse;
 use crate::system::{State, System};
 use dcb_formats::scene::Scheme;
@@ -52,12 +53,7 @@ impl Corrector {
             }
             let deflection = (deflection / body.flexible.inertia.mass()).sqrt();
             let size = shift.norm() + body.length * turn.norm() + deflection;
-            // `max` would drop a NaN.
-            largest = if size > largest || size.is_nan() {
-                size
-            } else {
-                largest
-            };
+            largest = larger(size, largest);
         }
         for (i, change) in self.condensed.residual_step.iter().enumerate() {
             trial.residual_displacements[i] += change;

@@ -299,18 +299,7 @@ impl Corrector {
     fn factor(&mut self, system: &System, method: &Method, step: f64) -> Result<(), Error> {
         let blend = blend(&method.scheme, step);
         let is_redundant = self.condensed.regularization > 0.0;
-        let factored = self.factor_once(system, &blend);
-        match factored {
-            // A dead centre: constraints that are independent elsewhere meet here.
-            Err(Error::SingularJoints { .. }) if !is_redundant => {
-                self.was_singular = true;
-                self.condensed.regularization = REGULARIZATION;
-                let regularized = self.factor_once(system, &blend);
-                self.condensed.regularization = 0.0;
-                regularized?;
-            }
-            other => other?,
-        }
+        self.pass_dead_centre(|corrector| corrector.factor_once(system, &blend))?;
         if is_redundant && !self.condensed.carries_redundant() {
             self.condensed.regularization = self.sharing_regularization(system, method, step);
             let shared = self.factor_once(system, &blend);
@@ -323,7 +312,25 @@ impl Corrector {
         Ok(())
     }
 
-    /// A factor for a step of another method, at one of its states. Where constraints meet that are independent elsewhere, at a dead centre, they give way.
+    /// A factorization that is made again with regularized constraints where those that are independent elsewhere meet, at a dead centre.
+    fn pass_dead_centre(
+        &mut self,
+        factor: impl Fn(&mut Self) -> Result<(), Error>,
+    ) -> Result<(), Error> {
+        let is_redundant = self.condensed.regularization > 0.0;
+        match factor(self) {
+            Err(Error::SingularJoints { .. }) if !is_redundant => {
+                self.was_singular = true;
+                self.condensed.regularization = REGULARIZATION;
+                let regularized = factor(self);
+                self.condensed.regularization = 0.0;
+                regularized
+            }
+            other => other,
+        }
+    }
+
+    /// A factor for a step of another method, at one of its states.
     ///
     /// # Errors
     /// Those of [`Condensed::factor`].
@@ -334,18 +341,10 @@ impl Corrector {
         blend: &Blend,
         step: f64,
     ) -> Result<(), Error> {
-        let condensed = &mut self.condensed;
-        let is_redundant = condensed.regularization > 0.0;
-        match condensed.factor_straight(system, state, evaluation, blend) {
-            Err(Error::SingularJoints { .. }) if !is_redundant => {
-                self.was_singular = true;
-                condensed.regularization = REGULARIZATION;
-                let regularized = condensed.factor_straight(system, state, evaluation, blend);
-                condensed.regularization = 0.0;
-                regularized?;
-            }
-            other => other?,
-        }
+        self.pass_dead_centre(|corrector| {
+            let condensed = &mut corrector.condensed;
+            condensed.factor_straight(system, state, evaluation, blend)
+        })?;
         (self.factored_step, self.blend) = (Some(step), Some(*blend));
         self.has_shared = false;
         Ok(())
@@ -366,11 +365,7 @@ impl Corrector {
         let Some(blend) = blend else {
             return Ok(());
         };
-        evaluation.place(system, trial);
-        evaluation.add_velocities(system, trial);
-        evaluation.measure(system, trial);
-        evaluation.load(system, trial);
-        evaluation.resist(system, trial);
+        evaluation.refresh(system, trial);
         condensed.factor_straight(system, trial, evaluation, blend)
     }
 

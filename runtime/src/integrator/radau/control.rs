@@ -3,6 +3,8 @@
 use super::Accuracy;
 use super::scale::Scale;
 use crate::error::Error;
+use crate::integrator::adaptive::up_to;
+use crate::integrator::larger;
 use crate::system::System;
 
 /// Room that a new step leaves below what is allowed.
@@ -19,8 +21,6 @@ const CUT_AFTER_FAILURE: f64 = 0.4;
 /// Where the iteration failed, the next steps stay below that length by this.
 const BELOW_FAILURE: f64 = 0.8;
 const REMEMBERED: usize = 10;
-/// A leftover below this many steps is spread over two.
-const LAST_STEPS: f64 = 2.0;
 /// The shortest step, in parts of the longest or of the horizon.
 const SHORTEST: f64 = 1e-10;
 /// Angle by which an oscillation that a step follows turns in it for each stage, rad: its order is seen up to there.
@@ -91,7 +91,7 @@ impl StepControl {
                     (places[at], rates[at]) = (0.0, 0.0);
                 }
             }
-            lost = lost.max(scale.deflection(index, squares.sqrt()));
+            lost = larger(lost, scale.deflection(index, squares.sqrt()));
         }
         lost
     }
@@ -122,13 +122,7 @@ impl StepControl {
     /// The step to try when `left` remains; the last two share what is left evenly.
     pub fn up_to(&self, left: f64, longest: f64) -> f64 {
         let step = self.next.unwrap_or(self.shortest).min(longest);
-        if left <= step * (1.0 + 1e-9) {
-            left
-        } else if left < LAST_STEPS * step {
-            0.5 * left
-        } else {
-            step
-        }
+        up_to(left, step)
     }
 
     /// Judges a step by its error and how many iterations it took; returns whether it is accepted.

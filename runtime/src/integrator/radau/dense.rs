@@ -11,7 +11,7 @@ use crate::system::{State, System};
 
 impl Radau {
     /// The motion at a time within the step that led from one state to the other.
-    pub fn within(&mut self, system: &System, before: &State, after: &State, time: f64) -> State {
+    pub fn within(&self, system: &System, before: &State, after: &State, time: f64) -> State {
         let step = self.past.step;
         let x = (time - before.time - before.time_rest) / step;
         let mut now = after.clone();

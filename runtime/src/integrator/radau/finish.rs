@@ -1,7 +1,5 @@
 //! The end of a step: back to the constraints.
 
-use nalgebra::{UnitQuaternion, Vector3};
-
 use super::Radau;
 use crate::error::Error;
 use crate::integrator::newton::Corrector;
@@ -52,14 +50,7 @@ impl Radau {
             *change = -defect.unwrap_or(0.0);
         }
         condensed.solve_positions(system, evaluation, changes, residual);
-        for (index, body) in system.bodies.iter().enumerate() {
-            let own = &condensed.step[body.velocities.clone()];
-            let linear = evaluation.poses[index].axes * Vector3::from_column_slice(&own[..3]);
-            let velocities = &mut trial.velocities[body.velocities.clone()];
-            for (k, velocity) in velocities.iter_mut().enumerate() {
-                *velocity += if k < 3 { linear[k] } else { own[k] };
-            }
-        }
+        condensed.add_step(system, evaluation, &mut trial.velocities);
         evaluation.add_velocities(system, trial);
         evaluation.add_accelerations(system, trial);
         for (index, row) in system.rows.iter().enumerate() {
@@ -103,16 +94,7 @@ impl Radau {
             if size.is_nan() || size > SHRUNK * before && size > 100.0 * rounding {
                 return false;
             }
-            for (index, body) in system.bodies.iter().enumerate() {
-                let own = &condensed.step[body.velocities.clone()];
-                let three = |at: usize| Vector3::from_column_slice(&own[at..at + 3]);
-                trial.origins[index] += evaluation.poses[index].axes * three(0);
-                trial.orientations[index] *= UnitQuaternion::new(three(3));
-                let coordinates = &mut trial.coordinates[body.coordinates.clone()];
-                for (y, change) in coordinates.iter_mut().zip(&own[6..]) {
-                    *y += change;
-                }
-            }
+            trial.shift(system, &condensed.step);
             evaluation.place(system, trial);
             if size < (CLOSED * self.accuracy.tolerance).max(rounding) {
                 return true;

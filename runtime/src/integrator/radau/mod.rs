@@ -26,9 +26,9 @@ use faer::c64;
 use nalgebra::Vector3;
 
 pub use coefficients::Stages;
-pub(crate) use control::StepControl;
 
 use self::coefficients::Coefficients;
+use self::control::StepControl;
 use self::scale::Scale;
 use self::stage::Stage;
 use super::newton::Corrector;
@@ -70,7 +70,7 @@ pub(crate) struct Radau {
     past: Past,
     /// Numbers by start and stages.
     weights: Vec<f64>,
-    /// Rates of the turns at the start and stages of the step at hand.
+    /// Places, rates and what they are mixed to, laid out as velocities.
     scratch: [Vec<f64>; 3],
     /// The step that the factors were made for.
     factored_step: Option<f64>,

@@ -1,7 +1,5 @@
 //! The start anew after a jump of forces or of what drives follow.
 
-use nalgebra::Vector3;
-
 use super::Radau;
 use crate::error::Error;
 use crate::integrator::newton::Corrector;
@@ -25,12 +23,7 @@ impl Radau {
             Some(condensed) => condensed,
             unused => unused.insert(Box::new(corrector.condensed.another(system)?)),
         };
-        evaluation.place(system, state);
-        evaluation.add_velocities(system, state);
-        evaluation.add_accelerations(system, state);
-        evaluation.measure(system, state);
-        evaluation.load(system, state);
-        evaluation.resist(system, state);
+        evaluation.refresh(system, state);
         let blend = Blend::mass_alone(Elastic::Moving);
         condensed.factor(system, state, evaluation, &blend, None)?;
         let [zeros, changes] = &mut self.real;
@@ -40,7 +33,7 @@ impl Radau {
             *change = -defect.unwrap_or(0.0);
         }
         condensed.solve_held(system, evaluation, changes, zeros);
-        add_step(system, evaluation, &condensed.step, &mut state.velocities);
+        condensed.add_step(system, evaluation, &mut state.velocities);
         // With redundant constraints one solve is as exact as their regularization; two are exact.
         for _ in 0..2 {
             evaluation.add_velocities(system, state);
@@ -59,12 +52,7 @@ impl Radau {
             }
             let residual = &evaluation.residual;
             condensed.solve_held(system, evaluation, changes, residual);
-            add_step(
-                system,
-                evaluation,
-                &condensed.step,
-                &mut state.accelerations,
-            );
+            condensed.add_step(system, evaluation, &mut state.accelerations);
             for (index, row) in system.rows.iter().enumerate() {
                 if row.is_constraint() {
                     state.forces[index] += condensed.force_step[index];
@@ -74,21 +62,5 @@ impl Radau {
         self.forget_past();
         self.control.forget_trend();
         Ok(())
-    }
-}
-
-/// Adds the last solve to velocities or accelerations, whose linear parts are in world axes.
-fn add_step(
-    system: &System,
-    evaluation: &crate::system::evaluation::Evaluation,
-    step: &[f64],
-    rates: &mut [f64],
-) {
-    for (index, body) in system.bodies.iter().enumerate() {
-        let own = &step[body.velocities.clone()];
-        let linear = evaluation.poses[index].axes * Vector3::from_column_slice(&own[..3]);
-        for (k, rate) in rates[body.velocities.clone()].iter_mut().enumerate() {
-            *rate += if k < 3 { linear[k] } else { own[k] };
-        }
     }
 }

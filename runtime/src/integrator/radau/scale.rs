@@ -1,6 +1,7 @@
 //! What errors of the motion are relative to.
 
 use super::stage::spin;
+use crate::integrator::larger;
 use crate::system::{State, System};
 
 /// Deflections below this part of a body's length are nothing.
@@ -71,13 +72,7 @@ impl Scale {
             let norm = |x: &[f64]| x.iter().map(|x| x * x).sum::<f64>().sqrt();
             let place = norm(&own[..3]) / self.lengths[index] + norm(&own[3..6]);
             let deflection = self.deflection(index, norm(&own[6..]));
-            let size = place.max(deflection);
-            // `max` would drop a NaN.
-            largest = if size > largest || size.is_nan() || deflection.is_nan() {
-                size + deflection * 0.0
-            } else {
-                largest
-            };
+            largest = larger(larger(place, deflection), largest);
         }
         largest
     }

@@ -37,12 +37,7 @@ impl Stage {
     /// Equations and rows at the state.
     pub fn evaluate(&mut self, system: &System) {
         let (state, evaluation) = (&self.state, &mut self.evaluation);
-        evaluation.place(system, state);
-        evaluation.add_velocities(system, state);
-        evaluation.add_accelerations(system, state);
-        evaluation.measure(system, state);
-        evaluation.load(system, state);
-        evaluation.resist(system, state);
+        evaluation.refresh(system, state);
         for (index, defect) in self.defects.iter_mut().enumerate() {
             *defect = match evaluation.acceleration_defect(system, state, index) {
                 Some(defect) => defect,

@@ -264,7 +264,7 @@ impl<T: Number> Condensed<T> {
         })
     }
 
-    /// S of every body, eliminated.
+    /// S of every body, eliminated, and the Λ that is left; the body that can't be, if there is one.
     fn factor_bodies(
         &mut self,
         system: &System,
@@ -313,6 +313,7 @@ impl<T: Number> Condensed<T> {
                 }
             }
         }
+        self.assemble_joints(system, evaluation, blend);
         Ok(())
     }
 
@@ -330,7 +331,6 @@ impl<T: Number> Condensed<T> {
     ) -> Result<(), Error> {
         self.factor_bodies(system, evaluation, &real.tangents, blend, None)
             .map_err(|body| singular(system, state, body))?;
-        self.assemble_joints(system, evaluation, blend);
         self.follow_slopes(system, evaluation, &evaluation.efforts, blend);
         let is_regular = self.joints.factor_beside(&real.joints)
             && (self.controls.rows.is_empty()
@@ -378,7 +378,6 @@ impl Condensed {
         turns: Option<&[Vector3<f64>]>,
     ) -> Result<(), Error> {
         self.factor_here(system, state, evaluation, blend, turns)?;
-        self.assemble_joints(system, evaluation, blend);
         self.meet_efforts(system, state, evaluation, blend);
         self.factor_rows(system, state, evaluation, blend)
     }
@@ -395,7 +394,6 @@ impl Condensed {
         blend: &Blend,
     ) -> Result<(), Error> {
         self.factor_here(system, state, evaluation, blend, None)?;
-        self.assemble_joints(system, evaluation, blend);
         self.follow_slopes(system, evaluation, &evaluation.efforts, blend);
         self.factor_rows(system, state, evaluation, blend)
     }

@@ -1,5 +1,7 @@
 //! Solutions with the factored iteration matrix.
 
+use nalgebra::Vector3;
+
 use super::touch::side;
 use super::{Condensed, Interfaces};
 use crate::kinematics::frame_motion::SixOf;
@@ -9,6 +11,18 @@ use crate::system::number::{Number, dot};
 use crate::system::{State, System};
 
 impl Condensed {
+    /// Adds the last solve to velocities or accelerations, whose linear parts are in world axes.
+    pub fn add_step(&self, system: &System, evaluation: &Evaluation, rates: &mut [f64]) {
+        for (index, body) in system.bodies.iter().enumerate() {
+            let step = &self.step[body.velocities.clone()];
+            let linear = evaluation.poses[index].axes * Vector3::from_column_slice(&step[..3]);
+            let rates = &mut rates[body.velocities.clone()];
+            for (k, rate) in rates.iter_mut().enumerate() {
+                *rate += if k < 3 { linear[k] } else { step[k] };
+            }
+        }
+    }
+
     /// Solves `S δq - Bᵀ δλ = -residual, B δq + c δλ = changes`: `step` and `force_step`. Where interfaces follow their
     /// forces, also `residual_step`, with what the evaluation's interface forces and displacements still differ by.
     pub fn solve(
