@@ -21,6 +21,7 @@ use dcb_workflow::part_study::sweep::Sweep;
 use dcb_workflow::part_study::variant::Variant;
 use dcb_workflow::part_study::{ComponentStudy, recorded, run};
 use dcb_workflow::progress_bar::Display;
+use dcb_workflow::shard::Shard;
 use faer::linalg::solvers::Solve as _;
 use faer::{Mat, Side, c64};
 
@@ -46,6 +47,7 @@ fn study(modes: &[usize], band: BandChoice) -> ComponentStudy {
         points: POINTS,
         loss_factor: LOSS_FACTOR,
         memory: MemoryLimit::default(),
+        shard: Shard::WHOLE,
     }
 }
 

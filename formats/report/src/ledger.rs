@@ -6,11 +6,12 @@
 //! ```
 //!
 //! A run that is stopped, even in the middle of a line, loses the row it was at and no other. A later run with the same settings
-//! finds the finished rows by their keys; other settings are refused, because their rows don't compare.
+//! finds the finished rows by their keys; other settings are refused, because their rows don't compare. Several processes may add to one
+//! ledger, on one machine or on several with a common file system that has locks: each line is written under a lock of the file.
 
 use std::collections::BTreeMap;
 use std::fs::{File, OpenOptions};
-use std::io::{Seek as _, SeekFrom, Write as _};
+use std::io::{self, Read as _, Seek as _, SeekFrom, Write as _};
 use std::path::{Path, PathBuf};
 
 use serde::de::DeserializeOwned;
@@ -18,7 +19,6 @@ use serde::{Deserialize, Serialize};
 use serde_json::Value;
 
 use dcb_formats::Error;
-use dcb_formats::output::write_text;
 
 /// Treatment of rows that are there already.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -36,6 +36,10 @@ pub struct Ledger<R> {
     path: PathBuf,
     file: File,
     rows: BTreeMap<String, R>,
+    /// Bytes that were read or written: whole lines.
+    known: u64,
+    /// Lines among them.
+    lines: u64,
 }
 
 #[derive(Serialize, Deserialize)]
@@ -67,50 +71,114 @@ impl<R: Serialize + DeserializeOwned> Ledger<R> {
             study: study.to_owned(),
             settings: settings.clone(),
         };
-        let text = match (std::fs::read_to_string(path), start) {
-            (Ok(text), Start::Continue) => text,
-            (Err(error), Start::Continue) if error.kind() != std::io::ErrorKind::NotFound => {
-                return Err(Error::io(path, "cannot read", error));
-            }
-            _ => String::new(),
-        };
-        // Only what ends in a line break was written completely.
-        let whole = text.rfind('\n').map_or(0, |end| end + 1);
-        let mut rows = BTreeMap::new();
-        if whole == 0 {
-            let line = serde_json::to_string(&head).map_err(|error| not_json(path, &error))?;
-            if !line.starts_with(&text) {
-                check_head(path, &text, &head)?;
-            }
-            write_text(path, &(line + "\n"))?;
-        } else {
-            let mut lines = text[..whole].lines();
-            check_head(path, lines.next().unwrap_or(""), &head)?;
-            for (index, line) in lines.enumerate() {
-                let found: OwnedLine<R> =
-                    serde_json::from_str(line).map_err(|error| Error::Line {
-                        path: path.to_owned(),
-                        line: index as u64 + 2,
-                        message: format!(
-                            "is no row of this study ({error}); remove the line, or start anew with --force"
-                        ),
-                    })?;
-                rows.insert(found.key, found.row);
-            }
-        }
-        let mut file = (OpenOptions::new().read(true).write(true).open(path))
+        let file = OpenOptions::new()
+            .read(true)
+            .write(true)
+            .create(true)
+            .truncate(false)
+            .open(path)
             .map_err(|error| Error::io(path, "cannot write", error))?;
-        if whole > 0 {
-            file.set_len(whole as u64)
-                .map_err(|error| Error::io(path, "cannot write", error))?;
-        }
-        file.seek(SeekFrom::End(0))
-            .map_err(|error| Error::io(path, "cannot write", error))?;
-        Ok(Self {
+        let mut ledger = Self {
             path: path.to_owned(),
             file,
-            rows,
-        })
+            rows: BTreeMap::new(),
+            known: 0,
+            lines: 0,
+        };
+        ledger.alone(|ledger| ledger.begin(&head, start))?;
+        Ok(ledger)
+    }
+
+    /// Reads the rows that are there, or writes the first line.
+    fn begin(&mut self, head: &Head, start: Start) -> Result<(), Error> {
+        let text = match start {
+            Start::Continue => self.unread()?,
+            Start::Anew => String::new(),
+        };
+        match text.split_once('\n') {
+            Some((first, _)) => {
+                check_head(&self.path, first, head)?;
+                (self.known, self.lines) = (first.len() as u64 + 1, 1);
+                self.refresh_alone()
+            }
+            None => {
+                let line = serde_json::to_string(head).map_err(|e| not_json(&self.path, &e))?;
+                if !line.starts_with(&text) {
+                    check_head(&self.path, &text, head)?;
+                }
+                self.append(&line)
+            }
+        }
+    }
+
+    /// Reads the rows that other processes have added.
+    ///
+    /// # Errors
+    /// [`Error::Line`] for a complete line that isn't a row; [`Error::Io`].
+    pub fn refresh(&mut self) -> Result<(), Error> {
+        self.alone(Self::refresh_alone)
+    }
+
+    /// Does something that no other process does at the same time.
+    fn alone<T>(&mut self, work: impl FnOnce(&mut Self) -> Result<T, Error>) -> Result<T, Error> {
+        match self.file.lock() {
+            // A file system without locks has one process at a time.
+            Err(error) if error.kind() != io::ErrorKind::Unsupported => {
+                return Err(Error::io(&self.path, "cannot lock", error));
+            }
+            _ => {}
+        }
+        let done = work(self);
+        // The lock ends with the file at the latest.
+        let _ = self.file.unlock();
+        done
+    }
+
+    fn refresh_alone(&mut self) -> Result<(), Error> {
+        let text = self.unread()?;
+        // Only what ends in a line break was written completely.
+        for line in text.split_inclusive('\n') {
+            let Some(whole) = line.strip_suffix('\n') else {
+                break;
+            };
+            let found: OwnedLine<R> = serde_json::from_str(whole).map_err(|error| Error::Line {
+                path: self.path.clone(),
+                line: self.lines + 1,
+                message: format!(
+                    "is no row of this study ({error}); remove the line, or start anew with --force"
+                ),
+            })?;
+            self.rows.insert(found.key, found.row);
+            self.known += line.len() as u64;
+            self.lines += 1;
+        }
+        Ok(())
+    }
+
+    /// The text after what is known.
+    fn unread(&mut self) -> Result<String, Error> {
+        let mut text = Vec::new();
+        (self.file.seek(SeekFrom::Start(self.known)))
+            .and_then(|_| self.file.read_to_end(&mut text))
+            .and_then(|_| String::from_utf8(text).map_err(|_| io::ErrorKind::InvalidData.into()))
+            .map_err(|error| Error::io(&self.path, "cannot read", error))
+    }
+
+    /// Writes a line after what is known, in the place of half a line that a killed process left there.
+    fn append(&mut self, line: &str) -> Result<(), Error> {
+        let written = (self.file.set_len(self.known))
+            .and_then(|()| self.file.seek(SeekFrom::Start(self.known)))
+            .and_then(|_| self.file.write_all(format!("{line}\n").as_bytes()))
+            .and_then(|()| self.file.sync_data());
+        let size = line.len() as u64 + 1;
+        if let Err(error) = written {
+            // Half a line must not stand before the next one.
+            let _ = self.file.set_len(self.known);
+            return Err(Error::not_written(&self.path, size, error));
+        }
+        self.known += size;
+        self.lines += 1;
+        Ok(())
     }
 
     /// The row under a key, if it is there.
@@ -135,17 +203,10 @@ impl<R: Serialize + DeserializeOwned> Ledger<R> {
     pub fn add(&mut self, key: &str, row: R) -> Result<(), Error> {
         let line = Line { key, row: &row };
         let text = serde_json::to_string(&line).map_err(|error| not_json(&self.path, &error))?;
-        let line = text + "\n";
-        let before = (self.file.metadata())
-            .map_err(|error| Error::io(&self.path, "cannot write", error))?
-            .len();
-        let added = (self.file.write_all(line.as_bytes())).and_then(|()| self.file.sync_data());
-        if let Err(error) = added {
-            // Half a line must not stand before the next one.
-            let _ = self.file.set_len(before);
-            let _ = self.file.seek(SeekFrom::End(0));
-            return Err(Error::not_written(&self.path, line.len() as u64, error));
-        }
+        self.alone(|ledger| {
+            ledger.refresh_alone()?;
+            ledger.append(&text)
+        })?;
         self.rows.insert(key.to_owned(), row);
         Ok(())
     }
@@ -242,6 +303,33 @@ mod tests {
             let again = open(&path, &settings, Start::Continue).unwrap();
             assert_eq!(again.row("three"), Some(&3.0), "cut at {cut}");
         }
+    }
+
+    #[test]
+    fn several_hands_write_one_ledger() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("rows.jsonl");
+        let settings = json!({ "points": 40 });
+        std::thread::scope(|scope| {
+            for hand in 0..4 {
+                let (path, settings) = (&path, &settings);
+                scope.spawn(move || {
+                    let mut ledger = open(path, settings, Start::Continue).unwrap();
+                    for row in 0..25 {
+                        ledger
+                            .add(&format!("{hand}/{row}"), f64::from(row))
+                            .unwrap();
+                    }
+                });
+            }
+        });
+        let mut early = open(&path, &settings, Start::Continue).unwrap();
+        assert_eq!(early.len(), 100);
+        let mut late = open(&path, &settings, Start::Continue).unwrap();
+        late.add("late", 1.0).unwrap();
+        assert_eq!(early.row("late"), None);
+        early.refresh().unwrap();
+        assert_eq!(early.row("late"), Some(&1.0));
     }
 
     #[test]

@@ -27,6 +27,7 @@ mod lock_file;
 mod page_room;
 mod plain_words;
 pub mod progress_bar;
+pub mod shard;
 mod workers;
 
 // No part of the door: for the other crates of this workspace and its tests.

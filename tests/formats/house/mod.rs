@@ -5,6 +5,7 @@ mod circles;
 mod crates;
 mod named_paths;
 mod one_writer;
+mod top_level;
 
 use std::collections::BTreeSet;
 use std::fs;

@@ -35,7 +35,7 @@ const ALLOWED: [(&str, &str); 8] = [
     ),
     (
         "formats/report/src/ledger.rs",
-        "adds lines to a file that the writer made, and takes half ones back",
+        "adds lines to a file under its lock, and takes half ones back",
     ),
     (
         "reducer/workflow/src/batch/results.rs",

@@ -196,6 +196,18 @@ impl Selection {
         })
     }
 
+    /// The same of a superelement that has further columns beside those of the one that the selection was made for; none of these stays.
+    #[must_use]
+    pub fn of_richer(self, richer: &Superelement) -> Self {
+        let further = further_names(richer);
+        let place = |at: &usize| further.iter().position(|name| *name == self.further[*at]);
+        Self {
+            enrichment: self.enrichment.iter().filter_map(place).collect(),
+            further,
+            ..self
+        }
+    }
+
     /// The same with no more than this many dynamic attachments, the softest. The flexibility of the others acts without inertia.
     pub fn with_attachments(self, count: usize) -> Self {
         Self {

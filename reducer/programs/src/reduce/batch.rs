@@ -19,6 +19,7 @@ use dcb_workflow::batch::results::RESULTS;
 use dcb_workflow::batch::table::{table, word};
 use dcb_workflow::batch::{Batch, Earlier, Fate, io_error, run as make};
 use dcb_workflow::progress_bar::Display;
+use dcb_workflow::shard::Shard;
 
 /// Outputs.
 #[derive(Debug, Args)]
@@ -39,7 +40,7 @@ pub struct BatchArguments {
     #[arg(long, value_name = "FOLDER")]
     pub scratch: Option<PathBuf>,
     /// Only every Nth part, beginning with the Ith: array task I of N.
-    #[arg(long, value_name = "I/N", allow_hyphen_values = true, value_parser = shard)]
+    #[arg(long, value_name = "I/N", allow_hyphen_values = true)]
     pub shard: Option<Shard>,
     /// Make again what is complete and unchanged.
     #[arg(long)]
@@ -51,25 +52,6 @@ pub struct BatchArguments {
     pub no_cache: bool,
 }
 
-/// A part of the parts.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Shard {
-    /// Which, from 1.
-    pub index: usize,
-    /// Of how many.
-    pub count: usize,
-}
-
-fn shard(text: &str) -> Result<Shard, String> {
-    let parsed = text
-        .split_once('/')
-        .and_then(|(index, count)| Some((index.parse().ok()?, count.parse().ok()?)));
-    match parsed {
-        Some((index, count)) if (1..=count).contains(&index) => Ok(Shard { index, count }),
-        _ => Err("I/N is wanted with I from 1 to N, for example 3/8".into()),
-    }
-}
-
 /// Processes of the batch, which an interruption ends.
 static PROCESSES: Processes = Processes::none();
 /// Parts that are complete, and how many there are, for the last words of an interrupted batch.
@@ -77,8 +59,8 @@ static COMPLETE: AtomicUsize = AtomicUsize::new(0);
 
 pub fn run(arguments: &BatchArguments, common: &CommonArguments) -> Result<Outcome, Error> {
     let mut parts = read_manifest(&arguments.manifest)?;
-    if let Some(Shard { index, count }) = arguments.shard {
-        parts = parts.into_iter().skip(index - 1).step_by(count).collect();
+    if let Some(shard) = arguments.shard {
+        parts = shard.of(parts).collect();
     }
     let folder = match &arguments.output {
         Some(folder) => folder.clone(),

@@ -23,11 +23,10 @@ use dcb_workflow::part_study::request::StudyRequest;
 use dcb_workflow::part_study::sources::Sources;
 use dcb_workflow::part_study::variant::Variant;
 use dcb_workflow::part_study::{ComponentStudy, missing, recorded, run as make};
+use dcb_workflow::shard::{Shard, waiting_for_others};
 
 /// Name of the ledger in a study's folder.
 const LEDGER: &str = "rows.jsonl";
-/// Files that reductions are written to.
-const SCRATCH: &str = "timing.dcb.h5";
 
 /// Subject of the study.
 #[derive(Debug, Args)]
@@ -66,6 +65,14 @@ pub struct ComponentStudyArguments {
     pub tolerance: f64,
     #[command(flatten)]
     pub part: PartArguments,
+    /// Only every Nth reduction, beginning with the Ith: array task I of N. All tasks have one folder.
+    #[arg(
+        long,
+        value_name = "I/N",
+        allow_hyphen_values = true,
+        conflicts_with = "force"
+    )]
+    pub shard: Option<Shard>,
     /// Start anew where the folder has rows already.
     #[arg(long)]
     pub force: bool,
@@ -117,9 +124,11 @@ pub fn run(
     let files = PartFiles::of(&arguments.stiffness, &arguments.part)?;
     let component = files.read(arguments.memory.limit(&folder).bytes, common.told())?;
     let named = |error: Error| error.naming_the_file(&files.files);
-    let scratch = folder.join(SCRATCH);
+    let shard = arguments.shard.unwrap_or(Shard::WHOLE);
+    let scratch = folder.join(scratch_name(shard));
     let request = arguments.request();
     let study = (request.study(&component, arguments.memory.limit(&scratch))).map_err(named)?;
+    let study = ComponentStudy { shard, ..study };
     let start = if arguments.force {
         Start::Anew
     } else {
@@ -141,17 +150,19 @@ pub fn run(
     );
     progress.clear();
     if let Err(error) = made {
-        // Nothing is left of a study without a row.
-        if ledger.is_empty() {
+        // Nothing is left of a study without a row, unless others are at theirs.
+        if ledger.is_empty() && shard.is_whole() {
             drop(ledger);
             let _ = std::fs::remove_file(folder.join(LEDGER));
             let _ = std::fs::remove_dir(&folder);
         }
         return Err(named(error));
     }
-    let (reference, rows) = recorded(&study, &ledger).ok_or(Error::NotFinite {
-        what: "the rows of the study",
-    })?;
+    ledger.refresh()?;
+    let Some((reference, rows)) = recorded(&study, &ledger) else {
+        let (made, all) = (study.made(&ledger), study.rows());
+        return Ok(Outcome::done(waiting_for_others(made, all, &folder)));
+    };
     let report = Report::new(reference, &rows, arguments.tolerance);
     report.write(&folder)?;
     let output = format!(
@@ -160,6 +171,14 @@ pub fn run(
         folder.join("report.html").display()
     );
     Ok(Outcome::done(output))
+}
+
+/// Name of the file that the reductions of a shard are written to.
+fn scratch_name(shard: Shard) -> String {
+    match shard.is_whole() {
+        true => "timing.dcb.h5".to_owned(),
+        false => format!("timing-{}.dcb.h5", shard.index()),
+    }
 }
 
 impl ComponentStudyArguments {

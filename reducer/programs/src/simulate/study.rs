@@ -17,8 +17,10 @@ use dcb_workflow::progress_bar::bar;
 use dcb_workflow::scene_study::grid::Grid;
 use dcb_workflow::scene_study::monitor::Monitor;
 use dcb_workflow::scene_study::{
-    Combination, Lists, ModeCount, SceneReference, SceneStudy, Setting, Store, Subject, report,
+    Combination, Conducted, Lists, ModeCount, Plan, SceneReference, SceneStudy, Setting, Store,
+    Subject, report,
 };
+use dcb_workflow::shard::{Shard, waiting_for_others};
 
 /// How far the inertia of bodies follows their deflection.
 #[derive(Clone, Copy, Debug, ValueEnum)]
@@ -82,6 +84,14 @@ pub struct StudyArguments {
     /// Folder of the study [default: SCENE.study]. One that was stopped, or is done, goes on.
     #[arg(long, short, value_name = "FOLDER")]
     output: Option<PathBuf>,
+    /// Only every Nth row, beginning with the Ith: array task I of N. All tasks have one folder.
+    #[arg(
+        long,
+        value_name = "I/N",
+        allow_hyphen_values = true,
+        conflicts_with = "force"
+    )]
+    shard: Option<Shard>,
     /// Start anew in a folder that has a study.
     #[arg(long)]
     force: bool,
@@ -123,21 +133,25 @@ pub fn run(arguments: &StudyArguments, common: &CommonArguments) -> Result<Outco
     let mut store = Store::open(folder, &subject, &first, grid, start)?;
     watch_for_interruption();
     let monitor = monitor(common);
-    let conducted = SceneStudy::conduct(
-        subject,
-        &settings,
+    let plan = Plan {
+        settings: &settings,
+        shard: arguments.shard.unwrap_or(Shard::WHOLE),
         first,
         grid,
-        &mut store,
-        threads(common),
-        &monitor,
-    );
+    };
+    let conducted = SceneStudy::conduct(subject, plan, &mut store, threads(common), &monitor);
     monitor.close();
-    let Some(study) = conducted? else {
-        return Ok(Outcome::interrupted(format!(
-            "{}: stopped; the same command goes on with the rows that are left\n",
-            folder.display()
-        )));
+    let study = match conducted? {
+        Conducted::Complete(study) => study,
+        Conducted::Shared { made, of } => {
+            return Ok(Outcome::done(waiting_for_others(made, of, folder)));
+        }
+        Conducted::Stopped => {
+            return Ok(Outcome::interrupted(format!(
+                "{}: stopped; the same command goes on with the rows that are left\n",
+                folder.display()
+            )));
+        }
     };
     report::write(&study, &store, tolerance)?;
     Ok(Outcome::done(told(&study, &store, tolerance)))

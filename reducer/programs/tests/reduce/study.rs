@@ -363,3 +363,36 @@ fn an_interrupted_study_keeps_its_rows() {
     assert!(after.starts_with(&before[..whole]));
     assert_eq!(after.lines().count(), 2 + 18);
 }
+
+/// Array tasks beside each other in one folder leave what one process does.
+#[test]
+fn shards_share_the_reductions_out() {
+    let folder = Folder::rotor();
+    let whole = folder.done(&format!("{SMALL} -o whole"));
+    says!(whole, "wrote whole/report.html");
+    folder
+        .run(&format!("{SMALL} --shard 3/2"))
+        .is_error(2, &["--shard", "I from 1 to N"]);
+    folder
+        .run(&format!("{SMALL} --shard 1/2 --force"))
+        .is_error(2, &["--shard", "--force"]);
+    let first = folder.done(&format!("{SMALL} -o shared --shard 1/3"));
+    says!(first, "of 10 rows are there", "without --shard");
+    assert!(!folder.path("shared/report.html").exists());
+    let running =
+        ["2/3", "3/3"].map(|shard| folder.start(&format!("{SMALL} -o shared --shard {shard}")));
+    let ends = running.map(crate::support::Answer::at_end);
+    assert!(ends.iter().all(|end| end.code == Some(0)), "{ends:?}");
+    assert!(
+        ends.iter()
+            .any(|end| end.stdout.contains("wrote shared/report.html")),
+        "{ends:?}"
+    );
+    let keys = |study: &str| rows(&folder, study).into_keys().collect::<Vec<_>>();
+    assert_eq!(keys("shared"), keys("whole"));
+    for (key, row) in rows(&folder, "shared") {
+        let other = &rows(&folder, "whole")[&key];
+        assert_eq!(row["row"]["errors"], other["row"]["errors"], "{key}");
+    }
+    assert_eq!(folder.names_with("timing"), [""; 0]);
+}

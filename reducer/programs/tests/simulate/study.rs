@@ -6,7 +6,7 @@ use dcb_samples::{RodSection, planar_rod};
 use serde_json::{Value, json};
 
 use crate::scene_folder::pendulum;
-use crate::support::{Folder, list, number, says};
+use crate::support::{Answer, Folder, list, number, says};
 
 /// Options that take a second.
 const COARSE: &str = "study scene.json --modes 1,all --compatibility strong,static --step 1e-5,1e-4,2e-4 --outputs midpoint_deflection,slider_position";
@@ -478,4 +478,40 @@ fn a_scene_can_use_fewer_modes_than_the_file_has() {
     );
     folder.set_scene("bodies/crank/modes", 1);
     folder.refused("scene.json --force", &["a rigid body has no `modes`"]);
+}
+
+/// Array tasks beside each other in one folder leave what one process does.
+#[test]
+fn shards_share_the_rows_out() {
+    let folder = Folder::one_turn();
+    folder.done(&format!("{COARSE} -o whole"));
+    folder.refused_each(&[
+        (
+            &format!("{COARSE} --shard 0/2"),
+            &["--shard", "I from 1 to N"],
+        ),
+        (
+            &format!("{COARSE} --shard 1/2 --force"),
+            &["--shard", "--force"],
+        ),
+    ]);
+    let late = folder
+        .done(&format!("{COARSE} -o shared --shard 2/3"))
+        .stdout;
+    says!(late, "4 of 12 rows are there", "without --shard");
+    let running =
+        ["1/3", "3/3"].map(|shard| folder.start(&format!("{COARSE} -o shared --shard {shard}")));
+    let ends = running.map(Answer::at_end);
+    assert!(ends.iter().all(|end| end.code == Some(0)), "{ends:?}");
+    assert!(
+        ends.iter()
+            .any(|end| end.stdout.contains("12 rows, 12 of them stable")),
+        "{ends:?}"
+    );
+    let errors = |study: &str| -> Vec<Value> {
+        let study = folder.json(&format!("{study}/study.json"));
+        let rows = list(&study["rows"]).iter();
+        rows.map(|row| row["error_measured"].clone()).collect()
+    };
+    assert_eq!(errors("shared"), errors("whole"));
 }

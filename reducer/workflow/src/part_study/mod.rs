@@ -36,6 +36,7 @@ use self::reference::{BandChoice, ComponentReference};
 use self::sweep::{ReductionRun, Sweep};
 use self::timed::timed;
 use self::variant::{ReducedPart, Variant};
+use crate::shard::Shard;
 use dcb_formats::units::hertz;
 use dcb_reducer::InterfaceModes;
 use dcb_reducer::ModeSelection;
@@ -61,9 +62,26 @@ pub struct ComponentStudy {
     pub loss_factor: f64,
     /// Memory.
     pub memory: MemoryLimit,
+    /// The share of the reductions that is made here.
+    pub shard: Shard,
 }
 
-/// Makes what the ledger doesn't have yet. `scratch` is a file that reductions are written to; `complete` follows the rows that the ledger has.
+impl ComponentStudy {
+    /// Rows of all shares together.
+    pub fn rows(&self) -> usize {
+        let runs = self.sweep.runs();
+        runs.iter().map(|run| run.variants.len()).sum()
+    }
+
+    /// Those of them that the ledger has.
+    pub fn made(&self, ledger: &Ledger<ComponentEntry>) -> usize {
+        let runs = self.sweep.runs();
+        let keys = (runs.iter()).flat_map(|run| run.variants.iter().map(|of| run.key(*of)));
+        keys.filter(|key| ledger.row(key).is_some()).count()
+    }
+}
+
+/// Makes what the ledger doesn't have yet of this share. `scratch` is a file that reductions are written to; `complete` follows the rows that the ledger has.
 ///
 /// # Errors
 /// Those of [`ComponentReference::compute`], `timed()` and [`Ledger::add`].
@@ -76,14 +94,7 @@ pub fn run(
     complete: &AtomicUsize,
 ) -> Result<(), Error> {
     let missing: Vec<ReductionRun> = missing(study, ledger);
-    let rows: usize = study
-        .sweep
-        .runs()
-        .iter()
-        .map(|run| run.variants.len())
-        .sum();
-    let left: usize = missing.iter().map(|run| run.variants.len()).sum();
-    complete.store(rows - left, Ordering::SeqCst);
+    complete.store(study.made(ledger), Ordering::SeqCst);
     if missing.is_empty() && ledger.row(REFERENCE).is_some() {
         return Ok(());
     }
@@ -121,9 +132,9 @@ pub fn run(
     Ok(())
 }
 
-/// Reductions with rows that the ledger doesn't have.
+/// Reductions of this share with rows that the ledger doesn't have.
 pub fn missing(study: &ComponentStudy, ledger: &Ledger<ComponentEntry>) -> Vec<ReductionRun> {
-    let mut runs = study.sweep.runs();
+    let mut runs: Vec<ReductionRun> = study.shard.of(study.sweep.runs()).collect();
     for run in &mut runs {
         let known = run.clone();
         run.variants

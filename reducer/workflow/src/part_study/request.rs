@@ -9,6 +9,8 @@ use dcb_reducer::model::condensation::Model;
 use dcb_reducer::resources::memory_limit::MemoryLimit;
 use serde::Deserialize;
 
+use crate::shard::Shard;
+
 use super::ComponentStudy;
 use super::reference::BandChoice;
 use super::sources::Sources;
@@ -82,6 +84,7 @@ impl StudyRequest {
             },
             band: self.band_choice(component)?,
             points: self.points,
+            shard: Shard::WHOLE,
             loss_factor: self.loss_factor,
             memory,
         })

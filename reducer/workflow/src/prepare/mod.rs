@@ -25,7 +25,7 @@ use crate::scene_study::motion::{self, Course};
 use dcb_demand::SuperelementFiles;
 use dcb_demand::coordinate_search::Trial;
 use dcb_demand::pruning::{NarrowedScene, Pruning};
-use dcb_formats::scene::Compatibility;
+use dcb_formats::scene::{Compatibility, Scene};
 use dcb_runtime::error::Error;
 use trials::{Found, Start, Trials};
 
@@ -95,12 +95,8 @@ pub fn prepare(
     };
     let limit = SHARE * tolerance;
     let open = SuperelementFiles::default();
-    let mut pruning = Pruning::of(scene, &open, PRUNED * tolerance)?;
-    let mut start = unless_stopped!(trials.start(scene, &pruning)?);
-    if start.error > limit {
-        pruning = Pruning::nothing(scene, &open)?;
-        start = unless_stopped!(trials.start(scene, &pruning)?);
-    }
+    let (pruning, mut start) =
+        unless_stopped!(first_good_enough(&trials, scene, &open, tolerance)?);
     if integration == Integration::Adapted {
         let coarser = trials.coarsest_iteration(start, ITERATION * tolerance)?;
         start = unless_stopped!(coarser);
@@ -120,6 +116,27 @@ pub fn prepare(
         runs: trials.made.get(),
         reference,
     }))
+}
+
+/// The first of these with which the outputs are within the tolerance: what the scene needs of the superelements without their Krylov columns,
+/// what it needs of all of them, everything. `None` if the user stopped it.
+fn first_good_enough(
+    trials: &Trials,
+    scene: &Scene,
+    open: &SuperelementFiles,
+    tolerance: f64,
+) -> Result<Option<(Pruning, Start)>, Error> {
+    let pruned = PRUNED * tolerance;
+    let plain = Pruning::without_krylov_columns(scene, open, pruned)?;
+    for pruning in plain.into_iter().chain([Pruning::of(scene, open, pruned)?]) {
+        let start = unless_stopped!(trials.start(scene, &pruning)?);
+        if start.error <= SHARE * tolerance {
+            return Ok(Some((pruning, start)));
+        }
+    }
+    let pruning = Pruning::nothing(scene, open)?;
+    let start = unless_stopped!(trials.start(scene, &pruning)?);
+    Ok(Some((pruning, start)))
 }
 
 /// The start and the coordinates with which a run takes the least time.

@@ -34,6 +34,8 @@ pub struct ComponentDemand {
     pub idle_loads: Vec<String>,
     /// The scene's file.
     pub scene: PathBuf,
+    /// How the scene's interfaces follow the coordinates.
+    pub compatibility: Compatibility,
     /// The scene's dimension: a spatial component may be meant for a planar scene.
     pub dimension: Dimension,
 }
@@ -108,6 +110,7 @@ impl ComponentDemand {
             component,
             idle_loads,
             scene: part.path.clone(),
+            compatibility: part.scene.compatibility,
             dimension,
         })
     }

@@ -26,6 +26,10 @@ use dcb_superelement::error_bounds::POINTS;
 
 /// The first search takes the modes up to this factor of the scene's highest frequency.
 const BEYOND: f64 = 1.5;
+/// Error of a part with Krylov columns and modes up to [`BEYOND`]: 1.1e-3 was seen for a connecting rod.
+const KRYLOV_ERROR: f64 = 1.5e-3;
+/// The power of the first ω² left out with which it falls, at first.
+const KRYLOV_ORDER: f64 = 2.7;
 /// Each further one takes this many times as many.
 const GROWTH: f64 = 1.5;
 /// And at least this many more.
@@ -43,7 +47,7 @@ pub enum Extent {
     /// It is.
     #[default]
     Needed,
-    /// It stays: the superelement has enough for the scene, and more.
+    /// It stays: the superelement has enough for the scene, and more. The second Krylov block of the interfaces makes it exact with few modes.
     Everything,
 }
 
@@ -115,6 +119,10 @@ impl Search<'_> {
         if are_loads_asked && !is_seen_in_plane && !sources.contains(&loads) {
             sources.push(loads);
         }
+        let krylov = EnrichmentSource::Krylov;
+        if self.makes_a_reference() && !sources.contains(&krylov) {
+            sources.push(krylov);
+        }
         let mut found = self.enough_modes(&sources, observer)?;
         let tolerance = self.limits.tolerance;
         if is_seen_in_plane {
@@ -141,6 +149,15 @@ impl Search<'_> {
             found.reduced = enriched;
         }
         Ok(found)
+    }
+
+    /// Whether the superelement shall be exact rather than small, and its form has further columns as coordinates.
+    fn makes_a_reference(&self) -> bool {
+        self.limits.extent == Extent::Everything
+            && self.asked.compatibility == Compatibility::Strong
+            && self.asked.demand.band.frequency.is_some()
+            && !self.asked.is_seen_in_plane()
+            && !self.asked.is_rigid()
     }
 
     fn enough_modes(
@@ -199,7 +216,11 @@ impl Search<'_> {
         match (self.asked.demand.band.frequency, most_modes) {
             (None, most) => ModeSelection::Lowest(most.unwrap_or(default_modes)),
             (Some(frequency), most) => {
-                let eigenvalue = (TAU * BEYOND * frequency).powi(2);
+                let beyond = match self.makes_a_reference() {
+                    true => self.beyond_with_krylov_columns(),
+                    false => BEYOND,
+                };
+                let eigenvalue = (TAU * beyond * frequency).powi(2);
                 match most {
                     _ if frequency <= 0.0 => ModeSelection::Lowest(0),
                     Some(count) => ModeSelection::BelowAtMost { eigenvalue, count },
@@ -207,6 +228,13 @@ impl Search<'_> {
                 }
             }
         }
+    }
+
+    /// How far beyond the scene's highest frequency the modes go so that Krylov columns make the error small enough: it falls at least with this
+    /// power of the first ω² left out.
+    fn beyond_with_krylov_columns(&self) -> f64 {
+        let smaller = KRYLOV_ERROR / (SHARE * self.limits.tolerance);
+        BEYOND * smaller.powf(0.5 / KRYLOV_ORDER).max(1.0)
     }
 
     fn reduced(

@@ -25,6 +25,7 @@ use std::sync::Mutex;
 
 use dcb_report::{Candidate, cheapest_within, pareto_front};
 
+use crate::shard::Shard;
 use crate::workers::{lock, on_threads};
 use dcb_runtime::error::Error;
 use grid::{Grid, Trace};
@@ -54,6 +55,34 @@ pub struct SceneStudy {
     pub threads: usize,
 }
 
+/// What is run.
+#[derive(Clone, Copy, Debug)]
+pub struct Plan<'a> {
+    /// The rows of the study.
+    pub settings: &'a [Setting],
+    /// The share of them that is made here.
+    pub shard: Shard,
+    /// The options with which the reference begins.
+    pub first: Setting,
+    /// The times of comparison.
+    pub grid: Grid,
+}
+
+/// How far a study came.
+pub enum Conducted {
+    /// To its end.
+    Complete(Box<SceneStudy>),
+    /// As far as this share goes: so many rows of all are there.
+    Shared {
+        /// Rows that are there.
+        made: usize,
+        /// Rows of all shares.
+        of: usize,
+    },
+    /// Until the user stopped it: what was made until then is in the store.
+    Stopped,
+}
+
 /// A run to be made for its values.
 enum Job {
     Reference,
@@ -61,24 +90,28 @@ enum Job {
 }
 
 impl SceneStudy {
-    /// Makes what isn't in the store yet; `None` if the user stopped it: what was made until then is in the store.
+    /// Makes what isn't in the store yet of a share of the rows; the first share makes the reference too.
     ///
     /// # Errors
     /// The error that stopped the reference; files that can't be read or written. A row that fails is told in the row.
     pub fn conduct(
         subject: Subject,
-        settings: &[Setting],
-        first: Setting,
-        grid: Grid,
+        plan: Plan<'_>,
         store: &mut Store,
         threads: NonZeroUsize,
         monitor: &Monitor,
-    ) -> Result<Option<Self>, Error> {
+    ) -> Result<Conducted, Error> {
+        let Plan {
+            settings,
+            shard,
+            first,
+            grid,
+        } = plan;
         let mut jobs = VecDeque::new();
-        if store.reference(&subject).is_none() {
+        if shard.is_first() && store.reference(&subject).is_none() {
             jobs.push_back(Job::Reference);
         }
-        for setting in settings {
+        for setting in shard.of(settings) {
             if store.course(&subject, setting).is_none() {
                 monitor.expect(motion::steps_of(&setting.applied_to(&subject)?)?);
                 jobs.push_back(Job::Row(*setting));
@@ -86,25 +119,54 @@ impl SceneStudy {
         }
         let threads = threads.get().min(jobs.len().max(1));
         make(&subject, first, grid, jobs, store, threads, monitor)?;
-        if monitor.is_stopped() || !measure(&subject, settings, store, monitor)? {
-            return Ok(None);
+        if monitor.is_stopped() || !measure(&subject, shard.of(settings), store, monitor)? {
+            return Ok(Conducted::Stopped);
         }
-        let (reference, reference_trace) = unless_stopped!(store.reference(&subject));
-        let (mut rows, mut traces) = (Vec::new(), Vec::new());
+        store.refresh()?;
+        Ok(
+            match Self::composed(subject, settings, grid, store, threads) {
+                Ok(study) => Conducted::Complete(Box::new(study)),
+                Err(made) => Conducted::Shared {
+                    made,
+                    of: settings.len(),
+                },
+            },
+        )
+    }
+
+    /// The study of what is in the store, or how many rows are there if some or the reference are missing.
+    fn composed(
+        subject: Subject,
+        settings: &[Setting],
+        grid: Grid,
+        store: &Store,
+        threads: usize,
+    ) -> Result<Self, usize> {
+        let mut made = Vec::new();
         for setting in settings {
-            let (course, trace) = unless_stopped!(store.course(&subject, setting));
-            let timing = store.timing(setting);
+            if let Some((course, trace)) = store.course(&subject, setting)
+                && (course.stopped.is_some() || store.timing(setting).is_some())
+            {
+                made.push((*setting, course, trace));
+            }
+        }
+        let complete = made.len() == settings.len();
+        let reference = store.reference(&subject).filter(|_| complete);
+        let (reference, reference_trace) = reference.ok_or(made.len())?;
+        let (mut rows, mut traces) = (Vec::new(), Vec::new());
+        for (setting, course, trace) in made {
+            let timing = store.timing(&setting);
             let compared = (&reference, &reference_trace);
             rows.push(SceneRow::of(
                 &subject,
-                *setting,
+                setting,
                 (course, &trace),
                 timing,
                 compared,
             ));
             traces.push(trace);
         }
-        Ok(Some(Self {
+        Ok(Self {
             subject,
             grid,
             reference,
@@ -112,7 +174,7 @@ impl SceneStudy {
             rows,
             traces,
             threads,
-        }))
+        })
     }
 
     /// The rows as candidates of the Pareto front: wall time for a unit of simulated time, and largest relative error.
@@ -172,9 +234,9 @@ fn make(
 }
 
 /// Times the rows that came to their end, one after the other; whether all were.
-fn measure(
+fn measure<'a>(
     subject: &Subject,
-    settings: &[Setting],
+    settings: impl Iterator<Item = &'a Setting>,
     store: &mut Store,
     monitor: &Monitor,
 ) -> Result<bool, Error> {

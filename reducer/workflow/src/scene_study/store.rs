@@ -110,6 +110,11 @@ impl Store {
         }
     }
 
+    /// Reads what other processes have added.
+    pub(super) fn refresh(&mut self) -> Result<(), Error> {
+        Ok(self.ledger.refresh()?)
+    }
+
     /// Keeps the reference.
     pub(super) fn keep_reference(
         &mut self,

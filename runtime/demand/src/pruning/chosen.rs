@@ -65,13 +65,16 @@ impl<'a> Chooser<'a> {
             None => (everything, None),
         };
         let selection = self.without_columns(selection)?;
+        let before = Reference {
+            chooser: &self,
+            spin: self.centrifugal(&selection)?,
+            selection: selection.clone(),
+            error: 0.0,
+        };
         let mut found = (selection.clone(), Vec::new(), 0.0);
         for economy in Economy::ALL {
             let (used, left_out) = as_used(selection.clone(), whole, demand, normal, economy)?;
-            let error = match self.squares.is_empty() {
-                true => 0.0,
-                false => self.change(&used)?,
-            };
+            let error = before.error(&used)?;
             found = (used, left_out, error);
             if error <= self.tolerance {
                 break;
@@ -191,8 +194,11 @@ impl<'a> Chooser<'a> {
         Ok((strain(&selection.superelement(self.whole)?)?, weight))
     }
 
-    /// Largest relative change of the receptance, from `reference` to `selection`.
+    /// Largest relative change of the receptance, from the whole to `selection`; none where there is no band.
     fn change(&self, selection: &Selection) -> Result<f64, Error> {
+        if self.squares.is_empty() {
+            return Ok(0.0);
+        }
         let difference = match &self.observed {
             Some(observed) => selection
                 .observing(observed)

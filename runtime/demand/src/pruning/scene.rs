@@ -9,7 +9,9 @@ use nalgebra::Vector3;
 use super::{Carried, Carrying, NarrowedScene, Pruned};
 use crate::demand::{Demand, NodeDemand, PartInterface, Parts, PlanesOfMotion};
 use crate::{AskedPart, Error, LeftOut, PartFile, SuperelementFiles};
+use dcb_formats::further_column::Answer;
 use dcb_formats::scene::{Analysis, Compatibility, RedundantConstraints, Scene, SuperelementBody};
+use dcb_formats::superelement::Superelement;
 use dcb_superelement::selection::{ObservedNodes, Selection};
 
 /// Planes with normals of a smaller sine are the same.
@@ -29,6 +31,14 @@ struct Given<'a> {
     name: &'a str,
     file: &'a PartFile,
     asked: AskedPart<'a>,
+    /// Without its Krylov columns, where it is taken so.
+    plain: Option<Plain>,
+}
+
+/// A superelement without its Krylov columns, and how it is taken from the whole.
+struct Plain {
+    selection: Selection,
+    superelement: Superelement,
 }
 
 impl Pruning {
@@ -41,22 +51,46 @@ impl Pruning {
             return Ok(Self::default());
         }
         let files = opened(scene, open)?;
-        let given: Result<Vec<Given>, Error> = scene
-            .superelements()
-            .map(|(name, of)| Given::of(name, of, &files[&scene.resolve(&of.file)]))
-            .collect();
-        let given = given?;
+        Self::of_given(scene, &all_given(scene, &files)?, tolerance)
+    }
+
+    /// Finds out what else isn't needed where no Krylov column is carried: these make a superelement so exact that it can be a reference. `None` where there are none.
+    /// What the lack of the columns costs isn't among the costs.
+    ///
+    /// # Errors
+    /// Those of [`Self::of`].
+    pub fn without_krylov_columns(
+        scene: &Scene,
+        open: &SuperelementFiles,
+        tolerance: f64,
+    ) -> Result<Option<Self>, Error> {
+        if scene.compatibility == Compatibility::Weak {
+            return Ok(None);
+        }
+        let files = opened(scene, open)?;
+        let mut given = all_given(scene, &files)?;
+        let mut had_columns = false;
+        for part in &mut given {
+            had_columns |= part.drop_krylov_columns()?;
+        }
+        match had_columns {
+            true => Self::of_given(scene, &given, tolerance).map(Some),
+            false => Ok(None),
+        }
+    }
+
+    fn of_given(scene: &Scene, given: &[Given], tolerance: f64) -> Result<Self, Error> {
         let parts: Parts = (given.iter())
             .map(|given| {
                 (
                     given.name.to_owned(),
-                    PartInterface::all_of(given.asked.superelement()),
+                    PartInterface::all_of(given.superelement()),
                 )
             })
             .collect();
         let prune = |planes: Planes| -> Result<Self, Error> {
             let mut bodies = IndexMap::new();
-            for given in &given {
+            for given in given {
                 let pruned = given.pruned(scene, &parts, tolerance, planes)?;
                 bodies.insert(given.name.to_owned(), pruned);
             }
@@ -228,7 +262,38 @@ impl<'a> Given<'a> {
             name,
             file,
             asked: AskedPart::of(file, of)?,
+            plain: None,
         })
+    }
+
+    /// Takes the superelement without its Krylov columns; whether it has any.
+    fn drop_krylov_columns(&mut self) -> Result<bool, Error> {
+        let whole = self.asked.superelement();
+        let names = (whole.enrichment.iter()).flat_map(|enrichment| &enrichment.names);
+        let (krylov, others): (Vec<&str>, Vec<&str>) =
+            names.map(String::as_str).partition(|name| {
+                matches!(
+                    Answer::named(name, whole.dimension),
+                    Some(Answer::Krylov(_))
+                )
+            });
+        if krylov.is_empty() {
+            return Ok(false);
+        }
+        let selection = Selection::everything(whole).with_enrichment(&others)?;
+        self.plain = Some(Plain {
+            superelement: selection.superelement(whole)?,
+            selection,
+        });
+        Ok(true)
+    }
+
+    /// The superelement that something is left out of.
+    fn superelement(&self) -> &Superelement {
+        match &self.plain {
+            Some(plain) => &plain.superelement,
+            None => self.asked.superelement(),
+        }
     }
 
     fn pruned(
@@ -250,12 +315,18 @@ impl<'a> Given<'a> {
             }
             NodeDemand::All(_) => None,
         };
-        let mut pruned = Pruned::of(
-            self.asked.superelement(),
-            &demand,
-            nodes.as_ref(),
-            tolerance,
-        )?;
+        let mut pruned = Pruned::of(self.superelement(), &demand, nodes.as_ref(), tolerance)?;
+        if self.plain.is_some()
+            && let Carried::Selection(selection) = &mut pruned.carried
+        {
+            let own = (**selection).clone();
+            **selection = own.of_richer(self.asked.superelement());
+            pruned.left_out.push(LeftOut {
+                what: "Krylov columns".to_owned(),
+                why: "they are there for the reference".to_owned(),
+                cost: None,
+            });
+        }
         pruned.left_out.splice(..0, self.file.left_out().cloned());
         Ok(pruned)
     }
@@ -273,11 +344,25 @@ impl<'a> Given<'a> {
                 positions.push((*node, relative));
             }
         }
-        Ok(Some(ObservedNodes {
-            basis: self.asked.recovered(basis)?,
-            positions,
-        }))
+        let basis = self.asked.recovered(basis)?;
+        let basis = match &self.plain {
+            Some(plain) => plain
+                .selection
+                .recovery(self.asked.superelement(), &basis)?,
+            None => basis,
+        };
+        Ok(Some(ObservedNodes { basis, positions }))
     }
+}
+
+fn all_given<'a>(
+    scene: &'a Scene,
+    files: &'a IndexMap<PathBuf, PartFile>,
+) -> Result<Vec<Given<'a>>, Error> {
+    let bodies = scene.superelements();
+    bodies
+        .map(|(name, of)| Given::of(name, of, &files[&scene.resolve(&of.file)]))
+        .collect()
 }
 
 fn opened(scene: &Scene, open: &SuperelementFiles) -> Result<IndexMap<PathBuf, PartFile>, Error> {
