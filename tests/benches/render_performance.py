@@ -10,6 +10,8 @@ import os
 from statistics import median
 
 import chain_table
+import cost_by_size
+import parallel_efficiency
 import peer_table
 
 DATA = os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "..", "docs", "data")
@@ -130,6 +132,10 @@ if __name__ == "__main__":
     print("\n".join(best_solvers(options.peers)))
     if options.peers:
         raise SystemExit
+    print("\n### What a reduction costs by size\n")
+    print("\n".join(cost_by_size.table(lines("reduce_against_peers.jsonl"))))
+    print("\n### Threads\n")
+    print("\n".join(parallel_efficiency.table(lines("reduce_against_peers.jsonl"))))
     print("\n### With bounds of the errors\n")
     print("\n".join(with_bounds()))
     print()

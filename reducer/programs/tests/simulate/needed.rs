@@ -1,7 +1,7 @@
 //! Contents that a run leaves out of its superelements, and `simulate prepare`.
 
 use dcb_formats::dcb::read_superelement;
-use dcb_samples::thin_plate;
+use dcb_samples::hard::thin_plate;
 use serde_json::{Value, json};
 
 use crate::planar_scenes::write_reduced;
