@@ -340,6 +340,7 @@ impl Means {
             bytes,
             factor: self.factor,
             scratch: self.scratch.clone(),
+            ..MemoryLimit::default()
         })
     }
 }

@@ -28,9 +28,15 @@ impl MemoryArguments {
             _ => PathBuf::from("."),
         };
         MemoryLimit {
-            bytes: self.memory.or_else(available),
+            bytes: self.bytes(),
             factor: self.factor,
             scratch: self.scratch.clone().unwrap_or_else(folder),
+            ..MemoryLimit::default()
         }
+    }
+
+    /// Memory that may be taken, as of now.
+    pub fn bytes(&self) -> Option<u64> {
+        self.memory.or_else(available)
     }
 }
