@@ -15,8 +15,8 @@
  * A failure is one line "dcb failed ..." and the end of all ranks.
  *
  * `matrix`: n and the number of entries (64 bits), rows, then columns of the lower triangle (32 bits, from 1), values
- * (doubles), place of each row in the order of elimination (32 bits, from 1). `block`: columns of n doubles. Only the
- * machine of rank 0 sees the folder; each rank is sent its share of the entries.
+ * (doubles), place of each row in the order of elimination (32 bits, from 1); removed once it is read. `block`: columns of n
+ * doubles. Only the machine of rank 0 sees the folder; each rank is sent its share of the entries.
  */
 #include <dmumps_c.h>
 #include <mpi.h>
@@ -252,6 +252,7 @@ static Share read_share(Program *program)
   Share   share = {0};
   int64_t sizes[2] = {0, 0}, at = sizeof(sizes);
   int     file = -1;
+  char    path[PATH_MAX];
 
   if (program->rank == 0) {
     file = opened(program, "matrix", O_RDONLY);
@@ -271,6 +272,9 @@ static Share read_share(Program *program)
     share.order = room((size_t)share.rows * sizeof(*share.order), "the order");
     read_at(file, share.order, 4 * share.rows, at + 8 * sizes[1], "matrix");
     close(file);
+    /* A folder in memory has no room to lose while the factor is made. */
+    path_of(program->folder, "matrix", path);
+    unlink(path);
   }
   return share;
 }

@@ -11,7 +11,9 @@ use faer::Mat;
 
 use crate::Error;
 use crate::factor_store::{FactorStorage, FactorValues, Place, Precision};
-use crate::multifrontal::{Cholesky, Fronts, Indefinite, Matrix, NotPositive, Real, eliminate};
+pub use crate::inertia::Inertia;
+use crate::inertia::counted;
+use crate::multifrontal::{Cholesky, Fronts, Matrix, NotPositive, Real, eliminate};
 use crate::ordering::{QuotientGraph, nested_dissection};
 pub use crate::positive_factor::PositiveFactor;
 use crate::positive_factor::{Entries, FEW_COLUMNS, Solves};
@@ -52,22 +54,6 @@ impl From<Error> for Unfactorized {
     fn from(error: Error) -> Self {
         Self::Failed(error)
     }
-}
-
-/// Signs of the pivots of a symmetric matrix; by Sylvester's law those of its eigenvalues.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Inertia {
-    /// Number of negative eigenvalues.
-    pub negative: usize,
-    /// Number of exactly zero pivots; anything but 0 makes the count worthless.
-    pub zero: usize,
-    /// Original dofs at which the first negative pivots stood (at most [`Inertia::LISTED`]); none where other processes counted.
-    pub negative_dofs: Vec<usize>,
-}
-
-impl Inertia {
-    /// How many negative pivots are listed by dof.
-    pub const LISTED: usize = 8;
 }
 
 impl SymmetricFactor {
@@ -261,7 +247,9 @@ impl SymmetricFactor {
 
     /// How well a rounded factor solves for a block of pseudo-random forces, which excite every motion.
     fn trial(&self, matrix: Matrix<'_>) -> Result<Option<Refined>, Error> {
-        let rounded = self.factor(matrix).filter(|factor| factor.refinement.is_some());
+        let rounded = self
+            .factor(matrix)
+            .filter(|factor| factor.refinement.is_some());
         let Some(factor) = rounded else {
             return Ok(None);
         };
@@ -330,25 +318,6 @@ impl SymmetricFactor {
     }
 }
 
-fn counted(fronts: &Fronts, matrix: Matrix<'_>) -> Inertia {
-    let Ok(signs) = eliminate(fronts, matrix, &Indefinite, &mut []) else {
-        return Inertia {
-            negative: 0,
-            zero: matrix.stiffness.ncols(),
-            negative_dofs: Vec::new(),
-        };
-    };
-    Inertia {
-        negative: signs.negative,
-        zero: signs.zero,
-        negative_dofs: signs
-            .negative_positions
-            .iter()
-            .map(|position| fronts.forward[*position] as usize)
-            .collect(),
-    }
-}
-
 #[cfg(test)]
 mod tests {
     #![allow(clippy::unwrap_used)]
@@ -369,7 +338,10 @@ mod tests {
         let mut places = inertia.negative_dofs.clone();
         places.sort_unstable();
         assert_eq!((inertia.negative, places), (2, vec![17, 44]));
-        assert_eq!(factor.inertia_of(&stiffness, &mass, 0.0).unwrap().negative, 0);
+        assert_eq!(
+            factor.inertia_of(&stiffness, &mass, 0.0).unwrap().negative,
+            0
+        );
     }
 
     /// Fixed-free chain of `n` unit springs and masses: eigenvalues 4 sin²((2k+1)π/(4n+2)).

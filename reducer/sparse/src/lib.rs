@@ -26,6 +26,7 @@
 
 pub mod factor_store;
 pub mod factorization;
+mod inertia;
 mod ordering;
 mod positive_factor;
 mod prefetch;

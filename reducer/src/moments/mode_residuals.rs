@@ -4,8 +4,8 @@ use dcb_sparse::block_algebra::{column_dots, symmetric_product};
 use dcb_sparse::column_products::BLOCK;
 use dcb_sparse::factorization::PositiveFactor;
 
-use crate::error::Error;
 use crate::attachments::enrichment::Reducing;
+use crate::error::Error;
 use crate::modes::free_modes::FreeModes;
 
 /// Residuals of the kept modes, ρ = K φ - ω² M φ, in the norm of the factorized matrix: ρᵀ (K + σ M)⁻¹ ρ.

@@ -179,10 +179,7 @@ impl Forecast {
             ),
             stage(Stage::Attachments, base + resident + self.columns(working)),
             stage(Stage::Estimate, base + resident + self.columns(estimating)),
-            stage(
-                Stage::Certificate,
-                base + self.columns(shapes) + scratch,
-            ),
+            stage(Stage::Certificate, base + self.columns(shapes) + scratch),
             stage(Stage::Quality, base + self.columns(working)),
         ]
     }

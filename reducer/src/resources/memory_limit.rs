@@ -154,7 +154,8 @@ impl MemoryLimit {
         let mut offer = |storage: FactorStorage, option: &str| {
             if !self.is_on_ranks()
                 && !self.candidates().contains(&storage)
-                && self.allows(forecast, &storage) {
+                && self.allows(forecast, &storage)
+            {
                 remedies.push(option.to_owned());
             }
         };

@@ -1,61 +1,111 @@
-//! Block Lanczos and SLEPc on two ranks give one answer.
+//! A factor in this process and one on ranks give one answer.
 
 use dcb_formats::Component;
 use dcb_formats::component::InterfaceKind;
-use dcb_reducer::modes::slepc::SlepcRun;
-use dcb_reducer::{EigenSolver, Grounding, LoosePieces, Reduced, Reduction, reduce};
+use dcb_formats::superelement::Superelement;
+use dcb_reducer::resources::memory_limit::MemoryLimit;
+use dcb_reducer::{EnrichmentSource, Grounding, LoosePieces, Reduced, Reduction, reduce};
 use dcb_samples::{connecting_rod, hard};
 use dcb_sparse::block_algebra::{gram, symmetric_product};
+use dcb_sparse::ranks::RanksRun;
 use faer::Mat;
 
 use crate::MPIRUN;
 use crate::support::{Folder, answer};
 
-/// Relative to the eigenvalue, to the modes' mass, to the diagonals of F_res and M_res.
+/// Relative to the eigenvalue, to the modes' mass, to the diagonals of F_res, M_res and the moments.
 const AGREEMENT: f64 = 1e-9;
 /// Roots closer than this are compared as one space.
 const ONE_SPACE: f64 = 1e-6;
 
-fn slepc(ranks: u32) -> EigenSolver {
+/// The same reduction with the factor on ranks.
+fn on_ranks(component: &Component, options: &Reduction, ranks: u32) -> Reduced {
     let launcher = MPIRUN.split_whitespace().map(str::to_owned).collect();
-    EigenSolver::Slepc(SlepcRun {
+    let run = RanksRun {
         launcher,
-        ..SlepcRun::with_ranks(ranks)
-    })
-}
-
-/// Reduces in both ways, compares, and gives the one by SLEPc.
-fn compared(component: &Component, options: &Reduction) -> Reduced {
-    let built_in = reduce(component, options, &mut ()).unwrap();
+        ..RanksRun::with_ranks(ranks)
+    };
+    let memory = MemoryLimit {
+        ranks: Some(run),
+        ..MemoryLimit::default()
+    };
     let options = Reduction {
-        eigen_solver: slepc(2),
+        memory,
         ..options.clone()
     };
-    let other = reduce(component, &options, &mut ()).unwrap();
-    assert_eq!(other.quality.broken_limits(), Vec::new());
-    assert_eq!(other.quality.sturm.found, other.quality.sturm.counted);
-    let differences = [
-        ("eigenvalues", eigenvalue_difference(&built_in, &other)),
-        ("shapes", space_difference(component, &built_in, &other)),
-        (
-            "F_res",
-            residual_difference(&built_in, &other, |r| &r.flexibility),
-        ),
-        ("M_res", residual_difference(&built_in, &other, |r| &r.mass)),
-    ];
-    println!(
-        "{} ({} dofs): {differences:?}",
-        component.name,
-        component.dofs.len()
+    let reduced = reduce(component, &options, &mut ()).unwrap();
+    assert_eq!(reduced.work.rank_peak_bytes.len(), ranks as usize);
+    assert!(
+        reduced
+            .work
+            .rank_peak_bytes
+            .iter()
+            .all(|bytes| *bytes > 1 << 20)
     );
-    for (what, difference) in differences {
-        assert!(
-            difference < AGREEMENT,
-            "{}: {what} {difference:e}",
-            component.name
+    reduced
+}
+
+/// Reduces with the factor here and on two and four ranks, compares, and gives the one on two.
+fn compared(component: &Component, options: &Reduction) -> Reduced {
+    let here = reduce(component, options, &mut ()).unwrap();
+    let [two, four] = [2, 4].map(|ranks| on_ranks(component, options, ranks));
+    for (ranks, other) in [(2, &two), (4, &four)] {
+        assert_eq!(other.quality.broken_limits(), Vec::new());
+        assert_eq!(other.quality.sturm.found, other.quality.sturm.counted);
+        let mut differences = vec![
+            ("eigenvalues", eigenvalue_difference(&here, other)),
+            ("shapes", space_difference(component, &here, other)),
+            (
+                "F_res",
+                scaled_difference(&here, other, |e| e.residual.flexibility.clone()),
+            ),
+            (
+                "M_res",
+                scaled_difference(&here, other, |e| e.residual.mass.clone()),
+            ),
+        ];
+        assert_eq!(
+            here.superelement.moments.is_some(),
+            other.superelement.moments.is_some()
         );
+        if here.superelement.moments.is_some() {
+            differences.extend(moment_differences(&here, other));
+        }
+        println!(
+            "{} ({} dofs), {ranks} ranks: {differences:?}",
+            component.name,
+            component.dofs.len()
+        );
+        for (what, difference) in differences {
+            assert!(
+                difference < AGREEMENT,
+                "{}: {what} {difference:e}",
+                component.name
+            );
+        }
     }
-    other
+    two
+}
+
+/// Of M_1 to M_4; an element is compared with its diagonals, and moments that are rounding with it.
+fn moment_differences(a: &Reduced, b: &Reduced) -> [(&'static str, f64); 4] {
+    [
+        ("M_1", moment_difference(a, b, |moments| &moments.first)),
+        ("M_2", moment_difference(a, b, |moments| &moments.second)),
+        ("M_3", moment_difference(a, b, |moments| &moments.third)),
+        ("M_4", moment_difference(a, b, |moments| &moments.fourth)),
+    ]
+}
+
+fn moment_difference(
+    a: &Reduced,
+    b: &Reduced,
+    of: impl Fn(&dcb_formats::superelement::Moments) -> &Mat<f64>,
+) -> f64 {
+    scaled_difference(a, b, |element| {
+        let moments = element.moments.as_ref().unwrap();
+        of(moments).clone()
+    })
 }
 
 fn eigenvalue_difference(a: &Reduced, b: &Reduced) -> f64 {
@@ -90,16 +140,14 @@ fn space_difference(component: &Component, a: &Reduced, b: &Reduced) -> f64 {
     (0..lambda.len()).map(outside).fold(0.0, f64::max)
 }
 
-fn residual_difference(
-    a: &Reduced,
-    b: &Reduced,
-    of: impl Fn(&dcb_formats::superelement::Residual) -> &Mat<f64>,
-) -> f64 {
-    let (a, b) = (of(&a.superelement.residual), of(&b.superelement.residual));
+fn scaled_difference(a: &Reduced, b: &Reduced, of: impl Fn(&Superelement) -> Mat<f64>) -> f64 {
+    let (a, b) = (of(&a.superelement), of(&b.superelement));
     let scaled =
         |i: usize, j: usize| (a[(i, j)] - b[(i, j)]).abs() / (a[(i, i)] * a[(j, j)]).sqrt();
     let rows = 0..a.nrows();
-    rows.flat_map(|i| (0..a.ncols()).map(move |j| scaled(i, j)))
+    rows.flat_map(|i| (0..a.ncols()).map(move |j| (i, j)))
+        .filter(|(i, j)| a[(*i, *j)] != b[(*i, *j)])
+        .map(|(i, j)| scaled(i, j))
         .fold(0.0, f64::max)
 }
 
@@ -156,31 +204,54 @@ fn loose_pieces() {
     assert_eq!(reduced.quality.zero_modes, 6);
 }
 
+/// Rotations without mass: M is singular.
 #[test]
-fn the_number_of_ranks_does_not_matter() {
-    let component = hard::square_block();
-    let with = |ranks| {
-        let options = Reduction {
-            eigen_solver: slepc(ranks),
-            ..Reduction::lowest(10)
-        };
-        reduce(&component, &options, &mut ()).unwrap()
+fn massless_rotations() {
+    let sample = dcb_samples::catalogue::find("lumped-beam").unwrap();
+    compared(&sample.make(None), &Reduction::lowest(5));
+}
+
+/// Further columns come from the same factor.
+#[test]
+fn further_columns() {
+    let options = Reduction {
+        enrichment: vec![EnrichmentSource::Spin, EnrichmentSource::Krylov],
+        ..Reduction::lowest(10)
     };
-    let one = with(1);
-    for ranks in [2, 3] {
-        assert!(eigenvalue_difference(&one, &with(ranks)) < AGREEMENT);
+    let component = connecting_rod(0);
+    let here = reduce(&component, &options, &mut ()).unwrap();
+    let other = on_ranks(&component, &options, 2);
+    for diagonal in [stiffness_of_further, mass_of_further] {
+        let (here, other) = (diagonal(&here), diagonal(&other));
+        assert!(!here.is_empty() && here.len() == other.len());
+        for (a, b) in here.iter().zip(&other) {
+            assert!((a - b).abs() <= AGREEMENT * a.abs(), "{a:e} {b:e}");
+        }
     }
 }
 
-/// From outside: the usual size, a file that verifies, nothing left behind.
+fn stiffness_of_further(reduced: &Reduced) -> Vec<f64> {
+    let further = reduced.superelement.enrichment.as_ref().unwrap();
+    diagonal(&further.reduced_stiffness)
+}
+
+fn mass_of_further(reduced: &Reduced) -> Vec<f64> {
+    let further = reduced.superelement.enrichment.as_ref().unwrap();
+    diagonal(&further.reduced_mass)
+}
+
+fn diagonal(matrix: &Mat<f64>) -> Vec<f64> {
+    matrix.diagonal().column_vector().iter().copied().collect()
+}
+
+/// From outside: the usual size, a file that verifies, nothing left behind, no factor in `reduce`.
 #[test]
 fn the_program_writes_a_superelement_that_verifies() {
     let folder = Folder::with(&connecting_rod(1));
     std::fs::create_dir(folder.path("scratch")).unwrap();
-    let mut command = folder.command("part.mtx --modes 30 --eigen-solver slepc --ranks 2");
-    command
-        .args(["--mpirun", MPIRUN])
-        .env("TMPDIR", folder.path("scratch"));
+    let mut command =
+        folder.command("part.mtx --modes 30 --ranks 2 --scratch scratch --timings times.json");
+    command.args(["--mpirun", MPIRUN]);
     let done = answer(&mut command);
     assert_eq!((done.code, done.stderr.as_str()), (Some(0), ""), "{done:?}");
     assert_eq!(
@@ -188,6 +259,43 @@ fn the_program_writes_a_superelement_that_verifies() {
         0
     );
     folder.done("verify part.dcb.h5 --component part.mtx");
-    let options = &folder.inspected("part.dcb.h5")["options"];
-    assert_eq!(options["eigen_solver"]["slepc"]["ranks"], 2);
+    assert_eq!(folder.inspected("part.dcb.h5")["options"]["ranks"], 2);
+    let times = folder.json("times.json");
+    assert_eq!(
+        times["work"]["rank_peak_bytes"].as_array().unwrap().len(),
+        2
+    );
+    // The stage in which the factor is made takes no memory here.
+    let peak = |name: &str| {
+        let stages = times["stages"].as_array().unwrap().iter();
+        let mut found = stages.filter(|stage| stage["stage"] == name);
+        found.next().unwrap()["peak_megabytes"].as_f64().unwrap()
+    };
+    let factor = times["work"]["stored_bytes"].as_f64().unwrap() / (1 << 20) as f64;
+    assert!(peak("factor") - peak("order") < 0.25 * factor, "{times}");
+}
+
+/// The plan knows that the factor is elsewhere.
+#[test]
+fn a_plan_has_no_factor_in_memory() {
+    let folder = Folder::with(&connecting_rod(1));
+    let peak = |options: &str| {
+        let plan = folder
+            .done(&format!("plan part.mtx --json {options}"))
+            .stdout;
+        let plan: serde_json::Value = serde_json::from_str(&plan).unwrap();
+        let choice = plan["choices"][0].clone();
+        (
+            plan["chosen"].as_str().unwrap().to_owned(),
+            choice["stage_bytes"]["factor"].as_f64().unwrap(),
+            choice["factor_bytes"].as_f64().unwrap(),
+        )
+    };
+    let (here, with, factor) = peak("--factor memory");
+    let (there, without, _) = peak("--ranks 4");
+    assert_eq!(
+        (here.as_str(), there.as_str()),
+        ("in memory", "by 4 MPI process(es)")
+    );
+    assert!(with - without >= factor);
 }

@@ -1,18 +1,20 @@
-//! Failures of MPI or SLEPc: one message, the right status, and nothing left behind.
+//! Failures of MPI or of ranks: one message, the right status, and nothing left behind.
 
 use std::os::unix::fs::PermissionsExt;
 
-use dcb_reducer::modes::slepc::SlepcRun;
-use dcb_reducer::{EigenSolver, Reduction, reduce};
+use dcb_reducer::resources::memory_limit::MemoryLimit;
+use dcb_reducer::{Reduction, reduce};
+use dcb_sparse::ranks::RanksRun;
 
 use crate::MPIRUN;
-use crate::support::{Answer, Folder, answer, says};
+use crate::processes::{ranks_in, waited_for};
+use crate::support::{Answer, Folder, answer, says, start};
 
 /// Runs the rotor with this in place of `mpirun`.
 fn with_mpirun(folder: &Folder, mpirun: &str) -> Answer {
     let scratch = folder.path("scratch");
     std::fs::create_dir_all(&scratch).unwrap();
-    let mut command = folder.command("rotor.mtx --modes 12 --eigen-solver slepc --ranks 2");
+    let mut command = folder.command("rotor.mtx --modes 12 --ranks 2");
     let answer = answer(command.args(["--mpirun", mpirun]).env("TMPDIR", &scratch));
     assert_eq!(
         std::fs::read_dir(&scratch).unwrap().count(),
@@ -25,8 +27,7 @@ fn with_mpirun(folder: &Folder, mpirun: &str) -> Answer {
 
 /// A script in place of `mpirun` that finds its arguments in `$all` and the private folder in `$folder`.
 fn script(folder: &Folder, does: &str) -> &'static str {
-    let find =
-        "#!/bin/sh\nall=\"$*\"\nwhile [ \"$1\" != -dcb_folder ]; do shift; done\nfolder=$2\n";
+    let find = "#!/bin/sh\nall=\"$*\"\nfor folder; do :; done\n";
     folder.write("mpi.sh", format!("{find}{does}\n"));
     let executable = std::fs::Permissions::from_mode(0o755);
     std::fs::set_permissions(folder.path("mpi.sh"), executable).unwrap();
@@ -37,51 +38,41 @@ fn script(folder: &Folder, does: &str) -> &'static str {
 fn options_that_do_not_go_together() {
     let folder = Folder::rotor();
     for (arguments, says) in [
-        ("rotor.mtx --eigen-solver slepc", "--ranks"),
-        ("rotor.mtx --ranks 2", "--eigen-solver slepc"),
-        ("rotor.mtx --mpirun mpirun", "--eigen-solver slepc"),
-        ("rotor.mtx --eigen-solver slepc --ranks 0", "--ranks"),
-        ("rotor.mtx --eigen-solver arpack", "block-lanczos, slepc"),
-        (
-            "rotor.mtx --eigen-solver slepc --ranks 2 --mpirun '",
-            "quote",
-        ),
+        ("rotor.mtx --mpirun mpirun", "--ranks"),
+        ("rotor.mtx --ranks 0", "--ranks"),
+        ("rotor.mtx --ranks 2 --factor disk", "--factor"),
+        ("rotor.mtx --ranks 2 --mpirun '", "quote"),
+        ("plan rotor.mtx --ranks 2 --factor single", "--factor"),
     ] {
         folder.refused(arguments, &[says]);
     }
 }
 
 #[test]
-fn more_modes_than_krylov_schur_is_for() {
-    let folder = Folder::rotor();
-    let says = ["rotor.mtx: ", "208 eigenpairs", "of 339", "built-in"];
-    folder.refused(
-        "rotor.mtx --modes 200 --eigen-solver slepc --ranks 2",
-        &says,
-    );
-}
-
-#[test]
 fn a_missing_mpirun() {
     let folder = Folder::rotor();
     let answer = with_mpirun(&folder, "no-such-mpirun --hostfile hosts");
-    answer.is_error(2, &["cannot start no-such-mpirun", "docs/slepc.md"]);
+    answer.is_error(2, &["cannot start no-such-mpirun", "docs/ranks.md"]);
 }
 
 #[test]
 fn a_missing_program() {
     let component = dcb_samples::hard::square_block();
-    let run = SlepcRun {
-        program: "/no/such/dcb-slepc-eigen".into(),
-        ..SlepcRun::with_ranks(2)
+    let run = RanksRun {
+        program: "/no/such/dcb-mumps-factor".into(),
+        ..RanksRun::with_ranks(2)
+    };
+    let memory = MemoryLimit {
+        ranks: Some(run),
+        ..MemoryLimit::default()
     };
     let options = Reduction {
-        eigen_solver: EigenSolver::Slepc(run),
+        memory,
         ..Reduction::lowest(5)
     };
     let error = reduce(&component, &options, &mut ()).unwrap_err();
     assert!(error.is_unusable_input());
-    says!(error.to_string(), "/no/such/dcb-slepc-eigen");
+    says!(error.to_string(), "/no/such/dcb-mumps-factor");
 }
 
 #[test]
@@ -93,47 +84,89 @@ fn an_mpirun_that_fails() {
     with_mpirun(&folder, &real).is_error(1, &["no-such-hosts"]);
 }
 
-/// PETSc's own words are repeated, without its description of the installation.
+/// Each process takes itself for the only one.
+#[test]
+fn an_mpirun_of_another_mpi() {
+    let folder = Folder::rotor();
+    let mpirun = script(&folder, "echo 'dcb ready 1'; cat > /dev/null");
+    with_mpirun(&folder, mpirun).is_error(1, &["2 processes were started that know of 1"]);
+}
+
 #[test]
 fn a_rank_that_fails() {
     let folder = Folder::rotor();
-    let does = format!("echo garbage > \"$folder/mass\"; exec {MPIRUN} $all");
+    // The folder is named to the ranks, and is none.
+    let does = format!("exec {MPIRUN} ${{all%\"$folder\"}} \"$folder/none\"");
     let failed = with_mpirun(&folder, script(&folder, &does));
-    // PETSc's own words, of whichever rank speaks first: "Read past end of file" or "Read from file failed".
-    let says = ["slepc: `./mpi.sh -n 2", "ended with", "Read "];
-    failed.is_error(1, &says);
-    assert!(!failed.stderr.contains("Configure options"), "{failed:?}");
+    failed.is_error(1, &["ranks: cannot open", "none/matrix"]);
 }
 
 #[test]
-fn an_answer_that_is_missing_or_damaged() {
+fn replies_that_make_no_sense() {
     let folder = Folder::rotor();
     for (does, says) in [
-        ("true", "`eigenvalues`"),
-        ("echo 1 > \"$folder/eigenvalues\"", "`eigenvalues`"),
+        ("echo dcb hello", "answered \"hello\""),
         (
-            "head -c 4000 /dev/zero > \"$folder/eigenvalues\"",
-            "`eigenvalues`",
+            "echo dcb ready 2; read line; echo dcb ready 2",
+            "answered \"ready 2\"",
         ),
         (
-            // 1 value 1.0, 1 value 1.0; no shapes.
-            "v='\\000\\022\\173\\116\\000\\000\\000\\001\\077\\360\\000\\000\\000\\000\\000\\000'; printf \"$v$v\" > \"$folder/eigenvalues\"",
-            "`shapes`",
+            "echo dcb ready 2; read line; echo dcb counted x 0",
+            "answered \"counted x 0\"",
+        ),
+        (
+            "echo dcb ready 2; read line; echo dcb failed MUMPS: too small",
+            "ranks: MUMPS: too small",
+        ),
+        (
+            "echo dcb ready 2; read line; exit 0",
+            "ended with exit status: 0",
         ),
     ] {
         let mpirun = script(&folder, does);
-        with_mpirun(&folder, mpirun).is_error(1, &["left no usable file", says]);
+        with_mpirun(&folder, mpirun).is_error(1, &[says]);
     }
 }
 
-/// Fewer pairs than asked for are not taken for all there are.
+/// Killed from outside, as by a system without memory: all others end, and one message says so.
 #[test]
-fn a_search_that_stops_early() {
-    let folder = Folder::rotor();
-    let mut command = folder.command("rotor.mtx --modes 12 --eigen-solver slepc --ranks 2");
-    command
-        .args(["--mpirun", MPIRUN])
-        .env("PETSC_OPTIONS", "-eps_max_it 1 -eps_tol 1e-30");
-    answer(&mut command).is_error(1, &["of 20 pairs converged", "ask for fewer modes"]);
-    assert!(!folder.path("rotor.dcb.h5").exists());
+fn a_rank_that_is_killed() {
+    let folder = Folder::with(&dcb_samples::connecting_rod(0));
+    let scratch = folder.path("scratch");
+    std::fs::create_dir(&scratch).unwrap();
+    for victim in [0, 1] {
+        let mut command = folder.command("part.mtx --modes 300 --ranks 2");
+        let command = command.args(["--mpirun", MPIRUN]).env("TMPDIR", &scratch);
+        let child = start(command);
+        assert!(waited_for(|| ranks_in(&scratch).len() == 2));
+        std::thread::sleep(std::time::Duration::from_millis(500));
+        let ranks = ranks_in(&scratch);
+        let process = ranks[victim].to_string();
+        let killed = std::process::Command::new("kill")
+            .args(["-9", &process])
+            .status();
+        assert!(killed.unwrap().success());
+        let answer = Answer::at_end(child);
+        answer.is_error(1, &["ranks: `mpirun ", "signal 9"]);
+        assert!(waited_for(|| ranks_in(&scratch).is_empty()));
+        assert_eq!(std::fs::read_dir(&scratch).unwrap().count(), 0);
+        assert!(!folder.path("part.dcb.h5").exists());
+    }
+}
+
+/// Refused as with a factor in this process, but for the places.
+#[test]
+fn an_indefinite_stiffness_is_refused() {
+    let component = dcb_samples::connecting_rod(0);
+    let rows = component.stiffness.row_idx_of_col_raw(0);
+    let diagonal = rows.iter().position(|row| *row == 0).unwrap();
+    let indefinite = component
+        .changed(|draft| draft.stiffness.val_mut()[diagonal] *= 1e-3)
+        .unwrap();
+    let folder = Folder::with(&indefinite);
+    let says = ["negative pivot(s), at "];
+    folder.failed(2, "part.mtx --modes 5", &says);
+    let mut command = folder.command("part.mtx --modes 5 --ranks 2");
+    let answer = answer(command.args(["--mpirun", MPIRUN]));
+    answer.is_error(2, &[says[0], "without --ranks"]);
 }

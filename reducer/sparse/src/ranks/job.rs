@@ -217,9 +217,10 @@ impl Running {
             .spawn();
         let mut child = child.map_err(|source| cannot_start(&command, source))?;
         let group = Pid::from_raw(child.id() as i32);
-        let (input, output, errors) = (child.stdin.take(), child.stdout.take(), child.stderr.take());
-        let reader = std::thread::Builder::new()
-            .spawn(move || errors.map_or_else(String::new, messages));
+        let (input, output, errors) =
+            (child.stdin.take(), child.stdout.take(), child.stderr.take());
+        let reader =
+            std::thread::Builder::new().spawn(move || errors.map_or_else(String::new, messages));
         match (output, reader) {
             (Some(output), Ok(errors)) => Ok(Self {
                 command,
@@ -233,7 +234,9 @@ impl Running {
             }),
             (_, reader) => {
                 end(group, || !matches!(child.try_wait(), Ok(None)));
-                let source = reader.err().unwrap_or_else(|| std::io::ErrorKind::BrokenPipe.into());
+                let source = reader
+                    .err()
+                    .unwrap_or_else(|| std::io::ErrorKind::BrokenPipe.into());
                 Err(cannot_start(&command, source))
             }
         }
