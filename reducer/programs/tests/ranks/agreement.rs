@@ -280,9 +280,7 @@ fn the_program_writes_a_superelement_that_verifies() {
 fn a_plan_has_no_factor_in_memory() {
     let folder = Folder::with(&connecting_rod(1));
     let peak = |options: &str| {
-        let plan = folder
-            .done(&format!("plan part.mtx --json {options}"))
-            .stdout;
+        let plan = folder.done(&format!("plan part.mtx --json {options}"));
         let plan: serde_json::Value = serde_json::from_str(&plan).unwrap();
         let choice = plan["choices"][0].clone();
         (
