@@ -4,7 +4,7 @@
     python3 tests/benches/ranks_memory.py --render
 
 Components are those of `peers/components.py`, generated into the data folder where missing. `reduce` runs with two threads, each rank with one BLAS
-thread. Resident memory of `reduce` is the largest that the system saw; of that, pages of files (a factor on disk is one) can be dropped by the system, so
+thread; no error estimate is made. Resident memory of `reduce` is the largest that the system saw; of that, pages of files (a factor on disk is one) can be dropped by the system, so
 the largest anonymous part is sampled beside it, every 20 ms. Peaks of ranks are what they report themselves at the end (`--timings`). Times are sums of the
 stages. `--write` appends one JSON line a run to docs/data/ranks_memory.jsonl, or FILE; `--render` writes the table of the last runs into docs/ranks.md.
 
@@ -70,7 +70,7 @@ def anonymous(process):
 def run(program, part, place, modes):
     with tempfile.TemporaryDirectory() as folder:
         timings = os.path.join(folder, "times.json")
-        command = [program, os.path.join(part, "part.mtx"), "-o", os.path.join(folder, "part.dcb.h5"), "--modes", str(modes), "--timings", timings, "--quiet"]
+        command = [program, os.path.join(part, "part.mtx"), "-o", os.path.join(folder, "part.dcb.h5"), "--modes", str(modes), "--timings", timings, "--without-estimate", "--quiet"]
         command += ["--factor", place] if place in ("memory", "disk") else ["--ranks", place, "--mpirun", MPIRUN]
         allowed = dict(OMPI_ALLOW_RUN_AS_ROOT="1", OMPI_ALLOW_RUN_AS_ROOT_CONFIRM="1") if os.geteuid() == 0 else {}
         load, start, largest = os.getloadavg()[0], time.monotonic(), 0
