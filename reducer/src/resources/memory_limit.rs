@@ -63,10 +63,14 @@ impl MemoryLimit {
     }
 
     /// Whether other processes hold the factor.
+    #[cfg(feature = "ranks")]
     pub fn is_on_ranks(&self) -> bool {
-        #[cfg(feature = "ranks")]
-        return self.ranks.is_some();
-        #[cfg(not(feature = "ranks"))]
+        self.ranks.is_some()
+    }
+
+    /// Whether other processes hold the factor: not in this build.
+    #[cfg(not(feature = "ranks"))]
+    pub fn is_on_ranks(&self) -> bool {
         false
     }
 
