@@ -336,12 +336,7 @@ impl Means {
             }
             None => available(),
         };
-        Ok(MemoryLimit {
-            bytes,
-            factor: self.factor,
-            scratch: self.scratch.clone(),
-            ..MemoryLimit::default()
-        })
+        Ok(MemoryLimit::here(bytes, self.factor, self.scratch.clone()))
     }
 }
 

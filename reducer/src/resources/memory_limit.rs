@@ -46,6 +46,17 @@ pub struct MemoryLimit {
 }
 
 impl MemoryLimit {
+    /// For a factor in this process; its file would be in the folder `scratch`.
+    pub fn here(bytes: Option<u64>, factor: FactorChoice, scratch: PathBuf) -> Self {
+        Self {
+            bytes,
+            factor,
+            scratch,
+            #[cfg(feature = "ranks")]
+            ranks: None,
+        }
+    }
+
     fn in_memory(precision: Precision) -> FactorStorage {
         FactorStorage {
             precision,

@@ -27,12 +27,8 @@ impl MemoryArguments {
             Some(folder) if !folder.as_os_str().is_empty() => folder.to_path_buf(),
             _ => PathBuf::from("."),
         };
-        MemoryLimit {
-            bytes: self.bytes(),
-            factor: self.factor,
-            scratch: self.scratch.clone().unwrap_or_else(folder),
-            ..MemoryLimit::default()
-        }
+        let scratch = self.scratch.clone().unwrap_or_else(folder);
+        MemoryLimit::here(self.bytes(), self.factor, scratch)
     }
 
     /// Memory that may be taken, as of now.
