@@ -336,11 +336,7 @@ impl Means {
             }
             None => available(),
         };
-        Ok(MemoryLimit {
-            bytes,
-            factor: self.factor,
-            scratch: self.scratch.clone(),
-        })
+        Ok(MemoryLimit::here(bytes, self.factor, self.scratch.clone()))
     }
 }
 

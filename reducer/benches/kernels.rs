@@ -45,7 +45,7 @@ fn factorizations(criterion: &mut Criterion, model: &Model, factor: &mut Symmetr
         });
     });
     group.bench_function("eigenvalue count", |bencher| {
-        bencher.iter(|| black_box(factor.inertia(&model.stiffness, &model.mass, SHIFT)));
+        bencher.iter(|| black_box(factor.inertia(&model.stiffness, &model.mass, SHIFT).is_ok()));
     });
 }
 
@@ -65,7 +65,7 @@ fn solves(criterion: &mut Criterion, model: &Model, factor: &mut SymmetricFactor
         group.bench_function(id, |bencher| {
             bencher.iter_batched_ref(
                 || right_sides.clone(),
-                |x| positive.solve_in_place(x.as_mut()),
+                |x| positive.solve_in_place(x.as_mut()).is_ok(),
                 BatchSize::LargeInput,
             );
         });

@@ -51,7 +51,7 @@ impl Problem<'_> {
 
     /// (K + σ M)⁻¹ f without rigid motion.
     fn solve(&self, mut f: Mat<f64>) -> Mat<f64> {
-        self.factor.solve_in_place(f.as_mut());
+        self.factor.solve_in_place(f.as_mut()).unwrap();
         self.rigid.project_out(&mut f);
         f
     }

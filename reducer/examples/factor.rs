@@ -93,7 +93,7 @@ fn main() {
         },
         None => FactorStorage::default(),
     };
-    factor.keep_in(storage, Place::Memory);
+    factor.keep_in(storage, Place::Memory).unwrap();
     let properties = MassProperties::of(&component).unwrap();
     let rigid = RigidBodyModes::of(&component, &model, &properties).unwrap();
     let scale = SpectrumScale::of(
@@ -116,7 +116,7 @@ fn main() {
     let inertia = timed("count", || {
         factor.inertia(&model.stiffness, &model.mass, 1e9)
     });
-    println!("{} eigenvalues below 1e9", inertia.negative);
+    println!("{} eigenvalues below 1e9", inertia.unwrap().negative);
     println!("{:?}", factor.warning());
     let positive = factor
         .factorize(&model.stiffness, &model.mass, shift)
@@ -127,7 +127,7 @@ fn main() {
         timed(&format!("{rounds} solves of {width}"), || {
             for _ in 0..rounds {
                 x.copy_from(&rhs);
-                positive.solve_in_place(x.as_mut());
+                positive.solve_in_place(x.as_mut()).unwrap();
             }
         });
         let mut residual = symmetric_product(&model.stiffness, x.as_ref()) - &rhs;

@@ -49,7 +49,6 @@ pub use crate::attachments::enrichment_source::EnrichmentSource;
 pub use crate::attachments::interface_reduction::InterfaceModes;
 pub use crate::error::Error;
 pub use crate::mode_selection::ModeSelection;
-pub use crate::modes::eigen_solver::EigenSolver;
 pub use crate::observer::{Observer, Stage};
 pub use crate::pipeline::diagnosis::{Grounding, LoosePieces};
 pub use crate::pipeline::effort::Work;

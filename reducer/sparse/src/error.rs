@@ -1,6 +1,6 @@
 //! Why a factorization or a basis can't be had.
 
-/// No room.
+/// No factor.
 #[derive(Debug, thiserror::Error)]
 pub enum Error {
     /// Memory ran out.
@@ -12,4 +12,15 @@ pub enum Error {
     /// A file can't hold the factor.
     #[error(transparent)]
     File(#[from] dcb_formats::Error),
+    /// A program that should start other processes can't be started.
+    #[error("cannot start {program}: {source}; docs/ranks.md says what is needed")]
+    CannotStart {
+        /// The program.
+        program: String,
+        /// The system's answer.
+        source: std::io::Error,
+    },
+    /// The processes that hold the factor failed.
+    #[error("ranks: {0}")]
+    Ranks(String),
 }

@@ -1,4 +1,5 @@
-//! Where the entries of a factor are kept: in double or single precision, in memory or in a file that is mapped into memory.
+//! Where the entries of a factor are kept: in double or single precision, in memory or in a file that is mapped into memory; or by other
+//! processes (`crate::ranks`).
 //!
 //! A mapped file belongs to the system's cache: what doesn't fit the memory is written to the disk and read again when it is
 //! needed. The file has no name, so nothing is left of it however the program ends.
@@ -23,7 +24,7 @@ pub enum Precision {
     Single,
 }
 
-/// Memory or file that holds the entries.
+/// What holds the entries.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub enum Place {
     /// Memory.
@@ -34,6 +35,9 @@ pub enum Place {
         /// The folder.
         folder: PathBuf,
     },
+    /// Memory of other processes, in double precision.
+    #[cfg(feature = "ranks")]
+    Ranks(crate::ranks::RanksRun),
 }
 
 /// How and where a factor is kept.
@@ -89,6 +93,9 @@ impl<T: Real> Entries<T> {
         match place {
             Place::Memory => zeros_in_memory(length).map(Self::Memory),
             Place::Disk { folder } => MappedEntries::zeros(folder, length).map(Self::Mapped),
+            // The ranks make room for themselves.
+            #[cfg(feature = "ranks")]
+            Place::Ranks(_) => zeros_in_memory(0).map(Self::Memory),
         }
     }
 }

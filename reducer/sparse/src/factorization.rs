@@ -11,10 +11,14 @@ use faer::Mat;
 
 use crate::Error;
 use crate::factor_store::{FactorStorage, FactorValues, Place, Precision};
-use crate::multifrontal::{Cholesky, Fronts, Indefinite, Matrix, NotPositive, Real, eliminate};
+pub use crate::inertia::Inertia;
+use crate::inertia::counted;
+use crate::multifrontal::{Cholesky, Fronts, Matrix, NotPositive, Real, eliminate};
 use crate::ordering::{QuotientGraph, nested_dissection};
 pub use crate::positive_factor::PositiveFactor;
-use crate::positive_factor::{FEW_COLUMNS, Solves};
+use crate::positive_factor::{Entries, FEW_COLUMNS, Solves};
+#[cfg(feature = "ranks")]
+use crate::ranks::Ranks;
 use crate::refinement::{Refined, Refinement};
 
 /// The pattern of `K + σ M` analysed once, with room for one factor.
@@ -26,46 +30,30 @@ pub struct SymmetricFactor {
     values: Option<FactorValues>,
     warning: Option<String>,
     solves: Solves,
+    /// Processes that hold the factor in place of this one, and count.
+    #[cfg(feature = "ranks")]
+    ranks: Option<Ranks>,
 }
 
 /// Why there is no factor.
 #[derive(Debug)]
 pub enum Unfactorized {
-    /// The matrix isn't positive definite; the original dof whose pivot was not positive.
-    NotPositive {
-        /// Original dof.
-        dof: usize,
-    },
-    /// No room for the factor.
-    NoRoom(Error),
+    /// The matrix isn't positive definite.
+    NotPositive,
+    /// No room for the factor, or whoever was to hold it failed.
+    Failed(Error),
 }
 
 impl From<NotPositive> for Unfactorized {
-    fn from(NotPositive { dof }: NotPositive) -> Self {
-        Self::NotPositive { dof }
+    fn from(_: NotPositive) -> Self {
+        Self::NotPositive
     }
 }
 
 impl From<Error> for Unfactorized {
     fn from(error: Error) -> Self {
-        Self::NoRoom(error)
+        Self::Failed(error)
     }
-}
-
-/// Signs of the pivots of a symmetric matrix; by Sylvester's law those of its eigenvalues.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Inertia {
-    /// Number of negative eigenvalues.
-    pub negative: usize,
-    /// Number of exactly zero pivots; anything but 0 makes the count worthless.
-    pub zero: usize,
-    /// Original dofs at which the first negative pivots stood (at most [`Inertia::LISTED`]).
-    pub negative_dofs: Vec<usize>,
-}
-
-impl Inertia {
-    /// How many negative pivots are listed by dof.
-    pub const LISTED: usize = 8;
 }
 
 impl SymmetricFactor {
@@ -88,6 +76,8 @@ impl SymmetricFactor {
             values: None,
             warning: None,
             solves: Solves::default(),
+            #[cfg(feature = "ranks")]
+            ranks: None,
         })
     }
 
@@ -114,6 +104,22 @@ impl SymmetricFactor {
     /// Gives up the factor's room; the next factorization takes it again.
     pub fn release(&mut self) {
         self.values = None;
+        #[cfg(feature = "ranks")]
+        if let Some(ranks) = &self.ranks {
+            ranks.release();
+        }
+    }
+
+    /// Most memory that each process with a part of the factor has had in use, bytes; none where this one has all of it.
+    ///
+    /// # Errors
+    /// [`Error::Ranks`].
+    pub fn rank_peak_bytes(&self) -> Result<Vec<u64>, Error> {
+        #[cfg(feature = "ranks")]
+        if let Some(ranks) = &self.ranks {
+            return ranks.peak_bytes();
+        }
+        Ok(Vec::new())
     }
 
     /// Floating-point operations of a factorization.
@@ -132,14 +138,25 @@ impl SymmetricFactor {
     }
 
     /// Decides how and where factors are kept from now on (at first: double precision in memory). `fallback` is for a matrix
-    /// for which single precision is not enough; it is always used in double precision.
-    pub fn keep_in(&mut self, storage: FactorStorage, fallback: Place) {
+    /// for which single precision is not enough; it is always used in double precision. Ranks are started.
+    ///
+    /// # Errors
+    /// [`Error::CannotStart`], [`Error::Ranks`], [`Error::File`] of ranks.
+    pub fn keep_in(&mut self, storage: FactorStorage, fallback: Place) -> Result<(), Error> {
         self.values = None;
+        #[cfg(feature = "ranks")]
+        {
+            self.ranks = match &storage.place {
+                Place::Ranks(run) => Some(Ranks::start(run)?),
+                _ => None,
+            };
+        }
         self.storage = storage;
         self.fallback = FactorStorage {
             precision: Precision::Double,
             place: fallback,
         };
+        Ok(())
     }
 
     /// Warning about the factor's precision.
@@ -164,7 +181,7 @@ impl SymmetricFactor {
             shift,
         };
         self.compute(matrix)?;
-        if let Some(refined) = self.trial(matrix).filter(|trial| !trial.is_accurate()) {
+        if let Some(refined) = self.trial(matrix)?.filter(|trial| !trial.is_accurate()) {
             self.keep_in_double(refined);
             self.compute(matrix)?;
         }
@@ -184,6 +201,10 @@ impl SymmetricFactor {
 
     /// Computes the entries.
     fn compute(&mut self, matrix: Matrix<'_>) -> Result<(), Unfactorized> {
+        #[cfg(feature = "ranks")]
+        if let Some(ranks) = &self.ranks {
+            return ranks.factorize(matrix, &self.fronts);
+        }
         let mut values = match self.values.take() {
             Some(values) => values,
             None => FactorValues::zeros(&self.storage, self.fronts.stored_entries())?,
@@ -201,20 +222,37 @@ impl SymmetricFactor {
     }
 
     fn factor<'a>(&'a self, matrix: Matrix<'a>) -> Option<PositiveFactor<'a>> {
+        #[cfg(feature = "ranks")]
+        if let Some(ranks) = &self.ranks {
+            return Some(self.made(Entries::OnRanks(ranks), None));
+        }
         let values = self.values.as_ref()?;
-        Some(PositiveFactor {
-            fronts: &self.fronts,
+        let fronts = &self.fronts;
+        let refinement = matches!(values, FactorValues::Single(_)).then(|| Refinement::of(matrix));
+        Some(self.made(Entries::Here { fronts, values }, refinement))
+    }
+
+    fn made<'a>(
+        &'a self,
+        entries: Entries<'a>,
+        refinement: Option<Refinement<'a>>,
+    ) -> PositiveFactor<'a> {
+        PositiveFactor {
+            entries,
             solves: &self.solves,
-            values,
-            refinement: matches!(values, FactorValues::Single(_)).then(|| Refinement::of(matrix)),
+            refinement,
             least_accurate: Mutex::default(),
-        })
+        }
     }
 
     /// How well a rounded factor solves for a block of pseudo-random forces, which excite every motion.
-    fn trial(&self, matrix: Matrix<'_>) -> Option<Refined> {
-        let factor = self.factor(matrix)?;
-        factor.refinement.as_ref()?;
+    fn trial(&self, matrix: Matrix<'_>) -> Result<Option<Refined>, Error> {
+        let rounded = self
+            .factor(matrix)
+            .filter(|factor| factor.refinement.is_some());
+        let Some(factor) = rounded else {
+            return Ok(None);
+        };
         let mut state = 0x5eed_u64;
         let mut block = Mat::from_fn(self.fronts.dof_count(), FEW_COLUMNS, |_, _| {
             state = state
@@ -222,24 +260,40 @@ impl SymmetricFactor {
                 .wrapping_add(1_442_695_040_888_963_407);
             (state >> 11) as f64 / (1_u64 << 53) as f64 - 0.5
         });
-        factor.solve_in_place(block.as_mut());
-        Some(factor.least_accurate())
+        factor.solve_in_place(block.as_mut())?;
+        Ok(Some(factor.least_accurate()))
     }
 
     /// Counts the negative eigenvalues of `K - shift · M`, which are the eigenvalues of the pencil below `shift`
     /// (Sylvester), by a factorization with pivoting inside supernodes. Leaves the factor as it is.
-    pub fn inertia(&self, stiffness: &SparseMatrix, mass: &SparseMatrix, shift: f64) -> Inertia {
+    ///
+    /// # Errors
+    /// [`Error::Ranks`] or [`Error::File`] if other processes count and don't answer.
+    pub fn inertia(
+        &self,
+        stiffness: &SparseMatrix,
+        mass: &SparseMatrix,
+        shift: f64,
+    ) -> Result<Inertia, Error> {
         let matrix = Matrix {
             stiffness,
             mass,
             shift: -shift,
         };
-        counted(&self.fronts, matrix)
+        self.counted(&self.fronts, matrix)
     }
 
     /// The same for other matrices over the same dofs, in full storage, in this order but with the fronts of their own pattern: cheap where
     /// that is sparser, as that of a mass matrix without entries between directions.
-    pub fn inertia_of(&self, first: &SparseMatrix, second: &SparseMatrix, shift: f64) -> Inertia {
+    ///
+    /// # Errors
+    /// As [`SymmetricFactor::inertia`].
+    pub fn inertia_of(
+        &self,
+        first: &SparseMatrix,
+        second: &SparseMatrix,
+        shift: f64,
+    ) -> Result<Inertia, Error> {
         let graph = QuotientGraph::of_pattern(&[first, second]);
         let place = |vertex: &u32| {
             let members = graph.members(*vertex).iter();
@@ -252,26 +306,15 @@ impl SymmetricFactor {
             mass: second,
             shift: -shift,
         };
-        counted(&Fronts::analyse(&graph, &order), matrix)
+        self.counted(&Fronts::analyse(&graph, &order), matrix)
     }
-}
 
-fn counted(fronts: &Fronts, matrix: Matrix<'_>) -> Inertia {
-    let Ok(signs) = eliminate(fronts, matrix, &Indefinite, &mut []) else {
-        return Inertia {
-            negative: 0,
-            zero: matrix.stiffness.ncols(),
-            negative_dofs: Vec::new(),
-        };
-    };
-    Inertia {
-        negative: signs.negative,
-        zero: signs.zero,
-        negative_dofs: signs
-            .negative_positions
-            .iter()
-            .map(|position| fronts.forward[*position] as usize)
-            .collect(),
+    fn counted(&self, fronts: &Fronts, matrix: Matrix<'_>) -> Result<Inertia, Error> {
+        #[cfg(feature = "ranks")]
+        if let Some(ranks) = &self.ranks {
+            return ranks.count(matrix, fronts);
+        }
+        Ok(counted(fronts, matrix))
     }
 }
 
@@ -287,15 +330,18 @@ mod tests {
         let (stiffness, mass) = chain(50);
         let groups: Vec<u32> = (0..50).collect();
         let factor = SymmetricFactor::analyse(&stiffness, &mass, &groups).unwrap();
-        assert_eq!(factor.inertia_of(&mass, &mass, -1.0).negative, 0);
+        assert_eq!(factor.inertia_of(&mass, &mass, -1.0).unwrap().negative, 0);
         let mut signed = mass.clone();
         signed.val_mut()[17] = -1.0;
         signed.val_mut()[44] = -2.0;
-        let inertia = factor.inertia_of(&signed, &mass, -0.5);
+        let inertia = factor.inertia_of(&signed, &mass, -0.5).unwrap();
         let mut places = inertia.negative_dofs.clone();
         places.sort_unstable();
         assert_eq!((inertia.negative, places), (2, vec![17, 44]));
-        assert_eq!(factor.inertia_of(&stiffness, &mass, 0.0).negative, 0);
+        assert_eq!(
+            factor.inertia_of(&stiffness, &mass, 0.0).unwrap().negative,
+            0
+        );
     }
 
     /// Fixed-free chain of `n` unit springs and masses: eigenvalues 4 sin²((2k+1)π/(4n+2)).
@@ -328,7 +374,7 @@ mod tests {
         };
         for k in [0, 1, 7, 100, 198] {
             let between = 0.5 * (eigenvalue(k) + eigenvalue(k + 1));
-            let inertia = factor.inertia(&stiffness, &mass, between);
+            let inertia = factor.inertia(&stiffness, &mass, between).unwrap();
             assert_eq!((inertia.negative, inertia.zero), (k as usize + 1, 0));
             assert_eq!(
                 inertia.negative_dofs.len(),
@@ -347,7 +393,8 @@ mod tests {
         factor
             .factorize(&stiffness, &mass, 0.01)
             .unwrap()
-            .solve_in_place(x.as_mut());
+            .solve_in_place(x.as_mut())
+            .unwrap();
         assert_eq!((factor.solve_columns(), factor.solve_passes()), (41, 2));
         let product = crate::block_algebra::symmetric_product(&stiffness, x.as_ref())
             + faer::Scale(0.01) * crate::block_algebra::symmetric_product(&mass, x.as_ref());
@@ -363,12 +410,13 @@ mod tests {
     ) -> (Mat<f64>, Option<String>) {
         let groups: Vec<u32> = (0..rhs.nrows() as u32).map(|i| i / 3).collect();
         let mut factor = SymmetricFactor::analyse(stiffness, mass, &groups).unwrap();
-        factor.keep_in(storage, Place::Memory);
+        factor.keep_in(storage, Place::Memory).unwrap();
         let mut x = rhs.clone();
         factor
             .factorize(stiffness, mass, shift)
             .unwrap()
-            .solve_in_place(x.as_mut());
+            .solve_in_place(x.as_mut())
+            .unwrap();
         (x, factor.warning().map(str::to_owned))
     }
 

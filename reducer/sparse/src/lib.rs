@@ -1,5 +1,6 @@
 //! Sparse symmetric matrices: fill-reducing order, multifrontal factorization, solutions that are refined where the factor is in single
-//! precision, products with tall blocks, and a Krylov basis of these.
+//! precision, products with tall blocks, and a Krylov basis of these. With the feature
+//! `ranks` a factor may be spread over processes on many machines.
 //!
 //! Every sum has a fixed order, so results are the same to the last bit whatever the number of threads.
 //!
@@ -18,16 +19,19 @@
 //! let mut factor = SymmetricFactor::analyse(&stiffness, &mass, &[0, 1])?;
 //! let shifted = factor.factorize(&stiffness, &mass, 1.0).map_err(|why| format!("{why:?}"))?;
 //! let mut x = mat![[8.0], [0.0]];
-//! shifted.solve_in_place(x.as_mut());
+//! shifted.solve_in_place(x.as_mut())?;
 //! assert!((x[(0, 0)] - 3.0).abs() < 1e-14 && (x[(1, 0)] - 1.0).abs() < 1e-14);
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 
 pub mod factor_store;
 pub mod factorization;
+mod inertia;
 mod ordering;
 mod positive_factor;
 mod prefetch;
+#[cfg(feature = "ranks")]
+pub mod ranks;
 mod refinement;
 mod sparse_product;
 mod tall_products;

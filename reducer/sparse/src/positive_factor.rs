@@ -5,6 +5,7 @@ use std::sync::{Mutex, PoisonError};
 
 use faer::MatMut;
 
+use crate::Error;
 use crate::factor_store::FactorValues;
 use crate::multifrontal::{Fronts, Real, solve_columns};
 use crate::refinement::{Refined, Refinement};
@@ -29,10 +30,21 @@ impl Solves {
     }
 }
 
+/// The entries of a factor.
+pub(crate) enum Entries<'a> {
+    /// In this process.
+    Here {
+        fronts: &'a Fronts,
+        values: &'a FactorValues,
+    },
+    /// In other processes.
+    #[cfg(feature = "ranks")]
+    OnRanks(&'a crate::ranks::Ranks),
+}
+
 /// `K + σ M = L Lᵀ`, ready to solve.
 pub struct PositiveFactor<'a> {
-    pub(crate) fronts: &'a Fronts,
-    pub(crate) values: &'a FactorValues,
+    pub(crate) entries: Entries<'a>,
     pub(crate) solves: &'a Solves,
     pub(crate) refinement: Option<Refinement<'a>>,
     pub(crate) least_accurate: Mutex<Refined>,
@@ -40,34 +52,34 @@ pub struct PositiveFactor<'a> {
 
 impl PositiveFactor<'_> {
     /// Replaces every column of `block` by the solution for it.
-    pub fn solve_in_place(&self, block: MatMut<'_, f64>) {
+    ///
+    /// # Errors
+    /// [`Error::Ranks`] or [`Error::File`] if other processes hold the factor and don't answer.
+    pub fn solve_in_place(&self, block: MatMut<'_, f64>) -> Result<(), Error> {
         let mut rest = block;
         while rest.ncols() > 0 {
             let width = MANY_COLUMNS.min(rest.ncols());
             let (columns, after) = rest.split_at_col_mut(width);
             self.solves.count(width);
-            match (self.values, &self.refinement) {
-                (FactorValues::Double(values), _) => self.solve(values, columns),
-                (FactorValues::Single(values), None) => self.solve(values, columns),
-                (FactorValues::Single(values), Some(refinement)) => {
-                    let refined = refinement.solve_in_place(columns, |x| self.solve(values, x));
-                    self.note(refined);
-                }
+            match &self.entries {
+                Entries::Here { fronts, values } => self.solve_here(fronts, values, columns),
+                #[cfg(feature = "ranks")]
+                Entries::OnRanks(ranks) => ranks.solve_in_place(columns)?,
             }
             rest = after;
         }
+        Ok(())
     }
 
     /// At most [`MANY_COLUMNS`] columns.
-    fn solve<T: Real>(&self, values: &[T], columns: MatMut<'_, f64>) {
-        match columns.ncols() {
-            count if count <= FEW_COLUMNS => {
-                solve_columns::<T, FEW_COLUMNS>(self.fronts, values, columns);
+    fn solve_here(&self, fronts: &Fronts, values: &FactorValues, columns: MatMut<'_, f64>) {
+        match (values, &self.refinement) {
+            (FactorValues::Double(values), _) => solve(fronts, values, columns),
+            (FactorValues::Single(values), None) => solve(fronts, values, columns),
+            (FactorValues::Single(values), Some(refinement)) => {
+                let refined = refinement.solve_in_place(columns, |x| solve(fronts, values, x));
+                self.note(refined);
             }
-            count if count <= SOME_COLUMNS => {
-                solve_columns::<T, SOME_COLUMNS>(self.fronts, values, columns);
-            }
-            _ => solve_columns::<T, MANY_COLUMNS>(self.fronts, values, columns),
         }
     }
 
@@ -85,5 +97,14 @@ impl PositiveFactor<'_> {
             .least_accurate
             .lock()
             .unwrap_or_else(PoisonError::into_inner)
+    }
+}
+
+/// At most [`MANY_COLUMNS`] columns.
+fn solve<T: Real>(fronts: &Fronts, values: &[T], columns: MatMut<'_, f64>) {
+    match columns.ncols() {
+        count if count <= FEW_COLUMNS => solve_columns::<T, FEW_COLUMNS>(fronts, values, columns),
+        count if count <= SOME_COLUMNS => solve_columns::<T, SOME_COLUMNS>(fronts, values, columns),
+        _ => solve_columns::<T, MANY_COLUMNS>(fronts, values, columns),
     }
 }

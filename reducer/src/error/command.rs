@@ -46,9 +46,9 @@ pub enum CommandRefusal {
         /// Kind.
         role: Occupied,
     },
-    /// Options of the eigensolver that don't go together.
+    /// Options of ranks that don't go together.
     #[error(transparent)]
-    EigenSolver(#[from] EigenSolverRefusal),
+    Ranks(#[from] RanksRefusal),
     /// Further columns are asked for, and no form that has them.
     #[error(
         "--enrich adds rows in the strong form, the only one that has further columns as coordinates, and --variants leaves it out; name strong there, or leave --enrich out"
@@ -128,41 +128,25 @@ impl std::fmt::Display for Occupied {
     }
 }
 
-/// Options of the eigensolver that don't go together, or that this program doesn't have.
+/// Options of ranks that don't go together, or that this program doesn't have.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
-pub enum EigenSolverRefusal {
-    /// Options of SLEPc without it.
-    #[error("--ranks and --mpirun belong to --eigen-solver slepc")]
-    NotSlepc,
-    /// SLEPc isn't built in.
-    #[cfg(not(feature = "slepc"))]
+pub enum RanksRefusal {
+    /// How to start nothing.
+    #[error("--mpirun says how the processes of --ranks are started: say with --ranks how many")]
+    NoRanks,
+    /// The factor can be in one place only.
+    #[error("--ranks keeps the factor in the memory of MPI processes: leave out --factor")]
+    OtherPlace,
+    /// Ranks aren't built in.
+    #[cfg(not(feature = "ranks"))]
     #[error(
-        "--eigen-solver slepc: this program was built without the feature slepc; build with --features slepc (docs/slepc.md)"
+        "--ranks: this program was built without the feature ranks; build with --features ranks (docs/ranks.md), or keep the factor on disk with --factor disk"
     )]
     NotBuilt,
-    /// On how many processes?
-    #[cfg(feature = "slepc")]
-    #[error("--eigen-solver slepc: say with --ranks on how many MPI processes it should run")]
-    NoRanks,
     /// A command line without a word, or with an open quote.
-    #[cfg(feature = "slepc")]
+    #[cfg(feature = "ranks")]
     #[error(
         "--mpirun: a command is wanted, for example \"mpirun --hostfile hosts\", with every quote closed"
     )]
     NoLauncher,
-    /// Nothing that would start the processes.
-    #[cfg(feature = "slepc")]
-    #[error("the command that starts MPI programs is empty")]
-    EmptyLauncher,
-    /// Most of the spectrum is wanted.
-    #[cfg(feature = "slepc")]
-    #[error(
-        "{wanted} eigenpairs (modes and guards) of {elastic} are too many for SLEPc, which is for few of many; ask for fewer, or use the built-in eigensolver"
-    )]
-    TooMany {
-        /// Pairs wanted.
-        wanted: usize,
-        /// Elastic motions of the model.
-        elastic: usize,
-    },
 }

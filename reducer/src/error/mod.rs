@@ -16,7 +16,7 @@ use dcb_formats::component_files::ComponentFiles;
 
 pub use self::band::BandRefusal;
 pub use self::body::{BodyRefusal, PieceSize, Softness};
-pub use self::command::{CommandRefusal, EigenSolverRefusal, Occupied};
+pub use self::command::{CommandRefusal, Occupied, RanksRefusal};
 pub use self::interface::InterfaceRefusal;
 pub use self::lacking::Lacking;
 pub use self::matrix::{Matrix, MatrixRefusal};
@@ -153,19 +153,17 @@ pub enum Error {
     /// A result isn't good enough to conclude anything from it.
     #[error(transparent)]
     Shortfall(#[from] Shortfall),
-    /// A program that another eigensolver needs can't be started.
-    #[cfg(feature = "slepc")]
-    #[error("slepc: cannot start {program}: {source}; docs/slepc.md says what is needed")]
+    /// Processes that should hold the factor can't be started.
+    #[error("ranks: cannot start {program}: {source}; docs/ranks.md says what is needed")]
     CannotStart {
         /// The program.
         program: String,
         /// The system's answer.
         source: std::io::Error,
     },
-    /// Another eigensolver failed.
-    #[cfg(feature = "slepc")]
-    #[error("slepc: {0}")]
-    EigenSolver(String),
+    /// Processes that hold the factor failed.
+    #[error("ranks: {0}")]
+    Ranks(String),
     /// A dense eigenvalue problem failed, which only non-finite numbers cause.
     #[error("{what}: numbers overflowed; check the units of the matrices")]
     NotFinite {
@@ -185,6 +183,10 @@ impl From<dcb_sparse::Error> for Error {
         match error {
             dcb_sparse::Error::OutOfMemory { what } => Self::OutOfMemory { what },
             dcb_sparse::Error::File(error) => Self::File(error),
+            dcb_sparse::Error::CannotStart { program, source } => {
+                Self::CannotStart { program, source }
+            }
+            dcb_sparse::Error::Ranks(why) => Self::Ranks(why),
         }
     }
 }
@@ -210,9 +212,9 @@ impl Error {
             Self::Interface(_)
             | Self::Lacking(Lacking::Interfaces | Lacking::Forces)
             | Self::Command(CommandRefusal::UnknownTimeUnit { .. }) => Some(Input::Description),
-            Self::Body(_)
-            | Self::Lacking(Lacking::ElasticModes | Lacking::Loads)
-            | Self::Command(CommandRefusal::EigenSolver(_)) => Some(Input::Stiffness),
+            Self::Body(_) | Self::Lacking(Lacking::ElasticModes | Lacking::Loads) => {
+                Some(Input::Stiffness)
+            }
             _ => None,
         }
     }
@@ -245,12 +247,11 @@ impl Error {
             | Self::Command(_)
             | Self::Timings(_)
             | Self::InScene { .. }
-            | Self::NotEnoughMemory { .. } => true,
+            | Self::NotEnoughMemory { .. }
+            | Self::CannotStart { .. } => true,
             Self::In { source, .. } => source.is_unusable_input(),
             Self::File(error) => !error.is_out_of_memory(),
             Self::Scene(error) => error.is_unusable_input(),
-            #[cfg(feature = "slepc")]
-            Self::CannotStart { .. } => true,
             _ => false,
         }
     }

@@ -26,6 +26,10 @@ impl Places {
 
 impl fmt::Display for Places {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        // The processes of --ranks count pivots and don't say where they are.
+        if self.first.is_empty() && self.more == 0 {
+            return f.write_str("places that a reduction without --ranks tells");
+        }
         f.write_str(&self.first.join(", "))?;
         match self.more {
             0 => Ok(()),

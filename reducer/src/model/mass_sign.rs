@@ -62,18 +62,18 @@ pub(crate) fn refuse_indefinite_mass(
     // M + τ diag(K) has the signs of diag(K) + M / τ.
     let shift = |part: f64| -1.0 / (part * largest);
     if let Some((lift, mass)) = one_direction(component, model, &stiffness)
-        && factor.inertia_of(&lift, &mass, shift(ZERO_MASS)).negative == 0
+        && (factor.inertia_of(&lift, &mass, shift(ZERO_MASS))?).negative == 0
     {
         return Ok(());
     }
     let lift = diagonal_matrix(&stiffness);
     let count = |part: f64| factor.inertia_of(&lift, &model.mass, shift(part));
-    let first = count(ZERO_MASS);
+    let first = count(ZERO_MASS)?;
     if first.negative == 0 {
         return Ok(());
     }
     let mut least = ZERO_MASS;
-    while least < 1.0 && count(STEP * least).negative > 0 {
+    while least < 1.0 && count(STEP * least)?.negative > 0 {
         least *= STEP;
     }
     let places = first.negative_dofs.iter();

@@ -3,6 +3,7 @@
 use dcb_sparse::factorization::SymmetricFactor;
 use serde::{Deserialize, Serialize};
 
+use crate::error::Error;
 use crate::model::condensation::Model;
 use crate::model::rigid_body::RigidBodyModes;
 use crate::modes::free_modes::FreeModes;
@@ -20,34 +21,37 @@ pub struct Sturm {
 
 impl Sturm {
     /// Counts the eigenvalues below the first omitted one, beside those that were found.
+    ///
+    /// # Errors
+    /// Those of counting.
     pub(crate) fn count(
         model: &Model,
         rigid: &RigidBodyModes,
         modes: &FreeModes,
         factor: &mut SymmetricFactor,
-    ) -> Self {
+    ) -> Result<Self, Error> {
         let found = rigid.count() + modes.count();
         let Some((limit, room)) = modes.certificate_shift() else {
-            return Self {
+            return Ok(Self {
                 limit: None,
                 counted: found,
                 found,
-            };
+            });
         };
         // A zero pivot means that μ met an eigenvalue of some leading block; a slightly different μ in the same gap does not.
-        let mut inertia = factor.inertia(&model.stiffness, &model.mass, limit);
+        let mut inertia = factor.inertia(&model.stiffness, &model.mass, limit)?;
         let mut used = limit;
         for fraction in [0.1, -0.1, 0.37] {
             if inertia.zero == 0 {
                 break;
             }
             used = limit + fraction * room;
-            inertia = factor.inertia(&model.stiffness, &model.mass, used);
+            inertia = factor.inertia(&model.stiffness, &model.mass, used)?;
         }
-        Self {
+        Ok(Self {
             limit: Some(used),
             counted: inertia.negative,
             found,
-        }
+        })
     }
 }

@@ -175,7 +175,7 @@ impl FreeModes {
                 lanczos = start(guarded)?;
                 continue;
             }
-            let x = sharpened(&lanczos, &pairs, kept);
+            let x = sharpened(&lanczos, &pairs, kept)?;
             let modes = Self::of_subspace(model, known, x, kept, search.wanted, iterations)?;
             if modes.unconverged().count() == 0 {
                 return Ok(modes);
@@ -304,7 +304,7 @@ impl FreeModes {
 }
 
 /// Inverse iteration on the `kept` lowest Ritz vectors, and on two more, which tell where the spectrum goes on.
-fn sharpened(lanczos: &Lanczos, pairs: &RitzPairs, kept: usize) -> Mat<f64> {
+fn sharpened(lanczos: &Lanczos, pairs: &RitzPairs, kept: usize) -> Result<Mat<f64>, Error> {
     let subspace = (kept + 2).min(pairs.eigenvalues.len());
     let first_guess = lanczos.ritz_vectors(pairs, subspace);
     lanczos.polish(first_guess.as_ref())
@@ -318,9 +318,9 @@ fn sharpened(lanczos: &Lanczos, pairs: &RitzPairs, kept: usize) -> Mat<f64> {
 fn sharpened_again(model: &Model, lanczos: &Lanczos, pairs: &RitzPairs) -> Result<Mat<f64>, Error> {
     let mut x = lanczos.ritz_vectors(pairs, pairs.eigenvalues.len());
     for _ in 0..SHARPENED_AGAIN {
-        (_, x) = rayleigh_ritz(model, lanczos.polish(x.as_ref()))?;
+        (_, x) = rayleigh_ritz(model, lanczos.polish(x.as_ref())?)?;
     }
-    Ok(lanczos.polish(x.as_ref()))
+    lanczos.polish(x.as_ref())
 }
 
 /// Values that can't be told from zero beside the shift. They are kept whatever is wanted: static flexibility exists only

@@ -123,11 +123,11 @@ impl<'a> Lanczos<'a> {
     }
 
     /// `S x` without its rigid part, from M x.
-    fn apply(&self, mass_times_x: Mat<f64>) -> Mat<f64> {
+    fn apply(&self, mass_times_x: Mat<f64>) -> Result<Mat<f64>, Error> {
         let mut y = mass_times_x;
-        self.factor.solve_in_place(y.as_mut());
+        self.factor.solve_in_place(y.as_mut())?;
         self.rigid.project_out(&mut y);
-        y
+        Ok(y)
     }
 
     /// One block step: applies S to the last block and orthonormalises the result into the next one.
@@ -136,7 +136,7 @@ impl<'a> Lanczos<'a> {
     /// As [`Lanczos::start`].
     pub fn step(&mut self) -> Result<(), Error> {
         let mass_block = std::mem::replace(&mut self.mass_block, Mat::new());
-        let image = self.apply(mass_block);
+        let image = self.apply(mass_block)?;
         let first = self.filled;
         self.filled += self.width;
         let known = self.filled;
@@ -172,7 +172,7 @@ impl<'a> Lanczos<'a> {
             (*state >> 11) as f64 / (1_u64 << 53) as f64 - 0.5
         });
         let mass_random = symmetric_product(&self.model.mass, random.as_ref());
-        let image = self.apply(mass_random);
+        let image = self.apply(mass_random)?;
         let (mut next, _) = self.orthogonalized(image)?;
         // A random block is coupled to nothing before it.
         next.coupling = Mat::zeros(next.vectors.ncols(), 0);
@@ -347,7 +347,7 @@ impl<'a> Lanczos<'a> {
     }
 
     /// One step of inverse iteration on any block: `(K + σ M)⁻¹ M x` without its rigid part, with M times the result.
-    pub fn polish(&self, x: MatRef<'_, f64>) -> Mat<f64> {
+    pub fn polish(&self, x: MatRef<'_, f64>) -> Result<Mat<f64>, Error> {
         self.apply(symmetric_product(&self.model.mass, x))
     }
 }

@@ -81,7 +81,7 @@ impl PowerMoments {
             fourth: next.fourth,
             rounding,
             rigid_shapes: localization.apply(of.rigid.shapes.as_ref()),
-            modes: ModeResiduals::of(of, factor, shift),
+            modes: ModeResiduals::of(of, factor, shift)?,
         })
     }
 

@@ -5,6 +5,7 @@ use dcb_sparse::column_products::BLOCK;
 use dcb_sparse::factorization::PositiveFactor;
 
 use crate::attachments::enrichment::Reducing;
+use crate::error::Error;
 use crate::modes::free_modes::FreeModes;
 
 /// Residuals of the kept modes, ρ = K φ - ω² M φ, in the norm of the factorized matrix: ρᵀ (K + σ M)⁻¹ ρ.
@@ -15,7 +16,13 @@ pub(super) struct ModeResiduals {
 }
 
 impl ModeResiduals {
-    pub(super) fn of(of: &Reducing<'_>, factor: &PositiveFactor, shift: f64) -> Self {
+    /// # Errors
+    /// Those of solving.
+    pub(super) fn of(
+        of: &Reducing<'_>,
+        factor: &PositiveFactor,
+        shift: f64,
+    ) -> Result<Self, Error> {
         let modes = of.modes;
         let mut squares = Vec::with_capacity(modes.count());
         for first in (0..modes.count()).step_by(BLOCK) {
@@ -30,10 +37,10 @@ impl ModeResiduals {
                 }
             }
             let mut solved = left.clone();
-            factor.solve_in_place(solved.as_mut());
+            factor.solve_in_place(solved.as_mut())?;
             squares.extend(column_dots(left.as_ref(), solved.as_ref()));
         }
-        Self { squares, shift }
+        Ok(Self { squares, shift })
     }
 
     /// Relative bounds of what each ω² is off. With ν = 1/(ω² + σ) the eigenvalues of (K + σ M)⁻¹ M: kept ones differ from exact ones by

@@ -34,7 +34,7 @@ impl SecondResponses {
     /// Of static shapes X, (n_c, n).
     ///
     /// # Errors
-    /// [`Error::Interrupted`].
+    /// [`Error::Interrupted`], and those of solving.
     pub(super) fn of(
         of: &Reducing<'_>,
         shapes: MatRef<'_, f64>,
@@ -63,7 +63,7 @@ impl SecondResponses {
             for complement in &complements {
                 complement.project_force(&mut block);
             }
-            factor.solve_in_place(block.as_mut());
+            factor.solve_in_place(block.as_mut())?;
             for complement in &complements {
                 complement.project_motion(&mut block);
             }

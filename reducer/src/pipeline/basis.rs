@@ -125,7 +125,7 @@ impl<'a> BasisSearch<'a> {
             let (modes, columns) = found?;
             observer.enter(Stage::Certificate)?;
             factor.release();
-            let sturm = Sturm::count(model, rigid, &modes, factor);
+            let sturm = Sturm::count(model, rigid, &modes, factor)?;
             if sturm.counted == sturm.found {
                 return Ok(columns.certified(modes, sturm));
             }
@@ -148,7 +148,7 @@ impl<'a> BasisSearch<'a> {
         let FreeBody { model, rigid, .. } = self.body;
         let mut below = |eigenvalue: f64| -> Result<usize, Error> {
             observer.enter(Stage::Certificate)?;
-            let inertia = factor.inertia(&model.stiffness, &model.mass, eigenvalue);
+            let inertia = factor.inertia(&model.stiffness, &model.mass, eigenvalue)?;
             Ok(inertia.negative.saturating_sub(rigid.count()))
         };
         match self.options.modes {
@@ -182,7 +182,7 @@ impl<'a> BasisSearch<'a> {
         let FreeBody { model, rigid, .. } = self.body;
         let known = KnownMotions { rigid, loose };
         let shift = self.spectrum.scale.shift();
-        (self.options.eigen_solver).free_modes(model, known, positive, shift, search, observer)
+        FreeModes::compute(model, known, positive, shift, search, observer)
     }
 
     /// Motions without stiffness where they are refused, and no mode at all.
@@ -232,7 +232,7 @@ impl<'a> BasisSearch<'a> {
                 let columns = further.as_ref().map(|further| further.shapes.as_ref());
                 let shift = self.spectrum.scale.shift();
                 match PowerMoments::compute(&of, columns, positive, shift, observer) {
-                    Err(Error::Interrupted) => return Err(Error::Interrupted),
+                    Err(error @ (Error::Interrupted | Error::Ranks(_))) => return Err(error),
                     found => found.map(Some).map_err(|why| why.to_string()),
                 }
             }

@@ -292,7 +292,7 @@ fn nullity(
     }
     let pairs = lanczos.ritz_pairs()?;
     let candidates = pairs.eigenvalues.len().min(3 * block);
-    let vectors = lanczos.polish(lanczos.ritz_vectors(&pairs, candidates).as_ref());
+    let vectors = lanczos.polish(lanczos.ritz_vectors(&pairs, candidates).as_ref())?;
     let forces = symmetric_product(&model.stiffness, vectors.as_ref());
     let absolute = AbsoluteForces::of(&model.stiffness, vectors.as_ref()).energies;
     let energies = column_dots(vectors.as_ref(), forces.as_ref());
@@ -336,15 +336,18 @@ pub fn unfactorized(
     why: Unfactorized,
 ) -> Error {
     match why {
-        Unfactorized::NotPositive { .. } => indefinite(model, scale, factor),
-        Unfactorized::NoRoom(error) => error.into(),
+        Unfactorized::NotPositive => indefinite(model, scale, factor),
+        Unfactorized::Failed(error) => error.into(),
     }
 }
 
 /// The message for a stiffness matrix that K + σ M can't make positive.
 pub fn indefinite(model: &Model, scale: &SpectrumScale, factor: &mut SymmetricFactor) -> Error {
     let shift = scale.shift();
-    let inertia = factor.inertia(&model.stiffness, &model.mass, -shift);
+    let inertia = match factor.inertia(&model.stiffness, &model.mass, -shift) {
+        Ok(inertia) => inertia,
+        Err(error) => return error.into(),
+    };
     let places = inertia.negative_dofs.iter();
     MatrixRefusal::NegativePivots {
         shift,

@@ -4,11 +4,12 @@ use dcb_sparse::factorization::SymmetricFactor;
 use serde::Serialize;
 
 use crate::attachments::residual::ResidualFlexibility;
+use crate::error::Error;
 use crate::model::condensation::Model;
 use crate::modes::free_modes::FreeModes;
 
 /// Effort of a reduction; all zero where it was made before.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize)]
 pub struct Work {
     /// Dofs of the model, rigid interfaces condensed.
     pub dofs: usize,
@@ -28,17 +29,23 @@ pub struct Work {
     pub attachment_iterations: usize,
     /// Threads that took part.
     pub threads: usize,
+    /// Most memory that each process with a part of the factor has had in use, bytes; empty where this one had all of it.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub rank_peak_bytes: Vec<u64>,
 }
 
 impl Work {
     /// Gathers what the stages counted.
+    ///
+    /// # Errors
+    /// [`Error::Ranks`] if they don't answer.
     pub fn of(
         model: &Model,
         factor: &SymmetricFactor,
         modes: &FreeModes,
         residual: &ResidualFlexibility,
-    ) -> Self {
-        Self {
+    ) -> Result<Self, Error> {
+        Ok(Self {
             dofs: model.len(),
             factor_entries: factor.factor_entries(),
             factor_flops: factor.flops(),
@@ -48,6 +55,7 @@ impl Work {
             lanczos_block_steps: modes.iterations,
             attachment_iterations: residual.iterations,
             threads: rayon::current_num_threads(),
-        }
+            rank_peak_bytes: factor.rank_peak_bytes()?,
+        })
     }
 }

@@ -38,7 +38,7 @@ impl<'a> MemoryPlan<'a> {
     /// Tells the forecast and puts the factor where it fits; returns what to say where that is on disk unasked.
     ///
     /// # Errors
-    /// [`Error::NotEnoughMemory`].
+    /// [`Error::NotEnoughMemory`]; ranks that can't be started.
     pub fn place(
         &self,
         factor: &mut SymmetricFactor,
@@ -47,7 +47,7 @@ impl<'a> MemoryPlan<'a> {
         observer.forecast(&self.forecast, self.limit);
         let storage = self.limit.choose(&self.forecast)?;
         let warning = self.short_of_memory(&storage);
-        factor.keep_in(storage, self.limit.fallback(&self.forecast));
+        factor.keep_in(storage, self.limit.fallback(&self.forecast))?;
         Ok(warning)
     }
 

@@ -95,7 +95,7 @@ pub fn reduce_whole(
     // One factor of K + σ M: Φ, G_res L_bᵀ, X, and the inertia of K - μ M as certificate.
     let search = BasisSearch::new(&body, &spectrum, &memory, options);
     let mut basis = search.certified(&mut factor, observer)?;
-    let work = Work::of(&body.model, &factor, &basis.modes, &basis.residual);
+    let work = Work::of(&body.model, &factor, &basis.modes, &basis.residual)?;
     warnings.precision = factor.warning().map(str::to_owned);
     warnings.modes = fewer_modes(&body, options.modes, &basis.modes);
     let missing_estimate = basis.missing_moments.take();

@@ -12,7 +12,6 @@ use serde_json::Value;
 use crate::attachments::enrichment_source::EnrichmentSource;
 use crate::attachments::interface_reduction::InterfaceModes;
 use crate::mode_selection::ModeSelection;
-use crate::modes::eigen_solver::EigenSolver;
 use crate::pipeline::diagnosis::{Grounding, LoosePieces};
 use crate::resources::forecast::EstimateChoice;
 use crate::resources::memory_limit::{FactorChoice, MemoryLimit};
@@ -57,11 +56,6 @@ pub struct Reduction {
     #[serde(rename = "allow_loose", with = "as_flag")]
     #[schemars(with = "bool")]
     pub loose_pieces: LoosePieces,
-    /// Solver for the modes.
-    #[arg(skip)]
-    #[serde(skip_deserializing, skip_serializing_if = "EigenSolver::is_built_in")]
-    #[schemars(skip)]
-    pub eigen_solver: EigenSolver,
     /// How much memory may be taken, and where the factor is kept.
     #[arg(skip)]
     #[serde(skip)]
@@ -78,7 +72,6 @@ impl Default for Reduction {
             estimate: EstimateChoice::Computed,
             grounding: Grounding::Refuse,
             loose_pieces: LoosePieces::Refuse,
-            eigen_solver: EigenSolver::BlockLanczos,
             memory: MemoryLimit::default(),
         }
     }
@@ -93,7 +86,7 @@ impl Reduction {
         }
     }
 
-    /// All that decides the result but the modes; what is as usual is left out. How many processes find the modes doesn't matter.
+    /// All that decides the result but the modes; what is as usual is left out. On how many ranks doesn't matter.
     pub fn decisive(&self) -> BTreeMap<String, Value> {
         let mut options: BTreeMap<String, Value> =
             serde_json::from_value(serde_json::to_value(self).unwrap_or_default())
@@ -103,8 +96,8 @@ impl Reduction {
             Value::Array(list) => !list.is_empty(),
             _ => true,
         });
-        if !self.eigen_solver.is_built_in() {
-            options.insert("eigen_solver".into(), "slepc".into());
+        if self.memory.is_on_ranks() {
+            options.insert("factor".into(), "ranks".into());
         }
         if self.memory.factor == FactorChoice::Single {
             options.insert("factor".into(), "single".into());

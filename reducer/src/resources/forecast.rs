@@ -152,10 +152,13 @@ impl Forecast {
 
     /// Memory of each stage.
     pub fn stages(&self, storage: &FactorStorage) -> Vec<StageMemory> {
-        let resident = match storage.place {
-            Place::Memory => self.factor_bytes(storage),
+        let (resident, scratch) = match storage.place {
+            Place::Memory => (self.factor_bytes(storage), self.scratch_bytes()),
             // The system may write it out and read it again.
-            Place::Disk { .. } => 0,
+            Place::Disk { .. } => (0, self.scratch_bytes()),
+            // Other processes compute it.
+            #[cfg(feature = "ranks")]
+            Place::Ranks(_) => (0, 0),
         };
         let base = PROGRAM + self.matrix_bytes() + self.dofs as u64 * TABLES_PER_DOF;
         let (modes, attached) = (self.modes as f64, self.attachment_columns as f64);
@@ -169,17 +172,14 @@ impl Forecast {
             EstimateChoice::LeftOut => 0.0,
         };
         vec![
-            stage(Stage::Factor, base + resident + self.scratch_bytes()),
+            stage(Stage::Factor, base + resident + scratch),
             stage(
                 Stage::Modes,
                 base + resident + self.columns(self.basis_columns() as f64 + MODE_BLOCKS * modes),
             ),
             stage(Stage::Attachments, base + resident + self.columns(working)),
             stage(Stage::Estimate, base + resident + self.columns(estimating)),
-            stage(
-                Stage::Certificate,
-                base + self.columns(shapes) + self.scratch_bytes(),
-            ),
+            stage(Stage::Certificate, base + self.columns(shapes) + scratch),
             stage(Stage::Quality, base + self.columns(working)),
         ]
     }

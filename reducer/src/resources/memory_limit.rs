@@ -4,6 +4,8 @@ use std::path::PathBuf;
 
 use clap::ValueEnum;
 use dcb_sparse::factor_store::{FactorStorage, Place, Precision};
+#[cfg(feature = "ranks")]
+use dcb_sparse::ranks::RanksRun;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
@@ -38,9 +40,23 @@ pub struct MemoryLimit {
     pub factor: FactorChoice,
     /// Folder of a factor on disk.
     pub scratch: PathBuf,
+    /// Processes that hold the factor in place of this one; the limit isn't theirs.
+    #[cfg(feature = "ranks")]
+    pub ranks: Option<RanksRun>,
 }
 
 impl MemoryLimit {
+    /// For a factor in this process; its file would be in the folder `scratch`.
+    pub fn here(bytes: Option<u64>, factor: FactorChoice, scratch: PathBuf) -> Self {
+        Self {
+            bytes,
+            factor,
+            scratch,
+            #[cfg(feature = "ranks")]
+            ranks: None,
+        }
+    }
+
     fn in_memory(precision: Precision) -> FactorStorage {
         FactorStorage {
             precision,
@@ -57,8 +73,27 @@ impl MemoryLimit {
         }
     }
 
+    /// Whether other processes hold the factor.
+    #[cfg(feature = "ranks")]
+    pub fn is_on_ranks(&self) -> bool {
+        self.ranks.is_some()
+    }
+
+    /// Whether other processes hold the factor: not in this build.
+    #[cfg(not(feature = "ranks"))]
+    pub fn is_on_ranks(&self) -> bool {
+        false
+    }
+
     /// Possible choices, best first.
     pub fn candidates(&self) -> Vec<FactorStorage> {
+        #[cfg(feature = "ranks")]
+        if let Some(run) = &self.ranks {
+            return vec![FactorStorage {
+                precision: Precision::Double,
+                place: Place::Ranks(run.clone()),
+            }];
+        }
         match self.factor {
             FactorChoice::Auto => vec![Self::in_memory(Precision::Double), self.on_disk()],
             FactorChoice::Memory => vec![Self::in_memory(Precision::Double)],
@@ -132,7 +167,10 @@ impl MemoryLimit {
             ..*forecast
         };
         let mut offer = |storage: FactorStorage, option: &str| {
-            if !self.candidates().contains(&storage) && self.allows(forecast, &storage) {
+            if !self.is_on_ranks()
+                && !self.candidates().contains(&storage)
+                && self.allows(forecast, &storage)
+            {
                 remedies.push(option.to_owned());
             }
         };

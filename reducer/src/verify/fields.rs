@@ -59,7 +59,7 @@ pub(crate) fn check_fields(
     stored.check_rigid_interfaces(findings);
     let mut factor = SymmetricFactor::analyse(&model.stiffness, &model.mass, &model.points())?;
     let (residual, moments) = stored.residual(&mut factor, findings)?;
-    let sturm = Sturm::count(model, &body.rigid, &stored.modes, &mut factor);
+    let sturm = Sturm::count(model, &body.rigid, &stored.modes, &mut factor)?;
     stored.check_projections(&residual, sturm, moments, findings)
 }
 

@@ -28,10 +28,10 @@ pub(crate) fn null_space(stiffness: &SparseMatrix, groups: &[u32]) -> Result<Mat
     let factor = factor
         .factorize(stiffness, &diagonal, SHIFT)
         .map_err(|why| match why {
-            Unfactorized::NotPositive { .. } => {
+            Unfactorized::NotPositive => {
                 "the stiffness isn't positive semi-definite; is it the stiffness?".to_owned()
             }
-            Unfactorized::NoRoom(error) => error.to_string(),
+            Unfactorized::Failed(error) => error.to_string(),
         })?;
     // Any start that isn't orthogonal to the null space: numbers without pattern.
     let mut state = 0x9e37_79b9_7f4a_7c15_u64;
@@ -45,7 +45,7 @@ pub(crate) fn null_space(stiffness: &SparseMatrix, groups: &[u32]) -> Result<Mat
     for _ in 0..MOST_STEPS {
         // Rigid motions are eigenvectors of K with any weights; without these they would only be nearly so.
         let mut next = symmetric_product(&diagonal, block.as_ref());
-        factor.solve_in_place(next.as_mut());
+        (factor.solve_in_place(next.as_mut())).map_err(|error| error.to_string())?;
         let next = orthonormal(next.as_ref());
         let forces = symmetric_product(stiffness, next.as_ref()).norm_l2();
         let has_ended = forces > 0.5 * least;

@@ -27,10 +27,12 @@ impl MemoryArguments {
             Some(folder) if !folder.as_os_str().is_empty() => folder.to_path_buf(),
             _ => PathBuf::from("."),
         };
-        MemoryLimit {
-            bytes: self.memory.or_else(available),
-            factor: self.factor,
-            scratch: self.scratch.clone().unwrap_or_else(folder),
-        }
+        let scratch = self.scratch.clone().unwrap_or_else(folder);
+        MemoryLimit::here(self.bytes(), self.factor, scratch)
+    }
+
+    /// Memory that may be taken, as of now.
+    pub fn bytes(&self) -> Option<u64> {
+        self.memory.or_else(available)
     }
 }

@@ -2,12 +2,12 @@
 
 mod batch;
 mod cache;
-mod eigen_solver;
 mod import;
 mod init;
 mod memory;
 mod part;
 mod plan;
+mod ranks;
 mod scene;
 mod study;
 mod superelement;
@@ -25,12 +25,12 @@ use dcb_formats::output::remove_unfinished;
 use crate::outcome::{Outcome, ended};
 use crate::reduce::batch::BatchArguments;
 use crate::reduce::cache::{CacheArguments, InventoryArguments};
-use crate::reduce::eigen_solver::EigenSolverArguments;
 use crate::reduce::import::ImportCommand;
 use crate::reduce::init::InitArguments;
 use crate::reduce::memory::MemoryArguments;
 use crate::reduce::part::files::PartArguments;
 use crate::reduce::plan::PlanArguments;
+use crate::reduce::ranks::RanksArguments;
 use crate::reduce::scene::SceneReductionArguments;
 use crate::reduce::study::ComponentStudyArguments;
 use crate::reduce::superelement::export::ExportArguments;
@@ -95,9 +95,9 @@ pub(crate) struct ReduceArguments {
     #[arg(long, value_name = "F.json")]
     pub timings: Option<PathBuf>,
     #[command(flatten)]
-    pub eigen_solver: EigenSolverArguments,
-    #[command(flatten)]
     pub memory: MemoryArguments,
+    #[command(flatten)]
+    pub ranks: RanksArguments,
     #[command(flatten)]
     pub cache: CacheArguments,
 }
@@ -226,8 +226,8 @@ pub fn main(arguments: impl IntoIterator<Item = OsString>, other: fn() -> clap::
 /// Ends what was started, cleans up, says what there is, and ends with the signal's status (130 for Ctrl-C).
 pub(crate) fn when_interrupted(clean_up: impl Fn() -> String + Send + 'static) {
     stop_signal::watch(move |signal| {
-        #[cfg(feature = "slepc")]
-        dcb_reducer::modes::mpi_job::end_all();
+        #[cfg(feature = "ranks")]
+        dcb_sparse::ranks::job::end_all();
         remove_unfinished();
         print_to_stderr(signal.reason(), &clean_up());
         stop_signal::end(signal);

@@ -13,6 +13,7 @@ use crate::program::{Detail, Told};
 use crate::reduce::memory::MemoryArguments;
 use crate::reduce::part::default_output;
 use crate::reduce::part::files::{PartArguments, PartFiles};
+use crate::reduce::ranks::RanksArguments;
 use dcb_reducer::error::Error;
 use dcb_reducer::forecast;
 use dcb_reducer::mode_selection::ModeOptions;
@@ -32,15 +33,16 @@ pub struct PlanArguments {
     pub part: PartArguments,
     #[command(flatten)]
     pub memory: MemoryArguments,
+    #[command(flatten)]
+    pub ranks: RanksArguments,
     /// As JSON; memory in bytes, time in seconds.
     #[arg(long)]
     pub json: bool,
 }
 
 pub fn run(arguments: &PlanArguments, detail: Detail) -> Result<Outcome, Error> {
-    let limit = arguments
-        .memory
-        .limit(&default_output(&arguments.stiffness));
+    let mut limit = (arguments.memory).limit(&default_output(&arguments.stiffness));
+    arguments.ranks.enter(&arguments.memory, &mut limit)?;
     let files = PartFiles::of(&arguments.stiffness, &arguments.part)?;
     let component = files.read(limit.bytes, Told::Nothing)?;
     let modes = arguments.modes.request().selection(&component.units.time)?;
@@ -86,6 +88,8 @@ pub fn described(storage: &FactorStorage) -> String {
         (Place::Memory, Precision::Double) => "in memory".into(),
         (Place::Memory, Precision::Single) => "in memory in single precision".into(),
         (Place::Disk { folder }, _) => format!("on disk in {}", folder.display()),
+        #[cfg(feature = "ranks")]
+        (Place::Ranks(run), _) => format!("by {} MPI process(es)", run.ranks),
     }
 }
 

@@ -138,14 +138,19 @@ fn slips_on_the_command_line_are_refused() {
     }
 }
 
-#[cfg(not(feature = "slepc"))]
+#[cfg(not(feature = "ranks"))]
 #[test]
-fn a_build_without_slepc_says_so() {
+fn a_build_without_ranks_says_so() {
     let folder = Folder::rotor();
-    let says = ["built without the feature slepc", "--features slepc"];
+    let says = [
+        "built without the feature ranks",
+        "--features ranks",
+        "--factor disk",
+    ];
     folder.refused_each(&[
-        ("rotor.mtx --eigen-solver slepc --ranks 2", &says),
-        ("rotor.mtx --ranks 2", &["--eigen-solver slepc"]),
+        ("rotor.mtx --ranks 2", &says),
+        ("plan rotor.mtx --ranks 2 --mpirun mpirun", &says),
+        ("rotor.mtx --mpirun mpirun", &["say with --ranks"]),
     ]);
 }
 

@@ -8,6 +8,8 @@ use faer::Mat;
 
 use super::{AttachmentProblem, ProjectedForces, add_scaled, relative};
 
+use crate::error::Error;
+
 /// Relative residual of the attachment columns that is aimed at.
 const RESIDUAL_AIM: f64 = 3e-13;
 /// Sweeps of refinement and iterations in each.
@@ -57,7 +59,7 @@ impl AttachmentProblem<'_> {
         &self,
         factor: &PositiveFactor,
         forces: &ProjectedForces,
-    ) -> Solution {
+    ) -> Result<Solution, Error> {
         let mut best = Solution {
             x: zeros(forces.columns.nrows(), forces.columns.ncols()),
             product: Mat::zeros(0, 0),
@@ -73,8 +75,8 @@ impl AttachmentProblem<'_> {
             }
             let left = copied(best.left.as_ref());
             let (mut x, made) = match sweep {
-                Sweep::Factor => (solved(factor, left), 1),
-                Sweep::ConjugateGradients => self.conjugate_gradients(factor, forces, left),
+                Sweep::Factor => (solved(factor, left)?, 1),
+                Sweep::ConjugateGradients => self.conjugate_gradients(factor, forces, left)?,
             };
             iterations += made;
             add_scaled(&mut x, &vec![1.0; best.x.ncols()], &best.x);
@@ -92,10 +94,10 @@ impl AttachmentProblem<'_> {
             };
         }
         if best.product.ncols() == 0 {
-            return self.solution(forces, best.x, iterations);
+            return Ok(self.solution(forces, best.x, iterations));
         }
         best.iterations = iterations;
-        self.without_kept_modes(forces, best)
+        Ok(self.without_kept_modes(forces, best))
     }
 
     /// A block of columns with what they leave.
@@ -143,10 +145,10 @@ impl AttachmentProblem<'_> {
     }
 
     /// An approximate solution of K z = r without motions that have no stiffness.
-    fn precondition(&self, factor: &PositiveFactor, r: Mat<f64>) -> Mat<f64> {
-        let mut z = solved(factor, r);
+    fn precondition(&self, factor: &PositiveFactor, r: Mat<f64>) -> Result<Mat<f64>, Error> {
+        let mut z = solved(factor, r)?;
         self.project_motion(&mut z);
-        z
+        Ok(z)
     }
 
     /// An approximate solution of K x = r in the complement of the motions without stiffness, and the iterations made.
@@ -155,7 +157,7 @@ impl AttachmentProblem<'_> {
         factor: &PositiveFactor,
         forces: &ProjectedForces,
         mut r: Mat<f64>,
-    ) -> (Mat<f64>, usize) {
+    ) -> Result<(Mat<f64>, usize), Error> {
         let mut x = zeros(r.nrows(), r.ncols());
         let mut p: Mat<f64> = Mat::zeros(0, 0);
         let mut rz = Vec::new();
@@ -163,9 +165,9 @@ impl AttachmentProblem<'_> {
             let left = relative(&self.norms(r.as_ref()), &forces.norms);
             let open: Vec<bool> = left.iter().map(|left| *left > RESIDUAL_AIM).collect();
             if !open.contains(&true) {
-                return (x, iteration);
+                return Ok((x, iteration));
             }
-            let mut z = self.precondition(factor, copied(r.as_ref()));
+            let mut z = self.precondition(factor, copied(r.as_ref()))?;
             let next = column_dots(r.as_ref(), z.as_ref());
             if iteration > 0 {
                 let momentum: Vec<f64> = next
@@ -191,12 +193,12 @@ impl AttachmentProblem<'_> {
             add_scaled(&mut r, &back, &kp);
             self.project_force(&mut r);
         }
-        (x, ITERATIONS_PER_SWEEP)
+        Ok((x, ITERATIONS_PER_SWEEP))
     }
 }
 
 /// The solutions of (K + σ M) z = r.
-fn solved(factor: &PositiveFactor, mut r: Mat<f64>) -> Mat<f64> {
-    factor.solve_in_place(r.as_mut());
-    r
+fn solved(factor: &PositiveFactor, mut r: Mat<f64>) -> Result<Mat<f64>, Error> {
+    factor.solve_in_place(r.as_mut())?;
+    Ok(r)
 }

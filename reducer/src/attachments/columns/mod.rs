@@ -157,7 +157,7 @@ impl<'a> AttachmentProblem<'a> {
     /// Solves for all columns, block by block.
     ///
     /// # Errors
-    /// [`Error::Interrupted`].
+    /// [`Error::Interrupted`], and those of solving.
     pub fn solve(
         &self,
         factor: &PositiveFactor,
@@ -167,7 +167,7 @@ impl<'a> AttachmentProblem<'a> {
         let columns = zeros(self.model.len(), n_b);
         self.by_blocks(columns, |forces, first, _| {
             observer.advance(first as f64 / n_b as f64)?;
-            Ok(self.solve_block(factor, forces))
+            self.solve_block(factor, forces)
         })
     }
 

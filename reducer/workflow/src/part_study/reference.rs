@@ -293,7 +293,7 @@ impl<'a> Unreduced<'a> {
         let mut factor = SymmetricFactor::analyse(&model.stiffness, &model.mass, &model.points())?;
         let modes = ModeSelection::Lowest(modes);
         let forecast = memory.fitted(Forecast::of(model, localization, &factor, modes));
-        factor.keep_in(memory.choose(&forecast)?, memory.fallback(&forecast));
+        factor.keep_in(memory.choose(&forecast)?, memory.fallback(&forecast))?;
         observer.enter(Stage::Factor)?;
         let positive = match factor.factorize(&model.stiffness, &model.mass, scale.shift()) {
             Ok(positive) => positive,
@@ -328,14 +328,19 @@ impl<'a> Unreduced<'a> {
                 return Err(Shortfall::ReferenceSeries { left, terms }.into());
             }
             observer.advance((size.max(LAST_TERM).log10() / LAST_TERM.log10()).clamp(0.0, 1.0))?;
-            columns = self.next(factor, &columns, unit);
+            columns = self.next(factor, &columns, unit)?;
             sum += &columns;
             terms.push(symmetrized(at_rows(columns.as_ref()).as_ref()));
         }
     }
 
     /// λ₀ G_res M X.
-    fn next(&self, factor: &PositiveFactor, columns: &Mat<f64>, unit: f64) -> Mat<f64> {
+    fn next(
+        &self,
+        factor: &PositiveFactor,
+        columns: &Mat<f64>,
+        unit: f64,
+    ) -> Result<Mat<f64>, Error> {
         let mut forces = faer::Scale(unit) * symmetric_product(&self.model.mass, columns.as_ref());
         self.project_force(&mut forces);
         let whole = column_norms(forces.as_ref());
@@ -343,7 +348,7 @@ impl<'a> Unreduced<'a> {
         let mut left = forces.clone();
         for _ in 0..PASSES {
             let mut step = left;
-            factor.solve_in_place(step.as_mut());
+            factor.solve_in_place(step.as_mut())?;
             found += &step;
             self.project_motion(&mut found);
             left = &forces - symmetric_product(&self.model.stiffness, found.as_ref());
@@ -355,7 +360,7 @@ impl<'a> Unreduced<'a> {
                 break;
             }
         }
-        found
+        Ok(found)
     }
 
     /// Residual of u(λ) in (K - λ M) u = f; `sum` is its part beyond the modes.

@@ -94,7 +94,8 @@ pub fn run(arguments: &ReduceArguments, common: &CommonArguments) -> Result<Outc
     if let Claimed::Served(outcome) = claimed {
         return Ok(outcome);
     }
-    job.reduction.memory = arguments.memory.limit(&job.target);
+    // Others may have taken some in the meantime.
+    job.reduction.memory.bytes = arguments.memory.bytes();
     clock.start("read");
     let component = job.files.read(job.reduction.memory.bytes, job.told)?;
     let (n_e, sources) = (component.dofs.len(), component.sources.clone());
@@ -161,10 +162,10 @@ impl<'a> Job<'a> {
     fn of(arguments: &'a ReduceArguments, common: &CommonArguments) -> Result<Self, Error> {
         let stiffness = (arguments.stiffness.as_ref()).ok_or(CommandRefusal::NoPart)?;
         let mut reduction = arguments.reduction.clone();
-        reduction.eigen_solver = arguments.eigen_solver.chosen()?;
-        reduction.memory.factor = arguments.memory.factor;
         let usual = default_output(stiffness);
         let target = arguments.output.clone().unwrap_or_else(|| usual.clone());
+        reduction.memory = arguments.memory.limit(&target);
+        (arguments.ranks).enter(&arguments.memory, &mut reduction.memory)?;
         let replace_existing = match arguments.force {
             true => Replace::Overwrite,
             false => Replace::Refuse,
@@ -297,6 +298,9 @@ impl<'a> Job<'a> {
                 json!({ "below_eigenvalue": eigenvalue })
             }
         };
+        if let Some(ranks) = self.arguments.ranks.count() {
+            options["ranks"] = ranks.into();
+        }
         options["max_frequency_hz"] = self.arguments.modes.max_frequency.into();
         self.arguments.form.say(&mut options);
         options

@@ -1,6 +1,6 @@
-//! SLEPc under `mpirun`: the same superelement as with the built-in eigensolver, and what happens when MPI fails.
+//! Factors on MPI processes: the same superelement as with a factor in this one, and what happens when MPI fails.
 //!
-//! `cargo test --release -p dcb-programs --features slepc`; needs SLEPc and Open MPI.
+//! `cargo test --release -p dcb-programs --features ranks`; needs MUMPS and Open MPI.
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic)]
 
 mod agreement;
@@ -9,6 +9,7 @@ mod interruption;
 #[allow(dead_code)]
 #[path = "../reduce/part_folder.rs"]
 mod part_folder;
+mod processes;
 #[allow(dead_code)]
 #[path = "../support/mod.rs"]
 mod support;
