@@ -14,6 +14,8 @@ pub struct Spin {
     pub rate: f64,
     /// Whether the joints and drives between the ground and the body determine it. Turns by deflection are not counted.
     pub known: bool,
+    /// Acceleration of gravity where nothing else, but the motion of the start, can make the bodies turn: no drives, loads, springs or actuators.
+    pub falls: Option<f64>,
     /// Why.
     pub reason: String,
 }
@@ -24,9 +26,15 @@ impl Spin {
             return Ok(Self {
                 rate: 0.0,
                 known: true,
+                falls: None,
                 reason: "nothing turns in an analysis that isn't over time".into(),
             });
         }
+        let is_left_alone = scene.drives.is_empty()
+            && scene.loads.is_empty()
+            && scene.springs.is_empty()
+            && scene.actuators.is_empty();
+        let falls = is_left_alone.then(|| scene.gravity_in_space().norm());
         let rates = relative_rates(scene)?;
         let bounds = bounds(scene, &rates);
         if let Some((rate, through)) = bounds.get(body) {
@@ -37,6 +45,7 @@ impl Spin {
             return Ok(Self {
                 rate: *rate,
                 known: true,
+                falls,
                 reason,
             });
         }
@@ -62,6 +71,7 @@ impl Spin {
         Ok(Self {
             rate,
             known: false,
+            falls,
             reason,
         })
     }

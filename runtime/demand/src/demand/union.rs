@@ -214,6 +214,7 @@ mod tests {
             spin: Spin {
                 rate: 1.0,
                 known: true,
+                falls: None,
                 reason: "driven".into(),
             },
             band: Band {
@@ -269,6 +270,7 @@ mod tests {
         two.spin = Spin {
             rate: 5.0,
             known: false,
+            falls: None,
             reason: "guessed".into(),
         };
         two.nodes = NodeDemand::Some([(3, vec!["outputs.p".into()])].into());

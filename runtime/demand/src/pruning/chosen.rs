@@ -7,7 +7,7 @@ use dcb_formats::superelement::Superelement;
 use nalgebra::Vector3;
 
 use super::attached::{Economy, as_used};
-use super::centrifugal::{lost, strain};
+use super::centrifugal::Centrifugal;
 use super::ranges::ranges;
 use super::{Carried, Pruned};
 use crate::Error;
@@ -24,8 +24,6 @@ const FREQUENCIES: usize = 49;
 const QUASISTATIC: f64 = 0.01;
 /// A normal is an axis of the component within this angle.
 const PARALLEL: f64 = 1e-6;
-/// Deflections of interest are this part of a body's size: what spin does to the size is compared with them.
-const DEFLECTION: f64 = 0.01;
 
 /// Chooses what stays of one superelement.
 pub(super) struct Chooser<'a> {
@@ -183,15 +181,9 @@ impl<'a> Chooser<'a> {
             || !self.whole.stiffening.interface.is_empty()
     }
 
-    /// E of what is selected, and how much its loss counts.
-    fn centrifugal(&self, selection: &Selection) -> Result<(f64, f64), Error> {
-        let spin = &self.demand.spin;
-        let first = first_elastic(self.whole);
-        let weight = match spin.known {
-            true => (spin.rate * spin.rate / first / DEFLECTION).min(1.0),
-            false => 1.0,
-        };
-        Ok((strain(&selection.superelement(self.whole)?)?, weight))
+    /// The response of what is selected to the body's own spin.
+    fn centrifugal(&self, selection: &Selection) -> Result<Centrifugal, Error> {
+        Centrifugal::of(&selection.superelement(self.whole)?, &self.demand.spin)
     }
 
     /// Largest relative change of the receptance, from the whole to `selection`; none where there is no band.
@@ -216,8 +208,8 @@ struct Reference<'a, 'b> {
     selection: Selection,
     /// Cost of its interfaces.
     error: f64,
-    /// E, and how much its loss counts.
-    spin: (f64, f64),
+    /// Its response to the body's own spin.
+    spin: Centrifugal,
 }
 
 impl Reference<'_, '_> {
@@ -305,13 +297,9 @@ impl Reference<'_, '_> {
 
     /// Change of the receptance, or of the response to the body's own spin if that is more.
     fn error(&self, selection: &Selection) -> Result<f64, Error> {
-        let (whole, weight) = self.spin;
-        let centrifugal = match weight > 0.0 && whole > 0.0 {
-            true => lost(whole, strain(&selection.superelement(self.chooser.whole)?)?),
-            false => 0.0,
-        };
+        let smaller = selection.superelement(self.chooser.whole)?;
         let change = self.chooser.change(selection)?;
-        Ok(change.max(weight * centrifugal))
+        Ok(change.max(self.spin.lost(&smaller)?))
     }
 }
 
