@@ -5,6 +5,9 @@
 use super::registers::{ask_ahead, rows, scale, subtract_scaled};
 use super::{GROUP, Real, STRIP};
 
+/// How far ahead of the arithmetic the factor is asked for, bytes.
+const AHEAD: usize = 2048;
+
 pub(super) struct Forward<'a, T, const N: usize> {
     pub(super) packed: &'a [T],
     pub(super) columns: usize,
@@ -39,9 +42,12 @@ fn front<S: pulp::Simd, T: Real, const N: usize, const R: usize, const C: usize,
     for _ in 0..strips / GROUP {
         (packed, w) = group::<S, T, R, C, M, STRIP, GROUP>(simd, packed, w);
     }
-    for _ in 0..strips % GROUP {
-        (packed, w) = group::<S, T, R, C, M, STRIP, 1>(simd, packed, w);
-    }
+    (packed, w) = match strips % GROUP {
+        3 => group::<S, T, R, C, M, STRIP, 3>(simd, packed, w),
+        2 => group::<S, T, R, C, M, STRIP, 2>(simd, packed, w),
+        1 => group::<S, T, R, C, M, STRIP, 1>(simd, packed, w),
+        _ => (packed, w),
+    };
     if columns & 4 != 0 {
         (packed, w) = group::<S, T, R, C, M, 4, 1>(simd, packed, w);
     }
@@ -99,7 +105,7 @@ fn solve<S: pulp::Simd, T: Real, const R: usize, const W: usize>(
 ) {
     for c in 0..W {
         let (solved, open) = w.split_at_mut(c + 1);
-        scale(simd, &mut solved[c], 1.0 / triangle[c][c].wide());
+        scale(simd, &mut solved[c], triangle[c][c].wide());
         let x = solved[c];
         for (row, w) in open[..W - c - 1].iter_mut().enumerate() {
             subtract_scaled(simd, w, triangle[c + 1 + row][c].wide(), &x);
@@ -162,7 +168,7 @@ fn tile<
         return;
     };
     for factors in factors {
-        ask_ahead(factors);
+        ask_ahead(factors, AHEAD);
     }
     let mut first = 0;
     while first < R {

@@ -79,8 +79,8 @@ pub fn packed_length(rows: usize, columns: usize) -> usize {
 }
 
 /// Packs a front's columns as the solutions read them: strips of eight columns (at the end four, two, one), each row by row from
-/// its first diagonal entry on. The upper triangle of a strip's first rows is never used. What was eliminated is thus read
-/// from one end to the other, or back.
+/// its first diagonal entry on. The upper triangle of a strip's first rows is never used, and its diagonal holds reciprocals: a
+/// division would make every column wait. What was eliminated is thus read from one end to the other, or back.
 pub fn pack<T: Real>(values: &[f64], rows: usize, columns: usize, packed: &mut [T]) {
     let mut first = 0;
     let mut rest = packed;
@@ -97,6 +97,7 @@ pub fn pack<T: Real>(values: &[f64], rows: usize, columns: usize, packed: &mut [
             for (to, from) in strip[c..].iter_mut().step_by(width).zip(column) {
                 *to = T::of(*from);
             }
+            strip[c * width + c] = T::of(1.0 / column[c]);
         }
     };
     match values.len() >= LARGE {
