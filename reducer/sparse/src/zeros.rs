@@ -19,6 +19,16 @@ pub(crate) fn extend<T: Copy + Default + Send>(values: &mut Vec<T>, length: usiz
     unsafe { values.set_len(length) };
 }
 
+/// Zeros in place of all values.
+pub(crate) fn fill(values: &mut [f64]) {
+    match values.len() > CHUNK {
+        true => values
+            .par_chunks_mut(CHUNK)
+            .for_each(|chunk| chunk.fill(0.0)),
+        false => values.fill(0.0),
+    }
+}
+
 /// A matrix of zeros.
 pub(crate) fn matrix(rows: usize, columns: usize) -> Mat<f64> {
     if rows * columns <= CHUNK {

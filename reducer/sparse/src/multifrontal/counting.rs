@@ -8,11 +8,13 @@ use faer::reborrow::*;
 use faer::{Accum, ColMut, Mat, MatMut, Par};
 use rayon::prelude::*;
 
-use super::dense::{CHUNK, Panel, subtract_from_update, subtract_products};
+use super::dense::{
+    CHUNK, Panel, Trapezoid, subtract_chunk, subtract_from_later, subtract_from_update,
+};
 use super::elimination::{Elimination, NotPositive};
 
-/// Columns within which pivots are chosen.
-const BLOCK: usize = 96;
+/// Columns within which pivots are chosen: half a chunk.
+const BLOCK: usize = CHUNK / 2;
 /// How many negative pivots are listed by position.
 const LISTED: usize = 8;
 
@@ -67,33 +69,36 @@ impl Elimination for Indefinite {
         update: &mut [f64],
         outcome: &mut Signs,
     ) -> Result<(), NotPositive> {
-        let (rows, columns) = (panel.rows, panel.columns);
+        let Trapezoid { rows, columns } = panel.layout;
         let order = rows - columns;
-        let mut whole = panel.as_mut();
-        for begin in (0..columns).step_by(BLOCK) {
-            let width = BLOCK.min(columns - begin);
-            let (block, rest) = whole
-                .rb_mut()
-                .submatrix_mut(begin, begin, rows - begin, columns - begin)
-                .split_at_col_mut(width);
-            let (diagonal, mut below) = block.split_at_row_mut(width);
-            let pivots = Pivots::of(diagonal, first + begin, outcome);
-            let scaled = pivots.divide(below.rb_mut());
-            let (scaled, below) = (scaled.as_ref(), below.rb());
-            let kept = columns - begin - width;
-            let trailing = rest.split_at_row_mut(width).1;
-            subtract_products(trailing, scaled, below);
-            let accumulate = if begin == 0 {
-                Accum::Replace
-            } else {
-                Accum::Add
-            };
-            subtract_from_update(
-                update,
-                scaled.subrows(kept, order),
-                below.subrows(kept, order),
-                accumulate,
-            );
+        let mut chunks = panel.layout.chunks(panel.values);
+        let mut rest = &mut chunks[..];
+        while let Some(((start, chunk), after)) = rest.split_first_mut() {
+            for begin in (0..chunk.ncols()).step_by(BLOCK) {
+                let width = BLOCK.min(chunk.ncols() - begin);
+                let (height, left) = (chunk.nrows() - begin, chunk.ncols() - begin);
+                let open = chunk.rb_mut().submatrix_mut(begin, begin, height, left);
+                let (block, same) = open.split_at_col_mut(width);
+                let (diagonal, mut below) = block.split_at_row_mut(width);
+                let pivots = Pivots::of(diagonal, first + *start + begin, outcome);
+                let scaled = pivots.divide(below.rb_mut());
+                let (scaled, below) = (scaled.as_ref(), below.rb());
+                let same = same.split_at_row_mut(width).1;
+                subtract_chunk(same, 0, scaled, below, Accum::Add);
+                let end = *start + begin + width;
+                subtract_from_later(after, end, scaled, below);
+                let accumulate = match end == width {
+                    true => Accum::Replace,
+                    false => Accum::Add,
+                };
+                subtract_from_update(
+                    update,
+                    scaled.subrows(columns - end, order),
+                    below.subrows(columns - end, order),
+                    accumulate,
+                );
+            }
+            rest = after;
         }
         Ok(())
     }

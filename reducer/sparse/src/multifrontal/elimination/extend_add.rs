@@ -5,11 +5,9 @@ use std::ops::Range;
 
 use rayon::prelude::*;
 
-use crate::multifrontal::dense::UpdateLayout;
+use crate::multifrontal::dense::Trapezoid;
 use crate::multifrontal::fronts::{Fronts, Run};
 
-/// Columns of a panel that are one task.
-const PANEL_COLUMNS: usize = 64;
 /// A panel or an update matrix of fewer entries is one task.
 const LARGE: usize = 1 << 18;
 
@@ -20,62 +18,30 @@ pub(super) struct Child<'a> {
     pub update: &'a [f64],
 }
 
-/// Adds the part of the children's update matrices that lies in the parent's columns.
-pub(super) fn add_to_panel(
+/// Adds the part of the children's update matrices that lies in some columns of the parent from `offset` on: its own, or those of its update
+/// matrix.
+pub(super) fn add_children(
     fronts: &Fronts,
     children: &[Child<'_>],
     values: &mut [f64],
-    rows: usize,
-    columns: usize,
+    layout: Trapezoid,
+    offset: usize,
 ) {
-    let add = |first: usize, values: &mut [f64]| {
-        let wanted = first..first + values.len() / rows;
-        for child in children {
-            let target = Target {
-                values: &mut *values,
-                columns: wanted.clone(),
-                height: rows,
-                start: 0,
-            };
-            add_columns(fronts, *child, target);
-        }
-    };
-    if values.len() < LARGE || columns <= PANEL_COLUMNS {
-        add(0, values);
-    } else {
-        values
-            .par_chunks_mut(PANEL_COLUMNS * rows)
-            .enumerate()
-            .for_each(|(chunk, values)| add(chunk * PANEL_COLUMNS, values));
-    }
-}
-
-/// Adds the part of the children's update matrices that lies in the parent's update matrix.
-pub(super) fn add_to_update(
-    fronts: &Fronts,
-    children: &[Child<'_>],
-    update: &mut [f64],
-    rows: usize,
-    columns: usize,
-) {
-    let layout = UpdateLayout {
-        order: rows - columns,
-    };
     let add = |(chunk, values): (Range<usize>, &mut [f64])| {
-        let start = columns + chunk.start;
-        let wanted = start..columns + chunk.end;
+        let start = offset + chunk.start;
+        let wanted = start..offset + chunk.end;
         for child in children {
             let target = Target {
                 values: &mut *values,
                 columns: wanted.clone(),
-                height: rows - start,
+                height: layout.rows - chunk.start,
                 start,
             };
             add_columns(fronts, *child, target);
         }
     };
-    let is_large = update.len() >= LARGE;
-    let chunks = layout.slices(update);
+    let is_large = values.len() >= LARGE;
+    let chunks = layout.slices(values);
     match is_large {
         true => chunks.into_par_iter().for_each(add),
         false => chunks.into_iter().for_each(add),

@@ -1,4 +1,4 @@
-//! Eliminates the fronts: subtrees of little work as tasks of their own, the fronts above them one by one with all threads.
+//! Eliminates the fronts: subtrees of little work as tasks of their own, those of much work one after the other, with all threads.
 
 mod extend_add;
 
@@ -13,7 +13,7 @@ use super::dense::{Panel, eliminate_positive};
 use super::fronts::Fronts;
 use super::kernels::{Real, pack};
 use crate::zeros;
-use extend_add::{Child, add_to_panel, add_to_update};
+use extend_add::{Child, add_children};
 
 /// `K + shift · M`, both symmetric in full storage.
 #[derive(Clone, Copy)]
@@ -154,32 +154,39 @@ impl<E: Elimination> Run<'_, E> {
             .push(workspace);
     }
 
-    /// Disjoint subtrees, in parallel; what they tell is merged in their order.
+    /// Disjoint subtrees: large ones one after the other, so that no two hold their largest update matrices together, then the others in
+    /// parallel. What they tell is merged in their order.
     fn side_by_side(
         &self,
         subtrees: &[u32],
         values: &mut [E::Stored],
     ) -> Result<(E::Outcome, Vec<Vec<f64>>), NotPositive> {
-        let mut tasks = Vec::with_capacity(subtrees.len());
+        let (mut small, mut done) = (Vec::new(), Vec::with_capacity(subtrees.len()));
         let mut rest = values;
-        for front in subtrees {
-            let length = if E::KEEPS {
-                self.fronts.subtree_values(*front as usize).len()
-            } else {
-                0
+        for (place, front) in subtrees.iter().enumerate() {
+            let front = *front as usize;
+            let length = match E::KEEPS {
+                true => self.fronts.subtree_values(front).len(),
+                false => 0,
             };
             let (own, after) = rest.split_at_mut(length);
-            tasks.push((*front as usize, own));
+            match self.fronts.stands_alone(front) {
+                true => done.push((place, self.subtree(front, own)?)),
+                false => small.push((place, front, own)),
+            }
             rest = after;
         }
-        let done: Vec<Done<E::Outcome>> = tasks
+        let in_parallel: Vec<(usize, Done<E::Outcome>)> = small
             .into_par_iter()
-            .map(|(front, values)| self.subtree(front, values))
+            .map(|(place, front, values)| (place, self.subtree(front, values)))
             .collect();
+        for (place, result) in in_parallel {
+            done.push((place, result?));
+        }
+        done.sort_unstable_by_key(|(place, _)| *place);
         let mut outcome = E::Outcome::default();
         let mut updates = Vec::with_capacity(done.len());
-        for result in done {
-            let (told, update) = result?;
+        for (_, (told, update)) in done {
             E::merge(&mut outcome, told);
             updates.push(update);
         }
@@ -295,12 +302,14 @@ impl<E: Elimination> Run<'_, E> {
         outcome: &mut E::Outcome,
     ) -> Result<(), NotPositive> {
         let fronts = self.fronts;
-        let (rows, columns) = (fronts.row_count(front), fronts.column_count(front));
-        if scratch.len() < rows * columns {
-            *scratch = vec![0.0; rows * columns];
+        let layout = fronts.panel_layout(front);
+        if scratch.len() < layout.len() {
+            // The old one first, so that both are never held.
+            *scratch = Vec::new();
+            zeros::extend(scratch, layout.len());
         }
-        let values = &mut scratch[..rows * columns];
-        values.fill(0.0);
+        let values = &mut scratch[..layout.len()];
+        zeros::fill(values);
         self.add_entries(front, values, local);
         let own = fronts.children(front).iter().zip(children);
         let children: Vec<Child> = own
@@ -309,26 +318,23 @@ impl<E: Elimination> Run<'_, E> {
                 update,
             })
             .collect();
-        add_to_panel(fronts, &children, values, rows, columns);
+        add_children(fronts, &children, values, layout, 0);
         let first = fronts.columns(front).start;
-        let mut panel = Panel {
-            values,
-            rows,
-            columns,
-        };
+        let mut panel = Panel { values, layout };
         self.elimination
             .eliminate(first, &mut panel, update, outcome)?;
         if E::KEEPS {
-            pack(values, rows, columns, kept);
+            pack(values, layout, kept);
         }
-        add_to_update(fronts, &children, update, rows, columns);
+        let update_layout = fronts.update_layout(front);
+        add_children(fronts, &children, update, update_layout, layout.columns);
         Ok(())
     }
 
     /// Adds the matrix's own entries in a front's columns, on and below the diagonal.
     fn add_entries(&self, front: usize, values: &mut [f64], local: &mut [u32]) {
         let fronts = self.fronts;
-        let rows = fronts.row_count(front);
+        let layout = fronts.panel_layout(front);
         let columns = fronts.columns(front);
         for (row, position) in columns.clone().enumerate() {
             local[position] = row as u32;
@@ -341,13 +347,14 @@ impl<E: Elimination> Run<'_, E> {
         }
         for (column, position) in columns.enumerate() {
             let dof = fronts.forward[position] as usize;
-            let values = &mut values[column * rows..(column + 1) * rows];
+            let (range, start) = layout.column(column);
+            let values = &mut values[range];
             let mut add = |matrix: &SparseMatrix, factor: f64| {
                 let entries = matrix.row_idx_of_col_raw(dof).iter();
                 for (row, value) in entries.zip(matrix.val_of_col(dof)) {
                     let place = fronts.inverse[*row as usize] as usize;
                     if place >= position {
-                        values[local[place] as usize] += factor * value;
+                        values[local[place] as usize - start] += factor * value;
                     }
                 }
             };

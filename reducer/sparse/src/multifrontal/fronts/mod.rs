@@ -6,7 +6,7 @@ mod tasks;
 use rows_below::rows_below_groups;
 
 use super::amalgamation::{Groups, gather};
-use super::dense::UpdateLayout;
+use super::dense::Trapezoid;
 use super::elimination_tree::{NONE, OrderedGraph, children_of, postorder};
 use super::kernels::packed_length;
 use crate::ordering::QuotientGraph;
@@ -43,8 +43,9 @@ pub struct Fronts {
     first_descendants: Vec<u32>,
     /// Where each front's columns start among the stored values, one more than fronts.
     values: Vec<usize>,
-    /// Floating-point operations in each subtree.
+    /// Floating-point operations in each subtree, and in all.
     subtree_flops: Vec<f64>,
+    flops: f64,
     /// Largest sum of update matrices held at once while a subtree is eliminated by one thread, entries.
     subtree_stack: Vec<usize>,
 }
@@ -90,12 +91,7 @@ impl Fronts {
         // A subtree that needs much room beside what it leaves behind comes first (Liu 1986). Empty groups are roots without columns.
         let mut peaks = vec![0_usize; columns.len()];
         for group in 0..columns.len() {
-            let left = |g: &u32| {
-                UpdateLayout {
-                    order: updates[*g as usize],
-                }
-                .len()
-            };
+            let left = |g: &u32| Trapezoid::triangle(updates[*g as usize]).len();
             children[group].sort_by_key(|child| {
                 std::cmp::Reverse(peaks[*child as usize].saturating_sub(left(child)))
             });
@@ -105,12 +101,7 @@ impl Fronts {
                 peak = peak.max(held + peaks[*child as usize]);
                 held += left(child);
             }
-            peaks[group] = peak.max(
-                held + UpdateLayout {
-                    order: updates[group],
-                }
-                .len(),
-            );
+            peaks[group] = peak.max(held + Trapezoid::triangle(updates[group]).len());
         }
         let roots: Vec<u32> = roots
             .into_iter()
@@ -135,6 +126,7 @@ impl Fronts {
             first_descendants: Vec::new(),
             values: vec![0],
             subtree_flops: Vec::new(),
+            flops: 0.0,
             subtree_stack: Vec::new(),
         };
         // Dofs and columns.
@@ -188,6 +180,8 @@ impl Fronts {
             let end = fronts.values[new] + packed_length(k + update, k);
             fronts.values.push(end);
         }
+        let roots = fronts.roots.iter();
+        fronts.flops = roots.map(|root| fronts.subtree_flops[*root as usize]).sum();
         fronts.locate_children();
         for front in (0..fronts.len()).rev() {
             let depth = fronts.depths[front] + 1;
@@ -271,9 +265,15 @@ impl Fronts {
     }
 
     /// How a front's update matrix is stored.
-    pub fn update_layout(&self, front: usize) -> UpdateLayout {
-        UpdateLayout {
-            order: self.update_size(front),
+    pub fn update_layout(&self, front: usize) -> Trapezoid {
+        Trapezoid::triangle(self.update_size(front))
+    }
+
+    /// How a front's columns are stored while they are eliminated.
+    pub fn panel_layout(&self, front: usize) -> Trapezoid {
+        Trapezoid {
+            rows: self.row_count(front),
+            columns: self.column_count(front),
         }
     }
 
@@ -339,16 +339,13 @@ impl Fronts {
 
     /// Floating-point operations of a Cholesky factorization.
     pub fn flops(&self) -> f64 {
-        self.roots
-            .iter()
-            .map(|root| self.subtree_flops[*root as usize])
-            .sum()
+        self.flops
     }
 
     /// Largest panel of one front, entries.
     pub fn largest_panel(&self) -> usize {
         (0..self.len())
-            .map(|front| self.row_count(front) * self.column_count(front))
+            .map(|front| self.panel_layout(front).len())
             .max()
             .unwrap_or(0)
     }

@@ -5,7 +5,15 @@ use super::Fronts;
 /// A subtree becomes one task when it is less than this part of the work.
 const TASKS: f64 = 64.0;
 
+/// A subtree of more than this part of the work is eliminated by itself, with all threads.
+const LARGE: f64 = 0.25;
+
 impl Fronts {
+    /// Whether a subtree is so large that no other one is eliminated beside it.
+    pub fn stands_alone(&self, front: usize) -> bool {
+        self.subtree_flops[front] > LARGE * self.flops()
+    }
+
     /// Whether a subtree is small enough to be one task.
     pub fn is_one_task(&self, front: usize) -> bool {
         self.children(front).is_empty() || self.subtree_flops[front] * TASKS <= self.flops()
@@ -44,15 +52,23 @@ impl Fronts {
         self.side_by_side(&self.roots, &bounds, threads)
     }
 
-    /// As many of the largest subtrees as there are threads at their peak, the others done.
+    /// Large subtrees one after the other, then as many of the others as there are threads at their peak, the rest done.
     fn side_by_side(&self, subtrees: &[u32], bounds: &[usize], threads: usize) -> usize {
         let square = |front: &u32| self.update_length(*front as usize);
-        let mut extra: Vec<usize> = subtrees
+        let (large, small): (Vec<u32>, Vec<u32>) = subtrees
+            .iter()
+            .partition(|front| self.stands_alone(**front as usize));
+        let (mut held, mut bound) = (0, 0);
+        for front in &large {
+            bound = bound.max(held + bounds[*front as usize]);
+            held += square(front);
+        }
+        let mut extra: Vec<usize> = small
             .iter()
             .map(|front| bounds[*front as usize].saturating_sub(square(front)))
             .collect();
         extra.sort_unstable_by_key(|extra| std::cmp::Reverse(*extra));
-        let held: usize = subtrees.iter().map(square).sum();
-        held + extra.iter().take(threads).sum::<usize>()
+        held += small.iter().map(square).sum::<usize>();
+        bound.max(held + extra.iter().take(threads).sum::<usize>())
     }
 }

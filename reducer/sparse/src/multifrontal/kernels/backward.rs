@@ -53,10 +53,13 @@ fn front<S: pulp::Simd, T: Real, const N: usize, const R: usize, const C: usize,
         packed = group::<S, T, R, C, 4, 4, 1>(simd, packed, &mut w[first..]);
     }
     let strips = columns / STRIP;
-    for _ in 0..strips % GROUP {
-        first -= STRIP;
-        packed = group::<S, T, R, C, D, STRIP, 1>(simd, packed, &mut w[first..]);
-    }
+    first -= STRIP * (strips % GROUP);
+    packed = match strips % GROUP {
+        3 => group::<S, T, R, C, D, STRIP, 3>(simd, packed, &mut w[first..]),
+        2 => group::<S, T, R, C, D, STRIP, 2>(simd, packed, &mut w[first..]),
+        1 => group::<S, T, R, C, D, STRIP, 1>(simd, packed, &mut w[first..]),
+        _ => packed,
+    };
     for _ in 0..strips / GROUP {
         first -= STRIP * GROUP;
         packed = group::<S, T, R, C, D, STRIP, GROUP>(simd, packed, &mut w[first..]);
@@ -91,7 +94,6 @@ fn group<
         for g in 0..G {
             let at = W * (G - g) + number * ROWS;
             let factors = &strips[g][at..at + known.len()];
-            ask_ahead(factors);
             let sums = &mut own[W * g..W * (g + 1)];
             subtract::<S, T, R, C, D, W>(simd, factors, known, sums);
         }
@@ -121,10 +123,14 @@ fn subtract<
     known: &[[S::f64s; R]],
     sums: &mut [[S::f64s; R]],
 ) {
+    // What the next rows need is asked for bit by bit while these are worked on.
+    let share = (factors.len() * D * C).div_ceil(W * R);
+    let mut parts = factors.chunks(share.max(1));
     let mut column = 0;
     while column < W {
         let mut first = 0;
         while first < R {
+            ask_ahead(parts.next().unwrap_or_default(), ROWS * size_of::<[T; W]>());
             let mut own = [[simd.splat_f64s(0.0); C]; D];
             for d in 0..D {
                 own[d].copy_from_slice(&sums[column + d][first..first + C]);
@@ -145,7 +151,8 @@ fn subtract<
     }
 }
 
-/// `w = L⁻ᵀ w` for the lower triangle of a strip.
+/// `w = L⁻ᵀ w` for the lower triangle of a strip: what is solved is taken from all open rows at once, so that these don't wait for
+/// each other.
 #[inline(always)]
 fn solve<S: pulp::Simd, T: Real, const R: usize, const W: usize>(
     simd: S,
@@ -153,11 +160,11 @@ fn solve<S: pulp::Simd, T: Real, const R: usize, const W: usize>(
     w: &mut [[S::f64s; R]],
 ) {
     for c in (0..W).rev() {
-        let (open, solved) = w.split_at_mut(c + 1);
-        let x = &mut open[c];
-        for (row, done) in solved[..W - c - 1].iter().enumerate() {
-            subtract_scaled(simd, x, triangle[c + 1 + row][c].wide(), done);
+        let (open, solved) = w.split_at_mut(c);
+        let x = &mut solved[0];
+        scale(simd, x, triangle[c][c].wide());
+        for (j, w) in open.iter_mut().enumerate() {
+            subtract_scaled(simd, w, triangle[c][j].wide(), x);
         }
-        scale(simd, x, 1.0 / triangle[c][c].wide());
     }
 }

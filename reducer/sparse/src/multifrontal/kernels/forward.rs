@@ -5,6 +5,9 @@
 use super::registers::{ask_ahead, rows, scale, subtract_scaled};
 use super::{GROUP, Real, STRIP};
 
+/// How far ahead of the arithmetic the factor is asked for, bytes.
+const AHEAD: usize = 2048;
+
 pub(super) struct Forward<'a, T, const N: usize> {
     pub(super) packed: &'a [T],
     pub(super) columns: usize,
@@ -16,40 +19,51 @@ impl<T: Real, const N: usize> pulp::WithSimd for Forward<'_, T, N> {
 
     #[inline(always)]
     fn with_simd<S: pulp::Simd>(self, simd: S) {
-        // Registers of a row, those of them taken together, and rows taken together.
+        // Registers of a row, those of them taken together, and rows taken together; registers of one or two rows that are left over.
         match (S::F64_LANES, N / S::F64_LANES) {
-            (8, 1) => front::<S, T, N, 1, 1, 12>(simd, self),
-            (8, 2) => front::<S, T, N, 2, 2, 12>(simd, self),
-            (_, 2) => front::<S, T, N, 2, 2, 6>(simd, self),
-            (_, 4) => front::<S, T, N, 4, 2, 6>(simd, self),
-            (_, 8) => front::<S, T, N, 8, 2, 6>(simd, self),
-            (_, 16) => front::<S, T, N, 16, 2, 6>(simd, self),
-            _ => front::<S, T, N, 32, 2, 6>(simd, self),
+            (8, 1) => front::<S, T, N, 1, 1, 12, 1>(simd, self),
+            (8, 2) => front::<S, T, N, 2, 2, 12, 2>(simd, self),
+            (_, 2) => front::<S, T, N, 2, 2, 6, 2>(simd, self),
+            (_, 4) => front::<S, T, N, 4, 2, 6, 4>(simd, self),
+            (_, 8) => front::<S, T, N, 8, 2, 6, 4>(simd, self),
+            (_, 16) => front::<S, T, N, 16, 2, 6, 4>(simd, self),
+            _ => front::<S, T, N, 32, 2, 6, 4>(simd, self),
         }
     }
 }
 
 #[inline(always)]
-fn front<S: pulp::Simd, T: Real, const N: usize, const R: usize, const C: usize, const M: usize>(
+fn front<
+    S: pulp::Simd,
+    T: Real,
+    const N: usize,
+    const R: usize,
+    const C: usize,
+    const M: usize,
+    const L: usize,
+>(
     simd: S,
     Forward { packed, columns, w }: Forward<'_, T, N>,
 ) {
     let (mut packed, mut w) = (packed, rows::<S, N, R>(w));
     let strips = columns / STRIP;
     for _ in 0..strips / GROUP {
-        (packed, w) = group::<S, T, R, C, M, STRIP, GROUP>(simd, packed, w);
+        (packed, w) = group::<S, T, R, C, M, L, STRIP, GROUP>(simd, packed, w);
     }
-    for _ in 0..strips % GROUP {
-        (packed, w) = group::<S, T, R, C, M, STRIP, 1>(simd, packed, w);
-    }
+    (packed, w) = match strips % GROUP {
+        3 => group::<S, T, R, C, M, L, STRIP, 3>(simd, packed, w),
+        2 => group::<S, T, R, C, M, L, STRIP, 2>(simd, packed, w),
+        1 => group::<S, T, R, C, M, L, STRIP, 1>(simd, packed, w),
+        _ => (packed, w),
+    };
     if columns & 4 != 0 {
-        (packed, w) = group::<S, T, R, C, M, 4, 1>(simd, packed, w);
+        (packed, w) = group::<S, T, R, C, M, L, 4, 1>(simd, packed, w);
     }
     if columns & 2 != 0 {
-        (packed, w) = group::<S, T, R, C, M, 2, 1>(simd, packed, w);
+        (packed, w) = group::<S, T, R, C, M, L, 2, 1>(simd, packed, w);
     }
     if columns & 1 != 0 {
-        group::<S, T, R, C, M, 1, 1>(simd, packed, w);
+        group::<S, T, R, C, M, L, 1, 1>(simd, packed, w);
     }
 }
 
@@ -63,6 +77,7 @@ fn group<
     const R: usize,
     const C: usize,
     const M: usize,
+    const L: usize,
     const W: usize,
     const G: usize,
 >(
@@ -81,12 +96,12 @@ fn group<
         solve::<S, T, R, W>(simd, triangle, solved);
         let (inside, strip) = strip.split_at(open.len());
         let solved = solved.as_chunks::<W>().0;
-        subtract::<S, T, R, C, M, W, 1>(simd, [inside], solved, open);
+        subtract::<S, T, R, C, M, L, W, 1>(simd, [inside], solved, open);
         strips[g] = strip;
         rest = after;
     }
     let solved = own.as_chunks::<W>().0;
-    subtract::<S, T, R, C, M, W, G>(simd, strips, solved, below);
+    subtract::<S, T, R, C, M, L, W, G>(simd, strips, solved, below);
     (rest, below)
 }
 
@@ -99,7 +114,7 @@ fn solve<S: pulp::Simd, T: Real, const R: usize, const W: usize>(
 ) {
     for c in 0..W {
         let (solved, open) = w.split_at_mut(c + 1);
-        scale(simd, &mut solved[c], 1.0 / triangle[c][c].wide());
+        scale(simd, &mut solved[c], triangle[c][c].wide());
         let x = solved[c];
         for (row, w) in open[..W - c - 1].iter_mut().enumerate() {
             subtract_scaled(simd, w, triangle[c + 1 + row][c].wide(), &x);
@@ -115,6 +130,7 @@ fn subtract<
     const R: usize,
     const C: usize,
     const M: usize,
+    const L: usize,
     const W: usize,
     const G: usize,
 >(
@@ -132,9 +148,12 @@ fn subtract<
         tile::<S, T, R, C, 3, W, G>(simd, strips, solved, at, w);
         at += 3;
     }
-    while at < w.len() {
-        tile::<S, T, R, C, 1, W, G>(simd, strips, solved, at, w);
-        at += 1;
+    if at + 2 <= w.len() {
+        tile::<S, T, R, L, 2, W, G>(simd, strips, solved, at, w);
+        at += 2;
+    }
+    if at < w.len() {
+        tile::<S, T, R, L, 1, W, G>(simd, strips, solved, at, w);
     }
 }
 
@@ -162,7 +181,7 @@ fn tile<
         return;
     };
     for factors in factors {
-        ask_ahead(factors);
+        ask_ahead(factors, AHEAD);
     }
     let mut first = 0;
     while first < R {

@@ -13,6 +13,8 @@ use rayon::prelude::*;
 use backward::Backward;
 use forward::Forward;
 
+use super::dense::Trapezoid;
+
 /// Columns of a whole strip.
 const STRIP: usize = 8;
 /// Strips taken together.
@@ -79,9 +81,10 @@ pub fn packed_length(rows: usize, columns: usize) -> usize {
 }
 
 /// Packs a front's columns as the solutions read them: strips of eight columns (at the end four, two, one), each row by row from
-/// its first diagonal entry on. The upper triangle of a strip's first rows is never used. What was eliminated is thus read
-/// from one end to the other, or back.
-pub fn pack<T: Real>(values: &[f64], rows: usize, columns: usize, packed: &mut [T]) {
+/// its first diagonal entry on. The upper triangle of a strip's first rows is never used, and its diagonal holds reciprocals: a
+/// division would make every column wait. What was eliminated is thus read from one end to the other, or back.
+pub fn pack<T: Real>(values: &[f64], layout: Trapezoid, packed: &mut [T]) {
+    let Trapezoid { rows, columns } = layout;
     let mut first = 0;
     let mut rest = packed;
     let mut strips = Vec::with_capacity(columns / STRIP + 3);
@@ -93,10 +96,12 @@ pub fn pack<T: Real>(values: &[f64], rows: usize, columns: usize, packed: &mut [
     }
     let pack = |(first, width, strip): (usize, usize, &mut [T])| {
         for c in 0..width {
-            let column = &values[(first + c) * rows + first..][..rows - first];
+            let (range, start) = layout.column(first + c);
+            let column = &values[range][first - start..];
             for (to, from) in strip[c..].iter_mut().step_by(width).zip(column) {
                 *to = T::of(*from);
             }
+            strip[c * width + c] = T::of(1.0 / column[c]);
         }
     };
     match values.len() >= LARGE {

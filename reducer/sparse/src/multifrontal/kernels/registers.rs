@@ -1,17 +1,15 @@
 //! Rows of right-hand sides as the machine's registers, and what the loops have in common.
 
-/// How far ahead of the arithmetic the factor is asked for, bytes.
-const AHEAD: usize = 2048;
 /// Bytes of a cache line.
 const LINE: usize = 64;
 
-/// Asks for the cache lines that follow some entries of the factor: the arithmetic on them is shorter than memory's latency.
+/// Asks for the cache lines that stand `ahead` bytes behind some entries of the factor: the arithmetic is shorter than memory's latency.
 #[inline(always)]
-pub(super) fn ask_ahead<T>(entries: &[T]) {
+pub(super) fn ask_ahead<T>(entries: &[T], ahead: usize) {
     #[cfg(target_arch = "x86_64")]
     {
         use std::arch::x86_64::{_MM_HINT_T0, _mm_prefetch};
-        let start = entries.as_ptr().cast::<i8>().wrapping_add(AHEAD);
+        let start = entries.as_ptr().cast::<i8>().wrapping_add(ahead);
         let mut offset = 0;
         while offset < size_of_val(entries) {
             // SAFETY: a prefetch of any address, mapped or not, has no effect but on caches.
