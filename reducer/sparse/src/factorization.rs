@@ -20,6 +20,7 @@ use crate::positive_factor::{Entries, FEW_COLUMNS, Solves};
 #[cfg(feature = "ranks")]
 use crate::ranks::Ranks;
 use crate::refinement::{Refined, Refinement};
+pub use crate::unfactorized::Unfactorized;
 
 /// The pattern of `K + σ M` analysed once, with room for one factor.
 pub struct SymmetricFactor {
@@ -33,27 +34,6 @@ pub struct SymmetricFactor {
     /// Processes that hold the factor in place of this one, and count.
     #[cfg(feature = "ranks")]
     ranks: Option<Ranks>,
-}
-
-/// Why there is no factor.
-#[derive(Debug)]
-pub enum Unfactorized {
-    /// The matrix isn't positive definite.
-    NotPositive,
-    /// No room for the factor, or whoever was to hold it failed.
-    Failed(Error),
-}
-
-impl From<NotPositive> for Unfactorized {
-    fn from(_: NotPositive) -> Self {
-        Self::NotPositive
-    }
-}
-
-impl From<Error> for Unfactorized {
-    fn from(error: Error) -> Self {
-        Self::Failed(error)
-    }
 }
 
 impl SymmetricFactor {

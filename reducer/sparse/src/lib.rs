@@ -35,6 +35,7 @@ pub mod ranks;
 mod refinement;
 mod sparse_product;
 mod tall_products;
+mod unfactorized;
 mod zeros;
 
 // No part of the door: for the other crates of this workspace and its tests.

@@ -70,36 +70,6 @@ fn errors_fall_with_the_order_of_the_method() {
     }
 }
 
-/// A tolerance that never asks for a shorter step leaves steps of the longest length. Constraint forces come from constraints differentiated twice: of the
-/// full order too.
-#[test]
-fn with_steps_of_one_length_errors_fall_with_the_order_of_the_method() {
-    for (stages, steps) in [(Stages::Three, [80, 160]), (Stages::Five, [32, 64])] {
-        let (reference, _) = run(double_pendulum(), accuracy(1e-12, Stages::Five), 2.0, 4);
-        let found = steps.map(|count| {
-            let equal = Accuracy {
-                longest: 2.0 / f64::from(count),
-                ..accuracy(0.1, stages)
-            };
-            let (states, made) = run(double_pendulum(), equal, 2.0, 4);
-            // The first ones may be shorter.
-            assert!(
-                (count as usize..count as usize + 8).contains(&made),
-                "{made} for {count}"
-            );
-            errors(&states, &reference)
-        });
-        for (k, quantity) in ["positions", "velocities", "forces"].iter().enumerate() {
-            let slope = (found[0][k] / found[1][k]).log2();
-            println!("{stages:?} {quantity}: {slope:.2} of {found:?}");
-            assert!(
-                slope > stages.order() as f64 - 0.5,
-                "{stages:?} {quantity}: {slope:.2}"
-            );
-        }
-    }
-}
-
 #[test]
 fn tolerances_are_errors_of_the_motion() {
     for (name, make) in [

@@ -19,8 +19,9 @@ use faer::MatMut;
 use self::exchange::{read_block, write_block, write_matrix};
 use self::job::{Job, PrivateFolder, file_error};
 use crate::Error;
-use crate::factorization::{Inertia, Unfactorized};
+use crate::inertia::Inertia;
 use crate::multifrontal::{Fronts, Matrix};
+use crate::unfactorized::Unfactorized;
 
 /// Name of the program that runs under `mpirun`.
 const PROGRAM: &str = "dcb-mumps-factor";
