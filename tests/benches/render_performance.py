@@ -54,6 +54,29 @@ def with_bounds():
     yield from peer_table.provenance(runs)
 
 
+def on_avx2():
+    """The job again where vectors are half as wide: ours and the solver that was the best."""
+    found = peer_table.latest(lines("reduce_on_avx2.jsonl"))
+    runs = [line for line in found if line["kind"] == "run"]
+    yield "| part | `reduce`, s, median (min–max) | PARDISO, s | PARDISO / ours | peak MB, ours / PARDISO | order | factor | modes | attachments | certificate |"
+    yield "| --- | --- | --- | --- | --- | --- | --- | --- | --- | --- |"
+    for component, modes in sorted({(run["component"], run["modes"]) for run in runs}, key=peer_table.places):
+        case = peer_table.Case(found, component, modes)
+        ours, theirs = case.of("reduce", 2), case.of("pardiso2", 2)
+        walls = sorted(run["wall"] for run in ours)
+        other = case.wall("pardiso2", 2)
+        stages = " | ".join(peer_table.number(median(run["stages"][name] for run in ours)) for name in ("order", "factor", "modes", "attachments", "certificate"))
+        once = "" if len(theirs) > 1 else " (once)"
+        yield (
+            f"| {component} | {median(walls):.3g} ({walls[0]:.3g}–{walls[-1]:.3g}) | {peer_table.number(other)}{once} | {peer_table.number(other / median(walls) if other else None)} "
+            f"| {case.peak('reduce', 2):.0f} / {case.peak('pardiso2', 2) or 0:.0f} | {stages} |"
+        )
+    yield ""
+    limits = peer_table.Case(found, "conrod-150k", 30)
+    yield f"Two threads; dgemm {peer_table.number(limits.limit('dgemm', 2))} GFLOP/s, triad {peer_table.number(limits.limit('bandwidth', 2))} GB/s."
+    yield from peer_table.provenance(runs)
+
+
 def reduction():
     rows = lines("reduce_against_scipy.jsonl")
     runs = [row for row in rows if row["kind"] == "run"]
@@ -132,6 +155,8 @@ if __name__ == "__main__":
     print("\n".join(best_solvers(options.peers)))
     if options.peers:
         raise SystemExit
+    print("\n### The same on a machine with AVX2 only\n")
+    print("\n".join(on_avx2()))
     print("\n### What a reduction costs by size\n")
     print("\n".join(cost_by_size.table(lines("reduce_against_peers.jsonl"))))
     print("\n### Threads\n")
