@@ -9,7 +9,7 @@ use dcb_reducer::resources::memory_limit::{FactorChoice, MemoryLimit};
 /// Processes that hold the factor.
 #[derive(Debug, Args)]
 pub struct RanksArguments {
-    /// Keep the factor in the memory of N MPI processes (docs/ranks.md; in builds with the feature ranks).
+    /// Keep the factor in the memory of N MPI processes (docs/ranks.md; feature ranks).
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..))]
     ranks: Option<u32>,
     /// Command that starts them; `-n N PROGRAM FOLDER` is added to it [default: mpirun].

@@ -14,7 +14,7 @@ pub struct Spin {
     pub rate: f64,
     /// Whether the joints and drives between the ground and the body determine it. Turns by deflection are not counted.
     pub known: bool,
-    /// Acceleration of gravity where nothing else, but the motion of the start, can make the bodies turn: no drives, loads, springs or actuators.
+    /// Acceleration of gravity where nothing else, but the motion of the start and drives of known rates, can make the bodies turn: no loads, springs or actuators.
     pub falls: Option<f64>,
     /// Why.
     pub reason: String,
@@ -30,7 +30,7 @@ impl Spin {
                 reason: "nothing turns in an analysis that isn't over time".into(),
             });
         }
-        let is_left_alone = scene.drives.is_empty()
+        let is_left_alone = are_drives_known(scene)?
             && scene.loads.is_empty()
             && scene.springs.is_empty()
             && scene.actuators.is_empty();
@@ -77,9 +77,26 @@ impl Spin {
     }
 }
 
+/// Whether the largest rate of every drive is known.
+fn are_drives_known(scene: &Scene) -> Result<bool, Error> {
+    for (name, drive) in &scene.drives {
+        if rate_of(scene, name, drive)?.is_none() {
+            return Ok(false);
+        }
+    }
+    Ok(true)
+}
+
+/// The largest rate of a drive during the run, if it is known.
+fn rate_of(scene: &Scene, name: &str, drive: &Drive) -> Result<Option<f64>, Error> {
+    let end = scene.integrator.map_or(0.0, |integrator| integrator.end);
+    let course = Course::of_drive(drive, end)
+        .map_err(|error| error.within(&format!("drives.{name}.{}", drive.kind())))?;
+    Ok(course.and_then(|course| course.largest(|value| value.rate)))
+}
+
 /// How fast the bodies of each joint turn against each other at most, where that is known.
 fn relative_rates(scene: &Scene) -> Result<IndexMap<&str, f64>, Error> {
-    let end = scene.integrator.map_or(0.0, |integrator| integrator.end);
     let mut turns: IndexMap<&str, f64> = IndexMap::new();
     let mut slides: IndexMap<&str, f64> = IndexMap::new();
     for (name, joint) in &scene.joints {
@@ -94,9 +111,7 @@ fn relative_rates(scene: &Scene) -> Result<IndexMap<&str, f64>, Error> {
             Drive::Position(_) => false,
             Drive::Speed(_) => scene.joints.get(joint).is_some_and(Joint::has_angle),
         };
-        let course = Course::of_drive(drive, end)
-            .map_err(|error| error.within(&format!("drives.{name}.{}", drive.kind())))?;
-        let Some(rate) = course.and_then(|course| course.largest(|value| value.rate)) else {
+        let Some(rate) = rate_of(scene, name, drive)? else {
             continue;
         };
         match turning {
