@@ -113,6 +113,14 @@ pub struct Inertia {
     pub i2: Vec<Mat<f64>>,
 }
 
+impl Inertia {
+    /// Root of the tensor's trace by the mass: a length that says how large the body is.
+    pub fn radius_of_gyration(&self) -> f64 {
+        let trace: f64 = (0..3).map(|axis| self.tensor[axis][axis]).sum();
+        (trace / self.mass).sqrt()
+    }
+}
+
 /// Geometric stiffening matrices, optional.
 #[derive(Clone, Debug, PartialEq, Default)]
 pub struct Stiffening {

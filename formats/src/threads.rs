@@ -17,8 +17,8 @@ use crate::out_of_memory::address_space_limit;
 const SPARE: usize = 3;
 /// Address space of a thread's stack, bytes.
 const STACK_BYTES: u64 = 1 << 21;
-/// Stacks may take one fraction, 1 / this, of a limited address space.
-const STACKS: u64 = 4;
+/// Threads may take one fraction, 1 / this, of a limited address space for themselves.
+const THREADS: u64 = 2;
 
 /// How many threads work.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -51,7 +51,8 @@ pub fn start_workers(asked: Option<u16>) -> Workers {
     let wanted = asked.unwrap_or_else(available).get();
     share_one_heap();
     let room = address_space_limit().map_or(usize::MAX, |bytes| {
-        usize::try_from(bytes / STACKS / STACK_BYTES).unwrap_or(usize::MAX)
+        let thread = STACK_BYTES + product_buffer_bytes();
+        usize::try_from(bytes / THREADS / thread).unwrap_or(usize::MAX)
     });
     // All of them before the pool: it can't be started a second time with fewer.
     let started = (0..wanted.min(room)).map_while(|_| Waiting::start().ok());
@@ -75,6 +76,17 @@ pub fn start_workers(asked: Option<u16>) -> Workers {
             .build_global(),
     };
     Workers { wanted, running }
+}
+
+/// Address space that faer's products of matrices take in each thread, mostly untouched: twice the processor's last cache, which
+/// servers have hundreds of megabytes of.
+fn product_buffer_bytes() -> u64 {
+    let text = std::fs::read_to_string("/sys/devices/system/cpu/cpu0/cache/index3/size");
+    let kibibytes = text.ok().and_then(|text| {
+        let number = text.trim().strip_suffix('K')?;
+        number.parse::<u64>().ok()
+    });
+    kibibytes.map_or(0, |kibibytes| kibibytes.saturating_mul(2 << 10))
 }
 
 /// Each thread would take 64 MB of address space for a heap of its own; where that is limited they share one.

@@ -34,7 +34,7 @@ def exponent(small, large, what):
     return math.log(what(large) / what(small)) / math.log(large.dofs / small.dofs)
 
 
-class Extrapolated:
+class Extrapolated(Row):
     """From the two largest rows: operations, bytes and entries grow with powers of the dofs, and every stage takes as long for each of them as in the larger row."""
 
     def __init__(self, small, large, dofs):
@@ -50,9 +50,6 @@ class Extrapolated:
         rest = large.peak - large.bytes / 1e9
         self.peak = self.bytes / 1e9 + rest * entries
         self.measured = False
-
-    def time(self, names):
-        return sum(self.stages.get(name, 0.0) for name in names)
 
 
 QUANTITIES = {

@@ -7,18 +7,18 @@
 //!
 //! A run that is stopped, even in the middle of a line, loses the row it was at and no other. A later run with the same settings
 //! finds the finished rows by their keys; other settings are refused, because their rows don't compare. Several processes may add to one
-//! ledger, on one machine or on several with a common file system that has locks: each line is written under a lock of the file.
+//! ledger ([`SharedLines`]).
 
 use std::collections::BTreeMap;
-use std::fs::{File, OpenOptions};
-use std::io::{self, Read as _, Seek as _, SeekFrom, Write as _};
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
 use serde_json::Value;
 
 use dcb_formats::Error;
+
+use crate::SharedLines;
 
 /// Treatment of rows that are there already.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -33,13 +33,8 @@ pub enum Start {
 /// `Option`: JSON has no such numbers.
 #[derive(Debug)]
 pub struct Ledger<R> {
-    path: PathBuf,
-    file: File,
+    lines: SharedLines,
     rows: BTreeMap<String, R>,
-    /// Bytes that were read or written: whole lines.
-    known: u64,
-    /// Lines among them.
-    lines: u64,
 }
 
 #[derive(Serialize, Deserialize)]
@@ -71,44 +66,24 @@ impl<R: Serialize + DeserializeOwned> Ledger<R> {
             study: study.to_owned(),
             settings: settings.clone(),
         };
-        let file = OpenOptions::new()
-            .read(true)
-            .write(true)
-            .create(true)
-            .truncate(false)
-            .open(path)
-            .map_err(|error| Error::io(path, "cannot write", error))?;
-        let mut ledger = Self {
-            path: path.to_owned(),
-            file,
-            rows: BTreeMap::new(),
-            known: 0,
-            lines: 0,
-        };
-        ledger.alone(|ledger| ledger.begin(&head, start))?;
-        Ok(ledger)
-    }
-
-    /// Reads the rows that are there, or writes the first line.
-    fn begin(&mut self, head: &Head, start: Start) -> Result<(), Error> {
-        let text = match start {
-            Start::Continue => self.unread()?,
-            Start::Anew => String::new(),
-        };
-        match text.split_once('\n') {
-            Some((first, _)) => {
-                check_head(&self.path, first, head)?;
-                (self.known, self.lines) = (first.len() as u64 + 1, 1);
-                self.refresh_alone()
-            }
-            None => {
-                let line = serde_json::to_string(head).map_err(|e| not_json(&self.path, &e))?;
-                if !line.starts_with(&text) {
-                    check_head(&self.path, &text, head)?;
-                }
-                self.append(&line)
-            }
+        let (mut lines, mut rows) = (SharedLines::open(path)?, BTreeMap::new());
+        let _alone = lines.alone()?;
+        let mut half = String::new();
+        if start == Start::Continue {
+            lines.read(|number, line| match number {
+                1 => check_head(path, line, &head),
+                _ => add_row(&mut rows, path, number, line),
+            })?;
+            half = lines.rest()?;
         }
+        if lines.count() == 0 {
+            let line = serde_json::to_string(&head).map_err(|error| not_json(path, &error))?;
+            if !line.starts_with(&half) {
+                check_head(path, &half, &head)?;
+            }
+            lines.append(&line)?;
+        }
+        Ok(Self { lines, rows })
     }
 
     /// Reads the rows that other processes have added.
@@ -116,69 +91,13 @@ impl<R: Serialize + DeserializeOwned> Ledger<R> {
     /// # Errors
     /// [`Error::Line`] for a complete line that isn't a row; [`Error::Io`].
     pub fn refresh(&mut self) -> Result<(), Error> {
-        self.alone(Self::refresh_alone)
+        let _alone = self.lines.alone()?;
+        self.read_rows()
     }
 
-    /// Does something that no other process does at the same time.
-    fn alone<T>(&mut self, work: impl FnOnce(&mut Self) -> Result<T, Error>) -> Result<T, Error> {
-        match self.file.lock() {
-            // A file system without locks has one process at a time.
-            Err(error) if error.kind() != io::ErrorKind::Unsupported => {
-                return Err(Error::io(&self.path, "cannot lock", error));
-            }
-            _ => {}
-        }
-        let done = work(self);
-        // The lock ends with the file at the latest.
-        let _ = self.file.unlock();
-        done
-    }
-
-    fn refresh_alone(&mut self) -> Result<(), Error> {
-        let text = self.unread()?;
-        // Only what ends in a line break was written completely.
-        for line in text.split_inclusive('\n') {
-            let Some(whole) = line.strip_suffix('\n') else {
-                break;
-            };
-            let found: OwnedLine<R> = serde_json::from_str(whole).map_err(|error| Error::Line {
-                path: self.path.clone(),
-                line: self.lines + 1,
-                message: format!(
-                    "is no row of this study ({error}); remove the line, or start anew with --force"
-                ),
-            })?;
-            self.rows.insert(found.key, found.row);
-            self.known += line.len() as u64;
-            self.lines += 1;
-        }
-        Ok(())
-    }
-
-    /// The text after what is known.
-    fn unread(&mut self) -> Result<String, Error> {
-        let mut text = Vec::new();
-        (self.file.seek(SeekFrom::Start(self.known)))
-            .and_then(|_| self.file.read_to_end(&mut text))
-            .and_then(|_| String::from_utf8(text).map_err(|_| io::ErrorKind::InvalidData.into()))
-            .map_err(|error| Error::io(&self.path, "cannot read", error))
-    }
-
-    /// Writes a line after what is known, in the place of half a line that a killed process left there.
-    fn append(&mut self, line: &str) -> Result<(), Error> {
-        let written = (self.file.set_len(self.known))
-            .and_then(|()| self.file.seek(SeekFrom::Start(self.known)))
-            .and_then(|_| self.file.write_all(format!("{line}\n").as_bytes()))
-            .and_then(|()| self.file.sync_data());
-        let size = line.len() as u64 + 1;
-        if let Err(error) = written {
-            // Half a line must not stand before the next one.
-            let _ = self.file.set_len(self.known);
-            return Err(Error::not_written(&self.path, size, error));
-        }
-        self.known += size;
-        self.lines += 1;
-        Ok(())
+    fn read_rows(&mut self) -> Result<(), Error> {
+        let (path, rows) = (self.lines.path().to_owned(), &mut self.rows);
+        (self.lines).read(|number, line| add_row(rows, &path, number, line))
     }
 
     /// The row under a key, if it is there.
@@ -202,14 +121,31 @@ impl<R: Serialize + DeserializeOwned> Ledger<R> {
     /// [`Error::Io`]: a full disk, for example. What was in the ledger stays in it.
     pub fn add(&mut self, key: &str, row: R) -> Result<(), Error> {
         let line = Line { key, row: &row };
-        let text = serde_json::to_string(&line).map_err(|error| not_json(&self.path, &error))?;
-        self.alone(|ledger| {
-            ledger.refresh_alone()?;
-            ledger.append(&text)
-        })?;
+        let path = self.lines.path();
+        let text = serde_json::to_string(&line).map_err(|error| not_json(path, &error))?;
+        let _alone = self.lines.alone()?;
+        self.read_rows()?;
+        self.lines.append(&text)?;
         self.rows.insert(key.to_owned(), row);
         Ok(())
     }
+}
+
+fn add_row<R: DeserializeOwned>(
+    rows: &mut BTreeMap<String, R>,
+    path: &Path,
+    number: u64,
+    line: &str,
+) -> Result<(), Error> {
+    let found: OwnedLine<R> = serde_json::from_str(line).map_err(|error| Error::Line {
+        path: path.to_owned(),
+        line: number,
+        message: format!(
+            "is no row of this study ({error}); remove the line, or start anew with --force"
+        ),
+    })?;
+    rows.insert(found.key, found.row);
+    Ok(())
 }
 
 fn check_head(path: &Path, line: &str, expected: &Head) -> Result<(), Error> {

@@ -20,6 +20,9 @@ use crate::model::rigid_body::RigidBodyModes;
 use crate::modes::free_modes::FreeModes;
 use crate::observer::Observer;
 
+/// 1/ω² of a row below this part of another row's is rounding: some thousand ε, squared.
+const MASSLESS: f64 = 1e-26;
+
 /// G_res L_bᵀ and what follows from it. Rows and columns of output interfaces are zero throughout.
 #[derive(Clone, Debug)]
 pub struct ResidualFlexibility {
@@ -209,7 +212,7 @@ impl ResidualFlexibility {
         });
         let has_outputs = (0..n_b).any(|row| !localization.is_attachment(row));
         let flexibility = symmetrized(raw.as_ref());
-        let mass = mass_products(&model.mass, shapes.as_ref());
+        let mut mass = mass_products(&model.mass, shapes.as_ref());
         // With no mode kept: G = Φ Ω⁻² Φᵀ + G_res over the kept elastic modes.
         let seen = localization.apply(modes.shapes.as_ref());
         let with_modes = |base: &Mat<f64>, power: i32| {
@@ -223,7 +226,11 @@ impl ResidualFlexibility {
                 base[(i, j)] + from_modes
             })
         };
-        let (flexibility0, mass0) = (with_modes(&flexibility, 1), with_modes(&mass, 2));
+        let (flexibility0, mut mass0) = (with_modes(&flexibility, 1), with_modes(&mass, 2));
+        for row in rows_of_rounding(&flexibility0, &mass0) {
+            clear(&mut mass, row);
+            clear(&mut mass0, row);
+        }
         let mass_diagonal0: Vec<f64> = (0..n_b).map(|i| mass0[(i, i)].max(0.0)).collect();
         let filter = Filter::of(&flexibility, &mass, &flexibility0, &mass0)?;
         Ok(Self {
@@ -252,4 +259,22 @@ impl ResidualFlexibility {
     pub fn rank(&self) -> usize {
         self.sigma_squared.len()
     }
+}
+
+/// Rows of which the mass is the rounding of a response without mass, such as a slender part's turn about its own line. Mass over
+/// flexibility is a mean of 1/ω², whatever a row's unit: where it is that small beside another row's, no motion of the part is so fast.
+fn rows_of_rounding(flexibility0: &Mat<f64>, mass0: &Mat<f64>) -> Vec<usize> {
+    let slowness = |row: usize| match flexibility0[(row, row)] > 0.0 {
+        true => mass0[(row, row)] / flexibility0[(row, row)],
+        false => 0.0,
+    };
+    let rows = 0..mass0.nrows();
+    let slowest = rows.clone().map(slowness).fold(0.0, f64::max);
+    rows.filter(|row| slowness(*row) <= MASSLESS * slowest)
+        .collect()
+}
+
+fn clear(matrix: &mut Mat<f64>, index: usize) {
+    matrix.as_mut().row_mut(index).fill(0.0);
+    matrix.as_mut().col_mut(index).fill(0.0);
 }

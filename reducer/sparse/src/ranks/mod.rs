@@ -133,18 +133,18 @@ impl Ranks {
     pub fn solve_in_place(&self, mut columns: MatMut<'_, f64>) -> Result<(), Error> {
         let mut job = self.job();
         let path = job.folder().file(BLOCK);
-        let cannot = |what| move |source| file_error(&path, what, source);
-        open(&job.folder().file(BLOCK))
+        let path = &path;
+        let cannot = |what| move |source| file_error(path, what, source);
+        open(path)
             .and_then(|mut file| write_block(&mut file, columns.as_ref()))
             .map_err(cannot("cannot write right-hand sides for the ranks"))?;
         let reply = job.ask(&format!("solve {}", columns.ncols()))?;
         if reply != "solved" {
             return Err(unexpected(&reply));
         }
-        let path = job.folder().file(BLOCK);
-        File::open(&path)
+        File::open(path)
             .and_then(|mut file| read_block(&mut file, columns.as_mut()))
-            .map_err(|source| file_error(&path, "cannot read solutions of the ranks", source))
+            .map_err(cannot("cannot read solutions of the ranks"))
     }
 
     /// Gives up the factor's room. A failure shows at the next command.

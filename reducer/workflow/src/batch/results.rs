@@ -1,13 +1,11 @@
 //! `results.jsonl`: one line of JSON for each part that was made or failed, written by any number of processes.
 
 use std::collections::BTreeMap;
-use std::fs::File;
-use std::io::{Read, Seek, SeekFrom, Write};
 use std::path::{Path, PathBuf};
 
+use dcb_report::SharedLines;
 use serde::{Deserialize, Serialize};
 
-use super::io_error;
 use crate::cache::Key;
 use dcb_reducer::error::Error;
 
@@ -84,12 +82,8 @@ pub enum Age {
 /// The file, and what is known of it.
 #[derive(Debug)]
 pub struct Results {
-    path: PathBuf,
-    file: File,
+    lines: SharedLines,
     rows: BTreeMap<String, (BatchRow, Age)>,
-    /// Bytes that were read: whole lines.
-    read: u64,
-    lines: u64,
 }
 
 impl Results {
@@ -98,19 +92,9 @@ impl Results {
     /// # Errors
     /// They can't be used, or have a line that isn't a row.
     pub fn open(folder: &Path) -> Result<Self, Error> {
-        let path = folder.join(RESULTS);
-        let file = File::options()
-            .read(true)
-            .append(true)
-            .create(true)
-            .open(&path)
-            .map_err(|source| io_error(&path, "cannot write", source))?;
         let mut results = Self {
-            path,
-            file,
+            lines: SharedLines::open(&folder.join(RESULTS))?,
             rows: BTreeMap::new(),
-            read: 0,
-            lines: 0,
         };
         results.read_as(Age::Before)?;
         Ok(results)
@@ -134,55 +118,28 @@ impl Results {
     /// # Errors
     /// A full disk, for example.
     pub fn add(&mut self, row: BatchRow) -> Result<(), Error> {
-        let failed = |source| io_error(&self.path, "cannot write", source);
-        self.file.lock().map_err(failed)?;
-        let added = self.add_alone(row);
-        let unlocked = self.file.unlock();
-        added?;
-        unlocked.map_err(|source| io_error(&self.path, "cannot write", source))
-    }
-
-    fn add_alone(&mut self, row: BatchRow) -> Result<(), Error> {
+        let line = serde_json::to_string(&row).map_err(|error| {
+            dcb_formats::Error::io(self.lines.path(), "cannot write", error.into())
+        })?;
+        let _alone = self.lines.alone()?;
         self.refresh()?;
-        let failed = |source| io_error(&self.path, "cannot write", source);
-        let line = serde_json::to_string(&row).map_err(|error| failed(error.into()))? + "\n";
-        if self.file.metadata().map_err(failed)?.len() > self.read {
-            self.file.set_len(self.read).map_err(failed)?;
-        }
-        self.file
-            .write_all(line.as_bytes())
-            .and_then(|()| self.file.sync_data())
-            .map_err(failed)?;
-        self.read += line.len() as u64;
-        self.lines += 1;
+        self.lines.append(&line)?;
         self.rows.insert(row.name.clone(), (row, Age::Since));
         Ok(())
     }
 
     fn read_as(&mut self, age: Age) -> Result<(), Error> {
-        let mut text = String::new();
-        self.file
-            .seek(SeekFrom::Start(self.read))
-            .and_then(|_| self.file.read_to_string(&mut text))
-            .map_err(|source| io_error(&self.path, "cannot read", source))?;
-        for line in text.split_inclusive('\n') {
-            // Only what ends in a line break was written completely.
-            let Some(whole) = line.strip_suffix('\n') else {
-                break;
-            };
-            let row: BatchRow = serde_json::from_str(whole).map_err(|error| {
-                Error::File(dcb_formats::Error::Line {
-                    path: self.path.clone(),
-                    line: self.lines + 1,
-                    message: format!(
-                        "is no row of a batch ({error}); remove the line, or name another folder with -o"
-                    ),
-                })
+        let (path, rows) = (self.lines.path().to_owned(), &mut self.rows);
+        self.lines.read(|number, line| {
+            let row: BatchRow = serde_json::from_str(line).map_err(|error| dcb_formats::Error::Line {
+                path: path.clone(),
+                line: number,
+                message: format!(
+                    "is no row of a batch ({error}); remove the line, or name another folder with -o"
+                ),
             })?;
-            self.rows.insert(row.name.clone(), (row, age));
-            self.read += line.len() as u64;
-            self.lines += 1;
-        }
-        Ok(())
+            rows.insert(row.name.clone(), (row, age));
+            Ok(())
+        })
     }
 }

@@ -126,13 +126,17 @@ fn first_good_enough(
     open: &SuperelementFiles,
     tolerance: f64,
 ) -> Result<Option<(Pruning, Start)>, Error> {
-    let pruned = PRUNED * tolerance;
-    let plain = Pruning::without_krylov_columns(scene, open, pruned)?;
-    for pruning in plain.into_iter().chain([Pruning::of(scene, open, pruned)?]) {
+    let (pruned, limit) = (PRUNED * tolerance, SHARE * tolerance);
+    if let Some(pruning) = Pruning::without_krylov_columns(scene, open, pruned)? {
         let start = unless_stopped!(trials.start(scene, &pruning)?);
-        if start.error <= SHARE * tolerance {
+        if start.error <= limit {
             return Ok(Some((pruning, start)));
         }
+    }
+    let pruning = Pruning::of(scene, open, pruned)?;
+    let start = unless_stopped!(trials.start(scene, &pruning)?);
+    if start.error <= limit {
+        return Ok(Some((pruning, start)));
     }
     let pruning = Pruning::nothing(scene, open)?;
     let start = unless_stopped!(trials.start(scene, &pruning)?);

@@ -9,7 +9,7 @@
 //! ```
 //! which is compared with the tolerance of deflections that are a hundredth of the part's size.
 
-use dcb_demand::demand::NodeDemand;
+use dcb_demand::demand::{DEFLECTION_OF_INTEREST, NodeDemand};
 use dcb_formats::component::Role;
 use dcb_formats::mesh::Dimension;
 use dcb_formats::superelement::{Enrichment, RecoveryBasis, Superelement};
@@ -22,8 +22,6 @@ use crate::inverse_root::inverse_root;
 use dcb_reducer::Reduced;
 use dcb_reducer::error::Error;
 
-/// Deflections of interest by the size of the part.
-const DEFLECTION: f64 = 0.01;
 /// Scaled directions of the reduced stiffness below this are combinations of others.
 const DEPENDENT: f64 = 1e-10;
 
@@ -66,10 +64,10 @@ impl SpinColumns {
         let modes = &element.modes;
         let elastic = modes.eigenvalues.iter().copied().find(|value| *value > 0.0);
         let first = elastic.unwrap_or(modes.first_omitted_eigenvalue);
-        let share = spin.rate * spin.rate / first / DEFLECTION;
+        let share = spin.rate * spin.rate / first / DEFLECTION_OF_INTEREST;
         (share <= tolerance).then(|| {
             format!(
-                "no columns for centrifugal forces: at {} they deflect the part by {share:.1e} of deflections that are {DEFLECTION} of its size",
+                "no columns for centrifugal forces: at {} they deflect the part by {share:.1e} of deflections that are {DEFLECTION_OF_INTEREST} of its size",
                 in_words(asked)
             )
         })
@@ -88,7 +86,11 @@ impl SpinColumns {
                 let count = enrichment.names.iter().filter(is_spin).count();
                 let rows = watched_rows(asked, element, enrichment, &reduced.recovery);
                 let most = largest_loss(element, enrichment, count, &rows)?;
-                (count, rate * rate * most / (DEFLECTION * size(element)))
+                (
+                    count,
+                    rate * rate * most
+                        / (DEFLECTION_OF_INTEREST * element.inertia.radius_of_gyration()),
+                )
             }
             None => (0, 0.0),
         };
@@ -115,15 +117,9 @@ impl SpinColumns {
             false => "no columns for centrifugal forces".to_owned(),
         };
         format!(
-            "{begin}: without them, at {rate}, displacements inside lose {lost:.1e} of deflections that are {DEFLECTION} of the part's size"
+            "{begin}: without them, at {rate}, displacements inside lose {lost:.1e} of deflections that are {DEFLECTION_OF_INTEREST} of the part's size"
         )
     }
-}
-
-/// Radius of gyration.
-fn size(element: &Superelement) -> f64 {
-    let trace: f64 = (0..3).map(|axis| element.inertia.tensor[axis][axis]).sum();
-    (trace / element.inertia.mass).sqrt()
 }
 
 /// Translations that are looked at and have no attachment over the whole basis, (rows, n): nodes, then output interfaces.

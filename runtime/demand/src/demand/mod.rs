@@ -54,7 +54,7 @@ pub use interface::InterfaceDemand;
 pub use nodes::NodeDemand;
 pub use part::{PartInterface, Parts};
 pub use plane::{ALIGNED, PlaneOfMotion, PlanesOfMotion, axis_along};
-pub use spin::Spin;
+pub use spin::{DEFLECTION_OF_INTEREST, Spin};
 
 use crate::Error;
 use dcb_formats::scene::{Analysis, InertiaChange, Load, Output, Scene};

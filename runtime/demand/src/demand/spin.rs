@@ -7,6 +7,9 @@ use super::course::Course;
 use crate::Error;
 use dcb_formats::scene::{Analysis, Attachment, Drive, Joint, Scene};
 
+/// Deflections of interest are this part of a body's radius of gyration: what spin does to the body is compared with them.
+pub const DEFLECTION_OF_INTEREST: f64 = 0.01;
+
 /// The largest angular velocity of a body during a run.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Spin {
@@ -30,12 +33,13 @@ impl Spin {
                 reason: "nothing turns in an analysis that isn't over time".into(),
             });
         }
-        let is_left_alone = are_drives_known(scene)?
+        let driven = drive_rates(scene)?;
+        let is_left_alone = driven.iter().all(Option::is_some)
             && scene.loads.is_empty()
             && scene.springs.is_empty()
             && scene.actuators.is_empty();
         let falls = is_left_alone.then(|| scene.gravity_in_space().norm());
-        let rates = relative_rates(scene)?;
+        let rates = relative_rates(scene, &driven);
         let bounds = bounds(scene, &rates);
         if let Some((rate, through)) = bounds.get(body) {
             let reason = match through.is_empty() {
@@ -77,26 +81,21 @@ impl Spin {
     }
 }
 
-/// Whether the largest rate of every drive is known.
-fn are_drives_known(scene: &Scene) -> Result<bool, Error> {
-    for (name, drive) in &scene.drives {
-        if rate_of(scene, name, drive)?.is_none() {
-            return Ok(false);
-        }
-    }
-    Ok(true)
-}
-
-/// The largest rate of a drive during the run, if it is known.
-fn rate_of(scene: &Scene, name: &str, drive: &Drive) -> Result<Option<f64>, Error> {
+/// The largest rate of each drive during the run, where it is known.
+fn drive_rates(scene: &Scene) -> Result<Vec<Option<f64>>, Error> {
     let end = scene.integrator.map_or(0.0, |integrator| integrator.end);
-    let course = Course::of_drive(drive, end)
-        .map_err(|error| error.within(&format!("drives.{name}.{}", drive.kind())))?;
-    Ok(course.and_then(|course| course.largest(|value| value.rate)))
+    let drives = scene.drives.iter();
+    drives
+        .map(|(name, drive)| {
+            let course = Course::of_drive(drive, end)
+                .map_err(|error| error.within(&format!("drives.{name}.{}", drive.kind())))?;
+            Ok(course.and_then(|course| course.largest(|value| value.rate)))
+        })
+        .collect()
 }
 
 /// How fast the bodies of each joint turn against each other at most, where that is known.
-fn relative_rates(scene: &Scene) -> Result<IndexMap<&str, f64>, Error> {
+fn relative_rates<'a>(scene: &'a Scene, driven: &[Option<f64>]) -> IndexMap<&'a str, f64> {
     let mut turns: IndexMap<&str, f64> = IndexMap::new();
     let mut slides: IndexMap<&str, f64> = IndexMap::new();
     for (name, joint) in &scene.joints {
@@ -104,20 +103,19 @@ fn relative_rates(scene: &Scene) -> Result<IndexMap<&str, f64>, Error> {
             turns.insert(name, 0.0);
         }
     }
-    for (name, drive) in &scene.drives {
+    for (drive, rate) in scene.drives.values().zip(driven) {
         let joint = drive.motion().joint.as_str();
         let turning = match drive {
             Drive::Angle(_) => true,
             Drive::Position(_) => false,
             Drive::Speed(_) => scene.joints.get(joint).is_some_and(Joint::has_angle),
         };
-        let Some(rate) = rate_of(scene, name, drive)? else {
-            continue;
-        };
-        match turning {
-            true => turns.insert(joint, rate),
-            false => slides.insert(joint, rate),
-        };
+        if let Some(rate) = *rate {
+            match turning {
+                true => turns.insert(joint, rate),
+                false => slides.insert(joint, rate),
+            };
+        }
     }
     // Gears pass a rate on, from either side, through as many as there are.
     for _ in 0..scene.joints.len() {
@@ -142,7 +140,7 @@ fn relative_rates(scene: &Scene) -> Result<IndexMap<&str, f64>, Error> {
             }
         }
     }
-    Ok(turns)
+    turns
 }
 
 /// Bodies that joints of known rates connect to the ground: the least sum of rates, and the joints that turn on the way.

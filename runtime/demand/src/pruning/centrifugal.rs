@@ -9,12 +9,10 @@
 use dcb_formats::superelement::Superelement;
 
 use crate::Error;
-use crate::demand::Spin;
+use crate::demand::{DEFLECTION_OF_INTEREST, Spin};
 use dcb_formats::scene::Compatibility;
 use dcb_superelement::DynamicCoordinates;
 
-/// Deflections of interest are this part of a body's size: what spin does to the size is compared with them.
-const DEFLECTION: f64 = 0.01;
 /// A body that isn't driven may turn so many times as fast as anything that the scene mentions,
 const FASTER: f64 = 3.0;
 /// and a body of radius of gyration r that falls with g has a square of its rate below this many g/r.
@@ -72,9 +70,7 @@ impl Centrifugal {
     /// # Errors
     /// Those of [`Response::of`].
     pub fn of(body: &Superelement, spin: &Spin) -> Result<Self, Error> {
-        let inertia = &body.inertia;
-        let trace: f64 = (0..3).map(|axis| inertia.tensor[axis][axis]).sum();
-        let radius = (trace / inertia.mass).sqrt();
+        let radius = body.inertia.radius_of_gyration();
         let square = match (spin.known, spin.falls) {
             (true, _) => Some(spin.rate.powi(2)),
             (false, Some(gravity)) => {
@@ -84,20 +80,24 @@ impl Centrifugal {
         };
         Ok(Self {
             whole: Response::of(body)?,
-            weight: square.map(|square| square / (inertia.mass.sqrt() * DEFLECTION * radius)),
+            weight: square.map(|square| {
+                square / (body.inertia.mass.sqrt() * DEFLECTION_OF_INTEREST * radius)
+            }),
         })
     }
 
-    /// What is lost with a smaller superelement: displacement by deflections of interest, or else the root of the share of strain energy.
+    /// Whether the spin strains the body at all.
+    pub fn counts(&self) -> bool {
+        self.whole.energy > 0.0 && self.weight != Some(0.0)
+    }
+
+    /// What is lost with a smaller superelement of a body whose spin counts: displacement by deflections of interest, or else the root of the share of strain
+    /// energy.
     ///
     /// # Errors
     /// Those of [`Response::of`].
     pub fn lost(&self, smaller: &Superelement) -> Result<f64, Error> {
-        let whole = self.whole;
-        if whole.energy <= 0.0 || self.weight == Some(0.0) {
-            return Ok(0.0);
-        }
-        let left = Response::of(smaller)?;
+        let (whole, left) = (self.whole, Response::of(smaller)?);
         let share = (1.0 - left.energy / whole.energy).max(0.0);
         Ok(match self.weight {
             None => share.sqrt(),

@@ -297,8 +297,11 @@ impl Reference<'_, '_> {
 
     /// Change of the receptance, or of the response to the body's own spin if that is more.
     fn error(&self, selection: &Selection) -> Result<f64, Error> {
-        let smaller = selection.superelement(self.chooser.whole)?;
         let change = self.chooser.change(selection)?;
+        if !self.spin.counts() {
+            return Ok(change);
+        }
+        let smaller = selection.superelement(self.chooser.whole)?;
         Ok(change.max(self.spin.lost(&smaller)?))
     }
 }
@@ -345,9 +348,6 @@ fn axis(plane: &PlaneOfMotion) -> Option<Normal> {
 
 /// Whether a plane goes through the centre of mass.
 fn passes_through(plane: &PlaneOfMotion, whole: &Superelement) -> bool {
-    let inertia = &whole.inertia;
-    let trace: f64 = (0..3).map(|axis| inertia.tensor[axis][axis]).sum();
-    let radius = (trace / inertia.mass).sqrt();
     let distance = Vector3::from(plane.normal).dot(&Vector3::from(whole.origin)) - plane.offset;
-    distance.abs() <= PARALLEL * radius
+    distance.abs() <= PARALLEL * whole.inertia.radius_of_gyration()
 }

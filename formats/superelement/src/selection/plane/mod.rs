@@ -208,8 +208,7 @@ fn loads_in_plane(
 ) -> Vec<usize> {
     let [a, b, c] = normal.axes();
     let all = parities.of_basis();
-    let trace: f64 = (0..3).map(|axis| whole.inertia.tensor[axis][axis]).sum();
-    let radius = (trace / whole.inertia.mass).sqrt();
+    let radius = whole.inertia.radius_of_gyration();
     let lies_inside = |place: &usize| {
         let load = &whole.loads[*place];
         let size = |values: &[f64]| values.iter().map(|value| value * value).sum::<f64>();
