@@ -83,7 +83,12 @@ enum Claimed<'c> {
     Nothing,
 }
 
+/// Reduces a part, on one of the worker threads: none of its many small products then waits for another thread to be woken.
 pub fn run(arguments: &ReduceArguments, common: &CommonArguments) -> Result<Outcome, Error> {
+    rayon::scope(|_| run_on_worker(arguments, common))
+}
+
+fn run_on_worker(arguments: &ReduceArguments, common: &CommonArguments) -> Result<Outcome, Error> {
     let mut job = Job::of(arguments, common)?;
     let cache = match arguments.cache.cache {
         Some(_) => arguments.cache.open(job.told)?,
