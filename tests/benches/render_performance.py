@@ -54,22 +54,24 @@ def with_bounds():
     yield from peer_table.provenance(runs)
 
 
-def on_avx2():
-    """The job again where vectors are half as wide: ours and the solver that was the best."""
-    found = peer_table.latest(lines("reduce_on_avx2.jsonl"))
-    runs = [line for line in found if line["kind"] == "run"]
-    yield "| part | `reduce`, s, median (min–max) | PARDISO, s | PARDISO / ours | peak MB, ours / PARDISO | order | factor | modes | attachments | certificate |"
-    yield "| --- | --- | --- | --- | --- | --- | --- | --- | --- | --- |"
+def beside_pardiso(name):
+    """The job again on another machine: ours and the solver that was the best."""
+    found = peer_table.latest(lines(name))
+    runs = [line for line in found if line["kind"] == "run" and line["tool"] in ("reduce", "pardiso2") and line["threads"] == 2]
+    yield "| part | modes | `reduce`, s, median (min–max) | PARDISO, s | PARDISO / ours | peak MB, ours / PARDISO | order | factor | modes | attachments | certificate |"
+    yield "| --- | --- | --- | --- | --- | --- | --- | --- | --- | --- | --- |"
     for component, modes in sorted({(run["component"], run["modes"]) for run in runs}, key=peer_table.places):
         case = peer_table.Case(found, component, modes)
-        ours, theirs = case.of("reduce", 2), case.of("pardiso2", 2)
+        ours, theirs = case.of("reduce", 2), [run for run in case.all_runs if (run["tool"], run["threads"]) == ("pardiso2", 2)]
         walls = sorted(run["wall"] for run in ours)
-        other = case.wall("pardiso2", 2)
+        other = median(run["wall"] for run in theirs)
         stages = " | ".join(peer_table.number(median(run["stages"][name] for run in ours)) for name in ("order", "factor", "modes", "attachments", "certificate"))
         once = "" if len(theirs) > 1 else " (once)"
+        if not case.of("pardiso2", 2):
+            once += f" (modes refused: residual {max(run['check']['mode_residual'] for run in theirs):.0e})"
         yield (
-            f"| {component} | {median(walls):.3g} ({walls[0]:.3g}–{walls[-1]:.3g}) | {peer_table.number(other)}{once} | {peer_table.number(other / median(walls) if other else None)} "
-            f"| {case.peak('reduce', 2):.0f} / {case.peak('pardiso2', 2) or 0:.0f} | {stages} |"
+            f"| {component} | {modes} | {median(walls):.3g} ({walls[0]:.3g}–{walls[-1]:.3g}) | {peer_table.number(other)}{once} | {peer_table.number(other / median(walls))} "
+            f"| {case.peak('reduce', 2):.0f} / {max(run['peak_mb'] for run in theirs):.0f} | {stages} |"
         )
     yield ""
     limits = peer_table.Case(found, "conrod-150k", 30)
@@ -155,8 +157,9 @@ if __name__ == "__main__":
     print("\n".join(best_solvers(options.peers)))
     if options.peers:
         raise SystemExit
-    print("\n### The same on a machine with AVX2 only\n")
-    print("\n".join(on_avx2()))
+    for processor, name in (("AVX-512", "reduce_on_avx512.jsonl"), ("AVX2 only", "reduce_on_avx2.jsonl")):
+        print(f"\n#### With {processor}\n")
+        print("\n".join(beside_pardiso(name)))
     print("\n### What a reduction costs by size\n")
     print("\n".join(cost_by_size.table(lines("reduce_against_peers.jsonl"))))
     print("\n### Threads\n")

@@ -15,6 +15,7 @@ use faer::{Mat, c64};
 
 use super::DENSE_ROUNDING;
 use super::ErrorBounds;
+use super::model::weighted_product;
 use super::rows::Rows;
 
 /// H of a form at one λ, and its error, between some rows and those of them that forces act on; rows are scaled.
@@ -130,8 +131,9 @@ impl Shapes {
     fn bilinear(&self, lambda: c64) -> Mat<c64> {
         let p = &self.p;
         let p_third_g = p.transpose() * &self.third_g;
+        let p_residual_p = p.transpose() * &self.residual_p;
         Mat::from_fn(p.ncols(), p.ncols(), |i, j| {
-            (p.col(i).transpose() * self.residual_p.col(j))
+            p_residual_p[(i, j)]
                 + lambda * (p_third_g[(i, j)] + self.g_third_p[(i, j)])
                 + lambda * lambda * self.g_fourth_g[(i, j)]
         })
@@ -166,36 +168,29 @@ impl ErrorBounds {
             .iter()
             .filter_map(|row| rows.iter().position(|known| known == row))
             .collect();
-        let between = |make: &dyn Fn(usize, usize) -> c64| {
-            Mat::from_fn(rows.len(), places.len(), |i, j| make(i, places[j]))
-        };
-        let response = between(&|i, j| self.model.response(rows[i], rows[j], lambda));
+        let response = self.model.responses(rows, forced, lambda);
         let known = self.known(rows, &shapes, &disc);
-        let poles = between(&|i, j| self.of_poles(rows[i], rows[j], lambda));
+        let known = Mat::from_fn(rows.len(), places.len(), |i, j| {
+            known(i, places[j]) - response[(i, j)]
+        });
+        let (poles, of_modes) = self.of_modes(rows, forced, lambda);
         let size = disc.shifted.norm();
         let rounding = self.rounding(rows, &shapes.g, &shapes.p, size, disc.far.norm());
         Deviation {
             reduced: poles + response,
-            known: between(&known),
+            known,
             rest: shapes.rest(&disc),
             rounding: Mat::from_fn(rows.len(), places.len(), |i, j| rounding[(i, places[j])]),
-            of_modes: Mat::from_fn(rows.len(), places.len(), |i, j| {
-                self.mode_error(rows[i], rows[places[j]], lambda)
-            }),
+            of_modes,
         }
     }
 
     fn shapes(&self, rows: &[usize], lambda: c64) -> Shapes {
-        let (n, count) = (self.moments.first.nrows(), rows.len());
-        let mut g = Mat::<c64>::zeros(n, count);
-        let mut p = Mat::<c64>::zeros(n, count);
-        for (column, row) in rows.iter().enumerate() {
-            for (i, amount) in self.model.amounts(*row, lambda).into_iter().enumerate() {
-                g[(i, column)] = amount;
-                let unit = if i == *row { 1.0 } else { 0.0 };
-                p[(i, column)] = c64::new(unit, 0.0) - amount;
-            }
-        }
+        let g = self.model.amounts(rows, lambda);
+        let p = Mat::from_fn(g.nrows(), g.ncols(), |i, j| {
+            let unit = f64::from(u8::from(i == rows[j]));
+            c64::new(unit, 0.0) - g[(i, j)]
+        });
         let m = &self.moments;
         let (third_p, fourth_g) = (&m.third * &p, &m.fourth * &g);
         Shapes {
@@ -225,7 +220,7 @@ impl ErrorBounds {
         }
     }
 
-    /// The known part of H - H of the form, between two of the rows by their places.
+    /// The known part of H - H of the kept modes, between two of the rows by their places.
     fn known<'a>(
         &'a self,
         rows: &'a [usize],
@@ -248,30 +243,35 @@ impl ErrorBounds {
                 + lambda * shifted * (shapes.third_g[(row, j)] + shapes.g_third_p[(i, j)])
                 - shifted * m.shift * p_third_p[(i, j)]
                 + lambda * shifted * shifted * shapes.g_fourth_g[(i, j)];
-            series - self.model.response(row, column, lambda) + middle * shifted * bilinear[(i, j)]
+            series + middle * shifted * bilinear[(i, j)]
         }
     }
 
-    /// H of the kept modes between two rows.
-    fn of_poles(&self, row: usize, column: usize, lambda: c64) -> c64 {
-        let zero = c64::new(0.0, 0.0);
-        (self.rows.poles.iter().enumerate()).fold(zero, |sum, (pole, square)| {
-            let both = self.rows.shapes[(row, pole)] * self.rows.shapes[(column, pole)];
-            sum + c64::new(both, 0.0) / (c64::new(*square, 0.0) - lambda)
-        })
-    }
-
-    /// Bound of the error that the kept modes' own errors make in H between two rows.
-    fn mode_error(&self, row: usize, column: usize, lambda: c64) -> f64 {
-        (self.rows.zero_count..self.rows.poles.len())
+    /// H of the kept modes between rows, and bounds of the error that these modes' own errors make in it.
+    fn of_modes(&self, rows: &[usize], forced: &[usize], lambda: c64) -> (Mat<c64>, Mat<f64>) {
+        let poles = self.rows.poles.len();
+        let weights: Vec<c64> = (self.rows.poles.iter())
+            .map(|square| c64::new(1.0, 0.0) / (c64::new(*square, 0.0) - lambda))
+            .collect();
+        let error_weights: Vec<f64> = (0..poles)
             .map(|pole| {
+                if pole < self.rows.zero_count {
+                    return 0.0;
+                }
                 let square = self.rows.poles[pole];
                 let distance = (c64::new(square, 0.0) - lambda).norm();
                 let error = self.rows.pole_errors[pole];
-                let both = self.rows.shapes[(row, pole)] * self.rows.shapes[(column, pole)];
-                both.abs() / distance * (error * square / distance + 2.0 * error + DENSE_ROUNDING)
+                (error * square / distance + 2.0 * error + DENSE_ROUNDING) / distance
             })
-            .sum()
+            .collect();
+        let of =
+            |rows: &[usize]| Mat::from_fn(rows.len(), poles, |i, k| self.rows.shapes[(rows[i], k)]);
+        let (left, right) = (of(rows), of(forced));
+        let weighted = Mat::from_fn(rows.len(), poles, |i, k| {
+            left[(i, k)].abs() * error_weights[k]
+        });
+        let sizes = Mat::from_fn(poles, forced.len(), |k, j| right[(j, k)].abs());
+        (weighted_product(&left, &weights, &right), weighted * sizes)
     }
 
     /// Rounding of every product that the known part and the rest are made of.

@@ -185,13 +185,37 @@ impl ErrorBounds {
         band: &FrequencyBand,
         loss_factor: f64,
     ) -> Result<Estimate, Error> {
+        let [collocated, transfer] = self.responses(rows, band, loss_factor)?;
+        let forced = self.forced(rows)?;
+        let held = self.held(rows, band.top()).ok_or(Error::NotFinite)?;
+        let pole_error = self
+            .rows
+            .pole_errors
+            .iter()
+            .fold(0.0, |a: f64, b| a.max(*b));
+        Ok(Estimate {
+            held_frequency: largest_held(&held, band.top()),
+            held,
+            static_response: self.static_error(rows, &forced),
+            collocated,
+            transfer: self.are_several(rows).then_some(transfer),
+            free_frequency: 0.5 * pole_error,
+        })
+    }
+
+    /// The errors of responses alone, which cost least: of each interface at itself, and between different ones (zero with one).
+    ///
+    /// # Errors
+    /// As [`ErrorBounds::over`].
+    pub fn responses(
+        &self,
+        rows: &[usize],
+        band: &FrequencyBand,
+        loss_factor: f64,
+    ) -> Result<[ResponseError; 2], Error> {
         let forced = self.forced(rows)?;
         self.refuse_beyond(band.top())?;
         let lambdas: Vec<c64> = band.damped(loss_factor).collect();
-        let several = {
-            let first = self.rows.interface[rows[0]];
-            rows.iter().any(|row| self.rows.interface[*row] != first)
-        };
         let errors: Vec<[Bracket; 2]> = lambdas
             .par_iter()
             .map(|lambda| {
@@ -219,20 +243,15 @@ impl ErrorBounds {
             }
             most
         };
-        let held = self.held(rows, band.top()).ok_or(Error::NotFinite)?;
-        let pole_error = self
-            .rows
-            .pole_errors
-            .iter()
-            .fold(0.0, |a: f64, b| a.max(*b));
-        Ok(Estimate {
-            held_frequency: largest_held(&held, band.top()),
-            held,
-            static_response: self.static_error(rows, &forced),
-            collocated: largest(0),
-            transfer: several.then(|| largest(1)),
-            free_frequency: 0.5 * pole_error,
-        })
+        Ok([largest(0), largest(1)])
+    }
+
+    /// Whether the rows belong to more than one interface.
+    fn are_several(&self, rows: &[usize]) -> bool {
+        let interface = |row: &usize| self.rows.interface[*row];
+        rows.iter()
+            .map(interface)
+            .any(|one| one != interface(&rows[0]))
     }
 
     /// H and its errors between some rows at ω², in the file's units.

@@ -93,28 +93,54 @@ impl Model {
         })
     }
 
-    /// g for a force at a row, (n_b + n_x). Output rows feel none: theirs is what the dynamic coordinates say.
-    pub(super) fn amounts(&self, row: usize, lambda: c64) -> Vec<c64> {
+    /// g for forces at some rows, (n_b + n_x, rows). Output rows feel none: theirs is what the dynamic coordinates say.
+    pub(super) fn amounts(&self, rows: &[usize], lambda: c64) -> Mat<c64> {
         let Dynamic {
             squares,
             combinations,
             seen,
         } = &self.dynamic;
-        let attached = self.attached[row];
-        let weights: Vec<c64> = (0..squares.len())
-            .map(|k| seen[(row, k)] * weight(squares[k], lambda, attached))
-            .collect();
-        (0..self.base.nrows())
-            .map(|i| {
-                let base = if attached { self.base[(i, row)] } else { 0.0 };
-                (weights.iter().enumerate()).fold(c64::new(base, 0.0), |sum, (k, w)| {
-                    sum + w * combinations[(i, k)]
-                })
-            })
-            .collect()
+        let mut amounts = Mat::zeros(self.base.nrows(), rows.len());
+        for attached in [true, false] {
+            let places: Vec<usize> = (0..rows.len())
+                .filter(|place| self.attached[rows[*place]] == attached)
+                .collect();
+            let weights: Vec<c64> = (squares.iter())
+                .map(|square| weight(*square, lambda, attached))
+                .collect();
+            let seen = Mat::from_fn(places.len(), squares.len(), |i, k| {
+                seen[(rows[places[i]], k)]
+            });
+            let dynamic = weighted_product(combinations, &weights, &seen);
+            for (column, place) in places.into_iter().enumerate() {
+                let row = rows[place];
+                for i in 0..self.base.nrows() {
+                    let base = if attached { self.base[(i, row)] } else { 0.0 };
+                    amounts[(i, place)] = dynamic[(i, column)] + base;
+                }
+            }
+        }
+        amounts
     }
 
-    /// C between a row and a row that forces act on.
+    /// C between rows and rows that forces act on.
+    pub(super) fn responses(&self, rows: &[usize], forced: &[usize], lambda: c64) -> Mat<c64> {
+        let Dynamic { squares, seen, .. } = &self.dynamic;
+        let weights: Vec<c64> = (squares.iter())
+            .map(|square| weight(*square, lambda, true))
+            .collect();
+        let of =
+            |rows: &[usize]| Mat::from_fn(rows.len(), squares.len(), |i, k| seen[(rows[i], k)]);
+        let mut responses = weighted_product(&of(rows), &weights, &of(forced));
+        for (j, column) in forced.iter().enumerate() {
+            for (i, row) in rows.iter().enumerate() {
+                responses[(i, j)] += self.flexibility[(*row, *column)];
+            }
+        }
+        responses
+    }
+
+    /// C between one row and one row that forces act on.
     pub(super) fn response(&self, row: usize, forced: usize, lambda: c64) -> c64 {
         let Dynamic { squares, seen, .. } = &self.dynamic;
         (0..squares.len()).fold(c64::new(self.flexibility[(row, forced)], 0.0), |sum, k| {
@@ -140,6 +166,20 @@ impl Model {
         });
         symmetrized(rest.as_ref())
     }
+}
+
+/// left diag(weights) rightᵀ.
+pub(super) fn weighted_product(left: &Mat<f64>, weights: &[c64], right: &Mat<f64>) -> Mat<c64> {
+    let part = |part: fn(&c64) -> f64| {
+        let weighted = Mat::from_fn(left.nrows(), left.ncols(), |i, k| {
+            left[(i, k)] * part(&weights[k])
+        });
+        weighted * right.transpose()
+    };
+    let (real, imaginary) = (part(|weight| weight.re), part(|weight| weight.im));
+    Mat::from_fn(left.nrows(), right.nrows(), |i, j| {
+        c64::new(real[(i, j)], imaginary[(i, j)])
+    })
 }
 
 /// λ / (σ² (σ² - λ)), or 1 / (σ² - λ) where the static part isn't told apart.

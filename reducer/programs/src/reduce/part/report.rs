@@ -8,7 +8,7 @@ use dcb_formats::units::{hertz, hertz_unit};
 
 use crate::program::Detail;
 use crate::reduce::part::timing::StageTime;
-use crate::reduce::superelement::error_report::Report;
+use crate::reduce::superelement::error_report;
 use crate::reduce::superelement::inspect::{frequency_table, interface_table, mass_lines};
 use dcb_reducer::quality::Quality;
 use dcb_reducer::quality::lines::quality_lines;
@@ -83,7 +83,7 @@ fn accuracy(element: &Superelement, quality: Option<&Quality>) -> Option<String>
         return Some("every mode of the matrices is kept: the reduction adds no error".into());
     }
     // A file without moments has no bounds.
-    Report::of(element, None).ok()??.accuracy()
+    error_report::accuracy(element)
 }
 
 fn band(element: &Superelement) -> String {

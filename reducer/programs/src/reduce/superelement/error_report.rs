@@ -13,6 +13,23 @@ use dcb_reducer::scientific::scientific;
 use dcb_superelement::FrequencyBand;
 use dcb_superelement::error_bounds::{Bracket, ErrorBounds, Estimate, POINTS};
 
+/// One line: how far responses at the interfaces may be off over the usual band, and up to which frequency; `None` without a bound.
+pub fn accuracy(element: &Superelement) -> Option<String> {
+    let bounds = ErrorBounds::of(element, Compatibility::Strong).ok()??;
+    let rows = bounds.attached_rows();
+    let band = bounds.usual_band(POINTS).filter(|_| !rows.is_empty())?;
+    let [collocated, transfer] = bounds.responses(&rows, &band, LOSS_FACTOR).ok()?;
+    let largest = collocated.largest.upper.max(transfer.largest.upper);
+    let time = &element.units.time;
+    let (end, unit) = (hertz(band.top(), time), hertz_unit(time));
+    largest.is_finite().then(|| {
+        format!(
+            "responses at the interfaces are right within {} up to {end:.4} {unit} (rigorous bound, loss factor {LOSS_FACTOR})",
+            scientific(largest, 2)
+        )
+    })
+}
+
 /// Errors of a superelement in both forms.
 pub struct Report {
     time_unit: String,
@@ -63,21 +80,6 @@ impl Report {
             }
             .into()),
         }
-    }
-
-    /// One line: how far responses at the interfaces may be off, and up to which frequency; `None` without a bound.
-    pub fn accuracy(&self) -> Option<String> {
-        let (_, strong) = self.forms.first()?;
-        let transfer = strong.transfer.map_or(0.0, |of| of.largest.upper);
-        let largest = strong.collocated.largest.upper.max(transfer);
-        let [_, end] = self.ends();
-        let unit = hertz_unit(&self.time_unit);
-        largest.is_finite().then(|| {
-            format!(
-                "responses at the interfaces are right within {} up to {end:.4} {unit} (rigorous bound, loss factor {LOSS_FACTOR})",
-                scientific(largest, 2)
-            )
-        })
     }
 
     /// Lines of `reduce inspect`.
