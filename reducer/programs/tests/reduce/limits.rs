@@ -61,7 +61,12 @@ fn threads_are_fewer_where_their_stacks_have_no_room() {
     let folder = Folder::rotor();
     let answer = Answer::of(folder.run_in_memory(2_000_000, "rotor.mtx --threads 1000"));
     assert_eq!(answer.code, Some(0), "{answer:?}");
-    says!(answer.stderr, "note: ", "instead of 1000");
+    says!(
+        answer.stderr,
+        "note: ",
+        "thread",
+        " instead of 1000: the system allows no more"
+    );
 }
 
 /// With no thread beside the first one, the program works alone, and its results are the same.

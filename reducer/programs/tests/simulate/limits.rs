@@ -37,5 +37,9 @@ fn threads_are_fewer_where_their_stacks_have_no_room() {
     let folder = Folder::slider_crank();
     let answer = Answer::of(folder.run_in_memory(1_000_000, "scene.json --threads 1000"));
     assert_eq!(answer.code, Some(0), "{answer:?}");
-    says!(answer.stderr, "instead of 1000");
+    says!(
+        answer.stderr,
+        "thread",
+        " instead of 1000: the system allows no more"
+    );
 }
