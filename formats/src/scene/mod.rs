@@ -57,6 +57,7 @@ pub use observed::{
     OfBody, OfDrive, OfJoint, OfMass, OfSpring, OfSuperelement, Reaction, ReactionAxes,
 };
 pub use output::Output;
+pub(crate) use read::{UnitNames, dimension};
 pub use recording::{FieldRequest, Record};
 pub use settings::{
     Analysis, Compatibility, Initial, Linearization, ModesAnalysis, RedundantConstraints,
@@ -328,6 +329,14 @@ impl Scene {
             values::positive("initial.allow_gap", gap)?;
         }
         self.check_analysis()
+    }
+
+    /// That a place is there, as far as that can be known before superelements are loaded.
+    ///
+    /// # Errors
+    /// [`Error::Description`] at `location`, with what there is.
+    pub fn check_place(&self, location: &str, reference: &str) -> Result<(), Error> {
+        Checker::new(self).attachment(location, reference).map(drop)
     }
 
     /// Gravity in three dimensions, world axes; of a scene that has been checked.

@@ -20,7 +20,7 @@ const LARGEST: u64 = 64 << 20;
 #[derive(Serialize, Deserialize, JsonSchema)]
 #[serde(remote = "Units", deny_unknown_fields)]
 #[schemars(rename = "Units")]
-pub(super) struct UnitNames {
+pub(crate) struct UnitNames {
     /// Length unit, for example `m`.
     length: String,
     /// Mass unit, for example `kg`.
@@ -30,7 +30,7 @@ pub(super) struct UnitNames {
 }
 
 /// The dimension as a number.
-pub(super) mod dimension {
+pub(crate) mod dimension {
     use crate::mesh::Dimension;
     use schemars::{Schema, SchemaGenerator, json_schema};
     use serde::de::{Deserialize, Deserializer, Error, Unexpected};

@@ -1,5 +1,6 @@
 //! The command line of `reduce`. Results go to standard output, everything else to standard error.
 
+mod assemble;
 mod batch;
 mod cache;
 mod import;
@@ -23,6 +24,7 @@ use clap::{Args, Command, CommandFactory, Parser, Subcommand, ValueEnum};
 use dcb_formats::output::remove_unfinished;
 
 use crate::outcome::{Outcome, ended};
+use crate::reduce::assemble::AssembleArguments;
 use crate::reduce::batch::BatchArguments;
 use crate::reduce::cache::{CacheArguments, InventoryArguments};
 use crate::reduce::import::ImportCommand;
@@ -110,6 +112,8 @@ enum SchemaName {
     Component,
     /// Manifest of `reduce batch`.
     Batch,
+    /// Assembly file of `reduce assemble`.
+    Assembly,
 }
 
 #[derive(Debug, Subcommand)]
@@ -118,6 +122,8 @@ enum ReduceCommand {
     Import(ImportCommand),
     /// Draft PART.json from a mesh and its node sets.
     Init(InitArguments),
+    /// Join superelements, rigid bodies and springs to one superelement.
+    Assemble(AssembleArguments),
     /// Show what a superelement holds.
     Inspect(InspectArguments),
     /// Check a superelement by computing its numbers again: from the file alone, or from the component.
@@ -141,7 +147,7 @@ enum ReduceCommand {
     Cache(InventoryArguments),
     /// Reduce many parts, or one in many ways, as a manifest says.
     Batch(BatchArguments),
-    /// Print the JSON schema of the component description, or of a manifest.
+    /// Print the JSON schema of the component description, a manifest or an assembly.
     Schema {
         /// Of what.
         #[arg(value_enum, default_value_t)]
@@ -191,6 +197,7 @@ pub fn main(arguments: impl IntoIterator<Item = OsString>, other: fn() -> clap::
         None => part::run(&cli.reduce, &cli.common),
         Some(ReduceCommand::Import(arguments)) => import::run(arguments, &cli.common),
         Some(ReduceCommand::Init(arguments)) => init::run(arguments, &cli.common),
+        Some(ReduceCommand::Assemble(arguments)) => assemble::run(arguments, &cli.common),
         Some(ReduceCommand::Inspect(arguments)) => inspect::run(arguments, cli.common.detail()),
         Some(ReduceCommand::Verify(arguments)) => verify::run(arguments, cli.common.detail()),
         Some(ReduceCommand::Compare { a, b }) => compare::run(a, b, cli.common.detail()),
@@ -208,7 +215,8 @@ pub fn main(arguments: impl IntoIterator<Item = OsString>, other: fn() -> clap::
     let is_report = matches!(
         cli.command,
         None | Some(
-            ReduceCommand::Verify(_)
+            ReduceCommand::Assemble(_)
+                | ReduceCommand::Verify(_)
                 | ReduceCommand::Study(_)
                 | ReduceCommand::Batch(_)
                 | ReduceCommand::Export(_)
@@ -245,6 +253,7 @@ fn schema(of: SchemaName) -> Result<Outcome, Error> {
     let schema = match of {
         SchemaName::Component => dcb_formats::component_schema(),
         SchemaName::Batch => batch_schema(),
+        SchemaName::Assembly => dcb_formats::assembly::assembly_schema(),
     };
     let text = serde_json::to_string_pretty(&schema)
         .map_err(|_| Error::NotFinite { what: "the schema" })?;
