@@ -4,6 +4,8 @@ use dcb_samples::spatial_beam::{SpatialBeam, spatial_beam};
 use dcb_samples::{Material, SolidElement, solid::box_block};
 use dcb_tests::lowest;
 
+use dcb_tests::dense::{diagonal_roots, scaled_difference};
+
 use crate::{loaded, put_together};
 
 const UNITS: &str = r#""units": {"length": "m", "mass": "kg", "time": "s"}"#;
@@ -172,5 +174,124 @@ fn blocks_joined_at_their_nodes() {
             whole_flexibility(&whole.superelement, row),
         );
         assert!((a / b - 1.0).abs() < 1e-8, "row {row}: {a:e} and {b:e}");
+    }
+}
+
+/// The estimate of what truncated parts do to responses, against those of the whole mesh with every mode.
+#[test]
+fn responses_change_as_estimated() {
+    let beam = |elements: usize, start: f64, end: f64| {
+        spatial_beam(&SpatialBeam {
+            elements,
+            start: [start, 0.0, 0.0],
+            end: [end, 0.0, 0.0],
+            ..SpatialBeam::default()
+        })
+    };
+    let whole = lowest(&beam(20, 0.0, 1.0), 1000).superelement;
+    for modes in [4, 8, 12] {
+        let parts =
+            [(0.0, 0.4, 8, "first"), (0.4, 1.0, 12, "second")].map(|(from, to, elements, name)| {
+                let component = beam(elements, from, to);
+                let reduced = lowest(&component, modes);
+                loaded(&component, reduced, name)
+            });
+        let text = format!(
+            r#"{{"dimension": 3, {UNITS},
+              "bodies": {{"first": {{"superelement": "first.dcb.h5"}}, "second": {{"superelement": "second.dcb.h5"}}}},
+              "joints": {{"weld": {{"fixed": {{"a": "first/b", "b": "second/a"}}}}}},
+              "interfaces": {{"a": "first/a", "b": "second/b"}}}}"#
+        );
+        // All modes of the assembly: what is left of the error is the parts'.
+        let mut found = put_together(&text, parts.into(), 1000).unwrap();
+        found.superelement.modes.damping.fill(0.0);
+        let responses = found.report.responses.unwrap();
+        let lambda = faer::c64::new(responses.at, 0.0) / faer::c64::new(1.0, 0.02);
+        let (own, exact) = (
+            receptance(&found.superelement, lambda),
+            receptance(&whole, lambda),
+        );
+        let flexibility: Vec<f64> = (0..own.nrows())
+            .map(|row| exact[(row, row)].norm().sqrt().recip())
+            .collect();
+        let norm = |of: &dyn Fn(usize, usize) -> faer::c64| -> f64 {
+            let entries = (0..own.nrows()).flat_map(|i| (0..own.ncols()).map(move |j| (i, j)));
+            entries
+                .map(|(i, j)| (of(i, j) * flexibility[i] * flexibility[j]).norm_sqr())
+                .sum::<f64>()
+                .sqrt()
+        };
+        let error = norm(&|i, j| own[(i, j)] - exact[(i, j)]) / norm(&|i, j| exact[(i, j)]);
+        let effectivity = responses.error / error;
+        assert!(
+            effectivity > 0.7 && effectivity < 4.0,
+            "{modes} modes: estimated {:e}, found {error:e}",
+            responses.error
+        );
+    }
+}
+
+/// H between the rows of a free superelement, all of whose modes are kept or whose attachments stand for the rest.
+fn receptance(of: &dcb_formats::Superelement, lambda: faer::c64) -> faer::Mat<faer::c64> {
+    let coordinates =
+        dcb_superelement::DynamicCoordinates::of(of, dcb_formats::scene::Compatibility::Strong)
+            .unwrap();
+    let rigid = &of.moments.as_ref().unwrap().rigid_shapes;
+    let (n, r) = (coordinates.stiffness.len(), rigid.ncols());
+    let zero = faer::c64::new(0.0, 0.0);
+    faer::Mat::from_fn(rigid.nrows(), rigid.nrows(), |i, j| {
+        let mut sum = (0..r).fold(zero, |sum, k| {
+            sum - faer::c64::new(rigid[(i, k)] * rigid[(j, k)], 0.0) / lambda
+        });
+        for k in 0..n {
+            let shapes = &coordinates.interface_shapes;
+            sum += faer::c64::new(shapes[(i, k)] * shapes[(j, k)], 0.0)
+                / (faer::c64::new(coordinates.stiffness[k], 0.0) - lambda);
+        }
+        sum + coordinates
+            .residual_flexibility
+            .as_ref()
+            .map_or(0.0, |of| of[(i, j)])
+    })
+}
+
+/// Power moments of an assembly of truncated parts are those of the whole mesh; with no mode kept, so that none of its shapes enters.
+#[test]
+fn moments_have_what_the_parts_left_out() {
+    let beam = |elements: usize, start: f64, end: f64| {
+        spatial_beam(&SpatialBeam {
+            elements,
+            start: [start, 0.0, 0.0],
+            end: [end, 0.0, 0.0],
+            ..SpatialBeam::default()
+        })
+    };
+    let exact = lowest(&beam(20, 0.0, 1.0), 0).superelement.moments.unwrap();
+    let parts =
+        [(0.0, 0.4, 8, "first"), (0.4, 1.0, 12, "second")].map(|(from, to, elements, name)| {
+            let component = beam(elements, from, to);
+            loaded(&component, lowest(&component, 2), name)
+        });
+    let text = format!(
+        r#"{{"dimension": 3, {UNITS},
+          "bodies": {{"first": {{"superelement": "first.dcb.h5"}}, "second": {{"superelement": "second.dcb.h5"}}}},
+          "joints": {{"weld": {{"fixed": {{"a": "first/b", "b": "second/a"}}}}}},
+          "interfaces": {{"a": "first/a", "b": "second/b"}}}}"#
+    );
+    let found = put_together(&text, parts.into(), 0)
+        .unwrap()
+        .superelement
+        .moments
+        .unwrap();
+    // The file's M_3 and M_4 have a shift: Σ c cᵀ/(ω⁴ (ω² + σ)) and Σ c cᵀ/(ω⁴ (ω² + σ)²).
+    let third = &exact.third + &exact.fourth * faer::Scale(exact.shift);
+    for (what, own, whole, limit) in [
+        ("M_1", &found.first, &exact.first, 1e-9),
+        ("M_2", &found.second, &exact.second, 1e-9),
+        ("M_3", &found.third, &third, 1e-8),
+        ("M_4", &found.fourth, &exact.fourth, 1e-4),
+    ] {
+        let difference = scaled_difference(own, whole, &diagonal_roots(whole));
+        assert!(difference < limit, "{what}: {difference:e}");
     }
 }

@@ -13,6 +13,7 @@ use faer::Mat;
 use nalgebra::{Matrix3, Vector3};
 
 use crate::Error;
+use crate::beyond::{added, has_all_attachments};
 use crate::chosen::Chosen;
 use crate::closing::Closing;
 use crate::inertia::{PartColumns, invariants};
@@ -153,30 +154,49 @@ impl Basis {
         })
     }
 
-    /// Power moments over the assembly's own motions beyond the modes, with the shift zero.
+    /// Power moments of what the modes leave out, the parts' omitted motions included, with the shift zero; `None` where a part's attachments aren't all in
+    /// its file.
     fn moments(
         &self,
+        parts: &[Part],
         whole: &Whole,
         closing: &Closing,
-        eigenvalue_bound: f64,
-        eigenvalue_errors: Vec<f64>,
-    ) -> Moments {
+        certified: Certified,
+    ) -> Option<Moments> {
+        if !parts.iter().all(has_all_attachments) {
+            return None;
+        }
         let statics = &self.statics;
         let without = |columns: &Mat<f64>| columns - &self.kept * (self.kept.transpose() * columns);
         let next = without(&whole.solved(statics.clone()));
+        let count = self.loaded.len();
+        let in_parts = |columns: &Mat<f64>, forces: &Mat<f64>| {
+            over_parts(parts, closing, &(&whole.elastic * columns), forces)
+        };
+        let [third, fourth] = added(
+            parts,
+            &in_parts(statics, &Mat::identity(count, count)),
+            &in_parts(&next, &Mat::zeros(count, count)),
+        )?;
         let product = |a: &Mat<f64>, b: &Mat<f64>| symmetrized(a.transpose() * b);
-        Moments {
-            eigenvalue_bound,
-            eigenvalue_errors,
+        // Moments of the parts without their shifts are right to this.
+        let shifts = parts.iter().filter_map(Part::flexible).filter_map(|of| {
+            let moments = of.element.moments.as_ref()?;
+            Some(moments.shift / moments.eigenvalue_bound.max(moments.shift))
+        });
+        let shifts = shifts.fold(0.0, f64::max);
+        Some(Moments {
+            eigenvalue_bound: certified.eigenvalue_bound,
+            eigenvalue_errors: certified.eigenvalue_errors,
             rigid_shapes: &closing.interfaces * &whole.rigid,
             shift: 0.0,
             first: product(&self.forces, statics) + symmetrized(&closing.flexible),
             second: product(statics, statics),
-            third: product(statics, &next),
-            fourth: product(&next, &next),
-            rounding: vec![DENSE_ROUNDING * 16.0; self.loaded.len()],
+            third: product(statics, &next) + third,
+            fourth: product(&next, &next) + fourth,
+            rounding: vec![16.0 * DENSE_ROUNDING + 2.0 * shifts; count],
             loaded: None,
-        }
+        })
     }
 }
 
@@ -186,7 +206,7 @@ pub(crate) struct Certified {
     pub eigenvalue_errors: Vec<f64>,
 }
 
-/// How much dampers couple the modes: the largest off-diagonal entry of ΦᵀDΦ by the root of the diagonal ones.
+/// How far damping turns modes into each other: the largest d_kl ω_l / |ω_k² − ω_l²| of ΦᵀDΦ, no more than 1.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(crate) struct DampingCoupling(pub f64);
 
@@ -218,8 +238,7 @@ pub(crate) fn superelement(
     let (damping, residual_damping, coupling) =
         damping(parts, closing, basis, &attachments, &residual);
     let interface_shapes = &closing.interfaces * &basis.modes;
-    let moments = certified
-        .map(|of| basis.moments(whole, closing, of.eigenvalue_bound, of.eigenvalue_errors));
+    let moments = certified.and_then(|of| basis.moments(parts, whole, closing, of));
     let superelement = Superelement {
         name: assembly.name.clone(),
         dimension: assembly.scene.dimension,
@@ -322,12 +341,14 @@ fn damping(
     let ratios = (0..basis.eigenvalues.len())
         .map(|k| ratio(of_modes[(k, k)], basis.eigenvalues[k]))
         .collect();
+    // To first order mode k gets d_kl ω_l / (ω_k² − ω_l²) of mode l.
     let mut coupling = 0.0_f64;
     for k in 0..of_modes.ncols() {
         for l in 0..k {
-            let whole = (of_modes[(k, k)] * of_modes[(l, l)]).sqrt();
-            if whole > 0.0 {
-                coupling = coupling.max(of_modes[(k, l)].abs() / whole);
+            let (own, other) = (basis.eigenvalues[k], basis.eigenvalues[l]);
+            let turned = of_modes[(k, l)].abs() * other.sqrt();
+            if turned > 0.0 {
+                coupling = coupling.max(turned / (own - other).abs().max(turned));
             }
         }
     }

@@ -266,46 +266,61 @@ fn own_response(flexible: &Flexible, lambda: f64) -> Mat<f64> {
     }
 }
 
-/// Share of each part in what a mode may be off, relative to ω². `shape` is of unit mass over all coordinates.
+/// E⁺ − Ẽ between the rows of a part; `None` beyond its eigenvalue bound, or without moments.
+pub(crate) fn excess(flexible: &Flexible, lambda: f64) -> Option<Mat<f64>> {
+    Some(upper_response(flexible, lambda)? - own_response(flexible, lambda))
+}
+
+/// Forces in the rows of H that hold modes, (h, modes): Hᵀ μ = K φ − ω² φ.
+pub(crate) fn multipliers(
+    closing: &Closing,
+    stiffness: &[f64],
+    squares: &[f64],
+    shapes: &Mat<f64>,
+) -> Mat<f64> {
+    let closed = closing.stiffness_root.transpose() * (&closing.stiffness_root * shapes);
+    let rest = Mat::from_fn(shapes.nrows(), shapes.ncols(), |i, k| {
+        (stiffness[i] - squares[k]) * shapes[(i, k)] + closed[(i, k)]
+    });
+    let constraints = &closing.constraints;
+    least(
+        &(constraints * constraints.transpose()),
+        &(constraints * &rest),
+    )
+}
+
+/// Share of each part in what modes may be off, relative to ω²: for each mode, in the order of the parts. `shapes` are of unit mass over all coordinates.
 pub(crate) fn shares(
     parts: &[Part],
     closing: &Closing,
     stiffness: &[f64],
-    square: f64,
-    shape: &Mat<f64>,
-) -> Vec<f64> {
-    let none = Mat::zeros(closing.interfaces.nrows(), 1);
-    // Hᵀ μ = K x − λ x
-    let closed = closing.stiffness_root.transpose() * (&closing.stiffness_root * shape);
-    let rest = Mat::from_fn(shape.nrows(), 1, |i, _| {
-        (stiffness[i] - square) * shape[(i, 0)] + closed[(i, 0)]
-    });
-    let constraints = &closing.constraints;
-    let multipliers = least(
-        &(constraints * constraints.transpose()),
-        &(constraints * &rest),
-    );
-    (0..parts.len())
-        .map(|i| {
-            let Some(flexible) = parts[i].flexible() else {
-                return 0.0;
-            };
-            let forces =
-                closing.forces_on(i, shape, &none) + closing.constraint_forces_on(i, &multipliers);
-            match upper_response(flexible, square) {
+    squares: &[f64],
+    shapes: &Mat<f64>,
+) -> Vec<Vec<f64>> {
+    let none = Mat::zeros(closing.interfaces.nrows(), shapes.ncols());
+    let held = multipliers(closing, stiffness, squares, shapes);
+    let mut all = vec![vec![0.0; parts.len()]; squares.len()];
+    for (i, part) in parts.iter().enumerate() {
+        let Some(flexible) = part.flexible() else {
+            continue;
+        };
+        let forces = closing.forces_on(i, shapes, &none) + closing.constraint_forces_on(i, &held);
+        for (k, square) in squares.iter().enumerate() {
+            all[k][i] = match excess(flexible, *square) {
                 None => f64::INFINITY,
-                Some(upper) => {
-                    let apart = upper - own_response(flexible, square);
-                    let energy = forces.transpose() * apart * &forces;
+                Some(excess) => {
+                    let own = forces.subcols(k, 1);
+                    let energy = own.transpose() * excess * own;
                     (energy[(0, 0)] / square).max(0.0)
                 }
-            }
-        })
-        .collect()
+            };
+        }
+    }
+    all
 }
 
 /// The smallest solution of a positive semi-definite system.
-fn least(matrix: &Mat<f64>, rhs: &Mat<f64>) -> Mat<f64> {
+pub(crate) fn least(matrix: &Mat<f64>, rhs: &Mat<f64>) -> Mat<f64> {
     let Some((values, vectors)) = symmetric_eigen(symmetrized(matrix).as_ref()) else {
         return Mat::zeros(rhs.nrows(), rhs.ncols());
     };

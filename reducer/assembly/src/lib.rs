@@ -6,6 +6,7 @@
 //! own truncation does to the frequencies. Derivations: `docs/assemblies.md`.
 
 mod assembled;
+mod beyond;
 mod bounds;
 mod chosen;
 mod closing;
@@ -16,6 +17,7 @@ mod joint;
 mod measure;
 mod part;
 mod report;
+mod responses;
 mod spot;
 mod spring;
 mod whole;
@@ -35,6 +37,7 @@ pub use error::Error;
 pub use fields::Inside;
 pub use joint::Meeting;
 pub use report::{AssemblyReport, PartReport};
+pub use responses::ResponseEstimate;
 pub use whole::LooseMotions;
 
 use assembled::{Basis, Certified, superelement};
@@ -44,6 +47,8 @@ use closing::Closing;
 use fields::{first_nodes, joined_mesh, recovered};
 use joint::{Fit, Held, held};
 use part::Part;
+use report::Known;
+use responses::estimate;
 use spot::{Place, refuse_observed};
 use spring::sprung;
 use whole::{Support, Whole, stiffness};
@@ -233,15 +238,20 @@ pub fn assemble(
     let (element, columns, coupling) = superelement(
         assembly, &parts, &whole, &closing, chosen, &basis, certified,
     )?;
-    let report = AssemblyReport::of(
-        &parts,
-        &files,
-        &whole,
+    let responses = match (&count, basis.eigenvalues.last()) {
+        (Ok(count), Some(highest)) => {
+            estimate(&parts, &whole, &closing, 0.25 * highest, count.limit)?
+        }
+        _ => None,
+    };
+    let known = Known {
         meetings,
-        bounds.as_deref(),
-        count.err(),
-        coupling.0,
-    );
+        modes: bounds,
+        responses,
+        without_estimate: count.err(),
+        damping_coupling: coupling.0,
+    };
+    let report = AssemblyReport::of(&parts, &files, &whole, known);
     let mode_count = element.mode_count();
     let mut assembled = Assembled {
         mesh: joined_mesh(&parts, &insides, scene.dimension),
@@ -289,19 +299,16 @@ fn mode_bounds(
     basis: &Basis,
     count: &Count<'_>,
 ) -> Vec<ModeBound> {
-    let stiffness = stiffness(parts);
     let (still, loose) = (whole.rigid.ncols(), whole.loose.ncols());
-    (loose..basis.eigenvalues.len())
-        .map(|k| {
-            let reduced = basis.eigenvalues[k];
-            let shape = basis.modes.subcols(k, 1).to_owned();
-            ModeBound {
-                reduced,
-                lower: count.lower(still + k, reduced).min(reduced),
-                shares: shares(parts, closing, &stiffness, reduced, &shape),
-            }
-        })
-        .collect()
+    let squares = &basis.eigenvalues[loose..];
+    let shapes = basis.modes.subcols(loose, squares.len()).to_owned();
+    let shares = shares(parts, closing, &stiffness(parts), squares, &shapes);
+    let bound = |(k, (reduced, shares)): (usize, (&f64, Vec<f64>))| ModeBound {
+        reduced: *reduced,
+        lower: count.lower(still + loose + k, *reduced).min(*reduced),
+        shares,
+    };
+    squares.iter().zip(shares).enumerate().map(bound).collect()
 }
 
 /// Diagonal of the box around all places, centres and radii of gyration.

@@ -10,6 +10,7 @@ use serde_json::json;
 use crate::bounds::ModeBound;
 use crate::joint::Meeting;
 use crate::part::Part;
+use crate::responses::ResponseEstimate;
 use crate::whole::Whole;
 
 /// Key of the report in the provenance's quality.
@@ -38,11 +39,13 @@ pub struct AssemblyReport {
     pub nearly_redundant: Vec<String>,
     /// The kept elastic modes between bounds; `None` where a part's file has no error estimate.
     pub modes: Option<Vec<ModeBound>>,
+    /// What the parts' truncation does to responses at the interfaces, an estimate; `None` where it isn't known.
+    pub responses: Option<ResponseEstimate>,
     /// The part whose file has none.
     pub without_estimate: Option<String>,
     /// Whether nothing holds it.
     pub is_free: bool,
-    /// How much damping couples the modes, which a superelement's modal damping leaves out; 0 to 1.
+    /// How far damping turns modes into each other, which one ratio for each leaves out: the largest d_kl ω_l / |ω_k² − ω_l²|.
     pub damping_coupling: f64,
 }
 
@@ -61,16 +64,23 @@ pub struct PartReport {
     pub modes_for_1e_4: Option<usize>,
 }
 
+/// What was found of an assembly.
+pub(crate) struct Known {
+    pub meetings: Vec<Meeting>,
+    pub modes: Option<Vec<ModeBound>>,
+    pub responses: Option<ResponseEstimate>,
+    pub without_estimate: Option<String>,
+    pub damping_coupling: f64,
+}
+
 impl AssemblyReport {
     pub(crate) fn of(
         parts: &[Part],
         files: &[Option<(PathBuf, String)>],
         whole: &Whole,
-        meetings: Vec<Meeting>,
-        modes: Option<&[ModeBound]>,
-        without_estimate: Option<String>,
-        damping_coupling: f64,
+        known: Known,
     ) -> Self {
+        let modes = known.modes.as_deref();
         let report = |(i, part): (usize, &Part)| {
             let share = |of: &ModeBound| 0.5 * of.shares.get(i).copied().unwrap_or(0.0);
             let largest = modes.map(|modes| modes.iter().map(share).fold(0.0, f64::max));
@@ -87,13 +97,14 @@ impl AssemblyReport {
         };
         Self {
             parts: parts.iter().enumerate().map(report).collect(),
-            meetings,
+            meetings: known.meetings,
             redundant: whole.redundant.clone(),
             nearly_redundant: whole.nearly_redundant.clone(),
-            modes: modes.map(<[ModeBound]>::to_vec),
-            without_estimate,
+            responses: known.responses,
+            without_estimate: known.without_estimate,
             is_free: crate::is_free(whole),
-            damping_coupling,
+            damping_coupling: known.damping_coupling,
+            modes: known.modes,
         }
     }
 
@@ -152,8 +163,8 @@ impl AssemblyReport {
         }
         if self.damping_coupling > TOLD_COUPLING {
             all.push(format!(
-                "damping couples modes by up to {:.0} %, which one ratio for each mode leaves out; keep strong dampers out of the assembly, in a scene",
-                100.0 * self.damping_coupling
+                "damping turns modes into each other by up to {:.0} %, which one ratio for each mode leaves out; keep strong dampers out of the assembly, in a scene",
+                100.0 * self.damping_coupling.min(1.0)
             ));
         }
         all

@@ -37,6 +37,13 @@ pub(crate) const REDUCE: &[Examples] = &[
             "reduce verify part.dcb.h5 --component part.mtx",
         ],
     ),
+    (
+        "assemble",
+        &[
+            "reduce assemble machine.json",
+            "reduce assemble machine.json --max-frequency 500 -o machine.dcb.h5",
+        ],
+    ),
     ("compare", &["reduce compare coarse.dcb.h5 fine.dcb.h5"]),
     ("report", &["reduce report part.dcb.h5 -o part.html"]),
     ("export", &["reduce export part.dcb.h5 --to gltf"]),
@@ -44,7 +51,7 @@ pub(crate) const REDUCE: &[Examples] = &[
     ("study", &["reduce study part.mtx --modes 5,10,20,40"]),
     ("cache", &["reduce cache", "reduce cache --clear"]),
     ("batch", &["reduce batch parts.json"]),
-    ("schema", &["reduce schema", "reduce schema batch"]),
+    ("schema", &["reduce schema", "reduce schema assembly"]),
     ("completions", &["reduce completions bash"]),
     ("man", &["reduce man --out man"]),
 ];

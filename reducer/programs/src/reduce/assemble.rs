@@ -16,6 +16,7 @@ use dcb_formats::units::{hertz, hertz_unit};
 use dcb_reducer::ModeSelection;
 use dcb_reducer::error::{CommandRefusal, Error, Occupied};
 use dcb_reducer::mode_selection::ModeOptions;
+use dcb_superelement::LOSS_FACTOR;
 use dcb_workflow::file_form::FileForm;
 use serde_json::json;
 
@@ -188,12 +189,12 @@ fn verdict(element: &dcb_formats::Superelement, report: &AssemblyReport) -> Stri
         );
     }
     text.push('\n');
-    text += &accuracy(report);
+    text += &accuracy(report, time);
     text
 }
 
 /// Which part limits the accuracy, and how many modes it would need.
-pub(crate) fn accuracy(report: &AssemblyReport) -> String {
+pub(crate) fn accuracy(report: &AssemblyReport, time: &str) -> String {
     let Some(error) = report.frequency_error() else {
         return String::new();
     };
@@ -203,6 +204,15 @@ pub(crate) fn accuracy(report: &AssemblyReport) -> String {
         "accuracy the parts' own truncation makes no frequency more than {} too high (bound over all modes of the assembly)",
         percent(error)
     );
+    if let Some(responses) = &report.responses {
+        let _ = writeln!(
+            text,
+            "         it changes responses at the interfaces by up to {:.1e} of their size up to {:.4} {} (estimate, loss factor {LOSS_FACTOR})",
+            responses.error,
+            hertz(responses.end, time),
+            hertz_unit(time)
+        );
+    }
     let largest = report
         .parts
         .iter()

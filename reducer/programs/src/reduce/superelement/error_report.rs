@@ -1,5 +1,6 @@
 //! The estimate of a file, for people and as JSON.
 
+use dcb_assembly::AssemblyReport;
 use dcb_formats::scene::Compatibility;
 use std::fmt::Write as _;
 
@@ -22,9 +23,14 @@ pub fn accuracy(element: &Superelement) -> Option<String> {
     let largest = collocated.largest.upper.max(transfer.largest.upper);
     let time = &element.units.time;
     let (end, unit) = (hertz(band.top(), time), hertz_unit(time));
+    // The parts' omitted motions are in the moments of an assembly; the shapes of its modes are taken as they are.
+    let of_what = match AssemblyReport::stored(element).is_some() {
+        true => "bound with the parts' truncation, to first order in the shapes of the modes",
+        false => "rigorous bound",
+    };
     largest.is_finite().then(|| {
         format!(
-            "responses at the interfaces are right within {} up to {end:.4} {unit} (rigorous bound, loss factor {LOSS_FACTOR})",
+            "responses at the interfaces are right within {} up to {end:.4} {unit} ({of_what}, loss factor {LOSS_FACTOR})",
             scientific(largest, 2)
         )
     })

@@ -6,6 +6,7 @@ use std::io::Read;
 use std::path::{Path, PathBuf};
 
 use clap::Args;
+use dcb_assembly::AssemblyReport;
 use dcb_formats::Superelement;
 use dcb_formats::dcb::SuperelementFile;
 use dcb_formats::mesh::{Dimension, Direction};
@@ -16,6 +17,7 @@ use serde_json::json;
 
 use crate::outcome::Outcome;
 use crate::program::Detail;
+use crate::reduce::assemble;
 use crate::reduce::part::report::{further_columns, internal_rows, verdict};
 use crate::reduce::study::band;
 use crate::reduce::superelement::error_report::Report;
@@ -320,6 +322,9 @@ fn short(
 ) -> Result<String, Error> {
     let quality = Quality::stored(element);
     let mut text = heading(file, element) + &verdict(element, quality.as_ref());
+    if let Some(report) = AssemblyReport::stored(element) {
+        text += &assemble::accuracy(&report, &element.units.time);
+    }
     text += &interface_table(element);
     let _ = writeln!(text, "fields   {}", stored_fields(file, element)?);
     if let Some(errors) = errors {
@@ -357,6 +362,10 @@ fn text(
     let _ = writeln!(text, "digest   {}", file.digest());
     text += &mass_lines(element);
     text += &frequency_table(element, quality.as_ref(), usize::MAX);
+    if let Some(report) = AssemblyReport::stored(element) {
+        text += &assemble::accuracy(&report, &element.units.time);
+        text += &assemble::bounds_table(element, &report);
+    }
     text += &interface_table(element);
     let _ = writeln!(text, "fields   {}", stored_fields(file, element)?);
     if let Some(quality) = &quality {
