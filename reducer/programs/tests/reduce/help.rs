@@ -102,6 +102,16 @@ fn the_schema_of_manifests_is_the_documented_one() {
 }
 
 #[test]
+fn the_schema_of_assemblies_is_the_documented_one() {
+    let shown = Folder::empty().done("schema assembly");
+    let documented = std::fs::read_to_string(stored("docs/assembly.schema.json")).unwrap();
+    assert_eq!(shown, documented);
+    let schema: serde_json::Value = serde_json::from_str(&shown).unwrap();
+    assert_eq!(schema["title"], "Assembly");
+    assert!(schema.pointer("/properties/interfaces").is_some());
+}
+
+#[test]
 fn slips_on_the_command_line_are_refused() {
     let folder = Folder::rotor();
     for (arguments, says) in [

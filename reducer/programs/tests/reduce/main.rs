@@ -1,6 +1,7 @@
 //! The `reduce` program from outside: what it prints, how it exits, and what it leaves on the disk.
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic)]
 
+mod assemble;
 mod bad_components;
 mod bad_descriptions;
 mod bad_files;

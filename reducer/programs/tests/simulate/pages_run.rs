@@ -61,3 +61,8 @@ fn choosing_modes_runs_as_it_is_printed() {
 fn redundant_joints_run_as_they_are_printed() {
     runs_as_printed("docs/redundant-joints.md", "tutorial");
 }
+
+#[test]
+fn assemblies_run_as_they_are_printed() {
+    runs_as_printed("docs/assemblies.md", "tutorial");
+}
