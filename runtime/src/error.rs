@@ -171,6 +171,14 @@ pub enum Error {
         "no eigenvalues or free directions: the mechanism's matrices are not finite or too badly scaled; check masses, stiffnesses and units"
     )]
     NoEigenvalues,
+    /// A frequency response at an undamped resonance.
+    #[error(
+        "the response at the frequency {frequency:.9} isn't finite: an undamped resonance lies there; give damping (\"damping\": {{\"structural\": 0.01}}), or another frequency"
+    )]
+    Resonant {
+        /// Cycles per time.
+        frequency: f64,
+    },
     /// No static equilibrium was found.
     #[error(
         "t = {time:.6e}: no static equilibrium in {iterations} iterations; the last correction was {residual:.2e}, allowed is {tolerance:.2e}, largest at body {body:?}; joint or spring {connection:?} carries most; hold bodies that can drift away, or start nearer to the rest"
@@ -522,6 +530,7 @@ impl Error {
                 | Self::StepTooLong { .. }
                 | Self::NoEquilibrium { .. }
                 | Self::NoEigenvalues
+                | Self::Resonant { .. }
                 | Self::CannotAssemble { .. }
                 | Self::FarFromJoints { .. }
                 | Self::Contradiction { .. }

@@ -35,6 +35,7 @@
 pub mod body;
 pub mod error;
 pub mod export;
+pub mod frequency;
 pub mod linear;
 pub mod mechanism;
 pub mod model;

@@ -7,6 +7,7 @@
 //! writes and `hdf5-pure`, which is memory-safe, reads.
 
 mod channel;
+mod frequency_response;
 mod modes;
 mod open_file;
 mod read;
@@ -15,6 +16,7 @@ mod scales;
 mod write;
 
 pub use channel::{Channel, Column};
+pub use frequency_response::{FrequencyResponses, Signal};
 pub use modes::{ModeShapes, SystemModes, frequency_unit};
 pub use read::Results;
 pub use write::ResultsWriter;

@@ -7,6 +7,7 @@ use ndarray::{ArrayView2, s};
 use serde_json::json;
 
 use super::channel::Channel;
+use super::frequency_response::FrequencyResponses;
 use super::modes::SystemModes;
 use super::reserve::Reserve;
 use super::scales::Scales;
@@ -170,6 +171,21 @@ impl OpenFile {
     /// Adds modes.
     pub(super) fn write_modes(&mut self, modes: &SystemModes, units: &Units) -> hdf5::Result<()> {
         modes.write(&self.file, units)?;
+        self.file.flush()
+    }
+
+    /// Bytes that frequency responses need.
+    pub(super) fn needed_space_of_responses(&self, responses: &FrequencyResponses) -> u64 {
+        responses.size() + INDEX_BYTES * responses.dataset_count() as u64 + TABLE_BYTES
+    }
+
+    /// Adds frequency responses.
+    pub(super) fn write_frequency_responses(
+        &mut self,
+        responses: &FrequencyResponses,
+        units: &Units,
+    ) -> hdf5::Result<()> {
+        responses.write(&self.file, units)?;
         self.file.flush()
     }
 

@@ -6,6 +6,7 @@ use std::path::{Path, PathBuf};
 use faer::Mat;
 
 use super::channel::{Channel, Column};
+use super::frequency_response::FrequencyResponses;
 use super::modes::SystemModes;
 use super::{Event, FORMAT, FORMAT_VERSION, Outcome};
 use crate::Error;
@@ -181,6 +182,19 @@ impl Results {
             Ok(list)
         };
         SystemModes::read(&self.inventory, read).map_err(|finding| told(&self.path, finding))
+    }
+
+    /// Frequency responses; `None` where the run was no frequency analysis.
+    ///
+    /// # Errors
+    /// [`Error::Location`] if they can't be read.
+    pub fn frequency_responses(&self) -> Result<Option<FrequencyResponses>, Error> {
+        let read = |path: &str, shape: [usize; 2]| {
+            let mut list = Vec::new();
+            self.each_row_of(path, shape, |_, row| list.extend_from_slice(row))?;
+            Ok(list)
+        };
+        FrequencyResponses::read(&self.inventory, read).map_err(|finding| told(&self.path, finding))
     }
 
     /// One of the JSON attributes of `/provenance`: `scene`, `inputs`, `options`, `warnings`, `summary`; `null` where

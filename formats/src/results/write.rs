@@ -11,6 +11,7 @@ use std::time::{Duration, Instant};
 use serde_json::json;
 
 use super::channel::{self, Channel};
+use super::frequency_response::FrequencyResponses;
 use super::modes::SystemModes;
 use super::open_file::{CloseError, OpenFile, OutcomeTexts, stopped_text};
 use super::{Event, Header, Outcome};
@@ -145,6 +146,24 @@ impl ResultsWriter {
         open.take_space(needed)
             .map_err(|source| Error::not_written(&self.target, needed, source))?;
         open.write_modes(modes, &self.units)
+            .map_err(|error| told(&self.target, needed, &error))
+    }
+
+    /// Writes frequency responses; once in a file.
+    ///
+    /// # Errors
+    /// [`Error::Io`] where the system refuses.
+    pub fn write_frequency_responses(
+        &mut self,
+        responses: &FrequencyResponses,
+    ) -> Result<(), Error> {
+        let Some(open) = &mut self.open else {
+            return Err(self.closed());
+        };
+        let needed = open.needed_space_of_responses(responses);
+        open.take_space(needed)
+            .map_err(|source| Error::not_written(&self.target, needed, source))?;
+        open.write_frequency_responses(responses, &self.units)
             .map_err(|error| told(&self.target, needed, &error))
     }
 

@@ -11,6 +11,7 @@ mod check;
 mod controller;
 mod damping;
 mod drive;
+mod frequency_response;
 mod gear;
 mod geometry;
 mod integrator;
@@ -44,6 +45,10 @@ pub use body::{
 pub use controller::Controller;
 pub use damping::{DampingOverride, ModalRatios, Rayleigh, RayleighPoints};
 pub use drive::{Drive, DriveFunction};
+pub use frequency_response::{
+    BeyondBand, DriveForm, Frequencies, FrequencyRange, FrequencyResponse, OutputForm, Ratios,
+    ResponseDamping, Spacing,
+};
 pub use gear::{Gear, Rack};
 pub use geometry::{Cylinder, Geometry, GeometryKind, Sphere};
 pub use integrator::{AdaptiveStep, Formulation, Integrator, Method, Scheme};
@@ -374,7 +379,7 @@ impl Scene {
     }
 
     fn check_analysis(&self) -> Result<(), Error> {
-        match (self.analysis, self.integrator) {
+        match (&self.analysis, self.integrator) {
             (Analysis::Transient | Analysis::Kinematic, None) => Err(Error::described(
                 "integrator",
                 "is missing; add for example \"integrator\": {\"generalized_alpha\": {\"step\": 1e-4, \"end\": 1}}",
@@ -383,6 +388,19 @@ impl Scene {
                 "analysis.modes.count",
                 "is 0, expected at least 1",
             )),
+            (Analysis::FrequencyResponse(asked), _) => {
+                asked.check("analysis.frequency_response")?;
+                match self.compatibility {
+                    Compatibility::Strong => Ok(()),
+                    other => Err(Error::described(
+                        "compatibility",
+                        format!(
+                            "is {}; a frequency response needs strong compatibility",
+                            other.name()
+                        ),
+                    )),
+                }
+            }
             _ => Ok(()),
         }
     }

@@ -3,10 +3,11 @@
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
+use super::FrequencyResponse;
 use crate::named::object;
 
 /// The analysis of a scene.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum Analysis {
     /// The motion over time.
@@ -19,6 +20,9 @@ pub enum Analysis {
     /// Frequencies and shapes of small oscillations.
     #[serde(deserialize_with = "object")]
     Modes(ModesAnalysis),
+    /// Steady oscillations under oscillating inputs, over a range of frequencies.
+    #[serde(deserialize_with = "object")]
+    FrequencyResponse(FrequencyResponse),
 }
 
 /// How many oscillations, and about which placement.

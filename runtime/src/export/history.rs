@@ -3,7 +3,7 @@
 use std::collections::BTreeSet;
 
 use dcb_formats::component::Units;
-use dcb_formats::results::{Channel, Results, SystemModes};
+use dcb_formats::results::{Channel, FrequencyResponses, Results, SystemModes, frequency_unit};
 
 use crate::error::Error;
 
@@ -129,6 +129,17 @@ pub fn histories(results: &Results, selection: Selection) -> Result<Histories, E
     {
         return Ok(of_modes(&modes, results.units()));
     }
+    if let Some(responses) = results.frequency_responses()? {
+        let listed = of_responses(&responses, results.units());
+        match selection {
+            Selection::Outputs => return Ok(listed),
+            Selection::Named(names) => {
+                if let Some(picked) = listed.picked(names) {
+                    return Ok(picked);
+                }
+            }
+        }
+    }
     if let Selection::Named(names) = selection
         && let Some(modes) = results.modes()?
         && let Some(picked) = of_modes(&modes, results.units()).picked(names)
@@ -206,6 +217,54 @@ fn named<'r>(
     let columns = &channel.columns;
     let index = columns.iter().position(|column| column.name == component);
     index.map_or(Err(unknown), |index| Ok((channel, Some(index))))
+}
+
+/// Amplitude and phase of each output by each input, and densities under random inputs.
+fn of_responses(responses: &FrequencyResponses, units: &Units) -> Histories {
+    let history = |name: String, unit: String, values: Vec<f64>| History {
+        name,
+        unit,
+        quantity: Quantity::Other,
+        scale: largest(&values),
+        values,
+    };
+    let mut columns = Vec::new();
+    for (i, output) in responses.outputs.iter().enumerate() {
+        for (j, input) in responses.inputs.iter().enumerate() {
+            let values = responses.of(i, j);
+            let name = format!("{} by {}", output.name, input.name);
+            let amplitude = values.iter().map(|[re, im]| re.hypot(*im)).collect();
+            let phase = values
+                .iter()
+                .map(|[re, im]| im.atan2(*re).to_degrees())
+                .collect();
+            let unit = format!("({})/({})", output.unit, input.unit);
+            columns.push(history(name.clone(), unit, amplitude));
+            columns.push(history(format!("phase of {name}"), "deg".to_owned(), phase));
+        }
+    }
+    for (i, output) in responses.outputs.iter().enumerate() {
+        if let Some(density) = responses.density_of(i) {
+            let unit = format!("({})^2/{}", output.unit, frequency_unit(units));
+            columns.push(history(
+                format!("density of {}", output.name),
+                unit,
+                density,
+            ));
+        }
+    }
+    Histories {
+        over: History {
+            scale: 0.0,
+            ..history(
+                "frequency".to_owned(),
+                frequency_unit(units),
+                responses.frequency.clone(),
+            )
+        },
+        columns,
+        is_motion: false,
+    }
 }
 
 fn of_modes(modes: &SystemModes, units: &Units) -> Histories {

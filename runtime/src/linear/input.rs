@@ -320,6 +320,22 @@ fn named<'a>(candidates: &'a [Candidate], name: &str) -> Vec<&'a Candidate> {
     }
 }
 
+/// The mechanism without the loads that are inputs.
+pub(super) fn without_loads(system: &System, inputs: &[Input]) -> System {
+    let mut quiet = system.clone();
+    for input in inputs {
+        if !matches!(input.kind, Kind::Load { .. } | Kind::PartLoad { .. }) {
+            continue;
+        }
+        let nothing = TimeFunction::new(&Function::Constant(0.0));
+        if let (Some(signal), Ok(nothing)) = (input.offset_in(&mut quiet), nothing) {
+            quiet.signals[signal].function = nothing;
+            quiet.signals[signal].input = None;
+        }
+    }
+    quiet
+}
+
 impl Input {
     /// The row of a drive.
     pub(super) fn driven_row(&self) -> Option<usize> {

@@ -72,9 +72,53 @@ pub(crate) fn linear_system(
     recorder: &mut Recorder,
     request: &LinearRequest,
 ) -> Result<LinearSystem, Error> {
+    linearized(scene, system, state, recorder, request, Coordinates::Named).map(|of| of.system)
+}
+
+/// Which coordinates a linear system is in.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Coordinates {
+    /// Coordinates of bodies, which have names.
+    Named,
+    /// Orthonormal free directions, which are conditioned best. The inputs that are loads oscillate about zero.
+    Orthonormal,
+}
+
+/// A linear system, and the equations of second order that it was made of.
+pub(crate) struct Linearized {
+    pub system: LinearSystem,
+    pub second_order: SecondOrder,
+}
+
+/// `M ζ'' + C ζ' + K ζ = F u` over the free coordinates, and those of drives.
+pub(crate) struct SecondOrder {
+    /// M, C and K, (free, k): free coordinates, then drives.
+    pub matrices: [Mat<f64>; 3],
+    /// F, (free, n_u); zero for drives.
+    pub forces: Mat<f64>,
+    /// The coordinate of each input that is a drive.
+    pub drives: Vec<Option<usize>>,
+    /// Amounts of the free coordinates that are about as large as each other.
+    pub units: Vec<f64>,
+}
+
+/// The same with its equations of second order.
+pub(crate) fn linearized(
+    scene: &Scene,
+    system: &System,
+    state: &State,
+    recorder: &mut Recorder,
+    request: &LinearRequest,
+    wanted: Coordinates,
+) -> Result<Linearized, Error> {
     refuse_memory(system)?;
     let inputs = input::chosen(system, state, scene, &request.inputs)?;
     let outputs = Outputs::chosen(recorder, &request.outputs)?;
+    let quiet = input::without_loads(system, &inputs);
+    let system = match wanted {
+        Coordinates::Named => system,
+        Coordinates::Orthonormal => &quiet,
+    };
     let driven: Vec<usize> = inputs.iter().filter_map(Input::driven_row).collect();
     let mut motion = IndependentMotion::at(system, state, &driven)?;
     let (state, listed) = (
@@ -87,7 +131,10 @@ pub(crate) fn linear_system(
             "can't move: joints and drives leave no degree of freedom; name a drive as an input, or free a joint",
         ));
     }
-    let names = coordinates::choose(scene, system, &mut motion, &inputs)?;
+    let names = match wanted {
+        Coordinates::Named => coordinates::choose(scene, system, &mut motion, &inputs)?,
+        Coordinates::Orthonormal => Vec::new(),
+    };
     let modes = Eigenmodes::of(system, &motion)?;
     let forces = Mat::from_fn(system.velocity_count(), inputs.len(), |_, _| 0.0);
     let forces = inputs
@@ -114,6 +161,25 @@ pub(crate) fn linear_system(
         .collect();
     poles.sort_by(|a, b| a.magnitude().total_cmp(&b.magnitude()));
     let units = coordinates::units(system, &motion, &inputs);
+    let mut next_drive = motion.free_count();
+    let second_order = SecondOrder {
+        matrices: motion.reduced(),
+        forces: motion
+            .places
+            .as_ref()
+            .subcols(0, motion.free_count())
+            .transpose()
+            * &forces,
+        drives: (inputs.iter())
+            .map(|input| {
+                input.driven_row().map(|_| {
+                    next_drive += 1;
+                    next_drive - 1
+                })
+            })
+            .collect(),
+        units: motion.units.clone(),
+    };
     let linear = LinearSystem {
         units: scene.units.clone(),
         time: state.time,
@@ -132,10 +198,14 @@ pub(crate) fn linear_system(
         poles,
         truncation: None,
     };
-    match request.order {
-        Some(order) => balanced::truncated(linear, order, &units),
-        None => Ok(linear),
-    }
+    let system = match request.order {
+        Some(order) => balanced::truncated(linear, order, &units)?,
+        None => linear,
+    };
+    Ok(Linearized {
+        system,
+        second_order,
+    })
 }
 
 /// Efforts that follow what was have no linear system in coordinates and rates alone.

@@ -337,10 +337,11 @@ impl OutputBuilder<'_> {
 
 /// Energies: works and the balance belong to a motion over time.
 pub(super) fn energy(quantities: &Quantities, scene: &Scene, path: &str) -> (Channel, Probe) {
-    match scene.analysis {
+    match &scene.analysis {
         Analysis::Transient => (quantities.energy(path), Probe::Energy),
-        Analysis::Static | Analysis::Kinematic | Analysis::Modes(_) => {
-            (quantities.stored_energy(path), Probe::StoredEnergy)
-        }
+        Analysis::Static
+        | Analysis::Kinematic
+        | Analysis::Modes(_)
+        | Analysis::FrequencyResponse(_) => (quantities.stored_energy(path), Probe::StoredEnergy),
     }
 }

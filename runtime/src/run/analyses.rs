@@ -8,13 +8,14 @@ use crate::analysis::driven::DrivenMotion;
 use crate::analysis::eigenmodes::{Eigenmode, Eigenmodes};
 use crate::analysis::equilibrium::{EquilibriumReport, EquilibriumSettings, find_equilibrium};
 use crate::error::Error;
+use crate::frequency::{FrequencyReport, Solution, frequency_response};
 use crate::initial::{InitialReport, Starter};
 use crate::integrator::equal_steps::EqualSteps;
 use crate::model::timetable::{Due, Rows};
 use crate::model::{Model, RecordedStep};
 use crate::system::evaluation::Evaluation;
 use crate::system::{State, System};
-use dcb_formats::scene::{Linearization, ModesAnalysis, Record, Scene};
+use dcb_formats::scene::{FrequencyResponse, Linearization, ModesAnalysis, Record, Scene};
 
 /// A rest.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -215,6 +216,72 @@ pub fn modes(
             })
         }
         Err(_) => json!({"analysis": "modes"}),
+    };
+    session.close(observer, found, &at_start(), &summary)
+}
+
+/// Responses to oscillating inputs about the start or a rest.
+///
+/// # Errors
+/// Those of [`frequency_response`], of the start and of [`find_equilibrium`].
+pub fn frequency(
+    scene: &Scene,
+    model: Model,
+    target: &Target,
+    observer: &mut dyn Observer,
+    asked: &FrequencyResponse,
+) -> Result<FrequencyReport, Error> {
+    let Opened {
+        mut session,
+        system,
+        mut drawn,
+        held,
+        ..
+    } = Session::open(scene, model, target)?;
+    let mut find = || {
+        match asked.at {
+            Linearization::Static => {
+                find_equilibrium(&system, &mut drawn, &EquilibriumSettings::default())?;
+            }
+            Linearization::Initial => {
+                let initial = Starter::of(&system)?
+                    .holding(&held)
+                    .start(&mut drawn, scene.redundant_constraints)?;
+                tell_start(&initial, scene, observer, &mut session)?;
+            }
+        }
+        record_state(&mut session, &system, &drawn)?;
+        let mut notes = Vec::new();
+        let recorder = &mut session.recorder;
+        let mut note = |message: &str| notes.push(message.to_owned());
+        let report = frequency_response(scene, &system, &drawn, recorder, asked, &mut note)?;
+        for note in notes {
+            session.tell(observer, drawn.time, &note);
+        }
+        session
+            .writer
+            .write_frequency_responses(&report.responses)?;
+        Ok(report)
+    };
+    let found = find();
+    let summary = match &found {
+        Ok(report) => json!({
+            "analysis": "frequency_response",
+            "freedoms": report.freedoms,
+            "frequencies": report.responses.frequency.len(),
+            "solution": match report.solution {
+                Solution::Modes => "modes",
+                Solution::ComplexModes => "complex modes",
+                Solution::Direct => "direct",
+            },
+            "random": report.random.iter().map(|output| json!({
+                "output": output.name,
+                "unit": output.unit,
+                "rms": output.rms,
+                "zero_crossings": output.zero_crossings,
+            })).collect::<Vec<_>>(),
+        }),
+        Err(_) => json!({"analysis": "frequency_response"}),
     };
     session.close(observer, found, &at_start(), &summary)
 }

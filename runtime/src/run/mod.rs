@@ -15,6 +15,7 @@ use dcb_formats::results::{Header, Outcome, ResultsWriter};
 use serde_json::{Value, json};
 
 use crate::error::Error;
+use crate::frequency::FrequencyReport;
 use crate::integrator::radau::{Accuracy, Stages};
 use crate::integrator::{self, Method, Rule, Tolerance};
 use crate::model::{FieldFolders, FieldWriter, LoadedFile, Model, RecordedStep, Recorder};
@@ -89,6 +90,8 @@ pub enum Report {
     Kinematic(DrivenReport),
     /// Small oscillations.
     Modes(ModesReport),
+    /// Oscillations under oscillating inputs.
+    Frequency(FrequencyReport),
 }
 
 impl Report {
@@ -97,7 +100,7 @@ impl Report {
         match self {
             Self::Transient(report) => report.is_complete,
             Self::Kinematic(report) => report.is_complete,
-            Self::Static(_) | Self::Modes(_) => true,
+            Self::Static(_) | Self::Modes(_) | Self::Frequency(_) => true,
         }
     }
 }
@@ -113,7 +116,7 @@ pub fn run(
     target: &Target,
     observer: &mut dyn Observer,
 ) -> Result<Report, Error> {
-    match scene.analysis {
+    match &scene.analysis {
         Analysis::Transient => {
             transient::transient(scene, model, target, observer).map(Report::Transient)
         }
@@ -122,7 +125,10 @@ pub fn run(
             analyses::driven(scene, model, target, observer).map(Report::Kinematic)
         }
         Analysis::Modes(asked) => {
-            analyses::modes(scene, model, target, observer, &asked).map(Report::Modes)
+            analyses::modes(scene, model, target, observer, asked).map(Report::Modes)
+        }
+        Analysis::FrequencyResponse(asked) => {
+            analyses::frequency(scene, model, target, observer, asked).map(Report::Frequency)
         }
     }
 }

@@ -3,4 +3,5 @@
 mod effective_damping;
 mod eigenmodes;
 mod equilibrium;
+mod frequency;
 mod linearization;

@@ -117,7 +117,7 @@ fn refuse_input_as_output(assembly: &Assembly, path: &Path, target: &Path) -> Re
         false => Ok(()),
         true => Err(CommandRefusal::WouldDestroy {
             path: target.to_owned(),
-            role: Occupied::Superelement,
+            role: Occupied::Component,
         }
         .into()),
     }

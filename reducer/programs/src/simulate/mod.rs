@@ -107,6 +107,9 @@ pub(crate) struct SceneArguments {
     /// Replace existing results, and files of fields.
     #[arg(long)]
     pub force: bool,
+    /// Refuse a frequency response beyond what a superelement is made for.
+    #[arg(long)]
+    pub strict: bool,
     /// Also write the outputs as CSV (replaces an older one).
     #[arg(long, value_name = "FILE")]
     pub csv: Option<PathBuf>,

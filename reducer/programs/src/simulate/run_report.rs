@@ -9,6 +9,7 @@ use dcb_formats::results::{Results, frequency_unit};
 use dcb_formats::scene::Scene;
 use dcb_formats::units::{DerivedUnits, four_digits};
 use dcb_runtime::error::Error;
+use dcb_runtime::frequency::{FrequencyReport, Solution};
 use dcb_runtime::model::Model;
 use dcb_runtime::run::{ModesReport, Report, RunReport, stiffened};
 
@@ -101,6 +102,10 @@ impl Told<'_> {
                 String::new(),
             ),
             Report::Modes(report) => (modes_verdict(report, scene), modes_table(report, scene)),
+            Report::Frequency(report) => (
+                frequency_verdict(report, scene),
+                frequency_table(report, scene),
+            ),
         };
         let state = match self.report.is_complete() {
             true => "",
@@ -131,6 +136,77 @@ fn modes_verdict(report: &ModesReport, scene: &Scene) -> String {
         count => format!("; {count} unstable"),
     };
     format!("done: {count} modes{first}{unstable}")
+}
+
+/// How many frequencies, and how they were solved.
+fn frequency_verdict(report: &FrequencyReport, scene: &Scene) -> String {
+    let frequencies = &report.responses.frequency;
+    let (first, last) = (frequencies.first(), frequencies.last());
+    let range = match (first, last) {
+        (Some(first), Some(last)) => format!(
+            " from {} to {} {}",
+            four_digits(*first),
+            four_digits(*last),
+            frequency_unit(&scene.units)
+        ),
+        _ => String::new(),
+    };
+    let how = match report.solution {
+        Solution::Modes => "by modes",
+        Solution::ComplexModes => "by complex modes, because damping couples the real ones",
+        Solution::Direct => "each solved directly",
+    };
+    format!(
+        "done: {} outputs by {} inputs at {} frequencies{range}, {how}",
+        report.responses.outputs.len(),
+        report.responses.inputs.len(),
+        frequencies.len()
+    )
+}
+
+/// Peaks, and outputs under random inputs.
+fn frequency_table(report: &FrequencyReport, scene: &Scene) -> String {
+    let unit = frequency_unit(&scene.units);
+    let mut text = format!(
+        "{} degrees of freedom left by the joints\n",
+        report.freedoms
+    );
+    if !report.peaks.is_empty() {
+        let _ = writeln!(
+            text,
+            "{:>14} {:>13} {:>8} {:>9}   response",
+            format!("peak at [{unit}]"),
+            "amplitude",
+            "phase",
+            "damping"
+        );
+    }
+    for peak in &report.peaks {
+        let damping = peak
+            .damping
+            .map_or("-".to_owned(), |ratio| format!("{ratio:.5}"));
+        let _ = writeln!(
+            text,
+            "{:>14.6} {:>13.5e} {:>7.1}° {damping:>9}   {} by {} [{}]",
+            peak.frequency, peak.amplitude, peak.phase, peak.output, peak.input, peak.unit
+        );
+    }
+    if !report.random.is_empty() {
+        let _ = writeln!(
+            text,
+            "{:>13} {:>22}   output under the random inputs",
+            "rms",
+            format!("zero crossings [{unit}]")
+        );
+    }
+    for output in &report.random {
+        let _ = writeln!(
+            text,
+            "{:>13.5e} {:>22.5}   {} [{}]",
+            output.rms, output.zero_crossings, output.name, output.unit
+        );
+    }
+    text
 }
 
 /// Frequencies and damping.

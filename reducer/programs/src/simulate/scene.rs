@@ -16,7 +16,7 @@ use crate::simulate::run_report::{self, describe, told_of};
 use crate::simulate::{ModelArgument, SceneArguments, replace};
 use crate::stop_signal::{self, StopSignal};
 use dcb_demand::SuperelementFiles;
-use dcb_formats::scene::{Compatibility, Method, STANDARD_INPUT, Scene};
+use dcb_formats::scene::{Analysis, BeyondBand, Compatibility, Method, STANDARD_INPUT, Scene};
 use dcb_runtime::error::Error;
 use dcb_runtime::export::csv;
 use dcb_runtime::export::history::Selection;
@@ -196,6 +196,15 @@ fn override_scene(scene: &mut Scene, arguments: &SceneArguments) -> Result<(), E
         scene.compatibility = compatibility;
     }
     scene.allow_unstable_weak |= arguments.allow_unstable_weak;
+    if arguments.strict {
+        let Analysis::FrequencyResponse(asked) = &mut scene.analysis else {
+            return Err(Error::described(
+                "--strict",
+                "is for a frequency response; the scene has another analysis",
+            ));
+        };
+        asked.beyond_band = BeyondBand::Refuse;
+    }
     scene.check().map_err(|error| by_command_line(error.into()))
 }
 

@@ -42,7 +42,7 @@ impl Band {
                 reasons: vec![reason.to_owned()],
             })
         };
-        let integrator = match (scene.analysis, &scene.integrator) {
+        let integrator = match (&scene.analysis, &scene.integrator) {
             (Analysis::Static, _) => return at(0.0, "an equilibrium has no frequency"),
             (Analysis::Kinematic, _) => return at(0.0, "flexible bodies are taken as rigid"),
             (Analysis::Transient, Some(integrator)) => integrator,
@@ -54,6 +54,9 @@ impl Band {
                         modes.count
                     )],
                 });
+            }
+            (Analysis::FrequencyResponse(asked), _) => {
+                return at(asked.highest(), "the highest frequency of the response");
             }
             (Analysis::Transient, None) => {
                 return Ok(Self {

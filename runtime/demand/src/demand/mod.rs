@@ -156,10 +156,12 @@ impl Demand {
             body: body.to_owned(),
             time: scene.units.time.clone(),
             involvement,
-            deflection: match scene.analysis {
+            deflection: match &scene.analysis {
                 Analysis::Kinematic => Deflection::Rigid,
                 Analysis::Static => Deflection::Static,
-                Analysis::Transient | Analysis::Modes(_) => Deflection::Dynamic,
+                Analysis::Transient | Analysis::Modes(_) | Analysis::FrequencyResponse(_) => {
+                    Deflection::Dynamic
+                }
             },
             interfaces,
             nodes,

@@ -62,7 +62,7 @@ impl PlanesOfMotion {
             found.refused.push("the scene is planar".into());
             return found;
         }
-        if let Analysis::Modes(_) = scene.analysis {
+        if let Analysis::Modes(_) | Analysis::FrequencyResponse(_) = scene.analysis {
             let why = "oscillations out of a plane are asked for as well";
             found.refused.push(why.into());
             return found;

@@ -1,0 +1,271 @@
+//! What a frequency analysis of a scene is asked for.
+
+use std::collections::BTreeMap;
+
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+use super::Linearization;
+use super::check::finite;
+use super::values::positive;
+use crate::Error;
+
+/// Frequencies at most.
+const MOST: usize = 1_000_000;
+
+/// Steady oscillations of outputs under oscillating inputs, about a placement.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct FrequencyResponse {
+    /// Placement about which the equations are linearised.
+    #[serde(default)]
+    pub at: Linearization,
+    /// Loads, components of loads as NAME/INDEX, and drives that oscillate, each by itself with unit amplitude; all of the scene where empty.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub inputs: Vec<String>,
+    /// Outputs or other recorded channels, for example reactions/JOINT; those of the scene where empty.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub outputs: Vec<String>,
+    /// Frequencies, cycles per time.
+    pub frequencies: Frequencies,
+    /// Damping beside that of the files and springs.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub damping: Option<ResponseDamping>,
+    /// Whether outputs are taken as they are, or as their rates.
+    #[serde(default)]
+    pub output_as: OutputForm,
+    /// Which motion of a drive has unit amplitude.
+    #[serde(default)]
+    pub drive_as: DriveForm,
+    /// Random inputs: for each a table of its one-sided power spectral density, `[[frequency, density], ...]`, zero beyond its ends.
+    #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
+    pub random: BTreeMap<String, Vec<[f64; 2]>>,
+    /// What happens where a superelement's file isn't made for the highest frequency.
+    #[serde(default)]
+    pub beyond_band: BeyondBand,
+}
+
+/// Frequencies of an analysis.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(
+    untagged,
+    expecting = "expected a list of frequencies, or {\"from\": 1, \"to\": 500, \"count\": 200}"
+)]
+pub enum Frequencies {
+    /// These, ascending.
+    List(Vec<f64>),
+    /// A range.
+    Range(FrequencyRange),
+}
+
+/// A range of frequencies.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct FrequencyRange {
+    /// The lowest.
+    pub from: f64,
+    /// The highest.
+    pub to: f64,
+    /// How many, before resonances get more.
+    pub count: u32,
+    /// How they are spread.
+    #[serde(default)]
+    pub spacing: Spacing,
+}
+
+/// How frequencies are spread over a range.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "lowercase")]
+pub enum Spacing {
+    /// Equal differences, and more at each resonance: 21 points over ten half-power widths.
+    #[default]
+    Resonances,
+    /// Equal differences.
+    Linear,
+    /// Equal quotients.
+    Logarithmic,
+}
+
+/// Damping of a frequency analysis.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum ResponseDamping {
+    /// Loss factor η of all stiffness, which becomes (1 + iη) K; beside the other damping.
+    Structural(f64),
+    /// Ratio to critical of the modes of the mechanism, one for all or one for each by rising frequency, the last for all further ones; in place of the other
+    /// damping.
+    AssembledModal(Ratios),
+}
+
+/// One ratio, or one for each mode.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(untagged, expecting = "expected a ratio or a list of ratios")]
+pub enum Ratios {
+    /// Of all modes.
+    One(f64),
+    /// Of each.
+    Each(Vec<f64>),
+}
+
+/// What is made of an output y.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum OutputForm {
+    /// y: receptance, where it is a displacement by a force.
+    #[default]
+    Itself,
+    /// iω y: mobility.
+    Rate,
+    /// −ω² y: accelerance.
+    SecondRate,
+}
+
+/// What has unit amplitude at a drive.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum DriveForm {
+    /// The angle or position: an output by it is a transmissibility.
+    #[default]
+    Displacement,
+    /// Its rate.
+    Velocity,
+    /// Its second rate.
+    Acceleration,
+}
+
+/// Treatment of frequencies that a superelement's file isn't made for.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "lowercase")]
+pub enum BeyondBand {
+    /// They are computed, with a note.
+    #[default]
+    Warn,
+    /// The analysis is refused.
+    Refuse,
+}
+
+impl FrequencyResponse {
+    /// The highest frequency, cycles per time.
+    pub fn highest(&self) -> f64 {
+        match &self.frequencies {
+            Frequencies::List(list) => list.last().copied().unwrap_or(0.0),
+            Frequencies::Range(range) => range.to,
+        }
+    }
+
+    pub(super) fn check(&self, location: &str) -> Result<(), Error> {
+        self.check_frequencies(&format!("{location}.frequencies"))?;
+        match &self.damping {
+            None => {}
+            Some(ResponseDamping::Structural(factor)) => {
+                ratio(&format!("{location}.damping.structural"), *factor)?;
+            }
+            Some(ResponseDamping::AssembledModal(Ratios::One(one))) => {
+                ratio(&format!("{location}.damping.assembled_modal"), *one)?;
+            }
+            Some(ResponseDamping::AssembledModal(Ratios::Each(each))) => {
+                let location = format!("{location}.damping.assembled_modal");
+                if each.is_empty() {
+                    return Err(Error::described(
+                        location,
+                        "is empty; expected at least one ratio",
+                    ));
+                }
+                for (index, one) in each.iter().enumerate() {
+                    ratio(&format!("{location}[{index}]"), *one)?;
+                }
+            }
+        }
+        for (name, table) in &self.random {
+            check_density(&format!("{location}.random.{name}"), table)?;
+        }
+        Ok(())
+    }
+
+    fn check_frequencies(&self, location: &str) -> Result<(), Error> {
+        match &self.frequencies {
+            Frequencies::List(list) if list.is_empty() => Err(Error::described(
+                location,
+                "is empty; expected at least one frequency",
+            )),
+            Frequencies::List(list) => {
+                for (index, frequency) in list.iter().enumerate() {
+                    positive(&format!("{location}[{index}]"), *frequency)?;
+                }
+                match list.windows(2).position(|pair| pair[0] >= pair[1]) {
+                    None => Ok(()),
+                    Some(index) => Err(Error::described(
+                        format!("{location}[{}]", index + 1),
+                        format!(
+                            "is {}, after {}; expected ascending frequencies",
+                            list[index + 1],
+                            list[index]
+                        ),
+                    )),
+                }
+            }
+            Frequencies::Range(range) => {
+                positive(&format!("{location}.from"), range.from)?;
+                positive(&format!("{location}.to"), range.to)?;
+                if range.to <= range.from {
+                    return Err(Error::described(
+                        format!("{location}.to"),
+                        format!("is {}, not above `from`, which is {}", range.to, range.from),
+                    ));
+                }
+                if range.count < 2 || range.count as usize > MOST {
+                    return Err(Error::described(
+                        format!("{location}.count"),
+                        format!("is {}, expected 2 to {MOST}", range.count),
+                    ));
+                }
+                Ok(())
+            }
+        }
+    }
+}
+
+fn ratio(location: &str, value: f64) -> Result<(), Error> {
+    match value >= 0.0 && value.is_finite() {
+        true => Ok(()),
+        false => Err(Error::described(
+            location,
+            format!("is {value}, expected a number that is not negative"),
+        )),
+    }
+}
+
+fn check_density(location: &str, table: &[[f64; 2]]) -> Result<(), Error> {
+    if table.len() < 2 {
+        return Err(Error::described(
+            location,
+            format!(
+                "has {} points, expected at least 2: [[frequency, density], ...]",
+                table.len()
+            ),
+        ));
+    }
+    for (index, [frequency, density]) in table.iter().enumerate() {
+        finite(&format!("{location}[{index}][0]"), *frequency)?;
+        if *frequency < 0.0 {
+            return Err(Error::described(
+                format!("{location}[{index}][0]"),
+                format!(
+                    "is {frequency}, expected a frequency that is not negative (densities are one-sided)"
+                ),
+            ));
+        }
+        ratio(&format!("{location}[{index}][1]"), *density)?;
+    }
+    match table.windows(2).position(|pair| pair[0][0] >= pair[1][0]) {
+        None => Ok(()),
+        Some(index) => Err(Error::described(
+            format!("{location}[{}][0]", index + 1),
+            format!(
+                "is {}, after {}; expected ascending frequencies",
+                table[index + 1][0],
+                table[index][0]
+            ),
+        )),
+    }
+}

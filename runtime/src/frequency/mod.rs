@@ -1,0 +1,252 @@
+//! Frequency responses of a scene about a placement: `"analysis": {"frequency_response": ...}`.
+//!
+//! The mechanism is linearised as for a linear system ([`crate::linear`]), gyroscopic terms, static preload and forces of joints included. Inputs are loads of unit
+//! amplitude and drives of unit motion; outputs are whatever a run records and follows from a state. [`transfer`] has the equations.
+
+mod grid;
+mod random;
+mod transfer;
+
+use dcb_formats::linear_system::Variable;
+use dcb_formats::results::{FrequencyResponses, Signal};
+use dcb_formats::scene::{BeyondBand, DriveForm, FrequencyResponse, OutputForm, Scene};
+use dcb_superelement::LeftOutBy;
+use faer::c64;
+
+use crate::error::Error;
+use crate::linear::{Coordinates, LinearRequest, linearized};
+use crate::model::Recorder;
+use crate::system::{State, System};
+
+pub use random::RandomOutput;
+pub use transfer::Solution;
+use transfer::{Resonance, Transfer};
+
+/// Peaks of one response that are told.
+const PEAKS: usize = 6;
+/// A peak is told with a resonance this near, as a part of its frequency.
+const NEAR: f64 = 0.05;
+
+/// What a frequency analysis found.
+#[derive(Clone, Debug, PartialEq)]
+pub struct FrequencyReport {
+    /// Responses over the frequencies.
+    pub responses: FrequencyResponses,
+    /// How they were solved.
+    pub solution: Solution,
+    /// Coordinates of the linear mechanism.
+    pub freedoms: usize,
+    /// Largest responses.
+    pub peaks: Vec<Peak>,
+    /// Outputs under the random inputs.
+    pub random: Vec<RandomOutput>,
+}
+
+/// A largest response of one output by one input.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Peak {
+    /// Names.
+    pub output: String,
+    /// Names.
+    pub input: String,
+    /// Output unit by input unit.
+    pub unit: String,
+    /// Cycles per time.
+    pub frequency: f64,
+    /// |H|.
+    pub amplitude: f64,
+    /// Phase, degrees.
+    pub phase: f64,
+    /// Ratio to critical of the resonance there; `None` where there is none.
+    pub damping: Option<f64>,
+}
+
+/// The frequency responses of a mechanism at a state with consistent positions and velocities; `note` is told what a user should know.
+///
+/// # Errors
+/// [`Error::Description`] for a request that can't be met, [`Error::Resonant`] at an undamped resonance.
+pub(crate) fn frequency_response(
+    scene: &Scene,
+    system: &System,
+    state: &State,
+    recorder: &mut Recorder,
+    asked: &FrequencyResponse,
+    note: &mut dyn FnMut(&str),
+) -> Result<FrequencyReport, Error> {
+    beyond_band(scene, system, asked, note)?;
+    let request = LinearRequest {
+        inputs: asked.inputs.clone(),
+        outputs: asked.outputs.clone(),
+        order: None,
+    };
+    // Loads oscillate about nothing: what they would set in motion at the start doesn't count.
+    let moves = state.velocities.iter().any(|velocity| *velocity != 0.0);
+    let still = state.without_motion();
+    let state = if moves { state } else { &still };
+    let wanted = Coordinates::Orthonormal;
+    let linear = linearized(scene, system, state, recorder, &request, wanted)?;
+    if moves {
+        note(
+            "the mechanism moves here: responses are those of this instant, to forces and motions in axes that move along",
+        );
+    }
+    let transfer = Transfer::of(&linear, asked)?;
+    let resonances = transfer.resonances();
+    let frequency = grid::frequencies(&asked.frequencies, &resonances);
+    let time = &scene.units.time;
+    let is_drive: Vec<bool> = linear
+        .second_order
+        .drives
+        .iter()
+        .map(Option::is_some)
+        .collect();
+    let mut responses = FrequencyResponses {
+        inputs: (linear.system.inputs.iter().zip(&is_drive))
+            .map(|(input, is_drive)| input_signal(input, *is_drive, asked.drive_as, time))
+            .collect(),
+        outputs: linear
+            .system
+            .outputs
+            .iter()
+            .map(|output| output_signal(output, asked.output_as, time))
+            .collect(),
+        frequency,
+        ..FrequencyResponses::default()
+    };
+    for frequency in responses.frequency.clone() {
+        let found = transfer.at(frequency)?;
+        let rate = c64::new(0.0, std::f64::consts::TAU * frequency);
+        let made = match asked.output_as {
+            OutputForm::Itself => c64::new(1.0, 0.0),
+            OutputForm::Rate => rate,
+            OutputForm::SecondRate => rate * rate,
+        };
+        for i in 0..found.nrows() {
+            for j in 0..found.ncols() {
+                let by = match (is_drive[j], asked.drive_as) {
+                    (false, _) | (true, DriveForm::Displacement) => c64::new(1.0, 0.0),
+                    (true, DriveForm::Velocity) => rate,
+                    (true, DriveForm::Acceleration) => rate * rate,
+                };
+                let value = found[(i, j)] * made / by;
+                responses.real.push(value.re);
+                responses.imaginary.push(value.im);
+            }
+        }
+    }
+    let random = random::random(&mut responses, asked)?;
+    for output in random.iter().filter(|output| output.is_coarse()) {
+        note(&format!(
+            "the rms of {:?} changes by {:.1} % with every other frequency: take more, or \"spacing\": \"resonances\"",
+            output.name,
+            100.0 * output.coarseness
+        ));
+    }
+    Ok(FrequencyReport {
+        peaks: peaks(&responses, &resonances),
+        solution: transfer.solution(),
+        freedoms: linear.second_order.units.len(),
+        responses,
+        random,
+    })
+}
+
+fn input_signal(input: &Variable, is_drive: bool, form: DriveForm, time: &str) -> Signal {
+    // The unit of a drive that is an input of a linear system is that of its acceleration.
+    let place = input
+        .unit
+        .trim_end_matches(&format!("/{time}^2"))
+        .to_owned();
+    let unit = match (is_drive, form) {
+        (false, _) | (true, DriveForm::Acceleration) => input.unit.clone(),
+        (true, DriveForm::Displacement) => place,
+        (true, DriveForm::Velocity) => format!("{place}/{time}"),
+    };
+    Signal {
+        name: input.name.clone(),
+        unit,
+    }
+}
+
+fn output_signal(output: &Variable, form: OutputForm, time: &str) -> Signal {
+    let unit = match form {
+        OutputForm::Itself => output.unit.clone(),
+        OutputForm::Rate => format!("{}/{time}", output.unit),
+        OutputForm::SecondRate => format!("{}/{time}^2", output.unit),
+    };
+    Signal {
+        name: output.name.clone(),
+        unit,
+    }
+}
+
+/// Tells, or refuses, frequencies that a superelement's file isn't made for.
+fn beyond_band(
+    scene: &Scene,
+    system: &System,
+    asked: &FrequencyResponse,
+    note: &mut dyn FnMut(&str),
+) -> Result<(), Error> {
+    let highest = asked.highest();
+    for body in &system.bodies {
+        let Some(limit) = body.flexible.made_for.frequency else {
+            continue;
+        };
+        // What this run leaves out is chosen for these frequencies.
+        if highest <= limit.frequency || limit.by == LeftOutBy::Run {
+            continue;
+        }
+        let unit = dcb_formats::results::frequency_unit(&scene.units);
+        let message = format!(
+            "body {:?}: its superelement is made for motions up to {} {unit}, and the responses go up to {} {unit}; lower `to`, or reduce the part with more modes",
+            body.name,
+            dcb_formats::units::four_digits(limit.frequency),
+            dcb_formats::units::four_digits(highest),
+        );
+        match asked.beyond_band {
+            BeyondBand::Warn => note(&message),
+            BeyondBand::Refuse => {
+                return Err(Error::described(
+                    "analysis.frequency_response.frequencies",
+                    message,
+                ));
+            }
+        }
+    }
+    Ok(())
+}
+
+/// The largest peaks of each output by each input, by rising frequency.
+fn peaks(responses: &FrequencyResponses, resonances: &[Resonance]) -> Vec<Peak> {
+    let mut all = Vec::new();
+    for (i, output) in responses.outputs.iter().enumerate() {
+        for (j, input) in responses.inputs.iter().enumerate() {
+            let values = responses.of(i, j);
+            let size = |k: usize| values[k][0].hypot(values[k][1]);
+            let last = values.len() - 1;
+            let mut found: Vec<usize> = (0..values.len())
+                .filter(|k| {
+                    *k > 0 && *k < last && size(*k) > size(k - 1) && size(*k) >= size(k + 1)
+                })
+                .collect();
+            found.sort_by(|a, b| size(*b).total_cmp(&size(*a)));
+            found.truncate(PEAKS);
+            found.sort_unstable();
+            all.extend(found.into_iter().map(|k| {
+                let frequency = responses.frequency[k];
+                let away = |resonance: &&Resonance| (resonance.frequency / frequency - 1.0).abs();
+                let nearest = resonances.iter().min_by(|a, b| away(a).total_cmp(&away(b)));
+                Peak {
+                    output: output.name.clone(),
+                    input: input.name.clone(),
+                    unit: format!("({})/({})", output.unit, input.unit),
+                    frequency,
+                    amplitude: size(k),
+                    phase: values[k][1].atan2(values[k][0]).to_degrees(),
+                    damping: nearest.filter(|of| away(of) < NEAR).map(|of| of.ratio),
+                }
+            }));
+        }
+    }
+    all
+}

@@ -1,0 +1,413 @@
+//! Responses of a linear mechanism over frequencies.
+//!
+//! ```text
+//! (−ω² M + iω C + (1 + iη) K) ζ = F u − (−ω² M_d + iω C_d + (1 + iη) K_d) ζ_d        y = C₁ ζ + iω C₂ ζ + D u
+//! ```
+//! ζ are independent coordinates, ζ_d those of drives. At rest M and K are symmetric: in their modes, all of them, what is static is kept exactly. Where damping
+//! doesn't couple the modes a frequency costs O(n); where it does, complex modes do the same. Both are checked against a direct solution. About a motion, and
+//! where the check fails, each frequency is solved directly, O(n³).
+
+use dcb_formats::scene::{FrequencyResponse, Ratios, ResponseDamping};
+use faer::linalg::solvers::Solve;
+use faer::{Mat, c64};
+
+use crate::analysis::eigenmodes::undamped;
+use crate::error::Error;
+use crate::linear::{Linearized, SecondOrder};
+
+/// Couplings below this part of the damping are rounding; so is asymmetry.
+const ROUNDING: f64 = 1e-10;
+/// Relative difference to a direct solution that is believed.
+const BELIEVED: f64 = 1e-7;
+
+/// How frequencies are solved.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Solution {
+    /// By real modes: O(n) a frequency.
+    Modes,
+    /// By complex modes: O(n) a frequency.
+    ComplexModes,
+    /// Each by itself: O(n³).
+    Direct,
+}
+
+/// Responses of outputs to inputs.
+pub(super) struct Transfer<'a> {
+    linear: &'a Linearized,
+    /// Coordinates that are free.
+    free: usize,
+    loss: f64,
+    /// K, C in real modes where there are some.
+    modal: Option<Modal>,
+    complex: Option<Complex>,
+}
+
+/// Modes of unit mass: shapes (free, n), ω², and damping over them (n, n).
+struct Modal {
+    shapes: Mat<f64>,
+    squares: Vec<f64>,
+    damping: Mat<f64>,
+    is_diagonal: bool,
+}
+
+/// (z, z') = V exp(Λ t): poles, V over z (n, 2 n), and V⁻¹ over the rates (2 n, n).
+struct Complex {
+    poles: Vec<c64>,
+    shapes: Mat<c64>,
+    amounts: Mat<c64>,
+}
+
+/// A pole of the mechanism, damping of the analysis included.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Resonance {
+    /// Cycles per time.
+    pub frequency: f64,
+    pub ratio: f64,
+}
+
+impl<'a> Transfer<'a> {
+    pub fn of(linear: &'a Linearized, asked: &FrequencyResponse) -> Result<Self, Error> {
+        let SecondOrder {
+            matrices, units, ..
+        } = &linear.second_order;
+        let free = units.len();
+        let loss = match asked.damping {
+            Some(ResponseDamping::Structural(loss)) => loss,
+            _ => 0.0,
+        };
+        let scaled =
+            |of: &Mat<f64>| Mat::from_fn(free, free, |i, j| units[i] * of[(i, j)] * units[j]);
+        let [mass, damping, stiffness] = [0, 1, 2].map(|k| scaled(&matrices[k]));
+        let apart = |of: &Mat<f64>| (of - of.transpose()).norm_l2() <= ROUNDING * of.norm_l2();
+        let is_at_rest = free > 0 && apart(&mass) && apart(&stiffness) && apart(&damping);
+        let wanted = match &asked.damping {
+            Some(ResponseDamping::AssembledModal(ratios)) => Some(ratios),
+            _ => None,
+        };
+        if wanted.is_some() && !is_at_rest {
+            return Err(Error::described(
+                "analysis.frequency_response.damping.assembled_modal",
+                "needs modes that don't turn into each other, but the mechanism moves here; take another damping, or a rest",
+            ));
+        }
+        let modal = match is_at_rest {
+            true => Some(Modal::of(&mass, &damping, &stiffness, units, wanted)?),
+            false => None,
+        };
+        let complex = modal
+            .as_ref()
+            .filter(|modal| !modal.is_diagonal)
+            .and_then(|modal| Complex::of(modal, loss));
+        let mut transfer = Self {
+            linear,
+            free,
+            loss,
+            modal,
+            complex,
+        };
+        transfer.check(asked)?;
+        Ok(transfer)
+    }
+
+    pub fn solution(&self) -> Solution {
+        match (&self.modal, &self.complex) {
+            (Some(modal), _) if modal.is_diagonal => Solution::Modes,
+            (_, Some(_)) => Solution::ComplexModes,
+            _ => Solution::Direct,
+        }
+    }
+
+    /// Falls back on direct solutions where the modes don't reproduce them.
+    fn check(&mut self, asked: &FrequencyResponse) -> Result<(), Error> {
+        if self.solution() == Solution::Direct {
+            return Ok(());
+        }
+        let highest = asked.highest();
+        let holds = [0.13, 0.47, 0.91].iter().all(|part| {
+            let omega = std::f64::consts::TAU * part * highest;
+            match (self.coordinates(omega), self.direct(omega)) {
+                (Some(fast), Some(exact)) => {
+                    (&fast - &exact).norm_l2() <= BELIEVED * exact.norm_l2()
+                }
+                _ => true,
+            }
+        });
+        if !holds {
+            self.complex = None;
+            if let Some(modal) = &mut self.modal {
+                // What was asked for stays: the damping over the modes.
+                modal.is_diagonal = false;
+            }
+        }
+        Ok(())
+    }
+
+    /// Outputs by inputs at a frequency, (n_y, n_u).
+    ///
+    /// # Errors
+    /// [`Error::Resonant`] where that isn't finite.
+    pub fn at(&self, frequency: f64) -> Result<Mat<c64>, Error> {
+        let omega = std::f64::consts::TAU * frequency;
+        let free = self
+            .coordinates(omega)
+            .ok_or(Error::Resonant { frequency })?;
+        let system = &self.linear.system;
+        let drives = &self.linear.second_order.drives;
+        let k = system.a.nrows() / 2;
+        let zero = c64::new(0.0, 0.0);
+        let rate = c64::new(0.0, omega);
+        let (rows, columns) = (system.c.nrows(), system.b.ncols());
+        let responses = Mat::from_fn(rows, columns, |i, j| {
+            let mut sum = zero;
+            for coordinate in 0..k {
+                let amount = match coordinate < self.free {
+                    true => free[(coordinate, j)],
+                    false if drives[j] == Some(coordinate) => c64::new(1.0, 0.0),
+                    false => continue,
+                };
+                sum += amount
+                    * (c64::new(system.c[(i, coordinate)], 0.0)
+                        + rate * system.c[(i, k + coordinate)]);
+            }
+            // u of a drive is its acceleration.
+            let amplitude = if drives[j].is_some() {
+                -omega * omega
+            } else {
+                1.0
+            };
+            sum + c64::new(system.d[(i, j)] * amplitude, 0.0)
+        });
+        match (0..rows).all(|i| {
+            (0..columns)
+                .all(|j| responses[(i, j)].re.is_finite() && responses[(i, j)].im.is_finite())
+        }) {
+            true => Ok(responses),
+            false => Err(Error::Resonant { frequency }),
+        }
+    }
+
+    /// Forces over the free coordinates by unit inputs, drives by unit displacement, (free, n_u).
+    fn loads(&self, omega: f64) -> Mat<c64> {
+        let SecondOrder {
+            matrices,
+            forces,
+            drives,
+            ..
+        } = &self.linear.second_order;
+        Mat::from_fn(self.free, drives.len(), |i, j| match drives[j] {
+            None => c64::new(forces[(i, j)], 0.0),
+            Some(drive) => -self.dynamic(matrices, omega, i, drive),
+        })
+    }
+
+    fn dynamic(
+        &self,
+        [mass, damping, stiffness]: &[Mat<f64>; 3],
+        omega: f64,
+        i: usize,
+        j: usize,
+    ) -> c64 {
+        let k = stiffness[(i, j)];
+        c64::new(
+            k - omega * omega * mass[(i, j)],
+            omega * damping[(i, j)] + self.loss * k,
+        )
+    }
+
+    /// ζ of the free coordinates, (free, n_u); `None` at an undamped resonance.
+    fn coordinates(&self, omega: f64) -> Option<Mat<c64>> {
+        let loads = self.loads(omega);
+        match (self.solution(), &self.modal, &self.complex) {
+            (Solution::Modes, Some(modal), _) => {
+                let shapes = complex(&modal.shapes);
+                let mut amounts = shapes.transpose() * &loads;
+                for (n, square) in modal.squares.iter().enumerate() {
+                    let resists = c64::new(
+                        square - omega * omega,
+                        omega * modal.damping[(n, n)] + self.loss * square,
+                    );
+                    if resists.norm() <= f64::EPSILON * square.abs() {
+                        return None;
+                    }
+                    for j in 0..amounts.ncols() {
+                        amounts[(n, j)] /= resists;
+                    }
+                }
+                Some(shapes * amounts)
+            }
+            (Solution::ComplexModes, Some(modal), Some(of)) => {
+                let shapes = complex(&modal.shapes);
+                let mut amounts = &of.amounts * (shapes.transpose() * &loads);
+                for (n, pole) in of.poles.iter().enumerate() {
+                    let resists = c64::new(0.0, omega) - *pole;
+                    if resists.norm() <= f64::EPSILON * pole.norm() {
+                        return None;
+                    }
+                    for j in 0..amounts.ncols() {
+                        amounts[(n, j)] /= resists;
+                    }
+                }
+                Some(shapes * (&of.shapes * amounts))
+            }
+            _ => self.direct(omega),
+        }
+    }
+
+    /// The same by solving the equations themselves.
+    fn direct(&self, omega: f64) -> Option<Mat<c64>> {
+        let SecondOrder {
+            matrices, units, ..
+        } = &self.linear.second_order;
+        let loads = self.loads(omega);
+        if self.free == 0 {
+            return Some(loads);
+        }
+        // Damping that was asked for of the modes replaces the other.
+        let own = self
+            .modal
+            .as_ref()
+            .filter(|modal| modal.is_given())
+            .map(|modal| modal.damping_matrix(&matrices[0]));
+        let resists = Mat::from_fn(self.free, self.free, |i, j| {
+            let mut entry = self.dynamic(matrices, omega, i, j);
+            if let Some(own) = &own {
+                entry.im += omega * (own[(i, j)] - matrices[1][(i, j)]);
+            }
+            entry * (units[i] * units[j])
+        });
+        let loads = Mat::from_fn(self.free, loads.ncols(), |i, j| loads[(i, j)] * units[i]);
+        let solved = resists.full_piv_lu().solve(&loads);
+        let solved = Mat::from_fn(self.free, loads.ncols(), |i, j| solved[(i, j)] * units[i]);
+        let is_finite =
+            (0..self.free).all(|i| (0..loads.ncols()).all(|j| solved[(i, j)].norm().is_finite()));
+        is_finite.then_some(solved)
+    }
+
+    /// Resonances by rising frequency.
+    pub fn resonances(&self) -> Vec<Resonance> {
+        let mut all: Vec<Resonance> = match (self.solution(), &self.modal, &self.complex) {
+            (Solution::Modes, Some(modal), _) => (modal.squares.iter().enumerate())
+                .filter(|(_, square)| **square > 0.0)
+                .map(|(n, square)| Resonance {
+                    frequency: square.sqrt() / std::f64::consts::TAU,
+                    ratio: 0.5 * (modal.damping[(n, n)] / square.sqrt() + self.loss),
+                })
+                .collect(),
+            (Solution::ComplexModes, _, Some(of)) => (of.poles.iter())
+                .filter(|pole| pole.im > 0.0)
+                .map(|pole| Resonance {
+                    frequency: pole.norm() / std::f64::consts::TAU,
+                    ratio: -pole.re / pole.norm(),
+                })
+                .collect(),
+            _ => (self.linear.system.poles.iter())
+                .filter(|pole| pole.angular_frequency > 0.0)
+                .map(|pole| Resonance {
+                    frequency: pole.magnitude() / std::f64::consts::TAU,
+                    ratio: pole.damping_ratio() + 0.5 * self.loss,
+                })
+                .collect(),
+        };
+        all.sort_by(|a, b| a.frequency.total_cmp(&b.frequency));
+        all
+    }
+}
+
+fn complex(of: &Mat<f64>) -> Mat<c64> {
+    Mat::from_fn(of.nrows(), of.ncols(), |i, j| c64::new(of[(i, j)], 0.0))
+}
+
+impl Modal {
+    /// Of symmetric matrices in units of about equal coordinates; `wanted` are ratios in place of the damping.
+    fn of(
+        mass: &Mat<f64>,
+        damping: &Mat<f64>,
+        stiffness: &Mat<f64>,
+        units: &[f64],
+        wanted: Option<&Ratios>,
+    ) -> Result<Self, Error> {
+        let mut modes = undamped(mass, stiffness)?;
+        let square = |mode: &crate::analysis::eigenmodes::Eigenmode| {
+            mode.angular_frequency.powi(2) - mode.growth.powi(2)
+        };
+        modes.sort_by(|a, b| square(a).total_cmp(&square(b)));
+        let n = modes.len();
+        let raw = Mat::from_fn(n, n, |i, k| modes[k].shape[i]);
+        let masses = raw.transpose() * (mass * &raw);
+        let unit = Mat::from_fn(n, n, |i, k| raw[(i, k)] / masses[(k, k)].sqrt());
+        let squares: Vec<f64> = modes.iter().map(square).collect();
+        let damping = match wanted {
+            None => unit.transpose() * (damping * &unit),
+            Some(ratios) => {
+                let moving: Vec<usize> = (0..n).filter(|k| squares[*k] > 0.0).collect();
+                let ratio = |place: usize| match ratios {
+                    Ratios::One(one) => *one,
+                    Ratios::Each(each) => each[place.min(each.len() - 1)],
+                };
+                let rate = |k: usize| {
+                    let place = moving.iter().position(|own| *own == k);
+                    place.map_or(0.0, |place| 2.0 * ratio(place) * squares[k].sqrt())
+                };
+                Mat::from_fn(n, n, |i, j| if i == j { rate(i) } else { 0.0 })
+            }
+        };
+        let scale = damping.norm_max();
+        let coupled =
+            (0..n).any(|i| (0..n).any(|j| i != j && damping[(i, j)].abs() > ROUNDING * scale));
+        Ok(Self {
+            shapes: Mat::from_fn(n, n, |i, k| units[i] * unit[(i, k)]),
+            squares,
+            damping,
+            is_diagonal: wanted.is_some() || !coupled,
+        })
+    }
+
+    /// Whether the damping was given for the modes.
+    fn is_given(&self) -> bool {
+        let n = self.squares.len();
+        (0..n).all(|i| (0..n).all(|j| i == j || self.damping[(i, j)] == 0.0))
+    }
+
+    /// M Φ D Φᵀ M.
+    fn damping_matrix(&self, mass: &Mat<f64>) -> Mat<f64> {
+        let own = mass.as_ref().subcols(0, self.shapes.nrows()) * &self.shapes;
+        &own * &self.damping * own.transpose()
+    }
+}
+
+impl Complex {
+    /// Of modes that damping couples; `None` where their state matrix has no complete set of eigenvectors.
+    fn of(modal: &Modal, loss: f64) -> Option<Self> {
+        let n = modal.squares.len();
+        let unit = modal
+            .squares
+            .iter()
+            .copied()
+            .fold(0.0, |most: f64, square| most.max(square.abs()))
+            .sqrt();
+        let zero = c64::new(0.0, 0.0);
+        // Time in units of the fastest mode.
+        let matrix = Mat::from_fn(2 * n, 2 * n, |i, j| match (i < n, j < n) {
+            (true, true) => zero,
+            (true, false) => c64::new(f64::from(u8::from(j - n == i)), 0.0),
+            (false, true) if i - n == j => {
+                c64::new(-modal.squares[j], -loss * modal.squares[j]) / (unit * unit)
+            }
+            (false, true) => zero,
+            (false, false) => c64::new(-modal.damping[(i - n, j - n)] / unit, 0.0),
+        });
+        let eigen = matrix.eigen().ok()?;
+        let vectors = eigen.U().to_owned();
+        let right = Mat::from_fn(2 * n, n, |i, j| {
+            c64::new(f64::from(u8::from(i == n + j)), 0.0)
+        });
+        let amounts = vectors.full_piv_lu().solve(&right);
+        let values = eigen.S().column_vector();
+        Some(Self {
+            poles: (0..2 * n).map(|k| values[k] * unit).collect(),
+            shapes: vectors.subrows(0, n).to_owned(),
+            // Rates count in the unit of time.
+            amounts: Mat::from_fn(2 * n, n, |i, j| amounts[(i, j)] / unit),
+        })
+    }
+}
