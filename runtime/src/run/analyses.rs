@@ -5,6 +5,7 @@ use serde_json::{Value, json};
 
 use super::{Ending, Observer, Opened, Session, Target, tell_start};
 use crate::analysis::driven::DrivenMotion;
+use crate::analysis::effective_damping::{EffectiveDamping, damping_by_part};
 use crate::analysis::eigenmodes::{Eigenmode, Eigenmodes};
 use crate::analysis::equilibrium::{EquilibriumReport, EquilibriumSettings, find_equilibrium};
 use crate::error::Error;
@@ -41,6 +42,8 @@ pub struct ModesReport {
     pub modes: Eigenmodes,
     /// How many were asked for.
     pub count: usize,
+    /// Damping of as many undamped modes, the mechanism taken as at rest, by part.
+    pub damping: Vec<EffectiveDamping>,
 }
 
 /// Finds a stable rest near the placement and records it.
@@ -196,6 +199,7 @@ pub fn modes(
         let report = ModesReport {
             modes: Eigenmodes::at(&system, &drawn)?,
             count: asked.count as usize,
+            damping: damping_by_part(&system, &drawn, asked.count as usize)?,
         };
         let modes = listed(&report, scene, &system);
         if !modes.frequency.is_empty() {
@@ -211,6 +215,7 @@ pub fn modes(
                 "analysis": "modes",
                 "freedoms": report.modes.dof_count,
                 "rigid": report.modes.rigid_count,
+                "effective_damping": described_damping(&report.damping),
                 "modes": listed.map(|mode| described(&system, mode)).collect::<Vec<_>>(),
             })
         }
@@ -275,6 +280,21 @@ fn described(system: &System, mode: &Eigenmode) -> Value {
         "growth": mode.growth,
         "bodies": bodies,
     })
+}
+
+/// Damping of modes for the summary: the ratio, and what each part has of it.
+pub(super) fn described_damping(modes: &[EffectiveDamping]) -> Vec<Value> {
+    let described = modes.iter().map(|mode| {
+        let shares = mode.shares.iter().map(|share| {
+            json!({"kind": share.part.name(), "name": share.name, "damping_ratio": share.ratio})
+        });
+        json!({
+            "frequency": mode.frequency,
+            "damping_ratio": mode.ratio,
+            "shares": shares.collect::<Vec<_>>(),
+        })
+    });
+    described.collect()
 }
 
 fn record_state(session: &mut Session, system: &System, state: &State) -> Result<(), Error> {
