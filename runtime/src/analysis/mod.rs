@@ -6,4 +6,5 @@ pub mod effective_damping;
 pub mod eigenmodes;
 pub mod equilibrium;
 pub mod independent;
+pub mod inertia_relief;
 pub mod variation;

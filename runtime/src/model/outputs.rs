@@ -339,7 +339,7 @@ impl OutputBuilder<'_> {
 pub(super) fn energy(quantities: &Quantities, scene: &Scene, path: &str) -> (Channel, Probe) {
     match scene.analysis {
         Analysis::Transient => (quantities.energy(path), Probe::Energy),
-        Analysis::Static | Analysis::Kinematic | Analysis::Modes(_) => {
+        Analysis::Static | Analysis::InertiaRelief | Analysis::Kinematic | Analysis::Modes(_) => {
             (quantities.stored_energy(path), Probe::StoredEnergy)
         }
     }

@@ -8,6 +8,7 @@ use crate::analysis::driven::DrivenMotion;
 use crate::analysis::effective_damping::{EffectiveDamping, damping_by_part};
 use crate::analysis::eigenmodes::{Eigenmode, Eigenmodes};
 use crate::analysis::equilibrium::{EquilibriumReport, EquilibriumSettings, find_equilibrium};
+use crate::analysis::inertia_relief::{InertiaReliefReport, find_inertia_relief};
 use crate::error::Error;
 use crate::initial::{InitialReport, Starter};
 use crate::integrator::equal_steps::EqualSteps;
@@ -76,6 +77,50 @@ pub fn rest(
             "least_stiffness": finite(report.equilibrium.least_stiffness),
         }),
         Err(_) => json!({"analysis": "static"}),
+    };
+    session.close(observer, found, &at_start(), &summary)
+}
+
+/// Finds the rest in the frame that the loads accelerate, and records it.
+///
+/// # Errors
+/// Those of [`find_inertia_relief`]; [`Error::File`] where results can't be written.
+pub fn accelerated_rest(
+    scene: &Scene,
+    model: Model,
+    target: &Target,
+    observer: &mut dyn Observer,
+) -> Result<InertiaReliefReport, Error> {
+    let Opened {
+        mut session,
+        system,
+        mut drawn,
+        ..
+    } = Session::open(scene, model, target)?;
+    let found = find_inertia_relief(&system, &mut drawn, &EquilibriumSettings::default());
+    let found = found.and_then(|report| {
+        record_state(&mut session, &system, &drawn)?;
+        session.tell_scope(&system, observer);
+        observer.progress(1.0, 1.0);
+        Ok(report)
+    });
+    let summary = match &found {
+        Ok(report) => {
+            let accelerations: serde_json::Map<String, Value> = (system.bodies.iter())
+                .map(|body| {
+                    let own = &drawn.accelerations[body.velocities.clone()];
+                    let both = json!({"origin_world": own[..3], "angular_body": own[3..6]});
+                    (body.name.clone(), both)
+                })
+                .collect();
+            json!({
+                "analysis": "inertia_relief",
+                "iterations": report.iterations,
+                "free_motions": report.free_count,
+                "accelerations": accelerations,
+            })
+        }
+        Err(_) => json!({"analysis": "inertia_relief"}),
     };
     session.close(observer, found, &at_start(), &summary)
 }

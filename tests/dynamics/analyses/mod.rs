@@ -1,6 +1,8 @@
 //! Analyses about a state of the mechanism: equilibrium, vibrations, linearization.
 
+mod assembled_damping;
 mod effective_damping;
 mod eigenmodes;
 mod equilibrium;
+mod inertia_relief;
 mod linearization;

@@ -97,6 +97,14 @@ impl Told<'_> {
                 );
                 (found, last_values(&Results::open(self.path)?)?)
             }
+            Report::InertiaRelief(report) => {
+                let s = if report.free_count == 1 { "" } else { "s" };
+                let found = format!(
+                    "done: at rest in the frame that the loads accelerate along {} motion{s} without stiffness, after {} iterations",
+                    report.free_count, report.iterations
+                );
+                (found, last_values(&Results::open(self.path)?)?)
+            }
             Report::Kinematic(report) => (
                 format!("done: positions at {} times", report.times),
                 String::new(),
