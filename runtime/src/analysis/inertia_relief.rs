@@ -157,7 +157,7 @@ impl Motions {
             (modes.into_iter()).partition(|mode| mode.angular_frequency == 0.0);
         let motions = |modes: Vec<super::eigenmodes::Eigenmode>| {
             let mut all = Mat::zeros(system.velocity_count(), modes.len());
-            for (mut column, mode) in all.col_iter_mut().zip(modes) {
+            for (column, mode) in all.col_iter_mut().zip(modes) {
                 let mut motion = vec![0.0; system.velocity_count()];
                 directions.add_motion(&mode.shape, &mut motion);
                 for (entry, motion) in column.iter_mut().zip(motion) {
@@ -197,7 +197,7 @@ fn step(
     ];
     let mut matrix = Mat::zeros(right.len(), stiff + free);
     let columns = by_column.iter().flat_map(|block| block.col_iter());
-    for (mut into, column) in matrix.col_iter_mut().zip(columns) {
+    for (into, column) in matrix.col_iter_mut().zip(columns) {
         let column: Vec<f64> = column.iter().copied().collect();
         let components = directions.components(&column);
         into.iter_mut()
