@@ -56,7 +56,8 @@ pub fn find_inertia_relief(
     let size: f64 = system.bodies.iter().map(|body| body.length).sum();
     let allowed = settings.tolerance * size;
     let mut evaluation = Evaluation::of(system);
-    let mut amounts: Vec<f64> = Vec::new();
+    // Not by amounts of R: its columns may change places from one iteration to the next.
+    let mut acceleration = vec![0.0; system.velocity_count()];
     let mut last = (f64::INFINITY, String::new());
     for iterations in 1..=settings.max_iterations {
         let motions = Motions::at(system, state)?;
@@ -67,22 +68,21 @@ pub fn find_inertia_relief(
                 "is \"inertia_relief\", but every motion of the mechanism meets stiffness; use \"static\"",
             ));
         }
-        amounts.resize(free_count, 0.0);
-        accelerate(system, state, &times(&motions.free, &amounts));
+        accelerate(system, state, &acceleration);
         let linear = balance(system, state, &mut evaluation, &motions.directions)?;
         let (shift, change) = step(&motions, &linear, &evaluation);
         last = largest_shift(system, &shift);
         if !last.0.is_finite() {
             break;
         }
-        for (amount, change) in amounts.iter_mut().zip(change) {
-            *amount += change;
+        for (entry, added) in (acceleration.iter_mut()).zip(times(&motions.free, &change)) {
+            *entry += added;
         }
         *state = moved(system, state, &shift);
         evaluation.count_turns(system, state);
         if last.0 <= allowed {
             let motions = Motions::at(system, state)?;
-            accelerate(system, state, &times(&motions.free, &amounts));
+            accelerate(system, state, &acceleration);
             balance(system, state, &mut evaluation, &motions.directions)?;
             return Ok(InertiaReliefReport {
                 iterations,

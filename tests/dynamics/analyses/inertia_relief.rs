@@ -71,7 +71,10 @@ fn a_free_bar_that_is_pulled_stretches_as_an_accelerating_bar() {
     let defect = acceleration * mass / force - 1.0;
     assert!(defect.abs() < 1e-5, "{defect:e}");
     let turning = Vector3::from_column_slice(&state.accelerations[3..6]).norm();
-    assert!(turning < 1e-5 * acceleration, "{turning:e} {acceleration:e}");
+    assert!(
+        turning < 1e-5 * acceleration,
+        "{turning:e} {acceleration:e}"
+    );
 }
 
 /// With damping, the bar that was let go vibrates towards the same stretch and the same acceleration.
