@@ -181,7 +181,7 @@ pub enum Error {
     },
     /// No static equilibrium was found.
     #[error(
-        "t = {time:.6e}: no static equilibrium in {iterations} iterations; the last correction was {residual:.2e}, allowed is {tolerance:.2e}, largest at body {body:?}; joint or spring {connection:?} carries most; hold bodies that can drift away, or start nearer to the rest"
+        "t = {time:.6e}: no static equilibrium in {iterations} iterations; the last correction was {residual:.2e}, allowed is {tolerance:.2e}, largest at body {body:?}; joint or spring {connection:?} carries most; hold bodies that can drift away (\"analysis\": \"inertia_relief\" lets loads accelerate them), or start nearer to the rest"
     )]
     NoEquilibrium {
         /// When.

@@ -3,6 +3,7 @@
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
+use super::settings::Linearization;
 use super::values::not_negative;
 use crate::Error;
 use crate::component::Damping;
@@ -15,6 +16,64 @@ pub enum DampingOverride {
     Modal(ModalRatios),
     /// C = alpha M + beta K of the deflection, by the factors or by the ratios to critical at two frequencies.
     Rayleigh(Rayleigh),
+}
+
+/// Damping of the modes of the mechanism as it is put together, in place of that of its superelements. Exactly one kind is given.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct AssembledDamping {
+    /// Ratio to critical: one for all assembled modes, or one per mode from the lowest, of which the last holds for all further ones.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub assembled_modal: Option<ModalRatios>,
+    /// The ratio that Rayleigh damping through two ratios has at the frequency of each assembled mode.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub assembled_rayleigh: Option<RayleighPoints>,
+    /// Loss factor: half of it is the ratio to critical of every assembled mode.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub assembled_structural: Option<f64>,
+    /// Placement at which the modes are those of the mechanism.
+    #[serde(default)]
+    pub at: Linearization,
+}
+
+impl AssembledDamping {
+    /// The key that is given.
+    pub fn key(&self) -> &'static str {
+        match (&self.assembled_modal, &self.assembled_rayleigh) {
+            (Some(_), _) => "assembled_modal",
+            (None, Some(_)) => "assembled_rayleigh",
+            (None, None) => "assembled_structural",
+        }
+    }
+
+    pub(super) fn check(&self, location: &str) -> Result<(), Error> {
+        let given = [
+            self.assembled_modal.is_some(),
+            self.assembled_rayleigh.is_some(),
+            self.assembled_structural.is_some(),
+        ];
+        let count = given.iter().filter(|given| **given).count();
+        if count != 1 {
+            return Err(Error::described(
+                location,
+                format!(
+                    "has {count} kinds of damping, expected one of \"assembled_modal\", \"assembled_rayleigh\" and \"assembled_structural\""
+                ),
+            ));
+        }
+        if let Some(ratios) = &self.assembled_modal {
+            ratios.check(&format!("{location}.assembled_modal"))?;
+        }
+        if let Some(points) = &self.assembled_rayleigh {
+            Damping::rayleigh_through(points.frequencies, points.ratios).map_err(|message| {
+                Error::described(format!("{location}.assembled_rayleigh"), message)
+            })?;
+        }
+        if let Some(loss) = self.assembled_structural {
+            not_negative(&format!("{location}.assembled_structural"), loss)?;
+        }
+        Ok(())
+    }
 }
 
 /// Both factors of Rayleigh damping, or what determines them.
@@ -69,14 +128,21 @@ pub enum ModalRatios {
 
 impl DampingOverride {
     pub(super) fn check(&self, location: &str) -> Result<(), Error> {
-        let at = format!("{location}.modal");
         match self {
-            Self::Modal(ModalRatios::Uniform(ratio)) => not_negative(&at, *ratio),
+            Self::Modal(ratios) => ratios.check(&format!("{location}.modal")),
             Self::Rayleigh(rayleigh) => match rayleigh.factors() {
                 Ok(_) => Ok(()),
                 Err(message) => Err(Error::described(format!("{location}.rayleigh"), message)),
             },
-            Self::Modal(ModalRatios::PerMode(ratios)) => {
+        }
+    }
+}
+
+impl ModalRatios {
+    fn check(&self, at: &str) -> Result<(), Error> {
+        match self {
+            Self::Uniform(ratio) => not_negative(at, *ratio),
+            Self::PerMode(ratios) => {
                 if ratios.is_empty() {
                     return Err(Error::described(
                         at,

@@ -43,7 +43,7 @@ pub use body::{
     SuperelementBody,
 };
 pub use controller::Controller;
-pub use damping::{DampingOverride, ModalRatios, Rayleigh, RayleighPoints};
+pub use damping::{AssembledDamping, DampingOverride, ModalRatios, Rayleigh, RayleighPoints};
 pub use drive::{Drive, DriveFunction};
 pub use frequency_response::{
     BeyondBand, DriveForm, Frequencies, FrequencyRange, FrequencyResponse, OutputForm, Ratios,
@@ -157,6 +157,9 @@ pub struct Scene {
     /// How the initial placement is made to fit the joints.
     #[serde(default)]
     pub initial: Initial,
+    /// Damping of the assembled modes, in place of that of the superelements.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub damping: Option<AssembledDamping>,
     /// The analysis.
     #[serde(default)]
     pub analysis: Analysis,
@@ -218,6 +221,7 @@ impl Scene {
             allow_unstable_weak: false,
             redundant_constraints: RedundantConstraints::default(),
             initial: Initial::default(),
+            damping: None,
             analysis: Analysis::default(),
             integrator: None,
         }
@@ -333,6 +337,7 @@ impl Scene {
         if let Some(gap) = self.initial.allow_gap {
             values::positive("initial.allow_gap", gap)?;
         }
+        self.check_damping()?;
         self.check_analysis()
     }
 
@@ -376,6 +381,34 @@ impl Scene {
             driven.push((joint, turns, name));
         }
         Ok(())
+    }
+
+    /// Assembled modes need interfaces that are coordinates, and take the place of the parts' own damping.
+    fn check_damping(&self) -> Result<(), Error> {
+        let Some(damping) = &self.damping else {
+            return Ok(());
+        };
+        damping.check("damping")?;
+        if self.compatibility != Compatibility::Strong {
+            return Err(Error::described(
+                format!("damping.{}", damping.key()),
+                format!(
+                    "needs the modes of the mechanism in displacements, which {} compatibility hasn't; use \"compatibility\": \"strong\"",
+                    self.compatibility.name()
+                ),
+            ));
+        }
+        let mut own = self.superelements().filter(|(_, of)| of.damping.is_some());
+        match own.next() {
+            Some((name, _)) => Err(Error::described(
+                format!("bodies.{name}.damping"),
+                format!(
+                    "is given beside damping.{}, which takes its place; leave one of them out",
+                    damping.key()
+                ),
+            )),
+            None => Ok(()),
+        }
     }
 
     fn check_analysis(&self) -> Result<(), Error> {

@@ -15,6 +15,8 @@ pub enum Analysis {
     Transient,
     /// The equilibrium at time zero.
     Static,
+    /// The rest in the frame that the loads accelerate, of a mechanism that isn't held.
+    InertiaRelief,
     /// The motion that drives and joints alone determine, and the forces for it.
     Kinematic,
     /// Frequencies and shapes of small oscillations.

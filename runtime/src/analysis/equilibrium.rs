@@ -263,7 +263,7 @@ impl Balance {
 }
 
 /// Everything at a state at rest; springs take their forces from their laws.
-fn balance_springs(system: &System, state: &mut State, evaluation: &mut Evaluation) {
+pub(super) fn balance_springs(system: &System, state: &mut State, evaluation: &mut Evaluation) {
     evaluation.place(system, state);
     evaluation.add_velocities(system, state);
     evaluation.measure(system, state);
@@ -277,14 +277,14 @@ fn balance_springs(system: &System, state: &mut State, evaluation: &mut Evaluati
 }
 
 /// The state with its positions moved by δq.
-fn moved(system: &System, state: &State, motion: &[f64]) -> State {
+pub(super) fn moved(system: &System, state: &State, motion: &[f64]) -> State {
     let mut moved = state.clone();
     moved.shift(system, motion);
     moved
 }
 
 /// The largest motion of a body as a length, and its name.
-fn largest_shift(system: &System, motion: &[f64]) -> (f64, String) {
+pub(super) fn largest_shift(system: &System, motion: &[f64]) -> (f64, String) {
     let mut largest = (0.0, String::new());
     for body in &system.bodies {
         let at = body.velocities.start;

@@ -75,3 +75,10 @@ pub(super) fn damp(
         };
     }
 }
+
+/// The body without damping of its own.
+pub(super) fn undamped(body: &FlexibleBody) -> FlexibleBody {
+    let mut undamped = body.clone();
+    undamped.damping.fill(0.0);
+    undamped
+}

@@ -1,6 +1,7 @@
 //! A scene with its superelements loaded: the system, its state as drawn, and where the scene's names are in them.
 
 mod actuators;
+mod assembled_modes;
 mod bodies;
 mod body_outputs;
 mod controllers;
@@ -19,6 +20,8 @@ mod quantities;
 mod recorder;
 mod springs;
 pub(crate) mod timetable;
+
+use std::sync::Arc;
 
 use indexmap::IndexMap;
 use nalgebra::Vector3;
@@ -183,7 +186,10 @@ impl Model {
         };
         let mut notes = Vec::new();
         for (name, body) in &scene.bodies {
-            let flexible = library.body(scene, name, body)?;
+            let mut flexible = library.body(scene, name, body)?;
+            if scene.damping.is_some() {
+                flexible = Arc::new(bodies::undamped(&flexible));
+            }
             if let Some(left_out) = library.out_of_plane(scene, name) {
                 notes.push(format!("body {name:?} {left_out}"));
             }
@@ -226,15 +232,18 @@ impl Model {
         for (name, controller) in &scene.controllers {
             senses.add(scene, &mut builder, &names, &mut library, name, controller)?;
         }
+        let held = scene.initial.hold.iter();
+        let held = held.filter_map(|name| names.bodies.get(name).copied());
+        let held: Vec<usize> = held.collect();
+        if let Some(damping) = &scene.damping {
+            assembled_modes::damp(scene, &mut builder, &held, damping)?;
+        }
         let recorder = Recorder::for_scene(scene, &mut builder, &names, &mut library)?;
         let mut fields = Vec::new();
         for (index, request) in scene.fields.iter().enumerate() {
             let plan = FieldPlan::of(scene, &builder, &names, &mut library, index, request)?;
             fields.push(plan);
         }
-        let held = scene.initial.hold.iter();
-        let held = held.filter_map(|name| names.bodies.get(name).copied());
-        let held = held.collect();
         let (system, drawn) = builder.finish();
         let inputs = system.inputs.iter();
         let inputs = inputs.map(|(name, initial)| Input::of(scene, name, *initial));

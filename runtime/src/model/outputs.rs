@@ -340,6 +340,7 @@ pub(super) fn energy(quantities: &Quantities, scene: &Scene, path: &str) -> (Cha
     match &scene.analysis {
         Analysis::Transient => (quantities.energy(path), Probe::Energy),
         Analysis::Static
+        | Analysis::InertiaRelief
         | Analysis::Kinematic
         | Analysis::Modes(_)
         | Analysis::FrequencyResponse(_) => (quantities.stored_energy(path), Probe::StoredEnergy),

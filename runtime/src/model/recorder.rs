@@ -166,6 +166,8 @@ impl Recorder {
                     let channel = quantities.effort(&format!("actuators/{name}"), system, &rows);
                     self.add(channel, Probe::Forces { rows });
                 }
+                // Seen as dissipation only.
+                ConnectionKind::AssembledModes => {}
                 ConnectionKind::Spring => {
                     let channel = quantities.effort(&format!("springs/{name}"), system, &rows);
                     self.add(channel, Probe::Forces { rows });

@@ -5,8 +5,10 @@ use serde_json::{Value, json};
 
 use super::{Ending, Observer, Opened, Session, Target, tell_start};
 use crate::analysis::driven::DrivenMotion;
+use crate::analysis::effective_damping::{EffectiveDamping, damping_by_part};
 use crate::analysis::eigenmodes::{Eigenmode, Eigenmodes};
 use crate::analysis::equilibrium::{EquilibriumReport, EquilibriumSettings, find_equilibrium};
+use crate::analysis::inertia_relief::{InertiaReliefReport, find_inertia_relief};
 use crate::error::Error;
 use crate::frequency::{FrequencyReport, Solution, frequency_response};
 use crate::initial::{InitialReport, Starter};
@@ -42,6 +44,8 @@ pub struct ModesReport {
     pub modes: Eigenmodes,
     /// How many were asked for.
     pub count: usize,
+    /// Damping of as many undamped modes, the mechanism taken as at rest, by part.
+    pub damping: Vec<EffectiveDamping>,
 }
 
 /// Finds a stable rest near the placement and records it.
@@ -74,6 +78,50 @@ pub fn rest(
             "least_stiffness": finite(report.equilibrium.least_stiffness),
         }),
         Err(_) => json!({"analysis": "static"}),
+    };
+    session.close(observer, found, &at_start(), &summary)
+}
+
+/// Finds the rest in the frame that the loads accelerate, and records it.
+///
+/// # Errors
+/// Those of [`find_inertia_relief`]; [`Error::File`] where results can't be written.
+pub fn accelerated_rest(
+    scene: &Scene,
+    model: Model,
+    target: &Target,
+    observer: &mut dyn Observer,
+) -> Result<InertiaReliefReport, Error> {
+    let Opened {
+        mut session,
+        system,
+        mut drawn,
+        ..
+    } = Session::open(scene, model, target)?;
+    let found = find_inertia_relief(&system, &mut drawn, &EquilibriumSettings::default());
+    let found = found.and_then(|report| {
+        record_state(&mut session, &system, &drawn)?;
+        session.tell_scope(&system, observer);
+        observer.progress(1.0, 1.0);
+        Ok(report)
+    });
+    let summary = match &found {
+        Ok(report) => {
+            let accelerations: serde_json::Map<String, Value> = (system.bodies.iter())
+                .map(|body| {
+                    let own = &drawn.accelerations[body.velocities.clone()];
+                    let both = json!({"origin_world": own[..3], "angular_body": own[3..6]});
+                    (body.name.clone(), both)
+                })
+                .collect();
+            json!({
+                "analysis": "inertia_relief",
+                "iterations": report.iterations,
+                "free_motions": report.free_count,
+                "accelerations": accelerations,
+            })
+        }
+        Err(_) => json!({"analysis": "inertia_relief"}),
     };
     session.close(observer, found, &at_start(), &summary)
 }
@@ -197,6 +245,7 @@ pub fn modes(
         let report = ModesReport {
             modes: Eigenmodes::at(&system, &drawn)?,
             count: asked.count as usize,
+            damping: damping_by_part(&system, &drawn, asked.count as usize)?,
         };
         let modes = listed(&report, scene, &system);
         if !modes.frequency.is_empty() {
@@ -212,6 +261,7 @@ pub fn modes(
                 "analysis": "modes",
                 "freedoms": report.modes.dof_count,
                 "rigid": report.modes.rigid_count,
+                "effective_damping": described_damping(&report.damping),
                 "modes": listed.map(|mode| described(&system, mode)).collect::<Vec<_>>(),
             })
         }
@@ -342,6 +392,21 @@ fn described(system: &System, mode: &Eigenmode) -> Value {
         "growth": mode.growth,
         "bodies": bodies,
     })
+}
+
+/// Damping of modes for the summary: the ratio, and what each part has of it.
+pub(super) fn described_damping(modes: &[EffectiveDamping]) -> Vec<Value> {
+    let described = modes.iter().map(|mode| {
+        let shares = mode.shares.iter().map(|share| {
+            json!({"kind": share.part.name(), "name": share.name, "damping_ratio": share.ratio})
+        });
+        json!({
+            "frequency": mode.frequency,
+            "damping_ratio": mode.ratio,
+            "shares": shares.collect::<Vec<_>>(),
+        })
+    });
+    described.collect()
 }
 
 fn record_state(session: &mut Session, system: &System, state: &State) -> Result<(), Error> {

@@ -14,6 +14,7 @@ use dcb_formats::output::{Replace, is_same_file};
 use dcb_formats::results::{Header, Outcome, ResultsWriter};
 use serde_json::{Value, json};
 
+use crate::analysis::inertia_relief::InertiaReliefReport;
 use crate::error::Error;
 use crate::frequency::FrequencyReport;
 use crate::integrator::radau::{Accuracy, Stages};
@@ -86,6 +87,8 @@ pub enum Report {
     Transient(RunReport),
     /// A rest.
     Static(RestReport),
+    /// A rest in an accelerated frame.
+    InertiaRelief(InertiaReliefReport),
     /// The motion that the drives fix.
     Kinematic(DrivenReport),
     /// Small oscillations.
@@ -100,7 +103,7 @@ impl Report {
         match self {
             Self::Transient(report) => report.is_complete,
             Self::Kinematic(report) => report.is_complete,
-            Self::Static(_) | Self::Modes(_) | Self::Frequency(_) => true,
+            Self::Static(_) | Self::InertiaRelief(_) | Self::Modes(_) | Self::Frequency(_) => true,
         }
     }
 }
@@ -121,6 +124,9 @@ pub fn run(
             transient::transient(scene, model, target, observer).map(Report::Transient)
         }
         Analysis::Static => analyses::rest(scene, model, target, observer).map(Report::Static),
+        Analysis::InertiaRelief => {
+            analyses::accelerated_rest(scene, model, target, observer).map(Report::InertiaRelief)
+        }
         Analysis::Kinematic => {
             analyses::driven(scene, model, target, observer).map(Report::Kinematic)
         }

@@ -6,6 +6,7 @@ use dcb_formats::results::frequency_unit;
 use dcb_formats::units::four_digits;
 use serde_json::json;
 
+use super::analyses::described_damping;
 use super::{Ending, Observer, Opened, Profiling, Session, Target, rule, tell_start};
 use crate::analysis::effective_damping::{EffectiveDamping, effective_damping};
 use crate::error::Error;
@@ -44,6 +45,8 @@ pub struct RunReport {
     pub profile: Option<Profile>,
 }
 
+/// Shares of a mode's damping that are told.
+const MOST_SHARES: usize = 4;
 /// The end of a run that made no step.
 const NOT_BEGUN: Ending = Ending {
     is_complete: false,
@@ -132,7 +135,7 @@ pub fn transient(
         "integration_seconds": seconds,
         "energy_defect": balance.defect,
         "largest_energy": balance.largest,
-        "effective_damping": damping.iter().map(|mode| json!({"frequency": mode.frequency, "damping_ratio": mode.ratio})).collect::<Vec<_>>(),
+        "effective_damping": described_damping(&damping),
         "redundant_constraints": initial.redundant.iter().map(|(name, count)| json!({"joint": name, "count": count})).collect::<Vec<_>>(),
     });
     let ending = Ending {
@@ -436,10 +439,35 @@ fn damping_note(modes: &[EffectiveDamping], scene: &Scene) -> Option<String> {
     let listed: Vec<String> = listed.collect();
     (!listed.is_empty()).then(|| {
         format!(
-            "damping ratios of the lowest modes of the assembled mechanism: {} (the scene and the files give those of the parts by themselves)",
-            listed.join(", ")
+            "damping ratios of the lowest modes of the assembled mechanism: {} ({})",
+            listed.join(", "),
+            damping_origin(modes, scene)
         )
     })
+}
+
+/// Who gives the ratio of the lowest mode, largest share first.
+fn damping_origin(modes: &[EffectiveDamping], scene: &Scene) -> String {
+    let parts = "the scene and the files give those of the parts by themselves";
+    let Some(lowest) = modes.first() else {
+        return parts.into();
+    };
+    let mut shares: Vec<_> = (lowest.shares.iter())
+        .filter(|share| share.ratio != 0.0)
+        .collect();
+    shares.sort_by(|a, b| b.ratio.abs().total_cmp(&a.ratio.abs()));
+    match (shares.len(), &scene.damping) {
+        (0 | 1, None) => parts.into(),
+        (0 | 1, Some(damping)) => format!("by damping.{}", damping.key()),
+        _ => {
+            let first = shares
+                .iter()
+                .take(MOST_SHARES)
+                .map(|share| format!("{} {}", share.name, four_digits(share.ratio)));
+            let first: Vec<String> = first.collect();
+            format!("of the lowest one: {}", first.join(", "))
+        }
+    }
 }
 
 /// Note on an energy balance.

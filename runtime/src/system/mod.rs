@@ -138,6 +138,8 @@ pub enum ConnectionKind {
     Spring,
     /// An actuator.
     Actuator,
+    /// Damping of assembled modes: each row measures the amplitude of one.
+    AssembledModes,
 }
 
 /// Rows under one name.

@@ -1,7 +1,9 @@
 //! Analyses about a state of the mechanism: equilibrium, vibrations, linearization.
 
+mod assembled_damping;
 mod effective_damping;
 mod eigenmodes;
 mod equilibrium;
 mod frequency;
+mod inertia_relief;
 mod linearization;

@@ -8,6 +8,7 @@ use dcb_formats::component::Units;
 use dcb_formats::results::{Results, frequency_unit};
 use dcb_formats::scene::Scene;
 use dcb_formats::units::{DerivedUnits, four_digits};
+use dcb_runtime::analysis::effective_damping::{DampedPart, EffectiveDamping};
 use dcb_runtime::error::Error;
 use dcb_runtime::frequency::{FrequencyReport, Solution};
 use dcb_runtime::model::Model;
@@ -94,6 +95,14 @@ impl Told<'_> {
                     report.equilibrium.iterations,
                     four_digits(softest),
                     frequency_unit(&scene.units)
+                );
+                (found, last_values(&Results::open(self.path)?)?)
+            }
+            Report::InertiaRelief(report) => {
+                let s = if report.free_count == 1 { "" } else { "s" };
+                let found = format!(
+                    "done: at rest in the frame that the loads accelerate along {} motion{s} without stiffness, after {} iterations",
+                    report.free_count, report.iterations
                 );
                 (found, last_values(&Results::open(self.path)?)?)
             }
@@ -236,6 +245,58 @@ fn modes_table(report: &ModesReport, scene: &Scene) -> String {
     let unstable = report.modes.unstable().len();
     if unstable > 0 {
         let _ = writeln!(text, "{unstable} unstable: the growth is positive");
+    }
+    text.push_str(&damping_table(&report.damping, scene));
+    text
+}
+
+/// Parts that have a column of their own.
+const MOST_PARTS: usize = 6;
+
+/// What each part has of the damping of each mode; nothing where nothing damps.
+fn damping_table(modes: &[EffectiveDamping], scene: &Scene) -> String {
+    let Some(first) = modes.first() else {
+        return String::new();
+    };
+    let largest = |part: usize| {
+        let ratios = modes.iter().map(|mode| mode.shares[part].ratio.abs());
+        ratios.fold(0.0, f64::max)
+    };
+    let mut parts: Vec<usize> = (0..first.shares.len())
+        .filter(|part| largest(*part) > 0.0)
+        .collect();
+    if parts.is_empty() {
+        return String::new();
+    }
+    parts.sort_by(|a, b| largest(*b).total_cmp(&largest(*a)));
+    let others = parts.split_off(parts.len().min(MOST_PARTS));
+    parts.sort_unstable();
+    let mut text = format!(
+        "damping of the undamped modes at rest, ratio to critical, and what each part has of it\n{:>18} {:>12}",
+        format!("frequency [{}]", frequency_unit(&scene.units)),
+        "damping",
+    );
+    let title = |part: usize| match first.shares[part].part {
+        DampedPart::AssembledModes => "assembled",
+        _ => first.shares[part].name.as_str(),
+    };
+    for part in &parts {
+        let _ = write!(text, " {:>12}", title(*part));
+    }
+    if !others.is_empty() {
+        let _ = write!(text, " {:>12}", "others");
+    }
+    text.push('\n');
+    for mode in modes {
+        let _ = write!(text, "{:>18.9} {:>12.4e}", mode.frequency, mode.ratio);
+        for part in &parts {
+            let _ = write!(text, " {:>12.4e}", mode.shares[*part].ratio);
+        }
+        if !others.is_empty() {
+            let rest: f64 = others.iter().map(|part| mode.shares[*part].ratio).sum();
+            let _ = write!(text, " {rest:>12.4e}");
+        }
+        text.push('\n');
     }
     text
 }

@@ -43,7 +43,9 @@ impl Band {
             })
         };
         let integrator = match (&scene.analysis, &scene.integrator) {
-            (Analysis::Static, _) => return at(0.0, "an equilibrium has no frequency"),
+            (Analysis::Static | Analysis::InertiaRelief, _) => {
+                return at(0.0, "an equilibrium has no frequency");
+            }
             (Analysis::Kinematic, _) => return at(0.0, "flexible bodies are taken as rigid"),
             (Analysis::Transient, Some(integrator)) => integrator,
             (Analysis::Modes(modes), _) => {

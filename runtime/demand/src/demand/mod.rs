@@ -158,7 +158,7 @@ impl Demand {
             involvement,
             deflection: match &scene.analysis {
                 Analysis::Kinematic => Deflection::Rigid,
-                Analysis::Static => Deflection::Static,
+                Analysis::Static | Analysis::InertiaRelief => Deflection::Static,
                 Analysis::Transient | Analysis::Modes(_) | Analysis::FrequencyResponse(_) => {
                     Deflection::Dynamic
                 }

@@ -5,11 +5,13 @@ use crate::actuator::{Actuator, Controller, Sense, Source, Timing};
 use crate::error::Error;
 use crate::force_law::Law;
 use crate::joint::{JointKind, JointRows, RestPlacement};
-use crate::measure::Measure;
+use crate::measure::{Displacement, Measure};
+use crate::system::marker::{Elasticity, Marker};
 use crate::system::{
     Connection, ConnectionKind, Demand, Load, LoadAxes, PartLoad, Row, Sensor, Term,
 };
 use dcb_formats::function::OutputFormula;
+use nalgebra::Vector3;
 
 impl SystemBuilder {
     /// A joint between two markers.
@@ -93,6 +95,59 @@ impl SystemBuilder {
             self.row(connection, &[(1.0, a, b, measure)], Demand::Answer(law));
         }
         connection
+    }
+
+    /// Dampers of amplitudes that bodies' coordinates y add up to, `e = length Σ aᵀ y`: aᵀ of each body, and the law of each amplitude.
+    /// The forces act on deflections alone, in body axes: they are the same however the mechanism lies.
+    pub fn damp_amplitudes(&mut self, name: &str, amplitudes: &[(Vec<Vec<f64>>, Law)]) {
+        let places: Vec<Vec<(usize, usize)>> = (0..self.system.bodies.len())
+            .map(|body| self.amplitude_markers(body, amplitudes))
+            .collect();
+        let Some(first) = places.iter().flatten().next().copied() else {
+            return;
+        };
+        let connection = self.connect(name, ConnectionKind::AssembledModes, first.0, first.1);
+        let axes = [Vector3::x_axis(), Vector3::y_axis(), Vector3::z_axis()];
+        for (index, (_, law)) in amplitudes.iter().enumerate() {
+            self.system.is_damped |= law.is_damped();
+            let direction = axes[index % 3];
+            let measure = Measure::Displacement(Displacement { direction });
+            let own = places.iter().filter(|own| !own.is_empty());
+            let terms: Vec<_> = own
+                .map(|own| (1.0, own[index / 3].0, own[index / 3].1, measure))
+                .collect();
+            self.row(connection, &terms, Demand::Answer(law.clone()));
+        }
+    }
+
+    /// Pairs of the body's frame and a marker there that three amplitudes displace, one along each axis.
+    fn amplitude_markers(
+        &mut self,
+        body: usize,
+        amplitudes: &[(Vec<Vec<f64>>, Law)],
+    ) -> Vec<(usize, usize)> {
+        let n = self.system.bodies[body].flexible.coordinate_count();
+        if n == 0 {
+            return Vec::new();
+        }
+        let frame = self.body_frame(body);
+        let of_three = amplitudes.chunks(3).map(|three| {
+            let mut shapes = vec![0.0; 6 * n];
+            for (column, (by_body, _)) in shapes.chunks_exact_mut(n).zip(three) {
+                column.copy_from_slice(&by_body[body]);
+            }
+            self.system.bodies[body]
+                .markers
+                .push(self.system.markers.len());
+            self.system.markers.push(Marker {
+                shapes,
+                elasticity: Elasticity::Place,
+                ..Marker::on_body(body)
+            });
+            self.interfaces.push(None);
+            (frame, self.system.markers.len() - 1)
+        });
+        of_three.collect()
     }
 
     /// An effort on the coordinate of a joint, which is zero where the measure has the value `zero`.
