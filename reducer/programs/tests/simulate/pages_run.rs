@@ -66,3 +66,8 @@ fn redundant_joints_run_as_they_are_printed() {
 fn assemblies_run_as_they_are_printed() {
     runs_as_printed("docs/assemblies.md", "tutorial");
 }
+
+#[test]
+fn frequency_responses_run_as_they_are_printed() {
+    runs_as_printed("docs/frequency-response.md", "tutorial");
+}
