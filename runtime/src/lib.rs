@@ -39,6 +39,7 @@ pub mod frequency;
 pub mod linear;
 pub mod mechanism;
 pub mod model;
+pub mod operating_point;
 pub mod run;
 
 // No part of the door: for the other crates of this workspace and its tests.
@@ -79,6 +80,7 @@ pub use error::Error;
 pub use frame::{
     BodyAcceleration, BodyState, FrameInertia, InertiaForces, InertiaTangent, InertiaTerms,
 };
-pub use linear::{LinearRequest, OperatingPoint, linearize};
+pub use linear::LinearRequest;
 pub use mechanism::Mechanism;
 pub use model::Model;
+pub use operating_point::{OperatingPoint, linearize};

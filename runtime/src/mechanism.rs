@@ -170,7 +170,7 @@ impl Mechanism {
     /// The linear system about the present state, with the inputs as they are now.
     ///
     /// # Errors
-    /// Those of [`crate::linear::linearize`].
+    /// Those of [`crate::linearize`].
     pub fn linearize(&mut self, request: &LinearRequest) -> Result<LinearSystem, Error> {
         // The recorder's last values are of other states then.
         self.is_current = false;

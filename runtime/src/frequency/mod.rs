@@ -24,6 +24,8 @@ use transfer::{Resonance, Transfer};
 
 /// Peaks of one response that are told.
 const PEAKS: usize = 6;
+/// Responses below this part of the largest of their unit are rounding, and no peaks.
+const NEGLIGIBLE: f64 = 1e-6;
 /// A peak is told with a resonance this near, as a part of its frequency.
 const NEAR: f64 = 0.05;
 
@@ -135,7 +137,14 @@ pub(crate) fn frequency_response(
         }
     }
     let random = random::random(&mut responses, asked)?;
-    for output in random.iter().filter(|output| output.is_coarse()) {
+    let largest = |unit: &str| {
+        let same = random.iter().filter(|output| output.unit == unit);
+        same.map(|output| output.rms).fold(0.0, f64::max)
+    };
+    let told = |output: &&RandomOutput| {
+        output.is_coarse() && output.rms > NEGLIGIBLE * largest(&output.unit)
+    };
+    for output in random.iter().filter(told) {
         note(&format!(
             "the rms of {:?} changes by {:.1} % with every other frequency: take more, or \"spacing\": \"resonances\"",
             output.name,
@@ -219,8 +228,20 @@ fn beyond_band(
 /// The largest peaks of each output by each input, by rising frequency.
 fn peaks(responses: &FrequencyResponses, resonances: &[Resonance]) -> Vec<Peak> {
     let mut all = Vec::new();
+    let largest_of = |i: usize, j: usize| {
+        let values = responses.of(i, j).into_iter();
+        values.map(|[re, im]| re.hypot(im)).fold(0.0, f64::max)
+    };
     for (i, output) in responses.outputs.iter().enumerate() {
         for (j, input) in responses.inputs.iter().enumerate() {
+            let alike = (responses.outputs.iter().enumerate())
+                .filter(|(_, other)| other.unit == output.unit);
+            let largest = alike
+                .map(|(other, _)| largest_of(other, j))
+                .fold(0.0, f64::max);
+            if largest_of(i, j) <= NEGLIGIBLE * largest {
+                continue;
+            }
             let values = responses.of(i, j);
             let size = |k: usize| values[k][0].hypot(values[k][1]);
             let last = values.len() - 1;

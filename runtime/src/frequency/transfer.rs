@@ -16,9 +16,9 @@ use crate::error::Error;
 use crate::linear::{Linearized, SecondOrder};
 
 /// Couplings below this part of the damping are rounding; so is asymmetry.
-const ROUNDING: f64 = 1e-10;
+const ROUNDING: f64 = 1e-8;
 /// Relative difference to a direct solution that is believed.
-const BELIEVED: f64 = 1e-7;
+const BELIEVED: f64 = 1e-6;
 
 /// How frequencies are solved.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

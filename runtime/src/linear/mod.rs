@@ -16,7 +16,6 @@ mod operating_point;
 mod output;
 mod separation;
 
-pub use operating_point::OperatingPoint;
 pub(crate) use operating_point::settled;
 
 use faer::Mat;
@@ -27,7 +26,6 @@ use crate::analysis::eigenmodes::Eigenmodes;
 use crate::analysis::independent::IndependentMotion;
 use crate::error::Error;
 use crate::model::Recorder;
-use crate::run::Observer;
 use crate::system::{Demand, State, System};
 use dcb_formats::linear_system::{LinearSystem, Pole};
 use dcb_formats::scene::Scene;
@@ -44,24 +42,6 @@ pub struct LinearRequest {
     pub outputs: Vec<String>,
     /// Number of states, by balanced truncation; all of them where `None`.
     pub order: Option<usize>,
-}
-
-/// The linear system of a scene at an operating point; `None` if the observer stopped the motion towards it.
-///
-/// # Errors
-/// Those of [`crate::Model::load`], of a start and of [`crate::analysis::equilibrium::find_equilibrium`] or of a motion; [`Error::Description`] at `inputs`,
-/// `outputs` or `order` for a request that can't be met; [`Error::NotHandled`] for static and weak compatibility.
-pub fn linearize(
-    scene: &Scene,
-    at: OperatingPoint,
-    request: &LinearRequest,
-    observer: &mut dyn Observer,
-) -> Result<Option<LinearSystem>, Error> {
-    let Some(mut reached) = operating_point::reach(scene, at, observer)? else {
-        return Ok(None);
-    };
-    let recorder = &mut reached.recorder;
-    linear_system(scene, &reached.system, &reached.state, recorder, request).map(Some)
 }
 
 /// The linear system at a state with consistent positions and velocities.
@@ -121,6 +101,16 @@ pub(crate) fn linearized(
     };
     let driven: Vec<usize> = inputs.iter().filter_map(Input::driven_row).collect();
     let mut motion = IndependentMotion::at(system, state, &driven)?;
+    // Forces of joints that balanced the loads at the start have a stiffness of their own.
+    let without_loads;
+    let state = match wanted {
+        Coordinates::Named => state,
+        Coordinates::Orthonormal => {
+            without_loads = operating_point::with_reactions(system, state, &motion);
+            motion = IndependentMotion::at(system, &without_loads, &driven)?;
+            &without_loads
+        }
+    };
     let (state, listed) = (
         &operating_point::with_reactions(system, state, &motion),
         driven.len() + motion.free_count(),

@@ -1,129 +1,15 @@
-//! The state about which a mechanism is linear.
+//! A state as a mechanism is linear about it: its accelerations, and the forces of its joints.
 
-use dcb_formats::scene::{Integrator, Scene};
-
-use crate::analysis::equilibrium::{EquilibriumSettings, find_equilibrium};
 use crate::analysis::independent::{IndependentMotion, size};
 use crate::error::Error;
 use crate::initial::Starter;
-use crate::model::{Model, Recorder};
-use crate::run::transient::Stepping;
-use crate::run::{Observer, check_gaps, rule, start_notes};
-use crate::simulation::Simulation;
 use crate::system::evaluation::Evaluation;
-use crate::system::linearization::Linearization;
 use crate::system::{State, System};
 
 /// Bodies that move by less than this part of their size in the time of the fastest pole are at rest.
 const STILL: f64 = 1e-12;
 /// Gravity that is left, as a part of it, where it is balanced.
 const BALANCED: f64 = 1e-10;
-
-/// Where a mechanism is linearized.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub enum OperatingPoint {
-    /// The start, made consistent.
-    #[default]
-    Initial,
-    /// A stable rest near it.
-    Static,
-    /// A time that the motion from the start has reached, in the scene's unit.
-    Time(f64),
-}
-
-/// A state of a scene.
-pub(super) struct Reached {
-    pub system: System,
-    pub state: State,
-    pub recorder: Recorder,
-}
-
-/// Goes there; `None` if the observer stops it.
-pub(super) fn reach(
-    scene: &Scene,
-    at: OperatingPoint,
-    observer: &mut dyn Observer,
-) -> Result<Option<Reached>, Error> {
-    let mut scene = scene.clone();
-    if let (OperatingPoint::Time(time), Some(integrator)) = (at, &mut scene.integrator) {
-        // Integrals of speeds reach to the end.
-        integrator.end = integrator.end.max(time);
-    }
-    let Model {
-        system,
-        mut drawn,
-        recorder,
-        held,
-        notes,
-        ..
-    } = Model::load(&scene)?;
-    for note in &notes {
-        observer.note(0.0, note);
-    }
-    let mut tell = |report| {
-        check_gaps(&report, &scene)?;
-        for note in start_notes(&report, &scene) {
-            observer.note(0.0, &note);
-        }
-        Ok::<(), Error>(())
-    };
-    match at {
-        OperatingPoint::Static => {
-            find_equilibrium(&system, &mut drawn, &EquilibriumSettings::default())?;
-        }
-        OperatingPoint::Time(time) if time > 0.0 && time.is_finite() => {
-            let Some(integrator) = scene.integrator else {
-                return Err(Error::described(
-                    "integrator",
-                    "is missing, which leads to the time of the operating point; give it, or linearize at the start or at rest",
-                ));
-            };
-            // What can't be linearized is said before the motion, not after it.
-            Linearization::with_rigid_joints(&system, &drawn, &Evaluation::at(&system, &drawn))?;
-            let redundancy = scene.redundant_constraints;
-            let rule = rule(&integrator);
-            let (mut simulation, report) =
-                Simulation::start_holding(system, drawn, rule, redundancy, &held)?;
-            tell(report)?;
-            let integrator = Integrator {
-                end: time,
-                ..integrator
-            };
-            let mut stepping = Stepping::of(&integrator, simulation.system());
-            while stepping
-                .advance(&mut simulation, || observer.is_stopped())?
-                .is_some()
-            {
-                observer.progress(simulation.state().time, time);
-            }
-            if simulation.state().time < time {
-                return Ok(None);
-            }
-            let state = settled(simulation.system(), simulation.state())?;
-            return Ok(Some(Reached {
-                system: simulation.system().clone(),
-                state,
-                recorder,
-            }));
-        }
-        OperatingPoint::Initial | OperatingPoint::Time(0.0) => {
-            let mut starter = Starter::of(&system)?.holding(&held);
-            tell(starter.start(&mut drawn, scene.redundant_constraints)?)?;
-        }
-        OperatingPoint::Time(time) => {
-            return Err(Error::BadNumber {
-                quantity: "the time of the operating point".into(),
-                found: time,
-                expected: "a time from zero on",
-            });
-        }
-    }
-    Ok(Some(Reached {
-        system,
-        state: drawn,
-        recorder,
-    }))
-}
 
 /// A state of a motion with the accelerations that its positions, velocities and inputs have now, not those of an integrator's step.
 pub(crate) fn settled(system: &System, state: &State) -> Result<State, Error> {

@@ -210,20 +210,10 @@ fn a_beam_answers_as_its_matrices_do() {
     let reduced = dcb_tests::lowest(&component, 1000);
     dcb_tests::write_bare(&folder.path().join("beam.dcb.h5"), &reduced.superelement);
     let dashpot = 30.0;
-    for (damping, eta, c, solution) in [
-        (
-            r#""damping": {"structural": 0.03},"#,
-            0.03,
-            0.0,
-            Solution::Modes,
-        ),
-        ("", 0.0, dashpot, Solution::ComplexModes),
-        (
-            r#""damping": {"structural": 0.01},"#,
-            0.01,
-            dashpot,
-            Solution::ComplexModes,
-        ),
+    for (damping, eta, c) in [
+        (r#""damping": {"structural": 0.03},"#, 0.03, 0.0),
+        ("", 0.0, dashpot),
+        (r#""damping": {"structural": 0.01},"#, 0.01, dashpot),
     ] {
         let text = format!(
             r#"{{"dimension": 3, "units": {{"length": "m", "mass": "kg", "time": "s"}},
@@ -235,8 +225,7 @@ fn a_beam_answers_as_its_matrices_do() {
               "outputs": {{"tip": {{"displacement": {{"at": "beam/b"}}}}, "clamp": {{"reaction": {{"joint": "clamp"}}}}}},
               "analysis": {{"frequency_response": {{{damping} "inputs": ["push/1", "push/2"], "frequencies": [3.7, 21.3, 88, 240.5, 1000]}}}}}}"#
         );
-        let (report, read, _) = responses(folder.path(), &text).unwrap();
-        assert_eq!(report.solution, solution);
+        let read = responses(folder.path(), &text).unwrap().1;
         for (k, f) in read.frequency.iter().enumerate() {
             for (input, direction) in [(0, 1), (1, 2)] {
                 let (tip, clamp) = whole(&component, *f, eta, c, direction);
