@@ -22,6 +22,9 @@ use crate::system::{State, System};
 /// A larger mechanism isn't damped: every mode is a force on every body.
 const LARGEST: usize = 300;
 
+/// What the coordinates of each body contribute to the amplitude of a mode, a length, and the damper of that.
+pub type DampedAmplitude = (Vec<Vec<f64>>, Law);
+
 /// For each damped mode, by frequency: what the coordinates of each body contribute to its amplitude, a length, and the damper of that.
 ///
 /// # Errors
@@ -31,7 +34,7 @@ pub fn damped_amplitudes(
     system: &System,
     state: &State,
     asked: &AssembledDamping,
-) -> Result<Vec<(Vec<Vec<f64>>, Law)>, Error> {
+) -> Result<Vec<DampedAmplitude>, Error> {
     let key = format!("damping.{}", asked.key());
     let refused = |message: String| Err(Error::described(key.clone(), message));
     let count = system.velocity_count();

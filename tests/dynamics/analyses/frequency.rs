@@ -172,9 +172,9 @@ fn white_noise_on_an_oscillator() {
         .iter()
         .find(|output| output.name == "place.x")
         .unwrap();
-    let (k, c, w) = (800.0, 4.0, 9.0);
+    let (k, c, w) = (800.0_f64, 4.0, 9.0);
     assert!(
-        (x.rms / (w / (4.0 * c * k) as f64).sqrt() - 1.0).abs() < 5e-3,
+        (x.rms / (w / (4.0 * c * k)).sqrt() - 1.0).abs() < 5e-3,
         "{}",
         x.rms
     );
@@ -230,13 +230,12 @@ fn a_beam_answers_as_its_matrices_do() {
             for (input, direction) in [(0, 1), (1, 2)] {
                 let (tip, clamp) = whole(&component, *f, eta, c, direction);
                 let size = tip.iter().map(|x| x.norm()).fold(0.0, f64::max);
-                for axis in 0..3 {
+                for (axis, expected) in tip.iter().enumerate() {
                     let [re, im] = read.of(axis, input)[k];
-                    let difference = (c64::new(re, im) - tip[axis]).norm();
+                    let difference = (c64::new(re, im) - expected).norm();
                     assert!(
                         difference < 1e-7 * size,
-                        "{f} Hz, axis {axis}: {re:e} {im:e} and {:?}",
-                        tip[axis]
+                        "{f} Hz, axis {axis}: {re:e} {im:e} and {expected:?}"
                     );
                 }
                 // The joint holds the ground's side of the clamp.
