@@ -1,7 +1,7 @@
 //! Frequency responses of a scene about a placement: `"analysis": {"frequency_response": ...}`.
 //!
 //! The mechanism is linearised as for a linear system ([`crate::linear`]), gyroscopic terms, static preload and forces of joints included. Inputs are loads of unit
-//! amplitude and drives of unit motion; outputs are whatever a run records and follows from a state. [`transfer`] has the equations.
+//! amplitude and drives of unit motion; outputs are whatever a run records and follows from a state. `transfer.rs` has the equations.
 
 mod grid;
 mod random;
