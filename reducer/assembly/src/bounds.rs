@@ -31,6 +31,8 @@ const SOFTENED: f64 = 1e-11;
 /// Relative distances below an eigenvalue that are tried, from the least on, by factors of two to ten.
 const LEAST: f64 = 1e-13;
 const STEPS: usize = 14;
+/// Distances that are tried after these.
+const FAR: [f64; 6] = [0.2, 0.35, 0.5, 0.7, 0.9, 0.99];
 /// How much closer a distance is found.
 const CLOSER: usize = 3;
 /// Bounds of responses end this much below a part's eigenvalue bound.
@@ -211,7 +213,10 @@ impl<'a> Count<'a> {
             }
             inner = distance;
         }
-        let Some(mut outer) = outer else { return 0.0 };
+        let far = || FAR.iter().copied().find(|distance| holds(*distance));
+        let Some(mut outer) = outer.or_else(far) else {
+            return 0.0;
+        };
         if inner > 0.0 {
             for _ in 0..CLOSER {
                 let middle = (inner * outer).sqrt();

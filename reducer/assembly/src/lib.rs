@@ -235,6 +235,10 @@ pub fn assemble(
                     .collect(),
             }
         });
+    // Without a bound from below nothing is known of what the modes leave out.
+    let certified = certified.filter(|of: &Certified| {
+        of.eigenvalue_bound > 0.0 && of.eigenvalue_errors.iter().all(|error| *error < f64::MAX)
+    });
     let (element, columns, coupling) = superelement(
         assembly, &parts, &whole, &closing, chosen, &basis, certified,
     )?;
