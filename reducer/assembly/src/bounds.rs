@@ -30,7 +30,7 @@ use crate::spring::Sprung;
 const SOFTENED: f64 = 1e-11;
 /// Relative distances below an eigenvalue that are tried, from the least on, by factors of two to ten.
 const LEAST: f64 = 1e-13;
-const STEPS: usize = 14;
+const STEPS: usize = 13;
 /// Distances that are tried after these.
 const FAR: [f64; 6] = [0.2, 0.35, 0.5, 0.7, 0.9, 0.99];
 /// How much closer a distance is found.
@@ -202,12 +202,12 @@ impl<'a> Count<'a> {
             self.below(from * (1.0 - distance))
                 .is_some_and(|count| count <= place)
         };
-        // The least distance that holds, among LEAST, 10 LEAST, ... 1; then closer by bisection of the exponent.
+        // The least distance that holds, among LEAST, 10 LEAST, ... 0.1 and those of FAR; then closer by bisection of the exponent.
         let mut outer = None;
         let mut inner = 0.0;
         for step in 0..STEPS {
             let distance = LEAST * 10_f64.powi(step as i32);
-            if distance < 1.0 && holds(distance) {
+            if holds(distance) {
                 outer = Some(distance);
                 break;
             }
