@@ -55,6 +55,7 @@ pub mod terminal;
 #[doc(hidden)]
 pub mod threads;
 
+mod json_text;
 mod named;
 
 pub use component::Component;

@@ -268,6 +268,16 @@ impl Superelement {
         derivation.map_or(&[], |of| of.selections.as_slice())
     }
 
+    /// An entry of Ψᵀ M Ψ: of its own over all columns, or of modes and attachments, which are orthogonal.
+    pub fn reduced_mass(&self, k: usize, l: usize) -> f64 {
+        let n_k = self.mode_count();
+        match &self.enrichment {
+            Some(enrichment) => enrichment.reduced_mass[(k, l)],
+            None if k < n_k || l < n_k => f64::from(u8::from(k == l)),
+            None => self.residual.mass[(k - n_k, l - n_k)],
+        }
+    }
+
     /// Name of a row of the boundary localization.
     pub fn row_name(&self, row: usize) -> String {
         let BoundaryRow {

@@ -6,21 +6,23 @@ use dcb_tests::lowest;
 
 use dcb_tests::dense::{diagonal_roots, scaled_difference};
 
-use crate::{loaded, put_together};
+use crate::{HALVES, loaded, put_together};
 
 const UNITS: &str = r#""units": {"length": "m", "mass": "kg", "time": "s"}"#;
+
+/// A straight beam along x.
+fn beam(elements: usize, start: f64, end: f64) -> dcb_formats::Component {
+    spatial_beam(&SpatialBeam {
+        elements,
+        start: [start, 0.0, 0.0],
+        end: [end, 0.0, 0.0],
+        ..SpatialBeam::default()
+    })
+}
 
 /// The whole mesh lies between the bounds, whatever few modes the parts have, and the distance is no more than a few times the error.
 #[test]
 fn frequencies_of_the_mesh_lie_between_the_bounds() {
-    let beam = |elements: usize, start: f64, end: f64| {
-        spatial_beam(&SpatialBeam {
-            elements,
-            start: [start, 0.0, 0.0],
-            end: [end, 0.0, 0.0],
-            ..SpatialBeam::default()
-        })
-    };
     let whole = lowest(&beam(40, 0.0, 1.0), 8)
         .superelement
         .modes
@@ -38,13 +40,7 @@ fn frequencies_of_the_mesh_lie_between_the_bounds() {
                 if from == 0.0 { "first" } else { "second" },
             )
         });
-        let text = format!(
-            r#"{{"dimension": 3, {UNITS},
-              "bodies": {{"first": {{"superelement": "first.dcb.h5"}}, "second": {{"superelement": "second.dcb.h5"}}}},
-              "joints": {{"weld": {{"fixed": {{"a": "first/b", "b": "second/a"}}}}}},
-              "interfaces": {{"a": "first/a", "b": "second/b"}}}}"#
-        );
-        let found = put_together(&text, parts.into(), 8).unwrap();
+        let found = put_together(HALVES, parts.into(), 8).unwrap();
         let bounds = found.report.modes.as_ref().unwrap();
         let (mut error, mut compared) = (0.0_f64, 0);
         for (bound, exact) in bounds.iter().zip(&whole) {
@@ -180,14 +176,6 @@ fn blocks_joined_at_their_nodes() {
 /// The estimate of what truncated parts do to responses, against those of the whole mesh with every mode.
 #[test]
 fn responses_change_as_estimated() {
-    let beam = |elements: usize, start: f64, end: f64| {
-        spatial_beam(&SpatialBeam {
-            elements,
-            start: [start, 0.0, 0.0],
-            end: [end, 0.0, 0.0],
-            ..SpatialBeam::default()
-        })
-    };
     let whole = lowest(&beam(20, 0.0, 1.0), 1000).superelement;
     for modes in [4, 8, 12] {
         let parts =
@@ -196,14 +184,8 @@ fn responses_change_as_estimated() {
                 let reduced = lowest(&component, modes);
                 loaded(&component, reduced, name)
             });
-        let text = format!(
-            r#"{{"dimension": 3, {UNITS},
-              "bodies": {{"first": {{"superelement": "first.dcb.h5"}}, "second": {{"superelement": "second.dcb.h5"}}}},
-              "joints": {{"weld": {{"fixed": {{"a": "first/b", "b": "second/a"}}}}}},
-              "interfaces": {{"a": "first/a", "b": "second/b"}}}}"#
-        );
         // All modes of the assembly: what is left of the error is the parts'.
-        let mut found = put_together(&text, parts.into(), 1000).unwrap();
+        let mut found = put_together(HALVES, parts.into(), 1000).unwrap();
         found.superelement.modes.damping.fill(0.0);
         let responses = found.report.responses.unwrap();
         let lambda = faer::c64::new(responses.at, 0.0) / faer::c64::new(1.0, 0.02);
@@ -258,27 +240,13 @@ fn receptance(of: &dcb_formats::Superelement, lambda: faer::c64) -> faer::Mat<fa
 /// Power moments of an assembly of truncated parts are those of the whole mesh; with no mode kept, so that none of its shapes enters.
 #[test]
 fn moments_have_what_the_parts_left_out() {
-    let beam = |elements: usize, start: f64, end: f64| {
-        spatial_beam(&SpatialBeam {
-            elements,
-            start: [start, 0.0, 0.0],
-            end: [end, 0.0, 0.0],
-            ..SpatialBeam::default()
-        })
-    };
     let exact = lowest(&beam(20, 0.0, 1.0), 0).superelement.moments.unwrap();
     let parts =
         [(0.0, 0.4, 8, "first"), (0.4, 1.0, 12, "second")].map(|(from, to, elements, name)| {
             let component = beam(elements, from, to);
             loaded(&component, lowest(&component, 2), name)
         });
-    let text = format!(
-        r#"{{"dimension": 3, {UNITS},
-          "bodies": {{"first": {{"superelement": "first.dcb.h5"}}, "second": {{"superelement": "second.dcb.h5"}}}},
-          "joints": {{"weld": {{"fixed": {{"a": "first/b", "b": "second/a"}}}}}},
-          "interfaces": {{"a": "first/a", "b": "second/b"}}}}"#
-    );
-    let found = put_together(&text, parts.into(), 0)
+    let found = put_together(HALVES, parts.into(), 0)
         .unwrap()
         .superelement
         .moments

@@ -18,6 +18,12 @@ use dcb_formats::Component;
 use dcb_formats::assembly::Assembly;
 use dcb_reducer::Reduced;
 
+/// Two parts, end to end, in the places that their components have.
+const HALVES: &str = r#"{"dimension": 3, "units": {"length": "m", "mass": "kg", "time": "s"},
+  "bodies": {"first": {"superelement": "first.dcb.h5"}, "second": {"superelement": "second.dcb.h5"}},
+  "joints": {"weld": {"fixed": {"a": "first/b", "b": "second/a"}}},
+  "interfaces": {"a": "first/a", "b": "second/b"}}"#;
+
 /// A reduced part as if it had been read from a file.
 fn loaded(component: &Component, reduced: Reduced, name: &str) -> Option<LoadedPart> {
     Some(LoadedPart {

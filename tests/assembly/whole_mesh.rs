@@ -10,7 +10,7 @@ use dcb_tests::lowest;
 use faer::Mat;
 use nalgebra::{Matrix3, UnitQuaternion, Vector3};
 
-use crate::{loaded, put_together};
+use crate::{HALVES, loaded, put_together};
 
 /// Enough for every mode of a part.
 const EVERY: usize = 1000;
@@ -212,11 +212,6 @@ fn halves(mass: BeamMass) -> (Reduced, Vec<(Component, Reduced)>) {
     });
     (whole, parts.into())
 }
-
-const HALVES: &str = r#"{"dimension": 3, "units": {"length": "m", "mass": "kg", "time": "s"},
-  "bodies": {"first": {"superelement": "first.dcb.h5"}, "second": {"superelement": "second.dcb.h5"}},
-  "joints": {"weld": {"fixed": {"a": "first/b", "b": "second/a"}}},
-  "interfaces": {"a": "first/a", "b": "second/b"}}"#;
 
 #[test]
 fn two_halves_of_a_beam_are_the_beam() {

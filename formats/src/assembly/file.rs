@@ -1,7 +1,6 @@
 //! The assembly's JSON text, comments allowed: bounded in size, and every complaint with its place.
 
 use std::fs::File;
-use std::io::Read as _;
 use std::path::Path;
 
 use schemars::JsonSchema;
@@ -12,13 +11,11 @@ use super::body::BodyPart;
 use super::{Assembly, ChosenInterface};
 use crate::Error;
 use crate::component::{Role, Units};
-use crate::description::{json_error, without_comments};
+use crate::description::json_error;
+use crate::json_text;
 use crate::mesh::Dimension;
 use crate::named::{Named, Object, unique};
 use crate::scene::{Analysis, Ground, Joint, Scene, Spring};
-
-/// Largest file, bytes.
-const LARGEST: u64 = 64 << 20;
 
 /// An assembly: superelements and rigid bodies joined for good.
 #[derive(Debug, Deserialize, JsonSchema)]
@@ -87,10 +84,7 @@ struct PlaceWithRole {
 
 /// The assembly as it stands in the text, not yet checked.
 pub(super) fn assembly(text: &str, path: &Path) -> Result<Assembly, Error> {
-    let stripped = text.strip_prefix('\u{feff}').unwrap_or(text);
-    let stripped = without_comments(stripped.as_bytes(), path)?;
-    // Blanks in place of comments leave it UTF-8.
-    let stripped = &String::from_utf8_lossy(&stripped);
+    let stripped = &json_text::stripped(text, path)?;
     let Object(part) = serde_json::from_str::<Object<AssemblyPart>>(stripped)
         .map_err(|error| json_error(path, stripped.as_bytes(), &error, example_of))?;
     part.into_assembly(path)
@@ -138,42 +132,23 @@ impl AssemblyPart {
 
 /// The text of an assembly file.
 pub(super) fn text(path: &Path) -> Result<String, Error> {
-    let refused = |source| Error::io(path, "cannot read", source);
-    let whole = |message: String| Error::File {
-        path: path.to_owned(),
-        message,
-    };
-    let mut bytes = Vec::new();
-    let file = File::open(path).map_err(refused)?;
-    file.take(LARGEST + 1)
-        .read_to_end(&mut bytes)
-        .map_err(refused)?;
-    if bytes.len() as u64 > LARGEST {
-        return Err(whole(format!(
-            "has more than {} MiB; expected an assembly (JSON)",
-            LARGEST >> 20
-        )));
-    }
-    if bytes.starts_with(b"\x89HDF\r\n\x1a\n") {
-        return Err(whole(
+    let file = File::open(path).map_err(|source| Error::io(path, "cannot read", source))?;
+    json_text::read(path, file, "an assembly", other_file)
+}
+
+/// What a file is that was taken for an assembly, and where it belongs.
+fn other_file(start: &[u8], path: &Path) -> Option<String> {
+    if start.starts_with(b"\x89HDF\r\n\x1a\n") {
+        return Some(
             "is an HDF5 file; expected an assembly (JSON), which names superelements under \"bodies\"".into(),
-        ));
+        );
     }
-    if bytes.starts_with(b"%%MatrixMarket") {
-        return Err(whole(format!(
+    start.starts_with(b"%%MatrixMarket").then(|| {
+        format!(
             "is a matrix; `reduce {}` makes a superelement of it, which an assembly names under \"bodies\"",
             path.display()
-        )));
-    }
-    let text = String::from_utf8(bytes).map_err(|error| {
-        whole(format!(
-            "is not UTF-8 text ({error}); expected an assembly (JSON)"
-        ))
-    })?;
-    match text.trim().is_empty() {
-        true => Err(whole("is empty; expected an assembly (JSON)".into())),
-        false => Ok(text),
-    }
+        )
+    })
 }
 
 fn example_of(field: &str) -> Option<&'static str> {

@@ -11,7 +11,7 @@ use std::path::Path;
 use crate::Error;
 use crate::component::Role;
 use crate::named::Named;
-use crate::scene::{Analysis, Joint, Scene, Spring};
+use crate::scene::{Analysis, Joint, Scene, Spring, check_name};
 
 pub use body::Mirror;
 pub use file::assembly_schema;
@@ -104,12 +104,7 @@ impl Assembly {
         let mut seen: Vec<(&str, &str)> = Vec::new();
         for (name, chosen) in &self.interfaces {
             let location = format!("interfaces.{name}");
-            if name.trim().is_empty() || name.contains('/') || name.contains(char::is_control) {
-                return Err(Error::described(
-                    location,
-                    format!("{name:?} is no name; expected printable text without `/`"),
-                ));
-            }
+            check_name(&location, name)?;
             if chosen.at == "ground" || chosen.at.starts_with("ground/") {
                 return Err(Error::described(
                     location,

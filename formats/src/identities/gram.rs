@@ -16,7 +16,7 @@
 use faer::Mat;
 
 use super::inertia::{PAIRS, trace_defect, whole_norms};
-use super::scaled::{negative_part, reciprocal, reduced_mass};
+use super::scaled::{negative_part, reciprocal};
 use super::{AGREEMENT, Identity};
 use crate::mesh::Dimension;
 use crate::superelement::{CouplingSource, Superelement};
@@ -113,10 +113,7 @@ fn planar(of: &Superelement) -> [Identity; 2] {
         (0, _) => (inertia.l1[(0, j - 2)], inertia.l1[(1, j - 2)]),
         (1, 1) => (inertia.tensor[2][2], 0.0),
         (1, _) => (inertia.i1[j - 2][2][2], inertia.i3[(0, j - 2)]),
-        _ => (
-            reduced_mass(of, i - 2, j - 2),
-            inertia.l3[0][(i - 2, j - 2)],
-        ),
+        _ => (of.reduced_mass(i - 2, j - 2), inertia.l3[0][(i - 2, j - 2)]),
     };
     let gram = hermitian(n, entry);
     let mut scale = vec![
@@ -172,7 +169,7 @@ fn nodal(of: &Superelement) -> Vec<Identity> {
     for a in 0..3 {
         own = own.max(negative_part(inertia.i2[a].as_ref(), &scale));
         let matrix = hermitian(n, |k, l| {
-            let mean = 0.5 * (inertia.i2[a][(k, l)] + reduced_mass(of, k, l));
+            let mean = 0.5 * (inertia.i2[a][(k, l)] + of.reduced_mass(k, l));
             (mean, inertia.l3[a][(k, l)])
         });
         both = both.max(negative_part(

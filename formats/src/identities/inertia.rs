@@ -4,7 +4,7 @@
 //! rotations with ψ, I1 of rigid rotations with Ω_a ψ, L3 of Ω_a ψ with ψ, I2 of Ω_a ψ with Ω_b ψ. No product exceeds that of the norms
 //! √m, √J_aa, √I2_aa,kk and √M_kk, however M was lumped and whether nodes have rotations or not.
 
-use super::scaled::{larger, norms, reciprocals, reduced_mass};
+use super::scaled::{larger, norms, reciprocals};
 use super::{AGREEMENT, Identity, LOAD_LIMIT};
 use crate::mesh::Dimension;
 use crate::superelement::{CouplingSource, FrameKind, Superelement};
@@ -304,7 +304,7 @@ pub(super) fn trace_defect(of: &Superelement) -> f64 {
         let [x, y, z] = [0, 1, 2].map(|a| i2[a].col_as_slice(l));
         for k in 0..=l {
             let half = 0.5 * (x[k] + y[k] + z[k]);
-            let defect = (half - reduced_mass(of, k, l)).abs() * reciprocal[k] * reciprocal[l];
+            let defect = (half - of.reduced_mass(k, l)).abs() * reciprocal[k] * reciprocal[l];
             most = larger(most, defect);
         }
     }

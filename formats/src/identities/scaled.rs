@@ -8,20 +8,10 @@ use crate::superelement::Superelement;
 /// Stands for the reciprocal of a column's norm that is zero: an entry there must be zero as well.
 const NO_NORM: f64 = 1e100;
 
-/// Ψᵀ M Ψ: of its own over all columns, or of modes and attachments, which are orthogonal.
-pub(super) fn reduced_mass(of: &Superelement, k: usize, l: usize) -> f64 {
-    let n_k = of.mode_count();
-    match &of.enrichment {
-        Some(enrichment) => enrichment.reduced_mass[(k, l)],
-        None if k < n_k || l < n_k => f64::from(u8::from(k == l)),
-        None => of.residual.mass[(k - n_k, l - n_k)],
-    }
-}
-
 /// M norm of each column of Ψ.
 pub(super) fn norms(of: &Superelement) -> Vec<f64> {
     (0..of.basis_count())
-        .map(|k| reduced_mass(of, k, k).max(0.0).sqrt())
+        .map(|k| of.reduced_mass(k, k).max(0.0).sqrt())
         .collect()
 }
 

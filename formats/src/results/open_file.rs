@@ -7,12 +7,9 @@ use ndarray::{ArrayView2, s};
 use serde_json::json;
 
 use super::channel::Channel;
-use super::frequency_response::FrequencyResponses;
-use super::modes::SystemModes;
 use super::reserve::Reserve;
 use super::scales::Scales;
 use super::{FORMAT, FORMAT_VERSION, Header, Outcome};
-use crate::component::Units;
 use crate::hdf5_files::attributes::{self, Value, hdf5_text};
 use crate::hdf5_files::create::{abandon, create};
 
@@ -163,29 +160,17 @@ impl OpenFile {
         Ok(())
     }
 
-    /// Bytes that modes need.
-    pub(super) fn needed_space_of(&self, modes: &SystemModes) -> u64 {
-        modes.size() + INDEX_BYTES * modes.dataset_count() as u64 + TABLE_BYTES
+    /// Bytes that so many more datasets with so many bytes need.
+    pub(super) fn needed_space_of(size: u64, datasets: usize) -> u64 {
+        size + INDEX_BYTES * datasets as u64 + TABLE_BYTES
     }
 
-    /// Adds modes.
-    pub(super) fn write_modes(&mut self, modes: &SystemModes, units: &Units) -> hdf5::Result<()> {
-        modes.write(&self.file, units)?;
-        self.file.flush()
-    }
-
-    /// Bytes that frequency responses need.
-    pub(super) fn needed_space_of_responses(&self, responses: &FrequencyResponses) -> u64 {
-        responses.size() + INDEX_BYTES * responses.dataset_count() as u64 + TABLE_BYTES
-    }
-
-    /// Adds frequency responses.
-    pub(super) fn write_frequency_responses(
+    /// Adds datasets that are written once.
+    pub(super) fn write_once(
         &mut self,
-        responses: &FrequencyResponses,
-        units: &Units,
+        write: impl FnOnce(&hdf5::File) -> hdf5::Result<()>,
     ) -> hdf5::Result<()> {
-        responses.write(&self.file, units)?;
+        write(&self.file)?;
         self.file.flush()
     }
 

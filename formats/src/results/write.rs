@@ -139,14 +139,9 @@ impl ResultsWriter {
     /// # Errors
     /// [`Error::Io`] where the system refuses.
     pub fn write_modes(&mut self, modes: &SystemModes) -> Result<(), Error> {
-        let Some(open) = &mut self.open else {
-            return Err(self.closed());
-        };
-        let needed = open.needed_space_of(modes);
-        open.take_space(needed)
-            .map_err(|source| Error::not_written(&self.target, needed, source))?;
-        open.write_modes(modes, &self.units)
-            .map_err(|error| told(&self.target, needed, &error))
+        self.write_once(modes.size(), modes.dataset_count(), |file, units| {
+            modes.write(file, units)
+        })
     }
 
     /// Writes frequency responses; once in a file.
@@ -157,13 +152,27 @@ impl ResultsWriter {
         &mut self,
         responses: &FrequencyResponses,
     ) -> Result<(), Error> {
+        self.write_once(
+            responses.size(),
+            responses.dataset_count(),
+            |file, units| responses.write(file, units),
+        )
+    }
+
+    /// Adds so many datasets with so many bytes.
+    fn write_once(
+        &mut self,
+        size: u64,
+        datasets: usize,
+        write: impl FnOnce(&hdf5::File, &Units) -> hdf5::Result<()>,
+    ) -> Result<(), Error> {
         let Some(open) = &mut self.open else {
             return Err(self.closed());
         };
-        let needed = open.needed_space_of_responses(responses);
+        let needed = OpenFile::needed_space_of(size, datasets);
         open.take_space(needed)
             .map_err(|source| Error::not_written(&self.target, needed, source))?;
-        open.write_frequency_responses(responses, &self.units)
+        open.write_once(|file| write(file, &self.units))
             .map_err(|error| told(&self.target, needed, &error))
     }
 

@@ -215,7 +215,7 @@ impl<'a> Checker<'a> {
 }
 
 /// Names are not empty, printable and without `/`, which separates a body from its interface.
-pub(super) fn name(location: &str, name: &str) -> Result<(), Error> {
+pub(crate) fn name(location: &str, name: &str) -> Result<(), Error> {
     if name.trim().is_empty() || name.contains('/') || name.contains(char::is_control) {
         return Err(Error::described(
             location,

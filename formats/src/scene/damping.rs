@@ -139,7 +139,18 @@ impl DampingOverride {
 }
 
 impl ModalRatios {
-    fn check(&self, at: &str) -> Result<(), Error> {
+    /// The ratio of the mode at a place, counted from the lowest; of ratios that have been checked.
+    pub fn of_mode(&self, place: usize) -> f64 {
+        match self {
+            Self::Uniform(ratio) => *ratio,
+            Self::PerMode(list) => {
+                let last = list.last().copied().unwrap_or(0.0);
+                list.get(place).copied().unwrap_or(last)
+            }
+        }
+    }
+
+    pub(super) fn check(&self, at: &str) -> Result<(), Error> {
         match self {
             Self::Uniform(ratio) => not_negative(at, *ratio),
             Self::PerMode(ratios) => {

@@ -5,9 +5,9 @@ use std::collections::BTreeMap;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use super::Linearization;
 use super::check::finite;
-use super::values::positive;
+use super::values::{not_negative, positive};
+use super::{Linearization, ModalRatios};
 use crate::Error;
 
 /// Frequencies at most.
@@ -94,17 +94,7 @@ pub enum ResponseDamping {
     Structural(f64),
     /// Ratio to critical of the modes of the mechanism, one for all or one for each by rising frequency, the last for all further ones; in place of the other
     /// damping.
-    AssembledModal(Ratios),
-}
-
-/// One ratio, or one for each mode.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[serde(untagged, expecting = "expected a ratio or a list of ratios")]
-pub enum Ratios {
-    /// Of all modes.
-    One(f64),
-    /// Of each.
-    Each(Vec<f64>),
+    AssembledModal(ModalRatios),
 }
 
 /// What is made of an output y.
@@ -158,22 +148,10 @@ impl FrequencyResponse {
         match &self.damping {
             None => {}
             Some(ResponseDamping::Structural(factor)) => {
-                ratio(&format!("{location}.damping.structural"), *factor)?;
+                not_negative(&format!("{location}.damping.structural"), *factor)?;
             }
-            Some(ResponseDamping::AssembledModal(Ratios::One(one))) => {
-                ratio(&format!("{location}.damping.assembled_modal"), *one)?;
-            }
-            Some(ResponseDamping::AssembledModal(Ratios::Each(each))) => {
-                let location = format!("{location}.damping.assembled_modal");
-                if each.is_empty() {
-                    return Err(Error::described(
-                        location,
-                        "is empty; expected at least one ratio",
-                    ));
-                }
-                for (index, one) in each.iter().enumerate() {
-                    ratio(&format!("{location}[{index}]"), *one)?;
-                }
+            Some(ResponseDamping::AssembledModal(ratios)) => {
+                ratios.check(&format!("{location}.damping.assembled_modal"))?;
             }
         }
         for (name, table) in &self.random {
@@ -225,16 +203,6 @@ impl FrequencyResponse {
     }
 }
 
-fn ratio(location: &str, value: f64) -> Result<(), Error> {
-    match value >= 0.0 && value.is_finite() {
-        true => Ok(()),
-        false => Err(Error::described(
-            location,
-            format!("is {value}, expected a number that is not negative"),
-        )),
-    }
-}
-
 fn check_density(location: &str, table: &[[f64; 2]]) -> Result<(), Error> {
     if table.len() < 2 {
         return Err(Error::described(
@@ -255,7 +223,7 @@ fn check_density(location: &str, table: &[[f64; 2]]) -> Result<(), Error> {
                 ),
             ));
         }
-        ratio(&format!("{location}[{index}][1]"), *density)?;
+        not_negative(&format!("{location}[{index}][1]"), *density)?;
     }
     match table.windows(2).position(|pair| pair[0][0] >= pair[1][0]) {
         None => Ok(()),

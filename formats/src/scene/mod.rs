@@ -42,11 +42,12 @@ pub use body::{
     Body, BodyKind, GeometricStiffening, InertiaChange, Placement, Point, PointFrame, RigidBody,
     SuperelementBody,
 };
+pub(crate) use check::name as check_name;
 pub use controller::Controller;
 pub use damping::{AssembledDamping, DampingOverride, ModalRatios, Rayleigh, RayleighPoints};
 pub use drive::{Drive, DriveFunction};
 pub use frequency_response::{
-    BeyondBand, DriveForm, Frequencies, FrequencyRange, FrequencyResponse, OutputForm, Ratios,
+    BeyondBand, DriveForm, Frequencies, FrequencyRange, FrequencyResponse, OutputForm,
     ResponseDamping, Spacing,
 };
 pub use gear::{Gear, Rack};

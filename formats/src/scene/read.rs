@@ -5,16 +5,14 @@ use std::io::Read;
 use std::path::Path;
 
 use crate::component::Units;
-use crate::description::{json_error, without_comments};
+use crate::description::json_error;
+use crate::json_text;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use super::Scene;
 use crate::Error;
 use crate::named::Object;
-
-/// Largest scene file, bytes. Objects nest at most 128 deep, which is the JSON reader's own limit.
-const LARGEST: u64 = 64 << 20;
 
 /// Unit names, copied to the results.
 #[derive(Serialize, Deserialize, JsonSchema)]
@@ -61,38 +59,13 @@ pub(crate) mod dimension {
 
 /// The text of a scene file.
 pub(super) fn text(path: &Path) -> Result<String, Error> {
-    let refused = |source| crate::Error::io(path, "cannot read", source);
-    let whole = |message: String| crate::Error::File {
-        path: path.to_owned(),
-        message,
-    };
     let source: Box<dyn Read> = match path == Path::new(super::STANDARD_INPUT) {
         true => Box::new(std::io::stdin()),
-        false => Box::new(File::open(path).map_err(refused)?),
+        false => {
+            Box::new(File::open(path).map_err(|source| Error::io(path, "cannot read", source))?)
+        }
     };
-    let mut bytes = Vec::new();
-    source
-        .take(LARGEST + 1)
-        .read_to_end(&mut bytes)
-        .map_err(refused)?;
-    if bytes.len() as u64 > LARGEST {
-        return Err(whole(format!(
-            "has more than {} MiB; expected a scene (JSON)",
-            LARGEST >> 20
-        )));
-    }
-    if let Some(what) = other_file(&bytes, path) {
-        return Err(whole(what));
-    }
-    let text = String::from_utf8(bytes).map_err(|error| {
-        whole(format!(
-            "is not UTF-8 text ({error}); expected a scene (JSON)"
-        ))
-    })?;
-    if text.trim().is_empty() {
-        return Err(whole("is empty; expected a scene (JSON)".into()));
-    }
-    Ok(text)
+    json_text::read(path, source, "a scene", other_file)
 }
 
 /// What a file is that was taken for a scene, and where it belongs.
@@ -122,10 +95,7 @@ fn component(text: &str) -> Option<&'static str> {
 
 /// The scene as it stands in the text, not yet checked.
 pub(super) fn scene(text: &str, path: &Path) -> Result<Scene, Error> {
-    let text = text.strip_prefix('\u{feff}').unwrap_or(text);
-    let text = without_comments(text.as_bytes(), path)?;
-    // Blanks in place of comments leave it UTF-8.
-    let text = &String::from_utf8_lossy(&text);
+    let text = &json_text::stripped(text, path)?;
     let Object(scene) =
         serde_json::from_str::<Object<Scene>>(text).map_err(|error| match component(text) {
             Some(message) => Error::File {

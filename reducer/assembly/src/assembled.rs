@@ -54,18 +54,10 @@ pub(crate) struct Basis {
 }
 
 impl Basis {
-    /// # Errors
-    /// [`Error::NotFinite`].
-    pub fn of(
-        whole: &Whole,
-        closing: &Closing,
-        chosen: &Chosen,
-        wanted: KeptModes,
-    ) -> Result<Self, Error> {
-        let (values, shapes) = whole.modes()?;
+    pub fn of(whole: &Whole, closing: &Closing, chosen: &Chosen, wanted: KeptModes) -> Self {
         let loose = whole.loose.ncols();
         let all: Vec<f64> = std::iter::repeat_n(0.0, loose)
-            .chain(values.iter().copied())
+            .chain(whole.eigenvalues.iter().copied())
             .collect();
         let kept = match wanted {
             KeptModes::Lowest(count) => extended_to_gap(&all, count.max(loose).min(all.len())),
@@ -75,7 +67,7 @@ impl Basis {
             ),
         };
         let elastic = kept - loose;
-        let kept_shapes = shapes.subcols(0, elastic).to_owned();
+        let kept_shapes = whole.shapes.subcols(0, elastic).to_owned();
         let of_modes = &whole.elastic * &kept_shapes;
         let modes = Mat::from_fn(of_modes.nrows(), kept, |i, k| match k < loose {
             true => whole.loose[(i, k)],
@@ -95,7 +87,7 @@ impl Basis {
             |columns: &Mat<f64>| columns - &kept_shapes * (kept_shapes.transpose() * columns);
         let statics = without(&whole.solved(without(&forces)));
         let statics0 = whole.solved(forces.clone());
-        Ok(Self {
+        Self {
             first_omitted: all.get(kept).copied().unwrap_or(f64::INFINITY),
             eigenvalues: all[..kept].to_vec(),
             modes,
@@ -106,7 +98,7 @@ impl Basis {
                 .map(|row| chosen.interfaces[row.interface].role == Role::Attachment)
                 .collect(),
             kept: kept_shapes,
-        })
+        }
     }
 
     /// Attachments over the elastic motions; zero for rows without force, (e, n_b).
@@ -206,11 +198,7 @@ pub(crate) struct Certified {
     pub eigenvalue_errors: Vec<f64>,
 }
 
-/// How far damping turns modes into each other: the largest d_kl ω_l / |ω_k² − ω_l²| of ΦᵀDΦ, no more than 1.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub(crate) struct DampingCoupling(pub f64);
-
-/// The superelement, the columns of the whole in each part, and how much damping couples its modes.
+/// The superelement, the columns of the whole in each part, and how far damping turns modes into each other.
 ///
 /// # Errors
 /// [`Error::NotFinite`].
@@ -222,7 +210,7 @@ pub(crate) fn superelement(
     chosen: Chosen,
     basis: &Basis,
     certified: Option<Certified>,
-) -> Result<(Superelement, Vec<PartColumns>, DampingCoupling), Error> {
+) -> Result<(Superelement, Vec<PartColumns>, f64), Error> {
     let residual = basis.residual(closing)?;
     let attachments = &whole.elastic * basis.attachments(&basis.statics);
     let (n_k, n_b) = (basis.modes.ncols(), attachments.ncols());
@@ -309,14 +297,15 @@ fn over_parts(
         .collect()
 }
 
-/// Ratios to critical of the modes and of the softest attachment.
+/// Ratios to critical of the modes and of the softest attachment, and how far damping turns modes into each other: the largest d_kl ω_l / |ω_k² − ω_l²| of
+/// ΦᵀDΦ, no more than 1.
 fn damping(
     parts: &[Part],
     closing: &Closing,
     basis: &Basis,
     attachments: &Mat<f64>,
     residual: &Residual,
-) -> (Vec<f64>, f64, DampingCoupling) {
+) -> (Vec<f64>, f64, f64) {
     let own: Vec<f64> = (parts.iter())
         .flat_map(|part| {
             let elastic = part.flexible().map_or(&[][..], |of| of.damping.as_slice());
@@ -359,7 +348,7 @@ fn damping(
         }
         None => 0.0,
     };
-    (ratios, residual_ratio, DampingCoupling(coupling))
+    (ratios, residual_ratio, coupling)
 }
 
 /// Loads on the inside of the parts, under the names BODY: LOAD.

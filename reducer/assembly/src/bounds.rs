@@ -15,7 +15,6 @@
 //! and g the forces on them in the mode: the share of each part.
 
 use dcb_dense::{symmetric_eigen, symmetric_eigenvalues, symmetrized};
-use dcb_formats::superelement::Moments;
 use faer::linalg::triangular_solve::solve_lower_triangular_in_place;
 use faer::{Mat, Par, Scale, Side};
 use serde::{Deserialize, Serialize};
@@ -83,7 +82,7 @@ impl<'a> Count<'a> {
                 let Some(moments) = &flexible.element.moments else {
                     return Err(part.name.clone());
                 };
-                limit = limit.min(bound(moments));
+                limit = limit.min(moments.eigenvalue_bound);
             }
         }
         let stiff: Vec<&Sprung> = sprung.iter().filter(|one| one.stiffness > 0.0).collect();
@@ -231,16 +230,11 @@ impl<'a> Count<'a> {
     }
 }
 
-/// λ_b.
-fn bound(moments: &Moments) -> f64 {
-    moments.eigenvalue_bound
-}
-
 /// E⁺(λ) between the rows of a part, with what its moments may be off; `None` beyond its eigenvalue bound.
 fn upper_response(flexible: &Flexible, lambda: f64) -> Option<Mat<f64>> {
     let moments = flexible.element.moments.as_ref()?;
     let n_b = flexible.element.rows.len();
-    let factor = match bound(moments) {
+    let factor = match moments.eigenvalue_bound {
         infinite if infinite.is_infinite() => 1.0,
         bound if lambda < bound => (bound + moments.shift) / (bound - lambda),
         _ => return None,

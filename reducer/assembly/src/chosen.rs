@@ -10,10 +10,7 @@ use nalgebra::{Matrix3, Vector3};
 use crate::Error;
 use crate::measure::Measure;
 use crate::part::Part;
-use crate::spot::{Place, Spot};
-
-/// Entries of axes below this are rounding.
-const ALONG: f64 = 1e-12;
+use crate::spot::{ALONG, Place, Spot};
 
 /// Interfaces, rows and measures of the whole, about its centre of mass.
 pub(crate) struct Chosen {

@@ -16,7 +16,7 @@ use faer::{Mat, Par, Side};
 
 use crate::Error;
 use crate::joint::Held;
-use crate::measure::{Measure, Measured};
+use crate::measure::{Measure, Measured, stiffness};
 use crate::part::Part;
 use crate::spring::Sprung;
 
@@ -185,14 +185,7 @@ impl Split {
             });
         }
         // Scale of each row: its flexibility with all that moves it.
-        let stiffness: Vec<f64> = (parts.iter())
-            .flat_map(|part| {
-                let elastic = part
-                    .flexible()
-                    .map_or(&[][..], |of| of.stiffness.as_slice());
-                std::iter::repeat_n(0.0, part.rigid_count()).chain(elastic.iter().copied())
-            })
-            .collect();
+        let stiffness = stiffness(parts);
         let lowest = stiffness
             .iter()
             .copied()

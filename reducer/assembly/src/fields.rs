@@ -9,9 +9,7 @@ use nalgebra::{Matrix3, Vector3};
 
 use crate::inertia::PartColumns;
 use crate::part::Part;
-
-/// Entries of axes below this are rounding.
-const ALONG: f64 = 1e-12;
+use crate::spot::ALONG;
 
 /// What a part's file has of its inside.
 #[derive(Clone, Debug, Default)]

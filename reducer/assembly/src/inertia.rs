@@ -148,7 +148,7 @@ fn turned_products(of: &Superelement, turn: &Matrix3<f64>) -> [[Mat<f64>; 3]; 3]
     let n = of.basis_count();
     let own: [[Mat<f64>; 3]; 3] = match of.dimension {
         Dimension::Planar => {
-            let mass = reduced_mass(of);
+            let mass = Mat::from_fn(n, n, |k, l| of.reduced_mass(k, l));
             let l3 = &inertia.l3[0];
             std::array::from_fn(|a| {
                 std::array::from_fn(|b| match (a, b) {
@@ -191,19 +191,6 @@ fn turned_products(of: &Superelement, turn: &Matrix3<f64>) -> [[Mat<f64>; 3]; 3]
             }
             sum
         })
-    })
-}
-
-/// Ψᵀ M Ψ.
-fn reduced_mass(of: &Superelement) -> Mat<f64> {
-    if let Some(further) = &of.enrichment {
-        return further.reduced_mass.clone();
-    }
-    let (n_k, n) = (of.mode_count(), of.basis_count());
-    Mat::from_fn(n, n, |i, j| match (i < n_k, j < n_k) {
-        (true, true) => f64::from(u8::from(i == j)),
-        (false, false) => of.residual.mass[(i - n_k, j - n_k)],
-        _ => 0.0,
     })
 }
 

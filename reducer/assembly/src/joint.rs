@@ -9,7 +9,7 @@ use nalgebra::{Matrix3, Vector3};
 use crate::Error;
 use crate::measure::Measure;
 use crate::part::Part;
-use crate::spot::{Place, Spot, rotations};
+use crate::spot::{Place, Spot, lacking, rotations};
 
 /// A measure that a joint holds at zero.
 #[derive(Clone, Debug)]
@@ -76,13 +76,6 @@ pub(crate) fn held(
     };
     let [force, moment] = joint.exerts(Side::A);
     let axis = joint.axis().map(|axis| (axis, first.axes * axis.a));
-    if let Some((_, axis)) = &axis
-        && fit.dimension == Dimension::Planar
-        && axis[2] == 0.0
-        && axis.norm() == 0.0
-    {
-        return Err(Error::place(location, "has an axis of length zero"));
-    }
     let along = axis.as_ref().map(|(_, axis)| axis.normalize());
     let gap_vector = second.position - first.position;
     let translations = match joint {
@@ -151,7 +144,7 @@ pub(crate) fn held(
     for (told, direction) in &translations {
         let mut measure = Measure::default();
         for axis in (0..3).filter(|axis| direction[*axis] != 0.0) {
-            let missing = |place: &Place| lacking(&location, place, axis);
+            let missing = |place: &Place| lacking(&location, &place.name, axis);
             let of_first = first.translation[axis].clone().ok_or_else(|| missing(a))?;
             let of_second = match is_distance {
                 true => second.translation[axis].clone(),
@@ -171,10 +164,7 @@ pub(crate) fn held(
         let mut measure = Measure::default();
         for axis in (0..3).filter(|axis| direction[*axis] != 0.0) {
             let turning = |spot: &Spot, place: &Place| {
-                let found = match spot.body {
-                    None => spot.rotation[axis].clone(),
-                    Some(_) => spot.turning(axis, parts),
-                };
+                let found = spot.turning(axis, parts);
                 found.ok_or_else(|| Error::place(&location, format!("{:?} doesn't turn: it is a point mass; use a spherical (planar: revolute) joint", place.name)))
             };
             measure = measure
@@ -386,17 +376,6 @@ fn matched<'s>(
         pairs.push((spot, other, gap));
     }
     Ok(pairs)
-}
-
-fn lacking(location: &str, place: &Place, axis: usize) -> Error {
-    Error::place(
-        location,
-        format!(
-            "{:?} has no row that moves along {} of the assembly; take the interface with all translations",
-            place.name,
-            ["x", "y", "z"][axis]
-        ),
-    )
 }
 
 fn refuse_gap(location: &str, a: &Place, b: &Place, gap: f64, fit: &Fit<'_>) -> Result<(), Error> {

@@ -46,12 +46,13 @@ use chosen::Chosen;
 use closing::Closing;
 use fields::{first_nodes, joined_mesh, recovered};
 use joint::{Fit, Held, held};
+use measure::stiffness;
 use part::Part;
 use report::Known;
 use responses::estimate;
 use spot::{Place, refuse_observed};
 use spring::sprung;
-use whole::{Support, Whole, stiffness};
+use whole::Whole;
 
 /// Gap of places that are joined, by the size of the whole, where nothing is said.
 const ALLOWED_GAP: f64 = 1e-6;
@@ -205,8 +206,8 @@ pub fn assemble(
         / mass;
     let chosen = Chosen::of(assembly, &parts, &first_nodes(&insides), centre)?;
     let closing = Closing::of(&joined, &springs, &chosen.measures, &parts)?;
-    let whole = Whole::of(&parts, &closing, options.loose)?;
-    let basis = Basis::of(&whole, &closing, &chosen, options.modes)?;
+    let whole = Whole::of(&parts, &closing, centre, options.loose)?;
+    let basis = Basis::of(&whole, &closing, &chosen, options.modes);
     let count = Count::of(&parts, &joined, &springs);
     let bounds = count
         .as_ref()
@@ -244,7 +245,7 @@ pub fn assemble(
     )?;
     let responses = match (&count, basis.eigenvalues.last()) {
         (Ok(count), Some(highest)) => {
-            estimate(&parts, &whole, &closing, 0.25 * highest, count.limit)?
+            estimate(&parts, &whole, &closing, 0.25 * highest, count.limit)
         }
         _ => None,
     };
@@ -253,7 +254,7 @@ pub fn assemble(
         modes: bounds,
         responses,
         without_estimate: count.err(),
-        damping_coupling: coupling.0,
+        damping_coupling: coupling,
     };
     let report = AssemblyReport::of(&parts, &files, &whole, known);
     let mode_count = element.mode_count();
@@ -368,9 +369,4 @@ fn refuse_twice(
         }
     }
     Ok(())
-}
-
-/// Whether a whole is free to move.
-pub(crate) fn is_free(whole: &Whole) -> bool {
-    whole.support == Support::Free
 }

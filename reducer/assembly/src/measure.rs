@@ -154,3 +154,16 @@ pub(crate) fn starts(parts: &[Part]) -> Vec<usize> {
     }
     starts
 }
+
+/// K over all coordinates, without joints and springs.
+pub(crate) fn stiffness(parts: &[Part]) -> Vec<f64> {
+    let of_part = |part: &Part| {
+        let elastic = part
+            .flexible()
+            .map_or_else(Vec::new, |of| of.stiffness.clone());
+        let mut all = vec![0.0; part.rigid_count()];
+        all.extend(elastic);
+        all
+    };
+    parts.iter().flat_map(of_part).collect()
+}

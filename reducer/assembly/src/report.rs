@@ -11,7 +11,7 @@ use crate::bounds::ModeBound;
 use crate::joint::Meeting;
 use crate::part::Part;
 use crate::responses::ResponseEstimate;
-use crate::whole::Whole;
+use crate::whole::{Support, Whole};
 
 /// Key of the report in the provenance's quality.
 const KEY: &str = "assembly";
@@ -102,7 +102,7 @@ impl AssemblyReport {
             nearly_redundant: whole.nearly_redundant.clone(),
             responses: known.responses,
             without_estimate: known.without_estimate,
-            is_free: crate::is_free(whole),
+            is_free: whole.support == Support::Free,
             damping_coupling: known.damping_coupling,
             modes: known.modes,
         }

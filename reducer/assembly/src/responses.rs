@@ -11,11 +11,11 @@ use faer::{Mat, c64};
 
 use dcb_superelement::LOSS_FACTOR;
 
-use crate::Error;
 use crate::bounds::{excess, multipliers};
 use crate::closing::Closing;
+use crate::measure::stiffness;
 use crate::part::Part;
-use crate::whole::{Whole, stiffness};
+use crate::whole::Whole;
 
 /// Frequencies of the band, evenly spaced.
 const POINTS: usize = 60;
@@ -46,11 +46,10 @@ struct Modal {
 }
 
 impl Modal {
-    fn of(parts: &[Part], whole: &Whole, closing: &Closing) -> Result<Self, Error> {
-        let (values, vectors) = whole.modes()?;
-        let elastic = &whole.elastic * vectors;
+    fn of(parts: &[Part], whole: &Whole, closing: &Closing) -> Self {
+        let elastic = &whole.elastic * &whole.shapes;
         let (r, l) = (whole.rigid.ncols(), whole.loose.ncols());
-        let count = r + l + values.len();
+        let count = r + l + whole.eigenvalues.len();
         let shapes = Mat::from_fn(elastic.nrows(), count, |i, k| {
             if k < r {
                 whole.rigid[(i, k)]
@@ -60,7 +59,8 @@ impl Modal {
                 elastic[(i, k - r - l)]
             }
         });
-        let squares: Vec<f64> = std::iter::repeat_n(0.0, r + l).chain(values).collect();
+        let still = std::iter::repeat_n(0.0, r + l);
+        let squares: Vec<f64> = still.chain(whole.eigenvalues.iter().copied()).collect();
         let held = multipliers(closing, &stiffness(parts), &squares, &shapes);
         let e = closing.interfaces.nrows();
         let at_rest = closing.constraints.nrows();
@@ -74,7 +74,7 @@ impl Modal {
         };
         let (none, still) = (Mat::zeros(e, count), Mat::zeros(shapes.nrows(), e));
         let unit = Mat::<f64>::identity(e, e);
-        Ok(Self {
+        Self {
             seen: &closing.interfaces * &shapes,
             forces: (0..parts.len())
                 .map(|i| {
@@ -88,26 +88,23 @@ impl Modal {
                 })
                 .collect(),
             squares,
-        })
+        }
     }
 }
 
 /// The largest relative change of responses up to `end` (ω²), or as far as the parts' files tell.
-///
-/// # Errors
-/// [`Error::NotFinite`].
 pub(crate) fn estimate(
     parts: &[Part],
     whole: &Whole,
     closing: &Closing,
     end: f64,
     limit: f64,
-) -> Result<Option<ResponseEstimate>, Error> {
+) -> Option<ResponseEstimate> {
     let end = end.min(BELOW * limit);
     if !(end > 0.0 && end.is_finite()) || closing.interfaces.nrows() == 0 {
-        return Ok(None);
+        return None;
     }
-    let modal = Modal::of(parts, whole, closing)?;
+    let modal = Modal::of(parts, whole, closing);
     let first = modal
         .squares
         .iter()
@@ -174,5 +171,5 @@ pub(crate) fn estimate(
             largest.at = square;
         }
     }
-    Ok(largest.error.is_finite().then_some(largest))
+    largest.error.is_finite().then_some(largest)
 }

@@ -10,7 +10,7 @@ use crate::measure::Measure;
 use crate::part::{Part, PartKind};
 
 /// Entries of axes below this are rounding.
-const ALONG: f64 = 1e-12;
+pub(crate) const ALONG: f64 = 1e-12;
 
 /// A frame or a node.
 #[derive(Clone, Debug)]
@@ -285,4 +285,15 @@ pub(crate) fn refuse_observed(location: &str, name: &str, parts: &[Part]) -> Res
             ),
         )),
     }
+}
+
+/// That a place has no row along an axis of the assembly.
+pub(crate) fn lacking(location: &str, name: &str, axis: usize) -> Error {
+    Error::place(
+        location,
+        format!(
+            "{name:?} has no row that moves along {} of the assembly; take the interface with all translations",
+            ["x", "y", "z"][axis]
+        ),
+    )
 }

@@ -7,7 +7,7 @@ use nalgebra::Vector3;
 use crate::Error;
 use crate::measure::Measure;
 use crate::part::Part;
-use crate::spot::{Place, Spot, refuse_observed, rotations};
+use crate::spot::{Place, Spot, lacking, refuse_observed, rotations};
 
 /// A measure with a stiffness and a damping.
 #[derive(Clone, Debug)]
@@ -174,16 +174,6 @@ fn translation(location: &str, spot: &Spot, axis: usize, name: &str) -> Result<M
         .ok_or_else(|| lacking(location, name, axis))
 }
 
-fn lacking(location: &str, name: &str, axis: usize) -> Error {
-    Error::place(
-        location,
-        format!(
-            "{name:?} has no row that moves along {} of the assembly; take the interface with all translations",
-            ["x", "y", "z"][axis]
-        ),
-    )
-}
-
 fn relative_turn(
     location: &str,
     a: &Spot,
@@ -195,10 +185,7 @@ fn relative_turn(
     let mut measure = Measure::default();
     for axis in (0..3).filter(|axis| direction[*axis] != 0.0) {
         let turning = |spot: &Spot, name: &str| {
-            let found = match spot.body {
-                None => spot.rotation[axis].clone(),
-                Some(_) => spot.turning(axis, parts),
-            };
+            let found = spot.turning(axis, parts);
             found.ok_or_else(|| {
                 Error::place(
                     location,

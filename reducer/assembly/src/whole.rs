@@ -14,7 +14,7 @@ use nalgebra::Vector3;
 
 use crate::Error;
 use crate::closing::Closing;
-use crate::measure::starts;
+use crate::measure::{starts, stiffness};
 use crate::part::Part;
 
 /// Pivots of the constraints below this are dependent: the joint holds what others hold already.
@@ -53,6 +53,10 @@ pub(crate) struct Whole {
     pub elastic: Mat<f64>,
     /// R, (e, e), upper triangular.
     root: Mat<f64>,
+    /// ω² of the elastic modes, all of them, ascending, (e).
+    pub eigenvalues: Vec<f64>,
+    /// Their orthonormal shapes over the elastic motions, (e, e).
+    pub shapes: Mat<f64>,
     pub support: Support,
     /// Joint rows that hold what others hold already.
     pub redundant: Vec<String>,
@@ -65,13 +69,13 @@ pub(crate) struct Whole {
 impl Whole {
     /// # Errors
     /// [`Error::Whole`] if the assembly is held in part, or loose.
-    pub fn of(parts: &[Part], closing: &Closing, loose: LooseMotions) -> Result<Self, Error> {
+    pub fn of(
+        parts: &[Part],
+        closing: &Closing,
+        centre: Vector3<f64>,
+        loose: LooseMotions,
+    ) -> Result<Self, Error> {
         let (allowed, redundant, nearly_redundant) = allowed(closing);
-        let mass: f64 = parts.iter().map(|part| part.mass).sum();
-        let moment = parts
-            .iter()
-            .fold(Vector3::zeros(), |sum, part| sum + part.mass * part.centre);
-        let centre = moment / mass;
         let stiffness = stiffness(parts);
         let lowest = stiffness
             .iter()
@@ -88,23 +92,25 @@ impl Whole {
         let reference = if lowest.is_finite() { lowest } else { softest };
         let lifted = 1e-2 * LOOSE * reference;
         let root = stiffness_root(&elastic, &stiffness, closing, lifted)?;
+        let (values, shapes) = modes(&root)?;
         let mut whole = Self {
             loose: Mat::zeros(elastic.nrows(), 0),
             rigid,
             elastic,
             root,
+            eigenvalues: Vec::new(),
+            shapes: Mat::zeros(0, 0),
             support,
             redundant,
             nearly_redundant,
             centre,
         };
-        let (values, vectors) = whole.modes()?;
         let count = values
             .iter()
             .filter(|value| **value < LOOSE * reference)
             .count();
         if count > 0 {
-            let shapes = vectors.subcols(0, count).to_owned();
+            let shapes = shapes.subcols(0, count).to_owned();
             if loose == LooseMotions::Refuse {
                 return Err(Error::Whole(whole.loose_message(parts, &shapes)));
             }
@@ -112,29 +118,8 @@ impl Whole {
             whole.elastic = &whole.elastic * complement(&shapes);
         }
         whole.root = stiffness_root(&whole.elastic, &stiffness, closing, 0.0)?;
+        (whole.eigenvalues, whole.shapes) = modes(&whole.root)?;
         Ok(whole)
-    }
-
-    /// Elastic modes, all of them: ω² ascending, and orthonormal shapes over the elastic motions, (e, e). They are those of the inverse, whose lowest are
-    /// right to rounding whatever the highest are.
-    ///
-    /// # Errors
-    /// [`Error::NotFinite`].
-    pub fn modes(&self) -> Result<(Vec<f64>, Mat<f64>), Error> {
-        let e = self.root.nrows();
-        let mut inverse = Mat::<f64>::identity(e, e);
-        solve_lower_triangular_in_place(self.root.transpose(), inverse.as_mut(), Par::Seq);
-        let compliance = inverse.transpose() * &inverse;
-        let failed = Error::NotFinite {
-            what: "the modes of the assembly",
-        };
-        let (values, vectors) = symmetric_eigen(compliance.as_ref()).ok_or(failed)?;
-        let highest = values.last().copied().unwrap_or(1.0);
-        let value = |k: usize| 1.0 / values[k].max(f64::EPSILON.powi(2) * highest);
-        Ok((
-            (0..e).rev().map(value).collect(),
-            Mat::from_fn(e, e, |i, k| vectors[(i, e - 1 - k)]),
-        ))
     }
 
     /// K⁻¹ times columns over the elastic motions.
@@ -159,6 +144,27 @@ impl Whole {
             "the assembly isn't one body: {count} motion(s) beside the rigid ones meet no stiffness, most of the first in {name:?}; join it, keep the mechanism apart in a scene, or allow it with --allow-loose (such motions become modes of frequency zero)"
         )
     }
+}
+
+/// ω², ascending, and orthonormal shapes of the stiffness RᵀR. They are those of the inverse, whose lowest are right to rounding whatever the highest are.
+///
+/// # Errors
+/// [`Error::NotFinite`].
+fn modes(root: &Mat<f64>) -> Result<(Vec<f64>, Mat<f64>), Error> {
+    let e = root.nrows();
+    let mut inverse = Mat::<f64>::identity(e, e);
+    solve_lower_triangular_in_place(root.transpose(), inverse.as_mut(), Par::Seq);
+    let compliance = inverse.transpose() * &inverse;
+    let failed = Error::NotFinite {
+        what: "the modes of the assembly",
+    };
+    let (values, vectors) = symmetric_eigen(compliance.as_ref()).ok_or(failed)?;
+    let highest = values.last().copied().unwrap_or(1.0);
+    let value = |k: usize| 1.0 / values[k].max(f64::EPSILON.powi(2) * highest);
+    Ok((
+        (0..e).rev().map(value).collect(),
+        Mat::from_fn(e, e, |i, k| vectors[(i, e - 1 - k)]),
+    ))
 }
 
 /// Orthonormal columns that complete orthonormal ones, (n, n − k).
@@ -202,19 +208,6 @@ fn stiffness_root(
             what: "the stiffness of the assembly",
         }),
     }
-}
-
-/// K over all coordinates, without joints and springs.
-pub(crate) fn stiffness(parts: &[Part]) -> Vec<f64> {
-    let of_part = |part: &Part| {
-        let elastic = part
-            .flexible()
-            .map_or_else(Vec::new, |of| of.stiffness.clone());
-        let mut all = vec![0.0; part.rigid_count()];
-        all.extend(elastic);
-        all
-    };
-    parts.iter().flat_map(of_part).collect()
 }
 
 /// Z, and the joint rows that hold nothing more, or nearly nothing.

@@ -124,11 +124,7 @@ fn ratios(asked: &AssembledDamping, frequencies: &[f64]) -> Vec<f64> {
         Damping::rayleigh_through(points.frequencies, points.ratios).unwrap_or_default()
     });
     let ratio = |(index, frequency): (usize, &f64)| match (&asked.assembled_modal, factors) {
-        (Some(ModalRatios::Uniform(ratio)), _) => *ratio,
-        (Some(ModalRatios::PerMode(list)), _) => {
-            let last = list.last().copied().unwrap_or(0.0);
-            list.get(index).copied().unwrap_or(last)
-        }
+        (Some(ratios), _) => ratios.of_mode(index),
         (None, Some([alpha, beta])) => {
             let omega = std::f64::consts::TAU * frequency;
             0.5 * (alpha / omega + beta * omega)

@@ -60,15 +60,11 @@ pub struct EquilibriumReport {
     pub least_stiffness: f64,
 }
 
-/// Moves `state` to a stable rest near it, at the state's time: no velocities, no accelerations, λ in `forces`.
+/// Closes the joints and takes all motion away.
 ///
 /// # Errors
-/// [`Error::NoEquilibrium`]; those of [`Starter::start`] if the joints can't be closed; [`Error::NoEigenvalues`].
-pub fn find_equilibrium(
-    system: &System,
-    state: &mut State,
-    settings: &EquilibriumSettings,
-) -> Result<EquilibriumReport, Error> {
+/// Those of [`Starter::start`].
+pub(super) fn lay_to_rest(system: &System, state: &mut State) -> Result<(), Error> {
     Starter::of(system)?.start(state, RedundantConstraints::MinimumNorm)?;
     for values in [
         &mut state.velocities,
@@ -78,6 +74,19 @@ pub fn find_equilibrium(
         values.fill(0.0);
     }
     state.earlier_step = 0.0;
+    Ok(())
+}
+
+/// Moves `state` to a stable rest near it, at the state's time: no velocities, no accelerations, λ in `forces`.
+///
+/// # Errors
+/// [`Error::NoEquilibrium`]; those of [`Starter::start`] if the joints can't be closed; [`Error::NoEigenvalues`].
+pub fn find_equilibrium(
+    system: &System,
+    state: &mut State,
+    settings: &EquilibriumSettings,
+) -> Result<EquilibriumReport, Error> {
+    lay_to_rest(system, state)?;
     let size: f64 = system.bodies.iter().map(|body| body.length).sum();
     let allowed = settings.tolerance * size;
     let mut evaluation = Evaluation::of(system);

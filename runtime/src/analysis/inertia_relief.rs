@@ -14,14 +14,12 @@ use faer::linalg::solvers::Solve;
 use nalgebra::Vector3;
 
 use super::eigenmodes::undamped;
-use super::equilibrium::{EquilibriumSettings, balance_springs, largest_shift, moved};
+use super::equilibrium::{EquilibriumSettings, balance_springs, largest_shift, lay_to_rest, moved};
 use crate::error::Error;
-use crate::initial::Starter;
 use crate::system::evaluation::Evaluation;
 use crate::system::free_directions::FreeDirections;
 use crate::system::linearization::Linearization;
 use crate::system::{Demand, State, System};
-use dcb_formats::scene::RedundantConstraints;
 
 /// How an accelerated rest was found.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -37,22 +35,14 @@ pub struct InertiaReliefReport {
 /// Moves `state` to the accelerated rest near it: no velocities, the accelerations of frames, λ in `forces`.
 ///
 /// # Errors
-/// [`Error::NoEquilibrium`]; [`Error::Description`] where every motion meets stiffness; those of [`Starter::start`] if the joints
+/// [`Error::NoEquilibrium`]; [`Error::Description`] where every motion meets stiffness; those of a start if the joints
 /// can't be closed; [`Error::NoEigenvalues`].
 pub fn find_inertia_relief(
     system: &System,
     state: &mut State,
     settings: &EquilibriumSettings,
 ) -> Result<InertiaReliefReport, Error> {
-    Starter::of(system)?.start(state, RedundantConstraints::MinimumNorm)?;
-    for values in [
-        &mut state.velocities,
-        &mut state.accelerations,
-        &mut state.algorithmic,
-    ] {
-        values.fill(0.0);
-    }
-    state.earlier_step = 0.0;
+    lay_to_rest(system, state)?;
     let size: f64 = system.bodies.iter().map(|body| body.length).sum();
     let allowed = settings.tolerance * size;
     let mut evaluation = Evaluation::of(system);

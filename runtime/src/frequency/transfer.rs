@@ -7,7 +7,7 @@
 //! doesn't couple the modes a frequency costs O(n); where it does, complex modes do the same. Both are checked against a direct solution. About a motion, and
 //! where the check fails, each frequency is solved directly, O(n³).
 
-use dcb_formats::scene::{FrequencyResponse, Ratios, ResponseDamping};
+use dcb_formats::scene::{FrequencyResponse, ModalRatios, ResponseDamping};
 use faer::linalg::solvers::Solve;
 use faer::{Mat, c64};
 
@@ -44,10 +44,12 @@ pub(super) struct Transfer<'a> {
 
 /// Modes of unit mass: shapes (free, n), ω², and damping over them (n, n).
 struct Modal {
-    shapes: Mat<f64>,
+    shapes: Mat<c64>,
     squares: Vec<f64>,
     damping: Mat<f64>,
     is_diagonal: bool,
+    /// M Φ D Φᵀ M, (free, free), where ratios take the place of the damping.
+    given: Option<Mat<f64>>,
 }
 
 /// (z, z') = V exp(Λ t): poles, V over z (n, 2 n), and V⁻¹ over the rates (2 n, n).
@@ -105,7 +107,7 @@ impl<'a> Transfer<'a> {
             modal,
             complex,
         };
-        transfer.check(asked)?;
+        transfer.check(asked);
         Ok(transfer)
     }
 
@@ -118,9 +120,9 @@ impl<'a> Transfer<'a> {
     }
 
     /// Falls back on direct solutions where the modes don't reproduce them.
-    fn check(&mut self, asked: &FrequencyResponse) -> Result<(), Error> {
+    fn check(&mut self, asked: &FrequencyResponse) {
         if self.solution() == Solution::Direct {
-            return Ok(());
+            return;
         }
         let highest = asked.highest();
         let holds = [0.13, 0.47, 0.91].iter().all(|part| {
@@ -139,7 +141,6 @@ impl<'a> Transfer<'a> {
                 modal.is_diagonal = false;
             }
         }
-        Ok(())
     }
 
     /// Outputs by inputs at a frequency, (n_y, n_u).
@@ -219,8 +220,7 @@ impl<'a> Transfer<'a> {
         let loads = self.loads(omega);
         match (self.solution(), &self.modal, &self.complex) {
             (Solution::Modes, Some(modal), _) => {
-                let shapes = complex(&modal.shapes);
-                let mut amounts = shapes.transpose() * &loads;
+                let mut amounts = modal.shapes.transpose() * &loads;
                 for (n, square) in modal.squares.iter().enumerate() {
                     let resists = c64::new(
                         square - omega * omega,
@@ -233,11 +233,10 @@ impl<'a> Transfer<'a> {
                         amounts[(n, j)] /= resists;
                     }
                 }
-                Some(shapes * amounts)
+                Some(&modal.shapes * amounts)
             }
             (Solution::ComplexModes, Some(modal), Some(of)) => {
-                let shapes = complex(&modal.shapes);
-                let mut amounts = &of.amounts * (shapes.transpose() * &loads);
+                let mut amounts = &of.amounts * (modal.shapes.transpose() * &loads);
                 for (n, pole) in of.poles.iter().enumerate() {
                     let resists = c64::new(0.0, omega) - *pole;
                     if resists.norm() <= f64::EPSILON * pole.norm() {
@@ -247,7 +246,7 @@ impl<'a> Transfer<'a> {
                         amounts[(n, j)] /= resists;
                     }
                 }
-                Some(shapes * (&of.shapes * amounts))
+                Some(&modal.shapes * (&of.shapes * amounts))
             }
             _ => self.direct(omega),
         }
@@ -263,14 +262,10 @@ impl<'a> Transfer<'a> {
             return Some(loads);
         }
         // Damping that was asked for of the modes replaces the other.
-        let own = self
-            .modal
-            .as_ref()
-            .filter(|modal| modal.is_given())
-            .map(|modal| modal.damping_matrix(&matrices[0]));
+        let own = self.modal.as_ref().and_then(|modal| modal.given.as_ref());
         let resists = Mat::from_fn(self.free, self.free, |i, j| {
             let mut entry = self.dynamic(matrices, omega, i, j);
-            if let Some(own) = &own {
+            if let Some(own) = own {
                 entry.im += omega * (own[(i, j)] - matrices[1][(i, j)]);
             }
             entry * (units[i] * units[j])
@@ -313,10 +308,6 @@ impl<'a> Transfer<'a> {
     }
 }
 
-fn complex(of: &Mat<f64>) -> Mat<c64> {
-    Mat::from_fn(of.nrows(), of.ncols(), |i, j| c64::new(of[(i, j)], 0.0))
-}
-
 impl Modal {
     /// Of symmetric matrices in units of about equal coordinates; `wanted` are ratios in place of the damping.
     fn of(
@@ -324,7 +315,7 @@ impl Modal {
         damping: &Mat<f64>,
         stiffness: &Mat<f64>,
         units: &[f64],
-        wanted: Option<&Ratios>,
+        wanted: Option<&ModalRatios>,
     ) -> Result<Self, Error> {
         let mut modes = undamped(mass, stiffness)?;
         let square = |mode: &crate::analysis::eigenmodes::Eigenmode| {
@@ -340,13 +331,9 @@ impl Modal {
             None => unit.transpose() * (damping * &unit),
             Some(ratios) => {
                 let moving: Vec<usize> = (0..n).filter(|k| squares[*k] > 0.0).collect();
-                let ratio = |place: usize| match ratios {
-                    Ratios::One(one) => *one,
-                    Ratios::Each(each) => each[place.min(each.len() - 1)],
-                };
                 let rate = |k: usize| {
                     let place = moving.iter().position(|own| *own == k);
-                    place.map_or(0.0, |place| 2.0 * ratio(place) * squares[k].sqrt())
+                    place.map_or(0.0, |place| 2.0 * ratios.of_mode(place) * squares[k].sqrt())
                 };
                 Mat::from_fn(n, n, |i, j| if i == j { rate(i) } else { 0.0 })
             }
@@ -354,24 +341,19 @@ impl Modal {
         let scale = damping.norm_max();
         let coupled =
             (0..n).any(|i| (0..n).any(|j| i != j && damping[(i, j)].abs() > ROUNDING * scale));
+        // In coordinates without their units.
+        let given = wanted.map(|_| {
+            let own = mass * &unit;
+            let whole = &own * &damping * own.transpose();
+            Mat::from_fn(n, n, |i, j| whole[(i, j)] / (units[i] * units[j]))
+        });
         Ok(Self {
-            shapes: Mat::from_fn(n, n, |i, k| units[i] * unit[(i, k)]),
+            shapes: Mat::from_fn(n, n, |i, k| c64::new(units[i] * unit[(i, k)], 0.0)),
             squares,
             damping,
             is_diagonal: wanted.is_some() || !coupled,
+            given,
         })
-    }
-
-    /// Whether the damping was given for the modes.
-    fn is_given(&self) -> bool {
-        let n = self.squares.len();
-        (0..n).all(|i| (0..n).all(|j| i == j || self.damping[(i, j)] == 0.0))
-    }
-
-    /// M Φ D Φᵀ M.
-    fn damping_matrix(&self, mass: &Mat<f64>) -> Mat<f64> {
-        let own = mass.as_ref().subcols(0, self.shapes.nrows()) * &self.shapes;
-        &own * &self.damping * own.transpose()
     }
 }
 

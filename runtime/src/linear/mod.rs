@@ -94,10 +94,13 @@ pub(crate) fn linearized(
     refuse_memory(system)?;
     let inputs = input::chosen(system, state, scene, &request.inputs)?;
     let outputs = Outputs::chosen(recorder, &request.outputs)?;
-    let quiet = input::without_loads(system, &inputs);
+    let quiet;
     let system = match wanted {
         Coordinates::Named => system,
-        Coordinates::Orthonormal => &quiet,
+        Coordinates::Orthonormal => {
+            quiet = input::without_loads(system, &inputs);
+            &quiet
+        }
     };
     let driven: Vec<usize> = inputs.iter().filter_map(Input::driven_row).collect();
     let mut motion = IndependentMotion::at(system, state, &driven)?;

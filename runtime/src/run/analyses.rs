@@ -230,18 +230,15 @@ pub fn modes(
         ..
     } = Session::open(scene, model, target)?;
     let mut find = || {
-        match asked.at {
-            Linearization::Static => {
-                find_equilibrium(&system, &mut drawn, &EquilibriumSettings::default())?;
-            }
-            Linearization::Initial => {
-                let initial = Starter::of(&system)?
-                    .holding(&held)
-                    .start(&mut drawn, scene.redundant_constraints)?;
-                tell_start(&initial, scene, observer, &mut session)?;
-            }
-        }
-        record_state(&mut session, &system, &drawn)?;
+        place(
+            asked.at,
+            scene,
+            &system,
+            &mut drawn,
+            &held,
+            &mut session,
+            observer,
+        )?;
         let report = ModesReport {
             modes: Eigenmodes::at(&system, &drawn)?,
             count: asked.count as usize,
@@ -289,18 +286,15 @@ pub fn frequency(
         ..
     } = Session::open(scene, model, target)?;
     let mut find = || {
-        match asked.at {
-            Linearization::Static => {
-                find_equilibrium(&system, &mut drawn, &EquilibriumSettings::default())?;
-            }
-            Linearization::Initial => {
-                let initial = Starter::of(&system)?
-                    .holding(&held)
-                    .start(&mut drawn, scene.redundant_constraints)?;
-                tell_start(&initial, scene, observer, &mut session)?;
-            }
-        }
-        record_state(&mut session, &system, &drawn)?;
+        place(
+            asked.at,
+            scene,
+            &system,
+            &mut drawn,
+            &held,
+            &mut session,
+            observer,
+        )?;
         let mut notes = Vec::new();
         let recorder = &mut session.recorder;
         let mut note = |message: &str| notes.push(message.to_owned());
@@ -407,6 +401,30 @@ pub(super) fn described_damping(modes: &[EffectiveDamping]) -> Vec<Value> {
         })
     });
     described.collect()
+}
+
+/// Goes to the placement about which a scene is linearised, and records it.
+fn place(
+    at: Linearization,
+    scene: &Scene,
+    system: &System,
+    drawn: &mut State,
+    held: &[usize],
+    session: &mut Session,
+    observer: &mut dyn Observer,
+) -> Result<(), Error> {
+    match at {
+        Linearization::Static => {
+            find_equilibrium(system, drawn, &EquilibriumSettings::default())?;
+        }
+        Linearization::Initial => {
+            let initial = Starter::of(system)?
+                .holding(held)
+                .start(drawn, scene.redundant_constraints)?;
+            tell_start(&initial, scene, observer, session)?;
+        }
+    }
+    record_state(session, system, drawn)
 }
 
 fn record_state(session: &mut Session, system: &System, state: &State) -> Result<(), Error> {

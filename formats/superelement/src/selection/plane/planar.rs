@@ -116,7 +116,8 @@ fn inertia(spatial: &Inertia, normal: Normal) -> Inertia {
 
 /// Planar files have I2 = Ψᵀ M Ψ, in which motions along the normal count as if they turned the component; they are taken back here.
 fn stiffening(spatial: &Superelement, normal: usize) -> Stiffening {
-    let mass = reduced_mass(spatial);
+    let count = spatial.basis_count();
+    let mass = Mat::from_fn(count, count, |k, l| spatial.reduced_mass(k, l));
     let across = &mass - &spatial.inertia.i2[normal];
     let n = across.ncols();
     let matters = (0..n).any(|k| across[(k, k)].abs() > ROUNDING * mass[(k, k)]);
@@ -131,18 +132,4 @@ fn stiffening(spatial: &Superelement, normal: usize) -> Stiffening {
         centrifugal,
         interface: spatial.stiffening.interface.clone(),
     }
-}
-
-/// Ψᵀ M Ψ.
-fn reduced_mass(of: &Superelement) -> Mat<f64> {
-    if let Some(enrichment) = &of.enrichment {
-        return enrichment.reduced_mass.clone();
-    }
-    let n_k = of.mode_count();
-    Mat::from_fn(of.basis_count(), of.basis_count(), |k, l| {
-        match (k.checked_sub(n_k), l.checked_sub(n_k)) {
-            (Some(i), Some(j)) => of.residual.mass[(i, j)],
-            _ => f64::from(u8::from(k == l)),
-        }
-    })
 }
