@@ -1,11 +1,12 @@
 //! A component from its files: the stiffness matrix, and beside it the mass matrix, the description and what else there is.
 //!
 //! `part.mtx` (or `part.mtx.gz`) is the stiffness; `part.mass.mtx`, `part.json` and the optional `part.boundary.mtx` and
-//! `part.mass.xx.mtx` …, `part.load.NAME.mtx`, `part.stiffening.xx.mtx` … are found beside it, with or without `.gz`, unless named otherwise.
+//! `part.mass.xx.mtx` …, `part.load.NAME.mtx`, `part.stress.NAME.mtx`, `part.stiffening.xx.mtx` … are found beside it, with or without `.gz`, unless named otherwise.
 
 mod component_masses;
 mod loads_and_stiffening;
 mod sources;
+mod stresses;
 mod write;
 
 use std::path::{Path, PathBuf};
@@ -14,6 +15,7 @@ pub use write::{write_component, write_description};
 
 use component_masses::read_component_masses;
 use loads_and_stiffening::{named_siblings, read_loads, read_stiffening};
+use stresses::read_stresses;
 
 use crate::component::{
     Component, ComponentDraft, ComponentFault, ComponentMasses, GeometricStiffness, Place, Source,
@@ -40,6 +42,8 @@ pub struct ComponentFiles {
     pub boundary: Option<PathBuf>,
     /// Loads inside the component, by name.
     pub loads: Vec<(String, PathBuf)>,
+    /// Stress and strain matrices, by name.
+    pub stresses: Vec<(String, PathBuf)>,
     /// Geometric stiffness, by what the prestress comes from.
     pub stiffening: Vec<(String, PathBuf)>,
 }
@@ -148,6 +152,7 @@ impl ComponentFiles {
             description,
             boundary,
             loads: named_siblings(stiffness, ".load.")?,
+            stresses: named_siblings(stiffness, ".stress.")?,
             stiffening: named_siblings(stiffness, ".stiffening.")?,
         })
     }
@@ -210,6 +215,7 @@ pub fn read_component(files: &ComponentFiles, memory: Option<u64>) -> Result<Com
         draft.explicit_boundary = Some(matrix);
     }
     read_loads(&files.loads, &mut reader, &mut draft)?;
+    read_stresses(files, description.stresses, &mut reader, &mut draft)?;
     read_stiffening(&files.stiffening, &mut reader, &mut draft)?;
     let dimension = draft.dimension();
     Component::of_operators(draft).map_err(|fault| files.fault(fault, dimension))
@@ -237,6 +243,7 @@ impl ComponentFiles {
                 self.component_masses(names).into_iter().nth(index)
             }
             Place::Load(index) => path_of(self.loads.get(index)),
+            Place::Stress(index) => path_of(self.stresses.get(index)),
             Place::SpinStiffness(index) => {
                 let product = products.get(index).copied();
                 path_of(stiffening.find(|(name, _)| Some(name.as_str()) == product))

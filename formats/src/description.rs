@@ -14,6 +14,7 @@ mod file;
 mod geometry;
 mod interfaces;
 mod lists;
+mod stresses;
 mod values;
 
 use std::collections::BTreeMap;
@@ -33,6 +34,7 @@ use values::{ModalDamping, Number, RayleighDamping};
 
 pub use comments::without_comments;
 pub use diagnosis::{json_error, listed, nearest_name, suggestion};
+pub use stresses::StressRows;
 
 /// The component file before the matrices are known.
 #[derive(Clone, Debug, PartialEq)]
@@ -47,6 +49,8 @@ pub struct Description {
     pub dofs: DofLayout,
     /// Requested interfaces, in row order.
     pub interfaces: Vec<Interface>,
+    /// Rows of stress matrices.
+    pub stresses: Vec<StressRows>,
     /// Damping.
     pub damping: Damping,
     /// SHA-256 of the file's bytes, hex.
@@ -322,6 +326,7 @@ fn described(
         units: Object(units),
         dofs: Dofs(dofs),
         interfaces,
+        stresses,
         damping,
     } = component;
     let mut notes = Vec::new();
@@ -331,6 +336,7 @@ fn described(
     check_units(&units)?;
     let mesh = mesh(&dofs, &mut notes)?;
     let interfaces = interfaces::interfaces(interfaces, &mesh, &dofs, cell_sets, &mut notes)?;
+    let stresses = stresses::stresses(stresses, &mesh)?;
     let damping = match damping {
         Some(Object(damping)) => checked_damping(damping, &mut notes)?,
         None => Damping::None,
@@ -341,6 +347,7 @@ fn described(
         mesh,
         dofs,
         interfaces,
+        stresses,
         damping,
         sha256,
         notes,

@@ -30,6 +30,7 @@ pub mod error;
 pub mod function;
 pub mod linear_system;
 pub mod matrix;
+pub mod measured;
 pub mod mesh;
 pub mod results;
 pub mod scene;

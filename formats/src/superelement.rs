@@ -5,8 +5,10 @@
 //! that the file documents; small fixed-size blocks are plain arrays.
 
 mod derivation;
+mod stress;
 
 pub use derivation::{CouplingSource, Derivation, InterfaceDirections, SelectionRecord};
+pub use stress::StressField;
 
 use faer::Mat;
 
@@ -239,6 +241,8 @@ pub struct Superelement {
     pub moments: Option<Moments>,
     /// Loads on the inside of the component, by name.
     pub loads: Vec<PartLoad>,
+    /// Stress and strain inside, by name.
+    pub stresses: Vec<StressField>,
     /// How it was made; `None` if its maker doesn't say. Files before 1.4 say so in the provenance.
     pub derivation: Option<Derivation>,
     /// Where it came from.

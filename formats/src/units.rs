@@ -59,15 +59,19 @@ pub struct DerivedUnits {
     pub moment: String,
     /// Force along a way: `J`, `mJ`.
     pub energy: String,
+    /// Force over area: `Pa`, `MPa`.
+    pub stress: String,
 }
 
 impl DerivedUnits {
     /// In `N` and `J` with a prefix where the sizes of length, mass and time are known and there is one, else as products of their names.
     pub fn of(length: &str, mass: &str, time: &str) -> Self {
         let sizes = [length, mass, time].map(si_factor);
-        let [force, energy] = match sizes {
-            [Some(l), Some(m), Some(t)] => [m * l / (t * t), m * l * l / (t * t)].map(Some),
-            _ => [None, None],
+        let [force, energy, stress] = match sizes {
+            [Some(l), Some(m), Some(t)] => {
+                [m * l / (t * t), m * l * l / (t * t), m / (l * t * t)].map(Some)
+            }
+            _ => [None, None, None],
         };
         let named = |size: Option<f64>, name: &str| {
             size.and_then(prefix)
@@ -82,6 +86,7 @@ impl DerivedUnits {
             },
             force: force.unwrap_or_else(|| format!("{mass}*{length}/{time}^2")),
             energy: named(energy, "J").unwrap_or(product),
+            stress: named(stress, "Pa").unwrap_or_else(|| format!("{mass}/({length}*{time}^2)")),
         }
     }
 }
@@ -124,15 +129,21 @@ mod tests {
                 force,
                 moment,
                 energy,
+                stress,
             } = DerivedUnits::of(length, mass, time);
-            [force, moment, energy]
+            [force, moment, energy, stress]
         };
-        assert_eq!(of("m", "kg", "s"), ["N", "N*m", "J"]);
-        assert_eq!(of("mm", "t", "s"), ["N", "N*mm", "mJ"]);
-        assert_eq!(of("mm", "kg", "ms"), ["kN", "kN*mm", "J"]);
+        assert_eq!(of("m", "kg", "s"), ["N", "N*m", "J", "Pa"]);
+        assert_eq!(of("mm", "t", "s"), ["N", "N*mm", "mJ", "MPa"]);
+        assert_eq!(of("mm", "kg", "ms"), ["kN", "kN*mm", "J", "GPa"]);
         assert_eq!(
             of("in", "slinch", "s"),
-            ["slinch*in/s^2", "slinch*in^2/s^2", "slinch*in^2/s^2"]
+            [
+                "slinch*in/s^2",
+                "slinch*in^2/s^2",
+                "slinch*in^2/s^2",
+                "slinch/(in*s^2)"
+            ]
         );
         assert_eq!(of("furlong", "kg", "s")[0], "kg*furlong/s^2");
     }

@@ -104,6 +104,15 @@ pub const CATALOGUE: &[Sample] = &[
         make: crate::connecting_rod,
     },
     Sample {
+        name: "bracket",
+        description: "steel angle bracket with the stress in its fillet, quadratic hexahedra, averaged interfaces",
+        refinement: Some((
+            "cells across the thickness; 2, 4, 8: 5, 30, 200 thousand dofs",
+            2,
+        )),
+        make: |cells| crate::bracket(cells as usize),
+    },
+    Sample {
         name: "block",
         description: "steel block 0.4 x 0.1 x 0.06 m, quadratic hexahedra",
         refinement: Some(("cells across the height", 2)),

@@ -24,12 +24,14 @@ pub mod pseudo_random;
 #[doc(hidden)]
 pub mod spatial_beam;
 
+mod bracket;
 mod component;
 mod gallery;
 mod planform;
 mod sparse;
 
 pub use axial_prestress::axial_prestress;
+pub use bracket::bracket;
 pub use connecting_rod::connecting_rod;
 pub use material::Material;
 pub use planar_rod::{RodSection, planar_rod};

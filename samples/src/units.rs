@@ -1,6 +1,6 @@
 //! The same component in another unit system.
 
-use dcb_formats::component::{Damping, RowStiffness, Units};
+use dcb_formats::component::{Damping, RowStiffness, StressQuantity, Units};
 use dcb_formats::{Component, SparseMatrix};
 
 use crate::component::checked;
@@ -65,6 +65,23 @@ pub fn in_units(component: &Component, scale: &UnitScale) -> Component {
     for load in &mut result.loads {
         for (value, power) in load.forces.iter_mut().zip(&rotation) {
             *value *= force * scale.length.powi(*power);
+        }
+    }
+    for stress in &mut result.stresses {
+        let unit = match stress.quantity {
+            StressQuantity::Stress => scale.mass / (scale.length * scale.time * scale.time),
+            StressQuantity::Strain => 1.0,
+        };
+        for point in &mut stress.points {
+            point.position = point.position.map(|coordinate| coordinate * scale.length);
+        }
+        let starts = stress.matrix.col_ptr().to_vec();
+        let values = stress.matrix.val_mut();
+        for (column, rotation) in rotation.iter().enumerate() {
+            let factor = unit * scale.length.powi(rotation - 1);
+            for value in &mut values[starts[column] as usize..starts[column + 1] as usize] {
+                *value *= factor;
+            }
         }
     }
     if let Some(geometric) = &mut result.geometric_stiffness {

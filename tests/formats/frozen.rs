@@ -109,6 +109,12 @@ fn frozen_files_of_version_1_0_read_as_when_they_were_written() {
 }
 
 #[test]
+fn frozen_files_of_version_1_6_read_as_when_they_were_written() {
+    read_as_then("planar-1.6");
+    read_as_then("spatial-1.6");
+}
+
+#[test]
 fn frozen_files_of_version_1_5_read_as_when_they_were_written() {
     read_as_then("planar-1.5");
     read_as_then("spatial-1.5");

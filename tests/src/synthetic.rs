@@ -3,14 +3,16 @@ use std::collections::BTreeMap;
 use std::path::Path;
 
 use dcb_formats::Error;
-use dcb_formats::component::{InterfaceKind, Role, Source, Units};
+use dcb_formats::component::{
+    InterfaceKind, Role, Source, StressComponent, StressPoint, StressQuantity, Units,
+};
 use dcb_formats::dcb::{Compression, Contents, SuperelementFile, WriteOptions, write_superelement};
 use dcb_formats::mesh::{CellBlock, Dimension, Direction, Dof, Mesh};
 use dcb_formats::output::Replace;
 use dcb_formats::superelement::{
     BoundaryRow, CouplingSource, Derivation, Enrichment, FrameKind, Inertia, InterfaceDirections,
     InterfaceFrame, LoadedForces, Modes, Moments, PartLoad, Provenance, RecoveryBasis, Residual,
-    SelectionRecord, Stiffening, Superelement,
+    SelectionRecord, Stiffening, StressField, Superelement,
 };
 use faer::Mat;
 
@@ -155,6 +157,7 @@ pub fn superelement(dimension: Dimension) -> Superelement {
         enrichment: None,
         moments: None,
         loads: Vec::new(),
+        stresses: Vec::new(),
         derivation: None,
         provenance: Provenance {
             generator: "reduce 0.1.0".to_owned(),
@@ -227,6 +230,7 @@ pub fn enriched(dimension: Dimension) -> Superelement {
             eigenvalue_bound: 6.25e7,
         }),
     });
+    of.stresses = stresses(dimension, n);
     of.derivation = Some(derivation(&of));
     of.inertia.l1 = matrix(50, dimension.coordinate_count(), n);
     of.inertia.i1.resize(n, of.inertia.i1[0]);
@@ -237,6 +241,43 @@ pub fn enriched(dimension: Dimension) -> Superelement {
         .collect();
     of.frame_kind = FrameKind::Given;
     of
+}
+
+/// Stress at two nodes and strain at one place that is none.
+fn stresses(dimension: Dimension, n: usize) -> Vec<StressField> {
+    let d = dimension.coordinate_count();
+    let point = |seed: usize, node| StressPoint {
+        position: std::array::from_fn(|axis| if axis < d { noise(98, seed, axis) } else { 0.0 }),
+        node,
+    };
+    let usual = StressComponent::usual(dimension);
+    let fields = [
+        (
+            "fillet",
+            StressQuantity::Stress,
+            usual,
+            vec![point(0, Some(2)), point(1, Some(0))],
+        ),
+        (
+            "Dehnung \"7\"",
+            StressQuantity::Strain,
+            &[StressComponent::Xy],
+            vec![point(2, None)],
+        ),
+    ];
+    let made = fields.into_iter().enumerate();
+    made.map(|(index, (name, quantity, components, points))| {
+        let rows = points.len() * components.len();
+        StressField {
+            name: name.to_owned(),
+            quantity,
+            components: components.to_vec(),
+            points,
+            shapes: matrix(99 + index, rows, n),
+            omitted: Some((0..rows).map(|row| noise(101, row, index).abs()).collect()),
+        }
+    })
+    .collect()
 }
 
 /// Two selections: the first left modes out up to a frequency, the second loads the first interface along two forces.
@@ -390,6 +431,21 @@ pub fn summary(file: &SuperelementFile) -> Result<serde_json::Value, Error> {
         "options": of.provenance.options,
         "warnings": of.provenance.warnings,
     });
+    let stresses = of.stresses.iter().map(|field| {
+        let components: Vec<&str> = field.components.iter().map(|one| one.name()).collect();
+        let points: Vec<_> = (field.points.iter())
+            .map(|point| (point.position, point.node))
+            .collect();
+        serde_json::json!([
+            field.name,
+            field.quantity.name(),
+            components,
+            points,
+            last(&field.shapes),
+            field.omitted
+        ])
+    });
+    summary["stresses"] = stresses.collect();
     summary["moments_loaded"] = loaded.into();
     let made = of.derivation.as_ref();
     summary["coupling_source"] = serde_json::json!(made.map(|made| made.coupling_source));

@@ -52,6 +52,7 @@ pub(crate) fn product(source: &Source, request: &Request<'_>) -> Result<Product,
         cells: &cells,
         points: &points,
         vectors: &vectors,
+        numbers: &[],
         marks: &[],
     };
     let mut bytes = Vec::new();

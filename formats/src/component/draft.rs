@@ -10,7 +10,10 @@ use super::label::{check_label, check_units};
 use super::operators::{
     check_boundary, check_geometric_stiffness, check_loads, check_size, symmetric,
 };
-use super::{ComponentMasses, Damping, GeometricStiffness, Interface, NamedLoad, Source, Units};
+use super::stress::check_stresses;
+use super::{
+    ComponentMasses, Damping, GeometricStiffness, Interface, NamedLoad, NamedStress, Source, Units,
+};
 use crate::SparseMatrix;
 use crate::mesh::{Dimension, DofMap, Mesh};
 
@@ -37,6 +40,8 @@ pub struct ComponentDraft {
     pub explicit_boundary: Option<SparseMatrix>,
     /// Loads on the inside, by name.
     pub loads: Vec<NamedLoad>,
+    /// Stress and strain inside, by name.
+    pub stresses: Vec<NamedStress>,
     /// Geometric stiffness, if the FE code gave it.
     pub geometric_stiffness: Option<GeometricStiffness>,
     /// Damping.
@@ -67,6 +72,7 @@ impl ComponentDraft {
             interfaces: Vec::new(),
             explicit_boundary: None,
             loads: Vec::new(),
+            stresses: Vec::new(),
             geometric_stiffness: None,
             damping: Damping::None,
             sources: Vec::new(),
@@ -120,6 +126,7 @@ impl Component {
             check_names_beside_boundary(&of.interfaces)?;
         }
         check_loads(&of.loads, n_e)?;
+        check_stresses(&of.stresses, &of.mesh, n_e)?;
         if let Some(stiffness) = &of.geometric_stiffness {
             let size = (n_e, of.mesh.dimension);
             check_geometric_stiffness(stiffness, size, &of.interfaces)?;

@@ -18,6 +18,8 @@ pub enum Place {
     Boundary,
     /// One of the loads.
     Load(usize),
+    /// One of the stress matrices.
+    Stress(usize),
     /// The geometric stiffness of a product of spins.
     SpinStiffness(usize),
     /// The geometric stiffness of a unit force on a row of an interface.
@@ -33,6 +35,7 @@ impl fmt::Display for Place {
             Self::ComponentMass(index) => write!(f, "component_masses[{index}]"),
             Self::Boundary => f.write_str("explicit_boundary"),
             Self::Load(index) => write!(f, "loads[{index}]"),
+            Self::Stress(index) => write!(f, "stresses[{index}]"),
             Self::SpinStiffness(index) => write!(f, "geometric_stiffness.spins[{index}]"),
             Self::RowStiffness(index) => write!(f, "geometric_stiffness.rows[{index}]"),
         }

@@ -52,6 +52,7 @@ mod label;
 mod mass_moments;
 mod operators;
 mod stiffening;
+mod stress;
 
 use schemars::JsonSchema;
 use serde::Deserialize;
@@ -70,6 +71,9 @@ pub(crate) use label::{check_label, check_units};
 pub use operators::ROUNDING_ASYMMETRY;
 pub(crate) use operators::asymmetry_note;
 pub use stiffening::UnknownPrestress;
+pub use stress::{
+    NamedStress, StressComponent, StressPoint, StressQuantity, have_von_mises, von_mises,
+};
 
 /// The unit system, as the component names it. Every number of the component and of its superelement is in
 /// these units and their products (force = mass·length/time²).

@@ -52,6 +52,7 @@ impl ComponentFiles {
             .filter_map(|(role, path)| Some((role.to_owned(), path?.clone())))
             .chain(masses)
             .chain(further("load", &self.loads))
+            .chain(further("stress", &self.stresses))
             .chain(further("stiffening", &self.stiffening))
             .collect()
     }

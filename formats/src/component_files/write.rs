@@ -11,7 +11,8 @@ use serde_json::{Map, Value, json};
 
 use super::with_ending;
 use crate::component::{
-    ComponentDraft, ComponentMasses, Damping, GeometricStiffness, Interface, Role, Weights,
+    ComponentDraft, ComponentMasses, Damping, GeometricStiffness, Interface, NamedStress, Role,
+    Weights,
 };
 use crate::mesh::{MatrixRow, Mesh};
 use crate::output::{Replace, WholeFile, write_stream, write_together};
@@ -30,7 +31,7 @@ enum Storage {
 const COLUMN_BATCH: usize = 8192;
 
 /// Writes a component as the files that [`read_component`](super::read_component) reads, all of them or none: `stem.mtx`, `stem.mass.mtx`, `stem.json`, one
-/// `stem.mass.xx.mtx` … per component mass, `stem.boundary.mtx` for explicit rows, `stem.stiffening.xx.mtx` … and `stem.load.NAME.mtx`; returns their
+/// `stem.mass.xx.mtx` … per component mass, `stem.boundary.mtx` for explicit rows, `stem.stiffening.xx.mtx` …, `stem.stress.NAME.mtx` and `stem.load.NAME.mtx`; returns their
 /// paths. The folder has to be there.
 ///
 /// # Errors
@@ -45,6 +46,12 @@ pub fn write_component(
         files.push(WholeFile {
             target: with_ending(stem, &format!("{suffix}.mtx")),
             fill: Box::new(move |out| write_matrix(out, matrix, storage)),
+        });
+    }
+    for stress in &component.stresses {
+        files.push(WholeFile {
+            target: with_ending(stem, &format!(".stress.{}.mtx", stress.name)),
+            fill: Box::new(|out| write_matrix(out, &stress.matrix, Storage::General)),
         });
     }
     for load in &component.loads {
@@ -236,6 +243,12 @@ fn component_key(component: &ComponentDraft) -> Value {
         .map(|one| interface(one, &component.mesh))
         .collect();
     key.insert("interfaces".into(), Value::from(interfaces));
+    if !component.stresses.is_empty() {
+        let stresses: Map<String, Value> = (component.stresses.iter())
+            .map(|one| (one.name.clone(), stress(one, &component.mesh)))
+            .collect();
+        key.insert("stresses".into(), Value::Object(stresses));
+    }
     match &component.damping {
         Damping::None => None,
         Damping::Uniform(ratio) => Some(json!({"modal": ratio})),
@@ -259,6 +272,21 @@ fn dofs(component: &ComponentDraft) -> Value {
             })
             .collect(),
     }
+}
+
+fn stress(stress: &NamedStress, mesh: &Mesh) -> Value {
+    let names: Vec<&str> = stress.components.iter().map(|one| one.name()).collect();
+    let nodes: Option<Vec<u32>> = stress.points.iter().map(|point| point.node).collect();
+    let d = mesh.dimension.coordinate_count();
+    let positions = || {
+        let points = stress.points.iter();
+        points.map(|point| json!(&point.position[..d])).collect()
+    };
+    let (key, places): (_, Value) = match nodes {
+        Some(nodes) => ("nodes", json!(nodes)),
+        None => ("positions", positions()),
+    };
+    json!({"quantity": stress.quantity.name(), "components": names, key: places})
 }
 
 fn interface(interface: &Interface, mesh: &Mesh) -> Value {

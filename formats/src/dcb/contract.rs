@@ -44,6 +44,12 @@ pub(super) enum Axis {
     SelectedModes,
     /// n_v.
     SelectedForces,
+    /// Stress fields.
+    StressFields,
+    /// Places of all stress fields.
+    StressPoints,
+    /// Rows of all stress fields.
+    StressRows,
 }
 
 /// The numbers that all shapes follow from.
@@ -63,6 +69,9 @@ pub(super) struct Counts {
     pub(super) selections: usize,
     pub(super) selected_modes: usize,
     pub(super) selected_forces: usize,
+    pub(super) stress_fields: usize,
+    pub(super) stress_points: usize,
+    pub(super) stress_rows: usize,
 }
 
 impl Counts {
@@ -89,6 +98,9 @@ impl Counts {
             Axis::Selections => self.selections,
             Axis::SelectedModes => self.selected_modes,
             Axis::SelectedForces => self.selected_forces,
+            Axis::StressFields => self.stress_fields,
+            Axis::StressPoints => self.stress_points,
+            Axis::StressRows => self.stress_rows,
         }
     }
 
@@ -115,6 +127,8 @@ pub(super) enum Presence {
     Enriched,
     /// Where there are named loads.
     Loaded,
+    /// All or none of the datasets with this mark.
+    Stressed,
     /// All or none of the datasets with this mark.
     Estimated,
     /// Where the file says how it was made.

@@ -6,7 +6,7 @@ use super::contract::Axis::{
     Residual, Rigid, Rows, SelectedForces, SelectedModes, Selections,
 };
 use super::contract::Presence::{
-    Derived, Enriched, Estimated, Fields, Loaded, Optional, Required, Selected, Spatial,
+    Derived, Enriched, Estimated, Fields, Loaded, Optional, Required, Selected, Spatial, Stressed,
 };
 use super::contract::{Axis, Dataset, Presence};
 use super::units::{
@@ -437,6 +437,69 @@ pub(super) const DATASETS: &[Dataset] = &[
         "f^T Psi",
         Rule::Product(&[SAME, Factor::PerCoordinate(MOMENT)]),
         "work of each load on the columns of the basis (since 1.1)",
+    ),
+    same(
+        "/stress/names",
+        Text,
+        &[Axis::StressFields],
+        Stressed,
+        "",
+        PLAIN,
+        "unique names of stress and strain fields inside the part (since 1.6)",
+    ),
+    same(
+        "/stress/quantities",
+        Text,
+        &[Axis::StressFields],
+        Stressed,
+        "",
+        PLAIN,
+        "stress or strain; shear strains are those of the tensor (since 1.6)",
+    ),
+    same(
+        "/stress/points",
+        Real,
+        &[Axis::StressPoints, Coordinates],
+        Stressed,
+        "",
+        LENGTHS,
+        "places, field after field, body frame (since 1.6)",
+    ),
+    same(
+        "/stress/point_fields",
+        Integer,
+        &[Axis::StressPoints, Fixed(2)],
+        Stressed,
+        "",
+        PLAIN,
+        "per place: index of its field, node that it is at or -1 (since 1.6)",
+    ),
+    same(
+        "/stress/rows",
+        Integer,
+        &[Axis::StressRows, Fixed(2)],
+        Stressed,
+        "",
+        PLAIN,
+        "per row: index of its place, component 0 to 5 in xx yy zz xy yz zx (since 1.6)",
+    ),
+    same(
+        "/stress/shapes",
+        Real,
+        &[Axis::StressRows, Basis],
+        Stressed,
+        "S Psi",
+        Rule::Product(&[Factor::StressRow(ONE), Factor::PerCoordinate(ONE)]),
+        "stress or strain of each column of the basis (since 1.6)",
+    ),
+    same(
+        "/stress/omitted",
+        Real,
+        &[Axis::StressRows],
+        Optional,
+        "sqrt(s G_o s^T)",
+        Rule::Product(&[Factor::StressRow(TIME.over(MODAL))]),
+        "how much of each row the kept modes leave out, over the root of energy (since 1.6)",
     ),
     same(
         "/reduced/mass",

@@ -34,7 +34,7 @@ compile_error!("`.dcb.h5` data are little-endian and are read and written withou
 pub const FORMAT: &str = "dcb-superelement";
 
 /// The version this program writes; it reads every minor version of the same major version.
-pub const FORMAT_VERSION: FormatVersion = FormatVersion { major: 1, minor: 5 };
+pub const FORMAT_VERSION: FormatVersion = FormatVersion { major: 1, minor: 6 };
 
 /// How the field arrays (and only they) are stored.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]

@@ -59,6 +59,9 @@ pub(super) fn count(inventory: &Inventory) -> Result<Counts, Finding> {
             0,
             "/derivation/selection_first_omitted_eigenvalues",
         )?,
+        stress_fields: optional("/stress/names", 0)?,
+        stress_points: either("/stress/points", 0, "/stress/point_fields")?,
+        stress_rows: either("/stress/rows", 0, "/stress/shapes")?,
         selected_modes: optional("/derivation/selection_modes", 0)?,
         selected_forces: either(
             "/derivation/selection_forces",
@@ -115,6 +118,7 @@ fn is_required(dataset: &Dataset, inventory: &Inventory, counts: &Counts) -> boo
         Presence::Spatial => counts.dimension == Dimension::Spatial,
         Presence::Optional => false,
         Presence::Fields => any(Presence::Fields),
+        Presence::Stressed => any(Presence::Stressed),
         Presence::Estimated => any(Presence::Estimated),
         Presence::Selected => any(Presence::Selected),
         Presence::Derived => {

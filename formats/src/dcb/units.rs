@@ -4,7 +4,7 @@
 //! column's is the force or moment of its row, a further column's is 1. Every entry's unit follows from those of
 //! its row and its column.
 
-use crate::component::Units;
+use crate::component::{StressQuantity, Units};
 use crate::superelement::BoundaryRow;
 
 /// mass^(m/2) · length^(l/2) · time^(t/2): half exponents, because mass-normalized shapes have 1/√mass.
@@ -47,6 +47,7 @@ pub(super) const FORCE: Unit = Unit {
     length: 2,
     time: -4,
 };
+const STRESS: Unit = FORCE.over(LENGTH).over(LENGTH);
 pub(super) const MOMENT: Unit = FORCE.times(LENGTH);
 /// Displacements `ux uy uz rx ry rz`.
 const FIELD_DIRECTIONS: [Unit; 6] = [LENGTH, LENGTH, LENGTH, ONE, ONE, ONE];
@@ -139,6 +140,8 @@ pub(super) enum Factor {
     StiffnessPerCoordinate,
     /// One attachment or further column each: the unit given over the coordinate's.
     PerResidual(Unit),
+    /// One row of a stress field each: stress or strain, times the unit given.
+    StressRow(Unit),
     /// One field dof each, displacement: told by dof index through `/fields/dofs`.
     Field,
 }
@@ -165,6 +168,7 @@ pub(super) struct UnitSystem<'a> {
     pub(super) rows: &'a [BoundaryRow],
     pub(super) mode_count: usize,
     pub(super) enrichment_count: usize,
+    pub(super) stress_rows: &'a [StressQuantity],
     pub(super) fields_have_rotations: bool,
 }
 
@@ -250,6 +254,12 @@ impl UnitSystem<'_> {
             Factor::PerResidual(top) => columns(top).split_off(self.mode_count),
             Factor::MassPerCoordinate => columns(MODAL),
             Factor::StiffnessPerCoordinate => columns(MODAL.over(TIME)),
+            Factor::StressRow(unit) => (self.stress_rows.iter())
+                .map(|quantity| match quantity {
+                    StressQuantity::Stress => STRESS.times(unit),
+                    StressQuantity::Strain => unit,
+                })
+                .collect(),
             Factor::Field if self.fields_have_rotations => FIELD_DIRECTIONS.to_vec(),
             Factor::Field => vec![LENGTH],
         }

@@ -1,7 +1,7 @@
 //! The component file as it stands on disk. The texts here are the descriptions in the published JSON schema.
 
-use crate::component::{InterfaceKind, Role};
-use crate::named::Object;
+use crate::component::{InterfaceKind, Role, StressComponent, StressQuantity};
+use crate::named::{Named, Object, unique};
 use schemars::JsonSchema;
 use serde::Deserialize;
 use serde::de::IgnoredAny;
@@ -70,7 +70,7 @@ pub struct CellPart {
     pub data: Connectivity,
 }
 
-/// Name, units, dofs, interfaces and damping of the component.
+/// Name, units, dofs, interfaces, stresses and damping of the component.
 #[derive(Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 #[schemars(rename = "Component")]
@@ -86,6 +86,10 @@ pub struct ComponentPart {
     /// Where forces act and motion is observed, in row order.
     #[serde(default)]
     pub interfaces: Vec<Object<InterfacePart>>,
+    /// Stress and strain matrices `part.stress.NAME.mtx` by NAME: what their rows are.
+    #[serde(default, deserialize_with = "unique")]
+    #[schemars(with = "std::collections::BTreeMap<String, StressPart>")]
+    pub stresses: Named<Object<StressPart>>,
     /// Damping; none where absent.
     #[serde(default)]
     pub damping: Option<Object<DampingPart>>,
@@ -141,6 +145,28 @@ pub struct InterfacePart {
     /// `attachment` (the default) or `output`.
     #[serde(default)]
     pub role: Option<Role>,
+}
+
+/// Rows of a stress matrix: place after place, at each its components. Exactly one of `point_set`, `nodes` and `positions` says where.
+#[derive(Debug, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+#[schemars(rename = "Stress", extend("oneOf" = [{"required": ["point_set"]}, {"required": ["nodes"]}, {"required": ["positions"]}]))]
+pub struct StressPart {
+    /// `stress` (the default) or `strain`; shear strains are those of the tensor, half of the engineering ones.
+    #[serde(default)]
+    pub quantity: StressQuantity,
+    /// Name of a set in `point_sets`.
+    #[serde(default)]
+    pub point_set: Option<String>,
+    /// 0-based node ids.
+    #[serde(default)]
+    pub nodes: Option<NodeList>,
+    /// Places in component coordinates, for example integration points.
+    #[serde(default)]
+    pub positions: Option<Points>,
+    /// Components at each place, in the order of the rows: all six, planar `xx`, `yy`, `xy` where absent.
+    #[serde(default)]
+    pub components: Option<Vec<StressComponent>>,
 }
 
 /// Exactly one of `modal` and `rayleigh`.

@@ -143,6 +143,14 @@ impl FrequencyResponse {
         }
     }
 
+    /// The lowest frequency, cycles per time.
+    pub fn lowest(&self) -> f64 {
+        match &self.frequencies {
+            Frequencies::List(list) => list.first().copied().unwrap_or(0.0),
+            Frequencies::Range(range) => range.from,
+        }
+    }
+
     pub(super) fn check(&self, location: &str) -> Result<(), Error> {
         self.check_frequencies(&format!("{location}.frequencies"))?;
         match &self.damping {

@@ -61,6 +61,7 @@ pub use load::{Load, LoadAxes, LoadFunction, PartLoadFunction};
 pub use observed::{
     AngularMomentum, AtPlace, ChordDeflection, MassPoint, MeshNode, MomentPoint, OfActuator,
     OfBody, OfDrive, OfJoint, OfMass, OfSpring, OfSuperelement, Reaction, ReactionAxes,
+    StressMeasure, StressOutput,
 };
 pub use output::Output;
 pub(crate) use read::{UnitNames, dimension};

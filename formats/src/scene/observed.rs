@@ -97,6 +97,35 @@ pub struct OfSuperelement {
     pub body: String,
 }
 
+/// Stress or strain inside a superelement.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct StressOutput {
+    /// Name of a superelement's body.
+    pub body: String,
+    /// Name of a stress field of its file.
+    pub field: String,
+    /// Place of the field, from 0; all places where absent.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub place: Option<usize>,
+    /// Which numbers.
+    #[serde(default)]
+    pub measure: StressMeasure,
+}
+
+/// Numbers of a stress field, computed after all coordinates were superposed.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum StressMeasure {
+    /// Every component, body axes.
+    #[default]
+    Components,
+    /// Von Mises' equivalent stress.
+    VonMises,
+    /// The largest equivalent stress of all places, and the place that has it.
+    LargestVonMises,
+}
+
 /// A body.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]

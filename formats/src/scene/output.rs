@@ -7,6 +7,7 @@ use super::check::Checker;
 use super::observed::{
     AngularMomentum, AtPlace, ChordDeflection, MassPoint, MeshNode, MomentPoint, OfActuator,
     OfBody, OfDrive, OfJoint, OfMass, OfSpring, OfSuperelement, Reaction, ReactionAxes,
+    StressOutput,
 };
 use super::{Joint, Scene};
 use crate::Error;
@@ -94,6 +95,9 @@ pub enum Output {
     /// Coordinates of the deflection of a superelement.
     #[serde(deserialize_with = "object")]
     Modal(OfSuperelement),
+    /// Stress or strain at places of a superelement, body axes.
+    #[serde(deserialize_with = "object")]
+    Stress(StressOutput),
     /// Kinetic, elastic and potential energy, and the work of drives, loads and dampers.
     Energy,
 }
@@ -128,6 +132,7 @@ impl Output {
             Self::SpringForce(_) => "spring_force",
             Self::ActuatorEffort(_) => "actuator_effort",
             Self::Modal(_) => "modal",
+            Self::Stress(_) => "stress",
             Self::Energy => "energy",
         }
     }
@@ -175,6 +180,7 @@ impl Output {
             | Self::SpringForce(_)
             | Self::ActuatorEffort(_)
             | Self::Modal(_)
+            | Self::Stress(_)
             | Self::Energy => Vec::new(),
         }
     }
@@ -247,6 +253,7 @@ impl Output {
             | Self::NodePosition(MeshNode { body, .. })
             | Self::NodeVelocity(MeshNode { body, .. })
             | Self::NodeAcceleration(MeshNode { body, .. })
+            | Self::Stress(StressOutput { body, .. })
             | Self::Modal(OfSuperelement { body }) => {
                 checker.superelement(&format!("{location}.body"), body)
             }

@@ -23,8 +23,21 @@ pub struct Grid<'a> {
     pub points: &'a [Vector3<f64>],
     /// Vectors at the nodes with their names, as many as there are nodes.
     pub vectors: &'a [(&'a str, &'a [Vector3<f64>])],
+    /// Numbers at the nodes.
+    pub numbers: &'a [Numbers<'a>],
     /// Marks at the nodes with their names, as many.
     pub marks: &'a [(&'a str, &'a [u8])],
+}
+
+/// Some numbers at each node: one, or six of a symmetric tensor in the order xx yy zz xy yz zx, which ParaView knows.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Numbers<'a> {
+    /// Name.
+    pub name: &'a str,
+    /// How many at each node.
+    pub count: usize,
+    /// Node after node; NaN where there is none.
+    pub values: &'a [f64],
 }
 
 impl Grid<'_> {
@@ -67,48 +80,28 @@ impl Grid<'_> {
             |of: &[i64]| -> Vec<u8> { of.iter().flat_map(|value| value.to_le_bytes()).collect() };
         xml.create_element("PointData").write_inner_content(|xml| {
             for (name, values) in self.vectors {
-                write_array(xml, name, "Float64", Shape::Vectors, &vectors(values))?;
+                write_array(xml, name, "Float64", 3, &vectors(values))?;
+            }
+            for numbers in self.numbers {
+                let values = numbers.values.iter();
+                let bytes: Vec<u8> = values.flat_map(|value| value.to_le_bytes()).collect();
+                write_array(xml, numbers.name, "Float64", numbers.count, &bytes)?;
             }
             for (name, values) in self.marks {
-                write_array(xml, name, "UInt8", Shape::Scalars, values)?;
+                write_array(xml, name, "UInt8", 1, values)?;
             }
             Ok(())
         })?;
         xml.create_element("Points").write_inner_content(|xml| {
-            write_array(
-                xml,
-                "Points",
-                "Float64",
-                Shape::Vectors,
-                &vectors(self.points),
-            )
+            write_array(xml, "Points", "Float64", 3, &vectors(self.points))
         })?;
         xml.create_element("Cells").write_inner_content(|xml| {
-            write_array(
-                xml,
-                "connectivity",
-                "Int64",
-                Shape::Scalars,
-                &integers(&cells.nodes),
-            )?;
-            write_array(
-                xml,
-                "offsets",
-                "Int64",
-                Shape::Scalars,
-                &integers(&cells.ends),
-            )?;
-            write_array(xml, "types", "UInt8", Shape::Scalars, &cells.types)
+            write_array(xml, "connectivity", "Int64", 1, &integers(&cells.nodes))?;
+            write_array(xml, "offsets", "Int64", 1, &integers(&cells.ends))?;
+            write_array(xml, "types", "UInt8", 1, &cells.types)
         })?;
         Ok(())
     }
-}
-
-/// Shape of an array's entry for each node or cell.
-#[derive(Clone, Copy)]
-enum Shape {
-    Scalars,
-    Vectors,
 }
 
 /// One array: the number of its bytes and the bytes themselves, little-endian, coded together.
@@ -116,15 +109,13 @@ fn write_array<W: Write>(
     xml: &mut Writer<W>,
     name: &str,
     element: &str,
-    shape: Shape,
+    components: usize,
     bytes: &[u8],
 ) -> io::Result<()> {
     let mut block = (bytes.len() as u64).to_le_bytes().to_vec();
     block.extend_from_slice(bytes);
-    let components = match shape {
-        Shape::Scalars => None,
-        Shape::Vectors => Some(("NumberOfComponents", "3")),
-    };
+    let count = components.to_string();
+    let components = (components != 1).then_some(("NumberOfComponents", count.as_str()));
     xml.create_element("DataArray")
         .with_attributes([("type", element), ("Name", name), ("format", "binary")])
         .with_attributes(components)

@@ -38,6 +38,7 @@ pub const LOSS_FACTOR: f64 = 0.02;
 pub const MASS_TOLERANCE: f64 = 1e-10;
 
 pub mod error_bounds;
+pub mod measured;
 pub mod selection;
 
 // No part of the door: for the other crates of this workspace and its tests.
@@ -52,6 +53,7 @@ mod multiple_roots;
 mod receptance;
 mod residual_coordinates;
 mod residual_filter;
+mod stress_error;
 
 pub use dynamic_coordinates::DynamicCoordinates;
 pub use error::{Asymmetry, Error};
@@ -63,3 +65,4 @@ pub use receptance::Receptance;
 pub use residual_coordinates::{NoCoordinates, ResidualCoordinates};
 pub use residual_filter::{NotFinite, ResidualFilter};
 pub use selection::Selection;
+pub use stress_error::stress_errors;

@@ -247,6 +247,7 @@ pub(crate) fn superelement(
         },
         residual,
         loads: loads(parts, &columns, whole.centre),
+        stresses: Vec::new(),
         inertia,
         stiffening: Stiffening::default(),
         enrichment: None,

@@ -20,6 +20,7 @@ mod report;
 mod responses;
 mod spot;
 mod spring;
+mod stresses;
 mod whole;
 
 use std::path::PathBuf;
@@ -52,6 +53,7 @@ use report::Known;
 use responses::estimate;
 use spot::{Place, refuse_observed};
 use spring::sprung;
+use stresses::stresses;
 use whole::Whole;
 
 /// Gap of places that are joined, by the size of the whole, where nothing is said.
@@ -240,9 +242,10 @@ pub fn assemble(
     let certified = certified.filter(|of: &Certified| {
         of.eigenvalue_bound > 0.0 && of.eigenvalue_errors.iter().all(|error| *error < f64::MAX)
     });
-    let (element, columns, coupling) = superelement(
+    let (mut element, columns, coupling) = superelement(
         assembly, &parts, &whole, &closing, chosen, &basis, certified,
     )?;
+    element.stresses = stresses(&parts, &columns, centre, &first_nodes(&insides));
     let responses = match (&count, basis.eigenvalues.last()) {
         (Ok(count), Some(highest)) => {
             estimate(&parts, &whole, &closing, 0.25 * highest, count.limit)

@@ -44,6 +44,13 @@ pub(crate) const REDUCE: &[Examples] = &[
             "reduce assemble machine.json --max-frequency 500 -o machine.dcb.h5",
         ],
     ),
+    (
+        "update",
+        &[
+            "reduce update part.dcb.h5 --measured modes.csv",
+            "reduce update part.dcb.h5 --measured modes.csv --replace damping",
+        ],
+    ),
     ("compare", &["reduce compare coarse.dcb.h5 fine.dcb.h5"]),
     ("report", &["reduce report part.dcb.h5 -o part.html"]),
     ("export", &["reduce export part.dcb.h5 --to gltf"]),

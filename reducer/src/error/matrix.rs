@@ -88,6 +88,28 @@ pub enum MatrixRefusal {
         "the mass matrix gives the part no inertia against some rigid motion, and the stiffness matrix resists rigid motions as a mass does: are the two swapped?"
     )]
     Swapped,
+    /// A stress row sees a rigid motion.
+    #[error(transparent)]
+    Stress(#[from] StressRow),
+}
+
+/// A row of a stress matrix that sees a rigid motion of the part as stress.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[error(
+    "component.stresses.{field}: row {} ({component} at place {place}, from 0) of its matrix makes stress of a rigid motion, {defect:.1e} of its entries' sum where only rounding is expected; its columns must be the rows of the stiffness matrix, in the same order and axes",
+    row + 1
+)]
+pub struct StressRow {
+    /// Field.
+    pub field: String,
+    /// Row of the matrix.
+    pub row: usize,
+    /// Place, from 0.
+    pub place: usize,
+    /// Component.
+    pub component: &'static str,
+    /// |s r| over Σ |s_i r_i|.
+    pub defect: f64,
 }
 
 /// K or M.
@@ -137,6 +159,7 @@ impl MatrixRefusal {
             | Self::NoMass { .. }
             | Self::NoInertia
             | Self::Swapped => Input::Mass,
+            Self::Stress(_) => Input::Description,
         }
     }
 }

@@ -19,7 +19,7 @@ pub use self::body::{BodyRefusal, PieceSize, Softness};
 pub use self::command::{CommandRefusal, Occupied, RanksRefusal};
 pub use self::interface::InterfaceRefusal;
 pub use self::lacking::Lacking;
-pub use self::matrix::{Matrix, MatrixRefusal};
+pub use self::matrix::{Matrix, MatrixRefusal, StressRow};
 pub(crate) use self::places::LISTED;
 pub use self::places::Places;
 pub use self::shortfall::{BrokenLimit, ErrorFound, LimitedBy, Shortfall};
@@ -270,6 +270,7 @@ mod tests {
             description: "rod.json".into(),
             boundary: Some("rod.boundary.mtx".into()),
             loads: Vec::new(),
+            stresses: Vec::new(),
             stiffening: Vec::new(),
         };
         let no_mass = MatrixRefusal::NoMass {

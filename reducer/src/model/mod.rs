@@ -12,4 +12,5 @@ pub mod plausibility;
 pub mod rigid_body;
 pub mod rigid_frame;
 pub mod shift;
+pub(crate) mod stresses;
 pub mod surface;

@@ -66,6 +66,7 @@ pub(crate) fn assembled(
         enrichment: projection.enrichment,
         moments: basis.moments,
         loads: projection.loads,
+        stresses: projection.stresses,
         derivation: Some(derivation(&quality, component.dofs.internal_count())),
         provenance: Provenance {
             generator: format!("dcb-reducer {}", env!("CARGO_PKG_VERSION")),

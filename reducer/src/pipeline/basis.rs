@@ -7,6 +7,7 @@ use faer::Mat;
 
 use crate::attachments::enrichment::FurtherColumns;
 use crate::attachments::interface_reduction::InterfaceModes;
+use crate::attachments::omitted_stress::omitted_stress;
 use crate::attachments::residual::ResidualFlexibility;
 use crate::error::Error;
 use crate::mode_selection::ModeSelection;
@@ -31,6 +32,8 @@ pub(crate) struct Basis {
     pub moments: Option<Moments>,
     /// Why there are none, where they are wanted.
     pub missing_moments: Option<String>,
+    /// What the modes leave out of each field's stress rows.
+    pub omitted_stress: Option<Vec<Vec<f64>>>,
     pub sturm: Sturm,
 }
 
@@ -64,6 +67,7 @@ struct Columns {
     residual: ResidualFlexibility,
     further: Option<FurtherColumns>,
     moments: Result<Option<PowerMoments>, String>,
+    omitted_stress: Option<Vec<Vec<f64>>>,
 }
 
 impl<'a> BasisSearch<'a> {
@@ -237,10 +241,15 @@ impl<'a> BasisSearch<'a> {
                 }
             }
         };
+        let omitted_stress = match self.options.estimate {
+            EstimateChoice::LeftOut => None,
+            EstimateChoice::Computed => omitted_stress(&of, positive, observer)?,
+        };
         Ok(Columns {
             residual,
             further,
             moments,
+            omitted_stress,
         })
     }
 }
@@ -260,6 +269,7 @@ impl Columns {
             further: self.further,
             moments,
             missing_moments,
+            omitted_stress: self.omitted_stress,
             sturm,
         }
     }

@@ -12,6 +12,7 @@ use crate::model::mass_sign::refuse_indefinite_mass;
 use crate::model::piece_motions::Pieces;
 use crate::model::rigid_body::{MassProperties, RigidBodyModes, StiffnessDefects};
 use crate::model::shift::SpectrumScale;
+use crate::model::stresses::refuse_rigid_stress;
 use crate::modes::free_modes::FreeModes;
 use crate::pipeline::diagnosis::{LoosePieces, Support, check_rows, support};
 use crate::pipeline::reduction::Reduction;
@@ -41,6 +42,7 @@ impl<'a> FreeBody<'a> {
     pub fn of(component: &'a Component) -> Result<Self, Error> {
         check_rows(component)?;
         let properties = MassProperties::of(component)?;
+        refuse_rigid_stress(component, properties.centre)?;
         let model = Model::of(component)?;
         let localization = Localization::of(component, &model)?;
         let rigid = RigidBodyModes::of(component, &model, &properties)?;

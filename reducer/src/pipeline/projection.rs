@@ -1,8 +1,8 @@
-//! Mass, geometric stiffness and loads of the body over the basis Ψ = [Φ, G_res L_bᵀ, X], and Ψ over all degrees of freedom of the
+//! Mass, geometric stiffness, loads and stresses of the body over the basis Ψ = [Φ, G_res L_bᵀ, X], and Ψ over all degrees of freedom of the
 //! component.
 
 use dcb_formats::superelement::CouplingSource;
-use dcb_formats::superelement::{Enrichment, Inertia, PartLoad, Stiffening};
+use dcb_formats::superelement::{Enrichment, Inertia, PartLoad, Stiffening, StressField};
 use faer::Mat;
 
 use crate::attachments::enrichment::FurtherColumns;
@@ -11,6 +11,7 @@ use crate::inertia::part_loads::part_loads;
 use crate::inertia::stiffening::stiffening;
 use crate::model::condensation::CowMat;
 use crate::model::rigid_body::StiffnessDefects;
+use crate::model::stresses::stress_fields;
 use crate::pipeline::basis::Basis;
 use crate::pipeline::free_body::FreeBody;
 use crate::quality::Quality;
@@ -21,6 +22,7 @@ pub(crate) struct Projection {
     pub couplings: CouplingSource,
     pub stiffening: Stiffening,
     pub loads: Vec<PartLoad>,
+    pub stresses: Vec<StressField>,
     /// Further columns as the interfaces see them.
     pub enrichment: Option<Enrichment>,
     /// Φ over all dofs of the component, (n_e, n_k), where these are not the model's.
@@ -60,6 +62,12 @@ impl Projection {
             couplings,
             stiffening: stiffening(component, localization, &psi),
             loads: part_loads(component, properties.centre, &psi),
+            stresses: stress_fields(
+                component,
+                properties.centre,
+                &psi,
+                basis.omitted_stress.clone(),
+            ),
             enrichment: further.as_ref().map(stored),
             modes: phi.computed(),
             residual: x.computed(),

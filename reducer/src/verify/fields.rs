@@ -7,7 +7,7 @@ use dcb_sparse::factorization::SymmetricFactor;
 use faer::Mat;
 
 use super::findings::{AGREEMENT, Findings};
-use super::further::{check_further, check_loads, check_stiffening};
+use super::further::{check_further, check_loads, check_stiffening, check_stresses};
 use super::interfaces::{check_interface_reduction, reported_reduction};
 use super::moments::check_moments;
 use crate::attachments::interface_reduction::InterfaceReduction;
@@ -210,6 +210,7 @@ impl Stored<'_> {
         check_further(element, further, &of, findings)?;
         check_stiffening(element, &psi, &of, findings);
         check_loads(element, &psi, &of, findings);
+        check_stresses(element, &psi, &of, findings);
         if let (Some(stored), Some(computed)) = (&element.moments, moments) {
             let certified = sturm.counted == sturm.found;
             check_moments(

@@ -1,7 +1,8 @@
-//! Contents of a superelement beside modes and attachments, against the component: further columns, geometric stiffening, named loads.
+//! Contents of a superelement beside modes and attachments, against the component: further columns, geometric stiffening, named loads,
+//! stress fields.
 
 use dcb_formats::Superelement;
-use dcb_formats::superelement::PartLoad;
+use dcb_formats::superelement::{PartLoad, StressField};
 use dcb_sparse::block_algebra::largest_entry;
 use faer::{Mat, MatRef};
 
@@ -11,6 +12,7 @@ use crate::attachments::enrichment::{FurtherColumns, Reducing};
 use crate::error::Error;
 use crate::inertia::part_loads::part_loads;
 use crate::inertia::stiffening::stiffening;
+use crate::model::stresses::stress_fields;
 use crate::quality::ORTHOGONALITY_LIMIT;
 
 /// Further columns: that they are the responses that their names say, and the reduced matrices with them.
@@ -137,4 +139,39 @@ pub fn check_loads(
         worst = differences.fold(worst, f64::max);
     }
     findings.check("named loads", worst, AGREEMENT);
+}
+
+/// Stress fields against products of the component's rows with the basis.
+pub fn check_stresses(
+    element: &Superelement,
+    basis: &[MatRef<'_, f64>],
+    of: &Reducing<'_>,
+    findings: &mut Findings,
+) {
+    let computed = stress_fields(of.component, of.properties.centre, basis, None);
+    if element.stresses.is_empty() && computed.is_empty() {
+        return;
+    }
+    let is_same = |a: &StressField, b: &StressField| {
+        a.name == b.name && a.components == b.components && a.points.len() == b.points.len()
+    };
+    let pairs = || element.stresses.iter().zip(&computed);
+    let same = element.stresses.len() == computed.len() && pairs().all(|(a, b)| is_same(a, b));
+    findings.require(
+        "stress fields are those of the component",
+        same,
+        &format!(
+            "{}, and {} of the component",
+            element.stresses.len(),
+            computed.len()
+        ),
+    );
+    if !same {
+        return;
+    }
+    let differences = pairs().map(|(a, b)| {
+        let size = largest_entry(b.shapes.as_ref()).max(f64::MIN_POSITIVE);
+        largest_entry((&a.shapes - &b.shapes).as_ref()) / size
+    });
+    findings.check("stress fields", differences.fold(0.0, f64::max), AGREEMENT);
 }

@@ -69,6 +69,7 @@ impl FlexibleBody {
             further_transform: Mat::zeros(0, 0),
             interface_stiffening: Vec::new(),
             loads: Vec::new(),
+            stresses: Vec::new(),
             residual_flexibility: None,
             residual_mass: None,
             growing: None,

@@ -17,6 +17,7 @@
 mod attachment;
 mod generalized;
 mod rigid;
+mod stress;
 mod superelement;
 
 use std::path::Path;
@@ -34,6 +35,7 @@ pub use dcb_formats::scene::Compatibility;
 use dcb_superelement::MadeFor;
 pub use generalized::GeneralizedBody;
 pub use rigid::{RigidBody, RigidPoint};
+pub use stress::BodyStress;
 
 /// Largest cosine between a rigid motion and a column of Ψ_r that still counts as rounding. The reducer holds the file's
 /// columns to 1e-8 of their size with no mode kept, and T_r magnifies weak attachments.
@@ -106,6 +108,8 @@ pub struct FlexibleBody {
     pub interface_stiffening: Vec<Mat<f64>>,
     /// Loads on the inside that a scene may apply.
     pub loads: Vec<BodyLoad>,
+    /// Stress and strain fields that a scene may look at.
+    pub stresses: Vec<BodyStress>,
     /// Inertia about the centre of mass and its dependence on y.
     pub inertia: FrameInertia,
     /// (N, n): the coordinates that the body was given in are this matrix times y.

@@ -139,6 +139,7 @@ impl FlexibleBody {
             further_transform: none.clone(),
             interface_stiffening: Vec::new(),
             loads: Vec::new(),
+            stresses: Vec::new(),
             residual_flexibility: None,
             residual_mass: None,
             growing: None,

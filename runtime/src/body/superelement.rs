@@ -5,6 +5,7 @@ use dcb_superelement::{DynamicCoordinates, MadeFor};
 use faer::{ColRef, Mat, MatRef};
 use nalgebra::Vector3;
 
+use super::stress::BodyStress;
 use super::{BodyLoad, Compatibility, FlexibleBody, GrowingDirections, MEAN_AXIS_LIMIT};
 use crate::error::Error;
 use crate::frame::{AttachmentMass, FrameInertia, FrameMomentum};
@@ -38,7 +39,11 @@ impl FlexibleBody {
             .iter()
             .map(|of_row| columns.transpose() * of_row * &columns)
             .collect();
+        let stress =
+            |field| BodyStress::of(field, superelement, &coordinates, &columns, compatibility);
+        let stresses = superelement.stresses.iter().map(stress).collect();
         Ok(Self {
+            stresses,
             name: superelement.name.clone(),
             units: superelement.units.clone(),
             origin: superelement.origin,

@@ -3,5 +3,6 @@
 pub mod csv;
 pub mod history;
 pub mod nodal_field;
+pub(crate) mod nodal_stress;
 pub mod picture;
 pub mod vtu;

@@ -10,7 +10,7 @@ use std::path::{Path, PathBuf};
 
 use dcb_formats::mesh::Mesh;
 use dcb_formats::output::{Replace, UnfinishedFolder};
-use dcb_formats::vtk::{Cells, Grid};
+use dcb_formats::vtk::{Cells, Grid, Numbers};
 use nalgebra::Vector3;
 use quick_xml::Writer;
 
@@ -25,6 +25,8 @@ pub struct FieldSnapshot<'a> {
     pub positions_world: &'a [Vector3<f64>],
     /// Vectors at the nodes with their names, world axes.
     pub vectors: &'a [(&'a str, &'a [Vector3<f64>])],
+    /// Numbers at the nodes.
+    pub numbers: &'a [Numbers<'a>],
     /// Marks at the nodes with their names.
     pub marks: &'a [(&'a str, &'a [u8])],
 }
@@ -126,7 +128,12 @@ impl FieldSeries {
         let positions = ("positions", snapshot.positions_world.len());
         let vectors = snapshot.vectors.iter().map(|(name, of)| (*name, of.len()));
         let marks = snapshot.marks.iter().map(|(name, of)| (*name, of.len()));
-        let mut all = std::iter::once(positions).chain(vectors).chain(marks);
+        let numbers =
+            (snapshot.numbers.iter()).map(|of| (of.name, of.values.len() / of.count.max(1)));
+        let mut all = std::iter::once(positions)
+            .chain(vectors)
+            .chain(numbers)
+            .chain(marks);
         if let Some((name, count)) = all.find(|(_, count)| *count != self.node_count) {
             return Err(Error::Field {
                 body: self.body.clone(),
@@ -142,6 +149,7 @@ impl FieldSeries {
             cells: &self.cells,
             points: snapshot.positions_world,
             vectors: snapshot.vectors,
+            numbers: snapshot.numbers,
             marks: snapshot.marks,
         };
         self.unfinished

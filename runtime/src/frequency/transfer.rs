@@ -7,16 +7,24 @@
 //! doesn't couple the modes a frequency costs O(n); where it does, complex modes do the same. Both are checked against a direct solution. About a motion, and
 //! where the check fails, each frequency is solved directly, O(n³).
 
+use dcb_dense::{symmetric_eigen, symmetrized};
 use dcb_formats::scene::{FrequencyResponse, ModalRatios, ResponseDamping};
 use faer::linalg::solvers::Solve;
 use faer::{Mat, c64};
 
-use crate::analysis::eigenmodes::undamped;
 use crate::error::Error;
 use crate::linear::{Linearized, SecondOrder};
 
-/// Couplings below this part of the damping are rounding; so is asymmetry.
+/// Couplings below this part of the damping are rounding.
 const ROUNDING: f64 = 1e-8;
+/// Asymmetry of what would be symmetric at rest: that of differences, and of a rest that was found to a tolerance. What is believed is checked below.
+const ASYMMETRY: f64 = 1e-5;
+/// σ times these are tried where a mechanism that runs away makes K + σ M indefinite.
+const SHIFTS: [f64; 3] = [1.0, 1e3, 1e6];
+/// Parts of the largest μ below this are rounding.
+const LEAST: f64 = 1e-18;
+/// Rates below this part of the fastest are none.
+const STILL: f64 = 1e-9;
 /// Relative difference to a direct solution that is believed.
 const BELIEVED: f64 = 1e-6;
 
@@ -80,8 +88,9 @@ impl<'a> Transfer<'a> {
         let scaled =
             |of: &Mat<f64>| Mat::from_fn(free, free, |i, j| units[i] * of[(i, j)] * units[j]);
         let [mass, damping, stiffness] = [0, 1, 2].map(|k| scaled(&matrices[k]));
-        let apart = |of: &Mat<f64>| (of - of.transpose()).norm_l2() <= ROUNDING * of.norm_l2();
+        let apart = |of: &Mat<f64>| (of - of.transpose()).norm_l2() <= ASYMMETRY * of.norm_l2();
         let is_at_rest = free > 0 && apart(&mass) && apart(&stiffness) && apart(&damping);
+        let symmetric = [&mass, &damping, &stiffness].map(symmetrized);
         let wanted = match &asked.damping {
             Some(ResponseDamping::AssembledModal(ratios)) => Some(ratios),
             _ => None,
@@ -93,7 +102,7 @@ impl<'a> Transfer<'a> {
             ));
         }
         let modal = match is_at_rest {
-            true => Some(Modal::of(&mass, &damping, &stiffness, units, wanted)?),
+            true => Modal::of(&symmetric, units, wanted, shift(asked)).map(Some)?,
             false => None,
         };
         let complex = modal
@@ -308,25 +317,25 @@ impl<'a> Transfer<'a> {
     }
 }
 
+/// σ: of the frequency in the middle of those asked for, on a scale of ratios.
+fn shift(asked: &FrequencyResponse) -> f64 {
+    let highest = asked.highest();
+    let middle = (asked.lowest().max(1e-3 * highest) * highest).sqrt();
+    (std::f64::consts::TAU * middle).powi(2)
+}
+
 impl Modal {
     /// Of symmetric matrices in units of about equal coordinates; `wanted` are ratios in place of the damping.
     fn of(
-        mass: &Mat<f64>,
-        damping: &Mat<f64>,
-        stiffness: &Mat<f64>,
+        [mass, damping, stiffness]: &[Mat<f64>; 3],
         units: &[f64],
         wanted: Option<&ModalRatios>,
+        shift: f64,
     ) -> Result<Self, Error> {
-        let mut modes = undamped(mass, stiffness)?;
-        let square = |mode: &crate::analysis::eigenmodes::Eigenmode| {
-            mode.angular_frequency.powi(2) - mode.growth.powi(2)
-        };
-        modes.sort_by(|a, b| square(a).total_cmp(&square(b)));
-        let n = modes.len();
-        let raw = Mat::from_fn(n, n, |i, k| modes[k].shape[i]);
-        let masses = raw.transpose() * (mass * &raw);
-        let unit = Mat::from_fn(n, n, |i, k| raw[(i, k)] / masses[(k, k)].sqrt());
-        let squares: Vec<f64> = modes.iter().map(square).collect();
+        let n = mass.nrows();
+        let (squares, unit) = (SHIFTS.iter())
+            .find_map(|factor| undamped(mass, stiffness, factor * shift))
+            .ok_or(Error::NoEigenvalues)?;
         let damping = match wanted {
             None => unit.transpose() * (damping * &unit),
             Some(ratios) => {
@@ -357,26 +366,58 @@ impl Modal {
     }
 }
 
+/// ω² and shapes of unit mass, by rising ω², of K + σ M = L Lᵀ and L⁻¹ M L⁻ᵀ = V diag(μ) Vᵀ: ω² = 1/μ − σ and φ = L⁻ᵀ v/√μ.
+///
+/// The largest μ, the slowest modes, are the most accurate, and the static response of all modes together keeps its digits, however stiff the stiffest are.
+fn undamped(mass: &Mat<f64>, stiffness: &Mat<f64>, shift: f64) -> Option<(Vec<f64>, Mat<f64>)> {
+    let n = mass.nrows();
+    let sum = stiffness + faer::Scale(shift) * mass;
+    let factor = symmetrized(&sum).llt(faer::Side::Lower).ok()?;
+    let lower = factor.L();
+    let solved = |matrix: &Mat<f64>| {
+        let mut columns = matrix.clone();
+        lower.solve_lower_triangular_in_place(&mut columns);
+        columns
+    };
+    let half = solved(mass).transpose().to_owned();
+    let (values, vectors) = symmetric_eigen(symmetrized(&solved(&half)).as_ref())?;
+    let most = values.last().copied().filter(|most| *most > 0.0)?;
+    let mut shapes = vectors;
+    lower
+        .transpose()
+        .solve_upper_triangular_in_place(&mut shapes);
+    // By falling μ.
+    let order: Vec<usize> = (0..n).rev().collect();
+    let mu = |k: usize| values[k].max(LEAST * most);
+    let squares = order.iter().map(|k| 1.0 / mu(*k) - shift).collect();
+    let unit = Mat::from_fn(n, n, |i, k| shapes[(i, order[k])] / mu(order[k]).sqrt());
+    Some((squares, unit))
+}
+
 impl Complex {
-    /// Of modes that damping couples; `None` where their state matrix has no complete set of eigenvectors.
+    /// Of modes that damping couples; `None` where their state matrix has no complete set of eigenvectors. The state is (ω z, z'), in which modes that
+    /// damping doesn't couple have orthonormal eigenvectors.
     fn of(modal: &Modal, loss: f64) -> Option<Self> {
         let n = modal.squares.len();
-        let unit = modal
-            .squares
-            .iter()
-            .copied()
-            .fold(0.0, |most: f64, square| most.max(square.abs()))
-            .sqrt();
         let zero = c64::new(0.0, 0.0);
-        // Time in units of the fastest mode.
+        let rates: Vec<f64> = (modal.squares.iter())
+            .map(|square| square.abs().sqrt())
+            .collect();
+        let fastest = rates.iter().copied().fold(0.0, f64::max);
+        // Modes without stiffness count as the slowest of the others.
+        let slowest = (rates.iter().copied())
+            .filter(|rate| *rate > STILL * fastest)
+            .fold(fastest, f64::min);
+        let rates: Vec<f64> = rates.iter().map(|rate| rate.max(slowest)).collect();
         let matrix = Mat::from_fn(2 * n, 2 * n, |i, j| match (i < n, j < n) {
-            (true, true) => zero,
-            (true, false) => c64::new(f64::from(u8::from(j - n == i)), 0.0),
+            (true, false) if j - n == i => c64::new(rates[i], 0.0),
+            (true, _) => zero,
             (false, true) if i - n == j => {
-                c64::new(-modal.squares[j], -loss * modal.squares[j]) / (unit * unit)
+                let square = modal.squares[j];
+                c64::new(-square, -loss * square) / rates[j]
             }
             (false, true) => zero,
-            (false, false) => c64::new(-modal.damping[(i - n, j - n)] / unit, 0.0),
+            (false, false) => c64::new(-modal.damping[(i - n, j - n)], 0.0),
         });
         let eigen = matrix.eigen().ok()?;
         let vectors = eigen.U().to_owned();
@@ -386,10 +427,9 @@ impl Complex {
         let amounts = vectors.full_piv_lu().solve(&right);
         let values = eigen.S().column_vector();
         Some(Self {
-            poles: (0..2 * n).map(|k| values[k] * unit).collect(),
-            shapes: vectors.subrows(0, n).to_owned(),
-            // Rates count in the unit of time.
-            amounts: Mat::from_fn(2 * n, n, |i, j| amounts[(i, j)] / unit),
+            poles: (0..2 * n).map(|k| values[k]).collect(),
+            shapes: Mat::from_fn(n, 2 * n, |i, k| vectors[(i, k)] / rates[i]),
+            amounts,
         })
     }
 }

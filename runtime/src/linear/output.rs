@@ -37,7 +37,11 @@ impl Outputs {
             let of_scene = of_scene
                 .filter(|(_, channel)| channel.path.starts_with("outputs/"))
                 .map(|(index, _)| index);
-            channels.extend(of_scene.filter(|index| recorder.follows_from_state(*index)));
+            channels.extend(
+                of_scene.filter(|index| {
+                    recorder.follows_from_state(*index) && recorder.is_smooth(*index)
+                }),
+            );
             if channels.is_empty() {
                 return Err(Error::described(
                     "outputs",
@@ -53,6 +57,14 @@ impl Outputs {
                     "outputs",
                     format!(
                         "{path} is no output of a linear system: it has the works or the steps of a run, which don't follow from a state; leave it out"
+                    ),
+                ));
+            }
+            if !recorder.is_smooth(index) {
+                return Err(Error::described(
+                    "outputs",
+                    format!(
+                        "{path} is no output of a linear system: an equivalent stress isn't linear in the components; take these"
                     ),
                 ));
             }

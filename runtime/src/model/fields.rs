@@ -6,11 +6,13 @@ use std::sync::Arc;
 use dcb_formats::mesh::Mesh;
 use dcb_formats::output::Replace;
 use dcb_formats::superelement::RecoveryBasis;
+use dcb_formats::vtk::Numbers;
 
 use super::Names;
 use super::library::Library;
 use crate::error::Error;
 use crate::export::nodal_field::NodalField;
+use crate::export::nodal_stress::nodal_stresses;
 use crate::export::vtu::{FieldSeries, FieldSnapshot};
 use crate::model::timetable::{Due, Timetable};
 use crate::system::builder::SystemBuilder;
@@ -127,10 +129,19 @@ impl FieldWriter {
             *vector = pose.axes * *vector;
         }
         let positions = self.plan.field.rigid_positions(&pose.origin, &pose.axes);
+        let stresses = nodal_stresses(&body.flexible, self.plan.field.node_count(), y, &forces);
+        let numbers: Vec<Numbers<'_>> = (stresses.iter())
+            .map(|(name, count, values)| Numbers {
+                name,
+                count: *count,
+                values,
+            })
+            .collect();
         self.series.write(&FieldSnapshot {
             time: state.time,
             positions_world: &positions,
             vectors: &[("displacement", &displacement)],
+            numbers: &numbers,
             marks: &[("recovered", self.plan.field.recovered())],
         })?;
         Ok(())

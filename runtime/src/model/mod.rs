@@ -19,6 +19,7 @@ mod probe;
 mod quantities;
 mod recorder;
 mod springs;
+mod stresses;
 pub(crate) mod timetable;
 
 use std::sync::Arc;

@@ -83,6 +83,7 @@ impl OutputBuilder<'_> {
                 self.forces(&path, connection, &at)
             }
             Output::Modal(of) => self.modal(&path, &at, of),
+            Output::Stress(of) => self.stress(&path, &kind, of),
             Output::Energy => Ok(energy(self.quantities, self.scene, &path)),
         }
     }

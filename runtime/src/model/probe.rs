@@ -8,6 +8,7 @@ use nalgebra::{Rotation3, UnitQuaternion, Vector3};
 use super::mass_probe::MassProbe;
 use super::moment::Moment;
 use super::node_shapes::{Chord, NodeShapes};
+use super::stresses::StressProbe;
 use crate::kinematics::frame_motion::{FrameMotion, Six};
 use crate::measure::Measure;
 use crate::system::evaluation::unwound;
@@ -70,6 +71,8 @@ pub(super) enum Probe {
     BodyFrame { body: usize },
     /// Forces on the rows of a body's interfaces.
     RowForces { body: usize, rows: usize },
+    /// Stress inside a body.
+    Stress(Box<StressProbe>),
     /// y of a body.
     Modal { coordinates: Range<usize> },
     /// Kinetic, strain, gravity, springs; drives, loads, dissipated; defect.
@@ -179,6 +182,7 @@ impl Probe {
                 push_wrench(row, dimension, &interface_force(at, markers));
             }
             Self::Forces { rows } => row.extend(&at.state.forces[rows.clone()]),
+            Self::Stress(stress) => stress.write(at, row),
             Self::Modal { coordinates } => row.extend(&at.state.coordinates[coordinates.clone()]),
             Self::Energy => {
                 let works = at.works;

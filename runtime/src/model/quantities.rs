@@ -28,6 +28,7 @@ pub(crate) struct Quantities {
     pub(crate) momentum: String,
     pub(crate) angular_momentum: String,
     pub(crate) modal: String,
+    pub(crate) stress: String,
 }
 
 impl Quantities {
@@ -45,6 +46,7 @@ impl Quantities {
             energy: derived.energy,
             momentum: format!("{m}*{l}/{t}"),
             angular_momentum: format!("{m}*{l}^2/{t}"),
+            stress: derived.stress,
             modal: format!("sqrt({m})*{l}"),
         }
     }

@@ -325,6 +325,11 @@ impl Recorder {
         )
     }
 
+    /// Whether a channel's numbers have derivatives everywhere.
+    pub(crate) fn is_smooth(&self, channel: usize) -> bool {
+        !matches!(&self.probes[channel], Probe::Stress(stress) if !stress.is_smooth())
+    }
+
     /// The values of all channels at a step.
     pub fn row(&mut self, at: &RecordedStep) -> &[f64] {
         let moment = Moment {

@@ -66,14 +66,14 @@ pub fn jacobian_determinants(mesh: &Mesh) -> Vec<f64> {
     determinants
 }
 
-fn solid_blocks(mesh: &Mesh) -> impl Iterator<Item = (SolidElement, &CellBlock)> {
+pub(super) fn solid_blocks(mesh: &Mesh) -> impl Iterator<Item = (SolidElement, &CellBlock)> {
     mesh.cells
         .iter()
         .filter_map(|block| Some((SolidElement::from_cell_type(&block.cell_type)?, block)))
 }
 
 /// `J[i, j] = ∂x_j / ∂ξ_i`.
-fn jacobian(mesh: &Mesh, cell: &[u32], shapes: &[ShapeFunction]) -> Matrix3<f64> {
+pub(super) fn jacobian(mesh: &Mesh, cell: &[u32], shapes: &[ShapeFunction]) -> Matrix3<f64> {
     let mut jacobian = Matrix3::zeros();
     for (&node, shape) in cell.iter().zip(shapes) {
         jacobian += Vector3::from(shape.gradient) * Vector3::from(mesh.position(node)).transpose();

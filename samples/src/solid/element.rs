@@ -45,6 +45,14 @@ pub(crate) const HEXAHEDRON_EDGES: [[usize; 2]; 12] = [
     [3, 7],
 ];
 
+/// Corners of the reference tetrahedron.
+const TETRAHEDRON_CORNERS: [[f64; 3]; 4] = [
+    [0.0, 0.0, 0.0],
+    [1.0, 0.0, 0.0],
+    [0.0, 1.0, 0.0],
+    [0.0, 0.0, 1.0],
+];
+
 /// Edges of the tetrahedron in the order of the mid-side nodes 4..10.
 pub(crate) const TETRAHEDRON_EDGES: [[usize; 2]; 6] =
     [[0, 1], [1, 2], [2, 0], [0, 3], [1, 3], [2, 3]];
@@ -100,6 +108,21 @@ impl SolidElement {
             Self::Tetra => 4,
             Self::Tetra10 => 10,
         }
+    }
+
+    /// Where the nodes are in the reference element.
+    pub fn node_positions(self) -> Vec<[f64; 3]> {
+        let middle = |corners: &[[f64; 3]], [a, b]: [usize; 2]| -> [f64; 3] {
+            std::array::from_fn(|axis| 0.5 * (corners[a][axis] + corners[b][axis]))
+        };
+        let (corners, edges): (&[[f64; 3]], &[[usize; 2]]) = match self {
+            Self::Hexahedron => (&HEXAHEDRON_CORNERS, &[]),
+            Self::Hexahedron20 => (&HEXAHEDRON_CORNERS, &HEXAHEDRON_EDGES),
+            Self::Tetra => (&TETRAHEDRON_CORNERS, &[]),
+            Self::Tetra10 => (&TETRAHEDRON_CORNERS, &TETRAHEDRON_EDGES),
+        };
+        let middles = edges.iter().map(|edge| middle(corners, *edge));
+        corners.iter().copied().chain(middles).collect()
     }
 
     /// Full quadrature: exact stiffness and consistent mass for undistorted elements.

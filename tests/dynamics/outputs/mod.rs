@@ -4,4 +4,5 @@ mod internal_rows;
 mod masses;
 mod measures;
 mod pictures;
+mod stress;
 mod vtu;

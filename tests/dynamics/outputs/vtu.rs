@@ -74,6 +74,7 @@ fn a_mode_of_the_rotor_comes_back_as_it_was_computed() {
             time,
             positions_world: &rigid,
             vectors: &[("displacement", &world)],
+            numbers: &[],
             marks: &[("recovered", field.recovered())],
         };
         series.write(&snapshot).unwrap()
@@ -157,6 +158,7 @@ fn every_type_of_cell_keeps_its_node_order() {
         time: 0.0,
         positions_world: &points,
         vectors: &[],
+        numbers: &[],
         marks: &[],
     };
     let path = series.write(&snapshot).unwrap();
@@ -247,6 +249,7 @@ fn nodes_without_cells_are_written_as_vertices() {
         time: 0.0,
         positions_world: &points,
         vectors: &[("displacement", &points)],
+        numbers: &[],
         marks: &[],
     };
     let found = read_with_meshio(&series.write(&snapshot).unwrap());

@@ -3,6 +3,7 @@
 mod derivation;
 mod older;
 mod provenance;
+mod stresses;
 
 use faer::Mat;
 
@@ -64,6 +65,7 @@ pub(super) fn superelement(file: &SuperelementFile) -> Result<Superelement, Find
         enrichment: enrichment(file)?,
         moments: moments(file)?,
         loads: loads(file)?,
+        stresses: stresses::stresses(file)?,
         provenance,
     })
 }

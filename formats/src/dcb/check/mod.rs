@@ -49,6 +49,7 @@ pub(super) fn superelement(of: &Superelement) -> Checked {
     inertia(of)?;
     stiffening(of)?;
     loads(of)?;
+    stresses(of)?;
     moments(of)?;
     enrichment(of)
 }
@@ -253,6 +254,44 @@ fn loads(of: &Superelement) -> Checked {
         finite("/loads/moments", &load.moment)?;
         length("/loads/work", load.work.len(), of.basis_count())?;
         finite("/loads/work", &load.work)?;
+    }
+    Ok(())
+}
+
+fn stresses(of: &Superelement) -> Checked {
+    let mut names = std::collections::HashSet::new();
+    for (index, field) in of.stresses.iter().enumerate() {
+        let named = "/stress/names";
+        name(named, &format!("name {index}"), &field.name)?;
+        if !names.insert(field.name.as_str()) {
+            return wrong(named, format!("{:?} stands there twice", field.name));
+        }
+        if field.points.is_empty() || field.components.is_empty() {
+            return wrong(
+                "/stress/rows",
+                format!("{:?} has no row; each field needs one", field.name),
+            );
+        }
+        let mut seen = std::collections::HashSet::new();
+        if !field
+            .components
+            .iter()
+            .all(|component| seen.insert(component))
+        {
+            return wrong(
+                "/stress/rows",
+                format!("{:?} has a component twice", field.name),
+            );
+        }
+        for point in &field.points {
+            finite("/stress/points", &point.position)?;
+        }
+        let rows = field.points.len() * field.components.len();
+        matrix("/stress/shapes", &field.shapes, rows, of.basis_count())?;
+        if let Some(omitted) = &field.omitted {
+            length("/stress/omitted", omitted.len(), rows)?;
+            not_negative("/stress/omitted", omitted)?;
+        }
     }
     Ok(())
 }

@@ -3,6 +3,7 @@
 mod derivation;
 mod fields;
 mod optional;
+mod stresses;
 
 use std::path::Path;
 
@@ -13,6 +14,7 @@ use super::sink::Sink;
 use super::units::UnitSystem;
 use super::{Compression, Contents, FORMAT, FORMAT_VERSION, WriteOptions, check, second_order};
 use crate::Error;
+use crate::component::StressQuantity;
 use crate::hdf5_files::attributes::Value;
 use crate::hdf5_files::inventory::Finding;
 use crate::hdf5_files::write_hdf5;
@@ -55,9 +57,10 @@ pub fn write_superelement(
         )
         .map_err(broken)?;
     }
+    let stress_rows = stresses::quantities(of);
     let needed = rough_size(contents);
     write_hdf5(target, options.replace_existing, needed, |file| {
-        Writer::new(file, contents, options.compression).write()
+        Writer::new(file, contents, &stress_rows, options.compression).write()
     })
 }
 
@@ -73,7 +76,10 @@ fn rough_size(contents: &Contents) -> u64 {
         Dimension::Spatial => 12,
     };
     let mesh = contents.mesh.map_or(0, |mesh| matrix(mesh.node_count(), 3));
-    fields + mesh + per_pair * matrix(of.basis_count(), of.basis_count())
+    let stresses = (of.stresses.iter())
+        .map(|field| matrix(field.shapes.nrows(), of.basis_count()))
+        .sum::<u64>();
+    fields + stresses + mesh + per_pair * matrix(of.basis_count(), of.basis_count())
 }
 
 /// Puts each part of the contents where the contract has it.
@@ -83,7 +89,12 @@ struct Writer<'a> {
 }
 
 impl<'a> Writer<'a> {
-    fn new(file: &'a hdf5::File, contents: &'a Contents<'a>, compression: Compression) -> Self {
+    fn new(
+        file: &'a hdf5::File,
+        contents: &'a Contents<'a>,
+        stress_rows: &'a [StressQuantity],
+        compression: Compression,
+    ) -> Self {
         let of = contents.superelement;
         let fields = contents
             .recovery
@@ -111,12 +122,16 @@ impl<'a> Writer<'a> {
             selections: of.selections().len(),
             selected_modes: (of.selections().iter()).map(|record| record.of_modes).sum(),
             selected_forces: derivation::loaded_along_count(of),
+            stress_fields: of.stresses.len(),
+            stress_points: of.stresses.iter().map(|field| field.points.len()).sum(),
+            stress_rows: stress_rows.len(),
         };
         let units = UnitSystem {
             units: &of.units,
             rows: &of.rows,
             mode_count: of.mode_count(),
             enrichment_count: enrichment,
+            stress_rows,
             fields_have_rotations: fields.iter().any(|dof| dof.direction.is_rotation()),
         };
         Self {

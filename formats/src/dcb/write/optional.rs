@@ -6,7 +6,7 @@ use crate::mesh::Dimension;
 use crate::superelement::{Moments, Superelement};
 
 impl Writer<'_> {
-    /// Geometric stiffness, loads and further columns.
+    /// Geometric stiffness, loads, stresses and further columns.
     pub(super) fn optional(&mut self, of: &Superelement) -> hdf5::Result<()> {
         let stiffening = [
             ("centrifugal", &of.stiffening.centrifugal),
@@ -23,6 +23,9 @@ impl Writer<'_> {
         }
         if !of.loads.is_empty() {
             self.loads(of)?;
+        }
+        if !of.stresses.is_empty() {
+            self.stresses(of)?;
         }
         if let Some(enrichment) = &of.enrichment {
             self.sink.group("enrichment")?;

@@ -5,7 +5,7 @@ use dcb_dense::symmetrized;
 use dcb_formats::component::Role;
 use dcb_formats::superelement::{
     BoundaryRow, Enrichment, InterfaceFrame, Modes, PartLoad, RecoveryBasis, Residual, Stiffening,
-    Superelement,
+    StressField, Superelement,
 };
 use faer::{Mat, MatRef, concat};
 
@@ -184,10 +184,36 @@ impl Basis {
                     ..load.clone()
                 })
                 .collect(),
+            stresses: (whole.stresses.iter())
+                .map(|field| self.stress(whole, field, columns))
+                .collect(),
             provenance,
             derivation,
             ..whole.clone()
         })
+    }
+
+    /// A stress field, and what the modes that go add to what is left out: (s φ)²/ω² each.
+    fn stress(
+        &self,
+        whole: &Superelement,
+        field: &StressField,
+        columns: MatRef<'_, f64>,
+    ) -> StressField {
+        let over = field.over(columns);
+        let of_modes = field.shapes.get(.., ..whole.mode_count()).to_owned();
+        let of_modes = turned(of_modes, self.selection.turn.as_ref());
+        let omitted = field.omitted.as_ref().map(|before| {
+            let sum = |row: usize| {
+                let gone = self
+                    .left_out
+                    .iter()
+                    .map(|mode| of_modes[(row, *mode)].powi(2) / whole.modes.eigenvalues[*mode]);
+                (before[row].powi(2) + gone.sum::<f64>()).sqrt()
+            };
+            (0..before.len()).map(sum).collect()
+        });
+        StressField { omitted, ..over }
     }
 
     /// Nodal fields.

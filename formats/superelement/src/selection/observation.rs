@@ -3,7 +3,7 @@
 use dcb_formats::component::{InterfaceKind, Role};
 use dcb_formats::superelement::{
     BoundaryRow, Enrichment, InterfaceFrame, Modes, PartLoad, RecoveryBasis, Residual, Stiffening,
-    Superelement,
+    StressField, Superelement,
 };
 use faer::{Mat, MatRef};
 
@@ -66,6 +66,12 @@ impl ObservedNodes {
                 .map(|load| PartLoad {
                     work: worked(&load.work, columns),
                     ..load.clone()
+                })
+                .collect(),
+            stresses: (whole.stresses.iter())
+                .map(|field| StressField {
+                    omitted: field.omitted.clone(),
+                    ..field.over(columns)
                 })
                 .collect(),
             ..whole.clone()

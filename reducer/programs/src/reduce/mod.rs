@@ -12,6 +12,7 @@ mod ranks;
 mod scene;
 mod study;
 mod superelement;
+mod update;
 
 use std::ffi::OsString;
 use std::path::{Path, PathBuf};
@@ -41,6 +42,7 @@ use crate::reduce::superelement::inspect::InspectArguments;
 use crate::reduce::superelement::report::ReportArguments;
 use crate::reduce::superelement::verify::VerifyArguments;
 use crate::reduce::superelement::{compare, export, inspect, report, verify};
+use crate::reduce::update::UpdateArguments;
 use dcb_reducer::Reduction;
 use dcb_reducer::error::Error;
 use dcb_reducer::mode_selection::ModeOptions;
@@ -135,6 +137,8 @@ enum ReduceCommand {
         /// Second superelement.
         b: PathBuf,
     },
+    /// Compare a superelement with measured modes, and take over damping or frequencies.
+    Update(UpdateArguments),
     /// Make a page that shows a superelement: modes in motion, responses with bounds, quality
     Report(ReportArguments),
     /// Write a superelement for other programs: NumPy, Simscape, Nastran, Exudyn, MBDyn, SID_FEM, glTF, VTU.
@@ -201,6 +205,7 @@ pub fn main(arguments: impl IntoIterator<Item = OsString>, other: fn() -> clap::
         Some(ReduceCommand::Inspect(arguments)) => inspect::run(arguments, cli.common.detail()),
         Some(ReduceCommand::Verify(arguments)) => verify::run(arguments, cli.common.detail()),
         Some(ReduceCommand::Compare { a, b }) => compare::run(a, b, cli.common.detail()),
+        Some(ReduceCommand::Update(arguments)) => update::run(arguments, &cli.common),
         Some(ReduceCommand::Report(arguments)) => report::run(arguments),
         Some(ReduceCommand::Export(arguments)) => export::run(arguments),
         Some(ReduceCommand::Plan(arguments)) => plan::run(arguments, cli.common.detail()),
@@ -221,6 +226,7 @@ pub fn main(arguments: impl IntoIterator<Item = OsString>, other: fn() -> clap::
                 | ReduceCommand::Batch(_)
                 | ReduceCommand::Export(_)
                 | ReduceCommand::Report(_)
+                | ReduceCommand::Update(_)
                 | ReduceCommand::Import(_)
         )
     );

@@ -135,10 +135,11 @@ impl Demand {
             all_grounded,
         } = Gathering::of(scene, parts, body, own)?;
         let nodes = NodeDemand::of(scene, body);
-        let coordinates_shown_by = shown_by(
-            scene,
-            |output| matches!(output, Output::Modal(of) if of.body == body),
-        );
+        let coordinates_shown_by = shown_by(scene, |output| match output {
+            Output::Modal(of) => of.body == body,
+            Output::Stress(of) => of.body == body,
+            _ => false,
+        });
         let whole_shown_by = shown_by(scene, |output| output.shows_whole(body));
         let part_loads = part_loads(scene, body);
         let is_alone = nodes == NodeDemand::None

@@ -3,7 +3,7 @@
 use dcb_formats::component::Role;
 use dcb_formats::mesh::Dimension;
 use dcb_formats::superelement::{
-    BoundaryRow, Inertia, InterfaceFrame, Moments, PartLoad, Stiffening, Superelement,
+    BoundaryRow, Inertia, InterfaceFrame, Moments, PartLoad, Stiffening, StressField, Superelement,
 };
 use faer::Mat;
 
@@ -49,12 +49,26 @@ pub(super) fn planar(spatial: &Superelement, normal: Normal, loads: &[usize]) ->
                 ..load.clone()
             })
             .collect(),
+        stresses: (spatial.stresses.iter())
+            .filter_map(|field| stress(field, normal))
+            .collect(),
         ..spatial.clone()
     };
     Superelement {
         moments: (spatial.moments.as_ref()).map(|of| moments(&flattened, of)),
         ..flattened
     }
+}
+
+/// The field in the axes of the plane; components out of it stay, since they are there beside the plane of symmetry.
+fn stress(field: &StressField, normal: Normal) -> Option<StressField> {
+    let axes = normal.axes();
+    let rows = axes.map(|own| std::array::from_fn(|axis| f64::from(u8::from(axis == own))));
+    let mut turned = field.turned(rows)?;
+    for point in &mut turned.points {
+        point.position = normal.flat(point.position);
+    }
+    Some(turned)
 }
 
 /// Modes out of the plane aren't omitted, they don't take part. Nor do rigid motions out of it, which move rows off the plane within it.

@@ -173,6 +173,7 @@ impl PartFiles {
             description: import.mesh.clone().unwrap_or_default(),
             boundary: None,
             loads: Vec::new(),
+            stresses: Vec::new(),
             stiffening: Vec::new(),
         };
         Ok(Self {

@@ -21,6 +21,7 @@ use crate::reduce::assemble;
 use crate::reduce::part::report::{further_columns, internal_rows, verdict};
 use crate::reduce::study::band;
 use crate::reduce::superelement::error_report::Report;
+use crate::reduce::superelement::stress_lines::stress_lines;
 use dcb_formats::units::{hertz, hertz_unit, si_factor};
 use dcb_reducer::error::Error;
 use dcb_reducer::quality::Quality;
@@ -327,6 +328,7 @@ fn short(
     }
     text += &interface_table(element);
     let _ = writeln!(text, "fields   {}", stored_fields(file, element)?);
+    text += &stress_lines(element);
     if let Some(errors) = errors {
         text += &errors.text();
     }
@@ -368,6 +370,7 @@ fn text(
     }
     text += &interface_table(element);
     let _ = writeln!(text, "fields   {}", stored_fields(file, element)?);
+    text += &stress_lines(element);
     if let Some(quality) = &quality {
         text += &quality_lines(quality, &element.units.time);
     }
@@ -443,6 +446,10 @@ fn as_json(
         "residual_rank": element.residual.sigma_squared.len(),
         "residual_sigma_squared": element.residual.sigma_squared,
         "internal_rows": internal_rows(element),
+        "stresses": element.stresses.iter().map(|field| json!({
+            "name": field.name, "quantity": field.quantity.name(), "places": field.points.len(),
+            "components": field.components.iter().map(|one| one.name()).collect::<Vec<_>>(),
+        })).collect::<Vec<_>>(),
         "has_fields": file.recovery()?.is_some(),
         "errors": errors.map(Report::json),
         "quality": element.provenance.quality,
