@@ -118,6 +118,8 @@ impl Correlation {
             }
             for (kept, mode) in pairs() {
                 let square = (std::f64::consts::TAU * mode.frequency).powi(2);
+                let before = updated.modes.eigenvalues[kept];
+                add_share(&mut updated, kept, square.powi(-2) - before.powi(-2));
                 updated.modes.eigenvalues[kept] = square;
                 if let Some(enrichment) = &mut updated.enrichment {
                     enrichment.reduced_stiffness[(kept, kept)] = square;
@@ -137,6 +139,16 @@ impl Correlation {
             }
         }
         Ok(updated)
+    }
+}
+
+/// Changes diag(M_res) with no mode kept by (L_b φ)² times a difference of 1/ω⁴: the scale of the residual filter has the modes' share.
+fn add_share(element: &mut Superelement, mode: usize, change: f64) {
+    let shapes = &element.modes.interface_shapes;
+    for (row, felt) in element.residual.mass_diagonal0.iter_mut().enumerate() {
+        if *felt > 0.0 {
+            *felt += shapes[(row, mode)].powi(2) * change;
+        }
     }
 }
 

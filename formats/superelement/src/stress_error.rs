@@ -14,8 +14,9 @@ use faer::Mat;
 
 use crate::{Error, ErrorBounds};
 
-/// The largest error of each field's rows under a force at any attachment that oscillates with ω², as a part of the field's largest entry under the same
-/// force at rest. `None` for a field of which nobody has computed what is left out, or that no force stresses.
+/// The largest error of each field's rows under a force at any attachment that oscillates with ω², as a part of the field's largest entry by any of these
+/// forces at rest. Forces are so large that each stores the same energy at rest. `None` for a field of which nobody has computed what is left out, or that no
+/// force stresses.
 ///
 /// # Errors
 /// As [`ErrorBounds::at`].
@@ -33,15 +34,31 @@ pub fn stress_errors(
     let forces = Mat::from_fn(all.nrows(), rows.len(), |b, j| all[(b, rows[j])]);
     let room = 1.0 - square / bounds.eigenvalue_bound();
     let energy = |j: usize| (found.difference[(j, j)].norm() + found.radius[(j, j)]) / room;
+    // Twice the energy at rest of each force.
+    let still = element.modes.interface_shapes.transpose() * &forces;
+    let flexible = forces.transpose() * &element.residual.flexibility * &forces;
+    let stored: Vec<f64> = (0..rows.len())
+        .map(|j| {
+            let of_modes = element.modes.eigenvalues.iter().enumerate();
+            let of_modes = of_modes.filter(|(_, square)| **square > 0.0);
+            let sum: f64 = of_modes
+                .map(|(k, square)| still[(k, j)].powi(2) / square)
+                .sum();
+            sum + flexible[(j, j)]
+        })
+        .collect();
     let of_field = |field: &StressField| -> Option<f64> {
         let omitted = field.omitted.as_ref()?;
         let most = omitted.iter().fold(0.0, |most: f64, one| most.max(*one));
         let at_rest = static_stress(element, field, &forces);
-        let errors = (0..rows.len()).filter_map(|j| {
-            let size = at_rest.col(j).norm_max();
-            (size > 0.0).then(|| most * energy(j).sqrt() / size)
-        });
-        errors.reduce(f64::max)
+        let columns = || (0..rows.len()).filter(|j| stored[*j] > 0.0);
+        let size = columns()
+            .map(|j| at_rest.col(j).norm_max() / stored[j].sqrt())
+            .fold(0.0, f64::max);
+        let error = columns()
+            .map(|j| most * (energy(j) / stored[j]).sqrt())
+            .fold(0.0, f64::max);
+        (size > 0.0).then_some(error / size)
     };
     Ok(element.stresses.iter().map(of_field).collect())
 }

@@ -3,7 +3,7 @@
 use dcb_formats::component::{StressComponent, StressQuantity, have_von_mises, von_mises};
 use dcb_formats::description::{listed, suggestion};
 use dcb_formats::results::Channel;
-use dcb_formats::scene::{StressMeasure, StressOutput};
+use dcb_formats::scene::{Analysis, StressMeasure, StressOutput};
 
 use super::moment::Moment;
 use super::outputs::OutputBuilder;
@@ -67,6 +67,12 @@ impl OutputBuilder<'_> {
         at: &str,
         of: &StressOutput,
     ) -> Result<(Channel, Probe), Error> {
+        if self.scene.analysis == Analysis::Kinematic {
+            return Err(Error::described(
+                at,
+                "a kinematic analysis takes flexible bodies as rigid, so that they have no stress; take \"static\" or a motion",
+            ));
+        }
         let body = self.body(&of.body);
         let field = self.stress_field(at, of, body)?;
         let count = field.points.len();
@@ -99,18 +105,12 @@ impl OutputBuilder<'_> {
     }
 
     fn stress_field(&self, at: &str, of: &StressOutput, body: usize) -> Result<&BodyStress, Error> {
-        let flexible = &self.builder.system().bodies[body].flexible;
-        let fields = &flexible.stresses;
+        let fields = &self.builder.system().bodies[body].flexible.stresses;
         if let Some(found) = fields.iter().find(|field| field.name == of.field) {
             return Ok(found);
         }
         let names = || fields.iter().map(|field| field.name.as_str());
-        let message = if flexible.coordinate_count() == 0 {
-            format!(
-                "body {:?} is taken as rigid in this analysis, so that it has no stress",
-                of.body
-            )
-        } else if fields.is_empty() {
+        let message = if fields.is_empty() {
             format!(
                 "the superelement of body {:?} has no stress field; reduce the part with PART.stress.{}.mtx beside its matrices",
                 of.body, of.field

@@ -444,7 +444,7 @@ fn dense_solve(
             constraint_changes[i - n]
         }
     });
-    let solution = matrix.full_piv_lu().solve(&right);
+    let solution = matrix.partial_piv_lu().solve(&right);
     let mut step = vec![real(0.0); system.velocity_count()];
     for (i, column) in columns.iter().enumerate() {
         step[*column] = solution[(i, 0)];

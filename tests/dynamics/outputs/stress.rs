@@ -215,7 +215,8 @@ fn components_over_frequency_are_those_of_the_whole_part() {
         for (row, expected) in expected.iter().enumerate() {
             let [re, im] = read.of(row, 0)[k];
             let off = (c64::new(re, im) - expected).norm() / size;
-            assert!(off < 1e-4, "{f} Hz, row {row}: {off:e}");
+            // What thirty modes leave out.
+            assert!(off < 3e-4, "{f} Hz, row {row}: {off:e}");
         }
     }
 }
@@ -280,7 +281,7 @@ fn mistakes_are_named() {
         (
             r#"{"body": "bracket", "field": "fillet"}"#,
             "kinematic",
-            "taken as rigid",
+            "takes flexible bodies as rigid",
         ),
     ] {
         let text = scene(

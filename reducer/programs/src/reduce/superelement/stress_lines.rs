@@ -9,9 +9,9 @@ use dcb_formats::units::written_frequency;
 use dcb_superelement::{ErrorBounds, stress_errors};
 
 /// A part of the first omitted frequency at which errors of stresses are told.
-const STRESS_BAND: f64 = 0.5;
+const STRESS_BAND: f64 = 0.25;
 
-/// Stress fields, and how far they are off at half of the first omitted frequency.
+/// Stress fields, and how far they are off at a quarter of the first omitted frequency.
 pub fn stress_lines(element: &Superelement) -> String {
     if element.stresses.is_empty() {
         return String::new();
