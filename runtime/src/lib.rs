@@ -41,6 +41,7 @@ pub mod mechanism;
 pub mod model;
 pub mod operating_point;
 pub mod run;
+pub mod whirl;
 
 // No part of the door: for the other crates of this workspace and its tests.
 #[doc(hidden)]

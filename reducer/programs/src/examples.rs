@@ -86,6 +86,10 @@ pub(crate) const SIMULATE: &[Examples] = &[
     ),
     ("prepare", &["simulate prepare scene.json -o prepared"]),
     ("linearize", &["simulate linearize scene.json --at static"]),
+    (
+        "campbell",
+        &["simulate campbell rotor.json --rpm 1000:30000:30 --svg campbell.svg"],
+    ),
     ("fmu", &["simulate fmu scene.json"]),
     (
         "plot",

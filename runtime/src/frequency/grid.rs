@@ -11,6 +11,9 @@ const WIDTHS: f64 = 10.0;
 /// Least width of a resonance as a part of its frequency: an undamped one has none.
 const LEAST: f64 = 1e-4;
 
+/// Ratios to critical below this are rounding.
+const UNDAMPED: f64 = 1e-10;
+
 /// The frequencies that are asked for, ascending; more at resonances where that is asked for.
 pub(super) fn frequencies(asked: &Frequencies, resonances: &[Resonance]) -> Vec<f64> {
     let range = match asked {
@@ -24,6 +27,10 @@ pub(super) fn frequencies(asked: &Frequencies, resonances: &[Resonance]) -> Vec<
             for point in 0..AT_RESONANCE {
                 // Closer to the peak than at the ends.
                 let place = 2.0 * point as f64 / (AT_RESONANCE - 1) as f64 - 1.0;
+                // Nothing is finite at the peak of an undamped one.
+                if place == 0.0 && resonance.ratio.abs() < UNDAMPED {
+                    continue;
+                }
                 let frequency = resonance.frequency + 0.5 * WIDTHS * width * place * place.abs();
                 if frequency > range.from && frequency < range.to {
                     all.push(frequency);

@@ -23,6 +23,8 @@ const ASYMMETRY: f64 = 1e-5;
 const SHIFTS: [f64; 3] = [1.0, 1e3, 1e6];
 /// Parts of the largest μ below this are rounding.
 const LEAST: f64 = 1e-18;
+/// Loads on a mode below this part of those on all modes are rounding.
+const UNEXCITED: f64 = 1e-10;
 /// Rates below this part of the fastest are none.
 const STILL: f64 = 1e-9;
 /// Relative difference to a direct solution that is believed.
@@ -230,30 +232,24 @@ impl<'a> Transfer<'a> {
         match (self.solution(), &self.modal, &self.complex) {
             (Solution::Modes, Some(modal), _) => {
                 let mut amounts = modal.shapes.transpose() * &loads;
+                let excited = column_norms(&amounts);
                 for (n, square) in modal.squares.iter().enumerate() {
                     let resists = c64::new(
                         square - omega * omega,
                         omega * modal.damping[(n, n)] + self.loss * square,
                     );
-                    if resists.norm() <= f64::EPSILON * square.abs() {
-                        return None;
-                    }
-                    for j in 0..amounts.ncols() {
-                        amounts[(n, j)] /= resists;
-                    }
+                    let is_resonant = resists.norm() <= f64::EPSILON * square.abs();
+                    respond(&mut amounts, n, resists, is_resonant, &excited)?;
                 }
                 Some(&modal.shapes * amounts)
             }
             (Solution::ComplexModes, Some(modal), Some(of)) => {
                 let mut amounts = &of.amounts * (modal.shapes.transpose() * &loads);
+                let excited = column_norms(&amounts);
                 for (n, pole) in of.poles.iter().enumerate() {
                     let resists = c64::new(0.0, omega) - *pole;
-                    if resists.norm() <= f64::EPSILON * pole.norm() {
-                        return None;
-                    }
-                    for j in 0..amounts.ncols() {
-                        amounts[(n, j)] /= resists;
-                    }
+                    let is_resonant = resists.norm() <= f64::EPSILON * pole.norm();
+                    respond(&mut amounts, n, resists, is_resonant, &excited)?;
                 }
                 Some(&modal.shapes * (&of.shapes * amounts))
             }
@@ -365,6 +361,28 @@ impl Modal {
             given,
         })
     }
+}
+
+fn column_norms(of: &Mat<c64>) -> Vec<f64> {
+    of.col_iter().map(|column| column.norm_l2()).collect()
+}
+
+/// Turns what excites a mode into its response. `None` for a resonance without damping that is excited; one that isn't stays at rest.
+fn respond(
+    amounts: &mut Mat<c64>,
+    mode: usize,
+    resists: c64,
+    is_resonant: bool,
+    excited: &[f64],
+) -> Option<()> {
+    for (j, whole) in excited.iter().enumerate() {
+        amounts[(mode, j)] = match is_resonant {
+            false => amounts[(mode, j)] / resists,
+            true if amounts[(mode, j)].norm() <= UNEXCITED * whole => c64::new(0.0, 0.0),
+            true => return None,
+        };
+    }
+    Some(())
 }
 
 /// ω² and shapes of unit mass, by rising ω², of K + σ M = L Lᵀ and L⁻¹ M L⁻ᵀ = V diag(μ) Vᵀ: ω² = 1/μ − σ and φ = L⁻ᵀ v/√μ.

@@ -7,3 +7,4 @@ mod equilibrium;
 mod frequency;
 mod inertia_relief;
 mod linearization;
+mod whirl;

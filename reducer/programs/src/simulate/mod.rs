@@ -1,5 +1,6 @@
 //! The command line of `simulate`. Results go to standard output, everything else to standard error.
 
+mod campbell;
 mod component_reduction;
 mod fmu;
 mod init;
@@ -24,6 +25,7 @@ use clap::{Args, CommandFactory, Parser, Subcommand, ValueEnum};
 use dcb_formats::output::{Replace, check_output};
 use dcb_formats::results::Results;
 
+use crate::simulate::campbell::CampbellArguments;
 use crate::simulate::fmu::FmuArguments;
 use crate::simulate::init::InitArguments;
 use crate::simulate::linearize::LinearizeArguments;
@@ -163,6 +165,8 @@ enum Command {
     Prepare(PrepareArguments),
     /// Write the linear system about an operating point: A, B, C, D, poles.
     Linearize(LinearizeArguments),
+    /// Whirl over the speed of a rotor: Campbell diagram and critical speeds.
+    Campbell(CampbellArguments),
     /// Pack a scene and its superelements as an FMU: co-simulation by FMI 3.0, in whatever program.
     Fmu(FmuArguments),
     /// Draw recorded quantities over time as SVG.
@@ -211,6 +215,7 @@ pub fn main(arguments: impl IntoIterator<Item = OsString>, other: fn() -> clap::
         Some(Command::Prepare(arguments)) => prepare::run(arguments, &cli.common),
         Some(Command::Study(arguments)) => study::run(arguments, &cli.common),
         Some(Command::Linearize(arguments)) => linearize::run(arguments, &cli.common),
+        Some(Command::Campbell(arguments)) => campbell::run(arguments, &cli.common),
         Some(Command::Fmu(arguments)) => fmu::run(arguments, &cli.common),
         Some(Command::Plot(arguments)) => export(arguments, "svg", picture::plot),
         Some(Command::Csv(arguments)) => export(arguments, "csv", csv::write_csv),
@@ -223,9 +228,10 @@ pub fn main(arguments: impl IntoIterator<Item = OsString>, other: fn() -> clap::
         Some(Command::Man(arguments)) => manual(command(), arguments).map_err(Error::from),
     };
     let told = match cli.command {
-        None | Some(Command::Study(_) | Command::Linearize(_) | Command::Fmu(_)) => {
-            cli.common.told()
-        }
+        None
+        | Some(
+            Command::Study(_) | Command::Linearize(_) | Command::Campbell(_) | Command::Fmu(_),
+        ) => cli.common.told(),
         _ => Told::Everything,
     };
     ended(done, told, Error::is_unusable_input, || {})
