@@ -113,6 +113,12 @@ pub const CATALOGUE: &[Sample] = &[
         make: |cells| crate::bracket(cells as usize),
     },
     Sample {
+        name: "shaft",
+        description: "round steel shaft of a rotor, 1.5 m, with places for two disks and two bearings",
+        refinement: Some(("number of beam elements, a multiple of three", 12)),
+        make: |elements| crate::shaft(elements as usize),
+    },
+    Sample {
         name: "block",
         description: "steel block 0.4 x 0.1 x 0.06 m, quadratic hexahedra",
         refinement: Some(("cells across the height", 2)),

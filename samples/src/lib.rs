@@ -28,6 +28,7 @@ mod bracket;
 mod component;
 mod gallery;
 mod planform;
+mod shaft;
 mod sparse;
 
 pub use axial_prestress::axial_prestress;
@@ -36,6 +37,7 @@ pub use connecting_rod::connecting_rod;
 pub use material::Material;
 pub use planar_rod::{RodSection, planar_rod};
 pub use pseudo_random::PseudoRandom;
+pub use shaft::shaft;
 pub use solid::{
     SolidElement, assemble_solid, box_block, reference_hexahedra, reference_tetrahedra,
 };

@@ -1,6 +1,6 @@
 //! Puts the raw lines of `docs/data` on other programs' files and on Python into their pages: `cargo run --release -p dcb-tests --example render_pages`.
 
-use dcb_tests::pages::{exchange, fuzzing, html_pages, python, read_matrices};
+use dcb_tests::pages::{exchange, fuzzing, html_pages, machine, python, read_matrices, stress};
 
 fn main() {
     for page in [
@@ -11,6 +11,9 @@ fn main() {
         python::LOOP,
         fuzzing::PAGE,
         html_pages::PAGE,
+        machine::ASSEMBLY,
+        machine::RESPONSES,
+        stress::PAGE,
     ] {
         page.write();
     }

@@ -72,7 +72,7 @@ fn everything_comes_back() {
                 synthetic::recovery(&right)
             );
             assert_eq!(file.mesh().unwrap().unwrap(), synthetic::mesh(dimension));
-            assert_eq!(file.format_version(), FormatVersion { major: 1, minor: 5 });
+            assert_eq!(file.format_version(), FormatVersion { major: 1, minor: 6 });
             assert_eq!(file.digest().len(), 64);
             assert!(file.verify_digests().unwrap() > 30);
             assert_eq!(names(folder.path()), ["rod.dcb.h5"]);

@@ -4,8 +4,9 @@ use std::collections::BTreeMap;
 
 use dcb_tests::hard::dynamics::weak_form_map::{FULL, cells, measure};
 use dcb_tests::pages::{
-    accuracy, error_estimate, exchange, fuzzing, hard_cases, html_pages, large_file, motion,
-    python, read_matrices, scene_driven, scene_reduction, speed_against_error, stability,
+    accuracy, error_estimate, exchange, fuzzing, hard_cases, html_pages, large_file, machine,
+    motion, python, read_matrices, scene_driven, scene_reduction, speed_against_error, stability,
+    stress,
 };
 use serde_json::Value;
 
@@ -42,6 +43,9 @@ tests! {
     loops_in_python_are_shown: python::LOOP, assert_shown;
     fuzzing_is_shown: fuzzing::PAGE, assert_shown;
     html_pages_are_shown: html_pages::PAGE, assert_shown;
+    machine_is_shown: machine::ASSEMBLY, assert_shown;
+    responses_of_the_machine_are_shown: machine::RESPONSES, assert_shown;
+    stress_is_shown: stress::PAGE, assert_shown;
 }
 
 #[test]

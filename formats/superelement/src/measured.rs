@@ -119,6 +119,12 @@ impl Correlation {
             for (kept, mode) in pairs() {
                 let square = (std::f64::consts::TAU * mode.frequency).powi(2);
                 let before = updated.modes.eigenvalues[kept];
+                if before <= 0.0 {
+                    return Err(refused(format!(
+                        "mode {} is a motion without stiffness, which no frequency is measured of",
+                        kept + 1
+                    )));
+                }
                 add_share(&mut updated, kept, square.powi(-2) - before.powi(-2));
                 updated.modes.eigenvalues[kept] = square;
                 if let Some(enrichment) = &mut updated.enrichment {

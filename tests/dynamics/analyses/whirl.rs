@@ -7,7 +7,7 @@ use dcb_formats::scene::Scene;
 use dcb_runtime::run::Observer;
 use dcb_runtime::whirl::{Campbell, CampbellRequest, Whirl, campbell};
 use dcb_samples::spatial_beam::{BeamMass, BeamSection, BeamTheory};
-use dcb_samples::{SpatialBeam, spatial_beam};
+use dcb_samples::{SpatialBeam, shaft, spatial_beam};
 use dcb_tests::lowest;
 use serde_json::{Value, json};
 
@@ -36,7 +36,8 @@ fn rigid(polar: f64) -> Value {
             "rigid": {"mass": MASS, "inertia": [DIAMETRAL, DIAMETRAL, polar], "points": {"left": [0, 0, -ARM], "right": [0, 0, ARM]}},
             "angular_velocity": [0, 0, 10]
         }},
-        "springs": {"left": spring("left"), "right": spring("right")}
+        "springs": {"left": spring("left"), "right": spring("right")},
+        "analysis": {"modes": {"count": 8}}
     })
 }
 
@@ -161,7 +162,8 @@ fn a_slender_shaft_is_critical_at_its_bending_frequencies() {
         "springs": {
             "a": {"bushing": {"a": "ground/a", "b": "shaft/a", "translation": [1e9, 1e9, 1e9]}},
             "b": {"bushing": {"a": "ground/b", "b": "shaft/b", "translation": [0, 1e9, 1e9]}}
-        }
+        },
+        "analysis": {"modes": {"count": 8}}
     });
     let speeds: Vec<f64> = (1..=24).map(|i| 120.0 * f64::from(i)).collect();
     let found = whirl_of(&scene, folder.path(), &request(&speeds, &[1.0])).unwrap();
@@ -177,6 +179,85 @@ fn a_slender_shaft_is_critical_at_its_bending_frequencies() {
     for (k, found) in criticals.iter().take(2).enumerate() {
         let expected = unit * ((k + 1) as f64).powi(2);
         assert!((found / expected - 1.0).abs() < 2e-3, "{found} {expected}");
+    }
+}
+
+/// The rotor of example 5.9.1 of the book by Friswell and others, whirling as ROSS has it (`tests/data/whirl`).
+#[test]
+fn the_rotor_of_the_book_whirls_as_in_ross() {
+    let data = Path::new(env!("CARGO_MANIFEST_DIR")).join("data/whirl/ross.json");
+    let data: Value = serde_json::from_str(&std::fs::read_to_string(data).unwrap()).unwrap();
+    let folder = tempfile::tempdir().unwrap();
+    let element = lowest(&shaft(12), 1000).superelement;
+    dcb_tests::write_bare(&folder.path().join("shaft.dcb.h5"), &element);
+    let disk = |index: usize, x: f64| {
+        let of = |key: &str| data["disks"][index][key].as_f64().unwrap();
+        json!({
+            "rigid": {"mass": of("mass"), "inertia": [of("polar"), of("diametral"), of("diametral")], "points": {"hub": [0, 0, 0]}},
+            "position": [x, 0, 0], "angular_velocity": [100, 0, 0]
+        })
+    };
+    let bearing = |at: &str, along: f64| json!({"bushing": {"a": format!("ground/{at}"), "b": format!("shaft/{at}"), "translation": [along, 1e6, 1e6]}});
+    let scene = json!({
+        "dimension": 3, "units": {"length": "m", "mass": "kg", "time": "s"},
+        "ground": {"points": {"left": [0, 0, 0], "right": [1.5, 0, 0]}},
+        "bodies": {
+            "shaft": {"superelement": "shaft.dcb.h5", "angular_velocity": [100, 0, 0]},
+            "small": disk(0, 0.5), "large": disk(1, 1.0)
+        },
+        "joints": {
+            "first": {"fixed": {"a": "shaft/disk-1", "b": "small/hub"}},
+            "second": {"fixed": {"a": "shaft/disk-2", "b": "large/hub"}}
+        },
+        "springs": {"left": bearing("left", 1e6), "right": bearing("right", 0.0)},
+        "analysis": {"modes": {"count": 8}}
+    });
+    let rpm = TAU / 60.0;
+    let numbers = |of: &Value| -> Vec<f64> {
+        of.as_array()
+            .unwrap()
+            .iter()
+            .map(|x| x.as_f64().unwrap())
+            .collect()
+    };
+    let speeds: Vec<f64> = numbers(&data["rpm"])
+        .iter()
+        .map(|speed| speed * rpm)
+        .collect();
+    let grid: Vec<f64> = (1..=60).map(|i| 200.0 * f64::from(i) * rpm).collect();
+    let asked = CampbellRequest {
+        rotor: Some("shaft".into()),
+        ..request(&speeds, &[])
+    };
+    let found = whirl_of(&scene, folder.path(), &asked).unwrap();
+    for (point, expected) in found.points.iter().zip(data["hertz"].as_array().unwrap()) {
+        let across = point
+            .modes
+            .iter()
+            .filter(|mode| mode.whirl == Whirl::Across);
+        let across: Vec<f64> = across.map(|mode| mode.frequency).collect();
+        for (found, expected) in across.iter().zip(numbers(expected)) {
+            assert!((found / expected - 1.0).abs() < 1e-6, "{found} {expected}");
+        }
+    }
+    let asked = CampbellRequest {
+        orders: vec![1.0, -1.0],
+        speeds: grid,
+        ..asked
+    };
+    let found = whirl_of(&scene, folder.path(), &asked).unwrap();
+    for order in [1.0, -1.0] {
+        let of_ross = data["criticals"].as_array().unwrap().iter();
+        let expected: Vec<f64> = of_ross
+            .filter(|one| one["order"].as_f64() == Some(order))
+            .map(|one| one["rpm"].as_f64().unwrap())
+            .collect();
+        let ours = found.criticals.iter().filter(|one| one.order == order);
+        let ours: Vec<f64> = ours.map(|one| one.speed / rpm).collect();
+        assert!(expected.len() >= 3);
+        for (found, expected) in ours.iter().zip(&expected) {
+            assert!((found / expected - 1.0).abs() < 1e-6, "{ours:?} {expected}");
+        }
     }
 }
 

@@ -7,6 +7,7 @@ pub mod fuzzing;
 pub mod hard_cases;
 pub mod html_pages;
 pub mod large_file;
+pub mod machine;
 pub mod motion;
 pub mod python;
 pub mod read_matrices;
@@ -14,6 +15,7 @@ pub mod scene_driven;
 pub mod scene_reduction;
 pub mod speed_against_error;
 pub mod stability;
+pub mod stress;
 
 use std::path::{Path, PathBuf};
 
