@@ -129,7 +129,7 @@ fn assembly(raw: &str) -> String {
 
 fn responses(raw: &str) -> String {
     let lines = raw_lines(raw);
-    let mut page = conditions(&lines);
+    let page = conditions(&lines);
     let direct = of_kind(&lines, "direct").next();
     let accuracy = |what: &str| of_kind(&lines, "accuracy").find(|line| line["what"] == what);
     let each = direct.map(|line| amount(line, "seconds_each"));

@@ -10,13 +10,16 @@ use dcb_formats::scene::Scene;
 use dcb_formats::units::{DerivedUnits, four_digits};
 use dcb_runtime::analysis::effective_damping::{DampedPart, EffectiveDamping};
 use dcb_runtime::error::Error;
-use dcb_runtime::frequency::{FrequencyReport, Solution};
+use dcb_runtime::frequency::{FrequencyReport, RandomOutput, Solution};
 use dcb_runtime::model::Model;
 use dcb_runtime::run::{ModesReport, Report, RunReport, stiffened};
 
 use crate::program::{CommonArguments, Detail};
 use crate::simulate::SceneArguments;
 use crate::simulate::show::last_values;
+
+/// Outputs below this part of the largest of their unit are rounding.
+const NEGLIGIBLE: f64 = 1e-9;
 
 /// That something is left out, or with `--explain` what.
 pub(super) fn told_of(pruning: &Pruning, arguments: &SceneArguments) -> String {
@@ -208,7 +211,13 @@ fn frequency_table(report: &FrequencyReport, scene: &Scene) -> String {
             format!("zero crossings [{unit}]")
         );
     }
-    for output in &report.random {
+    // What rounding makes of outputs that don't move is left to the files.
+    let largest = |unit: &str| {
+        let alike = report.random.iter().filter(|output| output.unit == unit);
+        alike.map(|output| output.rms).fold(0.0, f64::max)
+    };
+    let moving = |output: &&RandomOutput| output.rms > NEGLIGIBLE * largest(&output.unit);
+    for output in report.random.iter().filter(moving) {
         let _ = writeln!(
             text,
             "{:>13.5e} {:>22.5}   {} [{}]",

@@ -43,7 +43,7 @@ fn further_columns_are_written_named_and_verified() {
         "load wind, krylov left/ux"
     );
     let element = SuperelementFile::open(folder.path("part.dcb.h5")).unwrap();
-    assert_eq!(element.format_version().to_string(), "1.5");
+    assert_eq!(element.format_version().to_string(), "1.6");
     assert_eq!(
         element
             .recovery()

@@ -44,7 +44,7 @@ fn text_shows_the_same_in_columns() {
     let shown = folder.done("inspect rotor.dcb.h5 -v");
     says!(
         shown,
-        "rotor: spatial superelement, format 1.5, units m kg s, frame mean-axis",
+        "rotor: spatial superelement, format 1.6, units m kg s, frame mean-axis",
         "mass      7.796604705e+01 kg",
         "   1          104.637010551",
         "bearing-left   average",

@@ -26,6 +26,7 @@ mod scene;
 mod strangers;
 mod study;
 mod unit_systems;
+mod update;
 mod verify;
 // Each program needs its part of it.
 #[allow(dead_code)]

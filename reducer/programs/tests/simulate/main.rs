@@ -1,6 +1,7 @@
 //! The `simulate` program from outside: what it prints, how it exits, and what it leaves on the disk.
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic)]
 
+mod campbell;
 mod commands;
 mod constraints;
 mod first_steps;

@@ -71,3 +71,18 @@ fn assemblies_run_as_they_are_printed() {
 fn frequency_responses_run_as_they_are_printed() {
     runs_as_printed("docs/frequency-response.md", "tutorial");
 }
+
+#[test]
+fn stresses_run_as_they_are_printed() {
+    runs_as_printed("docs/stress.md", "tutorial");
+}
+
+#[test]
+fn measured_parts_run_as_they_are_printed() {
+    runs_as_printed("docs/measured.md", "tutorial");
+}
+
+#[test]
+fn rotors_run_as_they_are_printed() {
+    runs_as_printed("docs/rotors.md", "tutorial");
+}
