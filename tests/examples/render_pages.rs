@@ -1,6 +1,8 @@
 //! Puts the raw lines of `docs/data` on other programs' files and on Python into their pages: `cargo run --release -p dcb-tests --example render_pages`.
 
-use dcb_tests::pages::{exchange, fuzzing, html_pages, machine, python, read_matrices, stress};
+use dcb_tests::pages::{
+    damping, exchange, fuzzing, html_pages, machine, python, random_response, read_matrices, stress,
+};
 
 fn main() {
     for page in [
@@ -11,6 +13,8 @@ fn main() {
         python::LOOP,
         fuzzing::PAGE,
         html_pages::PAGE,
+        damping::PAGE,
+        random_response::PAGE,
         machine::ASSEMBLY,
         machine::RESPONSES,
         stress::PAGE,

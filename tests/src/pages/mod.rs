@@ -1,6 +1,7 @@
 //! Pages of `docs/` with parts that are rendered from the raw lines of measurements, which stand in `docs/data`.
 
 pub mod accuracy;
+pub mod damping;
 pub mod error_estimate;
 pub mod exchange;
 pub mod fuzzing;
@@ -10,6 +11,7 @@ pub mod large_file;
 pub mod machine;
 pub mod motion;
 pub mod python;
+pub mod random_response;
 pub mod read_matrices;
 pub mod scene_driven;
 pub mod scene_reduction;
