@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use super::check::finite;
+use super::spectrum::{Correlation, check_amplitudes, check_density};
 use super::values::{not_negative, positive};
 use super::{Linearization, ModalRatios};
 use crate::Error;
@@ -40,6 +40,16 @@ pub struct FrequencyResponse {
     /// Random inputs: for each a table of its one-sided power spectral density, `[[frequency, density], ...]`, zero beyond its ends.
     #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
     pub random: BTreeMap<String, Vec<[f64; 2]>>,
+    /// Random inputs that belong together; all others are independent of each other.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub correlated: Vec<Correlation>,
+    /// Load cases: for each its complex amplitudes by input, `[[frequency, real, imaginary], ...]`, joined by lines, zero beyond their ends. The outputs are shown
+    /// by each case too.
+    #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
+    pub cases: BTreeMap<String, BTreeMap<String, Vec<[f64; 3]>>>,
+    /// Springs, bushings and joints through which the outputs are reached: each output is split into what comes through each of them.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub paths: Vec<String>,
     /// What happens where a superelement's file isn't made for the highest frequency.
     #[serde(default)]
     pub beyond_band: BeyondBand,
@@ -165,6 +175,21 @@ impl FrequencyResponse {
         for (name, table) in &self.random {
             check_density(&format!("{location}.random.{name}"), table)?;
         }
+        for (index, correlation) in self.correlated.iter().enumerate() {
+            correlation.check(&format!("{location}.correlated[{index}]"))?;
+        }
+        for (case, inputs) in &self.cases {
+            let at = format!("{location}.cases.{case}");
+            if inputs.is_empty() {
+                return Err(Error::described(
+                    at,
+                    "is empty; expected {\"INPUT\": [[frequency, real, imaginary], ...]}",
+                ));
+            }
+            for (name, table) in inputs {
+                check_amplitudes(&format!("{at}.{name}"), table)?;
+            }
+        }
         Ok(())
     }
 
@@ -208,40 +233,5 @@ impl FrequencyResponse {
                 Ok(())
             }
         }
-    }
-}
-
-fn check_density(location: &str, table: &[[f64; 2]]) -> Result<(), Error> {
-    if table.len() < 2 {
-        return Err(Error::described(
-            location,
-            format!(
-                "has {} points, expected at least 2: [[frequency, density], ...]",
-                table.len()
-            ),
-        ));
-    }
-    for (index, [frequency, density]) in table.iter().enumerate() {
-        finite(&format!("{location}[{index}][0]"), *frequency)?;
-        if *frequency < 0.0 {
-            return Err(Error::described(
-                format!("{location}[{index}][0]"),
-                format!(
-                    "is {frequency}, expected a frequency that is not negative (densities are one-sided)"
-                ),
-            ));
-        }
-        not_negative(&format!("{location}[{index}][1]"), *density)?;
-    }
-    match table.windows(2).position(|pair| pair[0][0] >= pair[1][0]) {
-        None => Ok(()),
-        Some(index) => Err(Error::described(
-            format!("{location}[{}][0]", index + 1),
-            format!(
-                "is {}, after {}; expected ascending frequencies",
-                table[index + 1][0],
-                table[index][0]
-            ),
-        )),
     }
 }

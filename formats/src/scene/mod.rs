@@ -24,6 +24,7 @@ mod read;
 mod recording;
 mod samples;
 mod settings;
+mod spectrum;
 mod spring;
 mod values;
 
@@ -69,6 +70,7 @@ pub use recording::{FieldRequest, Record};
 pub use settings::{
     Analysis, Compatibility, Initial, Linearization, ModesAnalysis, RedundantConstraints,
 };
+pub use spectrum::Correlation;
 pub use spring::{Bushing, LineSpring, Spring, TorsionSpring};
 pub use values::{AngularVelocity, Characteristic, Orientation, RotaryInertia, in_space};
 

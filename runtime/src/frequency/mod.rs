@@ -3,7 +3,9 @@
 //! The mechanism is linearised as for a linear system ([`crate::linear`]), gyroscopic terms, static preload and forces of joints included. Inputs are loads of unit
 //! amplitude and drives of unit motion; outputs are whatever a run records and follows from a state. `transfer.rs` has the equations.
 
+mod excitation;
 mod grid;
+mod paths;
 mod random;
 mod transfer;
 
@@ -14,10 +16,11 @@ use dcb_superelement::LeftOutBy;
 use faer::c64;
 
 use crate::error::Error;
-use crate::linear::{Coordinates, LinearRequest, linearized};
+use crate::linear::{Coordinates, LinearRequest, Wanted, linearized};
 use crate::model::Recorder;
 use crate::system::{State, System};
 
+use paths::Paths;
 pub use random::RandomOutput;
 pub use transfer::Solution;
 use transfer::{Resonance, Transfer};
@@ -61,6 +64,8 @@ pub struct Peak {
     pub phase: f64,
     /// Ratio to critical of the resonance there; `None` where there is none.
     pub damping: Option<f64>,
+    /// Paths that are asked for, and which part of the response comes through each: the real part of a ratio, so that all add up to 1.
+    pub paths: Vec<(String, f64)>,
 }
 
 /// The frequency responses of a mechanism at a state with consistent positions and velocities; `note` is told what a user should know.
@@ -85,14 +90,21 @@ pub(crate) fn frequency_response(
     let moves = state.velocities.iter().any(|velocity| *velocity != 0.0);
     let still = state.without_motion();
     let state = if moves { state } else { &still };
-    let wanted = Coordinates::Orthonormal;
-    let linear = linearized(scene, system, state, recorder, &request, wanted)?;
+    let paths = Paths::of(system, asked)?;
+    let mut wanted = Wanted::of(Coordinates::Orthonormal);
+    wanted.forces = paths.rows();
+    let linear = linearized(scene, system, state, recorder, &request, &wanted)?;
+    let without = paths.without(scene, (system, state), recorder, &request, &linear)?;
     if moves {
         note(
             "the mechanism moves here: responses are those of this instant, to forces and motions in axes that move along",
         );
     }
     let transfer = Transfer::of(&linear, asked)?;
+    let without = without.as_ref();
+    let without = without
+        .map(|linear| Transfer::of(linear, asked))
+        .transpose()?;
     let resonances = transfer.resonances();
     let frequency = grid::frequencies(&asked.frequencies, &resonances);
     let time = &scene.units.time;
@@ -115,8 +127,13 @@ pub(crate) fn frequency_response(
         frequency,
         ..FrequencyResponses::default()
     };
+    let outputs = responses.outputs.len();
+    responses.outputs.extend(paths.signals(&responses.outputs));
     for frequency in responses.frequency.clone() {
-        let found = transfer.at(frequency)?;
+        let mut found = transfer.at(frequency)?;
+        if let Some(without) = &without {
+            found = paths.split(&found, &without.at(frequency)?);
+        }
         let rate = c64::new(0.0, std::f64::consts::TAU * frequency);
         let made = match asked.output_as {
             OutputForm::Itself => c64::new(1.0, 0.0),
@@ -136,7 +153,9 @@ pub(crate) fn frequency_response(
             }
         }
     }
-    let random = random::random(&mut responses, asked)?;
+    let mut random = random::random(&mut responses, asked)?;
+    random.truncate(outputs);
+    excitation::append_cases(&mut responses, asked)?;
     let largest = |unit: &str| {
         let same = random.iter().filter(|output| output.unit == unit);
         same.map(|output| output.rms).fold(0.0, f64::max)
@@ -151,8 +170,13 @@ pub(crate) fn frequency_response(
             100.0 * output.coarseness
         ));
     }
+    if let Some(gap) = paths.gap(&responses, outputs) {
+        note(&gap);
+    }
+    let mut peaks = peaks(&responses, outputs, &resonances);
+    paths.share(&responses, outputs, &mut peaks);
     Ok(FrequencyReport {
-        peaks: peaks(&responses, &resonances),
+        peaks,
         solution: transfer.solution(),
         freedoms: linear.second_order.units.len(),
         responses,
@@ -226,16 +250,17 @@ fn beyond_band(
 }
 
 /// The largest peaks of each output by each input, by rising frequency.
-fn peaks(responses: &FrequencyResponses, resonances: &[Resonance]) -> Vec<Peak> {
+fn peaks(responses: &FrequencyResponses, outputs: usize, resonances: &[Resonance]) -> Vec<Peak> {
     let mut all = Vec::new();
     let largest_of = |i: usize, j: usize| {
         let values = responses.of(i, j).into_iter();
         values.map(|[re, im]| re.hypot(im)).fold(0.0, f64::max)
     };
-    for (i, output) in responses.outputs.iter().enumerate() {
+    let of_scene = &responses.outputs[..outputs];
+    for (i, output) in of_scene.iter().enumerate() {
         for (j, input) in responses.inputs.iter().enumerate() {
-            let alike = (responses.outputs.iter().enumerate())
-                .filter(|(_, other)| other.unit == output.unit);
+            let alike =
+                (of_scene.iter().enumerate()).filter(|(_, other)| other.unit == output.unit);
             let largest = alike
                 .map(|(other, _)| largest_of(other, j))
                 .fold(0.0, f64::max);
@@ -260,11 +285,15 @@ fn peaks(responses: &FrequencyResponses, resonances: &[Resonance]) -> Vec<Peak> 
                 Peak {
                     output: output.name.clone(),
                     input: input.name.clone(),
-                    unit: format!("({})/({})", output.unit, input.unit),
+                    unit: match input.unit.as_str() {
+                        "1" => output.unit.clone(),
+                        unit => format!("({})/({unit})", output.unit),
+                    },
                     frequency,
                     amplitude: size(k),
                     phase: values[k][1].atan2(values[k][0]).to_degrees(),
                     damping: nearest.filter(|of| away(of) < NEAR).map(|of| of.ratio),
+                    paths: Vec::new(),
                 }
             }));
         }

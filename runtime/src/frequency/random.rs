@@ -1,17 +1,22 @@
-//! Random responses: densities of outputs under inputs that are random, stationary and independent of each other.
+//! Random responses: densities of outputs under inputs that are random and stationary.
 //!
 //! ```text
-//! S_y(f) = Σ_j |H_yj(f)|² S_j(f)        rms² = ∫ S_y df        zero crossings upwards = (∫ f² S_y df / ∫ S_y df)^½
+//! S_y(f) = Σ_j Σ_k H_yj S_jk H_yk*        rms² = ∫ S_y df        zero crossings upwards = (∫ f² S_y df / ∫ S_y df)^½
 //! ```
+//! S_jk is the cross density of input j and the complex conjugate of input k: S_j for j = k, zero for inputs that are independent of each other, and
+//! (γ² S_j S_k)^½ exp(2πi f τ) for the coherence γ² with k later than j by τ. No motion has a negative density if the Hermitian S has no negative eigenvalue.
 
 use dcb_formats::results::FrequencyResponses;
+use dcb_formats::scene::{Correlation, FrequencyResponse};
+use faer::{Mat, Side, c64};
 
-use dcb_formats::scene::FrequencyResponse;
-
+use super::excitation::{amplitude, density, input_place};
 use crate::error::Error;
 
 /// Differences of an integral to that over every other frequency above this are told.
 const COARSE: f64 = 0.01;
+/// Negative eigenvalues of densities above this part of their sum are rounding.
+const ROUNDING: f64 = 1e-9;
 
 /// One output under random inputs.
 #[derive(Clone, Debug, PartialEq)]
@@ -35,53 +40,113 @@ impl RandomOutput {
     }
 }
 
+/// The random inputs, and pairs of them that belong together.
+struct RandomInputs<'a> {
+    /// Places among the inputs of the responses, with their densities.
+    inputs: Vec<(usize, &'a [[f64; 2]])>,
+    /// Places among the random inputs.
+    pairs: Vec<([usize; 2], &'a Correlation)>,
+}
+
+impl<'a> RandomInputs<'a> {
+    fn of(responses: &FrequencyResponses, asked: &'a FrequencyResponse) -> Result<Self, Error> {
+        let mut inputs = Vec::with_capacity(asked.random.len());
+        for (name, table) in &asked.random {
+            let at = || format!("analysis.frequency_response.random.{name}");
+            let place = input_place(responses, asked, name, at)?;
+            inputs.push((place, table.as_slice()));
+        }
+        let mut pairs: Vec<([usize; 2], &Correlation)> = Vec::new();
+        for (index, correlation) in asked.correlated.iter().enumerate() {
+            let at = || format!("analysis.frequency_response.correlated[{index}].inputs");
+            let place = |name: &String| -> Result<usize, Error> {
+                let of_input = input_place(responses, asked, name, at)?;
+                let mut own = inputs.iter();
+                own.position(|(input, _)| *input == of_input)
+                    .ok_or_else(|| {
+                        Error::described(at(), format!("{name:?} has no density in `random`"))
+                    })
+            };
+            let [a, b] = &correlation.inputs;
+            let pair = [place(a)?, place(b)?];
+            let same = |known: &[usize; 2]| *known == pair || *known == [pair[1], pair[0]];
+            if pairs.iter().any(|(known, _)| same(known)) {
+                return Err(Error::described(
+                    at(),
+                    format!("the pair {a:?} and {b:?} stands twice"),
+                ));
+            }
+            pairs.push((pair, correlation));
+        }
+        Ok(Self { inputs, pairs })
+    }
+
+    /// S at a frequency.
+    fn densities(&self, frequency: f64) -> Result<Mat<c64>, Error> {
+        let own = |place: usize| density(self.inputs[place].1, frequency);
+        let mut all = Mat::from_fn(self.inputs.len(), self.inputs.len(), |i, j| {
+            c64::new(if i == j { own(i) } else { 0.0 }, 0.0)
+        });
+        for ([a, b], correlation) in &self.pairs {
+            let both = match (&correlation.density, correlation.coherence) {
+                (Some(table), _) => amplitude(table, frequency),
+                (None, coherence) => {
+                    let size = (coherence.unwrap_or(0.0) * own(*a) * own(*b)).sqrt();
+                    let later = correlation.delay.unwrap_or(0.0);
+                    c64::from_polar(size, std::f64::consts::TAU * frequency * later)
+                }
+            };
+            all[(*a, *b)] = both;
+            all[(*b, *a)] = both.conj();
+        }
+        if self.pairs.is_empty() {
+            return Ok(all);
+        }
+        let sum: f64 = (0..all.nrows()).map(own).sum();
+        let values = all
+            .self_adjoint_eigenvalues(Side::Lower)
+            .map_err(|_| Error::NoEigenvalues)?;
+        let least = values.iter().copied().fold(f64::INFINITY, f64::min);
+        if least < -ROUNDING * sum {
+            return Err(Error::described(
+                "analysis.frequency_response.correlated",
+                format!(
+                    "isn't possible at the frequency {frequency}: some combination of the inputs has the negative density {least:.3e}; the size of a cross density is at most the root of the product of both densities, and further pairs bind it more"
+                ),
+            ));
+        }
+        Ok(all)
+    }
+}
+
 /// Densities of all outputs, which `responses` gets, and what they amount to.
 ///
 /// # Errors
-/// [`Error::Description`] for an input that isn't one of the analysis.
+/// [`Error::Description`] for an input that isn't one of the analysis, and for correlations that no random inputs have.
 pub(super) fn random(
     responses: &mut FrequencyResponses,
     asked: &FrequencyResponse,
 ) -> Result<Vec<RandomOutput>, Error> {
-    if asked.random.is_empty() {
+    let inputs = RandomInputs::of(responses, asked)?;
+    if inputs.inputs.is_empty() {
         return Ok(Vec::new());
     }
-    // An input may have been asked for by another name: NAME/INDEX of a load with one component.
-    let is_one_to_one = asked.inputs.len() == responses.inputs.len();
-    let count = responses.frequency.len();
-    let mut total = vec![0.0; count * responses.outputs.len()];
-    for (name, table) in &asked.random {
-        let by_own_name = responses
-            .inputs
-            .iter()
-            .position(|input| input.name == *name);
-        let by_request = || {
-            asked
-                .inputs
-                .iter()
-                .position(|input| input == name)
-                .filter(|_| is_one_to_one)
-        };
-        let Some(input) = by_own_name.or_else(by_request) else {
-            let known: Vec<&str> = responses
-                .inputs
-                .iter()
-                .map(|input| input.name.as_str())
-                .collect();
-            return Err(Error::described(
-                format!("analysis.frequency_response.random.{name}"),
-                format!(
-                    "is no input of the analysis (there are: {}); a load with several components has one input for each",
-                    known.join(", ")
-                ),
-            ));
-        };
-        for output in 0..responses.outputs.len() {
-            for (k, [real, imaginary]) in responses.of(output, input).into_iter().enumerate() {
-                let square = real * real + imaginary * imaginary;
-                total[k * responses.outputs.len() + output] +=
-                    square * density(table, responses.frequency[k]);
-            }
+    let (rows, columns) = (responses.outputs.len(), responses.inputs.len());
+    let mut total = Vec::with_capacity(responses.frequency.len() * rows);
+    for (k, frequency) in responses.frequency.iter().enumerate() {
+        let densities = inputs.densities(*frequency)?;
+        for output in 0..rows {
+            let by = |input: usize| {
+                let place = (k * rows + output) * columns + inputs.inputs[input].0;
+                c64::new(responses.real[place], responses.imaginary[place])
+            };
+            let count = inputs.inputs.len();
+            let terms = (0..count).flat_map(|i| (0..count).map(move |j| (i, j)));
+            let sum: f64 = terms
+                .map(|(i, j)| (by(i) * densities[(i, j)] * by(j).conj()).re)
+                .sum();
+            // Inputs that cancel leave rounding.
+            total.push(sum.max(0.0));
         }
     }
     responses.density = total;
@@ -116,21 +181,6 @@ pub(super) fn random(
         .collect())
 }
 
-/// Between the points of a table, zero beyond its ends.
-fn density(table: &[[f64; 2]], frequency: f64) -> f64 {
-    let next = table.partition_point(|[at, _]| *at <= frequency);
-    match (
-        next.checked_sub(1).and_then(|last| table.get(last)),
-        table.get(next),
-    ) {
-        (Some([from, low]), Some([to, high])) => {
-            low + (high - low) * (frequency - from) / (to - from)
-        }
-        (Some([from, low]), None) if *from == frequency => *low,
-        _ => 0.0,
-    }
-}
-
 /// By trapezoids over every `stride`th point, and the last.
 fn integral(places: &[f64], values: &[f64], stride: usize) -> f64 {
     let mut picked: Vec<usize> = (0..places.len()).step_by(stride).collect();
@@ -148,10 +198,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_table_is_joined_by_lines_and_zero_beyond() {
-        let table = [[1.0, 2.0], [3.0, 4.0]];
-        let found = [0.5, 1.0, 2.0, 3.0, 3.5].map(|f| density(&table, f));
-        assert_eq!(found, [0.0, 2.0, 3.0, 4.0, 0.0]);
+    fn trapezoids_take_unequal_steps() {
         assert!((integral(&[1.0, 2.0, 4.0], &[1.0, 1.0, 3.0], 1) - 5.0).abs() < 1e-15);
     }
 }

@@ -3,7 +3,7 @@
 //! ```text
 //! (−ω² M + iω C + (1 + iη) K) ζ = F u − (−ω² M_d + iω C_d + (1 + iη) K_d) ζ_d        y = C₁ ζ + iω C₂ ζ + D u
 //! ```
-//! ζ are independent coordinates, ζ_d those of drives. At rest M and K are symmetric: in their modes, all of them, what is static is kept exactly. Where damping
+//! With C₁ (1 + iη) for forces and accelerations, which see places through the stiffness. ζ are independent coordinates, ζ_d those of drives. At rest M and K are symmetric: in their modes, all of them, what is static is kept exactly. Where damping
 //! doesn't couple the modes a frequency costs O(n); where it does, complex modes do the same. Both are checked against a direct solution. About a motion, and
 //! where the check fails, each frequency is solved directly, O(n³).
 
@@ -170,6 +170,11 @@ impl<'a> Transfer<'a> {
         let rate = c64::new(0.0, omega);
         let (rows, columns) = (system.c.nrows(), system.b.ncols());
         let responses = Mat::from_fn(rows, columns, |i, j| {
+            // What a force or an acceleration has of places it has through the stiffness.
+            let loss = match self.linear.follows_forces[i] {
+                true => self.loss,
+                false => 0.0,
+            };
             let mut sum = zero;
             for coordinate in 0..k {
                 let amount = match coordinate < self.free {
@@ -178,7 +183,7 @@ impl<'a> Transfer<'a> {
                     false => continue,
                 };
                 sum += amount
-                    * (c64::new(system.c[(i, coordinate)], 0.0)
+                    * (c64::new(1.0, loss) * system.c[(i, coordinate)]
                         + rate * system.c[(i, k + coordinate)]);
             }
             // u of a drive is its acceleration.

@@ -320,6 +320,33 @@ fn named<'a>(candidates: &'a [Candidate], name: &str) -> Vec<&'a Candidate> {
     }
 }
 
+/// Efforts of actuators of their own along rows.
+pub(super) fn efforts(system: &System, rows: &[usize]) -> Vec<Input> {
+    let given = rows
+        .iter()
+        .filter_map(|row| match system.rows[*row].demand {
+            Demand::Actuate(actuator) => match system.actuators[actuator].source {
+                Source::Given(signal) => Some((*row, signal)),
+                _ => None,
+            },
+            _ => None,
+        });
+    given
+        .map(|(row, signal)| Input {
+            variable: Variable {
+                name: system.connections[system.rows[row].connection].name.clone(),
+                unit: String::new(),
+                at: 0.0,
+            },
+            kind: Kind::Actuator {
+                row,
+                signal,
+                effort: 1.0,
+            },
+        })
+        .collect()
+}
+
 /// The mechanism without the loads that are inputs.
 pub(super) fn without_loads(system: &System, inputs: &[Input]) -> System {
     let mut quiet = system.clone();

@@ -14,9 +14,11 @@ mod coordinates;
 mod input;
 mod operating_point;
 mod output;
+mod paths;
 mod separation;
 
 pub(crate) use operating_point::settled;
+pub(crate) use paths::{Path, cut, paths};
 
 use faer::Mat;
 use faer::linalg::solvers::Solve;
@@ -52,7 +54,8 @@ pub(crate) fn linear_system(
     recorder: &mut Recorder,
     request: &LinearRequest,
 ) -> Result<LinearSystem, Error> {
-    linearized(scene, system, state, recorder, request, Coordinates::Named).map(|of| of.system)
+    let wanted = Wanted::of(Coordinates::Named);
+    linearized(scene, system, state, recorder, request, &wanted).map(|of| of.system)
 }
 
 /// Which coordinates a linear system is in.
@@ -64,10 +67,33 @@ pub(crate) enum Coordinates {
     Orthonormal,
 }
 
+/// What is wanted of a linear system beside the request.
+pub(crate) struct Wanted {
+    coordinates: Coordinates,
+    /// Rows whose forces come after the outputs.
+    pub forces: Vec<usize>,
+    /// Rows of given efforts that come after the inputs.
+    pub efforts: Vec<usize>,
+}
+
+impl Wanted {
+    pub fn of(coordinates: Coordinates) -> Self {
+        Self {
+            coordinates,
+            forces: Vec::new(),
+            efforts: Vec::new(),
+        }
+    }
+}
+
 /// A linear system, and the equations of second order that it was made of.
 pub(crate) struct Linearized {
     pub system: LinearSystem,
     pub second_order: SecondOrder,
+    /// Of each row of C whether it is a force or an acceleration: at rest what it has of places it has through the stiffness.
+    pub follows_forces: Vec<bool>,
+    /// Forces of the rows that were wanted, at the state.
+    pub forces: Vec<f64>,
 }
 
 /// `M ζ'' + C ζ' + K ζ = F u` over the free coordinates, and those of drives.
@@ -89,13 +115,14 @@ pub(crate) fn linearized(
     state: &State,
     recorder: &mut Recorder,
     request: &LinearRequest,
-    wanted: Coordinates,
+    wanted: &Wanted,
 ) -> Result<Linearized, Error> {
     refuse_memory(system)?;
-    let inputs = input::chosen(system, state, scene, &request.inputs)?;
-    let outputs = Outputs::chosen(recorder, &request.outputs)?;
+    let mut inputs = input::chosen(system, state, scene, &request.inputs)?;
+    inputs.extend(input::efforts(system, &wanted.efforts));
+    let outputs = Outputs::chosen(recorder, &request.outputs, &wanted.forces)?;
     let quiet;
-    let system = match wanted {
+    let system = match wanted.coordinates {
         Coordinates::Named => system,
         Coordinates::Orthonormal => {
             quiet = input::without_loads(system, &inputs);
@@ -106,7 +133,7 @@ pub(crate) fn linearized(
     let mut motion = IndependentMotion::at(system, state, &driven)?;
     // Forces of joints that balanced the loads at the start have a stiffness of their own.
     let without_loads;
-    let state = match wanted {
+    let state = match wanted.coordinates {
         Coordinates::Named => state,
         Coordinates::Orthonormal => {
             without_loads = operating_point::with_reactions(system, state, &motion);
@@ -124,7 +151,7 @@ pub(crate) fn linearized(
             "can't move: joints and drives leave no degree of freedom; name a drive as an input, or free a joint",
         ));
     }
-    let names = match wanted {
+    let names = match wanted.coordinates {
         Coordinates::Named => coordinates::choose(scene, system, &mut motion, &inputs)?,
         Coordinates::Orthonormal => Vec::new(),
     };
@@ -198,6 +225,8 @@ pub(crate) fn linearized(
     Ok(Linearized {
         system,
         second_order,
+        follows_forces: outputs.follow_forces(recorder),
+        forces: wanted.forces.iter().map(|row| state.forces[*row]).collect(),
     })
 }
 

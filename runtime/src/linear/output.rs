@@ -14,6 +14,8 @@ use crate::system::{State, System};
 /// Outputs, by their places in the rows of a recorder.
 pub(super) struct Outputs {
     channels: Vec<usize>,
+    /// Rows of the system whose forces come after the channels.
+    rows: Vec<usize>,
 }
 
 /// How a mechanism changes by a unit of a state or an input.
@@ -30,7 +32,11 @@ pub(super) struct Direction {
 
 impl Outputs {
     /// The outputs that are asked for; the scene's that follow from a state, where no names are given.
-    pub(super) fn chosen(recorder: &Recorder, names: &[String]) -> Result<Self, Error> {
+    pub(super) fn chosen(
+        recorder: &Recorder,
+        names: &[String],
+        rows: &[usize],
+    ) -> Result<Self, Error> {
         let mut channels = Vec::new();
         if names.is_empty() {
             let of_scene = recorder.channels().iter().enumerate();
@@ -76,10 +82,24 @@ impl Outputs {
             }
             channels.push(index);
         }
-        Ok(Self { channels })
+        Ok(Self {
+            channels,
+            rows: rows.to_vec(),
+        })
     }
 
-    /// Names, units and values.
+    /// Of each number whether it is a force or an acceleration.
+    pub(super) fn follow_forces(&self, recorder: &Recorder) -> Vec<bool> {
+        let channels = self.channels.iter().flat_map(|index| {
+            let count = recorder.channels()[*index].columns.len();
+            std::iter::repeat_n(recorder.follows_forces(*index), count)
+        });
+        channels
+            .chain(std::iter::repeat_n(true, self.rows.len()))
+            .collect()
+    }
+
+    /// Names, units and values; rows have none.
     pub(super) fn variables(&self, recorder: &Recorder, at: &[f64]) -> Vec<Variable> {
         let channels = self
             .channels
@@ -125,7 +145,10 @@ impl Outputs {
                 }
             }
             let row = recorder.row(&RecordedStep::at(system, &state, &mut evaluation));
-            columns.iter().map(|column| row[*column]).collect()
+            let channels = columns.iter().map(|column| row[*column]);
+            channels
+                .chain(self.rows.iter().map(|row| state.forces[*row]))
+                .collect()
         };
         let at = values(&system, state.clone());
         let slopes = directions

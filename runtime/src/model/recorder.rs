@@ -10,7 +10,7 @@ use super::Names;
 use super::library::Library;
 use super::moment::Moment;
 use super::outputs::{OutputBuilder, energy};
-use super::probe::Probe;
+use super::probe::{FrameQuantity, NodeQuantity, Probe};
 use super::quantities::{Quantities, column};
 use crate::body::Compatibility;
 use crate::energy::{Energy, Works};
@@ -328,6 +328,19 @@ impl Recorder {
     /// Whether a channel's numbers have derivatives everywhere.
     pub(crate) fn is_smooth(&self, channel: usize) -> bool {
         !matches!(&self.probes[channel], Probe::Stress(stress) if !stress.is_smooth())
+    }
+
+    /// Whether a channel's numbers are forces or accelerations: what they have of a place they have through the stiffness.
+    pub(crate) fn follows_forces(&self, channel: usize) -> bool {
+        match &self.probes[channel] {
+            Probe::Reaction { .. }
+            | Probe::InterfaceForce { .. }
+            | Probe::Forces { .. }
+            | Probe::RowForces { .. } => true,
+            Probe::Frame(frame) => frame.quantity == FrameQuantity::Acceleration,
+            Probe::Node { quantity, .. } => *quantity == NodeQuantity::Acceleration,
+            _ => false,
+        }
     }
 
     /// The values of all channels at a step.

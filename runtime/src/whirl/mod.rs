@@ -7,15 +7,18 @@
 //! ```text
 //! Ω + ω   and   Ω − ω        positive: forward whirl, with the spin; negative: backward
 //! ```
-//! With equal supports each mode is one of the two. A critical speed of the order k is where a whirl has the frequency kΩ: the number of modes above kΩ changes there, and
-//! bisection finds it.
+//! With equal supports each mode is one of the two. A critical speed of the order k is where a whirl has the frequency kΩ: the number of modes above kΩ changes there,
+//! bisection finds it, and interpolation between speeds beside it.
 
 mod circular;
 
 use dcb_formats::scene::Scene;
+use faer::Mat;
+use faer::linalg::solvers::SolveLstsq;
 use nalgebra::{UnitQuaternion, Vector3};
 
 use crate::analysis::eigenmodes::Eigenmodes;
+use crate::analysis::independent::IndependentMotion;
 use crate::error::Error;
 use crate::initial::Starter;
 use crate::model::Model;
@@ -28,10 +31,12 @@ use circular::{Axis, whirl};
 
 /// Velocities that differ by less, as a part of those of the rotor, are the same.
 const SAME: f64 = 1e-9;
-/// Frequencies at another angle of the rotor that differ by more, as a part of themselves or of the speed, tell of supports that aren't alike in all directions.
+/// Matrices at another angle of the rotor that differ by more tell of supports that aren't alike in all directions.
 const ALIKE: f64 = 1e-6;
-/// Critical speeds are found to this part of the highest speed.
-const CRITICAL: f64 = 1e-9;
+/// Critical speeds are searched to this part of the highest speed by counting, which sees no whirl that turning axes see stand still.
+const SEARCHED: f64 = 1e-6;
+/// From speeds so far to both sides they are interpolated, as a part of themselves.
+const BESIDE: f64 = 1e-3;
 /// An angle at which nothing is as at the start.
 const ANOTHER_ANGLE: f64 = 0.6180339887;
 
@@ -98,6 +103,7 @@ pub fn campbell(
     observer: &mut dyn Observer,
 ) -> Result<Option<Campbell>, Error> {
     let rotor = Rotor::of(scene, request, observer)?;
+    rotor.refuse_unlike_supports(request.speeds.last().copied().unwrap_or(rotor.speed))?;
     let mut points = Vec::with_capacity(request.speeds.len());
     let last = request.speeds.last().copied().unwrap_or(0.0);
     for speed in &request.speeds {
@@ -110,13 +116,12 @@ pub fn campbell(
         });
         observer.progress(*speed, last);
     }
-    rotor.refuse_unlike_supports(&points)?;
     let mut criticals = Vec::new();
     for order in &request.orders {
         for pair in points.windows(2) {
             let [a, b] = [&pair[0], &pair[1]]
                 .map(|point| (point.speed, above(&point.modes, point.speed, *order)));
-            rotor.search(*order, a, b, CRITICAL * last, &mut criticals)?;
+            rotor.search(*order, a, b, SEARCHED * last, &mut criticals)?;
         }
     }
     Ok(Some(Campbell {
@@ -124,6 +129,16 @@ pub fn campbell(
         points,
         criticals,
     }))
+}
+
+/// Whether two bases, by columns, have the same combinations.
+fn spans_same(a: &Mat<f64>, b: &Mat<f64>) -> bool {
+    if a.ncols() != b.ncols() {
+        return false;
+    }
+    let factor = b.qr();
+    let left = a - b * factor.solve_lstsq(a);
+    left.norm_l2() <= ALIKE * a.norm_l2()
 }
 
 /// How many whirls are faster than so many cycles per revolution, in its direction.
@@ -303,24 +318,24 @@ impl Rotor {
         Ok(modes)
     }
 
-    /// At another angle supports that aren't alike have other frequencies.
-    fn refuse_unlike_supports(&self, points: &[SpeedPoint]) -> Result<(), Error> {
-        let Some(point) = points.last() else {
-            return Ok(());
+    /// At another angle supports that aren't alike have other matrices over motions in axes that turn along, or hold other motions.
+    fn refuse_unlike_supports(&self, speed: f64) -> Result<(), Error> {
+        let [here, there] = [0.0, ANOTHER_ANGLE].map(|angle| {
+            let state = self.state(speed, angle)?;
+            IndependentMotion::at(&self.system, &state, &[])
+        });
+        let (here, there) = (here?, there?);
+        let of = |motion: &IndependentMotion| {
+            let linear = &motion.linearization;
+            [&linear.mass, &linear.damping, &linear.stiffness].map(Mat::clone)
         };
-        let other = self.modes(point.speed, ANOTHER_ANGLE)?;
-        let sizes = |modes: &[WhirlMode]| {
-            let mut sizes: Vec<f64> = modes.iter().map(|mode| mode.frequency.abs()).collect();
-            sizes.sort_by(f64::total_cmp);
-            sizes
-        };
-        let (a, b) = (sizes(&point.modes), sizes(&other));
-        let apart = |(a, b): (&f64, &f64)| (a - b).abs() > ALIKE * (a.max(*b) + point.speed);
-        if a.len() != b.len() || a.iter().zip(&b).any(apart) {
+        let apart = |(a, b): (&Mat<f64>, &Mat<f64>)| (a - b).norm_l2() > ALIKE * a.norm_l2();
+        let differ = of(&here).iter().zip(&of(&there)).any(apart);
+        if differ || !spans_same(&here.places, &there.places) {
             return Err(Error::described(
                 "springs",
                 format!(
-                    "aren't alike in all directions across the axis of {:?}, or the rotor isn't: its frequencies depend on its angle, so that they aren't those of steady motions; give both directions the same stiffness and damping",
+                    "aren't alike in all directions across the axis of {:?}, or joints aren't: its equations change with its angle, so that there are no steady modes; give both directions the same stiffness and damping",
                     self.name
                 ),
             ));
@@ -342,15 +357,53 @@ impl Rotor {
         }
         let speed = 0.5 * (a.0 + b.0);
         if b.0 - a.0 <= width {
-            found.push(CriticalSpeed {
-                speed,
-                order,
-                count: a.1.abs_diff(b.1),
-            });
-            return Ok(());
+            return self.interpolate(order, speed, a.1.abs_diff(b.1), found);
         }
         let middle = (speed, above(&self.modes(speed, 0.0)?, speed, order));
         self.search(order, a, middle, width, found)?;
         self.search(order, middle, b, width, found)
+    }
+
+    /// Where so many whirls cross the line near a speed.
+    fn interpolate(
+        &self,
+        order: f64,
+        near: f64,
+        count: usize,
+        found: &mut Vec<CriticalSpeed>,
+    ) -> Result<(), Error> {
+        let sides = [1.0 - BESIDE, 1.0 + BESIDE].map(|part| {
+            let speed = part * near;
+            let modes = self.modes(speed, 0.0)?;
+            let across = modes.iter().filter(|mode| mode.whirl == Whirl::Across);
+            let mut gaps: Vec<f64> = across
+                .map(|mode| std::f64::consts::TAU * mode.frequency - order * speed)
+                .collect();
+            gaps.sort_by(|a, b| a.abs().total_cmp(&b.abs()));
+            gaps.truncate(count);
+            Ok::<_, Error>((speed, gaps))
+        });
+        let [a, b] = sides;
+        let ((low, below), (high, above)) = (a?, b?);
+        let mut speeds: Vec<f64> = (below.iter().zip(&above))
+            .map(|(a, b)| match a * b < 0.0 {
+                true => low + (high - low) * a / (a - b),
+                false => near,
+            })
+            .collect();
+        speeds.sort_by(f64::total_cmp);
+        for speed in speeds {
+            match found.last_mut() {
+                Some(last) if last.order == order && (last.speed - speed).abs() < SAME * speed => {
+                    last.count += 1;
+                }
+                _ => found.push(CriticalSpeed {
+                    speed,
+                    order,
+                    count: 1,
+                }),
+            }
+        }
+        Ok(())
     }
 }

@@ -16,7 +16,7 @@ use faer::linalg::solvers::Solve;
 use faer::{Mat, c64};
 
 #[derive(Default)]
-struct Notes(Vec<String>);
+pub(super) struct Notes(Vec<String>);
 
 impl Observer for Notes {
     fn note(&mut self, _: f64, message: &str) {
@@ -29,7 +29,7 @@ impl Observer for Notes {
 }
 
 /// The report of a scene in a folder, what its file has, and the notes.
-fn responses(
+pub(super) fn responses(
     folder: &Path,
     text: &str,
 ) -> Result<(FrequencyReport, FrequencyResponses, Vec<String>), String> {
@@ -58,7 +58,7 @@ fn responses(
 }
 
 /// A mass on a spring and a damper, on a base that a drive moves.
-fn oscillator(analysis: &str) -> String {
+pub(super) fn oscillator(analysis: &str) -> String {
     format!(
         r#"{{"dimension": 2, "units": {{"length": "m", "mass": "kg", "time": "s"}},
           "bodies": {{"base": {{"rigid": {{"mass": 1, "inertia": 1, "points": {{"p": [0, 0]}}}}}},
@@ -73,7 +73,7 @@ fn oscillator(analysis: &str) -> String {
     )
 }
 
-fn near(found: [f64; 2], expected: c64, limit: f64) {
+pub(super) fn near(found: [f64; 2], expected: c64, limit: f64) {
     let difference = (c64::new(found[0], found[1]) - expected).norm();
     assert!(
         difference < limit * expected.norm(),

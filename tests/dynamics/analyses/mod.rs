@@ -5,6 +5,8 @@ mod effective_damping;
 mod eigenmodes;
 mod equilibrium;
 mod frequency;
+mod frequency_inputs;
+mod frequency_paths;
 mod inertia_relief;
 mod linearization;
 mod whirl;

@@ -6,7 +6,6 @@ use std::path::PathBuf;
 
 use clap::Args;
 use dcb_formats::output::check_output;
-use dcb_formats::results::frequency_unit;
 use dcb_formats::scene::Scene;
 use dcb_formats::terminal::one_line;
 use dcb_formats::units::si_factor;
@@ -124,12 +123,10 @@ pub(crate) fn run(
             "stopped before the last speed, nothing was written\n".to_owned(),
         ));
     };
-    let unit = frequency_unit(&scene.units);
     let drawn = Drawn {
         diagram: &diagram,
         per_rpm,
         per_hertz: seconds,
-        unit: &unit,
         modes: arguments.modes,
     };
     let mut text = drawn.text(match common.verbose {
@@ -152,9 +149,8 @@ struct Drawn<'a> {
     diagram: &'a Campbell,
     /// rad/time.
     per_rpm: f64,
-    /// Frequencies over this are those that are shown.
+    /// Cycles per time.
     per_hertz: f64,
-    unit: &'a str,
     modes: usize,
 }
 
@@ -162,11 +158,10 @@ impl Drawn<'_> {
     fn text(&self, listed: usize) -> String {
         let diagram = self.diagram;
         let mut text = format!(
-            "done: whirl of {:?} at {} speeds\n{:>12}   {}, + with the spin, - against it, = along and about the axis\n",
+            "done: whirl of {:?} at {} speeds\n{:>12}   frequency [Hz], + with the spin, - against it, = along and about the axis\n",
             one_line(&diagram.rotor),
             diagram.points.len(),
             "speed [rpm]",
-            format_args!("frequency [{}]", self.unit),
         );
         let every = diagram.points.len().div_ceil(listed.max(1)).max(1);
         let last = diagram.points.len() - 1;
@@ -192,13 +187,7 @@ impl Drawn<'_> {
         match diagram.criticals.is_empty() {
             true => text += "no critical speed between these speeds\n",
             false => {
-                let _ = writeln!(
-                    text,
-                    "{:>12}{:>18}{:>8}",
-                    "critical [rpm]",
-                    format!("[{}]", self.unit),
-                    "order"
-                );
+                let _ = writeln!(text, "{:>12}{:>18}{:>8}", "critical [rpm]", "[Hz]", "order");
             }
         }
         for critical in &diagram.criticals {
@@ -231,7 +220,7 @@ impl Drawn<'_> {
         let columns = vec![
             Column::new("speed", "speed", "rpm"),
             Column::new("mode", "mode", ""),
-            Column::new("frequency", "frequency", self.unit),
+            Column::new("frequency", "frequency", "Hz"),
             Column::new("motion", "motion", ""),
             Column::new("damping", "damping", "1"),
         ];
@@ -306,7 +295,7 @@ impl Drawn<'_> {
         Chart {
             title: format!("Whirl of {}", self.diagram.rotor),
             horizontal: Axis::linear("speed [rpm]"),
-            vertical: Axis::linear(&format!("frequency [{}]", self.unit)),
+            vertical: Axis::linear("frequency [Hz]"),
             series,
             slopes: Vec::new(),
             notes: notes.collect(),

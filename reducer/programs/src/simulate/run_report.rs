@@ -202,6 +202,13 @@ fn frequency_table(report: &FrequencyReport, scene: &Scene) -> String {
             "{:>14.6} {:>13.5e} {:>7.1}° {damping:>9}   {} by {} [{}]",
             peak.frequency, peak.amplitude, peak.phase, peak.output, peak.input, peak.unit
         );
+        if !peak.paths.is_empty() {
+            let parts = peak.paths.iter();
+            let parts: Vec<String> = parts
+                .map(|(name, part)| format!("{name} {:.1} %", 100.0 * part))
+                .collect();
+            let _ = writeln!(text, "{:>14} of it: {}", "", parts.join(", "));
+        }
     }
     if !report.random.is_empty() {
         let _ = writeln!(
