@@ -161,6 +161,14 @@ impl FrequencyResponse {
         }
     }
 
+    /// Loss factor η of all stiffness; zero for other damping.
+    pub fn loss_factor(&self) -> f64 {
+        match self.damping {
+            Some(ResponseDamping::Structural(loss)) => loss,
+            _ => 0.0,
+        }
+    }
+
     pub(super) fn check(&self, location: &str) -> Result<(), Error> {
         self.check_frequencies(&format!("{location}.frequencies"))?;
         match &self.damping {

@@ -3,6 +3,7 @@
 //! The mechanism is linearised as for a linear system ([`crate::linear`]), gyroscopic terms, static preload and forces of joints included. Inputs are loads of unit
 //! amplitude and drives of unit motion; outputs are whatever a run records and follows from a state. `transfer.rs` has the equations.
 
+mod errors;
 mod excitation;
 mod grid;
 mod paths;
@@ -12,14 +13,15 @@ mod transfer;
 use dcb_formats::linear_system::Variable;
 use dcb_formats::results::{FrequencyResponses, Signal};
 use dcb_formats::scene::{BeyondBand, DriveForm, FrequencyResponse, OutputForm, Scene};
-use dcb_superelement::LeftOutBy;
-use faer::c64;
+use dcb_superelement::{ErrorBounds, LeftOutBy};
+use faer::{Mat, c64};
 
 use crate::error::Error;
-use crate::linear::{Coordinates, LinearRequest, Wanted, linearized};
+use crate::linear::{Coordinates, Duals, LinearRequest, Wanted, linearized};
 use crate::model::Recorder;
 use crate::system::{State, System};
 
+use errors::Errors;
 use paths::Paths;
 pub use random::RandomOutput;
 pub use transfer::Solution;
@@ -64,8 +66,19 @@ pub struct Peak {
     pub phase: f64,
     /// Ratio to critical of the resonance there; `None` where there is none.
     pub damping: Option<f64>,
+    /// Estimate of the relative error by what the superelements' files leave out; `None` where they don't tell, and for outputs that are no displacements.
+    pub error: Option<f64>,
     /// Paths that are asked for, and which part of the response comes through each: the real part of a ratio, so that all add up to 1.
     pub paths: Vec<(String, f64)>,
+}
+
+/// A mechanism that is shaken.
+pub(crate) struct Shaken<'a> {
+    pub scene: &'a Scene,
+    pub system: &'a System,
+    pub state: &'a State,
+    /// Of each body, what its superelement leaves out.
+    pub bounds: &'a [Option<ErrorBounds>],
 }
 
 /// The frequency responses of a mechanism at a state with consistent positions and velocities; `note` is told what a user should know.
@@ -73,13 +86,17 @@ pub struct Peak {
 /// # Errors
 /// [`Error::Description`] for a request that can't be met, [`Error::Resonant`] at an undamped resonance.
 pub(crate) fn frequency_response(
-    scene: &Scene,
-    system: &System,
-    state: &State,
+    of: &Shaken,
     recorder: &mut Recorder,
     asked: &FrequencyResponse,
     note: &mut dyn FnMut(&str),
 ) -> Result<FrequencyReport, Error> {
+    let Shaken {
+        scene,
+        system,
+        state,
+        bounds,
+    } = *of;
     beyond_band(scene, system, asked, note)?;
     let request = LinearRequest {
         inputs: asked.inputs.clone(),
@@ -93,6 +110,11 @@ pub(crate) fn frequency_response(
     let paths = Paths::of(system, asked)?;
     let mut wanted = Wanted::of(Coordinates::Orthonormal);
     wanted.forces = paths.rows();
+    if !moves {
+        let told = (0..bounds.len()).filter(|body| bounds[*body].is_some());
+        wanted.interfaces = told.collect();
+        wanted.duals = Duals::With;
+    }
     let linear = linearized(scene, system, state, recorder, &request, &wanted)?;
     let without = paths.without(scene, (system, state), recorder, &request, &linear)?;
     if moves {
@@ -108,9 +130,9 @@ pub(crate) fn frequency_response(
     let resonances = transfer.resonances();
     let frequency = grid::frequencies(&asked.frequencies, &resonances);
     let time = &scene.units.time;
-    let is_drive: Vec<bool> = linear
-        .second_order
-        .drives
+    // Forces along outputs aren't inputs that were asked for.
+    let inputs = linear.system.inputs.len() - linear.duals.iter().flatten().count();
+    let is_drive: Vec<bool> = linear.second_order.drives[..inputs]
         .iter()
         .map(Option::is_some)
         .collect();
@@ -132,7 +154,7 @@ pub(crate) fn frequency_response(
     for frequency in responses.frequency.clone() {
         let mut found = transfer.at(frequency)?;
         if let Some(without) = &without {
-            found = paths.split(&found, &without.at(frequency)?);
+            found = paths.split(&found, &without.at(frequency)?, [outputs, inputs]);
         }
         let rate = c64::new(0.0, std::f64::consts::TAU * frequency);
         let made = match asked.output_as {
@@ -140,8 +162,8 @@ pub(crate) fn frequency_response(
             OutputForm::Rate => rate,
             OutputForm::SecondRate => rate * rate,
         };
-        for i in 0..found.nrows() {
-            for j in 0..found.ncols() {
+        for i in 0..responses.outputs.len() {
+            for j in 0..inputs {
                 let by = match (is_drive[j], asked.drive_as) {
                     (false, _) | (true, DriveForm::Displacement) => c64::new(1.0, 0.0),
                     (true, DriveForm::Velocity) => rate,
@@ -175,6 +197,15 @@ pub(crate) fn frequency_response(
     }
     let mut peaks = peaks(&responses, outputs, &resonances);
     paths.share(&responses, outputs, &mut peaks);
+    if !moves && let Some(errors) = Errors::of(bounds, &linear, asked.loss_factor()) {
+        estimate(
+            &errors,
+            &transfer,
+            &responses,
+            &mut peaks,
+            [outputs, inputs],
+        )?;
+    }
     Ok(FrequencyReport {
         peaks,
         solution: transfer.solution(),
@@ -249,6 +280,34 @@ fn beyond_band(
     Ok(())
 }
 
+/// Tells each peak its error.
+fn estimate(
+    errors: &Errors,
+    transfer: &Transfer,
+    responses: &FrequencyResponses,
+    peaks: &mut [Peak],
+    [outputs, inputs]: [usize; 2],
+) -> Result<(), Error> {
+    let mut known: Option<(f64, Option<Mat<f64>>)> = None;
+    for peak in peaks {
+        let at = match known.take() {
+            Some((frequency, at)) if frequency == peak.frequency => at,
+            _ => errors.at(transfer, peak.frequency, [outputs, inputs])?,
+        };
+        let named = |of: &[Signal], name: &str| of.iter().position(|one| one.name == name);
+        let place = (
+            named(&responses.outputs, &peak.output),
+            named(&responses.inputs[..inputs], &peak.input),
+        );
+        if let (Some(at), (Some(i), Some(j))) = (&at, place) {
+            let whole = transfer.at(peak.frequency)?[(i, j)].norm();
+            peak.error = Some(at[(i, j)] / whole).filter(|error| error.is_finite());
+        }
+        known = Some((peak.frequency, at));
+    }
+    Ok(())
+}
+
 /// The largest peaks of each output by each input, by rising frequency.
 fn peaks(responses: &FrequencyResponses, outputs: usize, resonances: &[Resonance]) -> Vec<Peak> {
     let mut all = Vec::new();
@@ -293,6 +352,7 @@ fn peaks(responses: &FrequencyResponses, outputs: usize, resonances: &[Resonance
                     amplitude: size(k),
                     phase: values[k][1].atan2(values[k][0]).to_degrees(),
                     damping: nearest.filter(|of| away(of) < NEAR).map(|of| of.ratio),
+                    error: None,
                     paths: Vec::new(),
                 }
             }));

@@ -71,10 +71,13 @@ impl Paths {
         linearized(scene, &without, state, recorder, request, &wanted).map(Some)
     }
 
-    /// The outputs, then for each of them what comes through each path and past all of them, from the responses of both mechanisms.
-    pub fn split(&self, whole: &Mat<c64>, without: &Mat<c64>) -> Mat<c64> {
-        let rows: usize = self.list.iter().map(|path| path.rows.len()).sum();
-        let (outputs, inputs) = (whole.nrows() - rows, whole.ncols());
+    /// The outputs, then for each of them what comes through each path and past all of them, from the responses of both mechanisms, by the inputs.
+    pub fn split(
+        &self,
+        whole: &Mat<c64>,
+        without: &Mat<c64>,
+        [outputs, inputs]: [usize; 2],
+    ) -> Mat<c64> {
         let each = self.list.len() + 1;
         let mut all = Mat::zeros(outputs * (1 + each), inputs);
         for i in 0..outputs {

@@ -83,10 +83,7 @@ impl<'a> Transfer<'a> {
             matrices, units, ..
         } = &linear.second_order;
         let free = units.len();
-        let loss = match asked.damping {
-            Some(ResponseDamping::Structural(loss)) => loss,
-            _ => 0.0,
-        };
+        let loss = asked.loss_factor();
         let scaled =
             |of: &Mat<f64>| Mat::from_fn(free, free, |i, j| units[i] * of[(i, j)] * units[j]);
         let [mass, damping, stiffness] = [0, 1, 2].map(|k| scaled(&matrices[k]));

@@ -4,7 +4,7 @@ use dcb_formats::description::{listed, suggestion};
 use dcb_formats::function::{Function, TimeFunction};
 use dcb_formats::linear_system::Variable;
 use dcb_formats::mesh::Dimension;
-use dcb_formats::scene::{Load, Scene};
+use dcb_formats::scene::{self, Scene};
 use nalgebra::Vector3;
 
 use crate::actuator::Source;
@@ -12,8 +12,8 @@ use crate::error::Error;
 use crate::kinematics::frame_motion::Six;
 use crate::model::Quantities;
 use crate::system::evaluation::Evaluation;
-use crate::system::marker::{six, turned_back};
-use crate::system::{ConnectionKind, Demand, LoadAxes, Signal, State, System};
+use crate::system::marker::{Marker, six, turned_back};
+use crate::system::{ConnectionKind, Demand, Load, LoadAxes, Signal, State, System};
 
 /// What an input acts on.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -171,7 +171,7 @@ pub(super) fn is_length(system: &System, row: usize) -> bool {
 fn candidates(system: &System, state: &State, scene: &Scene) -> Vec<Candidate> {
     let mut all = Vec::new();
     for (index, load) in system.loads.iter().enumerate() {
-        let is_torque = matches!(scene.loads.get(&load.name), Some(Load::Torque(_)));
+        let is_torque = matches!(scene.loads.get(&load.name), Some(scene::Load::Torque(_)));
         let (slots, first) = match (system.dimension, is_torque) {
             (Dimension::Planar, true) => (5..6, 5),
             (Dimension::Planar, false) => (0..2, 0),
@@ -318,6 +318,51 @@ fn named<'a>(candidates: &'a [Candidate], name: &str) -> Vec<&'a Candidate> {
         true => by_name().collect(),
         false => given,
     }
+}
+
+/// A mechanism with forces along displacements.
+pub(super) struct Pushed {
+    pub system: System,
+    /// Outputs, and the inputs along them.
+    pub along: Vec<(usize, usize)>,
+}
+
+/// Forces along the displacements of places, world axes, from an output on for each; they become the last inputs.
+pub(super) fn pushed(
+    system: &System,
+    places: &[(Marker, usize)],
+    inputs: &mut Vec<Input>,
+) -> Pushed {
+    let mut system = system.clone();
+    let mut along = Vec::new();
+    for (marker, first) in places {
+        let Some(body) = marker.body else { continue };
+        system.bodies[body].markers.push(system.markers.len());
+        let load = Load {
+            name: String::new(),
+            marker: system.markers.len(),
+            axes: LoadAxes::World,
+            force: [None; 3],
+            torque: [None; 3],
+        };
+        system.markers.push(marker.clone());
+        for slot in 0..system.dimension.coordinate_count() {
+            along.push((first + slot, inputs.len()));
+            inputs.push(Input {
+                variable: Variable {
+                    name: String::new(),
+                    unit: String::new(),
+                    at: 0.0,
+                },
+                kind: Kind::Load {
+                    load: system.loads.len(),
+                    slot,
+                },
+            });
+        }
+        system.loads.push(load);
+    }
+    Pushed { system, along }
 }
 
 /// Efforts of actuators of their own along rows.

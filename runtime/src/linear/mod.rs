@@ -72,8 +72,20 @@ pub(crate) struct Wanted {
     coordinates: Coordinates,
     /// Rows whose forces come after the outputs.
     pub forces: Vec<usize>,
+    /// Bodies the forces on whose interface rows come after these.
+    pub interfaces: Vec<usize>,
     /// Rows of given efforts that come after the inputs.
     pub efforts: Vec<usize>,
+    /// Whether forces along the outputs that are displacements come after these.
+    pub duals: Duals,
+}
+
+/// Forces along displacements.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Duals {
+    Without,
+    /// One for each output that is a displacement of a place on a body.
+    With,
 }
 
 impl Wanted {
@@ -81,7 +93,9 @@ impl Wanted {
         Self {
             coordinates,
             forces: Vec::new(),
+            interfaces: Vec::new(),
             efforts: Vec::new(),
+            duals: Duals::Without,
         }
     }
 }
@@ -94,6 +108,8 @@ pub(crate) struct Linearized {
     pub follows_forces: Vec<bool>,
     /// Forces of the rows that were wanted, at the state.
     pub forces: Vec<f64>,
+    /// For each output the input that is a force along it, where there is one.
+    pub duals: Vec<Option<usize>>,
 }
 
 /// `M ζ'' + C ζ' + K ζ = F u` over the free coordinates, and those of drives.
@@ -120,7 +136,13 @@ pub(crate) fn linearized(
     refuse_memory(system)?;
     let mut inputs = input::chosen(system, state, scene, &request.inputs)?;
     inputs.extend(input::efforts(system, &wanted.efforts));
-    let outputs = Outputs::chosen(recorder, &request.outputs, &wanted.forces)?;
+    let outputs = Outputs::chosen(recorder, &request.outputs, wanted)?;
+    let displaced = match wanted.duals {
+        Duals::With => outputs.displaced(recorder),
+        Duals::Without => Vec::new(),
+    };
+    let pushed = input::pushed(system, &displaced, &mut inputs);
+    let system = &pushed.system;
     let quiet;
     let system = match wanted.coordinates {
         Coordinates::Named => system,
@@ -225,7 +247,13 @@ pub(crate) fn linearized(
     Ok(Linearized {
         system,
         second_order,
-        follows_forces: outputs.follow_forces(recorder),
+        follows_forces: outputs.follow_forces(recorder, at.len()),
+        duals: (0..at.len())
+            .map(|output| {
+                let mut duals = pushed.along.iter();
+                duals.find(|(of, _)| *of == output).map(|(_, input)| *input)
+            })
+            .collect(),
         forces: wanted.forces.iter().map(|row| state.forces[*row]).collect(),
     })
 }

@@ -3,12 +3,14 @@
 use dcb_formats::linear_system::Variable;
 use dcb_formats::results::Channel;
 
+use super::Wanted;
 use super::input::Input;
 use crate::analysis::independent::{STEP, size};
 use crate::analysis::variation::{Variation, derivative};
 use crate::error::Error;
 use crate::model::{RecordedStep, Recorder};
 use crate::system::evaluation::Evaluation;
+use crate::system::marker::Marker;
 use crate::system::{State, System};
 
 /// Outputs, by their places in the rows of a recorder.
@@ -16,6 +18,8 @@ pub(super) struct Outputs {
     channels: Vec<usize>,
     /// Rows of the system whose forces come after the channels.
     rows: Vec<usize>,
+    /// Bodies the forces on whose interfaces come after these.
+    bodies: Vec<usize>,
 }
 
 /// How a mechanism changes by a unit of a state or an input.
@@ -35,7 +39,7 @@ impl Outputs {
     pub(super) fn chosen(
         recorder: &Recorder,
         names: &[String],
-        rows: &[usize],
+        wanted: &Wanted,
     ) -> Result<Self, Error> {
         let mut channels = Vec::new();
         if names.is_empty() {
@@ -84,19 +88,32 @@ impl Outputs {
         }
         Ok(Self {
             channels,
-            rows: rows.to_vec(),
+            rows: wanted.forces.clone(),
+            bodies: wanted.interfaces.clone(),
         })
     }
 
     /// Of each number whether it is a force or an acceleration.
-    pub(super) fn follow_forces(&self, recorder: &Recorder) -> Vec<bool> {
+    pub(super) fn follow_forces(&self, recorder: &Recorder, count: usize) -> Vec<bool> {
         let channels = self.channels.iter().flat_map(|index| {
             let count = recorder.channels()[*index].columns.len();
             std::iter::repeat_n(recorder.follows_forces(*index), count)
         });
         channels
-            .chain(std::iter::repeat_n(true, self.rows.len()))
+            .chain(std::iter::repeat(true))
+            .take(count)
             .collect()
+    }
+
+    /// The places on bodies whose displacements are outputs, with the first of these outputs.
+    pub(super) fn displaced(&self, recorder: &Recorder) -> Vec<(Marker, usize)> {
+        let mut first = 0;
+        let mut all = Vec::new();
+        for index in &self.channels {
+            all.extend((recorder.displaced(*index)).map(|marker| (marker.clone(), first)));
+            first += recorder.channels()[*index].columns.len();
+        }
+        all
     }
 
     /// Names, units and values; rows have none.
@@ -146,9 +163,15 @@ impl Outputs {
             }
             let row = recorder.row(&RecordedStep::at(system, &state, &mut evaluation));
             let channels = columns.iter().map(|column| row[*column]);
-            channels
+            let mut values: Vec<f64> = channels
                 .chain(self.rows.iter().map(|row| state.forces[*row]))
-                .collect()
+                .collect();
+            for body in &self.bodies {
+                let first = values.len();
+                values.resize(first + system.bodies[*body].flexible.rows.len(), 0.0);
+                evaluation.write_interface_forces(system, *body, &mut values[first..]);
+            }
+            values
         };
         let at = values(&system, state.clone());
         let slopes = directions

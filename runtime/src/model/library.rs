@@ -1,12 +1,11 @@
 //! The superelements of a scene, each file read once however many bodies are made of it.
 
-use std::borrow::Cow;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use dcb_formats::component::Units;
 use dcb_formats::mesh::{Dimension, Mesh};
-use dcb_formats::superelement::RecoveryBasis;
+use dcb_formats::superelement::{RecoveryBasis, Superelement};
 use faer::Mat;
 use indexmap::IndexMap;
 
@@ -15,7 +14,7 @@ use crate::body::{Compatibility, FlexibleBody, RigidBody};
 use crate::error::Error;
 use dcb_demand::{AskedPart, Carried, Carrying, LeftOut, PartFile, SuperelementFiles};
 use dcb_formats::scene::{self, Body, BodyKind, Scene, SuperelementBody};
-use dcb_superelement::MadeFor;
+use dcb_superelement::{ErrorBounds, MadeFor};
 
 /// Content of one file that was read.
 #[derive(Clone, Debug, PartialEq)]
@@ -72,6 +71,18 @@ impl OpenFile {
         }
     }
 
+    /// The superelement as a body carries it; `None` where it carries it as rigid.
+    fn carried_as(&self, name: &str, used: &Use) -> Result<Option<Superelement>, Error> {
+        let asked = self.asked(name, &used.of)?;
+        Ok(match &used.carried {
+            Some(Carried::Rigid) => None,
+            Some(Carried::Selection(selection)) => {
+                Some(selection.superelement(asked.superelement())?)
+            }
+            None => Some(asked.superelement().clone()),
+        })
+    }
+
     /// The body in its own coordinates.
     fn flexible_body(
         &self,
@@ -80,15 +91,9 @@ impl OpenFile {
         compatibility: Compatibility,
     ) -> Result<FlexibleBody, Error> {
         let of = &used.of;
-        let asked = self.asked(name, of)?;
-        let superelement = match &used.carried {
-            Some(Carried::Rigid) => {
-                return FlexibleBody::rigid(&RigidBody::locked(asked.superelement()));
-            }
-            Some(Carried::Selection(selection)) => {
-                Cow::Owned(selection.superelement(asked.superelement())?)
-            }
-            None => Cow::Borrowed(asked.superelement()),
+        let Some(superelement) = self.carried_as(name, used)? else {
+            let asked = self.asked(name, of)?;
+            return FlexibleBody::rigid(&RigidBody::locked(asked.superelement()));
         };
         let mut body = FlexibleBody::from_superelement(&superelement, compatibility)?;
         let of_file = self.file.superelement().selections().len();
@@ -212,6 +217,24 @@ impl Library {
         let body = Arc::new(body);
         opened.bodies.push((used, body.clone()));
         Ok(body)
+    }
+
+    /// Bounds of what a body's superelement leaves out; `None` for rigid bodies, and for files that don't tell.
+    ///
+    /// # Errors
+    /// As [`Library::body`].
+    pub fn error_bounds(
+        &mut self,
+        scene: &Scene,
+        name: &str,
+    ) -> Result<Option<ErrorBounds>, Error> {
+        let Some((opened, used)) = self.flexible(scene, name) else {
+            return Ok(None);
+        };
+        match opened.carried_as(name, &used)? {
+            Some(superelement) => Ok(ErrorBounds::of(&superelement, self.compatibility)?),
+            None => Ok(None),
+        }
     }
 
     fn open(&mut self, path: &Path, name: &str) -> Result<(), Error> {

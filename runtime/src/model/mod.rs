@@ -34,7 +34,8 @@ use crate::system::builder::{BuiltJoint, JointCoordinate, SystemBuilder};
 use crate::system::{State, System};
 use dcb_demand::SuperelementFiles;
 use dcb_demand::pruning::{Carrying, NarrowedScene, Pruning};
-use dcb_formats::scene::Scene;
+use dcb_formats::scene::{Analysis, Scene};
+use dcb_superelement::ErrorBounds;
 
 use controllers::SensesBuilder;
 pub use field_folder::FieldFolders;
@@ -54,6 +55,8 @@ pub struct Model {
     pub recorder: Recorder,
     /// Fields that the run writes.
     pub fields: Vec<FieldPlan>,
+    /// Bounds of what the superelement of each body leaves out, where an analysis tells the errors of its results.
+    pub error_bounds: Vec<Option<ErrorBounds>>,
     /// What sampled controllers see.
     pub senses: Option<Senses>,
     /// Bodies that stay where they are drawn when the others are placed to fit the joints.
@@ -245,6 +248,12 @@ impl Model {
             let plan = FieldPlan::of(scene, &builder, &names, &mut library, index, request)?;
             fields.push(plan);
         }
+        let error_bounds = match scene.analysis {
+            Analysis::FrequencyResponse(_) => (scene.bodies.keys())
+                .map(|name| library.error_bounds(scene, name))
+                .collect::<Result<_, _>>()?,
+            _ => Vec::new(),
+        };
         let (system, drawn) = builder.finish();
         let inputs = system.inputs.iter();
         let inputs = inputs.map(|(name, initial)| Input::of(scene, name, *initial));
@@ -256,6 +265,7 @@ impl Model {
             drawn,
             recorder,
             fields,
+            error_bounds,
             files: library.into_files(),
             notes,
         })

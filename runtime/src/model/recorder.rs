@@ -19,6 +19,7 @@ use crate::integrator::Effort;
 use crate::simulation::Simulation;
 use crate::system::builder::SystemBuilder;
 use crate::system::evaluation::Evaluation;
+use crate::system::marker::Marker;
 use crate::system::{ConnectionKind, State, System};
 use dcb_formats::scene::{ReactionAxes, Scene};
 use dcb_formats::superelement::BoundaryRow;
@@ -328,6 +329,17 @@ impl Recorder {
     /// Whether a channel's numbers have derivatives everywhere.
     pub(crate) fn is_smooth(&self, channel: usize) -> bool {
         !matches!(&self.probes[channel], Probe::Stress(stress) if !stress.is_smooth())
+    }
+
+    /// The place whose displacement, world axes, a channel is; `None` for others.
+    pub(crate) fn displaced(&self, channel: usize) -> Option<&Marker> {
+        match &self.probes[channel] {
+            Probe::Frame(frame) => match frame.quantity {
+                FrameQuantity::Position | FrameQuantity::Displacement => Some(&frame.marker),
+                _ => None,
+            },
+            _ => None,
+        }
     }
 
     /// Whether a channel's numbers are forces or accelerations: what they have of a place they have through the stiffness.

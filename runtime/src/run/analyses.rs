@@ -10,7 +10,7 @@ use crate::analysis::eigenmodes::{Eigenmode, Eigenmodes};
 use crate::analysis::equilibrium::{EquilibriumReport, EquilibriumSettings, find_equilibrium};
 use crate::analysis::inertia_relief::{InertiaReliefReport, find_inertia_relief};
 use crate::error::Error;
-use crate::frequency::{FrequencyReport, Solution, frequency_response};
+use crate::frequency::{FrequencyReport, Shaken, Solution, frequency_response};
 use crate::initial::{InitialReport, Starter};
 use crate::integrator::equal_steps::EqualSteps;
 use crate::model::timetable::{Due, Rows};
@@ -273,11 +273,12 @@ pub fn modes(
 /// Those of [`frequency_response`], of the start and of [`find_equilibrium`].
 pub fn frequency(
     scene: &Scene,
-    model: Model,
+    mut model: Model,
     target: &Target,
     observer: &mut dyn Observer,
     asked: &FrequencyResponse,
 ) -> Result<FrequencyReport, Error> {
+    let bounds = std::mem::take(&mut model.error_bounds);
     let Opened {
         mut session,
         system,
@@ -298,7 +299,13 @@ pub fn frequency(
         let mut notes = Vec::new();
         let recorder = &mut session.recorder;
         let mut note = |message: &str| notes.push(message.to_owned());
-        let report = frequency_response(scene, &system, &drawn, recorder, asked, &mut note)?;
+        let scene_of = Shaken {
+            scene,
+            system: &system,
+            state: &drawn,
+            bounds: &bounds,
+        };
+        let report = frequency_response(&scene_of, recorder, asked, &mut note)?;
         for note in notes {
             session.tell(observer, drawn.time, &note);
         }

@@ -5,6 +5,7 @@ mod effective_damping;
 mod eigenmodes;
 mod equilibrium;
 mod frequency;
+mod frequency_errors;
 mod frequency_inputs;
 mod frequency_paths;
 mod inertia_relief;

@@ -186,20 +186,24 @@ fn frequency_table(report: &FrequencyReport, scene: &Scene) -> String {
     if !report.peaks.is_empty() {
         let _ = writeln!(
             text,
-            "{:>14} {:>13} {:>8} {:>9}   response",
+            "{:>14} {:>13} {:>8} {:>9} {:>9}   response",
             format!("peak at [{unit}]"),
             "amplitude",
             "phase",
-            "damping"
+            "damping",
+            "error"
         );
     }
     for peak in &report.peaks {
         let damping = peak
             .damping
             .map_or("-".to_owned(), |ratio| format!("{ratio:.5}"));
+        let error = peak
+            .error
+            .map_or("-".to_owned(), |error| format!("{:.1e}", error));
         let _ = writeln!(
             text,
-            "{:>14.6} {:>13.5e} {:>7.1}° {damping:>9}   {} by {} [{}]",
+            "{:>14.6} {:>13.5e} {:>7.1}° {damping:>9} {error:>9}   {} by {} [{}]",
             peak.frequency, peak.amplitude, peak.phase, peak.output, peak.input, peak.unit
         );
         if !peak.paths.is_empty() {

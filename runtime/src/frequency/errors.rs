@@ -1,0 +1,128 @@
+//! What the modes that files leave out do to responses: an estimate from the bounds in the files.
+//!
+//! A body's superelement answers forces on its interface rows by Ẽ(ω), its mesh by E(ω), and its file bounds E − Ẽ ([`dcb_superelement::error_bounds`]). To first order
+//!
+//! ```text
+//! δH_yu = Σ_b w_byᵀ (E_b − Ẽ_b) w_bu
+//! ```
+//! w are forces on the rows of body b, by the input u and by a unit force along the output y: the mechanism is at rest, so that it is reciprocal. First order is no bound:
+//! tests compare it with responses of the whole mesh.
+
+use dcb_superelement::ErrorBounds;
+use faer::linalg::solvers::SolveLstsq;
+use faer::{Mat, c64};
+
+use super::transfer::Transfer;
+use crate::error::Error;
+use crate::linear::Linearized;
+
+/// Errors of responses of a linear mechanism.
+pub(super) struct Errors<'a> {
+    bodies: Vec<OfBody<'a>>,
+    duals: &'a [Option<usize>],
+    loss: f64,
+}
+
+struct OfBody<'a> {
+    bounds: &'a ErrorBounds,
+    /// Forces that the bounds' rows stand for, over the body's rows.
+    forces: Mat<f64>,
+    /// First of the body's rows among the outputs of the mechanism.
+    first: usize,
+}
+
+impl<'a> Errors<'a> {
+    /// Of a mechanism that has the forces on the rows of all bodies with bounds as its last outputs, and forces along its outputs as its last inputs; `None` if no
+    /// body's file tells.
+    pub fn of(
+        bounds: &'a [Option<ErrorBounds>],
+        linear: &'a Linearized,
+        loss: f64,
+    ) -> Option<Self> {
+        let own: Vec<(&ErrorBounds, Mat<f64>)> = (bounds.iter().flatten())
+            .map(|bounds| (bounds, bounds.forces()))
+            .collect();
+        let rows: usize = own.iter().map(|(_, forces)| forces.nrows()).sum();
+        let mut first = linear.system.c.nrows().checked_sub(rows)?;
+        let mut bodies = Vec::with_capacity(own.len());
+        for (bounds, forces) in own {
+            let next = first + forces.nrows();
+            bodies.push(OfBody {
+                bounds,
+                forces,
+                first,
+            });
+            first = next;
+        }
+        (!bodies.is_empty()).then_some(Self {
+            bodies,
+            duals: &linear.duals,
+            loss,
+        })
+    }
+
+    /// Sizes of the errors of the first outputs by the first inputs at a frequency; `None` where an output has no force along it, and beyond what the files tell.
+    ///
+    /// # Errors
+    /// Those of the responses.
+    pub fn at(
+        &self,
+        transfer: &Transfer,
+        frequency: f64,
+        [outputs, inputs]: [usize; 2],
+    ) -> Result<Option<Mat<f64>>, Error> {
+        let omega = std::f64::consts::TAU * frequency;
+        let square = omega * omega;
+        let found = transfer.at(frequency)?;
+        let mut errors = Mat::from_fn(outputs, inputs, |_, _| 0.0);
+        let mut sums = Mat::from_fn(outputs, inputs, |_, _| c64::new(0.0, 0.0));
+        for body in &self.bodies {
+            if square >= body.bounds.eigenvalue_bound() {
+                return Ok(None);
+            }
+            let of = &body.forces;
+            let (rows, amounts) = (of.nrows(), of.ncols());
+            let part = |part: fn(&c64) -> f64| {
+                let all = Mat::from_fn(rows, found.ncols(), |i, j| {
+                    part(&found[(body.first + i, j)])
+                });
+                of.qr().solve_lstsq(&all)
+            };
+            let (real, imaginary) = (part(|x| x.re), part(|x| x.im));
+            let amount = |row: usize, j: usize| c64::new(real[(row, j)], imaginary[(row, j)]);
+            let all: Vec<usize> = (0..amounts).collect();
+            let Ok(of_body) = body.bounds.at(&all, square, self.loss) else {
+                return Ok(None);
+            };
+            for j in 0..inputs {
+                // How far the rows are off by the forces of the input.
+                let moved: Vec<(c64, f64)> = (0..amounts)
+                    .map(|row| {
+                        let terms = of_body.forced.iter().enumerate();
+                        terms.fold((c64::new(0.0, 0.0), 0.0), |(sum, rest), (c, forced)| {
+                            let force = amount(*forced, j);
+                            (
+                                sum + of_body.difference[(row, c)] * force,
+                                rest + of_body.radius[(row, c)] * force.norm(),
+                            )
+                        })
+                    })
+                    .collect();
+                for i in 0..outputs {
+                    let Some(dual) = self.duals[i] else { continue };
+                    for (row, (known, rest)) in moved.iter().enumerate() {
+                        let force = amount(row, dual);
+                        sums[(i, j)] += force * *known;
+                        errors[(i, j)] += force.norm() * rest;
+                    }
+                }
+            }
+        }
+        Ok(Some(Mat::from_fn(outputs, inputs, |i, j| {
+            match self.duals[i] {
+                Some(_) => errors[(i, j)] + sums[(i, j)].norm(),
+                None => f64::NAN,
+            }
+        })))
+    }
+}

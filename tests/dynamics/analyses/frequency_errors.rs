@@ -1,0 +1,98 @@
+//! Told errors of frequency responses against the whole mesh.
+
+use std::f64::consts::TAU;
+
+use dcb_formats::Component;
+use dcb_samples::{SpatialBeam, spatial_beam};
+use dcb_tests::dense::dense;
+use faer::linalg::solvers::Solve;
+use faer::{Mat, c64};
+
+use super::frequency::responses;
+
+const LOSS: f64 = 0.03;
+const MOUNTS: [[f64; 3]; 2] = [[2e5, 3e5, 5e5], [4e5, 1e5, 2e5]];
+
+/// Displacements of the last node by a force there, of the beam in its mounts at both ends.
+fn whole(component: &Component, frequency: f64, direction: usize) -> [c64; 3] {
+    let (stiffness, mass) = (dense(&component.stiffness), dense(&component.mass));
+    let n = stiffness.nrows();
+    let omega = TAU * frequency;
+    let mounted = |i: usize| match i {
+        0..3 => MOUNTS[0][i],
+        _ if i >= n - 6 && i < n - 3 => MOUNTS[1][i + 6 - n],
+        _ => 0.0,
+    };
+    let dynamic = Mat::from_fn(n, n, |i, j| {
+        let spring = if i == j { mounted(i) } else { 0.0 };
+        let k = stiffness[(i, j)] + spring;
+        c64::new(k - omega * omega * mass[(i, j)], LOSS * k)
+    });
+    let force = Mat::from_fn(n, 1, |i, _| {
+        c64::new(f64::from(u8::from(i == n - 6 + direction)), 0.0)
+    });
+    let moved = dynamic.partial_piv_lu().solve(&force);
+    std::array::from_fn(|axis| moved[(n - 6 + axis, 0)])
+}
+
+/// With few modes: no peak is off by more than is told, and what is told isn't far above.
+#[test]
+fn errors_are_those_that_are_told() {
+    let component = spatial_beam(&SpatialBeam {
+        elements: 24,
+        ..SpatialBeam::default()
+    });
+    let folder = tempfile::tempdir().unwrap();
+    let mut told = Vec::new();
+    for modes in [0, 2, 4, 6] {
+        let reduced = dcb_tests::lowest(&component, modes);
+        dcb_tests::write_bare(&folder.path().join("beam.dcb.h5"), &reduced.superelement);
+        let mount = |end: &str, k: [f64; 3]| {
+            format!(
+                r#""{end}": {{"bushing": {{"a": "ground/{end}", "b": "beam/{end}", "translation": [{}, {}, {}]}}}}"#,
+                k[0], k[1], k[2]
+            )
+        };
+        let text = format!(
+            r#"{{"dimension": 3, "units": {{"length": "m", "mass": "kg", "time": "s"}},
+              "ground": {{"points": {{"a": [0, 0, 0], "b": [1, 0, 0]}}}},
+              "bodies": {{"beam": {{"superelement": "beam.dcb.h5"}}}},
+              "springs": {{{}, {}}},
+              "loads": {{"push": {{"force": {{"at": "beam/b", "components": [0, 1, 1]}}}}}},
+              "outputs": {{"tip": {{"displacement": {{"at": "beam/b"}}}}, "force": {{"spring_force": {{"spring": "a"}}}}}},
+              "analysis": {{"frequency_response": {{"damping": {{"structural": {LOSS}}}, "inputs": ["push/1", "push/2"], "frequencies": {{"from": 5, "to": 900, "count": 300}}}}}}}}"#,
+            mount("a", MOUNTS[0]),
+            mount("b", MOUNTS[1])
+        );
+        let (report, _, _) = responses(folder.path(), &text).unwrap();
+        for peak in &report.peaks {
+            let Some(axis) = ["tip.x", "tip.y", "tip.z"]
+                .iter()
+                .position(|name| *name == peak.output)
+            else {
+                assert_eq!(peak.error, None, "{}", peak.output);
+                continue;
+            };
+            let direction = if peak.input == "push/1" { 1 } else { 2 };
+            let expected = whole(&component, peak.frequency, direction)[axis];
+            let phase = peak.phase.to_radians();
+            let found = c64::new(peak.amplitude * phase.cos(), peak.amplitude * phase.sin());
+            let error = (found - expected).norm() / expected.norm();
+            if let Some(estimate) = peak.error {
+                told.push((estimate, error));
+                assert!(
+                    error <= 1.05 * estimate + 1e-7,
+                    "{modes} modes, {} Hz: {error:e} told {estimate:e}",
+                    peak.frequency
+                );
+            }
+        }
+    }
+    let seen: Vec<f64> = (told.iter())
+        .filter(|(_, error)| *error > 1e-6)
+        .map(|(estimate, error)| estimate / error)
+        .collect();
+    assert!(seen.len() >= 6, "{told:?}");
+    let worst = seen.iter().copied().fold(0.0, f64::max);
+    assert!(worst < 20.0, "{told:?}");
+}
