@@ -36,7 +36,7 @@ fn measurement(reduced: &Reduced, nodes: &[u32], modes: &[usize], factor: f64) -
         let largest = shape
             .iter()
             .fold(0.0_f64, |most, entry| most.max(entry.abs()));
-        let sign = if k % 2 == 0 { -3.0 } else { 0.2 };
+        let sign = if k.is_multiple_of(2) { -3.0 } else { 0.2 };
         MeasuredMode {
             frequency: factor * reduced.superelement.modes.eigenvalues[k].sqrt()
                 / std::f64::consts::TAU,

@@ -57,10 +57,9 @@ fn rows_are_those_of_the_fields_and_of_dense_algebra() {
     // Places are in the body frame.
     let node = field.points[0].node.unwrap();
     let place = component.mesh.position(node);
-    for axis in 0..3 {
-        assert!(
-            (field.points[0].position[axis] + element.origin[axis] - place[axis]).abs() < 1e-15
-        );
+    for (axis, place) in place.iter().enumerate() {
+        let found = field.points[0].position[axis] + element.origin[axis];
+        assert!((found - place).abs() < 1e-15);
     }
 
     // The attachments' stress, and what the modes leave out, from a dense inverse and from all modes.

@@ -40,6 +40,9 @@ pub(super) fn input_place(
     })
 }
 
+/// Complex amplitudes over frequency of the input at a place.
+type Amplitudes<'a> = (usize, &'a [[f64; 3]]);
+
 /// Appends the load cases to the inputs: `Y_c(f) = Σ_j H_j(f) a_cj(f)`, one input of the unit 1 for each.
 ///
 /// # Errors
@@ -52,7 +55,7 @@ pub(super) fn append_cases(
         return Ok(());
     }
     let at = |case: &str| format!("analysis.frequency_response.cases.{case}");
-    let mut amplitudes: Vec<Vec<(usize, &[[f64; 3]])>> = Vec::with_capacity(asked.cases.len());
+    let mut amplitudes: Vec<Vec<Amplitudes>> = Vec::with_capacity(asked.cases.len());
     for (case, tables) in &asked.cases {
         if responses.inputs.iter().any(|input| input.name == *case) {
             return Err(Error::described(
@@ -98,7 +101,7 @@ fn of_case<'a>(
     asked: &FrequencyResponse,
     tables: &'a BTreeMap<String, Vec<[f64; 3]>>,
     at: &str,
-) -> Result<Vec<(usize, &'a [[f64; 3]])>, Error> {
+) -> Result<Vec<Amplitudes<'a>>, Error> {
     let tables = tables.iter();
     tables
         .map(|(name, table)| {

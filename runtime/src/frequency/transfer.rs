@@ -401,7 +401,7 @@ fn undamped(mass: &Mat<f64>, stiffness: &Mat<f64>, shift: f64) -> Option<(Vec<f6
         columns
     };
     let half = solved(mass).transpose().to_owned();
-    let (values, vectors) = symmetric_eigen(symmetrized(&solved(&half)).as_ref())?;
+    let (values, vectors) = symmetric_eigen(symmetrized(solved(&half)).as_ref())?;
     let most = values.last().copied().filter(|most| *most > 0.0)?;
     let mut shapes = vectors;
     lower
