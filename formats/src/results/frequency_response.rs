@@ -53,6 +53,15 @@ impl FrequencyResponses {
             .collect()
     }
 
+    /// Unit of an output by an input; that of the output by an input without unit.
+    pub fn unit(&self, output: usize, input: usize) -> String {
+        let output = &self.outputs[output].unit;
+        match self.inputs[input].unit.as_str() {
+            "1" => output.clone(),
+            unit => format!("({output})/({unit})"),
+        }
+    }
+
     /// Density of an output over the frequencies; `None` without random inputs.
     pub fn density_of(&self, output: usize) -> Option<Vec<f64>> {
         let rows = self.outputs.len();

@@ -238,8 +238,7 @@ fn of_responses(responses: &FrequencyResponses, units: &Units) -> Histories {
                 .iter()
                 .map(|[re, im]| im.atan2(*re).to_degrees())
                 .collect();
-            let unit = format!("({})/({})", output.unit, input.unit);
-            columns.push(history(name.clone(), unit, amplitude));
+            columns.push(history(name.clone(), responses.unit(i, j), amplitude));
             columns.push(history(format!("phase of {name}"), "deg".to_owned(), phase));
         }
     }

@@ -344,10 +344,7 @@ fn peaks(responses: &FrequencyResponses, outputs: usize, resonances: &[Resonance
                 Peak {
                     output: output.name.clone(),
                     input: input.name.clone(),
-                    unit: match input.unit.as_str() {
-                        "1" => output.unit.clone(),
-                        unit => format!("({})/({unit})", output.unit),
-                    },
+                    unit: responses.unit(i, j),
                     frequency,
                     amplitude: size(k),
                     phase: values[k][1].atan2(values[k][0]).to_degrees(),
