@@ -37,6 +37,8 @@ const ALIKE: f64 = 1e-6;
 const SEARCHED: f64 = 1e-6;
 /// From speeds so far to both sides they are interpolated, as a part of themselves.
 const BESIDE: f64 = 1e-3;
+/// Sizes of frequencies that differ by less, as a part of themselves, are listed with the backward one first.
+const AS_FAST: f64 = 1e-9;
 /// An angle at which nothing is as at the start.
 const ANOTHER_ANGLE: f64 = 0.6180339887;
 
@@ -315,6 +317,12 @@ impl Rotor {
             })
             .collect();
         modes.sort_by(|a, b| a.frequency.abs().total_cmp(&b.frequency.abs()));
+        for at in 1..modes.len() {
+            let [earlier, later] = [at - 1, at].map(|at| modes[at].frequency);
+            if earlier > 0.0 && (earlier + later).abs() <= AS_FAST * earlier {
+                modes.swap(at - 1, at);
+            }
+        }
         Ok(modes)
     }
 

@@ -209,7 +209,7 @@ fn frequency_table(report: &FrequencyReport, scene: &Scene) -> String {
         if !peak.paths.is_empty() {
             let parts = peak.paths.iter();
             let parts: Vec<String> = parts
-                .map(|(name, part)| format!("{name} {:.1} %", 100.0 * part))
+                .map(|(name, part)| format!("{name} {}", percent(*part)))
                 .collect();
             let _ = writeln!(text, "{:>14} of it: {}", "", parts.join(", "));
         }
@@ -335,6 +335,12 @@ fn verdict(report: &RunReport, time: &str) -> String {
         short(report.time),
         report.steps
     )
+}
+
+/// To a tenth of a percent, without the sign of what rounds to nothing.
+fn percent(part: f64) -> String {
+    let tenths = (1e3 * part).round() + 0.0;
+    format!("{:.1} %", tenths / 10.0)
 }
 
 /// A time without digits that say nothing.
