@@ -9,6 +9,7 @@
 mod bounds;
 mod refusals;
 mod springs;
+mod stress;
 mod whole_mesh;
 
 use std::path::{Path, PathBuf};

@@ -148,6 +148,15 @@ fn redundant_joints_are_named_and_change_nothing() {
     .unwrap();
     assert!(once.report.redundant.is_empty());
     assert_eq!(twice.report.redundant.len(), 6);
+    for row in &twice.report.redundant {
+        assert!(row.starts_with("p: ") || row.starts_with("q: "), "{row}");
+    }
+    let warnings = twice.report.warnings();
+    assert!(
+        warnings[0].starts_with("6 joint rows hold what others hold already, and change nothing: ")
+            && warnings[0].ends_with("and 2 more"),
+        "{warnings:?}"
+    );
     for (a, b) in once
         .superelement
         .modes
@@ -157,4 +166,31 @@ fn redundant_joints_are_named_and_change_nothing() {
     {
         assert!((a / b - 1.0).abs() < 1e-10);
     }
+}
+
+/// Two rods whose directions differ by 1e-8 nearly hold the same.
+#[test]
+fn nearly_redundant_joints_are_named() {
+    let points = r#""points": {"p": [0.3, 0, 0], "q": [0.3, 1e-8, 0], "r": [0, 0, 0.2]}"#;
+    let text = format!(
+        r#"{{"dimension": 3, {UNITS},
+          "bodies": {{"m": {{"rigid": {{"mass": 1, "inertia": [0.1, 0.1, 0.1], {points}}}}},
+                     "n": {{"rigid": {{"mass": 2, "inertia": [0.1, 0.1, 0.1], "points": {{"o": [0.8, 0.1, 0], "r": [0, 0, 0.2]}}}}}}}},
+          "joints": {{"one": {{"distance": {{"a": "m/p", "b": "n/o"}}}}, "two": {{"distance": {{"a": "m/q", "b": "n/o"}}}}}},
+          "springs": {{"s": {{"bushing": {{"a": "m/r", "b": "n/r", "translation": [1, 2, 3], "rotation": [1, 2, 3]}}}}}},
+          "interfaces": {{"r": "n/r"}}}}"#
+    );
+    let found = put_together(&text, vec![None, None], 6).unwrap();
+    assert!(found.report.redundant.is_empty());
+    let near = &found.report.nearly_redundant;
+    assert_eq!(near.len(), 1, "{near:?}");
+    assert!(near[0] == "one: distance" || near[0] == "two: distance");
+    let warnings = found.report.warnings();
+    assert!(
+        warnings
+            .iter()
+            .any(|warning| warning.starts_with("1 joint rows nearly hold")
+                && warning.contains(&near[0])),
+        "{warnings:?}"
+    );
 }

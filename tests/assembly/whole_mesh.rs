@@ -426,5 +426,37 @@ fn two_levels_are_one() {
     let found = put_together(HALVES, halves.collect(), KEPT).unwrap();
     assert_same(&found.superelement, &whole.superelement, 2e-7);
     assert_eq!(found.mesh.unwrap().node_count(), 12);
-    assert_eq!(found.recovery.unwrap().dofs.len(), 72);
+    // Nodal fields through both levels: node i of quarter q is node 2 q + i of the whole.
+    let fields = found.recovery.unwrap();
+    assert_eq!(fields.dofs.len(), 72);
+    let signs = signs(&found.superelement, &whole.superelement);
+    for (quarter, i) in (0..4).flat_map(|quarter| (0..3).map(move |i| (quarter, i))) {
+        for direction in 0..6 {
+            let own = 6 * (3 * quarter + i) + direction;
+            let all = 6 * (2 * quarter + i) + direction;
+            for (k, sign) in signs.iter().enumerate().take(KEPT) {
+                let (a, b) = (
+                    sign * fields.modes[(own, k)],
+                    whole.recovery.modes[(all, k)],
+                );
+                assert!(
+                    (a - b).abs() < 1e-6 * whole.recovery.modes.norm_max(),
+                    "mode {k}, node {i} of quarter {quarter}: {a:e} and {b:e}"
+                );
+            }
+            for row in 0..whole.recovery.residual.ncols() {
+                let (a, b) = (
+                    fields.residual[(own, row)],
+                    whole.recovery.residual[(all, row)],
+                );
+                let size = (0..72)
+                    .map(|j| fields.residual[(j, row)].abs())
+                    .fold(0.0, f64::max);
+                assert!(
+                    (a - b).abs() < 1e-5 * size,
+                    "row {row}, node {i} of quarter {quarter}: {a:e} and {b:e}"
+                );
+            }
+        }
+    }
 }

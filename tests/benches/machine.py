@@ -160,8 +160,9 @@ def responses(folder, file):
     with h5py.File(os.path.join(folder, f"frf-{file}.h5")) as results:
         real = results["frequency_response/real"]
         names = [str(name) for name in real.attrs["outputs"]]
-        values = real[()]
-    return values[:, [name.endswith(".y") for name in names].index(True), 0], seconds, text.splitlines()[0]
+        values, errors = real[()], results["frequency_response/error"][()]
+    place = [name.endswith(".y") for name in names].index(True)
+    return values[:, place, 0], errors[:, place, 0], seconds, text.splitlines()[0]
 
 
 def main():
@@ -224,7 +225,7 @@ def main():
         found = {}
         for file in ("whole", "machine", "levels"):
             frf_scene(folder, file, wall)
-            found[file], seconds, verdict = responses(folder, file)
+            *found[file], seconds, verdict = responses(folder, file)
             say(kind="response", what=file, frequencies=FREQUENCIES, seconds=seconds, verdict=verdict)
         if not arguments.without_direct:
             import pypardiso
@@ -245,9 +246,10 @@ def main():
                 solver.free_memory(everything=True)
             direct = np.array(direct)
             say(kind="direct", solved=len(solved), seconds_each=float(np.median(times)), unknowns=len(kept), pypardiso=pypardiso.__version__)
-            for file, response in found.items():
-                off = np.abs(response[solved] / direct - 1)
-                say(kind="accuracy", what=file, median=float(np.median(off)), p90=float(np.quantile(off, 0.9)), largest=float(off.max()))
+            for file, (response, told) in found.items():
+                off, told = np.abs(response[solved] / direct - 1), told[solved] / np.abs(response[solved])
+                say(kind="accuracy", what=file, median=float(np.median(off)), p90=float(np.quantile(off, 0.9)), largest=float(off.max()),
+                    told_median=float(np.median(told)), told_largest=float(told.max()), least_told_by_true=float((told / off).min()), most_told_by_true=float((told / off).max()))
     if arguments.write:
         with open(arguments.write, "w") as file:
             file.writelines(json.dumps(line) + "\n" for line in lines)

@@ -1,7 +1,8 @@
 //! Puts the raw lines of `docs/data` on other programs' files and on Python into their pages: `cargo run --release -p dcb-tests --example render_pages`.
 
 use dcb_tests::pages::{
-    damping, exchange, fuzzing, html_pages, machine, python, random_response, read_matrices, stress,
+    campbell, damping, exchange, fuzzing, html_pages, machine, python, random_response,
+    read_matrices, stress,
 };
 
 fn main() {
@@ -13,6 +14,7 @@ fn main() {
         python::LOOP,
         fuzzing::PAGE,
         html_pages::PAGE,
+        campbell::PAGE,
         damping::PAGE,
         random_response::PAGE,
         machine::ASSEMBLY,

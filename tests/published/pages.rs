@@ -4,9 +4,9 @@ use std::collections::BTreeMap;
 
 use dcb_tests::hard::dynamics::weak_form_map::{FULL, cells, measure};
 use dcb_tests::pages::{
-    accuracy, damping, error_estimate, exchange, fuzzing, hard_cases, html_pages, large_file,
-    machine, motion, python, random_response, read_matrices, scene_driven, scene_reduction,
-    speed_against_error, stability, stress,
+    accuracy, campbell, damping, error_estimate, exchange, fuzzing, hard_cases, html_pages,
+    large_file, machine, motion, python, random_response, read_matrices, scene_driven,
+    scene_reduction, speed_against_error, stability, stress,
 };
 use serde_json::Value;
 
@@ -46,6 +46,7 @@ tests! {
     machine_is_shown: machine::ASSEMBLY, assert_shown;
     responses_of_the_machine_are_shown: machine::RESPONSES, assert_shown;
     stress_is_shown: stress::PAGE, assert_shown;
+    whirl_is_shown: campbell::PAGE, assert_shown;
     damping_is_shown: damping::PAGE, assert_shown;
     random_responses_are_shown: random_response::PAGE, assert_shown;
 }

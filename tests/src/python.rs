@@ -1,4 +1,4 @@
-//! Python with h5py, numpy, meshio, xarray and h5netcdf: programs that share nothing with this one.
+//! Python with h5py, numpy, meshio, xarray, h5netcdf, pyuff and SciPy: programs that share nothing with this one.
 
 use std::ffi::OsStr;
 use std::path::Path;
@@ -53,12 +53,15 @@ pub fn recreate(file: &Path, copy: &Path, variant: &str) -> Result<String, Strin
 fn python() -> Command {
     let python = std::env::var_os("PYTHON").unwrap_or_else(|| "python3".into());
     let is_complete = Command::new(&python)
-        .args(["-c", "import h5py, numpy, meshio, xarray, h5netcdf"])
+        .args([
+            "-c",
+            "import h5py, numpy, meshio, xarray, h5netcdf, pyuff, scipy",
+        ])
         .output()
         .is_ok_and(|output| output.status.success());
     assert!(
         is_complete,
-        "{python:?} with h5py, numpy, meshio, xarray and h5netcdf is needed for this test: run .ci/setup"
+        "{python:?} with h5py, numpy, meshio, xarray, h5netcdf, pyuff and scipy is needed for this test: run .ci/setup"
     );
     let mut command = Command::new(python);
     // Another test's process may have inherited HDF5's lock on the file.

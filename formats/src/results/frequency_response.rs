@@ -4,6 +4,7 @@
 //! /frequency_response/frequency   (n_f)               cycles per time
 //! /frequency_response/real        (n_f, n_y, n_u)     each output by each input of unit amplitude
 //! /frequency_response/imaginary   (n_f, n_y, n_u)
+//! /frequency_response/error       (n_f, n_y, n_u)     size of what the modes that files leave out do to it, an estimate; NaN where nothing is known
 //! /frequency_response/density     (n_f, n_y, 1)       one-sided power spectral density of each output under the random inputs
 //! ```
 //! `real` has the attributes `outputs`, `output_units`, `inputs` and `input_units`. The oscillation of an output is Re(H exp(iωt)) under an input cos(ωt).
@@ -39,6 +40,9 @@ pub struct FrequencyResponses {
     pub real: Vec<f64>,
     /// The same.
     pub imaginary: Vec<f64>,
+    /// Size of the error by the modes that files leave out, an estimate, in the unit of the response, (n_f, n_y, n_u); NaN where nothing is known, empty where that is
+    /// everywhere.
+    pub error: Vec<f64>,
     /// One-sided power spectral densities, (n_f, n_y); empty without random inputs.
     pub density: Vec<f64>,
 }
@@ -51,6 +55,14 @@ impl FrequencyResponses {
         (0..self.frequency.len())
             .map(|k| [self.real[place(k)], self.imaginary[place(k)]])
             .collect()
+    }
+
+    /// Sizes of errors of an output by an input over the frequencies; `None` where nothing is known of any.
+    pub fn error_of(&self, output: usize, input: usize) -> Option<Vec<f64>> {
+        let (rows, columns) = (self.outputs.len(), self.inputs.len());
+        let own = self.error.iter().skip(output * columns + input);
+        let own: Vec<f64> = own.step_by((rows * columns).max(1)).copied().collect();
+        own.iter().any(|error| error.is_finite()).then_some(own)
     }
 
     /// Unit of an output by an input; that of the output by an input without unit.
@@ -74,12 +86,13 @@ impl FrequencyResponses {
 
     /// Bytes of the numbers.
     pub(super) fn size(&self) -> u64 {
-        8 * (2 * self.frequency.len() + 2 * self.real.len() + self.density.len()) as u64
+        let numbers = 2 * self.frequency.len() + 2 * self.real.len();
+        8 * (numbers + self.error.len() + self.density.len()) as u64
     }
 
     /// Number of datasets.
     pub(super) fn dataset_count(&self) -> usize {
-        7
+        8
     }
 
     /// Adds the datasets to a file.
@@ -115,7 +128,15 @@ impl FrequencyResponses {
                 &self.imaginary,
                 "imaginary part of each output by each input of unit amplitude",
             ),
+            (
+                "error",
+                &self.error,
+                "size of the error by the modes that files leave out, an estimate",
+            ),
         ] {
+            if values.is_empty() && name == "error" {
+                continue;
+            }
             let dataset = file.new_dataset::<f64>();
             let dataset = dataset.shape((count, self.outputs.len(), self.inputs.len()));
             let dataset = dataset.create(path(name).as_str())?;
@@ -195,7 +216,9 @@ impl FrequencyResponses {
         let outputs = signals("outputs", "output_units")?;
         let inputs = signals("inputs", "input_units")?;
         let expected = vec![count, outputs.len(), inputs.len()];
-        for name in ["real", "imaginary"] {
+        let has_error = shape("error").is_some();
+        let checked = ["real", "imaginary", "error"];
+        for name in &checked[..if has_error { 3 } else { 2 }] {
             if shape(name).as_ref() != Some(&expected) {
                 return Err(Finding::at(
                     &at(name),
@@ -223,6 +246,10 @@ impl FrequencyResponses {
             frequency: values(&at("frequency"), [count, 1])?,
             real: values(&at("real"), [count, columns])?,
             imaginary: values(&at("imaginary"), [count, columns])?,
+            error: match has_error {
+                true => values(&at("error"), [count, columns])?,
+                false => Vec::new(),
+            },
             inputs,
             outputs,
             density,

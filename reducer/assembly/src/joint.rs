@@ -44,6 +44,8 @@ pub(crate) struct Fit<'a> {
 
 /// Angles up to this are told as misalignment, larger ones are meant so.
 const MEANT: f64 = 0.1;
+/// Angles above this are told, rad.
+pub(crate) const TOLD_ANGLE: f64 = 1e-6;
 
 /// The measures that a joint holds.
 ///
@@ -139,7 +141,9 @@ pub(crate) fn held(
             .sum::<f64>()
             .sqrt(),
     };
-    refuse_gap(&location, a, b, gap, fit)?;
+    let angle =
+        misalignment(&first.axes, &second.axes).filter(|_| matches!(joint, Joint::Fixed(_)));
+    refuse_gap(&location, a, b, gap, angle, fit)?;
     let mut all = Vec::new();
     for (told, direction) in &translations {
         let mut measure = Measure::default();
@@ -180,7 +184,7 @@ pub(crate) fn held(
         joint: name.to_owned(),
         gap,
         relative_gap: gap / fit.size,
-        angle: misalignment(&first.axes, &second.axes).filter(|_| matches!(joint, Joint::Fixed(_))),
+        angle,
     };
     Ok((all, meeting))
 }
@@ -309,6 +313,8 @@ fn nodes(
             ),
         ));
     }
+    let gap = beyond(frame.position, &carried.spots);
+    refuse_gap(location, carrier, carried, gap, None, fit)?;
     for (i, node) in carried.spots.iter().enumerate() {
         for axis in 0..3 {
             if let Some(own) = &node.translation[axis]
@@ -337,11 +343,22 @@ fn nodes(
     }
     let meeting = Meeting {
         joint: name.to_owned(),
-        gap: 0.0,
-        relative_gap: 0.0,
+        gap,
+        relative_gap: gap / fit.size,
         angle: None,
     };
     Ok((all, meeting))
+}
+
+/// How far a frame is outside of the ball about the middle of the nodes that it carries, in which all of them are: a frame may be inside of a ring of nodes, but not away from it.
+fn beyond(frame: Vector3<f64>, nodes: &[Spot]) -> f64 {
+    let sum: Vector3<f64> = nodes.iter().map(|node| node.position).sum();
+    let middle = sum / nodes.len() as f64;
+    let from_middle = |place: Vector3<f64>| (place - middle).norm();
+    let radius = (nodes.iter())
+        .map(|node| from_middle(node.position))
+        .fold(0.0, f64::max);
+    (from_middle(frame) - radius).max(0.0)
 }
 
 /// Each node of `a` with the node of `b` at its place.
@@ -372,26 +389,37 @@ fn matched<'s>(
         let Some(nearest) = nearest else { break };
         let other = free.swap_remove(nearest);
         let gap = distance(other);
-        refuse_gap(location, a, b, gap, fit)?;
+        refuse_gap(location, a, b, gap, None, fit)?;
         pairs.push((spot, other, gap));
     }
     Ok(pairs)
 }
 
-fn refuse_gap(location: &str, a: &Place, b: &Place, gap: f64, fit: &Fit<'_>) -> Result<(), Error> {
+fn refuse_gap(
+    location: &str,
+    a: &Place,
+    b: &Place,
+    gap: f64,
+    angle: Option<f64>,
+    fit: &Fit<'_>,
+) -> Result<(), Error> {
     if gap <= fit.allowed {
         return Ok(());
     }
     let unit = fit.length_unit;
+    let turned = angle.filter(|angle| *angle > TOLD_ANGLE).map(|angle| {
+        format!(", and their frames are turned by {angle:.1e} rad against each other")
+    });
     Err(Error::place(
         location,
         format!(
-            "{:?} and {:?} don't meet: they are {gap:.6e} {unit} apart, {:.1e} of the size of the whole ({:.3e} {unit}), allowed {:.1e} {unit}; correct `position` and `orientation` (a factor of 1000 is a mix of m and mm), or bridge the gap rigidly with \"allow_gap\"",
+            "{:?} and {:?} don't meet: they are {gap:.6e} {unit} apart, {:.1e} of the size of the whole ({:.3e} {unit}), allowed {:.1e} {unit}{}; correct `position` and `orientation` (a factor of 1000 is a mix of m and mm), or bridge the gap rigidly with \"allow_gap\"",
             a.name,
             b.name,
             gap / fit.size,
             fit.size,
-            fit.allowed
+            fit.allowed,
+            turned.unwrap_or_default()
         ),
     ))
 }

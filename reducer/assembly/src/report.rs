@@ -8,7 +8,7 @@ use serde::{Deserialize, Serialize};
 use serde_json::json;
 
 use crate::bounds::ModeBound;
-use crate::joint::Meeting;
+use crate::joint::{Meeting, TOLD_ANGLE};
 use crate::part::Part;
 use crate::responses::ResponseEstimate;
 use crate::whole::{Support, Whole};
@@ -21,8 +21,6 @@ const WANTED: f64 = 1e-4;
 const FALLS: f64 = 2.5;
 /// Gaps above this, by the size of the whole, are told.
 const TOLD_GAP: f64 = 1e-9;
-/// Angles above this are told, rad.
-const TOLD_ANGLE: f64 = 1e-6;
 /// Couplings of modes by dampers above this are told.
 const TOLD_COUPLING: f64 = 0.1;
 

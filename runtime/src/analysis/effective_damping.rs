@@ -61,6 +61,8 @@ pub enum DampedPart {
     AssembledModes,
     /// What continuous controllers feed back, all together.
     Controllers,
+    /// Loss factor of all stiffness in a frequency analysis.
+    LossFactor,
 }
 
 impl DampedPart {
@@ -72,6 +74,7 @@ impl DampedPart {
             Self::Actuator => "actuator",
             Self::AssembledModes => "assembled modes",
             Self::Controllers => "controllers",
+            Self::LossFactor => "loss factor",
         }
     }
 }

@@ -240,6 +240,10 @@ fn of_responses(responses: &FrequencyResponses, units: &Units) -> Histories {
                 .collect();
             columns.push(history(name.clone(), responses.unit(i, j), amplitude));
             columns.push(history(format!("phase of {name}"), "deg".to_owned(), phase));
+            if let Some(errors) = responses.error_of(i, j) {
+                let name = format!("error of {name}");
+                columns.push(history(name, responses.unit(i, j), errors));
+            }
         }
     }
     for (i, output) in responses.outputs.iter().enumerate() {

@@ -12,8 +12,6 @@ use dcb_superelement::ErrorBounds;
 use faer::linalg::solvers::SolveLstsq;
 use faer::{Mat, c64};
 
-use super::transfer::Transfer;
-use crate::error::Error;
 use crate::linear::Linearized;
 
 /// Errors of responses of a linear mechanism.
@@ -25,8 +23,8 @@ pub(super) struct Errors<'a> {
 
 struct OfBody<'a> {
     bounds: &'a ErrorBounds,
-    /// Forces that the bounds' rows stand for, over the body's rows.
-    forces: Mat<f64>,
+    /// From forces on the body's rows to those on the rows of the bounds, (amounts, rows).
+    amounts: Mat<f64>,
     /// First of the body's rows among the outputs of the mechanism.
     first: usize,
 }
@@ -46,13 +44,13 @@ impl<'a> Errors<'a> {
         let mut first = linear.system.c.nrows().checked_sub(rows)?;
         let mut bodies = Vec::with_capacity(own.len());
         for (bounds, forces) in own {
-            let next = first + forces.nrows();
+            let unit = Mat::<f64>::identity(rows, rows);
             bodies.push(OfBody {
                 bounds,
-                forces,
+                amounts: forces.qr().solve_lstsq(&unit),
                 first,
             });
-            first = next;
+            first += rows;
         }
         (!bodies.is_empty()).then_some(Self {
             bodies,
@@ -61,39 +59,33 @@ impl<'a> Errors<'a> {
         })
     }
 
-    /// Sizes of the errors of the first outputs by the first inputs at a frequency; `None` where an output has no force along it, and beyond what the files tell.
-    ///
-    /// # Errors
-    /// Those of the responses.
+    /// Sizes of the errors of the first outputs by the first inputs, from all responses at a frequency; NaN where an output has no force along it. `None` beyond what
+    /// the files tell.
     pub fn at(
         &self,
-        transfer: &Transfer,
+        found: &Mat<c64>,
         frequency: f64,
         [outputs, inputs]: [usize; 2],
-    ) -> Result<Option<Mat<f64>>, Error> {
+    ) -> Option<Mat<f64>> {
         let omega = std::f64::consts::TAU * frequency;
         let square = omega * omega;
-        let found = transfer.at(frequency)?;
         let mut errors = Mat::from_fn(outputs, inputs, |_, _| 0.0);
         let mut sums = Mat::from_fn(outputs, inputs, |_, _| c64::new(0.0, 0.0));
         for body in &self.bodies {
             if square >= body.bounds.eigenvalue_bound() {
-                return Ok(None);
+                return None;
             }
-            let of = &body.forces;
-            let (rows, amounts) = (of.nrows(), of.ncols());
+            let (amounts, rows) = (body.amounts.nrows(), body.amounts.ncols());
             let part = |part: fn(&c64) -> f64| {
                 let all = Mat::from_fn(rows, found.ncols(), |i, j| {
                     part(&found[(body.first + i, j)])
                 });
-                of.qr().solve_lstsq(&all)
+                &body.amounts * all
             };
             let (real, imaginary) = (part(|x| x.re), part(|x| x.im));
             let amount = |row: usize, j: usize| c64::new(real[(row, j)], imaginary[(row, j)]);
             let all: Vec<usize> = (0..amounts).collect();
-            let Ok(of_body) = body.bounds.at(&all, square, self.loss) else {
-                return Ok(None);
-            };
+            let of_body = body.bounds.at(&all, square, self.loss).ok()?;
             for j in 0..inputs {
                 // How far the rows are off by the forces of the input.
                 let moved: Vec<(c64, f64)> = (0..amounts)
@@ -118,11 +110,9 @@ impl<'a> Errors<'a> {
                 }
             }
         }
-        Ok(Some(Mat::from_fn(outputs, inputs, |i, j| {
-            match self.duals[i] {
-                Some(_) => errors[(i, j)] + sums[(i, j)].norm(),
-                None => f64::NAN,
-            }
-        })))
+        Some(Mat::from_fn(outputs, inputs, |i, j| match self.duals[i] {
+            Some(_) => errors[(i, j)] + sums[(i, j)].norm(),
+            None => f64::NAN,
+        }))
     }
 }

@@ -68,13 +68,15 @@ pub(super) fn append_cases(
     let (rows, columns) = (responses.outputs.len(), responses.inputs.len());
     let all = columns + amplitudes.len();
     let wider = || Vec::with_capacity(responses.frequency.len() * rows * all);
-    let (mut real, mut imaginary) = (wider(), wider());
+    let (mut real, mut imaginary, mut error) = (wider(), wider(), Vec::new());
     for (k, frequency) in responses.frequency.iter().enumerate() {
         for i in 0..rows {
             let first = (k * rows + i) * columns;
             let own = first..first + columns;
             real.extend_from_slice(&responses.real[own.clone()]);
-            imaginary.extend_from_slice(&responses.imaginary[own]);
+            imaginary.extend_from_slice(&responses.imaginary[own.clone()]);
+            let errors = responses.error.get(own).unwrap_or(&[]);
+            error.extend_from_slice(errors);
             for case in &amplitudes {
                 let terms = case.iter().map(|(j, table)| {
                     let place = first + j;
@@ -84,10 +86,16 @@ pub(super) fn append_cases(
                 let sum = terms.fold(c64::new(0.0, 0.0), |sum, term| sum + term);
                 real.push(sum.re);
                 imaginary.push(sum.im);
+                if !errors.is_empty() {
+                    let terms = case
+                        .iter()
+                        .map(|(j, table)| errors[*j] * amplitude(table, *frequency).norm());
+                    error.push(terms.sum::<f64>());
+                }
             }
         }
     }
-    (responses.real, responses.imaginary) = (real, imaginary);
+    (responses.real, responses.imaginary, responses.error) = (real, imaginary, error);
     let signals = asked.cases.keys().map(|name| Signal {
         name: name.clone(),
         unit: "1".into(),

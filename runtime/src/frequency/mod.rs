@@ -12,10 +12,15 @@ mod transfer;
 
 use dcb_formats::linear_system::Variable;
 use dcb_formats::results::{FrequencyResponses, Signal};
-use dcb_formats::scene::{BeyondBand, DriveForm, FrequencyResponse, OutputForm, Scene};
+use dcb_formats::scene::{
+    BeyondBand, DriveForm, FrequencyResponse, OutputForm, ResponseDamping, Scene,
+};
 use dcb_superelement::{ErrorBounds, LeftOutBy};
-use faer::{Mat, c64};
+use faer::c64;
 
+use crate::analysis::effective_damping::{
+    DampedPart, DampingShare, EffectiveDamping, damping_by_part,
+};
 use crate::error::Error;
 use crate::linear::{Coordinates, Duals, LinearRequest, Wanted, linearized};
 use crate::model::Recorder;
@@ -31,6 +36,8 @@ use transfer::{Resonance, Transfer};
 const PEAKS: usize = 6;
 /// Responses below this part of the largest of their unit are rounding, and no peaks.
 const NEGLIGIBLE: f64 = 1e-6;
+/// Modes whose damping is told by part.
+const DAMPED_MODES: usize = 12;
 /// A peak is told with a resonance this near, as a part of its frequency.
 const NEAR: f64 = 0.05;
 
@@ -47,6 +54,8 @@ pub struct FrequencyReport {
     pub peaks: Vec<Peak>,
     /// Outputs under the random inputs.
     pub random: Vec<RandomOutput>,
+    /// Damping by part of the lowest undamped modes, up to the highest frequency; empty about a motion.
+    pub damping: Vec<EffectiveDamping>,
 }
 
 /// A largest response of one output by one input.
@@ -97,7 +106,6 @@ pub(crate) fn frequency_response(
         state,
         bounds,
     } = *of;
-    beyond_band(scene, system, asked, note)?;
     let request = LinearRequest {
         inputs: asked.inputs.clone(),
         outputs: asked.outputs.clone(),
@@ -149,10 +157,16 @@ pub(crate) fn frequency_response(
         frequency,
         ..FrequencyResponses::default()
     };
+    let errors = match moves {
+        true => None,
+        false => Errors::of(bounds, &linear, asked.loss_factor()),
+    };
     let outputs = responses.outputs.len();
     responses.outputs.extend(paths.signals(&responses.outputs));
     for frequency in responses.frequency.clone() {
         let mut found = transfer.at(frequency)?;
+        let told =
+            (errors.as_ref()).and_then(|errors| errors.at(&found, frequency, [outputs, inputs]));
         if let Some(without) = &without {
             found = paths.split(&found, &without.at(frequency)?, [outputs, inputs]);
         }
@@ -172,8 +186,14 @@ pub(crate) fn frequency_response(
                 let value = found[(i, j)] * made / by;
                 responses.real.push(value.re);
                 responses.imaginary.push(value.im);
+                let error = told.as_ref().filter(|_| i < outputs);
+                let error = error.map_or(f64::NAN, |told| told[(i, j)]);
+                responses.error.push(error * (made / by).norm());
             }
         }
+    }
+    if responses.error.iter().all(|error| error.is_nan()) {
+        responses.error = Vec::new();
     }
     let mut random = random::random(&mut responses, asked)?;
     random.truncate(outputs);
@@ -197,22 +217,44 @@ pub(crate) fn frequency_response(
     }
     let mut peaks = peaks(&responses, outputs, &resonances);
     paths.share(&responses, outputs, &mut peaks);
-    if !moves && let Some(errors) = Errors::of(bounds, &linear, asked.loss_factor()) {
-        estimate(
-            &errors,
-            &transfer,
-            &responses,
-            &mut peaks,
-            [outputs, inputs],
-        )?;
-    }
     Ok(FrequencyReport {
         peaks,
         solution: transfer.solution(),
         freedoms: linear.second_order.units.len(),
         responses,
         random,
+        damping: match moves {
+            true => Vec::new(),
+            false => damping(system, state, asked)?,
+        },
     })
+}
+
+/// Damping by part, and what the analysis adds or puts in its place.
+fn damping(
+    system: &System,
+    state: &State,
+    asked: &FrequencyResponse,
+) -> Result<Vec<EffectiveDamping>, Error> {
+    let mut all = damping_by_part(system, state, DAMPED_MODES)?;
+    all.retain(|mode| mode.frequency <= asked.highest());
+    for (k, mode) in all.iter_mut().enumerate() {
+        let (part, ratio) = match &asked.damping {
+            None => continue,
+            Some(ResponseDamping::Structural(loss)) => (DampedPart::LossFactor, 0.5 * loss),
+            Some(ResponseDamping::AssembledModal(ratios)) => {
+                mode.shares.clear();
+                (DampedPart::AssembledModes, ratios.of_mode(k))
+            }
+        };
+        mode.shares.push(DampingShare {
+            part,
+            name: part.name().to_owned(),
+            ratio,
+        });
+        mode.ratio = mode.shares.iter().map(|share| share.ratio).sum();
+    }
+    Ok(all)
 }
 
 fn input_signal(input: &Variable, is_drive: bool, form: DriveForm, time: &str) -> Signal {
@@ -244,13 +286,16 @@ fn output_signal(output: &Variable, form: OutputForm, time: &str) -> Signal {
     }
 }
 
-/// Tells, or refuses, frequencies that a superelement's file isn't made for.
-fn beyond_band(
+/// What to tell of frequencies that a superelement's file isn't made for.
+///
+/// # Errors
+/// [`Error::Description`] where the analysis refuses them.
+pub(crate) fn beyond_band(
     scene: &Scene,
     system: &System,
     asked: &FrequencyResponse,
-    note: &mut dyn FnMut(&str),
-) -> Result<(), Error> {
+) -> Result<Vec<String>, Error> {
+    let mut notes = Vec::new();
     let highest = asked.highest();
     for body in &system.bodies {
         let Some(limit) = body.flexible.made_for.frequency else {
@@ -268,7 +313,7 @@ fn beyond_band(
             dcb_formats::units::four_digits(highest),
         );
         match asked.beyond_band {
-            BeyondBand::Warn => note(&message),
+            BeyondBand::Warn => notes.push(message),
             BeyondBand::Refuse => {
                 return Err(Error::described(
                     "analysis.frequency_response.frequencies",
@@ -277,35 +322,7 @@ fn beyond_band(
             }
         }
     }
-    Ok(())
-}
-
-/// Tells each peak its error.
-fn estimate(
-    errors: &Errors,
-    transfer: &Transfer,
-    responses: &FrequencyResponses,
-    peaks: &mut [Peak],
-    [outputs, inputs]: [usize; 2],
-) -> Result<(), Error> {
-    let mut known: Option<(f64, Option<Mat<f64>>)> = None;
-    for peak in peaks {
-        let at = match known.take() {
-            Some((frequency, at)) if frequency == peak.frequency => at,
-            _ => errors.at(transfer, peak.frequency, [outputs, inputs])?,
-        };
-        let named = |of: &[Signal], name: &str| of.iter().position(|one| one.name == name);
-        let place = (
-            named(&responses.outputs, &peak.output),
-            named(&responses.inputs[..inputs], &peak.input),
-        );
-        if let (Some(at), (Some(i), Some(j))) = (&at, place) {
-            let whole = transfer.at(peak.frequency)?[(i, j)].norm();
-            peak.error = Some(at[(i, j)] / whole).filter(|error| error.is_finite());
-        }
-        known = Some((peak.frequency, at));
-    }
-    Ok(())
+    Ok(notes)
 }
 
 /// The largest peaks of each output by each input, by rising frequency.
@@ -327,6 +344,7 @@ fn peaks(responses: &FrequencyResponses, outputs: usize, resonances: &[Resonance
                 continue;
             }
             let values = responses.of(i, j);
+            let errors = responses.error_of(i, j);
             let size = |k: usize| values[k][0].hypot(values[k][1]);
             let last = values.len() - 1;
             let mut found: Vec<usize> = (0..values.len())
@@ -349,7 +367,9 @@ fn peaks(responses: &FrequencyResponses, outputs: usize, resonances: &[Resonance
                     amplitude: size(k),
                     phase: values[k][1].atan2(values[k][0]).to_degrees(),
                     damping: nearest.filter(|of| away(of) < NEAR).map(|of| of.ratio),
-                    error: None,
+                    error: (errors.as_ref())
+                        .map(|errors| errors[k] / size(k))
+                        .filter(|error| error.is_finite()),
                     paths: Vec::new(),
                 }
             }));

@@ -4,7 +4,8 @@
 //! S_y(f) = Σ_j Σ_k H_yj S_jk H_yk*        rms² = ∫ S_y df        zero crossings upwards = (∫ f² S_y df / ∫ S_y df)^½
 //! ```
 //! S_jk is the cross density of input j and the complex conjugate of input k: S_j for j = k, zero for inputs that are independent of each other, and
-//! (γ² S_j S_k)^½ exp(2πi f τ) for the coherence γ² with k later than j by τ. No motion has a negative density if the Hermitian S has no negative eigenvalue.
+//! (γ² S_j S_k)^½ exp(2πi f τ) for the coherence γ² with k later than j by τ. With errors e_yj of the responses the rms is off by (∫ (Σ_j e_yj S_j^½)² df)^½ at most, however the
+//! inputs belong together. No motion has a negative density if the Hermitian S has no negative eigenvalue.
 
 use dcb_formats::results::FrequencyResponses;
 use dcb_formats::scene::{Correlation, FrequencyResponse};
@@ -31,6 +32,8 @@ pub struct RandomOutput {
     pub zero_crossings: f64,
     /// Relative difference of the rms to that with every other frequency.
     pub coarseness: f64,
+    /// Estimate of the relative error of the rms by what the superelements' files leave out; `None` where they don't tell.
+    pub error: Option<f64>,
 }
 
 impl RandomOutput {
@@ -133,6 +136,7 @@ pub(super) fn random(
     }
     let (rows, columns) = (responses.outputs.len(), responses.inputs.len());
     let mut total = Vec::with_capacity(responses.frequency.len() * rows);
+    let mut errors = Vec::with_capacity(responses.error.len() / columns.max(1));
     for (k, frequency) in responses.frequency.iter().enumerate() {
         let densities = inputs.densities(*frequency)?;
         for output in 0..rows {
@@ -147,6 +151,12 @@ pub(super) fn random(
                 .sum();
             // Inputs that cancel leave rounding.
             total.push(sum.max(0.0));
+            let first = (k * rows + output) * columns;
+            if let Some(own) = responses.error.get(first..first + columns) {
+                let present = (0..count).filter(|i| densities[(*i, *i)].re > 0.0);
+                let terms = present.map(|i| own[inputs.inputs[i].0] * densities[(i, i)].re.sqrt());
+                errors.push(terms.sum::<f64>().powi(2));
+            }
         }
     }
     responses.density = total;
@@ -162,6 +172,10 @@ pub(super) fn random(
                 .map(|(value, f)| value * f * f)
                 .collect();
             let second = integral(&responses.frequency, &moments, 1);
+            let own = errors.iter().skip(output).step_by(rows.max(1));
+            let own: Vec<f64> = own.copied().collect();
+            let off = (!own.is_empty())
+                .then(|| (integral(&responses.frequency, &own, 1) / square).sqrt());
             RandomOutput {
                 name: signal.name.clone(),
                 unit: signal.unit.clone(),
@@ -176,6 +190,7 @@ pub(super) fn random(
                 } else {
                     0.0
                 },
+                error: off.filter(|off| off.is_finite()),
             }
         })
         .collect())

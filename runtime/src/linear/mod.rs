@@ -124,6 +124,20 @@ pub(crate) struct SecondOrder {
     pub units: Vec<f64>,
 }
 
+/// The mechanism without the loads that are inputs: about its rest they oscillate.
+///
+/// # Errors
+/// [`Error::Description`] for names that are no inputs.
+pub(crate) fn without_inputs(
+    scene: &Scene,
+    system: &System,
+    state: &State,
+    names: &[String],
+) -> Result<System, Error> {
+    let inputs = input::chosen(system, state, scene, names)?;
+    Ok(input::without_loads(system, &inputs))
+}
+
 /// The same with its equations of second order.
 pub(crate) fn linearized(
     scene: &Scene,

@@ -1,5 +1,6 @@
 //! Displacement fields that a scene asks for, written as files for ParaView while it runs.
 
+use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
@@ -91,6 +92,8 @@ impl FieldPlan {
 pub struct FieldWriter {
     plan: FieldPlan,
     series: FieldSeries,
+    /// Largest von Mises' stress of each node in the files so far, by the name of its numbers.
+    largest: BTreeMap<String, Vec<f64>>,
 }
 
 impl FieldWriter {
@@ -100,7 +103,11 @@ impl FieldWriter {
     /// [`Error::File`]; [`Error::Field`] for cells that VTK has no type for.
     pub fn start(plan: FieldPlan, folder: &Path, replace: Replace) -> Result<Self, Error> {
         let series = FieldSeries::create(folder, &plan.name, &plan.source.1, replace)?;
-        Ok(Self { plan, series })
+        Ok(Self {
+            plan,
+            series,
+            largest: BTreeMap::new(),
+        })
     }
 
     /// Takes off the next of its times that has come.
@@ -130,12 +137,25 @@ impl FieldWriter {
         }
         let positions = self.plan.field.rigid_positions(&pose.origin, &pose.axes);
         let stresses = nodal_stresses(&body.flexible, self.plan.field.node_count(), y, &forces);
+        for (name, _, values) in stresses.iter().filter(|(_, count, _)| *count == 1) {
+            let largest = self.largest.entry(format!("{name}, largest so far"));
+            let largest = largest.or_insert_with(|| values.clone());
+            for (largest, value) in largest.iter_mut().zip(values) {
+                *largest = largest.max(*value);
+            }
+        }
+        let so_far = self.largest.iter().map(|(name, values)| Numbers {
+            name,
+            count: 1,
+            values,
+        });
         let numbers: Vec<Numbers<'_>> = (stresses.iter())
             .map(|(name, count, values)| Numbers {
                 name,
                 count: *count,
                 values,
             })
+            .chain(so_far)
             .collect();
         self.series.write(&FieldSnapshot {
             time: state.time,

@@ -10,9 +10,10 @@ use crate::analysis::eigenmodes::{Eigenmode, Eigenmodes};
 use crate::analysis::equilibrium::{EquilibriumReport, EquilibriumSettings, find_equilibrium};
 use crate::analysis::inertia_relief::{InertiaReliefReport, find_inertia_relief};
 use crate::error::Error;
-use crate::frequency::{FrequencyReport, Shaken, Solution, frequency_response};
+use crate::frequency::{FrequencyReport, Shaken, Solution, beyond_band, frequency_response};
 use crate::initial::{InitialReport, Starter};
 use crate::integrator::equal_steps::EqualSteps;
+use crate::linear::without_inputs;
 use crate::model::timetable::{Due, Rows};
 use crate::model::{Model, RecordedStep};
 use crate::system::evaluation::Evaluation;
@@ -278,6 +279,7 @@ pub fn frequency(
     observer: &mut dyn Observer,
     asked: &FrequencyResponse,
 ) -> Result<FrequencyReport, Error> {
+    let mut notes = beyond_band(scene, &model.system, asked)?;
     let bounds = std::mem::take(&mut model.error_bounds);
     let Opened {
         mut session,
@@ -287,16 +289,16 @@ pub fn frequency(
         ..
     } = Session::open(scene, model, target)?;
     let mut find = || {
+        let resting = without_inputs(scene, &system, &drawn, &asked.inputs)?;
         place(
             asked.at,
             scene,
-            &system,
+            &resting,
             &mut drawn,
             &held,
             &mut session,
             observer,
         )?;
-        let mut notes = Vec::new();
         let recorder = &mut session.recorder;
         let mut note = |message: &str| notes.push(message.to_owned());
         let scene_of = Shaken {
@@ -306,7 +308,7 @@ pub fn frequency(
             bounds: &bounds,
         };
         let report = frequency_response(&scene_of, recorder, asked, &mut note)?;
-        for note in notes {
+        for note in notes.drain(..) {
             session.tell(observer, drawn.time, &note);
         }
         session
@@ -325,11 +327,13 @@ pub fn frequency(
                 Solution::ComplexModes => "complex modes",
                 Solution::Direct => "direct",
             },
+            "effective_damping": described_damping(&report.damping),
             "random": report.random.iter().map(|output| json!({
                 "output": output.name,
                 "unit": output.unit,
                 "rms": output.rms,
                 "zero_crossings": output.zero_crossings,
+                "error": output.error,
             })).collect::<Vec<_>>(),
         }),
         Err(_) => json!({"analysis": "frequency_response"}),

@@ -64,7 +64,27 @@ fn errors_are_those_that_are_told() {
             mount("a", MOUNTS[0]),
             mount("b", MOUNTS[1])
         );
-        let (report, _, _) = responses(folder.path(), &text).unwrap();
+        let (report, read, _) = responses(folder.path(), &text).unwrap();
+        // At any frequency too, as the file has it.
+        for (input, direction) in [(0, 1), (1, 2)] {
+            let name = ["tip.x", "tip.y", "tip.z"][direction];
+            let place = read.outputs.iter().position(|output| output.name == name);
+            let place = place.unwrap();
+            let told = read.error_of(place, input).unwrap();
+            for k in (0..told.len()).step_by(29) {
+                let expected = whole(&component, read.frequency[k], direction)[direction];
+                let [re, im] = read.of(place, input)[k];
+                let error = (c64::new(re, im) - expected).norm();
+                if told[k].is_finite() {
+                    assert!(
+                        error <= 1.05 * told[k] + 1e-7 * expected.norm(),
+                        "{modes} modes, {} Hz: {error:e} told {:e}",
+                        read.frequency[k],
+                        told[k]
+                    );
+                }
+            }
+        }
         for peak in &report.peaks {
             let Some(axis) = ["tip.x", "tip.y", "tip.z"]
                 .iter()
@@ -95,4 +115,44 @@ fn errors_are_those_that_are_told() {
     assert!(seen.len() >= 6, "{told:?}");
     let worst = seen.iter().copied().fold(0.0, f64::max);
     assert!(worst < 20.0, "{told:?}");
+}
+
+/// The root mean square under a random force, off by no more than is told.
+#[test]
+fn the_error_of_a_root_mean_square_is_told() {
+    let component = spatial_beam(&SpatialBeam {
+        elements: 12,
+        ..SpatialBeam::default()
+    });
+    let folder = tempfile::tempdir().unwrap();
+    let reduced = dcb_tests::lowest(&component, 4);
+    dcb_tests::write_bare(&folder.path().join("beam.dcb.h5"), &reduced.superelement);
+    let [left, right] = MOUNTS.map(|mount| format!("{mount:?}"));
+    let text = format!(
+        r#"{{"dimension": 3, "units": {{"length": "m", "mass": "kg", "time": "s"}},
+          "ground": {{"points": {{"a": [0, 0, 0], "b": [1, 0, 0]}}}},
+          "bodies": {{"beam": {{"superelement": "beam.dcb.h5"}}}},
+          "springs": {{"a": {{"bushing": {{"a": "ground/a", "b": "beam/a", "translation": {left}}}}},
+                       "b": {{"bushing": {{"a": "ground/b", "b": "beam/b", "translation": {right}}}}}}},
+          "loads": {{"push": {{"force": {{"at": "beam/b", "components": [0, 0, 1]}}}}}},
+          "outputs": {{"tip": {{"displacement": {{"at": "beam/b"}}}}}},
+          "analysis": {{"frequency_response": {{"damping": {{"structural": {LOSS}}}, "inputs": ["push/2"],
+            "frequencies": {{"from": 250, "to": 420, "count": 120, "spacing": "linear"}}, "random": {{"push/2": [[250, 1], [420, 1]]}}}}}}}}"#
+    );
+    let (report, read, _) = responses(folder.path(), &text).unwrap();
+    let squares: Vec<f64> = (read.frequency.iter())
+        .map(|frequency| whole(&component, *frequency, 2)[2].norm_sqr())
+        .collect();
+    let intervals = read.frequency.windows(2).zip(squares.windows(2));
+    let square: f64 = intervals
+        .map(|(f, s)| 0.5 * (s[0] + s[1]) * (f[1] - f[0]))
+        .sum();
+    let of_tip = report.random.iter().find(|output| output.name == "tip.z");
+    let of_tip = of_tip.unwrap();
+    let (off, told) = (
+        (of_tip.rms / square.sqrt() - 1.0).abs(),
+        of_tip.error.unwrap(),
+    );
+    assert!(off <= told && told < 0.3, "{off:e} told {told:e}");
+    assert!(off > 1e-7, "{off:e}");
 }

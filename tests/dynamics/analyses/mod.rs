@@ -10,4 +10,6 @@ mod frequency_inputs;
 mod frequency_paths;
 mod inertia_relief;
 mod linearization;
+mod preload;
+mod published_rotor;
 mod whirl;

@@ -44,7 +44,11 @@ fn rigid(polar: f64) -> Value {
     })
 }
 
-fn whirl_of(scene: &Value, folder: &Path, request: &CampbellRequest) -> Result<Campbell, String> {
+pub(super) fn whirl_of(
+    scene: &Value,
+    folder: &Path,
+    request: &CampbellRequest,
+) -> Result<Campbell, String> {
     let scene = Scene::parse(&scene.to_string(), &folder.join("scene.json"))
         .map_err(|error| error.to_string())?;
     campbell(&scene, request, &mut Quiet)
@@ -52,7 +56,7 @@ fn whirl_of(scene: &Value, folder: &Path, request: &CampbellRequest) -> Result<C
         .map_err(|error| error.to_string())
 }
 
-fn request(speeds: &[f64], orders: &[f64]) -> CampbellRequest {
+pub(super) fn request(speeds: &[f64], orders: &[f64]) -> CampbellRequest {
     CampbellRequest {
         speeds: speeds.to_vec(),
         orders: orders.to_vec(),

@@ -13,7 +13,7 @@ use dcb_runtime::run::{Observer, Profiling, Target, run};
 use dcb_samples::bracket;
 use dcb_tests::dense::{dense, difference, solve};
 use dcb_tests::localization::localization;
-use dcb_tests::{assert_says, lowest};
+use dcb_tests::{assert_says, lowest, python};
 use faer::linalg::solvers::Solve;
 use faer::{Mat, c64};
 
@@ -250,7 +250,33 @@ fn paraview_gets_tensors_and_equivalents_at_nodes() {
             r#"Name="fillet von Mises" format="binary""#,
         ],
     );
+    // meshio reads what ParaView would; von Mises' stress is that of the tensors, and the last file has the largest of all.
+    let found = python::answer(EQUIVALENTS, &folder.path().join("fields"));
+    assert_eq!(found["files"], 3);
+    assert!(found["size"].as_f64().unwrap() > 0.0);
+    for off in ["equivalent", "largest"] {
+        let off = found[off].as_f64().unwrap();
+        assert!(off < 1e-12, "{found}");
+    }
 }
+
+/// How far the equivalents in the files are from those of their tensors, and the largest so far from the largest.
+const EQUIVALENTS: &str = r#"
+import json, pathlib, sys
+import meshio, numpy as np
+largest, worst, over = None, 0.0, 0.0
+files = sorted(pathlib.Path(sys.argv[1]).glob("*.vtu"))
+for file in files:
+    data = meshio.read(file).point_data
+    xx, yy, zz, xy, yz, xz = data["fillet"].T
+    own = np.sqrt(0.5 * ((xx - yy)**2 + (yy - zz)**2 + (zz - xx)**2) + 3 * (xy**2 + yz**2 + xz**2))
+    has = np.isfinite(own)
+    size = max(own[has].max(), 1e-300)
+    worst = max(worst, abs(data["fillet von Mises"] - own)[has].max() / size)
+    largest = own if largest is None else np.maximum(largest, own)
+    over = max(over, abs(data["fillet von Mises, largest so far"] - largest)[has].max() / size)
+print(json.dumps({"files": len(files), "size": size, "equivalent": worst, "largest": over}))
+"#;
 
 #[test]
 fn mistakes_are_named() {

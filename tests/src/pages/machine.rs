@@ -153,20 +153,32 @@ fn responses(raw: &str) -> String {
                 format!("{seconds:.2}"),
                 ratio,
                 off("median"),
+                off("told_median"),
                 off("largest"),
+                off("told_largest"),
+                accuracy(&what).map_or("-".into(), |of| {
+                    format!(
+                        "{:.2} to {:.2}",
+                        amount(of, "least_told_by_true"),
+                        amount(of, "most_told_by_true")
+                    )
+                }),
             ]
         })
         .collect();
     if let Some(direct) = direct {
         cells.push(vec![
             format!(
-                "PARDISO on {} equations ({} frequencies solved)",
+                "PARDISO on {} equations (from {} frequencies that it solved)",
                 direct["unknowns"], direct["solved"]
             ),
             format!("{:.0}", 1000.0 * amount(direct, "seconds_each")),
             "1".into(),
             "0".into(),
+            "-".into(),
             "0".into(),
+            "-".into(),
+            "-".into(),
         ]);
     }
     page + &table(
@@ -175,7 +187,10 @@ fn responses(raw: &str) -> String {
             "s",
             "times PARDISO",
             "median error",
+            "told",
             "largest error",
+            "told",
+            "told by true",
         ],
         &cells,
     )

@@ -1,6 +1,7 @@
 //! Pages of `docs/` with parts that are rendered from the raw lines of measurements, which stand in `docs/data`.
 
 pub mod accuracy;
+pub mod campbell;
 pub mod damping;
 pub mod error_estimate;
 pub mod exchange;

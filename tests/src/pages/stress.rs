@@ -73,5 +73,14 @@ fn render(raw: &str) -> String {
         }
     }
     let heading: Vec<&str> = heading.iter().map(String::as_str).collect();
-    page + &table(&heading, &cells)
+    page += &table(&heading, &cells);
+    let bounds: Vec<Vec<String>> = (lines.iter())
+        .filter(|line| line["kind"] == "bound" && line["told"] != "")
+        .map(|line| vec![line["modes"].to_string(), words(&line["told"])])
+        .collect();
+    if !bounds.is_empty() {
+        page.push('\n');
+        page += &table(&["modes", "bound that `reduce inspect` tells"], &bounds);
+    }
+    page
 }

@@ -198,9 +198,7 @@ fn frequency_table(report: &FrequencyReport, scene: &Scene) -> String {
         let damping = peak
             .damping
             .map_or("-".to_owned(), |ratio| format!("{ratio:.5}"));
-        let error = peak
-            .error
-            .map_or("-".to_owned(), |error| format!("{:.1e}", error));
+        let error = told_error(peak.error);
         let _ = writeln!(
             text,
             "{:>14.6} {:>13.5e} {:>7.1}° {damping:>9} {error:>9}   {} by {} [{}]",
@@ -217,9 +215,10 @@ fn frequency_table(report: &FrequencyReport, scene: &Scene) -> String {
     if !report.random.is_empty() {
         let _ = writeln!(
             text,
-            "{:>13} {:>22}   output under the random inputs",
+            "{:>13} {:>22} {:>9}   output under the random inputs",
             "rms",
-            format!("zero crossings [{unit}]")
+            format!("zero crossings [{unit}]"),
+            "error"
         );
     }
     // What rounding makes of outputs that don't move is left to the files.
@@ -229,12 +228,14 @@ fn frequency_table(report: &FrequencyReport, scene: &Scene) -> String {
     };
     let moving = |output: &&RandomOutput| output.rms > NEGLIGIBLE * largest(&output.unit);
     for output in report.random.iter().filter(moving) {
+        let error = told_error(output.error);
         let _ = writeln!(
             text,
-            "{:>13.5e} {:>22.5}   {} [{}]",
+            "{:>13.5e} {:>22.5} {error:>9}   {} [{}]",
             output.rms, output.zero_crossings, output.name, output.unit
         );
     }
+    text.push_str(&damping_table(&report.damping, scene));
     text
 }
 
@@ -270,6 +271,8 @@ fn modes_table(report: &ModesReport, scene: &Scene) -> String {
     text
 }
 
+/// Ratios to critical below this are rounding.
+const NO_DAMPING: f64 = 1e-10;
 /// Parts that have a column of their own.
 const MOST_PARTS: usize = 6;
 
@@ -298,6 +301,7 @@ fn damping_table(modes: &[EffectiveDamping], scene: &Scene) -> String {
     );
     let title = |part: usize| match first.shares[part].part {
         DampedPart::AssembledModes => "assembled",
+        DampedPart::LossFactor => "loss factor",
         _ => first.shares[part].name.as_str(),
     };
     for part in &parts {
@@ -308,13 +312,13 @@ fn damping_table(modes: &[EffectiveDamping], scene: &Scene) -> String {
     }
     text.push('\n');
     for mode in modes {
-        let _ = write!(text, "{:>18.9} {:>12.4e}", mode.frequency, mode.ratio);
+        let _ = write!(text, "{:>18.9} {:>12}", mode.frequency, ratio(mode.ratio));
         for part in &parts {
-            let _ = write!(text, " {:>12.4e}", mode.shares[*part].ratio);
+            let _ = write!(text, " {:>12}", ratio(mode.shares[*part].ratio));
         }
         if !others.is_empty() {
             let rest: f64 = others.iter().map(|part| mode.shares[*part].ratio).sum();
-            let _ = write!(text, " {rest:>12.4e}");
+            let _ = write!(text, " {:>12}", ratio(rest));
         }
         text.push('\n');
     }
@@ -335,6 +339,19 @@ fn verdict(report: &RunReport, time: &str) -> String {
         short(report.time),
         report.steps
     )
+}
+
+/// A ratio to critical; zero where it is rounding.
+fn ratio(of: f64) -> String {
+    match of.abs() < NO_DAMPING {
+        true => "0".to_owned(),
+        false => format!("{of:.4e}"),
+    }
+}
+
+/// A relative error, or a dash where it isn't known.
+fn told_error(error: Option<f64>) -> String {
+    error.map_or("-".to_owned(), |error| format!("{error:.1e}"))
 }
 
 /// To a tenth of a percent, without the sign of what rounds to nothing.

@@ -75,7 +75,16 @@ fn mistakes_are_named_and_nothing_is_written() {
         fs::write(folder.path(name), PAIR.replace(from, to)).unwrap();
     };
     write("units.json", r#""length": "m""#, r#""length": "mm""#);
-    write("flat.json", r#""dimension": 3"#, r#""dimension": 2"#);
+    folder.write(
+        "flat.json",
+        r#"{"dimension": 2, "units": {"length": "m", "mass": "kg", "time": "s"},
+          "bodies": {"first": {"superelement": "rotor.dcb.h5"}}, "interfaces": {"left": "first/bearing-left"}}"#,
+    );
+    write(
+        "twice.json",
+        r#", "position": [0, 0, 1], "orientation": [0, 1, 0, 0]"#,
+        "",
+    );
     write("gap.json", "[0, 0, 1]", "[0, 0, 1.001]");
     write("name.json", "first/bearing-right", "first/bearing");
     write("missing.json", "\"rotor.dcb.h5\", ", "\"motor.dcb.h5\", ");
@@ -93,7 +102,17 @@ fn mistakes_are_named_and_nothing_is_written() {
                 "is in m, kg, s and the assembly in mm, kg, s",
             ],
         ),
-        ("assemble flat.json", &["flat.json"]),
+        (
+            "assemble flat.json",
+            &["bodies.first", "has 3 dimensions, the assembly 2"],
+        ),
+        (
+            "assemble twice.json",
+            &[
+                "bodies.second",
+                "at the place of \"first\", which is the same file",
+            ],
+        ),
         (
             "assemble gap.json",
             &["joints.coupling.fixed", "don't meet", "1.000000e-3 m apart"],

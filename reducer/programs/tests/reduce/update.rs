@@ -76,3 +76,20 @@ fn mistakes_are_named() {
         &["damping", "frequencies"],
     );
 }
+
+/// The converter on the page gives the modes of universal files back: shapes, complex ones, and accelerances.
+#[test]
+fn universal_files_come_through_the_converter_of_the_page() {
+    let page = std::fs::read_to_string(stored("docs/measured.md")).unwrap();
+    let programs = page.split("```python\n").skip(1);
+    let program = programs
+        .map(|rest| rest.split("```").next().unwrap())
+        .find(|program| program.contains("import pyuff"))
+        .unwrap();
+    let folder = Folder::empty();
+    folder.write("uff_to_csv.py", program);
+    let arguments = [folder.path("uff_to_csv.py"), folder.path(".")];
+    let arguments = arguments.each_ref().map(|path| path.as_os_str());
+    let said = dcb_tests::python::run("universal_files.py", &arguments).unwrap();
+    assert_eq!(said.trim(), "ok");
+}

@@ -9,6 +9,7 @@ mod fmu;
 mod gallery;
 mod internal_rows;
 mod limits;
+mod linear_analyses;
 mod linearize;
 mod messages;
 mod motion_in_plane;

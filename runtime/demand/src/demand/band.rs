@@ -57,8 +57,13 @@ impl Band {
                     )],
                 });
             }
-            (Analysis::FrequencyResponse(asked), _) => {
-                return at(asked.highest(), "the highest frequency of the response");
+            (Analysis::FrequencyResponse(_), _) => {
+                return Ok(Self {
+                    frequency: None,
+                    reasons: vec![
+                        "a frequency response takes all modes of the files, which cost little beside its frequencies".into(),
+                    ],
+                });
             }
             (Analysis::Transient, None) => {
                 return Ok(Self {
