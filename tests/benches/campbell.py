@@ -86,7 +86,7 @@ def ross_criticals(rotor):
 
     found = []
     for sign in (1, -1):
-        for index in range(3):
+        for index in range(4):
             def above(speed):
                 own = [abs(hertz) for hertz in ross_whirl(rotor, speed) if sign * hertz > 0]
                 return own[index] * 2 * np.pi - speed
@@ -111,6 +111,7 @@ def main():
 
     git = subprocess.run(["git", "-C", ROOT, "rev-parse", "--short", "HEAD"], capture_output=True, text=True).stdout.strip()
     cpu = next((line.split(":")[1].strip() for line in open("/proc/cpuinfo") if line.startswith("model name")), "")
+    os.chdir(tempfile.gettempdir())                     # what ROSS imports looks for libraries where it is started
     rotor, version = ross_rotor()
     with tempfile.TemporaryDirectory() as folder:
         run("samples", "write", "shaft", "--out", folder, folder=folder)
@@ -137,7 +138,7 @@ def main():
     criticals = [line.split()[:3] for line in text.split("critical [rpm]")[1].splitlines()[1:] if line.strip() and line.strip()[0].isdigit()]
     reference = ross_criticals(rotor)
     for rpm, _, order in criticals:
-        near = [speed for way, speed in reference if way == float(order)]
+        near = [speed for way, speed in reference if way == float(order) and abs(speed / float(rpm) - 1) < 0.01]
         if near:
             say(kind="critical", order=float(order), ours=float(rpm), ross=min(near, key=lambda speed: abs(speed - float(rpm))))
     if arguments.write:

@@ -157,11 +157,7 @@ fn responses(raw: &str) -> String {
                 off("largest"),
                 off("told_largest"),
                 accuracy(&what).map_or("-".into(), |of| {
-                    format!(
-                        "{:.2} to {:.2}",
-                        amount(of, "least_told_by_true"),
-                        amount(of, "most_told_by_true")
-                    )
+                    format!("{:.2}", amount(of, "least_told_by_true"))
                 }),
             ]
         })
@@ -190,7 +186,7 @@ fn responses(raw: &str) -> String {
             "told",
             "largest error",
             "told",
-            "told by true",
+            "told by true, at least",
         ],
         &cells,
     )

@@ -76,7 +76,11 @@ fn render(raw: &str) -> String {
     page += &table(&heading, &cells);
     let bounds: Vec<Vec<String>> = (lines.iter())
         .filter(|line| line["kind"] == "bound" && line["told"] != "")
-        .map(|line| vec![line["modes"].to_string(), words(&line["told"])])
+        .map(|line| {
+            let told = words(&line["told"]);
+            let bound = told.rsplit("; ").next().unwrap_or("").to_owned();
+            vec![line["modes"].to_string(), bound]
+        })
         .collect();
     if !bounds.is_empty() {
         page.push('\n');

@@ -14,11 +14,10 @@ use crate::simulate::scene::{is_interrupted, watch_for_interruption};
 use dcb_formats::scene::{Compatibility, InertiaChange, Scene};
 use dcb_runtime::error::Error;
 use dcb_workflow::progress_bar::bar;
-use dcb_workflow::scene_study::grid::Grid;
 use dcb_workflow::scene_study::monitor::Monitor;
 use dcb_workflow::scene_study::{
-    Combination, Conducted, Lists, ModeCount, Plan, SceneReference, SceneStudy, Setting, Store,
-    Subject, report,
+    Combination, Conducted, Fineness, Lists, ModeCount, Plan, SceneReference, SceneStudy, Setting,
+    Store, Subject, report,
 };
 use dcb_workflow::shard::{Shard, waiting_for_others};
 
@@ -56,6 +55,14 @@ pub struct StudyArguments {
         allow_hyphen_values = true
     )]
     step: Vec<f64>,
+    /// Accuracies of radau, whose steps follow them.
+    #[arg(
+        long,
+        value_name = "LIST",
+        value_delimiter = ',',
+        allow_hyphen_values = true
+    )]
+    accuracy: Vec<f64>,
     /// Spectral radii at infinite frequency of generalized alpha.
     #[arg(
         long,
@@ -107,10 +114,6 @@ pub fn run(arguments: &StudyArguments, common: &CommonArguments) -> Result<Outco
     }
     let path = &arguments.scene;
     let scene = Scene::read(path)?;
-    if scene.integrator.is_some_and(|used| used.is_radau()) {
-        let expected = "is radau, whose steps follow an accuracy, but a study compares equal steps; give generalized_alpha for the study";
-        return Err(Error::described("integrator", expected).in_file(path));
-    }
     let subject = Subject::of(scene, &arguments.outputs).map_err(|error| error.in_file(path))?;
     let asked = lists(arguments);
     asked.check(&subject)?;
@@ -119,10 +122,11 @@ pub fn run(arguments: &StudyArguments, common: &CommonArguments) -> Result<Outco
         false => asked,
     };
     let settings = lists.settings(&subject, arguments.combine)?;
-    let steps = settings.iter().map(|setting| setting.step);
-    let shortest = steps.clone().fold(f64::INFINITY, f64::min);
-    let grid = Grid::of(steps, subject.end);
-    let first = SceneReference::first_setting(&subject, shortest);
+    let grid = subject.grid(&settings);
+    let own = subject.own.fineness;
+    let values = settings.iter().map(|setting| setting.fineness.value());
+    let finest = own.with(values.fold(f64::INFINITY, f64::min));
+    let first = SceneReference::first_setting(&subject, finest);
     let default = path.with_extension("study");
     let folder = arguments.output.as_ref().unwrap_or(&default);
     let start = if arguments.force {
@@ -166,8 +170,10 @@ fn lists(arguments: &StudyArguments) -> Lists {
     Lists {
         modes: arguments.modes.clone(),
         compatibilities: arguments.compatibility.clone(),
-        steps: arguments.step.clone(),
-        further_steps: Vec::new(),
+        fineness: (arguments.step.iter().copied().map(Fineness::Step))
+            .chain(arguments.accuracy.iter().copied().map(Fineness::Accuracy))
+            .collect(),
+        further_fineness: Vec::new(),
         radii: arguments.rho_infinity.clone(),
         inertia_changes: inertia_changes.collect(),
     }
@@ -217,7 +223,10 @@ fn told(study: &SceneStudy, store: &Store, tolerance: f64) -> String {
         "row",
         "modes",
         "compat.",
-        format!("step [{time}]"),
+        match subject.own.fineness {
+            Fineness::Step(_) => format!("step [{time}]"),
+            Fineness::Accuracy(_) => "accuracy".to_owned(),
+        },
         "rho",
         "inertia",
         "elastic",
@@ -228,7 +237,9 @@ fn told(study: &SceneStudy, store: &Store, tolerance: f64) -> String {
     for index in study.front() {
         let row = &study.rows[index];
         let Setting {
-            step, rho_infinity, ..
+            fineness,
+            rho_infinity,
+            ..
         } = row.setting;
         let _ = writeln!(
             text,
@@ -236,7 +247,7 @@ fn told(study: &SceneStudy, store: &Store, tolerance: f64) -> String {
             index + 1,
             row.setting.modes_text(),
             row.setting.compatibility.name(),
-            step,
+            fineness.value(),
             rho_infinity.map_or("-".to_owned(), |rho| rho.to_string()),
             row.setting.inertia_text(),
             row.course.elastic,

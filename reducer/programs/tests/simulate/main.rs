@@ -30,6 +30,7 @@ mod scenes;
 mod scope;
 mod strangers;
 mod study;
+mod study_accuracy;
 mod superelements;
 mod tutorial;
 // Each program needs its part of it.

@@ -1,7 +1,6 @@
 //! How a prepared scene is integrated: by an iteration no finer and steps no shorter than its outputs need.
 
 use super::trials::{Start, Trials};
-use crate::scene_study::setting::INTERVAL_STEPS;
 use dcb_demand::pruning::NarrowedScene;
 use dcb_formats::scene::{Integrator, Record, Scene};
 use dcb_runtime::error::Error;
@@ -20,7 +19,7 @@ pub enum Integration {
 const ITERATION: [f64; 4] = [1e-4, 1e-5, 1e-6, 1e-7];
 
 /// Longest steps that are tried, in those of the scene.
-pub(super) const LONGEST: u32 = INTERVAL_STEPS;
+pub(super) const LONGEST: u32 = 16;
 /// How many steps the longest is divided into, in the order in which they are tried: all of them end where it ends.
 const DIVISIONS: [u32; 11] = [13, 11, 9, 8, 7, 6, 5, 4, 3, 2, 1];
 

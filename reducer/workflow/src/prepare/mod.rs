@@ -18,10 +18,11 @@ pub use integration::Integration;
 
 use std::cell::Cell;
 
-use crate::scene_study::Subject;
 use crate::scene_study::grid::Grid;
 use crate::scene_study::monitor::Monitor;
 use crate::scene_study::motion::{self, Course};
+use crate::scene_study::setting::interval;
+use crate::scene_study::{Fineness, Subject};
 use dcb_demand::SuperelementFiles;
 use dcb_demand::coordinate_search::Trial;
 use dcb_demand::pruning::{NarrowedScene, Pruning};
@@ -77,10 +78,12 @@ pub fn prepare(
     let whole = NarrowedScene::from(subject.own.applied_to(subject)?);
     let scene = &whole.scene;
     // Every time of comparison is the end of a step.
-    let grid = Grid::of(
-        [f64::from(integration::LONGEST) * subject.own.step],
-        subject.end,
-    );
+    let integrator = subject.scene.integrator.as_ref();
+    let apart = match subject.own.fineness {
+        Fineness::Step(step) => f64::from(integration::LONGEST) * step,
+        Fineness::Accuracy(_) => integrator.map_or(subject.end, interval),
+    };
+    let grid = Grid::of([apart], subject.end);
     monitor.tell("everything");
     monitor.expect(motion::steps_of(scene)?);
     let mut unseen = |_: &_| {};

@@ -6,6 +6,7 @@
 //! page of them.
 
 pub(crate) mod comparison;
+pub(crate) mod fineness;
 pub mod grid;
 pub mod monitor;
 pub(crate) mod motion;
@@ -28,6 +29,7 @@ use dcb_report::{Candidate, cheapest_within, pareto_front};
 use crate::shard::Shard;
 use crate::workers::{lock, on_threads};
 use dcb_runtime::error::Error;
+pub use fineness::Fineness;
 use grid::{Grid, Trace};
 use monitor::Monitor;
 pub use reference::SceneReference;

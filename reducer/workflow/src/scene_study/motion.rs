@@ -139,14 +139,15 @@ pub fn time(scene: &Scene, monitor: &Monitor) -> Result<Option<Timing>, Error> {
     let drawn = simulation.save();
     let mut timing = Timing {
         seconds: f64::INFINITY,
-        steps: steps.count(),
+        steps: 0,
         runs: 0,
     };
     let mut total = 0.0;
     while timing.runs < MOST_RUNS && (timing.runs == 0 || total < LONG_ENOUGH) {
         simulation.restore(&drawn)?;
+        let (before, _) = simulation.effort();
         let clock = Instant::now();
-        for index in 1..=timing.steps {
+        for index in 1..=steps.count() {
             simulation.step_equally(&steps, index)?;
             if index % STEPS_BETWEEN_LOOKS == 0 && monitor.is_stopped() {
                 return Ok(None);
@@ -154,6 +155,8 @@ pub fn time(scene: &Scene, monitor: &Monitor) -> Result<Option<Timing>, Error> {
         }
         let seconds = clock.elapsed().as_secs_f64();
         timing.seconds = timing.seconds.min(seconds);
+        // Those of radau are as many as the accuracy needs.
+        timing.steps = (simulation.effort().0 - before) as u64;
         timing.runs += 1;
         total += seconds;
     }

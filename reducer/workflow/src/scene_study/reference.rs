@@ -1,12 +1,13 @@
 //! The run that the others are compared with, and how well converged it is.
 //!
-//! All modes of the files, strong compatibility, all of the inertia, the scene's own method, and a step that is halved until
+//! All modes of the files, strong compatibility, all of the inertia, the scene's own method, and a step that is halved, or an accuracy that is quartered, until
 //! two successive runs agree. With d the distance of the last two runs and d' that of the two before, the order that is seen is
 //! log₂ (d'/d); where it is the method's, two, the last run errs by d/3 (Richardson), and where it isn't, d is what is known.
 
 use serde::{Deserialize, Serialize};
 
 use super::comparison::{Distance, places, scale};
+use super::fineness::Fineness;
 use super::grid::{Grid, Trace};
 use super::monitor::Monitor;
 use super::motion::{Course, follow_to_the_end, steps_of};
@@ -30,7 +31,7 @@ const RICHARDSON: f64 = 1.0 / 3.0;
 pub struct SceneReference {
     /// Its options.
     pub setting: Setting,
-    /// Steps of the runs that were made, the last of which is the reference.
+    /// Steps, or accuracies, of the runs that were made, the last of which is the reference.
     pub steps: Vec<f64>,
     /// How it went.
     pub course: Course,
@@ -69,8 +70,8 @@ impl SceneReference {
         self.uncertainty() <= AGREEMENT
     }
 
-    /// The options of the first run, for rows of which the shortest step is this.
-    pub fn first_setting(subject: &Subject, shortest: f64) -> Setting {
+    /// The options of the first run, for rows of which this is the shortest step or the finest accuracy.
+    pub fn first_setting(subject: &Subject, finest: Fineness) -> Setting {
         let own = subject.own;
         Setting {
             modes: match subject.most_modes() {
@@ -78,7 +79,7 @@ impl SceneReference {
                 Some(_) => ModeCount::All,
             },
             compatibility: Compatibility::Strong,
-            step: 0.5 * shortest,
+            fineness: finest.finer(),
             rho_infinity: own.rho_infinity,
             inertia_change: subject.most_modes().map(|_| InertiaChange::SecondOrder),
         }
@@ -99,7 +100,12 @@ impl SceneReference {
         let mut found: Option<(Self, Trace)> = None;
         let mut setting = first;
         for run in 0..MOST_RUNS {
-            let scene = setting.applied_to(subject)?;
+            let scene = match setting.applied_to(subject) {
+                Ok(scene) => scene,
+                // An accuracy below all that can be asked for.
+                Err(_) if run > 1 => break,
+                Err(error) => return Err(error),
+            };
             monitor.expect(steps_of(&scene)?);
             let (course, trace) =
                 match follow_to_the_end(subject, &scene.into(), grid, monitor, &mut |_| {}) {
@@ -125,7 +131,7 @@ impl SceneReference {
                     ));
                 }
             }
-            steps.push(setting.step);
+            steps.push(setting.fineness.value());
             let finer = Self {
                 setting,
                 steps,
@@ -142,7 +148,7 @@ impl SceneReference {
             if is_enough {
                 break;
             }
-            setting.step *= 0.5;
+            setting.fineness = setting.fineness.finer();
         }
         Ok(found)
     }

@@ -43,11 +43,12 @@ enum Detail {
 /// The rows.
 fn table(study: &SceneStudy, detail: Detail) -> Table {
     let time = &study.subject.scene.units.time;
+    let fineness = study.subject.own.fineness;
     let mut columns = vec![
         Column::new("row", "row", ""),
         Column::new("modes", "modes", ""),
         Column::new("compatibility", "compatibility", ""),
-        Column::new("step", "step", time),
+        Column::new(fineness.name(), fineness.name(), fineness.unit(time)),
         Column::new("rho_infinity", "ρ∞", "1"),
         Column::new("inertia_change", "inertia", ""),
     ];
@@ -110,7 +111,7 @@ fn cells(study: &SceneStudy, index: usize, row: &SceneRow, detail: Detail) -> Ve
         count(index + 1),
         Cell::Text(setting.modes_text()),
         text(setting.compatibility.name()),
-        Cell::Number(setting.step),
+        Cell::Number(setting.fineness.value()),
         Cell::maybe(setting.rho_infinity),
         text(setting.inertia_text()),
     ];
@@ -212,7 +213,11 @@ fn page(study: &SceneStudy, chart: &Chart, tolerance: f64) -> Page {
     page.paragraph(&study.verdict(tolerance));
     let decades = study.decades();
     if !decades.is_empty() {
-        page.paragraph("The fastest row for each error, relative to the output's range; h is the scene's step:");
+        page.paragraph(&format!(
+            "The fastest row for each error, relative to the output's range; {} is the scene's {}:",
+            study.subject.own.fineness.symbol(),
+            study.subject.own.fineness.name()
+        ));
         page.list(&decades);
     }
     page.heading("Error against time");
@@ -223,9 +228,10 @@ fn page(study: &SceneStudy, chart: &Chart, tolerance: f64) -> Page {
         page.picture(
             &picture,
             &format!(
-                "Each mark is a row; h is the scene's step, {:.4e} {}. The error is the largest of all outputs over all times, relative \
+                "Each mark is a row; {} is the scene's {}. The error is the largest of all outputs over all times, relative \
                  to the output's range.",
-                study.subject.own.step, study.subject.scene.units.time
+                study.subject.own.fineness.symbol(),
+                study.subject.own.fineness.told(&study.subject.scene.units.time)
             ),
         );
     }

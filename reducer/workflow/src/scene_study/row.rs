@@ -102,9 +102,9 @@ impl SceneRow {
         }
     }
 
-    /// The step as a multiple of the scene's: `4 h`, `h/2`.
-    pub fn step_multiple(&self, subject: &Subject) -> String {
-        multiple(self.setting.step / subject.own.step)
+    /// The step or accuracy as a multiple of the scene's: `4 h`, `h/2`, `e/10`.
+    pub fn multiple(&self, subject: &Subject) -> String {
+        self.setting.fineness.multiple_of(subject.own.fineness)
     }
 
     /// As a candidate of the Pareto front under a label.
@@ -149,26 +149,12 @@ impl std::fmt::Display for ErrorStatement {
     }
 }
 
-/// A step as a multiple of the scene's: `4 h`, `h/2`.
-fn multiple(ratio: f64) -> String {
-    let whole = |ratio: f64| (ratio - ratio.round()).abs() < 1e-9 * ratio;
-    match (ratio == 1.0, whole(ratio), whole(1.0 / ratio)) {
-        (true, _, _) => "h".to_owned(),
-        (_, true, _) => format!("{ratio:.0} h"),
-        (_, _, true) => format!("h/{:.0}", 1.0 / ratio),
-        _ => format!("{ratio:.3} h"),
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
 
     #[test]
-    fn steps_are_told_as_multiples() {
-        for (ratio, text) in [(1.0, "h"), (16.0, "16 h"), (0.25, "h/4"), (1.5, "1.500 h")] {
-            assert_eq!(multiple(ratio), text);
-        }
+    fn bounds_are_told_as_such() {
         assert_eq!(ErrorStatement::AtMost(3.14e-6).to_string(), "≤ 3.1e-6");
     }
 }

@@ -3,6 +3,7 @@
 use serde::{Deserialize, Serialize};
 use serde_json::{Map, Value, json};
 
+use super::fineness::Fineness;
 use super::subject::Subject;
 use dcb_formats::scene::{BodyKind, Compatibility, InertiaChange, Integrator, Method, Scene};
 use dcb_runtime::error::Error;
@@ -26,8 +27,9 @@ pub struct Setting {
     pub modes: ModeCount,
     /// How interfaces follow the coordinates.
     pub compatibility: Compatibility,
-    /// Step, the scene's unit of time.
-    pub step: f64,
+    /// Step or accuracy of the integrator.
+    #[serde(flatten)]
+    pub fineness: Fineness,
     /// Spectral radius at infinite frequency; `None` where the scene integrates with HHT.
     pub rho_infinity: Option<f64>,
     /// How far the inertia of every superelement follows the deflection; `None`: as the scene says, body by body.
@@ -36,8 +38,6 @@ pub struct Setting {
 
 /// Times at which motions are compared whose steps follow an accuracy.
 const INTERVALS: f64 = 256.0;
-/// What stands for steps in such an interval.
-pub const INTERVAL_STEPS: u32 = 16;
 
 /// Time between two of them.
 pub fn interval(integrator: &Integrator) -> f64 {
@@ -68,9 +68,9 @@ impl Setting {
                 false => ModeCount::AsInScene,
             },
             compatibility: scene.compatibility,
-            step: match integrator.is_radau() {
-                true => interval(&integrator) / f64::from(INTERVAL_STEPS),
-                false => integrator.step,
+            fineness: match integrator.is_radau() {
+                true => Fineness::Accuracy(integrator.tolerance),
+                false => Fineness::Step(integrator.step),
             },
             rho_infinity: match integrator.method {
                 Method::GeneralizedAlpha { rho_infinity } => Some(rho_infinity),
@@ -104,8 +104,11 @@ impl Setting {
                 body.inertia_change = change;
             }
         }
-        if let Some(integrator) = changed.integrator.as_mut().filter(|used| !used.is_radau()) {
-            integrator.step = self.step;
+        if let Some(integrator) = changed.integrator.as_mut() {
+            match self.fineness {
+                Fineness::Step(step) => integrator.step = step,
+                Fineness::Accuracy(accuracy) => integrator.tolerance = accuracy,
+            }
             if let (Some(given), Method::GeneralizedAlpha { rho_infinity }) =
                 (self.rho_infinity, &mut integrator.method)
             {
@@ -132,23 +135,28 @@ impl Setting {
                 bodies.insert(name.clone(), Value::Object(keys));
             }
         }
-        let integrator = match self.rho_infinity {
-            Some(rho_infinity) => {
-                json!({"generalized_alpha": {"step": self.step, "rho_infinity": rho_infinity}})
+        let integrator = match (self.fineness, self.rho_infinity) {
+            (Fineness::Accuracy(tolerance), _) => json!({"radau": {"tolerance": tolerance}}),
+            (Fineness::Step(step), Some(rho_infinity)) => {
+                json!({"generalized_alpha": {"step": step, "rho_infinity": rho_infinity}})
             }
-            None => json!({"hht": {"step": self.step}}),
+            (Fineness::Step(step), None) => json!({"hht": {"step": step}}),
         };
         json!({"bodies": bodies, "compatibility": self.compatibility, "integrator": integrator})
     }
 
     /// Its name among the rows of a study, with every digit.
     pub fn key(&self) -> String {
-        let rho = self
-            .rho_infinity
-            .map_or("hht".to_owned(), |rho| format!("{rho:?}"));
+        let rho = match (self.fineness, self.rho_infinity) {
+            (Fineness::Accuracy(_), _) => "radau".to_owned(),
+            (Fineness::Step(_), rho) => rho.map_or("hht".to_owned(), |rho| format!("{rho:?}")),
+        };
         let (modes, inertia) = (self.modes_text(), self.inertia_text());
         let compatibility = self.compatibility.name();
-        format!("{modes}/{compatibility}/{:e}/{rho}/{inertia}", self.step)
+        format!(
+            "{modes}/{compatibility}/{:e}/{rho}/{inertia}",
+            self.fineness.value()
+        )
     }
 
     /// `5`, `all` or `scene`.

@@ -232,7 +232,7 @@ fn settings(subject: &Subject, first: &Setting, grid: Grid) -> Value {
     let quantities = subject.quantities.iter().map(|quantity| &quantity.name);
     // The first difference is told, in alphabetical order: the step that was asked for before what follows from it.
     json!({
-        "finest step": 2.0 * first.step,
+        (format!("finest {}", first.fineness.name())): first.fineness.coarser().value(),
         "program": generator(),
         "scene": subject.scene,
         "superelements": files,

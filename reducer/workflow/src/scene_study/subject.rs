@@ -5,7 +5,9 @@ use std::ops::Range;
 use dcb_formats::results::Channel;
 use indexmap::IndexMap;
 
-use super::setting::{ModeCount, Setting};
+use super::fineness::Fineness;
+use super::grid::Grid;
+use super::setting::{ModeCount, Setting, interval};
 use dcb_formats::scene::{Analysis, BodyKind, Compatibility, Output, Scene};
 use dcb_runtime::error::Error;
 use dcb_runtime::model::{LoadedFile, Model, Recorder};
@@ -58,13 +60,18 @@ impl Subject {
         }
         let own = Setting::of(&scene)?;
         let end = scene.integrator.map_or(0.0, |integrator| integrator.end);
-        if own.step > end {
+        if let Fineness::Step(step) = own.fineness
+            && step > end
+        {
             return Err(Error::described(
                 "integrator",
-                format!(
-                    "ends at {end} with a step of {}: there is no motion to study",
-                    own.step
-                ),
+                format!("ends at {end} with a step of {step}: there is no motion to study"),
+            ));
+        }
+        if end <= 0.0 {
+            return Err(Error::described(
+                "integrator",
+                "ends at 0: there is no motion to study",
             ));
         }
         let mut subject = Self {
@@ -91,6 +98,15 @@ impl Subject {
         subject.quantities = subject.compared(&model.recorder, outputs)?;
         subject.files = model.files;
         Ok(subject)
+    }
+
+    /// The times at which runs with these options are compared.
+    pub fn grid(&self, settings: &[Setting]) -> Grid {
+        let apart = |setting: &Setting| match setting.fineness {
+            Fineness::Step(step) => step,
+            Fineness::Accuracy(_) => self.scene.integrator.as_ref().map_or(self.end, interval),
+        };
+        Grid::of(settings.iter().map(apart), self.end)
     }
 
     /// Compares outputs that stand beside each other in the scene as one vector, if all of them are compared.

@@ -2,6 +2,7 @@
 
 use clap::ValueEnum;
 
+use super::fineness::Fineness;
 use super::setting::{ModeCount, Setting};
 use super::subject::Subject;
 use dcb_formats::scene::{Compatibility, InertiaChange};
@@ -13,6 +14,10 @@ pub const MOST_COMBINATIONS: usize = 60;
 const STEP_MULTIPLES: [f64; 5] = [0.5, 1.0, 2.0, 4.0, 8.0];
 /// and the shortest, with the scene's other options only: it would cost more than all others together.
 const SHORTEST_MULTIPLE: f64 = 0.25;
+/// Accuracies that are tried by themselves, as multiples of the scene's,
+const ACCURACY_MULTIPLES: [f64; 5] = [0.01, 0.1, 1.0, 10.0, 100.0];
+/// up to this one.
+const COARSEST_ACCURACY: f64 = 1e-2;
 /// Steps of a run, at least, where the study chooses them.
 const FEWEST_STEPS: f64 = 50.0;
 
@@ -23,10 +28,10 @@ pub struct Lists {
     pub modes: Vec<ModeCount>,
     /// Compatibilities.
     pub compatibilities: Vec<Compatibility>,
-    /// Steps.
-    pub steps: Vec<f64>,
-    /// Further steps, each tried with the scene's own other options only.
-    pub further_steps: Vec<f64>,
+    /// Steps, or accuracies.
+    pub fineness: Vec<Fineness>,
+    /// Further ones, each tried with the scene's own other options only.
+    pub further_fineness: Vec<Fineness>,
     /// Spectral radii.
     pub radii: Vec<f64>,
     /// Orders of the inertia.
@@ -59,16 +64,31 @@ impl Lists {
         if !compatibilities.is_empty() && own.compatibility == Compatibility::Weak {
             compatibilities.push(Compatibility::Weak);
         }
-        let longest = (subject.end / FEWEST_STEPS).max(own.step);
-        let steps = STEP_MULTIPLES.map(|multiple| multiple * own.step);
+        let multiples = |all: &[f64]| -> Vec<Fineness> {
+            let values = all.iter().map(|multiple| multiple * own.fineness.value());
+            values.map(|value| own.fineness.with(value)).collect()
+        };
+        let (fineness, further_fineness) = match own.fineness {
+            Fineness::Step(step) => {
+                let longest = (subject.end / FEWEST_STEPS).max(step);
+                let mut steps = multiples(&STEP_MULTIPLES);
+                steps.retain(|step| step.value() <= longest);
+                (steps, multiples(&[SHORTEST_MULTIPLE]))
+            }
+            Fineness::Accuracy(_) => {
+                let mut accuracies = multiples(&ACCURACY_MULTIPLES);
+                accuracies.retain(|accuracy| accuracy.value() <= COARSEST_ACCURACY);
+                (accuracies, Vec::new())
+            }
+        };
         Self {
             modes: match most {
                 0 => Vec::new(),
                 _ => modes.chain([ModeCount::All]).collect(),
             },
             compatibilities,
-            steps: steps.into_iter().filter(|step| *step <= longest).collect(),
-            further_steps: vec![SHORTEST_MULTIPLE * own.step],
+            fineness,
+            further_fineness,
             radii: Vec::new(),
             inertia_changes: Vec::new(),
         }
@@ -111,11 +131,28 @@ impl Lists {
         if !self.radii.is_empty() && subject.own.rho_infinity.is_none() {
             return Err(no_radius());
         }
-        if let Some(step) = self.steps.iter().find(|step| **step > subject.end) {
-            return Err(Error::described(
-                "--step",
-                format!("names {step}, but the scene ends at {}", subject.end),
-            ));
+        for asked in &self.fineness {
+            match (asked, subject.own.fineness) {
+                (Fineness::Step(step), Fineness::Step(_)) if *step > subject.end => {
+                    return Err(Error::described(
+                        "--step",
+                        format!("names {step}, but the scene ends at {}", subject.end),
+                    ));
+                }
+                (Fineness::Step(_), Fineness::Accuracy(_)) => {
+                    return Err(Error::described(
+                        "--step",
+                        "has nothing to change: the scene integrates with radau, whose steps follow an accuracy; give --accuracy",
+                    ));
+                }
+                (Fineness::Accuracy(_), Fineness::Step(_)) => {
+                    return Err(Error::described(
+                        "--accuracy",
+                        "belongs to radau, but the scene integrates with equal steps; give --step, or change the scene's `integrator`",
+                    ));
+                }
+                _ => {}
+            }
         }
         Ok(())
     }
@@ -137,10 +174,10 @@ impl Lists {
             (Some(Combination::Product), _) | (None, true) => all,
             (Some(Combination::OneAtATime), _) | (None, false) => self.one_at_a_time(&own),
         };
-        let further = self
-            .further_steps
-            .iter()
-            .map(|step| Setting { step: *step, ..own });
+        let further = self.further_fineness.iter().map(|fineness| Setting {
+            fineness: *fineness,
+            ..own
+        });
         let mut settings: Vec<Setting> = Vec::new();
         for setting in chosen.into_iter().chain(further) {
             if !settings.contains(&setting) {
@@ -157,11 +194,11 @@ impl Lists {
             for compatibility in or_own(&self.compatibilities, own.compatibility) {
                 for inertia_change in self.inertia_or_own(own) {
                     for rho_infinity in self.radii_or_own(own) {
-                        for step in or_own(&self.steps, own.step) {
+                        for fineness in or_own(&self.fineness, own.fineness) {
                             all.push(Setting {
                                 modes,
                                 compatibility,
-                                step,
+                                fineness,
                                 rho_infinity,
                                 inertia_change,
                             });
@@ -193,9 +230,12 @@ impl Lists {
             rho_infinity,
             ..own
         });
-        let steps = self.steps.iter().map(|step| Setting { step: *step, ..own });
+        let fineness = self.fineness.iter().map(|fineness| Setting {
+            fineness: *fineness,
+            ..own
+        });
         let varied = modes.chain(compatibilities).chain(inertia).chain(radii);
-        [own].into_iter().chain(varied).chain(steps).collect()
+        [own].into_iter().chain(varied).chain(fineness).collect()
     }
 
     fn inertia_or_own(&self, own: &Setting) -> Vec<Option<InertiaChange>> {
@@ -224,7 +264,7 @@ pub fn by_command_line(error: Error) -> Error {
 pub fn no_radius() -> Error {
     Error::described(
         "--rho-infinity",
-        "belongs to generalized_alpha, but the scene integrates with hht; change the scene's `integrator`",
+        "belongs to generalized_alpha, but the scene integrates otherwise; change the scene's `integrator`",
     )
 }
 

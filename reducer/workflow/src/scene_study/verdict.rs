@@ -2,6 +2,7 @@
 
 use std::fmt::Write as _;
 
+use super::fineness::Fineness;
 use super::reference::AGREEMENT;
 use super::setting::{ModeCount, Setting};
 use super::{SceneRow, SceneStudy};
@@ -21,9 +22,9 @@ impl Setting {
     pub fn told(&self, time: &str) -> String {
         let (compatibility, inertia) = (self.compatibility.name(), self.inertia_text());
         let mut text = format!(
-            "{}, {compatibility}, step {:.4e} {time}",
+            "{}, {compatibility}, {}",
             self.modes_told(),
-            self.step
+            self.fineness.told(time)
         );
         // Writing to a string doesn't fail.
         if let Some(rho) = self.rho_infinity {
@@ -37,7 +38,7 @@ impl Setting {
 }
 
 impl SceneStudy {
-    /// Label of a row in the picture: its number, and what the study varies of its options; `h` is the scene's step.
+    /// Label of a row in the picture: its number, and what the study varies of its options; `h` is the scene's step, `e` its accuracy.
     pub(super) fn label(&self, row: &SceneRow) -> String {
         let setting = &row.setting;
         let varies = |of: fn(&Setting) -> String| {
@@ -58,7 +59,7 @@ impl SceneStudy {
         if varies(|setting| format!("{:?}", setting.rho_infinity)) {
             parts.push(format!("ρ∞ {}", setting.rho_infinity.unwrap_or(f64::NAN)));
         }
-        parts.push(row.step_multiple(&self.subject));
+        parts.push(row.multiple(&self.subject));
         parts.join(", ")
     }
 
@@ -66,10 +67,10 @@ impl SceneStudy {
     pub(super) fn told(&self, index: usize, row: &SceneRow) -> String {
         let time = &self.subject.scene.units.time;
         format!(
-            "row {}: {} (step {:.4e} {time}); {} elastic coordinates; {} s of wall time for 1 {time} of motion; error {} of the range",
+            "row {}: {} ({}); {} elastic coordinates; {} s of wall time for 1 {time} of motion; error {} of the range",
             index + 1,
             self.label(row),
-            row.setting.step,
+            row.setting.fineness.told(time),
             row.course.elastic,
             row.cost(self.subject.end)
                 .map_or_else(|| "-".to_owned(), |cost| format!("{cost:.3}")),
@@ -100,13 +101,15 @@ impl SceneStudy {
             Some(_) if limit > tolerance => {
                 let _ = write!(
                     text,
-                    " that can be told: the reference itself is known to {limit:.1e} only; study shorter steps too."
+                    " that can be told: the reference itself is known to {limit:.1e} only; study {} too.",
+                    self.finer_told()
                 );
             }
             Some(least) => {
                 let _ = write!(
                     text,
-                    "; the smallest is {least:.1e}. Study shorter steps or more modes."
+                    "; the smallest is {least:.1e}. Study {} or more modes.",
+                    self.finer_told()
                 );
             }
         }
@@ -126,10 +129,10 @@ impl SceneStudy {
             .map(|(tolerance, index)| {
                 let row = &self.rows[*index];
                 format!(
-                    "error up to {tolerance:.0e}: row {}, {} (step {:.4e} {time}); {:.3} s of wall time for 1 {time} of motion",
+                    "error up to {tolerance:.0e}: row {}, {} ({}); {:.3} s of wall time for 1 {time} of motion",
                     index + 1,
                     self.label(row),
-                    row.setting.step,
+                    row.setting.fineness.told(time),
                     row.cost(self.subject.end).unwrap_or(f64::NAN),
                 )
             })
@@ -146,6 +149,7 @@ impl SceneStudy {
             .map(|h| format!("{h:.3e}"))
             .collect();
         let limit = self.reference.uncertainty();
+        let own = self.subject.own.fineness;
         let convergence = match self.reference.is_converged() {
             true => format!(
                 "converged: its error is estimated as {limit:.1e} of an output's range at most"
@@ -155,10 +159,25 @@ impl SceneStudy {
             ),
         };
         format!(
-            "Reference: {}; steps {} {time}; {convergence}.",
+            "Reference: {}; {} {}{}; {convergence}.",
             self.reference.setting.told(time),
-            steps.join(", ")
+            match own {
+                Fineness::Step(_) => "steps",
+                Fineness::Accuracy(_) => "accuracies",
+            },
+            steps.join(", "),
+            match own {
+                Fineness::Step(_) => format!(" {time}"),
+                Fineness::Accuracy(_) => String::new(),
+            }
         )
+    }
+
+    fn finer_told(&self) -> &'static str {
+        match self.subject.own.fineness {
+            Fineness::Step(_) => "shorter steps",
+            Fineness::Accuracy(_) => "finer accuracies",
+        }
     }
 
     /// How the numbers came about.
@@ -166,10 +185,14 @@ impl SceneStudy {
         let time = &self.subject.scene.units.time;
         vec![
             format!(
-                "Errors: at {} times from 0 to {:.6e} {time}, {:.4e} {time} apart; steps that end elsewhere are interpolated by a cubic.",
+                "Errors: at {} times from 0 to {:.6e} {time}, {:.4e} {time} apart; {}.",
                 self.grid.count,
                 self.grid.time(self.grid.count - 1),
-                self.grid.spacing
+                self.grid.spacing,
+                match self.subject.own.fineness {
+                    Fineness::Step(_) => "steps that end elsewhere are interpolated by a cubic",
+                    Fineness::Accuracy(_) => "steps end there, in the runs that are timed too",
+                }
             ),
             "A maximum is over these times; of a vector, it is that of its length. Relative errors are by the output's range in the \
              reference, the diagonal of the box that it stays in."
