@@ -146,7 +146,7 @@ pub fn rule(integrator: &Integrator) -> Rule {
         _ => Stages::Three,
     };
     let scheme = match integrator.method {
-        scene::Method::Radau { order } => {
+        scene::Method::Radau { order, .. } => {
             return Rule::Radau(Accuracy {
                 tolerance: integrator.tolerance,
                 stages: stages(order),

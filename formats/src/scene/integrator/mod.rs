@@ -52,6 +52,8 @@ pub enum Method {
     Radau {
         /// 5 or 9.
         order: u32,
+        /// Cycles per time unit of the fastest motion that parts are modelled for; `None` for all that their files have.
+        highest_frequency: Option<f64>,
     },
 }
 
@@ -108,7 +110,10 @@ impl Integrator {
     /// Radau IIA with the usual settings.
     pub fn radau(tolerance: f64, end: f64) -> Self {
         Self {
-            method: Method::Radau { order: RADAU_ORDER },
+            method: Method::Radau {
+                order: RADAU_ORDER,
+                highest_frequency: None,
+            },
             step: end,
             tolerance,
             ..Self::generalized_alpha(end, end)
@@ -125,8 +130,11 @@ impl Integrator {
         matches!(self.method, Method::Radau { .. })
     }
 
-    fn check_radau(&self, order: u32) -> Result<(), Error> {
+    fn check_radau(&self, order: u32, highest_frequency: Option<f64>) -> Result<(), Error> {
         let at = |key: &str| format!("integrator.radau.{key}");
+        if let Some(frequency) = highest_frequency {
+            positive(&at("highest_frequency"), frequency)?;
+        }
         super::values::not_negative(&at("end"), self.end)?;
         positive(&at("tolerance"), self.tolerance)?;
         if !(SMALLEST_TOLERANCE..=0.1).contains(&self.tolerance) {
@@ -154,7 +162,10 @@ impl Integrator {
         let location = match self.method {
             Method::GeneralizedAlpha { .. } => "integrator.generalized_alpha",
             Method::Hht { .. } => "integrator.hht",
-            Method::Radau { order } => return self.check_radau(order),
+            Method::Radau {
+                order,
+                highest_frequency,
+            } => return self.check_radau(order, highest_frequency),
         };
         let at = |key: &str| format!("{location}.{key}");
         positive(&at("step"), self.step)?;
@@ -327,6 +338,9 @@ struct RadauPart {
     /// Order of the method: 9, or 5.
     #[serde(default = "radau_order")]
     order: u32,
+    /// Fastest motion that matters, cycles per time unit: parts are modelled up to it, and as stiff beyond it. All that their files have where absent.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    highest_frequency: Option<f64>,
 }
 
 fn radau_tolerance() -> f64 {
@@ -377,7 +391,10 @@ impl From<IntegratorPart> for Integrator {
                 adaptive: part.adaptive,
             },
             IntegratorPart::Radau(part) => Self {
-                method: Method::Radau { order: part.order },
+                method: Method::Radau {
+                    order: part.order,
+                    highest_frequency: part.highest_frequency,
+                },
                 step: part.maximum_step.unwrap_or(part.end),
                 ..Self::radau(part.tolerance, part.end)
             },
@@ -408,11 +425,15 @@ impl From<Integrator> for IntegratorPart {
                     adaptive,
                 })
             }
-            Method::Radau { order } => Self::Radau(RadauPart {
+            Method::Radau {
+                order,
+                highest_frequency,
+            } => Self::Radau(RadauPart {
                 end,
                 tolerance,
                 maximum_step: (step != end).then_some(step),
                 order,
+                highest_frequency,
             }),
             Method::Hht { alpha } => Self::Hht(HhtPart {
                 step,

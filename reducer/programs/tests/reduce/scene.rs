@@ -66,6 +66,38 @@ fn the_rod_of_the_slider_crank_is_reduced_for_it() {
     assert_eq!(list(&found["quality"]["mode_residuals"]).len(), modes);
 }
 
+/// By accuracy no step says which motion matters: the scene says so itself, and the result is as certain as with steps.
+#[test]
+fn a_scene_by_accuracy_says_which_motion_matters() {
+    let folder = slider_crank();
+    let end = folder.json("scene.json")["integrator"]["generalized_alpha"]["end"].clone();
+    let radau = |more: serde_json::Value| {
+        let mut all = json!({"tolerance": 1e-5, "end": end});
+        for (key, value) in more.as_object().unwrap() {
+            all[key] = value.clone();
+        }
+        folder.set("scene.json", "integrator", json!({"radau": all}));
+    };
+    radau(json!({}));
+    let shown = folder.done("rod.mtx --scene scene.json --tolerance 1e-3");
+    assert!(!shown.contains("(allowed 1.0e-03)"), "{shown}");
+    radau(json!({"highest_frequency": 537}));
+    let shown = folder.done("rod.mtx --scene scene.json --tolerance 1e-3 --force");
+    says!(
+        shown,
+        "in scene.json the part's responses are right within",
+        "(allowed 1.0e-03)"
+    );
+    let fit = folder.inspected("rod.dcb.h5")["quality"]["scene"].clone();
+    assert!(number(&fit["certified"]) <= 0.5e-3, "{fit}");
+    folder.done("verify rod.dcb.h5");
+    radau(json!({"highest_frequency": -1}));
+    folder.refused(
+        "rod.mtx --scene scene.json --force",
+        &["integrator.radau.highest_frequency", "is -1"],
+    );
+}
+
 #[test]
 fn bodies_are_found_by_file_or_named() {
     let folder = slider_crank();

@@ -180,6 +180,27 @@ fn scenes_by_accuracy_are_prepared_too() {
     assert!(tolerance > 1e-7, "{tolerance:e}");
 }
 
+/// The frequency that a scene by accuracy gives limits what is carried, as a step does, and the run tells of nothing beyond it.
+#[test]
+fn a_highest_frequency_leaves_faster_modes_out() {
+    let folder = one_turn();
+    folder.set_scene("record", json!({"interval": 0.001}));
+    let set = |radau| folder.set_scene("integrator", json!({"radau": radau}));
+    set(json!({"tolerance": 1e-5, "end": 0.042}));
+    let everything = folder.done("scene.json -o all.h5 --explain").stdout;
+    assert!(everything.contains("everything is carried"), "{everything}");
+    set(json!({"tolerance": 1e-5, "end": 0.042, "highest_frequency": 800}));
+    let fewer = folder.done("scene.json -o fewer.h5 --explain").stdout;
+    assert!(
+        fewer
+            .contains("the scene wants motion up to 800.0 Hz (integrator.radau.highest_frequency)"),
+        "{fewer}"
+    );
+    assert!(fewer.contains("without modes"), "{fewer}");
+    let found = apart(&folder, ["fewer.h5", "all.h5"], "midpoint_deflection");
+    assert!(found > 1e-9 && found < 2e-2, "{found:e}");
+}
+
 #[test]
 fn preparations_that_cannot_be_made_are_refused() {
     let folder = one_turn();

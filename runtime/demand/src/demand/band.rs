@@ -14,7 +14,7 @@ use serde::Serialize;
 
 use super::excitation::{Excitation, NEGLIGIBLE};
 use crate::Error;
-use dcb_formats::scene::{Analysis, Scene, Scheme};
+use dcb_formats::scene::{Analysis, Method, Scene, Scheme};
 use dcb_formats::units::written_frequency;
 
 /// Largest relative error of a period that counts as followed: that of 20 steps in a period, of which a run begins to warn.
@@ -72,21 +72,16 @@ impl Band {
                 });
             }
         };
+        if let Method::Radau {
+            highest_frequency, ..
+        } = integrator.method
+        {
+            return Self::by_accuracy(scene, integrator.end, highest_frequency);
+        }
         let Some(scheme) = Scheme::of(integrator.method) else {
-            return Ok(match Excitation::of(scene, integrator.end)? {
-                Excitation::Unlimited(reasons) => Self {
-                    frequency: None,
-                    reasons: std::iter::once(BY_TOLERANCE.into())
-                        .chain(reasons)
-                        .collect(),
-                },
-                Excitation::UpTo(excited, by) => Self {
-                    frequency: Some(excited),
-                    reasons: vec![
-                        BY_TOLERANCE.into(),
-                        small_motions(&by, &written_frequency(excited, &scene.units.time)),
-                    ],
-                },
+            return Ok(Self {
+                frequency: None,
+                reasons: Vec::new(),
             });
         };
         let step = integrator
@@ -115,6 +110,30 @@ impl Band {
                     by_step,
                     small_motions(&by, &written_frequency(excited, time)),
                 ],
+            },
+        })
+    }
+}
+
+impl Band {
+    /// Of steps that follow an accuracy: no step limits the motion, but the scene may.
+    fn by_accuracy(scene: &Scene, end: f64, highest: Option<f64>) -> Result<Self, Error> {
+        let time = &scene.units.time;
+        let limit = match highest {
+            None => BY_TOLERANCE.to_owned(),
+            Some(frequency) => format!(
+                "the scene wants motion up to {} (integrator.radau.highest_frequency)",
+                written_frequency(frequency, time)
+            ),
+        };
+        Ok(match Excitation::of(scene, end)? {
+            Excitation::Unlimited(reasons) => Self {
+                frequency: highest,
+                reasons: [limit].into_iter().chain(reasons).collect(),
+            },
+            Excitation::UpTo(excited, by) => Self {
+                frequency: Some(highest.map_or(excited, |highest| highest.min(excited))),
+                reasons: vec![limit, small_motions(&by, &written_frequency(excited, time))],
             },
         })
     }
