@@ -38,8 +38,8 @@ def with_bounds():
         return
     found = peer_table.latest(lines(name))
     runs = [line for line in found if line["kind"] == "run"]
-    yield "| part | modes | `reduce --without-estimate`, s | `reduce`, s | of it the estimate, s | peak MB, without / with | PARDISO, s | PARDISO / without | PARDISO / with |"
-    yield "| --- | --- | --- | --- | --- | --- | --- | --- | --- |"
+    yield "| part | modes | `reduce --without-estimate`, s | `reduce`, s | of it the estimate, s | peak MB, without / with | PARDISO, s | PARDISO / without | PARDISO / with | wanted: ≥ 2.5 |"
+    yield "| --- | --- | --- | --- | --- | --- | --- | --- | --- | --- |"
     for component, modes in sorted({(run["component"], run["modes"]) for run in runs}, key=peer_table.places):
         case = peer_table.Case(found, component, modes)
         threads = max(case.threads())
@@ -48,7 +48,8 @@ def with_bounds():
         ratio = lambda ours: peer_table.number(theirs / ours if theirs and ours else None)
         yield (
             f"| {component} | {modes} | {peer_table.number(without)} | {peer_table.number(with_them)} | {peer_table.number(median(estimates) if estimates else None)} "
-            f"| {case.peak('reduce', threads) or 0:.0f} / {case.peak('reduce-bounds', threads) or 0:.0f} | {peer_table.number(theirs)} | {ratio(without)} | {ratio(with_them)} |"
+            f"| {case.peak('reduce', threads) or 0:.0f} / {case.peak('reduce-bounds', threads) or 0:.0f} | {peer_table.number(theirs)} | {ratio(without)} | {ratio(with_them)} "
+            f"| {peer_table.verdict(theirs / with_them >= 2.5 if theirs and with_them else None)} |"
         )
     yield ""
     yield from peer_table.provenance(runs)
