@@ -75,7 +75,7 @@ fn a_frequency_response_tells_the_damping_of_each_part() {
         heading.contains("left") && !heading.contains("right"),
         "{heading}"
     );
-    let summary = Results::open(&folder.path("scene.h5"))
+    let summary = Results::open(folder.path("scene.h5"))
         .unwrap()
         .provenance("summary")
         .unwrap();
@@ -141,7 +141,7 @@ fn a_free_beam_accelerates_under_its_load() {
         ),
         "{shown}"
     );
-    let results = Results::open(&folder.path("scene.h5")).unwrap();
+    let results = Results::open(folder.path("scene.h5")).unwrap();
     let summary = results.provenance("summary").unwrap();
     let found = summary["accelerations"]["beam"]["origin_world"][0]
         .as_f64()
